@@ -7,12 +7,20 @@ from pathlib import Path
 
 import pytest
 
+from casa_assets.model.registry.finish import Surface
+from casa_assets.pipeline.families.run import FamilyRequest
 from casa_assets.pipeline.library.library import Library
-from casa_assets.pipeline.reports import home, kitchens, parts
+from casa_assets.pipeline.library.run_times import Cost, keep_times
+from casa_assets.pipeline.reports import catalogue, home, kitchens, object_catalogue, parts
+from casa_assets.pipeline.reports.catalogue import MemberPictures
 from casa_assets.pipeline.reports.library import models, paged, report
+from casa_assets.pipeline.review import page as review_page
 from tests.browser import Browser, Page
 from tests.built_libraries import keep
-from tests.unit.pipeline.reports.test_kitchen_pages import scene
+from tests.consumers.test_review_keys import reviewed_page
+from tests.unit.pipeline.reports.test_kitchen_pages import kitchen_page, scene
+from tests.unit.pipeline.reports.test_library_page import entry
+from tests.unit.pipeline.reports.test_object_catalogue import APPLE
 from tests.unit.pipeline.reports.test_reject_page import CASES, refused
 from tests.unit.pipeline.test_alike import FIRST, LARGE, OTHER
 
@@ -27,6 +35,7 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
     root = keep(tmp_path_factory.mktemp("pages") / "library", [FIRST, OTHER])
     earlier = report.write(root, root.parent / "earlier.html").json
     keep(root, [LARGE])
+    keep_times(Library(root), FIRST.id, {"load MJCF": 0.25, "collide": 12.5}, Cost(13.0, 10**9, 10**6, 14.0))
     for code, message in CASES:
         refused(root, code, message)
     page = root / "report.html"
@@ -52,6 +61,63 @@ def opened(browser: Browser, page: Path, hash_: str = "", width: int = 1280, dar
 
 def address(page: Page) -> str:
     return str(page.evaluate("location.hash"))
+
+
+# Words of tables and of lists of facts that go on in the next line, and numbers and verdicts of a row that are cut.
+FAULTS = r"""(() => {
+  document.querySelectorAll("details").forEach(box => { box.open = true; });
+  const broken = [], range = document.createRange();
+  for (const cell of document.querySelectorAll("td, th, dt, dd")) {
+    const texts = document.createTreeWalker(cell, NodeFilter.SHOW_TEXT);
+    while (texts.nextNode()) {
+      for (const word of texts.currentNode.data.matchAll(/[\p{L}\p{N}_]+/gu)) {
+        range.setStart(texts.currentNode, word.index);
+        range.setEnd(texts.currentNode, word.index + word[0].length);
+        if (new Set([...range.getClientRects()].map(box => Math.round(box.top))).size > 1) { broken.push(word[0]); }
+      }
+    }
+  }
+  const cut = [...document.querySelectorAll(".line .number, .line .verdict, .tile strong")]
+    .filter(e => e.checkVisibility() && e.scrollWidth > e.clientWidth + 1)
+    .concat([...document.querySelectorAll(".line")].filter(e => e.scrollHeight > e.clientHeight + 1));
+  const wide = document.documentElement.scrollWidth - document.documentElement.clientWidth;
+  return { broken, cut: cut.map(e => e.textContent), wide };
+})()"""
+
+
+@pytest.fixture(scope="module")
+def kinds(library: Path, rooms: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+    """Address of a page of every kind, with the longest words that it has."""
+    folder = tmp_path_factory.mktemp("kinds")
+    shutil.copytree(library.parent, folder / "library")
+    row = kitchens.SceneRow("one_wall_large__mediterranean", "one_wall_large", "mediterranean", True, joints=81, nv=123)
+    preset = MemberPictures(FamilyRequest("hob", preset="gas"), ("families/hob_gas.webp",), 9.5, (0.5, 0.5, 0.1))
+    explained = {"NKB004": "Work aisle: Fronts that face each other are at least 1.067 m apart; move the rows apart."}
+    pages = {
+        "kitchen": kitchen_page(explained),
+        "numbers of kitchens": kitchens.summary_page([row]),
+        "families": catalogue.page([preset], {Surface.WALL: ["brick_red_running_bond"]}),
+        "objects": object_catalogue.page([APPLE]),
+        "review": review_page.render_page([entry(word="the usual size of its category")], {}, "Review"),
+    }
+    for name, text in pages.items():
+        (folder / f"{name}.html").write_text(text, encoding="utf-8")
+    found = {name: folder / f"{name}.html" for name in pages} | {"home": home.write(folder), "kitchens": rooms}
+    (folder / "articulated").mkdir()
+    found["articulated"] = reviewed_page(folder / "articulated")
+    states = {"list": "", "numbers": "#tab=numbers", "changes": "#tab=changes", "details": f"#{FIRST.id}"}
+    of_library = {f"library, {name}": library.absolute().as_uri() + hash_ for name, hash_ in states.items()}
+    return {name: path.absolute().as_uri() for name, path in found.items()} | of_library
+
+
+@pytest.mark.parametrize("width", [1280, 390])
+def test_no_page_scrolls_sideways_or_breaks_a_word_of_a_table(
+    browser: Browser, kinds: dict[str, str], width: int
+) -> None:
+    faults = {
+        name: browser.open(address, width=width, touch=width < 640).evaluate(FAULTS) for name, address in kinds.items()
+    }
+    assert {name: f for name, f in faults.items() if f["broken"] or f["cut"] or f["wide"] > 0} == {}
 
 
 def is_wide_enough(page: Page) -> bool:
@@ -118,7 +184,7 @@ def test_an_address_brings_a_state_back(browser: Browser, library: Path, hash_: 
 
 def test_a_row_opens_by_a_click_and_in_3d(browser: Browser, library: Path) -> None:
     page = opened(browser, library)
-    page.click("#list .line >> nth=0")
+    page.click("#list .line:has(.badge.accepted) >> nth=0")
     page.wait("#detail .model-popup")
     page.click("#detail .model-popup")
     page.wait(".cv[data-state=ready]")

@@ -25,10 +25,8 @@ SHA256 = "1" * 64
 FIRST, SECOND = "door_0", "button_0"
 
 
-@pytest.fixture(scope="module")
-def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The page of a microwave with a door hinged at the left."""
-    place = tmp_path_factory.mktemp("page")
+def reviewed_page(place: Path) -> Path:
+    """The page of a microwave with a door hinged at the left, in a folder."""
     vertices, faces, _ = microwave()
     mesh = obj(place / "microwave.obj", vertices, faces)
     built = build(ArticulateRequest(mesh, place, up=(0, 0, 1), front=(0, -1, 0)))
@@ -36,6 +34,11 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
     done = ArticulateOutcome(mesh, place / "x", built.articulation, "microwave", travels=travels, sha256=SHA256)
     assert [part.name for part in built.articulation.parts[:2]] == [FIRST, SECOND]
     return review_page.write(place, [done], "casa-assets articulate in --decisions review.json")
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return reviewed_page(tmp_path_factory.mktemp("page"))
 
 
 def press(page: Path, *keys: str) -> Decisions:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
+from casa_assets.core.rounding import significant
 from casa_assets.model.issue import CheckResult, Severity, Status, Tally, tally
 from casa_assets.pipeline.reports.page_template import render_template
 from casa_assets.pipeline.viewer.model_files import ModelFiles
@@ -17,7 +19,40 @@ class Marked(NamedTuple):
     text: str
 
 
+class Row(NamedTuple):
+    """A check, rule or task: its name in words, its code, what is said of it, what was measured and the limit."""
+
+    title: str
+    code: str
+    about: str
+    number: str
+    limit: str
+
+
+class Group(NamedTuple):
+    """Rows of which the same became. mark: what. is_open: they are shown without a click."""
+
+    mark: Marked
+    rows: tuple[Row, ...]
+    is_open: bool
+
+
 Cells = tuple[str | Marked, ...]
+# Name of a number in report.json -> what it is called on the page, and its unit.
+SIZES = {
+    "colliders": ("collision shapes", ""),
+    "hulls": ("collision hulls", ""),
+    "nv": ("degrees of freedom", ""),
+    "texture_mb": ("texture memory", "MB"),
+    "load_ms": ("time to load", "ms"),
+    "real_time_factor": ("simulation speed", "times real time"),
+    "steps_per_s": ("simulation steps", "per second"),
+    "check_s": ("time of the checks", "s"),
+}
+DESIGN = "Rules of kitchen design. They are advice: a kitchen passes whether it follows them or not."
+ACCESS = "Rules for people in wheelchairs (2010 ADA Standards). They are advice too."
+SMALL_M = 0.1  # lengths below are told in millimetres
+LEAST_SHOWN = 0.001
 
 
 def page(
@@ -43,18 +78,17 @@ def page(
         model=model,
         picture=picture,
         verdict=_passed_or_failed(bool(report["passed"])),
-        summary=(
-            f"{len(facts['fixtures'])} fixtures, {joints} joints; design {grade['score']:.0f} of 100, "
-            f"access {grade['access_score']:.0f} of 100; {facts['generator']}"
-        ),
+        summary=f"{len(facts['fixtures'])} fixtures, {joints} joints; {facts['generator']}",
         faults=[(i["code"], _severity(i["severity"]), i["pointer"], i["message"]) for i in report["issues"]],
         passed=_counts(tally(results)),
-        checks=[_check(result, explained) for result in results],
-        budget=_budget(report),
+        checks=_checks(results, explained),
+        sizes=_sizes(report),
         robots=[_robot(name, counts) for name, counts in report.get("robots", {}).items()],
-        tasks=[_task(task) for task in report["tasks"]],
-        design=[_rule(rule) for rule in grade["design"]],
-        access=[_rule(rule) for rule in grade["access"]],
+        tasks=_tasks(report["tasks"]),
+        rules=[
+            ("Design", DESIGN, grade["score"], _rules(grade["design"])),
+            ("Access", ACCESS, grade["access_score"], _rules(grade["access"])),
+        ],
     )
 
 
@@ -68,10 +102,14 @@ def _counts(checks: Tally) -> str:
     )
 
 
-def _budget(report: Mapping[str, Any]) -> list[Cells]:
+def _sizes(report: Mapping[str, Any]) -> list[tuple[str, str]]:
     """Number of bodies and the like in the model, and how fast it ran on the machine of the check."""
     numbers = {**report.get("holds", {}), **report.get("speed", {})}
-    return [(name.replace("_", " "), f"{value:g}") for name, value in numbers.items()]
+    told = []
+    for name, value in numbers.items():
+        label, unit = SIZES.get(name, (name.replace("_", " "), ""))
+        told.append((label, quantity(value, unit)))
+    return told
 
 
 def _robot(name: str, counts: Mapping[str, Any]) -> Cells:
@@ -85,21 +123,34 @@ def _severity(word: str) -> Marked:
     return Marked("failed", word) if word == Severity.ERROR else Marked("advice", "advice")
 
 
-def _check(result: CheckResult, explained: Mapping[str, str]) -> Cells:
-    number = "" if result.number is None else f"{result.number:g} {result.unit}"
-    limit = "" if result.limit is None else f"{result.limit:g} {result.unit}"
-    return result.code, _verdict(result), number, limit, explained.get(result.code, "")
+def _checks(results: Sequence[CheckResult], explained: Mapping[str, str]) -> list[Group]:
+    """Results by what became of them, what has to be looked at first; the rest is folded."""
+    groups = {
+        Marked("failed", "failed"): [r for r in results if r.status is Status.FAILED and not _is_advice(r)],
+        Marked("advice", "advice"): [r for r in results if _is_advice(r)],
+        Marked("advice", "not run"): [r for r in results if r.status is Status.NOT_RUN],
+        Marked("passed", "passed"): [r for r in results if r.passed],
+        Marked("none", "not applicable"): [r for r in results if r.status is Status.NOT_APPLICABLE],
+    }
+    is_folded = (Status.PASSED, Status.NOT_APPLICABLE)
+    return [
+        Group(mark, tuple(_check(r, explained) for r in some), is_open=some[0].status not in is_folded)
+        for mark, some in groups.items()
+        if some
+    ]
 
 
-def _verdict(result: CheckResult) -> Marked:
-    """Status of a check. A failed warning is advice: it does not keep the kitchen from passing."""
-    if result.status is Status.NOT_APPLICABLE:
-        return Marked("none", f"does not apply: {result.reason}")
-    if result.status is Status.NOT_RUN:
-        return Marked("advice", f"not run: {result.reason}")
-    if result.status is Status.FAILED and result.severity is Severity.WARNING:
-        return Marked("advice", "advice")
-    return _passed_or_failed(result.passed)
+def _is_advice(result: CheckResult) -> bool:
+    """A failed warning: it does not keep the kitchen from passing."""
+    return result.status is Status.FAILED and result.severity is Severity.WARNING
+
+
+def _check(result: CheckResult, explained: Mapping[str, str]) -> Row:
+    title, _, about = explained.get(result.code, "").partition(": ")
+    if result.reason:
+        about = f"{_sentence(result.reason)}. {about}"
+    number, limit = _compared(result.number, result.limit, result.unit)
+    return Row(title, result.code, about, number, limit)
 
 
 def _passed_or_failed(passed: bool) -> Marked:
@@ -107,16 +158,66 @@ def _passed_or_failed(passed: bool) -> Marked:
     return Marked(word, word)
 
 
-def _task(task: Mapping[str, Any]) -> Cells:
-    rate = task.get("rate")
-    return str(task["task"]), ", ".join(task.get("fixtures", ())), "" if rate is None else f"{rate:.0%}"
+def _tasks(tasks: Sequence[Mapping[str, Any]]) -> list[Group]:
+    """Tasks that the kitchen lacks something for, then the others, the ones with least room for their objects first."""
+    lacking = [task for task in tasks if task.get("wants")]
+    others = [task for task in tasks if not task.get("wants")]
+    others.sort(key=lambda task: 2.0 if task.get("rate") is None else task["rate"])
+    groups = ((Marked("advice", "not supported"), lacking), (Marked("passed", "supported"), others))
+    return [Group(mark, tuple(map(_task, some)), is_open=some is lacking) for mark, some in groups if some]
 
 
-def _rule(found: Mapping[str, Any]) -> Cells:
-    verdict = {True: "followed", False: "not followed", None: "does not apply"}[found["passed"]]
-    if found["waived"]:
-        verdict = "not counted: compact plan"
-    number = "" if found["number"] is None else f"{found['number']:g} {found['unit']}"
-    limit = f"{'at most' if found['most'] else 'at least'} {found['limit']:g} {found['unit']}"
-    kind = "passed" if found["passed"] else "none" if found["passed"] is None or found["waived"] else "advice"
-    return found["rule"], found["title"], number, limit, Marked(kind, verdict)
+def _task(task: Mapping[str, Any]) -> Row:
+    name = str(task["task"])
+    words = re.sub(r"\bcab\b", "cabinet", name.replace("_", " ")).replace("pnp", "pick and place:")
+    about = task.get("wants") or ", ".join(task.get("fixtures", ())).replace("_", " ")
+    return Row(
+        _sentence(words), name, about, "" if task.get("rate") is None else quantity(100.0 * task["rate"], "%"), ""
+    )
+
+
+def _rules(findings: Sequence[Mapping[str, Any]]) -> list[Group]:
+    """Rules of design by whether they are followed; those that are not come first, the rest is folded."""
+    groups: dict[Marked, list[Row]] = {
+        Marked("advice", "not followed"): [],
+        Marked("none", "not counted, because the plan is compact"): [],
+        Marked("passed", "followed"): [],
+        Marked("none", "not applicable"): [],
+    }
+    missed, waived, followed, others = groups.values()
+    for found in findings:
+        rows = {True: followed, False: missed, None: others}[found["passed"]]
+        (waived if found["waived"] else rows).append(_rule(found))
+    return [Group(mark, tuple(rows), is_open=rows is missed) for mark, rows in groups.items() if rows]
+
+
+def _rule(found: Mapping[str, Any]) -> Row:
+    number, limit = _compared(found["number"], found["limit"], found["unit"])
+    bound = f"{'at most' if found['most'] else 'at least'} {limit}"
+    return Row(_sentence(found["title"]), found["rule"], "", number, bound)
+
+
+def _sentence(words: str) -> str:
+    return words[:1].upper() + words[1:]
+
+
+def _compared(number: float | None, limit: float | None, unit: str) -> tuple[str, str]:
+    """A number and its limit in the same unit: small lengths in millimetres, shares in per cent."""
+    scale = 1.0
+    if unit == "m" and max(abs(number or 0.0), abs(limit or 0.0)) < SMALL_M:
+        scale, unit = 1000.0, "mm"
+    elif unit == "" and limit is not None and 0.0 < limit < 1.0:  # the limit of a share of something, not of a count
+        scale, unit = 100.0, "%"
+    first, second = ("" if value is None else quantity(scale * value, unit) for value in (number, limit))
+    return first, second
+
+
+def quantity(value: float, unit: str = "") -> str:
+    """A number as people read it, with three digits; no line breaks before its unit."""
+    return f"{_digits(value)}\u00a0{unit.replace('^2', '²').replace('^3', '³')}".rstrip()
+
+
+def _digits(value: float) -> str:
+    if 0.0 < abs(value) < LEAST_SHOWN:
+        return f"below {LEAST_SHOWN:g}"
+    return f"{value:,.0f}" if abs(value) >= 1000.0 else f"{significant(value, 3):.10g}"

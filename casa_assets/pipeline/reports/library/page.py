@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -12,6 +13,7 @@ from markupsafe import Markup
 from casa_assets.model.issue import CheckResult, Decision, Issue, Report, Status, Tally
 from casa_assets.pipeline.library.entry_files import PICTURE
 from casa_assets.pipeline.library.library import REFUSAL
+from casa_assets.pipeline.reports.entry import Reported
 from casa_assets.pipeline.reports.library.comparison import Change, Difference
 from casa_assets.pipeline.reports.library.conditions import Outcome
 from casa_assets.pipeline.reports.library.models import PageModels
@@ -34,6 +36,8 @@ from casa_assets.pipeline.reports.parts import Part
 
 NO_SECTION = Markup()
 MAX_LISTED = 200  # findings of one check on the library as a whole, inputs of one change; the others are counted
+# A code of advice that at least this share of so many assets have tells nothing of one of them.
+COMMON_SHARE, COMMON_FROM = 0.75, 8
 MAX_OUTLIERS = 40  # of one category and quantity that are named on the page; report.json names all
 CHANGE_TITLES = {
     Change.WORSE: "Worse",
@@ -62,6 +66,8 @@ def render(
         overview: path to the page that this one is a part of; empty where it is whole.
     """
     whole, totals = found.whole, found.totals
+    quiet = quiet_codes(found.entries, words)
+    loud = sum(any(code not in quiet for code in entry.advice) for entry in found.entries if entry.accepted)
     spent = cost(found.costs, [entry.id for entry in found.entries])
     sizes = {kind: size for kind, size in PART_SIZES.items() if kind == "rows" or not is_brief}
     data = {
@@ -74,6 +80,7 @@ def render(
         "refusal": REFUSAL,
         "remedies": {code: words.rejections[code].remedy for code in totals.codes if code in words.rejections},
         "models": models.data if models else None,
+        "quiet": sorted(quiet),
         "meanings": {code: words.meaning(code) for code in code_counts(totals)},
         "checks": words.explanations,
     }
@@ -81,7 +88,7 @@ def render(
         "library/page.html",
         title=found.library,
         overview=relative_link(overview) if overview else "",
-        tiles=_tiles(totals, counts(totals, found.fits, found.compared)),
+        tiles=_tiles(totals, counts(totals, found.fits, found.compared) | {"advice": loud}),
         conditions=[(f"{one.mark} {one}", one.holds) for one in found.outcomes],
         groups=_groups(totals),
         reasons=_reasons(totals, words),
@@ -95,6 +102,17 @@ def render(
         styles=("browse/browse.css", "library/page.css"),
         scripts=("browse/browse.js", "library/page.js", *(("model/model.js",) if models else ())),
     )
+
+
+def quiet_codes(entries: Sequence[Reported], words: Words) -> frozenset[str]:
+    """Codes of advice that the list does not mark, because nobody has to act on them or nearly all assets have them.
+
+    The details of an asset name them all the same.
+    """
+    advised = [entry.advice for entry in entries if entry.accepted]
+    counted = Counter(code for codes in advised for code in codes)
+    most = COMMON_SHARE * max(len(advised), COMMON_FROM)
+    return frozenset(code for code, count in counted.items() if count >= most or words.needs_nothing(code))
 
 
 @dataclass(frozen=True)
@@ -195,8 +213,14 @@ def _tiles(totals: Totals, shown: Mapping[str, int]) -> list[dict[str, str]]:
             "#verdict=review",
         ),
         ("rejected", "Rejected", f"{shown['rejected']:,}", f"for {_count(refusals, 'reason')}", "#verdict=rejected"),
-        ("advised", "With advice", f"{shown['advice']:,}", f"{totals.advice:,} in all", "#advice=yes"),
-        ("odd", "Unusual", f"{odd:,}", "outside the usual size or mass", "#tab=numbers"),
+        (
+            "advised",
+            "With advice",
+            f"{shown['advice']:,}",
+            _other_advice(totals.advised - shown["advice"]),
+            "#advice=yes",
+        ),
+        ("odd", "Unusual", f"{odd:,}", "outside the usual size or mass", "#outlier=size&outlier=mass"),
         ("checks", "Checks passed", f"{totals.checks.passed:,}", _applying(totals.checks), ""),
         ("categories", "Categories", f"{len(assets):,}", _largest(assets), "#tab=numbers"),
     ]
@@ -204,6 +228,11 @@ def _tiles(totals: Totals, shown: Mapping[str, int]) -> list[dict[str, str]]:
         {"key": key if value != "0" else "zero", "label": label, "value": value, "note": note, "link": link}
         for key, label, value, note, link in tiles
     ]
+
+
+def _other_advice(others: int) -> str:
+    """Note beside the number of assets with advice to act on."""
+    return f"{others:,} others have routine notes" if others else "to look at"
 
 
 def _applying(checks: Tally) -> str:

@@ -131,6 +131,11 @@ class Words:
         rejection = self.rejections.get(code)
         return rejection.meaning if rejection else self.explanations.get(code, "")
 
+    def needs_nothing(self, code: str) -> bool:
+        """True where a code tells what was done to an input, and its remedy says that nothing has to follow."""
+        rejection = self.rejections.get(code)
+        return rejection is not None and rejection.remedy.startswith("Nothing")
+
     def reason_and_fix(self, entry: Entry) -> tuple[str, str]:
         """What was wrong with a rejected input, and what to do about it."""
         rejection = self.rejections.get(entry.code)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -37,7 +38,59 @@ def test_no_cell_of_a_report_is_markup() -> None:
     page = kitchen_report.page(facts, report, {})
     assert not [words for words in BAD if words in page]
     assert page.count('<span class="failed">') == 2
-    assert page.count('<span class="none">does not apply</span>') == 1
+    assert page.count('<span class="none">1 not applicable</span>') == 1
+
+
+def kitchen_page(explained: Mapping[str, str]) -> str:
+    """Page of a kitchen of which one check failed, one gave advice, four passed and one does not apply."""
+    results = [
+        {"code": "SCN003", "status": "passed", "number": 2.76863e-05, "limit": 0.001, "unit": "m"},
+        {"code": "SCN006", "status": "passed", "number": 0.952044, "limit": 0.95},
+        {"code": "SCN014", "status": "passed", "number": 12901.0, "limit": 30000.0},
+        {"code": "SCN015", "status": "passed", "number": 19.9035, "limit": 256.0, "unit": "MB"},
+        {"code": "NKB005", "status": "not_applicable", "reason": "it is not compact"},
+        {"code": "SCN026", "status": "failed", "severity": "warning", "number": 6000.0, "limit": 5000.0, "unit": "ms"},
+        {"code": "NKB004", "status": "failed", "number": 0.98765, "limit": 1.067, "unit": "m"},
+    ]
+    rule = {"rule": "N3b_long", "title": "longest leg", "number": 3.04321, "limit": 2.743, "unit": "m", "most": True}
+    rules = [{**rule, "passed": passed, "waived": False} for passed in (True, False, None)]
+    tasks = [{"task": name, "rate": rate} for name, rate in (("pnp_cab_to_counter", 0.65), ("open_drawer", 0.5))]
+    report = {
+        "passed": False,
+        "issues": [{"code": "NKB004", "severity": "error", "pointer": "main_upper_doors_2", "message": "is narrow"}],
+        "results": results,
+        "tasks": tasks,
+        "holds": {"bodies": 140, "texture_mb": 19.9035},
+        "robots": {"PandaOmron": {"joints": 57, "reached": 50, "followed": 49, "margin": 0.25, "without_parking": 2}},
+        "grade": {"score": 1.0, "access_score": 1.0, "design": rules, "access": []},
+    }
+    facts = {"id": "galley__rustic", "fixtures": [], "generator": "casa-assets"}
+    return kitchen_report.page(facts, report, explained)
+
+
+def test_what_failed_comes_first_and_numbers_are_for_people() -> None:
+    tree = html.document_fromstring(kitchen_page({"NKB004": "Work aisle: Fronts are apart."}))
+    groups = [(group.xpath("string(summary)"), group.get("open") is not None) for group in tree.xpath("//details")]
+    assert groups == [
+        *[("1 failed", True), ("1 advice", True), ("4 passed", False), ("1 not applicable", False)],
+        ("2 supported", False),
+        *[("1 not followed", True), ("1 followed", False), ("1 not applicable", False)],
+    ]
+    cells = [[" ".join(cell.text_content().split()) for cell in row] for row in tree.xpath("//details//tr[td]")]
+    assert cells[:6] == [
+        ["Work aisle NKB004Fronts are apart.", "0.988 m", "1.07 m"],
+        ["SCN026", "6,000 ms", "5,000 ms"],
+        ["SCN003", "0.0277 mm", "1 mm"],
+        ["SCN006", "95.2 %", "95 %"],
+        ["SCN014", "12,901", "30,000"],
+        ["SCN015", "19.9 MB", "256 MB"],
+    ]
+    assert [cell[0] for cell in cells[7:10]] == [
+        "Open drawer open_drawer",
+        "Pick and place: cabinet to counter pnp_cab_to_counter",
+        "Longest leg N3b_long",
+    ]
+    assert cells[9][1:] == ["3.04 m", "at most 2.74 m"]
 
 
 def test_no_name_of_a_scene_is_markup() -> None:

@@ -138,6 +138,24 @@ def test_a_row_has_what_the_list_shows() -> None:
     assert (refused["verdict"], refused["size"], refused["codes"]) == ("rejected", None, ["SRC003"])
 
 
+def test_a_mark_that_nearly_all_assets_have_is_no_mark() -> None:
+    def with_advice(number: int, *codes: str) -> Entry:
+        issues = tuple(Issue(code=code, severity=Severity.WARNING, message="why") for code in codes)
+        return dataclasses.replace(entry(f"mug_{number:010}"), warnings=issues)
+
+    rescaled, common, rare = "MSH014", "FLT011", "FLT018"
+    found = findings(
+        [with_advice(0, common, rare), with_advice(1, rescaled), *(with_advice(i, common) for i in range(2, 9))]
+    )
+    text = render(found)
+    assert WORDS.needs_nothing(rescaled)
+    assert part(text, "data")["quiet"] == [common, rescaled]
+    assert tile(text, "advised") == "1"
+    assert "8 others have routine notes" in text
+    # Of a few assets all may have the same that has to be looked at.
+    assert part(render(findings([with_advice(i, common) for i in range(5)])), "data")["quiet"] == []
+
+
 def test_details_tell_advice_from_failure() -> None:
     found = rows.details_of(entry(word="why"), WORDS, "", {"load": 0.25})
     assert [(r[0], r[1]) for r in found["results"]] == [

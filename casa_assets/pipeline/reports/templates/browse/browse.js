@@ -20,7 +20,7 @@ function show(number) {
   if (number === null || number === undefined) { return "–"; }
   if (number === 0) { return "0"; }
   const size = Math.abs(number);
-  if (size >= 1e6 || size < 1e-3) { return number.toExponential(2); }
+  if (size < 1e-6) { return "below 0.000001"; }
   if (size >= 1000) { return Math.round(number).toLocaleString("en"); }
   return String(Number(number.toPrecision(3)));
 }
@@ -159,7 +159,7 @@ function browse(page) {
   function measure() {
     const width = list.clientWidth || 1;
     const isTiles = state.view === "tiles";
-    const size = width < 640 ? "narrow" : width < 1000 ? "middle" : "wide";
+    const size = width < 800 ? "narrow" : width < 1080 ? "middle" : "wide";
     list.className = (isTiles ? "tiles-view " : "table ") + size;
     byId("heads").className = "cells " + size;
     byId("heads").hidden = isTiles || !page.line;
@@ -393,7 +393,7 @@ function browse(page) {
   // Start -------------------------------------------------------------------------------------------------------------
   page.sorts.forEach(function (sort) {
     [1, -1].forEach(function (way) {
-      byId("order").append(make("option", { value: (way < 0 ? "-" : "") + sort.key, text: sort.title + (way < 0 ? " ↓" : " ↑") }));
+      byId("order").append(make("option", { value: (way < 0 ? "-" : "") + sort.key, text: sort.ways ? sort.ways[way < 0 ? 1 : 0] : sort.title + (way < 0 ? " ↓" : " ↑") }));
     });
   });
   byId("order").addEventListener("change", function (event) {

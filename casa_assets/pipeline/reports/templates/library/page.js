@@ -19,32 +19,38 @@ function picture(row, kind) {
   else { image.addEventListener("error", none, { once: true }); image.src = row.folder + "/" + facts.picture; }
   return place;
 }
+// Codes of advice that tell something of this asset in particular; the details name all of them.
+function telling(row) { return row.codes.filter(function (code) { return facts.quiet.indexOf(code) < 0; }); }
+const FEW_CODES = 2;
 function verdict(row) {
-  const place = make("div", { "class": "clip" }, make("span", { "class": "badge " + row.verdict, text: VERDICTS[row.verdict] }));
-  const why = row.verdict === "rejected" ? row.codes.join(", ") : row.verdict === "review" ? row.decide.join(", ") : "";
-  const more = why || (row.verdict === "accepted" && row.codes.length ? "advice " + row.codes.join(", ") : "");
-  if (more) { place.append(make("div", { "class": "small clip", text: more, title: row.codes.map(title).join("; ") })); }
+  const place = make("div", { "class": "verdict" }, make("span", { "class": "badge " + row.verdict, text: VERDICTS[row.verdict] }),
+    row.outlier.length ? make("span", { "class": "badge advice", text: "unusual " + row.outlier.join(", "), title: "outside the usual " + row.outlier.join(" and ") }) : null);
+  const codes = row.verdict === "accepted" ? telling(row) : row.codes;
+  const few = codes.slice(0, FEW_CODES).join(", ") + (codes.length > FEW_CODES ? " +" + (codes.length - FEW_CODES) : "");
+  const more = row.verdict === "review" ? row.decide.join(", ") : few && row.verdict === "accepted" ? "advice " + few : few;
+  if (more) { place.append(make("div", { "class": "small", text: more, title: codes.map(title).join("; ") })); }
   if (row.change) { place.append(make("div", { "class": "small clip" }, make("span", { "class": row.change === "worse" ? "bad-text" : row.change === "better" ? "good" : "", text: row.change }))); }
   return place;
 }
 function link(row) { return make("a", { "class": "id", href: "#" + encodeURIComponent(row.id), text: name(row) }); }
+function why(row) { return row.codes.map(title).join("; "); }
 function name(row) { return row.verdict === "rejected" ? row.path : row.id; }
 
 function line(row) {
-  const label = make("div", { "class": "clip" }, link(row), make("div", { "class": "small clip middle-only", text: row.title || (row.verdict === "rejected" ? row.id : row.path.split("/").pop()) }));
-  const short = row.category + (row.size ? ", " + size(row.size) + " cm, " + mass(row.mass) : "");
+  const label = make("div", { "class": "clip" }, link(row), make("div", { "class": "small clip middle-only", text: row.verdict === "rejected" ? why(row) : row.title || row.path.split("/").pop() }));
+  const short = row.verdict === "rejected" ? why(row) : row.size ? size(row.size) + " cm, " + mass(row.mass) : row.category;
   label.append(make("div", { "class": "small clip narrow-only", text: short }));
-  const unusual = row.outlier.length ? make("span", { "class": "small warn-text", text: " unusual", title: "outside the usual " + row.outlier.join(" and ") }) : null;
-  const sizes = make("div", { "class": "number middle-only clip" }, document.createTextNode(size(row.size)), row.outlier.indexOf("size") >= 0 ? unusual : null);
-  const weight = make("div", { "class": "number middle-only clip" }, document.createTextNode(mass(row.mass)), row.outlier.indexOf("mass") >= 0 && row.outlier.length === 1 ? unusual : null);
+  const unusual = function (quantity) { return row.outlier.indexOf(quantity) >= 0 ? " warn-text" : ""; };
+  const sizes = make("div", { "class": "number middle-only" + unusual("size"), text: size(row.size) });
+  const weight = make("div", { "class": "number middle-only" + unusual("mass"), text: mass(row.mass) });
   const checks = row.applying ? row.passed + " of " + row.applying : "–";
   return make("div", { "class": "cells" }, picture(row, ""), label,
     make("div", { "class": "clip middle-only", text: row.category }), verdict(row), sizes, weight,
     make("div", { "class": "number wide-only", text: show(row.colliders) }), make("div", { "class": "number wide-only", text: show(row.faces) }),
-    make("div", { "class": "clip wide-only", text: row.source, title: row.path }), make("div", { "class": "number wide-only", text: checks }));
+    make("div", { "class": "number wide-only", text: checks }));
 }
 function tile(row) {
-  const told = row.verdict === "rejected" ? row.codes.map(title).join("; ") : size(row.size) + " cm, " + mass(row.mass);
+  const told = row.verdict === "rejected" ? why(row) : size(row.size) + " cm, " + mass(row.mass);
   return make("div", {}, picture(row, ""), make("div", { "class": "text" }, make("div", { "class": "clip" }, link(row)),
     make("div", { "class": "clip" }, make("span", { "class": "badge " + row.verdict, text: VERDICTS[row.verdict] }), make("span", { "class": "small", text: " " + told }))));
 }
@@ -106,6 +112,12 @@ function details(row, place) {
 }
 // Status of a check: 0 failed, 1 passed, 2 does not apply, 3 was not run, 4 advice.
 const STATES = [[0, "failed", "bad-text"], [4, "advice", "warn-text"], [3, "not run", "warn-text"], [1, "passed", "good"], [2, "does not apply", "small"]];
+// A number and its limit with their unit, small lengths in millimetres.
+function compared(number, limit, unit) {
+  const isSmall = unit === "m" && Math.max(Math.abs(number || 0), Math.abs(limit || 0)) < 0.1;
+  const name = isSmall ? "mm" : unit.replace("^2", "²").replace("^3", "³");
+  return [number, limit].map(function (value) { return value === null ? "" : show(isSmall ? 1000 * value : value) + (name ? "\u00a0" + name : ""); });
+}
 function results(all) {
   const place = make("div");
   STATES.forEach(function (state) {
@@ -115,10 +127,10 @@ function results(all) {
     some.forEach(function (r) {
       const text = (facts.checks[r[0]] || "").split(": ");
       const named = make("td", { title: text.slice(1).join(": ") }, make("span", { text: r[0] + " " + text[0] }), r[5] ? make("div", { "class": "small", text: r[5] }) : null);
-      body.append(make("tr", {}, named, make("td", { "class": "number", text: r[2] === null ? "" : show(r[2]) }), make("td", { "class": "number", text: r[3] === null ? "" : show(r[3]) }), make("td", { text: r[4] })));
+      body.append(make("tr", {}, named, ...compared(r[2], r[3], r[4]).map(function (text) { return make("td", { "class": "number", text: text }); })));
     });
-    const head = make("tr", {}, ...["Check", "Measured", "Limit", "Unit"].map(function (h, i) { return make("th", { text: h, scope: "col", "class": i === 1 || i === 2 ? "number" : "" }); }));
-    const box = make("details", {}, make("summary", {}, make("b", { "class": state[2], text: some.length + " " + state[1] })), make("table", {}, make("thead", {}, head), body));
+    const head = make("tr", {}, ...["Check", "Measured", "Limit"].map(function (h, i) { return make("th", { text: h, scope: "col", "class": i ? "number" : "" }); }));
+    const box = make("details", {}, make("summary", {}, make("b", { "class": state[2], text: some.length + " " + state[1] })), make("div", { "class": "scroll" }, make("table", {}, make("thead", {}, head), body)));
     box.open = state[0] === 0 || state[0] === 4;
     place.append(box);
   });
@@ -176,6 +188,9 @@ function charts() {
   });
 }
 
+// What somebody should look at first comes first.
+const RANKS = { rejected: 0, review: 1, accepted: 4 };
+function rank(row) { return row.verdict !== "accepted" ? RANKS[row.verdict] : row.outlier.length ? 2 : telling(row).length ? 3 : RANKS.accepted; }
 const longest = function (row) { return row.size === null ? null : Math.max.apply(null, row.size); };
 casa.browse({
   key: function (row) { return row.id; },
@@ -188,8 +203,8 @@ casa.browse({
   view: "table",
   facets: [
     { key: "verdict", title: "Verdict", values: function (row) { return [row.verdict]; }, label: function (v) { return VERDICTS[v] || v; } },
-    { key: "advice", title: "Advice", values: function (row) { return row.verdict === "rejected" ? [] : [row.codes.length ? "yes" : "no"]; },
-      label: function (v) { return v === "yes" ? "with advice" : "without advice"; } },
+    { key: "advice", title: "Advice", values: function (row) { return row.verdict === "rejected" ? [] : [telling(row).length ? "yes" : row.codes.length ? "notes" : "no"]; },
+      label: function (v) { return { yes: "with advice", notes: "routine notes only", no: "without advice" }[v] || v; } },
     { key: "change", title: "Since the earlier run", values: function (row) { return row.change ? [row.change] : []; } },
     { key: "reason", title: "Reason", values: function (row) { return row.codes; }, label: function (code) { return code + " " + title(code); }, meaning: function (code) { return facts.meanings[code] || code; } },
     { key: "decide", title: "To decide", values: function (row) { return row.decide; } },
@@ -198,9 +213,9 @@ casa.browse({
     { key: "outlier", title: "Outside the usual range", values: function (row) { return row.outlier; } }
   ],
   sorts: [
+    { key: "verdict", title: "severity", ways: ["worst first", "worst last"], value: rank },
     { key: "listed", title: "category", value: function (row) { return row.index; } },
     { key: "id", title: "name", value: function (row) { return row.id; } },
-    { key: "verdict", title: "verdict", value: function (row) { return row.verdict; } },
     { key: "size", title: "longest side", value: longest, number: true },
     { key: "mass", title: "mass", value: function (row) { return row.mass; }, number: true },
     { key: "colliders", title: "colliders", value: function (row) { return row.colliders; }, number: true },
@@ -212,7 +227,7 @@ casa.browse({
     { title: "" }, { key: "id", title: "Asset or input" }, { key: "listed", title: "Category" }, { key: "verdict", title: "Verdict" },
     { key: "size", title: "Size, cm", kind: "number middle-only" }, { key: "mass", title: "Mass", kind: "number middle-only" },
     { key: "colliders", title: "Colliders", kind: "number wide-only" }, { key: "faces", title: "Faces", kind: "number wide-only" },
-    { key: "source", title: "Source", kind: "wide-only" }, { key: "checks", title: "Checks", kind: "number wide-only" }
+    { key: "checks", title: "Checks", kind: "number wide-only" }
   ],
   line: { height: [74, 96], node: line },
   tile: { width: 190, height: 256, node: tile },
