@@ -24,7 +24,7 @@ class Node {
 let written = "";
 const byId = { data: new Node("script") };
 byId.data.textContent = /<script type="application\/json" id="data">(.*?)<\/script>/s.exec(page)[1];
-for (const name of ["now", "said", "place"]) { byId[name] = new Node("div"); }
+for (const name of ["seen", "told", "chosen", "kind", "parts", "words", "said", "place"]) { byId[name] = new Node("div"); }
 const body = new Node("body");
 const context = vm.createContext({
   document: {
@@ -36,6 +36,7 @@ const context = vm.createContext({
   },
   window: { localStorage: { getItem: () => null, setItem: () => {} }, addEventListener: () => {} },
   Blob: class { constructor(parts) { written = parts.join(""); } },
+  location: { hash: "" },
   URL: { createObjectURL: () => "blob:" },
 });
 for (const script of page.matchAll(/<script>\n(.*?)<\/script>/gs)) { vm.runInContext(script[1], context); }
