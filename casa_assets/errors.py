@@ -32,13 +32,18 @@ class RegistryError(CasaError):
 
 
 class UnknownId(CasaError):
-    """A name that nothing answers to; carries the nearest names that exist."""
+    """A name that nothing answers to; carries the nearest names that exist.
 
-    def __init__(self, kind: str, wanted: str, known: Iterable[str]) -> None:
+    Args:
+        advice: what to do where no name is known.
+    """
+
+    def __init__(self, kind: str, wanted: str, known: Iterable[str], advice: str = "") -> None:
         self.kind, self.wanted = kind, wanted
         names = sorted(known)
         self.nearest = tuple(difflib.get_close_matches(wanted, names, n=3, cutoff=0.5))
         hint = f"; did you mean {', '.join(self.nearest)}?" if self.nearest else _some(names)
+        hint = f": {advice}" if advice and not names else hint
         super().__init__(f"unknown {kind} {wanted!r}{hint}")
 
 

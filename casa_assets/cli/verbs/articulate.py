@@ -51,6 +51,7 @@ Examples:
 
   casa-assets articulate ~/appliances --jobs 8 --review
 """
+CONTRACT_ADVICE = "to mend it, change decisions.yaml beside the model, or the mesh, and run again"
 # Names of meshes that the progress bar shows at once.
 MAX_NAMES = 3
 
@@ -320,10 +321,10 @@ def _print_outcome(outcome: ArticulateOutcome, output: Output) -> None:
     if outcome.contract:
         console.print(f"  holds the contract {outcome.contract}", highlight=False, soft_wrap=True)
     elif outcome.unmet_checks:
-        rest = f" (and {len(outcome.unmet_checks) - 2} more: --report)" if len(outcome.unmet_checks) > 2 else ""
-        console.print(
-            f"  {escape(terminal_safe(': '.join(outcome.unmet_checks[:2])))}{rest}", highlight=False, soft_wrap=True
-        )
+        explanation, first, *others = outcome.unmet_checks
+        rest = f" (and {len(others)} more: --report)" if others else ""
+        for line in (explanation, f"  {first}{rest}", f"  {CONTRACT_ADVICE}"):
+            console.print(f"  {escape(terminal_safe(line))}", highlight=False, soft_wrap=True)
     for issue in outcome.report.issues if outcome.report else ():
         console.print(
             f"  {issue.severity.value} {issue.code} {escape(terminal_safe(issue.pointer + ' ' + issue.message))}",

@@ -131,7 +131,7 @@ def _row(done: ArticulateOutcome, root: Path, models: PageModels | None) -> dict
     moving = strip.moving_joints(done)
     corners = strip_corners(moving)
     frame = done.articulation.frame
-    held = f"holds the contract {done.contract}" if done.contract else ": ".join(done.unmet_checks[:2])
+    held = f"holds the contract {done.contract}" if done.contract else "; ".join(done.unmet_checks[:2])
     row["summary"] = "; ".join(w for w in (done.category, done.size, f"frame {frame.confidence:.0%} sure", held) if w)
     row["corners"] = corners
     row["parts"] = [{**_part(done, i), "corner": corners.get(m.joint)} for i, m in enumerate(moving)]

@@ -25,7 +25,7 @@ from casa_assets.model.ingest.user_override import Word
 from casa_assets.model.issue import Decision, Report
 from casa_assets.pipeline.articulate import sidecar, strip
 from casa_assets.pipeline.articulate.build import ArticulateRequest, ArticulateResult, build, find_input
-from casa_assets.pipeline.articulate.contract import unmet_checks, without_contract
+from casa_assets.pipeline.articulate.contract import explanation, unmet_checks, without_contract
 from casa_assets.pipeline.articulate.doubts import doubts
 from casa_assets.pipeline.articulate.interiors import add_interiors
 from casa_assets.pipeline.articulate.limit_ranges import limit_ranges
@@ -79,7 +79,8 @@ class ArticulateOutcome:
     Attributes:
         mesh: the input. folder: of the entry, under `rejected` where a check found an error; None where there is none.
         articulation: the decisions. category, size: what it was taken to be, and why. report: of all checks.
-        travels: of each part, by its name. contract: that it holds. unmet_checks: why it does not hold one.
+        travels: of each part, by its name. contract: that it holds. unmet_checks: where it does not hold one, a
+            sentence on what that means, then each check that failed.
         code, message: of a refusal; an asset in review has none. kept: an earlier run made it, and nothing has changed,
             or it is better than what this run made, and `reason_kept` says why; that is empty otherwise.
         sha256: of the mesh with all its files; empty where it could not be read.
@@ -442,10 +443,11 @@ def with_contract(result: ArticulateResult, folder: Path) -> ArticulateResult:
     if asset.contract is None:
         return result
     disk.write_files(folder, mjcf.write(asset))
-    faults = unmet_checks(asset, result.category, folder, known.contracts.get(asset.contract), known.limits)
+    contract = known.contracts.get(asset.contract)
+    faults = unmet_checks(asset, result.category, folder, contract, known.limits)
     if not faults:
         return result
-    unmet = (f"contract {asset.contract} not met", *faults)
+    unmet = (explanation(asset.contract, contract), *faults)
     return replace(result, asset=without_contract(asset, faults), unmet_checks=unmet)
 
 
