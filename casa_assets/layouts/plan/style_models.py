@@ -36,7 +36,7 @@ ANYWHERE = Place({})
 # What to do where an asset of a library is asked for and no library is in use.
 NO_LIBRARY = (
     "no library is in use; name its folder under `libraries:` in casa.yaml of a project (`casa-assets init FOLDER` "
-    "writes one), and run the command in that folder, or with --project FOLDER before its name"
+    "writes one), and run the command in that folder, or with --project FOLDER"
 )
 
 

@@ -10,14 +10,18 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import typer
 
+from casa_assets.cli.ingest_output import end
 from casa_assets.errors import CasaError, OutputError, UnknownId
 from casa_assets.ingest.sources.found import Found
+from casa_assets.model.issue import Decision
+from casa_assets.pipeline.ingest import run as ingest_run
 from casa_assets.pipeline.ingest.discover_inputs import discover_inputs
 from casa_assets.pipeline.ingest.job import Event, writing
 from casa_assets.pipeline.ingest.refused_rows import MAX_ROWS_PER_FILE
 from casa_assets.pipeline.ingest.run import Options, ingest, tally
-from casa_assets.pipeline.library.library import Library
+from casa_assets.pipeline.library.library import Library, file_digests
 from casa_assets.pipeline.reports.entry import entries
 from tests.libraries import BOXES, box_obj, differences, entries_of
 
@@ -83,11 +87,33 @@ def test_a_damaged_entry_is_made_anew(copy: Path, made: Path, text: str) -> None
 def test_verdicts_replace_each_other_and_passing_ones_are_not_final(copy: Path, made: Path) -> None:
     library = copy / "library"
     edit(library / CARTON / "asset.json", cache_key="that of another version")
-    (event,) = run(copy / "in", library, seconds=0.01)
+    (event,) = run(copy / "in", library, seconds=0.01, force=True)
     assert (event.kind, event.code) == ("rejected", "RUN001") or event.asset_id.startswith("unread_")
     assert event.was_rejected
     assert kinds(run(copy / "in", library)) == ["accepted"]
     assert differences(made / "library", library) == []
+
+
+def test_an_accepted_asset_is_kept_where_the_new_result_is_worse(copy: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    library = copy / "library"
+    edit(library / CARTON / "asset.json", cache_key="that of another version")
+    before = file_digests(library / CARTON)
+    (event,) = run(copy / "in", library, guards={"input_faces": 1.0})
+    assert (event.kind, event.decision) == ("kept", Decision.ACCEPTED)
+    assert (
+        event.reason_kept == f"{event.asset_id} is accepted, the new result was rejected (SRC015); --force replaces it"
+    )
+    assert event.folder == library / CARTON
+    with pytest.raises(typer.Exit) as ended:
+        end([event])
+    assert ended.value.exit_code == 4
+    assert file_digests(library / CARTON) == before
+    # A result that is not the fault of the run's limits is not made a second time.
+    monkeypatch.setattr(ingest_run, "RETRIED_CODES", frozenset())
+    run(copy / "in", library, guards={"input_faces": 1.0})
+    (again,) = run(copy / "in", library)
+    assert (again.kind, again.reason_kept) == ("kept", event.reason_kept)
+    assert kinds(run(copy / "in", library, guards={"input_faces": 1.0}, force=True)) == ["rejected"]
 
 
 def test_another_category_replaces_the_entry(copy: Path) -> None:

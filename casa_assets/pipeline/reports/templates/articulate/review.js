@@ -85,18 +85,17 @@ function showPictures(one, told) {
       stage.node.append(button);
       if (stage.in3d) { openModel(); }
     }
+    byId("stage").replaceChildren(...(closed || one.model ? [stage.node] : []));
   }
   const cells = one.strip ? ["parts", "taken apart"].map(function (name) { return picture(one.corners[name], name); }) : [];
   if (told && told.corner) { cells.unshift(picture(told.corner, told.name + ", open")); }
-  byId("seen").replaceChildren(...(closedOrModel(one) ? [stage.node] : []), make("div", { "class": "cells" }, ...cells));
+  byId("cells").replaceChildren(...cells);
 }
 
-function closedOrModel(one) { return one.picture || one.strip || one.model; }
-
 function openModel() {
-  const one = row(), number = at, node = stage.node;
+  const one = row(), number = at, node = stage.node, button = node.children[node.children.length - 1];
   stage.in3d = true;
-  say("loading the model");
+  button.textContent = "Loading …";
   loadViewer(one.model.viewer)
     .then(function () { return casaViewer.loadModel(one.model.script, one.model.name); })
     .then(function (bytes) { return casaViewer.mount(node, bytes, { title: one.name, panel: false }); })
@@ -107,9 +106,11 @@ function openModel() {
         const picked = found && found.joint ? one.parts.findIndex(function (p) { return p.joint_name === found.joint; }) : -1;
         if (picked >= 0 && picked !== part) { part = picked; show(); }
       });
-      say("");
     })
-    .catch(function (error) { say("the model cannot be shown: " + error.message, "bad"); });
+    .catch(function (error) {
+      button.textContent = "Open in 3D";
+      say("the model cannot be shown: " + error.message, "bad");
+    });
 }
 
 // Opens the chosen part in 3D and closes the others.
