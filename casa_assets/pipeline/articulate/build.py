@@ -143,7 +143,7 @@ def build(request: ArticulateRequest) -> ArticulateResult:
     model = load(bundle, known.limits)
     mesh = weld_model(model)
     if not mesh.areas.any():
-        raise Rejected(NOTHING_MOVES, f"{request.mesh.name}: none of its faces has an area")
+        raise Rejected(NOTHING_MOVES, "none of its faces has an area")
     frame = _choose_frame(mesh, model, request)
     placed = mesh.in_frame(frame)
     stated = stated_category(source_file, request.category or request.decisions.category or "")
@@ -203,7 +203,7 @@ def _opened(
         names = [name for part in model.parts for name in (*part.nodes, part.name)]
         signs = signs_of_parts(placed, stated, names, load_models())
         if not signs:
-            raise Rejected(NOTHING_MOVES, f"{request.mesh.name}: no moving part found")
+            raise Rejected(NOTHING_MOVES, "no moving part found")
         return model, placed, found.replace(signs=signs)
     try:
         return add_interiors(model, placed, found, found.category, request.decisions, request.complete)
@@ -304,4 +304,4 @@ def find_input(request: ArticulateRequest) -> Found:
         if isinstance(source_file, Refused):
             raise Rejected(source_file.code, source_file.message)
         return source_file
-    raise Rejected("SRC001", f"{request.mesh}: no mesh")
+    raise Rejected("SRC001", "no mesh")

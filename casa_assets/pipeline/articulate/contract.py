@@ -51,7 +51,7 @@ def explanation(contract: str, known: Contract | None) -> str:
     """
     classes = sorted({name for names in (known.read_by.values() if known is not None else ()) for name in names})
     reader = f"RoboCasa's fixture class {' or '.join(classes)}" if classes else "RoboCasa"
-    return f"contract {contract} not met: {reader} cannot operate it; kitchens, MuJoCo and Isaac Sim can"
+    return f"contract {contract} not met: {reader} cannot use it; kitchens, MuJoCo and Isaac Sim can"
 
 
 def without_contract(asset: Asset, faults: tuple[str, ...]) -> Asset:
