@@ -110,6 +110,7 @@ class Articulated:
         category, size: what it was taken to be and how large, and why.
         missing: what keeps it from what RoboCasa's fixture class of its kind reads; empty where nothing does.
         folder: of the entry in the library, with `decisions.yaml` in it; None where no library was named.
+        reason_kept: why this is the accepted asset that the library had, and not the new result; empty otherwise.
     """
 
     source: str
@@ -120,6 +121,7 @@ class Articulated:
     size: str
     missing: tuple[str, ...] = ()
     folder: Path | None = None
+    reason_kept: str = ""
 
     @property
     def to_decide(self) -> tuple[str, ...]:
@@ -183,11 +185,18 @@ class Library:
         return search_by_words(words, self._disk, limit)
 
     def ingest(
-        self, *inputs: Input | Sequence[Input], category: str = "", name: str = "", up: UpAxis = "", jobs: int = 0
+        self,
+        *inputs: Input | Sequence[Input],
+        category: str = "",
+        name: str = "",
+        up: UpAxis = "",
+        jobs: int = 0,
+        force: bool = False,
     ) -> Iterator[IngestResult]:
         """Bring files, folders, manifests and meshes in memory in; each is read in a process with limits of its own.
 
-        What an earlier run made of the same bytes stays. Nothing happens before the first result is asked for: write
+        What an earlier run made of the same bytes stays, and so does an accepted asset where the new result would be in
+        review or rejected; both are told as `skipped`. Nothing happens before the first result is asked for: write
         `list(library.ingest(...))` where no result is of interest.
 
         Args:
@@ -198,6 +207,7 @@ class Library:
                 `mesh`; several of one name are numbered.
             up: axis that points up, of meshes that are not in a MeshInput; else their metadata tell, or it is guessed.
             jobs: inputs at once; 0: one per core.
+            force: work on all inputs, and replace accepted assets whatever the new result is.
         Yields:
             The result of each input as it is done.
         Raises:
@@ -206,7 +216,7 @@ class Library:
         """
         words, meshes = _sorted_inputs(inputs, name, up)
         paths, refused = roots_of(words, self.path)
-        options = Options(self.path, category, jobs, refused=refused)
+        options = Options(self.path, category, jobs, refused=refused, force=force)
         _check_exist(paths)
         with closing(run_ingest(paths, options, meshes)) as running:
             for event in running:
@@ -323,6 +333,7 @@ def articulate(
     decisions: str | Path | None = None,
     complete: bool = True,
     library: str | Path | None = None,
+    force: bool = False,
 ) -> Articulated:
     """Find doors, drawers, knobs and buttons of one static mesh and give them joints.
 
@@ -337,6 +348,8 @@ def articulate(
         decisions: a `decisions.yaml` of an earlier run, changed by hand.
         complete: build an interior where a door or a drawer opens onto nothing.
         library: folder to write the asset to; None: it is returned and kept nowhere.
+        force: replace an accepted asset of the library also by a result that is in review, was rejected or has fewer
+            moving parts, and work on the mesh though nothing has changed.
     Raises:
         CasaError: there is no such file, what is asked for does not go together, or this machine cannot make assets.
     """
@@ -356,7 +369,7 @@ def articulate(
         raise CasaError(f"up or front: {error}") from error
     with tempfile.TemporaryDirectory(prefix="casa-assets-") as temporary:
         place = Path(temporary if library is None else library)
-        request = ArticulateRequest(path, place, category, *axes, size_m, given, complete=complete)
+        request = ArticulateRequest(path, place, category, *axes, size_m, given, complete=complete, anew=force)
         found = list(run_articulate([path], place, lambda one: replace(request, source_file=one), jobs=1))
         if len(found) != 1:
             raise CasaError(f"{path}: holds {len(found)} meshes; give one mesh of one thing")
@@ -369,7 +382,8 @@ def _articulated(done: ArticulateOutcome, kept: bool) -> Articulated:
     rejection = None if is_made else Rejection(done.code, done.message)
     folder = done.folder if kept else None
     source = str(done.mesh)
-    return Articulated(source, asset, rejection, done.report, done.category, done.size, done.unmet_checks, folder)
+    told = done.report, done.category, done.size, done.unmet_checks
+    return Articulated(source, asset, rejection, *told, folder, done.reason_kept)
 
 
 def _check_exist(paths: Sequence[Path | StoreRoot]) -> None:

@@ -15,10 +15,15 @@ CERTAIN = 1.0
 def calibrate_parts(articulation: Articulation, model: ConfidenceModel) -> Articulation:
     """Return the articulation with the confidence of each part as the share of such parts that are right.
 
-    A part is right where its surface, its type and its joint are.
+    A part is right where its surface, its type and its joint are, so its joint gets the same number.
     """
-    parts = tuple(p.replace(confidence=model.part_at(p.kind.value, part_score(p))) for p in articulation.parts)
-    return articulation.replace(parts=parts)
+    return articulation.replace(parts=tuple(_calibrated(part, model) for part in articulation.parts))
+
+
+def _calibrated(part: PartPlan, model: ConfidenceModel) -> PartPlan:
+    """Return a part with one calibrated confidence for it and its joint."""
+    confidence = model.part_at(part.kind.value, part_score(part))
+    return part.replace(confidence=confidence, joint=part.joint.replace(confidence=confidence))
 
 
 def part_score(part: PartPlan) -> float:

@@ -38,7 +38,7 @@ def end(events: list[Event]) -> None:
         raise BatchFault(map(terminal_safe, faults))
     if any(event.was_rejected for event in events):
         raise typer.Exit(1)
-    if any(event.is_in_review for event in events):
+    if any(event.is_in_review or event.reason_kept for event in events):
         raise typer.Exit(4)
 
 
@@ -79,7 +79,8 @@ def print_events(
                 cpu_s += event.cost.cpu_s if event.cost is not None else 0.0
                 progress.update(task, total=event.total)
                 show()
-                if event.kind != "kept" or event.total <= MOST_LISTED or output.verbose or output.as_json:
+                is_news = event.kind != "kept" or bool(event.reason_kept)
+                if is_news or event.total <= MOST_LISTED or output.verbose or output.as_json:
                     _print_event(event, output, dry_run)
     if last_begun and output.verbose:
         output.line(f"Tail:    the last input was begun {time.monotonic() - last_begun:.0f} s before the end")
@@ -96,6 +97,9 @@ def _print_event(event: Event, output: Output, dry_run: bool) -> None:
             highlight=False,
             soft_wrap=True,
         )
+    elif event.reason_kept:
+        words = f"[yellow]kept[/] {_safe(event.path)}: {_safe(event.reason_kept)}"
+        output.console.print(words, highlight=False, soft_wrap=True)
     elif dry_run or output.verbose:
         color = "yellow" if event.is_in_review else "green"
         kept = " (there already)" if event.kind == "kept" else ""

@@ -132,6 +132,9 @@ Most = Annotated[int, typer.Option("--most", help=MOST_HELP, min=1)]
 All = Annotated[bool, typer.Option("--all", help=ALL_HELP)]
 Samples = Annotated[int, typer.Option("--samples", help="Number of random members of each.", min=0)]
 Force = Annotated[bool, typer.Option("--force", help="Do it again even if nothing has changed.")]
+ForceWorse = Annotated[
+    bool, typer.Option("--force", help="Do all of it again, and replace accepted assets by worse results too.")
+]
 DryRun = Annotated[bool, typer.Option("--dry-run", help="Print what would be done and why; write nothing.")]
 Pictures = Annotated[bool, typer.Option("--pictures/--no-pictures", help="Draw a picture of each.")]
 Camera = Annotated[

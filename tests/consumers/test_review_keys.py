@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 import subprocess
 from pathlib import Path
@@ -76,6 +77,13 @@ def test_keys_make_decisions_on_parts(page: Path, keys: str, parts: dict[str, An
         assert found[FIRST]["hinge"] in ("right", "top", "bottom")
     else:
         assert found == parts
+
+
+def test_each_button_does_what_its_key_does(page: Path) -> None:
+    buttons = re.findall(r'<button [^>]*data-key="(.)"', page.read_text(encoding="utf-8"))
+    assert buttons == [*"kjaxzw", *"hfgr"]
+    assert press(page, "button:r") == press(page, "r")
+    assert press(page, "button:a", "button:z") == Decisions()
 
 
 def test_keys_make_decisions_on_a_mesh(page: Path) -> None:

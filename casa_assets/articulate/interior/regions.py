@@ -155,6 +155,24 @@ def region_below_racks(asset: Asset, region: Region) -> Region | None:
     return region.replace(pose=Pose(position=(x, y, round_mm((roof + float(lower[2])) / 2))), size=size)
 
 
+def region_within_colliders(asset: Asset, region: Region) -> Region:
+    """Return a region of the body that reaches from what lies on its floor to the roof, as the colliders have them.
+
+    On the floor lies the turntable of a microwave, for instance; a roof may be thicker to collide with than it looks.
+    """
+    if region.link != "object":
+        return region
+    lower, upper = region_bounds(asset, region)
+    x, y, _ = region.pose.position
+    spans = _column(asset, asset.root, x, y)
+    floor = max((t for _, t, _ in spans if lower[2] + SAME_PLACE_M < t <= lower[2] + WALL_DISTANCE_M), default=lower[2])
+    roof = min((b for b, _, _ in spans if upper[2] - WALL_DISTANCE_M <= b < upper[2] - SAME_PLACE_M), default=upper[2])
+    height = round_mm(float(roof - floor))
+    if height < MIN_REGION_M or (floor == lower[2] and roof == upper[2]):
+        return region
+    return region.replace(pose=Pose(position=(x, y, round_mm((floor + roof) / 2))), size=(*region.size[:2], height))
+
+
 def is_occupied(asset: Asset, region: Region) -> bool:
     """Return whether drawers or racks take up a region of the body, which then belongs to them."""
     lower, upper = region_bounds(asset, region)

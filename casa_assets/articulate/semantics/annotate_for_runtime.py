@@ -22,6 +22,7 @@ from casa_assets.articulate.interior.regions import (
     region_below_racks,
     region_in_drawer,
     region_over_rack,
+    region_within_colliders,
     split_by_shelves,
 )
 from casa_assets.articulate.semantics.state_machines import behavior_for
@@ -120,6 +121,8 @@ def _regions(asset: Asset, category: str) -> Iterator[Region]:
         for part in split_by_shelves(asset, region) if shelved else [below] if below is not None else []:
             if is_occupied(asset, part):
                 continue
+            if not shelved:
+                part = region_within_colliders(asset, part)
             word = _word(asset, part, category)
             number = count.get(word, 0)
             count[word] = number + 1

@@ -26,7 +26,7 @@ from casa_assets.cli.options import (
     Category,
     Engine,
     EngineName,
-    Force,
+    ForceWorse,
     Jobs,
     LibraryOut,
     Quiet,
@@ -57,6 +57,7 @@ Examples:
   casa-assets articulate microwave.obj --preview --report
   casa-assets articulate ~/appliances --jobs 8 --review
 """
+CONTRACT_ADVICE = "to mend it, change decisions.yaml beside the model, or the mesh, and run again"
 # Names of meshes that the progress bar shows at once.
 MAX_NAMES = 3
 
@@ -88,7 +89,7 @@ def articulate(
         bool,
         typer.Option("--complete/--no-complete", help="Build an interior where a door or drawer opens onto nothing."),
     ] = True,
-    force: Force = False,
+    force: ForceWorse = False,
     jobs: Jobs = 0,
     engine: Engine = EngineName.LOCAL,
     address: Address = "",
@@ -99,9 +100,11 @@ def articulate(
     """Find doors, drawers, knobs and buttons in static meshes, and write articulated assets as MJCF and USD.
 
     Results of an earlier run on the same file with the same options are kept, rejections too; a run that was stopped
-    goes on where it ended. Every decision is in decisions.yaml beside the model: change a line, and pass the file with
-    --decisions. Exit 0 when all were accepted, 1 when some were rejected (ART001: nothing moves), 4 when none was
-    rejected but a person has to decide about some (review.csv in the library), 2 on misuse.
+    goes on where it ended. An accepted asset is also kept where the new result has fewer moving parts, is in review or
+    was rejected; --force replaces it. Every decision is in decisions.yaml beside the model: change a line, and pass the
+    file with --decisions. Exit 0 when all were accepted, 1 when some were rejected (ART001: nothing moves), 4 when none
+    was rejected but a person has to decide about some (review.csv in the library) or an accepted asset was kept in
+    place of a new result, 2 on misuse.
     """
     from casa_assets.pipeline.articulate.build import ArticulateRequest
 
@@ -180,7 +183,7 @@ def _follow(
                 progress.update(task, total=outcome.total, completed=sum(o.count for o in outcomes))
                 if output.as_json:
                     output.row(_json_row(outcome))
-                elif not outcome.kept or outcome.total <= MOST_LISTED or output.verbose:
+                elif outcome.reason_kept or not outcome.kept or outcome.total <= MOST_LISTED or output.verbose:
                     _print_outcome(outcome, output)
                     if report and outcome.articulation is not None:
                         _print_parts(outcome, output)
@@ -200,7 +203,7 @@ def _json_row(outcome: ArticulateOutcome) -> dict[str, object]:
         "path": str(outcome.mesh),
         "id": "" if outcome.folder is None else outcome.folder.name,
         "code": outcome.code,
-        "message": outcome.message,
+        "message": outcome.reason_kept or outcome.message,
         "count": outcome.count,
         "seconds": {name: round(value, 3) for name, value in outcome.seconds.items()},
         "parts": [
@@ -244,7 +247,7 @@ def _print_summary(outcomes: Sequence[ArticulateOutcome], out: Path, output: Out
 
 
 def _exit_with(outcomes: Sequence[ArticulateOutcome]) -> None:
-    """End with exit 3 after a fault of the program, 1 after a rejection, 4 where some are in review; else return."""
+    """End with exit 3 after a fault of the program, 1 after a rejection, 4 where a person has to decide."""
     from casa_assets.pipeline.ingest.answers import CRASH_CODE
 
     if faults := [str(outcome.mesh) for outcome in outcomes if outcome.code == CRASH_CODE]:
@@ -252,7 +255,7 @@ def _exit_with(outcomes: Sequence[ArticulateOutcome]) -> None:
     _, in_review, rejected = _counts(outcomes)
     if rejected:
         raise typer.Exit(1)
-    if in_review:
+    if in_review or any(outcome.reason_kept for outcome in outcomes):
         raise typer.Exit(4)
 
 
@@ -296,6 +299,10 @@ def _print_outcome(outcome: ArticulateOutcome, output: Output) -> None:
     """Print one line for the outcome of a mesh, and one for each warning."""
     console = output.failures if outcome.code or outcome.articulation is None else output.console
     name = escape(terminal_safe(outcome.mesh.name))
+    if outcome.reason_kept:
+        reason = escape(terminal_safe(outcome.reason_kept))
+        output.console.print(f"[yellow]kept[/] {name}: {reason}", highlight=False, soft_wrap=True)
+        return
     if outcome.articulation is None:
         told = without_name(outcome.message, str(outcome.mesh))
         message = "\n".join(escape(terminal_safe(line)) for line in told.split("\n"))
@@ -319,10 +326,10 @@ def _print_outcome(outcome: ArticulateOutcome, output: Output) -> None:
     if outcome.contract:
         console.print(f"  holds the contract {outcome.contract}", highlight=False, soft_wrap=True)
     elif outcome.unmet_checks:
-        rest = f" (and {len(outcome.unmet_checks) - 2} more: --report)" if len(outcome.unmet_checks) > 2 else ""
-        console.print(
-            f"  {escape(terminal_safe(': '.join(outcome.unmet_checks[:2])))}{rest}", highlight=False, soft_wrap=True
-        )
+        explanation, first, *others = outcome.unmet_checks
+        rest = f" (and {len(others)} more: --report)" if others else ""
+        for line in (explanation, f"  {first}{rest}", f"  {CONTRACT_ADVICE}"):
+            console.print(f"  {escape(terminal_safe(line))}", highlight=False, soft_wrap=True)
     for issue in outcome.report.issues if outcome.report else ():
         console.print(
             f"  {issue.severity.value} {issue.code} {escape(terminal_safe(issue.pointer + ' ' + issue.message))}",

@@ -24,6 +24,7 @@ from casa_assets.cli.options import (
     DryRun,
     Engine,
     EngineName,
+    ForceWorse,
     Jobs,
     LibraryOut,
     Most,
@@ -131,6 +132,7 @@ def ingest(
     split: Split = False,
     retry: Retry = None,
     retry_only: RetryOnly = None,
+    force: ForceWorse = False,
     dry_run: DryRun = False,
     watch: Watch = False,
     shard: ShardWords = "",
@@ -144,8 +146,10 @@ def ingest(
 ) -> None:
     """Turn meshes into simulation-ready assets.
 
-    Exit 0 when all were accepted, 1 when some were rejected, 4 when none was rejected but a person has to decide about
-    some (review.csv in the library), 2 on misuse.
+    What the library holds of an input is kept while nothing has changed. An accepted asset is also kept where the new
+    result is in review or was rejected; --force replaces it. Exit 0 when all were accepted, 1 when some were rejected,
+    4 when none was rejected but a person has to decide about some (review.csv in the library) or an accepted asset was
+    kept in place of a new result, 2 on misuse.
     """
     from casa_assets.pipeline.ingest.plugin_sources import roots_of
     from casa_assets.pipeline.ingest.run import Options
@@ -157,7 +161,7 @@ def ingest(
         library, category, where, timeout, memory_bytes, guards, clip_weights, keep_duplicates, split, *codes, dry_run
     )
     roots, refused = roots_of(sources, library)
-    options = replace(options, shard=_shard(shard), refused=refused)
+    options = replace(options, shard=_shard(shard), refused=refused, force=force)
     output = Output(json_, quiet, verbose)
     _check_together(bool(store), bool(estimate), {"watch": watch, "explain": explain, "dry-run": dry_run}, bool(shard))
     if estimate:
@@ -281,8 +285,8 @@ def _watch(sources: list[Path | StoreRoot], options: Options, output: Output) ->
     from casa_assets.pipeline.ingest.run import ingest as run
     from casa_assets.pipeline.ingest.watch import settled_changes
 
-    if options.dry_run or options.redone or options.shard:
-        raise typer.BadParameter("--watch goes with none of --dry-run, --retry, --retry-only and --shard")
+    if options.dry_run or options.redone or options.shard or options.force:
+        raise typer.BadParameter("--watch goes with none of --dry-run, --retry, --retry-only, --force and --shard")
     places = [place for place in sources if isinstance(place, Path)]
     if len(places) < len(sources):
         raise typer.BadParameter("--watch looks at folders of this machine; ingest from stores again at times")

@@ -33,6 +33,11 @@ APPLIANCE_ROLES: Mapping[BaseKind | UpperKind, str] = {
 FILLING = (BaseKind.RANGE, BaseKind.DISHWASHER, BaseKind.OVEN)
 ON_WORKTOP = "on_worktop"  # role of what a plan puts on a worktop under a name of its own
 ANYWHERE = Place({})
+# What to do where an asset of a library is asked for and no library is in use.
+NO_LIBRARY = (
+    "no library is in use; name its folder under `libraries:` in casa.yaml of a project (`casa-assets init FOLDER` "
+    "writes one), and run the command in that folder, or with --project FOLDER"
+)
 
 
 @dataclass(frozen=True)
@@ -120,8 +125,7 @@ class StyleModels:
         presets = self.presets[choice.family]
         if choice.name not in presets:
             if choice.is_library:
-                hint = "list its library under `libraries` in the casa.yaml of a project"
-                raise UnknownId("asset of the libraries that casa.yaml names", choice.name, presets, hint)
+                raise UnknownId("library asset", choice.name, presets, "" if presets else NO_LIBRARY)
             raise UnknownId(f"preset of {choice.family}", choice.name, presets)
         return StyleModel(choice, {**presets[choice.name], **choice.params})
 

@@ -59,7 +59,7 @@ class ArticulateRequest:
         decisions: a sidecar; what it says goes before all guesses. The options above go before it.
         preview: write a strip of pictures. clip: weights of CLIP, which then names what the user does not.
         complete: build interiors where doors and drawers open onto nothing.
-        anew: even where an earlier run made the same.
+        anew: even where an earlier run made the same, or has a better asset of the mesh.
         source_file: the input, where it was discovered before; None: it is looked up at `mesh`.
     """
 

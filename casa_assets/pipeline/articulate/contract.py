@@ -43,6 +43,17 @@ def unmet_checks(
     return ()
 
 
+def explanation(contract: str, known: Contract | None) -> str:
+    """Return the sentence that says what an asset cannot be used for that does not meet a contract.
+
+    Args:
+        contract: id. known: its record, which names the fixture classes of RoboCasa that read it.
+    """
+    classes = sorted({name for names in (known.read_by.values() if known is not None else ()) for name in names})
+    reader = f"RoboCasa's fixture class {' or '.join(classes)}" if classes else "RoboCasa"
+    return f"contract {contract} not met: {reader} cannot use it; kitchens, MuJoCo and Isaac Sim can"
+
+
 def without_contract(asset: Asset, faults: tuple[str, ...]) -> Asset:
     """Return the asset without a contract, with the reason in its provenance."""
     first = "; ".join(faults[:MAX_LISTED_FAULTS]) + (

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+import shutil
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 
 from casa_assets import registry
@@ -23,7 +25,7 @@ from casa_assets.model.ingest.user_override import Word
 from casa_assets.model.issue import Decision, Report
 from casa_assets.pipeline.articulate import sidecar, strip
 from casa_assets.pipeline.articulate.build import ArticulateRequest, ArticulateResult, build, find_input
-from casa_assets.pipeline.articulate.contract import unmet_checks, without_contract
+from casa_assets.pipeline.articulate.contract import explanation, unmet_checks, without_contract
 from casa_assets.pipeline.articulate.doubts import doubts
 from casa_assets.pipeline.articulate.interiors import add_interiors
 from casa_assets.pipeline.articulate.limit_ranges import limit_ranges
@@ -36,6 +38,14 @@ from casa_assets.pipeline.ingest.stage_times import StageTimes
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.asset_package import WRITING, certify, check_package, load_times, write_package
 from casa_assets.pipeline.library.identity import Identity, Producer
+from casa_assets.pipeline.library.keep_accepted import (
+    AcceptedAsset,
+    NewResult,
+    find_accepted,
+    reason_to_keep,
+    remember,
+    remembered,
+)
 from casa_assets.pipeline.library.resume import NOTHING_KNOWN, cached_outcome
 from casa_assets.pipeline.library.resume import RETRIED_CODES as RETRIED_BY_INGEST
 from casa_assets.pipeline.library.run_times import keep_times
@@ -69,8 +79,10 @@ class ArticulateOutcome:
     Attributes:
         mesh: the input. folder: of the entry, under `rejected` where a check found an error; None where there is none.
         articulation: the decisions. category, size: what it was taken to be, and why. report: of all checks.
-        travels: of each part, by its name. contract: that it holds. unmet_checks: why it does not hold one.
-        code, message: of a refusal; an asset in review has none. kept: an earlier run made it, and nothing has changed.
+        travels: of each part, by its name. contract: that it holds. unmet_checks: where it does not hold one, a
+            sentence on what that means, then each check that failed.
+        code, message: of a refusal; an asset in review has none. kept: an earlier run made it, and nothing has changed,
+            or it is better than what this run made, and `reason_kept` says why; that is empty otherwise.
         sha256: of the mesh with all its files; empty where it could not be read.
         total: inputs of the run. count: inputs that it stands for: many rows of a manifest may be told of at once.
         seconds: that each step took in this run, by its name; empty where an earlier run did it.
@@ -88,6 +100,7 @@ class ArticulateOutcome:
     code: str = ""
     message: str = ""
     kept: bool = False
+    reason_kept: str = ""
     sha256: str = ""
     total: int = 1
     count: int = 1
@@ -182,7 +195,9 @@ def kept_outcome(
     library = disk.Library(request.out)
     found = cached_outcome(entries, None, key.cache_key, known, RETRIED_CODES)
     if found is None:
-        return None
+        accepted = find_accepted(entries, key.cache_key)
+        reason = "" if accepted is None else remembered(library, key.identity, key.cache_key, accepted)
+        return None if accepted is None or not reason else _outcome_of_accepted(request, key, accepted, reason)
     current, kept = found
     record = Store(library.cache).get(_record_key(key))
     if record is not None:
@@ -216,6 +231,30 @@ def outcome_of_entry(library: disk.Library, entry: Entry) -> ArticulateOutcome |
     return ArticulateOutcome(mesh, folder, code=entry.code, message=entry.message, sha256=entry.sha256, kept=True)
 
 
+def _kept_in_place_of(request: ArticulateRequest, key: EntryKey, new: NewResult) -> ArticulateOutcome | None:
+    """Return the outcome of an accepted asset that is better than a new result; None where that is to be published.
+
+    What a fault of this run or of the machine has rejected is tried again by the next run; other results are noted.
+    """
+    library = disk.Library(request.out)
+    accepted = None if request.anew else find_accepted(library.entries_of(key.identity), key.cache_key)
+    reason = "" if accepted is None else reason_to_keep(accepted, new)
+    if accepted is None or not reason:
+        return None
+    if new.code not in RETRIED_CODES:
+        remember(library, key.identity, key.cache_key, accepted, reason)
+    return _outcome_of_accepted(request, key, accepted, reason)
+
+
+def _outcome_of_accepted(
+    request: ArticulateRequest, key: EntryKey, accepted: AcceptedAsset, reason: str
+) -> ArticulateOutcome:
+    """Return the outcome of an accepted asset that is kept; without its parts where the cache was deleted."""
+    record = Store(disk.Library(request.out).cache).get(_record_key(replace(key, cache_key=accepted.cache_key)))
+    outcome = ArticulateOutcome(request.mesh) if record is None else from_json(record, request.mesh)
+    return replace(outcome, folder=accepted.folder, sha256=key.identity.sha256, kept=True, reason_kept=reason)
+
+
 def _made(request: ArticulateRequest, key: EntryKey) -> ArticulateOutcome:
     """Return the outcome of the work on a mesh, with its entry in place."""
     try:
@@ -227,7 +266,7 @@ def _made(request: ArticulateRequest, key: EntryKey) -> ArticulateOutcome:
         refused = error
     except CannotDraw as error:
         refused = Rejected("MJC001", str(error))
-    return publish_refusal(request, key, find_input(request).source, refused, _picture_of_input(request))
+    return publish_refusal(request, key, find_input(request).source, refused, partial(_picture_of_input, request))
 
 
 def _picture_of_input(request: ArticulateRequest) -> bytes:
@@ -240,14 +279,19 @@ def _picture_of_input(request: ArticulateRequest) -> bytes:
 
 
 def publish_refusal(
-    request: ArticulateRequest, key: EntryKey, source: Source, error: Rejected, picture: bytes = b""
+    request: ArticulateRequest, key: EntryKey, source: Source, error: Rejected, picture: Callable[[], bytes] = bytes
 ) -> ArticulateOutcome:
     """Publish why nothing was made of a mesh, so that the next run need not try again; return the outcome.
 
+    An accepted asset of the mesh is kept instead.
+
     Args:
-        source: what is said of the input. picture: PNG of it; empty where there is none.
+        source: what is said of the input. picture: makes a PNG of it; empty where it cannot be drawn.
     """
     library = disk.Library(request.out)
+    kept = _kept_in_place_of(request, key, NewResult(Decision.REJECTED, error.code))
+    if kept is not None:
+        return kept
     refusal = disk.Refusal(
         producer=Producer.ARTICULATE,
         id=key.identity.asset_id(registry.FALLBACK),
@@ -259,7 +303,7 @@ def publish_refusal(
         source=source,
     )
     folder = library.refusal_folder(refusal.id)
-    library.publish(library.stage_refusal(refusal, picture), folder)
+    library.publish(library.stage_refusal(refusal, picture()), folder)
     return ArticulateOutcome(request.mesh, folder, code=error.code, message=error.message, sha256=key.identity.sha256)
 
 
@@ -303,7 +347,8 @@ def _publish(
 ) -> ArticulateOutcome:
     """Write, check and publish an entry; where a check finds an error, it goes to `rejected`, with all its files.
 
-    What is in doubt is published as what is accepted, with a warning for each thing that a person has to decide.
+    What is in doubt is published as what is accepted, with a warning for each thing that a person has to decide. An
+    accepted asset of the same mesh that is better is kept instead.
     """
     library = disk.Library(request.out)
     if result.asset.provenance.sha256 != key.identity.sha256:
@@ -311,6 +356,10 @@ def _publish(
     with times.of("travel"):
         result = limit_ranges(result)
     staged, result, report, travel = _mended(request, result, times)
+    kept = _kept_in_place_of(request, key, _new_result(request, result, report))
+    if kept is not None:
+        shutil.rmtree(staged.parent)
+        return kept
     category, asset = result.category.id, result.asset
     kind = f"{category}, {result.confidence[0]:.0%} sure: {result.confidence[1]}"
     outcome = ArticulateOutcome(
@@ -354,6 +403,16 @@ def _publish(
     return outcome
 
 
+def _new_result(request: ArticulateRequest, result: ArticulateResult, report: Report) -> NewResult:
+    """Return what is compared with an accepted asset; parts that a person takes away are not counted as missing."""
+    is_asked_for = any(part.taken_by is not None for part in request.decisions.parts.values())
+    moving_parts = None if is_asked_for else len(result.asset.joints)
+    if not report.passed:
+        return NewResult(Decision.REJECTED, first_error(report).code)
+    decision = Decision.REVIEW if report.to_decide else Decision.ACCEPTED
+    return NewResult(decision, to_decide=report.to_decide, moving_parts=moving_parts)
+
+
 def _mended(
     request: ArticulateRequest, built: ArticulateResult, times: StageTimes
 ) -> tuple[Path, ArticulateResult, Report, dict[str, JointTravel]]:
@@ -384,10 +443,11 @@ def with_contract(result: ArticulateResult, folder: Path) -> ArticulateResult:
     if asset.contract is None:
         return result
     disk.write_files(folder, mjcf.write(asset))
-    faults = unmet_checks(asset, result.category, folder, known.contracts.get(asset.contract), known.limits)
+    contract = known.contracts.get(asset.contract)
+    faults = unmet_checks(asset, result.category, folder, contract, known.limits)
     if not faults:
         return result
-    unmet = (f"contract {asset.contract} not met", *faults)
+    unmet = (explanation(asset.contract, contract), *faults)
     return replace(result, asset=without_contract(asset, faults), unmet_checks=unmet)
 
 

@@ -84,7 +84,8 @@ def _part(part: PartPlan, metres: float) -> list[str]:
     if part.parent:
         lines.append(f"    on: {part.parent}")
     if joint.edge is not None:
-        lines.append(_row("    hinge", joint.edge.value, (joint.confidence, joint.reason), joint.runner_up))
+        # The confidence of a part is that of its joint too, and is in the line of the part.
+        lines.append(_line("    hinge", joint.edge.value, _comment(joint.reason, joint.runner_up)))
     if joint.kind is JointKind.SLIDE:
         lines.append(f"    travel_m: {joint.range[1] * metres:.4f}")
     elif joint.endless:
@@ -120,10 +121,17 @@ def _axis(word: Direction) -> str:
 
 def _row(key: str, value: str, confidence: tuple[float, str], other: str = "") -> str:
     """Return one line with its confidence as a comment."""
-    message = (
-        f"{confidence[0]:.0%} sure"
-        + (f": {confidence[1]}" if confidence[1] else "")
-        + (f"; else {other}" if other else "")
-    )
-    row = f"{key}: {value}".rstrip()
-    return f"{row}  # {' '.join(message.split())}"
+    share, reason = confidence
+    why = _comment(reason, other)
+    return _line(key, value, f"{share:.0%} sure: {why}" if why else f"{share:.0%} sure")
+
+
+def _comment(reason: str, other: str) -> str:
+    """Return the reason of a decision and the next likely choice, as far as there are any."""
+    return "; else ".join(words for words in (reason, other) if words)
+
+
+def _line(key: str, value: str, comment: str) -> str:
+    """Return one line of the file; a comment of several lines is put into one."""
+    row, words = f"{key}: {value}".rstrip(), " ".join(comment.split())
+    return f"{row}  # {words}" if words else row

@@ -89,9 +89,10 @@ class Event:
 
     Attributes:
         kind: accepted, review (accepted, and a person has something to decide), rejected, or kept (was there already).
+            What is kept because it is better than the result of this run has the reason as its message.
         decision: the first three of these, of what was kept too. total: inputs of the run.
         path: of the input. asset_id: its name in the library.
-        code, message: of a rejection. warnings: of an accepted one.
+        code: of a rejection. message: of a rejection, or why an accepted asset is kept. warnings: of an accepted one.
         count: inputs that it stands for: the many rows of a manifest that are only counted are told of at once.
         folder: of its entry; None for inputs that have none of their own, such as rows of a manifest.
         seconds: that each stage took in this run, by its name, in their order.
@@ -122,6 +123,11 @@ class Event:
     def is_in_review(self) -> bool:
         """True if an asset was made and a person has to decide something about it."""
         return self.decision is Decision.REVIEW
+
+    @property
+    def reason_kept(self) -> str:
+        """Why an accepted asset was kept in place of the result of this run; empty where it was not."""
+        return "" if self.was_rejected else self.message
 
     @property
     def to_decide(self) -> tuple[str, ...]:

@@ -18,7 +18,7 @@ from casa_assets.errors import Rejected
 from casa_assets.ingest.sources.found import Found, Refused
 from casa_assets.ingest.sources.stores.address import StoreRoot
 from casa_assets.model.ingest.user_override import NO_OVERRIDE, UserOverride
-from casa_assets.model.issue import Decision, Report
+from casa_assets.model.issue import Decision, Report, subjects_to_decide
 from casa_assets.pipeline import clip
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
 from casa_assets.pipeline.cache.store import Store
@@ -31,6 +31,7 @@ from casa_assets.pipeline.ingest.in_memory import MeshInput, stage_meshes
 from casa_assets.pipeline.ingest.job import (
     Event,
     Job,
+    Outcome,
     Result,
     limits_in_key,
     stage_refusal,
@@ -50,7 +51,15 @@ from casa_assets.pipeline.library.derived_files import write_reports
 from casa_assets.pipeline.library.entry_files import picture_of
 from casa_assets.pipeline.library.entry_table import EntryTable
 from casa_assets.pipeline.library.identity import Identity, Producer
-from casa_assets.pipeline.library.resume import cached_outcome
+from casa_assets.pipeline.library.keep_accepted import (
+    AcceptedAsset,
+    NewResult,
+    find_accepted,
+    reason_to_keep,
+    remember,
+    remembered,
+)
+from casa_assets.pipeline.library.resume import RETRIED_CODES, cached_outcome
 from casa_assets.pipeline.library.run_times import keep_times
 from casa_assets.pipeline.reports.entry import Entry
 from casa_assets.pipeline.workers.engine import Workers, open_engine
@@ -76,6 +85,7 @@ class Options:
         split: a file that holds several things becomes one asset of each.
         again: codes of rejections, and subjects of review such as `scale`: what the library has for one of them is
             worked on again, whatever else is kept. only: the same, and all other inputs are left out.
+        force: work on all inputs again, and replace accepted assets also by results that are in review or rejected.
         dry_run: say what would become of each input, and write nothing.
         sample: work on so many inputs alone, the same each time, whatever their order; 0: on all.
         shard: work on the inputs of this part of the run alone, for `shards.merge`; None: on all. Copies stay: which
@@ -101,6 +111,12 @@ class Options:
     not_after_ns: int | None = None
     shard: Shard | None = None
     refused: tuple[Refused, ...] = ()
+    force: bool = False
+
+    @property
+    def replaces_accepted(self) -> bool:
+        """True if a worse result replaces an accepted asset; in a shard, as a merge needs the newest results."""
+        return self.force or self.shard is not None
 
     @property
     def keeps_copies(self) -> bool:
@@ -297,7 +313,7 @@ def ingest_inputs(
         yield replace(event, total=total)
         run.unreadable.note_refused(one)
     yield from _survey(run, answers, options)
-    results: Iterable[Result] = _results(run, answers)
+    results: Iterable[Result] = _results(run, answers, options.replaces_accepted)
     if not options.keeps_copies:
         own = frozenset(_job(step).survey.sha256 for step in run.steps)
         results = Deduplicator(library, registry.load().limits["alike_form"], own, table).filter(results)
@@ -398,7 +414,10 @@ def _due(run: _Run, one: Found, survey: Survey, options: Options) -> Iterator[Ev
     found = cached_outcome(entries, asset_id, key, run.known)
     job = Job(one, survey, asset_id, run.library.root, run.limits, key, override)
     is_redone = any(_is_redone(run.known.get(folder), options.redone) for folder in entries)
-    if found is None or is_redone or (options.keeps_copies and found[1].code == COPY):
+    if found is None and not options.replaces_accepted and (kept := _kept_before(run, job, entries)) is not None:
+        run.steps.append(replace(kept, number=len(run.steps)))
+        return
+    if found is None or is_redone or options.force or (options.keeps_copies and found[1].code == COPY):
         run.steps.append(job)
         return
     current, known = found
@@ -424,7 +443,7 @@ def cache_key(limits: Mapping[str, float], category: str = "") -> str:
     return digest_of("ingest", key_of("casa_assets.pipeline.ingest.worker:work"), limits_in_key(limits), category)
 
 
-def _results(run: _Run, answers: Answers) -> Iterator[Result]:
+def _results(run: _Run, answers: Answers, replaces_accepted: bool) -> Iterator[Result]:
     """Yield the result of every step: those of earlier runs first, then the others as they are done."""
     yield from (step for step in run.steps if isinstance(step, Result))
     due = {number: step for number, step in enumerate(run.steps) if isinstance(step, Job)}
@@ -432,7 +451,42 @@ def _results(run: _Run, answers: Answers) -> Iterator[Result]:
         return
     numbers, jobs = list(due), list(due.values())
     for place, outcome in answers.outcomes(jobs):
-        yield Result(numbers[place], jobs[place], outcome, outcome.staged if outcome.accepted else None)
+        result = Result(numbers[place], jobs[place], outcome, outcome.staged if outcome.accepted else None)
+        yield result if replaces_accepted else _or_accepted(run, result)
+
+
+def _kept_before(run: _Run, job: Job, entries: Sequence[Path]) -> Result | None:
+    """The accepted asset that an earlier run kept in place of what it made under this key; None where there is none."""
+    accepted = find_accepted(entries, job.cache_key)
+    if accepted is None:
+        return None
+    reason = remembered(run.before, Identity(Producer.INGEST, job.survey.sha256), job.cache_key, accepted)
+    return _kept_result(run, Result(0, job, Outcome(True)), accepted, reason) if reason else None
+
+
+def _or_accepted(run: _Run, result: Result) -> Result:
+    """The accepted asset of the same input where that is better than a new result, else the result."""
+    job, outcome = result.job, result.outcome
+    identity = Identity(Producer.INGEST, job.survey.sha256)
+    accepted = find_accepted(run.older.get(identity.suffix, ()), job.cache_key)
+    to_decide = subjects_to_decide(outcome.warnings)
+    new = NewResult(outcome.decision, outcome.code, to_decide)
+    reason = "" if accepted is None else reason_to_keep(accepted, new)
+    if accepted is None or not reason:
+        return result
+    if run.library is run.before and outcome.code not in RETRIED_CODES:
+        remember(run.library, identity, job.cache_key, accepted, reason)
+    if outcome.staged is not None:
+        shutil.rmtree(outcome.staged.parent)
+    return _kept_result(run, result, accepted, reason)
+
+
+def _kept_result(run: _Run, result: Result, accepted: AcceptedAsset, reason: str) -> Result:
+    """The result of an input whose accepted asset is kept."""
+    entry = run.known.get(accepted.folder)
+    warnings = () if entry is None else entry.warnings
+    outcome = Outcome(True, message=reason, warnings=warnings)
+    return replace(result, outcome=outcome, folder=accepted.folder, is_kept=True)
 
 
 def _publish_outcome(run: _Run, result: Result) -> Event:
@@ -471,12 +525,14 @@ def _event(run: _Run, result: Result) -> Event:
     message = f"{outcome.message}\n{outcome.trace}" if outcome.trace else outcome.message
     library = run.before
     folder = library.refusal_folder(job.asset_id) if refused else library.folder(job.survey.category, job.asset_id)
+    if result.is_kept and not refused and result.folder is not None:
+        folder = result.folder  # under another category where it is better than a new result
     is_there = result.is_kept or run.library is run.before
     return Event(
         kind,
         run.total,
         path,
-        job.asset_id,
+        folder.name,
         outcome.code,
         message,
         outcome.decision,

@@ -15,6 +15,7 @@ from casa_assets.geometry.scale_asset import level_of, scaled
 from casa_assets.geometry.standing import stands_by_itself
 from casa_assets.layouts.compose.compose import box_of
 from casa_assets.layouts.compose.swept_areas import AssetOutlines
+from casa_assets.layouts.plan.style_models import NO_LIBRARY
 from casa_assets.model.asset.asset import Asset, Base, Joint, JointKind
 from casa_assets.model.asset.provenance import Guess
 from casa_assets.model.kitchen.style import PresetChoice
@@ -101,7 +102,7 @@ def library_asset(name: str) -> Asset:
     """
     folders = _folders()
     if name not in folders:
-        raise UnknownId("asset of the libraries of the project", name, folders)
+        raise UnknownId("library asset", name, folders, NO_LIBRARY)
     folder = folders[name]
     asset = read_asset(folder)
     if asset.digest != read_certificate(folder).asset_digest:

@@ -25,7 +25,7 @@ from casa_assets.pipeline.library.entry_files import PICTURE, file_inside, pictu
 from casa_assets.pipeline.library.identity import Producer
 from casa_assets.pipeline.local_server import HOST, LocalHandler
 from casa_assets.pipeline.reports.entry import Entry, entries
-from casa_assets.pipeline.review.articulated import articulated_page
+from casa_assets.pipeline.review.articulated import MODELS, articulated_page, script_of
 from casa_assets.pipeline.review.page import render_page
 
 # What is decided about all parts of one mesh is longer than what is decided about a whole one.
@@ -66,7 +66,7 @@ class _Handler(LocalHandler):
     headers_of_all: ClassVar[dict[str, str]] = {"Referrer-Policy": "no-referrer"}
 
     def do_GET(self) -> None:  # noqa: N802  the name of the base class
-        """Send a page, the picture of a row by its number, or a picture of an articulated mesh by its place."""
+        """Send a page, the picture of a row by its number, or a picture or the model of an articulated mesh."""
         name = self._name()
         if name == "":
             title = f"Review of {self.server.library.root.resolve().name}"
@@ -82,6 +82,14 @@ class _Handler(LocalHandler):
         elif name == ARTICULATED:
             page = articulated_page(self.server.library, self.server.articulated)
             self.send(HTTPStatus.OK, "text/html; charset=utf-8", page.encode())
+        elif name is not None and name.startswith(f"{MODELS}/"):
+            try:
+                script = script_of(
+                    self.server.library, self.server.articulated, unquote(name.removeprefix(f"{MODELS}/"))
+                )
+            except OutputError:
+                script = b""
+            self.send(HTTPStatus.OK if script else HTTPStatus.NOT_FOUND, "text/javascript", script)
         else:
             picture = self._picture_of_articulated(unquote(name or ""))
             self.send(HTTPStatus.OK if picture else HTTPStatus.NOT_FOUND, "image/png", picture)

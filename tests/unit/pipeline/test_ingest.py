@@ -6,18 +6,23 @@ import json
 import os
 import re
 import shutil
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 import pytest
+import typer
 
+from casa_assets.cli.ingest_output import end
 from casa_assets.errors import CasaError, OutputError, UnknownId
 from casa_assets.ingest.sources.found import Found
+from casa_assets.model.issue import Decision
+from casa_assets.pipeline.ingest.answers import WorkerAnswers
 from casa_assets.pipeline.ingest.discover_inputs import discover_inputs
-from casa_assets.pipeline.ingest.job import Event, writing
+from casa_assets.pipeline.ingest.job import Event, Job, Outcome, writing
 from casa_assets.pipeline.ingest.refused_rows import MAX_ROWS_PER_FILE
 from casa_assets.pipeline.ingest.run import Options, ingest, tally
-from casa_assets.pipeline.library.library import Library
+from casa_assets.pipeline.library.library import Library, file_digests
 from casa_assets.pipeline.reports.entry import entries
 from tests.libraries import BOXES, box_obj, differences, entries_of
 
@@ -83,11 +88,40 @@ def test_a_damaged_entry_is_made_anew(copy: Path, made: Path, text: str) -> None
 def test_verdicts_replace_each_other_and_passing_ones_are_not_final(copy: Path, made: Path) -> None:
     library = copy / "library"
     edit(library / CARTON / "asset.json", cache_key="that of another version")
-    (event,) = run(copy / "in", library, seconds=0.01)
+    (event,) = run(copy / "in", library, seconds=0.01, force=True)
     assert (event.kind, event.code) == ("rejected", "RUN001") or event.asset_id.startswith("unread_")
     assert event.was_rejected
     assert kinds(run(copy / "in", library)) == ["accepted"]
     assert differences(made / "library", library) == []
+
+
+def test_an_accepted_asset_is_kept_where_the_new_result_is_worse(copy: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    library = copy / "library"
+    edit(library / CARTON / "asset.json", cache_key="that of another version")
+    before = file_digests(library / CARTON)
+    works: list[str] = []
+
+    def reject(_: WorkerAnswers, jobs: Sequence[Job]) -> Iterator[tuple[int, Outcome]]:
+        for number, job in enumerate(jobs):
+            works.append(job.asset_id)
+            yield number, Outcome(False, "FLT005", "a scrap of a scan")
+
+    monkeypatch.setattr(WorkerAnswers, "outcomes", reject)
+    (event,) = run(copy / "in", library)
+    assert (event.kind, event.decision) == ("kept", Decision.ACCEPTED)
+    assert (
+        event.reason_kept == f"{event.asset_id} is accepted, the new result was rejected (FLT005); --force replaces it"
+    )
+    assert event.folder == library / CARTON
+    with pytest.raises(typer.Exit) as ended:
+        end([event])
+    assert ended.value.exit_code == 4
+    (again,) = run(copy / "in", library)
+    assert (again.kind, again.reason_kept) == ("kept", event.reason_kept)
+    assert len(works) == 1, "the next run remembers the result"
+    assert file_digests(library / CARTON) == before
+    assert kinds(run(copy / "in", library, force=True)) == ["rejected"]
+    assert entries_of(library) == [f"rejected/{event.asset_id}"]
 
 
 def test_another_category_replaces_the_entry(copy: Path) -> None:

@@ -82,7 +82,7 @@ UNSUITED = (
     ({"rang": "range/pro_six"}, "unknown role of models 'rang'; did you mean range"),
     ({"range": "pro_six"}, "model of range: write FAMILY/PRESET or library:ID, got 'pro_six'"),
     ({"range": "range/pro_sixx"}, "unknown preset of range 'pro_sixx'; did you mean pro_six"),
-    ({"range": "library:range_0"}, "unknown asset of the libraries that casa.yaml names 'range_0'; list its library"),
+    ({"range": "library:range_0"}, "unknown library asset 'range_0'; there are toaster_"),
     ({"hob": "hob/gas_five"}, "model of hob: hob/gas_five would stand nowhere: plan one_wall_small has"),
     ({"microwave": "library:TOASTER"}, "model of microwave: expected .*, got"),
 )

@@ -12,7 +12,7 @@ from casa_assets.export.gltf import EVERYTHING, asset_glb
 from casa_assets.pipeline.cache.cache_key import key_of
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.reports.page_template import relative_link
-from casa_assets.pipeline.viewer.model_files import SUFFIX, put_model
+from casa_assets.pipeline.viewer.model_files import SUFFIX, ModelFiles, put_model
 from casa_assets.pipeline.viewer.viewer_file import put_viewer, viewer_name
 from casa_assets.pipeline.workers.batch import run_batch
 from casa_assets.pipeline.workers.limits import WorkerFailure
@@ -27,6 +27,10 @@ class PageModels:
 
     folder: str
     viewer: str
+
+    def of(self, asset_id: str) -> ModelFiles:
+        """What the page names to show the model of an asset."""
+        return ModelFiles(asset_id, f"{self.folder}/{asset_id}{SUFFIX}", self.viewer)
 
     @property
     def data(self) -> dict[str, str]:

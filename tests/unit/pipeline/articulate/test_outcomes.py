@@ -16,6 +16,7 @@ from casa_assets.model.ingest.user_override import UpAxis, UserOverride, Word
 from casa_assets.model.issue import REVIEW_CODE, Decision
 from casa_assets.model.registry.confidence import Bars, Curve
 from casa_assets.pipeline.articulate import build as building
+from casa_assets.pipeline.articulate import run as running
 from casa_assets.pipeline.articulate import sidecar
 from casa_assets.pipeline.articulate.build import ArticulateRequest, build
 from casa_assets.pipeline.articulate.doubts import doubts
@@ -63,7 +64,15 @@ def test_a_plan_below_its_bar_is_in_review_until_a_person_accepts_it(
     (entry,) = EntryTable(library).entries
     review.decide(library, entry, {"decision": "accept"})
     override = review.read_overrides(library)[entry.sha256]
-    assert _articulate(with_override(request, override)).decision is Decision.ACCEPTED
+    accepted = _articulate(with_override(request, override))
+    assert accepted.decision is Decision.ACCEPTED
+    # Without the word of the person it would be in review again, so it is kept as it is; the second time at once.
+    kept = _articulate(request)
+    assert (kept.kept, kept.decision, kept.folder) == (True, Decision.ACCEPTED, accepted.folder)
+    assert kept.reason_kept.endswith(" is accepted, the new result is in review (plan); --force replaces it")
+    assert kept.articulation == accepted.articulation
+    monkeypatch.setattr(running, "build", None)
+    assert _articulate(request).reason_kept == kept.reason_kept
     refused = _articulate(with_override(request, override.replace(decision=Word.REJECT)))
     assert (refused.code, refused.decision) == ("REV002", Decision.REJECTED)
 
@@ -130,6 +139,10 @@ def test_the_exit_code_tells_review_from_rejection(tmp_path: Path) -> None:
     with pytest.raises(typer.Exit) as ended:
         _exit_with([bad])
     assert ended.value.exit_code == 1
+    kept = ArticulateOutcome(tmp_path, tmp_path, kept=True, reason_kept="it has 15 moving parts, the new result has 0")
+    with pytest.raises(typer.Exit) as ended:
+        _exit_with([kept])
+    assert ended.value.exit_code == 4
     _exit_with([])
 
 

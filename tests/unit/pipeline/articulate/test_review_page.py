@@ -54,7 +54,11 @@ def articulate(place: Path, *options: str) -> str:
 
 def facts(place: Path) -> dict[str, Any]:
     """What the page of a library shows, by the name of the mesh."""
-    page = (place / "lib" / NAME).read_text(encoding="utf-8")
+    return facts_of((place / "lib" / NAME).read_text(encoding="utf-8"))
+
+
+def facts_of(page: str) -> dict[str, Any]:
+    """What a page shows, by the name of the mesh."""
     match = re.search(r'<script type="application/json" id="data">(.*?)</script>', page, re.DOTALL)
     assert match is not None
     assert "<b>drawers" not in page
@@ -70,6 +74,28 @@ def test_the_page_shows_each_part_with_its_picture(place: Path) -> None:
     assert (place / "lib" / row["strip"]).is_file()
     assert {"closed", "parts", "taken apart"} <= row["corners"].keys()
     assert row["decisions"] == {}
+    model = (place / "lib" / row["model"]["script"]).read_text(encoding="ascii")
+    assert model.startswith(f'casaModel("{row["model"]["name"]}"'), "the page shows it in 3D"
+    assert (place / "lib" / row["model"]["viewer"]).is_file()
+    assert parts["door_0"]["joint_name"] == "microjoint"
+
+
+def test_a_part_has_one_confidence_in_all_files_and_on_the_page(place: Path) -> None:
+    """On the page, in asset.json and decisions.yaml beside it, and in what --json and --report print."""
+    rows = {row["path"]: row for row in map(json.loads, articulate(place, "--json").splitlines())}
+    report = articulate(place, "--report")
+    for name, row in facts(place).items():
+        folder = next((place / "lib").glob(f"*/{rows[name]['id']}"))
+        guesses = {guess.subject: guess.confidence for guess in disk.read_asset(folder).provenance.guesses}
+        decisions = (folder / "decisions.yaml").read_text(encoding="utf-8")
+        assert rows[name]["parts"]
+        for part in rows[name]["parts"]:
+            sure = part["confidence"]
+            shown = next(one["confidence"] for one in row["parts"] if one["name"] == part["name"])
+            assert shown == sure == guesses[part["name"]]
+            assert re.search(rf"^  {part['name']}:  # {sure:.0%} sure", decisions, re.MULTILINE)
+            assert re.search(rf"^{part['name']} .* {sure:.0%} ", report, re.MULTILINE)
+        assert not re.search(r"hinge: .*% sure", decisions)
 
 
 def test_what_the_page_writes_is_obeyed_by_this_run_and_later_ones(place: Path) -> None:
@@ -144,6 +170,11 @@ def test_a_page_that_is_served_writes_into_the_library(place: Path) -> None:
             row = facts(place)["microwave.obj"]
             status, picture = ask(server, f"/{server.token}/{row['strip'].removeprefix('./')}")
             assert (status, picture[:4]) == (200, b"\x89PNG")
+            model = facts_of(page.decode())["microwave.obj"]["model"]
+            status, script = ask(server, f"/{server.token}/{model['script'].removeprefix('./')}")
+            assert (status, script) == (200, (place / "lib" / row["model"]["script"]).read_bytes())
+            assert ask(server, f"/{server.token}/{model['viewer'].removeprefix('./')}")[0] == 200
+            assert ask(server, f"/{server.token}/models/another.glb.js")[0] == 404
             assert ask(server, f"/{server.token}/microwave/../../in/microwave.obj")[0] == 404
             address = f"/{server.token}/decide_articulated"
             said = {"sha256": row["sha256"], "decisions": {"parts": {"door_0": {"hinge": "top"}}}}

@@ -2,7 +2,7 @@
 // review.json.
 (function () {
 "use strict";
-const { byId, make, say } = review;
+const { byId, make, say, percent } = review;
 const facts = JSON.parse(byId("data").textContent);
 const store = "casa-assets review " + facts.digest;
 let now = {};
@@ -59,21 +59,67 @@ function undo() {
   say("undone");
 }
 
+// One picture of the strip, as wide as its place.
 function picture(corner, title) {
   const node = make("div", { "class": "cell", role: "img", "aria-label": title, title: title });
-  node.style.width = node.style.height = facts.cell_px + "px";
+  const share = function (i) { const rest = row().strip_px[i] - facts.cell_px; return rest ? 100 * corner[i] / rest : 0; };
   node.style.backgroundImage = "url(" + JSON.stringify(row().strip) + ")";
-  node.style.backgroundPosition = -corner[0] + "px " + -corner[1] + "px";
+  node.style.backgroundSize = 100 * row().strip_px[0] / facts.cell_px + "% auto";
+  node.style.backgroundPosition = share(0) + "% " + share(1) + "%";
   return node;
 }
 
-function pictures(one, chosen) {
-  if (!one.strip) {
-    return make("div", {}, one.picture ? make("img", { src: one.picture, alt: "Picture of " + one.name }) : null);
+// What is seen of the mesh: a large picture, or the model in 3D once somebody has asked for it; small ones below.
+const stage = { at: -1, node: null, viewer: null, in3d: false };
+
+function showPictures(one, told) {
+  if (stage.at !== at) {
+    if (stage.viewer) { stage.viewer.dispose(); }
+    Object.assign(stage, { at: at, viewer: null, node: make("div", { "class": "stage" }) });
+    const closed = one.picture ? make("img", { src: one.picture, alt: "Picture of " + one.name })
+      : one.strip ? picture(one.corners.closed, "closed") : null;
+    if (closed) { stage.node.append(closed); }
+    if (one.model) {
+      const button = make("button", { type: "button", "class": "quiet stage-open", text: "Open in 3D" });
+      button.addEventListener("click", openModel);
+      stage.node.append(button);
+      if (stage.in3d) { openModel(); }
+    }
+    byId("stage").replaceChildren(...(closed || one.model ? [stage.node] : []));
   }
-  const cells = ["closed", "parts", "taken apart"].map(function (name) { return picture(one.corners[name], name); });
-  if (chosen && chosen.corner) { cells.splice(1, 0, picture(chosen.corner, chosen.name + ", open")); }
-  return make("div", {}, ...cells);
+  const cells = one.strip ? ["parts", "taken apart"].map(function (name) { return picture(one.corners[name], name); }) : [];
+  if (told && told.corner) { cells.unshift(picture(told.corner, told.name + ", open")); }
+  byId("cells").replaceChildren(...cells);
+}
+
+function openModel() {
+  const one = row(), number = at, node = stage.node, button = node.children[node.children.length - 1];
+  stage.in3d = true;
+  button.textContent = "Loading …";
+  loadViewer(one.model.viewer)
+    .then(function () { return casaViewer.loadModel(one.model.script, one.model.name); })
+    .then(function (bytes) { return casaViewer.mount(node, bytes, { title: one.name, panel: false }); })
+    .then(function (viewer) {
+      if (stage.at !== number) { viewer.dispose(); return; } // another mesh is shown by now
+      stage.viewer = viewer;
+      viewer.onPick(function (found) {
+        const picked = found && found.joint ? one.parts.findIndex(function (p) { return p.joint_name === found.joint; }) : -1;
+        if (picked >= 0 && picked !== part) { part = picked; show(); }
+      });
+    })
+    .catch(function (error) {
+      button.textContent = "Open in 3D";
+      say("the model cannot be shown: " + error.message, "bad");
+    });
+}
+
+// Opens the chosen part in 3D and closes the others.
+function openChosen() {
+  const told = chosen();
+  (stage.viewer ? stage.viewer.jointFacts() : []).forEach(function (joint) {
+    const position = told && joint.name === told.joint_name ? joint.open : joint.closed;
+    if (position !== joint.position) { stage.viewer.setJoint(joint.name, position, { animate: true }); }
+  });
 }
 
 function partRow(told, number) {
@@ -82,16 +128,16 @@ function partRow(told, number) {
   const changed = (said().parts || {})[told.name] !== undefined;
   const joint = (state.edge ? state.edge : told.joint || "") + (state.flipped ? ", the other way" : "");
   const line = make("tr", { "class": (number === part ? "here " : "") + (taken ? "gone " : "") + (changed ? "changed" : "") });
-  const name = make("td", { text: number + " " + told.name });
+  const name = make("td", { text: told.name, "class": "name" });
   if (told.color) {
     const dot = make("span", { "class": "dot" });
     dot.style.background = told.color;
     name.prepend(dot);
   }
-  line.append(name, make("td", { text: taken || state.kind }), make("td", { text: joint }), make("td", { text: told.on }),
-    make("td", { text: told.confidence === undefined ? "" : Math.round(100 * told.confidence) + " %" }),
-    make("td", { text: told.runner_up || "" }), make("td", { text: told.reason }), make("td", { text: told.goes || "" }));
-  line.addEventListener("click", function () { part = number; show(); });
+  line.append(name, make("td", { text: taken || state.kind }), make("td", { text: joint, "class": "joint" }), make("td", { text: told.on }),
+    make("td", { text: told.confidence === undefined ? "" : percent(told.confidence), "class": "share" }),
+    make("td", { text: told.runner_up || "" }), make("td", { text: told.reason, "class": "why" }), make("td", { text: told.goes || "" }));
+  line.addEventListener("click", function () { choose(number); });
   return line;
 }
 
@@ -120,8 +166,13 @@ function show() {
     ...field("front", "Axis of the file that is the front", "axes"), ...field("size_m", "Longest side, metres"));
   words.addEventListener("submit", function (event) { event.preventDefault(); document.activeElement.blur(); });
   const link = one.link ? make("a", { href: one.link, text: one.name }) : one.name;
-  const right = make("div", {}, make("h3", {}, link), heading, make("div", { text: one.summary }), table, words);
-  byId("now").replaceChildren(pictures(one, parts[part]), right);
+  byId("told").replaceChildren(make("h3", {}, link), heading, make("div", { text: one.summary }));
+  byId("parts").replaceChildren(...(parts.length ? [table] : []));
+  byId("words").replaceChildren(words);
+  byId("chosen").textContent = parts[part] ? parts[part].name : "no moving part";
+  byId("kind").disabled = !parts[part] || parts[part].added === true;
+  byId("kind").value = parts[part] ? kindOf(parts[part]) : "";
+  showPictures(one, parts[part]);
   const open = facts.rows.filter(function (r) { return JSON.stringify(now[r.sha256]) !== JSON.stringify(r.decisions); }).length;
   byId("place").textContent = (at + 1) + " of " + facts.rows.length + (open ? ", " + open + " changed" : "");
 }
@@ -133,9 +184,21 @@ function go(step) {
   show();
 }
 
+function choose(number) {
+  part = number;
+  show();
+  openChosen();
+}
+
 function goPart(step) {
   const count = partsOf(row()).length;
-  if (count) { part = (part + step + count) % count; show(); }
+  if (count) { choose((part + step + count) % count); }
+}
+
+// The type of a part as it is now; `none` for one that was removed.
+function kindOf(told) {
+  const state = decisions.stateOf(said(), told.name, told);
+  return state.gone ? "none" : state.kind;
 }
 
 function chosen() { return partsOf(row())[part]; }
@@ -151,7 +214,7 @@ function onPart(action) {
 function merge(told) {
   if (!merging) {
     merging = told.name;
-    say("choose with n and p what " + merging + " is a piece of, then g again; Esc leaves it");
+    say("choose the part that " + merging + " is a piece of, then press g or the button again; Esc leaves it");
     return;
   }
   const changed = decisions.merged(said(), merging, told.name);
@@ -202,6 +265,8 @@ actions.ArrowDown = actions.n;
 actions.ArrowUp = actions.p;
 facts.kinds.concat(["none"]).slice(0, 9).forEach(function (kind, i) { actions[String(i + 1)] = asKind(kind); });
 review.onKeys(actions);
+byId("kind").append(...facts.kinds.concat(["none"]).map(function (kind) { return make("option", { value: kind, text: kind }); }));
+byId("kind").addEventListener("change", function () { asKind(byId("kind").value)(); byId("kind").blur(); });
 window.addEventListener("beforeunload", function (event) { if (!written) { event.preventDefault(); } });
 
 [["kinds", facts.categories], ["axes", facts.axes]].forEach(function (list) {

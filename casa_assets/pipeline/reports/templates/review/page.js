@@ -1,7 +1,7 @@
 // Shows one input after the other and sends what is decided.
 (function () {
 "use strict";
-const { byId, make, say } = review;
+const { byId, make, say, percent } = review;
 const facts = JSON.parse(byId("data").textContent);
 let at = 0;
 
@@ -20,7 +20,7 @@ function show() {
   row.guesses.forEach(function (g) {
     const doubted = row.decide.includes(g[0]);
     table.append(make("tr", {}, make("td", { text: g[0], "class": doubted ? "doubt" : "" }), make("td", { text: g[1] }),
-      make("td", { text: Math.round(100 * g[2]) + " %" }), make("td", { text: g[3] })));
+      make("td", { text: percent(g[2]), "class": "share" }), make("td", { text: g[3] })));
   });
   const size = row.size_m.map(function (v) { return (100 * v).toFixed(1); }).join(" × ");
   const facts_line = row.rejected || row.category + ", " + size + " cm, " + Number(row.mass_kg.toPrecision(3)) + " kg";
@@ -34,7 +34,7 @@ function show() {
   form.addEventListener("submit", function (event) { event.preventDefault(); save(); });
   form.append(make("button", { type: "submit", "class": "quiet", text: "Save" }));
   const picture = make("img", { src: row.number, alt: "Picture of " + row.id });
-  const right = make("div", {}, make("h3", { text: row.id }), make("div", { text: row.input }), make("div", { text: facts_line }), table, form);
+  const right = make("div", {}, make("h3", { text: row.id }), make("div", { text: row.input }), make("div", { text: facts_line }), make("div", { "class": "scroll" }, table), form);
   byId("now").replaceChildren(make("div", {}, picture), right);
   byId("place").textContent = (at + 1) + " of " + facts.rows.length;
 }
