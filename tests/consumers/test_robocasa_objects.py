@@ -34,7 +34,7 @@ def exported(tmp_path_factory: pytest.TempPathFactory, cache: Path) -> Path:
     root = tmp_path_factory.mktemp("robocasa_objects")
     members = [(family_of(request), params_of(request)) for request in object_requests([], 1, 0)]
     keep(root / "library", [build_asset(family, params, cache) for family, params in members])
-    done = casa("export", "robocasa", "--scenes", KITCHEN, "--library", root / "library", "--out", root / "out")
+    done = casa("export", "robocasa", root / "library", "--scenes", KITCHEN, "--out", root / "out")
     assert done.returncode == 0, done.stderr[-4000:]
     return root / "out"
 

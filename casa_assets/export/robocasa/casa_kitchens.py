@@ -106,7 +106,8 @@ def patch_robosuite() -> tuple[str, ...]:
     added = []
     if "load_model_on_init" not in inspect.signature(environment.__init__).parameters:
         environment.__init__ = _loading_on_reset(environment.__init__)
-        _module("robosuite.environments.base").MujocoEnv.sim = None  # `reset` asks for it before the first model is made
+        base = _module("robosuite.environments.base").MujocoEnv
+        base.sim = None  # `reset` reads it before the first model is made
         added.append("load_model_on_init")
     if "enable_multiccd" not in inspect.signature(task.__init__).parameters:
         task.__init__ = _with_multiccd(task.__init__)

@@ -2,9 +2,9 @@
 
     python list_groups.py EXPORT DRAWS
 
-Prints one JSON object: registry -> rows {"task", "groups", "exclude", "filters", "max_size", "error", "categories"}, one
-row for each object that a task asks for, with the categories of DRAWS draws, or why there was none. Runs in RoboCasa's
-own environment, RoboCasa as it is.
+Prints one JSON object: registry -> rows {"task", "groups", "exclude", "filters", "max_size", "error", "categories"},
+one row for each object that a task asks for, with the categories of DRAWS draws, or why there was none. Runs in
+RoboCasa's own environment, RoboCasa as it is.
 """
 
 from __future__ import annotations
