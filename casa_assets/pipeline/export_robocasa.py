@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Generator, Mapping, Sequence
+from collections.abc import Generator, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 from casa_assets import registry
+from casa_assets.checks.design.robot.atomic_tasks import ATOMIC_TASKS
 from casa_assets.errors import OutputError
-from casa_assets.export.robocasa import casa_kitchens, casa_objects, entries, model
+from casa_assets.export.robocasa import casa_kitchens, casa_objects, entries, model, task_objects
 from casa_assets.export.robocasa.kitchens import document
 from casa_assets.model.asset.asset import Asset, Base
 from casa_assets.model.asset.provenance import TEST_SHARE, Split, split_of
+from casa_assets.model.record import Vec3
 from casa_assets.model.registry.category import Category, RestingPose
 from casa_assets.model.registry.contract import RobocasaRelease
 from casa_assets.pipeline.export.certified import certified_asset, why_left_out
@@ -25,6 +27,7 @@ from casa_assets.pipeline.kitchens.resolve import SceneRecipe
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.reports import attribution
 from casa_assets.pipeline.reports.entry import entries as entries_of
+from casa_assets.registry.objects import object_names
 
 MANIFEST = "export.json"
 SPLITS = "splits.json"
@@ -51,6 +54,7 @@ class ExportResult:
     Attributes:
         id, category: of the asset. model: path of its model.xml below the export, empty where it was left out.
         split: train or test. message: why it was left out. total: assets of the library.
+        size: along x, y and z, metres; None where it was left out.
     """
 
     id: str
@@ -59,6 +63,34 @@ class ExportResult:
     split: str = ""
     message: str = ""
     total: int = 0
+    size: Vec3 | None = None
+
+
+@dataclass(frozen=True)
+class TaskReport:
+    """Which atomic tasks of RoboCasa v1.0 can be reset with the objects of an export, whichever of them it draws.
+
+    Attributes:
+        can_be_reset: tasks. missing: each other task -> what it draws that no object suits, in words.
+        build: categories whose objects `casa-assets objects build` can make, one of each for what is missing.
+    """
+
+    can_be_reset: tuple[str, ...]
+    missing: Mapping[str, tuple[str, ...]]
+    build: tuple[str, ...]
+
+
+def report_tasks(results: Iterable[ExportResult]) -> TaskReport:
+    """Compare what was exported with what the tasks draw."""
+    categories = registry.load().categories
+    things = {(result.category, result.size) for result in results if result.size is not None}
+    missing = task_objects.missing_draws([(categories[name], size) for name, size in things])
+    generated = [categories[name] for name in object_names() if name in categories]
+    return TaskReport(
+        tuple(sorted(ATOMIC_TASKS.keys() - missing.keys())),
+        {task: tuple(map(str, draws)) for task, draws in missing.items()},
+        task_objects.categories_for(missing, generated),
+    )
 
 
 @dataclass
@@ -152,11 +184,16 @@ def _export_asset(folder: Path, run: _Export) -> ExportResult:
     disk.write_files(run.staged / folder_inside, model.write(asset, stood_up=lies))
     run.instances.append(instance)
     run.rows.append(_row(asset, category, f"{folder_inside}/{model.FILE}", split))
-    return ExportResult(asset.id, category_id, f"{folder_inside}/{model.FILE}", split.value)
+    return ExportResult(asset.id, category_id, f"{folder_inside}/{model.FILE}", split.value, size=_size(asset))
+
+
+def _size(asset: Asset) -> Vec3:
+    low, high = asset.bounds
+    x, y, z = (float(v) for v in high - low)
+    return (x, y, z)
 
 
 def _row(asset: Asset, category: Category, path: str, split: Split) -> dict[str, Any]:
-    low, high = asset.bounds
     origin = asset.provenance
     return {
         "id": asset.id,
@@ -165,7 +202,7 @@ def _row(asset: Asset, category: Category, path: str, split: Split) -> dict[str,
         "model": path,
         "split": split.value,
         "sha256": origin.sha256,
-        "size_m": [round(float(v), 6) for v in high - low],
+        "size_m": [round(v, 6) for v in _size(asset)],
         "mass_kg": asset.mass,
         "substances": [s.id for s in asset.substances],
         "affords": [use.value for use in category.affords],
@@ -228,6 +265,7 @@ def _readme_of_kitchens(run: _Export) -> str:
     import sys, robosuite, robocasa
     sys.path.insert(0, "<this folder>")
     {register}
+    casa_kitchens.patch_robosuite()  # for the robosuite 1.5.2 of PyPI
     {call}
     pairs = casa_kitchens.layout_and_style_ids("{first}")  # no id: all, drawn by the seed
     env = robosuite.make("OpenDrawer", robots="PandaOmron", layout_and_style_ids=pairs, seed=0,

@@ -45,7 +45,7 @@ def exported(tmp_path_factory: pytest.TempPathFactory) -> Path:
     root = tmp_path_factory.mktemp("robocasa_tasks")
     keep(root / "library", task_objects())
     scenes = [part for name in KITCHENS for part in ("--scenes", name)]
-    done = casa("export", "robocasa", *scenes, "--library", root / "library", "--out", root / "out")
+    done = casa("export", "robocasa", root / "library", *scenes, "--out", root / "out")
     assert done.returncode == 0, done.stderr[-4000:]
     return root / "out"
 

@@ -6,6 +6,7 @@
     import casa_kitchens
     import robosuite
 
+    casa_kitchens.patch_robosuite()  # RoboCasa v1.0 on the robosuite 1.5.2 that pip installs
     casa_kitchens.register()  # ('l_small__coastal', ...)
     pairs = casa_kitchens.layout_and_style_ids("l_small__coastal")  # without an id: all, and RoboCasa draws one
     env = robosuite.make("OpenDrawer", robots="PandaOmron", layout_and_style_ids=pairs, seed=0, ...)
@@ -19,6 +20,7 @@ from __future__ import annotations
 
 import copy
 import importlib
+import inspect
 import json
 import math
 from collections.abc import Callable, Sequence
@@ -47,6 +49,8 @@ ATTRIBUTES: dict[str, dict[str, Any]] = {
     **dict.fromkeys(ROOM, _OF_A_ROOM),
 }
 FREE_JOINT = {"type": "free", "damping": "0.0005"}
+# What `MujocoEnv.__init__` of robosuite 1.5.2 calls after it has stored its arguments; `reset` calls all of it again.
+LOADING = ("_load_model", "_initialize_sim", "initialize_renderer", "_reset_internal", "_setup_observables")
 # Where on a worktop RoboCasa looks for room for the lid of a blender that is to be put on: round the blender, in front.
 LID_ON_WORKTOP = {"size": (0.7, 0.4), "pos": ("ref", -1.0), "rotation": (0.0, 0.0)}
 
@@ -84,6 +88,77 @@ def unregister() -> None:
         setattr(module, name, original)
     for known in (_kitchens, _numbers, _states, _begin):
         known.clear()
+
+
+def patch_robosuite() -> tuple[str, ...]:
+    """Add to robosuite what RoboCasa v1.0 needs of it and the release 1.5.2 on PyPI lacks; its main branch has it.
+
+    RoboCasa v1.0 calls robosuite with `load_model_on_init`, `enable_multiccd` and the controller
+    `JOINT_VELOCITY_LEGACY`: without these, `robosuite.make` raises a TypeError. Each is added only where it is missing,
+    in memory: no file is changed, and calling this twice does no harm. Call it before the first environment is made.
+
+    Returns:
+        Names of what was added; empty if robosuite had it all.
+    """
+    environment = _module("robosuite.environments.manipulation.manipulation_env").ManipulationEnv
+    task = _module("robosuite.models.tasks").ManipulationTask
+    factory = _module("robosuite.controllers.parts.controller_factory")
+    added = []
+    if "load_model_on_init" not in inspect.signature(environment.__init__).parameters:
+        environment.__init__ = _loading_on_reset(environment.__init__)
+        base = _module("robosuite.environments.base").MujocoEnv
+        base.sim = None  # `reset` reads it before the first model is made
+        added.append("load_model_on_init")
+    if "enable_multiccd" not in inspect.signature(task.__init__).parameters:
+        task.__init__ = _with_multiccd(task.__init__)
+        added.append("enable_multiccd")
+    if "JOINT_VELOCITY_LEGACY" not in inspect.getsource(factory.mobile_base_controller_factory):
+        factory.mobile_base_controller_factory = _with_legacy_base(factory.mobile_base_controller_factory)
+        added.append("JOINT_VELOCITY_LEGACY")
+    return tuple(added)
+
+
+def _loading_on_reset(original: Any) -> Any:
+    """`load_model_on_init=False`: the constructor makes no model, `reset` does."""
+
+    def init(self: Any, *arguments: Any, load_model_on_init: bool = True, **keywords: Any) -> None:
+        if not load_model_on_init:
+            vars(self).update(dict.fromkeys(LOADING, dict))  # calls that do nothing; robosuite asks for a dictionary
+        original(self, *arguments, **keywords)
+        if not load_model_on_init:
+            for name in LOADING:
+                delattr(self, name)
+
+    return init
+
+
+def _with_multiccd(original: Any) -> Any:
+    """`enable_multiccd`: several contacts between two meshes. MuJoCo 3.3.1 has no islands that sleep."""
+
+    def init(
+        self: Any,
+        *arguments: Any,
+        enable_multiccd: bool = False,
+        enable_sleeping_islands: bool = False,
+        **keywords: Any,
+    ) -> None:
+        if enable_sleeping_islands:
+            raise ValueError("enable_sleeping_islands needs a newer robosuite than this one and a newer MuJoCo")
+        original(self, *arguments, **keywords)
+        if enable_multiccd:
+            option = _module("robosuite.utils.mjcf_utils").find_elements(self.root, "option", return_first=True)
+            option.append(_module("xml.etree.ElementTree").Element("flag", {"multiccd": "enable"}))
+
+    return init
+
+
+def _with_legacy_base(original: Any) -> Any:
+    """`JOINT_VELOCITY_LEGACY` is the new name of what robosuite 1.5.2 calls `JOINT_VELOCITY`."""
+
+    def mobile_base_controller_factory(name: str, params: Any) -> Any:
+        return original("JOINT_VELOCITY" if name == "JOINT_VELOCITY_LEGACY" else name, params)
+
+    return mobile_base_controller_factory
 
 
 def ids() -> tuple[str, ...]:

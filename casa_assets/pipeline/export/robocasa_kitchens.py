@@ -37,6 +37,7 @@ class KitchenResult:
 
     Attributes:
         id: of the scene. number: by which RoboCasa knows it. fixtures: count by class.
+        tasks: atomic tasks that it has the fixtures for.
         credits: of its assets. message: why it failed; is_fault: the program is to blame.
         total: kitchens of the export. measured: its mass and size, see `measures_of`.
     """
@@ -44,6 +45,7 @@ class KitchenResult:
     id: str
     number: int = 0
     fixtures: dict[str, int] = field(default_factory=dict)
+    tasks: tuple[str, ...] = ()
     credits: tuple[attribution.Credit, ...] = ()
     message: str = ""
     is_fault: bool = False
@@ -90,7 +92,8 @@ def export_kitchen(recipe: SceneRecipe, root: Path, cache: Path, states: Path | 
         _write_fixture(root / document.FIXTURES / placed.folder, placed.centered)
     folder = root / document.KITCHENS / scene.id
     folder.mkdir(parents=True)
-    disk.write_files(folder, document.write_kitchen(scene, fixtures, afforded_tasks(kitchen, scene)))
+    tasks = afforded_tasks(kitchen, scene)
+    disk.write_files(folder, document.write_kitchen(scene, fixtures, tasks))
     if states is not None:
         write_states(folder, translated(_states_of(recipe, states / scene.id), scene, fixtures))
     counts: dict[str, int] = {}
@@ -98,7 +101,7 @@ def export_kitchen(recipe: SceneRecipe, root: Path, cache: Path, states: Path | 
         counts[placed.type] = counts.get(placed.type, 0) + 1
     number, sorted_counts = description.number_of(scene.id), dict(sorted(counts.items()))
     measured = measures_of(kitchen, scene)
-    return KitchenResult(scene.id, number, sorted_counts, attribution.credits_of(scene), measured=measured)
+    return KitchenResult(scene.id, number, sorted_counts, tasks, attribution.credits_of(scene), measured=measured)
 
 
 def _states_of(recipe: SceneRecipe, folder: Path) -> StartStates:

@@ -102,7 +102,7 @@ def library_asset(name: str) -> Asset:
     """
     folders = _folders()
     if name not in folders:
-        raise UnknownId("library asset", name, folders, NO_LIBRARY)
+        raise UnknownId("library asset", name, folders, "" if folders else NO_LIBRARY)
     folder = folders[name]
     asset = read_asset(folder)
     if asset.digest != read_certificate(folder).asset_digest:

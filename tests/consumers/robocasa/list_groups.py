@@ -2,9 +2,9 @@
 
     python list_groups.py EXPORT DRAWS
 
-Prints one JSON object: registry -> rows {"task", "groups", "exclude", "filters", "error", "categories"}, one row for
-each object that a task asks for, with the categories of DRAWS draws, or why there was none. Runs in RoboCasa's own
-environment, RoboCasa as it is.
+Prints one JSON object: registry -> rows {"task", "groups", "exclude", "filters", "max_size", "error", "categories"},
+one row for each object that a task asks for, with the categories of DRAWS draws, or why there was none. Runs in
+RoboCasa's own environment, RoboCasa as it is.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ COOKING = {
 
 
 def dicts(kind: type) -> Iterator[dict[str, ast.expr]]:
-    """The keywords of each `dict(...)` with `obj_groups` in the methods of a task and of what it is made from."""
+    """The keywords of each `dict(...)` of an object in the methods of a task and of what it is made from."""
     for base in kind.__mro__:
         method = vars(base).get("_get_obj_cfgs")
         if method is None:
@@ -42,7 +42,7 @@ def dicts(kind: type) -> Iterator[dict[str, ast.expr]]:
         for node in ast.walk(tree):
             if isinstance(node, ast.Call) and ast.unparse(node.func) == "dict":
                 found = {word.arg: word.value for word in node.keywords if word.arg}
-                if "obj_groups" in found:
+                if "name" in found and "placement" in found:
                     yield found
         return
 
@@ -76,7 +76,7 @@ def value(kind: type, node: ast.expr | None) -> Any:
 def wanted(kind: type) -> Iterator[dict[str, Any]]:
     """Groups, exclusions and filters of each object that a task draws."""
     for row in dicts(kind):
-        groups, exclude = value(kind, row["obj_groups"]), value(kind, row.get("exclude_obj_groups"))
+        groups, exclude = value(kind, row.get("obj_groups")) or "all", value(kind, row.get("exclude_obj_groups"))
         filters = {name: True for name in FILTERS if name in row and value(kind, row[name]) is True}
         placement = row.get("placement")
         inside = {word.arg: word.value for word in getattr(placement, "keywords", ())}
@@ -86,11 +86,16 @@ def wanted(kind: type) -> Iterator[dict[str, Any]]:
         names = {groups} if isinstance(groups, str) else set(groups)
         if place in COOKING and not names & COOKING[place]:
             filters["cookable"] = True
-        yield {"groups": groups, "exclude": exclude, "filters": filters}
+        yield {
+            "groups": groups,
+            "exclude": exclude,
+            "filters": filters,
+            "max_size": value(kind, row.get("max_size")),
+        }
         container = value(kind, inside.get("try_to_place_in"))
         if container:
             held = {OF_FIXTURES[place]: True} if place in OF_FIXTURES else {}
-            yield {"groups": container, "exclude": None, "filters": held}
+            yield {"groups": container, "exclude": None, "filters": held, "max_size": None}
 
 
 def draw(row: dict[str, Any], registry: str, draws: int) -> dict[str, Any]:

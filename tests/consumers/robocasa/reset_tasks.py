@@ -23,7 +23,6 @@ from typing import Any
 sys.path.insert(0, str(Path(__file__).parent))
 
 import numpy as np
-import shims
 from robocasa.environments.kitchen.kitchen import Kitchen
 from run_tasks import engine_warnings, make
 
@@ -83,10 +82,10 @@ def main() -> None:
     """Read the jobs and print a line for each reset."""
     jobs = json.loads(Path(sys.argv[2]).read_text(encoding="utf-8"))
     sys.path.insert(0, sys.argv[1])
-    shims.install()
     import casa_kitchens
     import casa_objects
 
+    casa_kitchens.patch_robosuite()
     casa_objects.register()
     casa_kitchens.register()
     attempts = count_attempts()

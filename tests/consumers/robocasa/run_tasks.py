@@ -24,7 +24,6 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 import numpy as np
 import robosuite
-import shims
 from drivers import DRIVERS
 
 CONTROL_HZ = 20
@@ -147,10 +146,10 @@ def main() -> None:
     export = Path(sys.argv[1])
     jobs = json.loads(Path(sys.argv[2]).read_text(encoding="utf-8"))
     sys.path.insert(0, str(export))
-    shims.install()
     import casa_kitchens
     import casa_objects
 
+    casa_kitchens.patch_robosuite()
     registries = ("casa",)
     assert set(registries) <= set(casa_objects.register())
     casa_kitchens.register()

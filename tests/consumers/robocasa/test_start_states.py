@@ -13,18 +13,15 @@ from tests.libraries import casa
 
 pytestmark = pytest.mark.consumers
 ROOT = Path(__file__).parents[3]
-HERE = Path(__file__).parent
 KITCHEN = "one_wall_small__rustic__o16"
 COUNT, THINGS = 3, 6
 # Each state is simulated for 2 s as RoboCasa has the kitchen; then two environments begin in one, and in any.
-SCRIPT = f"""
+SCRIPT = """
 import json, sys
-sys.path.insert(0, {str(HERE)!r})
-import shims
-shims.install()
 sys.path.insert(0, FOLDER)
 import mujoco, numpy as np, robocasa, robosuite
 import casa_kitchens
+casa_kitchens.patch_robosuite()
 [name] = casa_kitchens.register()
 states = casa_kitchens.start_states(name)
 options = dict(robots="PandaOmron", layout_and_style_ids=casa_kitchens.layout_and_style_ids(name), seed=0,

@@ -22,10 +22,14 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_json_lines(library: Path, tmp_path: Path) -> None:
     done = casa("export", "robocasa", library, "--out", tmp_path / "out", "--json")
     assert done.returncode == 0
-    rows = [json.loads(line) for line in done.stdout.splitlines()]
+    *rows, tasks = [json.loads(line) for line in done.stdout.splitlines()]
     told = {"status", "id", "category", "model", "split", "message", *COMMON}
     assert all(set(row) == told for row in rows)
     assert all(row["mass"] > 0 and len(row["size"]) == 3 for row in rows)
+    assert set(tasks) == {"status", "id", "can_be_reset", "missing", "command", *COMMON}
+    assert len(tasks["can_be_reset"]) + len(tasks["missing"]) == 65
+    assert {"CoffeeSetupMug", "OpenFridge", "TurnOnToaster"} <= set(tasks["can_be_reset"])
+    assert tasks["missing"]["OpenDrawer"] == ["tool or utensil, graspable, at most 0.1 m high"]
     assert [row["id"] for row in rows if row["status"] == "left_out"] == ["microwave_0123456789"]
     for row in rows:
         assert (row["status"] == "exported") == (row["message"] == "")
@@ -35,7 +39,13 @@ def test_json_lines(library: Path, tmp_path: Path) -> None:
 def test_words(library: Path, tmp_path: Path) -> None:
     done = casa("export", "robocasa", library, "--out", tmp_path / "out")
     assert done.returncode == 0
-    for words in ("sandwich_bread", "left out microwave_0123456789: is a fixture", "5 objects in 4 categories"):
+    for words in (
+        "sandwich_bread",
+        "left out microwave_0123456789: is a fixture",
+        "5 objects in 4 categories",
+        "of the 65 atomic tasks of RoboCasa v1.0 can be reset with these objects alone",
+        "Make what is missing, then export again: casa-assets objects build ",
+    ):
         assert words in done.stdout
 
 

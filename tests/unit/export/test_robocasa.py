@@ -15,12 +15,13 @@ from lxml import etree
 
 from casa_assets import registry
 from casa_assets.export import mjcf
-from casa_assets.export.robocasa import casa_objects, entries, mesh_volume, model, upright
+from casa_assets.export.robocasa import casa_objects, entries, mesh_volume, model, task_objects, upright
 from casa_assets.model.asset.asset import Asset, Joint, JointKind, Keyframe, Link
 from casa_assets.model.asset.provenance import Split
 from casa_assets.model.pose import Pose
 from casa_assets.model.registry.category import Affordance
 from casa_assets.model.registry.contract import RobocasaRelease
+from casa_assets.registry.objects import object_names
 from tests.assets import ball, rigid_mug, textured_box, write_to
 from tests.built_libraries import SLICE_SIZE, slice_of_bread
 from tests.meshes import box_mesh
@@ -323,3 +324,21 @@ def test_the_registrar_needs_nothing_of_ours() -> None:
     froms = [node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
     plain = [alias.name for node in ast.walk(tree) if isinstance(node, ast.Import) for alias in node.names]
     assert {str(name).split(".")[0] for name in froms + plain} <= sys.stdlib_module_names
+
+
+class TestTaskObjects:
+    def test_categories_that_are_suggested_suit_all_that_is_missing(self) -> None:
+        """Nothing is missing once a usual object of each is there."""
+        categories = registry.load().categories
+        missing = task_objects.missing_draws(())
+        assert missing.keys() == task_objects.TASK_DRAWS.keys()
+        chosen = task_objects.categories_for(missing, [categories[name] for name in object_names()])
+        assert len(chosen) < 25
+        usual = [(categories[name], tuple(side.typical for side in categories[name].extents)) for name in chosen]
+        assert task_objects.missing_draws(usual) == {}
+
+    def test_things_that_do_not_fit_do_not_count(self) -> None:
+        """A tool that is higher than a drawer keeps RoboCasa looking for ever."""
+        ladle, mug = (registry.load().categories[name] for name in ("ladle", "mug"))
+        assert "OpenDrawer" not in task_objects.missing_draws([(ladle, (0.3, 0.1, 0.08))])
+        assert "OpenDrawer" in task_objects.missing_draws([(ladle, (0.1, 0.1, 0.3)), (mug, (0.1, 0.1, 0.08))])

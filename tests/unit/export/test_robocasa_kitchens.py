@@ -297,3 +297,36 @@ def test_register_touches_only_its_own_kitchens(tmp_path: Path, robocasa: tuple[
         casa_kitchens.unregister()
     assert (module.KitchenArena, module.EnvUtils.get_single_fixture_sampler, scenes.get_layout_path) == before
     assert casa_kitchens.ids() == ()
+
+
+class NewEnvironment:
+    """Takes what RoboCasa v1.0 gives, as robosuite's main branch does."""
+
+    def __init__(self, load_model_on_init: bool = True) -> None:
+        self.loads = load_model_on_init
+
+
+class NewTask:
+    def __init__(self, enable_multiccd: bool = False) -> None:
+        self.multiccd = enable_multiccd
+
+
+def new_factory(name: str, _: Any) -> str:
+    return "made" if name == "JOINT_VELOCITY_LEGACY" else ""
+
+
+def test_a_robosuite_that_has_what_robocasa_needs_stays_as_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    """That of PyPI is patched by tests/consumers/robocasa."""
+    found = {
+        "robosuite.environments.manipulation.manipulation_env": {"ManipulationEnv": NewEnvironment},
+        "robosuite.models.tasks": {"ManipulationTask": NewTask},
+        "robosuite.controllers.parts.controller_factory": {"mobile_base_controller_factory": new_factory},
+    }
+    for name, names in found.items():
+        module = ModuleType(name)
+        vars(module).update(names)
+        monkeypatch.setitem(sys.modules, name, module)
+    before = (NewEnvironment.__init__, NewTask.__init__)
+    assert casa_kitchens.patch_robosuite() == ()
+    assert (NewEnvironment.__init__, NewTask.__init__) == before
+    assert sys.modules["robosuite.controllers.parts.controller_factory"].mobile_base_controller_factory is new_factory

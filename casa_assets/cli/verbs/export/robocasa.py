@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections import Counter
 from collections.abc import Generator
 from contextlib import closing
@@ -19,7 +20,6 @@ from casa_assets.cli.options import (
     Quiet,
     Verbose,
     WithReview,
-    more,
 )
 from casa_assets.cli.output import Output, measures
 from casa_assets.cli.progress import bar
@@ -29,9 +29,10 @@ from casa_assets.cli.verbs.export.rows import ExportOut, folders_by_id, look, me
 
 if TYPE_CHECKING:
     from casa_assets.pipeline.export.robocasa_kitchens import KitchenResult
-    from casa_assets.pipeline.export_robocasa import ExportResult
+    from casa_assets.pipeline.export_robocasa import ExportResult, TaskReport
 
 SCENES = Path("out/scenes")  # where finishes are found that the id of a scene has as a digest alone
+COUNT = 4  # members of each category that the command for missing objects makes
 States = Annotated[
     Path | None,
     typer.Option(help="Folder of scenes whose start states (scenes states) are written too.", file_okay=False),
@@ -42,7 +43,7 @@ Examples:
   casa-assets export robocasa out/library --out out/robocasa
   casa-assets export robocasa lib --out ours --registry acme
   casa-assets export robocasa lib --out ours --json > rows.jsonl
-  casa-assets export robocasa --scenes 'l_small__*' --library lib --out ours
+  casa-assets export robocasa lib --scenes 'l_small__*' --out ours
 """
 
 
@@ -55,12 +56,6 @@ def robocasa(
     ] = None,
     out: ExportOut = ...,  # type: ignore[assignment]
     scenes: Kitchens = None,
-    library: Annotated[
-        Path | None,
-        typer.Option(
-            help=more(LIBRARY_HELP, "another way to name LIBRARY."), exists=True, file_okay=False, readable=True
-        ),
-    ] = None,
     registry: Annotated[str, typer.Option(help="Name of the object registry, and of the folder below objects/.")] = (
         "casa"
     ),
@@ -73,27 +68,29 @@ def robocasa(
 ) -> None:
     """Write loose objects of a library, and kitchens, as RoboCasa reads them.
 
-    Objects are for v0.2 and v1.0, kitchens for v1.0. One that cannot be built is told, and the others are written.
-    Exit 0 when all were written, 1 where one was refused, 2 on misuse; after 2, or 3 for a fault of the program, OUT is
-    as it was.
+    Objects are for v0.2 and v1.0, kitchens for v1.0. A kitchen that cannot be built is reported, and the others are
+    written. With a library it also says which of the 65 atomic tasks of v1.0 can be reset with its objects, and which
+    command makes what the others lack. Exit 0 when all were written, 1 where one was refused, 2 on misuse; after 2, or
+    3 for a fault of the program, OUT is as it was.
     """
-    from casa_assets.pipeline.export_robocasa import export
+    from casa_assets.pipeline.export_robocasa import export, report_tasks
     from casa_assets.pipeline.kitchens.scene_folders import recipes_named
 
-    if source is not None and library is not None:
-        raise typer.BadParameter("give the library once", param_hint="--library")
-    if source is None and library is None and not scenes:
+    if source is None and not scenes:
         raise typer.BadParameter("give a library, --scenes, or both")
     recipes = recipes_named(scenes or [], states or SCENES)
     output = Output(json_, quiet, verbose)
-    results, kitchens = _watch(export(source or library, out, registry, recipes, jobs, with_review, states), output)
-    place = source or library
-    _print_json(results, kitchens, out, folders_by_id(place) if json_ and place else {}, output)
+    results, kitchens = _watch(export(source, out, registry, recipes, jobs, with_review, states), output)
+    _print_json(results, kitchens, out, folders_by_id(source) if json_ and source else {}, output)
     if not json_:
         _print_results(results, out, output)
         _print_kitchens(kitchens, out, output)
-        written = [result.id for result in results if result.model]
-        look(written or [kitchen.id for kitchen in kitchens if not kitchen.message], place if written else None, output)
+    if source is not None:
+        _print_tasks(report_tasks(results), source, output)
+    if built := [kitchen.id for kitchen in kitchens if not kitchen.message]:
+        output.look(built[0])
+    else:
+        look([result.id for result in results if result.model], source, output)
     if any(kitchen.message for kitchen in kitchens):
         raise typer.Exit(1)
 
@@ -144,6 +141,7 @@ def _print_json(
                     "id": kitchen.id,
                     "number": kitchen.number,
                     "fixtures": kitchen.fixtures,
+                    "tasks": list(kitchen.tasks),
                 }
             )
 
@@ -154,10 +152,32 @@ def _print_kitchens(kitchens: list[KitchenResult], out: Path, output: Output) ->
         if kitchen.message:
             output.wrong(f"refused {kitchen.id}: {terminal_safe(kitchen.message)}")
         else:
-            output.line(f"kitchen {kitchen.id} of {count} fixtures, number {kitchen.number}")
+            tasks = pluralize(len(kitchen.tasks), "atomic task")
+            output.line(f"kitchen {kitchen.id}: {count} fixtures, those of {tasks}; number {kitchen.number}")
     if written := [kitchen for kitchen in kitchens if not kitchen.message]:
         place = terminal_safe(str(out))
         output.line(f"{pluralize(len(written), 'kitchen')}; read {place}/README.md for how to open them")
+
+
+def _print_tasks(report: TaskReport, library: Path, output: Output) -> None:
+    """Which tasks can be reset with the objects; for the others what is missing, and the command that makes it."""
+    command = ""
+    if report.build:
+        words = ["casa-assets", "objects", "build", *report.build, "--count", str(COUNT), "--library", str(library)]
+        command = shlex.join(words)
+    if output.as_json:
+        row = {"id": "robocasa_v1", "status": "tasks", "verdict": "tasks", "folder": "", **measures(None)}
+        missing = {task: list(draws) for task, draws in report.missing.items()}
+        output.row({**row, "can_be_reset": list(report.can_be_reset), "missing": missing, "command": command})
+        return
+    able, every = len(report.can_be_reset), len(report.can_be_reset) + len(report.missing)
+    output.line(f"{able} of the {every} atomic tasks of RoboCasa v1.0 can be reset with these objects alone")
+    table = TextTable(("missing object", "for"), sentences=("for",))
+    for draw in dict.fromkeys(draw for draws in report.missing.values() for draw in draws):
+        table.add(draw, ", ".join(task for task, draws in report.missing.items() if draw in draws))
+    table.print(output.console)
+    if command:
+        output.line(f"Make what is missing, then export again: {terminal_safe(command)}")
 
 
 def _print_results(results: list[ExportResult], out: Path, output: Output, max_rows: int = 40) -> None:
