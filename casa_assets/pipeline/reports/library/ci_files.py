@@ -16,13 +16,13 @@ import json
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
 from lxml import etree
 
-from casa_assets import __version__
 from casa_assets.model.issue import REVIEW_CODE, Decision
 from casa_assets.pipeline.ingest.job import writing
 from casa_assets.pipeline.reports.entry import Reported
@@ -106,7 +106,7 @@ def sarif(found: Findings, words: Words) -> str:
         code: {"id": code, "shortDescription": {"text": _rule_text(code, words)}}
         for code in sorted({result["ruleId"] for result in results})
     }
-    driver = {"name": "casa-assets", "version": __version__, "rules": list(rules.values())}
+    driver = {"name": "casa-assets", "version": version("casa-assets"), "rules": list(rules.values())}
     content = {"$schema": SARIF_SCHEMA, "version": "2.1.0", "runs": [{"tool": {"driver": driver}, "results": results}]}
     return json.dumps(content, indent=1, sort_keys=True) + "\n"
 
