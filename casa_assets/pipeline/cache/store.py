@@ -27,13 +27,14 @@ class Store:
     def __init__(self, root: Path, is_optional: bool = False) -> None:
         self.root = root
         self._ignored: tuple[type[OSError], ...] = (OSError,) if is_optional else ()
+        self._absent: tuple[type[Exception], ...] = (FileNotFoundError, zlib.error, *self._ignored)
 
     def get(self, key: str) -> bytes | None:
         """The bytes put under a key (64 hex digits), or None if there are none or they are damaged."""
         path = self._path(key)
         try:
             data = zlib.decompress(path.read_bytes())
-        except (FileNotFoundError, zlib.error, *self._ignored):
+        except self._absent:
             return None
         with suppress(OSError):  # the folder may only be read, or another process has just removed the file
             os.utime(path)  # when it was last used, for `trim`: file systems are often mounted without access times
