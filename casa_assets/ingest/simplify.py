@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from opengl_decimate import CollapseSequence, SimplifyOptions, collapse_sequence
+from opengl_decimate import SimplifyOptions, collapse_sequence
 
-from casa_assets.core.typing import Ints
+from casa_assets.core.typing import Floats, Ints
 from casa_assets.geometry.mesh.topology import merge_rows
 from casa_assets.ingest.draft import Draft, warning
 from casa_assets.ingest.submesh import submesh
@@ -36,28 +36,73 @@ def simplify(draft: Draft, limit: int) -> Draft:
 
 def simplified(mesh: Mesh, target: int) -> Mesh:
     """The mesh with about `target` faces (more where the error bound forbids it), over a part of its own vertices."""
-    for lock_seams, bound in ((True, SEAM_ERROR), (False, TARGET_ERROR)):
-        corners, sequence = _collapses(mesh, lock_seams)
-        steps = sequence.steps_for(target_count=target, target_error=bound)
-        if sequence.triangles_after(steps) <= target:
+    vertices, attributes, corners = _distinct(mesh)
+    _, point = merge_rows(attributes["POSITION"])
+    front, back = _sides(point[corners])
+    if not len(front):
+        return mesh
+    ways = ((True, SEAM_ERROR), (False, TARGET_ERROR))
+    for lock_seams, bound in ways if mesh.uv is not None else ways[1:]:
+        # Edges collapse to one of their ends: a point in between has no texture coordinates.
+        options = SimplifyOptions(target_ratio=1.0, placement="endpoint", lock_seams=lock_seams)
+        sequence = collapse_sequence(attributes, corners[front].ravel(), options)
+        share = len(front) / (len(front) + np.count_nonzero(back >= 0))
+        count = max(1, int(target * share))
+        steps = sequence.steps_for(target_count=count, target_error=bound)
+        if sequence.triangles_after(steps) <= count:
             break
-    _, _, _, rows = sequence.state(steps)
-    # The vertex whose attributes a corner takes also gives its place, so that both fit each other.
-    return submesh(mesh, corners[rows]) if len(rows) else mesh
+    # A corner lies at the vertex that its texture coordinates come from, so that they belong to the place.
+    _, _, _, left = sequence.state(steps)
+    twin = back[(sequence.removed_at < 0) | (sequence.removed_at >= steps)] >= 0
+    behind = _vertices_behind(corners, point, front[back >= 0], back[back >= 0])
+    left = np.concatenate([left, behind[left[twin]][:, ::-1]])
+    return submesh(mesh, vertices[left]) if len(left) else mesh
 
 
-def _collapses(mesh: Mesh, lock_seams: bool) -> tuple[Ints, CollapseSequence]:
-    """Collapses of edges until nothing is left to collapse, and the vertex of the mesh behind each of their vertices.
+def _distinct(mesh: Mesh) -> tuple[Ints, dict[str, Floats], Ints]:
+    """Vertices without those equal to an earlier one.
 
-    Lengths and errors are parts of the mesh's extent.
+    Returns:
+        (N,) vertices of the mesh; their attributes as glTF names them, lengths as parts of the mesh's extent; (F, 3)
+        corners of the faces as indices into these.
     """
-    extent = max(float(np.ptp(mesh.vertices, axis=0).max()), 1e-30)
-    places = np.round((mesh.vertices - mesh.vertices.min(axis=0)) / extent, 7)
+    used = mesh.vertices[mesh.faces]
+    low = used.min(axis=(0, 1))
+    extent = max(float((used.max(axis=(0, 1)) - low).max()), 1e-30)
+    places = np.round((mesh.vertices - low) / extent, 7)
     carried = {"TEXCOORD_0": mesh.uv, "NORMAL": mesh.normals, "COLOR_0": mesh.colors}
     values = {name: np.round(array.astype(np.float64), 6) for name, array in carried.items() if array is not None}
     first, place = merge_rows(np.column_stack([places, *values.values()]))
     attributes = {"POSITION": places[first]} | {name: array[first] for name, array in values.items()}
-    index = place[mesh.faces.astype(np.int64)].ravel()
-    # At the end of an edge: a point in between would have to have texture coordinates made up for it.
-    options = SimplifyOptions(target_ratio=1.0, placement="endpoint", lock_seams=lock_seams)
-    return first, collapse_sequence(attributes, index, options)
+    return first, attributes, place[mesh.faces.astype(np.int64)]
+
+
+def _sides(ids: Ints) -> tuple[Ints, Ints]:
+    """Faces with three points of their own, each once, and the face at the same place that looks the other way.
+
+    A sheet whose faces are there in both directions has four faces at each edge, over which nothing could collapse.
+
+    Args:
+        ids: (F, 3) points of the faces.
+    Returns:
+        (N,) faces; (N,) the face behind each, -1 where there is none.
+    """
+    ordered = np.sort(ids, axis=1)
+    rows = np.flatnonzero((ordered[:, 1:] != ordered[:, :-1]).all(axis=1))
+    first, place = merge_rows(ordered[rows].astype(np.float64))
+    after_lowest = (ids[rows].argmin(axis=1) + 1) % 3
+    forward = np.take_along_axis(ids[rows], after_lowest[:, None], axis=1)[:, 0] == ordered[rows, 1]
+    back = np.full(len(first), -1, dtype=np.int64)
+    reverse = np.flatnonzero(forward != forward[first][place])[::-1]  # of several the first is written last
+    back[place[reverse]] = rows[reverse]
+    return rows[first], back
+
+
+def _vertices_behind(corners: Ints, point: Ints, front: Ints, back: Ints) -> Ints:
+    """(N,) for each vertex the one that a face behind has at its place; itself where there is no such face."""
+    found = np.arange(len(point))
+    ahead, behind = (
+        np.take_along_axis(corners[rows], np.argsort(point[corners[rows]], axis=1), axis=1) for rows in (front, back)
+    )
+    found[ahead.ravel()[::-1]] = behind.ravel()[::-1]
+    return found

@@ -82,3 +82,22 @@ def test_colours_belong_to_their_vertices() -> None:
 
 def test_the_same_input_gives_the_same_faces() -> None:
     assert simplified(FINE, 2000) == simplified(FINE, 2000)
+
+
+def test_a_sheet_with_faces_in_both_directions_keeps_both_sides() -> None:
+    both = Mesh(vertices=FINE.vertices, faces=np.concatenate([FINE.faces, FINE.faces[:, ::-1]]), uv=FINE.uv)
+    few = simplified(both, 3000)
+    assert 2000 < len(few.faces) <= 3000
+    assert {tuple(sorted(f)) for f in few.faces[: len(few.faces) // 2].tolist()} == {
+        tuple(sorted(f)) for f in few.faces[len(few.faces) // 2 :].tolist()
+    }
+
+
+@pytest.mark.parametrize(
+    "faces", [[[0, 0, 1], [1, 1, 1]], [[0, 1, 2]], [[0, 1, 2], [0, 1, 3], [0, 1, 4], [1, 0, 4]]], ids=str
+)
+def test_something_is_left_of_faulty_meshes(faces: list[list[int]]) -> None:
+    places = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1], [1e6, 0, 0]], dtype=np.float64)
+    few = simplified(Mesh(vertices=places, faces=np.array(faces, dtype=np.int32)), 12)
+    assert 0 < len(few.faces) <= len(faces)
+    assert np.ptp(few.vertices[few.faces]) <= 1
