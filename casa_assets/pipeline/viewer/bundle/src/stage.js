@@ -28,7 +28,7 @@ export class Stage {
     this.surroundings = generator.fromScene(around, 0.04);
     around.dispose();
     this.scene.environment = this.surroundings.texture;
-    this.scene.environmentIntensity = isRoom ? 0.6 : 0.62;
+    this.scene.environmentIntensity = isRoom ? 0.78 : 0.62;
     generator.dispose();
     this.camera = new PerspectiveCamera(FOV_DEG, 1, 0.01, 200);
     this.controls = new OrbitControls(this.camera, canvas);
@@ -47,7 +47,7 @@ export class Stage {
     this.scene.add(model);
     this.measure();
     const sphere = this.bounds.getBoundingSphere(new Sphere());
-    const sun = new DirectionalLight(new Color(1, 0.97, 0.92), this.isRoom ? 1.65 : 2.0);
+    const sun = new DirectionalLight(new Color(1, 0.97, 0.92), this.isRoom ? 1.35 : 2.0);
     sun.position.copy(sphere.center).addScaledVector(this.sunFrom(camera, sphere.center), sphere.radius * 3);
     sun.target.position.copy(sphere.center);
     sun.castShadow = true;
@@ -67,7 +67,7 @@ export class Stage {
   sunFrom(camera, center) {
     if (!this.isRoom || !camera) return new Vector3(0.55, 1, 0.6).normalize();
     const from = new Vector3().setFromMatrixPosition(camera.matrixWorld).sub(center).setY(0).normalize();
-    return from.applyAxisAngle(new Vector3(0, 1, 0), -0.1).setY(1.15).normalize();
+    return from.applyAxisAngle(new Vector3(0, 1, 0), -0.4).setY(1.15).normalize();
   }
 
   // A dome in the colours of the sky, seen through windows while the camera is in the room.
