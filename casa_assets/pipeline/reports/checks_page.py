@@ -35,7 +35,7 @@ SUBJECTS = {
     "BatchSubject": "batch forms",
     "EngineSizes": "batch forms in use",
 }
-TABLE_HEADER = "| code | what is tested, and what to do |\n|---|---|"
+TABLE_HEADER = "| code | what is tested; what to do |\n|---|---|"
 
 
 def checks_markdown() -> str:
