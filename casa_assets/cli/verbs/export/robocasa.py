@@ -153,7 +153,7 @@ def _print_kitchens(kitchens: list[KitchenResult], out: Path, output: Output) ->
             output.wrong(f"refused {kitchen.id}: {terminal_safe(kitchen.message)}")
         else:
             tasks = pluralize(len(kitchen.tasks), "atomic task")
-            output.line(f"kitchen {kitchen.id}: {count} fixtures, those of {tasks}; number {kitchen.number}")
+            output.line(f"kitchen {kitchen.id}: {count} fixtures, enough for {tasks}; number {kitchen.number}")
     if written := [kitchen for kitchen in kitchens if not kitchen.message]:
         place = terminal_safe(str(out))
         output.line(f"{pluralize(len(written), 'kitchen')}; read {place}/README.md for how to open them")
