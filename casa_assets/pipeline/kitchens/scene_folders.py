@@ -54,7 +54,8 @@ from casa_assets.registry.habits import load_habits
 from casa_assets.registry.kitchens import plan_names, style_names
 
 OVERVIEW_FRAME = room.PictureSettings(passes=4, directions=6, shadow_px=512)
-EYE_FRAME, OPEN = room.PictureSettings(816, 544, passes=3), "open"  # of the picture at eye level, with doors open
+# Of the picture at eye level, with doors open.
+EYE_FRAME, OPEN = room.PictureSettings(816, 544, passes=3, directions=6, shadow_px=512), "open"
 BUILD, WRITE, DRAW, CHECK, PUT = "build", "write", "draw", "check", "put"  # steps of a scene
 WORKER_BYTES = 3_000_000_000  # of memory, that building, drawing and checking a scene may take
 # Checks a scene in its folder and returns the report.
