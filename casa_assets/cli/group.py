@@ -6,6 +6,8 @@ import difflib
 import os
 import re
 import sys
+from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 import typer
@@ -16,6 +18,7 @@ from typer.core import TyperGroup
 from casa_assets.cli.help import help_text, parameter_name, usage_pieces
 from casa_assets.cli.text import terminal_safe
 
+NAME = "casa-assets"  # of the program, however it was started
 # What Typer raises for any wrong use: it exports one class of these alone.
 UsageError: type[Exception] = typer.BadParameter.__mro__[1]
 _EXTRA = re.compile(r"Got unexpected extra argument(?:s|\(s\))? \((.*)\)")
@@ -33,12 +36,21 @@ class Group(TyperGroup):
         """The words behind the name in the usage."""
         return usage_pieces(self, ctx)
 
-    def main(self, *args: Any, standalone_mode: bool = True, **extra: Any) -> Any:
+    def main(
+        self,
+        args: Sequence[str] | None = None,
+        prog_name: str | None = None,
+        complete_var: str | None = None,
+        standalone_mode: bool = True,
+        windows_expand_args: bool = True,
+        **extra: Any,
+    ) -> Any:
         """Call the command that is named; where it was called wrongly, say so in our form and end with exit code 2."""
+        run = partial(super().main, args, prog_name or NAME, complete_var, False, windows_expand_args, **extra)
         if not standalone_mode:
-            return super().main(*args, standalone_mode=False, **extra)
+            return run()
         try:
-            code = super().main(*args, standalone_mode=False, **extra)
+            code = run()
         except UsageError as error:
             if type(error).__name__ == "NoArgsIsHelpError":  # its message is the whole help
                 typer.echo(error.format_message(), err=True)  # type: ignore[attr-defined]

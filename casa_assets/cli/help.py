@@ -61,7 +61,7 @@ def parameter_name(parameter: Any) -> str:
     """An argument in capitals, an option by its long name."""
     if parameter.param_type_name == "argument":
         return str(parameter.metavar or str(parameter.name).upper().strip("_"))
-    return next((name for name in parameter.opts if name.startswith("--")), parameter.opts[0])
+    return str(next((name for name in parameter.opts if name.startswith("--")), parameter.opts[0]))
 
 
 def value_name(parameter: Any) -> str:

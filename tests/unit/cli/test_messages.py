@@ -43,7 +43,7 @@ def test_a_name_like_no_other_is_told_what_there_is() -> None:
     ("arguments", "message"),
     [
         (["textures", "make", "oak_natural_plank", "--out", NO_PLACE, "--width-px", "64"], "cannot be written to"),
-        (["textures", "list", "--set", "wal"], "'wall'"),
+        (["textures", "list", "--set", "wal"], "did you mean wall?"),
         (["families", "show", "microwave", "--preset", "stel", "--out", NO_PLACE], "did you mean steel?"),
         (["report", "--library", "{empty}"], "is no library"),
         (["report", "--library", "{empty}", "--out", "report.json"], "name a file that ends in .html"),
