@@ -71,8 +71,9 @@ def test_a_plan_below_its_bar_is_in_review_until_a_person_accepts_it(
     assert (kept.kept, kept.decision, kept.folder) == (True, Decision.ACCEPTED, accepted.folder)
     assert kept.reason_kept.endswith(" is accepted, the new result is in review (plan); --force replaces it")
     assert kept.articulation == accepted.articulation
-    monkeypatch.setattr(running, "build", None)
-    assert _articulate(request).reason_kept == kept.reason_kept
+    with monkeypatch.context() as patched:
+        patched.setattr(running, "build", None)
+        assert _articulate(request).reason_kept == kept.reason_kept
     refused = _articulate(with_override(request, override.replace(decision=Word.REJECT)))
     assert (refused.code, refused.decision) == ("REV002", Decision.REJECTED)
 
