@@ -17,7 +17,8 @@ from casa_assets.cli.main import app
 
 HEAD = """# Commands
 
-Printed from the program by `./dev docs`. `casa-assets COMMAND --help` says the same in a terminal.
+Printed from the program by `./dev docs`. `casa-assets COMMAND --help` says the same in a terminal, and what each exit
+code means for that command.
 
 | exit code | meaning |
 |---|---|
@@ -29,6 +30,8 @@ Printed from the program by `./dev docs`. `casa-assets COMMAND --help` says the 
 | 130, 143 | stopped by Ctrl-C or by a signal; the same command goes on from there |
 """
 _STYLE = re.compile(r"\[/?(?:bold|dim|italic|cyan|green|red|yellow)[^\]]*\]")
+# What the exit codes of one command mean: the overview says it of all. A full stop inside of a file name is no end.
+_EXIT_CODES = re.compile(r"\s*Exit 0(?:[^.]|\.(?=\S))*\.")
 # An option that so many commands have in the same words is described once, in the overview.
 MANY = 5
 
@@ -85,13 +88,14 @@ def _section(path: str, command: Any, common: set[str], usual: set[str]) -> list
 def _help(text: str) -> list[str]:
     """Paragraphs of a help text; example calls stand together in one block."""
     lines: list[str] = []
-    for paragraph in re.split(r"\n\s*\n", _plain(text).strip()):
+    for paragraph in re.split(r"\n\s*\n", _EXIT_CODES.sub("", _plain(text)).strip()):
         said = " ".join(paragraph.split("\n")).strip() if "casa-assets " not in paragraph else paragraph.strip()
         title, _, call = said.partition("casa-assets ")
         if not call or title.strip() not in ("", "Example:", "Examples:"):
             lines.append(f"{' '.join(said.split())}\n")
             continue
         block = "\n".join(line.strip().removeprefix(title.strip()).strip() for line in said.split("\n"))
+        block = block.replace("&lt;", "<")
         if lines and lines[-1] == "```\n":
             lines[-1:] = [block, "```\n"]
         else:

@@ -9,7 +9,7 @@ from casa_assets.textures.packs.rejections import REMEDIES
 
 HEAD = """# Checks and rejections
 
-Printed by `./dev docs`; `casa-assets checks` prints the same. A check ends as **passed**, **failed**,
+Printed by `./dev docs`; `casa-assets checks USD002` explains one code. A check ends as **passed**, **failed**,
 **not applicable** (the subject has nothing of the kind) or **not run** (it could not look: a file does not open, an
 optional package is not installed; or `waivers.yaml` waives it); the last two come with a reason. An error that failed
 keeps an asset out of the library, and so does one that was not run, unless it is waived or needs an optional package. A
