@@ -140,8 +140,8 @@ def judged(before: Mesh, after: Mesh, picture: Floats) -> dict[str, float]:
     far = cKDTree(spread).query(middles)[0] > TARGET_ERROR * extent if len(spread) else np.ones(len(middles))
     return {
         "faces": len(after.faces),
-        "max": 100 / extent * max(there.max(), back.max()),
-        "mean": 100 / extent * (there.mean() + back.mean()) / 2,
+        "max": 100 / extent * float(max(there.max(), back.max())),
+        "mean": 50 / extent * float(there.mean() + back.mean()),
         "silhouette": 100 * float(np.mean([(a ^ b).sum() / max((a | b).sum(), 1) for a, b in masks])),
         "colour": float(apart.mean()),
         "colour_p95": float(np.percentile(apart, 95)),
@@ -169,7 +169,8 @@ def main() -> None:
             for name, method in methods.items():
                 begin = time.process_time()
                 after = method(part.mesh, target)
-                row = judged(part.mesh, after, picture) | {"seconds": time.process_time() - begin}
+                seconds = time.process_time() - begin
+                row = judged(part.mesh, after, picture) | {"seconds": round(seconds, 3)}
                 rows.append({"path": path, "target": target, "method": name, **row})
                 print(rows[-1], flush=True)
     keys = ("max", "mean", "silhouette", "colour", "colour_p95", "cracks", "seconds")
