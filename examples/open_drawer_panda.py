@@ -46,10 +46,10 @@ def part(path: Path) -> Any:
 def arm_before(kitchen: Any, bar: Floats, panda: Path) -> Any:
     """MjModel of the kitchen with an arm on a column before the bar, a gripper, and servos in the joints."""
     arm, gripper = part(panda), part(panda.parents[2] / "grippers" / "panda_gripper.xml")
-    arm.attach(gripper, prefix="hand_", frame=arm.body("right_hand").add_frame())
+    arm.body("right_hand").add_frame().attach_body(gripper.body("right_gripper"), "hand_", "")
     place = (bar[0], bar[1] - STANDS_OFF_M, COLUMN_M)
     turn = (np.cos(np.pi / 4), 0.0, 0.0, np.sin(np.pi / 4))
-    kitchen.attach(arm, prefix="arm_", frame=kitchen.worldbody.add_frame(pos=place, quat=turn))
+    kitchen.worldbody.add_frame(pos=place, quat=turn).attach_body(arm.body("base"), "arm_", "")
     kitchen.worldbody.add_geom(
         type=mujoco.mjtGeom.mjGEOM_CYLINDER,
         size=(0.09, COLUMN_M / 2, 0),
