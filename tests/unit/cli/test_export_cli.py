@@ -66,12 +66,6 @@ def test_misuse_is_exit_2_and_one_line(library: Path, tmp_path: Path) -> None:
     assert not (tmp_path / "out").exists()
 
 
-def test_help_has_examples() -> None:
-    done = casa("export", "robocasa", "--help")
-    assert done.returncode == 0
-    assert done.stdout.count("casa-assets export robocasa") == 4
-
-
 def test_urdf_of_a_library_and_of_one_asset(library: Path, tmp_path: Path) -> None:
     done = casa("export", "urdf", library, "--out", tmp_path / "out", "--json")
     assert done.returncode == 0

@@ -52,6 +52,7 @@ def test_serves_a_page_until_it_is_stopped(tmp_path: Path) -> None:
 def test_with_a_screen_mujoco_shows_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("DISPLAY", ":99")
     shown = []
+    monkeypatch.setattr(live_viewer, "require_screen", lambda: None)
     monkeypatch.setattr(live_viewer, "show", lambda model, pose, name, _: shown.append((model.nkey, pose, name)))
     done = RUNNER.invoke(app, ["view", "microwave/steel", "--pose", "open"])
     assert done.exit_code == 0, done.output
