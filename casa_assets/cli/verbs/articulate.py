@@ -57,7 +57,7 @@ Examples:
   casa-assets articulate microwave.obj --preview --report
   casa-assets articulate ~/appliances --jobs 8 --review
 """
-CONTRACT_ADVICE = "to mend it, change decisions.yaml beside the model, or the mesh, and run again"
+CONTRACT_ADVICE = "to meet it, change decisions.yaml beside the model, or the mesh, and run again"
 # Names of meshes that the progress bar shows at once.
 MAX_NAMES = 3
 
@@ -103,8 +103,7 @@ def articulate(
     goes on where it ended. An accepted asset is also kept where the new result has fewer moving parts, is in review or
     was rejected; --force replaces it. Every decision is in decisions.yaml beside the model: change a line, and pass the
     file with --decisions. Exit 0 when all were accepted, 1 when some were rejected (ART001: nothing moves), 4 when none
-    was rejected but a person has to decide about some (review.csv in the library) or an accepted asset was kept in
-    place of a new result, 2 on misuse.
+    was but some are in review (review.csv in the library) or an accepted asset was kept so, 2 on misuse.
     """
     from casa_assets.pipeline.articulate.build import ArticulateRequest
 
