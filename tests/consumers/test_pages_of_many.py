@@ -6,6 +6,7 @@ import shutil
 from pathlib import Path
 
 import pytest
+from PIL import Image
 
 from casa_assets.model.registry.finish import Surface
 from casa_assets.pipeline.families.run import FamilyRequest
@@ -63,11 +64,11 @@ def address(page: Page) -> str:
     return str(page.evaluate("location.hash"))
 
 
-# Words of tables and of lists of facts that go on in the next line, and numbers and verdicts of a row that are cut.
+# Words of tables, captions and lists of facts that are broken over two lines; numbers and verdicts that are cut.
 FAULTS = r"""(() => {
   document.querySelectorAll("details").forEach(box => { box.open = true; });
   const broken = [], range = document.createRange();
-  for (const cell of document.querySelectorAll("td, th, dt, dd")) {
+  for (const cell of document.querySelectorAll("td, th, dt, dd, figcaption")) {
     const texts = document.createTreeWalker(cell, NodeFilter.SHOW_TEXT);
     while (texts.nextNode()) {
       for (const word of texts.currentNode.data.matchAll(/[\p{L}\p{N}_]+/gu)) {
@@ -91,7 +92,8 @@ def kinds(library: Path, rooms: Path, tmp_path_factory: pytest.TempPathFactory) 
     folder = tmp_path_factory.mktemp("kinds")
     shutil.copytree(library.parent, folder / "library")
     row = kitchens.SceneRow("one_wall_large__mediterranean", "one_wall_large", "mediterranean", True, joints=81, nv=123)
-    preset = MemberPictures(FamilyRequest("hob", preset="gas"), ("families/hob_gas.webp",), 9.5, (0.5, 0.5, 0.1))
+    shots = ("closed.webp", "open.webp", "on.webp")
+    preset = MemberPictures(FamilyRequest("hob", preset="gas"), shots, 9.5, (0.5, 0.5, 0.1))
     explained = {"NKB004": "Work aisle: Fronts that face each other are at least 1.067 m apart; move the rows apart."}
     pages = {
         "kitchen": kitchen_page(explained),
@@ -100,6 +102,9 @@ def kinds(library: Path, rooms: Path, tmp_path_factory: pytest.TempPathFactory) 
         "objects": object_catalogue.page([APPLE]),
         "review": review_page.render_page([entry(word="the usual size of its category")], {}, "Review"),
     }
+    for name in (*shots, "textures/brick_red_running_bond.webp"):
+        (folder / name).parent.mkdir(exist_ok=True)
+        Image.new("RGB", (320, 320)).save(folder / name)
     for name, text in pages.items():
         (folder / f"{name}.html").write_text(text, encoding="utf-8")
     found = {name: folder / f"{name}.html" for name in pages} | {"home": home.write(folder), "kitchens": rooms}
