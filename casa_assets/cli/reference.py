@@ -44,15 +44,20 @@ def command_pages() -> dict[str, str]:
     counts = Counter(_line(option) for command in commands for option in _parameters(command, "option"))
     common = {line for line, count in counts.items() if count >= MANY}
     usual = {line for line, count in counts.items() if count > 0.75 * len(commands)}
-    rows = [f"| [{name}](commands/{name}.md) | {_first(verb.help or '')} |" for name, verb in verbs.items()]
+    rows = [f"| [{name}]({_path(name)}) | {_first(verb.help or '')} |" for name, verb in verbs.items()]
     lines = [HEAD, "| command | |", "|---|---|", *rows]
     lines += ["", "## Options of nearly every command", "", *sorted(usual)]
     lines += ["", "## Options of many commands", "", *sorted(common - usual)]
     pages = {"commands.md": "\n".join(lines) + "\n"}
     for name, verb in verbs.items():
         lines = [line for path, one in _commands(verb, name) for line in _section(path, one, common, usual)]
-        pages[f"commands/{name}.md"] = "\n".join(lines).rstrip("\n") + "\n"
+        pages[_path(name)] = "\n".join(lines).rstrip("\n") + "\n"
     return pages
+
+
+def _path(verb: str) -> str:
+    """Of a verb's page. One called index.md would be the first page of the folder."""
+    return f"commands/{'index_command' if verb == 'index' else verb}.md"
 
 
 def _first(text: str) -> str:

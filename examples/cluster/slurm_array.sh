@@ -1,6 +1,6 @@
 #!/bin/bash
 # casa-assets on SLURM without an engine: each task of the array works on one shard (docs/howto/scale.md).
-# Submit with: sbatch slurm_array.sh SOURCES SHARDS. SOURCES and SHARDS stand on a disk that all nodes share. When all
+# Submit with: sbatch slurm_array.sh SOURCES SHARDS. SOURCES and SHARDS are on a disk that all nodes share. When all
 # tasks have ended: casa-assets library merge SHARDS/* --library LIBRARY. A task that was lost is submitted again by its
 # number, such as: sbatch --array=7 --export=ALL,COUNT=64 slurm_array.sh SOURCES SHARDS
 #SBATCH --array=1-64 --cpus-per-task=16 --mem=64G --time=24:00:00
