@@ -51,7 +51,9 @@ def places(stage: Usd.Stage) -> tuple[PlaceFacts, ...]:
         ValueError: one is neither sphere, cube nor cylinder about z.
     """
     cache = UsdGeom.XformCache()
-    sites = [prim for prim in stage.Traverse() if SITE in prim.GetAppliedSchemas()]
+    # As written in the file: `GetAppliedSchemas` leaves out schemas that are not registered, as MuJoCo's are not on a
+    # Python without mujoco-usd.
+    sites = [prim for prim in stage.Traverse() if SITE in prim.GetPrimTypeInfo().GetAppliedAPISchemas()]
     matrices = [_in_body(prim, cache) for prim in sites]
     found = [_place(*site) for site in zip(sites, matrices, *rigid_all(matrices), strict=True)]
     return tuple(sorted((place for place in found if own_name(place.name) != OUTER), key=lambda place: place.name))
