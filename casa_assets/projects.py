@@ -8,6 +8,7 @@ This module is imported at the start of every command and by the completion of s
 from __future__ import annotations
 
 import os
+import shlex
 from collections.abc import Callable
 from enum import StrEnum
 from functools import update_wrapper
@@ -65,7 +66,8 @@ def use_project(folder: str | Path | None, *, plugins: bool = False) -> None:
     """
     place = None if folder is None else Path(folder).absolute()
     if place is not None and not (place / SETTINGS).is_file():
-        raise CasaError(f"{folder}: is no project, it has no {SETTINGS}; write one with `casa-assets init {folder}`")
+        write = f"casa-assets init {shlex.quote(str(folder))}"
+        raise CasaError(f"{folder}: is no project, it has no {SETTINGS}; write one with `{write}`")
     os.environ[VARIABLE] = NO_PROJECT if place is None else str(place)
     if plugins:
         choose_plugins(PluginUse.ALL)
@@ -86,8 +88,9 @@ def choose_plugins(use: PluginUse) -> None:
 
 def user_settings() -> Path:
     """The user's own configuration, which need not be there: `casa-assets/config.yaml` in XDG_CONFIG_HOME."""
-    home = os.environ.get("XDG_CONFIG_HOME", "")
-    return (Path(home) if home else Path.home() / ".config") / "casa-assets" / "config.yaml"
+    # As platformdirs does where HOME is not set and the system does not know the user: `~` stays as it is.
+    folder = os.environ.get("XDG_CONFIG_HOME", "") or os.path.expanduser("~/.config")  # noqa: PTH111
+    return Path(folder) / "casa-assets" / "config.yaml"
 
 
 def layers() -> tuple[Path, ...]:

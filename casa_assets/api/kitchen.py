@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import re
+import shlex
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import cached_property
@@ -324,7 +325,7 @@ def _found(scene: str | Path, weight: Weight, out: Path | None) -> tuple[Path | 
     file = found / FILES[weight] if found.is_dir() else found
     if not file.is_file():
         if found.is_dir() and weight == "batch":
-            where = f"casa-assets scenes batch {found.name} --out {found.parent}"
+            where = f"casa-assets scenes batch {found.name} --out {shlex.quote(str(found.parent))}"
             raise CasaError(f"{file}: there is no such file; {where} writes it")
         raise CasaError(f"{file}: there is no such file; name the folder of a scene, an XML file of it, or an id")
     return file, _covers(file.parent)

@@ -160,7 +160,7 @@ def print_summary(events: list[Event], library: Path, output: Output, explain: b
     output.line(f"Library: {place}/")
     output.line(f"Index:   {place}/index.sqlite")
     print_review(unsure, any("category" in event.to_decide for event in events), library, output)
-    output.line(f"Next:    casa-assets report --library {place}")
+    output.next_command("report", "--library", library)
 
 
 def codes_of(events: list[Event]) -> Counter[str]:

@@ -83,6 +83,10 @@ class Output:
         if words and not self.as_json and not self.quiet:
             self.error(f"Look at it: casa-assets view {shlex.join(terminal_safe(str(word)) for word in words)}")
 
+    def next_command(self, *words: object) -> None:
+        """Print a command that goes on from here, with its words quoted as a shell wants them."""
+        self.line(f"Next:    casa-assets {shlex.join(terminal_safe(str(word)) for word in words)}")
+
     def look_at_file(self, path: Path) -> None:
         """Print where a page or picture opens: the last line of a verb, as `look` prints it.
 

@@ -43,8 +43,8 @@ def how_to_install() -> str:
 
 
 def _users_place() -> Path:
-    home = os.environ.get("XDG_DATA_HOME", "") or str(Path.home() / ".local" / "share")
-    return Path(home) / "casa-assets" / "blender"
+    folder = os.environ.get("XDG_DATA_HOME", "") or os.path.expanduser("~/.local/share")  # noqa: PTH111  never raises
+    return Path(folder) / "casa-assets" / "blender"
 
 
 def command(program: str, script: Path, *arguments: str) -> list[str]:

@@ -75,8 +75,8 @@ def versions_elsewhere() -> dict[str, str]:
 
 def users_place() -> Path:
     """Folder in which an environment for the validator is looked for, outside a checkout."""
-    home = os.environ.get("XDG_DATA_HOME", "") or str(Path("~").expanduser() / ".local" / "share")
-    return Path(home) / "casa-assets" / "simready"
+    folder = os.environ.get("XDG_DATA_HOME", "") or os.path.expanduser("~/.local/share")  # noqa: PTH111  never raises
+    return Path(folder) / "casa-assets" / "simready"
 
 
 def how_to_install() -> str:

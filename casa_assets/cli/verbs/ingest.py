@@ -348,4 +348,5 @@ def fetch(
     output = Output(json_, quiet, verbose)
     folder = download(uids or [], lvis, most, out)
     output.made(lvis or "objaverse", folder)
-    output.line(f"Objects: {folder}   Next: casa-assets ingest {folder}")
+    output.line(f"Objects: {folder}")
+    output.next_command("ingest", folder)

@@ -141,7 +141,7 @@ def build(
     whole = read_library_report(library)
     if whole is not None:
         print_together(whole.report, {row.code: row.title for row in ROWS}, output)
-    output.line(f"Next:    casa-assets report --library {library}")
+    output.next_command("report", "--library", library)
     look(results, output)
     end(results)
 

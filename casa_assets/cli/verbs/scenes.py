@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -272,7 +273,7 @@ def preview(
         on_disk, scene_ids = [p.name for p in out.glob("*__*")], [r.scene_id for r in all_recipes()]
         if scene not in scene_ids:
             raise UnknownId("scene", scene, [*on_disk, *scene_ids], LISTED_BY)
-        raise OutputError(str(folder), f"is not built; casa-assets scenes build {scene} --out {out}")
+        raise OutputError(str(folder), f"is not built; casa-assets scenes build {scene} --out {shlex.quote(str(out))}")
     with writing(out):
         if photoreal:
             stills = draw_scene(folder, StillSettings(width_px, width_px * 9 // 16), pose, camera or ())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shlex
 import shutil
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
@@ -110,7 +111,7 @@ def _states_of(recipe: SceneRecipe, folder: Path) -> StartStates:
     if not is_whole(folder, scene_key(recipe)) or digest_of_file(folder / SCENE_XML) != found.scene_xml:
         raise CasaError(
             f"{folder}: its start states are of an older build of the scene; draw them again with "
-            f"casa-assets scenes states {folder.name} --out {folder.parent}"
+            f"casa-assets scenes states {folder.name} --out {shlex.quote(str(folder.parent))}"
         )
     return found
 

@@ -6,6 +6,7 @@ import hashlib
 import io
 import json
 import os
+import shlex
 import zipfile
 import zlib
 from pathlib import Path
@@ -58,7 +59,7 @@ def read_current_states(folder: Path, scene: Path) -> StartStates:
     if digest_of_file(scene) != found.scene_xml:
         raise CasaError(
             f"{path}: the states were drawn for another {scene.name} than stands beside them; draw them again with "
-            f"casa-assets scenes states {folder.name} --out {folder.parent}"
+            f"casa-assets scenes states {folder.name} --out {shlex.quote(str(folder.parent))}"
         )
     return found
 

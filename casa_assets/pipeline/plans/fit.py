@@ -6,6 +6,7 @@ Openings move into their walls. Sink, cooker and refrigerator stay, or the plan 
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -54,14 +55,17 @@ def fit_plan(text: str, file: str, style: Style, width: float, depth: float) -> 
     Raises:
         DoesNotFit: nothing that keeps its sink, cooker and refrigerator fits. CasaError: the plan has faults.
     """
+    look = f"casa-assets scenes check-plan {shlex.quote(str(file))}"
     before = check_plan(text, file, style)
     if not before.fits or before.kitchen is None:
-        raise CasaError(f"{file}: has faults of its own; look at them with `casa-assets scenes check-plan {file}`")
+        raise CasaError(
+            f"{file}: has faults of its own; look at them with `casa-assets scenes check-plan {shlex.quote(str(file))}`"
+        )
     aslant = next((w.id for w in before.kitchen.plan.walls if w.is_aslant), None)
     if aslant is not None:
         raise CasaError(
             f"{file}: its wall {aslant} stands aslant; only rooms whose walls meet at right angles are fitted. "
-            f"Change the lengths of its walls by hand, and look with `casa-assets scenes check-plan {file}`"
+            f"Change the lengths of its walls by hand, and look with `{look}`"
         )
     (x0, y0), (x1, y1) = before.kitchen.room.bounds()
     size = (round(x1 - x0, 4), round(y1 - y0, 4))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shlex
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -172,7 +173,9 @@ def _of_file(path: Path) -> Subject:
         return _in_folder(beside) if is_ours else ModelFile(path)
     if suffix in SUFFIXES:
         raise OutputError(
-            str(path), f"is a mesh; make an asset of it first: casa-assets ingest {path} (or casa-assets articulate)"
+            str(path),
+            "is a mesh; make an asset of it first: "
+            f"casa-assets ingest {shlex.quote(str(path))} (or casa-assets articulate)",
         )
     raise OutputError(str(path), "is no MJCF; name the folder of an asset or of a scene, or its XML file")
 

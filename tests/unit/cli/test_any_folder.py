@@ -1,0 +1,129 @@
+"""Where a user works does not matter: spaces, letters of any script, a leading dash, a very long path.
+
+Everything here is made in one folder whose path has all of these; results are those of a plain folder.
+"""
+
+from __future__ import annotations
+
+import shutil
+import stat
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from casa_assets.cli.main import app
+from casa_assets.model.issue import Status
+from casa_assets.pipeline.kitchens import check
+from casa_assets.pipeline.kitchens.scene_folders import SceneResult
+from casa_assets.pipeline.library import library as disk
+from casa_assets.pipeline.library.library import Library
+from casa_assets.pipeline.review.server import ReviewServer
+from casa_assets.pipeline.view.model import make
+from casa_assets.pipeline.view.subject import cache_of, find
+from tests.libraries import casa, differences, entries_of, make_inputs
+from tests.unit.articulate.blocks import drawers
+from tests.unit.articulate.test_assemble import obj
+from tests.unit.conftest import RECIPE, SMALLEST
+from tests.view_requests import ask as ask_view
+from tests.view_requests import serving
+
+PLACE = Path("Küche 空 1", "-x", "long " + "a" * 195)
+LIBRARY, KITCHENS = "-lib é", "Küchen 1"
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """The folder, which is also the working folder; it holds the library and nothing else but its inputs."""
+    folder = tmp_path_factory.mktemp("any") / PLACE
+    make_inputs(folder / "in put")
+    vertices, faces, _ = drawers()
+    obj(folder / "-drawers é.obj", vertices, faces)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        run("ingest", "in put", f"--library={LIBRARY}", "--jobs=1", code=1)
+        run("families", "build", "knife_block", "--samples=1", f"--library={LIBRARY}", "--jobs=1")
+        run("objects", "build", "apple", "--count=1", f"--library={LIBRARY}", "--jobs=1")
+        options = ("--up=+z", "--front=-y", "--size-m=0.5", "--review", "--category=object", "--jobs=1")
+        run("articulate", f"--library={LIBRARY}", *options, "--", "-drawers é.obj", code=None)
+        yield folder
+
+
+def run(*words: str, code: int | None = 0) -> str:
+    """Run a command in this process; what it said."""
+    done = CliRunner().invoke(app, words)
+    assert code is None or done.exit_code == code, f"{done.output}{done.exception!r}"
+    assert done.exception is None or isinstance(done.exception, SystemExit), done.exception
+    return done.output
+
+
+def test_the_path_is_a_hard_one(place: Path) -> None:
+    assert len(str(place)) > 220
+    assert len(place.name.encode()) >= 200
+
+
+def test_meshes_become_what_they_become_elsewhere(place: Path, boxes: Path) -> None:
+    plain = set(entries_of(boxes / "library"))
+    assert plain <= set(entries_of(place / LIBRARY))
+    assert [name for name in sorted(plain) if differences(boxes / "library" / name, place / LIBRARY / name)] == []
+
+
+def test_generated_and_articulated_assets_pass(place: Path) -> None:
+    made = {path.parent.name: disk.read_certificate(path.parent) for path in place.glob(f"{LIBRARY}/*/*/asset.json")}
+    producers = {str(one.producer) for one in made.values()}
+    assert {"ingest", "family", "articulate"} <= producers
+    assert [name for name, one in made.items() if not one.report.passed] == []
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("report", f"--library={LIBRARY}", "--3d"),
+        ("index", f"--library={LIBRARY}"),
+        ("find", "apple", f"--library={LIBRARY}"),
+        ("home", "."),
+        ("export", "glb", "--out=g l b", "--jobs=1", "--", LIBRARY),
+        ("export", "urdf", "--out=u r d f", "--jobs=1", "--", LIBRARY),
+        ("export", "robocasa", "--out=robo casa", "--", LIBRARY),
+    ],
+    ids=lambda words: " ".join(words[:2]),
+)
+def test_verbs_on_the_library(words: tuple[str, ...], place: Path) -> None:
+    run(*words)
+
+
+def test_pages_are_served(place: Path) -> None:
+    subject = find(next(place.glob(f"{LIBRARY}/apple/*")).as_posix(), place, ())
+    with serving(subject, lambda wanted, tell: make(wanted, cache_of(subject), tell)) as server:
+        assert ask_view(server, "")[0] == 200
+    with ReviewServer(Library(place / LIBRARY), 0) as review:
+        assert review.waiting is not None
+
+
+def test_a_kitchen_passes_the_checks_that_it_passes_elsewhere(
+    place: Path, checked_kitchen: tuple[Path, SceneResult], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(check, "CHECK_FRAME", SMALLEST)
+    monkeypatch.setattr(check, "steps_per_second", lambda model: 4000.0)
+    done = check.check_one(RECIPE, place / KITCHENS, drawn=False, in_3d=False)
+    elsewhere = checked_kitchen[1].report
+    assert done.report is not None, done.message
+    assert elsewhere is not None
+    timed = {"SCN026", "SCN027"}
+    here, there = ({r.code: r.status for r in each.results if r.code not in timed} for each in (done.report, elsewhere))
+    assert here == there
+    assert Status.FAILED not in {status for code, status in here.items() if code.startswith("SCN")}
+    run("scenes", "pack", RECIPE.scene_id, "--usdz", f"--scenes-folder={KITCHENS}", "--out=pa ck.usdz")
+    assert (place / "pa ck.usdz").is_file()
+
+
+def test_inputs_that_can_only_be_read(place: Path) -> None:
+    inputs = place / "only read"
+    inputs.mkdir()
+    shutil.copy(place / "in put" / "milk_carton.obj", inputs)
+    for path in (inputs / "milk_carton.obj", inputs):
+        path.chmod(path.stat().st_mode & ~(stat.S_IWUSR | stat.S_IWGRP | stat.S_IWOTH))
+    done = casa("ingest", inputs, f"--library={place / 'of only read'}", "--jobs", 1, HOME="/nonexistent")
+    assert done.returncode == 0, done.stdout + done.stderr
+    inputs.chmod(0o755)
