@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from opengl_decimate import SimplifyOptions, collapse_sequence
+from opengl_decimate import CollapseSequence, SimplifyOptions, collapse_sequence
 
-from casa_assets.core.typing import Floats, Ints
-from casa_assets.geometry.mesh.topology import merge_rows
+from casa_assets.core.typing import Floats, Ints, Mask
+from casa_assets.geometry.mesh.topology import connected_groups, directed_edges, merge_rows
 from casa_assets.ingest.draft import Draft, warning
-from casa_assets.ingest.submesh import submesh
 from casa_assets.model.asset.mesh import Mesh
 
 # Largest error of the simplified surface, as a part of the mesh's extent.
@@ -35,28 +34,73 @@ def simplify(draft: Draft, limit: int) -> Draft:
 
 
 def simplified(mesh: Mesh, target: int) -> Mesh:
-    """The mesh with about `target` faces (more where the error bound forbids it), over a part of its own vertices."""
+    """The mesh with about `target` faces (more where the error bound forbids it), over points that it has."""
     vertices, attributes, corners = _distinct(mesh)
-    _, point = merge_rows(attributes["POSITION"])
-    front, back = _sides(point[corners])
+    front, back = _sides(merge_rows(attributes["POSITION"])[1][corners])
     if not len(front):
         return mesh
+    share = len(front) / (len(front) + np.count_nonzero(back >= 0))
+    sequence, steps = _collapses(attributes, corners[front], max(1, int(target * share)))
+    left = (sequence.removed_at < 0) | (sequence.removed_at >= steps)
+    places, values = _ends(sequence, steps, corners[front], left)
+    twin = back[left] >= 0
+    behind = _vertices_behind(corners, sequence.vertex_point, front[back >= 0], back[back >= 0])
+    places = np.concatenate([places, behind[places[twin]][:, ::-1]])
+    values = np.concatenate([values, behind[values[twin]][:, ::-1]])
+    return _mesh_of(mesh, vertices[places], vertices[values])
+
+
+def _collapses(attributes: dict[str, Floats], corners: Ints, count: int) -> tuple[CollapseSequence, int]:
+    """Collapses of edges to one of their ends, and how many of them leave `count` faces or what the bound allows."""
     ways = ((True, SEAM_ERROR), (False, TARGET_ERROR))
-    for lock_seams, bound in ways if mesh.uv is not None else ways[1:]:
-        # Edges collapse to one of their ends: a point in between has no texture coordinates.
+    for lock_seams, bound in ways if "TEXCOORD_0" in attributes else ways[1:]:
         options = SimplifyOptions(target_ratio=1.0, placement="endpoint", lock_seams=lock_seams)
-        sequence = collapse_sequence(attributes, corners[front].ravel(), options)
-        share = len(front) / (len(front) + np.count_nonzero(back >= 0))
-        count = max(1, int(target * share))
+        sequence = collapse_sequence(attributes, corners.ravel(), options)
         steps = sequence.steps_for(target_count=count, target_error=bound)
         if sequence.triangles_after(steps) <= count:
             break
-    # A corner lies at the vertex that its texture coordinates come from, so that they belong to the place.
-    _, _, _, left = sequence.state(steps)
-    twin = back[(sequence.removed_at < 0) | (sequence.removed_at >= steps)] >= 0
-    behind = _vertices_behind(corners, point, front[back >= 0], back[back >= 0])
-    left = np.concatenate([left, behind[left[twin]][:, ::-1]])
-    return submesh(mesh, vertices[left]) if len(left) else mesh
+    return sequence, steps
+
+
+def _ends(sequence: CollapseSequence, steps: int, corners: Ints, left: Mask) -> tuple[Ints, Ints]:
+    """Vertices that give corners their place, and those that give them everything else.
+
+    The library gives a corner the vertex with the most similar texture coordinates at the place. Where pieces of the
+    texture lie close to each other, that may be one of another piece, and the face would show all that lies in between.
+    So of the vertices that a corner can be moved to along edges that have collapsed, without crossing a seam, it gets
+    the one nearest to its new place.
+
+    Args:
+        corners: (F, 3) vertices of the faces at the beginning. left: (F,) faces that are left.
+    Returns:
+        two times (G, 3), for the faces that are left.
+    """
+    _, roots, faces, places = sequence.state(steps)
+    if "TEXCOORD_0" not in sequence.attributes:
+        return places, places
+    at, point = sequence.attributes["POSITION"], sequence.vertex_point
+    _, side = merge_rows(np.column_stack([point, sequence.attributes["TEXCOORD_0"]]))
+    cluster = roots[point]
+    edges = directed_edges(corners)
+    edges = side[edges[cluster[edges[:, 0]] == cluster[edges[:, 1]]]]
+    reach = connected_groups(int(side.max()) + 1, edges[:, 0], edges[:, 1])[side]
+    end = np.zeros((len(roots), 3))
+    end[faces] = at[places]
+    order = np.lexsort((((at - end[cluster]) ** 2).sum(axis=1), reach))
+    nearest = order[np.flatnonzero(np.diff(reach[order], prepend=-1))][reach[corners[left]]]
+    values = np.where(side[places] == side[nearest], places, nearest)
+    return np.where(point[values] == point[places], values, places), values
+
+
+def _mesh_of(mesh: Mesh, places: Ints, values: Ints) -> Mesh:
+    """Faces of the given (F, 3) vertices, one of which gives the place of a corner and one everything else."""
+    pairs, index = np.unique(np.stack([values.ravel(), places.ravel()], axis=1), axis=0, return_inverse=True)
+    of = {name: getattr(mesh, name) for name in ("uv", "normals", "colors")}
+    return Mesh(
+        vertices=mesh.vertices[pairs[:, 1]],
+        faces=index.reshape(-1, 3),
+        **{name: None if array is None else array[pairs[:, 0]] for name, array in of.items()},
+    )
 
 
 def _distinct(mesh: Mesh) -> tuple[Ints, dict[str, Floats], Ints]:

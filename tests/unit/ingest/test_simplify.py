@@ -55,6 +55,21 @@ def test_uv_seams_stay_apart() -> None:
     assert spans.max() < 0.5  # no face runs back over the whole picture
 
 
+@pytest.mark.parametrize("pieces", [4, 16])
+def test_no_face_shows_two_pieces_of_a_texture(pieces: int) -> None:
+    # Each face is in the cell of a square of pieces that its middle lies in; with 16 the seams have to give way.
+    middles = (FINE.vertices[FINE.faces].mean(axis=1)[:, :2] / 0.1 + 0.5).clip(0, 0.999)
+    cell = np.repeat((middles * pieces).astype(int), 3, axis=0)
+    places = FINE.vertices[FINE.faces.ravel()]
+    uv = (cell + 0.5 + 0.4 * np.sin(40 * places[:, :2])) / pieces
+    mesh = Mesh(vertices=places, faces=np.arange(len(places)).reshape(-1, 3), uv=uv)
+    few = simplified(mesh, 1500)
+    assert few.uv is not None
+    assert len(few.faces) <= 1500
+    shown = np.floor(few.uv[few.faces] * pieces)
+    assert (shown == shown[:, :1]).all()
+
+
 def test_unwelded_faces_are_welded_first() -> None:
     loose = Mesh(vertices=FINE.vertices[FINE.faces.ravel()], faces=np.arange(FINE.faces.size).reshape(-1, 3))
     few = simplified(loose, 1500)
