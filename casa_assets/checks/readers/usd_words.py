@@ -51,7 +51,8 @@ def places(stage: Usd.Stage) -> tuple[PlaceFacts, ...]:
         ValueError: one is neither sphere, cube nor cylinder about z.
     """
     cache = UsdGeom.XformCache()
-    sites = [prim for prim in stage.Traverse() if SITE in prim.GetAppliedSchemas()]
+    # As written: GetAppliedSchemas knows the schemas of MuJoCo only where its reader of USD is installed.
+    sites = [prim for prim in stage.Traverse() if SITE in prim.GetPrimTypeInfo().GetAppliedAPISchemas()]
     matrices = [_in_body(prim, cache) for prim in sites]
     found = [_place(*site) for site in zip(sites, matrices, *rigid_all(matrices), strict=True)]
     return tuple(sorted((place for place in found if own_name(place.name) != OUTER), key=lambda place: place.name))
