@@ -88,7 +88,7 @@ def test_every_reader_of_every_file_says_what_the_asset_says(make: Callable[[], 
 def test_what_the_nested_layer_alone_says_otherwise_is_found(tmp_path: Path) -> None:
     package = written(drawer_unit(), tmp_path)
     tamper(package.usd_files[1], ("xformOp:translate = (-0.22, 0, 0)", "xformOp:translate = (-0.23, 0, 0)"))
-    assert tripped(package, ("USD", "PAR")) == {"PAR004"}
+    assert tripped(package, ("USD", "PAR")) == {"PAR004"} - not_run_here(on_good=True)  # MuJoCo finds it
     over = '            over "knob"\n            {\n'
     other = written(drawer_unit(), tmp_path / "other")
     tamper(other.usd_files[1], (over, f"{over}                float physics:mass = 9\n"))
@@ -215,7 +215,7 @@ def test_a_pose_that_one_format_alone_has_trips_parity(tmp_path: Path) -> None:
     package = written(grill(), tmp_path)
     tamper(package.usd, ('string pose = "closed"', 'string pose = "open"'))
     # MuJoCo reads the bodies where they stand: another selection is another zero.
-    assert tripped(package, ("PAR",)) >= {"PAR001", "PAR004"} - not_run_here()
+    assert tripped(package, ("PAR",)) >= {"PAR001", "PAR004"} - not_run_here(on_good=True)
     other = written(grill(), tmp_path / "other")
     tamper(other.mjcf, ('key name="on"', 'key name="hot"'))
     assert tripped(other, ("PAR",)) == {"PAR001", "PAR002"} - not_run_here()

@@ -51,8 +51,7 @@ def places(stage: Usd.Stage) -> tuple[PlaceFacts, ...]:
         ValueError: one is neither sphere, cube nor cylinder about z.
     """
     cache = UsdGeom.XformCache()
-    # As written in the file: `GetAppliedSchemas` leaves out schemas that are not registered, as MuJoCo's are not on a
-    # Python without mujoco-usd.
+    # As written: GetAppliedSchemas knows the schemas of MuJoCo only where its reader of USD is installed.
     sites = [prim for prim in stage.Traverse() if SITE in prim.GetPrimTypeInfo().GetAppliedAPISchemas()]
     matrices = [_in_body(prim, cache) for prim in sites]
     found = [_place(*site) for site in zip(sites, matrices, *rigid_all(matrices), strict=True)]
