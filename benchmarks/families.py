@@ -11,12 +11,14 @@ any member fails a check.
 from __future__ import annotations
 
 import argparse
+import os
 import tempfile
 from pathlib import Path
 from statistics import median
 
 from casa_assets.cli.member_output import print_result, print_summary
 from casa_assets.cli.output import Output
+from casa_assets.pipeline.cache.cache_folder import VARIABLE as CACHE
 from casa_assets.pipeline.families.run import FamilyResult, build_all, requests_for
 
 
@@ -31,6 +33,7 @@ def main() -> int:
     output = Output()
     results: list[FamilyResult] = []
     with tempfile.TemporaryDirectory() as folder:
+        os.environ[CACHE] = str(Path(folder) / "cache")  # textures are painted, too
         for done in build_all(
             requests_for(options.names, options.samples, options.seed, False), Path(folder), options.jobs, False
         ):

@@ -16,6 +16,7 @@ exit code is 1 where a member fails a check.
 from __future__ import annotations
 
 import argparse
+import os
 import tempfile
 import time
 from dataclasses import dataclass
@@ -25,6 +26,7 @@ from statistics import median
 from casa_assets.cli.member_output import print_result
 from casa_assets.cli.output import Output
 from casa_assets.cli.tables import TextTable
+from casa_assets.pipeline.cache.cache_folder import VARIABLE as CACHE
 from casa_assets.pipeline.families.run import FamilyResult, build_all, object_requests
 from casa_assets.pipeline.ingest.run import Options, ingest
 from casa_assets.pipeline.library.library import Library, read_certificate
@@ -110,6 +112,7 @@ def main() -> int:
         parser.error(f"--library: {options.library} exists; what it has would not be built, so name a new folder")
     output = Output()
     with tempfile.TemporaryDirectory() as folder:
+        os.environ[CACHE] = str(Path(folder) / "cache")  # textures are painted, too
         requests = object_requests(options.category, options.count, options.seed)
         begin = time.monotonic()
         library = options.library or Path(folder) / "objects"

@@ -20,6 +20,7 @@ import numpy as np
 from PIL import Image, ImageOps
 
 from casa_assets.export import mjcf
+from casa_assets.pipeline.cache.cache_folder import cache_dir
 from casa_assets.pipeline.families.run import FamilyRequest, build_asset, family_of, params_of
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe
 from casa_assets.pipeline.kitchens.scene_folders import build_one
@@ -136,7 +137,7 @@ def kit() -> Image.Image:
     with tempfile.TemporaryDirectory() as scratch:
         for i, (family, preset, pose) in enumerate(KIT):
             request = FamilyRequest(family, preset)
-            asset = build_asset(family_of(request), params_of(request), OUT / ".casa" / "cache")
+            asset = build_asset(family_of(request), params_of(request), cache_dir())
             folder = Path(scratch) / str(i)
             for path, data in mjcf.write(asset).entries.items():
                 (folder / path).parent.mkdir(parents=True, exist_ok=True)
