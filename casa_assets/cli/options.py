@@ -90,6 +90,7 @@ ALL_HELP = "All of them."
 CLIP_HELP = "Weights of CLIP: a file, a folder, or a name such as ViT-B-32/laion2b_s34b_b79k."
 SCENES_HELP = "Ids of kitchens or globs, such as 'l_*__coastal'."
 IN_3D_HELP = "Write models that the page shows in 3D."
+FORCE_HELP = "Do it again even if nothing has changed."
 REVIEW_HELP = "Include assets that are in review."
 
 Out = Annotated[
@@ -131,9 +132,9 @@ Seed = Annotated[int, typer.Option("--seed", help=SEED_HELP, min=0)]
 Most = Annotated[int, typer.Option("--most", help=MOST_HELP, min=1)]
 All = Annotated[bool, typer.Option("--all", help=ALL_HELP)]
 Samples = Annotated[int, typer.Option("--samples", help="Number of random members of each.", min=0)]
-Force = Annotated[bool, typer.Option("--force", help="Do it again even if nothing has changed.")]
+Force = Annotated[bool, typer.Option("--force", help=FORCE_HELP)]
 ForceWorse = Annotated[
-    bool, typer.Option("--force", help="Do all of it again, and replace accepted assets by worse results too.")
+    bool, typer.Option("--force", help=more(FORCE_HELP, "worse results replace accepted assets, too."))
 ]
 DryRun = Annotated[bool, typer.Option("--dry-run", help="Print what would be done and why; write nothing.")]
 Pictures = Annotated[bool, typer.Option("--pictures/--no-pictures", help="Draw a picture of each.")]
