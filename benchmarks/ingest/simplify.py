@@ -4,8 +4,9 @@
 
 Each textured part of at least 3,000 faces is brought to the limit of faces, if it has more, and to shares of its faces.
 Distances (both ways) and the error of the silhouette are percent of the extent and of the picture; the colour is that
-of points on the simplified surface against the nearest point of the original, percent of full scale; cracks are open
-edges where the original has none. Writes out/bench/ingest_simplify.json and prints the means.
+of points on the simplified surface against the nearest point of the original, percent of full scale, and the percent
+of these points that are far off; cracks are open edges where the original has none.
+Writes out/bench/ingest_simplify.json and prints the means.
 """
 
 from __future__ import annotations
@@ -37,6 +38,7 @@ from casa_assets.model.asset.mesh import Mesh
 from casa_assets.model.ingest.source import RawPart
 
 LEAST_FACES, SAMPLES, COLOURED, PICTURE_PX = 3000, 20_000, 400_000, 384
+WRONG = 10.0  # percent of full scale, by which a colour is off that is not that of a neighbour
 LOOKS = ((1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 1), (1, -1, 1), (-1, 1, 1))
 Method = Callable[[Mesh, int], Mesh]
 
@@ -145,6 +147,7 @@ def judged(before: Mesh, after: Mesh, picture: Floats) -> dict[str, float]:
         "silhouette": 100 * float(np.mean([(a ^ b).sum() / max((a | b).sum(), 1) for a, b in masks])),
         "colour": float(apart.mean()),
         "colour_p95": float(np.percentile(apart, 95)),
+        "wrong": 100 * float((apart > WRONG).mean()),
         "cracks": float(far.sum()),
     }
 
@@ -173,7 +176,7 @@ def main() -> None:
                 row = judged(part.mesh, after, picture) | {"seconds": round(seconds, 3)}
                 rows.append({"path": path, "target": target, "method": name, **row})
                 print(rows[-1], flush=True)
-    keys = ("max", "mean", "silhouette", "colour", "colour_p95", "cracks", "seconds")
+    keys = ("max", "mean", "silhouette", "colour", "colour_p95", "wrong", "cracks", "seconds")
     for name in methods:
         mine = [row for row in rows if row["method"] == name]
         print(name, len(mine), {key: round(float(np.mean([row[key] for row in mine])), 4) for key in keys})
