@@ -45,15 +45,19 @@ class CiFiles:
 
     def write(self, found: Findings, words: Words) -> None:
         """Write them. Raises OutputError where a folder cannot be written to."""
-        made = ((self.junit, lambda: junit(found)), (self.sarif, lambda: sarif(found, words)))
-        for path, make in made:
-            if path is not None:
-                with writing(path.parent):
-                    path.parent.mkdir(parents=True, exist_ok=True)
-                    write_text(path, make())
+        if self.junit is not None:
+            _write(self.junit, junit(found))
+        if self.sarif is not None:
+            _write(self.sarif, sarif(found, words))
 
 
 NO_CI_FILES = CiFiles()
+
+
+def _write(path: Path, text: str) -> None:
+    with writing(path.parent):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_text(path, text)
 
 
 def junit(found: Findings) -> str:
