@@ -56,7 +56,7 @@ def test_commands_take_their_options(block: Block) -> None:
                 assert words[2] in BENCHMARKS, f"{block}: {command}"
         else:
             program = Path(words[0]).name  # of an environment of its own, where a folder is named
-            known = ("python", "python3", "python3.11", "pip", "source")
+            known = ("python", "python3", "python3.11", "python3.12", "pip", "source")
             assert program in known, f"{block}: nothing checks {command!r}"
             assert block.reason or program == "python", block
 
