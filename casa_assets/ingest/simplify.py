@@ -20,7 +20,7 @@ SEAM_ERROR = 0.005
 def simplify(draft: Draft, limit: int) -> Draft:
     """Bring the number of faces down to about `limit`, each part by its share.
 
-    Works on the parts' own vertices, so uv coordinates stay exact.
+    Points and texture coordinates of the result are points and texture coordinates of the parts.
     """
     before = sum(len(p.mesh.faces) for p in draft.parts)
     if before <= limit:
@@ -44,7 +44,8 @@ def simplified(mesh: Mesh, target: int) -> Mesh:
     left = (sequence.removed_at < 0) | (sequence.removed_at >= steps)
     places, values = _ends(sequence, steps, corners[front], left)
     twin = back[left] >= 0
-    behind = _vertices_behind(corners, sequence.vertex_point, front[back >= 0], back[back >= 0])
+    point = sequence.vertex_point.astype(np.int64)
+    behind = _vertices_behind(corners, point, front[back >= 0], back[back >= 0])
     places = np.concatenate([places, behind[places[twin]][:, ::-1]])
     values = np.concatenate([values, behind[values[twin]][:, ::-1]])
     return _mesh_of(mesh, vertices[places], vertices[values])
@@ -75,7 +76,8 @@ def _ends(sequence: CollapseSequence, steps: int, corners: Ints, left: Mask) -> 
     Returns:
         two times (G, 3), for the faces that are left.
     """
-    _, roots, faces, places = sequence.state(steps)
+    _, roots, faces, moved = sequence.state(steps)
+    places = moved.astype(np.int64)
     if "TEXCOORD_0" not in sequence.attributes:
         return places, places
     at, point = sequence.attributes["POSITION"], sequence.vertex_point
