@@ -78,10 +78,10 @@ ROWS: tuple[Check, ...] = (
           "again with scenes states."),
     Check("STA002", "Start states apart", ERROR, StatesSubject, verdict.states_have_no_deep_contact,
           "state_contact_m", "m",
-          "Simulated anew for 2 s, no two shapes of a start state are more than {mm:g} mm in each other; draw it "
+          "Simulated again for 2 s, no two shapes of a start state are more than {mm:g} mm in each other; draw it "
           "again."),
     Check("STA003", "Start states at rest", ERROR, StatesSubject, verdict.states_stay_put, "state_motion_m", "m",
-          "Simulated anew for 2 s, no corner of any shape of a start state moves by more than {mm:g} mm; draw it "
+          "Simulated again for 2 s, no corner of any shape of a start state moves by more than {mm:g} mm; draw it "
           "again."),
     Check("STA004", "Robot parked in room", ERROR, StatesSubject, verdict.states_leave_room_for_the_robot,
           "states_blocked", "",
