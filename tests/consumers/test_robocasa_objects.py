@@ -25,6 +25,8 @@ KITCHEN = "l_large__mediterranean"  # it affords every pick-and-place task
 # A few of the tasks and resets of `./dev bench robocasa_resets`.
 TASKS = ("PickPlaceCounterToSink", "PickPlaceFridgeShelfToDrawer", "PickPlaceDrawerToCounter", "PickPlaceCounterToOven")
 RESETS, DRAWS = 2, 40
+# What the source of all doors puts behind one is left out for these.
+DISHWASHERS = ("OpenDishwasher", "CloseDishwasher")
 TIMEOUT_S = 1800
 
 
@@ -93,6 +95,8 @@ class TestTasks:
 
     def test_each_draw_is_known(self, drawn: list[dict[str, Any]]) -> None:
         for row in drawn:
+            if row["task"] in DISHWASHERS and "graspable" in row["filters"]:
+                continue
             most = tuple(math.inf if length is None else length for length in row["max_size"] or (None,) * 3)
             alike = [
                 draw
