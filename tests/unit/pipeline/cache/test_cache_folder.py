@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import shutil
-from collections import namedtuple
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
-from casa_assets.pipeline.cache import cache_folder
 from casa_assets.pipeline.cache.cache_folder import cache_for
 from casa_assets.pipeline.workers import batch
 
@@ -28,8 +27,7 @@ def test_a_cache_that_keeps_nothing_is_replaced_and_named(
     wanted = tmp_path / "wanted"
     monkeypatch.setenv("CASA_ASSETS_CACHE", str(wanted / "cache"))
     if "disk" in reason:
-        free = namedtuple("free", "free")(1000)
-        monkeypatch.setattr(cache_folder.shutil, "disk_usage", lambda place: free)
+        monkeypatch.setattr(shutil, "disk_usage", lambda place: SimpleNamespace(free=1000))
     else:
         wanted.write_bytes(b"")  # the user who runs the tests may be root, who may write to every folder
     own = tmp_path / "out" / ".casa" / "cache"

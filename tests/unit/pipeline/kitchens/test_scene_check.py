@@ -90,11 +90,12 @@ class TestVerdict:
         folder = out / RECIPE.scene_id
         text = (folder / "report.html").read_text(encoding="utf-8")
         assert "SCN017" in text
-        assert "Reachable fixtures: A base of 0.30 m radius reaches every fixture from an entry" in text
+        assert "Reachable fixtures" in text
+        assert "A base of 0.30 m radius reaches every fixture from an entry" in text
         assert f"{done.report.tally} passed." in text
         shown = re.sub(r"<(script|style)\b.*?</\1>", "", text, flags=re.DOTALL)
         assert "failed" not in shown, "what is advice in a passed kitchen is shown as advice"
-        assert 'class="advice">not followed' in text
+        assert re.search(r'class="advice">\d+ not followed', text)
         assert (folder / "floor_map.png").read_bytes().startswith(b"\x89PNG")
 
     def test_checks_alone_write_nothing(
