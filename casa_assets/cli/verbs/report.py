@@ -34,6 +34,12 @@ if TYPE_CHECKING:
     from casa_assets.pipeline.reports.library.written import WrittenReport
 
 
+Junit = Annotated[
+    Path | None, typer.Option(metavar="FILE", help="Write JUnit XML too: a test case for each input and condition.")
+]
+Sarif = Annotated[Path | None, typer.Option(metavar="FILE", help="Write SARIF 2.1.0 too, which code scanning shows.")]
+
+
 def report(
     library: LibraryOrIndex = Path("out/library"),
     index: TablesFolder = None,
@@ -49,12 +55,8 @@ def report(
         list[str] | None,
         typer.Option(help="Exit 1 if this holds: 'rejected-rate>5%', 'worse', 'FLT005', ...; may be repeated."),
     ] = None,
-    junit: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write JUnit XML too: a test case for each input and condition.")
-    ] = None,
-    sarif: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write SARIF 2.1.0 too, which code scanning shows.")
-    ] = None,
+    junit: Junit = None,
+    sarif: Sarif = None,
     clip_weights: Annotated[str, typer.Option(help=more(CLIP_HELP, "compares pictures first."))] = "",
     in_3d: Annotated[
         bool, typer.Option("--3d/--no-3d", help=more(IN_3D_HELP, "about 0.1 MB each, written once."))
