@@ -37,20 +37,18 @@ if TYPE_CHECKING:
 Junit = Annotated[
     Path | None, typer.Option(metavar="FILE", help="Write JUnit XML too: a test case for each input and condition.")
 ]
+Page = Annotated[Path | None, typer.Option(help=more(OUT_HELP, "report.html in the library or table by default."))]
+Baseline = Annotated[
+    Path | None, typer.Option(help="Earlier report.json or library; lists what is better, worse, new or gone.")
+]
 Sarif = Annotated[Path | None, typer.Option(metavar="FILE", help="Write SARIF 2.1.0 too, which code scanning shows.")]
 
 
 def report(
     library: LibraryOrIndex = Path("out/library"),
     index: TablesFolder = None,
-    out: Annotated[
-        Path | None,
-        typer.Option(help=more(OUT_HELP, "report.html in the library or table by default.")),
-    ] = None,
-    baseline: Annotated[
-        Path | None,
-        typer.Option(help="Earlier report.json or library; lists what is better, worse, new or gone."),
-    ] = None,
+    out: Page = None,
+    baseline: Baseline = None,
     fail_on: Annotated[
         list[str] | None,
         typer.Option(help="Exit 1 if this holds: 'rejected-rate>5%', 'worse', 'FLT005', ...; may be repeated."),
