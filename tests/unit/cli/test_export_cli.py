@@ -104,10 +104,3 @@ def test_glb_of_a_library_and_of_one_asset(library: Path, tmp_path: Path) -> Non
     assert "1 asset as GLB" in done.stdout
     (one,) = (tmp_path / "out").rglob("*.glb")
     assert one.stat().st_size > plain
-
-
-def test_every_form_shows_how_it_is_called() -> None:
-    for form in ("glb", "urdf"):
-        done = casa("export", form, "--help")
-        assert done.returncode == 0
-        assert done.stdout.count(f"casa-assets export {form}") == 4

@@ -20,7 +20,6 @@ VERBS = [
     "families catalogue vase --no-swatches --out {out}",
     "textures make oak_natural_plank --out {out}",
     "textures sheet oak_natural_plank --out {out}",
-    "textures check oak_natural_plank oak_ebony --out {out}",
     "scenes build one_wall_small__coastal --out {out}",
     "scenes check one_wall_small__coastal --out {out}",
     "scenes sample 1 --no-pictures --out {out}",

@@ -222,7 +222,7 @@ def _model(load: Callable[[Path], Loaded], path: Path) -> tuple[mujoco.MjModel |
         return None, "does not exist"
     with quiet():
         loaded = load(path)
-    return loaded.model, f"does not load: {loaded.error}"
+    return loaded.model, f"does not load: {loaded.error}" if loaded.model is None else ""
 
 
 def _read(reader: Callable[[], Facts]) -> tuple[Facts | None, str]:

@@ -5,11 +5,12 @@ from __future__ import annotations
 import json
 import shutil
 import zipfile
+from contextlib import suppress
 from pathlib import Path
 
 import mujoco
 import pytest
-from pxr import Usd, UsdUtils
+from pxr import Sdr, Tf, Usd, UsdUtils
 from typer.testing import CliRunner
 
 from casa_assets.checks.readers import scene_mjcf, scene_usd
@@ -121,10 +122,12 @@ class TestUsdz:
             assert entry.compress_size == entry.file_size
 
     def test_openusd_finds_nothing_wrong_but_what_its_wheel_lacks(self, usdz: Path) -> None:
+        # The wheel of usd-core brings no definitions of shaders; the first look-up in a process raises that as an error.
+        with suppress(Tf.ErrorException):
+            Sdr.Registry().GetShaderNodeByIdentifier("UsdPreviewSurface")
         checker = UsdUtils.ComplianceChecker()
         checker.CheckCompliance(str(usdz))
         assert checker.GetErrors() == []
-        # The wheel of usd-core brings no definitions of shaders.
         assert [said for said in checker.GetFailedChecks() if "ShaderPropertyType" not in said] == []
 
 
