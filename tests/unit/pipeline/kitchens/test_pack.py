@@ -122,7 +122,7 @@ class TestUsdz:
             assert entry.compress_size == entry.file_size
 
     def test_openusd_finds_nothing_wrong_but_what_its_wheel_lacks(self, usdz: Path) -> None:
-        # The wheel of usd-core brings no definitions of shaders; the first look-up in a process raises that as an error.
+        # The wheel of usd-core brings no definitions of shaders: the first look-up in a process raises an error.
         with suppress(Tf.ErrorException):
             Sdr.Registry().GetShaderNodeByIdentifier("UsdPreviewSurface")
         checker = UsdUtils.ComplianceChecker()
