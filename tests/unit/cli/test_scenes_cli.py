@@ -52,7 +52,11 @@ def test_check_prints_one_object_per_scene_and_a_table(checked_kitchen: Checked)
 
 def test_check_prints_a_table_and_writes_it(checked_kitchen: Checked, monkeypatch: pytest.MonkeyPatch) -> None:
     out, done = checked_kitchen
-    monkeypatch.setattr(check, "check_all", lambda *_, drawn, in_3d: iter([done] if drawn and in_3d else []))
+
+    def check_all(*_: object, drawn: bool, in_3d: bool, at_eye_level: bool) -> Iterator[SceneResult]:
+        return iter([done] if drawn and in_3d and not at_eye_level else [])
+
+    monkeypatch.setattr(check, "check_all", check_all)
     result = RUNNER.invoke(app, ["check", SCENE, "--out", str(out)])
     lines = result.stdout.splitlines()
     heads = next(line for line in lines if "NKBA" in line)
