@@ -93,6 +93,12 @@ def user_settings() -> Path:
     return Path(folder) / "casa-assets" / "config.yaml"
 
 
+def user_environment(program: str) -> Path:
+    """Folder in which the user keeps a Python environment for another program, such as `blender`; it need not exist."""
+    folder = os.environ.get("XDG_DATA_HOME", "") or os.path.expanduser("~/.local/share")  # noqa: PTH111  never raises
+    return Path(folder) / "casa-assets" / program
+
+
 def layers() -> tuple[Path, ...]:
     """Folders of registry files, the lowest first."""
     project = project_folder()

@@ -7,6 +7,8 @@ import shlex
 import shutil
 from pathlib import Path
 
+from casa_assets.projects import user_environment
+
 # Names the program `blender`, or a Python that has the module bpy.
 VARIABLE = "CASA_BLENDER"
 # Blender as a module conflicts with this package's numpy and is there for one version of Python: it lives by itself.
@@ -23,7 +25,7 @@ def find_blender() -> str:
     named = os.environ.get(VARIABLE, "")
     if named:
         return named if os.access(named, os.X_OK) else ""
-    users = str(_users_place() / "bin" / "python")
+    users = str(user_environment("blender") / "bin" / "python")
     for path in (str(_CHECKOUT), users, shutil.which("blender") or ""):
         if path and os.access(path, os.X_OK):
             return path
@@ -35,16 +37,11 @@ def how_to_install() -> str:
     named = os.environ.get(VARIABLE, "")
     if named:
         return f"{VARIABLE} names {named!r}, which is no program: correct it, or unset it"
-    place = shlex.quote(str(_users_place()))
+    place = shlex.quote(str(user_environment("blender")))
     return (
         f"which was not found; install it: python3.11 -m venv {place} && {place}/bin/pip install {_MODULE}, "
         f"or name one that you have: export {VARIABLE}=/path/to/blender"
     )
-
-
-def _users_place() -> Path:
-    folder = os.environ.get("XDG_DATA_HOME", "") or os.path.expanduser("~/.local/share")  # noqa: PTH111  never raises
-    return Path(folder) / "casa-assets" / "blender"
 
 
 def command(program: str, script: Path, *arguments: str) -> list[str]:

@@ -14,6 +14,7 @@ from functools import cache
 from pathlib import Path
 
 from casa_assets.checks.simready import child
+from casa_assets.projects import user_environment
 
 EXTRA = "simready"
 # Names a Python that has the validator; it is used even where this one has it too.
@@ -50,7 +51,7 @@ def validator_python() -> str:
         return named
     if _has_validator(_versions_here()):
         return ""
-    for place in (_CHECKOUT / ".venv-simready", users_place()):
+    for place in (_CHECKOUT / ".venv-simready", user_environment(EXTRA)):
         python = str(place / _PYTHON)
         if _has_validator(_versions_in(python)):
             return python
@@ -73,17 +74,11 @@ def versions_elsewhere() -> dict[str, str]:
     return {name: number for name, number in validator_versions().items() if name != "usd-core"}
 
 
-def users_place() -> Path:
-    """Folder in which an environment for the validator is looked for, outside a checkout."""
-    folder = os.environ.get("XDG_DATA_HOME", "") or os.path.expanduser("~/.local/share")  # noqa: PTH111  never raises
-    return Path(folder) / "casa-assets" / "simready"
-
-
 def how_to_install() -> str:
     """Command that makes an environment for the validator where this Python is too new for it."""
     if (_CHECKOUT / "dev").is_file():
         return "./dev setup  # needs a Python 3.11 or 3.12, such as PYTHON=python3.12"
-    place = shlex.quote(str(users_place()))
+    place = shlex.quote(str(user_environment(EXTRA)))
     return f"python3.12 -m venv {place} && {place}/bin/pip install numpy 'usd-core<26' {' '.join(NEEDED)}"
 
 
