@@ -18,7 +18,7 @@ from statistics import median
 
 from casa_assets.cli.member_output import print_result, print_summary
 from casa_assets.cli.output import Output
-from casa_assets.pipeline.cache.cache_folder import VARIABLE as CACHE
+from casa_assets.core.cache_folder import VARIABLE as CACHE
 from casa_assets.pipeline.families.run import FamilyResult, build_all, requests_for
 
 

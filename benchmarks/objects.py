@@ -26,7 +26,7 @@ from statistics import median
 from casa_assets.cli.member_output import print_result
 from casa_assets.cli.output import Output
 from casa_assets.cli.tables import TextTable
-from casa_assets.pipeline.cache.cache_folder import VARIABLE as CACHE
+from casa_assets.core.cache_folder import VARIABLE as CACHE
 from casa_assets.pipeline.families.run import FamilyResult, build_all, object_requests
 from casa_assets.pipeline.ingest.run import Options, ingest
 from casa_assets.pipeline.library.library import Library, read_certificate

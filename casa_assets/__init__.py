@@ -32,12 +32,12 @@ if TYPE_CHECKING:
     from casa_assets.api.stable_poses import StablePose, stable_poses
     from casa_assets.api.start_states import StartStates
     from casa_assets.api.textures import ingest_textures
+    from casa_assets.core.cache_folder import cache_dir
     from casa_assets.errors import CasaError, OutputError, RegistryError, Rejected, UnknownId
     from casa_assets.families.family import Params
     from casa_assets.geometry.mesh.trimesh_exchange import to_trimesh
     from casa_assets.model.asset.asset import Asset
     from casa_assets.model.issue import Issue, Report
-    from casa_assets.pipeline.cache.cache_folder import cache_dir
     from casa_assets.pipeline.dedup.search import SearchHit
     from casa_assets.pipeline.ingest.in_memory import MeshInput
     from casa_assets.pipeline.kitchens.surface_textures import SurfaceTextures
@@ -131,7 +131,7 @@ _SOURCES = {
     "Entry": "casa_assets.pipeline.reports.entry",
     "SearchHit": "casa_assets.pipeline.dedup.search",
     "MeshInput": "casa_assets.pipeline.ingest.in_memory",
-    "cache_dir": "casa_assets.pipeline.cache.cache_folder",
+    "cache_dir": "casa_assets.core.cache_folder",
     "use_project": "casa_assets.projects",
     **dict.fromkeys(("Plugin", "Source", "Exporter"), "casa_assets.registry.plugins.plugin"),
     "to_trimesh": "casa_assets.geometry.mesh.trimesh_exchange",

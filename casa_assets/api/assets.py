@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from casa_assets.api.kitchen import Kitchen
+from casa_assets.core.cache_folder import cache_dir
 from casa_assets.errors import CasaError, OutputError
 from casa_assets.families.family import Params
 from casa_assets.layouts.order.request import KitchenRequest
@@ -17,7 +18,6 @@ from casa_assets.model.issue import Report
 from casa_assets.model.kitchen.scene import Scene
 from casa_assets.model.kitchen.style import PresetChoice
 from casa_assets.pipeline.cache.asset_store import AssetStore
-from casa_assets.pipeline.cache.cache_folder import cache_dir
 from casa_assets.pipeline.families.run import FamilyRequest
 from casa_assets.pipeline.families.run import params_of as drawn
 from casa_assets.pipeline.ingest.job import writing

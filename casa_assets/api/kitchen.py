@@ -15,6 +15,7 @@ from typing import Any, Literal, overload
 import mujoco
 
 from casa_assets.api.start_states import StartStates
+from casa_assets.core.cache_folder import cache_dir
 from casa_assets.errors import CasaError, UnknownId
 from casa_assets.export.mjcf.scene import batch as batch_mjcf
 from casa_assets.export.mjcf.scene import kitchen as mjcf
@@ -25,7 +26,6 @@ from casa_assets.model.files import Files
 from casa_assets.model.kitchen.scene import Placement, Scene
 from casa_assets.model.kitchen.surface import Surface
 from casa_assets.pipeline.cache.asset_store import AssetStore
-from casa_assets.pipeline.cache.cache_folder import cache_dir
 from casa_assets.pipeline.ingest.job import writing
 from casa_assets.pipeline.kitchens.batch_form import batch_of
 from casa_assets.pipeline.kitchens.load_scene import FILES, model_of, spec_of

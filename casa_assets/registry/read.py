@@ -1,20 +1,29 @@
-"""Read YAML files into documents and frozen records; unknown keys and keys that occur twice are errors."""
+"""Read YAML files into documents and frozen records; unknown keys and keys that occur twice are errors.
+
+Parsing all files of registry/ takes a second, so the values of a file are kept as JSON in the cache folder, under the
+digest of its text. Line numbers are not kept: they are needed for an error only, and the text is then parsed again.
+"""
 
 from __future__ import annotations
 
+import hashlib
+import json
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from functools import cache, cached_property
+from os import getpid
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any, TypeVar
 
-import yaml
 from pydantic import ValidationError
 
+from casa_assets.core.cache_folder import cache_dir
 from casa_assets.errors import RegistryError
 from casa_assets.model.record import Record
 from casa_assets.model.registry.document import Document, KeyPath
 from casa_assets.model.registry.fields import expected_one_of, fields_at
 
-YAML_LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # libyaml, where PyYAML has it
+KEPT_IN = "registry"  # folder of the cache
 R = TypeVar("R", bound=Record)
 
 
@@ -40,6 +49,52 @@ def parse_document(text: str, called: str) -> Document:
     Args:
         called: name of its file in messages.
     """
+    kept = cache_dir() / KEPT_IN / f"{hashlib.sha256(_parser_digest() + text.encode()).hexdigest()}.json"
+    with suppress(OSError, ValueError):
+        return Document(called, json.loads(kept.read_bytes()), _Lines(text, called))
+    value, lines = _parse(text, called)
+    with suppress(OSError, TypeError):  # a cache that cannot be written to; a value such as a date, which JSON lacks
+        _keep(kept, json.dumps(value))
+    return Document(called, value, lines)
+
+
+class _Lines(Mapping[KeyPath, int]):
+    """Line of each value of a YAML text by its path, found when the first of them is asked for."""
+
+    def __init__(self, text: str, called: str) -> None:
+        self._text, self._called = text, called
+
+    @cached_property
+    def _found(self) -> Mapping[KeyPath, int]:
+        return _parse(self._text, self._called)[1]
+
+    def __getitem__(self, path: KeyPath) -> int:
+        return self._found[path]
+
+    def __iter__(self) -> Iterator[KeyPath]:
+        return iter(self._found)
+
+    def __len__(self) -> int:
+        return len(self._found)
+
+
+@cache
+def _parser_digest() -> bytes:
+    return hashlib.sha256(Path(__file__).read_bytes()).digest()
+
+
+def _keep(path: Path, text: str) -> None:
+    """Write a file whole or not at all."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    draft = path.with_suffix(f".{getpid()}")
+    draft.write_text(text, encoding="utf-8")
+    draft.replace(path)
+
+
+def _parse(text: str, called: str) -> tuple[Any, Mapping[KeyPath, int]]:
+    """The value of a YAML text, and the line of each part of it by its path, counted from 1."""
+    import yaml  # here, since it is needed only for a text that is not in the cache
+
     lines: dict[KeyPath, int] = {}
     loader = yaml.SafeLoader("")
 
@@ -60,16 +115,15 @@ def parse_document(text: str, called: str) -> Document:
 
     try:
         try:
-            root = yaml.compose(text, Loader=YAML_LOADER)
+            root = yaml.compose(text, Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader))  # libyaml, if there
         except yaml.YAMLError:  # again in Python, whose messages are better than libyaml's
             root = yaml.compose(text, Loader=yaml.SafeLoader)
-        value = parse(root, ()) if root else {}
+        return (parse(root, ()) if root else {}), lines
     except yaml.MarkedYAMLError as error:
         line = error.problem_mark.line + 1 if error.problem_mark else 1
         raise RegistryError(called, line, "", "YAML", f"what it cannot read: {error.problem}") from None
     except (yaml.YAMLError, ValueError) as error:
         raise RegistryError(called, 1, "", "YAML in UTF-8", str(error)) from None
-    return Document(called, value, MappingProxyType(lines))
 
 
 def read_record(kind: type[R], row: Any, document: Document, path: KeyPath, **given: Any) -> R:

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from casa_assets.checks.readers import asset_facts, urdf_facts
+from casa_assets.core.cache_folder import cache_dir
 from casa_assets.core.typing import Floats
 from casa_assets.export.urdf import document
 from casa_assets.export.urdf.scene import kitchen
@@ -20,7 +21,6 @@ from casa_assets.model.asset.asset import Asset, Base
 from casa_assets.model.asset.joint import JointValue, Keyframe
 from casa_assets.model.kitchen.scene import Scene
 from casa_assets.model.pose import Pose
-from casa_assets.pipeline.cache.cache_folder import cache_dir
 from casa_assets.pipeline.export.form import SCENES
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene
 from tests.assets import EVERY, microwave, write_to

@@ -14,9 +14,9 @@ from typing import Any
 import pytest
 from PIL import Image
 
+from casa_assets.core.cache_folder import cache_dir
 from casa_assets.export.gltf import EVERYTHING, asset_glb, scene_glb
 from casa_assets.model.asset.asset import Asset
-from casa_assets.pipeline.cache.cache_folder import cache_dir
 from casa_assets.pipeline.kitchens.check import check_one
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene
 from casa_assets.pipeline.reports import object_catalogue, page_template

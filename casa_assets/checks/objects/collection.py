@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.spatial.distance import cdist
 
 from casa_assets.checks.library.duplicates import SAME_COLORS, SAME_SIZE
 from casa_assets.core.typing import Floats
@@ -69,6 +68,8 @@ class ObjectCollection:
 
         Of shape, sides and colours the one that differs most counts, over what copies of one thing may differ by.
         """
+        from scipy.spatial.distance import cdist  # here, since SciPy loads slowly and many runs have no members
+
         found = []
         for category in sorted({member.category for member in self.members}):
             group = [member for member in self.members if member.category == category]
@@ -138,6 +139,8 @@ def _places(members: list[CollectedMember]) -> Floats:
 
 def _nearest(places: Floats) -> Iterator[int]:
     """Index of the nearest other point, of each point."""
+    from scipy.spatial.distance import cdist
+
     for start in range(0, len(places), BLOCK):
         far = cdist(places[start : start + BLOCK], places)
         far[np.arange(len(far)), start + np.arange(len(far))] = np.inf

@@ -84,7 +84,7 @@ def make(
       casa-assets textures make subway_white_running oak_natural_plank
       casa-assets textures make --set wall --out walls
     """
-    from casa_assets.pipeline.cache.cache_folder import cache_for
+    from casa_assets.core.cache_folder import cache_for
     from casa_assets.pipeline.ingest.job import writing
     from casa_assets.pipeline.textures.check import select_recipes
     from casa_assets.pipeline.textures.sheet import write_finish
@@ -120,7 +120,7 @@ def sheet(
 
     Example:  casa-assets textures sheet --set floor --side 2
     """
-    from casa_assets.pipeline.cache.cache_folder import cache_for
+    from casa_assets.core.cache_folder import cache_for
     from casa_assets.pipeline.ingest.job import writing
     from casa_assets.pipeline.textures.check import select_recipes
     from casa_assets.pipeline.textures.sheet import pages, shots
@@ -166,7 +166,7 @@ def check(
 
     Example:  casa-assets textures check --set wall
     """
-    from casa_assets.pipeline.cache.cache_folder import cache_for
+    from casa_assets.core.cache_folder import cache_for
     from casa_assets.pipeline.ingest.job import writing
     from casa_assets.pipeline.textures.check import CheckedTexture, check_recipes, check_sets, select_recipes
 

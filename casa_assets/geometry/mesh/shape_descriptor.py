@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.spatial.distance import cdist, pdist
 
 from casa_assets.core.rounding import decimals, significant
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.errors import DegenerateShape
 from casa_assets.geometry.mesh.measure import shell_moments
-from casa_assets.geometry.solid.coverage import surface_samples
 from casa_assets.model.asset.signature import CENTER_SHARES, PAIR_SHARES, ShapeDescriptor
 
 # Places on a surface whose distances to each other are measured: a million pairs.
@@ -28,6 +26,11 @@ def shape_descriptor(points: Floats, faces: Ints) -> ShapeDescriptor:
     Raises:
         DegenerateShape: the surface has no area.
     """
+    # Here and below, since a run without new shapes does without SciPy, which loads slowly.
+    from scipy.spatial.distance import pdist
+
+    from casa_assets.geometry.solid.coverage import surface_samples
+
     center, radius, axes, _ = principal_spread(points, faces)
     places = (surface_samples(points, faces, SURFACE_SAMPLES) - center) / radius
     x, y, z = (_short(float(side)) for side in axes / radius)
@@ -81,6 +84,7 @@ def descriptor_distance(one: ShapeDescriptor, other: ShapeDescriptor) -> float:
 
 def descriptor_distances(ones: Sequence[ShapeDescriptor], others: Sequence[ShapeDescriptor]) -> Floats:
     """(N, M) distances of N shape descriptors to M others, each as `descriptor_distance` has it."""
+    from scipy.spatial.distance import cdist
 
     def table(field: str, metric: str) -> Floats:
         one, other = (np.array([getattr(d, field) for d in group], dtype=np.float64) for group in (ones, others))

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-from scipy.spatial import ConvexHull, QhullError
 
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.errors import DegenerateShape
 from casa_assets.geometry.mesh.measure import signed_volume
+
+# SciPy loads slowly; it is imported where it is used, since many runs import this module and compute no hull.
+if TYPE_CHECKING:
+    from scipy.spatial import ConvexHull
 
 # What is so much above the lowest point, as a share of the longest side, is as low.
 LEVEL_SHARE = 1e-6
@@ -50,6 +55,8 @@ def hull_planes(points: Floats) -> Floats:
 
 def _qhull(points: Floats) -> tuple[ConvexHull, Floats, float]:
     """Qhull's hull of the points brought to unit size, and the corner and size that they were brought from."""
+    from scipy.spatial import ConvexHull, QhullError
+
     extent = np.ptp(points, axis=0) if len(points) else np.zeros(3)
     if len(points) < 4 or extent.max() <= 0:
         raise DegenerateShape("fewer than four distinct points span no volume")
@@ -85,6 +92,8 @@ def small_hull(points: Floats, limit: int = 64) -> tuple[Floats, Ints]:
     Raises:
         DegenerateShape: the points span no volume.
     """
+    from scipy.spatial import ConvexHull, QhullError
+
     cloud, faces = convex_hull(points)
     if len(cloud) <= limit:
         return cloud, faces

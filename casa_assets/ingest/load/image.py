@@ -11,7 +11,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-import opengl_basisu
 from PIL import Image, UnidentifiedImageError
 
 from casa_assets.core import color
@@ -114,6 +113,8 @@ class Images:
 
     def _decode_ktx2(self, where: str, data: bytes) -> Pixels | None:
         """Pixels of the largest level; only what is packed by Basis Universal can be unpacked."""
+        import opengl_basisu  # here, since it takes long to load and few meshes need it
+
         try:
             if not self._is_small_enough(struct.unpack_from("<II", data, 20), where):
                 return None

@@ -12,12 +12,12 @@ from typing import Any
 
 from pydantic.main import IncEx
 
+from casa_assets.core.cache_folder import max_cache_bytes
 from casa_assets.export.usd import document
 from casa_assets.families.family import Family, Params
 from casa_assets.geometry.lightweight import lighten
 from casa_assets.model.asset.asset import Asset
 from casa_assets.pipeline.cache.asset_bytes import READ_ERRORS, pack, unpack
-from casa_assets.pipeline.cache.cache_folder import max_cache_bytes
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
 from casa_assets.pipeline.cache.store import Store
 from casa_assets.pipeline.families.run import asset_key, build_asset

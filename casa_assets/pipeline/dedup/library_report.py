@@ -15,7 +15,7 @@ from casa_assets.checks.library.duplicates import CategoryRank, LibraryView
 from casa_assets.checks.library.size_outliers import LibrarySizes
 from casa_assets.checks.objects.collection import CollectedMember, ObjectCollection
 from casa_assets.checks.run import run
-from casa_assets.checks.table import libraries, objects
+from casa_assets.checks.table import libraries
 from casa_assets.model.issue import Report
 from casa_assets.model.record import Record
 from casa_assets.pipeline.cache.store import Store
@@ -25,7 +25,6 @@ from casa_assets.pipeline.dedup.entries import AssetRow
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.entry_table import EntryTable
 from casa_assets.registry.look_alikes import look_alikes
-from casa_assets.registry.objects import object_names
 
 NAME = "library.json"
 
@@ -88,6 +87,8 @@ def compare_library(library: disk.Library, table: EntryTable, eye: ClipModel | N
     name, limits = "library", registry.load().limits
     report = run(view, name, limits, table=libraries.ROWS) + run(_sizes(rows), name, limits, table=libraries.ROWS)
     if members:
+        from casa_assets.checks.table import objects  # here, since few libraries hold generated objects
+
         report = report + run(_collection(members), name, limits, table=objects.ROWS)
     digests = {row.id: row.digest for row in rows}
     content = LibraryReport(
@@ -103,7 +104,11 @@ def compare_library(library: disk.Library, table: EntryTable, eye: ClipModel | N
 def object_rows(rows: Sequence[AssetRow]) -> list[AssetRow]:
     """The members of categories of registry/objects/ that have a signature."""
     drawn = [row for row in rows if row.from_numbers and row.signature is not None]
-    known = frozenset(object_names()) if drawn else frozenset()  # which reads all of registry/objects
+    if not drawn:
+        return []
+    from casa_assets.registry.objects import object_names  # here, since it loads all families
+
+    known = frozenset(object_names())
     return [row for row in drawn if row.category in known]
 
 

@@ -7,12 +7,11 @@ from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from casa_assets.checks.library.duplicates import ShapePair
-from casa_assets.geometry.mesh.registration import SampledSurface, align, sampled_surface
 from casa_assets.geometry.mesh.shape_descriptor import descriptor_distance
 from casa_assets.model.asset.signature import CENTER_SHARES, PAIR_SHARES, ShapeDescriptor
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
@@ -22,8 +21,15 @@ from casa_assets.pipeline.dedup.signature import surface
 from casa_assets.pipeline.library import library as library_files
 from casa_assets.preview.color_statistics import color_distance
 
+# SciPy and what needs it are imported where they are used: most runs have nothing to compare, and it loads slowly.
+if TYPE_CHECKING:
+    from scipy.spatial import cKDTree
+
+    from casa_assets.geometry.mesh.registration import SampledSurface
+
 # Shapes whose descriptors differ by more than this are not registered, see benchmarks/ingest/duplicates.py.
 MAX_DESCRIPTOR_DISTANCE = 0.035
+REGISTRATION = "casa_assets.geometry.mesh.registration"
 # Numbers of a point of the index, and by how much those of similar descriptors may differ, with something for the last
 # digits of sums.
 POINT_NUMBERS, POINT_DISTANCE = 5, MAX_DESCRIPTOR_DISTANCE * (1 + 1e-9)
@@ -58,6 +64,8 @@ class ShapeIndex:
         """Places of the descriptors that are near a given one, ascending."""
         count = len(self._descriptors)
         if count - self._in_tree > max(MOST_OUTSIDE, NEWEST_SHARE * self._in_tree):
+            from scipy.spatial import cKDTree
+
             self._tree, self._in_tree = cKDTree(self._points[:count]), count
         point = np.array(_point(descriptor))
         newest = np.abs(self._points[self._in_tree : count] - point).max(axis=1, initial=0.0)
@@ -79,6 +87,8 @@ def nearby_pairs(descriptors: Sequence[ShapeDescriptor]) -> list[tuple[int, int]
     """Indices of the pairs of descriptors that are near each other, in order."""
     if len(descriptors) < 2:
         return []
+    from scipy.spatial import cKDTree
+
     table = np.array([descriptor.pair_distances for descriptor in descriptors])
     found = cKDTree(table).query_pairs(MAX_DESCRIPTOR_DISTANCE * PAIR_SHARES, p=1)
     return sorted(
@@ -106,11 +116,13 @@ def measure_pair(one: AssetRow, other: AssetRow, store: Store) -> ShapePair:
 
 def _registration_error(one: AssetRow, other: AssetRow, store: Store) -> tuple[float, float]:
     """The 95th and 99.5th percentile of the distance of the aligned surfaces, from the store or measured now."""
-    key = digest_of("overlay", key_of(align, sampled_surface, surface), one.digest, other.digest)
+    key = digest_of("overlay", key_of(REGISTRATION, surface), one.digest, other.digest)
     kept = store.get(key)
     if kept is not None:
         p95, p995 = json.loads(kept)
         return float(p95), float(p995)
+    from casa_assets.geometry.mesh.registration import align
+
     found = align(_cloud(one.folder, one.digest), _cloud(other.folder, other.digest))
     with suppress(OSError):  # a library that may only be read
         store.put(key, json.dumps([found.p95, found.p995]).encode())
@@ -120,4 +132,6 @@ def _registration_error(one: AssetRow, other: AssetRow, store: Store) -> tuple[f
 @lru_cache(maxsize=32)
 def _cloud(folder: Path, digest: str) -> SampledSurface:
     """The surface of the asset in a folder; the digest tells what stood there before from what stands there now."""
+    from casa_assets.geometry.mesh.registration import sampled_surface
+
     return sampled_surface(*surface(library_files.read_asset(folder)))

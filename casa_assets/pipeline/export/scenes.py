@@ -7,10 +7,10 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
+from casa_assets.core.cache_folder import cache_for
 from casa_assets.errors import BatchFault
 from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.model.kitchen.scene import Layer, Scene
-from casa_assets.pipeline.cache.cache_folder import cache_for
 from casa_assets.pipeline.kitchens.resolve import WARM, SceneRecipe
 from casa_assets.pipeline.kitchens.scene_folders import WORKER_BYTES
 from casa_assets.pipeline.workers.batch import attempt, run_batch

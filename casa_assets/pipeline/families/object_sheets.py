@@ -6,10 +6,10 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
+from casa_assets.core.cache_folder import cache_for
 from casa_assets.export import mjcf
 from casa_assets.export.gltf import EVERYTHING, asset_glb
 from casa_assets.model.record import Vec3
-from casa_assets.pipeline.cache.cache_folder import cache_for
 from casa_assets.pipeline.families.run import build_asset, family_of, object_requests, params_of
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.viewer.model_files import put_model

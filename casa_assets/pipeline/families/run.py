@@ -15,6 +15,7 @@ from casa_assets import registry
 from casa_assets.checks.run import load_table
 from casa_assets.checks.run import run as run_checks
 from casa_assets.checks.simready.validator import load_rules
+from casa_assets.core.cache_folder import cache_for
 from casa_assets.core.sampling import rng_for
 from casa_assets.errors import UnknownId
 from casa_assets.families.catalog import MODELS
@@ -25,7 +26,6 @@ from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.provenance import Labels
 from casa_assets.model.issue import Issue, Report
 from casa_assets.model.registry.category import Category
-from casa_assets.pipeline.cache.cache_folder import cache_for
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of, modules_holding, versions_of
 from casa_assets.pipeline.families.finishes import available_finishes, finishes, finishes_key
 from casa_assets.pipeline.families.loose_objects import complete

@@ -10,8 +10,6 @@ from casa_assets.errors import Rejected
 from casa_assets.ingest.load import load
 from casa_assets.ingest.sources.bundle import collect
 from casa_assets.ingest.sources.found import Found
-from casa_assets.ingest.things.guess import guess_of_things
-from casa_assets.ingest.things.split import things_of
 from casa_assets.pipeline.ingest.survey import find_category
 from casa_assets.pipeline.library.review import DOUBTFUL
 
@@ -29,6 +27,10 @@ def things_held(job: tuple[Found, Mapping[str, float]]) -> HeldThings | None:
 
     What is more probably one thing is left whole: the boards of a shelf and the legs of a table are none.
     """
+    # Here, since most runs take nothing apart, and this loads slowly.
+    from casa_assets.ingest.things.guess import guess_of_things
+    from casa_assets.ingest.things.split import things_of
+
     found, limits = job
     known = registry.load()
     try:

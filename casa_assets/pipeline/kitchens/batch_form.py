@@ -16,6 +16,7 @@ from casa_assets.checks.run import run
 from casa_assets.checks.scene.batch.engine_sizes import engine_sizes
 from casa_assets.checks.scene.batch.size import candidate_pairs
 from casa_assets.checks.scene.batch.subject import BatchSubject
+from casa_assets.core.cache_folder import cache_for
 from casa_assets.export.mjcf.scene import batch as mjcf
 from casa_assets.geometry.lightweight import light_scene
 from casa_assets.geometry.merging.choose_joints import batch_within
@@ -24,7 +25,6 @@ from casa_assets.model.kitchen.batch_scene import BatchScene, EngineSizes
 from casa_assets.model.kitchen.joint_word import JointWord
 from casa_assets.model.kitchen.scene import Scene
 from casa_assets.pipeline.cache.asset_store import AssetStore
-from casa_assets.pipeline.cache.cache_folder import cache_for
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene
 from casa_assets.pipeline.kitchens.scene_files import BATCH_FILE, BATCH_JSON

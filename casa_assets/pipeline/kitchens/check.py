@@ -28,10 +28,10 @@ from casa_assets.checks.scene.views import Pixels, PreviewImages
 from casa_assets.checks.simready.validator import load_rules
 from casa_assets.checks.start_states.stage import Stage
 from casa_assets.checks.start_states.verdict import StatesSubject
+from casa_assets.core.cache_folder import cache_for
 from casa_assets.export.mjcf.scene.kitchen import FILE
 from casa_assets.model.issue import Report
 from casa_assets.model.kitchen.scene import Scene
-from casa_assets.pipeline.cache.cache_folder import cache_for
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
 from casa_assets.pipeline.kitchens import scene_folders
 from casa_assets.pipeline.kitchens.passed_layers import PassedLayers

@@ -21,6 +21,7 @@ from typing import Any
 
 from casa_assets import registry
 from casa_assets.checks.design.subject import DesignSubject
+from casa_assets.core.cache_folder import cache_for
 from casa_assets.errors import CasaError, UnknownId
 from casa_assets.export.mjcf import label
 from casa_assets.export.mjcf.scene import kitchen as mjcf
@@ -34,7 +35,6 @@ from casa_assets.model.formats.scene_schema import SceneFile
 from casa_assets.model.issue import Issue, Report
 from casa_assets.model.kitchen.scene import Scene
 from casa_assets.pipeline.cache.asset_store import AssetStore
-from casa_assets.pipeline.cache.cache_folder import cache_for
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
 from casa_assets.pipeline.ingest.job import writing
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene, kitchen_key, preset_params

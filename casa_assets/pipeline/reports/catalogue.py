@@ -12,11 +12,11 @@ from pathlib import Path
 
 from PIL import Image
 
+from casa_assets.core.cache_folder import cache_for
 from casa_assets.errors import BatchFault
 from casa_assets.export import mjcf
 from casa_assets.export.gltf import EVERYTHING, asset_glb
 from casa_assets.model.registry.finish import Surface
-from casa_assets.pipeline.cache.cache_folder import cache_for
 from casa_assets.pipeline.families.run import WORKER_BYTES, FamilyRequest, build_asset, params_of
 from casa_assets.pipeline.library.library import write_files
 from casa_assets.pipeline.reports.object_catalogue import MODELS, PAGE

@@ -12,10 +12,10 @@ from statistics import median
 from PIL import Image
 
 from casa_assets import registry
+from casa_assets.core.cache_folder import cache_for
 from casa_assets.core.rounding import significant
 from casa_assets.errors import BatchFault
 from casa_assets.model.registry.category import Category, NumberBasis, SizeRange
-from casa_assets.pipeline.cache.cache_folder import cache_for
 from casa_assets.pipeline.families.object_sheets import DrawnMember, draw_members
 from casa_assets.pipeline.families.run import WORKER_BYTES
 from casa_assets.pipeline.reports.page_template import render_template

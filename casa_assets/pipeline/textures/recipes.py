@@ -12,11 +12,11 @@ from types import MappingProxyType
 from typing import Any
 
 from casa_assets import registry
+from casa_assets.core.cache_folder import max_cache_bytes
 from casa_assets.errors import RegistryError, UnknownId
 from casa_assets.model.registry.document import Document
 from casa_assets.model.registry.finish import Finish, Surface
 from casa_assets.model.registry.texture_recipe import TextureRecipe
-from casa_assets.pipeline.cache.cache_folder import max_cache_bytes
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of, modules_holding
 from casa_assets.pipeline.cache.store import Store
 from casa_assets.pipeline.textures.ahead import Painting, painted

@@ -8,10 +8,10 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from casa_assets.core.cache_folder import cache_dir, cache_for
 from casa_assets.errors import CasaError, OutputError, UnknownId
 from casa_assets.export.mjcf.scene.kitchen import FILE as SCENE_XML
 from casa_assets.ingest.load.formats import SUFFIXES
-from casa_assets.pipeline.cache.cache_folder import cache_dir, cache_for
 from casa_assets.pipeline.families.run import FamilyRequest, params_of
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe
 from casa_assets.pipeline.kitchens.scene_files import SCENE_JSON

@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from casa_assets import registry
+from casa_assets.core.cache_folder import cache_dir, cache_for, unusable
 from casa_assets.errors import CasaError, OutputError, PluginFailure
-from casa_assets.pipeline.cache.cache_folder import cache_dir, cache_for, unusable
 from casa_assets.pipeline.ingest.job import RunAborted, writing
 from casa_assets.pipeline.library.library import Library
 from casa_assets.pipeline.workers.engine import Workers, open_engine

@@ -10,7 +10,7 @@ from types import ModuleType
 import pytest
 
 import casa_assets as casa
-from casa_assets.pipeline.cache.cache_folder import cache_dir, max_cache_bytes
+from casa_assets.core.cache_folder import cache_dir, max_cache_bytes
 from casa_assets.registry.families import family as family_of
 
 ROOT = Path(__file__).parents[3]

@@ -15,11 +15,11 @@ from casa_assets.checks.scene.formats.files import SceneFiles
 from casa_assets.checks.scene.subject import SceneSubject
 from casa_assets.checks.scene.views import PreviewImages
 from casa_assets.checks.table.table import TABLE
+from casa_assets.core.cache_folder import cache_dir
 from casa_assets.errors import PlanConflict
 from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.model.issue import Issue, Report, Severity
 from casa_assets.model.kitchen.scene import Scene
-from casa_assets.pipeline.cache.cache_folder import cache_dir
 from casa_assets.pipeline.kitchens import check, scene_folders, scene_page
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene
 from casa_assets.pipeline.kitchens.scene_folders import BuildOptions, SceneResult, build_with_options
