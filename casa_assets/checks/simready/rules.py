@@ -5,11 +5,15 @@ Other Pythons run this module too (see `child.py`): what it imports needs numpy,
 
 from __future__ import annotations
 
+import importlib.metadata
 import inspect
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
+from unittest.mock import patch
 
 from casa_assets.checks.readers.quiet import quiet
+from casa_assets.checks.simready.installed import NEEDED
 
 PROFILE = "Robotics-Prop"
 PROFILE_VERSION = "4.0.0"
@@ -47,9 +51,23 @@ def validate(path: Path, without: frozenset[str] = frozenset()) -> Verdict | Non
     return features_summary_passed(result.features_summary), failures
 
 
+def _register_rules_only_once() -> None:
+    """Keep the tier's plug-in from registering its rules when the validator is imported.
+
+    `simready.validate.initialize` takes out all that was registered and registers it again, which takes longer than all
+    else. The plug-in does nothing but import the rules. Also, to find tests of the tier, which nobody runs here, it
+    would read the list of files of every installed package.
+    """
+    named = {"simready": [*NEEDED]}
+    with patch.object(importlib.metadata, "packages_distributions", lambda: named), suppress(AttributeError, ImportError):
+        plugin = importlib.import_module("simready.foundation.tier_core._plugin")
+        plugin.SimReadyPlugin.on_startup = lambda _: None
+
+
 @cache
 def load_rules() -> None:
-    """Register the rules of SimReady, once per process (half a second with their import). Raises ImportError."""
+    """Register the rules of SimReady, once per process (a second with their import). Raises ImportError."""
+    _register_rules_only_once()
     import simready.validate
 
     from casa_assets.checks.simready import coincident_meshes, rule_runner
