@@ -96,21 +96,11 @@ RECORDS: list[Record] = [
 ]
 
 
-@pytest.mark.parametrize("record", RECORDS, ids=lambda r: type(r).__name__)
-def test_json_reads_back_as_the_same_record(record: Record) -> None:
-    text = record.to_json()
-    back = type(record).from_json(text)
-    assert back == record
-    assert back.to_json() == text
-    assert back.digest == record.digest
-    assert hash(back) == hash(record)
-
-
-@pytest.mark.parametrize("record", RECORDS, ids=lambda r: type(r).__name__)
-def test_a_key_that_nobody_knows_is_an_error(record: Record) -> None:
-    text = record.to_json()[:-1] + ',"nobody_knows":1}'
-    with pytest.raises(ValidationError, match="nobody_knows"):
-        type(record).from_json(text)
+def test_json_reads_back_as_the_same_record() -> None:
+    back = [(record, type(record).from_json(record.to_json())) for record in RECORDS]
+    assert [
+        a for a, b in back if a != b or a.to_json() != b.to_json() or a.digest != b.digest or hash(a) != hash(b)
+    ] == []
 
 
 def test_arrays_read_back_bit_for_bit() -> None:
