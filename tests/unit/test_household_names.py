@@ -143,10 +143,11 @@ def nouns() -> list[str]:
     return [noun.strip() for room in rooms for noun in room.split(",")]
 
 
-@pytest.mark.parametrize(("name", "category"), YCB.items())
-def test_ycb(name: str, category: str | None) -> None:
-    match = registry.load().find_category([name])
-    assert (match[0].id if match else None) == category
+def test_ycb(subtests: pytest.Subtests) -> None:
+    for name, category in YCB.items():
+        with subtests.test(name=name, category=category):
+            match = registry.load().find_category([name])
+            assert (match[0].id if match else None) == category
 
 
 def test_nouns_of_a_house_are_known() -> None:
@@ -156,21 +157,22 @@ def test_nouns_of_a_house_are_known() -> None:
     assert unknown == []
 
 
-@pytest.mark.parametrize("name", [name.strip() for name in OTHERS.split(",")])
-def test_others_stay_unknown(name: str) -> None:
-    assert registry.load().find_category([name]) is None
+def test_others_stay_unknown(subtests: pytest.Subtests) -> None:
+    for name in [name.strip() for name in OTHERS.split(",")]:
+        with subtests.test(name=name):
+            assert registry.load().find_category([name]) is None
 
 
-@pytest.mark.parametrize("name", AMBIGUOUS.split(", "))
-def test_ambiguous_words_are_not_sure(name: str) -> None:
-    match = registry.load().find_category([name])
-    assert match is not None
-    assert match[1] < 0.5
+def test_ambiguous_words_are_not_sure(subtests: pytest.Subtests) -> None:
+    for name in AMBIGUOUS.split(", "):
+        with subtests.test(name=name):
+            match = registry.load().find_category([name])
+            assert match is not None
+            assert match[1] < 0.5
 
 
-@pytest.mark.parametrize(
-    ("name", "category"),
-    [
+def test_the_whole_name_counts(subtests: pytest.Subtests) -> None:
+    for name, category in [
         ("chicken_soup_bowl", "bowl"),
         ("beef stew", "food_bowl"),
         ("oculus headset", "vr_headset"),
@@ -186,9 +188,8 @@ def test_ambiguous_words_are_not_sure(name: str) -> None:
         ("doll house", "dollhouse"),
         ("glue gun", "glue_gun"),
         ("pocket watch", "watch"),
-    ],
-)
-def test_the_whole_name_counts(name: str, category: str) -> None:
-    match = registry.load().find_category([name])
-    assert match
-    assert match[0].id == category
+    ]:
+        with subtests.test(name=name, category=category):
+            match = registry.load().find_category([name])
+            assert match
+            assert match[0].id == category

@@ -24,12 +24,15 @@ from tests.libraries import casa
 NO_PLACE = "/dev/null/place"
 
 
-@pytest.mark.parametrize(
-    ("number", "thing", "message"),
-    [(0, "input", "0 inputs"), (1, "input", "1 input"), (2, "category", "2 categories"), (3, "box", "3 boxes")],
-)
-def test_plurals(number: int, thing: str, message: str) -> None:
-    assert pluralize(number, thing) == message
+def test_plurals(subtests: pytest.Subtests) -> None:
+    for number, thing, message in [
+        (0, "input", "0 inputs"),
+        (1, "input", "1 input"),
+        (2, "category", "2 categories"),
+        (3, "box", "3 boxes"),
+    ]:
+        with subtests.test(number=number, thing=thing, message=message):
+            assert pluralize(number, thing) == message
 
 
 def test_a_name_like_no_other_is_told_what_there_is() -> None:
@@ -39,9 +42,10 @@ def test_a_name_like_no_other_is_told_what_there_is() -> None:
     assert str(UnknownId("plan", "zzz", map(str, range(100, 109)))).endswith("and 3 more")
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
+def test_misuse_is_told_in_a_line_and_leaves_nothing(
+    subtests: pytest.Subtests, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    for arguments, message in [
         (["textures", "make", "oak_natural_plank", "--out", NO_PLACE, "--width-px", "64"], "cannot be written to"),
         (["textures", "list", "--set", "wal"], "did you mean wall?"),
         (["families", "show", "microwave", "--preset", "stel", "--out", NO_PLACE], "did you mean steel?"),
@@ -57,17 +61,17 @@ def test_a_name_like_no_other_is_told_what_there_is() -> None:
         (["scenes", "new", "galley", "--style", "rustik"], "did you mean rustic"),
         (["preview", "{empty}"], "no asset found"),
         (["categories", "show", "mugg"], "did you mean mug"),
-    ],
-)
-def test_misuse_is_told_in_a_line_and_leaves_nothing(arguments: list[str], message: str, tmp_path: Path) -> None:
-    empty, file = tmp_path / "empty", tmp_path / "box.obj"
-    empty.mkdir()
-    file.write_text("v 0 0 0\n", encoding="ascii")
-    done = casa(*(a.format(empty=empty, file=file) for a in arguments))
-    assert done.returncode == 2, done.stderr
-    assert message in done.stderr
-    assert "Traceback" not in done.stderr
-    assert list(empty.iterdir()) == []
+    ]:
+        with subtests.test(arguments=arguments, message=message):
+            tmp_path = tmp_path_factory.mktemp("case")
+            empty, file = tmp_path / "empty", tmp_path / "box.obj"
+            empty.mkdir()
+            file.write_text("v 0 0 0\n", encoding="ascii")
+            done = casa(*(a.format(empty=empty, file=file) for a in arguments))
+            assert done.returncode == 2, done.stderr
+            assert message in done.stderr
+            assert "Traceback" not in done.stderr
+            assert list(empty.iterdir()) == []
 
 
 def test_a_folder_without_meshes_makes_no_library(tmp_path: Path) -> None:
@@ -104,19 +108,17 @@ def test_a_bar_that_nobody_watches_prints_nothing(capsys: pytest.CaptureFixture[
     assert capsys.readouterr().out == ""
 
 
-@pytest.mark.parametrize(
-    ("option", "limit", "unit"),
-    [
+def test_the_help_of_ingest_shows_the_limits_of_the_registry(subtests: pytest.Subtests) -> None:
+    for option, limit, unit in [
         ("timeout", "input_seconds", 1),
         ("memory", "input_memory_bytes", 1e9),
         ("max_size", "input_bytes", 1e6),
         ("max_faces", "input_faces", 1),
         ("max_texture", "input_texture_px", 1),
         ("max_pixels", "input_texture_pixels", 1e6),
-    ],
-)
-def test_the_help_of_ingest_shows_the_limits_of_the_registry(option: str, limit: str, unit: float) -> None:
-    command = typer.main.get_command(app).commands["ingest"]  # type: ignore[attr-defined]
-    told = re.search(r"; ([\d.]+) by default\.$", next(p.help for p in command.params if p.name == option))
-    assert told
-    assert float(told[1]) == registry.load().limits[limit] / unit
+    ]:
+        with subtests.test(option=option, limit=limit, unit=unit):
+            command = typer.main.get_command(app).commands["ingest"]  # type: ignore[attr-defined]
+            told = re.search(r"; ([\d.]+) by default\.$", next(p.help for p in command.params if p.name == option))
+            assert told
+            assert float(told[1]) == registry.load().limits[limit] / unit

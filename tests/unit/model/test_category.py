@@ -65,19 +65,16 @@ class TestWords:
 
 
 class TestSets:
-    @pytest.mark.parametrize(
-        "changes",
-        [
+    def test_are_closed(self, subtests: pytest.Subtests) -> None:
+        for changes in [
             {"affords": ["edible"]},
             {"types": ["tableware"]},
             {"front": "left"},
             {"basis": {"size": "guess"}},
             {"runtime": ["v9"]},
-        ],
-    )
-    def test_are_closed(self, changes: dict[str, Any]) -> None:
-        with pytest.raises(ValidationError):
-            mug(**changes)
+        ]:
+            with subtests.test(changes=changes), pytest.raises(ValidationError):
+                mug(**changes)
 
     def test_say_nothing_twice(self) -> None:
         with pytest.raises(ValidationError, match="twice"):

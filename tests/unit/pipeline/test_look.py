@@ -49,11 +49,12 @@ def test_it_is_shown_from_some_sides_and_asked_for_every_kind() -> None:
         assert picture.size == (PICTURE_PX, PICTURE_PX)
 
 
-@pytest.mark.parametrize("judge", [Judge("other", 0.9), Judge("toaster", 0.3)])
-def test_what_is_not_sure_or_something_else_names_nothing(judge: Judge) -> None:
-    kind, share, message = classify_by_look(microwave(), judge)
-    assert (kind, share) == ("", judge.share)
-    assert "names nothing" in message
+def test_what_is_not_sure_or_something_else_names_nothing(subtests: pytest.Subtests) -> None:
+    for judge in [Judge("other", 0.9), Judge("toaster", 0.3)]:
+        with subtests.test(judge=judge):
+            kind, share, message = classify_by_look(microwave(), judge)
+            assert (kind, share) == ("", judge.share)
+            assert "names nothing" in message
 
 
 def test_every_kind_is_a_fixture_of_the_registry() -> None:
@@ -73,10 +74,10 @@ def test_an_absent_package_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPat
         load_scorer(weights)
 
 
-@pytest.mark.parametrize("name", ["nowhere.pt", "nowhere.safetensors", "/nowhere/at/all"])
-def test_files_that_are_not_there_are_said_before_any_package_is_asked_for(name: str) -> None:
-    with pytest.raises(CasaError, match="there are no weights of CLIP"):
-        require_weights(name)
+def test_files_that_are_not_there_are_said_before_any_package_is_asked_for(subtests: pytest.Subtests) -> None:
+    for name in ["nowhere.pt", "nowhere.safetensors", "/nowhere/at/all"]:
+        with subtests.test(name=name), pytest.raises(CasaError, match="there are no weights of CLIP"):
+            require_weights(name)
 
 
 def test_a_folder_without_a_description_of_its_weights_is_said(tmp_path: Path) -> None:

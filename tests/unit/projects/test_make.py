@@ -22,9 +22,10 @@ def casa(*words: str | Path, folder: Path) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command(*words), cwd=folder, env=environment, capture_output=True, text=True, check=False)
 
 
-@pytest.mark.parametrize(("folder", "name"), [("My kitchens 2", "my_kitchens_2"), ("2nd", "project_2nd")])
-def test_a_project_is_called_after_its_folder(folder: str, name: str) -> None:
-    assert name_of(Path(folder)) == name
+def test_a_project_is_called_after_its_folder(subtests: pytest.Subtests) -> None:
+    for folder, name in [("My kitchens 2", "my_kitchens_2"), ("2nd", "project_2nd")]:
+        with subtests.test(folder=folder, name=name):
+            assert name_of(Path(folder)) == name
 
 
 @pytest.fixture
@@ -117,9 +118,8 @@ def test_from_python(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
             casa_assets.make(project)
 
 
-@pytest.mark.parametrize(
-    ("runs", "message"),
-    [
+def test_slips_in_the_runs_are_told(subtests: pytest.Subtests, tmp_path_factory: pytest.TempPathFactory) -> None:
+    for runs, message in [
         ("[{ingst: {}}]", "casa.yaml:2: runs.0.ingst: expected 'ingest', or another one of"),
         ("[{make: {}}]", "casa.yaml:2: runs.0.make: expected"),
         ("[{scenes build: {scense: [a]}}]", "casa.yaml:2: runs.0.scenes build.scense: expected 'scenes', or another"),
@@ -129,13 +129,13 @@ def test_from_python(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         ("[{textures ingest: {tile: 1.2}}]", "casa.yaml:2: runs.0.textures ingest.tile: expected 2 values, got 1.2"),
         ("[{textures ingest: {tile: [1, 2, 3]}}]", "casa.yaml:2: runs.0.textures ingest.tile: expected 2 values"),
         ("[]", "casa.yaml: lists no runs"),
-    ],
-)
-def test_slips_in_the_runs_are_told(tmp_path: Path, runs: str, message: str) -> None:
-    (tmp_path / "casa.yaml").write_text(f"name: ours\nruns: {runs}\n", encoding="utf-8")
-    done = casa("make", folder=tmp_path)
-    assert done.returncode == 2
-    assert message in done.stderr
+    ]:
+        with subtests.test(runs=runs, message=message):
+            tmp_path = tmp_path_factory.mktemp("case")
+            (tmp_path / "casa.yaml").write_text(f"name: ours\nruns: {runs}\n", encoding="utf-8")
+            done = casa("make", folder=tmp_path)
+            assert done.returncode == 2
+            assert message in done.stderr
 
 
 def test_without_a_project_the_way_to_one_is_told(tmp_path: Path) -> None:
