@@ -71,7 +71,7 @@ def assert_same_pose(found: np.ndarray[Any, Any], expected: Pose) -> None:
 
 def test_the_same_asset_is_the_same_bytes(subtests: pytest.Subtests) -> None:
     for build in ASSETS:
-        with subtests.test(build=build):
+        with subtests.test(build=build.__name__):
             assert asset_glb(build(), EVERYTHING) == asset_glb(build(), EVERYTHING)
 
 
@@ -94,7 +94,7 @@ def test_our_reader_and_trimesh_see_what_the_asset_shows(build: Callable[[], Ass
 
 def test_links_stand_where_the_asset_has_them_in_every_named_pose(subtests: pytest.Subtests) -> None:
     for build in ASSETS:
-        with subtests.test(build=build):
+        with subtests.test(build=build.__name__):
             asset = build()
             document = json_of(asset_glb(asset))
             poses = document["nodes"][0]["extras"]["poses"]

@@ -44,7 +44,7 @@ def attributes(root: etree._Element, path: str) -> dict[str, str]:
 class TestModel:
     def test_has_the_shape_that_robocasa_looks_for(self, subtests: pytest.Subtests) -> None:
         for build in EVERY:
-            with subtests.test(build=build):
+            with subtests.test(build=build.__name__):
                 root = model(build())
                 assert [(e.tag, e.get("name")) for e in root.findall("worldbody/*")] == [("body", None)]
                 assert [e.get("name") for e in root.findall("worldbody/body/body")] == ["object"]
@@ -313,7 +313,7 @@ class TestBytes:
 
     def test_paths_are_relative_and_named_files_exist(self, subtests: pytest.Subtests) -> None:
         for build in EVERY:
-            with subtests.test(build=build):
+            with subtests.test(build=build.__name__):
                 files = write(build())
                 for name in ("model.xml", "scene.xml"):
                     root = etree.fromstring(files.entries[name])

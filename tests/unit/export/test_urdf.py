@@ -37,7 +37,7 @@ def test_what_is_read_back_is_the_asset(build: Callable[[], Asset], tmp_path: Pa
 
 def test_the_same_asset_is_the_same_bytes(subtests: pytest.Subtests) -> None:
     for build in ASSETS:
-        with subtests.test(build=build):
+        with subtests.test(build=build.__name__):
             assert document.write(build()).entries == document.write(build()).entries
 
 

@@ -57,7 +57,7 @@ class TestPackage:
 
     def test_a_second_time_is_the_same(self, subtests: pytest.Subtests) -> None:
         for make in EVERY:
-            with subtests.test(make=make):
+            with subtests.test(make=make.__name__):
                 assert document.write(make(), thumbnail()) == document.write(make(), thumbnail())
 
     def test_bytes_do_not_depend_on_the_hash_seed(self) -> None:
@@ -138,7 +138,7 @@ class TestBody:
             (rigid_mug().replace(base=Base.FIXED), ["object"]),
             (rigid_mug(), []),
         ]:
-            with subtests.test(asset=asset, roots=roots):
+            with subtests.test(asset=asset.id, roots=roots):
                 prims = stage_of(asset).Traverse()
                 assert [p.GetName() for p in prims if p.HasAPI(UsdPhysics.ArticulationRootAPI)] == roots
                 assert any(p.IsA(UsdPhysics.Joint) for p in prims) == bool(roots)

@@ -14,7 +14,7 @@ from tests.assets import EVERY, drawer_unit, textured_box
 
 def test_what_is_seen_lies_where_the_asset_has_it(subtests: pytest.Subtests) -> None:
     for asset in [make() for make in EVERY]:
-        with subtests.test(asset=asset):
+        with subtests.test(asset=asset.id):
             scene = visual_scene(asset)
             assert scene.units == "meters"
             np.testing.assert_allclose(scene.bounds, asset.bounds, atol=1e-12)
@@ -38,7 +38,7 @@ def test_links_are_nodes_at_their_poses() -> None:
 
 def test_what_is_touched_is_closed_and_convex(subtests: pytest.Subtests) -> None:
     for asset in [make() for make in EVERY]:
-        with subtests.test(asset=asset):
+        with subtests.test(asset=asset.id):
             scene = collision_scene(asset)
             assert len(scene.geometry) == sum(len(link.colliders) for link in asset.links)
             for mesh in scene.geometry.values():

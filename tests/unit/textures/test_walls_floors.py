@@ -40,7 +40,6 @@ BOTH = {**WALLS, **FLOORS}
 KINDS = [*walls.KINDS, *floors.KINDS]
 WHITE, BLACK = "#ffffff", "#000000"
 GROUT = Joint(color=BLACK, width_m=0.006, coarseness=0.0, rim_drop_m=0.0)
-QUIET = {"variety": 0.0, "pool": 0.0, "tilt": 0.0, "wave_m": 0.0}
 
 
 def runs(row: Map) -> int:

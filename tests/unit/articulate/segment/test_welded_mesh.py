@@ -29,7 +29,7 @@ def test_boxes_that_share_an_edge_stay_two_fragments() -> None:
 
 def test_no_fragment_straddles_parts_and_none_is_split(subtests: pytest.Subtests) -> None:
     for make in [microwave, drawers]:
-        with subtests.test(make=make):
+        with subtests.test(make=make.__name__):
             vertices, faces, owner = make()  # type: ignore[operator]
             label = weld_triangles(vertices, faces).fragment_labels
             assert pure(label, owner)

@@ -67,7 +67,7 @@ def test_an_asset_of_each_family_reads_back_the_same(name: str) -> None:
 
 def test_an_asset_with_pictures_reads_back_the_same(subtests: pytest.Subtests) -> None:
     for asset in [rigid_mug(), textured_box()]:
-        with subtests.test(asset=asset):
+        with subtests.test(asset=asset.id):
             data, pictures = pack(asset.model_dump(), "key")
             assert unpack(data, "key", pictures.__getitem__).digest == asset.digest
             assert pack(asset.model_dump(), "key")[0] == data

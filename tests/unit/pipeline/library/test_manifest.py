@@ -16,7 +16,7 @@ from tests.packages import written
 
 def test_round_trip(subtests: pytest.Subtests, tmp_path_factory: pytest.TempPathFactory) -> None:
     for make in EVERY:
-        with subtests.test(make=make):
+        with subtests.test(make=make.__name__):
             tmp_path = tmp_path_factory.mktemp("case")
             asset = make()
             package = written(asset, tmp_path)
