@@ -87,8 +87,3 @@ def test_filled_puts_the_value_into_every_pattern() -> None:
 def test_a_move_goes_no_farther_than_the_ends() -> None:
     with pytest.raises(ValidationError):
         Step(move={"door": 1.1})
-
-
-def test_a_contract_reads_back_as_written() -> None:
-    contract = Contract(id="hood", title="Hood", regions=Requirements.model_validate({"regions": ["main"]}).regions)
-    assert Contract.from_json(contract.to_json()) == contract

@@ -9,7 +9,6 @@ from casa_assets.model.kitchen.scene import Camera, Layer, Light, Placement, Sce
 from casa_assets.model.pose import Pose
 from tests.articulated_assets import microwave
 from tests.assets import rigid_mug
-from tests.scenes import corner
 
 OVEN, MUG = microwave(), rigid_mug()
 AT = Placement(name="cup", asset=MUG.id)
@@ -19,10 +18,6 @@ LAMP = Light(name="lamp", position=(0.0, 0.0, 2.0), direction=(0.0, 0.0, -1.0))
 def test_a_placement_is_a_thing_unless_it_says_otherwise() -> None:
     assert AT.layer is Layer.THINGS
     assert Placement.from_json(AT.replace(layer=Layer.CEILING).to_json()).layer is Layer.CEILING
-
-
-def test_it_survives_json() -> None:
-    assert Scene.from_json(corner().to_json()) == corner()
 
 
 def test_it_knows_the_asset_of_each_placement() -> None:
