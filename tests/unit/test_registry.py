@@ -69,11 +69,11 @@ def broken(tmp_path: Path) -> Callable[..., RegistryError]:
     """A tiny registry with one file replaced; returns the error that reading it raises."""
 
     def fault(**files: str | None) -> RegistryError:
+        for path in tmp_path.glob("*.yaml"):
+            path.unlink()
         for name, text in {**SOUND, **files}.items():
-            path = tmp_path / f"{name}.yaml"
-            path.unlink(missing_ok=True)
             if text is not None:
-                path.write_text(text, encoding="utf-8")
+                (tmp_path / f"{name}.yaml").write_text(text, encoding="utf-8")
         registry.load.cache_clear()
         with pytest.raises(RegistryError) as caught:
             registry.load(tmp_path)

@@ -1,6 +1,5 @@
 """Labelled cases: changes keep the truth, and drawings have joints that open outward."""
 
-
 import numpy as np
 import pytest
 

@@ -72,8 +72,9 @@ def test_all_accepted_is_exit_0(inputs: Path, tmp_path: Path) -> None:
         assert str(certificate) in done.stderr
 
 
-def test_misuse_is_exit_2(subtests: pytest.Subtests, inputs: Path, tmp_path_factory: pytest.TempPathFactory) -> None:
-    for arguments, message in [
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
         (["nowhere.glb"], "nowhere.glb"),
         (["{inputs}", "--category", "cuting_board"], "did you mean cutting_board"),
         (["{inputs}", "--library", "{inputs}/broken.glb"], "cannot be written to"),
@@ -81,16 +82,16 @@ def test_misuse_is_exit_2(subtests: pytest.Subtests, inputs: Path, tmp_path_fact
         (["{inputs}", "--jobs", "-1"], "--jobs"),
         (["{empty}"], "no mesh found"),
         ([], "SOURCES is missing"),
-    ]:
-        with subtests.test(arguments=arguments, message=message):
-            tmp_path = tmp_path_factory.mktemp("case")
-            (tmp_path / "empty").mkdir()
-            filled = [a.format(inputs=inputs, empty=tmp_path / "empty") for a in arguments]
-            place = [] if "--library" in filled else ["--library", str(tmp_path / "library")]
-            done = casa("ingest", *filled, *place)
-            assert done.returncode == 2
-            assert message in done.stdout + done.stderr
-            assert "Traceback" not in done.stderr
+    ],
+)
+def test_misuse_is_exit_2(arguments: list[str], message: str, inputs: Path, tmp_path: Path) -> None:
+    (tmp_path / "empty").mkdir()
+    filled = [a.format(inputs=inputs, empty=tmp_path / "empty") for a in arguments]
+    place = [] if "--library" in filled else ["--library", str(tmp_path / "library")]
+    done = casa("ingest", *filled, *place)
+    assert done.returncode == 2
+    assert message in done.stdout + done.stderr
+    assert "Traceback" not in done.stderr
 
 
 def at_work(library: Path) -> bool:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import shlex
 import subprocess
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
@@ -37,26 +38,28 @@ def test_words_are_quoted_and_json_and_quiet_say_nothing(capsys: pytest.CaptureF
     assert capsys.readouterr() == ("", "")
 
 
-def test_assets(subtests: pytest.Subtests, boxes: Path, tmp_path_factory: pytest.TempPathFactory) -> None:
-    for arguments, code in [
+@pytest.mark.parametrize(
+    ("arguments", "code"),
+    [
         (("ingest", "boxes/in", "--library", "lib", "--jobs", "1"), None),
         (("families", "build", "knife_block", "--samples", "1", "--library", "lib", "--jobs", "1"), 0),
         (("families", "show", "switch", "--preset", "rocker", "--out", "lib", "--no-check"), 0),
         (("objects", "build", "apple", "--count", "1", "--library", "lib", "--jobs", "1"), 0),
-    ]:
-        with subtests.test(arguments=arguments, code=code):
-            tmp_path = tmp_path_factory.mktemp("case")
-            words = [
-                str(boxes / "in") if word == "boxes/in" else str(tmp_path / "lib") if word == "lib" else word
-                for word in arguments
-            ]
-            run = casa(*words)
-            assert code is None or run.returncode == code, run.stderr
-            (folder,) = named(run)
-            assert isinstance(find(folder, tmp_path, ()), AssetFolder)
-            again = casa(*words, "--json")
-            assert LINE not in again.stdout + again.stderr
-            assert all(json.loads(line) for line in again.stdout.splitlines())
+    ],
+    ids=lambda value: value[0] + value[1] if isinstance(value, tuple) else "",
+)
+def test_assets(arguments: Sequence[str], code: int | None, boxes: Path, tmp_path: Path) -> None:
+    words = [
+        str(boxes / "in") if word == "boxes/in" else str(tmp_path / "lib") if word == "lib" else word
+        for word in arguments
+    ]
+    run = casa(*words)
+    assert code is None or run.returncode == code, run.stderr
+    (folder,) = named(run)
+    assert isinstance(find(folder, tmp_path, ()), AssetFolder)
+    again = casa(*words, "--json")
+    assert LINE not in again.stdout + again.stderr
+    assert all(json.loads(line) for line in again.stdout.splitlines())
 
 
 def test_a_sheet_of_objects(tmp_path: Path) -> None:

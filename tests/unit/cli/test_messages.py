@@ -42,10 +42,9 @@ def test_a_name_like_no_other_is_told_what_there_is() -> None:
     assert str(UnknownId("plan", "zzz", map(str, range(100, 109)))).endswith("and 3 more")
 
 
-def test_misuse_is_told_in_a_line_and_leaves_nothing(
-    subtests: pytest.Subtests, tmp_path_factory: pytest.TempPathFactory
-) -> None:
-    for arguments, message in [
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
         (["textures", "make", "oak_natural_plank", "--out", NO_PLACE, "--width-px", "64"], "cannot be written to"),
         (["textures", "list", "--set", "wal"], "did you mean wall?"),
         (["families", "show", "microwave", "--preset", "stel", "--out", NO_PLACE], "did you mean steel?"),
@@ -61,17 +60,17 @@ def test_misuse_is_told_in_a_line_and_leaves_nothing(
         (["scenes", "new", "galley", "--style", "rustik"], "did you mean rustic"),
         (["preview", "{empty}"], "no asset found"),
         (["categories", "show", "mugg"], "did you mean mug"),
-    ]:
-        with subtests.test(arguments=arguments, message=message):
-            tmp_path = tmp_path_factory.mktemp("case")
-            empty, file = tmp_path / "empty", tmp_path / "box.obj"
-            empty.mkdir()
-            file.write_text("v 0 0 0\n", encoding="ascii")
-            done = casa(*(a.format(empty=empty, file=file) for a in arguments))
-            assert done.returncode == 2, done.stderr
-            assert message in done.stderr
-            assert "Traceback" not in done.stderr
-            assert list(empty.iterdir()) == []
+    ],
+)
+def test_misuse_is_told_in_a_line_and_leaves_nothing(arguments: list[str], message: str, tmp_path: Path) -> None:
+    empty, file = tmp_path / "empty", tmp_path / "box.obj"
+    empty.mkdir()
+    file.write_text("v 0 0 0\n", encoding="ascii")
+    done = casa(*(a.format(empty=empty, file=file) for a in arguments))
+    assert done.returncode == 2, done.stderr
+    assert message in done.stderr
+    assert "Traceback" not in done.stderr
+    assert list(empty.iterdir()) == []
 
 
 def test_a_folder_without_meshes_makes_no_library(tmp_path: Path) -> None:

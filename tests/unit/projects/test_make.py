@@ -118,8 +118,9 @@ def test_from_python(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
             casa_assets.make(project)
 
 
-def test_slips_in_the_runs_are_told(subtests: pytest.Subtests, tmp_path_factory: pytest.TempPathFactory) -> None:
-    for runs, message in [
+@pytest.mark.parametrize(
+    ("runs", "message"),
+    [
         ("[{ingst: {}}]", "casa.yaml:2: runs.0.ingst: expected 'ingest', or another one of"),
         ("[{make: {}}]", "casa.yaml:2: runs.0.make: expected"),
         ("[{scenes build: {scense: [a]}}]", "casa.yaml:2: runs.0.scenes build.scense: expected 'scenes', or another"),
@@ -129,13 +130,13 @@ def test_slips_in_the_runs_are_told(subtests: pytest.Subtests, tmp_path_factory:
         ("[{textures ingest: {tile: 1.2}}]", "casa.yaml:2: runs.0.textures ingest.tile: expected 2 values, got 1.2"),
         ("[{textures ingest: {tile: [1, 2, 3]}}]", "casa.yaml:2: runs.0.textures ingest.tile: expected 2 values"),
         ("[]", "casa.yaml: lists no runs"),
-    ]:
-        with subtests.test(runs=runs, message=message):
-            tmp_path = tmp_path_factory.mktemp("case")
-            (tmp_path / "casa.yaml").write_text(f"name: ours\nruns: {runs}\n", encoding="utf-8")
-            done = casa("make", folder=tmp_path)
-            assert done.returncode == 2
-            assert message in done.stderr
+    ],
+)
+def test_slips_in_the_runs_are_told(tmp_path: Path, runs: str, message: str) -> None:
+    (tmp_path / "casa.yaml").write_text(f"name: ours\nruns: {runs}\n", encoding="utf-8")
+    done = casa("make", folder=tmp_path)
+    assert done.returncode == 2
+    assert message in done.stderr
 
 
 def test_without_a_project_the_way_to_one_is_told(tmp_path: Path) -> None:

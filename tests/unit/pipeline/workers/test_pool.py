@@ -115,13 +115,12 @@ def test_a_job_that_hangs_is_stopped() -> None:
     assert "made no progress for 1 s" in died.message
 
 
-def test_processor_time_of_a_job_and_of_what_it_starts_is_limited(subtests: pytest.Subtests) -> None:
-    for what in ["burn", "burn_in_children"]:
-        with subtests.test(what=what):
-            with Pool(2, Limits(0.5, LIMITS.memory_bytes), WARM) as pool:
-                died, other = run(pool, (what, "60"), ("answer", "a"))
-            assert other == "A"
-            assert died == WorkerFailure("timeout", "used more than 0.5 s of processor time and was stopped")
+@pytest.mark.parametrize("what", ["burn", "burn_in_children"])
+def test_processor_time_of_a_job_and_of_what_it_starts_is_limited(what: str) -> None:
+    with Pool(2, Limits(0.5, LIMITS.memory_bytes), WARM) as pool:
+        died, other = run(pool, (what, "60"), ("answer", "a"))
+    assert other == "A"
+    assert died == WorkerFailure("timeout", "used more than 0.5 s of processor time and was stopped")
 
 
 def test_a_busy_machine_changes_no_verdict() -> None:
