@@ -448,12 +448,11 @@ def test_what_is_made_of_an_open_bottle_ends_where_the_mesh_does(full: bool) -> 
 class TestOpenRooms:
     """What has room to put things into keeps it, whatever it is taken for."""
 
-    def test_a_cup_stays_open(self, subtests: pytest.Subtests) -> None:
-        for kind in ["object", "bread_roll", "mug"]:
-            with subtests.test(kind=kind):
-                out = collide(draft(CUP), category(kind), PARAMS, never)
-                assert not is_touched(out, (0.0, 0.0, 0.05))
-                assert is_touched(out, (0.0, 0.0, 0.003))
+    @pytest.mark.parametrize("kind", ["object", "bread_roll", "mug"])
+    def test_a_cup_stays_open(self, kind: str) -> None:
+        out = collide(draft(CUP), category(kind), PARAMS, never)
+        assert not is_touched(out, (0.0, 0.0, 0.05))
+        assert is_touched(out, (0.0, 0.0, 0.003))
 
     @pytest.mark.parametrize("kind", ["object", "bread_roll"])
     def test_a_torn_crate_stays_open(self, kind: str) -> None:

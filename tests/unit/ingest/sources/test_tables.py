@@ -65,22 +65,23 @@ def test_each_row_is_an_input_with_what_its_columns_say(tmp_path: Path) -> None:
         assert len(load(collect(one, LIMITS), LIMITS).parts) == 1
 
 
-def test_columns_are_known_by_the_names_that_people_use(
-    subtests: pytest.Subtests, tmp_path_factory: pytest.TempPathFactory
-) -> None:
-    for columns, names in [
+@pytest.mark.parametrize(
+    ("columns", "names"),
+    [
         ({"glb": meshes(2)}, ["000000.glb", "000001.glb"]),
         ({"obj": meshes(2), "id": [7, 8]}, ["7.obj", "8.obj"]),
         ({"content": meshes(2), "path": ["a/x.obj", "a/y.ply"]}, ["000000.obj", "000001.ply"]),
         ({"bytes": meshes(2), "__key__": ["a/1", "b"], "data": meshes(2)}, ["000000.glb", "b.glb"]),
         ({"mesh": [{"bytes": m, "path": "q.stl"} for m in meshes(2)]}, ["000000.stl", "000001.stl"]),
-    ]:
-        with subtests.test(columns=columns, names=names):
-            tmp_path = tmp_path_factory.mktemp("case")
-            write(tmp_path / "t.parquet", columns)
-            found, _ = read(tmp_path)
-            assert [one.main for one in found] == names
-            assert collect(found[1], LIMITS).files[names[1]] == meshes(2)[1]
+    ],
+)
+def test_columns_are_known_by_the_names_that_people_use(
+    tmp_path: Path, columns: dict[str, Any], names: list[str]
+) -> None:
+    write(tmp_path / "t.parquet", columns)
+    found, _ = read(tmp_path)
+    assert [one.main for one in found] == names
+    assert collect(found[1], LIMITS).files[names[1]] == meshes(2)[1]
 
 
 def test_a_row_is_read_without_the_rest_of_the_table(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
