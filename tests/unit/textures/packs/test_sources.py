@@ -235,18 +235,14 @@ HOSTILE = {
 }
 
 
-def test_a_hostile_zip_is_left_out_and_the_others_are_taken(
-    subtests: pytest.Subtests, tmp_path_factory: pytest.TempPathFactory
-) -> None:
-    for data in HOSTILE.values():
-        with subtests.test(data=data):
-            tmp_path = tmp_path_factory.mktemp("case")
-            folder = tmp_path / "in"
-            zipped(folder / "good.zip", ambientcg())
-            (folder / "bad.zip").write_bytes(data)
-            pack = taken(folder, tmp_path / "lib")
-            assert [(row.source, row.code) for row in pack.refused] == [("bad.zip", PictureRejection.BAD_ARCHIVE.value)]
-            assert len(pack.pictures) == 1
+@pytest.mark.parametrize("data", HOSTILE.values(), ids=HOSTILE)
+def test_a_hostile_zip_is_left_out_and_the_others_are_taken(tmp_path: Path, data: bytes) -> None:
+    folder = tmp_path / "in"
+    zipped(folder / "good.zip", ambientcg())
+    (folder / "bad.zip").write_bytes(data)
+    pack = taken(folder, tmp_path / "lib")
+    assert [(row.source, row.code) for row in pack.refused] == [("bad.zip", PictureRejection.BAD_ARCHIVE.value)]
+    assert len(pack.pictures) == 1
 
 
 def test_a_hostile_picture_in_a_zip(tmp_path: Path) -> None:
