@@ -108,7 +108,7 @@ def unknown(words: list[str]) -> list[str]:
     return [word for word in words if word.startswith("-") and word.partition("=")[0] not in known]
 
 
-def test_every_verb_shows_examples_that_parse() -> None:
+def test_every_verb_shows_examples_with_options_that_it_has() -> None:
     wrong = []
     for path, command in VERBS.items():
         lines = re.findall(r"^.*?(casa-assets .*)$", command.callback.__doc__ or "", re.MULTILINE)
