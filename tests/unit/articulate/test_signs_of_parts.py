@@ -33,10 +33,11 @@ def test_a_plain_box_has_none() -> None:
     assert signs(CASE, kind="table", names=("Cube.001", "Material")) == ""
 
 
-def test_its_kind_and_names_in_the_file_are_signs(subtests: pytest.Subtests) -> None:
-    for kind, names, word in [("wardrobe", (), "wardrobe"), ("", ("Door_L", "DoorKnobs"), "door, knob")]:
-        with subtests.test(kind=kind, names=names, word=word):
-            assert word in signs(CASE, kind=kind, names=names)
+@pytest.mark.parametrize(
+    ("kind", "names", "word"), [("wardrobe", (), "wardrobe"), ("", ("Door_L", "DoorKnobs"), "door, knob")]
+)
+def test_its_kind_and_names_in_the_file_are_signs(kind: str, names: tuple[str, ...], word: str) -> None:
+    assert word in signs(CASE, kind=kind, names=names)
 
 
 def test_a_bar_that_stands_out_of_any_side_is_one() -> None:

@@ -49,12 +49,11 @@ def test_it_is_shown_from_some_sides_and_asked_for_every_kind() -> None:
         assert picture.size == (PICTURE_PX, PICTURE_PX)
 
 
-def test_what_is_not_sure_or_something_else_names_nothing(subtests: pytest.Subtests) -> None:
-    for judge in [Judge("other", 0.9), Judge("toaster", 0.3)]:
-        with subtests.test(judge=judge):
-            kind, share, message = classify_by_look(microwave(), judge)
-            assert (kind, share) == ("", judge.share)
-            assert "names nothing" in message
+@pytest.mark.parametrize("judge", [Judge("other", 0.9), Judge("toaster", 0.3)])
+def test_what_is_not_sure_or_something_else_names_nothing(judge: Judge) -> None:
+    kind, share, message = classify_by_look(microwave(), judge)
+    assert (kind, share) == ("", judge.share)
+    assert "names nothing" in message
 
 
 def test_every_kind_is_a_fixture_of_the_registry() -> None:
