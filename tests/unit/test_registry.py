@@ -14,6 +14,7 @@ from casa_assets import registry
 from casa_assets.errors import RegistryError, UnknownId
 from casa_assets.model.registry.category import Certainty, MatterFill
 from casa_assets.registry import Registry
+from casa_assets.registry.load import load_limits
 
 # The object names of the RoboCasa kitchen benchmark, in any of its releases.
 ROBOCASA = """
@@ -75,6 +76,7 @@ def broken(tmp_path: Path) -> Callable[..., RegistryError]:
             if text is not None:
                 (tmp_path / f"{name}.yaml").write_text(text, encoding="utf-8")
         registry.load.cache_clear()
+        load_limits.cache_clear()
         with pytest.raises(RegistryError) as caught:
             registry.load(tmp_path)
         return caught.value
