@@ -21,7 +21,6 @@ from tests.libraries import casa, input_rows
 
 INPUTS = hostile_inputs()
 SECONDS = 10.0
-DIED = ("RUN001", "RUN002", "RUN003", "RUN004", "RUN008")
 MEMORY_BYTES = 2_500_000_000
 
 

@@ -79,9 +79,10 @@ def test_each_is_whole(rows: dict[str, Category]) -> None:
     assert {c.id for c in rows.values() if not c.types} == {"flour_bag", "straw", "tofu", "walnut"}
 
 
-@pytest.mark.parametrize(("name", "letters"), list(csv.reader(io.StringIO(SAMPLE.strip()))))
-def test_affordances_are_those_that_tasks_filter_by(rows: dict[str, Category], name: str, letters: str) -> None:
-    assert set(rows[name].affords) - OURS == {LETTERS[letter] for letter in letters}
+def test_affordances_are_those_that_tasks_filter_by(subtests: pytest.Subtests, rows: dict[str, Category]) -> None:
+    for name, letters in list(csv.reader(io.StringIO(SAMPLE.strip()))):
+        with subtests.test(name=name, letters=letters):
+            assert set(rows[name].affords) - OURS == {LETTERS[letter] for letter in letters}
 
 
 def test_counts_of_attributes(rows: dict[str, Category]) -> None:
@@ -127,12 +128,11 @@ def test_sizes_agree_with_the_shape_and_the_longest(rows: dict[str, Category]) -
             assert span.high <= c.longest_m.high * 1.001, c.id
 
 
-@pytest.mark.parametrize(
-    ("name", "low", "high"), [("apple", 0.1, 0.3), ("mug", 0.25, 0.5), ("egg", 0.04, 0.08), ("can", 0.1, 0.6)]
-)
-def test_masses_that_are_asked_for(rows: dict[str, Category], name: str, low: float, high: float) -> None:
-    span = rows[name].mass_kg
-    assert low <= span.low <= span.typical <= span.high <= high
+def test_masses_that_are_asked_for(subtests: pytest.Subtests, rows: dict[str, Category]) -> None:
+    for name, low, high in [("apple", 0.1, 0.3), ("mug", 0.25, 0.5), ("egg", 0.04, 0.08), ("can", 0.1, 0.6)]:
+        with subtests.test(name=name, low=low, high=high):
+            span = rows[name].mass_kg
+            assert low <= span.low <= span.typical <= span.high <= high
 
 
 def test_what_holds_things_is_open(rows: dict[str, Category]) -> None:

@@ -14,6 +14,7 @@ from casa_assets import registry
 from casa_assets.errors import RegistryError, UnknownId
 from casa_assets.model.registry.category import Certainty, MatterFill
 from casa_assets.registry import Registry
+from casa_assets.registry.load import load_limits
 
 # The object names of the RoboCasa kitchen benchmark, in any of its releases.
 ROBOCASA = """
@@ -69,12 +70,13 @@ def broken(tmp_path: Path) -> Callable[..., RegistryError]:
     """A tiny registry with one file replaced; returns the error that reading it raises."""
 
     def fault(**files: str | None) -> RegistryError:
+        for path in tmp_path.glob("*.yaml"):
+            path.unlink()
         for name, text in {**SOUND, **files}.items():
-            path = tmp_path / f"{name}.yaml"
-            path.unlink(missing_ok=True)
             if text is not None:
-                path.write_text(text, encoding="utf-8")
+                (tmp_path / f"{name}.yaml").write_text(text, encoding="utf-8")
         registry.load.cache_clear()
+        load_limits.cache_clear()
         with pytest.raises(RegistryError) as caught:
             registry.load(tmp_path)
         return caught.value
@@ -124,11 +126,12 @@ def test_what_nobody_can_name_weighs_what_any_category_may(shipped: Registry) ->
     assert unknown.high >= max(c.mass_kg.high for c in shipped.categories.values())
 
 
-@pytest.mark.parametrize(("name", "category"), OTHER_SOURCES.items())
-def test_names_of_other_sources(shipped: Registry, name: str, category: str) -> None:
-    match = shipped.find_category([name])
-    assert match
-    assert match[0].id == category
+def test_names_of_other_sources(subtests: pytest.Subtests, shipped: Registry) -> None:
+    for name, category in OTHER_SOURCES.items():
+        with subtests.test(name=name, category=category):
+            match = shipped.find_category([name])
+            assert match
+            assert match[0].id == category
 
 
 def test_shape_is_relative_to_the_longest_side(shipped: Registry) -> None:
@@ -232,9 +235,8 @@ def test_load_reads_once_and_digest_is_of_the_contents(shipped: Registry, tmp_pa
 # ---- free words
 
 
-@pytest.mark.parametrize(
-    ("text", "category"),
-    [
+def test_messy_names(subtests: pytest.Subtests, shipped: Registry) -> None:
+    for text, category in [
         ('Chefmate 8" Frypan', "pan"),
         ("coffeemug", "mug"),
         ("coffee mug", "mug"),
@@ -261,21 +263,32 @@ def test_load_reads_once_and_digest_is_of_the_contents(shipped: Registry, tmp_pa
         ("box of cereal", "cereal"),
         ("Assiette plate à café", "plate"),
         ("teapot_lid", "saucepan_lid"),
-    ],
-)
-def test_messy_names(shipped: Registry, text: str, category: str) -> None:
-    match = shipped.find_category([text])
-    assert match
-    assert match[0].id == category
-    assert 0 < match[1] <= 1
-    assert text in match[2]
+    ]:
+        with subtests.test(text=text, category=category):
+            match = shipped.find_category([text])
+            assert match
+            assert match[0].id == category
+            assert 0 < match[1] <= 1
+            assert text in match[2]
 
 
-@pytest.mark.parametrize(
-    "text", ["panda", "panel", "potion", "canvas", "Object_3", "", "  ", "0123", "日本", "forklift", "cupid", "scandal"]
-)
-def test_no_word_is_found_inside_another(shipped: Registry, text: str) -> None:
-    assert shipped.find_category([text]) is None
+def test_no_word_is_found_inside_another(subtests: pytest.Subtests, shipped: Registry) -> None:
+    for text in [
+        "panda",
+        "panel",
+        "potion",
+        "canvas",
+        "Object_3",
+        "",
+        "  ",
+        "0123",
+        "日本",
+        "forklift",
+        "cupid",
+        "scandal",
+    ]:
+        with subtests.test(text=text):
+            assert shipped.find_category([text]) is None
 
 
 def test_the_best_hint_decides(shipped: Registry) -> None:
@@ -319,9 +332,8 @@ def test_a_sound_small_registry_loads(tmp_path: Path) -> None:
     assert small.rejections["GEO001"].code == "GEO001"
 
 
-@pytest.mark.parametrize(
-    ("files", "file", "line", "pointer", "message"),
-    [
+def test_faults_name_file_line_and_pointer(subtests: pytest.Subtests, broken: Callable[..., RegistryError]) -> None:
+    for files, file, line, pointer, message in [
         ({"categories": MUG + "cup: {colour: red}\n"}, "categories.yaml", 4, "cup.colour", "one of id, parent"),
         ({"categories": MUG.replace("aliases:", "colour:")}, "categories.yaml", 3, "mug.colour", "colour"),
         ({"categories": MUG + MUG}, "categories.yaml", 4, "mug", "each key once"),
@@ -350,14 +362,11 @@ def test_a_sound_small_registry_loads(tmp_path: Path) -> None:
         ({"waivers": "- {code: AST001, subject: s}\n"}, "waivers.yaml", 1, "0.reason", "nothing"),
         ({"words": "weak: [can]\nseparators: [with, on]\n"}, "words.yaml", 2, "separators.1", "True"),
         ({"limits": None}, "limits.yaml", 1, "", "a readable file"),
-    ],
-)
-def test_faults_name_file_line_and_pointer(
-    broken: Callable[..., RegistryError], files: dict[str, str | None], file: str, line: int, pointer: str, message: str
-) -> None:
-    error = broken(**files)
-    assert (error.file, error.line, error.pointer) == (file, line, pointer)
-    assert message in str(error)
+    ]:
+        with subtests.test(files=files, file=file, line=line, pointer=pointer, message=message):
+            error = broken(**files)
+            assert (error.file, error.line, error.pointer) == (file, line, pointer)
+            assert message in str(error)
 
 
 def test_two_ids_that_read_alike_are_a_fault(broken: Callable[..., RegistryError]) -> None:

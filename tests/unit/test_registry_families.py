@@ -81,9 +81,10 @@ def test_a_look_is_named_or_written_out(tmp_path: Path) -> None:
     assert found.presets["named"].model_dump()["look"] == looks()["navy_cups"].model_dump()
 
 
-@pytest.mark.parametrize(
-    ("change", "line", "pointer", "expected"),
-    [
+def test_a_fault_is_told_with_file_line_pointer_and_what_was_expected(
+    subtests: pytest.Subtests, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    for change, line, pointer, expected in [
         (("height: 0.28", "hight: 0.28"), 6, "presets.tall.hight", "'height', or another one of"),
         (("height: 0.28", "height: 28"), 6, "presets.tall.height", "less than or equal to 0.3"),
         (("shape: bottle", "shape: botle"), 6, "presets.tall.shape", "'bottle'"),
@@ -106,15 +107,13 @@ def test_a_look_is_named_or_written_out(tmp_path: Path) -> None:
             "sample.stems.botle",
             "'bottle', or another one of",
         ),
-    ],
-)
-def test_a_fault_is_told_with_file_line_pointer_and_what_was_expected(
-    tmp_path: Path, change: tuple[str, str], line: int, pointer: str, expected: str
-) -> None:
-    with pytest.raises(RegistryError) as caught:
-        read(tmp_path, GOOD.replace(*change))
-    assert (caught.value.file, caught.value.line, caught.value.pointer) == ("vase.yaml", line, pointer)
-    assert expected in caught.value.expected
+    ]:
+        with subtests.test(change=change, line=line, pointer=pointer, expected=expected):
+            tmp_path = tmp_path_factory.mktemp("case")
+            with pytest.raises(RegistryError) as caught:
+                read(tmp_path, GOOD.replace(*change))
+            assert (caught.value.file, caught.value.line, caught.value.pointer) == ("vase.yaml", line, pointer)
+            assert expected in caught.value.expected
 
 
 RULES = """\

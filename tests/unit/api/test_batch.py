@@ -190,10 +190,10 @@ class TestErrors:
         with pytest.raises(casa.CasaError, match=r"engine mujoco_warp is not installed .*: pip install mujoco-warp"):
             casa.batch(scenes)
 
-    @pytest.mark.parametrize("worlds", [0, 1])
-    def test_fewer_worlds_than_kitchens(self, worlds: int, scenes: list[Path]) -> None:
-        with pytest.raises(casa.CasaError, match=f"{worlds} worlds of 2 kitchens"):
-            casa.batch(scenes, engine="mujoco", worlds=worlds)
+    def test_fewer_worlds_than_kitchens(self, subtests: pytest.Subtests, scenes: list[Path]) -> None:
+        for worlds in [0, 1]:
+            with subtests.test(worlds=worlds), pytest.raises(casa.CasaError, match=f"{worlds} worlds of 2 kitchens"):
+                casa.batch(scenes, engine="mujoco", worlds=worlds)
 
     def test_no_kitchens(self) -> None:
         with pytest.raises(casa.CasaError, match="0 worlds of 0 kitchens"):

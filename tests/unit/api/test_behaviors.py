@@ -121,11 +121,12 @@ class TestStates:
             found.append(bench.tick()["hob"]["burner_left"])
         assert found == ["off", "low", "high"]
 
-    @pytest.mark.parametrize(("angle", "state"), [(0.01, "closed"), (-0.1, None), (-1.5, "open"), (-1.7, "open")])
-    def test_a_joint_is_in_a_state_or_between_two(self, angle: float, state: str | None) -> None:
-        bench = Bench()
-        bench.turn("oven__microjoint", angle)
-        assert bench.behaviors.states(bench.data)["oven"]["microjoint"] == state
+    def test_a_joint_is_in_a_state_or_between_two(self, subtests: pytest.Subtests) -> None:
+        for angle, state in [(0.01, "closed"), (-0.1, None), (-1.5, "open"), (-1.7, "open")]:
+            with subtests.test(angle=angle, state=state):
+                bench = Bench()
+                bench.turn("oven__microjoint", angle)
+                assert bench.behaviors.states(bench.data)["oven"]["microjoint"] == state
 
     def test_what_there_is(self) -> None:
         assert Bench().behaviors.values == {

@@ -159,17 +159,15 @@ def test_the_same_file_gives_the_same_asset(tmp_path: Path) -> None:
     assert build(wish(path, tmp_path)).asset.digest == build(wish(path, tmp_path)).asset.digest
 
 
-@pytest.mark.parametrize(
-    ("longest", "stated", "unit"),
-    [
+def test_units_make_a_thing_of_its_usual_size(subtests: pytest.Subtests) -> None:
+    for longest, stated, unit in [
         (0.5, None, 1.0),
         (50.0, None, 0.01),
         (500.0, None, 0.001),
         (0.5, 1.0, 1.0),
         (1.0, None, 0.52),
         (7e5, None, 0.52 / 7e5),
-    ],
-)
-def test_units_make_a_thing_of_its_usual_size(longest: float, stated: float | None, unit: float) -> None:
-    span = SizeRange(low=0.43, typical=0.52, high=0.8)
-    assert metres_per_unit(longest, stated, span)[0] == pytest.approx(unit)
+    ]:
+        with subtests.test(longest=longest, stated=stated, unit=unit):
+            span = SizeRange(low=0.43, typical=0.52, high=0.8)
+            assert metres_per_unit(longest, stated, span)[0] == pytest.approx(unit)

@@ -77,20 +77,18 @@ def test_alternatives_are_named() -> None:
     )
 
 
-@pytest.mark.parametrize(
-    ("found", "twins", "same_form"),
-    [
+def test_twins_agree_in_form_size_and_colours(subtests: pytest.Subtests) -> None:
+    for found, twins, same_form in [
         (pair(), True, True),
         (pair(size=1.02), True, True),
         (pair(size=0.8), False, True),  # a larger and a smaller one
         (pair(size=0.8, kin=False), True, True),  # two names for one mesh give it two sizes
         (pair(colors=12.0), False, True),  # the red and the blue one
         (pair(most=0.05), False, False),
-    ],
-)
-def test_twins_agree_in_form_size_and_colours(found: ShapePair, twins: bool, same_form: bool) -> None:
-    assert found.twins(LIMITS["alike_form"]) is twins
-    assert found.same_form(LIMITS["alike_form"]) is same_form
+    ]:
+        with subtests.test(found=found, twins=twins, same_form=same_form):
+            assert found.twins(LIMITS["alike_form"]) is twins
+            assert found.same_form(LIMITS["alike_form"]) is same_form
 
 
 def test_a_missing_handle_is_seen_in_the_farthest_part() -> None:

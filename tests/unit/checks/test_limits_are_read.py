@@ -14,8 +14,6 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 
-import pytest
-
 from casa_assets import registry
 from casa_assets.checks.check import Check, Measurement
 from casa_assets.checks.run import run
@@ -78,12 +76,16 @@ def test_no_limit_is_asked_for_that_is_not_there() -> None:
     assert handed_over() <= LIMITS.keys()
 
 
-@pytest.mark.parametrize("check", TABLE, ids=lambda check: check.code)
-def test_a_check_uses_every_number_that_it_is_given(check: Check) -> None:
+def uses_all(check: Check) -> bool:
+    """Whether the function of a check takes as many numbers as its row hands it, and reads each of them."""
     parameters = list(inspect.signature(check.function).parameters.values())[1:]
     spread = any(p.kind is p.VAR_POSITIONAL for p in parameters)
-    assert spread or len(parameters) == (check.limit is not None) + len(check.others)
     tree = ast.parse(textwrap.dedent(inspect.getsource(check.function)))
     asserted = {id(node) for a in ast.walk(tree) if isinstance(a, ast.Assert) for node in ast.walk(a)}
     used = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name) and id(node) not in asserted}
-    assert {p.name for p in parameters} <= used
+    right = spread or len(parameters) == (check.limit is not None) + len(check.others)
+    return right and {p.name for p in parameters} <= used
+
+
+def test_a_check_uses_every_number_that_it_is_given() -> None:
+    assert [check.code for check in TABLE if not uses_all(check)] == []

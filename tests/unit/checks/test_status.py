@@ -44,10 +44,10 @@ class TestMeasurement:
         with pytest.raises(AssertionError):
             Measurement(1.0, status=Status.NOT_RUN, reason="a tool is missing")
 
-    @pytest.mark.parametrize("status", [Status.NOT_APPLICABLE, Status.NOT_RUN])
-    def test_a_result_says_why_it_is_none(self, status: Status) -> None:
-        with pytest.raises(ValidationError, match="reason"):
-            CheckResult(code="AST001", status=status)
+    def test_a_result_says_why_it_is_none(self, subtests: pytest.Subtests) -> None:
+        for status in [Status.NOT_APPLICABLE, Status.NOT_RUN]:
+            with subtests.test(status=status), pytest.raises(ValidationError, match="reason"):
+                CheckResult(code="AST001", status=status)
 
     def test_what_ran_needs_no_reason(self) -> None:
         with pytest.raises(ValidationError, match="reason"):

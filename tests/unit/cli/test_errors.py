@@ -15,9 +15,10 @@ from casa_assets.cli.text import without_name
 from casa_assets.errors import CasaError
 
 
-@pytest.mark.parametrize(
-    ("words", "told"),
-    [
+def test_wrong_use_is_one_line_and_the_place_of_the_help(
+    subtests: pytest.Subtests, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    for words, told in [
         ("scenes new l_small --seed -3", "--seed: -3 is less than 0"),
         ("preview . --width-px 5000", "--width-px: 5000 is not from 64 to 4096"),
         ("scenes sample many", "COUNT: 'many' is no whole number"),
@@ -37,23 +38,22 @@ from casa_assets.errors import CasaError
         ("schemas scene plan", "too many words: plan"),
         ("scenes pack l_small__coastal", "give one of --zip and --usdz"),
         ("ingest . --engine local --address auto", "--address: is of a Ray cluster; add --engine ray"),
-    ],
-)
-def test_wrong_use_is_one_line_and_the_place_of_the_help(words: str, told: str, tmp_path: Path) -> None:
-    file = tmp_path / "plan.yaml"
-    file.touch()
-    arguments = [word.format(file=file) for word in words.split()]
-    done = CliRunner().invoke(app, arguments)
-    assert (done.exit_code, done.stdout) == (2, "")
-    first, second = done.stderr.splitlines()
-    assert first.startswith(f"error: {told}")
-    assert second.startswith("hint: casa-assets ")
-    assert second.endswith(" --help")
+    ]:
+        with subtests.test(words=words, told=told):
+            tmp_path = tmp_path_factory.mktemp("case")
+            file = tmp_path / "plan.yaml"
+            file.touch()
+            arguments = [word.format(file=file) for word in words.split()]
+            done = CliRunner().invoke(app, arguments)
+            assert (done.exit_code, done.stdout) == (2, "")
+            first, second = done.stderr.splitlines()
+            assert first.startswith(f"error: {told}")
+            assert second.startswith("hint: casa-assets ")
+            assert second.endswith(" --help")
 
 
-@pytest.mark.parametrize(
-    ("words", "told"),
-    [
+def test_an_unknown_name_is_told_with_those_that_are_near(subtests: pytest.Subtests) -> None:
+    for words, told in [
         ("checks SCN999", "unknown code 'SCN999'; did you mean SCN"),
         ("view nothing", "unknown kitchen, asset or file 'nothing'; `casa-assets scenes list` and `casa-assets find`"),
         ("view asd/fgh", "unknown kitchen, asset or file 'asd/fgh'; `casa-assets scenes list`"),
@@ -62,12 +62,11 @@ def test_wrong_use_is_one_line_and_the_place_of_the_help(words: str, told: str, 
             "scenes new l_small --textures wall=zzzz",
             "unknown wall texture 'zzzz'; `casa-assets textures list",
         ),
-    ],
-)
-def test_an_unknown_name_is_told_with_those_that_are_near(words: str, told: str) -> None:
-    error = CliRunner().invoke(app, words.split()).exception
-    assert isinstance(error, CasaError)
-    assert str(error).startswith(told)
+    ]:
+        with subtests.test(words=words, told=told):
+            error = CliRunner().invoke(app, words.split()).exception
+            assert isinstance(error, CasaError)
+            assert str(error).startswith(told)
 
 
 def test_codes_of_reports_are_explained() -> None:

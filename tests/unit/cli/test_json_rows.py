@@ -26,7 +26,6 @@ from casa_assets.projects import NO_PROJECT, PLUGINS, VARIABLE, data_root
 from tests.architecture.test_commands import SERVERS, VERBS
 from tests.plugin_code import PLUGIN
 
-KITCHEN = "one_wall_small__coastal"
 # What a row says at least, by what its verb does.
 NAMED = {"id"}
 JUDGED = {"id", "verdict"}

@@ -24,12 +24,15 @@ from tests.libraries import casa
 NO_PLACE = "/dev/null/place"
 
 
-@pytest.mark.parametrize(
-    ("number", "thing", "message"),
-    [(0, "input", "0 inputs"), (1, "input", "1 input"), (2, "category", "2 categories"), (3, "box", "3 boxes")],
-)
-def test_plurals(number: int, thing: str, message: str) -> None:
-    assert pluralize(number, thing) == message
+def test_plurals(subtests: pytest.Subtests) -> None:
+    for number, thing, message in [
+        (0, "input", "0 inputs"),
+        (1, "input", "1 input"),
+        (2, "category", "2 categories"),
+        (3, "box", "3 boxes"),
+    ]:
+        with subtests.test(number=number, thing=thing, message=message):
+            assert pluralize(number, thing) == message
 
 
 def test_a_name_like_no_other_is_told_what_there_is() -> None:
@@ -104,19 +107,17 @@ def test_a_bar_that_nobody_watches_prints_nothing(capsys: pytest.CaptureFixture[
     assert capsys.readouterr().out == ""
 
 
-@pytest.mark.parametrize(
-    ("option", "limit", "unit"),
-    [
+def test_the_help_of_ingest_shows_the_limits_of_the_registry(subtests: pytest.Subtests) -> None:
+    for option, limit, unit in [
         ("timeout", "input_seconds", 1),
         ("memory", "input_memory_bytes", 1e9),
         ("max_size", "input_bytes", 1e6),
         ("max_faces", "input_faces", 1),
         ("max_texture", "input_texture_px", 1),
         ("max_pixels", "input_texture_pixels", 1e6),
-    ],
-)
-def test_the_help_of_ingest_shows_the_limits_of_the_registry(option: str, limit: str, unit: float) -> None:
-    command = typer.main.get_command(app).commands["ingest"]  # type: ignore[attr-defined]
-    told = re.search(r"; ([\d.]+) by default\.$", next(p.help for p in command.params if p.name == option))
-    assert told
-    assert float(told[1]) == registry.load().limits[limit] / unit
+    ]:
+        with subtests.test(option=option, limit=limit, unit=unit):
+            command = typer.main.get_command(app).commands["ingest"]  # type: ignore[attr-defined]
+            told = re.search(r"; ([\d.]+) by default\.$", next(p.help for p in command.params if p.name == option))
+            assert told
+            assert float(told[1]) == registry.load().limits[limit] / unit

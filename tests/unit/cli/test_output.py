@@ -61,13 +61,12 @@ def rows(*words: str) -> list[dict[str, object]]:
     return [json.loads(line) for line in result.stdout.splitlines()]
 
 
-@pytest.mark.parametrize(
-    "words", ["scenes list", "families list", "objects list", "textures list", "categories list", "checks"]
-)
-def test_lists_print_an_object_for_each_thing(words: str) -> None:
-    found = rows(*words.split())
-    assert len(found) > 10
-    assert all(isinstance(row["id"], str) and row["id"] for row in found)
+def test_lists_print_an_object_for_each_thing(subtests: pytest.Subtests) -> None:
+    for words in ["scenes list", "families list", "objects list", "textures list", "categories list", "checks"]:
+        with subtests.test(words=words):
+            found = rows(*words.split())
+            assert len(found) > 10
+            assert all(isinstance(row["id"], str) and row["id"] for row in found)
 
 
 def test_a_made_thing_has_folder_mass_size_and_verdict(tmp_path: Path) -> None:

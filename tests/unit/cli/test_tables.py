@@ -22,21 +22,23 @@ def printed(width: int, is_terminal: bool, sentence: str = SENTENCE) -> list[str
     return taken.get().splitlines()
 
 
-@pytest.mark.parametrize("width", [20, 40, 60, 80, 100, 140, 200])
-def test_names_are_whole_at_every_width(width: int) -> None:
-    lines = printed(width, is_terminal=True)
-    text = "\n".join(lines)
-    for word in (ID, "292 g", PATH, "[b].glb"):
-        assert word in text
-    assert "…" not in text
-    for word in SENTENCE.split():
-        assert word in text
-    assert not [line for line in lines if len(line.strip()) == 1 and line.strip() != "b"]
+def test_names_are_whole_at_every_width(subtests: pytest.Subtests) -> None:
+    for width in [20, 40, 60, 80, 100, 140, 200]:
+        with subtests.test(width=width):
+            lines = printed(width, is_terminal=True)
+            text = "\n".join(lines)
+            for word in (ID, "292 g", PATH, "[b].glb"):
+                assert word in text
+            assert "…" not in text
+            for word in SENTENCE.split():
+                assert word in text
+            assert not [line for line in lines if len(line.strip()) == 1 and line.strip() != "b"]
 
 
-@pytest.mark.parametrize("width", [80, 100, 140, 200])
-def test_no_line_is_wider_than_the_terminal(width: int) -> None:
-    assert max(map(len, printed(width, is_terminal=True, sentence="size"))) <= width
+def test_no_line_is_wider_than_the_terminal(subtests: pytest.Subtests) -> None:
+    for width in [80, 100, 140, 200]:
+        with subtests.test(width=width):
+            assert max(map(len, printed(width, is_terminal=True, sentence="size"))) <= width
 
 
 @pytest.mark.parametrize("width", [20, 80])

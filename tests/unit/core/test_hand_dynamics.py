@@ -71,12 +71,13 @@ def test_a_found_drawer_opens_in_the_time_of_the_model() -> None:
     assert seconds == pytest.approx(hand_dynamics.OPENS_IN_S, rel=0.05)
 
 
-@pytest.mark.parametrize("way", [QUARTER, -QUARTER])
-def test_a_spring_carries_what_falls_open_and_holds_it_shut(way: float) -> None:
-    spring = hand_dynamics.carry(8.0, way)
-    end = spring.stiffness * (way - spring.rest) * math.copysign(1.0, way)
-    assert 0.94 * 8.0 <= end <= 8.1
-    assert spring.stiffness * -spring.rest * math.copysign(1.0, way) == pytest.approx(0.06 * 8.0, rel=0.02)
+def test_a_spring_carries_what_falls_open_and_holds_it_shut(subtests: pytest.Subtests) -> None:
+    for way in [QUARTER, -QUARTER]:
+        with subtests.test(way=way):
+            spring = hand_dynamics.carry(8.0, way)
+            end = spring.stiffness * (way - spring.rest) * math.copysign(1.0, way)
+            assert 0.94 * 8.0 <= end <= 8.1
+            assert spring.stiffness * -spring.rest * math.copysign(1.0, way) == pytest.approx(0.06 * 8.0, rel=0.02)
 
 
 def test_a_spring_takes_its_share_of_the_push() -> None:

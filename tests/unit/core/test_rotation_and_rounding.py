@@ -12,10 +12,11 @@ from casa_assets.core.rotation import about_axis
 from casa_assets.core.rounding import decimals, significant
 
 
-@pytest.mark.parametrize("angle", [-7.0, -0.3, 0.0, 1e-9, math.pi / 2, math.pi, 5.0])
-def test_rotation_agrees_with_scipy(angle: float) -> None:
-    for axis in (np.array([1.0, 0.0, 0.0]), np.array([2.0, -3.0, 6.0]) / 7):
-        assert np.abs(about_axis(axis, angle) - Rotation.from_rotvec(axis * angle).as_matrix()).max() < 1e-15
+def test_rotation_agrees_with_scipy(subtests: pytest.Subtests) -> None:
+    for angle in [-7.0, -0.3, 0.0, 1e-9, math.pi / 2, math.pi, 5.0]:
+        with subtests.test(angle=angle):
+            for axis in (np.array([1.0, 0.0, 0.0]), np.array([2.0, -3.0, 6.0]) / 7):
+                assert np.abs(about_axis(axis, angle) - Rotation.from_rotvec(axis * angle).as_matrix()).max() < 1e-15
 
 
 def test_digits() -> None:

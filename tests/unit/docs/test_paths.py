@@ -5,8 +5,6 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-import pytest
-
 from tests.documents import ROOT, blocks, pages
 
 # Where a path of a document may start, beside the root of the repository.
@@ -27,22 +25,26 @@ def dead_links(text: str, folder: str) -> list[str]:
     return [target for target in found if not (ROOT / folder / target).exists()]
 
 
-@pytest.mark.parametrize("page", pages())
-def test_links_and_pictures_lead_somewhere(page: str) -> None:
-    assert dead_links((ROOT / page).read_text(encoding="utf-8"), str(Path(page).parent)) == []
+def test_links_and_pictures_lead_somewhere() -> None:
+    dead = {page: dead_links((ROOT / page).read_text(encoding="utf-8"), str(Path(page).parent)) for page in pages()}
+    assert {page: targets for page, targets in dead.items() if targets} == {}
 
 
-@pytest.mark.parametrize("page", pages())
-def test_samples_that_commands_read_exist(page: str) -> None:
+def missing_samples(page: str) -> list[str]:
+    """Samples that commands of a page read, and that neither are there nor are made by a script of that page."""
     made = " ".join(block.code for block in blocks(page) if block.language == "python")
     shell = [line for block in blocks(page) if block.language == "sh" for line in block.commands]
     samples = [word.strip("'\"") for line in shell for word in line.split() if word.startswith("examples/")]
-    assert [sample for sample in samples if not list(ROOT.glob(sample)) and sample not in made] == []
+    return [sample for sample in samples if not list(ROOT.glob(sample)) and sample not in made]
 
 
-@pytest.mark.parametrize("page", [*pages(), "ARCHITECTURE.md", "CONTRIBUTING.md", "SECURITY.md"])
-def test_every_file_that_is_named_exists(page: str) -> None:
-    assert missing((ROOT / page).read_text(encoding="utf-8")) == []
+def test_samples_that_commands_read_exist() -> None:
+    assert {page: found for page in pages() if (found := missing_samples(page))} == {}
+
+
+def test_every_file_that_is_named_exists() -> None:
+    named = [*pages(), "ARCHITECTURE.md", "CONTRIBUTING.md", "SECURITY.md"]
+    assert {p: found for p in named if (found := missing((ROOT / p).read_text(encoding="utf-8")))} == {}
 
 
 def test_a_file_that_does_not_exist_is_found() -> None:

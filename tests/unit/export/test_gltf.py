@@ -69,9 +69,10 @@ def assert_same_pose(found: np.ndarray[Any, Any], expected: Pose) -> None:
     assert found == pytest.approx(expected.matrix, abs=2e-6)
 
 
-@pytest.mark.parametrize("build", ASSETS)
-def test_the_same_asset_is_the_same_bytes(build: Callable[[], Asset]) -> None:
-    assert asset_glb(build(), EVERYTHING) == asset_glb(build(), EVERYTHING)
+def test_the_same_asset_is_the_same_bytes(subtests: pytest.Subtests) -> None:
+    for build in ASSETS:
+        with subtests.test(build=build.__name__):
+            assert asset_glb(build(), EVERYTHING) == asset_glb(build(), EVERYTHING)
 
 
 @pytest.mark.parametrize("build", ASSETS)
@@ -91,16 +92,17 @@ def test_our_reader_and_trimesh_see_what_the_asset_shows(build: Callable[[], Ass
     assert len(read.faces) == sum(count for _, count in shown)
 
 
-@pytest.mark.parametrize("build", ASSETS)
-def test_links_stand_where_the_asset_has_them_in_every_named_pose(build: Callable[[], Asset]) -> None:
-    asset = build()
-    document = json_of(asset_glb(asset))
-    poses = document["nodes"][0]["extras"]["poses"]
-    assert list(poses) == sorted(key.name for key in asset.keyframes)
-    for positions in [*poses.values(), {}]:
-        found = node_poses(document, positions)
-        for link in asset.links:
-            assert_same_pose(found[link.name], asset.asset_from_link(link.name, positions))
+def test_links_stand_where_the_asset_has_them_in_every_named_pose(subtests: pytest.Subtests) -> None:
+    for build in ASSETS:
+        with subtests.test(build=build.__name__):
+            asset = build()
+            document = json_of(asset_glb(asset))
+            poses = document["nodes"][0]["extras"]["poses"]
+            assert list(poses) == sorted(key.name for key in asset.keyframes)
+            for positions in [*poses.values(), {}]:
+                found = node_poses(document, positions)
+                for link in asset.links:
+                    assert_same_pose(found[link.name], asset.asset_from_link(link.name, positions))
 
 
 def test_a_joint_says_how_it_moves() -> None:

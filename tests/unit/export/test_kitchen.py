@@ -321,12 +321,13 @@ class TestLight:
         assert (full.geom_contype == full.geom_conaffinity).all()
         assert full.nexclude == len(text(corner()).findall("contact/exclude"))
 
-    @pytest.mark.parametrize("weight", list(Weight))
-    def test_what_stands_on_a_mesh_has_several_contacts_in_every_version(self, weight: Weight) -> None:
-        root = etree.fromstring(write(in_form(corner(), weight)).entries["scene.xml"])
-        flag = root.find("option/flag")
-        assert flag is not None
-        assert flag.get("multiccd") == "enable"
+    def test_what_stands_on_a_mesh_has_several_contacts_in_every_version(self, subtests: pytest.Subtests) -> None:
+        for weight in list(Weight):
+            with subtests.test(weight=weight):
+                root = etree.fromstring(write(in_form(corner(), weight)).entries["scene.xml"])
+                flag = root.find("option/flag")
+                assert flag is not None
+                assert flag.get("multiccd") == "enable"
 
     def test_effects_on_what_is_gone_are_gone(self) -> None:
         said = {str(e.get("name")): str(e.get("data")) for e in text(corner(), Weight.LIGHT).findall("custom/text")}

@@ -47,14 +47,15 @@ CLOUD = np.random.default_rng(7).normal(size=(40, 3)) * (0.2, 0.1, 0.3)
 PLATE = prism([(0.0, 0.0), (0.5, 0.0), (0.5, 0.3), (0.0, 0.3)], 0.0006)
 
 
-@pytest.mark.parametrize("points", [ROD, CORNER, WEDGE, CLOUD, PLATE])
-@pytest.mark.parametrize("pose", [Pose(), TURNED])
-def test_nothing_sticks_out(points: Floats, pose: Pose) -> None:
-    moved = pose.apply(points)
-    planes = hull_planes(moved)
-    for shape, at in inscribed_primitives(moved):
-        corners, _ = tessellate(shape, at)
-        assert (corners @ planes[:, :3].T + planes[:, 3]).max() <= 1e-9
+def test_nothing_sticks_out(subtests: pytest.Subtests) -> None:
+    for pose in [Pose(), TURNED]:
+        for points in [ROD, CORNER, WEDGE, CLOUD, PLATE]:
+            with subtests.test(points=points, pose=pose):
+                moved = pose.apply(points)
+                planes = hull_planes(moved)
+                for shape, at in inscribed_primitives(moved):
+                    corners, _ = tessellate(shape, at)
+                    assert (corners @ planes[:, :3].T + planes[:, 3]).max() <= 1e-9
 
 
 @pytest.mark.parametrize("points", [CORNER, WEDGE, CLOUD])

@@ -7,7 +7,6 @@ import os
 import re
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -43,14 +42,15 @@ def attributes(root: etree._Element, path: str) -> dict[str, str]:
 
 
 class TestModel:
-    @pytest.mark.parametrize("build", EVERY)
-    def test_has_the_shape_that_robocasa_looks_for(self, build: Callable[[], Asset]) -> None:
-        root = model(build())
-        assert [(e.tag, e.get("name")) for e in root.findall("worldbody/*")] == [("body", None)]
-        assert [e.get("name") for e in root.findall("worldbody/body/body")] == ["object"]
-        assert root.findall(".//freejoint") == []
-        assert all(geom.get("group") for geom in root.iter("geom"))
-        assert all(len(body.findall("inertial")) == 1 for body in root.iter("body") if body.get("name"))
+    def test_has_the_shape_that_robocasa_looks_for(self, subtests: pytest.Subtests) -> None:
+        for build in EVERY:
+            with subtests.test(build=build.__name__):
+                root = model(build())
+                assert [(e.tag, e.get("name")) for e in root.findall("worldbody/*")] == [("body", None)]
+                assert [e.get("name") for e in root.findall("worldbody/body/body")] == ["object"]
+                assert root.findall(".//freejoint") == []
+                assert all(geom.get("group") for geom in root.iter("geom"))
+                assert all(len(body.findall("inertial")) == 1 for body in root.iter("body") if body.get("name"))
 
     def test_outer_body_carries_the_measures(self) -> None:
         sites = {e.get("name"): e.get("pos") for e in model(rigid_mug()).findall("worldbody/body/site")}
@@ -78,11 +78,12 @@ class TestModel:
             "rgba": "0 1 0 0",
         }
 
-    @pytest.mark.parametrize("name", ["bbox", "main"])
-    def test_outer_region_of_the_asset_wins(self, name: str) -> None:
-        named = ball().replace(regions=(Region(name=name, size=(0.1, 0.1, 0.1)),))
-        regions = [e.get("name") for e in model(named).iter("geom") if str(e.get("name")).startswith("reg_")]
-        assert regions == [f"reg_{name}"]
+    def test_outer_region_of_the_asset_wins(self, subtests: pytest.Subtests) -> None:
+        for name in ["bbox", "main"]:
+            with subtests.test(name=name):
+                named = ball().replace(regions=(Region(name=name, size=(0.1, 0.1, 0.1)),))
+                regions = [e.get("name") for e in model(named).iter("geom") if str(e.get("name")).startswith("reg_")]
+                assert regions == [f"reg_{name}"]
 
     def test_regions_stand_in_the_body_of_their_link(self) -> None:
         root = model(microwave())
@@ -169,22 +170,25 @@ class TestMesh:
         read = [[float(n) for n in line.split()[1:]] for line in text.splitlines() if line.startswith("v ")]
         np.testing.assert_array_equal(np.array(read, dtype=np.float32), vertices.astype(np.float32))
 
-    @pytest.mark.parametrize(
-        ("uv", "normals", "corner"),
-        [(True, True, "1/1/1"), (True, False, "1/1"), (False, True, "1//1"), (False, False, "1")],
-    )
-    def test_one_index_names_all(self, uv: bool, normals: bool, corner: str) -> None:
-        full = box_mesh((1.0, 1.0, 1.0), (0.0, 0.0, 0.0))
-        some = Mesh(
-            vertices=full.vertices,
-            faces=full.faces,
-            uv=full.uv if uv else None,
-            normals=full.normals if normals else None,
-        )
-        lines = visual.obj_text(some).decode().splitlines()
-        assert next(line for line in lines if line.startswith("f ")).split()[1] == corner
-        kinds = {"v": 24, "vt": 24 * uv, "vn": 24 * normals, "f": 12}
-        assert {kind: sum(line.startswith(kind + " ") for line in lines) for kind in kinds} == kinds
+    def test_one_index_names_all(self, subtests: pytest.Subtests) -> None:
+        for uv, normals, corner in [
+            (True, True, "1/1/1"),
+            (True, False, "1/1"),
+            (False, True, "1//1"),
+            (False, False, "1"),
+        ]:
+            with subtests.test(uv=uv, normals=normals, corner=corner):
+                full = box_mesh((1.0, 1.0, 1.0), (0.0, 0.0, 0.0))
+                some = Mesh(
+                    vertices=full.vertices,
+                    faces=full.faces,
+                    uv=full.uv if uv else None,
+                    normals=full.normals if normals else None,
+                )
+                lines = visual.obj_text(some).decode().splitlines()
+                assert next(line for line in lines if line.startswith("f ")).split()[1] == corner
+                kinds = {"v": 24, "vt": 24 * uv, "vn": 24 * normals, "f": 12}
+                assert {kind: sum(line.startswith(kind + " ") for line in lines) for kind in kinds} == kinds
 
     def test_file_name_is_the_hash_of_the_content(self) -> None:
         for path, data in write(rigid_mug()).entries.items():
@@ -223,13 +227,16 @@ class TestMaterial:
         found = attributes(model(rigid_mug()), "asset/material")
         assert [round(float(n), 3) for n in found["rgba"].split()] == [0.798, 0.248, 0.152, 1.0]
 
-    @pytest.mark.parametrize("metallic", [0.0, 0.5, 1.0])
-    @pytest.mark.parametrize("roughness", [0.0, 0.01, 0.3, 1.0])
-    def test_highlights_are_legal(self, metallic: float, roughness: float) -> None:
-        mug = rigid_mug()
-        shiny = mug.replace(materials=(Material(id="glaze", metallic=metallic, roughness=roughness),))
-        found = attributes(model(shiny), "asset/material")
-        assert all(0 <= float(found[name]) <= 1 for name in ("specular", "shininess", "metallic", "roughness"))
+    def test_highlights_are_legal(self, subtests: pytest.Subtests) -> None:
+        for roughness in [0.0, 0.01, 0.3, 1.0]:
+            for metallic in [0.0, 0.5, 1.0]:
+                with subtests.test(metallic=metallic, roughness=roughness):
+                    mug = rigid_mug()
+                    shiny = mug.replace(materials=(Material(id="glaze", metallic=metallic, roughness=roughness),))
+                    found = attributes(model(shiny), "asset/material")
+                    assert all(
+                        0 <= float(found[name]) <= 1 for name in ("specular", "shininess", "metallic", "roughness")
+                    )
 
     def test_picture_is_written_and_maps_are_left_to_usd(self) -> None:
         files = write(textured_box())
@@ -304,13 +311,14 @@ class TestBytes:
     def test_numbers(self) -> None:
         assert number.numbers([-0.0, 1.0, 0.1 + 0.2, -1e-12, 1 / 3]) == "0 1 0.3 -1e-12 0.333333333"
 
-    @pytest.mark.parametrize("build", EVERY)
-    def test_paths_are_relative_and_named_files_exist(self, build: Callable[[], Asset]) -> None:
-        files = write(build())
-        for name in ("model.xml", "scene.xml"):
-            root = etree.fromstring(files.entries[name])
-            named = {str(e.get("file")) for e in root.iter("mesh", "texture") if e.get("file")}
-            assert named == files.entries.keys() - {"model.xml", "scene.xml"}
+    def test_paths_are_relative_and_named_files_exist(self, subtests: pytest.Subtests) -> None:
+        for build in EVERY:
+            with subtests.test(build=build.__name__):
+                files = write(build())
+                for name in ("model.xml", "scene.xml"):
+                    root = etree.fromstring(files.entries[name])
+                    named = {str(e.get("file")) for e in root.iter("mesh", "texture") if e.get("file")}
+                    assert named == files.entries.keys() - {"model.xml", "scene.xml"}
 
     def test_do_not_depend_on_the_process(self) -> None:
         script = (

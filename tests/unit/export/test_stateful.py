@@ -150,10 +150,11 @@ class TestLooks:
 
 
 class TestUsd:
-    @pytest.mark.parametrize("path", ["handle/visual/handle_main", "handle/collision/handle_0"])
-    def test_parts_are_labelled(self, path: str) -> None:
-        labels = UsdSemantics.LabelsAPI(prim_of(grill(), path), "part").GetLabelsAttr().Get()
-        assert list(labels) == ["handle"]
+    def test_parts_are_labelled(self, subtests: pytest.Subtests) -> None:
+        for path in ["handle/visual/handle_main", "handle/collision/handle_0"]:
+            with subtests.test(path=path):
+                labels = UsdSemantics.LabelsAPI(prim_of(grill(), path), "part").GetLabelsAttr().Get()
+                assert list(labels) == ["handle"]
 
     def test_sites_have_kind_size_and_color(self) -> None:
         rod = UsdGeom.Cylinder(prim_of(grill(), "object/sites/heat_glow"))

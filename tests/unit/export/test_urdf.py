@@ -35,9 +35,10 @@ def test_what_is_read_back_is_the_asset(build: Callable[[], Asset], tmp_path: Pa
     assert asset_differences(put(build(), tmp_path), build()) == []
 
 
-@pytest.mark.parametrize("build", ASSETS)
-def test_the_same_asset_is_the_same_bytes(build: Callable[[], Asset]) -> None:
-    assert document.write(build()).entries == document.write(build()).entries
+def test_the_same_asset_is_the_same_bytes(subtests: pytest.Subtests) -> None:
+    for build in ASSETS:
+        with subtests.test(build=build.__name__):
+            assert document.write(build()).entries == document.write(build()).entries
 
 
 @pytest.mark.parametrize("build", ASSETS)
@@ -105,11 +106,13 @@ def test_pictures_come_with_the_meshes_that_show_them() -> None:
     assert named == {Path(path).name for path in entries if path.endswith(".mtl")}
 
 
-@pytest.mark.parametrize("pitch", [0.0, 0.4, math.pi / 2, -math.pi / 2, math.pi / 2 - 1e-7])
-def test_roll_pitch_and_yaw_turn_as_the_pose_does(pitch: float) -> None:
-    x, y, z = np.eye(3)
-    matrix = about_axis(z, 0.7) @ about_axis(y, pitch) @ about_axis(x, -1.1)
-    turns = [
-        about_axis(axis, angle) for axis, angle in zip(np.eye(3), roll_pitch_yaw(Pose.from_matrix(matrix)), strict=True)
-    ]
-    assert turns[2] @ turns[1] @ turns[0] == pytest.approx(matrix, abs=1e-7)
+def test_roll_pitch_and_yaw_turn_as_the_pose_does(subtests: pytest.Subtests) -> None:
+    for pitch in [0.0, 0.4, math.pi / 2, -math.pi / 2, math.pi / 2 - 1e-7]:
+        with subtests.test(pitch=pitch):
+            x, y, z = np.eye(3)
+            matrix = about_axis(z, 0.7) @ about_axis(y, pitch) @ about_axis(x, -1.1)
+            turns = [
+                about_axis(axis, angle)
+                for axis, angle in zip(np.eye(3), roll_pitch_yaw(Pose.from_matrix(matrix)), strict=True)
+            ]
+            assert turns[2] @ turns[1] @ turns[0] == pytest.approx(matrix, abs=1e-7)

@@ -7,7 +7,6 @@ import math
 import os
 import subprocess
 import sys
-from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 
@@ -56,9 +55,10 @@ class TestPackage:
         assert entries[small] == thumbnail()
         assert pictures.items() <= entries.items()
 
-    @pytest.mark.parametrize("make", EVERY)
-    def test_a_second_time_is_the_same(self, make: Callable[[], Asset]) -> None:
-        assert document.write(make(), thumbnail()) == document.write(make(), thumbnail())
+    def test_a_second_time_is_the_same(self, subtests: pytest.Subtests) -> None:
+        for make in EVERY:
+            with subtests.test(make=make.__name__):
+                assert document.write(make(), thumbnail()) == document.write(make(), thumbnail())
 
     def test_bytes_do_not_depend_on_the_hash_seed(self) -> None:
         program = (
@@ -131,19 +131,17 @@ class TestBody:
             matrix = np.array(UsdGeom.Xformable(prim_of(stage, link.name)).GetLocalTransformation()).T
             assert matrix == pytest.approx(asset.asset_from_link(link.name).matrix, abs=1e-11)
 
-    @pytest.mark.parametrize(
-        ("asset", "roots"),
-        [
+    def test_articulation_root_is_the_base_body_wherever_a_joint_is(self, subtests: pytest.Subtests) -> None:
+        for asset, roots in [
             (microwave(Base.FIXED), ["object"]),
             (microwave(Base.FREE), ["object"]),
             (rigid_mug().replace(base=Base.FIXED), ["object"]),
             (rigid_mug(), []),
-        ],
-    )
-    def test_articulation_root_is_the_base_body_wherever_a_joint_is(self, asset: Asset, roots: list[str]) -> None:
-        prims = stage_of(asset).Traverse()
-        assert [p.GetName() for p in prims if p.HasAPI(UsdPhysics.ArticulationRootAPI)] == roots
-        assert any(p.IsA(UsdPhysics.Joint) for p in prims) == bool(roots)
+        ]:
+            with subtests.test(asset=asset.id, roots=roots):
+                prims = stage_of(asset).Traverse()
+                assert [p.GetName() for p in prims if p.HasAPI(UsdPhysics.ArticulationRootAPI)] == roots
+                assert any(p.IsA(UsdPhysics.Joint) for p in prims) == bool(roots)
 
     @given(
         quaternion=st.tuples(*[st.floats(-1, 1)] * 4).filter(lambda q: sum(x * x for x in q) > 0.01),
@@ -247,13 +245,14 @@ class TestJoints:
         token, rotation = axis_and_rotation((x, y, z))
         assert Pose(quaternion=rotation).rotation @ np.array(AXES[token]) == pytest.approx((x, y, z), abs=1e-9)
 
-    @pytest.mark.parametrize("sign", [1.0, -1.0])
-    @pytest.mark.parametrize("token", "XYZ")
-    def test_principal_axes_are_exact(self, token: str, sign: float) -> None:
-        x, y, z = (sign * n + 0.0 for n in AXES[token])
-        found, rotation = axis_and_rotation((x, y, z))
-        assert found == token
-        assert (Pose(quaternion=rotation).rotation @ np.array(AXES[token])).tolist() == [x, y, z]
+    def test_principal_axes_are_exact(self, subtests: pytest.Subtests) -> None:
+        for token in "XYZ":
+            for sign in [1.0, -1.0]:
+                with subtests.test(sign=sign, token=token):
+                    x, y, z = (sign * n + 0.0 for n in AXES[token])
+                    found, rotation = axis_and_rotation((x, y, z))
+                    assert found == token
+                    assert (Pose(quaternion=rotation).rotation @ np.array(AXES[token])).tolist() == [x, y, z]
 
     def test_hinge_in_degrees(self) -> None:
         joint = UsdPhysics.RevoluteJoint(prim_of(stage_of(microwave()), "physicsJoints/microjoint"))

@@ -98,11 +98,12 @@ def test_every_preset_is_built_to_its_contract(family: str, name: str) -> None:
     weighs(family, asset)
 
 
-@pytest.mark.parametrize("family", list(BY_NAME))
-def test_presets_are_many_and_differ(family: str) -> None:
-    found = BY_NAME[family]
-    assert len(found.presets) >= 8
-    assert len({p.digest for p in found.presets.values()}) == len(found.presets)
+def test_presets_are_many_and_differ(subtests: pytest.Subtests) -> None:
+    for family in list(BY_NAME):
+        with subtests.test(family=family):
+            found = BY_NAME[family]
+            assert len(found.presets) >= 8
+            assert len({p.digest for p in found.presets.values()}) == len(found.presets)
 
 
 @pytest.mark.parametrize("family", list(BY_NAME))
@@ -179,17 +180,18 @@ def test_parts_clear_each_other_when_all_stand_open(family: str, name: str, tmp_
     assert deepest < 0.0005
 
 
-@pytest.mark.parametrize("kind", list(FrontKind))
-@pytest.mark.parametrize("groove", [None, *FrontEdge])
-def test_fronts_fill_their_size_and_are_closed(kind: FrontKind, groove: FrontEdge | None) -> None:
-    for drawer, height in ((False, 0.72), (True, 0.14), (False, 2.1)):
-        parts = fronts.front_parts(kind, 0.4, height, drawer=drawer, groove=groove)
-        assert all(p.solid.volume > 0 for p in parts)
-        cloud = np.concatenate([p.solid.points for p in parts])
-        np.testing.assert_allclose(
-            cloud.max(axis=0) - cloud.min(axis=0), (0.4, fronts.FRONT_THICKNESS, height), atol=1e-6
-        )
-        assert (kind in fronts.GLAZED_KINDS) == any(p.pane for p in fronts.front_parts(kind, 0.4, 0.72))
+def test_fronts_fill_their_size_and_are_closed(subtests: pytest.Subtests) -> None:
+    for groove in [None, *FrontEdge]:
+        for kind in list(FrontKind):
+            with subtests.test(kind=kind, groove=groove):
+                for drawer, height in ((False, 0.72), (True, 0.14), (False, 2.1)):
+                    parts = fronts.front_parts(kind, 0.4, height, drawer=drawer, groove=groove)
+                    assert all(p.solid.volume > 0 for p in parts)
+                    cloud = np.concatenate([p.solid.points for p in parts])
+                    np.testing.assert_allclose(
+                        cloud.max(axis=0) - cloud.min(axis=0), (0.4, fronts.FRONT_THICKNESS, height), atol=1e-6
+                    )
+                    assert (kind in fronts.GLAZED_KINDS) == any(p.pane for p in fronts.front_parts(kind, 0.4, 0.72))
 
 
 def test_a_groove_leaves_a_lip() -> None:
@@ -204,19 +206,20 @@ def test_depth_at_finds_the_panel_behind_the_face() -> None:
     assert fronts.face_depth(parts, [(0.03, 0.35)]) == pytest.approx(0.0)
 
 
-@pytest.mark.parametrize("kind", [k for k in HandleKind if k is not HandleKind.FINGER_GROOVE])
-def test_handles_stand_on_the_face_and_fit_a_gripper(kind: HandleKind) -> None:
-    length = handles.handle_length(kind, 0.16)
-    made = handles.edge_pull(length) if kind is HandleKind.EDGE_PULL else handles.handle(kind, length)
-    solids = (*made.metal, *made.leather)
-    assert all(s.volume > 0 for s in solids)
-    cloud = np.concatenate([s.points for s in solids])
-    assert cloud[:, 1].max() >= -1e-6
-    assert -0.06 < cloud[:, 1].min() < -0.02
-    shape = made.shapes[0][0]
-    assert isinstance(shape, Box | Capsule)
-    section = min(shape.size) if isinstance(shape, Box) else 2 * shape.radius
-    assert 0.002 < section <= 0.08
+def test_handles_stand_on_the_face_and_fit_a_gripper(subtests: pytest.Subtests) -> None:
+    for kind in [k for k in HandleKind if k is not HandleKind.FINGER_GROOVE]:
+        with subtests.test(kind=kind):
+            length = handles.handle_length(kind, 0.16)
+            made = handles.edge_pull(length) if kind is HandleKind.EDGE_PULL else handles.handle(kind, length)
+            solids = (*made.metal, *made.leather)
+            assert all(s.volume > 0 for s in solids)
+            cloud = np.concatenate([s.points for s in solids])
+            assert cloud[:, 1].max() >= -1e-6
+            assert -0.06 < cloud[:, 1].min() < -0.02
+            shape = made.shapes[0][0]
+            assert isinstance(shape, Box | Capsule)
+            section = min(shape.size) if isinstance(shape, Box) else 2 * shape.radius
+            assert 0.002 < section <= 0.08
 
 
 def test_stiles_of_an_island_part_doors_from_what_opens_beside_them() -> None:

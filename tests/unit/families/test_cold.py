@@ -17,11 +17,12 @@ BY_NAME = {f.name: f for f in family_groups()["cold"]}
 PRESETS = [(f.name, p) for f in BY_NAME.values() for p in f.presets]
 
 
-@pytest.mark.parametrize("kind", AppliancePull)
-def test_a_pull_has_room_beside_an_open_refrigerator(kind: AppliancePull) -> None:
+def test_a_pull_has_room_beside_an_open_refrigerator(subtests: pytest.Subtests) -> None:
     """A door that is open by a right angle points its pull to the side, before the drawers of the unit there."""
-    reach = max(-float(shape_bounds(*placed)[0, 1]) for placed in appliance_pull(kind, 0.7).shapes)
-    assert reach <= FRIDGE_SIDE + 0.001
+    for kind in AppliancePull:
+        with subtests.test(kind=kind):
+            reach = max(-float(shape_bounds(*placed)[0, 1]) for placed in appliance_pull(kind, 0.7).shapes)
+            assert reach <= FRIDGE_SIDE + 0.001
 
 
 def way(joint: Joint) -> float:
@@ -90,23 +91,25 @@ FRIDGES = [f for f in BY_NAME if f.startswith("fridge")]
 MEMBERS = [(f, p) for f, p in PRESETS if f in FRIDGES]
 
 
-@pytest.mark.parametrize(("family", "name"), MEMBERS)
-def test_a_fridge_has_a_shelf_where_things_are_put(family: str, name: str) -> None:
+def test_a_fridge_has_a_shelf_where_things_are_put(subtests: pytest.Subtests) -> None:
     """A shelf that tasks use is 0.20 m high and 0.50 to 1.50 m over the floor. Ref: robocasa v1.0, Fridge."""
-    asset = preset(family, name)
-    shelves = [r for r in asset.regions if re.fullmatch(r"fridge_([a-z]+_)?shelf[0-9]+", r.name)]
-    floors = [(asset.asset_from_link(r.link) @ r.pose).position[2] - r.size[2] / 2 for r in shelves]
-    assert any(r.size[2] >= 0.2 and 0.5 <= z <= 1.5 for r, z in zip(shelves, floors, strict=True))
+    for family, name in MEMBERS:
+        with subtests.test(family=family, name=name):
+            asset = preset(family, name)
+            shelves = [r for r in asset.regions if re.fullmatch(r"fridge_([a-z]+_)?shelf[0-9]+", r.name)]
+            floors = [(asset.asset_from_link(r.link) @ r.pose).position[2] - r.size[2] / 2 for r in shelves]
+            assert any(r.size[2] >= 0.2 and 0.5 <= z <= 1.5 for r, z in zip(shelves, floors, strict=True))
 
 
-@pytest.mark.parametrize("family", FRIDGES)
-def test_a_fridge_is_as_large_as_one(family: str) -> None:
-    for name in BY_NAME[family].presets:
-        low, high = preset(family, name).bounds
-        width, depth, height = (float(v) for v in high - low)
-        assert 0.5 <= width <= 1.0, name
-        assert 0.55 <= depth <= 0.95, name
-        assert 1.35 <= height <= 2.2, name
+def test_a_fridge_is_as_large_as_one(subtests: pytest.Subtests) -> None:
+    for family in FRIDGES:
+        with subtests.test(family=family):
+            for name in BY_NAME[family].presets:
+                low, high = preset(family, name).bounds
+                width, depth, height = (float(v) for v in high - low)
+                assert 0.5 <= width <= 1.0, name
+                assert 0.55 <= depth <= 0.95, name
+                assert 1.35 <= height <= 2.2, name
 
 
 def test_racks_of_a_dishwasher_wait_for_its_door() -> None:
@@ -120,9 +123,10 @@ def test_racks_of_a_dishwasher_wait_for_its_door() -> None:
         assert abs(heights[1] - heights[0]) > 0.2
 
 
-@pytest.mark.parametrize("name", BY_NAME["fridge_side_by_side"].presets)
-def test_an_arm_on_wheels_gets_to_the_lowest_crispers(name: str) -> None:
-    asset = preset("fridge_side_by_side", name)
-    for link in ("freezer_drawer0", "fridge_drawer0"):
-        grip = next(c for c in asset.link(link).colliders if c.name == f"{link}_handle_main")
-        assert (asset.asset_from_link(link) @ grip.pose).position[2] > 0.33
+def test_an_arm_on_wheels_gets_to_the_lowest_crispers(subtests: pytest.Subtests) -> None:
+    for name in BY_NAME["fridge_side_by_side"].presets:
+        with subtests.test(name=name):
+            asset = preset("fridge_side_by_side", name)
+            for link in ("freezer_drawer0", "fridge_drawer0"):
+                grip = next(c for c in asset.link(link).colliders if c.name == f"{link}_handle_main")
+                assert (asset.asset_from_link(link) @ grip.pose).position[2] > 0.33

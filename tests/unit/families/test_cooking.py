@@ -145,32 +145,34 @@ def test_a_small_pan_stands_level_on_every_burner(name: str, tmp_path: Path) -> 
         assert abs(float(pan.xpos[2]) - 0.02 - site.pose.position[2]) < 0.0015, site.name
 
 
-@pytest.mark.parametrize("count", [4, 5, 6])
-@pytest.mark.parametrize("depth", [0.34, 0.4, 0.5])
-def test_burners_keep_apart_and_each_has_a_cell(count: int, depth: float) -> None:
-    field, middle = (0.15 * (count - 1), depth), (0.3, -0.1)
-    places = burner_positions(count, *field, middle)
-    assert len({s.loc for s in places}) == count
-    for a, b in combinations(places, 2):
-        if a.x == b.x:
-            assert abs(a.y - b.y) > DRIP_BOWL_RATIO * (a.radius + b.radius)
-    found = burner_cells(places, field, middle)
-    assert len(found) == count
-    assert sum((c.x[1] - c.x[0]) * (c.y[1] - c.y[0]) for c in found) == pytest.approx(field[0] * field[1])
-    for cell in found:
-        assert cell.x[0] < cell.spot.x < cell.x[1]
-        assert cell.y[0] < cell.spot.y < cell.y[1]
+def test_burners_keep_apart_and_each_has_a_cell(subtests: pytest.Subtests) -> None:
+    for depth in [0.34, 0.4, 0.5]:
+        for count in [4, 5, 6]:
+            with subtests.test(count=count, depth=depth):
+                field, middle = (0.15 * (count - 1), depth), (0.3, -0.1)
+                places = burner_positions(count, *field, middle)
+                assert len({s.loc for s in places}) == count
+                for a, b in combinations(places, 2):
+                    if a.x == b.x:
+                        assert abs(a.y - b.y) > DRIP_BOWL_RATIO * (a.radius + b.radius)
+                found = burner_cells(places, field, middle)
+                assert len(found) == count
+                assert sum((c.x[1] - c.x[0]) * (c.y[1] - c.y[0]) for c in found) == pytest.approx(field[0] * field[1])
+                for cell in found:
+                    assert cell.x[0] < cell.spot.x < cell.x[1]
+                    assert cell.y[0] < cell.spot.y < cell.y[1]
 
 
-@pytest.mark.parametrize("style", list(KnobStyle))
-def test_a_knob_carries_its_pointer(style: KnobStyle) -> None:
-    radius, depth = 0.02, 0.023
-    body, extra = knobs._shape(style, radius, depth)
-    pointer = knobs._pointer(style, radius, depth)
-    met = sum(intersect(solid, pointer).volume for solid in (body, *extra) if _meet(solid, pointer))
-    assert met > 0.05 * pointer.volume
-    assert pointer.points[:, 2].max() > max(s.points[:, 2].max() for s in (body, *extra)) - 0.4 * depth
-    assert pointer.points[:, 1].min() > 0
+def test_a_knob_carries_its_pointer(subtests: pytest.Subtests) -> None:
+    for style in list(KnobStyle):
+        with subtests.test(style=style):
+            radius, depth = 0.02, 0.023
+            body, extra = knobs._shape(style, radius, depth)
+            pointer = knobs._pointer(style, radius, depth)
+            met = sum(intersect(solid, pointer).volume for solid in (body, *extra) if _meet(solid, pointer))
+            assert met > 0.05 * pointer.volume
+            assert pointer.points[:, 2].max() > max(s.points[:, 2].max() for s in (body, *extra)) - 0.4 * depth
+            assert pointer.points[:, 1].min() > 0
 
 
 def _meet(a: object, b: object) -> bool:
@@ -191,25 +193,23 @@ def test_figures_show_what_they_are_given() -> None:
         seven_segment_text("x", 0.02)
 
 
-@pytest.mark.parametrize("kind", list(KeySign))
-def test_signs_lie_flat_and_fit_their_size(kind: KeySign) -> None:
-    solid = key_symbol(kind, 0.01)
-    low, high = solid.bounds
-    assert 0.006 < max(high - low) < 0.0101
-    assert -0.0005 < low[1] < high[1] < 1e-9
-    assert solid.volume > 0
+def test_signs_lie_flat_and_fit_their_size(subtests: pytest.Subtests) -> None:
+    for kind in list(KeySign):
+        with subtests.test(kind=kind):
+            solid = key_symbol(kind, 0.01)
+            low, high = solid.bounds
+            assert 0.006 < max(high - low) < 0.0101
+            assert -0.0005 < low[1] < high[1] < 1e-9
+            assert solid.volume > 0
 
 
-@pytest.mark.parametrize(
-    ("stand", "pull", "controls"), list(product(MicrowaveMounting, MicrowaveHandle, MicrowaveControls))
-)
-def test_every_microwave_has_its_keys_and_handle(
-    stand: MicrowaveMounting, pull: MicrowaveHandle, controls: MicrowaveControls
-) -> None:
-    asset = made("microwave", Microwave(stand=stand, pull=pull, controls=controls))
-    holds("microwave", asset)
-    turned = [j.name for j in asset.joints if j.name.startswith("knob_")]
-    assert len(turned) == (2 if controls is MicrowaveControls.KNOBS else 0)
+def test_every_microwave_has_its_keys_and_handle(subtests: pytest.Subtests) -> None:
+    for stand, pull, controls in list(product(MicrowaveMounting, MicrowaveHandle, MicrowaveControls)):
+        with subtests.test(stand=stand, pull=pull, controls=controls):
+            asset = made("microwave", Microwave(stand=stand, pull=pull, controls=controls))
+            holds("microwave", asset)
+            turned = [j.name for j in asset.joints if j.name.startswith("knob_")]
+            assert len(turned) == (2 if controls is MicrowaveControls.KNOBS else 0)
 
 
 @pytest.mark.parametrize(("place", "tray"), list(product(PanelPlace, (False, True))))
@@ -238,17 +238,18 @@ def test_an_open_toaster_oven_is_clear_of_what_it_stands_on(grip: OvenHandle, he
     assert not [c for c in data.contact if plane in c.geom]
 
 
-@pytest.mark.parametrize("name", BY_NAME["range"].presets)
-def test_the_handle_of_a_drawer_under_an_oven_is_at_its_upper_edge_and_stands_out(name: str) -> None:
-    asset = preset("range", name)
-    drawers = [link for link in asset.links if link.name == "drawer"]
-    for drawer in drawers:
-        handle = next(c for c in drawer.colliders if c.name == "drawer_handle_main")
-        front = next(c for c in drawer.colliders if c.name == "drawer_front")
-        low, high = shape_bounds(handle.shape, asset.asset_from_link("drawer") @ handle.pose)
-        face = shape_bounds(front.shape, asset.asset_from_link("drawer") @ front.pose)[0, 1]
-        assert 0.22 <= low[2] < high[2] <= 0.3
-        assert face - low[1] >= 0.03
+def test_the_handle_of_a_drawer_under_an_oven_is_at_its_upper_edge_and_stands_out(subtests: pytest.Subtests) -> None:
+    for name in BY_NAME["range"].presets:
+        with subtests.test(name=name):
+            asset = preset("range", name)
+            drawers = [link for link in asset.links if link.name == "drawer"]
+            for drawer in drawers:
+                handle = next(c for c in drawer.colliders if c.name == "drawer_handle_main")
+                front = next(c for c in drawer.colliders if c.name == "drawer_front")
+                low, high = shape_bounds(handle.shape, asset.asset_from_link("drawer") @ handle.pose)
+                face = shape_bounds(front.shape, asset.asset_from_link("drawer") @ front.pose)[0, 1]
+                assert 0.22 <= low[2] < high[2] <= 0.3
+                assert face - low[1] >= 0.03
 
 
 def test_a_wide_range_has_two_ovens() -> None:

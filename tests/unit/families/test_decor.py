@@ -84,12 +84,13 @@ def test_fifty_draws_differ(family: str) -> None:
     assert len({drawn(family, seed).digest for seed in range(50)}) >= 48
 
 
-@pytest.mark.parametrize("form", list(DishRackForm))
-def test_a_dish_rack_has_room_for_a_bowl(form: DishRackForm) -> None:
-    asset = made("dish_rack", DishRack(form=form, cup=False))
-    room = next(r for r in asset.regions if r.name == "int_dishes")
-    assert min(room.size[:2]) >= 0.09
-    assert room.size[2] > 0.0999
+def test_a_dish_rack_has_room_for_a_bowl(subtests: pytest.Subtests) -> None:
+    for form in list(DishRackForm):
+        with subtests.test(form=form):
+            asset = made("dish_rack", DishRack(form=form, cup=False))
+            room = next(r for r in asset.regions if r.name == "int_dishes")
+            assert min(room.size[:2]) >= 0.09
+            assert room.size[2] > 0.0999
 
 
 def test_a_dish_rack_holds_the_plates_it_is_given() -> None:
@@ -98,36 +99,39 @@ def test_a_dish_rack_holds_the_plates_it_is_given() -> None:
         assert sum(c.name.startswith("plate_") for c in asset.root.colliders) == count
 
 
-@pytest.mark.parametrize("rail", list(utensil_rack.RailStyle))
-def test_tools_hang_apart_in_front_of_the_wall(rail: utensil_rack.RailStyle) -> None:
-    asset = made("utensil_rack", utensil_rack.UtensilRack(rail=rail, tools=8, length=0.9))
-    shafts = [c for c in asset.root.colliders if c.name.endswith("_shaft")]
-    assert len(shafts) == 8
-    across = sorted(c.pose.position[0] for c in shafts)
-    assert min(np.diff(across)) > 0.08
-    back = float(asset.bounds[1][1])
-    assert max(c.pose.position[1] for c in shafts) < back - 0.02
+def test_tools_hang_apart_in_front_of_the_wall(subtests: pytest.Subtests) -> None:
+    for rail in list(utensil_rack.RailStyle):
+        with subtests.test(rail=rail):
+            asset = made("utensil_rack", utensil_rack.UtensilRack(rail=rail, tools=8, length=0.9))
+            shafts = [c for c in asset.root.colliders if c.name.endswith("_shaft")]
+            assert len(shafts) == 8
+            across = sorted(c.pose.position[0] for c in shafts)
+            assert min(np.diff(across)) > 0.08
+            back = float(asset.bounds[1][1])
+            assert max(c.pose.position[1] for c in shafts) < back - 0.02
 
 
-@pytest.mark.parametrize("kind", list(HungTool))
-@pytest.mark.parametrize("grip", list(ToolHandle))
-def test_a_hung_tool_is_closed_and_as_long_as_asked(kind: HungTool, grip: ToolHandle) -> None:
-    pieces = hung_tool(kind, grip, 0.3)
-    solids = [*pieces.grip, *pieces.metal, *pieces.head]
-    assert all(s.volume > 0 for s in solids)
-    low = min(float(s.bounds[0][2]) for s in solids)
-    assert -0.32 < low < -0.27
+def test_a_hung_tool_is_closed_and_as_long_as_asked(subtests: pytest.Subtests) -> None:
+    for grip in list(ToolHandle):
+        for kind in list(HungTool):
+            with subtests.test(kind=kind, grip=grip):
+                pieces = hung_tool(kind, grip, 0.3)
+                solids = [*pieces.grip, *pieces.metal, *pieces.head]
+                assert all(s.volume > 0 for s in solids)
+                low = min(float(s.bounds[0][2]) for s in solids)
+                assert -0.32 < low < -0.27
 
 
-@pytest.mark.parametrize("lid", list(JarLid))
-def test_a_jar_holds_less_than_its_outside_and_is_shut(lid: JarLid) -> None:
-    found = jar(0.05, 0.15, lid, fill=0.5)
-    assert found.inside.volume < found.shell.volume - found.body.volume
-    assert found.body.volume < 0.35 * found.shell.volume
-    assert 0.15 < found.top < 0.19
-    assert max(float(s.bounds[1][2]) for s in found.lid) <= found.top + 1e-9
-    more = jar(0.05, 0.15, lid, fill=0.8)
-    assert more.inside.volume > 1.4 * found.inside.volume
+def test_a_jar_holds_less_than_its_outside_and_is_shut(subtests: pytest.Subtests) -> None:
+    for lid in list(JarLid):
+        with subtests.test(lid=lid):
+            found = jar(0.05, 0.15, lid, fill=0.5)
+            assert found.inside.volume < found.shell.volume - found.body.volume
+            assert found.body.volume < 0.35 * found.shell.volume
+            assert 0.15 < found.top < 0.19
+            assert max(float(s.bounds[1][2]) for s in found.lid) <= found.top + 1e-9
+            more = jar(0.05, 0.15, lid, fill=0.8)
+            assert more.inside.volume > 1.4 * found.inside.volume
 
 
 def test_a_tub_is_as_hollow_as_its_shapes() -> None:
@@ -144,9 +148,10 @@ def test_a_leaning_board_stands_up() -> None:
     assert sides(leaning)[2] > 0.2
 
 
-@pytest.mark.parametrize("form", list(spice_rack.SpiceRackForm))
-def test_a_spice_rack_carries_two_tiers(form: spice_rack.SpiceRackForm) -> None:
-    asset = made("spice_rack", spice_rack.SpiceRack(form=form, columns=4))
-    heights = [c.pose.position[2] for c in asset.root.colliders if c.name.startswith("jar_")]
-    assert len(heights) == (10 if form is spice_rack.SpiceRackForm.CAROUSEL else 8)
-    assert max(heights) - min(heights) > 0.015
+def test_a_spice_rack_carries_two_tiers(subtests: pytest.Subtests) -> None:
+    for form in list(spice_rack.SpiceRackForm):
+        with subtests.test(form=form):
+            asset = made("spice_rack", spice_rack.SpiceRack(form=form, columns=4))
+            heights = [c.pose.position[2] for c in asset.root.colliders if c.name.startswith("jar_")]
+            assert len(heights) == (10 if form is spice_rack.SpiceRackForm.CAROUSEL else 8)
+            assert max(heights) - min(heights) > 0.015

@@ -48,34 +48,43 @@ SOLIDS: dict[str, tuple[Solid, float]] = {
 }
 
 
-@pytest.mark.parametrize("name", SOLIDS)
 class TestSolid:
-    def test_is_closed_and_outward(self, name: str) -> None:
-        solid, _ = SOLIDS[name]
-        assert is_closed(solid.faces)
-        assert solid.volume > 0
+    def test_is_closed_and_outward(self, subtests: pytest.Subtests) -> None:
+        for name in sorted(SOLIDS):
+            with subtests.test(name=name):
+                solid, _ = SOLIDS[name]
+                assert is_closed(solid.faces)
+                assert solid.volume > 0
 
-    def test_has_the_volume_of_the_formula(self, name: str) -> None:
-        solid, volume = SOLIDS[name]
-        assert solid.volume == pytest.approx(volume, rel=0.03)
+    def test_has_the_volume_of_the_formula(self, subtests: pytest.Subtests) -> None:
+        for name in sorted(SOLIDS):
+            with subtests.test(name=name):
+                solid, volume = SOLIDS[name]
+                assert solid.volume == pytest.approx(volume, rel=0.03)
 
-    def test_keeps_it_when_moved_and_mirrored(self, name: str) -> None:
-        solid, _ = SOLIDS[name]
-        for other in (solid.translated(1.0, 2.0, 3.0), solid.rotated("y", 0.7), solid.mirrored_x()):
-            assert other.volume == pytest.approx(solid.volume, rel=1e-6)
+    def test_keeps_it_when_moved_and_mirrored(self, subtests: pytest.Subtests) -> None:
+        for name in sorted(SOLIDS):
+            with subtests.test(name=name):
+                solid, _ = SOLIDS[name]
+                for other in (solid.translated(1.0, 2.0, 3.0), solid.rotated("y", 0.7), solid.mirrored_x()):
+                    assert other.volume == pytest.approx(solid.volume, rel=1e-6)
 
-    def test_skin_is_true_to_size(self, name: str) -> None:
-        solid, _ = SOLIDS[name]
-        mesh = solid_mesh(solid, (0.5, 0.8), (0.0, 0.0, 1.0), name)
-        assert mesh.uv is not None
-        corners, shown = mesh.vertices[mesh.faces], mesh.uv[mesh.faces] * np.array([0.5, 0.8])
-        for i, j in ((0, 1), (1, 2), (2, 0)):
-            true = np.linalg.norm(corners[:, i] - corners[:, j], axis=1)
-            flat = np.linalg.norm(shown[:, i] - shown[:, j], axis=1)
-            if solid.uv_m is None:  # what is laid flat is exact; what is rolled off stretches a little at its seams
-                np.testing.assert_allclose(flat, true, atol=1e-6)
-            else:
-                assert np.median(np.abs(flat - true)) < 1e-3
+    def test_skin_is_true_to_size(self, subtests: pytest.Subtests) -> None:
+        for name in sorted(SOLIDS):
+            with subtests.test(name=name):
+                solid, _ = SOLIDS[name]
+                mesh = solid_mesh(solid, (0.5, 0.8), (0.0, 0.0, 1.0), name)
+                assert mesh.uv is not None
+                corners, shown = mesh.vertices[mesh.faces], mesh.uv[mesh.faces] * np.array([0.5, 0.8])
+                for i, j in ((0, 1), (1, 2), (2, 0)):
+                    true = np.linalg.norm(corners[:, i] - corners[:, j], axis=1)
+                    flat = np.linalg.norm(shown[:, i] - shown[:, j], axis=1)
+                    if (
+                        solid.uv_m is None
+                    ):  # what is laid flat is exact; what is rolled off stretches a little at its seams
+                        np.testing.assert_allclose(flat, true, atol=1e-6)
+                    else:
+                        assert np.median(np.abs(flat - true)) < 1e-3
 
 
 def test_grain_runs_along_the_height_of_the_picture() -> None:

@@ -77,18 +77,21 @@ def test_a_hollow_leaves_a_ring_and_a_cut_that_misses_is_told() -> None:
         cut(BODY, [across(0.2, below=True)])
 
 
-@pytest.mark.parametrize("face", list(Face))
-@pytest.mark.parametrize(("portion", "crosswise"), [*((p, False) for p in Portion), (Portion.HALF, True)])
-def test_portions_lie_on_the_ground_and_say_what_they_are(portion: Portion, crosswise: bool, face: Face) -> None:
-    drawn = object_family("pear").sample(rng_for(0, "x"), available())
-    params = drawn.replace(portion=portion, section="section_pear", crosswise=crosswise, face=face, bend=0.0)
-    asset = object_family("pear").build(params, supplies("pear", params))
-    whole = params.replace(portion=None)
-    assert asset.mass < object_family("pear").build(whole, supplies("pear", whole)).mass
-    assert asset.labels.portion is portion
-    assert asset.labels.to_json().count("portion") == 1
-    assert label.texts(asset)["portion"] == portion.value
-    assert abs(float(asset.bounds[0, 2])) < 1e-6
+def test_portions_lie_on_the_ground_and_say_what_they_are(subtests: pytest.Subtests) -> None:
+    for portion, crosswise in [*((p, False) for p in Portion), (Portion.HALF, True)]:
+        for face in list(Face):
+            with subtests.test(face=face, portion=portion, crosswise=crosswise):
+                drawn = object_family("pear").sample(rng_for(0, "x"), available())
+                params = drawn.replace(
+                    portion=portion, section="section_pear", crosswise=crosswise, face=face, bend=0.0
+                )
+                asset = object_family("pear").build(params, supplies("pear", params))
+                whole = params.replace(portion=None)
+                assert asset.mass < object_family("pear").build(whole, supplies("pear", whole)).mass
+                assert asset.labels.portion is portion
+                assert asset.labels.to_json().count("portion") == 1
+                assert label.texts(asset)["portion"] == portion.value
+                assert abs(float(asset.bounds[0, 2])) < 1e-6
 
 
 def test_a_half_that_lies_on_its_side_rolls_to_where_its_mass_is_lowest() -> None:

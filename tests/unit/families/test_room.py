@@ -174,50 +174,50 @@ HOLES: dict[str, tuple[WallOpening, ...]] = {
 }
 
 
-@pytest.mark.parametrize("tiled", [False, True])
-@pytest.mark.parametrize("more", [(0.0, 0.0), (0.12, 0.25)])
-@pytest.mark.parametrize("holes", sorted(HOLES))
-def test_a_wall_is_open_where_it_was_opened_and_nowhere_else(
-    holes: str, more: tuple[float, float], tiled: bool
-) -> None:
-    p = Wall(
-        length=4.0,
-        openings=HOLES[holes],
-        left_more=more[0],
-        right_more=more[1],
-        tile="zellige_snow" if tiled else None,
-        tiled_from=0.3,
-    )
-    asset = made("room_wall", p)
-    low, high = main(asset)
-    assert high - low == pytest.approx((4.0, 0.12, 2.6), abs=1e-6)
-    points = np.random.default_rng(1).uniform((-more[0], 0.0), (4.0 + more[1], p.height), (500, 2))
-    free = np.zeros(len(points), dtype=bool)
-    for hole in p.openings:
-        (x0, z0), (x1, z1) = hole.corners
-        free |= (points[:, 0] > x0) & (points[:, 0] < x1) & (points[:, 1] > z0) & (points[:, 1] < z1)
-    placed = points + low[[0, 2]]
-    seen = hits(asset.root.visuals, placed, (0, 2), np.array([0.0, -1.0, 0.0]))
-    assert (seen == np.where(free, 0, 1)).all()
-    assert (hits(asset.root.visuals, placed, (0, 2), np.array([0.0, 1.0, 0.0])) == seen).all()
-    touched = np.zeros(len(points), dtype=np.int64)
-    pieces = boxes(asset, "wall")
-    for b in pieces:
-        touched += ((placed > b[0][[0, 2]]) & (placed < b[1][[0, 2]])).all(axis=1)
-    assert (touched == seen).all()
-    area = (4.0 + sum(more)) * p.height - sum(h.width * h.height for h in p.openings)
-    assert volume(pieces) == pytest.approx(area * p.thickness, rel=1e-6)
-    assert len(pieces) <= 4 * len(p.openings) + 1
+def test_a_wall_is_open_where_it_was_opened_and_nowhere_else(subtests: pytest.Subtests) -> None:
+    for holes in sorted(HOLES):
+        for more in [(0.0, 0.0), (0.12, 0.25)]:
+            for tiled in [False, True]:
+                with subtests.test(tiled=tiled, more=more, holes=holes):
+                    p = Wall(
+                        length=4.0,
+                        openings=HOLES[holes],
+                        left_more=more[0],
+                        right_more=more[1],
+                        tile="zellige_snow" if tiled else None,
+                        tiled_from=0.3,
+                    )
+                    asset = made("room_wall", p)
+                    low, high = main(asset)
+                    assert high - low == pytest.approx((4.0, 0.12, 2.6), abs=1e-6)
+                    points = np.random.default_rng(1).uniform((-more[0], 0.0), (4.0 + more[1], p.height), (500, 2))
+                    free = np.zeros(len(points), dtype=bool)
+                    for hole in p.openings:
+                        (x0, z0), (x1, z1) = hole.corners
+                        free |= (points[:, 0] > x0) & (points[:, 0] < x1) & (points[:, 1] > z0) & (points[:, 1] < z1)
+                    placed = points + low[[0, 2]]
+                    seen = hits(asset.root.visuals, placed, (0, 2), np.array([0.0, -1.0, 0.0]))
+                    assert (seen == np.where(free, 0, 1)).all()
+                    assert (hits(asset.root.visuals, placed, (0, 2), np.array([0.0, 1.0, 0.0])) == seen).all()
+                    touched = np.zeros(len(points), dtype=np.int64)
+                    pieces = boxes(asset, "wall")
+                    for b in pieces:
+                        touched += ((placed > b[0][[0, 2]]) & (placed < b[1][[0, 2]])).all(axis=1)
+                    assert (touched == seen).all()
+                    area = (4.0 + sum(more)) * p.height - sum(h.width * h.height for h in p.openings)
+                    assert volume(pieces) == pytest.approx(area * p.thickness, rel=1e-6)
+                    assert len(pieces) <= 4 * len(p.openings) + 1
 
 
-@pytest.mark.parametrize("holes", sorted(HOLES))
-def test_the_surface_of_a_wall_has_no_cracks(holes: str) -> None:
-    asset = made("room_wall", Wall(length=4.0, openings=HOLES[holes], left_more=0.1, right_more=0.2))
-    starts = np.cumsum([0, *(len(v.mesh.vertices) for v in asset.root.visuals)])
-    faces = np.concatenate([v.mesh.faces + s for v, s in zip(asset.root.visuals, starts, strict=False)])
-    points, place = weld(np.concatenate([v.mesh.vertices for v in asset.root.visuals]))
-    assert is_closed(place[faces.astype(np.int64)])
-    assert face_normals(points, place[faces.astype(np.int64)])[1].min() > 1e-6
+def test_the_surface_of_a_wall_has_no_cracks(subtests: pytest.Subtests) -> None:
+    for holes in sorted(HOLES):
+        with subtests.test(holes=holes):
+            asset = made("room_wall", Wall(length=4.0, openings=HOLES[holes], left_more=0.1, right_more=0.2))
+            starts = np.cumsum([0, *(len(v.mesh.vertices) for v in asset.root.visuals)])
+            faces = np.concatenate([v.mesh.faces + s for v, s in zip(asset.root.visuals, starts, strict=False)])
+            points, place = weld(np.concatenate([v.mesh.vertices for v in asset.root.visuals]))
+            assert is_closed(place[faces.astype(np.int64)])
+            assert face_normals(points, place[faces.astype(np.int64)])[1].min() > 1e-6
 
 
 @pytest.mark.parametrize(("length", "more"), [(2.0, 0.0), (3.47, 0.2)])
@@ -256,15 +256,15 @@ def test_the_outer_face_of_a_wall_is_a_mesh_of_its_own() -> None:
     assert np.abs(face_normals(rim.vertices, rim.faces.astype(np.int64))[0][:, 1]).max() < 0.01
 
 
-@pytest.mark.parametrize("structure", list(WallStructure))
-def test_a_wall_weighs_what_it_is_built_of(structure: WallStructure) -> None:
-    asset = made("room_wall", Wall(length=2.0, height=2.5, thickness=0.1, structure=structure))
-    assert asset.mass == pytest.approx(0.5 * known().densities[DENSITY[structure]], rel=1e-5)
+def test_a_wall_weighs_what_it_is_built_of(subtests: pytest.Subtests) -> None:
+    for structure in list(WallStructure):
+        with subtests.test(structure=structure):
+            asset = made("room_wall", Wall(length=2.0, height=2.5, thickness=0.1, structure=structure))
+            assert asset.mass == pytest.approx(0.5 * known().densities[DENSITY[structure]], rel=1e-5)
 
 
-@pytest.mark.parametrize(
-    ("message", "holes"),
-    [
+def test_openings_that_do_not_fit_are_refused(subtests: pytest.Subtests) -> None:
+    for message, holes in [
         ("out of the wall at its right", (WallOpening(left=3.5, width=0.8, height=2.0),)),
         ("out of the wall at its top", (WallOpening(left=1.0, bottom=1.0, width=0.8, height=2.0),)),
         ("openings 0 and 1 overlap", (BAY, WallOpening(left=1.5, bottom=1.2, width=1.0, height=0.5))),
@@ -272,11 +272,9 @@ def test_a_wall_weighs_what_it_is_built_of(structure: WallStructure) -> None:
         ("openings 0 and 1 overlap", (BAY, WallOpening(left=2.2, bottom=2.0, width=0.5, height=0.4))),
         ("of wall at its left", (WallOpening(left=0.01, width=0.8, height=2.0),)),
         ("leave nothing", (WallOpening(left=0.0, width=4.0, height=2.6),)),
-    ],
-)
-def test_openings_that_do_not_fit_are_refused(message: str, holes: tuple[WallOpening, ...]) -> None:
-    with pytest.raises(ValueError, match=message):
-        Wall(length=4.0, height=2.6, openings=holes)
+    ]:
+        with subtests.test(message=message, holes=holes), pytest.raises(ValueError, match=message):
+            Wall(length=4.0, height=2.6, openings=holes)
 
 
 def test_tiles_that_do_not_fit_are_refused() -> None:
@@ -322,28 +320,29 @@ def has(outline: Outline, points: Floats) -> npt.NDArray[np.bool_]:
     return inner
 
 
-@pytest.mark.parametrize("mirrored", [False, True])
-@pytest.mark.parametrize("quarters", range(4))
-@pytest.mark.parametrize("shape", sorted(SHAPES))
-def test_floors_and_ceilings_fill_their_outline(shape: str, quarters: int, mirrored: bool) -> None:
-    outline = turned(SHAPES[shape], quarters, mirrored)
-    corners = np.array(outline)
-    points = np.random.default_rng(2).uniform(corners.min(axis=0), corners.max(axis=0), (300, 2))
-    for family, params, label, up in (
-        ("room_floor", Floor(outline=outline), "floor", 1.0),
-        ("room_ceiling", Ceiling(outline=outline), "ceiling", -1.0),
-    ):
-        asset = made(family, params)
-        low, high = main(asset)
-        assert high - low == pytest.approx((*np.ptp(corners, axis=0), 0.05), abs=1e-6)
-        placed = points - corners.min(axis=0) + low[:2]
-        seen = hits([visual(asset, label)], placed, (0, 1), np.array([0.0, 0.0, up]))
-        assert (seen == has(outline, points)).all()
-        pieces = boxes(asset, label)
-        assert volume(pieces) == pytest.approx(area(outline) * 0.05, rel=1e-6)
-        assert len(pieces) == FEWEST[shape]
-        face = visual(asset, label).mesh.bounds[:, 2]
-        assert face == pytest.approx([high[2] if up > 0 else low[2]] * 2, abs=1e-6)
+def test_floors_and_ceilings_fill_their_outline(subtests: pytest.Subtests) -> None:
+    for shape in sorted(SHAPES):
+        for quarters in range(4):
+            for mirrored in [False, True]:
+                with subtests.test(mirrored=mirrored, quarters=quarters, shape=shape):
+                    outline = turned(SHAPES[shape], quarters, mirrored)
+                    corners = np.array(outline)
+                    points = np.random.default_rng(2).uniform(corners.min(axis=0), corners.max(axis=0), (300, 2))
+                    for family, params, label, up in (
+                        ("room_floor", Floor(outline=outline), "floor", 1.0),
+                        ("room_ceiling", Ceiling(outline=outline), "ceiling", -1.0),
+                    ):
+                        asset = made(family, params)
+                        low, high = main(asset)
+                        assert high - low == pytest.approx((*np.ptp(corners, axis=0), 0.05), abs=1e-6)
+                        placed = points - corners.min(axis=0) + low[:2]
+                        seen = hits([visual(asset, label)], placed, (0, 1), np.array([0.0, 0.0, up]))
+                        assert (seen == has(outline, points)).all()
+                        pieces = boxes(asset, label)
+                        assert volume(pieces) == pytest.approx(area(outline) * 0.05, rel=1e-6)
+                        assert len(pieces) == FEWEST[shape]
+                        face = visual(asset, label).mesh.bounds[:, 2]
+                        assert face == pytest.approx([high[2] if up > 0 else low[2]] * 2, abs=1e-6)
 
 
 def test_either_way_round_is_the_same_floor() -> None:
@@ -352,25 +351,25 @@ def test_either_way_round_is_the_same_floor() -> None:
     assert np.array_equal(visual(one, "floor").mesh.faces, visual(two, "floor").mesh.faces)
 
 
-@pytest.mark.parametrize("family", ["room_floor", "room_ceiling"])
-@pytest.mark.parametrize("boards", list(LayDirection))
-def test_boards_run_as_asked_from_a_corner_of_the_room(family: str, boards: LayDirection) -> None:
-    kind: Any = Floor if family == "room_floor" else Ceiling
-    asset = made(family, kind(outline=L_ROOM, boards=boards, face="oak_natural"))
-    shown = visual(asset, family.removeprefix("room_"))
-    low, high = main(asset)
-    at = shown.mesh.vertices
-    left_out, back_out = at[:, 0] - low[0], at[:, 1] - low[1]
-    if family == "room_floor":  # seen from above; the picture's width runs to the right of its height
-        expected = (high[1] - at[:, 1], left_out) if boards is LayDirection.X else (left_out, back_out)
-    else:  # seen from below
-        expected = (back_out, left_out) if boards is LayDirection.X else (high[0] - at[:, 0], back_out)
-    assert phase_error(shown, np.column_stack(expected)) < 1e-5
+def test_boards_run_as_asked_from_a_corner_of_the_room(subtests: pytest.Subtests) -> None:
+    for boards in list(LayDirection):
+        for family in ["room_floor", "room_ceiling"]:
+            with subtests.test(family=family, boards=boards):
+                kind: Any = Floor if family == "room_floor" else Ceiling
+                asset = made(family, kind(outline=L_ROOM, boards=boards, face="oak_natural"))
+                shown = visual(asset, family.removeprefix("room_"))
+                low, high = main(asset)
+                at = shown.mesh.vertices
+                left_out, back_out = at[:, 0] - low[0], at[:, 1] - low[1]
+                if family == "room_floor":  # seen from above; the picture's width runs to the right of its height
+                    expected = (high[1] - at[:, 1], left_out) if boards is LayDirection.X else (left_out, back_out)
+                else:  # seen from below
+                    expected = (back_out, left_out) if boards is LayDirection.X else (high[0] - at[:, 0], back_out)
+                assert phase_error(shown, np.column_stack(expected)) < 1e-5
 
 
-@pytest.mark.parametrize(
-    ("message", "outline"),
-    [
+def test_outlines_that_are_no_room_are_refused(subtests: pytest.Subtests) -> None:
+    for message, outline in [
         ("shorter than", ((0.0, 0.0), (3.0, 0.0), (3.0, 2.0), (0.05, 2.0), (0.05, 2.0), (0.0, 2.0))),
         # a figure of eight
         ("cross or touch", ((0, 0), (2, 0), (2, 2), (1, 2), (1, -1), (0, -1))),
@@ -380,13 +379,12 @@ def test_boards_run_as_asked_from_a_corner_of_the_room(family: str, boards: LayD
         ("cross or touch", ((0, 0), (3, 0), (3, 2), (2, 2), (2, 3), (2, 2), (0, 2))),
         # twice round
         ("cross or touch", ((0, 0), (2, 0), (2, 2), (0, 2), (0, 0.5), (0, 0), (2, 0), (2, 2), (0, 2))),
-    ],
-)
-def test_outlines_that_are_no_room_are_refused(message: str, outline: Outline) -> None:
-    with pytest.raises(ValidationError, match=message):
-        Floor(outline=outline)
-    with pytest.raises(ValidationError, match=message):
-        Ceiling(outline=outline)
+    ]:
+        with subtests.test(message=message, outline=outline):
+            with pytest.raises(ValidationError, match=message):
+                Floor(outline=outline)
+            with pytest.raises(ValidationError, match=message):
+                Ceiling(outline=outline)
 
 
 @pytest.mark.parametrize("coving", [c for c in CovingProfile if c is not CovingProfile.NONE])
@@ -462,16 +460,21 @@ def test_rectangles_tile_any_grid() -> None:
 # Skirting and panelling -----------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("profile", list(SkirtingProfile))
-@pytest.mark.parametrize(("end", "quarter"), [(SkirtingEnd.INNER, -1), (SkirtingEnd.OUTER, 1)])
-def test_two_mitres_meet_in_a_corner(profile: SkirtingProfile, end: SkirtingEnd, quarter: int) -> None:
-    outline = section(Skirting(profile=profile))
-    one = straight_moulding(outline, 1.0, 0.0, end.slope)
-    two = straight_moulding(outline, 1.0, end.slope, 0.0).rotated("z", quarter * math.pi / 2).translated(1.0, 0.0, 0.0)
-    n = len(outline)
-    assert one.points[n:] == pytest.approx(two.points[:n], abs=1e-9)
-    assert is_closed(one.faces)
-    assert one.volume > 0
+def test_two_mitres_meet_in_a_corner(subtests: pytest.Subtests) -> None:
+    for end, quarter in [(SkirtingEnd.INNER, -1), (SkirtingEnd.OUTER, 1)]:
+        for profile in list(SkirtingProfile):
+            with subtests.test(profile=profile, end=end, quarter=quarter):
+                outline = section(Skirting(profile=profile))
+                one = straight_moulding(outline, 1.0, 0.0, end.slope)
+                two = (
+                    straight_moulding(outline, 1.0, end.slope, 0.0)
+                    .rotated("z", quarter * math.pi / 2)
+                    .translated(1.0, 0.0, 0.0)
+                )
+                n = len(outline)
+                assert one.points[n:] == pytest.approx(two.points[:n], abs=1e-9)
+                assert is_closed(one.faces)
+                assert one.volume > 0
 
 
 def test_a_skirting_is_measured_at_the_wall() -> None:
@@ -487,15 +490,16 @@ def test_a_skirting_shorter_than_its_mitres_is_refused() -> None:
         Skirting(length=0.05, thickness=0.03, left=SkirtingEnd.INNER, right=SkirtingEnd.INNER)
 
 
-@pytest.mark.parametrize("panels", list(PanellingStyle))
-def test_panelling_fills_its_length_and_height(panels: PanellingStyle) -> None:
-    p = Panelling(length=1.83, height=0.95, panels=panels)
-    asset = made("wall_panelling", p)
-    low, high = main(asset)
-    assert (high - low)[[0, 2]] == pytest.approx((1.83, 0.95), abs=1e-6)
-    assert asset.bounds == pytest.approx(np.array([low, high]), abs=1e-6)
-    points = np.random.default_rng(4).uniform((low[0], low[2]), (high[0], high[2]), (200, 2))
-    assert (hits(asset.root.visuals, points, (0, 2), np.array([0.0, 1.0, 0.0])) >= 1).all()
+def test_panelling_fills_its_length_and_height(subtests: pytest.Subtests) -> None:
+    for panels in list(PanellingStyle):
+        with subtests.test(panels=panels):
+            p = Panelling(length=1.83, height=0.95, panels=panels)
+            asset = made("wall_panelling", p)
+            low, high = main(asset)
+            assert (high - low)[[0, 2]] == pytest.approx((1.83, 0.95), abs=1e-6)
+            assert asset.bounds == pytest.approx(np.array([low, high]), abs=1e-6)
+            points = np.random.default_rng(4).uniform((low[0], low[2]), (high[0], high[2]), (200, 2))
+            assert (hits(asset.root.visuals, points, (0, 2), np.array([0.0, 1.0, 0.0])) >= 1).all()
 
 
 # A room with a corner cut at 45 degrees, and a part taken out of another corner: 16 - 0.5 - 2 square metres.
@@ -538,16 +542,13 @@ class TestAslant:
         asset = made("room_ceiling", Ceiling(outline=CUT_ROOM, beams=Beams(count=3)))
         assert len(boxes(asset, "beam")) == 3
 
-    @pytest.mark.parametrize(
-        ("outline", "said"),
-        [
+    def test_what_is_no_room_is_told(self, subtests: pytest.Subtests) -> None:
+        for outline, said in [
             (((0.0, 0.0), (2.0, 0.0), (2.05, -0.05), (2.05, -2.0), (0.0, -2.0)), "shorter than 0.1 m"),
             (((0.0, 0.0), (2.0, -2.0), (2.0, 0.0), (0.0, -2.5)), "cross or touch each other"),
-        ],
-    )
-    def test_what_is_no_room_is_told(self, outline: Outline, said: str) -> None:
-        with pytest.raises(ValidationError, match=said):
-            Floor(outline=outline)
+        ]:
+            with subtests.test(outline=outline, said=said), pytest.raises(ValidationError, match=said):
+                Floor(outline=outline)
 
     def test_a_coving_needs_right_angles(self) -> None:
         with pytest.raises(ValidationError, match="runs aslant"):
@@ -623,13 +624,10 @@ class TestGable:
         assert "left_slope" not in Wall().model_dump(mode="json")
         assert self.P.digest != self.P.replace(left_slope=None).digest
 
-    @pytest.mark.parametrize(
-        ("fields", "said"),
-        [
+    def test_what_does_not_fit_is_refused(self, subtests: pytest.Subtests) -> None:
+        for fields, said in [
             ({"left_slope": {"knee": 1.5, "run": 5.0}}, "is level between them"),
             ({"openings": [{"left": 0.1, "bottom": 1.0, "width": 0.8, "height": 0.9}]}, "out of the wall at its slope"),
-        ],
-    )
-    def test_what_does_not_fit_is_refused(self, fields: dict[str, Any], said: str) -> None:
-        with pytest.raises(ValidationError, match=said):
-            Wall.model_validate({**self.P.model_dump(mode="json"), **fields})
+        ]:
+            with subtests.test(fields=fields, said=said), pytest.raises(ValidationError, match=said):
+                Wall.model_validate({**self.P.model_dump(mode="json"), **fields})

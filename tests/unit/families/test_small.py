@@ -75,11 +75,12 @@ def test_what_is_touched_begins_where_it_stands(family: str, name: str) -> None:
     assert bounds[0, 2] == pytest.approx(0.0, abs=1e-4)
 
 
-@pytest.mark.parametrize("name", BY_NAME["toaster"].presets)
-def test_slots_of_a_toaster_run_from_front_to_back(name: str) -> None:
-    slots = [r.size for r in preset("toaster", name).regions if "slot" in r.name]
-    assert slots
-    assert all(width < depth for width, depth, _ in slots)
+def test_slots_of_a_toaster_run_from_front_to_back(subtests: pytest.Subtests) -> None:
+    for name in BY_NAME["toaster"].presets:
+        with subtests.test(name=name):
+            slots = [r.size for r in preset("toaster", name).regions if "slot" in r.name]
+            assert slots
+            assert all(width < depth for width, depth, _ in slots)
 
 
 @pytest.mark.parametrize("family", list(BY_NAME))
@@ -91,42 +92,43 @@ def test_draws_are_built_to_their_contract(family: str, seed: int) -> None:
     assert type(params).from_json(params.to_json()) == params
 
 
-@pytest.mark.parametrize("family", list(BY_NAME))
-def test_presets_are_many_and_have_meshes_of_their_own(family: str) -> None:
-    found = BY_NAME[family]
-    assert len(found.presets) >= 8
-    seen = set()
-    for name in found.presets:
-        asset = preset(family, name)
-        seen.add(tuple((v.name, v.mesh.vertices.tobytes()) for k in asset.links for v in k.visuals))
-    assert len(seen) == len(found.presets)
+def test_presets_are_many_and_have_meshes_of_their_own(subtests: pytest.Subtests) -> None:
+    for family in list(BY_NAME):
+        with subtests.test(family=family):
+            found = BY_NAME[family]
+            assert len(found.presets) >= 8
+            seen = set()
+            for name in found.presets:
+                asset = preset(family, name)
+                seen.add(tuple((v.name, v.mesh.vertices.tobytes()) for k in asset.links for v in k.visuals))
+            assert len(seen) == len(found.presets)
 
 
-@pytest.mark.parametrize("family", list(BY_NAME))
-def test_the_lightest_and_the_heaviest_are_of_their_kind(family: str) -> None:
-    weights = [preset(family, name).mass for name in BY_NAME[family].presets]
-    assert MASSES[family] <= min(weights) <= max(weights) < 12 * min(weights)
+def test_the_lightest_and_the_heaviest_are_of_their_kind(subtests: pytest.Subtests) -> None:
+    for family in list(BY_NAME):
+        with subtests.test(family=family):
+            weights = [preset(family, name).mass for name in BY_NAME[family].presets]
+            assert MASSES[family] <= min(weights) <= max(weights) < 12 * min(weights)
 
 
-@pytest.mark.parametrize(
-    ("family", "pattern"),
-    [
+def test_every_member_has_what_its_kind_is_worked_by(subtests: pytest.Subtests) -> None:
+    for family, pattern in [
         ("toaster", r"(side_[lr]_)?lever_joint"),
         ("kettle", "lid_joint"),
         ("kettle", "switch_joint"),
         ("stand_mixer", "head_joint"),
         ("stand_mixer", "knob_speed_joint"),
-    ],
-)
-def test_every_member_has_what_its_kind_is_worked_by(family: str, pattern: str) -> None:
-    for name in BY_NAME[family].presets:
-        assert any(re.fullmatch(pattern, joint.name) for joint in preset(family, name).joints), name
+    ]:
+        with subtests.test(family=family, pattern=pattern):
+            for name in BY_NAME[family].presets:
+                assert any(re.fullmatch(pattern, joint.name) for joint in preset(family, name).joints), name
 
 
-@pytest.mark.parametrize("family", list(BY_NAME))
-def test_all_are_small_enough_for_a_worktop(family: str) -> None:
-    for name in BY_NAME[family].presets:
-        low, high = preset(family, name).bounds
-        width, depth, height = (float(v) for v in high - low)
-        assert max(width, depth) < 0.6
-        assert (0.03 if family == "blender_lid" else 0.12) < height < 0.6
+def test_all_are_small_enough_for_a_worktop(subtests: pytest.Subtests) -> None:
+    for family in list(BY_NAME):
+        with subtests.test(family=family):
+            for name in BY_NAME[family].presets:
+                low, high = preset(family, name).bounds
+                width, depth, height = (float(v) for v in high - low)
+                assert max(width, depth) < 0.6
+                assert (0.03 if family == "blender_lid" else 0.12) < height < 0.6

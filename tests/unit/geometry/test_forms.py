@@ -56,31 +56,30 @@ def finer(surface: Surface) -> Surface:
 EVERY = {"mug": mug(), "box": box(0.1, 0.2, 0.3), "cube": box(0.2, 0.2, 0.2), "tray": box(0.3, 0.3, 0.02)}
 
 
-@pytest.mark.parametrize("name", EVERY)
-@pytest.mark.parametrize("seed", [1, 2])
-def test_a_copy_has_the_same_form_and_lies_on_the_original(name: str, seed: int) -> None:
-    own, copy = EVERY[name], finer(moved(EVERY[name], seed, factor=37.0))
-    first, second = shape_descriptor(*own), shape_descriptor(*copy)
-    assert second.radius / first.radius == pytest.approx(37.0, rel=1e-4)
-    assert descriptor_distance(first, second) < 0.02
-    found = align(sampled_surface(*own), sampled_surface(*copy))
-    assert found.p95 < SAME
-    assert found.p995 < 4 * SAME
-    assert np.linalg.det(found.turn) == pytest.approx(1.0)
+def test_a_copy_has_the_same_form_and_lies_on_the_original(subtests: pytest.Subtests) -> None:
+    for seed in [1, 2]:
+        for name in sorted(EVERY):
+            with subtests.test(name=name, seed=seed):
+                own, copy = EVERY[name], finer(moved(EVERY[name], seed, factor=37.0))
+                first, second = shape_descriptor(*own), shape_descriptor(*copy)
+                assert second.radius / first.radius == pytest.approx(37.0, rel=1e-4)
+                assert descriptor_distance(first, second) < 0.02
+                found = align(sampled_surface(*own), sampled_surface(*copy))
+                assert found.p95 < SAME
+                assert found.p995 < 4 * SAME
+                assert np.linalg.det(found.turn) == pytest.approx(1.0)
 
 
-@pytest.mark.parametrize(
-    ("one", "other"),
-    [
+def test_what_differs_does_not_lie_on_it(subtests: pytest.Subtests) -> None:
+    for one, other in [
         (mug(), mug(height=0.135)),
         (mug(), mug(handle=0.045)),
         (box(0.1, 0.2, 0.3), box(0.1, 0.2, 0.33)),
         (box(0.2, 0.2, 0.2), box(0.2, 0.2, 0.23)),
-    ],
-)
-def test_what_differs_does_not_lie_on_it(one: Surface, other: Surface) -> None:
-    found = align(sampled_surface(*one), sampled_surface(*moved(other, 5)))
-    assert found.p95 > 0.025 or found.p995 > 0.1
+    ]:
+        with subtests.test(one=one, other=other):
+            found = align(sampled_surface(*one), sampled_surface(*moved(other, 5)))
+            assert found.p95 > 0.025 or found.p995 > 0.1
 
 
 def test_the_same_surface_gives_the_same_numbers() -> None:
@@ -97,7 +96,7 @@ def test_principal_axes_come_widest_first() -> None:
     assert np.abs(frame[:, 0]) == pytest.approx([0, 0, 1], abs=1e-9)
 
 
-@pytest.mark.parametrize("faces", [np.zeros((0, 3), dtype=np.int64), np.array([[0, 1, 1]])])
-def test_no_area_has_no_form(faces: Ints) -> None:
-    with pytest.raises(DegenerateShape):
-        shape_descriptor(np.zeros((3, 3)), faces)
+def test_no_area_has_no_form(subtests: pytest.Subtests) -> None:
+    for faces in [np.zeros((0, 3), dtype=np.int64), np.array([[0, 1, 1]])]:
+        with subtests.test(faces=faces), pytest.raises(DegenerateShape):
+            shape_descriptor(np.zeros((3, 3)), faces)

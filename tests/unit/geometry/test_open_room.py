@@ -46,17 +46,15 @@ def test_the_compartments_of_a_shelf_are_rooms_of_their_own() -> None:
     assert len(open_rooms(*shelf).shares) == 2
 
 
-@pytest.mark.parametrize(
-    "core",
-    [
-        pytest.param(((0.18, 0.1, 0.1), (0.0, 0.0, 0.04)), id="open only below"),
-        pytest.param(((0.18, 0.1, 0.08), (0.0, 0.0, 0.05)), id="sealed"),
-        pytest.param(((0.18, 0.006, 0.1), (0.0, 0.0, 0.06)), id="a slit"),
-        pytest.param(((0.05, 0.05, 0.02), (0.0, 0.0, 0.1)), id="a dent"),
-    ],
-)
-def test_what_is_no_room(core: tuple[Vec3, Vec3]) -> None:
-    assert open_rooms(*hollowed(core)).shares == ()
+def test_what_is_no_room(subtests: pytest.Subtests) -> None:
+    for core in [
+        ((0.18, 0.1, 0.1), (0.0, 0.0, 0.04)),
+        ((0.18, 0.1, 0.08), (0.0, 0.0, 0.05)),
+        ((0.18, 0.006, 0.1), (0.0, 0.0, 0.06)),
+        ((0.05, 0.05, 0.02), (0.0, 0.0, 0.1)),
+    ]:
+        with subtests.test(core=core):
+            assert open_rooms(*hollowed(core)).shares == ()
 
 
 def test_faces_look_into_a_vessel_and_backs_into_a_gap() -> None:

@@ -12,19 +12,20 @@ from casa_assets.model.asset.asset import Asset
 from tests.assets import EVERY, drawer_unit, textured_box
 
 
-@pytest.mark.parametrize("asset", [make() for make in EVERY], ids=lambda a: a.id)
-def test_what_is_seen_lies_where_the_asset_has_it(asset: Asset) -> None:
-    scene = visual_scene(asset)
-    assert scene.units == "meters"
-    np.testing.assert_allclose(scene.bounds, asset.bounds, atol=1e-12)
-    visuals = {v.name: v for link in asset.links for v in link.visuals}
-    assert set(scene.geometry) == visuals.keys()
-    for name, visual in visuals.items():
-        mesh = scene.geometry[name]
-        assert isinstance(mesh, trimesh.Trimesh)
-        np.testing.assert_array_equal(mesh.faces, visual.mesh.faces)
-        if visual.mesh.normals is not None:
-            np.testing.assert_allclose(mesh.vertex_normals, visual.mesh.normals, atol=1e-12)
+def test_what_is_seen_lies_where_the_asset_has_it(subtests: pytest.Subtests) -> None:
+    for asset in [make() for make in EVERY]:
+        with subtests.test(asset=asset.id):
+            scene = visual_scene(asset)
+            assert scene.units == "meters"
+            np.testing.assert_allclose(scene.bounds, asset.bounds, atol=1e-12)
+            visuals = {v.name: v for link in asset.links for v in link.visuals}
+            assert set(scene.geometry) == visuals.keys()
+            for name, visual in visuals.items():
+                mesh = scene.geometry[name]
+                assert isinstance(mesh, trimesh.Trimesh)
+                np.testing.assert_array_equal(mesh.faces, visual.mesh.faces)
+                if visual.mesh.normals is not None:
+                    np.testing.assert_allclose(mesh.vertex_normals, visual.mesh.normals, atol=1e-12)
 
 
 def test_links_are_nodes_at_their_poses() -> None:
@@ -35,16 +36,17 @@ def test_links_are_nodes_at_their_poses() -> None:
         np.testing.assert_allclose(matrix, asset.asset_from_link(link.name).matrix, atol=1e-12)
 
 
-@pytest.mark.parametrize("asset", [make() for make in EVERY], ids=lambda a: a.id)
-def test_what_is_touched_is_closed_and_convex(asset: Asset) -> None:
-    scene = collision_scene(asset)
-    assert len(scene.geometry) == sum(len(link.colliders) for link in asset.links)
-    for mesh in scene.geometry.values():
-        assert isinstance(mesh, trimesh.Trimesh)
-        assert mesh.is_watertight
-        assert mesh.is_winding_consistent
-        assert mesh.volume > 0
-        assert mesh.volume == pytest.approx(mesh.convex_hull.volume, rel=1e-6)
+def test_what_is_touched_is_closed_and_convex(subtests: pytest.Subtests) -> None:
+    for asset in [make() for make in EVERY]:
+        with subtests.test(asset=asset.id):
+            scene = collision_scene(asset)
+            assert len(scene.geometry) == sum(len(link.colliders) for link in asset.links)
+            for mesh in scene.geometry.values():
+                assert isinstance(mesh, trimesh.Trimesh)
+                assert mesh.is_watertight
+                assert mesh.is_winding_consistent
+                assert mesh.volume > 0
+                assert mesh.volume == pytest.approx(mesh.convex_hull.volume, rel=1e-6)
 
 
 def test_textures_and_factors_go_over() -> None:

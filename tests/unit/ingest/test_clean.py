@@ -29,11 +29,12 @@ def closed(draft: Draft) -> bool:
 
 
 class TestSoundMeshes:
-    @pytest.mark.parametrize("mesh", [BOX, turned(MUG), box_mesh((1, 1, 1), (0, 0, 0))], ids=["box", "mug", "split"])
-    def test_stay_as_they_are(self, mesh: Mesh) -> None:
-        draft = clean(raw(mesh))
-        assert draft.notes == ()
-        assert draft.parts[0].mesh == mesh
+    def test_stay_as_they_are(self, subtests: pytest.Subtests) -> None:
+        for mesh in [BOX, turned(MUG), box_mesh((1, 1, 1), (0, 0, 0))]:
+            with subtests.test(mesh=mesh):
+                draft = clean(raw(mesh))
+                assert draft.notes == ()
+                assert draft.parts[0].mesh == mesh
 
     def test_are_the_same_twice(self) -> None:
         once = clean(raw(flipped(turned(MUG), 0.3)))
@@ -138,22 +139,24 @@ class TestExtras:
 
 
 class TestWinding:
-    @pytest.mark.parametrize("share", [1.0, 0.5, 0.1])
-    @pytest.mark.parametrize("mesh", [BOX, turned(MUG)], ids=["box", "mug"])
-    def test_inside_out_is_turned(self, mesh: Mesh, share: float) -> None:
-        draft = clean(raw(flipped(mesh, share)))
-        assert volume(whole(draft)) == pytest.approx(volume(mesh))
-        assert closed(draft)
-        assert codes(draft.notes) == ["MSH011"]
+    def test_inside_out_is_turned(self, subtests: pytest.Subtests) -> None:
+        for mesh in [BOX, turned(MUG)]:
+            for share in [1.0, 0.5, 0.1]:
+                with subtests.test(share=share, mesh=mesh):
+                    draft = clean(raw(flipped(mesh, share)))
+                    assert volume(whole(draft)) == pytest.approx(volume(mesh))
+                    assert closed(draft)
+                    assert codes(draft.notes) == ["MSH011"]
 
-    @pytest.mark.parametrize("inner_first", [False, True])
-    @pytest.mark.parametrize("inside_out", [False, True])
-    def test_the_inner_wall_of_a_hollow_body_looks_inwards(self, inner_first: bool, inside_out: bool) -> None:
-        walls = [BOX, flipped(SMALL)]
-        hollow = joined(*(walls[::-1] if inner_first else walls))
-        draft = clean(raw(flipped(hollow) if inside_out else hollow))
-        assert volume(whole(draft)) == pytest.approx(0.18 - 0.012)
-        assert codes(draft.notes) == (["MSH011", "MSH043"] if inside_out else ["MSH043"])
+    def test_the_inner_wall_of_a_hollow_body_looks_inwards(self, subtests: pytest.Subtests) -> None:
+        for inside_out in [False, True]:
+            for inner_first in [False, True]:
+                with subtests.test(inner_first=inner_first, inside_out=inside_out):
+                    walls = [BOX, flipped(SMALL)]
+                    hollow = joined(*(walls[::-1] if inner_first else walls))
+                    draft = clean(raw(flipped(hollow) if inside_out else hollow))
+                    assert volume(whole(draft)) == pytest.approx(0.18 - 0.012)
+                    assert codes(draft.notes) == (["MSH011", "MSH043"] if inside_out else ["MSH043"])
 
     def test_an_inverted_fruit_in_a_bowl_is_turned(self) -> None:
         fruit = box_mesh((0.02, 0.02, 0.02), (0.0, 0.0, 0.05), shared=True)
@@ -207,15 +210,12 @@ class TestNotes:
 
 
 class TestRefused:
-    @pytest.mark.parametrize(
-        "points",
-        [np.zeros((3, 3)), [[0, 0, 0], [1, 1, 1], [2, 2, 2]], np.full((3, 3), 5.0)],
-        ids=["zero", "line", "same"],
-    )
-    def test_without_area(self, points: list[list[float]]) -> None:
-        with pytest.raises(Rejected) as error:
-            clean(raw(Mesh(vertices=points, faces=[[0, 1, 2]])))
-        assert error.value.code == "MSH001"
+    def test_without_area(self, subtests: pytest.Subtests) -> None:
+        for points in [np.zeros((3, 3)), [[0, 0, 0], [1, 1, 1], [2, 2, 2]], np.full((3, 3), 5.0)]:
+            with subtests.test(points=points):
+                with pytest.raises(Rejected) as error:
+                    clean(raw(Mesh(vertices=points, faces=[[0, 1, 2]])))
+                assert error.value.code == "MSH001"
 
     def test_without_faces(self) -> None:
         with pytest.raises(Rejected) as error:

@@ -21,20 +21,22 @@ def longest(state: Draft) -> float:
     return float(np.ptp(state.surface.vertices, axis=0).max())
 
 
-@pytest.mark.parametrize("unit", list(UNITS))
-def test_every_unit_is_found_where_the_file_states_none(unit: str) -> None:
-    out = scale(draft(moved(MUG, scale=1 / UNITS[unit]), unit=None), category("mug"), 1.2)
-    assert longest(out) == pytest.approx(MUG_SIZE)
-    assert out.guesses[0].value == f"{UNITS[unit]:g} m per unit ({unit})"
-    assert codes(out.notes) == ([] if unit == "metre" else ["MSH014"])
+def test_every_unit_is_found_where_the_file_states_none(subtests: pytest.Subtests) -> None:
+    for unit in list(UNITS):
+        with subtests.test(unit=unit):
+            out = scale(draft(moved(MUG, scale=1 / UNITS[unit]), unit=None), category("mug"), 1.2)
+            assert longest(out) == pytest.approx(MUG_SIZE)
+            assert out.guesses[0].value == f"{UNITS[unit]:g} m per unit ({unit})"
+            assert codes(out.notes) == ([] if unit == "metre" else ["MSH014"])
 
 
-@pytest.mark.parametrize("stated", [1.0, 0.01, 0.001, 0.0254, 0.3048])
-def test_a_stated_unit_that_fits_is_believed(stated: float) -> None:
-    out = scale(draft(moved(MUG, scale=1 / stated), unit=stated), category("mug"), 1.2)
-    assert longest(out) == pytest.approx(MUG_SIZE)
-    assert out.notes == ()
-    assert out.metres_per_unit == 1.0
+def test_a_stated_unit_that_fits_is_believed(subtests: pytest.Subtests) -> None:
+    for stated in [1.0, 0.01, 0.001, 0.0254, 0.3048]:
+        with subtests.test(stated=stated):
+            out = scale(draft(moved(MUG, scale=1 / stated), unit=stated), category("mug"), 1.2)
+            assert longest(out) == pytest.approx(MUG_SIZE)
+            assert out.notes == ()
+            assert out.metres_per_unit == 1.0
 
 
 def test_a_stated_metre_that_makes_a_house_of_a_mug_is_not_believed() -> None:
@@ -43,27 +45,30 @@ def test_a_stated_metre_that_makes_a_house_of_a_mug_is_not_believed() -> None:
     assert codes(out.notes) == ["MSH014", "REV003"]
 
 
-@pytest.mark.parametrize("size", [1.0, 2.0])
-def test_a_normalised_model_gets_the_usual_size(size: float) -> None:
-    out = scale(draft(moved(MUG, scale=size / MUG_SIZE), unit=None), category("mug"), 1.2)
-    assert longest(out) == pytest.approx(category("mug").longest_m.typical, rel=0.05)
-    assert "usual_size" in out.guesses[0].value
+def test_a_normalised_model_gets_the_usual_size(subtests: pytest.Subtests) -> None:
+    for size in [1.0, 2.0]:
+        with subtests.test(size=size):
+            out = scale(draft(moved(MUG, scale=size / MUG_SIZE), unit=None), category("mug"), 1.2)
+            assert longest(out) == pytest.approx(category("mug").longest_m.typical, rel=0.05)
+            assert "usual_size" in out.guesses[0].value
 
 
-@pytest.mark.parametrize("size", [1e-12, 1e-6, 3e3, 1e9, 1e15])
-def test_an_absurd_size_gets_the_usual_one(size: float) -> None:
-    out = scale(draft(moved(MUG, scale=size / MUG_SIZE), unit=1.0), category("mug"), 1.2)
-    assert longest(out) == pytest.approx(category("mug").longest_m.typical, rel=0.05)
-    assert out.guesses[0].confidence <= 0.85
+def test_an_absurd_size_gets_the_usual_one(subtests: pytest.Subtests) -> None:
+    for size in [1e-12, 1e-6, 3e3, 1e9, 1e15]:
+        with subtests.test(size=size):
+            out = scale(draft(moved(MUG, scale=size / MUG_SIZE), unit=1.0), category("mug"), 1.2)
+            assert longest(out) == pytest.approx(category("mug").longest_m.typical, rel=0.05)
+            assert out.guesses[0].confidence <= 0.85
 
 
-@pytest.mark.parametrize("name", ["mug", "knife", "object", "refrigerator", "strawberry"])
-@pytest.mark.parametrize("size", [1e-3, 0.05, 0.3, 1.0, 7.0, 40.0, 180.0, 2000.0])
-def test_the_result_is_within_the_range_of_the_category(name: str, size: float) -> None:
-    span = category(name).longest_m
-    for unit in (None, 1.0):
-        out = scale(draft(moved(MUG, scale=size / MUG_SIZE), unit=unit), category(name), 1.2)
-        assert span.low / 1.2001 <= longest(out) <= span.high * 1.2001
+def test_the_result_is_within_the_range_of_the_category(subtests: pytest.Subtests) -> None:
+    for size in [1e-3, 0.05, 0.3, 1.0, 7.0, 40.0, 180.0, 2000.0]:
+        for name in ["mug", "knife", "object", "refrigerator", "strawberry"]:
+            with subtests.test(name=name, size=size):
+                span = category(name).longest_m
+                for unit in (None, 1.0):
+                    out = scale(draft(moved(MUG, scale=size / MUG_SIZE), unit=unit), category(name), 1.2)
+                    assert span.low / 1.2001 <= longest(out) <= span.high * 1.2001
 
 
 def test_all_parts_are_scaled_alike_and_normals_stay() -> None:
@@ -76,16 +81,16 @@ def test_all_parts_are_scaled_alike_and_normals_stay() -> None:
     )
 
 
-@pytest.mark.parametrize("mesh", [Mesh(vertices=np.zeros((3, 3)), faces=[[0, 1, 2]]), moved(MUG, scale=1e40)])
-def test_no_size_is_refused(mesh: Mesh) -> None:
-    with pytest.raises(Rejected) as error:
-        scale(draft(mesh), category("mug"), 1.2)
-    assert error.value.code == "MSH003"
+def test_no_size_is_refused(subtests: pytest.Subtests) -> None:
+    for mesh in [Mesh(vertices=np.zeros((3, 3)), faces=[[0, 1, 2]]), moved(MUG, scale=1e40)]:
+        with subtests.test(mesh=mesh):
+            with pytest.raises(Rejected) as error:
+                scale(draft(mesh), category("mug"), 1.2)
+            assert error.value.code == "MSH003"
 
 
-@pytest.mark.parametrize(
-    ("text", "lengths", "volumes", "shift"),
-    [
+def test_words_that_name_a_size(subtests: pytest.Subtests) -> None:
+    for text, lengths, volumes, shift in [
         ('Chefmate 8" Frypan', (0.2032,), (), 0.0),
         ("a 10-inch plate", (0.254,), (), 0.0),
         ("bowl, 16,5 cm", (0.165,), (), 0.0),
@@ -94,23 +99,21 @@ def test_no_size_is_refused(mesh: Mesh) -> None:
         ("a tiny or maybe big cup", (), (), -1.5),
         ("mug v2 in blue, 3 inches tall", (0.0762,), (), 0.0),
         ("model 2in1, 500 polygons, 12 lions", (), (), 0.0),
-    ],
-)
-def test_words_that_name_a_size(
-    text: str, lengths: tuple[float, ...], volumes: tuple[float, ...], shift: float
-) -> None:
-    found = parse_size_phrases([text])
-    assert found.lengths == pytest.approx(lengths)
-    assert found.volumes == pytest.approx(volumes)
-    assert found.shift == shift
+    ]:
+        with subtests.test(text=text, lengths=lengths, volumes=volumes, shift=shift):
+            found = parse_size_phrases([text])
+            assert found.lengths == pytest.approx(lengths)
+            assert found.volumes == pytest.approx(volumes)
+            assert found.shift == shift
 
 
-@pytest.mark.parametrize(("words", "size"), [("a mug, 9 cm tall", 0.09 * 1.2), ("a mug", None), ("a mug, 3 m", None)])
-def test_a_length_in_the_words_counts_where_it_makes_a_usual_size(words: str, size: float | None) -> None:
-    normal = moved(MUG, scale=1 / MUG_SIZE)
-    plain = longest(scale(draft(normal, unit=None), category("mug"), 1.2))
-    out = scale(draft(normal, unit=None), category("mug"), 1.2, [words])
-    assert longest(out) == pytest.approx(plain if size is None else size, rel=1e-3)
+def test_a_length_in_the_words_counts_where_it_makes_a_usual_size(subtests: pytest.Subtests) -> None:
+    for words, size in [("a mug, 9 cm tall", 0.09 * 1.2), ("a mug", None), ("a mug, 3 m", None)]:
+        with subtests.test(words=words, size=size):
+            normal = moved(MUG, scale=1 / MUG_SIZE)
+            plain = longest(scale(draft(normal, unit=None), category("mug"), 1.2))
+            out = scale(draft(normal, unit=None), category("mug"), 1.2, [words])
+            assert longest(out) == pytest.approx(plain if size is None else size, rel=1e-3)
 
 
 def test_a_volume_in_the_words_makes_a_size() -> None:

@@ -27,16 +27,17 @@ def test_few_faces_are_left_alone() -> None:
     assert simplify(state, len(FINE.faces)) is state
 
 
-@pytest.mark.parametrize("limit", [4000, 1500])
-@pytest.mark.parametrize("with_uv", [True, False])
-def test_the_limit_is_kept_and_vertices_are_those_of_the_input(limit: int, with_uv: bool) -> None:
-    mesh = FINE if with_uv else Mesh(vertices=FINE.vertices, faces=FINE.faces)
-    out = simplify(draft(mesh), limit)
-    few = out.parts[0].mesh
-    assert 0.5 * limit < len(few.faces) <= 1.1 * limit
-    assert (few.uv is not None) == with_uv
-    assert rows(few) <= rows(mesh)
-    assert codes(out.notes) == ["MSH015"]
+def test_the_limit_is_kept_and_vertices_are_those_of_the_input(subtests: pytest.Subtests) -> None:
+    for with_uv in [True, False]:
+        for limit in [4000, 1500]:
+            with subtests.test(limit=limit, with_uv=with_uv):
+                mesh = FINE if with_uv else Mesh(vertices=FINE.vertices, faces=FINE.faces)
+                out = simplify(draft(mesh), limit)
+                few = out.parts[0].mesh
+                assert 0.5 * limit < len(few.faces) <= 1.1 * limit
+                assert (few.uv is not None) == with_uv
+                assert rows(few) <= rows(mesh)
+                assert codes(out.notes) == ["MSH015"]
 
 
 def test_the_shape_stays() -> None:
@@ -57,7 +58,7 @@ def test_uv_seams_stay_apart() -> None:
 
 @pytest.mark.parametrize("pieces", [4, 16])
 def test_no_face_shows_two_pieces_of_a_texture(pieces: int) -> None:
-    # Each face is in the cell of a square of pieces that its middle lies in; with 16 the seams have to give way.
+    # Each face is in the cell of a square of pieces that its middle lies in; with 16 the seams give way.
     middles = (FINE.vertices[FINE.faces].mean(axis=1)[:, :2] / 0.1 + 0.5).clip(0, 0.999)
     cell = np.repeat((middles * pieces).astype(int), 3, axis=0)
     places = FINE.vertices[FINE.faces.ravel()]
@@ -108,11 +109,10 @@ def test_a_sheet_with_faces_in_both_directions_keeps_both_sides() -> None:
     }
 
 
-@pytest.mark.parametrize(
-    "faces", [[[0, 0, 1], [1, 1, 1]], [[0, 1, 2]], [[0, 1, 2], [0, 1, 3], [0, 1, 4], [1, 0, 4]]], ids=str
-)
-def test_something_is_left_of_faulty_meshes(faces: list[list[int]]) -> None:
-    places = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1], [1e6, 0, 0]], dtype=np.float64)
-    few = simplified(Mesh(vertices=places, faces=np.array(faces, dtype=np.int32)), 12)
-    assert 0 < len(few.faces) <= len(faces)
-    assert np.ptp(few.vertices[few.faces]) <= 1
+def test_something_is_left_of_faulty_meshes(subtests: pytest.Subtests) -> None:
+    for faces in [[[0, 0, 1], [1, 1, 1]], [[0, 1, 2]], [[0, 1, 2], [0, 1, 3], [0, 1, 4], [1, 0, 4]]]:
+        with subtests.test(faces=faces):
+            places = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1], [1e6, 0, 0]], dtype=np.float64)
+            few = simplified(Mesh(vertices=places, faces=np.array(faces, dtype=np.int32)), 12)
+            assert 0 < len(few.faces) <= len(faces)
+            assert np.ptp(few.vertices[few.faces]) <= 1

@@ -213,9 +213,10 @@ def obj_with_map(root: Path, name: str) -> Path:
     return write(root / "x.obj", "vt 0 0\nmtllib m.mtl\nusemtl m\n" + OBJ_TRIANGLE.replace("f 1 2 3", "f 1/1 2/1 3/1"))
 
 
-@pytest.mark.parametrize(
-    ("written", "there", "code"),
-    [
+def test_pictures_are_found_inside_the_package_only(
+    subtests: pytest.Subtests, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    for written, there, code in [
         ("my tex.png", "my tex.png", ""),
         ("-o 0 0 0 -bm 1 my tex.png", "my tex.png", ""),
         ("my%20tex.png", "my tex.png", ""),
@@ -231,16 +232,16 @@ def obj_with_map(root: Path, name: str) -> Path:
         ("http://127.0.0.1:9/t.png", "", rejection_codes.REFERENCE_IGNORED),
         ("\\\\127.0.0.1\\share\\t.png", "", rejection_codes.REFERENCE_IGNORED),
         ("/dev/zero", "", rejection_codes.REFERENCE_IGNORED),
-    ],
-)
-def test_pictures_are_found_inside_the_package_only(tmp_path: Path, written: str, there: str, code: str) -> None:
-    root = tmp_path / "package"
-    path = obj_with_map(root, written)
-    if there:
-        write(root / there, png(QUARTERS))
-    model = load_path(path)
-    assert (model.parts[0].material.base_color_texture is not None) is bool(there)
-    assert codes_of(model) == ({code} if code else set())
+    ]:
+        with subtests.test(written=written, there=there, code=code):
+            tmp_path = tmp_path_factory.mktemp("case")
+            root = tmp_path / "package"
+            path = obj_with_map(root, written)
+            if there:
+                write(root / there, png(QUARTERS))
+            model = load_path(path)
+            assert (model.parts[0].material.base_color_texture is not None) is bool(there)
+            assert codes_of(model) == ({code} if code else set())
 
 
 def test_links_out_of_the_package_are_not_followed(tmp_path: Path) -> None:
@@ -270,9 +271,10 @@ def test_material_file_by_stem_where_none_is_named(tmp_path: Path) -> None:
     assert model.parts[0].material.base_color == (1.0, 0.0, 0.0, 1.0)
 
 
-@pytest.mark.parametrize(
-    ("uri", "code"),
-    [
+def test_a_gltf_without_its_buffer_is_refused(
+    subtests: pytest.Subtests, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    for uri, code in [
         ("gone.bin", rejection_codes.MISSING_FILE),
         ("../../../../etc/passwd", rejection_codes.PATH_TRAVERSAL),
         ("%2e%2e/%2e%2e/%2e%2e/%2e%2e/etc/passwd", rejection_codes.PATH_TRAVERSAL),
@@ -280,16 +282,16 @@ def test_material_file_by_stem_where_none_is_named(tmp_path: Path) -> None:
         ("file:///etc/passwd", rejection_codes.PATH_TRAVERSAL),
         ("/dev/zero", rejection_codes.PATH_TRAVERSAL),
         ("http://127.0.0.1:9/x.bin", rejection_codes.NETWORK_URI),
-    ],
-)
-def test_a_gltf_without_its_buffer_is_refused(tmp_path: Path, uri: str, code: str) -> None:
-    made = Gltf()
-    buffers = [{"byteLength": len(made.binary), "uri": uri}]
-    whole = {**made.document, "bufferViews": made.views, "accessors": made.accessors, "buffers": buffers}
-    path = write(tmp_path / "x.gltf", whole)
-    with pytest.raises(Rejected) as caught:
-        load_path(path)
-    assert caught.value.code == code
+    ]:
+        with subtests.test(uri=uri, code=code):
+            tmp_path = tmp_path_factory.mktemp("case")
+            made = Gltf()
+            buffers = [{"byteLength": len(made.binary), "uri": uri}]
+            whole = {**made.document, "bufferViews": made.views, "accessors": made.accessors, "buffers": buffers}
+            path = write(tmp_path / "x.gltf", whole)
+            with pytest.raises(Rejected) as caught:
+                load_path(path)
+            assert caught.value.code == code
 
 
 def test_buffers_beside_a_gltf_are_read_with_percent_escapes(tmp_path: Path) -> None:
@@ -311,9 +313,8 @@ def test_moving_a_package_keeps_its_digest(tmp_path: Path) -> None:
     assert len(digests) == 1
 
 
-@pytest.mark.parametrize(
-    ("word", "licence"),
-    [
+def test_licence_words(subtests: pytest.Subtests) -> None:
+    for word, licence in [
         ("by", "CC-BY-4.0"),
         ("by-nc-nd", "CC-BY-NC-ND-4.0"),
         ("CC-BY-4.0", "CC-BY-4.0"),
@@ -322,10 +323,9 @@ def test_moving_a_package_keeps_its_digest(tmp_path: Path) -> None:
         ("BSD-3-Clause", "BSD-3-Clause"),
         ("", "unknown"),
         ("my own words", "my own words"),
-    ],
-)
-def test_licence_words(word: str, licence: str) -> None:
-    assert spdx_id(word) == licence
+    ]:
+        with subtests.test(word=word, licence=licence):
+            assert spdx_id(word) == licence
 
 
 def test_download_says_what_is_missing(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

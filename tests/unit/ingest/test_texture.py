@@ -55,23 +55,32 @@ def sampled(skin: Texture, uv: npt.NDArray[np.float64]) -> npt.NDArray[np.float6
 
 
 class TestPainted:
-    @pytest.mark.parametrize("count", [1, 2, 3, 7, 50, 501])
-    @pytest.mark.parametrize("alpha", [255, None], ids=["opaque", "see_through"])
-    def test_colours_read_back_at_corners_centres_and_edges(self, count: int, alpha: int | None) -> None:
-        mesh = colored(count, alpha=alpha)
-        assert mesh.colors is not None
-        out, material = painted(mesh, PLAIN)
-        skin = material.base_color_texture
-        assert skin is not None
-        assert out.uv is not None
-        assert len(out.faces) == count
-        assert (out.vertices[out.faces] == mesh.vertices[mesh.faces]).all()
-        channels = 4 if alpha is None else 3
-        corners = mesh.colors[mesh.faces][..., :channels].astype(float)
-        for weights in ([1, 0, 0], [0, 1, 0], [0, 0, 1], [1 / 3] * 3, [0.5, 0.5, 0], [0, 0.5, 0.5], [0.5, 0, 0.5]):
-            at = np.einsum("k,nkd->nd", weights, out.uv[out.faces])
-            wanted = np.einsum("k,nkd->nd", weights, corners)
-            assert np.abs(sampled(skin, at) - wanted).max() <= 1.0
+    def test_colours_read_back_at_corners_centres_and_edges(self, subtests: pytest.Subtests) -> None:
+        for alpha in [255, None]:
+            for count in [1, 2, 3, 7, 50, 501]:
+                with subtests.test(count=count, alpha=alpha):
+                    mesh = colored(count, alpha=alpha)
+                    assert mesh.colors is not None
+                    out, material = painted(mesh, PLAIN)
+                    skin = material.base_color_texture
+                    assert skin is not None
+                    assert out.uv is not None
+                    assert len(out.faces) == count
+                    assert (out.vertices[out.faces] == mesh.vertices[mesh.faces]).all()
+                    channels = 4 if alpha is None else 3
+                    corners = mesh.colors[mesh.faces][..., :channels].astype(float)
+                    for weights in (
+                        [1, 0, 0],
+                        [0, 1, 0],
+                        [0, 0, 1],
+                        [1 / 3] * 3,
+                        [0.5, 0.5, 0],
+                        [0, 0.5, 0.5],
+                        [0.5, 0, 0.5],
+                    ):
+                        at = np.einsum("k,nkd->nd", weights, out.uv[out.faces])
+                        wanted = np.einsum("k,nkd->nd", weights, corners)
+                        assert np.abs(sampled(skin, at) - wanted).max() <= 1.0
 
     def test_normals_follow(self) -> None:
         mesh = Mesh(vertices=BOX.vertices, faces=BOX.faces, normals=BOX.normals, colors=np.eye(24, 4).astype(np.uint8))

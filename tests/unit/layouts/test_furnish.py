@@ -27,11 +27,12 @@ def kitchen(style: str) -> KitchenRequest:
     return request_kitchen(plan.replace(worktop_items=(item,)), load_style(style)[0], preset_params())
 
 
-@pytest.mark.parametrize("style", style_names())
-def test_a_blender_has_the_lid_of_its_jar(style: str) -> None:
-    items = {item.name: item for item in kitchen(style).items}
-    blender, lid = (params_of(items[name].choice) for name in ("blender", "blender_lid"))
-    assert (lid.jar, lid.jar_top) == (blender.jar, blender.jar_top)  # type: ignore[attr-defined]
+def test_a_blender_has_the_lid_of_its_jar(subtests: pytest.Subtests) -> None:
+    for style in style_names():
+        with subtests.test(style=style):
+            items = {item.name: item for item in kitchen(style).items}
+            blender, lid = (params_of(items[name].choice) for name in ("blender", "blender_lid"))
+            assert (lid.jar, lid.jar_top) == (blender.jar, blender.jar_top)  # type: ignore[attr-defined]
 
 
 def test_the_lid_lies_on_the_jar() -> None:

@@ -180,15 +180,12 @@ class TestHabits:
         found = load_habits()
         assert set(found.categories) <= set(object_names())
 
-    @pytest.mark.parametrize(
-        ("changes", "message"),
-        [
+    def test_habit_with_a_fault_is_refused(self, subtests: pytest.Subtests) -> None:
+        for changes, message in [
             ({"spaces": {"shelv": 1}}, "no kind of space 'shelv'"),
             ({"arrangement": "heap"}, "a heap and what stands on edge have a vessel, and nothing else has"),
             ({"arrangement": "stack"}, "only what is alike is stacked"),
             ({"count": (3, 2)}, "the fewest come first"),
-        ],
-    )
-    def test_habit_with_a_fault_is_refused(self, changes: dict[str, object], message: str) -> None:
-        with pytest.raises(ValidationError, match=message):
-            habits(**changes)
+        ]:
+            with subtests.test(changes=changes, message=message), pytest.raises(ValidationError, match=message):
+                habits(**changes)

@@ -104,31 +104,35 @@ def test_there_are_the_twelve() -> None:
     assert set(TWELVE) <= set(kitchens.style_names())
 
 
-@pytest.fixture(params=TWELVE)
-def style(request: pytest.FixtureRequest) -> Style:
-    return style_of(request.param)
+def test_every_role_has_a_member_of_its_family(subtests: pytest.Subtests) -> None:
+    for style in map(style_of, TWELVE):
+        with subtests.test(style=style.id):
+            expected = {**ROLES, "fridge": style.models["fridge"].family}
+            assert {role: choice.family for role, choice in style.models.items()} == expected
+            assert style.models["fridge"].family.startswith("fridge_")
 
 
-def test_every_role_has_a_member_of_its_family(style: Style) -> None:
-    expected = {**ROLES, "fridge": style.models["fridge"].family}
-    assert {role: choice.family for role, choice in style.models.items()} == expected
-    assert style.models["fridge"].family.startswith("fridge_")
+def test_members_exist_and_their_numbers_go_together(subtests: pytest.Subtests) -> None:
+    for style in map(style_of, TWELVE):
+        with subtests.test(style=style.id):
+            for role, choice in [*style.models.items(), *(("prop", c) for c in style.props)]:
+                assert choice.family in family_names(), role
+                assert choice.name in family(choice.family).presets, (role, choice.preset)
+                # An override that changes nothing is a slip of the pen.
+                assert not choice.params or params_of(choice) != family(choice.family).presets[choice.name], (
+                    role,
+                    choice,
+                )
 
 
-def test_members_exist_and_their_numbers_go_together(style: Style) -> None:
-    for role, choice in [*style.models.items(), *(("prop", c) for c in style.props)]:
-        assert choice.family in family_names(), role
-        assert choice.name in family(choice.family).presets, (role, choice.preset)
-        # An override that changes nothing is a slip of the pen.
-        assert not choice.params or params_of(choice) != family(choice.family).presets[choice.name], (role, choice)
-
-
-def test_finishes_exist(style: Style) -> None:
-    known = known_finishes()
-    for finish in own_finishes(style):
-        assert finish in known, finish
-    for choice in (*style.models.values(), *style.props):
-        assert set(params_of(choice).finishes) <= known, choice
+def test_finishes_exist(subtests: pytest.Subtests) -> None:
+    for style in map(style_of, TWELVE):
+        with subtests.test(style=style.id):
+            known = known_finishes()
+            for finish in own_finishes(style):
+                assert finish in known, finish
+            for choice in (*style.models.values(), *style.props):
+                assert set(params_of(choice).finishes) <= known, choice
 
 
 def own_finishes(style: Style) -> Iterator[str]:
@@ -142,19 +146,23 @@ def own_finishes(style: Style) -> Iterator[str]:
     )
 
 
-def test_members_fit_the_composer(style: Style) -> None:
-    models = style.models
-    assert number(models["sink"], "mount") in ("drop_in", "undermount")
-    assert number(models["window"], "opening") in ("fixed", "sash", "slider")
-    assert number(models["curtain"], "form") not in LONG_CURTAINS
-    for role in ("range", "fridge"):
-        assert float(str(number(models[role], "width"))) <= 0.92, role
-    assert 8 <= len(style.props) <= 14
-    assert len({c.model_dump_json() for c in style.props}) == len(style.props)
+def test_members_fit_the_composer(subtests: pytest.Subtests) -> None:
+    for style in map(style_of, TWELVE):
+        with subtests.test(style=style.id):
+            models = style.models
+            assert number(models["sink"], "mount") in ("drop_in", "undermount")
+            assert number(models["window"], "opening") in ("fixed", "sash", "slider")
+            assert number(models["curtain"], "form") not in LONG_CURTAINS
+            for role in ("range", "fridge"):
+                assert float(str(number(models[role], "width"))) <= 0.92, role
+            assert 8 <= len(style.props) <= 14
+            assert len({c.model_dump_json() for c in style.props}) == len(style.props)
 
 
+@pytest.mark.parametrize("style_id", TWELVE)
 @pytest.mark.parametrize("plan", ["l_small", "one_wall_large"])
-def test_every_style_dresses_a_plan(style: Style, plan: str) -> None:
+def test_every_style_dresses_a_plan(style_id: str, plan: str) -> None:
+    style = style_of(style_id)
     kitchen = kitchen_of(plan, style)
     made = {w.name: params_of(w.choice) for w in kitchen.items}
     for name, params in made.items():
@@ -220,22 +228,23 @@ def test_cornices_lie_on_rows_of_cabinets() -> None:
     assert not [w for w in kitchen_of("l_small", plainer).items if w.role == "cornice"]
 
 
-@pytest.mark.parametrize("width", range(283, 321, 4))
-def test_cornices_of_one_run_do_not_meet(width: int) -> None:
+def test_cornices_of_one_run_do_not_meet(subtests: pytest.Subtests) -> None:
     """Two returns need 8 cm: over a narrower gap between cabinets of one depth the cornice runs on."""
-    plan = kitchens.load_plan("u_dining")[0]
-    # Without its last cabinet the row leaves a gap before the corner, wider the wider the room is.
-    runs = tuple(r.replace(upper=r.upper[:-1]) if r.id == "main" else r for r in plan.runs)
-    gapped = plan.replace(runs=runs)
-    kitchen = request_kitchen(gapped, style_of("traditional_1"), preset_params(), {"width": width / 100})
-    for run in kitchen.lines:
-        ends = []
-        for item in (w for w in kitchen.items if w.role == "cornice" and w.run == run):
-            p = item.choice.params
-            half = (p["width"] + p["out"] * (p["left_return"] + p["right_return"])) / 2
-            ends.append((item.spot.u - half, item.spot.u + half))
-        ends.sort()
-        assert all(before[1] <= after[0] for before, after in pairwise(ends)), (run, ends)
+    for width in range(283, 321, 4):
+        with subtests.test(width=width):
+            plan = kitchens.load_plan("u_dining")[0]
+            # Without its last cabinet the row leaves a gap before the corner, wider the wider the room is.
+            runs = tuple(r.replace(upper=r.upper[:-1]) if r.id == "main" else r for r in plan.runs)
+            gapped = plan.replace(runs=runs)
+            kitchen = request_kitchen(gapped, style_of("traditional_1"), preset_params(), {"width": width / 100})
+            for run in kitchen.lines:
+                ends = []
+                for item in (w for w in kitchen.items if w.role == "cornice" and w.run == run):
+                    p = item.choice.params
+                    half = (p["width"] + p["out"] * (p["left_return"] + p["right_return"])) / 2
+                    ends.append((item.spot.u - half, item.spot.u + half))
+                ends.sort()
+                assert all(before[1] <= after[0] for before, after in pairwise(ends)), (run, ends)
 
 
 @pytest.mark.parametrize("plan", ["double_island", "l_large", "one_wall_large", "pantry_island", "wraparound"])

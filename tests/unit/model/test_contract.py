@@ -36,10 +36,10 @@ def test_a_bare_name_is_a_rule() -> None:
     )
 
 
-@pytest.mark.parametrize("name", ["(open", "[a-", "*", ""])
-def test_what_is_no_pattern_is_refused(name: str) -> None:
-    with pytest.raises(ValidationError):
-        NamePattern(name=name)
+def test_what_is_no_pattern_is_refused(subtests: pytest.Subtests) -> None:
+    for name in ["(open", "[a-", "*", ""]:
+        with subtests.test(name=name), pytest.raises(ValidationError):
+            NamePattern(name=name)
 
 
 def test_at_most_is_not_less_than_at_least() -> None:
@@ -47,24 +47,22 @@ def test_at_most_is_not_less_than_at_least() -> None:
         NamePattern(name="door", min_count=2, max_count=1)
 
 
-@pytest.mark.parametrize("given", [{}, {"at": 0.4, "share": 0.5}])
-def test_a_threshold_is_given_once(given: dict[str, float]) -> None:
-    with pytest.raises(ValidationError, match="at a position or at a share"):
-        Threshold.model_validate({"name": "on", "joint": "knob", **given})
+def test_a_threshold_is_given_once(subtests: pytest.Subtests) -> None:
+    for given in [{}, {"at": 0.4, "share": 0.5}]:
+        with subtests.test(given=given), pytest.raises(ValidationError, match="at a position or at a share"):
+            Threshold.model_validate({"name": "on", "joint": "knob", **given})
 
 
-@pytest.mark.parametrize(
-    ("span", "share", "at"),
-    [
+def test_a_share_counts_from_the_end_nearer_to_zero(subtests: pytest.Subtests) -> None:
+    for span, share, at in [
         ((0.0, 2.0), 0.9, 1.8),
         ((-1.5, 0.0), 0.9, -1.35),
         ((-1.5, 0.0), 0.0, 0.0),
         ((-0.8, 0.8), 0.5, 0.0),
         ((-0.8, 0.8), 0.25, -0.4),
-    ],
-)
-def test_a_share_counts_from_the_end_nearer_to_zero(span: tuple[float, float], share: float, at: float) -> None:
-    assert Threshold(name="x", joint="x", share=share).position(span) == pytest.approx(at)
+    ]:
+        with subtests.test(span=span, share=share, at=at):
+            assert Threshold(name="x", joint="x", share=share).position(span) == pytest.approx(at)
 
 
 def test_a_position_is_that_of_any_range() -> None:
@@ -89,8 +87,3 @@ def test_filled_puts_the_value_into_every_pattern() -> None:
 def test_a_move_goes_no_farther_than_the_ends() -> None:
     with pytest.raises(ValidationError):
         Step(move={"door": 1.1})
-
-
-def test_a_contract_reads_back_as_written() -> None:
-    contract = Contract(id="hood", title="Hood", regions=Requirements.model_validate({"regions": ["main"]}).regions)
-    assert Contract.from_json(contract.to_json()) == contract

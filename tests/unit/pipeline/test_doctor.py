@@ -81,9 +81,11 @@ def test_child_that_hangs_or_dies(monkeypatch: pytest.MonkeyPatch) -> None:
     assert doctor._child("raise SystemExit('gone')") == (False, "gone")
 
 
-@pytest.mark.parametrize(
-    ("requirement", "name"),
-    [("mujoco-core[usd]", "mujoco-core"), ("usd_core==25.11", "usd-core"), ("pydantic>=2 ; x", "pydantic")],
-)
-def test_name_of_a_requirement(requirement: str, name: str) -> None:
-    assert doctor._name(requirement) == name
+def test_name_of_a_requirement(subtests: pytest.Subtests) -> None:
+    for requirement, name in [
+        ("mujoco-core[usd]", "mujoco-core"),
+        ("usd_core==25.11", "usd-core"),
+        ("pydantic>=2 ; x", "pydantic"),
+    ]:
+        with subtests.test(requirement=requirement, name=name):
+            assert doctor._name(requirement) == name

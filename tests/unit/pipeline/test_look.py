@@ -73,10 +73,10 @@ def test_an_absent_package_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPat
         load_scorer(weights)
 
 
-@pytest.mark.parametrize("name", ["nowhere.pt", "nowhere.safetensors", "/nowhere/at/all"])
-def test_files_that_are_not_there_are_said_before_any_package_is_asked_for(name: str) -> None:
-    with pytest.raises(CasaError, match="there are no weights of CLIP"):
-        require_weights(name)
+def test_files_that_are_not_there_are_said_before_any_package_is_asked_for(subtests: pytest.Subtests) -> None:
+    for name in ["nowhere.pt", "nowhere.safetensors", "/nowhere/at/all"]:
+        with subtests.test(name=name), pytest.raises(CasaError, match="there are no weights of CLIP"):
+            require_weights(name)
 
 
 def test_a_folder_without_a_description_of_its_weights_is_said(tmp_path: Path) -> None:

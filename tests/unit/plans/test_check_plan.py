@@ -75,9 +75,8 @@ def test_faults_of_several_kinds_are_told_in_one_call_with_their_lines() -> None
     assert found.text.splitlines()[:2] == text.splitlines()[:2]
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "sentence"),
-    [
+def test_a_fault_has_the_nearest_mend(subtests: pytest.Subtests) -> None:
+    for old, new, sentence in [
         ("- drawers: [0.4, 0.9]", "- drawers: [0.9, 0.4]", "Write [0.4, 0.9]."),
         ("over: main_range", "over: rnage", "Write `over: main_range`."),
         ("on: back", "on: north", "Write `on: back`."),
@@ -94,13 +93,12 @@ def test_faults_of_several_kinds_are_told_in_one_call_with_their_lines() -> None
         ("{heading: right, length: 4.6}", "{heading: right, length: 4.6", "Close the brackets"),
         ("    on: back", "\ton: back", "Indent with spaces"),
         ("- range", "- range: {over: main_sink}", "Take out 'over'."),
-    ],
-)
-def test_a_fault_has_the_nearest_mend(old: str, new: str, sentence: str) -> None:
-    found = checked((ROOM + ROW).replace(old, new, 1))
-    assert any(said.startswith(sentence) for _, _, said in told(found)), told(found)
-    assert found.mended
-    assert checked(found.text).fits
+    ]:
+        with subtests.test(old=old, new=new, sentence=sentence):
+            found = checked((ROOM + ROW).replace(old, new, 1))
+            assert any(said.startswith(sentence) for _, _, said in told(found)), told(found)
+            assert found.mended
+            assert checked(found.text).fits
 
 
 def test_doors_and_windows_move_out_of_the_way() -> None:
@@ -169,55 +167,40 @@ ISLAND = "  island:\n    faces: {run: main, aisle: 1.2}\n    base: [drawers: 0.9
 LARGE = (ROOM + ROW).replace("length: 3.0}", "length: 5.0}")
 
 
-@pytest.mark.parametrize(
-    ("text", "sentence"),
-    [
-        pytest.param(
+def test_what_drafts_by_others_had_wrong_is_mended(subtests: pytest.Subtests) -> None:
+    for text, sentence in [
+        (
             ROOM + ROW + "  left:\n    on: left\n    end: 1.2\n    base: [drawers]\ncorners: [{runs: [main, left]}]\n",
             "Write `runs: [left, main]`.",
-            id="a corner in the wrong order",
         ),
-        pytest.param(
-            LARGE + ISLAND + "    upper: [doors]\n", "Take out 'upper' of island.", id="wall units over an island"
-        ),
-        pytest.param(
-            (ROOM + ROW).replace("- hood: {over: main_range}", "- hood"), "Write `over: main_range`.", id="a bare hood"
-        ),
-        pytest.param((ROOM + ROW).replace("heading: back", "heading: -90"), "Write 270.", id="a negative heading"),
-        pytest.param(
+        (LARGE + ISLAND + "    upper: [doors]\n", "Take out 'upper' of island."),
+        ((ROOM + ROW).replace("- hood: {over: main_range}", "- hood"), "Write `over: main_range`."),
+        ((ROOM + ROW).replace("heading: back", "heading: -90"), "Write 270."),
+        (
             LARGE + ISLAND + "seats:\n  - {run: island, count: 1}\n  - {run: island, count: 1}\n",
             "Write `count: 2` for island, and take out the second row.",
-            id="two rows of seats at one island",
         ),
-        pytest.param(
-            ROOM + ROW + "lamps:\n  - {item: pendant_light, over: main, count: 2}\n",
-            "Take out these lamps.",
-            id="lamps among wall units",
-        ),
-        pytest.param(
+        (ROOM + ROW + "lamps:\n  - {item: pendant_light, over: main, count: 2}\n", "Take out these lamps."),
+        (
             LARGE + "openings:\n  w: {kind: window, wall: right, at: 3.0, height: 2.2, sill: 0.2}\n",
             "Write `height: 1.80",
-            id="a window higher than they are made",
         ),
-        pytest.param(
+        (
             LARGE + "openings:\n  d: {kind: door, wall: right, at: 3.5, width: 1.8, height: 2.1}\n",
             "Write `kind: passage`.",
-            id="a leaf too wide for a hand",
         ),
-        pytest.param(
+        (
             ROOM
             + ROW.replace("drawers: [0.4, 0.9]", "drawers: 0.4")
             + "worktop_items:\n  microwave: {on: main_drawers}\n  kettle: {on: main_drawers}\n",
             "Write `on: main_doors` for microwave.",
-            id="more than a worktop holds",
         ),
-    ],
-)
-def test_what_drafts_by_others_had_wrong_is_mended(text: str, sentence: str) -> None:
-    found = checked(text)
-    assert any(said.startswith(sentence) for _, _, said in told(found)), told(found)
-    assert found.mended, told(found)
-    assert checked(found.text).fits
+    ]:
+        with subtests.test(text=text, sentence=sentence):
+            found = checked(text)
+            assert any(said.startswith(sentence) for _, _, said in told(found)), told(found)
+            assert found.mended, told(found)
+            assert checked(found.text).fits
 
 
 def test_a_plan_in_centimetres_is_written_in_metres_at_once() -> None:

@@ -110,16 +110,17 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize("case", CASES)
-def test_what_would_fail_is_told_with_a_mend_that_works(case: str) -> None:
-    text, expected, sentence = CASES[case]
-    found = checked(text)
-    told = [(t.fault.expected, t.fault.mend.sentence if t.fault.mend else "") for t in found.faults]
-    assert any(expected in one and sentence in said for one, said in told), told
-    assert found.mended, told
-    assert found.kitchen is not None
-    assert problems_of(found.kitchen) == []
-    assert checked(found.text).fits
+def test_what_would_fail_is_told_with_a_mend_that_works(subtests: pytest.Subtests) -> None:
+    for case in sorted(CASES):
+        with subtests.test(case=case):
+            text, expected, sentence = CASES[case]
+            found = checked(text)
+            told = [(t.fault.expected, t.fault.mend.sentence if t.fault.mend else "") for t in found.faults]
+            assert any(expected in one and sentence in said for one, said in told), told
+            assert found.mended, told
+            assert found.kitchen is not None
+            assert problems_of(found.kitchen) == []
+            assert checked(found.text).fits
 
 
 def test_kinds_of_problems_are_told_apart() -> None:

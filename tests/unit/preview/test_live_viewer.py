@@ -102,14 +102,12 @@ def test_without_a_window_the_page_is_advised(monkeypatch: pytest.MonkeyPatch, m
         live_viewer.show(model_of(document.write(microwave)))
 
 
-@pytest.mark.parametrize(
-    ("groups", "shown"),
-    [((0, 1), [0, 1, 1]), ((2, 3), [1, 1, 1]), ((0,), [1, 1, 1])],
-)
-def test_what_only_collides_is_hidden(groups: tuple[int, ...], shown: list[int]) -> None:
-    geoms = "".join(f'<geom size=".1" group="{group}"/>' for group in groups)
-    model = mujoco.MjModel.from_xml_string(f"<mujoco><worldbody><body>{geoms}</body></worldbody></mujoco>")
-    assert live_viewer.shown_groups(model) == [*shown, 0, 0, 0]
+def test_what_only_collides_is_hidden(subtests: pytest.Subtests) -> None:
+    for groups, shown in [((0, 1), [0, 1, 1]), ((2, 3), [1, 1, 1]), ((0,), [1, 1, 1])]:
+        with subtests.test(groups=groups, shown=shown):
+            geoms = "".join(f'<geom size=".1" group="{group}"/>' for group in groups)
+            model = mujoco.MjModel.from_xml_string(f"<mujoco><worldbody><body>{geoms}</body></worldbody></mujoco>")
+            assert live_viewer.shown_groups(model) == [*shown, 0, 0, 0]
 
 
 def test_what_acts_glows_until_it_does_no_longer(microwave: Asset) -> None:

@@ -48,15 +48,17 @@ SHAPES = {
 }
 
 
-@pytest.mark.parametrize("name", SHAPES)
-def test_any_mesh_gives_a_picture(name: str) -> None:
-    assert colored(raw_model.render_mesh([part(SHAPES[name])], Up.Z, QUICK)) > 0.10
+def test_any_mesh_gives_a_picture(subtests: pytest.Subtests) -> None:
+    for name in sorted(SHAPES):
+        with subtests.test(name=name):
+            assert colored(raw_model.render_mesh([part(SHAPES[name])], Up.Z, QUICK)) > 0.10
 
 
-@pytest.mark.parametrize("name", SHAPES)
-def test_so_does_drawing_by_hand(name: str) -> None:
-    stood = raw_model._stand_up([part(SHAPES[name])], Up.Z)
-    assert colored(tonemap.png(point_splatting.draw(stood, QUICK))) > 0.10
+def test_so_does_drawing_by_hand(subtests: pytest.Subtests) -> None:
+    for name in sorted(SHAPES):
+        with subtests.test(name=name):
+            stood = raw_model._stand_up([part(SHAPES[name])], Up.Z)
+            assert colored(tonemap.png(point_splatting.draw(stood, QUICK))) > 0.10
 
 
 def test_a_line_without_area_is_no_reason_to_fail() -> None:

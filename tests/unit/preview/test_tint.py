@@ -29,9 +29,8 @@ def printed(*colors: tuple[int, int, int]) -> Asset:
     return asset.replace(materials=looks)
 
 
-@pytest.mark.parametrize(
-    ("color", "name"),
-    [
+def test_colours_have_their_names(subtests: pytest.Subtests) -> None:
+    for color, name in [
         ((0.8, 0.1, 0.1), "red"),
         ((1.0, 0.5, 0.0), "orange"),
         ((1.0, 0.9, 0.1), "yellow"),
@@ -45,10 +44,9 @@ def printed(*colors: tuple[int, int, int]) -> Asset:
         ((0.5, 0.5, 0.5), "grey"),
         ((0.05, 0.05, 0.05), "black"),
         ((0.97, 0.97, 0.97), "white"),
-    ],
-)
-def test_colours_have_their_names(color: tuple[float, float, float], name: str) -> None:
-    assert color_histogram(painted(*color)).names == ((name, 1.0),)
+    ]:
+        with subtests.test(color=color, name=name):
+            assert color_histogram(painted(*color)).names == ((name, 1.0),)
 
 
 def test_lab_of_the_primaries() -> None:

@@ -39,9 +39,10 @@ class TestOverlaid:
         }
         assert list(joined.value) == ["mug", "cup", "bowl"]
 
-    @pytest.mark.parametrize(
-        ("path", "expected"),
-        [
+    def test_faults_name_the_file_and_the_line_that_state_it(
+        self, subtests: pytest.Subtests, tmp_path_factory: pytest.TempPathFactory
+    ) -> None:
+        for path, expected in [
             (("mug", "mass", 0), "b.yaml:2"),
             (("mug", "mass", 2), "b.yaml:2"),
             (("mug", "size", "x"), "a.yaml:1"),
@@ -49,14 +50,12 @@ class TestOverlaid:
             (("mug", "colour"), "a.yaml:1"),
             (("cup", "mass"), "a.yaml:2"),
             (("bowl", "size"), "b.yaml:4"),
-        ],
-    )
-    def test_faults_name_the_file_and_the_line_that_state_it(
-        self, tmp_path: Path, path: tuple[str | int, ...], expected: str
-    ) -> None:
-        lower = document(tmp_path / "a.yaml", "mug: {mass: [1, 2, 3], size: {x: 1, y: 2}}\ncup: {mass: 4}\n")
-        upper = document(tmp_path / "b.yaml", "mug:\n  mass: [5]\n  size: {y: 7}\nbowl: {mass: 6}\n")
-        assert str(lower.overlaid(upper).fault(path, "a", "b")).startswith(f"{expected}: ")
+        ]:
+            with subtests.test(path=path, expected=expected):
+                tmp_path = tmp_path_factory.mktemp("case")
+                lower = document(tmp_path / "a.yaml", "mug: {mass: [1, 2, 3], size: {x: 1, y: 2}}\ncup: {mass: 4}\n")
+                upper = document(tmp_path / "b.yaml", "mug:\n  mass: [5]\n  size: {y: 7}\nbowl: {mass: 6}\n")
+                assert str(lower.overlaid(upper).fault(path, "a", "b")).startswith(f"{expected}: ")
 
     def test_lists_on_the_top_follow_each_other(self, tmp_path: Path) -> None:
         lower = document(tmp_path / "a.yaml", "- {code: A}\n- {code: B}\n")

@@ -22,9 +22,10 @@ def casa(*words: str | Path, folder: Path) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command(*words), cwd=folder, env=environment, capture_output=True, text=True, check=False)
 
 
-@pytest.mark.parametrize(("folder", "name"), [("My kitchens 2", "my_kitchens_2"), ("2nd", "project_2nd")])
-def test_a_project_is_called_after_its_folder(folder: str, name: str) -> None:
-    assert name_of(Path(folder)) == name
+def test_a_project_is_called_after_its_folder(subtests: pytest.Subtests) -> None:
+    for folder, name in [("My kitchens 2", "my_kitchens_2"), ("2nd", "project_2nd")]:
+        with subtests.test(folder=folder, name=name):
+            assert name_of(Path(folder)) == name
 
 
 @pytest.fixture

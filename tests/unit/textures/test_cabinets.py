@@ -61,18 +61,20 @@ def test_every_front_is_sound(name: str) -> None:
     assert np.ptp(made.height_m) < 0.012
 
 
-@pytest.mark.parametrize("name", [n for n, r in RECIPES.items() if r.kind == "veneer"])
-def test_wood_stands_upright(name: str) -> None:
-    across, along = steps(make(RECIPES[name], 256).albedo.mean(axis=2))
-    figured = name in ("maple_tiger", "eucalyptus_smoked", "birch_rotary", "douglas_fir", "elm_wild")
-    assert across > (0.3 if figured else 1.1) * along
+def test_wood_stands_upright(subtests: pytest.Subtests) -> None:
+    for name in [n for n, r in RECIPES.items() if r.kind == "veneer"]:
+        with subtests.test(name=name):
+            across, along = steps(make(RECIPES[name], 256).albedo.mean(axis=2))
+            figured = name in ("maple_tiger", "eucalyptus_smoked", "birch_rotary", "douglas_fir", "elm_wild")
+            assert across > (0.3 if figured else 1.1) * along
 
 
-@pytest.mark.parametrize("name", [n for n, r in RECIPES.items() if r.kind == "painted_front"])
-def test_colours_are_muted(name: str) -> None:
+def test_colours_are_muted(subtests: pytest.Subtests) -> None:
     """Nothing garish: less than half of the chroma of a signal red. Ref: Oklab chroma of #ff0000, 0.26."""
-    lab = oklab(make(RECIPES[name], 64).albedo).mean(axis=(0, 1))
-    assert np.hypot(lab[1], lab[2]) < 0.125
+    for name in [n for n, r in RECIPES.items() if r.kind == "painted_front"]:
+        with subtests.test(name=name):
+            lab = oklab(make(RECIPES[name], 64).albedo).mean(axis=(0, 1))
+            assert np.hypot(lab[1], lab[2]) < 0.125
 
 
 @pytest.mark.parametrize("coat", [PaintCoat.SPRAYED, PaintCoat.BRUSHED, PaintCoat.CHALK])
@@ -113,16 +115,17 @@ def test_grooves_and_ribs_are_counted() -> None:
         assert np.ptp(made.height_m, axis=0).max() == pytest.approx(0.0, abs=1e-6)
 
 
-@pytest.mark.parametrize("face", list(FrontFace))
-def test_faces_tile_and_lie_between_their_colours(face: FrontFace) -> None:
-    front = PressedFront(color="#b0a898", second="#807868", face=face, strength=0.7, pitch_m=0.03)
-    made = paint_pressed(front, CANVAS, rng_for(1, "p"))
-    assert seam(made.albedo).worst < 1.6
-    assert seam(made.height_m[..., None] * 500).worst < 1.6
-    assert made.albedo[..., 0].mean() < 0.72
-    assert made.albedo[..., 0].mean() > 0.35
-    again = paint_pressed(front, CANVAS, rng_for(1, "p"))
-    assert made.albedo.tobytes() == again.albedo.tobytes()
+def test_faces_tile_and_lie_between_their_colours(subtests: pytest.Subtests) -> None:
+    for face in list(FrontFace):
+        with subtests.test(face=face):
+            front = PressedFront(color="#b0a898", second="#807868", face=face, strength=0.7, pitch_m=0.03)
+            made = paint_pressed(front, CANVAS, rng_for(1, "p"))
+            assert seam(made.albedo).worst < 1.6
+            assert seam(made.height_m[..., None] * 500).worst < 1.6
+            assert made.albedo[..., 0].mean() < 0.72
+            assert made.albedo[..., 0].mean() > 0.35
+            again = paint_pressed(front, CANVAS, rng_for(1, "p"))
+            assert made.albedo.tobytes() == again.albedo.tobytes()
 
 
 def test_gaps_are_dark_and_deep() -> None:

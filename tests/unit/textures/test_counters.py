@@ -70,21 +70,23 @@ def test_every_counter_is_sound(name: str) -> None:
     assert np.ptp(made.height_m) < 0.01
 
 
-@pytest.mark.parametrize("kind", counters.KINDS, ids=lambda k: str(k.name))
-def test_same_seed_same_bytes(kind: object) -> None:
-    recipe = next(r for r in RECIPES.values() if r.kind == getattr(kind, "name"))  # noqa: B009
-    one, same = make(recipe, 64), make(recipe, 64)
-    assert one.albedo.tobytes() == same.albedo.tobytes()
-    assert one.height_m.tobytes() == same.height_m.tobytes()
-    other = make(recipe.replace(seed=recipe.seed + 1), 64)
-    assert one.albedo.tobytes() != other.albedo.tobytes()
+def test_same_seed_same_bytes(subtests: pytest.Subtests) -> None:
+    for kind in counters.KINDS:
+        with subtests.test(kind=kind):
+            recipe = next(r for r in RECIPES.values() if r.kind == getattr(kind, "name"))  # noqa: B009
+            one, same = make(recipe, 64), make(recipe, 64)
+            assert one.albedo.tobytes() == same.albedo.tobytes()
+            assert one.height_m.tobytes() == same.height_m.tobytes()
+            other = make(recipe.replace(seed=recipe.seed + 1), 64)
+            assert one.albedo.tobytes() != other.albedo.tobytes()
 
 
-@pytest.mark.parametrize("name", ["granite_alaska", "marble_statuario", "onyx_honey", "block_walnut", "tile_saltillo"])
-def test_another_size_shows_the_same_design(name: str) -> None:
-    fine = make(RECIPES[name], 256).albedo.reshape(128, 2, 128, 2, 3).mean(axis=(1, 3))
-    coarse = make(RECIPES[name], 128).albedo
-    assert np.corrcoef(fine.ravel(), coarse.ravel())[0, 1] > 0.6
+def test_another_size_shows_the_same_design(subtests: pytest.Subtests) -> None:
+    for name in ["granite_alaska", "marble_statuario", "onyx_honey", "block_walnut", "tile_saltillo"]:
+        with subtests.test(name=name):
+            fine = make(RECIPES[name], 256).albedo.reshape(128, 2, 128, 2, 3).mean(axis=(1, 3))
+            coarse = make(RECIPES[name], 128).albedo
+            assert np.corrcoef(fine.ravel(), coarse.ravel())[0, 1] > 0.6
 
 
 def test_cells_have_their_size_and_close() -> None:
@@ -219,21 +221,24 @@ def test_checkered_tiles_take_turns_over_the_border() -> None:
     assert made[20, 20] != pytest.approx(made[20, 230], abs=0.2)
 
 
-@pytest.mark.parametrize("tooling", list(MetalTooling))
-def test_metal_tiles_and_shows_its_tool(tooling: MetalTooling) -> None:
-    made = paint_metal(
-        SheetMetal(color="#b0b0b0", patina_color="#707070", tooling=tooling, mark_m=0.03), CANVAS, rng_for(1, "m")
-    )
-    assert seam(made.albedo).worst < 1.6
-    assert made.metallic == 1.0
-    across = float(np.abs(np.diff(made.albedo[..., 0], axis=1)).mean())
-    along = float(np.abs(np.diff(made.albedo[..., 0], axis=0)).mean())
-    if tooling in (MetalTooling.ALONG, MetalTooling.ROLLED):
-        assert along > 3 * across
-    elif tooling is MetalTooling.UPRIGHT:
-        assert across > 3 * along
-    else:
-        assert 0.3 < along / across < 3.5
+def test_metal_tiles_and_shows_its_tool(subtests: pytest.Subtests) -> None:
+    for tooling in list(MetalTooling):
+        with subtests.test(tooling=tooling):
+            made = paint_metal(
+                SheetMetal(color="#b0b0b0", patina_color="#707070", tooling=tooling, mark_m=0.03),
+                CANVAS,
+                rng_for(1, "m"),
+            )
+            assert seam(made.albedo).worst < 1.6
+            assert made.metallic == 1.0
+            across = float(np.abs(np.diff(made.albedo[..., 0], axis=1)).mean())
+            along = float(np.abs(np.diff(made.albedo[..., 0], axis=0)).mean())
+            if tooling in (MetalTooling.ALONG, MetalTooling.ROLLED):
+                assert along > 3 * across
+            elif tooling is MetalTooling.UPRIGHT:
+                assert across > 3 * along
+            else:
+                assert 0.3 < along / across < 3.5
 
 
 def test_patina_and_spots_age_the_metal() -> None:
@@ -245,13 +250,14 @@ def test_patina_and_spots_age_the_metal() -> None:
     assert spotted.albedo.mean() < shares[0].albedo.mean()
 
 
-@pytest.mark.parametrize("pattern", list(LaminatePattern))
-def test_prints_use_their_inks(pattern: LaminatePattern) -> None:
-    canvas = PrintedLaminate(ground=WHITE, inks=("#ff0000", "#0000ff"), pattern=pattern, size_m=0.04)
-    made: Layers = paint_print(canvas, CANVAS, rng_for(1, "p"))
-    inked = made.albedo.min(axis=2) < 0.7
-    assert 0.01 < inked.mean() < 0.95
-    assert seam(made.albedo).worst < 1.6
+def test_prints_use_their_inks(subtests: pytest.Subtests) -> None:
+    for pattern in list(LaminatePattern):
+        with subtests.test(pattern=pattern):
+            canvas = PrintedLaminate(ground=WHITE, inks=("#ff0000", "#0000ff"), pattern=pattern, size_m=0.04)
+            made: Layers = paint_print(canvas, CANVAS, rng_for(1, "p"))
+            inked = made.albedo.min(axis=2) < 0.7
+            assert 0.01 < inked.mean() < 0.95
+            assert seam(made.albedo).worst < 1.6
 
 
 def test_crackle_is_a_fine_net() -> None:

@@ -48,35 +48,39 @@ def laid(name: str, px_per_m: int = 400) -> tuple[PieceMap, Canvas]:
     return lay(laying, canvas, rng_for(1, name)), canvas
 
 
-@pytest.mark.parametrize("name", TILINGS)
-def test_pieces_cover_the_picture_without_holes(name: str) -> None:
-    pieces, canvas = laid(name)
-    assert pieces.inside_m.min() > -1.5 * canvas.pixel_m
-    used = np.unique(pieces.owner)
-    assert len(used) == pieces.count or name == "panel"  # corners of a weave may be cut off altogether
+def test_pieces_cover_the_picture_without_holes(subtests: pytest.Subtests) -> None:
+    for name in TILINGS:
+        with subtests.test(name=name):
+            pieces, canvas = laid(name)
+            assert pieces.inside_m.min() > -1.5 * canvas.pixel_m
+            used = np.unique(pieces.owner)
+            assert len(used) == pieces.count or name == "panel"  # corners of a weave may be cut off altogether
 
 
-@pytest.mark.parametrize("name", [n for n, t in TILINGS.items() if t[2]])
-def test_number_of_pieces_follows_from_their_size(name: str) -> None:
-    pieces, _ = laid(name)
-    assert pieces.count == TILINGS[name][2]
+def test_number_of_pieces_follows_from_their_size(subtests: pytest.Subtests) -> None:
+    for name in [n for n, t in TILINGS.items() if t[2]]:
+        with subtests.test(name=name):
+            pieces, _ = laid(name)
+            assert pieces.count == TILINGS[name][2]
 
 
-@pytest.mark.parametrize("name", sorted(TILINGS.keys() - UNEQUAL))
-def test_pieces_of_one_shape_have_one_area(name: str) -> None:
-    pieces, _ = laid(name)
-    shares = np.bincount(pieces.owner.ravel(), minlength=pieces.count) / pieces.owner.size * pieces.count
-    assert shares.min() > 0.9
-    assert shares.max() < 1.1
+def test_pieces_of_one_shape_have_one_area(subtests: pytest.Subtests) -> None:
+    for name in sorted(TILINGS.keys() - UNEQUAL):
+        with subtests.test(name=name):
+            pieces, _ = laid(name)
+            shares = np.bincount(pieces.owner.ravel(), minlength=pieces.count) / pieces.owner.size * pieces.count
+            assert shares.min() > 0.9
+            assert shares.max() < 1.1
 
 
-@pytest.mark.parametrize("name", TILINGS)
-@pytest.mark.parametrize("axis", [0, 1])
-def test_pieces_go_on_over_the_border(name: str, axis: int) -> None:
+def test_pieces_go_on_over_the_border(subtests: pytest.Subtests) -> None:
     """The distance to an edge changes by a pixel from one pixel to the next, on the border as well."""
-    pieces, canvas = laid(name)
-    steps = np.abs(np.take(pieces.inside_m, 0, axis) - np.take(pieces.inside_m, -1, axis))
-    assert steps.max() < 1.6 * canvas.pixel_m
+    for axis in [0, 1]:
+        for name in TILINGS:
+            with subtests.test(name=name, axis=axis):
+                pieces, canvas = laid(name)
+                steps = np.abs(np.take(pieces.inside_m, 0, axis) - np.take(pieces.inside_m, -1, axis))
+                assert steps.max() < 1.6 * canvas.pixel_m
 
 
 def test_place_on_a_piece_is_true_to_size() -> None:
@@ -113,10 +117,13 @@ def test_fieldstones_are_of_the_stated_size() -> None:
     assert len(np.unique(pieces.owner)) == pieces.count
 
 
-@pytest.mark.parametrize(("length", "module", "even"), [(1.0, 0.3, False), (0.9, 0.3, True), (0.05, 0.1, False)])
-def test_a_picture_that_holds_no_whole_number_is_an_error(length: float, module: float, even: bool) -> None:
-    with pytest.raises(ValueError, match="no whole number of modules"):
-        whole(length, module, even)
+def test_a_picture_that_holds_no_whole_number_is_an_error(subtests: pytest.Subtests) -> None:
+    for length, module, even in [(1.0, 0.3, False), (0.9, 0.3, True), (0.05, 0.1, False)]:
+        with (
+            subtests.test(length=length, module=module, even=even),
+            pytest.raises(ValueError, match="no whole number of modules"),
+        ):
+            whole(length, module, even)
 
 
 def test_rows_that_do_not_close_are_an_error() -> None:
@@ -143,12 +150,13 @@ def test_a_joint_covers_its_width_at_any_resolution() -> None:
         assert share.sum() * pixel == pytest.approx(0.003, rel=0.02)
 
 
-@pytest.mark.parametrize("edge", TileEdge)
-def test_rims_fall_off_by_the_stated_drop(edge: TileEdge) -> None:
-    joint = Joint(edge=edge, edge_width_m=0.004, rim_drop_m=0.001)
-    depth = profile(joint, np.array([[0.0, 0.002, 0.05]], dtype=np.float32))
-    np.testing.assert_allclose(depth[0, [0, 2]], [-0.001, 0.0], atol=1e-5)
-    assert -0.001 < depth[0, 1] < 0.0
+def test_rims_fall_off_by_the_stated_drop(subtests: pytest.Subtests) -> None:
+    for edge in TileEdge:
+        with subtests.test(edge=edge):
+            joint = Joint(edge=edge, edge_width_m=0.004, rim_drop_m=0.001)
+            depth = profile(joint, np.array([[0.0, 0.002, 0.05]], dtype=np.float32))
+            np.testing.assert_allclose(depth[0, [0, 2]], [-0.001, 0.0], atol=1e-5)
+            assert -0.001 < depth[0, 1] < 0.0
 
 
 def test_every_piece_shows_its_own_place_of_the_slab() -> None:

@@ -40,7 +40,6 @@ BOTH = {**WALLS, **FLOORS}
 KINDS = [*walls.KINDS, *floors.KINDS]
 WHITE, BLACK = "#ffffff", "#000000"
 GROUT = Joint(color=BLACK, width_m=0.006, coarseness=0.0, rim_drop_m=0.0)
-QUIET = {"variety": 0.0, "pool": 0.0, "tilt": 0.0, "wave_m": 0.0}
 
 
 def runs(row: Map) -> int:
@@ -76,27 +75,29 @@ def test_every_one_is_sound(name: str) -> None:
     assert np.ptp(made.height_m) < 0.06
 
 
-@pytest.mark.parametrize("kind", KINDS, ids=lambda k: str(k.name))
-def test_same_seed_same_bytes_and_another_seed_another_picture(kind: object) -> None:
-    recipe = first_of(getattr(kind, "name"))  # noqa: B009
-    one, same, other = make(recipe, 64), make(recipe, 64), make(recipe.replace(seed=recipe.seed + 1), 64)
-    assert one.albedo.tobytes() == same.albedo.tobytes()
-    assert one.height_m.tobytes() == same.height_m.tobytes()
-    assert one.roughness.tobytes() == same.roughness.tobytes()
-    changed = (one.albedo != other.albedo).any() or (one.height_m != other.height_m).any()
-    assert changed
+def test_same_seed_same_bytes_and_another_seed_another_picture(subtests: pytest.Subtests) -> None:
+    for kind in KINDS:
+        with subtests.test(kind=kind):
+            recipe = first_of(getattr(kind, "name"))  # noqa: B009
+            one, same, other = make(recipe, 64), make(recipe, 64), make(recipe.replace(seed=recipe.seed + 1), 64)
+            assert one.albedo.tobytes() == same.albedo.tobytes()
+            assert one.height_m.tobytes() == same.height_m.tobytes()
+            assert one.roughness.tobytes() == same.roughness.tobytes()
+            changed = (one.albedo != other.albedo).any() or (one.height_m != other.height_m).any()
+            assert changed
 
 
-@pytest.mark.parametrize("kind", KINDS, ids=lambda k: str(k.name))
-def test_a_coarse_picture_shows_the_same_design(kind: object) -> None:
-    recipe = first_of(getattr(kind, "name"))  # noqa: B009
-    fine, coarse = make(recipe, 512).albedo.mean(axis=2), make(recipe, 256).albedo.mean(axis=2)
-    step = [n // 32 for n in coarse.shape]
-    rows, columns = step[0] * 32, step[1] * 32
-    small = coarse[:rows, :columns].reshape(32, step[0], 32, step[1]).mean(axis=(1, 3))
-    fine = fine[: 2 * rows, : 2 * columns].reshape(32, 2 * step[0], 32, 2 * step[1]).mean(axis=(1, 3))
-    assert np.corrcoef(small.ravel(), fine.ravel())[0, 1] > 0.6  # threads finer than a pixel leave the rest
-    assert abs(float(small.mean() - fine.mean())) < 0.02
+def test_a_coarse_picture_shows_the_same_design(subtests: pytest.Subtests) -> None:
+    for kind in KINDS:
+        with subtests.test(kind=kind):
+            recipe = first_of(getattr(kind, "name"))  # noqa: B009
+            fine, coarse = make(recipe, 512).albedo.mean(axis=2), make(recipe, 256).albedo.mean(axis=2)
+            step = [n // 32 for n in coarse.shape]
+            rows, columns = step[0] * 32, step[1] * 32
+            small = coarse[:rows, :columns].reshape(32, step[0], 32, step[1]).mean(axis=(1, 3))
+            fine = fine[: 2 * rows, : 2 * columns].reshape(32, 2 * step[0], 32, 2 * step[1]).mean(axis=(1, 3))
+            assert np.corrcoef(small.ravel(), fine.ravel())[0, 1] > 0.6  # threads finer than a pixel leave the rest
+            assert abs(float(small.mean() - fine.mean())) < 0.02
 
 
 def test_subway_tiles_are_as_large_as_stated() -> None:
@@ -141,32 +142,35 @@ def test_a_full_coat_of_paint_hides_the_brick() -> None:
     assert np.ptp(painted.height_m) > 0.003  # the bond still stands out
 
 
-@pytest.mark.parametrize("profile", BoardProfile)
-def test_boards_are_as_wide_as_stated(profile: BoardProfile) -> None:
-    params = PaintedBoards(color="#808080", profile=profile, pitch_m=0.1, gap_m=0.012, depth_m=0.005, grain=0.0)
-    made = paint_boards(params, Canvas((100, 400), (0.8, 0.2)), rng_for(1, "b"))
-    relief = made.height_m.mean(axis=0)
-    assert runs(relief) == (16 if profile is BoardProfile.BEAD else 8)
-    level = paint_boards(params.replace(horizontal=True), Canvas((400, 100), (0.2, 0.8)), rng_for(1, "b"))
-    np.testing.assert_array_equal(level.height_m, made.height_m.T)
+def test_boards_are_as_wide_as_stated(subtests: pytest.Subtests) -> None:
+    for profile in BoardProfile:
+        with subtests.test(profile=profile):
+            params = PaintedBoards(color="#808080", profile=profile, pitch_m=0.1, gap_m=0.012, depth_m=0.005, grain=0.0)
+            made = paint_boards(params, Canvas((100, 400), (0.8, 0.2)), rng_for(1, "b"))
+            relief = made.height_m.mean(axis=0)
+            assert runs(relief) == (16 if profile is BoardProfile.BEAD else 8)
+            level = paint_boards(params.replace(horizontal=True), Canvas((400, 100), (0.2, 0.8)), rng_for(1, "b"))
+            np.testing.assert_array_equal(level.height_m, made.height_m.T)
 
 
-@pytest.mark.parametrize("hand", PlasterFinish)
-def test_plaster_holds_its_color_and_its_relief_hangs_on_relief(hand: PlasterFinish) -> None:
-    params = Plaster(color="#808080", second="#606060", technique=hand, strength=0.5, relief=1.0)
-    canvas = Canvas((256, 256), (0.8, 0.8))
-    made = paint_plaster(params, canvas, rng_for(1, "p"))
-    assert float(made.albedo.mean()) == pytest.approx(0.5, abs=0.05)
-    flat = paint_plaster(params.replace(relief=0.0), canvas, rng_for(1, "p"))
-    assert np.ptp(flat.height_m) == 0.0 < np.ptp(made.height_m) < 0.02
+def test_plaster_holds_its_color_and_its_relief_hangs_on_relief(subtests: pytest.Subtests) -> None:
+    for hand in PlasterFinish:
+        with subtests.test(hand=hand):
+            params = Plaster(color="#808080", second="#606060", technique=hand, strength=0.5, relief=1.0)
+            canvas = Canvas((256, 256), (0.8, 0.8))
+            made = paint_plaster(params, canvas, rng_for(1, "p"))
+            assert float(made.albedo.mean()) == pytest.approx(0.5, abs=0.05)
+            flat = paint_plaster(params.replace(relief=0.0), canvas, rng_for(1, "p"))
+            assert np.ptp(flat.height_m) == 0.0 < np.ptp(made.height_m) < 0.02
 
 
-@pytest.mark.parametrize("form", [Formwork.BOARDS, Formwork.PANELS])
-def test_formwork_is_as_large_as_stated(form: Formwork) -> None:
-    params = Concrete(color="#a0a0a0", second="#a0a0a0", formwork=form, formwork_unit_m=0.2, cloudy=0, holes=0)
-    made = paint_concrete(params, Canvas((400, 400), (0.8, 0.8)), rng_for(1, "c"))
-    dark = made.albedo.mean(axis=(1, 2))
-    assert runs(-dark) == 4
+def test_formwork_is_as_large_as_stated(subtests: pytest.Subtests) -> None:
+    for form in [Formwork.BOARDS, Formwork.PANELS]:
+        with subtests.test(form=form):
+            params = Concrete(color="#a0a0a0", second="#a0a0a0", formwork=form, formwork_unit_m=0.2, cloudy=0, holes=0)
+            made = paint_concrete(params, Canvas((400, 400), (0.8, 0.8)), rng_for(1, "c"))
+            dark = made.albedo.mean(axis=(1, 2))
+            assert runs(-dark) == 4
 
 
 def test_tin_plates_repeat_exactly_but_for_their_dents() -> None:
@@ -176,38 +180,43 @@ def test_tin_plates_repeat_exactly_but_for_their_dents() -> None:
     assert np.abs(first - second).max() < 0.001 < np.ptp(first)
 
 
-@pytest.mark.parametrize("design", TileDesign)
-def test_designs_use_all_their_inks_and_go_on_over_the_joint(design: TileDesign) -> None:
-    inks = 1 + max(number for _, number in DESIGNS[design](np.zeros((1, 1)), np.zeros((1, 1))))
-    colors = ("#ffffff", "#ff0000", "#00ff00", "#0000ff")[:inks]
-    params = Encaustic(design=design, colors=colors, wear=0, bleed=0, variety=0, joint=Joint(width_m=0))
-    made = paint_cement(params, Canvas((128, 128), (0.4, 0.4)), rng_for(1, "e")).albedo
-    for color in colors[1:]:
-        wanted = np.array([int(color[i : i + 2], 16) / 255 for i in (1, 3, 5)])
-        assert (np.abs(made - wanted).max(axis=2) < 0.3).mean() > 0.005
-    np.testing.assert_allclose(made[:64, :64], made[64:, 64:], atol=0.35)  # the same tile, mottled
-    if design is not TileDesign.ARCS:  # its rings end at the edge of the tile
-        assert seam(made).worst < 2.0
+def test_designs_use_all_their_inks_and_go_on_over_the_joint(subtests: pytest.Subtests) -> None:
+    for design in TileDesign:
+        with subtests.test(design=design):
+            inks = 1 + max(number for _, number in DESIGNS[design](np.zeros((1, 1)), np.zeros((1, 1))))
+            colors = ("#ffffff", "#ff0000", "#00ff00", "#0000ff")[:inks]
+            params = Encaustic(design=design, colors=colors, wear=0, bleed=0, variety=0, joint=Joint(width_m=0))
+            made = paint_cement(params, Canvas((128, 128), (0.4, 0.4)), rng_for(1, "e")).albedo
+            for color in colors[1:]:
+                wanted = np.array([int(color[i : i + 2], 16) / 255 for i in (1, 3, 5)])
+                assert (np.abs(made - wanted).max(axis=2) < 0.3).mean() > 0.005
+            np.testing.assert_allclose(made[:64, :64], made[64:, 64:], atol=0.35)  # the same tile, mottled
+            if design is not TileDesign.ARCS:  # its rings end at the edge of the tile
+                assert seam(made).worst < 2.0
 
 
-@pytest.mark.parametrize("repeat", PaperRepeat)
-def test_repeats_of_paper_are_as_large_as_stated_and_close(repeat: PaperRepeat) -> None:
-    u = (np.arange(200) + 0.5) / 200 - 0.5
-    for depth, _ in REPEATS[repeat](u[None, :] + 0 * u[:, None], u[:, None] + 0 * u[None, :]):
-        assert depth.shape == (200, 200)
-    params = PrintedPaper(ground=WHITE, inks=(BLACK,), repeat=repeat, width_m=0.2, height_m=0.2)
-    light = paint_printed(params, Canvas((256, 256), (0.4, 0.4)), rng_for(1, "r")).albedo[..., 0]
-    np.testing.assert_allclose(light[:128, :128], light[128:, 128:], atol=0.45)
-    assert seam(light).worst < 2.0
-    assert 0.02 < float(1 - light.mean()) < 0.8
+def test_repeats_of_paper_are_as_large_as_stated_and_close(subtests: pytest.Subtests) -> None:
+    for repeat in PaperRepeat:
+        with subtests.test(repeat=repeat):
+            u = (np.arange(200) + 0.5) / 200 - 0.5
+            for depth, _ in REPEATS[repeat](u[None, :] + 0 * u[:, None], u[:, None] + 0 * u[None, :]):
+                assert depth.shape == (200, 200)
+            params = PrintedPaper(ground=WHITE, inks=(BLACK,), repeat=repeat, width_m=0.2, height_m=0.2)
+            light = paint_printed(params, Canvas((256, 256), (0.4, 0.4)), rng_for(1, "r")).albedo[..., 0]
+            np.testing.assert_allclose(light[:128, :128], light[128:, 128:], atol=0.45)
+            assert seam(light).worst < 2.0
+            assert 0.02 < float(1 - light.mean()) < 0.8
 
 
-@pytest.mark.parametrize("growth", FoliageKind)
-def test_plants_grow_over_the_border(growth: FoliageKind) -> None:
-    params = FoliagePaper(ground=WHITE, inks=("#204020", "#406040", "#608060", "#a0b0a0"), growth=growth, size_m=0.3)
-    light = paint_foliage(params, Canvas((200, 200), (0.9, 0.9)), rng_for(1, "g")).albedo
-    assert seam(light).worst < 2.0
-    assert 0.04 < float((light.mean(axis=2) < 0.85).mean()) < 0.999
+def test_plants_grow_over_the_border(subtests: pytest.Subtests) -> None:
+    for growth in FoliageKind:
+        with subtests.test(growth=growth):
+            params = FoliagePaper(
+                ground=WHITE, inks=("#204020", "#406040", "#608060", "#a0b0a0"), growth=growth, size_m=0.3
+            )
+            light = paint_foliage(params, Canvas((200, 200), (0.9, 0.9)), rng_for(1, "g")).albedo
+            assert seam(light).worst < 2.0
+            assert 0.04 < float((light.mean(axis=2) < 0.85).mean()) < 0.999
 
 
 @pytest.mark.parametrize("sort", [ResilientSort.STUDDED, ResilientSort.WOVEN, ResilientSort.TREAD])

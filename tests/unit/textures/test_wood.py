@@ -37,21 +37,23 @@ def steps(image: Map) -> tuple[float, float]:
     return float(np.abs(np.diff(image, axis=1)).mean()), float(np.abs(np.diff(image, axis=0)).mean())
 
 
-@pytest.mark.parametrize("cut", list(SawCut))
-@pytest.mark.parametrize("rings", list(GrowthRings))
-def test_boards_tile(cut: SawCut, rings: GrowthRings) -> None:
-    species = WoodSpecies(
-        rings=rings, ring_m=0.008, contrast=0.7, pores=0.5, rays=0.5, ribbon=0.4, curl=0.4, knots_per_m2=8
-    )
-    made = board(species, cut, leaves=4 if cut is SawCut.FLAT else 1)
-    assert seam(made.albedo).worst < 1.8
-    assert seam(made.height_m[..., None] * 1000).worst < 1.8
+def test_boards_tile(subtests: pytest.Subtests) -> None:
+    for rings in list(GrowthRings):
+        for cut in list(SawCut):
+            with subtests.test(cut=cut, rings=rings):
+                species = WoodSpecies(
+                    rings=rings, ring_m=0.008, contrast=0.7, pores=0.5, rays=0.5, ribbon=0.4, curl=0.4, knots_per_m2=8
+                )
+                made = board(species, cut, leaves=4 if cut is SawCut.FLAT else 1)
+                assert seam(made.albedo).worst < 1.8
+                assert seam(made.height_m[..., None] * 1000).worst < 1.8
 
 
-@pytest.mark.parametrize("cut", list(SawCut))
-def test_the_grain_runs_along_the_height(cut: SawCut) -> None:
-    across, along = steps(board(PLAIN, cut, leaves=3).albedo[..., 0])
-    assert across > (1.2 if cut is SawCut.ROTARY else 2.0) * along
+def test_the_grain_runs_along_the_height(subtests: pytest.Subtests) -> None:
+    for cut in list(SawCut):
+        with subtests.test(cut=cut):
+            across, along = steps(board(PLAIN, cut, leaves=3).albedo[..., 0])
+            assert across > (1.2 if cut is SawCut.ROTARY else 2.0) * along
 
 
 def test_a_straight_cut_has_the_years_of_its_species() -> None:

@@ -23,19 +23,22 @@ def _disc(radius: float) -> Floats:
     return (flat @ turn).astype(np.float32).astype(np.float64)
 
 
-@pytest.mark.parametrize("cloud", [_disc(0.3), _disc(0.0005), _disc(0.3)[:2], _disc(0.3)[:1]])
-def test_a_tilted_sheet_has_a_shape_with_a_volume(cloud: Floats) -> None:
-    shape, pose = fit_shape(cloud + 0.2)
-    assert isinstance(shape, Hull)
-    vertices = " ".join(f"{v:.9g}" for v in shape.mesh.vertices.ravel())
-    model = mujoco.MjModel.from_xml_string(
-        f'<mujoco><asset><mesh name="m" vertex="{vertices}"/></asset>'
-        '<worldbody><geom type="mesh" mesh="m"/></worldbody></mujoco>'
-    )
-    assert model.ngeom == 1
-    placed = shape.mesh.vertices + np.array(pose.position)
-    beyond = np.maximum(placed.max(axis=0) - (cloud + 0.2).max(axis=0), (cloud + 0.2).min(axis=0) - placed.min(axis=0))
-    assert beyond.max() <= MIN_THICKNESS_M / 2 * np.sqrt(3) + 1e-6
+def test_a_tilted_sheet_has_a_shape_with_a_volume(subtests: pytest.Subtests) -> None:
+    for cloud in [_disc(0.3), _disc(0.0005), _disc(0.3)[:2], _disc(0.3)[:1]]:
+        with subtests.test(cloud=cloud):
+            shape, pose = fit_shape(cloud + 0.2)
+            assert isinstance(shape, Hull)
+            vertices = " ".join(f"{v:.9g}" for v in shape.mesh.vertices.ravel())
+            model = mujoco.MjModel.from_xml_string(
+                f'<mujoco><asset><mesh name="m" vertex="{vertices}"/></asset>'
+                '<worldbody><geom type="mesh" mesh="m"/></worldbody></mujoco>'
+            )
+            assert model.ngeom == 1
+            placed = shape.mesh.vertices + np.array(pose.position)
+            beyond = np.maximum(
+                placed.max(axis=0) - (cloud + 0.2).max(axis=0), (cloud + 0.2).min(axis=0) - placed.min(axis=0)
+            )
+            assert beyond.max() <= MIN_THICKNESS_M / 2 * np.sqrt(3) + 1e-6
 
 
 def _part(name: str, faces: list[int], parent: str = "") -> PartPlan:

@@ -45,17 +45,15 @@ def turned(name: str, rotation: Floats, scale: float = 1.0) -> WeldedMesh:
     return weld_triangles(vertices @ rotation.T * scale + np.array([3.0, -2.0, 7.0]) * scale, faces)
 
 
-@pytest.mark.parametrize(
-    ("name", "degrees", "stands"),
-    list(product(("drawers", "oven"), (0.0, 90.0, 180.0, -27.0, 33.3), (np.eye(3), Y_UP))),
-)
-def test_the_front_is_found_from_any_side(name: str, degrees: float, stands: Floats) -> None:
-    rotation = stands @ yaw(degrees)
-    found = guess_frame(turned(name, rotation, 100.0))
-    assert found.rotation[2] == pytest.approx(rotation @ UP, abs=2e-3)
-    assert found.rotation[1] == pytest.approx(-rotation @ FRONT, abs=2e-3)
-    assert 0.0 < found.confidence <= 1.0
-    assert found.runner_up
+def test_the_front_is_found_from_any_side(subtests: pytest.Subtests) -> None:
+    for name, degrees, stands in list(product(("drawers", "oven"), (0.0, 90.0, 180.0, -27.0, 33.3), (np.eye(3), Y_UP))):
+        with subtests.test(name=name, degrees=degrees, stands=stands):
+            rotation = stands @ yaw(degrees)
+            found = guess_frame(turned(name, rotation, 100.0))
+            assert found.rotation[2] == pytest.approx(rotation @ UP, abs=2e-3)
+            assert found.rotation[1] == pytest.approx(-rotation @ FRONT, abs=2e-3)
+            assert 0.0 < found.confidence <= 1.0
+            assert found.runner_up
 
 
 @pytest.mark.parametrize("degrees", [0.0, 2.0, 41.0])
@@ -89,14 +87,15 @@ def test_the_word_of_the_file_counts() -> None:
         assert guess_frame(cube, stated=side).rotation[2] == pytest.approx(-SIDES[side][2])
 
 
-@pytest.mark.parametrize("degrees", [0.3, 7.0, 45.0, 80.0])
-@pytest.mark.parametrize("stands", [np.eye(3), Y_UP, Y_UP.T @ yaw(31.0) @ Y_UP @ yaw(12.0)])
-def test_walls_are_laid_along_the_axes(degrees: float, stands: Floats) -> None:
-    rotation = stands @ yaw(degrees)
-    found = align_walls(turned("oven", rotation))
-    assert np.linalg.det(found) == pytest.approx(1.0)
-    together_ = np.abs(found @ rotation)
-    assert together_.max(axis=1) == pytest.approx(np.ones(3), abs=1e-4 if degrees > 2 else 1e-3)
+def test_walls_are_laid_along_the_axes(subtests: pytest.Subtests) -> None:
+    for stands in [np.eye(3), Y_UP, Y_UP.T @ yaw(31.0) @ Y_UP @ yaw(12.0)]:
+        for degrees in [0.3, 7.0, 45.0, 80.0]:
+            with subtests.test(degrees=degrees, stands=stands):
+                rotation = stands @ yaw(degrees)
+                found = align_walls(turned("oven", rotation))
+                assert np.linalg.det(found) == pytest.approx(1.0)
+                together_ = np.abs(found @ rotation)
+                assert together_.max(axis=1) == pytest.approx(np.ones(3), abs=1e-4 if degrees > 2 else 1e-3)
 
 
 def test_what_stands_straight_or_is_round_stays() -> None:

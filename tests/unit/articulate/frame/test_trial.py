@@ -39,23 +39,24 @@ def whole(name: str) -> MeasuredFragments:
     return pieces_of({"drawers": drawers, "microwave": microwave}[name]()[:2])
 
 
-@pytest.mark.parametrize(("front", "top"), [p for p in product(range(6), repeat=2) if p[0] // 2 != p[1] // 2])
-def test_turned_pieces_are_as_if_measured_there(front: int, top: int) -> None:
-    pieces = whole("microwave")
-    found = rotate_fragments(pieces, front, top)
-    rotation = candidate_axes(front, top)
-    assert np.linalg.det(rotation) == pytest.approx(1.0)
-    assert rotation @ SIDES[front][2] == pytest.approx(SIDES[FRONT][2])
-    assert rotation @ SIDES[top][2] == pytest.approx(SIDES[TOP][2])
-    anew = measure_fragments(found.mesh, found.label, PIXELS)
-    assert found.lower == pytest.approx(anew.lower)
-    assert found.upper == pytest.approx(anew.upper)
-    assert found.visible_area == pytest.approx(anew.visible_area, abs=0.1 * anew.visible_area.max())
-    for old, new in zip(found.depth_images, anew.depth_images, strict=True):
-        assert old.face.shape == new.face.shape
-        assert old.lower == pytest.approx(new.lower, abs=1.1 * new.pixel)
-        both = np.isfinite(old.depth) & np.isfinite(new.depth)
-        assert float((np.abs(old.depth[both] - new.depth[both]) < 1e-3).mean()) > 0.9
+def test_turned_pieces_are_as_if_measured_there(subtests: pytest.Subtests) -> None:
+    for front, top in [p for p in product(range(6), repeat=2) if p[0] // 2 != p[1] // 2]:
+        with subtests.test(front=front, top=top):
+            pieces = whole("microwave")
+            found = rotate_fragments(pieces, front, top)
+            rotation = candidate_axes(front, top)
+            assert np.linalg.det(rotation) == pytest.approx(1.0)
+            assert rotation @ SIDES[front][2] == pytest.approx(SIDES[FRONT][2])
+            assert rotation @ SIDES[top][2] == pytest.approx(SIDES[TOP][2])
+            anew = measure_fragments(found.mesh, found.label, PIXELS)
+            assert found.lower == pytest.approx(anew.lower)
+            assert found.upper == pytest.approx(anew.upper)
+            assert found.visible_area == pytest.approx(anew.visible_area, abs=0.1 * anew.visible_area.max())
+            for old, new in zip(found.depth_images, anew.depth_images, strict=True):
+                assert old.face.shape == new.face.shape
+                assert old.lower == pytest.approx(new.lower, abs=1.1 * new.pixel)
+                both = np.isfinite(old.depth) & np.isfinite(new.depth)
+                assert float((np.abs(old.depth[both] - new.depth[both]) < 1e-3).mean()) > 0.9
 
 
 def test_a_candidate_upside_down_or_sideways_finds_less() -> None:

@@ -42,18 +42,16 @@ def test_the_stairs_of_a_bulge_are_one_front() -> None:
     assert one.plane == pytest.approx(0.0)
 
 
-@pytest.mark.parametrize(
-    "planes",
-    [
+def test_what_is_no_bulge_stays_apart(subtests: pytest.Subtests) -> None:
+    for planes in [
         (0.006, 0.0, 0.006, 0.0, 0.006),  # it rises again
         (0.06, 0.03, 0.0, 0.03, 0.06),  # steps, and no stairs
         (0.0, 0.006, 0.0, 0.006, 0.0),  # a panel in a frame
         (0.024, 0.018, 0.0, 0.0, 0.0),  # it goes down to one side only
-    ],
-)
-def test_what_is_no_bulge_stays_apart(planes: tuple[float, ...]) -> None:
-    side, leaves = fallen(planes)
-    assert merge_stairs(side, leaves) == leaves
+    ]:
+        with subtests.test(planes=planes):
+            side, leaves = fallen(planes)
+            assert merge_stairs(side, leaves) == leaves
 
 
 def test_a_gap_between_fronts_is_no_stair() -> None:

@@ -26,13 +26,15 @@ def edges(found: Articulation) -> list[HingeEdge | None]:
     return [p.joint.edge for p in sorted(doors, key=lambda p: p.joint.anchor[0])]
 
 
-@pytest.mark.parametrize(
-    ("kind", "edge"),
-    [("dishwasher", HingeEdge.BOTTOM), ("wall_oven", HingeEdge.BOTTOM), ("microwave", HingeEdge.LEFT)],
-)
-def test_a_door_without_a_handle_opens_as_its_kind_does(kind: str, edge: HingeEdge) -> None:
-    parts = [*carcass(0.6, 0.55, 0.62), box((0.003, -0.02, 0.01), (0.597, -0.001, 0.61))]
-    assert edges(found_in(parts, kind)) == [edge]
+def test_a_door_without_a_handle_opens_as_its_kind_does(subtests: pytest.Subtests) -> None:
+    for kind, edge in [
+        ("dishwasher", HingeEdge.BOTTOM),
+        ("wall_oven", HingeEdge.BOTTOM),
+        ("microwave", HingeEdge.LEFT),
+    ]:
+        with subtests.test(kind=kind, edge=edge):
+            parts = [*carcass(0.6, 0.55, 0.62), box((0.003, -0.02, 0.01), (0.597, -0.001, 0.61))]
+            assert edges(found_in(parts, kind)) == [edge]
 
 
 def test_an_upright_handle_at_one_side_beats_the_kind() -> None:

@@ -24,9 +24,8 @@ from tests.unit.articulate.blocks import drawers, microwave, together
 from tests.unit.articulate.fragmented import articulate_fragmentation
 
 
-@pytest.mark.parametrize(
-    ("hint", "kind"),
-    [
+def test_whole_words_name_a_kind(subtests: pytest.Subtests) -> None:
+    for hint, kind in [
         ("kitchenMicrowave", "microwave"),
         ("kitchen-stove_02", "range"),
         ("Fridge freezer", "refrigerator"),
@@ -37,11 +36,10 @@ from tests.unit.articulate.fragmented import articulate_fragmentation
         ("orange", None),
         ("strange", None),
         ("mesh_0042", None),
-    ],
-)
-def test_whole_words_name_a_kind(hint: str, kind: str | None) -> None:
-    found = kind_named([hint])
-    assert (found.id if found else None) == kind
+    ]:
+        with subtests.test(hint=hint, kind=kind):
+            found = kind_named([hint])
+            assert (found.id if found else None) == kind
 
 
 def test_every_kind_is_a_fixture_of_the_registry() -> None:

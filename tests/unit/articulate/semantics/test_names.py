@@ -104,18 +104,16 @@ def test_the_knob_in_the_middle_of_a_range_is_that_of_its_oven() -> None:
     assert joints(row[:3], "hob", BURNERS) == {}
 
 
-@pytest.mark.parametrize(
-    ("category", "knobs", "wanted"),
-    [
+def test_knobs_of_ovens_from_above(subtests: pytest.Subtests) -> None:
+    for category, knobs, wanted in [
         ("wall_oven", 2, ["temp", "time"]),
         ("toaster_oven", 3, ["temp", "function", "time"]),
         ("wall_oven", 1, []),
         ("wall_oven", 5, []),
-    ],
-)
-def test_knobs_of_ovens_from_above(category: str, knobs: int, wanted: list[str]) -> None:
-    places = [at(f"k{i}", PartKind.KNOB, (0.2, -0.2, 0.3 - 0.05 * i)) for i in range(knobs)]
-    assert list(joints(places, category).values()) == [f"knob_{w}_joint" for w in wanted]
+    ]:
+        with subtests.test(category=category, knobs=knobs, wanted=wanted):
+            places = [at(f"k{i}", PartKind.KNOB, (0.2, -0.2, 0.3 - 0.05 * i)) for i in range(knobs)]
+            assert list(joints(places, category).values()) == [f"knob_{w}_joint" for w in wanted]
 
 
 def test_racks_count_from_below() -> None:

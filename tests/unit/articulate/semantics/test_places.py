@@ -111,9 +111,10 @@ class TestBurners:
     def test_a_row_of_two(self) -> None:
         assert [b.loc for b in find_burners(hob([(-0.15, 0.0, 0.09), (0.15, 0.0, 0.09)]))] == ["left", "right"]
 
-    @pytest.mark.parametrize("places", [[], FOUR[:1], CROWDED])
-    def test_none_where_their_places_cannot_be_told(self, places: list[tuple[float, float, float]]) -> None:
-        assert find_burners(hob(places)) == ()
+    def test_none_where_their_places_cannot_be_told(self, subtests: pytest.Subtests) -> None:
+        for places in [[], FOUR[:1], CROWDED]:
+            with subtests.test(places=places):
+                assert find_burners(hob(places)) == ()
 
     def test_what_is_seen_of_one_is_within_its_circle(self) -> None:
         asset = hob(FOUR)
@@ -263,9 +264,8 @@ class TestHollows:
         assert find_toaster_slots(thing(link("object", CARCASS, None))) == []
 
 
-@pytest.mark.parametrize(
-    ("names", "category", "contract"),
-    [
+def test_a_contract_is_aimed_at_by_what_opens(subtests: pytest.Subtests) -> None:
+    for names, category, contract in [
         (("leftdoorhinge", "rightdoorhinge"), "base_cabinet", "hinge_cabinet"),
         (("doorhinge", "slidejoint"), "wall_cabinet", "single_cabinet"),
         (("drawer0_slidejoint", "drawer1_slidejoint"), "drawer_stack", "drawer"),
@@ -273,12 +273,14 @@ class TestHollows:
         (("fridge_left_door_joint", "fridge_right_door_joint"), "refrigerator", "fridge_french_door"),
         (("microjoint",), "microwave", "microwave"),
         (("knob_0_joint",), "blender", None),
-    ],
-)  # fmt: skip
-def test_a_contract_is_aimed_at_by_what_opens(names: tuple[str, ...], category: str, contract: str | None) -> None:
-    links = [link("object", CARCASS, None), *(link(f"part{i}", {"a": CARCASS["left"]}) for i in range(len(names)))]
-    joints = tuple(
-        Joint(name=n, child=f"part{i}", kind=JointKind.HINGE, axis=(0.0, 0.0, 1.0), range=(0.0, 1.5))
-        for i, n in enumerate(names)
-    )
-    assert contract_for(thing(*links).replace(joints=joints), category) == contract
+    ]:
+        with subtests.test(names=names, category=category, contract=contract):
+            links = [
+                link("object", CARCASS, None),
+                *(link(f"part{i}", {"a": CARCASS["left"]}) for i in range(len(names))),
+            ]
+            joints = tuple(
+                Joint(name=n, child=f"part{i}", kind=JointKind.HINGE, axis=(0.0, 0.0, 1.0), range=(0.0, 1.5))
+                for i, n in enumerate(names)
+            )
+            assert contract_for(thing(*links).replace(joints=joints), category) == contract

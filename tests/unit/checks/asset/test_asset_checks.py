@@ -133,9 +133,10 @@ ALSO_BAD: list[tuple[str, Build]] = [
 ]
 
 
-@pytest.mark.parametrize(("code", "make"), ALSO_BAD)
-def test_other_ways_to_be_wrong(code: str, make: Build) -> None:
-    assert codes(make()) == {code}
+def test_other_ways_to_be_wrong(subtests: pytest.Subtests) -> None:
+    for code, make in ALSO_BAD:
+        with subtests.test(code=code, make=make):
+            assert codes(make()) == {code}
 
 
 # What looks odd and is right.
@@ -152,9 +153,10 @@ ALSO_GOOD: list[Build] = [
 ]
 
 
-@pytest.mark.parametrize("make", ALSO_GOOD)
-def test_right_though_odd(make: Build) -> None:
-    assert codes(make()) == set()
+def test_right_though_odd(subtests: pytest.Subtests) -> None:
+    for make in ALSO_GOOD:
+        with subtests.test(make=make):
+            assert codes(make()) == set()
 
 
 def test_overlapping_shapes_are_weighed_once() -> None:

@@ -79,19 +79,17 @@ class TestLooks:
         asset = pictured_at(1.2, slice(0, 1))
         assert {i.code for i in run(asset, asset.id, LIMITS).issues} == {"VIS009"}
 
-    @pytest.mark.parametrize(
-        ("build", "flickers"),
-        [
+    def test_what_flickers(self, subtests: pytest.Subtests) -> None:
+        for build, flickers in [
             (lambda: with_trim(0.0, "oak"), False),  # the same finish without a picture looks the same
             (lambda: with_trim(0.01), False),  # lies on the door: the faces that touch look at each other
             (lambda: with_trim(0.00025), False),
             (lambda: with_trim(0.0001), True),
             (lambda: with_trim(-0.0001), True),
-        ],
-    )
-    def test_what_flickers(self, build: Build, flickers: bool) -> None:
-        asset = build()
-        assert ("VIS010" in {i.code for i in run(asset, asset.id, LIMITS).issues}) == flickers
+        ]:
+            with subtests.test(build=build, flickers=flickers):
+                asset = build()
+                assert ("VIS010" in {i.code for i in run(asset, asset.id, LIMITS).issues}) == flickers
 
     def test_two_copies_of_a_picture_flicker(self) -> None:
         asset = with_trim(0.0, "oak")
@@ -99,19 +97,20 @@ class TestLooks:
         pictured = asset.replace(materials=(*asset.materials[:2], oak))
         assert "VIS010" in {i.code for i in run(pictured, pictured.id, LIMITS).issues}
 
-    @pytest.mark.parametrize("turn", [0.0, 0.3, math.pi / 4])
-    @pytest.mark.parametrize("shift", np.arange(12) * 0.0001)
-    def test_flicker_is_found_wherever_it_is(self, shift: float, turn: float) -> None:
+    def test_flicker_is_found_wherever_it_is(self, subtests: pytest.Subtests) -> None:
         """No place or direction falls between the bins that faces are sorted into."""
-        asset = with_trim(0.0)
-        door = asset.link("door")
-        turned = door.replace(
-            pose=Pose(
-                position=(-0.275, -0.202 + float(shift), 0.205),
-                quaternion=(math.cos(turn / 2), 0.0, 0.0, math.sin(turn / 2)),
-            )
-        )
-        moved = asset.replace(links=tuple(turned if k.name == "door" else k for k in asset.links))
-        assert coincident_faces.coplanar_faces_do_not_overlap(moved, LIMITS["flicker_m2"]).number == pytest.approx(
-            0.4 * 0.02, rel=1e-6
-        )
+        for shift in np.arange(12) * 0.0001:
+            for turn in [0.0, 0.3, math.pi / 4]:
+                with subtests.test(turn=turn, shift=shift):
+                    asset = with_trim(0.0)
+                    door = asset.link("door")
+                    turned = door.replace(
+                        pose=Pose(
+                            position=(-0.275, -0.202 + float(shift), 0.205),
+                            quaternion=(math.cos(turn / 2), 0.0, 0.0, math.sin(turn / 2)),
+                        )
+                    )
+                    moved = asset.replace(links=tuple(turned if k.name == "door" else k for k in asset.links))
+                    assert coincident_faces.coplanar_faces_do_not_overlap(
+                        moved, LIMITS["flicker_m2"]
+                    ).number == pytest.approx(0.4 * 0.02, rel=1e-6)

@@ -50,9 +50,10 @@ class TestOutlines:
         assert len(found) == 4
         assert float((x * np.roll(y, -1) - y * np.roll(x, -1)).sum()) / 2 == pytest.approx(1.0)
 
-    @pytest.mark.parametrize(("x", "deep"), [(0.7, 0.3), (1.0, 0.0), (1.2, -0.2)])
-    def test_overlap_is_the_way_that_parts_them(self, x: float, deep: float) -> None:
-        assert penetration_depth(SQUARE, moved(x, 0.1)) == pytest.approx(deep)
+    def test_overlap_is_the_way_that_parts_them(self, subtests: pytest.Subtests) -> None:
+        for x, deep in [(0.7, 0.3), (1.0, 0.0), (1.2, -0.2)]:
+            with subtests.test(x=x, deep=deep):
+                assert penetration_depth(SQUARE, moved(x, 0.1)) == pytest.approx(deep)
 
     def test_turned_outlines_pass_at_their_corners(self) -> None:
         """Their boxes overlap, they do not."""
@@ -119,10 +120,11 @@ class TestFloor:
             floor = FloorMap(kitchen().replace(openings=(DOOR.replace(kind=kind),)))
             assert floor.holds(floor.solid, (-0.05, -3.35)) is not passed
 
-    @pytest.mark.parametrize(("low", "high", "blocks"), [(0.0, 0.02, False), (0.0, 0.2, True), (1.0, 1.4, False)])
-    def test_rugs_and_what_hangs_are_passed(self, low: float, high: float, blocks: bool) -> None:
-        floor = FloorMap(with_more(kitchen(), thing("rug", Role.ON_FLOOR, (2.5, -2.5), (0.8, 0.8), low, high)))
-        assert floor.holds(floor.free, (2.5, -2.5)) is not blocks
+    def test_rugs_and_what_hangs_are_passed(self, subtests: pytest.Subtests) -> None:
+        for low, high, blocks in [(0.0, 0.02, False), (0.0, 0.2, True), (1.0, 1.4, False)]:
+            with subtests.test(low=low, high=high, blocks=blocks):
+                floor = FloorMap(with_more(kitchen(), thing("rug", Role.ON_FLOOR, (2.5, -2.5), (0.8, 0.8), low, high)))
+                assert floor.holds(floor.free, (2.5, -2.5)) is not blocks
 
 
 class TestParking:
@@ -230,19 +232,17 @@ class TestTasks:
         assert found["open_double_door"].fixtures == ("upper_double",)
         assert found["navigate_kitchen"].rate is None
 
-    @pytest.mark.parametrize(
-        ("name", "lost"),
-        [
+    def test_task_that_lacks_its_fixture_says_so(self, subtests: pytest.Subtests) -> None:
+        for name, lost in [
             ("upper_double", {"open_double_door", "close_double_door"}),
             ("sink_basin", {"pnp_counter_to_sink", "pnp_sink_to_counter", "turn_sink_spout"}),
             ("range", {"turn_on_stove", "pnp_stove_to_counter"}),
             ("microwave", {"turn_on_microwave", "pnp_microwave_to_counter"}),
-        ],
-    )
-    def test_task_that_lacks_its_fixture_says_so(self, name: str, lost: set[str]) -> None:
-        found = {t.task for t in DesignSubject(changed(kitchen(), name, None)).tasks if t.wants}
-        assert lost <= found
-        assert "navigate_kitchen" not in found
+        ]:
+            with subtests.test(name=name, lost=lost):
+                found = {t.task for t in DesignSubject(changed(kitchen(), name, None)).tasks if t.wants}
+                assert lost <= found
+                assert "navigate_kitchen" not in found
 
     def test_drawer_wants_floor_beside_it(self) -> None:
         boxes = [
@@ -264,19 +264,17 @@ class TestAtomicTasks:
         assert "a blender" in found["TurnOnBlender"].wants
         assert found["TurnOnBlender"].fixtures == ()
 
-    @pytest.mark.parametrize(
-        ("name", "lost"),
-        [
+    def test_what_is_taken_out_takes_its_tasks_along(self, subtests: pytest.Subtests) -> None:
+        for name, lost in [
             ("sink_basin", {"PickPlaceCounterToSink", "TurnOnSinkFaucet", "TurnSinkSpout"}),
             ("range", {"TurnOnStove", "LowerHeat", "PickPlaceStoveToCounter"}),
             ("microwave", {"TurnOnMicrowave", "PickPlaceMicrowaveToCounter"}),
-        ],
-    )
-    def test_what_is_taken_out_takes_its_tasks_along(self, name: str, lost: set[str]) -> None:
-        before = {t.task for t in DesignSubject(kitchen()).atomic_tasks if t.fixtures}
-        after = {t.task for t in DesignSubject(changed(kitchen(), name, None)).atomic_tasks if t.fixtures}
-        assert lost <= before - after
-        assert "OpenDrawer" in after
+        ]:
+            with subtests.test(name=name, lost=lost):
+                before = {t.task for t in DesignSubject(kitchen()).atomic_tasks if t.fixtures}
+                after = {t.task for t in DesignSubject(changed(kitchen(), name, None)).atomic_tasks if t.fixtures}
+                assert lost <= before - after
+                assert "OpenDrawer" in after
 
     @pytest.mark.parametrize(
         ("width", "depth", "is_afforded"), [(0.85, 0.65, False), (0.91, 0.65, True), (0.6, 0.7, True)]

@@ -107,10 +107,11 @@ def test_a_copy_is_named_with_what_it_is_a_copy_of() -> None:
     assert "bar_0" in issue.message
 
 
-@pytest.mark.parametrize(("sides", "light"), [((0.12, 0.1, 0.05), 10.0), ((0.1, 0.1, 0.05), 60.0)])
-def test_another_size_or_another_colour_is_enough_to_differ(sides: Sides, light: float) -> None:
-    pair = (member("bar", 0, (0.1, 0.1, 0.05), 10.0), member("bar", 1, sides, light))
-    assert "OBJ005" not in {issue.code for issue in run(ObjectCollection(pair, {}), "library", LIMITS).issues}
+def test_another_size_or_another_colour_is_enough_to_differ(subtests: pytest.Subtests) -> None:
+    for sides, light in [((0.12, 0.1, 0.05), 10.0), ((0.1, 0.1, 0.05), 60.0)]:
+        with subtests.test(sides=sides, light=light):
+            pair = (member("bar", 0, (0.1, 0.1, 0.05), 10.0), member("bar", 1, sides, light))
+            assert "OBJ005" not in {issue.code for issue in run(ObjectCollection(pair, {}), "library", LIMITS).issues}
 
 
 def test_what_a_category_is_taken_for_is_counted() -> None:

@@ -45,12 +45,13 @@ def test_matrices_are_those_of_poses_and_lead_back_as_theirs_do(quaternions: np.
     assert quaternions_of(matrices).tobytes() == np.array(back).tobytes()
 
 
-@pytest.mark.parametrize("matrix", [np.diag([1.0, 1.0, -1.0]), np.diag([1.0, 1.0, 1.1]), np.zeros((3, 3))])
-def test_what_is_no_rotation_is_refused_as_by_poses(matrix: np.ndarray) -> None:
-    with pytest.raises(ValueError, match="not a proper rotation"):
-        Pose.from_matrix(matrix)
-    with pytest.raises(ValueError, match="not a proper rotation"):
-        quaternions_of(np.array([np.eye(3), matrix]))
+def test_what_is_no_rotation_is_refused_as_by_poses(subtests: pytest.Subtests) -> None:
+    for matrix in [np.diag([1.0, 1.0, -1.0]), np.diag([1.0, 1.0, 1.1]), np.zeros((3, 3))]:
+        with subtests.test(matrix=matrix):
+            with pytest.raises(ValueError, match="not a proper rotation"):
+                Pose.from_matrix(matrix)
+            with pytest.raises(ValueError, match="not a proper rotation"):
+                quaternions_of(np.array([np.eye(3), matrix]))
 
 
 def test_of_nothing_there_is_none() -> None:

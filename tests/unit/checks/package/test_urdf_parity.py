@@ -41,37 +41,43 @@ ASIDE = [
 ]
 
 
-@pytest.mark.parametrize(("old", "new", "cell"), CHANGES)
-def test_a_changed_urdf_is_told(old: str, new: str, cell: str, tmp_path: Path) -> None:
-    asset = microwave()
-    path = write_to(document.write(asset), tmp_path) / f"{asset.id}.urdf"
-    assert asset_differences(path, asset) == []
-    text = path.read_text()
-    assert old in text
-    path.write_text(text.replace(old, new))
-    assert any(cell in f"{pointer}: {message}" for pointer, message in asset_differences(path, asset))
+def test_a_changed_urdf_is_told(subtests: pytest.Subtests, tmp_path_factory: pytest.TempPathFactory) -> None:
+    for old, new, cell in CHANGES:
+        with subtests.test(old=old, new=new, cell=cell):
+            tmp_path = tmp_path_factory.mktemp("case")
+            asset = microwave()
+            path = write_to(document.write(asset), tmp_path) / f"{asset.id}.urdf"
+            assert asset_differences(path, asset) == []
+            text = path.read_text()
+            assert old in text
+            path.write_text(text.replace(old, new))
+            assert any(cell in f"{pointer}: {message}" for pointer, message in asset_differences(path, asset))
 
 
-@pytest.mark.parametrize(("place", "value", "cell"), ASIDE)
-def test_a_changed_json_is_told(place: list[str], value: object, cell: str, tmp_path: Path) -> None:
-    asset = microwave()
-    path = write_to(document.write(asset), tmp_path) / f"{asset.id}.urdf"
-    aside = json.loads(path.with_suffix(".json").read_text())
-    at = aside
-    for key in place[:-1]:
-        at = at[key]
-    at[place[-1]] = value
-    path.with_suffix(".json").write_text(json.dumps(aside))
-    assert cell in [pointer for pointer, _ in asset_differences(path, asset)]
+def test_a_changed_json_is_told(subtests: pytest.Subtests, tmp_path_factory: pytest.TempPathFactory) -> None:
+    for place, value, cell in ASIDE:
+        with subtests.test(place=place, value=value, cell=cell):
+            tmp_path = tmp_path_factory.mktemp("case")
+            asset = microwave()
+            path = write_to(document.write(asset), tmp_path) / f"{asset.id}.urdf"
+            aside = json.loads(path.with_suffix(".json").read_text())
+            at = aside
+            for key in place[:-1]:
+                at = at[key]
+            at[place[-1]] = value
+            path.with_suffix(".json").write_text(json.dumps(aside))
+            assert cell in [pointer for pointer, _ in asset_differences(path, asset)]
 
 
-@pytest.mark.parametrize("suffix", [".urdf", ".json", ".obj", ".mtl"])
-def test_a_file_that_is_missing_is_told(suffix: str, tmp_path: Path) -> None:
-    asset = microwave()
-    path = write_to(document.write(asset), tmp_path) / f"{asset.id}.urdf"
-    min(tmp_path.rglob(f"*{suffix}")).unlink()
-    (problem,) = asset_differences(path, asset)
-    assert "cannot be read" in problem[1]
+def test_a_file_that_is_missing_is_told(subtests: pytest.Subtests, tmp_path_factory: pytest.TempPathFactory) -> None:
+    for suffix in [".urdf", ".json", ".obj", ".mtl"]:
+        with subtests.test(suffix=suffix):
+            tmp_path = tmp_path_factory.mktemp("case")
+            asset = microwave()
+            path = write_to(document.write(asset), tmp_path) / f"{asset.id}.urdf"
+            min(tmp_path.rglob(f"*{suffix}")).unlink()
+            (problem,) = asset_differences(path, asset)
+            assert "cannot be read" in problem[1]
 
 
 def test_a_scene_is_what_was_written(tmp_path: Path) -> None:

@@ -129,10 +129,13 @@ def test_a_bar_is_held_across_its_length_and_a_hand_comes_from_the_front_first()
     assert all(np.linalg.det(g.rotation) == pytest.approx(1.0) for g in grasps)
 
 
-@pytest.mark.parametrize("depth", [0.003, 0.006, 0.017])
-def test_fingers_take_a_bar_near_its_front_so_that_their_tips_keep_clear_of_what_is_behind(depth: float) -> None:
-    grasp = pinches(box(0.08, depth, 0.006), 0.075, None)[0]
-    assert grasp.position[1] == pytest.approx(min(0.0, TAKEN_M - depth))
+def test_fingers_take_a_bar_near_its_front_so_that_their_tips_keep_clear_of_what_is_behind(
+    subtests: pytest.Subtests,
+) -> None:
+    for depth in [0.003, 0.006, 0.017]:
+        with subtests.test(depth=depth):
+            grasp = pinches(box(0.08, depth, 0.006), 0.075, None)[0]
+            assert grasp.position[1] == pytest.approx(min(0.0, TAKEN_M - depth))
 
 
 def test_a_handle_is_its_grip_and_what_touches_it_on_the_same_body() -> None:
@@ -156,12 +159,13 @@ def test_what_is_wider_than_the_hand_is_held_by_its_edge_or_not_at_all() -> None
     assert pinches(box(0.1, 0.1, 0.1), 0.075, None) == []
 
 
-@pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_a_hand_comes_to_a_knob_on_a_hob_from_above(sign: float) -> None:
+def test_a_hand_comes_to_a_knob_on_a_hob_from_above(subtests: pytest.Subtests) -> None:
     """Whichever way its axis points, and however little it leans."""
-    grasps = pinches(box(0.019, 0.019, 0.008), 0.075, sign * np.array((0.0, 1e-9, 1.0)))
-    assert grasps
-    assert all(grasp.rotation[2, 2] < -0.8 for grasp in grasps)
+    for sign in [1.0, -1.0]:
+        with subtests.test(sign=sign):
+            grasps = pinches(box(0.019, 0.019, 0.008), 0.075, sign * np.array((0.0, 1e-9, 1.0)))
+            assert grasps
+            assert all(grasp.rotation[2, 2] < -0.8 for grasp in grasps)
 
 
 def test_a_key_is_pressed_along_its_motion_first() -> None:

@@ -243,9 +243,12 @@ class TestOperated:
         package.mjcf.write_text("<mujoco><worldbody><body/></worldbody></mujoco")
         assert operate.fingertip_model(package) is None
 
-    @pytest.mark.parametrize(
-        ("span", "way", "at"),
-        [((-1.5, 0.0), 1.0, -1.5), ((0.0, 2.0), 0.5, 1.0), ((-0.7, 0.7), 1.0, 0.7), ((-0.7, 0.7), -1.0, -0.7)],
-    )
-    def test_ways_go_from_zero(self, span: tuple[float, float], way: float, at: float) -> None:
-        assert position(span, way) == pytest.approx(at)
+    def test_ways_go_from_zero(self, subtests: pytest.Subtests) -> None:
+        for span, way, at in [
+            ((-1.5, 0.0), 1.0, -1.5),
+            ((0.0, 2.0), 0.5, 1.0),
+            ((-0.7, 0.7), 1.0, 0.7),
+            ((-0.7, 0.7), -1.0, -0.7),
+        ]:
+            with subtests.test(span=span, way=way, at=at):
+                assert position(span, way) == pytest.approx(at)

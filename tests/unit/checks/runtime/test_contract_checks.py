@@ -256,17 +256,15 @@ class TestRules:
         issues = run(package, "subject", KNOWN.limits, table=[r for r in ROWS if r.code == "CON001"]).issues
         assert [issue.pointer for issue in issues] == ["contract/for_each/loc"]
 
-    @pytest.mark.parametrize(
-        ("span", "way"),
-        [
+    def test_opening(self, subtests: pytest.Subtests) -> None:
+        for span, way in [
             ((0.0, 1.0), OpeningSide.POSITIVE),
             ((-1.0, 0.0), OpeningSide.NEGATIVE),
             ((-1.0, 2.0), OpeningSide.BOTH),
             ((0.5, 1.0), None),
-        ],
-    )
-    def test_opening(self, span: tuple[float, float], way: OpeningSide | None) -> None:
-        assert contract_names.opening(hob().joints[0].replace(range=span)) is way
+        ]:
+            with subtests.test(span=span, way=way):
+                assert contract_names.opening(hob().joints[0].replace(range=span)) is way
 
     def test_axis_is_told_in_the_asset_frame(self) -> None:
         plain = hob()

@@ -106,16 +106,13 @@ def test_a_draw_that_is_given_up_is_counted(stage: Stage, monkeypatch: pytest.Mo
     assert draw_states(stage, wanted(count=1)).refused == {"did not come to rest": 1}
 
 
-@pytest.mark.parametrize(
-    ("asked", "told"),
-    [
+def test_asking_for_too_much_is_an_error(subtests: pytest.Subtests, stage: Stage) -> None:
+    for asked, told in [
         (wanted(things=4), "4 things were to be put somewhere in each state, and it has 3"),
         (wanted(opened=2), "2 doors were to stand open, and it has 1"),
-    ],
-)
-def test_asking_for_too_much_is_an_error(stage: Stage, asked: draw.Wanted, told: str) -> None:
-    with pytest.raises(CasaError, match=told):
-        draw_states(stage, asked)
+    ]:
+        with subtests.test(asked=asked, told=told), pytest.raises(CasaError, match=told):
+            draw_states(stage, asked)
 
 
 def test_a_robot_without_room_is_an_error(tmp_path: Path) -> None:

@@ -43,11 +43,12 @@ class TestReachableSpace:
         space = space_of(cabinet(0.0, front=True))
         assert not space.takes_room(np.array([0.2, -0.3, 0.3]), np.array([0.3, -0.2, 0.4]))
 
-    @pytest.mark.parametrize(("gap", "is_open"), [(0.010, False), (0.014, True)])
-    def test_a_gap_of_twelve_millimetres_is_closed(self, gap: float, is_open: bool) -> None:
-        walls = boxes(((-1, -1, 0), (0, 1, 1)), ((gap, -1, 0), (1, 1, 1)), ((-1, -1, -0.1), (1, 1, 0)))
-        space = space_of(walls)
-        assert space.takes_room(np.array([0.0, -0.5, 0.2]), np.array([gap, 0.5, 0.8])) is is_open
+    def test_a_gap_of_twelve_millimetres_is_closed(self, subtests: pytest.Subtests) -> None:
+        for gap, is_open in [(0.010, False), (0.014, True)]:
+            with subtests.test(gap=gap, is_open=is_open):
+                walls = boxes(((-1, -1, 0), (0, 1, 1)), ((gap, -1, 0), (1, 1, 1)), ((-1, -1, -0.1), (1, 1, 0)))
+                space = space_of(walls)
+                assert space.takes_room(np.array([0.0, -0.5, 0.2]), np.array([gap, 0.5, 0.8])) is is_open
 
     def test_what_stands_askew_closes_too(self) -> None:
         walls = cabinet(0.0)

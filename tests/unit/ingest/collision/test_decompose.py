@@ -60,12 +60,13 @@ def test_a_method_that_does_not_exist() -> None:
         decompose("magic", *CUP, BUDGET)
 
 
-@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
-def test_numbers_that_are_none_are_not_tried(bad: float) -> None:
-    points = CUP[0].copy()
-    points[3, 1] = bad
-    with pytest.raises(DecompositionFailed, match="not tried"):
-        decompose("coacd", points, CUP[1], BUDGET)
+def test_numbers_that_are_none_are_not_tried(subtests: pytest.Subtests) -> None:
+    for bad in [np.nan, np.inf, -np.inf]:
+        with subtests.test(bad=bad):
+            points = CUP[0].copy()
+            points[3, 1] = bad
+            with pytest.raises(DecompositionFailed, match="not tried"):
+                decompose("coacd", points, CUP[1], BUDGET)
 
 
 def test_no_extent_and_no_faces_are_not_tried() -> None:

@@ -74,9 +74,8 @@ def test_what_lies_off_the_origin_gets_its_box_there() -> None:
     assert box.pose.position == pytest.approx((1.0, 2.0, 3.0 + FOOT_M / 2), abs=1e-6)
 
 
-@pytest.mark.parametrize(
-    "shapes",
-    [
+def test_what_has_no_flat_foot_stays_as_it_is(subtests: pytest.Subtests) -> None:
+    for shapes in [
         # Legs: what is between them is no foot.
         [hull(prism(8, 0.01, 0.1, x)) for x in (-0.1, 0.1)],
         # An edge, and a tip.
@@ -84,9 +83,7 @@ def test_what_lies_off_the_origin_gets_its_box_there() -> None:
         [hull(np.concatenate([[(0.0, 0.0, 0.0)], prism(12, 0.05, 0.1)[12:]]))],
         # A box stands by itself.
         [PlacedShape(shape=Box(size=(0.1, 0.1, 0.1)))],
-    ],
-    ids=["legs", "edge", "tip", "box"],
-)
-def test_what_has_no_flat_foot_stays_as_it_is(shapes: list[PlacedShape]) -> None:
-    around = None if isinstance(shapes[0].shape, Box) else solid(*shapes)
-    assert on_flat_foot(shapes, around) == tuple(shapes)
+    ]:
+        with subtests.test(shapes=shapes):
+            around = None if isinstance(shapes[0].shape, Box) else solid(*shapes)
+            assert on_flat_foot(shapes, around) == tuple(shapes)

@@ -35,10 +35,11 @@ def square(material: PBRMaterial | SimpleMaterial) -> trimesh.Trimesh:
     return trimesh.Trimesh(vertices=points, faces=[(0, 1, 2), (0, 2, 3)], visual=visual, process=False)
 
 
-@pytest.mark.parametrize(("units", "metres"), [("mm", 0.001), ("inches", 0.0254), ("meters", 1.0), (None, None)])
-def test_units_are_those_that_trimesh_states(units: str | None, metres: float | None) -> None:
-    found = raw_from_trimesh(box(units)).metres_per_unit
-    assert found == (None if metres is None else pytest.approx(metres))
+def test_units_are_those_that_trimesh_states(subtests: pytest.Subtests) -> None:
+    for units, metres in [("mm", 0.001), ("inches", 0.0254), ("meters", 1.0), (None, None)]:
+        with subtests.test(units=units, metres=metres):
+            found = raw_from_trimesh(box(units)).metres_per_unit
+            assert found == (None if metres is None else pytest.approx(metres))
 
 
 def test_meshes_of_different_units_are_refused() -> None:

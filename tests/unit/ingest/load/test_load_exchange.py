@@ -83,9 +83,8 @@ def test_xaml_is_metres_and_y_up() -> None:
     assert (raw.format, raw.up, raw.metres_per_unit) == ("xaml", Up.Y, pytest.approx(1.0))
 
 
-@pytest.mark.parametrize(
-    ("name", "data", "code"),
-    [
+def test_hostile_text(subtests: pytest.Subtests) -> None:
+    for name, data, code in [
         ("counts.off", "OFF\n1000000000 1000000000 0\n0 0 0\n", rejection_codes.EXCHANGE_UNREADABLE),
         ("index.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 9\n", rejection_codes.EXCHANGE_UNREADABLE),
         ("words.off", "OFF\n3 1 0\n" + "0 " * 2_000_000, rejection_codes.TOO_LARGE),
@@ -99,15 +98,13 @@ def test_xaml_is_metres_and_y_up() -> None:
         ),
         ("entity.xaml", '<!DOCTYPE a [<!ENTITY b "c">]>' + XAML, rejection_codes.XML_ENTITY),
         ("few.xaml", XAML.replace("1,0,0", "1,0"), rejection_codes.EXCHANGE_UNREADABLE),
-    ],
-)
-def test_hostile_text(name: str, data: str, code: str) -> None:
-    assert refused(name, data) == code
+    ]:
+        with subtests.test(name=name, data=data, code=code):
+            assert refused(name, data) == code
 
 
-@pytest.mark.parametrize(
-    ("content", "code"),
-    [
+def test_hostile_packages(subtests: pytest.Subtests) -> None:
+    for content, code in [
         (
             model(f'<object id="1">{MESH}</object>', '<item objectid="1"/>', head='<!DOCTYPE a [<!ENTITY b "c">]>'),
             "SRC022",
@@ -121,11 +118,9 @@ def test_hostile_text(name: str, data: str, code: str) -> None:
         (model(f'<object id="1">{MESH}</object>', '<item objectid="1"/>', unit="cubits"), "SRC030"),
         (model("", ""), "SRC012"),
         ("<model>", "SRC002"),
-    ],
-    ids=["entity", "cycle", "copies", "no vertices", "unit", "empty", "cut"],
-)
-def test_hostile_packages(content: str, code: str) -> None:
-    assert refused("a.3mf", package(content)) == code
+    ]:
+        with subtests.test(content=content, code=code):
+            assert refused("a.3mf", package(content)) == code
 
 
 def test_copies_of_copies_are_counted_before_they_are_made() -> None:
@@ -169,23 +164,22 @@ def test_nothing_is_fetched(monkeypatch: pytest.MonkeyPatch) -> None:
     assert refused("a.3mf", package(model(other, '<item objectid="1"/>'))) == rejection_codes.NO_GEOMETRY
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
+def test_what_is_not_read_is_said(subtests: pytest.Subtests, tmp_path_factory: pytest.TempPathFactory) -> None:
+    for name in [
         "a.max",
         "a.lwo",
         "a.7z",
         "a.rar",
         "a.obj.gz",
         "a.STEP",
-    ],
-)
-def test_what_is_not_read_is_said(tmp_path: Path, name: str) -> None:
-    (tmp_path / name).write_bytes(b"whatever")
-    (one,) = discover([tmp_path])
-    assert isinstance(one, Refused)
-    assert (one.path, one.code) == (name, rejection_codes.WRONG_TYPE)
-    assert name in one.message
+    ]:
+        with subtests.test(name=name):
+            tmp_path = tmp_path_factory.mktemp("case")
+            (tmp_path / name).write_bytes(b"whatever")
+            (one,) = discover([tmp_path])
+            assert isinstance(one, Refused)
+            assert (one.path, one.code) == (name, rejection_codes.WRONG_TYPE)
+            assert name in one.message
 
 
 def test_a_twin_that_is_read_speaks_for_it(tmp_path: Path) -> None:

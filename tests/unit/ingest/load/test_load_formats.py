@@ -36,22 +36,25 @@ def extents(model: RawModel) -> Floats:
     return np.asarray(np.ptp(points, axis=0) * (model.metres_per_unit or 1.0))
 
 
-@pytest.mark.parametrize("name", sorted(FILES))
-def test_a_box_is_read_with_its_unit_and_axis(name: str) -> None:
-    data, metres, up, size = FILES[name]
-    model = load_bytes(name, data, **PICTURE)
-    assert (model.metres_per_unit, model.up) == (metres, up)
-    assert sum(len(part.mesh.faces) for part in model.parts) == 12
-    assert np.allclose(extents(model), size, atol=1e-5)
-    assert codes.TYPE_BY_CONTENT not in codes_of(model)
+def test_a_box_is_read_with_its_unit_and_axis(subtests: pytest.Subtests) -> None:
+    for name in sorted(FILES):
+        with subtests.test(name=name):
+            data, metres, up, size = FILES[name]
+            model = load_bytes(name, data, **PICTURE)
+            assert (model.metres_per_unit, model.up) == (metres, up)
+            assert sum(len(part.mesh.faces) for part in model.parts) == 12
+            assert np.allclose(extents(model), size, atol=1e-5)
+            assert codes.TYPE_BY_CONTENT not in codes_of(model)
 
 
-@pytest.mark.parametrize("name", sorted(set(FILES) - {"a.wrl"}))
-def test_the_picture_beside_it_is_shown(tmp_path: Path, name: str) -> None:
-    (tmp_path / name).write_bytes(FILES[name][0])
-    (tmp_path / "a.png").write_bytes(PICTURE["a.png"])
-    model = load_path(tmp_path / name)
-    assert model.parts[0].material.base_color_texture is not None
+def test_the_picture_beside_it_is_shown(subtests: pytest.Subtests, tmp_path_factory: pytest.TempPathFactory) -> None:
+    for name in sorted(set(FILES) - {"a.wrl"}):
+        with subtests.test(name=name):
+            tmp_path = tmp_path_factory.mktemp("case")
+            (tmp_path / name).write_bytes(FILES[name][0])
+            (tmp_path / "a.png").write_bytes(PICTURE["a.png"])
+            model = load_path(tmp_path / name)
+            assert model.parts[0].material.base_color_texture is not None
 
 
 def test_an_x3d_picture_that_is_stored_upside_down_is_turned() -> None:
@@ -122,11 +125,12 @@ def test_usd_layers_of_the_folder_are_followed_and_no_others(tmp_path: Path) -> 
         assert error.value.code == codes.PATH_TRAVERSAL
 
 
-@pytest.mark.parametrize("solid", ["Box", "Cylinder", "Cone", "Sphere"])
-def test_shapes_of_vrml_are_closed(solid: str) -> None:
-    mesh = load_bytes("a.wrl", made.wrl(f"{solid} {{ }}")).parts[0].mesh
-    assert _volume(mesh.vertices, mesh.faces) > 1.0
-    assert np.allclose(np.ptp(mesh.vertices, axis=0), 2.0, atol=0.02)
+def test_shapes_of_vrml_are_closed(subtests: pytest.Subtests) -> None:
+    for solid in ["Box", "Cylinder", "Cone", "Sphere"]:
+        with subtests.test(solid=solid):
+            mesh = load_bytes("a.wrl", made.wrl(f"{solid} {{ }}")).parts[0].mesh
+            assert _volume(mesh.vertices, mesh.faces) > 1.0
+            assert np.allclose(np.ptp(mesh.vertices, axis=0), 2.0, atol=0.02)
 
 
 def test_a_shape_that_is_used_twice_stands_twice() -> None:

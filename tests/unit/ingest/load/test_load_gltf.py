@@ -87,11 +87,12 @@ def test_each_instance_is_a_part() -> None:
     assert [p.name for p in load_bytes("x.glb", made.glb()).parts] == ["a_b", "a_b_2"]
 
 
-@pytest.mark.parametrize(("mode", "faces"), [(5, [[0, 1, 2], [2, 1, 3]]), (6, [[0, 1, 2], [0, 2, 3]])])
-def test_strips_and_fans(mode: int, faces: list[list[int]]) -> None:
-    made = Gltf([(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 0)], [0, 1, 2, 3])
-    made.primitive["mode"] = mode
-    assert load_bytes("x.glb", made.glb()).parts[0].mesh.faces.tolist() == faces
+def test_strips_and_fans(subtests: pytest.Subtests) -> None:
+    for mode, faces in [(5, [[0, 1, 2], [2, 1, 3]]), (6, [[0, 1, 2], [0, 2, 3]])]:
+        with subtests.test(mode=mode, faces=faces):
+            made = Gltf([(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 0)], [0, 1, 2, 3])
+            made.primitive["mode"] = mode
+            assert load_bytes("x.glb", made.glb()).parts[0].mesh.faces.tolist() == faces
 
 
 def test_quantised_and_sparse_accessors() -> None:
@@ -198,9 +199,8 @@ def test_a_mesh_outside_the_scene_is_used() -> None:
     assert codes_of(load_bytes("x.glb", made.glb())) == {rejection_codes.MESH_OUTSIDE_SCENE}
 
 
-@pytest.mark.parametrize(
-    ("cut", "code"),
-    [
+def test_broken_containers_are_refused(subtests: pytest.Subtests) -> None:
+    for cut, code in [
         (lambda d: d[:8], rejection_codes.TRUNCATED),
         (lambda d: d[:12], rejection_codes.TRUNCATED),
         (lambda d: d[: len(d) // 2], rejection_codes.TRUNCATED),
@@ -216,10 +216,9 @@ def test_a_mesh_outside_the_scene_is_used() -> None:
         (lambda d: b"\x1f\x8b" + d, rejection_codes.WRONG_TYPE),
         (lambda d: b"version https://git-lfs.github.com/spec/v1\n", rejection_codes.WRONG_TYPE),
         (lambda d: b"", rejection_codes.EMPTY_FILE),
-    ],
-)
-def test_broken_containers_are_refused(cut, code: str) -> None:  # type: ignore[no-untyped-def]
-    assert refused(cut(Gltf().glb())) == code
+    ]:
+        with subtests.test(cut=cut, code=code):
+            assert refused(cut(Gltf().glb())) == code
 
 
 def test_claims_beyond_the_bytes_are_refused_before_allocation() -> None:
@@ -235,9 +234,8 @@ def test_claims_beyond_the_bytes_are_refused_before_allocation() -> None:
     assert refused(Gltf(indices=[0, 1, 9]).glb()) == rejection_codes.OUT_OF_BOUNDS
 
 
-@pytest.mark.parametrize(
-    ("nodes", "code"),
-    [
+def test_bad_scene_graphs_are_refused(subtests: pytest.Subtests) -> None:
+    for nodes, code in [
         ([{"children": [0], "mesh": 0}], rejection_codes.BAD_SCENE_GRAPH),
         ([{"children": [i + 1, i + 1]} for i in range(30)] + [{"mesh": 0}], rejection_codes.BAD_SCENE_GRAPH),
         ([{"children": [7]}], rejection_codes.OUT_OF_BOUNDS),
@@ -246,12 +244,11 @@ def test_claims_beyond_the_bytes_are_refused_before_allocation() -> None:
         ([{"mesh": 0, "translation": [float("nan"), 0, 0]}], rejection_codes.NON_FINITE),
         ([{"mesh": 0, "translation": "up"}], rejection_codes.BAD_SCHEMA),
         (["node"], rejection_codes.BAD_SCHEMA),
-    ],
-)
-def test_bad_scene_graphs_are_refused(nodes: list[object], code: str) -> None:
-    made = Gltf()
-    made.document["nodes"] = nodes
-    assert refused(made.glb()) == code
+    ]:
+        with subtests.test(nodes=nodes, code=code):
+            made = Gltf()
+            made.document["nodes"] = nodes
+            assert refused(made.glb()) == code
 
 
 def test_deep_node_chains_do_not_overflow_the_stack() -> None:
@@ -260,11 +257,12 @@ def test_deep_node_chains_do_not_overflow_the_stack() -> None:
     assert len(load_bytes("x.glb", made.glb()).parts) == 1
 
 
-@pytest.mark.parametrize("name", ["MPEG_texture_video", "X_y"])
-def test_required_extensions_that_cannot_be_read_are_refused(name: str) -> None:
-    made = Gltf()
-    made.document["extensionsRequired"] = [name]
-    assert refused(made.glb()) == rejection_codes.UNSUPPORTED_EXTENSION
+def test_required_extensions_that_cannot_be_read_are_refused(subtests: pytest.Subtests) -> None:
+    for name in ["MPEG_texture_video", "X_y"]:
+        with subtests.test(name=name):
+            made = Gltf()
+            made.document["extensionsRequired"] = [name]
+            assert refused(made.glb()) == rejection_codes.UNSUPPORTED_EXTENSION
 
 
 def test_compression_that_is_only_used_is_refused_where_the_data_is_missing() -> None:

@@ -25,9 +25,8 @@ def test_declares_neither_unit_nor_axis() -> None:
     assert (model.metres_per_unit, model.up, model.format, model.notes) == (None, None, "obj", ())
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
+def test_spellings_of_the_same_triangle(subtests: pytest.Subtests) -> None:
+    for text in [
         codecs.BOM_UTF8 + OBJ_TRIANGLE.replace("\n", "\r\n").replace(" ", "\t").encode(),
         OBJ_TRIANGLE.replace("\n", "\r").encode(),
         OBJ_TRIANGLE.encode("utf-16"),
@@ -36,11 +35,10 @@ def test_declares_neither_unit_nor_axis() -> None:
         OBJ_TRIANGLE.replace("f 1 2 3", "f 1 2// 3/").encode(),
         OBJ_TRIANGLE.replace("f 1 2 3\n", "f 1 2 3 # end").encode(),
         OBJ_TRIANGLE.replace("v 1 0 0", "v 1 0 0 # one").encode(),
-    ],
-)
-def test_spellings_of_the_same_triangle(text: bytes) -> None:
-    mesh = load_bytes("x.obj", text).parts[0].mesh
-    assert mesh.vertices[mesh.faces[0]].tolist() == [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
+    ]:
+        with subtests.test(text=text):
+            mesh = load_bytes("x.obj", text).parts[0].mesh
+            assert mesh.vertices[mesh.faces[0]].tolist() == [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
 
 
 def test_objects_and_materials_make_parts_in_order() -> None:
@@ -82,18 +80,16 @@ def test_vertex_colours() -> None:
     assert colors.tolist() == [[255, 128, 0, 255], [255, 128, 0, 255], [255, 255, 255, 255]]
 
 
-@pytest.mark.parametrize(
-    ("line", "name"),
-    [
+def test_map_options_are_stripped(subtests: pytest.Subtests) -> None:
+    for line, name in [
         ("-o 0 0 0 -bm 1 my tex.png", "my tex.png"),
         ("-s 1 1 1 -o 0.5 -clamp on a.png", "a.png"),
         ("-mm 0 1 dir\\b.png", "dir\\b.png"),
         ("plain name.jpg", "plain name.jpg"),
         ("-o 3.png", "3.png"),
-    ],
-)
-def test_map_options_are_stripped(line: str, name: str) -> None:
-    assert map_file(line) == name
+    ]:
+        with subtests.test(line=line, name=name):
+            assert map_file(line) == name
 
 
 def test_height_maps_are_not_taken_for_normal_maps() -> None:
@@ -116,9 +112,8 @@ def test_non_finite_vertices_cost_their_faces_or_the_input() -> None:
     assert refused(OBJ_TRIANGLE.replace("v 1 0 0", "v nan 0 0")) == rejection_codes.NON_FINITE
 
 
-@pytest.mark.parametrize(
-    ("text", "code"),
-    [
+def test_unusable_files_are_refused(subtests: pytest.Subtests) -> None:
+    for text, code in [
         ("", rejection_codes.EMPTY_FILE),
         ("# nothing\n", rejection_codes.EMPTY_FILE),
         ("v 0 0 0\nv 1 0 0\nv 0 1 0\n", rejection_codes.NO_FACES),
@@ -126,11 +121,10 @@ def test_non_finite_vertices_cost_their_faces_or_the_input() -> None:
         ("v 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", rejection_codes.BAD_NUMBER),
         ("v 0 0 0\nf 4 5 6\n", rejection_codes.OUT_OF_BOUNDS),
         ("v 0 0 0\n\0\0\0", rejection_codes.WRONG_TYPE),
-    ],
-)
-def test_unusable_files_are_refused(text: str, code: str) -> None:
-    found = refused(text)
-    assert found == code or (code == rejection_codes.WRONG_TYPE and found == rejection_codes.ENCODING)
+    ]:
+        with subtests.test(text=text, code=code):
+            found = refused(text)
+            assert found == code or (code == rejection_codes.WRONG_TYPE and found == rejection_codes.ENCODING)
 
 
 def test_commands_in_an_obj_are_ignored() -> None:

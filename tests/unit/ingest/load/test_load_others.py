@@ -92,9 +92,8 @@ def test_ply_corner_coordinates_and_its_picture() -> None:
     assert [texel(model, 0, i) for i in range(3)] == [(0, 0, 255), (255, 255, 0), (0, 255, 0)]
 
 
-@pytest.mark.parametrize(
-    ("text", "code"),
-    [
+def test_bad_ply_is_refused(subtests: pytest.Subtests) -> None:
+    for text, code in [
         (PLY_HEAD.format("binary_little_endian", ""), rejection_codes.TRUNCATED),
         (PLY_HEAD.format("ebcdic", "") + PLY_FACES.format(0, ""), rejection_codes.BAD_HEADER),
         (
@@ -111,10 +110,9 @@ def test_ply_corner_coordinates_and_its_picture() -> None:
             rejection_codes.BAD_NUMBER,
         ),
         (PLY_HEAD.format("ascii", "") + PLY_FACES.format(1, "") + "0 0 0 " * 4 + "3 0 1", rejection_codes.TRUNCATED),
-    ],
-)
-def test_bad_ply_is_refused(text: str, code: str) -> None:
-    assert refused("x.ply", text) == code
+    ]:
+        with subtests.test(text=text, code=code):
+            assert refused("x.ply", text) == code
 
 
 def test_stl_binary_even_where_it_says_solid() -> None:
@@ -128,18 +126,16 @@ def test_stl_text_with_two_solids() -> None:
     assert [(p.name, len(p.mesh.faces)) for p in load_bytes("x.stl", text).parts] == [("lid", 1), ("pot", 2)]
 
 
-@pytest.mark.parametrize(
-    ("data", "code"),
-    [
+def test_bad_stl_is_refused(subtests: pytest.Subtests) -> None:
+    for data, code in [
         (stl_bytes(9)[:-60], rejection_codes.TRUNCATED),
         (stl_bytes(2, claimed=2**32 - 1), rejection_codes.LENGTH_MISMATCH),
         (b"solid x\nfacet\nvertex 0 0 0\nvertex 1 0 0\n", rejection_codes.TRUNCATED),
         (b"solid x\nfacet\nvertex 0 0 0\nvertex 1 0 0\nvertex 1 1 a\nendsolid", rejection_codes.BAD_NUMBER),
         (b"solid x\nendsolid x\n", rejection_codes.EMPTY_FILE),
-    ],
-)
-def test_bad_stl_is_refused(data: bytes, code: str) -> None:
-    assert refused("x.stl", data) == code
+    ]:
+        with subtests.test(data=data, code=code):
+            assert refused("x.stl", data) == code
 
 
 def test_dae_hands_on_unit_and_axis_and_reads_colour_as_display_value() -> None:
@@ -159,9 +155,8 @@ def test_dae_picture_and_mirrored_node() -> None:
     assert at[(-1.0, 1.0, 0.0)] == (0, 255, 0)
 
 
-@pytest.mark.parametrize(
-    ("text", "code"),
-    [
+def test_bad_dae_is_refused(subtests: pytest.Subtests) -> None:
+    for text, code in [
         (dae()[: len(dae()) // 2], rejection_codes.TRUNCATED),
         (dae().replace("</asset>", "</asse>"), rejection_codes.BAD_XML),
         (
@@ -177,29 +172,29 @@ def test_dae_picture_and_mirrored_node() -> None:
         (dae().replace("1 1 0 0 1 0<", "nan 1 0 nan 1 0<"), rejection_codes.NON_FINITE),
         ("<COLLADA></COLLADA>", rejection_codes.NO_GEOMETRY),
         ("<svg></svg>", rejection_codes.WRONG_TYPE),
-    ],
-)
-def test_bad_dae_is_refused(text: str, code: str) -> None:
-    name = "x.xml" if "svg" in text else "x.dae"
-    assert refused(name, text) == code
+    ]:
+        with subtests.test(text=text, code=code):
+            name = "x.xml" if "svg" in text else "x.dae"
+            assert refused(name, text) == code
 
 
 def test_dae_in_utf16() -> None:
     assert len(load_bytes("x.dae", dae().replace('<?xml version="1.0"?>', "").encode("utf-16")).parts) == 1
 
 
-@pytest.mark.parametrize("mode", ["1", "L", "LA", "P", "RGB", "RGBA", "CMYK", "I;16"])
-def test_every_kind_of_picture_becomes_eight_bit_rgb(mode: str) -> None:
-    out = io.BytesIO()
-    image = (
-        Image.fromarray(QUARTERS).convert("L").convert("I;16")
-        if mode == "I;16"
-        else Image.fromarray(QUARTERS).convert(mode)
-    )
-    image.save(out, "JPEG" if mode == "CMYK" else "PNG")
-    texture = Images(LIMITS, Notes()).texture("a", out.getvalue(), "Ärger/../x", ImageUse())
-    assert texture is not None
-    assert (texture.name, texture.width_px, texture.png[24], texture.png[25]) == ("arger_x", 2, 8, 2)
+def test_every_kind_of_picture_becomes_eight_bit_rgb(subtests: pytest.Subtests) -> None:
+    for mode in ["1", "L", "LA", "P", "RGB", "RGBA", "CMYK", "I;16"]:
+        with subtests.test(mode=mode):
+            out = io.BytesIO()
+            image = (
+                Image.fromarray(QUARTERS).convert("L").convert("I;16")
+                if mode == "I;16"
+                else Image.fromarray(QUARTERS).convert(mode)
+            )
+            image.save(out, "JPEG" if mode == "CMYK" else "PNG")
+            texture = Images(LIMITS, Notes()).texture("a", out.getvalue(), "Ärger/../x", ImageUse())
+            assert texture is not None
+            assert (texture.name, texture.width_px, texture.png[24], texture.png[25]) == ("arger_x", 2, 8, 2)
 
 
 def test_sixteen_bit_grey_keeps_its_brightness() -> None:
@@ -220,20 +215,19 @@ def test_large_pictures_are_refused_unseen_and_big_ones_scaled() -> None:
     assert [n.code for n in notes.issues] == [rejection_codes.IMAGE_REFUSED, rejection_codes.IMAGE_DOWNSCALED]
 
 
-@pytest.mark.parametrize(
-    "text", ["", "Ünïcødé 杯子", "3_x", "../../etc", 'a"\n<b>', "__", "x" * 500, "\u202eevil", "CupMesh"]
-)
-def test_any_text_becomes_an_id(text: str) -> None:
-    names = UniqueNames()
-    made = [names.unique(text, "part") for _ in range(3)]
-    assert len(set(made)) == 3
-    for name in made:
-        assert name[0].isalpha()
-        assert name.replace("_", "a").isalnum()
-        assert name.isascii()
-        assert "__" not in name
-        assert not name.endswith("_")
-    assert identifier("CupMesh", "part") == "cup_mesh"
+def test_any_text_becomes_an_id(subtests: pytest.Subtests) -> None:
+    for text in ["", "Ünïcødé 杯子", "3_x", "../../etc", 'a"\n<b>', "__", "x" * 500, "\u202eevil", "CupMesh"]:
+        with subtests.test(text=text):
+            names = UniqueNames()
+            made = [names.unique(text, "part") for _ in range(3)]
+            assert len(set(made)) == 3
+            for name in made:
+                assert name[0].isalpha()
+                assert name.replace("_", "a").isalnum()
+                assert name.isascii()
+                assert "__" not in name
+                assert not name.endswith("_")
+            assert identifier("CupMesh", "part") == "cup_mesh"
 
 
 def test_notes_are_few_and_clean() -> None:

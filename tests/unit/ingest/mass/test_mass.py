@@ -114,12 +114,13 @@ def test_a_hollow_thing_has_the_usual_mass_of_its_size() -> None:
     assert 0.5 < out.guesses[0].confidence < 1
 
 
-@pytest.mark.parametrize("scale", [0.01, 100.0])
-def test_the_usual_mass_stays_within_its_range(scale: float) -> None:
-    kind = category("toaster")
-    inertial = mass(boxed(moved(BLOCK, scale=scale)), kind, CLAY, SLACK).inertial
-    assert inertial is not None
-    assert kind.mass_kg.low < inertial.mass < kind.mass_kg.high
+def test_the_usual_mass_stays_within_its_range(subtests: pytest.Subtests) -> None:
+    for scale in [0.01, 100.0]:
+        with subtests.test(scale=scale):
+            kind = category("toaster")
+            inertial = mass(boxed(moved(BLOCK, scale=scale)), kind, CLAY, SLACK).inertial
+            assert inertial is not None
+            assert kind.mass_kg.low < inertial.mass < kind.mass_kg.high
 
 
 def test_shapes_that_overlap_are_united_before_they_are_weighed() -> None:
@@ -136,20 +137,19 @@ def test_shapes_that_overlap_are_united_before_they_are_weighed() -> None:
     assert out.inertia == pytest.approx(box_inertia(out.mass, *SIZE), rel=1e-6, abs=1e-12)
 
 
-@pytest.mark.parametrize("thin", [1e-2, 1e-4, 1e-6])
-@pytest.mark.parametrize("tilt", [(1, 0, 0, 0), (0.9, 0.1, 0.2, 0.3)])
-@pytest.mark.parametrize("needle", [False, True])
-def test_the_thinnest_bodies_have_a_tensor_that_can_be(
-    thin: float, tilt: tuple[float, float, float, float], needle: bool
-) -> None:
-    size = (0.2, 0.2 * thin, 0.2 * thin) if needle else (0.2, 0.1, 0.2 * thin)
-    pose = Pose(quaternion=tilt)
-    mesh = moved(box_mesh(size, (0, 0, 0), shared=True), matrix=pose.rotation)
-    inertial = mass(with_shapes(mesh, (Box(size=size), pose)), category("fork"), CLAY, SLACK).inertial
-    assert inertial is not None
-    a, b, c = np.linalg.eigvalsh(inertial.tensor)
-    assert 0 < a <= b <= c <= a + b
-    assert c == pytest.approx(inertial.mass * (size[0] ** 2 + size[1] ** 2) / 12, rel=1e-3)
+def test_the_thinnest_bodies_have_a_tensor_that_can_be(subtests: pytest.Subtests) -> None:
+    for needle in [False, True]:
+        for tilt in [(1, 0, 0, 0), (0.9, 0.1, 0.2, 0.3)]:
+            for thin in [1e-2, 1e-4, 1e-6]:
+                with subtests.test(thin=thin, tilt=tilt, needle=needle):
+                    size = (0.2, 0.2 * thin, 0.2 * thin) if needle else (0.2, 0.1, 0.2 * thin)
+                    pose = Pose(quaternion=tilt)
+                    mesh = moved(box_mesh(size, (0, 0, 0), shared=True), matrix=pose.rotation)
+                    inertial = mass(with_shapes(mesh, (Box(size=size), pose)), category("fork"), CLAY, SLACK).inertial
+                    assert inertial is not None
+                    a, b, c = np.linalg.eigvalsh(inertial.tensor)
+                    assert 0 < a <= b <= c <= a + b
+                    assert c == pytest.approx(inertial.mass * (size[0] ** 2 + size[1] ** 2) / 12, rel=1e-3)
 
 
 def test_moving_the_thing_moves_its_centre_alone() -> None:

@@ -32,12 +32,11 @@ def weighed(mesh: Mesh, *parts: RawPart) -> CombinedMass:
     return combine_unknown(points, faces, closed_solid(points, faces), parts or (part(mesh, "look"),))
 
 
-@pytest.mark.parametrize(
-    ("mesh", "form"), [(CUP, MatterFill.VESSEL), (BLOCK, MatterFill.SOLID), (SHELL, MatterFill.HOLLOW)]
-)
-def test_the_form_tells_vessels_solids_and_shells(mesh: Mesh, form: MatterFill) -> None:
-    points, place = weld(mesh.vertices)
-    assert form_of(points, place[mesh.faces], closed_solid(points, place[mesh.faces])) is form
+def test_the_form_tells_vessels_solids_and_shells(subtests: pytest.Subtests) -> None:
+    for mesh, form in [(CUP, MatterFill.VESSEL), (BLOCK, MatterFill.SOLID), (SHELL, MatterFill.HOLLOW)]:
+        with subtests.test(mesh=mesh, form=form):
+            points, place = weld(mesh.vertices)
+            assert form_of(points, place[mesh.faces], closed_solid(points, place[mesh.faces])) is form
 
 
 @pytest.mark.parametrize("build", list(SIZE_LAWS))

@@ -49,27 +49,30 @@ def up_of(before: Mesh, after: Draft) -> Floats:
     return result
 
 
-@pytest.mark.parametrize("name", list(THINGS))
-@pytest.mark.parametrize("turn", [spin(0, 180), spin(0, 90), spin(1, 90), spin(1, -90)], ids=["over", "x", "y", "-y"])
-def test_what_lies_or_stands_on_its_head_is_righted_against_the_files_word(name: str, turn: Floats) -> None:
-    out = posed(THINGS[name], turn, name)
-    assert up_of(THINGS[name], out) == pytest.approx([0, 0, 1], abs=1e-6)
+def test_what_lies_or_stands_on_its_head_is_righted_against_the_files_word(subtests: pytest.Subtests) -> None:
+    for turn in [spin(0, 180), spin(0, 90), spin(1, 90), spin(1, -90)]:
+        for name in list(THINGS):
+            with subtests.test(name=name, turn=turn):
+                out = posed(THINGS[name], turn, name)
+                assert up_of(THINGS[name], out) == pytest.approx([0, 0, 1], abs=1e-6)
 
 
-@pytest.mark.parametrize("name", list(THINGS))
-def test_what_somebody_let_fall_is_righted(name: str) -> None:
-    turn = spin(0, 37) @ spin(2, 52) @ spin(1, 20)
-    out = posed(THINGS[name], turn, name, up=None)
-    assert up_of(THINGS[name], out)[2] > np.cos(np.radians(3))
+def test_what_somebody_let_fall_is_righted(subtests: pytest.Subtests) -> None:
+    for name in list(THINGS):
+        with subtests.test(name=name):
+            turn = spin(0, 37) @ spin(2, 52) @ spin(1, 20)
+            out = posed(THINGS[name], turn, name, up=None)
+            assert up_of(THINGS[name], out)[2] > np.cos(np.radians(3))
 
 
-@pytest.mark.parametrize("degrees", [0, 30, 90, 145, 180, 270])
-def test_the_handle_points_to_x(degrees: float) -> None:
-    out = posed(CUP, spin(2, degrees), "mug")
-    handle = out.surface.vertices[-8:].mean(axis=0) - out.surface.vertices[:-8].mean(axis=0)
-    assert handle[0] > 0.03
-    assert abs(handle[1]) < 0.006
-    assert next(g for g in out.guesses if g.subject == "front").confidence > 0.6
+def test_the_handle_points_to_x(subtests: pytest.Subtests) -> None:
+    for degrees in [0, 30, 90, 145, 180, 270]:
+        with subtests.test(degrees=degrees):
+            out = posed(CUP, spin(2, degrees), "mug")
+            handle = out.surface.vertices[-8:].mean(axis=0) - out.surface.vertices[:-8].mean(axis=0)
+            assert handle[0] > 0.03
+            assert abs(handle[1]) < 0.006
+            assert next(g for g in out.guesses if g.subject == "front").confidence > 0.6
 
 
 def test_without_a_handle_nothing_is_turned_and_nobody_is_sure() -> None:
@@ -80,12 +83,13 @@ def test_without_a_handle_nothing_is_turned_and_nobody_is_sure() -> None:
     assert found.confidence < 0.5
 
 
-@pytest.mark.parametrize("degrees", [0, 20, 90, 130])
-def test_a_knife_lies_along_x(degrees: float) -> None:
-    x, y, z = np.ptp(posed(knife(), spin(2, degrees), "knife").surface.vertices, axis=0)
-    assert x > 0.3
-    assert y < 0.04
-    assert z < y
+def test_a_knife_lies_along_x(subtests: pytest.Subtests) -> None:
+    for degrees in [0, 20, 90, 130]:
+        with subtests.test(degrees=degrees):
+            x, y, z = np.ptp(posed(knife(), spin(2, degrees), "knife").surface.vertices, axis=0)
+            assert x > 0.3
+            assert y < 0.04
+            assert z < y
 
 
 def test_the_wide_side_of_a_box_is_its_face() -> None:

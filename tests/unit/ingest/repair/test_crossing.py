@@ -25,16 +25,13 @@ def test_two_mugs_that_run_through_each_other() -> None:
     assert message(joined(CUP, moved(CUP, (0.03, 0.01, 0.0)))) == ["MSH050"]
 
 
-@pytest.mark.parametrize(
-    "mesh",
-    [
+def test_what_is_no_crossing(subtests: pytest.Subtests) -> None:
+    for mesh in [
         CUP,
         joined(CUP, moved(CUP, (0.5, 0.0, 0.0))),
         joined(BOX, moved(BOX, (0.1, 0.0, 0.0))),
         joined(BOX, moved(BOX, scale=0.9)),
         joined(CUP, moved(BOX, (0.05, 0.0, 0.05), 0.3)),
-    ],
-    ids=["alone", "apart", "touching", "inside", "handle"],
-)
-def test_what_is_no_crossing(mesh: Mesh) -> None:
-    assert message(mesh) == []
+    ]:
+        with subtests.test(mesh=mesh):
+            assert message(mesh) == []

@@ -69,16 +69,15 @@ class TestSoundMeshesStay:
         assert draft.parts[0].mesh.faces.tobytes() == mesh.faces.tobytes()
         assert draft.notes == ()
 
-    @pytest.mark.parametrize(
-        "name", ["saucepan_lid", "candle_holder", "cake_stand", "teapot", "wine_glass", "pan", "stand_mixer"]
-    )
-    def test_a_knob_on_a_disc_and_a_rod_on_a_foot_stay(self, name: str) -> None:
-        disc = moved(turned([(0.0, 0.0), (0.1, 0.0), (0.1, 0.01), (0.0, 0.01)]))
-        knob = moved(turned([(0.0, 0.0), (0.015, 0.0), (0.02, 0.02), (0.0, 0.025)]), (0, 0, 0.01))
-        assert len(clean(raw(disc, knob), category(name)).parts) == 2
-        if name == "candle_holder":
-            rod = moved(turned([(0.0, 0.0), (0.01, 0.0), (0.01, 0.3), (0.0, 0.3)]), (0, 0, 0.01))
-            assert len(clean(raw(disc, rod), category(name)).parts) == 2
+    def test_a_knob_on_a_disc_and_a_rod_on_a_foot_stay(self, subtests: pytest.Subtests) -> None:
+        for name in ["saucepan_lid", "candle_holder", "cake_stand", "teapot", "wine_glass", "pan", "stand_mixer"]:
+            with subtests.test(name=name):
+                disc = moved(turned([(0.0, 0.0), (0.1, 0.0), (0.1, 0.01), (0.0, 0.01)]))
+                knob = moved(turned([(0.0, 0.0), (0.015, 0.0), (0.02, 0.02), (0.0, 0.025)]), (0, 0, 0.01))
+                assert len(clean(raw(disc, knob), category(name)).parts) == 2
+                if name == "candle_holder":
+                    rod = moved(turned([(0.0, 0.0), (0.01, 0.0), (0.01, 0.3), (0.0, 0.3)]), (0, 0, 0.01))
+                    assert len(clean(raw(disc, rod), category(name)).parts) == 2
 
 
 class TestCracks:
@@ -423,12 +422,13 @@ def finned_box(*fin: list[int]) -> Mesh:
 
 
 class TestFins:
-    @pytest.mark.parametrize("fin", [[[0, 1, 8]], [[0, 1, 8], [8, 1, 9]]])
-    def test_a_face_or_two_that_stand_off_are_taken_away(self, fin: list[list[int]]) -> None:
-        draft = clean(raw(finned_box(*fin)))
-        assert codes(draft.notes) == ["MSH046"]
-        mesh = draft.parts[0].mesh
-        assert (mesh.vertices.tobytes(), mesh.faces.tobytes()) == (BOX.vertices.tobytes(), BOX.faces.tobytes())
+    def test_a_face_or_two_that_stand_off_are_taken_away(self, subtests: pytest.Subtests) -> None:
+        for fin in [[[0, 1, 8]], [[0, 1, 8], [8, 1, 9]]]:
+            with subtests.test(fin=fin):
+                draft = clean(raw(finned_box(*fin)))
+                assert codes(draft.notes) == ["MSH046"]
+                mesh = draft.parts[0].mesh
+                assert (mesh.vertices.tobytes(), mesh.faces.tobytes()) == (BOX.vertices.tobytes(), BOX.faces.tobytes())
 
     def test_a_strap_of_more_faces_stays(self) -> None:
         mesh = finned_box([0, 1, 8], [8, 1, 9], [8, 9, 10])

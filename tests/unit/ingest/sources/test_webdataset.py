@@ -82,9 +82,10 @@ def test_a_key_ends_at_the_first_dot(tmp_path: Path) -> None:
     assert one.source.title == "Pan"
 
 
-@pytest.mark.parametrize(
-    ("text", "code"),
-    [
+def test_a_row_that_is_wrong_is_refused_alone(
+    subtests: pytest.Subtests, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    for text, code in [
         (b"{broken", codes.BAD_ROW),
         (b"[1]", codes.BAD_ROW),
         (b'{"name": 7}', codes.BAD_ROW),
@@ -92,15 +93,15 @@ def test_a_key_ends_at_the_first_dot(tmp_path: Path) -> None:
         (b'{"uid": "taken"}', codes.DUPLICATE_ID),
         (b"[" * 100_000, codes.BAD_ROW),
         (b'{"name": "' + b"x" * (1 << 20) + b'"}', codes.TOO_LARGE),
-    ],
-)
-def test_a_row_that_is_wrong_is_refused_alone(tmp_path: Path, text: bytes, code: str) -> None:
-    members = [("a.obj", OBJ), ("a.json", {"uid": "taken"}), ("b.obj", OBJ), ("b.json", text), ("c.obj", OBJ)]
-    (tmp_path / "s.tar").write_bytes(shard(*members))
-    found, refused = read(tmp_path)
-    assert [one.main for one in found] == ["a.obj", "c.obj"]
-    assert [(one.path, one.code) for one in refused] == [("s.tar", code)]
-    assert refused[0].message.startswith("s.tar!b.json: ")
+    ]:
+        with subtests.test(text=text, code=code):
+            tmp_path = tmp_path_factory.mktemp("case")
+            members = [("a.obj", OBJ), ("a.json", {"uid": "taken"}), ("b.obj", OBJ), ("b.json", text), ("c.obj", OBJ)]
+            (tmp_path / "s.tar").write_bytes(shard(*members))
+            found, refused = read(tmp_path)
+            assert [one.main for one in found] == ["a.obj", "c.obj"]
+            assert [(one.path, one.code) for one in refused] == [("s.tar", code)]
+            assert refused[0].message.startswith("s.tar!b.json: ")
 
 
 def test_the_json_of_a_shard_is_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

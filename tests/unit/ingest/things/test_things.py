@@ -63,44 +63,63 @@ def ball(center: Vec3, scale: float = 1.0) -> Mesh:
     return mesh.with_vertices(scale * mesh.vertices + np.array(center))
 
 
-@pytest.mark.parametrize(
-    "parts",
-    [
+def test_one_object_of_many_parts_is_one(subtests: pytest.Subtests) -> None:
+    for parts in [
         [box((0.1, 0.1, 0.2), (0, 0, 0.1))],
         stool(),
         shelf(),
         [box((0.2, 0.2, 0.02), (0, 0, 0.01)), box((0.02, 0.02, 0.4), (0, 0, 0.2)), box((0.3, 0.3, 0.2), (0, 0, 0.51))],
-        [box((0.8, 0.8, 0.2), (0, 0, 0.4)), box((0.8, 0.1, 0.6), (0, 0.35, 0.8)),
-         *(box((0.2, 0.2, 0.3), (x, y, 0.15)) for x in (-0.3, 0.3) for y in (-0.3, 0.3))],
-        [box((0.6, 0.4, 0.3), (0, 0, 0.2)),
-         *(box((0.1, 0.03, 0.1), (x, y, 0.05)) for x in (-0.2, 0.2) for y in (-0.23, 0.23))],
+        [
+            box((0.8, 0.8, 0.2), (0, 0, 0.4)),
+            box((0.8, 0.1, 0.6), (0, 0.35, 0.8)),
+            *(box((0.2, 0.2, 0.3), (x, y, 0.15)) for x in (-0.3, 0.3) for y in (-0.3, 0.3)),
+        ],
+        [
+            box((0.6, 0.4, 0.3), (0, 0, 0.2)),
+            *(box((0.1, 0.03, 0.1), (x, y, 0.05)) for x in (-0.2, 0.2) for y in (-0.23, 0.23)),
+        ],
         [box((0.3, 0.3, 0.02), (0, 0, 0.01)), *(box((0.02, 0.02, 0.01), (x / 20, 0, 0.025)) for x in range(-5, 6))],
-    ],
-    ids=["box", "stool", "shelf", "lamp whose shade hovers", "chair on thick legs", "cart beside its wheels", "keys"],
-)  # fmt: skip
-def test_one_object_of_many_parts_is_one(parts: list[RawPart]) -> None:
-    assert not is_in_review(model(*parts))
+    ]:
+        with subtests.test(parts=parts):
+            assert not is_in_review(model(*parts))
 
 
-@pytest.mark.parametrize(
-    ("parts", "reason"),
-    [
+def test_several_things_are_for_a_person(subtests: pytest.Subtests) -> None:
+    for parts, reason in [
         ([*stool(), *stool(1.0, "other")], "stand apart"),
-        ([box((1.0, 1.0, 0.01), (0, 0, 0)), *(box((0.1, 0.1, 0.2), (x, 0, 0.105)) for x in (-0.4, -0.2, 0, 0.2, 0.4))],
-         "one ground"),
-        ([box((3, 3, 0.05), (0, 0, -0.03)), box((0.05, 3, 2.5), (-1.5, 0, 1.2)), box((3, 0.05, 2.5), (0, 1.5, 1.2)),
-          *stool(), *stool(0.8, "second"), *stool(-0.8, "third")], "walls stand around"),
-        ([box((0.4, 0.4, 0.06), (0, 0, 0.03)), box((0.03, 0.03, 0.06), (0.24, 0, 0.03)),
-          box((0.06, 0.03, 0.03), (-0.26, 0.1, 0.015)), box((0.03, 0.06, 0.03), (-0.26, -0.1, 0.015))],
-         "lie beside it"),
-    ],
-    ids=["two stools", "five jars on a board", "a corner of a room", "men beside a board"],
-)  # fmt: skip
-def test_several_things_are_for_a_person(parts: list[RawPart], reason: str) -> None:
-    found = guess(model(*parts))
-    assert found is not None
-    assert found.confidence < DOUBTFUL
-    assert reason in found.reason
+        (
+            [
+                box((1.0, 1.0, 0.01), (0, 0, 0)),
+                *(box((0.1, 0.1, 0.2), (x, 0, 0.105)) for x in (-0.4, -0.2, 0, 0.2, 0.4)),
+            ],
+            "one ground",
+        ),
+        (
+            [
+                box((3, 3, 0.05), (0, 0, -0.03)),
+                box((0.05, 3, 2.5), (-1.5, 0, 1.2)),
+                box((3, 0.05, 2.5), (0, 1.5, 1.2)),
+                *stool(),
+                *stool(0.8, "second"),
+                *stool(-0.8, "third"),
+            ],
+            "walls stand around",
+        ),
+        (
+            [
+                box((0.4, 0.4, 0.06), (0, 0, 0.03)),
+                box((0.03, 0.03, 0.06), (0.24, 0, 0.03)),
+                box((0.06, 0.03, 0.03), (-0.26, 0.1, 0.015)),
+                box((0.03, 0.06, 0.03), (-0.26, -0.1, 0.015)),
+            ],
+            "lie beside it",
+        ),
+    ]:
+        with subtests.test(parts=parts, reason=reason):
+            found = guess(model(*parts))
+            assert found is not None
+            assert found.confidence < DOUBTFUL
+            assert reason in found.reason
 
 
 def test_an_inner_wall_is_no_second_thing() -> None:
@@ -129,9 +148,8 @@ def test_pieces_of_one_form_and_a_plural() -> None:
     )
 
 
-@pytest.mark.parametrize(
-    ("path", "category", "expected"),
-    [
+def test_names_of_what_is_no_household_object(subtests: pytest.Subtests) -> None:
+    for path, category, expected in [
         ("fox.glb", "object", True),
         ("fox_mug.glb", "mug", False),
         ("Sword.glb", "object", True),
@@ -139,10 +157,9 @@ def test_pieces_of_one_form_and_a_plural() -> None:
         ("shaderBall.glb", "ball", True),
         ("cabinet/IAIDrawerW60.glb", "cabinet", True),
         ("mug.glb", "mug", False),
-    ],
-)
-def test_names_of_what_is_no_household_object(path: str, category: str, expected: bool) -> None:
-    assert is_in_review(model(box((0.1, 0.1, 0.1), (0, 0, 0))), path, category) is expected
+    ]:
+        with subtests.test(path=path, category=category, expected=expected):
+            assert is_in_review(model(box((0.1, 0.1, 0.1), (0, 0, 0))), path, category) is expected
 
 
 def test_a_rig_is_that_of_a_figure() -> None:

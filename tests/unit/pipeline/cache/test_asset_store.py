@@ -65,12 +65,13 @@ def test_an_asset_of_each_family_reads_back_the_same(name: str) -> None:
     assert (again.id, again.digest) == (asset.id, asset.digest)
 
 
-@pytest.mark.parametrize("asset", [rigid_mug(), textured_box()])
-def test_an_asset_with_pictures_reads_back_the_same(asset: Asset) -> None:
-    data, pictures = pack(asset.model_dump(), "key")
-    assert unpack(data, "key", pictures.__getitem__).digest == asset.digest
-    assert pack(asset.model_dump(), "key")[0] == data
-    assert set(pictures.values()) == {t.png for m in asset.materials for t in m.textures}
+def test_an_asset_with_pictures_reads_back_the_same(subtests: pytest.Subtests) -> None:
+    for asset in [rigid_mug(), textured_box()]:
+        with subtests.test(asset=asset.id):
+            data, pictures = pack(asset.model_dump(), "key")
+            assert unpack(data, "key", pictures.__getitem__).digest == asset.digest
+            assert pack(asset.model_dump(), "key")[0] == data
+            assert set(pictures.values()) == {t.png for m in asset.materials for t in m.textures}
 
 
 def test_what_was_built_once_is_not_built_again(tmp_path: Path) -> None:

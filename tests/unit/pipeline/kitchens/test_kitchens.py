@@ -306,12 +306,10 @@ class TestIds:
         (tmp_path / recipe.scene_id / "scene.json").write_text(json.dumps(told), encoding="utf-8")
         assert recipe_of(recipe.scene_id, (tmp_path,)) == recipe
 
-    @pytest.mark.parametrize(
-        "word", ["", PLAN, f"{SCENE}__x", f"{SCENE}__t12", f"{SCENE}__m12", f"{SCENE}__closed__s3", "x__y"]
-    )
-    def test_what_is_no_id(self, word: str) -> None:
-        with pytest.raises(UnknownId):
-            recipe_of(word)
+    def test_what_is_no_id(self, subtests: pytest.Subtests) -> None:
+        for word in ["", PLAN, f"{SCENE}__x", f"{SCENE}__t12", f"{SCENE}__m12", f"{SCENE}__closed__s3", "x__y"]:
+            with subtests.test(word=word), pytest.raises(UnknownId):
+                recipe_of(word)
 
 
 class TestDiff:

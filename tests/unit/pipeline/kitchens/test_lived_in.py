@@ -34,17 +34,18 @@ def lived_in(cache: Path) -> tuple[KitchenRequest, Scene]:
     return build_scene(LIVED_IN, cache)
 
 
-@pytest.mark.parametrize("tail", ["o40", "o40s3", "s7__o8", "closed__o8"])
-def test_id_says_how_many_objects(tail: str) -> None:
-    recipe = recipe_of(f"{PLAIN.scene_id}__{tail}")
-    assert recipe.objects in (8, 40)
-    assert recipe.scene_id == f"{PLAIN.scene_id}__{tail}"
+def test_id_says_how_many_objects(subtests: pytest.Subtests) -> None:
+    for tail in ["o40", "o40s3", "s7__o8", "closed__o8"]:
+        with subtests.test(tail=tail):
+            recipe = recipe_of(f"{PLAIN.scene_id}__{tail}")
+            assert recipe.objects in (8, 40)
+            assert recipe.scene_id == f"{PLAIN.scene_id}__{tail}"
 
 
-@pytest.mark.parametrize(("objects", "seed"), [(-1, 0), (3, -2)])
-def test_a_negative_number_is_refused(objects: int, seed: int) -> None:
-    with pytest.raises(CasaError, match=r"=-\d: it has to be 0 or more"):
-        casa.kitchen(PLAIN.plan, PLAIN.style, objects=objects, objects_seed=seed)
+def test_a_negative_number_is_refused(subtests: pytest.Subtests) -> None:
+    for objects, seed in [(-1, 0), (3, -2)]:
+        with subtests.test(objects=objects, seed=seed), pytest.raises(CasaError, match=r"=-\d: it has to be 0 or more"):
+            casa.kitchen(PLAIN.plan, PLAIN.style, objects=objects, objects_seed=seed)
 
 
 def test_objects_change_nothing_else(

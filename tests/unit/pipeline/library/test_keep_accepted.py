@@ -26,14 +26,16 @@ REPLACED = (
 )
 
 
-@pytest.mark.parametrize(("new", "reason"), KEPT)
-def test_a_worse_result_replaces_nothing(new: NewResult, reason: str) -> None:
-    assert reason in reason_to_keep(ASSET, new)
+def test_a_worse_result_replaces_nothing(subtests: pytest.Subtests) -> None:
+    for new, reason in KEPT:
+        with subtests.test(new=new, reason=reason):
+            assert reason in reason_to_keep(ASSET, new)
 
 
-@pytest.mark.parametrize("new", REPLACED)
-def test_other_results_replace_it(new: NewResult) -> None:
-    assert reason_to_keep(ASSET, new) == ""
+def test_other_results_replace_it(subtests: pytest.Subtests) -> None:
+    for new in REPLACED:
+        with subtests.test(new=new):
+            assert reason_to_keep(ASSET, new) == ""
 
 
 def test_a_reason_is_remembered_for_this_asset_and_this_key(tmp_path: Path) -> None:

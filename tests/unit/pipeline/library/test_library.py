@@ -80,11 +80,13 @@ def test_one_writer_at_a_time(library: Library) -> None:
         pass
 
 
-@pytest.mark.parametrize("place", ["file", "file/below"])
-def test_a_library_must_be_a_folder(tmp_path: Path, place: str) -> None:
-    (tmp_path / "file").touch()
-    with pytest.raises(OutputError, match="cannot be written to"), Library(tmp_path / place).locked():
-        pass
+def test_a_library_must_be_a_folder(subtests: pytest.Subtests, tmp_path_factory: pytest.TempPathFactory) -> None:
+    for place in ["file", "file/below"]:
+        with subtests.test(place=place):
+            tmp_path = tmp_path_factory.mktemp("case")
+            (tmp_path / "file").touch()
+            with pytest.raises(OutputError, match="cannot be written to"), Library(tmp_path / place).locked():
+                pass
 
 
 @pytest.mark.parametrize("text", ["", "{", "[]", "{}", '{"id": 3}', "[" * 100_000])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -15,14 +14,16 @@ from tests.assets import EVERY, textured_box
 from tests.packages import written
 
 
-@pytest.mark.parametrize("make", EVERY)
-def test_round_trip(make: Callable[[], Asset], tmp_path: Path) -> None:
-    asset = make()
-    package = written(asset, tmp_path)
-    text = json.dumps(manifest_of(asset))
-    back = asset_from_manifest(json.loads(text), package.root)
-    assert back.digest == written_precision(asset, package.root, text)
-    assert "base64" not in text, "meshes and pictures are files"
+def test_round_trip(subtests: pytest.Subtests, tmp_path_factory: pytest.TempPathFactory) -> None:
+    for make in EVERY:
+        with subtests.test(make=make.__name__):
+            tmp_path = tmp_path_factory.mktemp("case")
+            asset = make()
+            package = written(asset, tmp_path)
+            text = json.dumps(manifest_of(asset))
+            back = asset_from_manifest(json.loads(text), package.root)
+            assert back.digest == written_precision(asset, package.root, text)
+            assert "base64" not in text, "meshes and pictures are files"
 
 
 def written_precision(asset: Asset, folder: Path, text: str) -> str:
@@ -42,8 +43,10 @@ def test_a_missing_file_is_an_error(path: str, tmp_path: Path) -> None:
         asset_from_manifest(data, package.root)
 
 
-@pytest.mark.parametrize("change", [{"links": None}, {"links": [{}]}, {"materials": 3}, {"surprise": 1}])
-def test_damaged_data_is_an_error(change: dict[str, object], tmp_path: Path) -> None:
-    package = written(textured_box(), tmp_path)
-    with pytest.raises(OutputError, match="damaged"):
-        asset_from_manifest({**manifest_of(textured_box()), **change}, package.root)
+def test_damaged_data_is_an_error(subtests: pytest.Subtests, tmp_path_factory: pytest.TempPathFactory) -> None:
+    for change in [{"links": None}, {"links": [{}]}, {"materials": 3}, {"surprise": 1}]:
+        with subtests.test(change=change):
+            tmp_path = tmp_path_factory.mktemp("case")
+            package = written(textured_box(), tmp_path)
+            with pytest.raises(OutputError, match="damaged"):
+                asset_from_manifest({**manifest_of(textured_box()), **change}, package.root)

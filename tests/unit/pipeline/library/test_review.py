@@ -80,21 +80,32 @@ def test_a_persons_word_is_obeyed_kept_and_not_asked_for_again(unknown: Path) ->
     assert only(unknown).summary.mass == pytest.approx(0.9)  # type: ignore[union-attr]
 
 
-@pytest.mark.parametrize(
-    ("name", "value"),
-    [("category", "no_such_thing"), ("size_m", "long"), ("size_m", "-1"), ("up", "north"), ("mass_kg", "nan")],
-)
-def test_a_word_that_means_nothing_is_said_with_its_row(tmp_path: Path, name: str, value: str) -> None:
-    (tmp_path / NAME).write_text(f"sha256,set_{name}\nabc,{value}\n", encoding="utf-8")
-    with pytest.raises(OutputError, match="row 2"):
-        read_overrides(Library(tmp_path))
+def test_a_word_that_means_nothing_is_said_with_its_row(
+    subtests: pytest.Subtests, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    for name, value in [
+        ("category", "no_such_thing"),
+        ("size_m", "long"),
+        ("size_m", "-1"),
+        ("up", "north"),
+        ("mass_kg", "nan"),
+    ]:
+        with subtests.test(name=name, value=value):
+            tmp_path = tmp_path_factory.mktemp("case")
+            (tmp_path / NAME).write_text(f"sha256,set_{name}\nabc,{value}\n", encoding="utf-8")
+            with pytest.raises(OutputError, match="row 2"):
+                read_overrides(Library(tmp_path))
 
 
-@pytest.mark.parametrize("text", ["input,set_up\na.obj,y\n", "sha256,set_up\n,y\n"])
-def test_rows_are_told_apart_by_their_digest(tmp_path: Path, text: str) -> None:
-    (tmp_path / NAME).write_text(text, encoding="utf-8")
-    with pytest.raises(OutputError, match="sha256"):
-        read_overrides(Library(tmp_path))
+def test_rows_are_told_apart_by_their_digest(
+    subtests: pytest.Subtests, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    for text in ["input,set_up\na.obj,y\n", "sha256,set_up\n,y\n"]:
+        with subtests.test(text=text):
+            tmp_path = tmp_path_factory.mktemp("case")
+            (tmp_path / NAME).write_text(text, encoding="utf-8")
+            with pytest.raises(OutputError, match="sha256"):
+                read_overrides(Library(tmp_path))
 
 
 def test_a_list_without_rows_is_taken_away(tmp_path: Path) -> None:

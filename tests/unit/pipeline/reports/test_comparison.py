@@ -24,9 +24,8 @@ def standing(digits: str, verdict: Decision, *codes: str, category: str = "mug")
     return Standing(f"{category}_{digits}", category, f"{category}/{category}_{digits}", verdict, codes, "x.glb")
 
 
-@pytest.mark.parametrize(
-    ("before", "now", "change"),
-    [
+def test_how_one_input_does(subtests: pytest.Subtests) -> None:
+    for before, now, change in [
         (standing(A, Decision.ACCEPTED), standing(A, Decision.REJECTED, "FLT005"), Change.WORSE),
         (standing(A, Decision.ACCEPTED), standing(A, Decision.REVIEW, "REV001"), Change.WORSE),
         (standing(A, Decision.REJECTED, "FLT005"), standing(A, Decision.REVIEW, "REV001"), Change.BETTER),
@@ -37,11 +36,10 @@ def standing(digits: str, verdict: Decision, *codes: str, category: str = "mug")
         (standing(A, Decision.ACCEPTED), standing(A, Decision.ACCEPTED, category="cup"), None),
         (standing(A, Decision.ACCEPTED), None, Change.GONE),
         (None, standing(A, Decision.ACCEPTED), Change.APPEARED),
-    ],
-)
-def test_how_one_input_does(before: Standing | None, now: Standing | None, change: Change | None) -> None:
-    found = compare([before] if before else [], [now] if now else [])
-    assert [one.change for one in found] == ([change] if change else [])
+    ]:
+        with subtests.test(before=before, now=now, change=change):
+            found = compare([before] if before else [], [now] if now else [])
+            assert [one.change for one in found] == ([change] if change else [])
 
 
 def test_what_is_worse_comes_first() -> None:
@@ -93,13 +91,15 @@ def test_links_lead_to_the_earlier_page_or_to_the_entry(tmp_path: Path) -> None:
     assert link_before(read_run(root / "report.json"), one, page) == ""
 
 
-@pytest.mark.parametrize("content", ["{", "[]", '{"entries": [{"id": 1}]}', '{"library": "x"}'])
-def test_what_is_no_report_is_told(tmp_path: Path, content: str) -> None:
-    path = tmp_path / "report.json"
-    path.write_text(content, encoding="utf-8")
-    with pytest.raises(OutputError, match="is no report of a library"):
-        read_run(path)
-    with pytest.raises(OutputError, match="is no earlier run"):
-        read_run(tmp_path)
-    with pytest.raises(OutputError, match="is no earlier run"):
-        read_run(tmp_path / "nowhere")
+def test_what_is_no_report_is_told(subtests: pytest.Subtests, tmp_path_factory: pytest.TempPathFactory) -> None:
+    for content in ["{", "[]", '{"entries": [{"id": 1}]}', '{"library": "x"}']:
+        with subtests.test(content=content):
+            tmp_path = tmp_path_factory.mktemp("case")
+            path = tmp_path / "report.json"
+            path.write_text(content, encoding="utf-8")
+            with pytest.raises(OutputError, match="is no report of a library"):
+                read_run(path)
+            with pytest.raises(OutputError, match="is no earlier run"):
+                read_run(tmp_path)
+            with pytest.raises(OutputError, match="is no earlier run"):
+                read_run(tmp_path / "nowhere")

@@ -10,9 +10,8 @@ CODES = {"FLT005", "MSH014"}
 NUMBERS = {**dict.fromkeys(COUNTS, 0), "entries": 40, "accepted": 36, "rejected": 3, "advice": 10, "worse": 2}
 
 
-@pytest.mark.parametrize(
-    ("text", "measured", "holds", "told"),
-    [
+def test_a_condition_means_what_it_says(subtests: pytest.Subtests) -> None:
+    for text, measured, holds, told in [
         ("rejected", 3, True, "FAIL rejected: 3 of 40, allowed 0"),
         ("rejected>3", 3, False, "PASS rejected: 3 of 40, allowed 3"),
         ("rejected >= 3", 3, True, "FAIL rejected: 3 of 40, allowed less than 3"),
@@ -25,17 +24,15 @@ NUMBERS = {**dict.fromkeys(COUNTS, 0), "entries": 40, "accepted": 36, "rejected"
         ("FLT005", 4, True, "FAIL FLT005: 4 of 40, allowed 0"),
         ("MSH014", 0, False, "PASS MSH014: 0 of 40, allowed 0"),
         ("FLT005>4", 4, False, "PASS FLT005: 4 of 40, allowed 4"),
-    ],
-)
-def test_a_condition_means_what_it_says(text: str, measured: float, holds: bool, told: str) -> None:
-    (outcome,) = judge([parse(text, CODES)], NUMBERS, {"FLT005": 4})
-    assert (outcome.measured, outcome.holds) == (pytest.approx(measured), holds)
-    assert f"{outcome.mark} {outcome}" == told
+    ]:
+        with subtests.test(text=text, measured=measured, holds=holds, told=told):
+            (outcome,) = judge([parse(text, CODES)], NUMBERS, {"FLT005": 4})
+            assert (outcome.measured, outcome.holds) == (pytest.approx(measured), holds)
+            assert f"{outcome.mark} {outcome}" == told
 
 
-@pytest.mark.parametrize(
-    ("text", "why"),
-    [
+def test_what_is_no_condition_is_told_with_what_is_allowed(subtests: pytest.Subtests) -> None:
+    for text, why in [
         ("rejected=5", "is no condition"),
         ("", "is no condition"),
         ("rejectd-rate>5%", "did you mean rejected-rate"),
@@ -43,12 +40,11 @@ def test_a_condition_means_what_it_says(text: str, measured: float, holds: bool,
         ("FLT999", "nothing is called 'FLT999'"),
         ("rejected>5%", "% belongs to a rate"),
         ("rejected-rate>5", "a rate is 0 to 1"),
-    ],
-)
-def test_what_is_no_condition_is_told_with_what_is_allowed(text: str, why: str) -> None:
-    with pytest.raises(BadCondition, match=why) as error:
-        parse(text, CODES)
-    assert "mass-outliers" in str(error.value)
+    ]:
+        with subtests.test(text=text, why=why):
+            with pytest.raises(BadCondition, match=why) as error:
+                parse(text, CODES)
+            assert "mass-outliers" in str(error.value)
 
 
 def test_of_nothing_there_is_no_rate() -> None:

@@ -58,16 +58,17 @@ def pages() -> dict[str, str]:
     }
 
 
-@pytest.mark.parametrize("name", pages())
-def test_a_page_is_for_phones_too_names_its_version_and_fetches_nothing(name: str) -> None:
-    tree = html.document_fromstring(pages()[name])
-    assert tree.xpath("//meta[@name='viewport']/@content") == ["width=device-width, initial-scale=1"]
-    assert tree.xpath("//meta[@name='color-scheme']/@content") == ["light dark"]
-    assert "default-src 'none'" in tree.xpath("//meta[@http-equiv='Content-Security-Policy']/@content")[0]
-    assert tree.xpath("//footer")[0].text_content().startswith("casa-assets ")
-    assert len(tree.xpath("//h1")) == 1
-    assert HOSTILE not in pages()[name]
-    assert "prefers-color-scheme: dark" in tree.xpath("//style")[0].text_content()
+def test_a_page_is_for_phones_too_names_its_version_and_fetches_nothing(subtests: pytest.Subtests) -> None:
+    for name in pages():
+        with subtests.test(name=name):
+            tree = html.document_fromstring(pages()[name])
+            assert tree.xpath("//meta[@name='viewport']/@content") == ["width=device-width, initial-scale=1"]
+            assert tree.xpath("//meta[@name='color-scheme']/@content") == ["light dark"]
+            assert "default-src 'none'" in tree.xpath("//meta[@http-equiv='Content-Security-Policy']/@content")[0]
+            assert tree.xpath("//footer")[0].text_content().startswith("casa-assets ")
+            assert len(tree.xpath("//h1")) == 1
+            assert HOSTILE not in pages()[name]
+            assert "prefers-color-scheme: dark" in tree.xpath("//style")[0].text_content()
 
 
 def reached_by(name: str) -> set[str]:
@@ -77,9 +78,10 @@ def reached_by(name: str) -> set[str]:
     return {path.relative_to(FOLDER).as_posix() for path in paths if path.is_relative_to(FOLDER)}
 
 
-@pytest.mark.parametrize("name", PAGES)
-def test_a_changed_template_makes_a_page_anew(name: str) -> None:
-    assert {name, *FRAME} <= reached_by(name)
+def test_a_changed_template_makes_a_page_anew(subtests: pytest.Subtests) -> None:
+    for name in PAGES:
+        with subtests.test(name=name):
+            assert {name, *FRAME} <= reached_by(name)
 
 
 def test_what_a_template_takes_in_counts() -> None:

@@ -28,10 +28,10 @@ def test_a_shard_is_named_by_its_place_and_their_number() -> None:
     assert str(Shard(3, 16)) == "3/16"
 
 
-@pytest.mark.parametrize("text", ["", "3", "0/4", "5/4", "-1/4", "1/0", "0/0", "1/4/2", "a/b", "1/4 ", "²/4"])
-def test_what_is_no_shard_is_told(text: str) -> None:
-    with pytest.raises(CasaError, match=r"i from 1 to n"):
-        Shard.parse(text)
+def test_what_is_no_shard_is_told(subtests: pytest.Subtests) -> None:
+    for text in ["", "3", "0/4", "5/4", "-1/4", "1/0", "0/0", "1/4/2", "a/b", "1/4 ", "²/4"]:
+        with subtests.test(text=text), pytest.raises(CasaError, match=r"i from 1 to n"):
+            Shard.parse(text)
 
 
 def test_the_shard_of_a_file_is_told_by_its_path_alone() -> None:

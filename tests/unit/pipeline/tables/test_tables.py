@@ -81,15 +81,16 @@ def expected(texts: Sequence[str]) -> set[str]:
     return {e.id for e in entries if all(tests[text](e) for text in texts)}
 
 
-@pytest.mark.parametrize("texts", CONDITIONS, ids=" and ".join)
-def test_both_tables_find_what_fits(made: Path, texts: Sequence[str]) -> None:
-    conditions = with_default([parse(text) for text in texts])
-    rows = list(index.rows(Library(made / "library"), conditions))
-    assert {row.id for row in rows} == expected(texts)
-    assert rows, "a condition that nothing meets tells nothing"
-    assert sorted((row.id, row.message, row.summary) for row in of_parts(made, conditions)) == sorted(
-        (row.id, row.message, row.summary) for row in rows
-    )
+def test_both_tables_find_what_fits(subtests: pytest.Subtests, made: Path) -> None:
+    for texts in CONDITIONS:
+        with subtests.test(texts=texts):
+            conditions = with_default([parse(text) for text in texts])
+            rows = list(index.rows(Library(made / "library"), conditions))
+            assert {row.id for row in rows} == expected(texts)
+            assert rows, "a condition that nothing meets tells nothing"
+            assert sorted((row.id, row.message, row.summary) for row in of_parts(made, conditions)) == sorted(
+                (row.id, row.message, row.summary) for row in rows
+            )
 
 
 def test_a_row_says_what_its_entry_says(made: Path) -> None:
@@ -117,24 +118,24 @@ def test_a_row_says_what_its_entry_says(made: Path) -> None:
             assert (row.summary.extents, row.summary.mass) == (entry.summary.extents, entry.summary.mass)
 
 
-@pytest.mark.parametrize("words", ["", "red mugs", "fruit", "antique"])
-def test_words_find_the_same_in_both(made: Path, words: str) -> None:
-    conditions = with_default([parse("mass>0.01")])
-    found = [
-        search_rows(rows, made, words, 7)
-        for rows in (index.rows(Library(made / "library"), conditions), of_parts(made, conditions))
-    ]
-    told = [[(hit.id, hit.score, hit.reason) for hit in one.hits] for one in found]
-    assert told[0] == told[1]
-    assert len(told[0]) == 7
-    assert found[0].count == found[1].count > 7
-    if not words:
-        assert told[0] == sorted(told[0])
+def test_words_find_the_same_in_both(subtests: pytest.Subtests, made: Path) -> None:
+    for words in ["", "red mugs", "fruit", "antique"]:
+        with subtests.test(words=words):
+            conditions = with_default([parse("mass>0.01")])
+            found = [
+                search_rows(rows, made, words, 7)
+                for rows in (index.rows(Library(made / "library"), conditions), of_parts(made, conditions))
+            ]
+            told = [[(hit.id, hit.score, hit.reason) for hit in one.hits] for one in found]
+            assert told[0] == told[1]
+            assert len(told[0]) == 7
+            assert found[0].count == found[1].count > 7
+            if not words:
+                assert told[0] == sorted(told[0])
 
 
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
+def test_what_is_no_condition_is_told(subtests: pytest.Subtests) -> None:
+    for text, words in [
         ("mug", "is no condition; write a field"),
         ("categroy=mug", "did you mean category"),
         ("category>mug", "is a word, and is compared with = or !="),
@@ -143,11 +144,9 @@ def test_words_find_the_same_in_both(made: Path, words: str) -> None:
         ("mass<nan", "'nan' is no number"),
         ("verdict=good", "is no verdict; they are accepted, review, rejected"),
         ("reason=FLT 005", "is no reason"),
-    ],
-)
-def test_what_is_no_condition_is_told(text: str, words: str) -> None:
-    with pytest.raises(BadCondition, match=words):
-        parse(text)
+    ]:
+        with subtests.test(text=text, words=words), pytest.raises(BadCondition, match=words):
+            parse(text)
 
 
 def test_hostile_values_are_only_compared(made: Path) -> None:

@@ -59,18 +59,15 @@ def test_time_alone_ends_what_runs_for_a_while() -> None:
     assert not stepped(machine, done, dt_s=0.5)["waits"]
 
 
-@pytest.mark.parametrize(
-    ("said", "what"),
-    [
+def test_what_is_no_step_is_told(subtests: pytest.Subtests) -> None:
+    for said, what in [
         (b"no json", "no step of a state machine"),
         (b'{"joints": {"a": "far"}}', "joints.a"),
         (b'{"command": "rm"}', "command"),
         (b'{"dt_s": "NaN"}', "dt_s"),
-    ],
-)
-def test_what_is_no_step_is_told(said: bytes, what: str) -> None:
-    with pytest.raises(CasaError, match=what):
-        machines.parse(said)
+    ]:
+        with subtests.test(said=said, what=what), pytest.raises(CasaError, match=what):
+            machines.parse(said)
 
 
 def test_a_state_that_the_machine_cannot_be_in_is_refused() -> None:

@@ -209,9 +209,8 @@ def test_the_tunnel_is_told_over_ssh_alone(monkeypatch: pytest.MonkeyPatch) -> N
     assert tunnel_line(4000) == "ssh -N -p 2222 -L 4000:127.0.0.1:4000 ada@10.0.0.9"
 
 
-@pytest.mark.parametrize(
-    ("recipe", "command"),
-    [
+def test_the_command_that_writes_a_kitchen(subtests: pytest.Subtests) -> None:
+    for recipe, command in [
         (SceneRecipe("galley", "rustic"), "casa-assets scenes build galley__rustic"),
         (SceneRecipe("galley", "rustic", objects=40), "casa-assets scenes build galley__rustic__o40"),
         (
@@ -222,10 +221,9 @@ def test_the_tunnel_is_told_over_ssh_alone(monkeypatch: pytest.MonkeyPatch) -> N
             SceneRecipe("galley", "rustic", None, ((Surface.WALL, "oak"),), objects=9, objects_seed=2),
             "casa-assets scenes new galley --style rustic --textures wall=oak --objects 9 --objects-seed 2",
         ),
-    ],
-)
-def test_the_command_that_writes_a_kitchen(recipe: SceneRecipe, command: str) -> None:
-    assert build_command(recipe) == command
+    ]:
+        with subtests.test(recipe=recipe, command=command):
+            assert build_command(recipe) == command
 
 
 def test_a_mixed_kitchen_is_told_as_such() -> None:

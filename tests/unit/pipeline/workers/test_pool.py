@@ -205,27 +205,28 @@ def test_what_does_not_fit_gets_less_memory_first_and_fewer_workers_then() -> No
     assert (tiny.workers, tiny.memory_bytes, tiny.alone_bytes) == (1, 900_000_000, 900_000_000)
 
 
-@pytest.mark.parametrize(
-    ("files", "free"),
-    [
+def test_free_memory_is_that_of_the_machine_and_of_its_groups(
+    subtests: pytest.Subtests, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    for files, free in [
         ({}, 8 * 1024),
         ({"group/memory.max": "max"}, 8 * 1024),
         ({"group/memory.max": "6144", "group/memory.current": "4096"}, 2048),
         ({"memory.max": "5120", "memory.current": "4096", "memory.stat": "anon 1\ninactive_file 512"}, 1536),
         ({"memory/a/memory.limit_in_bytes": "4096", "memory/a/memory.usage_in_bytes": "96"}, 4000),
         ({"memory/memory.limit_in_bytes": "4096", "memory/memory.usage_in_bytes": "9999"}, 0),
-    ],
-)
-def test_free_memory_is_that_of_the_machine_and_of_its_groups(files: dict[str, str], free: int, tmp_path: Path) -> None:
-    (tmp_path / "proc" / "self").mkdir(parents=True)
-    (tmp_path / "proc" / "meminfo").write_text("MemTotal: 16 kB\nMemAvailable:   8 kB\n", encoding="ascii")
-    groups = "4:cpu:/a\n3:memory:/a\n0::/group\n"
-    (tmp_path / "proc" / "self" / "cgroup").write_text(groups, encoding="ascii")
-    for name, text in files.items():
-        path = tmp_path / "groups" / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text + "\n", encoding="ascii")
-    assert available(tmp_path / "proc", tmp_path / "groups") == free
+    ]:
+        with subtests.test(files=files, free=free):
+            tmp_path = tmp_path_factory.mktemp("case")
+            (tmp_path / "proc" / "self").mkdir(parents=True)
+            (tmp_path / "proc" / "meminfo").write_text("MemTotal: 16 kB\nMemAvailable:   8 kB\n", encoding="ascii")
+            groups = "4:cpu:/a\n3:memory:/a\n0::/group\n"
+            (tmp_path / "proc" / "self" / "cgroup").write_text(groups, encoding="ascii")
+            for name, text in files.items():
+                path = tmp_path / "groups" / name
+                path.parent.mkdir(parents=True, exist_ok=True)
+                path.write_text(text + "\n", encoding="ascii")
+            assert available(tmp_path / "proc", tmp_path / "groups") == free
 
 
 def test_this_machine_tells_its_free_memory() -> None:

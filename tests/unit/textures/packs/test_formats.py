@@ -62,12 +62,13 @@ READ = {
 }
 
 
-@pytest.mark.parametrize("name", READ)
-def test_numbers_of_a_map_are_those_of_its_file(name: str) -> None:
-    write, error = READ[name]
-    found = decode_map(write(), MapRole.ROUGHNESS)
-    assert found.shape == (*RAMP.shape, 3)
-    assert np.abs(found - RAMP[..., None]).max() <= error
+def test_numbers_of_a_map_are_those_of_its_file(subtests: pytest.Subtests) -> None:
+    for name in sorted(READ):
+        with subtests.test(name=name):
+            write, error = READ[name]
+            found = decode_map(write(), MapRole.ROUGHNESS)
+            assert found.shape == (*RAMP.shape, 3)
+            assert np.abs(found - RAMP[..., None]).max() <= error
 
 
 def test_a_map_of_16_bits_that_is_nearly_black_stays_so() -> None:
@@ -85,9 +86,8 @@ def test_colours_of_an_exr_are_linear_light() -> None:
     assert found[:8].min() == pytest.approx(1.0)
 
 
-@pytest.mark.parametrize(
-    ("role", "stated", "expected"),
-    [
+def test_floats_are_brought_into_their_range(subtests: pytest.Subtests) -> None:
+    for role, stated, expected in [
         (MapRole.NORMAL_GL, RAMP * 2 - 1, RAMP),
         (MapRole.NORMAL_GL, RAMP, RAMP),
         (MapRole.HEIGHT, RAMP * 0.02, RAMP),  # metres
@@ -95,13 +95,10 @@ def test_colours_of_an_exr_are_linear_light() -> None:
         (MapRole.HEIGHT, 0.3 + RAMP * 0.4, 0.3 + RAMP * 0.4),
         (MapRole.HEIGHT, RAMP * 0, RAMP * 0),
         (MapRole.ROUGHNESS, RAMP * 2 - 0.5, np.clip(RAMP * 2 - 0.5, 0, 1)),
-    ],
-)
-def test_floats_are_brought_into_their_range(
-    role: MapRole, stated: npt.NDArray[np.float32], expected: npt.NDArray[np.float32]
-) -> None:
-    for data in (exr({"Y": stated.astype(np.float32)}), tiff(stated.astype(np.float32))):
-        assert np.abs(decode_map(data, role)[..., 0] - expected).max() < 1e-5
+    ]:
+        with subtests.test(role=role, stated=stated, expected=expected):
+            for data in (exr({"Y": stated.astype(np.float32)}), tiff(stated.astype(np.float32))):
+                assert np.abs(decode_map(data, role)[..., 0] - expected).max() < 1e-5
 
 
 def _with_size(width: int, height: int) -> bytes:
@@ -134,11 +131,12 @@ REFUSED: dict[str, tuple[Callable[[], bytes], str]] = {
 
 
 @pytest.mark.filterwarnings("ignore:invalid value encountered")
-@pytest.mark.parametrize("name", REFUSED)
-def test_what_cannot_be_read_is_told_before_it_is_unpacked(name: str) -> None:
-    write, message = REFUSED[name]
-    with pytest.raises(Rejected, match=message):
-        decode_map(write(), MapRole.HEIGHT)
+def test_what_cannot_be_read_is_told_before_it_is_unpacked(subtests: pytest.Subtests) -> None:
+    for name in sorted(REFUSED):
+        with subtests.test(name=name):
+            write, message = REFUSED[name]
+            with pytest.raises(Rejected, match=message):
+                decode_map(write(), MapRole.HEIGHT)
 
 
 def test_any_cut_of_a_file_is_refused_and_raises_nothing_else() -> None:

@@ -270,19 +270,20 @@ def test_an_empty_folder_is_an_empty_pack(tmp_path: Path) -> None:
     assert (report.pack.pictures, report.pack.refused) == ((), ())
 
 
-@pytest.mark.parametrize("mode", ["L", "CMYK", "P", "RGBA", "I;16"])
-def test_other_channels_are_converted(mode: str) -> None:
-    source = Image.fromarray(pixels())
-    out = io.BytesIO()
-    if mode == "I;16":
-        Image.fromarray(pixels()[..., 0].astype(np.uint16) * 257).save(out, "PNG")
-    else:
-        source.convert(mode).save(out, "JPEG" if mode == "CMYK" else "PNG")
-    seen = decode(out.getvalue())
-    assert seen.pixels.shape == (520, 520, 3)
-    expected = pixels().mean() / 255 if mode != "I;16" else pixels()[..., 0].mean() / 255
-    assert float(seen.pixels.mean()) == pytest.approx(expected, abs=0.04)
-    assert seen.notes
+def test_other_channels_are_converted(subtests: pytest.Subtests) -> None:
+    for mode in ["L", "CMYK", "P", "RGBA", "I;16"]:
+        with subtests.test(mode=mode):
+            source = Image.fromarray(pixels())
+            out = io.BytesIO()
+            if mode == "I;16":
+                Image.fromarray(pixels()[..., 0].astype(np.uint16) * 257).save(out, "PNG")
+            else:
+                source.convert(mode).save(out, "JPEG" if mode == "CMYK" else "PNG")
+            seen = decode(out.getvalue())
+            assert seen.pixels.shape == (520, 520, 3)
+            expected = pixels().mean() / 255 if mode != "I;16" else pixels()[..., 0].mean() / 255
+            assert float(seen.pixels.mean()) == pytest.approx(expected, abs=0.04)
+            assert seen.notes
 
 
 def test_any_cut_of_a_file_is_refused_and_raises_nothing_else() -> None:

@@ -83,9 +83,8 @@ def plane(picture: PackPicture, library: Path, number: int) -> np.ndarray:  # ty
         return np.asarray(image.convert("RGB"), dtype=np.float64) / 255
 
 
-@pytest.mark.parametrize(
-    ("name", "expected"),
-    [
+def test_names_of_maps(subtests: pytest.Subtests) -> None:
+    for name, expected in [
         ("Bricks001_1K-JPG_Color.jpg", ("bricks001", MapRole.COLOR)),
         ("Bricks001_2K_NormalDX.jpg", ("bricks001", MapRole.NORMAL_DX)),
         ("MetalPlates001_1K_Metalness.jpg", ("metalplates001", MapRole.METALNESS)),
@@ -95,10 +94,9 @@ def plane(picture: PackPicture, library: Path, number: int) -> np.ndarray:  # ty
         ("oak_metallic_roughness.png", ("oak", MapRole.PACKED)),
         ("a farm.png", None),
         ("color.png", None),
-    ],
-)
-def test_names_of_maps(name: str, expected: tuple[str, MapRole] | None) -> None:
-    assert name_and_role(name) == expected
+    ]:
+        with subtests.test(name=name, expected=expected):
+            assert name_and_role(name) == expected
 
 
 def test_pictures_that_are_called_like_maps_are_pictures() -> None:
@@ -256,34 +254,29 @@ def test_a_hostile_picture_in_a_zip(tmp_path: Path) -> None:
         taken(Path(__file__), tmp_path / "lib")
 
 
-@pytest.mark.parametrize(
-    ("name", "text", "expected"),
-    [
+def test_lists_of_prompts(subtests: pytest.Subtests) -> None:
+    for name, text, expected in [
         ("prompts.txt", "a wall\n# note\n\na floor\n", {"a.png": "a wall", "b.png": "a floor"}),
         ("prompts.txt", "b.png: oak: planks\n", {"b.png": "oak: planks"}),
         ("prompts.json", '{"a.png": "a wall", "b.png": {"prompt": "x"}}', {"a.png": "a wall", "b.png": "x"}),
         ("prompts.json", '[{"file": "a.png", "prompt": "a  wall"}]', {"a.png": "a wall"}),
         ("metadata.jsonl", '{"file_name": "a.png", "text": "a wall"}\n', {"a.png": "a wall"}),
         ("prompts.csv", "file,prompt\na.png,a wall\n", {"a.png": "a wall"}),
-    ],
-)
-def test_lists_of_prompts(name: str, text: str, expected: dict[str, str]) -> None:
-    assert read_prompts(name, text, ["a.png", "b.png"]) == expected
+    ]:
+        with subtests.test(name=name, text=text, expected=expected):
+            assert read_prompts(name, text, ["a.png", "b.png"]) == expected
 
 
-@pytest.mark.parametrize(
-    ("name", "text", "message"),
-    [
+def test_lists_that_are_wrong(subtests: pytest.Subtests) -> None:
+    for name, text, message in [
         ("prompts.txt", "one\ntwo\nthree\n", "3 prompts for 2 pictures"),
         ("prompts.txt", "a.png: one\ntwo\n", "'two' has none"),
         ("prompts.json", "[", "cannot be read"),
         ("prompts.json", "[1]", "cannot be read"),
         ("prompts.csv", "picture,prompt\na.png,x\n", "a row names no file"),
-    ],
-)
-def test_lists_that_are_wrong(name: str, text: str, message: str) -> None:
-    with pytest.raises(CasaError, match=message):
-        read_prompts(name, text, ["a.png", "b.png"])
+    ]:
+        with subtests.test(name=name, text=text, message=message), pytest.raises(CasaError, match=message):
+            read_prompts(name, text, ["a.png", "b.png"])
 
 
 def test_output_of_a_generator(tmp_path: Path) -> None:
@@ -303,19 +296,17 @@ def test_output_of_a_generator(tmp_path: Path) -> None:
     assert pack.ignored == ()
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
+def test_json_that_states_no_size(subtests: pytest.Subtests) -> None:
+    for text in [
         "[",
         "[1]",
         '{"assetId": "x", "dimensionX": 0, "dimensionY": 1}',
         '{"dimensions": ["a", 2]}',
         "{}",
         '{"dimensions": [1e300, 1]}',
-    ],
-)
-def test_json_that_states_no_size(text: str) -> None:
-    assert read_sizes("x.json", text) == {}
+    ]:
+        with subtests.test(text=text):
+            assert read_sizes("x.json", text) == {}
 
 
 def test_a_large_photograph_is_made_smaller(tmp_path: Path) -> None:

@@ -20,23 +20,21 @@ POSSIBLE = Choices(10, 12, 9, dict.fromkeys(SURFACES, 100), dict.fromkeys(FIXTUR
 
 
 class TestEvenness:
-    @pytest.mark.parametrize(
-        ("values", "possible", "expected"),
-        [
-            pytest.param("abcd", 4, 1.0, id="each-once"),
-            pytest.param("aabb", 2, 1.0, id="two-alike-often"),
-            pytest.param("aaaa", 4, 0.0, id="all-alike"),
-            pytest.param("aaab", 2, 0.8113, id="three-to-one"),
-            pytest.param("aabb", 4, 0.5, id="half-of-what-there-is"),
-            pytest.param("abc", 100, 1.0, id="as-many-as-there-are-kitchens"),
-            pytest.param("abc", 2, 1.0, id="more-than-was-thought"),
-            pytest.param("a", 5, None, id="one-kitchen"),
-            pytest.param("aaa", 1, None, id="one-value"),
-            pytest.param("", 5, None, id="none"),
-        ],
-    )
-    def test_known_spreads(self, values: str, possible: int, expected: float | None) -> None:
-        assert evenness(list(values), possible) == expected
+    def test_known_spreads(self, subtests: pytest.Subtests) -> None:
+        for values, possible, expected in [
+            ("abcd", 4, 1.0),
+            ("aabb", 2, 1.0),
+            ("aaaa", 4, 0.0),
+            ("aaab", 2, 0.8113),
+            ("aabb", 4, 0.5),
+            ("abc", 100, 1.0),
+            ("abc", 2, 1.0),
+            ("a", 5, None),
+            ("aaa", 1, None),
+            ("", 5, None),
+        ]:
+            with subtests.test(values=values, possible=possible, expected=expected):
+                assert evenness(list(values), possible) == expected
 
     def test_it_is_the_entropy_over_that_of_an_even_spread(self) -> None:
         shares = (0.5, 0.3, 0.2)
@@ -46,18 +44,17 @@ class TestEvenness:
 
 
 class TestDistance:
-    @pytest.mark.parametrize(
-        ("other", "expected"),
-        [
-            pytest.param(ONE, 0.0, id="itself"),
-            pytest.param(replace(ONE, lengths={"width": 1.0, "depth": 0.5}), 0.15 * 0.25, id="half-a-range-of-two"),
-            pytest.param(replace(ONE, plan="u_small", lengths={"width": 0.5}), 0.20 + 0.15, id="another-plan"),
-            pytest.param(replace(ONE, style="rustic"), 0.10, id="another-style"),
-            pytest.param(replace(ONE, surfaces={**SURFACES, "wall": "tile"}), 0.25 / 4, id="one-of-four-surfaces"),
-            pytest.param(replace(ONE, fronts="slab, bar"), 0.05, id="other-fronts"),
-            pytest.param(replace(ONE, fixtures={**FIXTURES, "sink": "sink/single"}), 0.25 / 4, id="one-of-four-models"),
-            pytest.param(replace(ONE, fixtures={**FIXTURES, "hob": "hob/gas"}), 0.25 / 5, id="a-role-more"),
-            pytest.param(
+    def test_known_distances(self, subtests: pytest.Subtests) -> None:
+        for other, expected in [
+            (ONE, 0.0),
+            (replace(ONE, lengths={"width": 1.0, "depth": 0.5}), 0.15 * 0.25),
+            (replace(ONE, plan="u_small", lengths={"width": 0.5}), 0.20 + 0.15),
+            (replace(ONE, style="rustic"), 0.10),
+            (replace(ONE, surfaces={**SURFACES, "wall": "tile"}), 0.25 / 4),
+            (replace(ONE, fronts="slab, bar"), 0.05),
+            (replace(ONE, fixtures={**FIXTURES, "sink": "sink/single"}), 0.25 / 4),
+            (replace(ONE, fixtures={**FIXTURES, "hob": "hob/gas"}), 0.25 / 5),
+            (
                 Traits(
                     "z",
                     "u_small",
@@ -69,13 +66,11 @@ class TestDistance:
                     dict.fromkeys(FIXTURES, "other/one"),
                 ),
                 1.0,
-                id="nothing-in-common",
             ),
-        ],
-    )
-    def test_known_distances(self, other: Traits, expected: float) -> None:
-        assert distance(ONE, other) == pytest.approx(expected)
-        assert distance(other, ONE) == pytest.approx(expected)
+        ]:
+            with subtests.test(other=other, expected=expected):
+                assert distance(ONE, other) == pytest.approx(expected)
+                assert distance(other, ONE) == pytest.approx(expected)
 
     def test_lengths_of_another_plan_that_are_called_the_same_are_others(self) -> None:
         near, far = (replace(ONE, plan="u_small", lengths={"width": width, "depth": width}) for width in (0.5, 1.0))
@@ -111,10 +106,11 @@ class TestDiversity:
             found = [replace(ONE, id=str(area), floor_m2=area) for area in areas]
             assert diversity_of(found, POSSIBLE).room_sizes == expected
 
-    @pytest.mark.parametrize("count", [0, 1])
-    def test_fewer_than_two_have_none(self, count: int) -> None:
-        told = diversity_of([ONE][:count], POSSIBLE)
-        assert (told.plans, told.fixtures, told.neighbours.least, told.neighbours.near) == (None, None, None, 0)
+    def test_fewer_than_two_have_none(self, subtests: pytest.Subtests) -> None:
+        for count in [0, 1]:
+            with subtests.test(count=count):
+                told = diversity_of([ONE][:count], POSSIBLE)
+                assert (told.plans, told.fixtures, told.neighbours.least, told.neighbours.near) == (None, None, None, 0)
 
     def test_what_is_written_is_read_back(self, tmp_path: Path) -> None:
         drawn, reference = diversity_of([ONE], POSSIBLE), diversity_of([ONE, replace(ONE, id="b")], POSSIBLE)

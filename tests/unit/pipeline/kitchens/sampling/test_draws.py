@@ -70,25 +70,19 @@ class TestFinishes:
         assert all(goes_together(name for _, name in surfaces) for surfaces in drawn)
         assert len(set(drawn)) == 100
 
-    @pytest.mark.parametrize(
-        ("changed", "expected"),
-        [
-            pytest.param({}, True, id="calm"),
-            pytest.param({"wall": "paper_damask_taupe"}, True, id="one-pattern"),
-            pytest.param({"wall": "paper_damask_taupe", "floor": "cement_coastal_black"}, False, id="two-patterns"),
-            pytest.param({"cabinet": "oak_natural"}, True, id="two-woods"),
-            pytest.param({"cabinet": "oak_natural", "counter": "block_oak"}, False, id="three-woods"),
-            pytest.param(
-                {"wall": "zellige_cobalt", "floor": "oak_ebony", "counter": "soapstone_dark"},
-                False,
-                id="dark-everywhere",
-            ),
-            pytest.param({"wall": "zellige_emerald", "cabinet": "lacquer_burgundy_gloss"}, False, id="green-and-red"),
-            pytest.param({"wall": "zellige_honey", "cabinet": "paint_navy"}, True, id="earth-goes-with-blue"),
-        ],
-    )
-    def test_what_goes_together(self, changed: dict[str, str], expected: bool) -> None:
-        assert goes_together({**CALM, **changed}.values()) is expected
+    def test_what_goes_together(self, subtests: pytest.Subtests) -> None:
+        for changed, expected in [
+            ({}, True),
+            ({"wall": "paper_damask_taupe"}, True),
+            ({"wall": "paper_damask_taupe", "floor": "cement_coastal_black"}, False),
+            ({"cabinet": "oak_natural"}, True),
+            ({"cabinet": "oak_natural", "counter": "block_oak"}, False),
+            ({"wall": "zellige_cobalt", "floor": "oak_ebony", "counter": "soapstone_dark"}, False),
+            ({"wall": "zellige_emerald", "cabinet": "lacquer_burgundy_gloss"}, False),
+            ({"wall": "zellige_honey", "cabinet": "paint_navy"}, True),
+        ]:
+            with subtests.test(changed=changed, expected=expected):
+                assert goes_together({**CALM, **changed}.values()) is expected
 
     def test_the_tone_of_a_paint_is_its_colour(self) -> None:
         white, navy = tone_of(find_recipe("paint_pure_white")), tone_of(find_recipe("paint_navy"))
