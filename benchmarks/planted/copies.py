@@ -1,4 +1,4 @@
-"""Copies of a checkout: one that stays clean, and one for each fault that shares all files with it but the edited one."""
+"""Copies of a checkout: one that stays clean, and one for each fault that shares all other files with it."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """Which test files reach a file of this project, nearest first.
 
 A test file reaches what it imports, what that imports, and so on: `import` statements anywhere in a file, but for those
-under TYPE_CHECKING; modules named in text, such as `"casa_assets.pipeline.ingest.worker:work"`; and what the fixtures of
-a conftest.py import that the test file names. Its distance to a file is the number of steps on the shortest way.
+under TYPE_CHECKING; modules named in text, such as `"casa_assets.pipeline.ingest.worker:work"`; and what the fixtures
+of a conftest.py import that the test file names. Its distance to a file is the number of steps on the shortest way.
 
     ordered = reaching(Imports(root), ["casa_assets/export/mjcf/joints.py"])
 

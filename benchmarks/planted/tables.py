@@ -6,6 +6,7 @@ import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 from benchmarks.planted.faults import Fault
 from benchmarks.planted.trial import Failure, Verdict
@@ -55,7 +56,7 @@ class Results:
         with self.path.open("a", encoding="utf-8") as file:
             file.write(json.dumps(row) + "\n")
 
-    def _rows(self, field: str) -> list[dict]:
+    def _rows(self, field: str) -> list[dict[str, Any]]:
         """Rows of the checkout that have a field; a last line that was cut off is none."""
         lines = self.path.read_text(encoding="utf-8").split("\n")[:-1] if self.path.is_file() else []
         rows = [json.loads(line) for line in lines]
@@ -76,16 +77,17 @@ def summary(faults: Sequence[Fault], verdicts: Mapping[str, Verdict]) -> str:
     parts.append(_table("kind", faults, verdicts, lambda fault: fault.kind))
     missed = [fault for fault in faults if fault.id in verdicts and verdicts[fault.id].outcome in COLUMNS[2:4]]
     if missed:
-        lines = [f"  {f.id} ({f.file}): {f.what} [{verdicts[f.id].outcome}, {verdicts[f.id].files} files]" for f in missed]
-        parts.append("\n".join(["Not caught:", *lines]))
+        parts.append("\n".join(["Not caught:", *(_missed(fault, verdicts[fault.id]) for fault in missed)]))
     return "\n\n".join(parts)
 
 
-def _table(
-    head: str, faults: Sequence[Fault], verdicts: Mapping[str, Verdict], group: Callable[[Fault], str]
-) -> str:
+def _missed(fault: Fault, verdict: Verdict) -> str:
+    return f"  {fault.id} ({fault.file}): {fault.what} [{verdict.outcome}, {verdict.files} files]"
+
+
+def _table(head: str, faults: Sequence[Fault], verdicts: Mapping[str, Verdict], group: Callable[[Fault], str]) -> str:
     tried = [fault for fault in faults if fault.id in verdicts]
-    rows = [(head, "faults", *HEADS)]
+    rows: list[tuple[str, ...]] = [(head, "faults", *HEADS)]
     for name in (*sorted({group(fault) for fault in tried}), "all"):
         own = [verdicts[fault.id].outcome for fault in tried if name in {group(fault), "all"}]
         rows.append((name, str(len(own)), *(str(own.count(column)) for column in COLUMNS)))

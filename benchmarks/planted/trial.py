@@ -9,7 +9,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -24,6 +24,12 @@ MARKS = "not consumers and not certify"
 FIRST_FILES = 8
 # What pytest says when all tests passed, and when it found none in the files (all may be marked).
 ALL_PASSED, NOTHING_RUN = 0, 5
+# Stands for a test where pytest ended without one that failed, such as for a conftest.py that cannot be imported.
+PYTEST = "pytest"
+# Variables: the file of failures, for the plug-in; a cache of built things, for the tests.
+FAILURES, CACHE = "PLANTED_FAILURES", "CASA_TESTS_CACHE"
+# For one test without a fault, seconds.
+CLEAN_LIMIT_S = 600.0
 
 
 @dataclass(frozen=True)
@@ -89,59 +95,76 @@ class Bench:
 
     def _first_failure(self, copy: Path, batch: Sequence[Reaching], left_s: float) -> tuple[Failure | bool, float]:
         """The first test of a batch that fails due to the fault; else whether all came to an end; and seconds."""
-        spent = 0.0
+        spent, tests = 0.0, [test.path for test in batch]
         while True:
-            avoid = [test for test, fails in self.clean_fails.items() if fails]
+            avoid = [f"--deselect={test}" for test, fails in self.clean_fails.items() if fails]
             begin = time.monotonic()
-            found = self._pytest(copy, [test.path for test in batch], avoid, left_s - spent)
+            found = self._pytest(copy, [*avoid, *tests], left_s - spent)
             spent += time.monotonic() - begin
-            if not isinstance(found, Failure) or not self._fails_anyway(found.test):
+            if not isinstance(found, Failure) or not self._fails_anyway(found, tests):
                 return found, spent
 
-    def _fails_anyway(self, test: str) -> bool:
-        if test not in self.clean_fails:
-            copy = copy_linked(self.clean, self.work / "without_fault")
-            self.clean_fails[test] = self._pytest(copy, [test], [], 600) is not True
-            shutil.rmtree(copy, ignore_errors=True)
-        return self.clean_fails[test]
+    def _fails_anyway(self, failure: Failure, tests: Sequence[str]) -> bool:
+        """Whether a test fails without the fault too.
 
-    def _pytest(self, copy: Path, tests: Iterable[str], avoid: Iterable[str], limit_s: float) -> Failure | bool:
-        """Run tests: the first failure; else whether all came to an end within some seconds."""
+        Raises:
+            RuntimeError: pytest itself does not run these test files even without the fault.
+        """
+        if failure.test not in self.clean_fails:
+            copy = copy_linked(self.clean, self.work / "without_fault")
+            words = ["--collect-only", *tests] if failure.test == PYTEST else [failure.test]
+            fails = self._pytest(copy, words, CLEAN_LIMIT_S) is not True
+            shutil.rmtree(copy, ignore_errors=True)
+            if failure.test == PYTEST:
+                if fails:
+                    raise RuntimeError(f"pytest {failure.error}")
+                return False
+            self.clean_fails[failure.test] = fails
+        return self.clean_fails[failure.test]
+
+    def _pytest(self, copy: Path, words: Sequence[str], limit_s: float) -> Failure | bool:
+        """Run tests of a copy: the first failure; else whether all came to an end within some seconds.
+
+        Args:
+            words: options of pytest, and tests.
+        """
         if limit_s <= 0:
             return False
         place = self.work / "run"
-        place.mkdir()
-        (place / "tmp").mkdir()
+        (place / "tmp").mkdir(parents=True)
         if self.cache is not None:
             shutil.copytree(self.cache, place / "cache", symlinks=True)
         failures = place / "failures.jsonl"
         command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "-p", "planted_failures"]
-        command += ["-n", str(self.jobs), "--dist", "worksteal", "-m", MARKS, "--basetemp", str(place / "base")]
-        command += [f"--deselect={test}" for test in avoid]
-        environment = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
-        environment |= {"PYTHONPATH": os.pathsep.join((str(copy), str(PLUGIN))), "PLANTED_FAILURES": str(failures)}
-        environment |= {"TMPDIR": str(place / "tmp")} | ({"CASA_TESTS_CACHE": str(place / "cache")} if self.cache else {})
+        command += ["-n", str(self.jobs), "--dist", "worksteal", "-m", MARKS, "--basetemp", str(place / "base"), *words]
         try:
             with (place / "output.txt").open("w") as output:
                 running = subprocess.Popen(
-                    [*command, *tests],
+                    command,
                     cwd=copy,
-                    env=environment,
+                    env=self._environment(copy, place, failures),
                     stdin=subprocess.DEVNULL,
                     stdout=output,
                     stderr=subprocess.STDOUT,
                     start_new_session=True,
                 )
             found = _watch(running, failures, limit_s)
-            if isinstance(found, Failure) or found == (ALL_PASSED,) or found == (NOTHING_RUN,):
-                return found if isinstance(found, Failure) else True
-            if found:
+            if isinstance(found, Failure):
+                return found
+            if found is not None and found not in (ALL_PASSED, NOTHING_RUN):
                 tail = (place / "output.txt").read_text(errors="replace").strip().splitlines()[-1:]
-                return Failure("pytest", f"ended with {found[0]}: {' '.join(tail)}")
-            return False
+                return Failure(PYTEST, f"ended with {found}: {' '.join(tail)}")
+            return found is not None
         finally:
-            _end_all(str(failures))
+            _end_all(failures)
             shutil.rmtree(place, ignore_errors=True)
+
+    def _environment(self, copy: Path, place: Path, failures: Path) -> dict[str, str]:
+        """Variables of the tests: code of the copy alone, temporary files and built things in a place of their own."""
+        kept = {name: value for name, value in os.environ.items() if name not in ("PYTHONDONTWRITEBYTECODE", CACHE)}
+        own = {"PYTHONPATH": os.pathsep.join((str(copy), str(PLUGIN))), FAILURES: str(failures)}
+        built = {} if self.cache is None else {CACHE: str(place / "cache")}
+        return {**kept, **own, **built, "TMPDIR": str(place / "tmp")}
 
 
 def _batches(tests: Sequence[Reaching]) -> Iterator[Sequence[Reaching]]:
@@ -151,23 +174,21 @@ def _batches(tests: Sequence[Reaching]) -> Iterator[Sequence[Reaching]]:
         begin, count = begin + count, count * 2
 
 
-def _watch(running: subprocess.Popen[bytes], failures: Path, limit_s: float) -> Failure | tuple[int, ...]:
-    """Wait for the first failure or the end; then its exit status, none where it was ended after some seconds."""
+def _watch(running: subprocess.Popen[bytes], failures: Path, limit_s: float) -> Failure | int | None:
+    """Wait for the first failure, or for the end; then the exit status, None where it was ended after some seconds."""
     end = time.monotonic() + limit_s
     status = None
     while status is None and time.monotonic() < end and not _written(failures):
         with suppress(subprocess.TimeoutExpired):
             status = running.wait(timeout=0.2)
     if status is None:
-        os.killpg(running.pid, signal.SIGTERM)
-        with suppress(subprocess.TimeoutExpired):
-            running.wait(timeout=5)
-        with suppress(ProcessLookupError):
-            os.killpg(running.pid, signal.SIGKILL)
-        running.wait()
+        for number, patience_s in ((signal.SIGTERM, 5), (signal.SIGKILL, None)):
+            with suppress(ProcessLookupError, subprocess.TimeoutExpired):
+                os.killpg(running.pid, number)
+                running.wait(timeout=patience_s)
     if _written(failures):
         return Failure(**json.loads(failures.read_text(encoding="utf-8").splitlines()[0]))
-    return () if status is None else (status,)
+    return status
 
 
 def _written(failures: Path) -> bool:
@@ -175,9 +196,10 @@ def _written(failures: Path) -> bool:
     return failures.is_file() and "\n" in failures.read_text(encoding="utf-8")
 
 
-def _end_all(word: str) -> None:
+def _end_all(failures: Path) -> None:
     """End processes that tests left behind: their environment names the file of failures of this run."""
+    word = f"{FAILURES}={failures}\0".encode()
     for place in Path("/proc").glob("[0-9]*"):
         with suppress(OSError):
-            if f"PLANTED_FAILURES={word}\0".encode() in (place / "environ").read_bytes():
+            if word in (place / "environ").read_bytes():
                 os.kill(int(place.name), signal.SIGKILL)
