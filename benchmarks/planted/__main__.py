@@ -18,6 +18,7 @@ the fault) and by others, per package and per kind of mistake, and those that no
 from __future__ import annotations
 
 import argparse
+import sys
 import tempfile
 from pathlib import Path
 
@@ -39,6 +40,9 @@ def main() -> None:
     parser.add_argument("--only", nargs="+", default=[], metavar="ID", help="These faults and no others.")
     parser.add_argument("--budget", type=float, default=120.0, metavar="S", help="Seconds of tests for each fault.")
     parser.add_argument("--jobs", type=int, default=2, metavar="N", help="Processes of pytest.")
+    parser.add_argument(
+        "--python", default=sys.executable, help="Python with what the checkout needs, such as an old one."
+    )
     parser.add_argument("--cache", type=Path, help="Folder of built things (CASA_TESTS_CACHE) to begin with.")
     parser.add_argument("--out", type=Path, default=ROOT / "out/bench/planted/results.jsonl", help="File of results.")
     parser.add_argument("--faults", type=Path, default=FAULTS, help="Another list of faults.")
@@ -64,7 +68,7 @@ def _try_all(args: argparse.Namespace, todo: list[Fault], results: Results, verd
     with tempfile.TemporaryDirectory(prefix="planted_", ignore_cleanup_errors=True) as folder:
         work = Path(folder)
         clean = copy_clean(args.checkout, work / "clean", args.jobs)
-        bench = Bench(clean, work, args.jobs, args.budget, args.cache, results.clean_fails())
+        bench = Bench(clean, work, args.jobs, args.budget, args.cache, args.python, results.clean_fails())
         for fault in todo:
             if fault.applies(clean):
                 tests = [test for test in reaching(imports, [fault.file]) if test.path != LEFT_OUT]

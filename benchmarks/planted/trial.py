@@ -64,6 +64,7 @@ class Bench:
     Attributes:
         clean: copy of the checkout. work: folder for copies. jobs: processes of pytest. budget_s: for each fault.
         cache: folder of built things that each fault begins with a copy of; None: with nothing.
+        python: that runs pytest, with all that the checkout needs.
         clean_fails: tests by whether they fail without any fault, as far as that was asked.
     """
 
@@ -72,6 +73,7 @@ class Bench:
     jobs: int
     budget_s: float
     cache: Path | None = None
+    python: str = sys.executable
     clean_fails: dict[str, bool] = field(default_factory=dict)
 
     def try_fault(self, fault: Fault, tests: Sequence[Reaching]) -> Verdict:
@@ -95,20 +97,21 @@ class Bench:
 
     def _first_failure(self, copy: Path, batch: Sequence[Reaching], left_s: float) -> tuple[Failure | bool, float]:
         """The first test of a batch that fails due to the fault; else whether all came to an end; and seconds."""
-        spent, tests = 0.0, [test.path for test in batch]
-        while True:
+        spent = 0.0
+        while tests := [test.path for test in batch if not self.clean_fails.get(test.path)]:
             avoid = [f"--deselect={test}" for test, fails in self.clean_fails.items() if fails]
             begin = time.monotonic()
             found = self._pytest(copy, [*avoid, *tests], left_s - spent)
             spent += time.monotonic() - begin
             if not isinstance(found, Failure) or not self._fails_anyway(found, tests):
                 return found, spent
+        return True, spent  # none of these files can be read without the fault either
 
     def _fails_anyway(self, failure: Failure, tests: Sequence[str]) -> bool:
         """Whether a test fails without the fault too.
 
         Raises:
-            RuntimeError: pytest itself does not run these test files even without the fault.
+            SystemExit: pytest does not even begin in this checkout without the fault.
         """
         if failure.test not in self.clean_fails:
             copy = copy_linked(self.clean, self.work / "without_fault")
@@ -117,7 +120,10 @@ class Bench:
             shutil.rmtree(copy, ignore_errors=True)
             if failure.test == PYTEST:
                 if fails:
-                    raise RuntimeError(f"pytest {failure.error}")
+                    message = (
+                        "pytest runs no tests of this checkout, with or without faults; it may need another Python"
+                    )
+                    raise SystemExit(f"{message} (--python). It {failure.error}")
                 return False
             self.clean_fails[failure.test] = fails
         return self.clean_fails[failure.test]
@@ -135,7 +141,7 @@ class Bench:
         if self.cache is not None:
             shutil.copytree(self.cache, place / "cache", symlinks=True)
         failures = place / "failures.jsonl"
-        command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "-p", "planted_failures"]
+        command = [self.python, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "-p", "planted_failures"]
         command += ["-n", str(self.jobs), "--dist", "worksteal", "-m", MARKS, "--basetemp", str(place / "base"), *words]
         try:
             with (place / "output.txt").open("w") as output:

@@ -90,15 +90,17 @@ def test_run_names_the_test_that_fails_due_to_the_fault(checkout: Path, tmp_path
         '[tool.pytest.ini_options]\npythonpath = ["."]\naddopts = "--import-mode=importlib"\n'
         'markers = ["consumers", "certify"]\n'
     )
-    # Fails without any fault as well.
+    # A test that fails without any fault as well, and a file that cannot be read.
     (checkout / "tests/unit/test_deep.py").write_text("import casa_assets.deep\n\n\ndef test_never():\n    assert 0\n")
+    (checkout / "tests/unit/test_lost.py").write_text("import casa_assets.deep\nimport not_there\n")
     tests = reaching(Imports(checkout), [FAULT.file])
     bench = Bench(checkout, tmp_path / "work", jobs=1, budget_s=120.0)
     verdict = bench.try_fault(FAULT, tests)
     assert verdict.failure is not None
     assert verdict.failure.test == "tests/unit/test_helper.py::test_square"
     assert (verdict.outcome, verdict.steps) == ("others", 2)
-    assert bench.clean_fails == {"tests/unit/test_deep.py::test_never": True, verdict.failure.test: False}
+    lost, never = "tests/unit/test_lost.py", "tests/unit/test_deep.py::test_never"
+    assert bench.clean_fails == {lost: True, never: True, verdict.failure.test: False}
     harmless = Fault("harmless", FAULT.file, "side * side", "side**2", "formula", "")
     assert bench.try_fault(harmless, tests).outcome == "not caught"
 
