@@ -19,7 +19,7 @@ from pathlib import Path
 
 from PIL import Image
 
-from casa_assets.pipeline.kitchens.resolve import SceneRecipe
+from casa_assets.pipeline.kitchens.recipe import SceneRecipe
 from casa_assets.pipeline.kitchens.scene_folders import build_one
 from casa_assets.preview.photoreal.picture_faults import picture_faults
 from casa_assets.preview.photoreal.render import Still, StillSettings, scene_stills

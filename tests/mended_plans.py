@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from casa_assets.pipeline.kitchens import check
-from casa_assets.pipeline.kitchens.resolve import SceneRecipe
+from casa_assets.pipeline.kitchens.recipe import SceneRecipe
 from casa_assets.pipeline.plans.check import check_plan, plan_id
 from casa_assets.registry.kitchens import load_style
 from tests.projects import Project

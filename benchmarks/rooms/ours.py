@@ -26,7 +26,8 @@ def main() -> None:
     from casa_assets.export.usd.scene import kitchen as usd
     from casa_assets.geometry.lightweight import light_scene
     from casa_assets.pipeline.cache.asset_store import AssetStore
-    from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene, resolve
+    from casa_assets.pipeline.kitchens.recipe import SceneRecipe
+    from casa_assets.pipeline.kitchens.resolve import build_scene, resolve
     from casa_assets.pipeline.library.library import Library
 
     imported = time.perf_counter()

@@ -17,8 +17,7 @@ from casa_assets.cli.text import pluralize
 from casa_assets.errors import BatchFault
 
 if TYPE_CHECKING:
-    from casa_assets.pipeline.kitchens.resolve import SceneRecipe
-    from casa_assets.pipeline.kitchens.scene_folders import SceneResult
+    from casa_assets.pipeline.kitchens.recipe import SceneRecipe, SceneResult
 
 NARROW_COLUMNS = 5  # columns of numbers that a terminal shows that has no room for all of them
 MAX_LISTED = 20  # draws that are told one by one at the end

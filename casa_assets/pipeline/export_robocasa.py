@@ -23,7 +23,7 @@ from casa_assets.pipeline.export.robocasa_kitchens import KitchenResult, export_
 from casa_assets.pipeline.export.scenes import raise_faults
 from casa_assets.pipeline.export.target import check_apart, check_replaceable, replace_target, staging
 from casa_assets.pipeline.ingest.job import writing
-from casa_assets.pipeline.kitchens.resolve import SceneRecipe
+from casa_assets.pipeline.kitchens.recipe import SceneRecipe
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.reports import attribution
 from casa_assets.pipeline.reports.entry import entries as entries_of

@@ -1,7 +1,7 @@
 """Read YAML files into documents and frozen records; unknown keys and keys that occur twice are errors.
 
 Parsing all files of registry/ takes a second, so the values of a file are kept as JSON in the cache folder, under the
-digest of its text. Line numbers are not kept: they are needed for an error only, and the text is then parsed again.
+digest of its text, and beside them the lines of the values, which are read for an error or a file laid over another.
 """
 
 from __future__ import annotations
@@ -50,22 +50,26 @@ def parse_document(text: str, called: str) -> Document:
         called: name of its file in messages.
     """
     kept = cache_dir() / KEPT_IN / f"{hashlib.sha256(_parser_digest() + text.encode()).hexdigest()}.json"
+    lines_kept = kept.with_suffix(".lines.json")
     with suppress(OSError, ValueError):
-        return Document(called, json.loads(kept.read_bytes()), _Lines(text, called))
+        return Document(called, json.loads(kept.read_bytes()), _Lines(text, called, lines_kept))
     value, lines = _parse(text, called)
     with suppress(OSError, TypeError):  # a cache that cannot be written to; a value such as a date, which JSON lacks
+        _keep(lines_kept, json.dumps([[*path, line] for path, line in lines.items()]))
         _keep(kept, json.dumps(value))
     return Document(called, value, lines)
 
 
 class _Lines(Mapping[KeyPath, int]):
-    """Line of each value of a YAML text by its path, found when the first of them is asked for."""
+    """Line of each value of a YAML text by its path, read when the first of them is asked for."""
 
-    def __init__(self, text: str, called: str) -> None:
-        self._text, self._called = text, called
+    def __init__(self, text: str, called: str, kept: Path) -> None:
+        self._text, self._called, self._kept = text, called, kept
 
     @cached_property
     def _found(self) -> Mapping[KeyPath, int]:
+        with suppress(OSError, ValueError):
+            return {tuple(path): line for *path, line in json.loads(self._kept.read_bytes())}
         return _parse(self._text, self._called)[1]
 
     def __getitem__(self, path: KeyPath) -> int:

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from casa_assets.pipeline.kitchens.batch_form import BatchRequest, make_one, read_batch
-from casa_assets.pipeline.kitchens.resolve import SceneRecipe
+from casa_assets.pipeline.kitchens.recipe import SceneRecipe
 
 ROOT = Path(__file__).parents[2]
 SCRIPT = Path(__file__).parent / "warp_kitchen.py"

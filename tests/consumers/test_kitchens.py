@@ -12,7 +12,7 @@ import mujoco
 import pytest
 
 from casa_assets.pipeline.kitchens import scene_folders
-from casa_assets.pipeline.kitchens.resolve import SceneRecipe
+from casa_assets.pipeline.kitchens.recipe import SceneRecipe
 
 ROOT = Path(__file__).parents[2]
 HERE = Path(__file__).parent

@@ -22,7 +22,8 @@ from casa_assets.model.asset.joint import JointValue, Keyframe
 from casa_assets.model.kitchen.scene import Scene
 from casa_assets.model.pose import Pose
 from casa_assets.pipeline.export.form import SCENES
-from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene
+from casa_assets.pipeline.kitchens.recipe import SceneRecipe
+from casa_assets.pipeline.kitchens.resolve import build_scene
 from tests.assets import EVERY, microwave, write_to
 from tests.documents import blocks
 from tests.scenes import corner

@@ -18,7 +18,8 @@ from casa_assets.core.cache_folder import cache_dir
 from casa_assets.export.gltf import EVERYTHING, asset_glb, scene_glb
 from casa_assets.model.asset.asset import Asset
 from casa_assets.pipeline.kitchens.check import check_one
-from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene
+from casa_assets.pipeline.kitchens.recipe import SceneRecipe
+from casa_assets.pipeline.kitchens.resolve import build_scene
 from casa_assets.pipeline.reports import object_catalogue, page_template
 from casa_assets.pipeline.reports.library.models import models_of, write_models
 from casa_assets.pipeline.reports.library.report import write

@@ -10,8 +10,7 @@ from pathlib import Path
 import pytest
 
 from casa_assets.pipeline.kitchens import check, scene_folders
-from casa_assets.pipeline.kitchens.resolve import SceneRecipe
-from casa_assets.pipeline.kitchens.scene_folders import SceneResult
+from casa_assets.pipeline.kitchens.recipe import SceneRecipe, SceneResult
 from casa_assets.preview import kitchen
 from tests.projects import Project, project_in
 

@@ -59,7 +59,8 @@ def _register_rules_only_once() -> None:
     would read the list of files of every installed package.
     """
     named = {"simready": [*NEEDED]}
-    with patch.object(importlib.metadata, "packages_distributions", lambda: named), suppress(AttributeError, ImportError):
+    absent = suppress(AttributeError, ImportError)
+    with patch.object(importlib.metadata, "packages_distributions", lambda: named), absent:
         plugin = importlib.import_module("simready.foundation.tier_core._plugin")
         plugin.SimReadyPlugin.on_startup = lambda _: None
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -45,8 +46,7 @@ from casa_assets.model.kitchen.joint_word import JointWord
 from casa_assets.model.kitchen.surface import Surface
 
 if TYPE_CHECKING:
-    from casa_assets.pipeline.kitchens.resolve import SceneRecipe
-    from casa_assets.pipeline.kitchens.scene_folders import BuildOptions
+    from casa_assets.pipeline.kitchens.recipe import SceneRecipe
     from casa_assets.pipeline.workers.engine import Workers
 
 app = typer.Typer(
@@ -57,6 +57,7 @@ app = typer.Typer(
 )
 OUT = Path("out/scenes")
 STYLE = "coastal"  # of a new kitchen, where none is named
+STYLE_TEXTURES = "style"  # --textures: those of the style
 NAMED = f"{SCENES_HELP[:-1]}, or 'l_*__coastal__o40' with 40 objects."
 MAX_OBJECTS = 60
 PASSES = 6
@@ -140,16 +141,27 @@ def build(
 
     Example:  casa-assets scenes build 'galley__*' l_small__coastal
     """
-    from casa_assets.pipeline.kitchens.scene_folders import BuildOptions
-
-    options, output = BuildOptions(pictures, at_eye_level, force), Output(json_, quiet, verbose)
-    _build(_recipes(scenes, all_, out), out, workers(engine, address, jobs), options, output)
+    output, processes = Output(json_, quiet, verbose), workers(engine, address, jobs)
+    _build(_recipes(scenes, all_, out), out, processes, output, pictures, at_eye_level, force)
 
 
-def _build(recipes: list[SceneRecipe], out: Path, jobs: Workers, options: BuildOptions, output: Output) -> None:
-    from casa_assets.pipeline.kitchens.scene_folders import build_all
+def _build(
+    recipes: list[SceneRecipe],
+    out: Path,
+    jobs: Workers,
+    output: Output,
+    drawn: bool = True,
+    at_eye_level: bool = False,
+    force: bool = False,
+) -> None:
+    from casa_assets.pipeline.kitchens.kept import kept_scene
 
-    done = build_all(recipes, out, jobs, options)
+    kept = [] if force else [result for one in recipes if (result := kept_scene(one, out, drawn)) is not None]
+    done = iter(kept)
+    if len(kept) < len(recipes):
+        from casa_assets.pipeline.kitchens.scene_folders import BuildOptions, build_all
+
+        done = build_all(recipes, out, jobs, BuildOptions(drawn, at_eye_level, force))
     results = scene_output.follow(done, recipes, "building", output)
     scene_output.write_reports(results, out, output)
     scene_output.look(results, output)
@@ -447,7 +459,7 @@ def new(
     textures: Annotated[
         str,
         typer.Option(help="'style', 'random' (drawn by the seed), or ids: 'wall=brick_red_running,floor=oak_ebony'."),
-    ] = "style",
+    ] = STYLE_TEXTURES,
     model: Annotated[
         list[str] | None,
         typer.Option(
@@ -480,15 +492,17 @@ def new(
       casa-assets scenes new galley --style rustic --objects 40
       casa-assets scenes new galley --seed 7 --textures random
     """
-    from casa_assets.pipeline.kitchens.resolve import SceneRecipe, draw_surfaces, ordered_models, ordered_surfaces
-    from casa_assets.pipeline.kitchens.scene_folders import BuildOptions
+    from casa_assets.pipeline.kitchens.recipe import SceneRecipe
     from casa_assets.registry.kitchens import load_plan, load_style
 
     load_plan(plan), load_style(style)
-    surfaces = draw_surfaces(seed or 0) if textures == "random" else ordered_surfaces(_pairs(textures))
-    models = ordered_models(_roles(model or []))
-    recipe = SceneRecipe(plan, style, seed, surfaces, closed, objects, objects_seed, mixed, models)
-    _build([recipe], out, 1, BuildOptions(), Output(json_, quiet, verbose))
+    recipe = SceneRecipe(plan, style, seed, (), closed, objects, objects_seed, mixed)
+    if textures != STYLE_TEXTURES or model:
+        from casa_assets.pipeline.kitchens.resolve import draw_surfaces, ordered_models, ordered_surfaces
+
+        surfaces = draw_surfaces(seed or 0) if textures == "random" else ordered_surfaces(_pairs(textures))
+        recipe = replace(recipe, surfaces=surfaces, models=ordered_models(_roles(model or [])))
+    _build([recipe], out, 1, Output(json_, quiet, verbose))
 
 
 def _roles(texts: list[str]) -> list[tuple[str, str]]:
@@ -504,7 +518,7 @@ def _roles(texts: list[str]) -> list[tuple[str, str]]:
 
 def _pairs(text: str) -> list[tuple[Surface, str]]:
     """`wall=ID,floor=ID` as pairs."""
-    if text == "style":
+    if text == STYLE_TEXTURES:
         return []
     pairs = []
     for part in text.split(","):

@@ -3,8 +3,8 @@
 A kept result (a texture, a built asset, a scene, a picture, a report, an entry of a library) stands under a key. The
 key of the function that made it is a sha256 over
 
-- the module that defines the function;
-- every module of this package that this one leads to by import, and on from there: `import` at the top of a module or
+- the function itself and what it uses of its own module, without comments;
+- every module of this package that those names lead to by import, and on from there: `import` at the top of a module or
   inside a function, and modules named in text such as `"casa_assets.pipeline.ingest.worker:work"`, which are loaded by
   name. What is imported under TYPE_CHECKING is not there when the program runs, and is left out;
 - the `__init__.py` of each package on the way, but for that of `casa_assets` itself;
@@ -34,12 +34,17 @@ from casa_assets.checks.simready.installed import versions_elsewhere
 from casa_assets.pipeline.cache.code_index import (
     PACKAGE,
     TEMPLATES,
+    Scan,
+    installed,
+    is_ours,
     names_in_text,
     package_files,
     package_root,
     scan,
+    stamp_of,
     versions_of_package,
 )
+from casa_assets.pipeline.cache.code_parts import Part, part
 from casa_assets.projects import data_root, project_folder, read_once
 from casa_assets.registry.layered import stated_in
 from casa_assets.registry.plugins.load import load_plugins
@@ -67,12 +72,14 @@ class Reach:
     Attributes:
         modules: names of modules of this package. packages: top-level names of third-party packages.
         registry: files of registry/, relative to it. data: other files of this package, relative to it.
+        own: address and digest of each function itself, with what it uses of its module.
     """
 
     modules: tuple[str, ...]
     packages: tuple[str, ...]
     registry: tuple[str, ...]
     data: tuple[str, ...] = ()
+    own: tuple[str, ...] = ()
 
     @property
     def versions(self) -> dict[str, str]:
@@ -86,8 +93,12 @@ class Reach:
 
 
 def key_of(*made_by: CodeRef) -> str:
-    """The key of functions, classes or modules of this package: 64 hex digits, the same on every machine."""
-    return _key(_modules(made_by))
+    """The key of functions, classes or modules of this package: 64 hex digits, the same on every machine.
+
+    Args:
+        made_by: a function or class counts with what it uses, a module with all that it holds.
+    """
+    return _key(_addresses(made_by))
 
 
 def digest_of(*parts: Any) -> str:
@@ -97,7 +108,7 @@ def digest_of(*parts: Any) -> str:
 
 def reach(*made_by: CodeRef) -> Reach:
     """Collect everything that the key of functions, classes or modules is made from."""
-    return _reach(_modules(made_by))
+    return _reach(_addresses(made_by))
 
 
 def versions_of(steps: Mapping[str, CodeRef | tuple[CodeRef, ...]]) -> dict[str, str]:
@@ -133,10 +144,10 @@ def modules_holding(value: object, within: str) -> tuple[ModuleType, ...]:
 
 
 @read_once
-def _key(starts: tuple[str, ...]) -> str:
-    found = _reach(starts)
+def _key(addresses: tuple[tuple[str, str], ...]) -> str:
+    found = _reach(addresses)
     return digest_of(
-        starts,
+        list(found.own),
         [(name, scan(name).sha256) for name in found.modules],
         [(name, _registry_digest(name)) for name in found.registry],
         [(name, _file_digest(package_root() / name)) for name in found.data],
@@ -146,38 +157,59 @@ def _key(starts: tuple[str, ...]) -> str:
     )
 
 
+@read_once
+def state_of_everything() -> str:
+    """Digest of the stamps of all files of the program, its registry and the project, and of what is installed.
+
+    It changes with anything that a key could be made from, and often without: a key found before is valid as long as
+    it does not.
+    """
+    stated = [path for name in _registry() for path in stated_in(name)]
+    plugins = [(one.plugin.name, one.digest) for one in load_plugins()]
+    stamps = [(str(path), stamp_of(path)) for path in stated]
+    return digest_of(str(package_root()), package_files().stamps, stamps, plugins, installed(), versions_elsewhere())
+
+
 def checks_of_plugins() -> tuple[str, ...]:
     """Digests of the plug-ins that define checks; empty without such plug-ins."""
     return tuple(one.digest for one in load_plugins() if one.plugin.checks)
 
 
 @read_once
-def _reach(starts: tuple[str, ...]) -> Reach:
-    modules = _closure(starts)
-    outside = {name.partition(".")[0] for module in modules for name in scan(module).outside}
+def _reach(addresses: tuple[tuple[str, str], ...]) -> Reach:
+    parts = {f"{module}:{name}": part(module, name) for module, name in addresses if name}
+    imports = {name for one in parts.values() for name in one.imports}
+    starts = {module for module, name in addresses if not name} | {name for name in imports if is_ours(name)}
+    modules = _closure(starts, (module for module, _ in addresses))
+    packages = {name.partition(".")[0] for name in (*imports, *(n for m in modules for n in scan(m).outside))}
+    texts: list[Scan | Part] = [*parts.values(), *map(scan, modules)]
     return Reach(
         tuple(modules),
-        tuple(sorted(outside - sys.stdlib_module_names - _ENGINES)),
-        _registry_files(modules),
-        _data_files(modules),
+        tuple(sorted(name for name in packages - sys.stdlib_module_names - _ENGINES if not is_ours(name))),
+        _registry_files(texts),
+        _data_files(texts),
+        tuple(f"{address} {one.sha256}" for address, one in parts.items()),
     )
 
 
-def _modules(made_by: Iterable[CodeRef]) -> tuple[str, ...]:
-    """Names of the modules that define some functions or classes, each once."""
-    return tuple(dict.fromkeys(map(_module_of, made_by)))
+def _addresses(made_by: Iterable[CodeRef]) -> tuple[tuple[str, str], ...]:
+    """Name of the module and of the top-level function or class in it, each once; no name for a whole module."""
+    return tuple(dict.fromkeys(map(_address, made_by)))
 
 
-def _module_of(made: CodeRef) -> str:
+def _address(made: CodeRef) -> tuple[str, str]:
     if isinstance(made, str):
-        return made.partition(":")[0]
+        module, _, name = made.partition(":")
+        return module, name
     if isinstance(made, ModuleType):
-        return made.__name__
-    return made.__module__
+        return made.__name__, ""
+    if "<lambda>" in made.__qualname__:
+        raise ValueError(f"a lambda of {made.__module__} has no name to find its source by; write a function")
+    return made.__module__, made.__qualname__.partition(".")[0]
 
 
-def _closure(starts: Iterable[str]) -> list[str]:
-    """Modules reached from some, themselves included, and the packages that they stand in.
+def _closure(starts: Iterable[str], homes: Iterable[str]) -> list[str]:
+    """Modules reached from some, themselves included, and the packages that these and `homes` stand in.
 
     Of a package that is only passed on the way to a module, the text counts and not what it imports in its turn: it
     may make things when it is imported, but hands none of them to who imports a module below it.
@@ -189,7 +221,7 @@ def _closure(starts: Iterable[str]) -> list[str]:
         if name not in seen:
             seen.add(name)
             waiting += scan(name).modules
-    return sorted(seen | {package for name in seen for package in _ancestors(name)})
+    return sorted(seen | {package for name in (*seen, *homes) for package in _ancestors(name)})
 
 
 def _ancestors(module: str) -> Iterator[str]:
@@ -199,13 +231,13 @@ def _ancestors(module: str) -> Iterator[str]:
         yield ".".join(parts[:count])
 
 
-def _data_files(modules: Iterable[str]) -> tuple[str, ...]:
-    """Files of the package that are no Python, such as style sheets, and that some modules name in text.
+def _data_files(texts: Iterable[Scan | Part]) -> tuple[str, ...]:
+    """Files of the package that are no Python, such as style sheets, and that some code names in text.
 
     What a template names is among them: the page that it extends, and the macros, styles and scripts that it takes in.
     """
     paths = package_files().data
-    waiting = {path for module in modules for name in scan(module).words for path in paths.get(name, ())}
+    waiting = {path for text in texts for name in text.words for path in paths.get(name, ())}
     found: set[str] = set()
     while waiting:
         path = waiting.pop()
@@ -216,9 +248,9 @@ def _data_files(modules: Iterable[str]) -> tuple[str, ...]:
     return tuple(sorted(found))
 
 
-def _registry_files(modules: Iterable[str]) -> tuple[str, ...]:
-    """Files of registry/ that some modules can read: those that a module which calls `data_root` names in text."""
-    words = {word for name in modules if scan(name).reads_registry for word in scan(name).words}
+def _registry_files(texts: Iterable[Scan | Part]) -> tuple[str, ...]:
+    """Files of registry/ that some code can read: those that code which calls `data_root` names in text."""
+    words = {word for text in texts if text.reads_registry for word in text.words}
     return tuple(p for p in _registry() if p.partition("/")[0] in words or p.rpartition(".")[0] in words)
 
 

@@ -63,8 +63,9 @@ class Files:
     """Files in the folder of the package.
 
     Attributes:
-        sources: by the name of their module. stamps: of the sources. data: paths of other files by name, relative to
-            the package. Templates are named by their path below the folder of templates, such as `library/page.html`.
+        sources: by the name of their module. stamps: of sources by the name of their module, of other files by path.
+        data: paths of other files by name, relative to the package. Templates are named by their path below the folder
+            of templates, such as `library/page.html`.
     """
 
     sources: dict[str, Path]
@@ -88,6 +89,11 @@ def is_ours(name: str) -> bool:
 def names_in_text(text: str) -> set[str]:
     """Short texts in quotation marks, among which are names of files."""
     return set(_TEXT.findall(text))
+
+
+def reads_registry(text: str) -> bool:
+    """True if code calls a function that reads files of registry/."""
+    return _READS_REGISTRY.search(text) is not None
 
 
 @lru_cache(maxsize=1)
@@ -121,6 +127,7 @@ def package_files() -> Files:
                 parts = (*place, entry.name)
                 known = "/".join(parts[parts.index(TEMPLATES) + 1 :]) if TEMPLATES in parts else entry.name
                 data.setdefault(known, []).append("/".join(parts))
+                stamps["/".join(parts)] = _stamp(entry.stat())
     return Files(sources, stamps, data)
 
 
@@ -128,6 +135,17 @@ def package_files() -> Files:
 def versions_of_package(package: str) -> dict[str, str]:
     """Versions of the distributions that provide a top-level package, by their names; empty if none does."""
     return _distributions().get(package, {})
+
+
+def stamp_of(path: Path) -> Stamp:
+    """Times of change and size of a file."""
+    return _stamp(path.stat())
+
+
+@lru_cache(maxsize=1)
+def installed() -> tuple[str, ...]:
+    """Folders that describe the installed distributions; their names hold the versions."""
+    return tuple(str(path) for folder in map(Path, sys.path) for path in sorted(folder.glob("*.*-info")))
 
 
 def _stamp(found: os.stat_result) -> Stamp:
@@ -138,8 +156,8 @@ def _stamp(found: os.stat_result) -> Stamp:
 def _scans() -> dict[str, Scan]:
     """Of all modules by name. Files that changed since the index was kept are read, and it is kept again."""
     files = package_files()
-    place = _kept_at("sources", str(package_root()))
-    kept = _read(place)
+    place = kept_at("sources", str(package_root()))
+    kept = read_kept(place)
     found: dict[str, Scan] = {}
     fresh: dict[str, Any] = {}
     has_same_modules = kept.keys() == files.sources.keys()
@@ -152,7 +170,7 @@ def _scans() -> dict[str, Scan]:
             row = [files.stamps[module], one.sha256, one.modules, one.outside, one.words, one.reads_registry]
         fresh[module] = row
     if any(fresh[module] is not kept.get(module) for module in fresh):
-        _keep(place, fresh)
+        keep(place, fresh)
     return found
 
 
@@ -172,7 +190,7 @@ def _scan_text(module: str, text: str) -> Scan:
         _sorted(name for name in found if is_ours(name) and name != module),
         _sorted(name for name in found if not is_ours(name)),
         _sorted(names_in_text(text)),
-        _READS_REGISTRY.search(text) is not None,
+        reads_registry(text),
     )
 
 
@@ -192,9 +210,8 @@ def _distributions() -> dict[str, dict[str, str]]:
 
     As importlib.metadata.packages_distributions, in a tenth of the time; kept as long as the same are installed.
     """
-    installed = [str(path) for folder in map(Path, sys.path) for path in sorted(folder.glob("*.*-info"))]
-    place = _kept_at("versions", *installed)
-    kept: dict[str, dict[str, str]] = _read(place)
+    place = kept_at("versions", *installed())
+    kept: dict[str, dict[str, str]] = read_kept(place)
     if kept:
         return kept
     found: dict[str, dict[str, str]] = {}
@@ -211,18 +228,18 @@ def _distributions() -> dict[str, dict[str, str]]:
                 # The first on the path is the one that is imported.
                 found.setdefault(package, {}).setdefault(name, version)
     found = {package: dict(sorted(rows.items())) for package, rows in sorted(found.items())}
-    _keep(place, found)
+    keep(place, found)
     return found
 
 
-def _kept_at(what: str, *of: str) -> Path:
-    """File of the cache that holds an index; another one for each text of this module and each Python."""
-    own = Path(__file__).read_bytes()
+def kept_at(what: str, *of: str) -> Path:
+    """File of the cache that holds an index; another one for each text of the modules here and each Python."""
+    own = b"".join(path.read_bytes() for path in sorted(Path(__file__).parent.glob("code_*.py")))
     digest = hashlib.sha256(b"\0".join([own, sys.version.encode(), *(text.encode() for text in of)])).hexdigest()
     return cache_dir() / KEPT_IN / f"{what}_{digest[:24]}.json"
 
 
-def _read(path: Path) -> dict[str, Any]:
+def read_kept(path: Path) -> dict[str, Any]:
     """What was kept; empty if nothing was, or it is damaged."""
     try:
         found = json.loads(path.read_bytes())
@@ -231,7 +248,7 @@ def _read(path: Path) -> dict[str, Any]:
     return found if isinstance(found, dict) else {}
 
 
-def _keep(path: Path, value: object) -> None:
+def keep(path: Path, value: object) -> None:
     """Write a file whole or, if the cache cannot be written to, not at all."""
     draft = path.with_suffix(f".{os.getpid()}")
     with suppress(OSError):

@@ -8,7 +8,7 @@ from casa_assets.errors import CasaError, PluginFailure, UnknownId
 from casa_assets.model.files import Files
 from casa_assets.pipeline.export.certified import certified_asset
 from casa_assets.pipeline.export.form import ASSETS, ExportResult, Form
-from casa_assets.pipeline.kitchens.resolve import SceneRecipe
+from casa_assets.pipeline.kitchens.recipe import SceneRecipe
 from casa_assets.pipeline.library import library as disk
 from casa_assets.registry.plugins.exchange import exporters
 from casa_assets.registry.plugins.guard import guarded

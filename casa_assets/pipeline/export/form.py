@@ -13,7 +13,7 @@ from casa_assets.pipeline.export import scenes
 from casa_assets.pipeline.export.certified import why_left_out
 from casa_assets.pipeline.export.target import check_apart, check_replaceable, replace_target, staging
 from casa_assets.pipeline.ingest.job import writing
-from casa_assets.pipeline.kitchens.resolve import SceneRecipe
+from casa_assets.pipeline.kitchens.recipe import SceneRecipe
 from casa_assets.pipeline.kitchens.scene_folders import recipes_named
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.reports import attribution

@@ -9,7 +9,8 @@ from casa_assets.export.gltf import EVERYTHING, SEEN_ALONE, Layers, asset_glb, s
 from casa_assets.pipeline.export.certified import certified_asset
 from casa_assets.pipeline.export.form import ASSETS, SCENES, ExportResult, Form
 from casa_assets.pipeline.export.scenes import measures_of
-from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene
+from casa_assets.pipeline.kitchens.recipe import SceneRecipe
+from casa_assets.pipeline.kitchens.resolve import build_scene
 from casa_assets.pipeline.reports import attribution
 
 

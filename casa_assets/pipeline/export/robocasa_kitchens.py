@@ -24,8 +24,10 @@ from casa_assets.model.kitchen.scene import Scene
 from casa_assets.model.kitchen.start_states import StartStates
 from casa_assets.model.registry.contract import RobocasaRelease
 from casa_assets.pipeline.export.scenes import export_scenes, measures_of
-from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene
-from casa_assets.pipeline.kitchens.scene_folders import is_whole, scene_key
+from casa_assets.pipeline.kitchens.kept import is_whole
+from casa_assets.pipeline.kitchens.recipe import SceneRecipe
+from casa_assets.pipeline.kitchens.resolve import build_scene
+from casa_assets.pipeline.kitchens.scene_folders import scene_key
 from casa_assets.pipeline.kitchens.state_file import digest_of_file, read_states, write_states
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.reports import attribution

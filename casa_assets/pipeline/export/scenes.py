@@ -11,7 +11,8 @@ from casa_assets.core.cache_folder import cache_for
 from casa_assets.errors import BatchFault
 from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.model.kitchen.scene import Layer, Scene
-from casa_assets.pipeline.kitchens.resolve import WARM, SceneRecipe
+from casa_assets.pipeline.kitchens.recipe import SceneRecipe
+from casa_assets.pipeline.kitchens.resolve import WARM
 from casa_assets.pipeline.kitchens.scene_folders import WORKER_BYTES
 from casa_assets.pipeline.workers.batch import attempt, run_batch
 from casa_assets.pipeline.workers.limits import WorkerFailure

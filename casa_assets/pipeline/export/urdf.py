@@ -14,7 +14,8 @@ from casa_assets.export.urdf.scene import kitchen
 from casa_assets.pipeline.export.certified import certified_asset
 from casa_assets.pipeline.export.form import ASSETS, SCENES, ExportResult, Form
 from casa_assets.pipeline.export.scenes import measures_of
-from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene
+from casa_assets.pipeline.kitchens.recipe import SceneRecipe
+from casa_assets.pipeline.kitchens.resolve import build_scene
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.reports import attribution
 

@@ -26,11 +26,11 @@ from casa_assets.model.kitchen.joint_word import JointWord
 from casa_assets.model.kitchen.scene import Scene
 from casa_assets.pipeline.cache.asset_store import AssetStore
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
-from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene
+from casa_assets.pipeline.kitchens.recipe import SceneRecipe, SceneResult
+from casa_assets.pipeline.kitchens.resolve import build_scene
 from casa_assets.pipeline.kitchens.scene_files import BATCH_FILE, BATCH_JSON
 from casa_assets.pipeline.kitchens.scene_folders import (
     BuildOptions,
-    SceneResult,
     build_with_options,
     failed_scene,
     run_recipes,

@@ -35,13 +35,13 @@ from casa_assets.model.kitchen.scene import Scene
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
 from casa_assets.pipeline.kitchens import scene_folders
 from casa_assets.pipeline.kitchens.passed_layers import PassedLayers
-from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene
+from casa_assets.pipeline.kitchens.recipe import SceneRecipe, SceneResult
+from casa_assets.pipeline.kitchens.resolve import build_scene
 from casa_assets.pipeline.kitchens.scene_files import START_STATES
 from casa_assets.pipeline.kitchens.scene_folders import (
     BUILD,
     CHECK,
     BuildOptions,
-    SceneResult,
     build_with_options,
     failed_scene,
     remove_scene,

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -28,8 +27,10 @@ from casa_assets.pipeline.cache.asset_store import AssetStore
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
 from casa_assets.pipeline.families.finishes import available_finishes
 from casa_assets.pipeline.families.run import asset_key
+from casa_assets.pipeline.kitchens.kept import remember_kitchen_key, remembered_kitchen_key
 from casa_assets.pipeline.kitchens.library_assets import LibraryPresets, placed_asset, placed_key
 from casa_assets.pipeline.kitchens.lived_in import objects_key, put_into
+from casa_assets.pipeline.kitchens.recipe import SceneRecipe
 from casa_assets.pipeline.kitchens.sampling.harmony import goes_together, is_wooden
 from casa_assets.pipeline.kitchens.sampling.mix import mixed_style, models_of_roles
 from casa_assets.pipeline.textures.ahead import painting_ahead
@@ -63,60 +64,6 @@ def preset_params() -> Mapping[str, Mapping[str, Mapping[str, Any]]]:
             for name, made in families().items()
         },
     }
-
-
-@dataclass(frozen=True)
-class SceneRecipe:
-    """Inputs of a scene: plan, style, seed and finishes.
-
-    Attributes:
-        plan, style: names.
-        seed: draws the lengths of the plan; None: as the plan has them.
-        surfaces: finishes that differ from the style's, in the order of the surfaces.
-        closed: whether open walls are drawn too.
-        objects: how many things of registry/objects/ are put into it, where people keep them; 0: none.
-        objects_seed: draws which, and where.
-        mixed: whether its fronts, models and other parts are drawn out of all styles, by `seed`, or 0 without one.
-        models: role -> model in place of the style's, `family/preset` or `library:<id>`, sorted by role.
-    """
-
-    plan: str
-    style: str
-    seed: int | None = None
-    surfaces: tuple[tuple[Surface, str], ...] = ()
-    closed: bool = False
-    objects: int = 0
-    objects_seed: int = 0
-    mixed: bool = False
-    models: tuple[tuple[str, str], ...] = ()
-
-    @property
-    def scene_id(self) -> str:
-        """`<plan>__<style>`, and what applies of `__s<seed>`, `__t<digest of finishes>` and further parts.
-
-        These are `__m<digest of models>`, `__mixed`, `__closed` and `__o<objects>`. The last has the seed of the
-        objects, where it is not 0, right after their number: `__o40s3`.
-        """
-        parts = [self.plan, self.style]
-        if self.seed is not None:
-            parts.append(f"s{self.seed}")
-        if self.surfaces:
-            parts.append("t" + _short_digest((surface.value, name) for surface, name in self.surfaces))
-        if self.models:
-            parts.append("m" + _short_digest(self.models))
-        if self.mixed:
-            parts.append("mixed")
-        if self.closed:
-            parts.append("closed")
-        if self.objects:
-            parts.append(f"o{self.objects}" + (f"s{self.objects_seed}" if self.objects_seed else ""))
-        return "__".join(parts)
-
-
-def _short_digest(pairs: Iterable[tuple[str, str]]) -> str:
-    """The digits that stand for a choice in the id of a scene."""
-    text = ",".join(f"{key}={name}" for key, name in pairs)
-    return hashlib.sha256(text.encode()).hexdigest()[:8]
 
 
 def ordered_surfaces(surfaces: Iterable[tuple[Surface, str]]) -> tuple[tuple[Surface, str], ...]:
@@ -348,6 +295,8 @@ def kitchen_key(recipe: SceneRecipe) -> str:
 
     Raises as `resolve` and `build_choice` do.
     """
+    if known := remembered_kitchen_key(recipe):
+        return known
     kitchen = resolve(recipe)
     choices = {c.model_dump_json(): c for c in (*(w.choice for w in kitchen.items), *kitchen.style.props)}
     assets = [
@@ -357,4 +306,8 @@ def kitchen_key(recipe: SceneRecipe) -> str:
     # Its text is the same in every process: it holds numbers, text and records, in tuples and in dicts that are filled
     # in one order.
     key = digest_of("kitchen", repr(kitchen), assets, recipe.seed, recipe.scene_id, key_of(compose_kitchen))
-    return digest_of(key, objects_key(recipe.objects, recipe.objects_seed)) if recipe.objects else key
+    if recipe.objects:
+        key = digest_of(key, objects_key(recipe.objects, recipe.objects_seed))
+    if not any(choice.is_library for choice in choices.values()):  # what a library holds may change at any time
+        remember_kitchen_key(recipe, key)
+    return key

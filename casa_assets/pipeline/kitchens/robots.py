@@ -22,11 +22,10 @@ from casa_assets.export.mjcf.scene.kitchen import FILE
 from casa_assets.model.issue import Report
 from casa_assets.model.kitchen.robot import RobotCertificate, SceneRobots
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
-from casa_assets.pipeline.kitchens.resolve import SceneRecipe
+from casa_assets.pipeline.kitchens.recipe import SceneRecipe, SceneResult
 from casa_assets.pipeline.kitchens.scene_files import ROBOTS_JSON, SCENE_JSON
 from casa_assets.pipeline.kitchens.scene_folders import (
     BuildOptions,
-    SceneResult,
     build_with_options,
     failed_scene,
     run_recipes,

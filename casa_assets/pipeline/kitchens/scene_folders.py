@@ -13,7 +13,7 @@ import shutil
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from functools import partial
 from pathlib import Path
@@ -25,19 +25,19 @@ from casa_assets.core.cache_folder import cache_for
 from casa_assets.errors import CasaError, UnknownId
 from casa_assets.export.mjcf import label
 from casa_assets.export.mjcf.scene import kitchen as mjcf
-from casa_assets.export.usd.scene import isaac_lab
 from casa_assets.export.usd.scene import kitchen as usd
-from casa_assets.geometry.lightweight import light_scene, lighten
+from casa_assets.geometry.lightweight import light_scene
 from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.files import Files
 from casa_assets.model.formats.scene_schema import SceneFile
-from casa_assets.model.issue import Issue, Report
+from casa_assets.model.issue import Report
 from casa_assets.model.kitchen.scene import Scene
 from casa_assets.pipeline.cache.asset_store import AssetStore
-from casa_assets.pipeline.cache.cache_key import digest_of, key_of
 from casa_assets.pipeline.ingest.job import writing
-from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene, kitchen_key, preset_params
+from casa_assets.pipeline.kitchens.kept import is_drawn, is_whole, picture_key, written_key
+from casa_assets.pipeline.kitchens.recipe import SceneRecipe, SceneResult
+from casa_assets.pipeline.kitchens.resolve import build_scene, kitchen_key, preset_params
 from casa_assets.pipeline.kitchens.scene_files import BEHAVIOR, LIGHT_FILE, OVERVIEW, SCENE_JSON, SHARED
 from casa_assets.pipeline.kitchens.scene_ids import LISTED_BY, recipe_of, split_objects
 from casa_assets.pipeline.kitchens.scene_json import describe, design_of
@@ -60,42 +60,6 @@ BUILD, WRITE, DRAW, CHECK, PUT = "build", "write", "draw", "check", "put"  # ste
 WORKER_BYTES = 3_000_000_000  # of memory, that building, drawing and checking a scene may take
 # Checks a scene in its folder and returns the report.
 Judge = Callable[[SceneRecipe, Scene, DesignSubject, Path], Report]
-
-
-@dataclass(frozen=True)
-class SceneResult:
-    """Outcome of building one scene.
-
-    Attributes:
-        recipe: of the scene. folder: where it is; empty where it failed.
-        message: why it failed. is_fault: the program is to blame; then that is a trace.
-        report: of all checks; None where they did not run.
-        build_s, write_s, draw_s, check_s: wall seconds. cpu_s: processor seconds by step, as far as they were counted.
-        counts: what the scene holds, by word. kept: an earlier run made it, and nothing has changed.
-    """
-
-    recipe: SceneRecipe
-    folder: str = ""
-    message: str = ""
-    report: Report | None = None
-    build_s: float = 0.0
-    write_s: float = 0.0
-    draw_s: float = 0.0
-    check_s: float = 0.0
-    cpu_s: dict[str, float] = field(default_factory=dict)
-    counts: dict[str, float] = field(default_factory=dict)
-    kept: bool = False
-    is_fault: bool = False
-
-    @property
-    def passed(self) -> bool:
-        """True if it was built, and no check found an error."""
-        return bool(self.folder) and (self.report is None or self.report.passed)
-
-    @property
-    def problems(self) -> tuple[Issue, ...]:
-        """Errors of its checks."""
-        return () if self.report is None else self.report.errors
 
 
 @dataclass(frozen=True)
@@ -156,17 +120,12 @@ def warm() -> None:
     """Load what every worker that builds scenes needs, once for all of them; nothing here may draw."""
     registry.load()
     preset_params(), load_habits(), every_recipe()
-    key_of(write_scene, describe, lighten), key_of(draw_cameras)
+    picture_key(written_key(""))
 
 
 def scene_key(recipe: SceneRecipe) -> str:
     """Key of the files of a scene, without its pictures and the verdict on it. Raises as `kitchens.resolve` does."""
-    return digest_of("scene", kitchen_key(recipe), key_of(write_scene, describe, lighten))
-
-
-def picture_key(key: str) -> str:
-    """Key of the pictures of a scene, from the key of its files."""
-    return digest_of("pictures", key, key_of(draw_cameras))
+    return written_key(kitchen_key(recipe))
 
 
 def is_current(recipe: SceneRecipe, out: Path) -> bool:
@@ -176,28 +135,6 @@ def is_current(recipe: SceneRecipe, out: Path) -> bool:
         out: folder of the scenes.
     """
     return is_whole(out / recipe.scene_id, scene_key(recipe))
-
-
-def is_whole(folder: Path, key: str) -> bool:
-    """True if the files of a scene are all there, under that key."""
-    return (
-        all((folder / name).is_file() for name in (mjcf.FILE, usd.FILE, usd.NESTED_FILE, isaac_lab.FILE, LIGHT_FILE))
-        and _scene_json_field(folder, "key") == key
-    )
-
-
-def is_drawn(folder: Path, key: str) -> bool:
-    """True if the overview of a scene is there as today's code draws it. `key`: of the scene's files."""
-    return (folder / f"{OVERVIEW}.png").is_file() and _scene_json_field(folder, "picture_key") == picture_key(key)
-
-
-def _scene_json_field(folder: Path, name: str) -> Any:
-    """A member of scene.json; None where it is not there or cannot be read."""
-    try:
-        facts = json.loads((folder / SCENE_JSON).read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return None
-    return facts.get(name) if isinstance(facts, dict) else None
 
 
 def _draw_overview(folder: Path, options: BuildOptions) -> None:

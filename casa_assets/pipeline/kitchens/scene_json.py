@@ -23,7 +23,7 @@ from casa_assets.pipeline.textures.packs.read import credits_of_pictures
 from casa_assets.registry.habits import load_habits
 
 if TYPE_CHECKING:
-    from casa_assets.pipeline.kitchens.resolve import SceneRecipe
+    from casa_assets.pipeline.kitchens.recipe import SceneRecipe
 
 FORMAT = 1
 

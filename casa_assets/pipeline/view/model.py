@@ -23,7 +23,8 @@ from casa_assets.model.kitchen.surface import Surface
 from casa_assets.pipeline.cache.asset_store import AssetStore
 from casa_assets.pipeline.families.finishes import available_finishes
 from casa_assets.pipeline.families.run import family_of, params_of
-from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_choice, build_scene, draw_surfaces, resolve
+from casa_assets.pipeline.kitchens.recipe import SceneRecipe
+from casa_assets.pipeline.kitchens.resolve import build_choice, build_scene, draw_surfaces, resolve
 from casa_assets.pipeline.kitchens.robots import read_certificate
 from casa_assets.pipeline.kitchens.scene_files import SCENE_JSON
 from casa_assets.pipeline.kitchens.scene_folders import is_current

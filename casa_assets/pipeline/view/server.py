@@ -24,7 +24,8 @@ from urllib.parse import unquote, urlsplit
 
 from casa_assets.errors import CasaError, OutputError
 from casa_assets.model.kitchen.surface import Surface
-from casa_assets.pipeline.kitchens.resolve import SceneRecipe, draw_surfaces, ordered_surfaces, resolve
+from casa_assets.pipeline.kitchens.recipe import SceneRecipe
+from casa_assets.pipeline.kitchens.resolve import draw_surfaces, ordered_surfaces, resolve
 from casa_assets.pipeline.kitchens.scene_files import SHARED
 from casa_assets.pipeline.library.entry_files import file_inside
 from casa_assets.pipeline.local_server import HOST, LocalHandler

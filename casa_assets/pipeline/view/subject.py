@@ -13,7 +13,7 @@ from casa_assets.errors import CasaError, OutputError, UnknownId
 from casa_assets.export.mjcf.scene.kitchen import FILE as SCENE_XML
 from casa_assets.ingest.load.formats import SUFFIXES
 from casa_assets.pipeline.families.run import FamilyRequest, params_of
-from casa_assets.pipeline.kitchens.resolve import SceneRecipe
+from casa_assets.pipeline.kitchens.recipe import SceneRecipe
 from casa_assets.pipeline.kitchens.scene_files import SCENE_JSON
 from casa_assets.pipeline.kitchens.scene_ids import recipe_of
 from casa_assets.pipeline.library import library as disk

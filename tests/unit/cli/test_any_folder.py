@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 from casa_assets.cli.main import app
 from casa_assets.model.issue import Status
 from casa_assets.pipeline.kitchens import check
-from casa_assets.pipeline.kitchens.scene_folders import SceneResult
+from casa_assets.pipeline.kitchens.recipe import SceneResult
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.library import Library
 from casa_assets.pipeline.review.server import ReviewServer

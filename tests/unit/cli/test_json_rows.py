@@ -17,8 +17,8 @@ from typer.testing import CliRunner
 from casa_assets.cli.main import app
 from casa_assets.ingest.sources import objaverse
 from casa_assets.pipeline.kitchens import check, scene_folders
+from casa_assets.pipeline.kitchens.recipe import SceneResult
 from casa_assets.pipeline.kitchens.sampling import run as sampling
-from casa_assets.pipeline.kitchens.scene_folders import SceneResult
 from casa_assets.pipeline.library.library import Library
 from casa_assets.pipeline.project.starter import write_starter
 from casa_assets.preview.kitchen import PictureSettings

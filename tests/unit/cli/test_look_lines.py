@@ -12,8 +12,7 @@ import pytest
 
 from casa_assets.cli import scene_output
 from casa_assets.cli.output import Output
-from casa_assets.pipeline.kitchens.resolve import SceneRecipe
-from casa_assets.pipeline.kitchens.scene_folders import SceneResult
+from casa_assets.pipeline.kitchens.recipe import SceneRecipe, SceneResult
 from casa_assets.pipeline.library.library import Library
 from casa_assets.pipeline.view.subject import AssetFolder, Kitchen, Member, find
 from tests.libraries import casa

@@ -16,9 +16,8 @@ from casa_assets.errors import UnknownId
 from casa_assets.model.issue import Issue, Report, Severity
 from casa_assets.pipeline.kitchens import check
 from casa_assets.pipeline.kitchens.diff import FILES
-from casa_assets.pipeline.kitchens.resolve import SceneRecipe
+from casa_assets.pipeline.kitchens.recipe import SceneRecipe, SceneResult
 from casa_assets.pipeline.kitchens.sampling import run
-from casa_assets.pipeline.kitchens.scene_folders import SceneResult
 from tests.packages import tamper
 
 RUNNER = CliRunner()

@@ -13,7 +13,8 @@ from casa_assets.layouts.order.furnish import LAMP_FROM_ISLAND_M, THINGS_BELOW_M
 from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.layouts.plan import standard_sizes
 from casa_assets.model.kitchen.units import UpperKind
-from casa_assets.pipeline.kitchens.resolve import SceneRecipe, resolve
+from casa_assets.pipeline.kitchens.recipe import SceneRecipe
+from casa_assets.pipeline.kitchens.resolve import resolve
 from tests.family_members import preset
 
 

@@ -13,7 +13,8 @@ from casa_assets.layouts.compose.floor_facts import facts_of
 from casa_assets.layouts.plan.style_models import StyleModels
 from casa_assets.layouts.plan.swings import HANDLES_M, Leaf, leaves_of
 from casa_assets.model.kitchen.floor import Fixture, FixtureJoint, KitchenFacts
-from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene, preset_params
+from casa_assets.pipeline.kitchens.recipe import SceneRecipe
+from casa_assets.pipeline.kitchens.resolve import build_scene, preset_params
 from casa_assets.registry.roles import load_roles
 
 # Metres that a leaf may reach beyond what was said, and fall short of it: handles are not all of one depth.

@@ -18,7 +18,8 @@ from casa_assets.model.kitchen.start_states import StartStates
 from casa_assets.model.pose import Pose
 from casa_assets.pipeline import export_robocasa
 from casa_assets.pipeline.export import form, gltf, robocasa_kitchens, scenes, urdf
-from casa_assets.pipeline.kitchens.resolve import SceneRecipe, resolve
+from casa_assets.pipeline.kitchens.recipe import SceneRecipe
+from casa_assets.pipeline.kitchens.resolve import resolve
 from casa_assets.pipeline.kitchens.state_file import digest_of_file, read_states, write_states
 from casa_assets.pipeline.workers.limits import WorkerFailure
 from tests.assets import rigid_mug

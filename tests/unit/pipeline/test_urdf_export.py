@@ -17,7 +17,8 @@ from casa_assets.model.kitchen.scene import Scene
 from casa_assets.pipeline.export import scenes, urdf
 from casa_assets.pipeline.export.form import ExportResult, export_assets, export_scenes
 from casa_assets.pipeline.export.urdf import URDF
-from casa_assets.pipeline.kitchens.resolve import SceneRecipe, resolve
+from casa_assets.pipeline.kitchens.recipe import SceneRecipe
+from casa_assets.pipeline.kitchens.resolve import resolve
 from casa_assets.pipeline.library import library as disk
 from tests.built_libraries import keep, loose_and_fixed
 from tests.libraries import differences, tree

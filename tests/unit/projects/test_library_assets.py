@@ -19,7 +19,8 @@ from casa_assets.model.kitchen.fixture import Role
 from casa_assets.model.kitchen.style import PresetChoice
 from casa_assets.pipeline.families.run import FamilyRequest, build_all
 from casa_assets.pipeline.kitchens.library_assets import library_asset, placed_asset
-from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene, kitchen_key, resolve
+from casa_assets.pipeline.kitchens.recipe import SceneRecipe
+from casa_assets.pipeline.kitchens.resolve import build_scene, kitchen_key, resolve
 from casa_assets.pipeline.kitchens.scene_ids import recipe_of
 from casa_assets.pipeline.kitchens.scene_json import describe
 from casa_assets.pipeline.library.library import Library, read_asset

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 from casa_assets.core.sampling import rng_for
-from casa_assets.pipeline.kitchens.resolve import SceneRecipe, draw_surfaces
+from casa_assets.pipeline.kitchens.recipe import SceneRecipe
+from casa_assets.pipeline.kitchens.resolve import draw_surfaces
 from casa_assets.registry.kitchens import plan_names, style_names
 
 MAX_SEED = 1_000_000  # seeds of kitchens are drawn below this, so that ids stay short

@@ -12,8 +12,7 @@ from pydantic import ValidationError
 
 from casa_assets.model.issue import Issue, Report
 from casa_assets.model.record import Record
-from casa_assets.pipeline.kitchens.resolve import SceneRecipe
-from casa_assets.pipeline.kitchens.scene_folders import SceneResult
+from casa_assets.pipeline.kitchens.recipe import SceneRecipe, SceneResult
 from casa_assets.pipeline.library.library import Library
 from casa_assets.pipeline.process_name import process_name
 

@@ -9,9 +9,9 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from casa_assets.pipeline.kitchens.resolve import SceneRecipe
+from casa_assets.pipeline.kitchens.recipe import SceneRecipe, SceneResult
 from casa_assets.pipeline.kitchens.sampling.run import REST
-from casa_assets.pipeline.kitchens.scene_folders import BUILD, CHECK, DRAW, WRITE, SceneResult
+from casa_assets.pipeline.kitchens.scene_folders import BUILD, CHECK, DRAW, WRITE
 
 REJECTED = "rejected.json"
 STEPS = (BUILD, WRITE, DRAW, CHECK, REST)

@@ -9,9 +9,9 @@ from pathlib import Path
 
 from casa_assets.errors import CasaError
 from casa_assets.pipeline.kitchens import check
-from casa_assets.pipeline.kitchens.resolve import SceneRecipe
+from casa_assets.pipeline.kitchens.recipe import SceneRecipe, SceneResult
 from casa_assets.pipeline.kitchens.sampling.ledger import keep_draw, read_draw, refused_before
-from casa_assets.pipeline.kitchens.scene_folders import SceneResult, run_recipes
+from casa_assets.pipeline.kitchens.scene_folders import run_recipes
 from casa_assets.pipeline.workers.engine import Workers
 from casa_assets.pipeline.workers.usage import cpu_seconds
 from casa_assets.preview.kitchen import PictureSettings

@@ -6,7 +6,8 @@ from collections.abc import Iterable
 
 from casa_assets.model.kitchen.surface import Surface
 from casa_assets.pipeline.families.finishes import available_finishes
-from casa_assets.pipeline.kitchens.resolve import SceneRecipe, resolve
+from casa_assets.pipeline.kitchens.recipe import SceneRecipe
+from casa_assets.pipeline.kitchens.resolve import resolve
 from casa_assets.pipeline.kitchens.sampling.diversity import Choices, Diversity, Traits, diversity_of
 from casa_assets.pipeline.kitchens.sampling.mix import kinds_of_fronts, models_of_roles
 from casa_assets.pipeline.kitchens.scene_folders import all_recipes

@@ -17,7 +17,8 @@ from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.model.kitchen.floor import APPLIANCES, KitchenFacts, Role
 from casa_assets.model.kitchen.plan import OpeningKind
 from casa_assets.model.kitchen.scene import Scene
-from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene
+from casa_assets.pipeline.kitchens.recipe import SceneRecipe
+from casa_assets.pipeline.kitchens.resolve import build_scene
 from tests.reference_kitchen import LIMITS
 
 

@@ -16,7 +16,8 @@ import pytest
 
 from casa_assets import registry
 from casa_assets.pipeline.cache import cache_key, store
-from casa_assets.pipeline.cache.cache_key import PACKAGE, digest_of, key_of, reach
+from casa_assets.pipeline.cache.cache_key import digest_of, key_of, reach
+from casa_assets.pipeline.cache.code_index import PACKAGE, package_files, scan, target
 
 ROOT = Path(__file__).parents[4]
 # What loads a module by a name that is worked out while the program runs.
@@ -166,8 +167,8 @@ class TestImports:
     def test_every_import_of_the_package_is_found(self) -> None:
         for module, tree in _trees().items():
             expected = _imports(tree)
-            found = cache_key._scan(module)
-            assert expected - {module} <= found.modules | found.outside, module
+            found = scan(module)
+            assert expected - {module} <= {*found.modules, *found.outside}, module
 
     def test_no_module_is_loaded_by_a_name_that_is_not_in_the_text(self) -> None:
         """Names are text of this package, or stand for packages of others."""
@@ -214,7 +215,7 @@ class TestImports:
 class TestRegistry:
     def test_every_file_is_read_by_a_module_that_names_it(self) -> None:
         every = set(cache_key._registry())
-        assert every == set(reach(*cache_key._package().sources).registry)
+        assert every == set(reach(*package_files().sources).registry)
         assert {p.name for p in registry.data_root().glob("*.yaml")} <= every
 
     def test_doors_of_registry_name_what_they_open(self) -> None:
@@ -253,7 +254,7 @@ def test_two_processes_share_a_store(tmp_path: Path) -> None:
 @cache
 def _trees() -> dict[str, ast.Module]:
     """Every module of the package, parsed."""
-    sources = cache_key._package().sources
+    sources = package_files().sources
     return {module: ast.parse(path.read_text(encoding="utf-8")) for module, path in sources.items()}
 
 
@@ -269,6 +270,6 @@ def _imports(tree: ast.Module) -> set[str]:
         if isinstance(node, ast.Import):
             found |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
-            found |= {cache_key._target(node.module or "", alias.name) for alias in node.names}
+            found |= {target(node.module or "", alias.name) for alias in node.names}
         waiting += ast.iter_child_nodes(node)
     return found

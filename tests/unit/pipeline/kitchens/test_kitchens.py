@@ -19,7 +19,7 @@ import casa_assets
 from casa_assets.errors import CasaError, OutputError, RegistryError, UnknownId
 from casa_assets.model.kitchen.surface import Surface
 from casa_assets.pipeline.kitchens import diff, resolve, scene_folders
-from casa_assets.pipeline.kitchens.resolve import SceneRecipe
+from casa_assets.pipeline.kitchens.recipe import SceneRecipe
 from casa_assets.pipeline.kitchens.scene_ids import recipe_of
 from casa_assets.pipeline.reports import kitchens as book
 from casa_assets.preview import kitchen

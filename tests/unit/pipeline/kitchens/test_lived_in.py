@@ -15,7 +15,8 @@ from casa_assets.layouts.compose.floor_facts import facts_of
 from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.model.kitchen.scene import Scene
 from casa_assets.pipeline.kitchens.lived_in import bare
-from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene, kitchen_key
+from casa_assets.pipeline.kitchens.recipe import SceneRecipe
+from casa_assets.pipeline.kitchens.resolve import build_scene, kitchen_key
 from casa_assets.pipeline.kitchens.scene_ids import recipe_of
 from casa_assets.pipeline.kitchens.scene_json import describe
 

@@ -17,7 +17,7 @@ from casa_assets.checks.readers import scene_mjcf, scene_usd
 from casa_assets.cli.verbs.scenes import app
 from casa_assets.errors import OutputError, UnknownId
 from casa_assets.pipeline.kitchens.pack import ALIGNMENT, PackKind, members_of, pack_scene
-from casa_assets.pipeline.kitchens.scene_folders import SceneResult
+from casa_assets.pipeline.kitchens.recipe import SceneResult
 
 SCENE = "one_wall_small__coastal"
 Checked = tuple[Path, SceneResult]

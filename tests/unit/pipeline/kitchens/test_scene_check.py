@@ -21,8 +21,9 @@ from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.model.issue import Issue, Report, Severity
 from casa_assets.model.kitchen.scene import Scene
 from casa_assets.pipeline.kitchens import check, scene_folders, scene_page
-from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene
-from casa_assets.pipeline.kitchens.scene_folders import BuildOptions, SceneResult, build_with_options
+from casa_assets.pipeline.kitchens.recipe import SceneRecipe, SceneResult
+from casa_assets.pipeline.kitchens.resolve import build_scene
+from casa_assets.pipeline.kitchens.scene_folders import BuildOptions, build_with_options
 from casa_assets.pipeline.kitchens.scene_json import design_of
 from casa_assets.pipeline.reports import kitchens
 from casa_assets.preview.kitchen import PictureSettings

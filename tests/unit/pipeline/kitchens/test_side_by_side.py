@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from casa_assets.errors import CasaError
-from casa_assets.pipeline.kitchens.resolve import SceneRecipe
-from casa_assets.pipeline.kitchens.scene_folders import SceneResult, run_recipes
+from casa_assets.pipeline.kitchens.recipe import SceneRecipe, SceneResult
+from casa_assets.pipeline.kitchens.scene_folders import run_recipes
 
 
 def dies(recipe: SceneRecipe) -> SceneResult:

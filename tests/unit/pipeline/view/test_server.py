@@ -12,7 +12,8 @@ import pytest
 
 from casa_assets.errors import CasaError
 from casa_assets.model.kitchen.surface import Surface
-from casa_assets.pipeline.kitchens.resolve import SceneRecipe, draw_surfaces
+from casa_assets.pipeline.kitchens.recipe import SceneRecipe
+from casa_assets.pipeline.kitchens.resolve import draw_surfaces
 from casa_assets.pipeline.view import server as view_server
 from casa_assets.pipeline.view.model import Model, Tell, build_command, make
 from casa_assets.pipeline.view.server import ViewServer, tunnel_line

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from casa_assets.errors import OutputError, UnknownId
-from casa_assets.pipeline.kitchens.resolve import SceneRecipe
+from casa_assets.pipeline.kitchens.recipe import SceneRecipe
 from casa_assets.pipeline.library.library import Library
 from casa_assets.pipeline.view.subject import AssetFolder, Kitchen, Member, ModelFile, cache_of, find
 

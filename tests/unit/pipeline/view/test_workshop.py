@@ -9,7 +9,7 @@ from threading import Event
 import pytest
 
 from casa_assets.errors import CasaError
-from casa_assets.pipeline.kitchens.resolve import SceneRecipe
+from casa_assets.pipeline.kitchens.recipe import SceneRecipe
 from casa_assets.pipeline.view import workshop as subject
 from casa_assets.pipeline.view.model import Model, Tell
 from casa_assets.pipeline.view.subject import Kitchen, Subject

@@ -18,7 +18,8 @@ from casa_assets.model.registry.finish import Surface
 from casa_assets.pipeline import doctor
 from casa_assets.pipeline.families.finishes import finishes, finishes_key
 from casa_assets.pipeline.kitchens import pack as scene_pack
-from casa_assets.pipeline.kitchens.resolve import SceneRecipe, draw_surfaces, resolve
+from casa_assets.pipeline.kitchens.recipe import SceneRecipe
+from casa_assets.pipeline.kitchens.resolve import draw_surfaces, resolve
 from casa_assets.pipeline.kitchens.sampling.draws import draw_recipes
 from casa_assets.pipeline.textures.check import check_one
 from casa_assets.pipeline.textures.packs import read as pack_files

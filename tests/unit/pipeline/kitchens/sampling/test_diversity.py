@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from casa_assets.pipeline.kitchens.resolve import SceneRecipe
+from casa_assets.pipeline.kitchens.recipe import SceneRecipe
 from casa_assets.pipeline.kitchens.sampling import diversity, traits
 from casa_assets.pipeline.kitchens.sampling.diversity import Choices, Traits, distance, diversity_of, evenness
 from casa_assets.registry.kitchens import plan_names, style_names

@@ -10,7 +10,8 @@ import pytest
 from casa_assets.model.kitchen.mixing import Mixing
 from casa_assets.model.kitchen.style import Style
 from casa_assets.model.kitchen.surface import Surface
-from casa_assets.pipeline.kitchens.resolve import SceneRecipe, draw_surfaces, resolve, with_finishes
+from casa_assets.pipeline.kitchens.recipe import SceneRecipe
+from casa_assets.pipeline.kitchens.resolve import draw_surfaces, resolve, with_finishes
 from casa_assets.pipeline.kitchens.sampling import draws
 from casa_assets.pipeline.kitchens.sampling.harmony import goes_together, tone_of
 from casa_assets.pipeline.kitchens.sampling.mix import mixed_style

@@ -6,11 +6,10 @@ import json
 from pathlib import Path
 
 from casa_assets.model.issue import Issue, Report, Severity
-from casa_assets.pipeline.kitchens.resolve import SceneRecipe
+from casa_assets.pipeline.kitchens.recipe import SceneRecipe, SceneResult
 from casa_assets.pipeline.kitchens.sampling import outcome
 from casa_assets.pipeline.kitchens.sampling.draws import draw_recipes
 from casa_assets.pipeline.kitchens.sampling.outcome import RefusalRow
-from casa_assets.pipeline.kitchens.scene_folders import SceneResult
 
 
 def report(*codes: str) -> Report:

@@ -19,11 +19,10 @@ import pytest
 from casa_assets.errors import CasaError
 from casa_assets.model.issue import Issue, Report, Severity
 from casa_assets.pipeline.kitchens import check
-from casa_assets.pipeline.kitchens.resolve import SceneRecipe
+from casa_assets.pipeline.kitchens.recipe import SceneRecipe, SceneResult
 from casa_assets.pipeline.kitchens.sampling import run
 from casa_assets.pipeline.kitchens.sampling.draws import draw_recipes
 from casa_assets.pipeline.kitchens.sampling.ledger import FOLDER, keep_draw, read_draw
-from casa_assets.pipeline.kitchens.scene_folders import SceneResult
 from tests.libraries import ROOT, command
 
 COUNT = 12
