@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import errno
 import gc
+import os
 import signal
 import sys
 import traceback
+from collections.abc import Sequence
+from copy import copy
 from types import FrameType
 from typing import Annotated, NoReturn
 
 import typer
+from typer.main import get_command_name
+from typer.models import CommandInfo
 
 from casa_assets import __version__
 from casa_assets.cli.group import Group, print_error
@@ -126,9 +131,33 @@ def run() -> int:
         return EXIT_SIGNAL_BASE + int(stop.args[0])
 
 
+def narrowed(whole: typer.Typer, words: Sequence[str]) -> typer.Typer:
+    """The app with nothing but the command that the first words name; the whole app if they name none.
+
+    Typer makes all commands with all their options before it looks at the words, which takes half the time of a start.
+    """
+    first = words[0] if words else ""
+    commands = [one for one in whole.registered_commands if command_name(one) == first]
+    groups = [one for one in whole.registered_groups if one.typer_instance and one.typer_instance.info.name == first]
+    if not commands and not groups:
+        return whole
+    found = copy(whole)
+    found.registered_commands, found.registered_groups = commands, [copy(one) for one in groups]
+    for group in found.registered_groups:
+        assert group.typer_instance is not None
+        group.typer_instance = narrowed(group.typer_instance, words[1:])
+    return found
+
+
+def command_name(command: CommandInfo) -> str:
+    """The word by which a command is called."""
+    return command.name or get_command_name(command.callback.__name__ if command.callback else "")
+
+
 def _run_app() -> int:
+    is_completion = any(name.endswith("_COMPLETE") for name in os.environ)  # it asks for what the words could become
     try:
-        app()
+        (app if is_completion else narrowed(app, sys.argv[1:]))()
     except SystemExit as end:
         return end.code if isinstance(end.code, int) else 0
     except CasaError as error:

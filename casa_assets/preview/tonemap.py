@@ -7,7 +7,6 @@ import io
 import numpy as np
 import numpy.typing as npt
 from PIL import Image
-from scipy.ndimage import gaussian_filter
 
 from casa_assets.core.typing import Floats, Mask
 
@@ -27,6 +26,8 @@ def blur_background(exposure: Floats, background: Mask) -> Floats:
         exposure: (H, W, 3) fractions of white.
         background: (H, W) where nothing but floor is seen.
     """
+    from scipy.ndimage import gaussian_filter  # here, since SciPy loads slowly and contact sheets need only `png`
+
     sigma_px = _BLUR_SHARE * exposure.shape[0]
     weight = gaussian_filter(background.astype(np.float32), sigma_px)
     soft = gaussian_filter((exposure.mean(axis=2) * background).astype(np.float32), sigma_px) / np.maximum(weight, 1e-6)
