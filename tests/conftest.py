@@ -6,6 +6,7 @@ No example of hypothesis is judged by the clock, and every run tries the same on
 from __future__ import annotations
 
 import os
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -42,3 +43,19 @@ def cache(common: Path) -> Iterator[Path]:
 def boxes(common: Path, cache: Path) -> Path:
     """A folder with cheap inputs in `in`, the library of them in `library`, and the lines of its run; only to read."""
     return made_once(common, "boxes", make_boxes)
+
+
+@pytest.hookimpl(tryfirst=True)  # before -m is looked at
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Leave the rows of a test beyond its `representatives(count)` to `./dev certify`.
+
+    Rows are counted in their order: the ones that tell most for their time come first.
+    """
+    seen: Counter[str] = Counter()
+    for item in items:
+        mark = item.get_closest_marker("representatives")
+        if mark is not None:
+            test = item.nodeid.partition("[")[0]
+            seen[test] += 1
+            if seen[test] > mark.args[0]:
+                item.add_marker(pytest.mark.certify)
