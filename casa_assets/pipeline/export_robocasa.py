@@ -19,8 +19,8 @@ from casa_assets.model.record import Vec3
 from casa_assets.model.registry.category import Category, RestingPose
 from casa_assets.model.registry.contract import RobocasaRelease
 from casa_assets.pipeline.export.certified import certified_asset, why_left_out
+from casa_assets.pipeline.export.faults import raise_faults
 from casa_assets.pipeline.export.robocasa_kitchens import KitchenResult, export_kitchens
-from casa_assets.pipeline.export.scenes import raise_faults
 from casa_assets.pipeline.export.target import check_apart, check_replaceable, replace_target, staging
 from casa_assets.pipeline.ingest.job import writing
 from casa_assets.pipeline.kitchens.recipe import SceneRecipe

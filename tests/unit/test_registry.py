@@ -13,7 +13,7 @@ import pytest
 from casa_assets import registry
 from casa_assets.errors import RegistryError, UnknownId
 from casa_assets.model.registry.category import Certainty, MatterFill
-from casa_assets.registry import Registry
+from casa_assets.registry import Registry, read_document
 from casa_assets.registry.load import load_limits
 
 # The object names of the RoboCasa kitchen benchmark, in any of its releases.
@@ -367,6 +367,24 @@ def test_faults_name_file_line_and_pointer(subtests: pytest.Subtests, broken: Ca
             error = broken(**files)
             assert (error.file, error.line, error.pointer) == (file, line, pointer)
             assert message in str(error)
+
+
+def test_a_file_from_the_cache_has_the_same_lines_and_faults(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("CASA_ASSETS_CACHE", str(tmp_path / "cache"))
+    path = tmp_path / "a.yaml"
+    path.write_text("mug:\n  sizes: [0.1, 2, yes]\n  note: a\n")
+    parsed, kept = read_document(path), read_document(path)
+    assert kept.value == parsed.value == {"mug": {"sizes": [0.1, 2, True], "note": "a"}}
+    assert dict(kept.lines) == dict(parsed.lines)
+    assert kept.lines["mug", "sizes", 2] == 2
+    for damaged in (tmp_path / "cache").rglob("*.json"):
+        damaged.write_text("{")
+    again = read_document(path)
+    assert (again.value, dict(again.lines)) == (parsed.value, dict(parsed.lines))
+    path.write_text("mug: 1\nmug: 2\n")
+    for _ in range(2):
+        with pytest.raises(RegistryError, match="each key once"):
+            read_document(path)
 
 
 def test_two_ids_that_read_alike_are_a_fault(broken: Callable[..., RegistryError]) -> None:

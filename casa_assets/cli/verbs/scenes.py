@@ -75,7 +75,7 @@ EyeLevel = Annotated[
 
 def _recipes(scenes: list[str] | None, all_: bool, out: Path) -> list[SceneRecipe]:
     """The scenes that a user names. Raises typer.BadParameter where none is, UnknownId."""
-    from casa_assets.pipeline.kitchens.scene_folders import all_recipes, recipes_named
+    from casa_assets.pipeline.kitchens.scene_ids import all_recipes, recipes_named
 
     if not scenes and not all_:
         raise typer.BadParameter("name scenes, or give --all")
@@ -272,8 +272,8 @@ def preview(
     """
     from casa_assets.errors import OutputError, UnknownId
     from casa_assets.pipeline.ingest.job import writing
-    from casa_assets.pipeline.kitchens.scene_folders import all_recipes, draw_cameras
-    from casa_assets.pipeline.kitchens.scene_ids import LISTED_BY
+    from casa_assets.pipeline.kitchens.scene_folders import draw_cameras
+    from casa_assets.pipeline.kitchens.scene_ids import LISTED_BY, all_recipes
     from casa_assets.pipeline.reports.stills import draw_scene
     from casa_assets.preview.kitchen import PictureSettings
     from casa_assets.preview.photoreal.render import StillSettings

@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from casa_assets.errors import OutputError
 from casa_assets.export.urdf.label import json_text
-from casa_assets.pipeline.export import scenes
+from casa_assets.pipeline.cache.cache_key import digest_of, key_of
+from casa_assets.pipeline.cache.code_index import PACKAGE
 from casa_assets.pipeline.export.certified import why_left_out
+from casa_assets.pipeline.export.faults import raise_faults
 from casa_assets.pipeline.export.target import check_apart, check_replaceable, replace_target, staging
 from casa_assets.pipeline.ingest.job import writing
+from casa_assets.pipeline.kitchens.kept import remembered_kitchen_key
 from casa_assets.pipeline.kitchens.recipe import SceneRecipe
-from casa_assets.pipeline.kitchens.scene_folders import recipes_named
+from casa_assets.pipeline.kitchens.scene_ids import recipes_named
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.reports import attribution
 from casa_assets.pipeline.reports.entry import entry_at
@@ -23,6 +28,7 @@ README = "README.md"
 ASSETS, SCENES = "assets", "scenes"
 KEPT_SCENES = Path("out/scenes")  # where finishes are found that the id of a scene has as a digest alone
 SCHEMA_VERSION = 1
+BY_PLUGIN = f"{PACKAGE}.pipeline.export.by_plugin"  # what it calls is no code of this package
 
 
 @dataclass(frozen=True)
@@ -114,12 +120,42 @@ def export_scenes(form: Form, patterns: Sequence[str], out: Path, jobs: int = 0)
         OutputError: `out` is something else or cannot be written.
     """
     recipes = recipes_named(patterns, KEPT_SCENES)
+    key = _key_of_kitchens(form, recipes)
+    if kept := _kept_kitchens(form, out, key):
+        yield from kept
+        return
+    from casa_assets.pipeline.export import scenes  # here, since it loads all families
 
     def results(staged: Path) -> Iterator[ExportResult]:
         for result in scenes.export_scenes(form.write_scene, failed_scene, recipes, staged, jobs):
             yield replace(result, total=len(recipes))
 
-    yield from _exported(form, out, SCENES, results, _credit_of_kitchens)
+    yield from _exported(form, out, SCENES, results, _credit_of_kitchens, lambda: _key_of_kitchens(form, recipes))
+
+
+def _key_of_kitchens(form: Form, recipes: Sequence[SceneRecipe]) -> str:
+    """Key of the export of kitchens; empty if that of one is not known, or a plug-in writes them."""
+    write: Any = form.write_scene
+    options = ""
+    if isinstance(write, partial):
+        write, options = write.func, repr((write.args, sorted(write.keywords.items())))
+    known = [remembered_kitchen_key(recipe) for recipe in recipes]
+    if not all(known) or not write.__module__.startswith(f"{PACKAGE}.") or write.__module__ == BY_PLUGIN:
+        return ""
+    return digest_of("export", form.name, options, known, key_of(write, export_scenes), dict(form.readmes))
+
+
+def _kept_kitchens(form: Form, out: Path, key: str) -> list[ExportResult]:
+    """The kitchens of an earlier export, if it would be made again as it is; else none."""
+    try:
+        told = json.loads((out / form.manifest).read_text(encoding="utf-8"))
+        if not key or told.get("key") != key:
+            return []
+        rows = [dict(row) for row in told[SCENES]]
+        found = [ExportResult(row.pop("id"), row.pop(form.name), row, total=len(rows)) for row in rows]
+    except (OSError, ValueError, KeyError, TypeError):
+        return []
+    return found if all((out / one.file).exists() for one in found) else []
 
 
 def _credit_of_kitchens(written: Sequence[ExportResult]) -> str:
@@ -139,12 +175,13 @@ def _exported(
     part: str,
     results: Callable[[Path], Iterator[ExportResult]],
     credit: Callable[[Sequence[ExportResult]], str],
+    key: Callable[[], str] = str,
 ) -> Iterator[ExportResult]:
     """Results of an export into a staging folder, which takes the place of `out` after the last.
 
     Args:
         part: name of the folder in it that holds what was exported. results: writes below the staging folder.
-        credit: what was written -> text of ATTRIBUTION.md.
+        credit: what was written -> text of ATTRIBUTION.md. key: of the export once it is made, for the manifest.
     Raises:
         BatchFault: by a fault of the program; `out` stays as it was.
     """
@@ -155,12 +192,15 @@ def _exported(
         for result in results(staged):
             done.append(result)
             yield result
-        scenes.raise_faults(done)
+        raise_faults(done)
         written = [result for result in done if result.file]
         if not written:
             return
         rows = [{"id": r.id, form.name: r.file, **r.facts} for r in sorted(written, key=lambda r: r.id)]
-        (staged / form.manifest).write_bytes(json_text({"schema_version": SCHEMA_VERSION, part: rows}))
+        told = {"schema_version": SCHEMA_VERSION, part: rows}
+        if len(written) == len(done) and (made_by := key()):
+            told["key"] = made_by
+        (staged / form.manifest).write_bytes(json_text(told))
         (staged / README).write_text(form.readmes[part], encoding="ascii")
         (staged / attribution.NAME).write_text(credit(written), encoding="utf-8")
         replace_target(staged, out)

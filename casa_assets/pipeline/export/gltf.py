@@ -8,9 +8,7 @@ from pathlib import Path
 from casa_assets.export.gltf import EVERYTHING, SEEN_ALONE, Layers, asset_glb, scene_glb
 from casa_assets.pipeline.export.certified import certified_asset
 from casa_assets.pipeline.export.form import ASSETS, SCENES, ExportResult, Form
-from casa_assets.pipeline.export.scenes import measures_of
 from casa_assets.pipeline.kitchens.recipe import SceneRecipe
-from casa_assets.pipeline.kitchens.resolve import build_scene
 from casa_assets.pipeline.reports import attribution
 
 
@@ -28,6 +26,10 @@ def _asset(folder: Path, staged: Path, layers: Layers) -> ExportResult:
 
 
 def _scene(recipe: SceneRecipe, staged: Path, cache: Path, layers: Layers) -> ExportResult:
+    # Here, since this loads all families.
+    from casa_assets.pipeline.export.scenes import measures_of
+    from casa_assets.pipeline.kitchens.resolve import build_scene
+
     request, scene = build_scene(recipe, cache)
     data = scene_glb(scene, layers)
     facts = {"placements": len(scene.placements), "bytes": len(data), **measures_of(request, scene)}

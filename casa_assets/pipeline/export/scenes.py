@@ -2,37 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any, Protocol, TypeVar
+from typing import Any, TypeVar
 
 from casa_assets.core.cache_folder import cache_for
-from casa_assets.errors import BatchFault
 from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.model.kitchen.scene import Layer, Scene
+from casa_assets.pipeline.export.faults import Result
 from casa_assets.pipeline.kitchens.recipe import SceneRecipe
-from casa_assets.pipeline.kitchens.resolve import WARM
+from casa_assets.pipeline.kitchens.resolve import WARM, kitchen_key
 from casa_assets.pipeline.kitchens.scene_folders import WORKER_BYTES
 from casa_assets.pipeline.workers.batch import attempt, run_batch
 from casa_assets.pipeline.workers.limits import WorkerFailure
-
-
-class Result(Protocol):
-    """Outcome of the export of a kitchen; see its implementations."""
-
-    @property
-    def id(self) -> str:
-        """Of the scene."""
-
-    @property
-    def message(self) -> str:
-        """Why it failed, empty where it did not."""
-
-    @property
-    def is_fault(self) -> bool:
-        """The program is to blame; `message` is a trace then."""
-
 
 R = TypeVar("R", bound=Result)
 # Writes a kitchen below the root of an export, with a folder that keeps built assets.
@@ -71,11 +54,10 @@ def measures_of(kitchen: KitchenRequest, scene: Scene) -> dict[str, Any]:
 
 def export_one(recipe: SceneRecipe, export: Export[R], failed: Failed[R], root: Path, cache: Path) -> R:
     """Export one scene; what is wrong with it is told in the result."""
-    return attempt(partial(export, recipe, root, cache), partial(failed, recipe.scene_id), root)
 
+    def make() -> R:
+        done = export(recipe, root, cache)
+        kitchen_key(recipe)  # remembered, so that the same export again is known to be there
+        return done
 
-def raise_faults(results: Iterable[Result]) -> None:
-    """Raise BatchFault with the results of which the program is to blame, if there are any."""
-    faults = [result for result in results if result.is_fault]
-    if faults:
-        raise BatchFault([result.id for result in faults], "\n".join(result.message for result in faults))
+    return attempt(make, partial(failed, recipe.scene_id), root)

@@ -14,7 +14,6 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from fnmatch import fnmatchcase
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -22,7 +21,7 @@ from typing import Any
 from casa_assets import registry
 from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.core.cache_folder import cache_for
-from casa_assets.errors import CasaError, UnknownId
+from casa_assets.errors import CasaError
 from casa_assets.export.mjcf import label
 from casa_assets.export.mjcf.scene import kitchen as mjcf
 from casa_assets.export.usd.scene import kitchen as usd
@@ -39,7 +38,6 @@ from casa_assets.pipeline.kitchens.kept import is_drawn, is_whole, picture_key, 
 from casa_assets.pipeline.kitchens.recipe import SceneRecipe, SceneResult
 from casa_assets.pipeline.kitchens.resolve import build_scene, kitchen_key, preset_params
 from casa_assets.pipeline.kitchens.scene_files import BEHAVIOR, LIGHT_FILE, OVERVIEW, SCENE_JSON, SHARED
-from casa_assets.pipeline.kitchens.scene_ids import LISTED_BY, recipe_of, split_objects
 from casa_assets.pipeline.kitchens.scene_json import describe, design_of
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.textures.recipes import every_recipe
@@ -51,7 +49,6 @@ from casa_assets.preview import kitchen as room
 from casa_assets.preview import tonemap
 from casa_assets.preview.photoreal.viewpoint import EYE, eye_view
 from casa_assets.registry.habits import load_habits
-from casa_assets.registry.kitchens import plan_names, style_names
 
 OVERVIEW_FRAME = room.PictureSettings(passes=4, directions=6, shadow_px=512)
 # Of the picture at eye level, with doors open.
@@ -338,41 +335,3 @@ def run_recipes(
 def remove_scene(out: Path, scene_id: str) -> None:
     """Remove one scene; what it shares stays."""
     shutil.rmtree(out / scene_id, ignore_errors=True)
-
-
-def all_recipes() -> list[SceneRecipe]:
-    """Every plan in every style."""
-    return [SceneRecipe(plan, style) for plan in plan_names() for style in style_names()]
-
-
-def recipes_matching(patterns: Sequence[str]) -> list[SceneRecipe]:
-    """The plain scenes whose ids match one of some globs. Raises UnknownId where one matches nothing."""
-    every = all_recipes()
-    out: list[SceneRecipe] = []
-    for pattern in patterns:
-        found = [r for r in every if fnmatchcase(r.scene_id, pattern)]
-        if not found:
-            raise UnknownId("scene", pattern, [r.scene_id for r in every], LISTED_BY)
-        out += [r for r in found if r not in out]
-    return out
-
-
-def recipes_named(names: Sequence[str], out: Path) -> list[SceneRecipe]:
-    """Scenes by globs of plain ids, with objects or without (`l_*__coastal__o40`), or by whole ids of one's own scenes.
-
-    Args:
-        out: folder of scenes, where finishes are found that an id has as a digest alone.
-    Raises:
-        UnknownId: a glob matches nothing, or an id names no plan or style. CasaError: see `recipe_of`.
-    """
-    found: list[SceneRecipe] = []
-    for name in names:
-        pattern, objects, seed = split_objects(name)
-        is_plain = any(sign in name for sign in "*?[") or pattern.count("__") < 2
-        recipes = (
-            [replace(recipe, objects=objects, objects_seed=seed) for recipe in recipes_matching([pattern])]
-            if is_plain
-            else [recipe_of(name, (out,))]
-        )
-        found += [recipe for recipe in recipes if recipe not in found]
-    return found

@@ -6,13 +6,13 @@ import json
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from fnmatch import fnmatchcase
 from itertools import combinations
 from pathlib import Path
 
 from casa_assets.errors import CasaError, UnknownId
 from casa_assets.model.kitchen.surface import Surface
 from casa_assets.pipeline.kitchens.recipe import SceneRecipe
-from casa_assets.pipeline.kitchens.resolve import draw_surfaces, ordered_models, ordered_surfaces
 from casa_assets.pipeline.kitchens.scene_files import SCENE_JSON
 from casa_assets.registry.kitchens import plan_names, style_names
 
@@ -71,6 +71,8 @@ def recipe_of(scene_id: str, places: Sequence[Path] = ()) -> SceneRecipe:
 
 def _stated_models(scene_id: str, places: Sequence[Path]) -> Iterator[tuple[tuple[str, str], ...]]:
     """Models that the scenes of this id in folders of scenes say that they have."""
+    from casa_assets.pipeline.kitchens.resolve import ordered_models  # here and below, since it loads all families
+
     for place in places:
         try:
             found = json.loads((place / scene_id / SCENE_JSON).read_text(encoding="utf-8"))["models"]
@@ -81,6 +83,8 @@ def _stated_models(scene_id: str, places: Sequence[Path]) -> Iterator[tuple[tupl
 
 def _candidates(scene_id: str, seed: int | None, places: Sequence[Path]) -> Iterator[tuple[tuple[Surface, str], ...]]:
     """Finishes that the digest may stand for."""
+    from casa_assets.pipeline.kitchens.resolve import draw_surfaces, ordered_surfaces
+
     yield draw_surfaces(seed or 0)
     for place in places:
         try:
@@ -95,3 +99,41 @@ def _candidates(scene_id: str, seed: int | None, places: Sequence[Path]) -> Iter
                     yield ordered_surfaces(some)
                 except UnknownId:  # a finish of a pack that is not here, or of an older registry
                     continue
+
+
+def all_recipes() -> list[SceneRecipe]:
+    """Every plan in every style."""
+    return [SceneRecipe(plan, style) for plan in plan_names() for style in style_names()]
+
+
+def recipes_matching(patterns: Sequence[str]) -> list[SceneRecipe]:
+    """The plain scenes whose ids match one of some globs. Raises UnknownId where one matches nothing."""
+    every = all_recipes()
+    out: list[SceneRecipe] = []
+    for pattern in patterns:
+        found = [r for r in every if fnmatchcase(r.scene_id, pattern)]
+        if not found:
+            raise UnknownId("scene", pattern, [r.scene_id for r in every], LISTED_BY)
+        out += [r for r in found if r not in out]
+    return out
+
+
+def recipes_named(names: Sequence[str], out: Path) -> list[SceneRecipe]:
+    """Scenes by globs of plain ids, with objects or without (`l_*__coastal__o40`), or by whole ids of one's own scenes.
+
+    Args:
+        out: folder of scenes, where finishes are found that an id has as a digest alone.
+    Raises:
+        UnknownId: a glob matches nothing, or an id names no plan or style. CasaError: see `recipe_of`.
+    """
+    found: list[SceneRecipe] = []
+    for name in names:
+        pattern, objects, seed = split_objects(name)
+        is_plain = any(sign in name for sign in "*?[") or pattern.count("__") < 2
+        recipes = (
+            [replace(recipe, objects=objects, objects_seed=seed) for recipe in recipes_matching([pattern])]
+            if is_plain
+            else [recipe_of(name, (out,))]
+        )
+        found += [recipe for recipe in recipes if recipe not in found]
+    return found

@@ -11,7 +11,7 @@ import typer
 from typer.testing import CliRunner
 
 from casa_assets.cli.help import CLUSTER, GENERAL, LIMITS, help_text
-from casa_assets.cli.main import app
+from casa_assets.cli.main import app, narrowed
 
 WIDTH = 78  # of 80 columns, as Typer counts them
 
@@ -86,3 +86,21 @@ def test_help_is_printed_on_standard_output() -> None:
     assert done.exit_code == 0
     assert done.stdout.startswith("Usage: ")
     assert "--textures" in done.stdout
+
+
+def test_a_command_alone_has_the_same_help_as_among_all() -> None:
+    """The program makes only the command that it is called with."""
+    for path, command in ALL.items():
+        words = path.split()[1:]
+        alone: Any = typer.main.get_command(narrowed(app, words))
+        for word in words:
+            alone = alone.commands[word]
+        shown = help_text(alone, typer.Context(alone, info_name=path), WIDTH)
+        assert shown == help_text(command, typer.Context(command, info_name=path), WIDTH), path
+
+
+def test_words_that_name_no_command_are_looked_for_among_all() -> None:
+    for words in ([], ["--help"], ["scene"], ["scenes", "nwe"]):
+        assert narrowed(app, words) is app or words[:1] == ["scenes"]
+    scenes = typer.main.get_command(narrowed(app, ["scenes", "nwe"])).commands["scenes"]  # type: ignore[attr-defined]
+    assert "new" in scenes.commands

@@ -74,7 +74,7 @@ def robocasa(
     3 for a fault of the program, OUT is as it was.
     """
     from casa_assets.pipeline.export_robocasa import export, report_tasks
-    from casa_assets.pipeline.kitchens.scene_folders import recipes_named
+    from casa_assets.pipeline.kitchens.scene_ids import recipes_named
 
     if source is None and not scenes:
         raise typer.BadParameter("give a library, --scenes, or both")

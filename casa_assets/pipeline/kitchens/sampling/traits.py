@@ -10,7 +10,7 @@ from casa_assets.pipeline.kitchens.recipe import SceneRecipe
 from casa_assets.pipeline.kitchens.resolve import resolve
 from casa_assets.pipeline.kitchens.sampling.diversity import Choices, Diversity, Traits, diversity_of
 from casa_assets.pipeline.kitchens.sampling.mix import kinds_of_fronts, models_of_roles
-from casa_assets.pipeline.kitchens.scene_folders import all_recipes
+from casa_assets.pipeline.kitchens.scene_ids import all_recipes
 from casa_assets.registry.kitchens import plan_names, style_names
 
 
