@@ -12,6 +12,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
+from casa_assets.core.cache_folder import cache_dir
 from tests.libraries import ROOT
 
 # Python reads `sitecustomize` at its start; children of the program find it on the same PYTHONPATH. One line per event,
@@ -112,14 +113,14 @@ class Watch:
         return [1024 * int(line[3]) for line in lines if line[0] == "exit" and program in str(line[2])]
 
     def escapes(self, inputs: Sequence[Path], outputs: Sequence[Path]) -> list[Event]:
-        """What went beyond reading inputs, writing outputs, and what Python and the program themselves are made of.
+        """What went beyond reading inputs, writing outputs, the cache, and what Python and the program are made of.
 
         Args:
             inputs: folders that may be read. outputs: folders that may be read and written.
         """
         made_of = [ROOT, Path(sys.prefix), Path(sys.base_prefix), self._log.parent, *map(Path, _SYSTEM)]
-        readable = [os.path.realpath(p) for p in (*inputs, *outputs, *made_of)]
-        writable = [os.path.realpath(p) for p in (*outputs, self._log.parent / "tmp")]
+        readable = [os.path.realpath(p) for p in (*inputs, *outputs, *made_of, cache_dir())]
+        writable = [os.path.realpath(p) for p in (*outputs, self._log.parent / "tmp", cache_dir())]
         return [event for event in self.events() if not _is_allowed(event, readable, writable)]
 
 
