@@ -49,9 +49,9 @@ def print_codes(codes: Counter[str], output: Output) -> None:
     table = TextTable(heads, sentences=("reason", "what to do"), right=("inputs",), title="Rejected by reason")
     why: dict[str, str] = {}
     if not codes.keys() <= records.rejections.keys():
-        from casa_assets.checks.table.table import explained
+        from casa_assets.pipeline.reports.explanations import explanations
 
-        why = explained(records.limits)
+        why = explanations()
     for code, count in codes.most_common():
         row = records.rejections.get(code)
         meaning, advice = (row.meaning, row.remedy) if row else (why.get(code, ""), "as the line of each input says")

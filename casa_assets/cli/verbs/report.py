@@ -78,7 +78,6 @@ def report(
     Example:  casa-assets report --fail-on 'rejected-rate>5%' --fail-on 'review>0'
     """
     from casa_assets.pipeline.ingest.job import writing
-    from casa_assets.pipeline.reports.checks_page import codes
     from casa_assets.pipeline.reports.library.ci_files import CiFiles
     from casa_assets.pipeline.reports.library.conditions import parse
     from casa_assets.pipeline.reports.library.paged import is_large
@@ -86,7 +85,11 @@ def report(
 
     if out is not None and out.suffix.lower() != ".html":
         raise typer.BadParameter(f"{out} is no page: name a file that ends in .html", param_hint="--out")
-    conditions = [parse(text, codes()) for text in fail_on or ()]
+    conditions: list[Condition] = []
+    if fail_on:
+        from casa_assets.pipeline.reports.checks_page import codes  # here, since it loads all checks
+
+        conditions = [parse(text, codes()) for text in fail_on]
     if baseline is None and any(one.needs_baseline for one in conditions):
         raise typer.BadParameter("compares with an earlier run; give one with --baseline", param_hint="--fail-on")
     output, target = Output(json_, quiet, verbose), out or (index or library) / "report.html"

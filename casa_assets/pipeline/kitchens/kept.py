@@ -7,17 +7,15 @@ remembered in the cache folder, as long as no file of the program, its registry 
 from __future__ import annotations
 
 import json
-import os
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from casa_assets.core.cache_folder import cache_dir
-from casa_assets.pipeline.cache.cache_key import digest_of, key_of, state_of_everything
+from casa_assets.pipeline.cache.cache_key import digest_of, key_of
+from casa_assets.pipeline.cache.remembered import recall, remember
 from casa_assets.pipeline.kitchens.recipe import SceneRecipe, SceneResult
 from casa_assets.pipeline.kitchens.scene_files import OVERVIEW, SCENE_JSON, WRITTEN
 
-KEPT_IN = "kitchen_keys"  # folder of the cache
+KITCHEN_KEY = "kitchen key"
 # By name, so that nothing is imported for a key.
 WRITTEN_BY = (
     "casa_assets.pipeline.kitchens.scene_folders:write_scene",
@@ -41,24 +39,13 @@ def kept_scene(recipe: SceneRecipe, out: Path, drawn: bool) -> SceneResult | Non
 
 def remembered_kitchen_key(recipe: SceneRecipe) -> str:
     """The key of a kitchen, if it was worked out since anything changed; else empty."""
-    try:
-        return _place(recipe).read_text(encoding="ascii")
-    except OSError:
-        return ""
+    found = recall(KITCHEN_KEY, repr(recipe))
+    return found if isinstance(found, str) else ""
 
 
 def remember_kitchen_key(recipe: SceneRecipe, key: str) -> None:
     """Remember the key of a kitchen of which every asset is built from numbers."""
-    place = _place(recipe)
-    draft = place.with_name(f".{place.name}.{os.getpid()}")
-    with suppress(OSError):  # a cache that cannot be written to
-        place.parent.mkdir(parents=True, exist_ok=True)
-        draft.write_text(key, encoding="ascii")
-        draft.replace(place)
-
-
-def _place(recipe: SceneRecipe) -> Path:
-    return cache_dir() / KEPT_IN / digest_of(state_of_everything(), repr(recipe))
+    remember(key, KITCHEN_KEY, repr(recipe))
 
 
 def written_key(kitchen_key: str) -> str:

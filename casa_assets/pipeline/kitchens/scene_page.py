@@ -14,10 +14,8 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from casa_assets import registry
 from casa_assets.checks.design.robot.task_view import Afforded
 from casa_assets.checks.design.rules.grade import Grade
-from casa_assets.checks.table.table import explained
 from casa_assets.export.gltf import EVERYTHING, scene_glb
 from casa_assets.model.issue import CheckResult, Issue, Report
 from casa_assets.model.kitchen.floor import ParkingPlace
@@ -25,6 +23,7 @@ from casa_assets.model.kitchen.scene import Scene
 from casa_assets.model.record import Record, Sha256
 from casa_assets.pipeline.cache.cache_key import key_of
 from casa_assets.pipeline.kitchens.scene_files import EYE_PICTURE, OVERVIEW, ROBOTS_JSON, SCENE_JSON, SHARED
+from casa_assets.pipeline.reports.explanations import explanations
 from casa_assets.pipeline.reports.kitchen_report import page
 from casa_assets.pipeline.viewer.model_files import SUFFIX, ModelFiles, put_model
 from casa_assets.pipeline.viewer.viewer_file import put_viewer
@@ -163,7 +162,7 @@ def _page_of(folder: Path, data: dict[str, Any]) -> str:
         model = ModelFiles(script.name.removesuffix(SUFFIX), script.name, viewer)
     facts = json.loads((folder / SCENE_JSON).read_text(encoding="utf-8"))
     pictures = (name for name in (f"{OVERVIEW}.png", EYE_PICTURE) if (folder / name).is_file())
-    return page(facts, data, explained(registry.load().limits), model, next(pictures, f"{OVERVIEW}.png"))
+    return page(facts, data, explanations(), model, next(pictures, f"{OVERVIEW}.png"))
 
 
 def _model_script(folder: Path) -> Path | None:

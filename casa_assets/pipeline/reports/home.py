@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 from casa_assets import registry
-from casa_assets.checks.table.table import explained
 from casa_assets.model.asset.joint import JointKind
 from casa_assets.pipeline.ingest.job import writing
 from casa_assets.pipeline.library.entry_files import PICTURE
@@ -18,6 +17,7 @@ from casa_assets.pipeline.library.identity import Producer
 from casa_assets.pipeline.library.library import Library
 from casa_assets.pipeline.reports import kitchens
 from casa_assets.pipeline.reports.entry import Entry
+from casa_assets.pipeline.reports.explanations import explanations
 from casa_assets.pipeline.reports.library.rows import Words
 from casa_assets.pipeline.reports.page_template import relative_link, render_template
 
@@ -61,7 +61,7 @@ def write(out: Path) -> Path:
     Raises:
         OutputError: an entry of a library is damaged, or the page cannot be written.
     """
-    words = Words(registry.load().rejections, explained(registry.load().limits))
+    words = Words(registry.load().rejections, explanations())
     rooms = [(shelf, kitchens.read_cards(shelf.path)) for shelf in scene_folders(out)]
     shelves = [(shelf, EntryTable(Library(shelf.path)).entries) for shelf in libraries(out)]
     text = render_template(

@@ -19,10 +19,10 @@ from itertools import chain, islice
 from pathlib import Path
 
 from casa_assets import registry
-from casa_assets.checks.table.table import explained
 from casa_assets.pipeline.ingest.job import writing
 from casa_assets.pipeline.library.library import Library, exchange
 from casa_assets.pipeline.reports import parts
+from casa_assets.pipeline.reports.explanations import explanations
 from casa_assets.pipeline.reports.library import page, priors, rows, summary
 from casa_assets.pipeline.reports.library.conditions import Condition, judge
 from casa_assets.pipeline.reports.library.written import WrittenReport, write_text
@@ -56,7 +56,7 @@ def write(tables: Path, target: Path, conditions: Sequence[Condition] = (), name
         fitting.add(row)
     fits = fitting.fits()
     outcomes = judge(conditions, summary.counts(totals, fits, None), summary.code_counts(totals))
-    words = rows.Words(known.rejections, explained(known.limits))
+    words = rows.Words(known.rejections, explanations())
     title = name or tables.resolve().name
     with writing(target.parent):
         target.parent.mkdir(parents=True, exist_ok=True)

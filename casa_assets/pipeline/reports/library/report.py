@@ -11,7 +11,6 @@ from typing import Any
 
 from casa_assets import registry
 from casa_assets.checks.library.duplicates import in_words
-from casa_assets.checks.table.table import explained
 from casa_assets.pipeline.dedup import library_report
 from casa_assets.pipeline.ingest.job import writing
 from casa_assets.pipeline.library import library as disk
@@ -19,6 +18,7 @@ from casa_assets.pipeline.library.entry_table import EntryTable
 from casa_assets.pipeline.library.run_times import read_costs, read_times
 from casa_assets.pipeline.reports import parts
 from casa_assets.pipeline.reports.entry import Entry
+from casa_assets.pipeline.reports.explanations import explanations
 from casa_assets.pipeline.reports.library import page, priors, rows, summary
 from casa_assets.pipeline.reports.library.ci_files import NO_CI_FILES, CiFiles
 from casa_assets.pipeline.reports.library.comparison import Run, compare, link_before, read_run, standing_of
@@ -50,7 +50,7 @@ def write(
     table = EntryTable(disk.Library(root))
     entries = sorted(table.entries, key=lambda e: (not e.accepted, e.category, e.id) if e.accepted else _refused_key(e))
     found = _findings(root, target, entries, before, conditions)
-    words = rows.Words(registry.load().rejections, explained(registry.load().limits))
+    words = rows.Words(registry.load().rejections, explanations())
     links = _links(found, before, target)
     made = _Maker(table, entries, found, words, rows.RowContext(found.root, *_outliers(found), _changes(found)))
     is_inline = len(entries) <= parts.MAX_INLINE

@@ -10,6 +10,7 @@ import pytest
 from casa_assets.export.mjcf.scene import kitchen as mjcf
 from casa_assets.export.usd.scene import isaac_lab
 from casa_assets.export.usd.scene import kitchen as usd
+from casa_assets.pipeline.cache import remembered
 from casa_assets.pipeline.kitchens import kept
 from casa_assets.pipeline.kitchens.recipe import SceneRecipe
 from casa_assets.pipeline.kitchens.scene_files import LIGHT_FILE, OVERVIEW, SCENE_JSON, WRITTEN
@@ -57,5 +58,5 @@ def test_another_recipe_or_another_state_of_the_program_is_not_known(
     out: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert kept.remembered_kitchen_key(SceneRecipe("l_small", "coastal", seed=1)) == ""
-    monkeypatch.setattr(kept, "state_of_everything", lambda: "after an edit")
+    monkeypatch.setattr(remembered, "state_of_everything", lambda: "after an edit")
     assert kept.kept_scene(RECIPE, out, drawn=True) is None

@@ -1,0 +1,43 @@
+"""Remember small values that follow from the program, its registry and the project alone, until any of these changes.
+
+They are found again without loading what they were made by. Deleting the folder costs time and nothing else.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from casa_assets.core.cache_folder import cache_dir
+from casa_assets.pipeline.cache.cache_key import digest_of, state_of_everything
+
+KEPT_IN = "remembered"  # folder of the cache
+
+
+def recall(*of: str) -> Any:
+    """The value that was remembered since anything changed; None if there is none."""
+    try:
+        return json.loads(_place(of).read_bytes())
+    except (OSError, ValueError):
+        return None
+
+
+def remember(value: Any, *of: str) -> None:
+    """Remember a value that JSON can hold. Where the cache cannot be written to, nothing is remembered.
+
+    Args:
+        of: names what it is.
+    """
+    place = _place(of)
+    draft = place.with_name(f".{place.name}.{os.getpid()}")
+    with suppress(OSError):
+        place.parent.mkdir(parents=True, exist_ok=True)
+        draft.write_text(json.dumps(value), encoding="utf-8")
+        draft.replace(place)
+
+
+def _place(of: tuple[str, ...]) -> Path:
+    return cache_dir() / KEPT_IN / digest_of(state_of_everything(), of)
