@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shutil
 from pathlib import Path
 
 import pytest
@@ -31,6 +32,8 @@ from casa_assets.registry.kitchens import load_style
 from tests.articulated_assets import microwave
 from tests.assets import rigid_mug
 from tests.built_libraries import keep
+from tests.libraries import made_once
+from tests.program import no_workers
 from tests.projects import Project
 
 
@@ -42,13 +45,21 @@ def test_a_choice_names_an_asset_as_it_is() -> None:
         PresetChoice.model_validate({"preset": "library:range_0a1b2c3d4e", "width": 0.7})
 
 
+def make_toaster(folder: Path) -> None:
+    """A library of one toaster."""
+    with no_workers():
+        (done,) = build_all([FamilyRequest("toaster", preset="long_navy_brass")], folder, 1, drawn=False)
+    assert done.passed
+
+
 @pytest.fixture
-def with_toaster(project: Project, tmp_path: Path) -> str:
+def with_toaster(project: Project, tmp_path: Path, common: Path) -> str:
     """A project with a library of one toaster, named by a style; the id of the toaster."""
-    (done,) = build_all([FamilyRequest("toaster", preset="long_navy_brass")], tmp_path / "lib", 1, drawn=False)
-    style = f"like: modern_1\ntitle: Ours\nmodels: {{toaster: 'library:{done.asset_id}'}}\n"
+    shutil.copytree(made_once(common, "toaster", make_toaster), tmp_path / "lib")
+    (folder,) = Library(tmp_path / "lib").accepted()
+    style = f"like: modern_1\ntitle: Ours\nmodels: {{toaster: 'library:{folder.name}'}}\n"
     project({"casa.yaml": "name: ours\nlibraries: [lib]\n", "styles/ours.yaml": style})
-    return done.asset_id
+    return folder.name
 
 
 def test_the_asset_stands_in_the_kitchen_byte_for_byte(with_toaster: str, tmp_path: Path, cache: Path) -> None:
