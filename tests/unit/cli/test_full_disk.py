@@ -31,8 +31,8 @@ VERBS = [
 ]
 
 
-# Work in the program and in workers; a folder of files, and one file.
-@pytest.mark.representatives(3)
+# A folder of files, and one file; workers that meet a full disk are in test_ingest_cli.py.
+@pytest.mark.representatives(2)
 @pytest.mark.parametrize("verb", VERBS)
 def test_a_full_disk_is_exit_2_and_names_the_folder(verb: str, boxes: Path, tmp_path: Path) -> None:
     out, copy = tmp_path / "out", tmp_path / "library"

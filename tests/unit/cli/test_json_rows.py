@@ -14,10 +14,9 @@ import pytest
 from PIL import Image
 from typer.testing import CliRunner
 
-from casa_assets.checks.scene.batch import engine_sizes
 from casa_assets.cli.main import app
 from casa_assets.ingest.sources import objaverse
-from casa_assets.pipeline.kitchens import check, scene_folders
+from casa_assets.pipeline.kitchens import batch_form, check, scene_folders
 from casa_assets.pipeline.kitchens.recipe import SceneResult
 from casa_assets.pipeline.kitchens.sampling import run as sampling
 from casa_assets.pipeline.library.library import Library
@@ -139,18 +138,17 @@ def download(uids: Sequence[str], lvis: str, most: int, out: Path) -> Path:
 
 @pytest.fixture
 def quick(monkeypatch: pytest.MonkeyPatch, checked_kitchen: tuple[Path, SceneResult]) -> Iterator[None]:
-    """Nothing asks for a network or starts workers, draws a kitchen by chance, or draws it large."""
+    """Nothing asks for a network or starts workers, and no kitchen is drawn by chance, merged, or drawn large."""
     smallest = PictureSettings(64, 48, 1)
     monkeypatch.setattr(check, "CHECK_FRAME", smallest)
     monkeypatch.setattr(scene_folders.draw_cameras, "__defaults__", ((), smallest, "start"))
     monkeypatch.setattr(objaverse, "download", download)
-    monkeypatch.setattr(engine_sizes, "TRIAL_S", 0.1)
-    monkeypatch.setattr(engine_sizes, "IN_USE_S", 0.1)
 
     def drawn(*_: Any, **__: Any) -> Iterator[SceneResult]:
         return iter([checked_kitchen[1]])
 
     monkeypatch.setattr(sampling, "sample_all", drawn)
+    monkeypatch.setattr(batch_form, "make_all", drawn)
     with no_workers():
         yield
 

@@ -54,10 +54,9 @@ VERBS = {
     "find mug --library {folder}": "pipeline.dedup.search:search_rows",
     "export robocasa {folder} --out {out}": "pipeline.export_robocasa:export",
 }
-# One of each way to work: jobs in workers, a survey before them, work in the program's own process; one of each signal.
+# One that works in workers and one that works in the program's own process; one of each signal.
 OFTEN = frozenset(
     {
-        "families build microwave --library {out}",
         "ingest {mesh} --library {out} --jobs 1",
         "find mug --library {folder}",
     }
@@ -129,7 +128,7 @@ def test_ctrl_c_in_a_terminal_reaches_all_of_the_group(places: dict[str, Path]) 
 
 
 def test_nothing_is_left_of_a_program_that_is_killed(places: dict[str, Path]) -> None:
-    run = start("families build microwave --library {out}", "pipeline.families.run:build_one", places)
+    run = start("ingest {mesh} --library {out}", "pipeline.ingest.survey:survey", places)
     run.kill()
     run.communicate()
     begin = time.monotonic()

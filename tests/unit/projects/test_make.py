@@ -99,7 +99,7 @@ def test_from_python(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert len(list((folder / "out" / "walls").rglob("*.png"))) == 3
     assert (second.passed, second.exit_code) == (False, 1)
     assert [row["verdict"] for row in second.rows] == ["accepted", "rejected"]
-    (folder / "casa.yaml").write_text(f"name: ours\nruns:\n{walls}  - find: {{query: mug}}\n{pack}")
+    (folder / "casa.yaml").write_text(f"name: ours\nruns:\n  - find: {{query: mug}}\n{pack}")
     with pytest.raises(CasaError, match=r"^casa-assets find .*: .*is no library"):
         casa_assets.make(folder)
     (folder / "casa.yaml").write_text("name: ours\nruns: [{ingst: {}}]\n")
