@@ -262,9 +262,9 @@ class TestOpenings:
         assert "open sheet" in guess.reason
 
     def test_a_bowl_with_a_small_hole_is_fixed_first(self) -> None:
-        bends = np.linspace(0.0, 1.3, 12)
+        bends = np.linspace(0.0, 1.3, 20)
         inner = [(0.05 * np.sin(t), 0.056 - 0.05 * np.cos(t)) for t in bends]
-        bowl = turned([*inner, *((r * 1.12, (z - 0.056) * 1.12 + 0.056) for r, z in inner[::-1])], 24)
+        bowl = turned([*inner, *((r * 1.12, (z - 0.056) * 1.12 + 0.056) for r, z in inner[::-1])], 48)
         middle = np.abs(bowl.vertices[bowl.faces].mean(axis=1)[:, 2] - 0.008)
         torn = Mesh(vertices=bowl.vertices, faces=np.delete(bowl.faces, int(middle.argmin()), axis=0))
         out = collide(draft(torn), category("bowl"), PARAMS, never)

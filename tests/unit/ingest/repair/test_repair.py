@@ -174,7 +174,7 @@ class TestHoles:
         assert "MSH026" not in codes(clean(raw(torn, foot), category("cereal")).notes)
 
     def test_over_a_border_of_materials_stays_one_surface(self) -> None:
-        ball = welded(sphere(128))
+        ball = welded(sphere(256))
         mids = ball.vertices[ball.faces].mean(axis=1)
         upper = mids[:, 2] > 0
         ends = np.unique(ball.faces[~upper])
@@ -403,7 +403,7 @@ class TestTees:
 
 class TestTangles:
     def test_a_fin_on_a_scan_is_cut_out(self) -> None:
-        ball = welded(sphere(128))
+        ball = welded(sphere(256))
         face = ball.faces[len(ball.faces) // 2]
         foot, new = ball.vertices[face[:2]], len(ball.vertices)
         finned = Mesh(
