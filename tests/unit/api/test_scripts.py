@@ -49,7 +49,7 @@ def here(code: str, place: Path) -> str:
     work = place / "work"
     work.mkdir(exist_ok=True)
     with no_workers(), chdir(work), redirect_stdout(io.StringIO()) as said:
-        exec(compile(textwrap.dedent(code), "<script>", "exec"), {"__name__": "script"})  # noqa: S102
+        exec(compile(textwrap.dedent(code), "<script>", "exec"), {"__name__": "script"})
     assert list(work.iterdir()) == []
     return said.getvalue()
 

@@ -20,6 +20,7 @@ from casa_assets.pipeline.workers.batch import attempt
 from tests.libraries import BOXES, box_obj
 from tests.program import called
 
+
 @pytest.fixture
 def faulty(monkeypatch: pytest.MonkeyPatch) -> None:
     """Building a vase, and reading a milk carton, meet a fault."""
@@ -40,9 +41,7 @@ def faulty(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.usefixtures("faulty")
 def test_of_a_family(tmp_path: Path) -> None:
     out = tmp_path / "out"
-    done = called(
-        "families", "build", "vase", "switch", "--samples", 1, "--no-pictures", "--library", out, "--json"
-    )
+    done = called("families", "build", "vase", "switch", "--samples", 1, "--no-pictures", "--library", out, "--json")
     assert done.returncode == 3, done.stderr
     said = {row["member"]: row for row in map(json.loads, done.stdout.splitlines())}
     assert said["switch/#0"]["passed"]

@@ -104,7 +104,9 @@ def at_work(library: Path) -> bool:
 
 def test_two_runs_at_once(inputs: Path, tmp_path: Path) -> None:
     library = tmp_path / "library"
-    first = subprocess.Popen(command("ingest", inputs / "milk_carton.obj", "--library", library), cwd=ROOT, stdout=subprocess.DEVNULL)
+    first = subprocess.Popen(
+        command("ingest", inputs / "milk_carton.obj", "--library", library), cwd=ROOT, stdout=subprocess.DEVNULL
+    )
     while not at_work(library):
         assert first.poll() is None
         time.sleep(0.01)

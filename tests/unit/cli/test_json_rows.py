@@ -118,7 +118,12 @@ def places(
     write_starter(project)
     (project / "plugins").mkdir()
     (project / "plugins" / "testing.py").write_text(PLUGIN, encoding="utf-8")
-    found = {"mesh": boxes / "in" / "milk_carton.obj", "library": library, "outputs": tmp_path / "outputs", "scenes": scenes}
+    found = {
+        "mesh": boxes / "in" / "milk_carton.obj",
+        "library": library,
+        "outputs": tmp_path / "outputs",
+        "scenes": scenes,
+    }
     return {
         **found,
         "asset": asset,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import shutil
 from pathlib import Path
@@ -20,7 +21,7 @@ from casa_assets.model.kitchen.fixture import Role
 from casa_assets.model.kitchen.style import PresetChoice
 from casa_assets.pipeline.families.run import FamilyRequest, build_all
 from casa_assets.pipeline.kitchens.library_assets import library_asset, placed_asset
-from casa_assets.pipeline.kitchens.recipe import SceneRecipe
+from casa_assets.pipeline.kitchens.recipe import SceneRecipe, SceneResult
 from casa_assets.pipeline.kitchens.resolve import build_scene, kitchen_key, resolve
 from casa_assets.pipeline.kitchens.scene_ids import recipe_of
 from casa_assets.pipeline.kitchens.scene_json import describe
@@ -72,7 +73,9 @@ def test_the_asset_stands_in_the_kitchen_byte_for_byte(with_toaster: str, tmp_pa
     assert kitchen_key(recipe) != kitchen_key(SceneRecipe("one_wall_small", "modern_1"))
 
 
-def test_a_kitchen_is_given_a_model_by_its_role(with_toaster: str, tmp_path: Path) -> None:
+def test_a_kitchen_is_given_a_model_by_its_role(
+    with_toaster: str, tmp_path: Path, checked_kitchen: tuple[Path, SceneResult]
+) -> None:
     """In place of the style's: an asset of a library, and a preset of a family; its id and scene.json tell of them."""
     models = {"toaster": f"library:{with_toaster}"}
     kitchen = casa.kitchen("one_wall_small", "modern_1", models=models)
@@ -81,7 +84,8 @@ def test_a_kitchen_is_given_a_model_by_its_role(with_toaster: str, tmp_path: Pat
     assert {p.name: p.asset for p in kitchen.placements}["toaster"] == with_toaster
     SceneFile.model_validate(kitchen.facts)
     assert kitchen.facts["models"] == models
-    assert "models" not in casa.kitchen("one_wall_small", "modern_1").facts
+    plain = json.loads((Path(checked_kitchen[1].folder) / "scene.json").read_text(encoding="utf-8"))
+    assert "models" not in plain
     place = kitchen.write(tmp_path / "scenes")
     assert recipe_of(place.name, (place.parent,)).models == tuple(models.items())
     told = build_command(recipe_of(place.name, (place.parent,)))
