@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import casa_assets as casa
+from casa_assets.checks.scene.batch import engine_sizes
 from casa_assets.pipeline.kitchens.state_file import digest_of_file, write_states
 from tests.unit.pipeline.batches.small_kitchens import DRIVING, FIRST, FLOATING, folders
 from tests.unit.pipeline.batches.test_start_rows import REST, states
@@ -142,6 +143,8 @@ class TestRobot:
     def test_in_a_kitchen_that_is_nowhere_on_disk(self, tmp_path: Path, monkeypatch: Any) -> None:
         """As on the first day: an id, and no folder of scenes."""
         monkeypatch.chdir(tmp_path)
+        monkeypatch.setattr(engine_sizes, "TRIAL_S", 0.1)  # its sizes are measured with one robot and without
+        monkeypatch.setattr(engine_sizes, "IN_USE_S", 0.1)
         batch = casa.batch(["one_wall_small__coastal"], engine="mujoco", robot=mujoco.MjSpec.from_string(DRIVING))
         assert batch.kitchens[0].id == "one_wall_small__coastal"
         assert np.abs(batch.base[0, :2]).max() > 0.1, "it parks before a fixture"

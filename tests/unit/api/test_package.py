@@ -31,6 +31,7 @@ def test_every_name_is_there() -> None:
         casa.kitchn  # noqa: B018  # type: ignore[attr-defined]
 
 
+@pytest.mark.representatives(1)
 @pytest.mark.parametrize("name", ["ingest", "articulate", "families"])
 def test_functions_stay_where_folders_have_their_names(name: str) -> None:
     code = f"""
@@ -51,6 +52,7 @@ def test_every_name_is_in_the_script_that_is_checked() -> None:
     assert [name for name in casa.__all__ if f"casa.{name}" not in text] == []
 
 
+@pytest.mark.certify
 def test_types_are_real(tmp_path: Path) -> None:
     sample = tmp_path / "sample.py"
     sample.write_text(

@@ -1,14 +1,18 @@
-"""The package from scripts without a guard, in a fresh folder: nothing appears beside them, nor without a cache."""
+"""The package from scripts in a fresh folder, in which nothing appears; three of them are processes without a guard."""
 
 from __future__ import annotations
 
+import io
 import os
 import subprocess
 import sys
 import textwrap
+from contextlib import chdir, redirect_stdout
 from pathlib import Path
 
 import pytest
+
+from tests.program import no_workers
 
 ROOT = Path(__file__).parents[3]
 MUG = ROOT / "examples" / "meshes" / "mug.obj"
@@ -40,7 +44,18 @@ def run(code: str, place: Path, *, cache: Path | None = None, notebook: bool = F
     return done.stdout
 
 
-@pytest.mark.parametrize("notebook", [False, True])
+def here(code: str, place: Path) -> str:
+    """Standard output of a script that runs in this process in `place/work`, which has to stay empty."""
+    work = place / "work"
+    work.mkdir(exist_ok=True)
+    with no_workers(), chdir(work), redirect_stdout(io.StringIO()) as said:
+        exec(compile(textwrap.dedent(code), "<script>", "exec"), {"__name__": "script"})
+    assert list(work.iterdir()) == []
+    return said.getvalue()
+
+
+# In a fresh cache all of a kitchen is made.
+@pytest.mark.parametrize("notebook", [True, pytest.param(False, marks=pytest.mark.certify)])
 def test_kitchen(tmp_path: Path, notebook: bool) -> None:
     code = """
         import casa_assets as casa
@@ -67,10 +82,10 @@ def test_load_scene(tmp_path: Path) -> None:
     code = """
         import casa_assets
 
-        model = casa_assets.load_scene("l_small__coastal", textures={"wall": "brick_red_running"})
+        model = casa_assets.load_scene("one_wall_small__coastal", textures={"wall": "brick_red_running"})
         print(model.nbody > 50)
     """
-    assert run(code, tmp_path) == "True\n"
+    assert here(code, tmp_path) == "True\n"
 
 
 def test_families(tmp_path: Path) -> None:
@@ -88,10 +103,10 @@ def test_families(tmp_path: Path) -> None:
             assert casa.check(casa.write(drawn, folder)).passed
         print(named.id != drawn.id)
     """
-    assert run(code, tmp_path) == "True\n"
+    assert here(code, tmp_path) == "True\n"
 
 
-@pytest.mark.parametrize("notebook", [False, True])
+@pytest.mark.parametrize("notebook", [False, pytest.param(True, marks=pytest.mark.certify)])
 def test_ingest(tmp_path: Path, notebook: bool) -> None:
     code = f"""
         import casa_assets as casa
@@ -115,7 +130,7 @@ def test_mesh_in_memory(tmp_path: Path) -> None:
         print(len(shapes), round(sum(shape.volume for shape in shapes), 4))
         print(casa.ingest(trimesh.Trimesh()).rejection.code)
     """
-    first, second = run(code, tmp_path).splitlines()
+    first, second = here(code, tmp_path).splitlines()
     assert first == "1 0.0012"
     assert second.startswith("SRC")
 
@@ -130,7 +145,7 @@ def test_rejected(tmp_path: Path) -> None:
         done = casa.articulate({str(MUG)!r})
         print(done.accepted, done.asset, done.rejection.code)
     """
-    first, second = run(code, tmp_path).splitlines()
+    first, second = here(code, tmp_path).splitlines()
     assert first.startswith("False None ")
     assert second == "False None ART001"
 
@@ -160,7 +175,7 @@ def test_library(tmp_path: Path) -> None:
         except casa.UnknownId as error:
             print(isinstance(error, casa.CasaError))
     """
-    told = run(code, tmp_path).splitlines()
+    told = here(code, tmp_path).splitlines()
     assert told == ["['accepted'] 1 ['mug']", "True True True", "True"]
 
 
@@ -191,7 +206,7 @@ def test_library_of_meshes_in_memory(tmp_path: Path) -> None:
         except casa.UnknownId as error:
             print(error.nearest[0])
     """
-    assert run(code, tmp_path).splitlines() == [
+    assert here(code, tmp_path).splitlines() == [
         "bottle accepted True",
         "broken.obj rejected True SRC001",
         "mesh rejected False SRC012",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -12,57 +13,48 @@ from casa_assets.families.family import Params
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.kitchen.style import PresetChoice
 from casa_assets.pipeline.cache.asset_store import AssetStore
+from casa_assets.pipeline.families import run as families
+from casa_assets.pipeline.ingest import worker
 from casa_assets.pipeline.kitchens import resolve
 from casa_assets.pipeline.workers.batch import attempt
-from tests.libraries import BOXES, box_obj, casa
-
-# `sitecustomize` of the program and its workers: building a vase, and reading a milk carton, meet a fault.
-FAULTY = """
-import sys
-
-if "casa_assets.cli.main" in sys.orig_argv or any("workers.server" in word for word in sys.orig_argv):
-    import casa_assets.pipeline.families.run as families
-    import casa_assets.pipeline.ingest.worker as worker
-
-    build, collect = families.build_asset, worker.collect
-
-    def faulty_build(found, *rest):
-        assert found.name != "vase", "a vase without a bottom"
-        return build(found, *rest)
-
-    def faulty_collect(found, limits):
-        assert "milk" not in found.main, "a carton without a lid"
-        return collect(found, limits)
-
-    families.build_asset, worker.collect = faulty_build, faulty_collect
-"""
+from tests.libraries import BOXES, box_obj
+from tests.program import called
 
 
 @pytest.fixture
-def path(tmp_path: Path) -> str:
-    """PYTHONPATH of the hook."""
-    (tmp_path / "hook").mkdir()
-    (tmp_path / "hook" / "sitecustomize.py").write_text(FAULTY, encoding="ascii")
-    return str(tmp_path / "hook")
+def faulty(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Building a vase, and reading a milk carton, meet a fault."""
+    build, collect = families.build_asset, worker.collect
+
+    def faulty_build(found: Any, *rest: Any) -> Any:
+        assert found.name != "vase", "a vase without a bottom"
+        return build(found, *rest)
+
+    def faulty_collect(found: Any, limits: Any) -> Any:
+        assert "milk" not in found.main, "a carton without a lid"
+        return collect(found, limits)
+
+    monkeypatch.setattr(families, "build_asset", faulty_build)
+    monkeypatch.setattr(worker, "collect", faulty_collect)
 
 
-@pytest.mark.slow
-def test_of_a_family(tmp_path: Path, path: str) -> None:
+@pytest.mark.usefixtures("faulty")
+def test_of_a_family(tmp_path: Path) -> None:
     out = tmp_path / "out"
-    done = casa("families", "build", "vase", "candle", "--samples", 1, "--library", out, "--json", PYTHONPATH=path)
+    done = called("families", "build", "vase", "switch", "--samples", 1, "--no-pictures", "--library", out, "--json")
     assert done.returncode == 3, done.stderr
     said = {row["member"]: row for row in map(json.loads, done.stdout.splitlines())}
-    assert said["candle/#0"]["passed"]
+    assert said["switch/#0"]["passed"]
     assert "AssertionError: a vase without a bottom" in said["vase/#0"]["message"]
     assert "Traceback" in said["vase/#0"]["message"]
     assert "vase/#0: a fault of the program" in done.stderr
 
 
-@pytest.mark.slow
-def test_of_an_input(tmp_path: Path, path: str) -> None:
+@pytest.mark.usefixtures("faulty")
+def test_of_an_input(tmp_path: Path) -> None:
     for name in ("cereal_box", "milk_carton"):
         (tmp_path / f"{name}.obj").write_text(box_obj(BOXES[name]), encoding="ascii")
-    done = casa("ingest", *tmp_path.glob("*.obj"), "--library", tmp_path / "library", "--json", PYTHONPATH=path)
+    done = called("ingest", *tmp_path.glob("*.obj"), "--library", tmp_path / "library", "--json")
     assert done.returncode == 3, done.stderr
     said = {row["path"]: row for row in map(json.loads, done.stdout.splitlines())}
     assert said["cereal_box.obj"]["status"] == "accepted"

@@ -9,7 +9,8 @@ import pytest
 
 from tests.assets import ball, rigid_mug
 from tests.built_libraries import keep
-from tests.libraries import casa
+from tests.libraries import casa as started
+from tests.program import called as casa
 
 
 @pytest.fixture(scope="module")
@@ -64,7 +65,7 @@ def test_words_need_no_weights_beside_conditions(library: Path) -> None:
 def test_a_backend_of_opengl_that_is_not_there_is_the_fault_of_the_machine(library: Path, tmp_path: Path) -> None:
     # PyOpenGL keeps to EGL there, so that OSMesa cannot be opened on any machine, as where its library is missing.
     broken = {"MUJOCO_GL": "osmesa", "PYOPENGL_PLATFORM": "egl"}
-    done = casa("preview", library, "--out", tmp_path / "out", **broken)
+    done = started("preview", library, "--out", tmp_path / "out", **broken)
     assert done.returncode == 2
     assert "sudo apt-get install -y libosmesa6" in done.stderr
     assert not any(word in done.stderr for word in ("Traceback", "bug:"))

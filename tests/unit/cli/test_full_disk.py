@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.libraries import BOXES, box_obj, casa, limited
+from tests.libraries import limited
 from tests.unit.articulate.blocks import microwave
 from tests.unit.articulate.test_assemble import obj
 
@@ -15,36 +15,29 @@ pytestmark = pytest.mark.slow
 
 # The system's limit on the size of a file stands for a disk that is full.
 VERBS = [
+    "textures make oak_natural_plank --out {out}",
+    "report --library {library} --out {out}/report.html",
     "families build microwave --library {out}",
     "families show microwave --preset steel --no-check --out {out}",
     "families catalogue vase --no-swatches --out {out}",
-    "textures make oak_natural_plank --out {out}",
     "textures sheet oak_natural_plank --out {out}",
     "scenes build one_wall_small__coastal --out {out}",
     "scenes check one_wall_small__coastal --out {out}",
     "scenes sample 1 --no-pictures --out {out}",
     "articulate {microwave} --up +z --front=-y --library {out}",
     "preview {library} --out {out}",
-    "report --library {library} --out {out}/report.html",
     "index --library {library} --parquet {out}/rows.parquet",
     "export robocasa {library} --out {out}",
 ]
 
 
-@pytest.fixture(scope="module")
-def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("library")
-    mesh = folder / "milk_carton.obj"
-    mesh.write_text(box_obj(BOXES["milk_carton"]), encoding="ascii")
-    assert casa("ingest", mesh, "--library", folder / "made").returncode == 0
-    return folder / "made"
-
-
+# A folder of files, and one file; workers that meet a full disk are in test_ingest_cli.py.
+@pytest.mark.representatives(2)
 @pytest.mark.parametrize("verb", VERBS)
-def test_a_full_disk_is_exit_2_and_names_the_folder(verb: str, library: Path, tmp_path: Path) -> None:
+def test_a_full_disk_is_exit_2_and_names_the_folder(verb: str, boxes: Path, tmp_path: Path) -> None:
     out, copy = tmp_path / "out", tmp_path / "library"
     out.mkdir()
-    shutil.copytree(library, copy)
+    shutil.copytree(boxes / "library", copy)
     mesh = obj(tmp_path / "microwave.obj", *microwave()[:2])
     words = verb.format(out=out, library=copy, microwave=mesh).split()
     done = limited(1, *words)

@@ -16,7 +16,7 @@ from typer.testing import CliRunner
 
 from casa_assets.cli.main import app
 from casa_assets.ingest.sources import objaverse
-from casa_assets.pipeline.kitchens import check, scene_folders
+from casa_assets.pipeline.kitchens import batch_form, check, scene_folders
 from casa_assets.pipeline.kitchens.recipe import SceneResult
 from casa_assets.pipeline.kitchens.sampling import run as sampling
 from casa_assets.pipeline.library.library import Library
@@ -25,6 +25,7 @@ from casa_assets.preview.kitchen import PictureSettings
 from casa_assets.projects import NO_PROJECT, PLUGINS, VARIABLE, data_root
 from tests.architecture.test_commands import SERVERS, VERBS
 from tests.plugin_code import PLUGIN
+from tests.program import no_workers
 
 # What a row says at least, by what its verb does.
 NAMED = {"id"}
@@ -44,9 +45,9 @@ class Case:
 
 
 CASES = [
-    Case("ingest {meshes} --library {new} --jobs 1", MADE, measured=True),
+    Case("ingest {mesh} --library {new}", MADE, measured=True),
     Case("library merge {shard} --library {new}", MADE, measured=True),
-    Case("articulate {meshes} --library {new} --jobs 1", MADE),
+    Case("articulate {mesh} --library {new}", MADE),
     Case("library push {library} {new}", MADE),
     Case("library pull {library} {new}", MADE),
     Case("fetch --lvis Mug --out {new}", MADE),
@@ -61,26 +62,26 @@ CASES = [
     Case("export robocasa {library} --out {new}", MADE),
     Case("families list", NAMED),
     Case("families show switch --preset rocker --out {new} --no-check --width-px 64", MADE, measured=True),
-    Case("families build switch --samples 1 --no-pictures --library {new} --jobs 1", MADE, measured=True),
-    Case("families catalogue switch --no-swatches --no-3d --jobs 1 --out {new}", MADE),
+    Case("families build switch --samples 1 --no-pictures --library {new}", MADE, measured=True),
+    Case("families catalogue switch --no-swatches --no-3d --out {new}", MADE),
     Case("objects list", NAMED),
     Case("objects show apple --count 1 --width-px 64 --out {new}", MADE),
-    Case("objects build apple --count 1 --jobs 1 --library {new}", MADE, measured=True),
-    Case("objects catalogue apple --count 1 --no-3d --jobs 1 --out {new}", MADE),
+    Case("objects build apple --count 1 --library {new}", MADE, measured=True),
+    Case("objects catalogue apple --count 1 --no-3d --out {new}", MADE),
     Case("categories list", NAMED),
     Case("categories show mug", NAMED),
     Case("textures list", NAMED),
     Case("textures make oak_ebony --width-px 64 --out {new}", MADE),
     Case("textures sheet oak_ebony --width-px 64 --out {new}", MADE),
-    Case("textures check oak_ebony --jobs 1 --out {new}", JUDGED),
+    Case("textures check oak_ebony --out {new}", JUDGED),
     Case("textures ingest {tiles} --surface wall --tile 1 1 --licence CC0-1.0 --library {new}", MADE),
     Case("scenes list", NAMED),
     Case("scenes new one_wall_small --style coastal --out {scenes}", MADE, measured=True),
-    Case("scenes build one_wall_small__coastal --jobs 1 --out {scenes}", MADE, measured=True),
-    Case("scenes check one_wall_small__coastal --jobs 1 --out {scenes}", MADE, measured=True),
+    Case("scenes build one_wall_small__coastal --out {scenes}", MADE, measured=True),
+    Case("scenes check one_wall_small__coastal --out {scenes}", MADE, measured=True),
     Case("scenes sample 1 --out {scenes}", MADE, measured=True),
-    Case("scenes states one_wall_small__coastal --count 1 --objects 1 --jobs 1 --out {scenes}", MADE),
-    Case("scenes batch one_wall_small__coastal --jobs 1 --out {scenes}", MADE),
+    Case("scenes states one_wall_small__coastal --count 1 --objects 1 --out {scenes}", MADE),
+    Case("scenes batch one_wall_small__coastal --out {scenes}", MADE),
     Case("scenes preview one_wall_small__coastal --camera overview --width-px 64 --out {scenes}", MADE, True),
     Case("scenes diff {scenes}/one_wall_small__coastal {scenes}/one_wall_small__coastal", JUDGED),
     Case("scenes pack one_wall_small__coastal --zip --scenes-folder {scenes} --out {new}.zip", MADE, measured=True),
@@ -117,7 +118,12 @@ def places(
     write_starter(project)
     (project / "plugins").mkdir()
     (project / "plugins" / "testing.py").write_text(PLUGIN, encoding="utf-8")
-    found = {"meshes": boxes / "in", "library": library, "outputs": tmp_path / "outputs", "scenes": scenes}
+    found = {
+        "mesh": boxes / "in" / "milk_carton.obj",
+        "library": library,
+        "outputs": tmp_path / "outputs",
+        "scenes": scenes,
+    }
     return {
         **found,
         "asset": asset,
@@ -136,8 +142,8 @@ def download(uids: Sequence[str], lvis: str, most: int, out: Path) -> Path:
 
 
 @pytest.fixture
-def quick(monkeypatch: pytest.MonkeyPatch, checked_kitchen: tuple[Path, SceneResult]) -> None:
-    """Nothing asks for a network, draws a kitchen by chance, or draws it large."""
+def quick(monkeypatch: pytest.MonkeyPatch, checked_kitchen: tuple[Path, SceneResult]) -> Iterator[None]:
+    """Nothing asks for a network or starts workers, and no kitchen is drawn by chance, merged, or drawn large."""
     smallest = PictureSettings(64, 48, 1)
     monkeypatch.setattr(check, "CHECK_FRAME", smallest)
     monkeypatch.setattr(scene_folders.draw_cameras, "__defaults__", ((), smallest, "start"))
@@ -147,6 +153,9 @@ def quick(monkeypatch: pytest.MonkeyPatch, checked_kitchen: tuple[Path, SceneRes
         return iter([checked_kitchen[1]])
 
     monkeypatch.setattr(sampling, "sample_all", drawn)
+    monkeypatch.setattr(batch_form, "make_all", drawn)
+    with no_workers():
+        yield
 
 
 def test_every_verb_is_tried() -> None:
@@ -158,8 +167,8 @@ def test_every_verb_is_tried() -> None:
 @pytest.mark.parametrize("case", CASES, ids=lambda case: " ".join(case.words.split("{")[0].split("--")[0].split()[:3]))
 def test_rows_have_one_form(case: Case, places: dict[str, Path]) -> None:
     if "{shard}" in case.words:
-        whole = ["--shard", "1/1", "--library", str(places["shard"]), "--jobs", "1"]
-        assert CliRunner().invoke(app, ["ingest", str(places["meshes"]), *whole]).exit_code in (0, 1, 4)
+        whole = ["--shard", "1/1", "--library", str(places["shard"])]
+        assert CliRunner().invoke(app, ["ingest", str(places["mesh"]), *whole]).exit_code in (0, 1, 4)
     words = [word.format(**{k: str(v) for k, v in places.items()}) for word in case.words.split()]
     run = CliRunner().invoke(app, [*words, "--json"])
     assert run.exit_code in (0, 1, 4), run.output

@@ -15,7 +15,7 @@ from casa_assets.cli.output import Output
 from casa_assets.pipeline.kitchens.recipe import SceneRecipe, SceneResult
 from casa_assets.pipeline.library.library import Library
 from casa_assets.pipeline.view.subject import AssetFolder, Kitchen, Member, find
-from tests.libraries import casa
+from tests.program import called as casa
 
 LINE = "Look at it: casa-assets view "
 
@@ -40,20 +40,18 @@ def test_words_are_quoted_and_json_and_quiet_say_nothing(capsys: pytest.CaptureF
 @pytest.mark.parametrize(
     ("arguments", "code"),
     [
-        (("ingest", "boxes/in", "--library", "lib", "--jobs", "1"), None),
-        (("families", "build", "knife_block", "--samples", "1", "--library", "lib", "--jobs", "1"), 0),
-        (("families", "show", "switch", "--preset", "rocker", "--out", "lib", "--no-check"), 0),
-        (("objects", "build", "apple", "--count", "1", "--library", "lib", "--jobs", "1"), 0),
+        (("ingest", "box", "--library", "lib"), 0),
+        (("families", "build", "switch", "--samples", "1", "--no-pictures", "--library", "lib"), 0),
+        (("families", "show", "switch", "--preset", "rocker", "--out", "lib", "--no-check", "--width-px", "64"), 0),
+        (("objects", "build", "apple", "--count", "1", "--library", "lib"), 0),
     ],
     ids=lambda value: value[0] + value[1] if isinstance(value, tuple) else "",
 )
-def test_assets(arguments: Sequence[str], code: int | None, boxes: Path, tmp_path: Path) -> None:
-    words = [
-        str(boxes / "in") if word == "boxes/in" else str(tmp_path / "lib") if word == "lib" else word
-        for word in arguments
-    ]
+def test_assets(arguments: Sequence[str], code: int, boxes: Path, tmp_path: Path) -> None:
+    places = {"box": str(boxes / "in" / "milk_carton.obj"), "lib": str(tmp_path / "lib")}
+    words = [places.get(word, word) for word in arguments]
     run = casa(*words)
-    assert code is None or run.returncode == code, run.stderr
+    assert run.returncode == code, run.stderr
     (folder,) = named(run)
     assert isinstance(find(folder, tmp_path, ()), AssetFolder)
     again = casa(*words, "--json")
@@ -62,7 +60,7 @@ def test_assets(arguments: Sequence[str], code: int | None, boxes: Path, tmp_pat
 
 
 def test_a_sheet_of_objects(tmp_path: Path) -> None:
-    (name,) = named(casa("objects", "show", "apple", "--count", "1", "--out", tmp_path))
+    (name,) = named(casa("objects", "show", "apple", "--count", "1", "--width-px", "64", "--out", tmp_path))
     assert isinstance(find(name, tmp_path, ()), Member)
 
 

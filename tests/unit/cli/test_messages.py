@@ -18,7 +18,7 @@ from casa_assets.cli.text import pluralize
 from casa_assets.errors import UnknownId
 from casa_assets.pipeline.library.library import Summary
 from casa_assets.pipeline.reports.entry import NO_CHECKS, Entry
-from tests.libraries import casa
+from tests.program import called as casa
 
 # Paths below a file that is no folder are refused for root as well.
 NO_PLACE = "/dev/null/place"

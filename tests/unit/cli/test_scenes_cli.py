@@ -19,10 +19,18 @@ from casa_assets.pipeline.kitchens.diff import FILES
 from casa_assets.pipeline.kitchens.recipe import SceneRecipe, SceneResult
 from casa_assets.pipeline.kitchens.sampling import run
 from tests.packages import tamper
+from tests.program import no_workers
 
 RUNNER = CliRunner()
 SCENE = "one_wall_small__coastal"
 Checked = tuple[Path, SceneResult]
+
+
+@pytest.fixture(autouse=True)
+def here() -> Iterator[None]:
+    """Scenes are made in this process."""
+    with no_workers():
+        yield
 
 
 def test_list_names_plans_and_styles() -> None:

@@ -70,7 +70,7 @@ def test_a_kitchen_and_its_report(checked_kitchen: tuple[Path, SceneResult]) -> 
 
 
 def test_a_kitchen_in_memory_that_is_lived_in() -> None:
-    kitchen = casa.kitchen("one_wall_small", "coastal", objects=4)
+    kitchen = casa.kitchen("one_wall_small", "coastal", objects=1)
     facts = json.loads(json.dumps(kitchen.facts))
     assert facts["objects"]
     assert faults("scene", facts) == []

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import re
+import shutil
 from pathlib import Path
 
 import pytest
@@ -19,7 +21,7 @@ from casa_assets.model.kitchen.fixture import Role
 from casa_assets.model.kitchen.style import PresetChoice
 from casa_assets.pipeline.families.run import FamilyRequest, build_all
 from casa_assets.pipeline.kitchens.library_assets import library_asset, placed_asset
-from casa_assets.pipeline.kitchens.recipe import SceneRecipe
+from casa_assets.pipeline.kitchens.recipe import SceneRecipe, SceneResult
 from casa_assets.pipeline.kitchens.resolve import build_scene, kitchen_key, resolve
 from casa_assets.pipeline.kitchens.scene_ids import recipe_of
 from casa_assets.pipeline.kitchens.scene_json import describe
@@ -31,6 +33,8 @@ from casa_assets.registry.kitchens import load_style
 from tests.articulated_assets import microwave
 from tests.assets import rigid_mug
 from tests.built_libraries import keep
+from tests.libraries import made_once
+from tests.program import no_workers
 from tests.projects import Project
 
 
@@ -42,13 +46,21 @@ def test_a_choice_names_an_asset_as_it_is() -> None:
         PresetChoice.model_validate({"preset": "library:range_0a1b2c3d4e", "width": 0.7})
 
 
+def make_toaster(folder: Path) -> None:
+    """A library of one toaster."""
+    with no_workers():
+        (done,) = build_all([FamilyRequest("toaster", preset="long_navy_brass")], folder, 1, drawn=False)
+    assert done.passed
+
+
 @pytest.fixture
-def with_toaster(project: Project, tmp_path: Path) -> str:
+def with_toaster(project: Project, tmp_path: Path, common: Path) -> str:
     """A project with a library of one toaster, named by a style; the id of the toaster."""
-    (done,) = build_all([FamilyRequest("toaster", preset="long_navy_brass")], tmp_path / "lib", 1, drawn=False)
-    style = f"like: modern_1\ntitle: Ours\nmodels: {{toaster: 'library:{done.asset_id}'}}\n"
+    shutil.copytree(made_once(common, "toaster", make_toaster), tmp_path / "lib")
+    (folder,) = Library(tmp_path / "lib").accepted()
+    style = f"like: modern_1\ntitle: Ours\nmodels: {{toaster: 'library:{folder.name}'}}\n"
     project({"casa.yaml": "name: ours\nlibraries: [lib]\n", "styles/ours.yaml": style})
-    return done.asset_id
+    return folder.name
 
 
 def test_the_asset_stands_in_the_kitchen_byte_for_byte(with_toaster: str, tmp_path: Path, cache: Path) -> None:
@@ -61,7 +73,9 @@ def test_the_asset_stands_in_the_kitchen_byte_for_byte(with_toaster: str, tmp_pa
     assert kitchen_key(recipe) != kitchen_key(SceneRecipe("one_wall_small", "modern_1"))
 
 
-def test_a_kitchen_is_given_a_model_by_its_role(with_toaster: str, tmp_path: Path) -> None:
+def test_a_kitchen_is_given_a_model_by_its_role(
+    with_toaster: str, tmp_path: Path, checked_kitchen: tuple[Path, SceneResult]
+) -> None:
     """In place of the style's: an asset of a library, and a preset of a family; its id and scene.json tell of them."""
     models = {"toaster": f"library:{with_toaster}"}
     kitchen = casa.kitchen("one_wall_small", "modern_1", models=models)
@@ -70,7 +84,8 @@ def test_a_kitchen_is_given_a_model_by_its_role(with_toaster: str, tmp_path: Pat
     assert {p.name: p.asset for p in kitchen.placements}["toaster"] == with_toaster
     SceneFile.model_validate(kitchen.facts)
     assert kitchen.facts["models"] == models
-    assert "models" not in casa.kitchen("one_wall_small", "modern_1").facts
+    plain = json.loads((Path(checked_kitchen[1].folder) / "scene.json").read_text(encoding="utf-8"))
+    assert "models" not in plain
     place = kitchen.write(tmp_path / "scenes")
     assert recipe_of(place.name, (place.parent,)).models == tuple(models.items())
     told = build_command(recipe_of(place.name, (place.parent,)))

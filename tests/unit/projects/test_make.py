@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
-import subprocess
 from pathlib import Path
 
 import pytest
@@ -12,14 +10,9 @@ import pytest
 import casa_assets
 from casa_assets.errors import CasaError
 from casa_assets.pipeline.project.starter import name_of
-from tests.libraries import ROOT, command
+from tests.libraries import ROOT
 from tests.pictures import write_pictures
-
-
-def casa(*words: str | Path, folder: Path) -> subprocess.CompletedProcess[str]:
-    """Run the program in a folder."""
-    environment = {**os.environ, "COLUMNS": "200", "PYTHONPATH": str(ROOT)}
-    return subprocess.run(command(*words), cwd=folder, env=environment, capture_output=True, text=True, check=False)
+from tests.program import called as casa
 
 
 def test_a_project_is_called_after_its_folder(subtests: pytest.Subtests) -> None:
@@ -79,16 +72,16 @@ def test_the_commands_are_shown_before_they_are_called(starter: Path) -> None:
     assert not (starter / "out").exists()
 
 
-def test_commands_are_called_in_the_folder_of_the_project(tmp_path: Path) -> None:
+def test_commands_are_called_in_the_folder_of_the_project(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     folder = tmp_path / "ours"
     folder.mkdir()
     runs = "  - textures make: {names: [stucco_white], out: out/walls, width-px: 64}\n"
     runs += "  - find: {query: mug}\n"
     (folder / "casa.yaml").write_text(f"name: ours\nruns:\n{runs}", encoding="utf-8")
-    done = casa("make", "--project", folder, "--quiet", folder=tmp_path)
+    done = casa("make", "--project", folder, "--quiet", folder=tmp_path, PYTHONPATH=str(ROOT))
     assert len(list((folder / "out" / "walls").rglob("*.png"))) == 3
     assert done.returncode == 2, "there is no library in which to find anything"
-    assert "is no library" in done.stderr
+    assert "is no library" in capfd.readouterr().err, "each is a process"
 
 
 def test_from_python(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -106,7 +99,7 @@ def test_from_python(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert len(list((folder / "out" / "walls").rglob("*.png"))) == 3
     assert (second.passed, second.exit_code) == (False, 1)
     assert [row["verdict"] for row in second.rows] == ["accepted", "rejected"]
-    (folder / "casa.yaml").write_text(f"name: ours\nruns:\n{walls}  - find: {{query: mug}}\n{pack}")
+    (folder / "casa.yaml").write_text(f"name: ours\nruns:\n  - find: {{query: mug}}\n{pack}")
     with pytest.raises(CasaError, match=r"^casa-assets find .*: .*is no library"):
         casa_assets.make(folder)
     (folder / "casa.yaml").write_text("name: ours\nruns: [{ingst: {}}]\n")

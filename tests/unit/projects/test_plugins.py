@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import subprocess
 from collections.abc import Iterator
 from pathlib import Path
@@ -20,8 +19,8 @@ from casa_assets.projects import PLUGINS, PluginUse, choose_plugins, user_settin
 from casa_assets.registry.families import family, family_names
 from casa_assets.registry.plugins import ignored_files, load_plugins
 from casa_assets.registry.plugins.checks import check_table
-from tests.libraries import ROOT, command
 from tests.plugin_code import PLUGIN, PROJECT
+from tests.program import called, no_workers
 from tests.projects import Project
 
 
@@ -30,7 +29,8 @@ def no_plugins_after(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterato
     """Which plug-ins run is as it was after the test, and nobody's own configuration has a say."""
     monkeypatch.setenv(PLUGINS, "")
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
-    yield
+    with no_workers():
+        yield
     choose_plugins(PluginUse.INSTALLED)
 
 
@@ -43,8 +43,7 @@ def allowed(project: Project) -> Path:
 
 
 def run(folder: Path, *words: str | Path) -> subprocess.CompletedProcess[str]:
-    environment = {**os.environ, "COLUMNS": "200", "PYTHONPATH": str(ROOT), "CASA_ASSETS_PROJECT": ""}
-    return subprocess.run(command(*words), cwd=folder, env=environment, capture_output=True, text=True, check=False)
+    return called(*words, folder=folder, CASA_ASSETS_PROJECT="")
 
 
 class TestTrust:
@@ -188,9 +187,7 @@ class TestCommands:
         rows = [json.loads(line) for line in run(folder, "families", "list", "--json", "--plugins").stdout.splitlines()]
         (row,) = (row for row in rows if row["id"] == "plinth")
         assert (row["from"], row["presets"]) == ("plug-in testing", ["oak", "unlucky", "wide"])
-        built = run(
-            folder, "families", "build", "plinth", "--library", "lib", "--no-pictures", "--plugins", "--jobs", "1"
-        )
+        built = run(folder, "families", "build", "plinth", "--library", "lib", "--no-pictures", "--plugins")
         assert built.returncode == 1, built.stderr
         assert "thirteen brings bad luck" in built.stdout
         wrong = run(folder, "export", "plugin", "bloks", "lib", "--out", "blocks", "--plugins")

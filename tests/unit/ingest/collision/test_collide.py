@@ -211,7 +211,7 @@ class TestOpenings:
         assert "of the opening is open" in guess.reason
         assert "turns about one axis" in guess.value
 
-    def test_a_mug_with_a_handle_is_close_with_few_hulls(self) -> None:
+    def test_a_mug_with_a_handle_is_close_with_few_hulls_and_the_same_twice(self) -> None:
         mug = handled()
         out = collide(draft(mug), category("mug"), PARAMS, never)
         overlap, found = numbers(out, mug)
@@ -222,14 +222,15 @@ class TestOpenings:
         assert found.open_share >= 0.9
         assert not is_touched(out, (0.052, 0.0, 0.05))  # the hole of the handle
         assert is_touched(out, (0.067, 0.0, 0.05))
+        assert collide(draft(handled()), category("mug"), PARAMS, never) == out
 
     def test_a_bowl_a_pan_and_a_square_dish_keep_theirs(self) -> None:
-        bends = np.linspace(0.15, 1.2, 12)
+        bends = np.linspace(0.15, 1.2, 8)
         inner = [(0.07 * np.sin(t), 0.074 - 0.07 * np.cos(t)) for t in bends]
         outer = [(0.074 * np.sin(t), 0.074 - 0.074 * np.cos(t)) for t in bends[::-1]]
-        bowl = turned([(0.0, inner[0][1]), *inner, *outer, (0.0, outer[-1][1])], 64)
+        bowl = turned([(0.0, inner[0][1]), *inner, *outer, (0.0, outer[-1][1])], 32)
         pan = fused(
-            turned([(0.0, 0.004), (0.115, 0.004), (0.13, 0.05), (0.134, 0.05), (0.118, 0.0), (0.0, 0.0)], 64),
+            turned([(0.0, 0.004), (0.115, 0.004), (0.13, 0.05), (0.134, 0.05), (0.118, 0.0), (0.0, 0.0)], 32),
             box_mesh((0.2, 0.025, 0.012), (0.225, 0.0, 0.04), shared=True),
         )
         dish = cut(
@@ -252,7 +253,7 @@ class TestOpenings:
         assert len(collide(draft(dish), category("bowl"), PARAMS, never).colliders) <= 12
 
     def test_a_bowl_that_is_a_sheet_keeps_its_opening(self) -> None:
-        sheet = turned([(0.07, 0.05), (0.05, 0.01), (0.04, 0.0), (0.0, 0.0)], 48)
+        sheet = turned([(0.07, 0.05), (0.05, 0.01), (0.04, 0.0), (0.0, 0.0)], 24)
         out = collide(draft(sheet), category("bowl"), PARAMS, Fake({}))
         assert len(out.colliders) > 4
         assert not is_touched(out, (0.0, 0.0, 0.03))
@@ -276,10 +277,6 @@ class TestOpenings:
         open_box = Mesh(vertices=BOX.vertices, faces=BOX.faces[2:])
         [placed] = collide(draft(open_box), category("carton"), PARAMS, never).colliders
         assert isinstance(placed.shape, Box)
-
-    def test_the_same_mesh_twice_gives_the_same_bytes(self) -> None:
-        first, second = (collide(draft(handled()), category("mug"), PARAMS, never) for _ in range(2))
-        assert first == second
 
 
 class TestCuts:
@@ -402,10 +399,9 @@ class TestLadder:
         assert (fake.budgets[0].hulls, fake.budgets[0].hull_vertices) == (19, 40), "one is kept for a box to stand on"
 
 
-@pytest.mark.slow
 def test_many_pieces_stay_within_the_budget() -> None:
     draw = np.random.default_rng(0)
-    crumbs = joined(*(moved(BOX, tuple(o), 0.3) for o in draw.random((150, 3)).tolist()))
+    crumbs = joined(*(moved(BOX, tuple(o), 0.3) for o in draw.random((60, 3)).tolist()))
     out = collide(draft(crumbs), category("object"), PARAMS, Fake({}))
     assert 1 <= len(out.colliders) <= PARAMS.hull_count
 
@@ -448,7 +444,7 @@ def test_what_is_made_of_an_open_bottle_ends_where_the_mesh_does(full: bool) -> 
 class TestOpenRooms:
     """What has room to put things into keeps it, whatever it is taken for."""
 
-    @pytest.mark.parametrize("kind", ["object", "bread_roll", "mug"])
+    @pytest.mark.parametrize("kind", ["object", "bread_roll"])
     def test_a_cup_stays_open(self, kind: str) -> None:
         out = collide(draft(CUP), category(kind), PARAMS, never)
         assert not is_touched(out, (0.0, 0.0, 0.05))

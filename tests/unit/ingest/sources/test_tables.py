@@ -65,14 +65,15 @@ def test_each_row_is_an_input_with_what_its_columns_say(tmp_path: Path) -> None:
         assert len(load(collect(one, LIMITS), LIMITS).parts) == 1
 
 
+@pytest.mark.representatives(2)
 @pytest.mark.parametrize(
     ("columns", "names"),
     [
+        ({"content": meshes(2), "path": ["a/x.obj", "a/y.ply"]}, ["000000.obj", "000001.ply"]),
+        ({"mesh": [{"bytes": m, "path": "q.stl"} for m in meshes(2)]}, ["000000.stl", "000001.stl"]),
+        ({"bytes": meshes(2), "__key__": ["a/1", "b"], "data": meshes(2)}, ["000000.glb", "b.glb"]),
         ({"glb": meshes(2)}, ["000000.glb", "000001.glb"]),
         ({"obj": meshes(2), "id": [7, 8]}, ["7.obj", "8.obj"]),
-        ({"content": meshes(2), "path": ["a/x.obj", "a/y.ply"]}, ["000000.obj", "000001.ply"]),
-        ({"bytes": meshes(2), "__key__": ["a/1", "b"], "data": meshes(2)}, ["000000.glb", "b.glb"]),
-        ({"mesh": [{"bytes": m, "path": "q.stl"} for m in meshes(2)]}, ["000000.stl", "000001.stl"]),
     ],
 )
 def test_columns_are_known_by_the_names_that_people_use(
@@ -96,6 +97,7 @@ def test_a_row_is_read_without_the_rest_of_the_table(tmp_path: Path, monkeypatch
     assert read_bytes < 2_500_000, "of 6 MB: the head, and parts of one group"
 
 
+@pytest.mark.representatives(2)
 @pytest.mark.parametrize(
     ("columns", "code"),
     [
@@ -146,7 +148,7 @@ def test_broken_tables_are_refused_and_end_nothing(tmp_path: Path) -> None:
     noise = random.Random(1)
     (tmp_path / "a.obj").write_bytes(OBJ)
     broken = {"cut": whole[:-30], "empty": b"", "text": b"PAR1 no table", "head": whole[:-8] + b"\xff\xff\xff\x7fPAR1"}
-    for number in range(4):
+    for number in range(2):
         data = bytearray(whole)
         for _ in range(20):
             data[noise.randrange(len(data) - 600, len(data) - 8)] = noise.randrange(256)
