@@ -69,7 +69,8 @@ def test_the_thing_fills_its_box(degrees: float) -> None:
     assert frame.to_file(placed.points) == pytest.approx(mesh.points, abs=1e-9)
 
 
-@pytest.mark.parametrize("face", range(6))
+@pytest.mark.representatives(2)
+@pytest.mark.parametrize("face", [3, 4, 0, 1, 2, 5])
 def test_what_the_user_says_holds(face: int) -> None:
     mesh = turned("drawers", np.eye(3))
     front = -SIDES[face][2]
