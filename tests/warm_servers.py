@@ -154,10 +154,14 @@ def state() -> State:
 def warm_servers() -> Iterator[None]:
     """Pools of this process get such servers."""
     servers = WarmServers()
+
+    def start(asking: pool.Pool) -> socket.socket:  # a method would not be bound to the pool
+        return servers.start(asking)
+
     names = {name: getattr(subprocess, name) for name in ("DEVNULL", "TimeoutExpired")}
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(pool, "subprocess", SimpleNamespace(Popen=servers.popen, **names))
-        patch.setattr(pool.Pool, "_start_server", lambda asking: servers.start(asking))
+        patch.setattr(pool.Pool, "_start_server", start)
         try:
             yield
         finally:

@@ -21,6 +21,7 @@ from tests.fuzz_corpus import specimens
 from tests.fuzz_jobs import case
 from tests.fuzz_mutations import mutate
 from tests.fuzz_run import Plan, Result, fuzz
+from tests.libraries import ROOT
 from tests.mesh_files import LIMITS
 
 STOCK = specimens()
@@ -66,7 +67,7 @@ def test_a_finding_is_kept_with_its_seed(tmp_path: Path, monkeypatch: pytest.Mon
     hook = tmp_path / "run" / "work"
     hook.mkdir(parents=True)
     (hook / "sitecustomize.py").write_text(_BROKEN, encoding="ascii")
-    monkeypatch.setenv("PYTHONPATH", str(hook))
+    monkeypatch.setenv("PYTHONPATH", f"{hook}:{ROOT}")
     monkeypatch.setattr(fuzz_run, "BATCH", 20)
     plan = Plan(seed=3, seconds=0.1, folder=tmp_path / "run", only="stl")
     (result,) = fuzz(plan)
