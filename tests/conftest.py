@@ -13,7 +13,8 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
-from tests.libraries import made_once, make_boxes
+from tests.libraries import made_once, make_boxes, make_few
+from tests.warm_servers import warm_servers
 
 settings.register_profile("same_examples", deadline=None, derandomize=True)
 settings.load_profile("same_examples")
@@ -39,10 +40,23 @@ def cache(common: Path) -> Iterator[Path]:
         yield folder
 
 
+@pytest.fixture(scope="session", autouse=True)
+def servers(cache: Path) -> Iterator[None]:
+    """Servers of workers of this process are forked from one that has loaded the libraries."""
+    with warm_servers():
+        yield
+
+
 @pytest.fixture(scope="session")
 def boxes(common: Path, cache: Path) -> Path:
     """A folder with cheap inputs in `in`, the library of them in `library`, and the lines of its run; only to read."""
     return made_once(common, "boxes", make_boxes)
+
+
+@pytest.fixture(scope="session")
+def few(common: Path, servers: None) -> Path:
+    """A folder with two boxes and a broken file in `in`, and the library of them in `library`; only to read."""
+    return made_once(common, "few", make_few)
 
 
 @pytest.hookimpl(tryfirst=True)  # before -m is looked at

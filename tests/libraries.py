@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import fcntl
+import io
 import json
 import os
 import shutil
 import subprocess
 import sys
 from collections.abc import Callable, Sequence
+from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
+from casa_assets.cli import main as program
 from casa_assets.model.record import Vec3
 from casa_assets.pipeline.ingest import survey_table
 from casa_assets.pipeline.library import entry_table, run_times
@@ -69,6 +73,16 @@ def make_boxes(folder: Path) -> None:
     (folder / "lines.jsonl").write_text(done.stdout, encoding="utf-8")
 
 
+def make_few(folder: Path) -> None:
+    """`in`: two boxes and a file that is cut; `library`: of them, by one worker."""
+    (folder / "in").mkdir(parents=True)
+    for name in ("cereal_box", "milk_carton"):
+        (folder / "in" / f"{name}.obj").write_text(box_obj(BOXES[name]), encoding="ascii")
+    (folder / "in" / "broken.glb").write_bytes(b"glTF\x02\0\0\0\xff\0\0\0")
+    done = casa_here("ingest", folder / "in", "--library", folder / "library", "--jobs", 1)
+    assert done.returncode == 1, done.stdout + done.stderr
+
+
 def input_rows(printed: str) -> list[dict[str, Any]]:
     """Rows of `ingest --json` that are about inputs, not about the files that are no meshes."""
     rows: list[dict[str, Any]] = [json.loads(line) for line in printed.splitlines()]
@@ -91,6 +105,19 @@ def casa(*arguments: object, **environment: str) -> subprocess.CompletedProcess[
         errors="surrogateescape",
         check=False,
     )
+
+
+def casa_here(*arguments: object) -> subprocess.CompletedProcess[str]:
+    """The same in this process, sooner: without its signals, its encoding of the terminal and its end by the system."""
+    words = [str(word) for word in arguments]
+    with (
+        patch.dict(os.environ, COLUMNS="200"),
+        patch.object(sys, "argv", ["casa-assets", *words]),
+        redirect_stdout(io.StringIO()) as told,
+        redirect_stderr(io.StringIO()) as errors,
+    ):
+        code = program._run_app()
+    return subprocess.CompletedProcess(words, code, told.getvalue(), errors.getvalue())
 
 
 def limited(kilobytes: int, *arguments: object) -> subprocess.CompletedProcess[str]:

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.libraries import ROOT, casa, command, differences, entries_of
+from tests.libraries import ROOT, casa_here, command, differences, entries_of
 
 pytestmark = pytest.mark.slow
 
@@ -20,13 +20,13 @@ Moment = Callable[[Path], bool]
 
 
 @pytest.fixture(scope="module")
-def inputs(boxes: Path) -> Path:
-    return boxes / "in"
+def inputs(few: Path) -> Path:
+    return few / "in"
 
 
 @pytest.fixture(scope="module")
-def undisturbed(boxes: Path) -> Path:
-    return boxes / "library"
+def undisturbed(few: Path) -> Path:
+    return few / "library"
 
 
 def children(pid: int) -> list[int]:
@@ -87,24 +87,27 @@ def is_worked_on(library: Path) -> bool:
 
 
 def finish(inputs: Path, library: Path) -> None:
-    done = casa("ingest", inputs, "--library", library, "--jobs", 2)
+    done = casa_here("ingest", inputs, "--library", library, "--jobs", 2)
     assert done.returncode == 1, done.stdout + done.stderr
 
 
-def test_killed_three_times(inputs: Path, undisturbed: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize("times", [2, pytest.param(3, marks=pytest.mark.certify)])
+def test_killed_and_killed_again(inputs: Path, undisturbed: Path, tmp_path: Path, times: int) -> None:
     library = tmp_path / "library"
     with run_until(has_begun, inputs, library) as (run, _, _):
         kill(run.pid)  # the run alone
     assert entries_of(library) != entries_of(undisturbed), "killed too late"
     with run_until(is_half_written, inputs, library) as (run, server, workers):
         kill(*workers, server, run.pid)  # everything
-    with run_until(has_published, inputs, library) as (run, _, workers):
-        kill(run.pid, *workers)
+    if times > 2:
+        with run_until(has_published, inputs, library) as (run, _, workers):
+            kill(run.pid, *workers)
     finish(inputs, library)
     assert list((library / ".casa" / "staging").iterdir()) == []
     assert differences(undisturbed, library) == []
 
 
+@pytest.mark.representatives(1)
 @pytest.mark.parametrize("victim", ["workers", "server"])
 def test_a_run_goes_on_without_what_was_killed(inputs: Path, undisturbed: Path, tmp_path: Path, victim: str) -> None:
     library = tmp_path / "library"
@@ -114,7 +117,8 @@ def test_a_run_goes_on_without_what_was_killed(inputs: Path, undisturbed: Path, 
     assert differences(undisturbed, library) == []
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.representatives(1)
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
 def test_stopped_politely(inputs: Path, undisturbed: Path, tmp_path: Path, number: int) -> None:
     library = tmp_path / "library"
     arguments = command("ingest", inputs, "--library", library, "--jobs", 2)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.libraries import casa, differences, entries_of, input_rows
+from tests.libraries import casa, casa_here, differences, entries_of, input_rows
 
 
 @pytest.fixture(scope="module")
@@ -40,7 +40,7 @@ def test_a_second_run_changes_nothing(inputs: Path, library: Path, tmp_path: Pat
     again = tmp_path / "library"
     shutil.copytree(library, again)
     before = {path: path.stat().st_mtime_ns for path in again.glob("*/*/*.json")}
-    done = casa("ingest", inputs, "--library", again, "--json")
+    done = casa_here("ingest", inputs, "--library", again, "--json")
     rows = input_rows(done.stdout)
     assert done.returncode == 1
     assert [row["kept"] for row in rows] == [True] * 7
@@ -52,12 +52,12 @@ def test_the_index_comes_back_byte_for_byte(library: Path, tmp_path: Path) -> No
     again = tmp_path / "library"
     shutil.copytree(library, again)
     (again / "index.sqlite").unlink()
-    assert casa("index", "--library", again).returncode == 0
+    assert casa_here("index", "--library", again).returncode == 0
     assert differences(library, again) == []
 
 
 def test_one_by_one_gives_what_all_at_once_gives(inputs: Path, library: Path, tmp_path: Path) -> None:
     """Entries do not depend on what else a run works on (a twin does, by its nature)."""
-    done = casa("ingest", inputs / "milk_carton.obj", "--library", tmp_path / "one")
+    done = casa_here("ingest", inputs / "milk_carton.obj", "--library", tmp_path / "one")
     assert done.returncode == 0, done.stdout + done.stderr
     assert differences(library / "milk", tmp_path / "one" / "milk") == []

@@ -15,7 +15,7 @@ import pytest
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.identity import Producer
 from tests.determinism.test_kill import children
-from tests.libraries import ROOT, casa, command, tree
+from tests.libraries import ROOT, casa_here, command, tree
 from tests.unit.articulate.blocks import microwave
 from tests.unit.articulate.test_assemble import obj
 
@@ -99,9 +99,9 @@ def entries(library: Path) -> dict[str, bytes | None]:
 
 def test_two_whole_entries_after_one_kill_each_and_alike_in_both_orders(mesh: Path, tmp_path: Path) -> None:
     killed, undisturbed = tmp_path / "killed", tmp_path / "undisturbed"
-    take_into_one_library(mesh, killed, ORDERS[0], [in_staging("preview.png")])
+    take_into_one_library(mesh, killed, ORDERS[0], [in_staging("model.xml")])
     for verb in ORDERS[1]:
-        casa(*arguments(verb, mesh, undisturbed))
+        casa_here(*arguments(verb, mesh, undisturbed))
     assert entries(killed) == entries(undisturbed)
 
 
@@ -118,13 +118,13 @@ def take_into_one_library(mesh: Path, library: Path, order: tuple[str, str], mom
             before = producers(library) if library.exists() else []
             killed_at(moment, verb, mesh, library)
             assert set(before) <= set(producers(library)), "what was whole is still there"
-        done = casa(*arguments(verb, mesh, library))
+        done = casa_here(*arguments(verb, mesh, library))
         assert done.returncode == 0, done.stdout + done.stderr
     assert producers(library) == [Producer.ARTICULATE, Producer.INGEST]
     made = entries(library)
     stamps = {path: (library / path).stat().st_mtime_ns for path in made}
     for verb in order:
-        again = casa(*arguments(verb, mesh, library))
+        again = casa_here(*arguments(verb, mesh, library))
         assert again.returncode == 0, again.stdout + again.stderr
         assert "kept" in again.stdout or "there already" in again.stdout
     assert entries(library) == made

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.libraries import BOXES, ROOT, box_obj, casa, command, differences, entries_of
+from tests.libraries import ROOT, casa_here, command, differences, entries_of
 
 pytestmark = pytest.mark.slow
 
@@ -52,21 +52,14 @@ pathlib.Path.write_bytes = fill
 
 
 @pytest.fixture(scope="module")
-def inputs(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def inputs(few: Path) -> Path:
     """Two boxes and a file that is cut; the box that something befalls comes second."""
-    folder = tmp_path_factory.mktemp("sources") / "in"
-    folder.mkdir()
-    for name in ("cereal_box", "milk_carton"):
-        (folder / f"{name}.obj").write_text(box_obj(BOXES[name]), encoding="ascii")
-    (folder / "broken.glb").write_bytes(b"glTF\x02\0\0\0\xff\0\0\0")
-    return folder
+    return few / "in"
 
 
 @pytest.fixture(scope="module")
-def undisturbed(inputs: Path) -> Path:
-    made = inputs.parent / "library"
-    assert casa("ingest", inputs, "--library", made, "--jobs", 1).returncode == 1
-    return made
+def undisturbed(few: Path) -> Path:
+    return few / "library"
 
 
 def hook(folder: Path, code: str) -> str:
@@ -83,17 +76,20 @@ def is_tidy(library: Path) -> bool:
     return whole and list((library / ".casa" / "staging").iterdir()) == []
 
 
-def test_an_input_whose_worker_is_killed_twice(inputs: Path, undisturbed: Path, tmp_path: Path) -> None:
+def test_an_input_whose_worker_is_killed_twice(
+    inputs: Path, undisturbed: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     library = tmp_path / "library"
-    path = hook(tmp_path / "hook", KILLED)
-    done = casa("ingest", inputs, "--library", library, "--jobs", 1, "--json", PYTHONPATH=path)
+    with monkeypatch.context() as patch:  # of the processes that this one starts
+        patch.setenv("PYTHONPATH", hook(tmp_path / "hook", KILLED))
+        done = casa_here("ingest", inputs, "--library", library, "--jobs", 1, "--json")
     assert done.returncode == 1, done.stderr
     said = {row["path"]: row for row in map(json.loads, done.stdout.splitlines())}
     assert said["milk_carton.obj"]["code"] == "RUN003"
     assert "SIGKILL" in said["milk_carton.obj"]["message"]
     assert said["cereal_box.obj"]["status"] == "accepted"
     assert is_tidy(library)
-    assert casa("ingest", inputs, "--library", library, "--jobs", 1).returncode == 1
+    assert casa_here("ingest", inputs, "--library", library, "--jobs", 1).returncode == 1
     assert differences(undisturbed, library) == []
 
 
@@ -114,24 +110,26 @@ def test_ctrl_c_while_a_worker_hangs(inputs: Path, undisturbed: Path, tmp_path: 
     assert time.monotonic() - begin < 120
     assert message.splitlines() == ["stopped; the same command goes on from here"]
     assert is_tidy(library)
-    assert casa("ingest", inputs, "--library", library, "--jobs", 1).returncode == 1
+    assert casa_here("ingest", inputs, "--library", library, "--jobs", 1).returncode == 1
     assert differences(undisturbed, library) == []
 
 
-def test_a_disk_that_fills_up(inputs: Path, undisturbed: Path, tmp_path: Path) -> None:
+def test_a_disk_that_fills_up(inputs: Path, undisturbed: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     library = tmp_path / "library"
-    done = casa("ingest", inputs, "--library", library, "--jobs", 1, PYTHONPATH=hook(tmp_path / "hook", FULL))
+    with monkeypatch.context() as patch:
+        patch.setenv("PYTHONPATH", hook(tmp_path / "hook", FULL))
+        done = casa_here("ingest", inputs, "--library", library, "--jobs", 1)
     assert done.returncode == 2, done.stdout + done.stderr
     assert "cannot be written to: No space left on device" in done.stderr.replace("\n", " ")
     assert is_tidy(library)
     assert not list(library.glob("milk/*"))
-    assert casa("ingest", inputs, "--library", library, "--jobs", 1).returncode == 1
+    assert casa_here("ingest", inputs, "--library", library, "--jobs", 1).returncode == 1
     assert differences(undisturbed, library) == []
 
 
 @pytest.mark.parametrize("place", ["/proc/library", "/dev/null/library", "/sys/library"])
 def test_a_folder_that_cannot_be_written_to(inputs: Path, place: str) -> None:
-    done = casa("ingest", inputs, "--library", place)
+    done = casa_here("ingest", inputs, "--library", place)
     assert done.returncode == 2
     assert "cannot be written to" in done.stderr
     assert "Traceback" not in done.stderr
@@ -150,5 +148,5 @@ def test_a_reader_of_the_lines_that_goes_away(inputs: Path, undisturbed: Path, t
     assert run.wait() in (0, 1, 2)
     assert "Traceback" not in message
     assert is_tidy(library)
-    assert casa("ingest", inputs, "--library", library, "--jobs", 1).returncode == 1
+    assert casa_here("ingest", inputs, "--library", library, "--jobs", 1).returncode == 1
     assert entries_of(library) == entries_of(undisturbed)

@@ -21,7 +21,7 @@ from casa_assets.ingest.sources.manifest import MAX_BROKEN_ROWS
 from casa_assets.pipeline.ingest.job import Event
 from casa_assets.pipeline.ingest.run import Options, ingest
 from tests.access_audit import Watch
-from tests.libraries import BOXES, box_obj, casa, input_rows
+from tests.libraries import BOXES, box_obj, casa, casa_here, input_rows
 from tests.mesh_files import LIMITS, OBJ_TRIANGLE, Gltf, codes_of, load_bytes, png
 
 PICTURE = np.full((64, 64, 3), 90, dtype=np.uint8)
@@ -72,7 +72,7 @@ def test_a_limit_turns_away_and_raising_it_takes_up(tmp_path: Path) -> None:
 )
 def test_limits_are_options(tmp_path: Path, options: list[str], code: str) -> None:
     folder = make_box(tmp_path / "in")
-    done = casa("ingest", folder, "--library", tmp_path / "library", "--json", *options)
+    done = casa_here("ingest", folder, "--library", tmp_path / "library", "--json", *options)
     assert done.returncode == 1, done.stderr
     assert [row["code"] for row in input_rows(done.stdout)] == [code]
 
@@ -81,7 +81,7 @@ def test_limits_are_options(tmp_path: Path, options: list[str], code: str) -> No
 @pytest.mark.parametrize("options", [["--max-texture", "63"], ["--max-pixels", "0.004"]])
 def test_limits_of_pictures_are_options(tmp_path: Path, options: list[str]) -> None:
     folder = make_box(tmp_path / "in")
-    done = casa("ingest", folder, "--library", tmp_path / "library", "--json", *options)
+    done = casa_here("ingest", folder, "--library", tmp_path / "library", "--json", *options)
     (row,) = input_rows(done.stdout)
     assert row["status"] == "accepted"
     assert "SRC047" in {w["code"] for w in row["warnings"]}

@@ -46,7 +46,8 @@ def turned(name: str, rotation: Floats, scale: float = 1.0) -> WeldedMesh:
 
 
 def test_the_front_is_found_from_any_side(subtests: pytest.Subtests) -> None:
-    for name, degrees, stands in list(product(("drawers", "oven"), (0.0, 90.0, 180.0, -27.0, 33.3), (np.eye(3), Y_UP))):
+    poses = ((0.0, np.eye(3)), (90.0, Y_UP), (180.0, np.eye(3)), (-27.0, Y_UP), (33.3, np.eye(3)))
+    for name, (degrees, stands) in product(("drawers", "oven"), poses):
         with subtests.test(name=name, degrees=degrees, stands=stands):
             rotation = stands @ yaw(degrees)
             found = guess_frame(turned(name, rotation, 100.0))
@@ -69,7 +70,8 @@ def test_the_thing_fills_its_box(degrees: float) -> None:
     assert frame.to_file(placed.points) == pytest.approx(mesh.points, abs=1e-9)
 
 
-@pytest.mark.parametrize("face", range(6))
+@pytest.mark.representatives(2)
+@pytest.mark.parametrize("face", [3, 4, 0, 1, 2, 5])
 def test_what_the_user_says_holds(face: int) -> None:
     mesh = turned("drawers", np.eye(3))
     front = -SIDES[face][2]

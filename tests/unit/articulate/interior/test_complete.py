@@ -25,6 +25,7 @@ from tests.unit.articulate.blocks import Floats, Ints, Part, box, drawers, micro
 from tests.unit.articulate.test_assemble import obj
 
 Mesh = tuple[Floats, Ints, Ints]
+MADE: dict[tuple[bytes, bytes, str, bool], ArticulateResult] = {}
 
 
 def block(*fronts: Part) -> Mesh:
@@ -47,12 +48,19 @@ def front(low: float, high: float) -> list[Part]:
 def made(
     mesh: Mesh, folder: Path, category: str, decisions: Decisions | None = None, complete: bool = True
 ) -> ArticulateResult:
-    """A mesh through everything, its axes given."""
+    """A mesh through everything, its axes given; once where nothing is decided."""
+    if decisions is not None:
+        return _made(mesh, folder, category, decisions, complete)
+    key = mesh[0].tobytes(), mesh[1].tobytes(), category, complete
+    if key not in MADE:
+        MADE[key] = _made(mesh, folder, category, Decisions(), complete)
+    return MADE[key]
+
+
+def _made(mesh: Mesh, folder: Path, category: str, decisions: Decisions, complete: bool) -> ArticulateResult:
     path = obj(folder / "thing.obj", mesh[0], mesh[1])
     axes = (0.0, 0.0, 1.0), (0.0, -1.0, 0.0)
-    return build(
-        ArticulateRequest(path, folder, category, *axes, decisions=decisions or Decisions(), complete=complete)
-    )
+    return build(ArticulateRequest(path, folder, category, *axes, decisions=decisions, complete=complete))
 
 
 def reach(built: ArticulateResult, spot: tuple[float, float]) -> float:

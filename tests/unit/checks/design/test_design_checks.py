@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import cache
 
 import pytest
 
 from casa_assets.checks.design.rules.grade import grade
 from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.checks.table.table import TABLE
-from casa_assets.model.issue import Status
+from casa_assets.model.issue import Report, Status
 from casa_assets.model.kitchen.floor import AisleKind, Fixture, Footprint, KitchenFacts, Role, SweptArea
 from tests.reference_kitchen import (
     DOOR,
@@ -158,20 +159,26 @@ EXAMPLES: dict[str, tuple[Build, Build]] = {
 }
 
 
+@cache
+def report_on(code: str, which: int) -> Report:
+    """What is said of the good (0) or the bad (1) example of a code."""
+    return judged(EXAMPLES[code][which]())
+
+
 @pytest.mark.parametrize("code", EXAMPLES)
 class TestExamples:
     def test_good_is_silent(self, code: str) -> None:
-        assert judged(EXAMPLES[code][0]()).issues == ()
+        assert report_on(code, 0).issues == ()
 
     def test_bad_trips_its_code_alone(self, code: str) -> None:
-        report = judged(EXAMPLES[code][1]())
+        report = report_on(code, 1)
         assert {(issue.code, issue.severity) for issue in report.issues} == {(code, ROWS[code].severity)}
         assert [result.code for result in report.results if result.status is Status.FAILED] == [code]
 
     def test_limit_parts_the_numbers(self, code: str) -> None:
         limit = ROWS[code].limit
         assert limit is not None
-        found = [{r.code: r.number for r in judged(make()).results}[code] for make in EXAMPLES[code]]
+        found = [{r.code: r.number for r in report_on(code, which).results}[code] for which in (0, 1)]
         low, high = sorted(number for number in found if number is not None)
         assert low <= LIMITS[limit] <= high
         assert low < high

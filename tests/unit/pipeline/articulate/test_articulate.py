@@ -43,15 +43,24 @@ def boxed_in() -> list[Part]:
     ]
 
 
-def test_an_entry_is_whole(tmp_path: Path) -> None:
+@pytest.fixture(scope="module")
+def entry(tmp_path_factory: pytest.TempPathFactory) -> ArticulateOutcome:
+    """A microwave that a person accepts, with its pictures, in a library of its own."""
+    folder = tmp_path_factory.mktemp("entry")
     vertices, faces, _ = microwave()
-    mesh = obj(tmp_path / "microwave.obj", vertices, faces)
+    mesh = obj(folder / "microwave.obj", vertices, faces)
     accept = Decisions(decision=Word.ACCEPT)
-    done = articulate_one(ArticulateRequest(mesh, tmp_path / "lib", decisions=accept, preview=True, **AXES))
+    done = articulate_one(ArticulateRequest(mesh, folder / "lib", decisions=accept, preview=True, **AXES))
     assert isinstance(done, ArticulateOutcome)
+    return done
+
+
+def test_an_entry_is_whole(entry: ArticulateOutcome) -> None:
+    done = entry
     assert done.accepted, done.message
     assert done.folder is not None
-    assert done.folder.parent == tmp_path / "lib" / "microwave"
+    assert done.folder.parent.name == "microwave"
+    assert done.folder.parents[1].name == "lib"
     names = {p.name for p in done.folder.iterdir()}
     assert {"asset.json", "model.xml", "usd", "preview.png", "decisions.yaml", STRIP} <= names
     certificate = disk.read_certificate(done.folder)
@@ -135,19 +144,15 @@ def test_what_lacks_something_holds_no_contract_and_says_what(tmp_path: Path) ->
     assert after.asset.provenance.guesses[-1].value == "not toaster_oven"
 
 
-def test_the_review_page_begins_with_the_doubtful(tmp_path: Path) -> None:
-    vertices, faces, _ = microwave()
-    out = tmp_path / "lib"
-    good = articulate_one(
-        ArticulateRequest(obj(tmp_path / "microwave.obj", vertices, faces), out, preview=True, **AXES)
-    )
-    assert isinstance(good, ArticulateOutcome)
+def test_the_review_page_begins_with_the_doubtful(entry: ArticulateOutcome, tmp_path: Path) -> None:
+    good = entry
+    assert good.folder is not None
+    out = good.folder.parents[1]
     bad = ArticulateOutcome(tmp_path / "<cube>.obj", code="ART001", message="no moving part found")
     page = review_page.write(out, [good, bad], "casa-assets articulate").read_text(encoding="utf-8")
     assert "<cube>" not in page
     assert page.index("cube") < page.index("microwave.obj")
     assert f"{STRIP}" in page
-    assert good.folder is not None
     assert (out / "microwave" / good.folder.name / STRIP).is_file()
 
 

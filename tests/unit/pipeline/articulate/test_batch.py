@@ -110,18 +110,19 @@ def test_a_mesh_that_takes_too_long_is_rejected_and_the_others_go_on(
     assert (second.code, second.kept) == ("RUN001", True)
 
 
-def test_what_broke_a_limit_is_not_tried_again(meshes: Path, tmp_path: Path) -> None:
+def test_what_broke_a_limit_is_not_tried_again(meshes: Path, made: Path, tmp_path: Path) -> None:
     folder, out = tmp_path / "in", tmp_path / "library"
     folder.mkdir()
     (folder / "cube.obj").write_bytes((meshes / "cube.obj").read_bytes())
-    (first,) = run(folder, out).values()
-    assert first.code == "ART001"
     (found,) = (one for one in discover([folder]) if isinstance(one, Found))
     request = request_maker(out)(found)
-    key = entry_key(request, first.sha256, found.source)
+    refusals = [disk.read_refusal(path.parent) for path in made.glob("rejected/*/reject.json")]
+    (cube,) = (refusal for refusal in refusals if refusal.source.path == "cube.obj")
+    key = entry_key(request, cube.sha256, found.source)
     for code, is_kept in {"RUN001": True, "RUN002": True, "RUN003": False}.items():
         publish_refusal(request, key, found.source, Rejected(code, "as an earlier run"))
         (again,) = run(folder, out).values()
         assert (again.kept, again.code) == (is_kept, code if is_kept else "ART001")
-    (anew,) = articulate([folder], out, request_maker(out, anew=True))
-    assert (anew.kept, anew.code) == (False, "ART001")
+        if code == "RUN001":
+            (anew,) = articulate([folder], out, request_maker(out, anew=True))
+            assert (anew.kept, anew.code) == (False, "ART001")

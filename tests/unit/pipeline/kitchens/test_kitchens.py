@@ -322,8 +322,11 @@ class TestDiff:
         assert not diff.made_by_same_code(out / SCENE, tmp_path / SCENE)
 
     def test_difference_is_named(self, out: Path, tmp_path: Path) -> None:
-        made = scene_folders.build_one(SceneRecipe(PLAN, "industrial"), tmp_path, drawn=False)
-        lines = diff.compare(out / SCENE, Path(made.folder))
+        shutil.copytree(out / SCENE, tmp_path / SCENE)
+        facts = json.loads((tmp_path / SCENE / "scene.json").read_text(encoding="utf-8"))
+        other = {**facts, "style": "industrial", "surfaces": {**facts["surfaces"], "floor": "oak_ebony"}}
+        (tmp_path / SCENE / "scene.json").write_text(json.dumps(other), encoding="utf-8")
+        lines = diff.compare(out / SCENE, tmp_path / SCENE)
         assert any(line.startswith("style: ") for line in lines)
         assert any(line.startswith("surfaces.floor: ") for line in lines)
 
@@ -334,10 +337,10 @@ class TestDiff:
 
 class TestPictures:
     def test_every_camera_sees_the_kitchen(self, out: Path) -> None:
-        made = kitchen.open_scene(out / SCENE / "scene.xml", frame=kitchen.PictureSettings(160, 120, 4))
+        made = kitchen.open_scene(out / SCENE / "scene.xml", frame=kitchen.PictureSettings(96, 72, 1))
         assert {"overview", "above", "at_sink", "at_stove"} <= set(made.cameras)
-        for name, pixels in kitchen.render_cameras(made, made.cameras, kitchen.PictureSettings(160, 120, 4)):
-            assert pixels.shape == (120, 160, 3)
+        for name, pixels in kitchen.render_cameras(made, made.cameras, kitchen.PictureSettings(96, 72, 1)):
+            assert pixels.shape == (72, 96, 3)
             assert 30 < pixels.mean() < 245, name
             assert pixels.std() > 12, name
 

@@ -20,7 +20,7 @@ from casa_assets.pipeline.kitchens.resolve import build_scene, kitchen_key
 from casa_assets.pipeline.kitchens.scene_ids import recipe_of
 from casa_assets.pipeline.kitchens.scene_json import describe
 
-COUNT = 12
+COUNT = 4
 PLAIN = SceneRecipe("one_wall_small", "scandinavian")
 LIVED_IN = replace(PLAIN, objects=COUNT)
 

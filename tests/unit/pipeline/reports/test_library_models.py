@@ -14,7 +14,7 @@ from casa_assets.pipeline.reports.library.models import MADE_BY, folder_of, mode
 from casa_assets.pipeline.reports.library.report import write
 from casa_assets.pipeline.viewer.viewer_file import viewer_name
 from tests.built_libraries import keep, loose_and_fixed
-from tests.libraries import casa
+from tests.libraries import casa_here
 
 
 @pytest.fixture
@@ -86,7 +86,7 @@ def test_the_page_is_told_where_they_are(library: Path) -> None:
 
 
 def test_the_command_makes_them_on_request(library: Path) -> None:
-    assert casa("report", "--library", library).returncode == 0
+    assert casa_here("report", "--library", library).returncode == 0
     assert not folder_of(library / "report.html").exists()
-    assert casa("report", "--library", library, "--3d").returncode == 0
+    assert casa_here("report", "--library", library, "--3d").returncode == 0
     assert len(list(folder_of(library / "report.html").glob("*.glb.js"))) == len(loose_and_fixed())

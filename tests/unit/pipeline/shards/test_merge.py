@@ -25,7 +25,7 @@ from casa_assets.pipeline.ingest.shards.record import NAME
 from casa_assets.pipeline.ingest.shards.shard import Shard, index_of
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library import review
-from tests.libraries import BOXES, ROOT, box_obj, casa, entries_of
+from tests.libraries import BOXES, ROOT, box_obj, casa_here, entries_of
 from tests.sharded_inputs import make_sharded_inputs, public_differences, run_shards
 from tests.unit.pipeline.test_split import set_obj
 
@@ -43,6 +43,8 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Made:
     folder = tmp_path_factory.mktemp("shards")
     source = make_sharded_inputs(folder / "in")
     list(ingest([source], Options(folder / "one", jobs=1)))
+    for index in (1, 2, 3):  # what the stages made once need not be made again
+        shutil.copytree(folder / "one" / ".casa" / "cache", folder / f"{index}_of_3" / ".casa" / "cache")
     return Made(source, folder / "one", run_shards(source, folder, 3))
 
 
@@ -100,8 +102,8 @@ def test_three_shards_are_one_run(made: Made, tmp_path: Path) -> None:
     assert public_differences(made.one, tmp_path / "library") == []
 
 
-@pytest.mark.parametrize("count", [1, pytest.param(4, marks=pytest.mark.certify)])
-@pytest.mark.slow
+@pytest.mark.certify
+@pytest.mark.parametrize("count", [1, 4])
 def test_any_number_of_shards_is_one_run(made: Made, tmp_path: Path, count: int) -> None:
     for index in range(1, count + 1):  # what the stages made once need not be made again
         shutil.copytree(made.one / ".casa" / "cache", tmp_path / f"{index}_of_{count}" / ".casa" / "cache")
@@ -205,17 +207,22 @@ def test_a_merge_adds_to_a_library_as_a_run_does(made: Made, tmp_path: Path) -> 
     other.mkdir()
     (other / "cereal_box_of_before.obj").write_text("# older\n" + box_obj((0.19, 0.29, 0.06)), encoding="ascii")
     (other / "gone.jsonl").write_text('{"id": "x", "file": "gone_too.glb"}\n', encoding="ascii")
+    source = tmp_path / "in"
+    shutil.copytree(made.source / "chain_0", source / "chain_0")
+    shutil.copytree(made.source / "rows", source / "rows", ignore=shutil.ignore_patterns("*.obj"))
+    shards = run_shards(source, tmp_path, 2)
     # What the stages made once need not be made again.
     shutil.copytree(made.one / ".casa" / "cache", tmp_path / "base" / ".casa" / "cache")
     list(ingest([other], Options(tmp_path / "base", jobs=1)))
     for name in ("by_run", "by_merge"):
         shutil.copytree(tmp_path / "base", tmp_path / name)
-    list(ingest([made.source], Options(tmp_path / "by_run", jobs=1)))
-    list(merge(made.shards, tmp_path / "by_merge"))
+    list(ingest([source], Options(tmp_path / "by_run", jobs=1)))
+    list(merge(shards, tmp_path / "by_merge"))
     assert public_differences(tmp_path / "by_run", tmp_path / "by_merge") == []
     assert codes(tmp_path / "by_merge")["chain_0/cereal_box.obj"] == "RUN007", "the copy of an older one"
 
 
+@pytest.mark.certify
 def test_files_that_are_taken_apart(tmp_path: Path) -> None:
     source = tmp_path / "in"
     source.mkdir()
@@ -397,20 +404,20 @@ def test_entries_that_a_shard_lacks_are_told_before_anything_is_written(made: Ma
 def test_the_command_line(bare: Made, tmp_path: Path) -> None:
     places = [tmp_path / "one", tmp_path / "two", tmp_path / "library"]
     for index, place in enumerate(places[:2], 1):
-        done = casa("ingest", bare.source, "--shard", f"{index}/2", "--library", place, "--jobs", 1)
+        done = casa_here("ingest", bare.source, "--shard", f"{index}/2", "--library", place, "--jobs", 1)
         assert done.returncode == 1, done.stdout + done.stderr
-    done = casa("library", "merge", places[0], "--library", places[2])
+    done = casa_here("library", "merge", places[0], "--library", places[2])
     assert (done.returncode, "2/2" in done.stderr) == (2, True)
-    done = casa("library", "merge", *places[:2], "--library", places[2], "--json")
+    done = casa_here("library", "merge", *places[:2], "--library", places[2], "--json")
     assert done.returncode == 1, done.stderr
     assert sorted(json.loads(line)["path"] for line in done.stdout.splitlines()) == [f"{i}.glb" for i in range(4, 8)]
-    done = casa("library", "merge", *places[:2], "--library", places[2])
+    done = casa_here("library", "merge", *places[:2], "--library", places[2])
     assert "4 inputs: 0 accepted, 0 in review, 4 rejected (4 were there already)" in done.stdout
-    done = casa("ingest", bare.source, "--shard", "3/2", "--library", tmp_path / "x")
+    done = casa_here("ingest", bare.source, "--shard", "3/2", "--library", tmp_path / "x")
     assert done.returncode == 2
     assert "i from 1 to n" in done.stderr
-    done = casa("ingest", bare.source, "--shard", "1/2", "--watch", "--library", tmp_path / "x")
+    done = casa_here("ingest", bare.source, "--shard", "1/2", "--watch", "--library", tmp_path / "x")
     assert done.returncode == 2
     many = next(f"{i}/50" for i in range(1, 51) if all(index_of(f"{n}.glb", 50) != i for n in range(4, 8)))
-    done = casa("ingest", bare.source, "--shard", many, "--library", tmp_path / "x", "--jobs", 1)
+    done = casa_here("ingest", bare.source, "--shard", many, "--library", tmp_path / "x", "--jobs", 1)
     assert (done.returncode, f"shard {many} has none of the inputs" in done.stdout) == (0, True), done.stderr

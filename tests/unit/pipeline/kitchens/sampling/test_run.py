@@ -25,7 +25,7 @@ from casa_assets.pipeline.kitchens.sampling.draws import draw_recipes
 from casa_assets.pipeline.kitchens.sampling.ledger import FOLDER, keep_draw, read_draw
 from tests.libraries import ROOT, command
 
-COUNT = 12
+COUNT = 8
 # `sitecustomize` of the program and its workers. A stand-in takes a while, notes that it was begun, and about half
 # are refused; one that is marked as deadly ends its process, as the system does where the memory runs out.
 STAND_INS = """
@@ -140,27 +140,36 @@ def runs(tmp_path: Path) -> Runs:
     return Runs(tmp_path)
 
 
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> Runs:
+    """A run that nobody stopped, by two jobs, in `whole`."""
+    made = Runs(tmp_path_factory.mktemp("whole"))
+    made.finish("whole")
+    return made
+
+
 @pytest.mark.slow
 class TestStopped:
+    @pytest.mark.representatives(1)
     @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT])
     def test_it_goes_on_and_its_bytes_are_those_of_a_run_that_was_not_stopped(
-        self, runs: Runs, number: signal.Signals
+        self, runs: Runs, whole: Runs, number: signal.Signals
     ) -> None:
-        runs.finish("whole")
-        for after in (3, 8):
+        for after in (2, 5):
             stopped = runs.start("stopped")
             while len(runs.begun("stopped")) < after and stopped.poll() is None:
                 time.sleep(0.01)
             stopped.send_signal(number)
             stopped.communicate(timeout=60)
         told = runs.finish("stopped")
-        assert runs.bytes_of("stopped") == runs.bytes_of("whole")
+        assert runs.bytes_of("stopped") == whole.bytes_of("whole")
         begun = runs.begun("stopped")
         # At most those at work when it was stopped were begun again: two jobs, two times.
         assert len(set(begun)) == COUNT
         assert len(begun) <= COUNT + 4
         assert f"of {COUNT} draws passed" in told
 
+    @pytest.mark.certify
     def test_what_is_done_is_not_made_again(self, runs: Runs) -> None:
         first = runs.finish("out")
         again = runs.finish("out")
@@ -168,10 +177,9 @@ class TestStopped:
         share = [line for line in first.splitlines() if "draws passed" in line]
         assert share == [line for line in again.splitlines() if "draws passed" in line]
 
-    def test_any_number_of_jobs_makes_the_same(self, runs: Runs) -> None:
+    def test_any_number_of_jobs_makes_the_same(self, runs: Runs, whole: Runs) -> None:
         runs.finish("one", jobs=1)
-        runs.finish("two", jobs=2)
-        assert runs.bytes_of("one") == runs.bytes_of("two")
+        assert runs.bytes_of("one") == whole.bytes_of("whole")
         rejected = json.loads((runs.folder / "one" / "rejected.json").read_text(encoding="utf-8"))
         assert rejected["drawn"] == rejected["tried"] == COUNT
         assert 0 < rejected["passed"] < COUNT
