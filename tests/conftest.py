@@ -47,7 +47,7 @@ def boxes(common: Path, cache: Path) -> Path:
 
 @pytest.hookimpl(tryfirst=True)  # before -m is looked at
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Leave the rows of a test beyond its `representatives(count)` to `./dev certify`.
+    """Leave to `./dev certify` the rows of a test beyond its `representatives(count)`, and content that is unchanged.
 
     Rows are counted in their order: the ones that tell most for their time come first.
     """
@@ -59,3 +59,8 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             seen[test] += 1
             if seen[test] > mark.args[0]:
                 item.add_marker(pytest.mark.certify)
+    if any(item.get_closest_marker("content") for item in items):
+        from tests.content_keys import unchanged  # what it imports is loaded by the tests of content alone
+
+        for item in unchanged(items):
+            item.add_marker(pytest.mark.certify)
