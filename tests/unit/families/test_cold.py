@@ -76,7 +76,7 @@ def test_draws_are_built_to_their_contract(family: str, seed: int) -> None:
     assert type(params).from_json(params.to_json()) == params
 
 
-@pytest.mark.content("family", "{family}", keep=1)
+@pytest.mark.content("family", "{family}", keep=0)
 @pytest.mark.parametrize("family", list(BY_NAME))
 def test_presets_are_many_and_have_meshes_of_their_own(family: str) -> None:
     found = BY_NAME[family]

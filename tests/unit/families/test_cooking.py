@@ -76,7 +76,7 @@ def test_a_hundred_draws_stay_within_bounds_and_differ(family: str) -> None:
     assert len({drawn(family, seed).digest for seed in range(100)}) > 95
 
 
-@pytest.mark.content("family", "{family}", keep=1)
+@pytest.mark.content("family", "{family}", keep=0)
 @pytest.mark.parametrize("family", list(BY_NAME))
 def test_presets_are_many_and_differ_in_form(family: str) -> None:
     found = BY_NAME[family]
