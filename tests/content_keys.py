@@ -255,13 +255,16 @@ def subjects(item: pytest.Item) -> list[str]:
     return ["/".join(mark.args).format(**given) for mark in item.iter_markers(MARK)]
 
 
-def unchanged(items: Iterable[pytest.Item], recorded: Mapping[str, str] | None = None) -> list[pytest.Item]:
+def unchanged(
+    items: Iterable[pytest.Item], recorded: Mapping[str, str] | None = None, most: int | None = None
+) -> list[pytest.Item]:
     """Rows whose subjects and file are those that were recorded, but for the representatives of each test.
 
     Representatives are spread evenly over the rows of a test: the first is always one.
 
     Args:
         recorded: key by subject or path; None reads the file.
+        most: of a test of which more rows than these have changed, the representatives alone are run.
     """
     tests: dict[str, list[pytest.Item]] = {}
     for item in items:
@@ -274,7 +277,8 @@ def unchanged(items: Iterable[pytest.Item], recorded: Mapping[str, str] | None =
         count = stated[0] if stated else KEPT_ROWS
         kept = {number * len(rows) // count for number in range(count)}
         others = [row for number, row in enumerate(rows) if number not in kept]
-        found += [row for row in others if _is_recorded(test.partition("::")[0], subjects(row), known)]
+        same = [row for row in others if _is_recorded(test.partition("::")[0], subjects(row), known)]
+        found += others if most is not None and len(others) - len(same) > most else same
     return found
 
 

@@ -71,6 +71,8 @@ def test_recorded_content_is_left_out_but_for_representatives() -> None:
 def test_content_that_is_not_recorded_runs() -> None:
     assert content_keys.unchanged(rows(), {}) == []
     assert content_keys.unchanged(rows(), {**keys(), FILE: "another"}) == []
+    assert content_keys.unchanged(rows(), {}, most=21) == []
+    assert len(content_keys.unchanged(rows(), {}, most=20)) == len(rows()) - 3, "the representatives alone"
 
 
 @pytest.mark.usefixtures("forgotten")
