@@ -16,6 +16,9 @@ from hypothesis import settings
 from tests.libraries import made_once, make_boxes, make_few
 from tests.warm_servers import warm_servers
 
+# Rows of a test of content that run near a change; of more, the representatives.
+NEAR_ROWS = 20
+
 settings.register_profile("same_examples", deadline=None, derandomize=True)
 settings.load_profile("same_examples")
 
@@ -61,9 +64,10 @@ def few(common: Path, servers: None) -> Path:
 
 @pytest.hookimpl(tryfirst=True)  # before -m is looked at
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Leave the rows of a test beyond its `representatives(count)` to `./dev certify`.
+    """Leave to `./dev certify` the rows of a test beyond its `representatives(count)`, and content that is unchanged.
 
-    Rows are counted in their order: the ones that tell most for their time come first.
+    Rows are counted in their order: the ones that tell most for their time come first. Where CASA_TESTS_NEAR is set, as
+    by `./dev test --changed`, a change of most content is tried on its representatives.
     """
     seen: Counter[str] = Counter()
     for item in items:
@@ -73,3 +77,8 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             seen[test] += 1
             if seen[test] > mark.args[0]:
                 item.add_marker(pytest.mark.certify)
+    if any(item.get_closest_marker("content") for item in items):
+        from tests.content_keys import unchanged  # what it imports is loaded by the tests of content alone
+
+        for item in unchanged(items, most=NEAR_ROWS if os.environ.get("CASA_TESTS_NEAR") else None):
+            item.add_marker(pytest.mark.certify)

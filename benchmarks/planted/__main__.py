@@ -7,8 +7,8 @@
 
 The faults are mistakes that a programmer might make (faults.yaml): a flipped sign, a wrong unit, a limit that nothing
 holds any more. They were chosen by reading the code, not the tests. Each is planted in a copy of the checkout; the
-tests that reach its module by imports (selection.py) run in the order of their distance, and after them those that
-start the program, until one fails or the budget is spent. A test that also fails without the fault does not count.
+tests that reach its module by imports (tests/selection.py) run in the order of their distance, and after them those
+that start the program, until one fails or the budget is spent. A test that also fails without the fault does not count.
 
 Prints one line a fault, then how many were caught by the nearest tests (those with the fewest imports between them and
 the fault) and by others, per package and per kind of mistake, and those that none caught. Results are appended to
@@ -24,9 +24,9 @@ from pathlib import Path
 
 from benchmarks.planted.copies import copy_clean, name_of
 from benchmarks.planted.faults import FAULTS, Fault, mistakes, read_faults
-from benchmarks.planted.selection import Imports, reaching
 from benchmarks.planted.tables import APPLIES_NOT, Results, line_of, summary
 from benchmarks.planted.trial import Bench, Verdict
+from tests.selection import Imports, reaching
 
 ROOT = Path(__file__).parents[2]
 # Looks whether the text of each fault stands in its file, so it fails for every planted fault and catches none.

@@ -16,7 +16,7 @@ from pathlib import Path
 
 from benchmarks.planted.copies import copy_linked
 from benchmarks.planted.faults import Fault
-from benchmarks.planted.selection import Reaching
+from tests.selection import Reaching
 
 PLUGIN = Path(__file__).with_name("plugin")
 MARKS = "not consumers and not certify"

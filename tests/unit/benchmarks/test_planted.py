@@ -8,9 +8,9 @@ import pytest
 
 from benchmarks.planted.copies import copy_linked
 from benchmarks.planted.faults import Fault, mistakes, read_faults
-from benchmarks.planted.selection import Imports, Reaching, reaching
 from benchmarks.planted.tables import Results, summary
 from benchmarks.planted.trial import Bench, Failure, Verdict
+from tests.selection import Imports, Reaching, reaching
 
 ROOT = Path(__file__).parents[3]
 # A made-up checkout: two modules, one of which loads another by its name, and tests that reach them in many ways.

@@ -91,6 +91,7 @@ def weighs(family: str, asset: Asset) -> None:
     assert span.low / 1.5 <= asset.mass <= span.high * 1.5
 
 
+@pytest.mark.content("family", "{family}")
 @pytest.mark.parametrize(("family", "name"), PRESETS)
 def test_every_preset_is_built_to_its_contract(family: str, name: str) -> None:
     asset = preset(family, name)
@@ -106,6 +107,7 @@ def test_presets_are_many_and_differ(subtests: pytest.Subtests) -> None:
             assert len({p.digest for p in found.presets.values()}) == len(found.presets)
 
 
+@pytest.mark.content("family", "{family}", keep=1)
 @pytest.mark.parametrize("family", list(BY_NAME))
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_draws_are_built_to_their_contract(family: str, seed: int) -> None:
@@ -149,6 +151,7 @@ def test_rings_of_upper_doors_hang_clear_of_what_stands_before_their_lower_edge(
     assert lowest >= 0.05
 
 
+@pytest.mark.content("family", "{family}")
 @pytest.mark.parametrize(
     ("family", "name"),
     [

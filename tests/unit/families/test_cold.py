@@ -60,11 +60,13 @@ def holds(family: str, asset: Asset) -> None:
     plausible(asset)
 
 
+@pytest.mark.content("family", "{family}")
 @pytest.mark.parametrize(("family", "name"), PRESETS)
 def test_every_preset_is_built_to_its_contract(family: str, name: str) -> None:
     holds(family, preset(family, name))
 
 
+@pytest.mark.content("family", "{family}", keep=1)
 @pytest.mark.parametrize("family", list(BY_NAME))
 @pytest.mark.parametrize("seed", [1, 2])
 def test_draws_are_built_to_their_contract(family: str, seed: int) -> None:
@@ -74,6 +76,7 @@ def test_draws_are_built_to_their_contract(family: str, seed: int) -> None:
     assert type(params).from_json(params.to_json()) == params
 
 
+@pytest.mark.content("family", "{family}", keep=0)
 @pytest.mark.parametrize("family", list(BY_NAME))
 def test_presets_are_many_and_have_meshes_of_their_own(family: str) -> None:
     found = BY_NAME[family]
@@ -88,30 +91,30 @@ def test_presets_are_many_and_have_meshes_of_their_own(family: str) -> None:
 FRIDGES = [f for f in BY_NAME if f.startswith("fridge")]
 
 
-MEMBERS = [(f, p) for f, p in PRESETS if f in FRIDGES]
-
-
-def test_a_fridge_has_a_shelf_where_things_are_put(subtests: pytest.Subtests) -> None:
+@pytest.mark.content("family", "{family}", keep=1)
+@pytest.mark.parametrize("family", FRIDGES)
+def test_a_fridge_has_a_shelf_where_things_are_put(subtests: pytest.Subtests, family: str) -> None:
     """A shelf that tasks use is 0.20 m high and 0.50 to 1.50 m over the floor. Ref: robocasa v1.0, Fridge."""
-    for family, name in MEMBERS:
-        with subtests.test(family=family, name=name):
+    for name in BY_NAME[family].presets:
+        with subtests.test(name=name):
             asset = preset(family, name)
             shelves = [r for r in asset.regions if re.fullmatch(r"fridge_([a-z]+_)?shelf[0-9]+", r.name)]
             floors = [(asset.asset_from_link(r.link) @ r.pose).position[2] - r.size[2] / 2 for r in shelves]
             assert any(r.size[2] >= 0.2 and 0.5 <= z <= 1.5 for r, z in zip(shelves, floors, strict=True))
 
 
-def test_a_fridge_is_as_large_as_one(subtests: pytest.Subtests) -> None:
-    for family in FRIDGES:
-        with subtests.test(family=family):
-            for name in BY_NAME[family].presets:
-                low, high = preset(family, name).bounds
-                width, depth, height = (float(v) for v in high - low)
-                assert 0.5 <= width <= 1.0, name
-                assert 0.55 <= depth <= 0.95, name
-                assert 1.35 <= height <= 2.2, name
+@pytest.mark.content("family", "{family}", keep=1)
+@pytest.mark.parametrize("family", FRIDGES)
+def test_a_fridge_is_as_large_as_one(family: str) -> None:
+    for name in BY_NAME[family].presets:
+        low, high = preset(family, name).bounds
+        width, depth, height = (float(v) for v in high - low)
+        assert 0.5 <= width <= 1.0, name
+        assert 0.55 <= depth <= 0.95, name
+        assert 1.35 <= height <= 2.2, name
 
 
+@pytest.mark.content("family", "dishwasher", keep=0)
 def test_racks_of_a_dishwasher_wait_for_its_door() -> None:
     for name in BY_NAME["dishwasher"].presets:
         asset = preset("dishwasher", name)
@@ -123,6 +126,7 @@ def test_racks_of_a_dishwasher_wait_for_its_door() -> None:
         assert abs(heights[1] - heights[0]) > 0.2
 
 
+@pytest.mark.content("family", "fridge_side_by_side", keep=0)
 def test_an_arm_on_wheels_gets_to_the_lowest_crispers(subtests: pytest.Subtests) -> None:
     for name in BY_NAME["fridge_side_by_side"].presets:
         with subtests.test(name=name):

@@ -51,11 +51,13 @@ def holds(family: str, asset: Asset) -> None:
     assert span.low <= asset.mass <= span.high
 
 
+@pytest.mark.content("family", "{family}")
 @pytest.mark.parametrize(("family", "name"), PRESETS)
 def test_every_preset_is_built_to_its_contract(family: str, name: str) -> None:
     holds(family, preset(family, name))
 
 
+@pytest.mark.content("family", "{family}", keep=1)
 @pytest.mark.parametrize("family", list(BY_NAME))
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_draws_are_built_to_their_contract(family: str, seed: int) -> None:
@@ -68,11 +70,13 @@ def test_draws_are_built_to_their_contract(family: str, seed: int) -> None:
     assert type(params).from_json(params.to_json()) == params
 
 
+@pytest.mark.content("family", "{family}", keep=1)
 @pytest.mark.parametrize("family", list(BY_NAME))
 def test_a_hundred_draws_stay_within_bounds_and_differ(family: str) -> None:
     assert len({drawn(family, seed).digest for seed in range(100)}) > 95
 
 
+@pytest.mark.content("family", "{family}", keep=0)
 @pytest.mark.parametrize("family", list(BY_NAME))
 def test_presets_are_many_and_differ_in_form(family: str) -> None:
     found = BY_NAME[family]
@@ -89,6 +93,7 @@ def model_of(asset: Asset, folder: Path) -> mujoco.MjSpec:
     return mujoco.MjSpec.from_file(str(folder / "model.xml"))
 
 
+@pytest.mark.content("family", "{family}")
 @pytest.mark.parametrize(
     ("family", "name"),
     [
@@ -122,6 +127,7 @@ def test_parts_clear_each_other_on_their_way(family: str, name: str, tmp_path: P
             assert depth < 0.0005, f"{joint.name} at {share:.0%}"
 
 
+@pytest.mark.content("family", "hob", keep=2)
 @pytest.mark.parametrize(
     "name", ["gas_five", "gas_four_side", "gas_six_pro", "gas_black_glass", "coil_steel", "ceramic_framed"]
 )
@@ -203,6 +209,7 @@ def test_signs_lie_flat_and_fit_their_size(subtests: pytest.Subtests) -> None:
             assert solid.volume > 0
 
 
+@pytest.mark.content("family", "microwave", keep=0)
 def test_every_microwave_has_its_keys_and_handle(subtests: pytest.Subtests) -> None:
     for stand, pull, controls in list(product(MicrowaveMounting, MicrowaveHandle, MicrowaveControls)):
         with subtests.test(stand=stand, pull=pull, controls=controls):
@@ -212,6 +219,7 @@ def test_every_microwave_has_its_keys_and_handle(subtests: pytest.Subtests) -> N
             assert len(turned) == (2 if controls is MicrowaveControls.KNOBS else 0)
 
 
+@pytest.mark.content("family", "toaster_oven", keep=1)
 @pytest.mark.parametrize(("place", "tray"), list(product(PanelPlace, (False, True))))
 def test_a_toaster_oven_has_a_rack_or_a_tray(place: PanelPlace, tray: bool) -> None:
     asset = made("toaster_oven", ToasterOven(panel=place, tray=tray, height=0.29))
@@ -224,6 +232,7 @@ def test_a_toaster_oven_has_a_rack_or_a_tray(place: PanelPlace, tray: bool) -> N
     assert region.size[2] > 0.04
 
 
+@pytest.mark.content("family", "toaster_oven", keep=1)
 @pytest.mark.parametrize(("grip", "height"), list(product(OvenHandle, (0.21, 0.34))))
 def test_an_open_toaster_oven_is_clear_of_what_it_stands_on(grip: OvenHandle, height: float, tmp_path: Path) -> None:
     asset = made("toaster_oven", ToasterOven(grip=grip, height=height))
@@ -238,6 +247,7 @@ def test_an_open_toaster_oven_is_clear_of_what_it_stands_on(grip: OvenHandle, he
     assert not [c for c in data.contact if plane in c.geom]
 
 
+@pytest.mark.content("family", "range", keep=0)
 def test_the_handle_of_a_drawer_under_an_oven_is_at_its_upper_edge_and_stands_out(subtests: pytest.Subtests) -> None:
     for name in BY_NAME["range"].presets:
         with subtests.test(name=name):

@@ -49,11 +49,13 @@ def mesh_digest(asset: Asset) -> tuple[tuple[str, bytes], ...]:
     return tuple((v.name, v.mesh.vertices.tobytes()) for k in asset.links for v in k.visuals)
 
 
+@pytest.mark.content("family", "{family}")
 @pytest.mark.parametrize(("family", "name"), PRESETS)
 def test_every_preset_is_built_as_usual(family: str, name: str) -> None:
     holds(family, preset(family, name))
 
 
+@pytest.mark.content("family", "{family}", keep=1)
 @pytest.mark.parametrize("family", list(BY_NAME))
 @pytest.mark.parametrize("seed", [1, 2])
 def test_draws_are_built_as_usual(family: str, seed: int) -> None:
@@ -63,6 +65,7 @@ def test_draws_are_built_as_usual(family: str, seed: int) -> None:
     assert type(params).from_json(params.to_json()) == params
 
 
+@pytest.mark.content("family", "{family}", keep=1)
 @pytest.mark.parametrize("family", list(BY_NAME))
 def test_presets_have_meshes_of_their_own(family: str) -> None:
     found = BY_NAME[family]
@@ -71,6 +74,7 @@ def test_presets_have_meshes_of_their_own(family: str) -> None:
     assert len({mesh_digest(preset(family, name)) for name in found.presets}) == len(found.presets)
 
 
+@pytest.mark.content("family", "{family}", keep=1)
 @pytest.mark.parametrize("family", list(BY_NAME))
 def test_what_hangs_is_fixed_and_what_stands_is_free(family: str) -> None:
     bases = {preset(family, name).base for name in BY_NAME[family].presets}
@@ -79,6 +83,7 @@ def test_what_hangs_is_fixed_and_what_stands_is_free(family: str) -> None:
         assert bases == {Base.FREE}
 
 
+@pytest.mark.content("family", "{family}", keep=1)
 @pytest.mark.parametrize("family", NEW)
 def test_fifty_draws_differ(family: str) -> None:
     assert len({drawn(family, seed).digest for seed in range(50)}) >= 48

@@ -61,6 +61,7 @@ def surfaces(asset: Asset) -> Iterator[tuple[np.ndarray, np.ndarray]]:
             yield visual.mesh.vertices, visual.mesh.faces
 
 
+@pytest.mark.content("object", "{name}")
 @pytest.mark.parametrize("name", object_names())
 def test_members_are_as_large_and_heavy_as_such_things_are_and_differ(name: str) -> None:
     assert len({params_of(name, i).digest for i in range(DRAWN)}) == DRAWN

@@ -100,6 +100,7 @@ def phase_error(shown: Visual, expected: Floats) -> float:
 # Every family ---------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.content("family", "{family}")
 @pytest.mark.parametrize(("family", "name"), PRESETS)
 def test_every_preset_is_built_and_weighs_what_such_things_do(family: str, name: str) -> None:
     asset = made(family, BY_NAME[family].presets[name])
@@ -118,6 +119,7 @@ def test_presets_differ_and_are_enough() -> None:
     assert min(counts.values()) >= 6
 
 
+@pytest.mark.content("family", "{family}", keep=1)
 @pytest.mark.parametrize("family", sorted(BY_NAME))
 def test_draws_are_built_and_the_same_draw_is_the_same_thing(family: str) -> None:
     found = BY_NAME[family]

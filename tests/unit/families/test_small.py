@@ -62,11 +62,13 @@ def holds(family: str, asset: Asset) -> None:
     plausible(asset)
 
 
+@pytest.mark.content("family", "{family}")
 @pytest.mark.parametrize(("family", "name"), PRESETS)
 def test_every_preset_is_built_to_its_contract(family: str, name: str) -> None:
     holds(family, preset(family, name))
 
 
+@pytest.mark.content("family", "{family}")
 @pytest.mark.parametrize(("family", "name"), [(f, p) for f, p in PRESETS if f != "blender_lid"])
 def test_what_is_touched_begins_where_it_stands(family: str, name: str) -> None:
     """What stands on shapes that begin higher than its foot falls when a kitchen starts."""
@@ -75,6 +77,7 @@ def test_what_is_touched_begins_where_it_stands(family: str, name: str) -> None:
     assert bounds[0, 2] == pytest.approx(0.0, abs=1e-4)
 
 
+@pytest.mark.content("family", "toaster", keep=0)
 def test_slots_of_a_toaster_run_from_front_to_back(subtests: pytest.Subtests) -> None:
     for name in BY_NAME["toaster"].presets:
         with subtests.test(name=name):
@@ -83,6 +86,7 @@ def test_slots_of_a_toaster_run_from_front_to_back(subtests: pytest.Subtests) ->
             assert all(width < depth for width, depth, _ in slots)
 
 
+@pytest.mark.content("family", "{family}", keep=1)
 @pytest.mark.parametrize("family", list(BY_NAME))
 @pytest.mark.parametrize("seed", [1, 2])
 def test_draws_are_built_to_their_contract(family: str, seed: int) -> None:
@@ -92,43 +96,46 @@ def test_draws_are_built_to_their_contract(family: str, seed: int) -> None:
     assert type(params).from_json(params.to_json()) == params
 
 
-def test_presets_are_many_and_have_meshes_of_their_own(subtests: pytest.Subtests) -> None:
-    for family in list(BY_NAME):
-        with subtests.test(family=family):
-            found = BY_NAME[family]
-            assert len(found.presets) >= 8
-            seen = set()
-            for name in found.presets:
-                asset = preset(family, name)
-                seen.add(tuple((v.name, v.mesh.vertices.tobytes()) for k in asset.links for v in k.visuals))
-            assert len(seen) == len(found.presets)
+@pytest.mark.content("family", "{family}", keep=1)
+@pytest.mark.parametrize("family", list(BY_NAME))
+def test_presets_are_many_and_have_meshes_of_their_own(family: str) -> None:
+    found = BY_NAME[family]
+    assert len(found.presets) >= 8
+    seen = set()
+    for name in found.presets:
+        asset = preset(family, name)
+        seen.add(tuple((v.name, v.mesh.vertices.tobytes()) for k in asset.links for v in k.visuals))
+    assert len(seen) == len(found.presets)
 
 
-def test_the_lightest_and_the_heaviest_are_of_their_kind(subtests: pytest.Subtests) -> None:
-    for family in list(BY_NAME):
-        with subtests.test(family=family):
-            weights = [preset(family, name).mass for name in BY_NAME[family].presets]
-            assert MASSES[family] <= min(weights) <= max(weights) < 12 * min(weights)
+@pytest.mark.content("family", "{family}", keep=1)
+@pytest.mark.parametrize("family", list(BY_NAME))
+def test_the_lightest_and_the_heaviest_are_of_their_kind(family: str) -> None:
+    weights = [preset(family, name).mass for name in BY_NAME[family].presets]
+    assert MASSES[family] <= min(weights) <= max(weights) < 12 * min(weights)
 
 
-def test_every_member_has_what_its_kind_is_worked_by(subtests: pytest.Subtests) -> None:
-    for family, pattern in [
-        ("toaster", r"(side_[lr]_)?lever_joint"),
-        ("kettle", "lid_joint"),
-        ("kettle", "switch_joint"),
-        ("stand_mixer", "head_joint"),
-        ("stand_mixer", "knob_speed_joint"),
-    ]:
-        with subtests.test(family=family, pattern=pattern):
-            for name in BY_NAME[family].presets:
-                assert any(re.fullmatch(pattern, joint.name) for joint in preset(family, name).joints), name
+@pytest.mark.content("family", "{family}", keep=1)
+@pytest.mark.parametrize(
+    ("family", "patterns"),
+    [
+        ("toaster", (r"(side_[lr]_)?lever_joint",)),
+        ("kettle", ("lid_joint", "switch_joint")),
+        ("stand_mixer", ("head_joint", "knob_speed_joint")),
+    ],
+)
+def test_every_member_has_what_its_kind_is_worked_by(family: str, patterns: tuple[str, ...]) -> None:
+    for name in BY_NAME[family].presets:
+        joints = [joint.name for joint in preset(family, name).joints]
+        for pattern in patterns:
+            assert any(re.fullmatch(pattern, joint) for joint in joints), (name, pattern)
 
 
-def test_all_are_small_enough_for_a_worktop(subtests: pytest.Subtests) -> None:
-    for family in list(BY_NAME):
-        with subtests.test(family=family):
-            for name in BY_NAME[family].presets:
-                low, high = preset(family, name).bounds
-                width, depth, height = (float(v) for v in high - low)
-                assert max(width, depth) < 0.6
-                assert (0.03 if family == "blender_lid" else 0.12) < height < 0.6
+@pytest.mark.content("family", "{family}", keep=1)
+@pytest.mark.parametrize("family", list(BY_NAME))
+def test_all_are_small_enough_for_a_worktop(family: str) -> None:
+    for name in BY_NAME[family].presets:
+        low, high = preset(family, name).bounds
+        width, depth, height = (float(v) for v in high - low)
+        assert max(width, depth) < 0.6
+        assert (0.03 if family == "blender_lid" else 0.12) < height < 0.6

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator
+from typing import Any
 
 import pytest
 
@@ -22,6 +23,7 @@ from casa_assets.pipeline.kitchens.resolve import preset_params
 from casa_assets.registry.kitchens import load_plan, plan_names, style_names
 from tests.plan_geometry import (
     PLAY,
+    STYLE,
     Rect,
     boxes,
     draws,
@@ -58,7 +60,12 @@ TABLE = {
 }
 
 
-@pytest.fixture(scope="module", params=PLANS)
+def row(plan: str) -> Any:
+    """A row of all tests of a plan in all its sizes; it is of the style of `made`."""
+    return pytest.param(plan, marks=(pytest.mark.content("plan", plan), pytest.mark.content("style", STYLE)))
+
+
+@pytest.fixture(scope="module", params=list(map(row, PLANS)))
 def kitchens(request: pytest.FixtureRequest) -> list[KitchenRequest]:
     """A plan in all its sizes."""
     plan, _ = load_plan(request.param)
@@ -188,6 +195,8 @@ class TestContent:
     def test_is_that_of_the_table(self) -> None:
         assert set(PLANS) == set(TABLE)
 
+    @pytest.mark.content("plan", "{name}")
+    @pytest.mark.content("style", STYLE)
     @pytest.mark.parametrize("name", PLANS)
     def test_sizes_and_kinds(self, name: str) -> None:
         kitchen = made(name)
@@ -227,6 +236,8 @@ class TestContent:
                 room = max(item.spot.u - half - left, right - item.spot.u - half)
                 assert room >= MIN_SURFACE_M[0], message(kitchen, room)
 
+    @pytest.mark.content("plan", "{name}")
+    @pytest.mark.content("style", "all")
     @pytest.mark.parametrize("name", PLANS)
     def test_a_hand_gets_to_the_keys_of_a_microwave_beside_a_tall_unit(self, name: str) -> None:
         for style in style_names():
@@ -238,6 +249,8 @@ class TestContent:
                 tall = [s.left - right for s in row if s.top > 1.0 and s.left >= right]
                 assert min(tall, default=1.0) >= 0.12, message(kitchen, style, tall)
 
+    @pytest.mark.content("plan", "{name}", keep=6)
+    @pytest.mark.content("style", "{style}")
     @pytest.mark.parametrize("style", style_names())
     @pytest.mark.parametrize("name", PLANS)
     def test_fits_every_style(self, name: str, style: str) -> None:

@@ -159,6 +159,8 @@ def test_members_fit_the_composer(subtests: pytest.Subtests) -> None:
             assert len({c.model_dump_json() for c in style.props}) == len(style.props)
 
 
+@pytest.mark.content("style", "{style_id}")
+@pytest.mark.content("plan", "{plan}")
 @pytest.mark.parametrize("style_id", TWELVE)
 @pytest.mark.parametrize("plan", ["l_small", "one_wall_large"])
 def test_every_style_dresses_a_plan(style_id: str, plan: str) -> None:

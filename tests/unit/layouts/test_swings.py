@@ -46,6 +46,7 @@ def test_handles_stand_out_as_far_as_is_said() -> None:
         assert handle_reach(kind) - 1e-6 <= HANDLES_M[kind.value] < handle_reach(kind) + 0.01, kind
 
 
+@pytest.mark.representatives(1)
 def test_open_leaves_lie_where_they_were_foreseen(
     built: tuple[KitchenFacts, tuple[Leaf, ...]],
 ) -> None:
@@ -69,6 +70,7 @@ def test_open_leaves_lie_where_they_were_foreseen(
     assert count >= 20
 
 
+@pytest.mark.representatives(1)
 def test_no_more_is_foreseen_than_there_is(built: tuple[KitchenFacts, tuple[Leaf, ...]]) -> None:
     facts, leaves = built
     for unit in {fixture.unit for fixture, _ in opened(facts)}:

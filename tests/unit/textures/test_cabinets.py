@@ -50,6 +50,7 @@ def test_kinds_have_names_of_their_own() -> None:
     assert len(names) == len(set(names)) == len(KINDS)
 
 
+@pytest.mark.content("texture", "{name}")
 @pytest.mark.parametrize("name", list(RECIPES))
 def test_every_front_is_sound(name: str) -> None:
     made = make(RECIPES[name], 128)

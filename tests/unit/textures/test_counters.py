@@ -57,6 +57,7 @@ def test_there_are_a_hundred_and_every_kind_is_used() -> None:
     assert {k.name for k in counters.KINDS} <= used
 
 
+@pytest.mark.content("texture", "{name}")
 @pytest.mark.parametrize("name", list(RECIPES))
 def test_every_counter_is_sound(name: str) -> None:
     made = make(RECIPES[name], 128)

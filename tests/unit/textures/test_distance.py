@@ -101,6 +101,7 @@ def test_oklab_of_known_colours() -> None:
     assert found[2] == pytest.approx([0.0, 0.0, 0.0], abs=1e-6)
 
 
+@pytest.mark.content("surface", "{surface.value}", keep=0)
 @pytest.mark.parametrize("surface", [Surface.COUNTER, Surface.CABINET])
 def test_every_pair_of_ours_is_distinct(surface: Surface) -> None:
     looks = {}
@@ -111,6 +112,7 @@ def test_every_pair_of_ours_is_distinct(surface: Surface) -> None:
     assert closest_pairs(looks, below=NEARLY_ALIKE) == ()
 
 
+@pytest.mark.content("surface", "{surface.value}", keep=0)
 @pytest.mark.parametrize("surface", [Surface.COUNTER, Surface.CABINET])
 def test_two_seeds_of_one_recipe_are_nearly_alike(surface: Surface) -> None:
     far = {}

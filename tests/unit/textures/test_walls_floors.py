@@ -62,6 +62,7 @@ def test_cement_tiles_show_fourteen_designs_and_more() -> None:
     assert len(shown) >= 14
 
 
+@pytest.mark.content("texture", "{name}", keep=6)
 @pytest.mark.parametrize("name", list(BOTH))
 def test_every_one_is_sound(name: str) -> None:
     made = make(BOTH[name], 128)

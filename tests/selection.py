@@ -8,12 +8,19 @@ of a conftest.py import that the test file names. Its distance to a file is the 
 
 Tests that start the program reach all of it, and come after those that import what was changed. Nothing is imported:
 files are read as text, so that any checkout can be asked about.
+
+`python -m tests.selection` prints the test files that `./dev test --changed` runs: the nearest to what was changed, as
+many as fit into two minutes on two cores, and a few that start the program.
 """
 
 from __future__ import annotations
 
+import argparse
 import ast
-from collections.abc import Iterable, Iterator
+import json
+import subprocess
+import sys
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path, PurePosixPath
@@ -26,6 +33,20 @@ PROGRAM = ("casa-assets", f"{PACKAGE}.cli.main")
 # What a test needs that is in none of the other files: these are no part of the everyday tests.
 LEFT_OUT = "tests/consumers/"
 CONFTEST = "conftest.py"
+# Seconds that the tests of a file take on an idle core, by its path; what one takes that is not there.
+SECONDS, USUAL_S = Path(__file__).with_name("seconds.json"), 2.0
+# Of all that is chosen, on one core. What takes longer than LONG_S has to import what was changed itself.
+BUDGET_S, LONG_S = 200.0, 50.0
+# Run after every change of the program or its data: each goes from an input to what is written, in seconds.
+SMOKE = (
+    "tests/unit/cli/test_errors.py",
+    "tests/unit/cli/test_help.py",
+    "tests/unit/pipeline/remote/test_stored_run.py",
+    "tests/unit/pipeline/reports/test_home.py",
+    "tests/unit/pipeline/test_scene_exports.py",
+    "tests/unit/pipeline/test_urdf_export.py",
+    "tests/unit/test_examples.py",
+)
 
 
 @dataclass(frozen=True)
@@ -132,9 +153,10 @@ def reaching(imports: Imports, changed: Iterable[str]) -> list[Reaching]:
         Of those at the same distance, the first have more of their path in common with what was changed, then they are
         those that reach less: what goes wrong there is more likely to be due to the change.
     """
-    starts = sorted({start for path in changed for start in _starts(imports, PurePosixPath(path).as_posix())})
+    paths = [PurePosixPath(path) for path in changed]
+    starts = sorted({start for path in paths for start in _starts(imports, path.as_posix())})
     steps = _steps(starts, imports.importers)
-    words = {part for path in starts for part in PurePosixPath(path).with_suffix("").parts}
+    words = {part for path in paths for part in path.with_suffix("").parts}
 
     def rank(test: str) -> tuple[int, int, int, str]:
         parts = set(PurePosixPath(test.replace("/test_", "/")).with_suffix("").parts)
@@ -144,6 +166,23 @@ def reaching(imports: Imports, changed: Iterable[str]) -> list[Reaching]:
     program = any(path.startswith(f"{PACKAGE}/") for path in starts)
     far = sorted((test for test in imports.starting if program and test not in steps), key=rank)
     return [Reaching(test, steps[test]) for test in near] + [Reaching(test, None) for test in far]
+
+
+def chosen(tests: Iterable[Reaching], seconds: Mapping[str, float], smoke: Sequence[str] = ()) -> tuple[list[str], int]:
+    """Paths of the nearest test files that fit into the budget and then of `smoke`, and the number of the others.
+
+    Args:
+        tests: nearest first. seconds: that the tests of a file take, by its path. smoke: what runs in any case.
+    """
+    left, found = BUDGET_S - sum(seconds.get(path, USUAL_S) for path in smoke), list[str]()
+    others = [test for test in tests if test.path not in smoke]
+    for test in others:
+        takes = seconds.get(test.path, USUAL_S)
+        is_near = test.steps is not None and (test.steps <= 1 or takes <= LONG_S)
+        if is_near and takes <= left:
+            found.append(test.path)
+            left -= takes
+    return [*found, *smoke], len(others) - len(found)
 
 
 def _starts(imports: Imports, path: str) -> Iterator[str]:
@@ -249,3 +288,44 @@ def _fixture(function: ast.FunctionDef | ast.AsyncFunctionDef, imports: dict[str
     used = {node.id for part in function.body for node in ast.walk(part) if isinstance(node, ast.Name)}
     found = {module for name in used for module in imports.get(name, ())}
     return _Fixture(frozenset(found), tuple(_arguments(function)))
+
+
+def changed_files(root: Path, base: str | None) -> list[str]:
+    """Files of a checkout that differ from a commit; without one, from the last or, if none does, in the last.
+
+    Raises:
+        subprocess.CalledProcessError: there is no such commit.
+    """
+    fresh = _git(root, "ls-files", "--others", "--exclude-standard")
+    found = _git(root, "diff", "--name-only", "--no-renames", base or "HEAD") + fresh
+    return found if found or base is not None else _git(root, "diff", "--name-only", "--no-renames", "HEAD~1", "HEAD")
+
+
+def _git(root: Path, *words: str) -> list[str]:
+    ran = subprocess.run(["git", *words], cwd=root, check=True, stdout=subprocess.PIPE, text=True)
+    return ran.stdout.splitlines()
+
+
+def main() -> int:
+    """Print the test files that are chosen for changed files."""
+    parser = argparse.ArgumentParser(prog="python -m tests.selection", description="Choose the tests near a change.")
+    parser.add_argument("files", nargs="*", help="changed files; those that differ from the base if none is given")
+    parser.add_argument("--base", help="commit; uncommitted changes, or the last commit, if none is given")
+    arguments = parser.parse_args()
+    root = Path(__file__).parents[1]
+    try:
+        changed = arguments.files or changed_files(root, arguments.base)
+    except subprocess.CalledProcessError as error:
+        return error.returncode
+    tests = reaching(Imports(root), changed)
+    smoke = SMOKE if any(path.startswith((f"{PACKAGE}/", "registry/")) for path in changed) else ()
+    found, left = chosen(tests, json.loads(SECONDS.read_text("utf-8")), smoke)
+    for path in found:
+        print(path)
+    if left:
+        print(f"{left} files farther away are left to ./dev test", file=sys.stderr)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
