@@ -156,7 +156,7 @@ class TestLoader:
 
 def test_the_verb_draws_checks_and_keeps(checked_kitchen: Checked) -> None:
     out, _ = checked_kitchen
-    command = ["states", SCENE, "--objects", "0", "--count", "1", "--out", str(out), "--jobs", "1"]
+    command = ["states", SCENE, "--objects", "0", "--count", "2", "--out", str(out), "--jobs", "1"]
     first = CliRunner().invoke(app, command)
     assert first.exit_code == 0, first.output
     written = (out / SCENE / START_STATES).read_bytes()
@@ -165,7 +165,7 @@ def test_the_verb_draws_checks_and_keeps(checked_kitchen: Checked) -> None:
     assert judged == dict.fromkeys(("STA001", "STA002", "STA003", "STA004", "STA005"), "passed")
     assert START_STATES in members_of(out / SCENE)
     model = casa.load_scene(out / SCENE, weight="light")
-    assert len(casa.start_states(SCENE, model, out=out)) == 1
+    assert len(casa.start_states(SCENE, model, out=out)) == 2
     again = CliRunner().invoke(app, [*command, "--json"])
     assert json.loads(again.stdout.splitlines()[0])["kept"] is True
     forced = CliRunner().invoke(app, [*command, "--force"])
