@@ -22,7 +22,7 @@ class Row:
     def __init__(self, family: str, preset: int, **keep: int) -> None:
         self.nodeid = f"{FILE}::test_preset[{family}-{preset}]"
         self.callspec = SimpleNamespace(params={"family": family})
-        self.mark = pytest.mark.content("family", "{family}", **keep).mark
+        self.mark = getattr(pytest.mark, content_keys.MARK)("family", "{family}", **keep).mark
 
     def get_closest_marker(self, name: str) -> Any:
         return self.mark if name == "content" else None

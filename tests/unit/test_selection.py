@@ -20,7 +20,7 @@ def test_the_nearest_that_fit_are_chosen() -> None:
         Reaching("e", 3),
         Reaching("f", None),
     ]
-    seconds = {"a": 1.0, "b": 120.0, "c": 60.0, "d": 40.0, "e": 45.0, "f": 1.0}
+    seconds = {"a": 1.0, "b": 80.0, "c": 60.0, "d": 40.0, "e": 45.0, "f": 1.0}
     # `c` is long and imports nothing that was changed, `e` does not fit any more, `f` only starts the program.
     assert chosen(tests, seconds) == (["a", "b", "d"], 3)
     assert chosen(tests, {**seconds, "s": 40.0}, ["s", "f"]) == (["a", "b", "s", "f"], 3)
