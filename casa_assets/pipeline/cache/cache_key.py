@@ -5,8 +5,8 @@ key of the function that made it is a sha256 over
 
 - the function itself and what it uses of its own module, without comments;
 - every module of this package that those names lead to by import, and on from there: `import` at the top of a module or
-  inside a function, and modules named in text such as `"casa_assets.pipeline.ingest.worker:work"`, which are loaded by
-  name. What is imported under TYPE_CHECKING is not there when the program runs, and is left out;
+  inside a function, and modules named in text as `package.module:function`, which are loaded by that name. What is
+  imported under TYPE_CHECKING is not there when the program runs, and is left out;
 - the `__init__.py` of each package on the way, but for that of `casa_assets` itself;
 - the files of registry/, and of the project in use, that those modules can read: a module that calls `data_root` or a
   function of `registry/layered.py` reads the files and folders that it names in text; and other files of the package,

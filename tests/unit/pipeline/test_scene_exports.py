@@ -18,6 +18,7 @@ from casa_assets.model.kitchen.start_states import StartStates
 from casa_assets.model.pose import Pose
 from casa_assets.pipeline import export_robocasa
 from casa_assets.pipeline.export import form, gltf, robocasa_kitchens, scenes, urdf
+from casa_assets.pipeline.kitchens import resolve as resolve_module
 from casa_assets.pipeline.kitchens.recipe import SceneRecipe
 from casa_assets.pipeline.kitchens.resolve import resolve
 from casa_assets.pipeline.kitchens.state_file import digest_of_file, read_states, write_states
@@ -26,7 +27,8 @@ from tests.assets import rigid_mug
 from tests.libraries import casa
 
 GOOD, BAD, LOST = (SceneRecipe(plan, "rustic") for plan in ("l_small", "galley", "u_small"))
-MODULES = {"urdf": urdf, "glb": gltf, "robocasa": robocasa_kitchens}
+# Where each form looks up what builds a kitchen.
+MODULES = {"urdf": urdf, "glb": resolve_module, "robocasa": robocasa_kitchens}
 
 
 def built(recipe: SceneRecipe, cache: Path, errors: dict[SceneRecipe, Exception]) -> tuple[KitchenRequest, Scene]:

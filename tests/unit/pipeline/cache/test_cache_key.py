@@ -155,7 +155,7 @@ class TestOneConstantChanges:
         changed = copy.changed_by(
             "casa_assets/ingest/mass/combine.py", "MIN_THICKNESS_RATIO = 1e-7", "MIN_THICKNESS_RATIO = 1e-6"
         )
-        assert changed == {"stage mass", "library ingest", "code of articulate"}
+        assert changed == {"stage mass", "library ingest"}
 
     def test_in_a_family(self, copy: Copy) -> None:
         """Its own assets, and the kitchens that have one."""
