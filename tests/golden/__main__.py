@@ -36,8 +36,9 @@ KITCHENS = ("l_small__coastal", "one_wall_large__mediterranean", "g_small__rusti
 PRESETS = OBJECTS = 20
 LEFT_OUT = re.compile(r"(^|/)\.casa/|\.(html|sqlite|js)$")
 PICTURES = re.compile(r"\.(png|jpg)$")
-# Keys and versions in JSON files, which any change of the code changes, and seconds.
-LEFT_OUT_FIELDS = frozenset({"cache_key", "versions", "key", "seconds", "cpu_s", "clock_s"})
+# Of JSON files: keys and versions, which any change of the code changes, and what a clock measured.
+LEFT_OUT_FIELDS = re.compile(r"(^|_)key$|^versions$|seconds$|^(cpu|clock|check)_s|^speed$|^load_ms|^real_time_factor")
+MEASURED = ("SCN026", "SCN027")  # checks of speed
 
 
 def make_assets(folder: Path) -> None:
@@ -100,9 +101,14 @@ def digests(folder: Path) -> dict[str, str]:
 
 
 def _without_versions(value: Any) -> Any:
-    """A JSON value without what LEFT_OUT_FIELDS names."""
+    """A JSON value without what LEFT_OUT_FIELDS names, and without the numbers of checks of speed."""
     if isinstance(value, dict):
-        return {k: _without_versions(v) for k, v in value.items() if k not in LEFT_OUT_FIELDS}
+        is_measured = value.get("code") in MEASURED
+        return {
+            k: _without_versions(v)
+            for k, v in value.items()
+            if not LEFT_OUT_FIELDS.search(k) and not (is_measured and k == "number")
+        }
     return [_without_versions(v) for v in value] if isinstance(value, list) else value
 
 
