@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import os
 import shlex
+import time
 from collections.abc import Callable
 from enum import StrEnum
 from functools import update_wrapper
@@ -33,6 +34,8 @@ class PluginUse(StrEnum):
     NONE = "none"
 
 
+# When this process started, or the one that it was forked from; of time.time_ns().
+STARTED_NS = time.time_ns()
 # How often a project was chosen in this process: what was read before may not be what its files hold now.
 _chosen = [0]
 

@@ -35,6 +35,7 @@ from casa_assets.pipeline.cache.code_index import (
     PACKAGE,
     TEMPLATES,
     Scan,
+    Stamp,
     installed,
     is_ours,
     names_in_text,
@@ -164,10 +165,22 @@ def state_of_everything() -> str:
     It changes with anything that a key could be made from, and often without: a key found before is valid as long as
     it does not.
     """
-    stated = [path for name in _registry() for path in stated_in(name)]
     plugins = [(one.plugin.name, one.digest) for one in load_plugins()]
-    stamps = [(str(path), stamp_of(path)) for path in stated]
-    return digest_of(str(package_root()), package_files().stamps, stamps, plugins, installed(), versions_elsewhere())
+    return digest_of(
+        str(package_root()), package_files().stamps, _registry_stamps(), plugins, installed(), versions_elsewhere()
+    )
+
+
+@read_once
+def last_change_ns() -> int:
+    """When a file of the program, its registry or the project last changed, as `state_of_everything` sees them."""
+    registry_stamps = (stamp for _, stamp in _registry_stamps())
+    return max(max(stamp[:2]) for stamp in (*package_files().stamps.values(), *registry_stamps))
+
+
+@read_once
+def _registry_stamps() -> list[tuple[str, Stamp]]:
+    return [(str(path), stamp_of(path)) for name in _registry() for path in stated_in(name)]
 
 
 def checks_of_plugins() -> tuple[str, ...]:

@@ -12,7 +12,8 @@ from pathlib import Path
 from typing import Any
 
 from casa_assets.core.cache_folder import cache_dir
-from casa_assets.pipeline.cache.cache_key import digest_of, state_of_everything
+from casa_assets.pipeline.cache.cache_key import digest_of, last_change_ns, state_of_everything
+from casa_assets.projects import STARTED_NS
 
 KEPT_IN = "remembered"  # folder of the cache
 
@@ -28,9 +29,13 @@ def recall(*of: str) -> Any:
 def remember(value: Any, *of: str) -> None:
     """Remember a value that JSON can hold. Where the cache cannot be written to, nothing is remembered.
 
+    Nor is it if a file has changed since this process started: the value may come from what was read before.
+
     Args:
         of: names what it is.
     """
+    if last_change_ns() > STARTED_NS:
+        return
     place = _place(of)
     draft = place.with_name(f".{place.name}.{os.getpid()}")
     with suppress(OSError):
