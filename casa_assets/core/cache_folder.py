@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import json
 import math
 import os
 import shutil
+from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 import platformdirs
 
@@ -76,3 +79,21 @@ def max_cache_bytes() -> int:
     if not 0 <= gigabytes < math.inf:
         raise CasaError(f"{SIZE_VARIABLE}={stated}: give gigabytes, such as 4 or 0.5; 0 keeps nothing")
     return int(gigabytes * 1e9)
+
+
+def kept_json(path: Path) -> Any:
+    """The value that `keep_json` put into a file; None if there is none or it is damaged."""
+    try:
+        return json.loads(path.read_bytes())
+    except (OSError, ValueError):
+        return None
+
+
+def keep_json(path: Path, value: Any) -> None:
+    """Write a value to a file whole or, if the cache cannot be written to or JSON lacks such a value, not at all."""
+    draft = path.with_name(f".{path.name}.{os.getpid()}")
+    with suppress(OSError, TypeError):
+        text = json.dumps(value)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        draft.write_text(text, encoding="utf-8")
+        draft.replace(path)

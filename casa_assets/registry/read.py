@@ -7,17 +7,14 @@ digest of its text, and beside them the lines of the values, which are read for 
 from __future__ import annotations
 
 import hashlib
-import json
 from collections.abc import Iterator, Mapping
-from contextlib import suppress
 from functools import cache, cached_property
-from os import getpid
 from pathlib import Path
 from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
-from casa_assets.core.cache_folder import cache_dir
+from casa_assets.core.cache_folder import cache_dir, keep_json, kept_json
 from casa_assets.errors import RegistryError
 from casa_assets.model.record import Record
 from casa_assets.model.registry.document import Document, KeyPath
@@ -51,12 +48,12 @@ def parse_document(text: str, called: str) -> Document:
     """
     kept = cache_dir() / KEPT_IN / f"{hashlib.sha256(_parser_digest() + text.encode()).hexdigest()}.json"
     lines_kept = kept.with_suffix(".lines.json")
-    with suppress(OSError, ValueError):
-        return Document(called, json.loads(kept.read_bytes()), _Lines(text, called, lines_kept))
+    known = kept_json(kept)
+    if known is not None:
+        return Document(called, known, _Lines(text, called, lines_kept))
     value, lines = _parse(text, called)
-    with suppress(OSError, TypeError):  # a cache that cannot be written to; a value such as a date, which JSON lacks
-        _keep(lines_kept, json.dumps([[*path, line] for path, line in lines.items()]))
-        _keep(kept, json.dumps(value))
+    keep_json(lines_kept, [[*path, line] for path, line in lines.items()])
+    keep_json(kept, value)
     return Document(called, value, lines)
 
 
@@ -68,8 +65,9 @@ class _Lines(Mapping[KeyPath, int]):
 
     @cached_property
     def _found(self) -> Mapping[KeyPath, int]:
-        with suppress(OSError, ValueError):
-            return {tuple(path): line for *path, line in json.loads(self._kept.read_bytes())}
+        known = kept_json(self._kept)
+        if known is not None:
+            return {tuple(path): line for *path, line in known}
         return _parse(self._text, self._called)[1]
 
     def __getitem__(self, path: KeyPath) -> int:
@@ -85,14 +83,6 @@ class _Lines(Mapping[KeyPath, int]):
 @cache
 def _parser_digest() -> bytes:
     return hashlib.sha256(Path(__file__).read_bytes()).digest()
-
-
-def _keep(path: Path, text: str) -> None:
-    """Write a file whole or not at all."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    draft = path.with_suffix(f".{getpid()}")
-    draft.write_text(text, encoding="utf-8")
-    draft.replace(path)
 
 
 def _parse(text: str, called: str) -> tuple[Any, Mapping[KeyPath, int]]:

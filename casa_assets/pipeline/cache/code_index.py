@@ -7,12 +7,10 @@ of the file (times of change and size), and a file is read again only when its s
 from __future__ import annotations
 
 import hashlib
-import json
 import os
 import re
 import sys
 from collections.abc import Iterable
-from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache, lru_cache
 from importlib.metadata import distributions
@@ -20,7 +18,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from casa_assets.core.cache_folder import cache_dir
+from casa_assets.core.cache_folder import cache_dir, keep_json, kept_json
 
 PACKAGE = __name__.partition(".")[0]
 KEPT_IN = "code"  # folder of the cache
@@ -157,7 +155,7 @@ def _scans() -> dict[str, Scan]:
     """Of all modules by name. Files that changed since the index was kept are read, and it is kept again."""
     files = package_files()
     place = kept_at("sources", str(package_root()))
-    kept = read_kept(place)
+    kept = kept_json(place) or {}
     found: dict[str, Scan] = {}
     fresh: dict[str, Any] = {}
     has_same_modules = kept.keys() == files.sources.keys()
@@ -170,7 +168,7 @@ def _scans() -> dict[str, Scan]:
             row = [files.stamps[module], one.sha256, one.modules, one.outside, one.words, one.reads_registry]
         fresh[module] = row
     if any(fresh[module] is not kept.get(module) for module in fresh):
-        keep(place, fresh)
+        keep_json(place, fresh)
     return found
 
 
@@ -211,7 +209,7 @@ def _distributions() -> dict[str, dict[str, str]]:
     As importlib.metadata.packages_distributions, in a tenth of the time; kept as long as the same are installed.
     """
     place = kept_at("versions", *installed())
-    kept: dict[str, dict[str, str]] = read_kept(place)
+    kept: dict[str, dict[str, str]] = kept_json(place) or {}
     if kept:
         return kept
     found: dict[str, dict[str, str]] = {}
@@ -228,7 +226,7 @@ def _distributions() -> dict[str, dict[str, str]]:
                 # The first on the path is the one that is imported.
                 found.setdefault(package, {}).setdefault(name, version)
     found = {package: dict(sorted(rows.items())) for package, rows in sorted(found.items())}
-    keep(place, found)
+    keep_json(place, found)
     return found
 
 
@@ -237,21 +235,3 @@ def kept_at(what: str, *of: str) -> Path:
     own = b"".join(path.read_bytes() for path in sorted(Path(__file__).parent.glob("code_*.py")))
     digest = hashlib.sha256(b"\0".join([own, sys.version.encode(), *(text.encode() for text in of)])).hexdigest()
     return cache_dir() / KEPT_IN / f"{what}_{digest[:24]}.json"
-
-
-def read_kept(path: Path) -> dict[str, Any]:
-    """What was kept; empty if nothing was, or it is damaged."""
-    try:
-        found = json.loads(path.read_bytes())
-    except (OSError, ValueError):
-        return {}
-    return found if isinstance(found, dict) else {}
-
-
-def keep(path: Path, value: object) -> None:
-    """Write a file whole or, if the cache cannot be written to, not at all."""
-    draft = path.with_suffix(f".{os.getpid()}")
-    with suppress(OSError):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        draft.write_text(json.dumps(value), encoding="utf-8")
-        draft.replace(path)

@@ -12,16 +12,16 @@ import symtable
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
+from pathlib import Path
 from typing import Any
 
+from casa_assets.core.cache_folder import keep_json, kept_json
 from casa_assets.pipeline.cache.code_index import (
     PACKAGE,
-    keep,
     kept_at,
     names_in_text,
     package_files,
     package_root,
-    read_kept,
     reads_registry,
     scan,
     target,
@@ -52,17 +52,17 @@ def part(module: str, name: str) -> Part:
         text, imports = part_of(module, name)
         own = hashlib.sha256(text.encode()).hexdigest()
         row = kept[address] = [digest, own, sorted(imports), sorted(names_in_text(text)), reads_registry(text)]
-        keep(_place(), kept)
+        keep_json(_place(), kept)
     return Part(row[1], tuple(row[2]), tuple(row[3]), bool(row[4]))
 
 
-def _place() -> Any:
+def _place() -> Path:
     return kept_at("parts", str(package_root()), *package_files().sources)
 
 
 @lru_cache(maxsize=1)
 def _kept() -> dict[str, Any]:
-    return read_kept(_place())
+    return kept_json(_place()) or {}
 
 
 def part_of(module: str, name: str) -> tuple[str, set[str]]:

@@ -5,13 +5,10 @@ They are found again without loading what they were made by. Deleting the folder
 
 from __future__ import annotations
 
-import json
-import os
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from casa_assets.core.cache_folder import cache_dir
+from casa_assets.core.cache_folder import cache_dir, keep_json, kept_json
 from casa_assets.pipeline.cache.cache_key import digest_of, last_change_ns, state_of_everything
 from casa_assets.projects import STARTED_NS
 
@@ -20,10 +17,7 @@ KEPT_IN = "remembered"  # folder of the cache
 
 def recall(*of: str) -> Any:
     """The value that was remembered since anything changed; None if there is none."""
-    try:
-        return json.loads(_place(of).read_bytes())
-    except (OSError, ValueError):
-        return None
+    return kept_json(_place(of))
 
 
 def remember(value: Any, *of: str) -> None:
@@ -34,14 +28,8 @@ def remember(value: Any, *of: str) -> None:
     Args:
         of: names what it is.
     """
-    if last_change_ns() > STARTED_NS:
-        return
-    place = _place(of)
-    draft = place.with_name(f".{place.name}.{os.getpid()}")
-    with suppress(OSError):
-        place.parent.mkdir(parents=True, exist_ok=True)
-        draft.write_text(json.dumps(value), encoding="utf-8")
-        draft.replace(place)
+    if last_change_ns() <= STARTED_NS:
+        keep_json(_place(of), value)
 
 
 def _place(of: tuple[str, ...]) -> Path:
