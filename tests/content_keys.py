@@ -190,11 +190,11 @@ def _texts_in(value: Any) -> Iterator[str]:
 @cache
 def file_key(path: str) -> str:
     """First digits of the key of a file of tests: its text, its helpers, what judges, and the limits that it names."""
-    files, waiting = dict[str, _TestFile](), [path]
+    files, waiting = dict[str, PythonText](), [path]
     while waiting:
         name = waiting.pop()
         if name not in files:
-            files[name] = _test_file(name)
+            files[name] = python_text(name)
             waiting += files[name].helpers
     judges = {module for one in files.values() for module in one.modules if _is_judge(module)}
     named = {text for one in files.values() for text in one.texts}
@@ -207,7 +207,7 @@ def _is_judge(module: str) -> bool:
     return module in JUDGES or not f"{module}.".startswith(tuple(f"{maker}." for maker in MAKERS))
 
 
-class _TestFile:
+class PythonText:
     """What stands in a file of tests/.
 
     Attributes:
@@ -242,8 +242,9 @@ def _places(origin: str, name: str) -> tuple[str, ...]:
 
 
 @cache
-def _test_file(path: str) -> _TestFile:
-    return _TestFile((ROOT / path).read_text(encoding="utf-8"))
+def python_text(path: str) -> PythonText:
+    """What stands in a file, by its path relative to the checkout."""
+    return PythonText((ROOT / path).read_text(encoding="utf-8"))
 
 
 # Rows -----------------------------------------------------------------------------------------------------------------

@@ -24,6 +24,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path, PurePosixPath
+from xml.etree import ElementTree
 
 PACKAGE = "casa_assets"
 # Folders whose Python files are read.
@@ -33,7 +34,7 @@ PROGRAM = ("casa-assets", f"{PACKAGE}.cli.main")
 # What a test needs that is in none of the other files: these are no part of the everyday tests.
 LEFT_OUT = "tests/consumers/"
 CONFTEST = "conftest.py"
-# Seconds that the tests of a file take on an idle core, by its path; what one takes that is not there.
+# Seconds that the tests of a file take on an idle core, by its path (--record); what one takes that is not there.
 SECONDS, USUAL_S = Path(__file__).with_name("seconds.json"), 2.0
 # Of all that is chosen, on one core; with what two workers need to begin it is 200 s. What takes longer than LONG_S has
 # to import what was changed itself.
@@ -307,13 +308,29 @@ def _git(root: Path, *words: str) -> list[str]:
     return ran.stdout.splitlines()
 
 
+def seconds_of(junit: Path, root: Path) -> dict[str, float]:
+    """Seconds of each test file, from what `./dev test --junitxml FILE` wrote on an idle machine."""
+    found: dict[str, float] = {}
+    for case in ElementTree.parse(junit).iter("testcase"):
+        parts = case.attrib["classname"].split(".")
+        places = ("/".join(parts[:count]) + ".py" for count in range(len(parts), 0, -1))
+        path = next((place for place in places if (root / place).is_file()), None)
+        if path is not None:
+            found[path] = found.get(path, 0.0) + float(case.attrib["time"])
+    return {path: round(found[path], 1) for path in sorted(found)}
+
+
 def main() -> int:
     """Print the test files that are chosen for changed files."""
     parser = argparse.ArgumentParser(prog="python -m tests.selection", description="Choose the tests near a change.")
     parser.add_argument("files", nargs="*", help="changed files; those that differ from the base if none is given")
     parser.add_argument("--base", help="commit; uncommitted changes, or the last commit, if none is given")
+    parser.add_argument("--record", type=Path, metavar="JUNIT", help="record the seconds of a whole run, print nothing")
     arguments = parser.parse_args()
     root = Path(__file__).parents[1]
+    if arguments.record is not None:
+        SECONDS.write_text(json.dumps(seconds_of(arguments.record, root), indent=1) + "\n", encoding="utf-8")
+        return 0
     try:
         changed = arguments.files or changed_files(root, arguments.base)
     except subprocess.CalledProcessError as error:

@@ -9,10 +9,12 @@ from pathlib import Path
 import pytest
 
 from tests.browser import Browser
+from tests.consumers.watched import PAGES, WATCHED, changed
 from tests.documents import ROOT, blocks, shell
 from tests.installed import build_wheel
 from tests.libraries import made_once
 
+HERE = Path(__file__).parent
 # The first command of README.md, whose library all pages after it take for granted.
 MAKE = next(line for block in blocks("README.md") for line in block.commands if line.startswith("casa-assets ingest"))
 
@@ -22,12 +24,29 @@ MAKE = next(line for block in blocks("README.md") for line in block.commands if 
 FIRST, LAST = "test_documents.py", "test_robocasa_tasks.py"
 
 
+@pytest.hookimpl(tryfirst=True)  # before -m is looked at
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Put the pages first, and the file that needs no company last; keep every other file in one process."""
+    """Put the pages first, and the file that needs no company last; keep every other file in one process.
+
+    What watches nothing that has changed is left to `./dev certify`, see watched.py.
+    """
     items.sort(key=lambda item: (item.path.name == LAST) - (item.path.name == FIRST))
-    for item in items:
+    here = [item for item in items if item.path.is_relative_to(HERE)]  # pytest gives all that it found
+    new = changed() if here else frozenset[str]()
+    for item in here:
         if item.path.name != FIRST:
             item.add_marker(pytest.mark.xdist_group(item.path.relative_to(ROOT).as_posix()))
+        if not is_run(item, new):
+            item.add_marker(pytest.mark.certify)
+
+
+def is_run(item: pytest.Item, new: frozenset[str]) -> bool:
+    """Whether `./dev consumers` runs a test: what it watches is new, or it watches nothing of its own."""
+    file = item.path.relative_to(HERE).as_posix()
+    if file == FIRST:
+        page: str = item.callspec.params["page"]  # type: ignore[attr-defined]  # pytest states no type for it
+        return page in PAGES or page in new
+    return file not in WATCHED or file in new
 
 
 @pytest.fixture(scope="session")

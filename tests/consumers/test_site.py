@@ -10,7 +10,6 @@ from pathlib import Path
 import pytest
 from lxml import html
 
-from tests.browser import Browser
 from tests.documents import ROOT, pages
 
 pytestmark = pytest.mark.consumers
@@ -86,22 +85,6 @@ def test_the_search_needs_no_server(site: Path) -> None:
     assert text.startswith("var __index = ")
     assert "Quaternions" in text
     assert "IFrameWorker" in (site / "assets" / "iframe-worker" / "shim.js").read_text(encoding="utf-8")
-
-
-@pytest.mark.parametrize("dark", [False, True])
-def test_it_is_searched_in_a_browser_without_a_server(site: Path, browser: Browser, dark: bool) -> None:
-    page = browser.open(site / "index.html", dark=dark)
-    page.click("input.md-search__input")
-    page.wait("text=Type to start searching")  # the index is read
-    page.fill("input.md-search__input", "parking place")
-    page.press("End", "input.md-search__input")  # it searches when a key is let go
-    page.wait(".md-search-result__item a")
-    found = page.evaluate("[...document.querySelectorAll('.md-search-result__item a')].map(a => a.href)")
-    assert any("scene_json.html" in address for address in found), found
-    page.click(".md-search-result__item a")
-    page.wait("h1")
-    assert page.errors == []
-    assert page.strange_requests == []
 
 
 def test_every_page_is_in_the_site(site: Path) -> None:

@@ -1,0 +1,112 @@
+"""The parts of `./dev certify`: what each proves and by which commands."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+OUT = ROOT / "out" / "certify"
+SHARED = Path(os.environ.get("CASA_SHARED", ROOT.parent / "shared"))
+PROGRAM = str(Path(sys.executable).with_name("casa-assets"))
+# The tests of a release that are in none of the parts that record keys.
+OF_A_RELEASE = "certify and not content"
+
+
+@dataclass(frozen=True)
+class Part:
+    """A proof.
+
+    Attributes:
+        name: short, for the command line. proves: a sentence. commands: run one after the other until one fails.
+        after: run where all have passed, such as what records that they have. limit_s: no part of it may take longer.
+    """
+
+    name: str
+    proves: str
+    commands: tuple[tuple[str, ...], ...]
+    after: tuple[tuple[str, ...], ...] = ()
+    limit_s: int = 4 * 3600
+
+
+def _pytest(marks: str, *paths: str, by: str = "worksteal") -> tuple[str, ...]:
+    durations = ("--durations", "25", "--durations-min", "10")
+    return (sys.executable, "-m", "pytest", "-n", "auto", "--dist", by, "-q", *durations, "-m", marks, *paths)
+
+
+def _others_than(*names: str) -> list[str]:
+    """Folders and files of tests/unit without some, as arguments of pytest."""
+    places = sorted((ROOT / "tests" / "unit").iterdir())
+    wanted = (p for p in places if p.name not in names and (p.is_dir() or p.name.startswith("test_")))
+    return [f"tests/unit/{place.name}" for place in wanted if place.name != "__pycache__"]
+
+
+def _on_sid() -> tuple[tuple[str, ...], ...]:
+    tool, folder = str(SHARED / "tools" / "fresh_root.sh"), str(OUT / "sid")
+    script = (
+        '[ ! -d "$2" ] || bash "$1" drop "$2" || exit 1; bash "$1" make sid "$2" && bash "$1" run "$2" "$3" ./dev run'
+    )
+    script += '; code=$?; bash "$1" drop "$2" || code=1; exit $code'
+    return (("bash", "-c", script, "run_on_sid", tool, folder, str(ROOT)),)
+
+
+def parts() -> list[Part]:
+    """All of them, those first that end soonest."""
+    kitchens = str(OUT / "scenes")
+    record = (sys.executable, "-m", "tests.content_keys", "--write")
+    watched = (sys.executable, "-m", "tests.consumers.watched", "--write")
+    return [
+        Part("sid", "`./dev run` on a bare Debian sid, with the newest Python", _on_sid()),
+        Part("textures", "all textures, one by one and as sets", ((PROGRAM, "textures", "check"),)),
+        Part(
+            "content",
+            "every preset, object, texture, plan and style by the tests of content",
+            (_pytest("content", "tests/unit"),),
+            (record,),
+        ),
+        Part(
+            "pipeline",
+            "further rows and longer runs of the tests of `pipeline`",
+            (_pytest(OF_A_RELEASE, "tests/unit/pipeline", by="loadfile"),),
+        ),
+        Part(
+            "package",
+            "the same of the other packages",
+            (_pytest(OF_A_RELEASE, *_others_than("pipeline"), by="loadfile"),),
+        ),
+        Part(
+            "hostile",
+            "hostile files, kills, determinism, parity, properties",
+            (_pytest(OF_A_RELEASE, *_kinds_of_tests(), by="loadfile"),),
+        ),
+        Part(
+            "programs",
+            "other programs, pages of docs, whole sets of meshes, clusters",
+            (_pytest(OF_A_RELEASE, "tests/consumers", by="loadfile"),),
+            (watched,),
+            limit_s=8 * 3600,
+        ),
+        Part(
+            "kitchens", "all kitchens, built and checked", ((PROGRAM, "scenes", "check", "--all", "--out", kitchens),)
+        ),
+        Part("batch forms", "the batch form of each", ((PROGRAM, "scenes", "batch", "--all", "--out", kitchens),)),
+        Part(
+            "fuzz",
+            "half an hour of random damage to meshes",
+            ((sys.executable, "-m", "benchmarks.fuzz_ingest", "--minutes", "30", "--out", str(OUT / "fuzz")),),
+        ),
+    ]
+
+
+def _kinds_of_tests() -> list[str]:
+    """Folders of tests/ that hold tests, without unit/ and consumers/."""
+    folders = (path for path in sorted((ROOT / "tests").iterdir()) if path.is_dir())
+    return [f"tests/{f.name}" for f in folders if f.name not in ("unit", "consumers") and any(f.glob("test_*.py"))]
+
+
+def environment() -> Mapping[str, str]:
+    """Of all parts: the shared data, and a cache of their own, so that kitchens are proved from nothing."""
+    return {**os.environ, "CASA_SHARED": str(SHARED), "CASA_ASSETS_CACHE": str(OUT / "cache")}
