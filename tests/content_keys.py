@@ -5,8 +5,13 @@ a test names the subject of each row by a mark, with the parameters of the row i
 
     @pytest.mark.content("family", "{family}")
 
+A file of tests that takes long, about one package, names it:
+
+    pytestmark = pytest.mark.content("code", "ingest.collision", keep=0)
+
 `./dev test` runs the rows whose key differs from the one in content_keys.json, and some of the others as
-representatives; `./dev certify` runs all and, where they pass, records the keys.
+representatives, none of those with `keep=0`; `./dev certify` runs all. Both record the keys where everything has
+passed.
 
 The key of a subject is a digest of the modules that make it, with all that they import, and of what the registry states
 about it. That of a file of tests is a digest of its text, of what it imports of tests/, and of the modules by which it
@@ -21,6 +26,7 @@ import argparse
 import ast
 import hashlib
 import json
+import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cache, lru_cache
 from pathlib import Path
@@ -35,7 +41,7 @@ from casa_assets.families.parametric_model import ParametricModel
 from casa_assets.model.registry.category import Category
 from casa_assets.model.registry.finish import Surface
 from casa_assets.pipeline.cache.cache_key import SHOWN, digest_of, modules_holding, reach
-from casa_assets.pipeline.cache.code_index import PACKAGE, is_ours, package_root, scan, target
+from casa_assets.pipeline.cache.code_index import PACKAGE, is_ours, package_files, package_root, scan, target
 from casa_assets.pipeline.families.run import FAMILIES_PACKAGE
 from casa_assets.pipeline.textures.recipes import every_recipe, find_recipe, recipes
 from casa_assets.projects import read_once
@@ -48,12 +54,16 @@ from casa_assets.textures.make import kind_of
 ROOT = Path(__file__).parents[1]
 RECORDED = Path(__file__).with_name("content_keys.json")
 MARK = "content"
+# How a file of tests names a package.
+CODE = re.compile(r'mark\.content\("code", "([\w.]+)"')
 # Rows of a test that run even so, where its mark does not say how many.
 KEPT_ROWS = 3
 # All of a kind at once, such as `style/all`.
 ALL = "all"
 # What makes subjects, or knows all of them: a file of tests that imports it does not hang on all that it reaches.
-MAKERS = tuple(f"{PACKAGE}.{name}" for name in ("cli", "families", "layouts", "pipeline", "registry", "textures"))
+MAKERS = tuple(
+    f"{PACKAGE}.{name}" for name in ("api", "cli", "families", "layouts", "pipeline", "registry", "textures")
+)
 # What is below these and yet judges pictures.
 JUDGES = (f"{PACKAGE}.textures.distance", f"{PACKAGE}.textures.seam")
 # What every member of a family, or of a form of objects, goes through.
@@ -112,6 +122,34 @@ def _style(name: str) -> str:
     return digest_of(style.digest, read_table_file("roles.yaml").value, [(key, _presets(key)) for key in chosen])
 
 
+def _package(name: str) -> str:
+    """The code of a package or module, relative to casa_assets, and the whole registry if it reads it."""
+    whole = f"{PACKAGE}.{name}"
+    modules = tuple(module for module in _every_module() if f"{module}.".startswith(f"{whole}."))
+    if not modules:
+        raise LookupError(f'there is no package {whole}, which a mark content("code", ...) names')
+    reads = any(scan(module).reads_registry for module in reach(*modules).modules)
+    return digest_of(_code(modules), _whole_registry() if reads else "")
+
+
+@cache
+def _every_module() -> tuple[str, ...]:
+    return tuple(sorted(package_files().sources))
+
+
+@cache
+def _whole_registry() -> str:
+    files = (path for path in sorted((ROOT / "registry").rglob("*")) if path.is_file())
+    return digest_of([(str(p.relative_to(ROOT)), hashlib.sha256(p.read_bytes()).hexdigest()) for p in files])
+
+
+@cache
+def _named_packages() -> list[str]:
+    """The packages that marks of files of tests name."""
+    texts = (path.read_text("utf-8") for path in sorted(ROOT.glob("tests/**/test_*.py")))
+    return sorted({name for text in texts for name in CODE.findall(text)})
+
+
 KINDS: dict[str, tuple[Callable[[str], str], Callable[[], Iterable[str]]]] = {
     "family": (_family, family_names),
     "object": (_object, object_names),
@@ -119,6 +157,7 @@ KINDS: dict[str, tuple[Callable[[str], str], Callable[[], Iterable[str]]]] = {
     "surface": (_surface, lambda: [surface.value for surface in Surface]),
     "plan": (_plan, plan_names),
     "style": (_style, lambda: (*style_names(), ALL)),
+    "code": (_package, _named_packages),
 }
 
 
@@ -222,7 +261,7 @@ class PythonText:
         self.sha256 = hashlib.sha256(text.encode()).hexdigest()
         self.helpers = sorted(place for place in places if (ROOT / place).is_file())
         self.modules = sorted({target(*pair) for pair in imported if is_ours(pair[0]) and pair[0] != PACKAGE})
-        self.modules += sorted(f"{PACKAGE}.{name}" for origin, name in imported if origin == PACKAGE)
+        self.modules += sorted(f"{PACKAGE}.{name or 'api'}" for origin, name in imported if origin == PACKAGE)
         self.texts = {node.value for node in nodes if isinstance(node, ast.Constant) and isinstance(node.value, str)}
 
 
@@ -265,7 +304,7 @@ def unchanged(
 
     Args:
         recorded: key by subject or path; None reads the file.
-        most: of a test of which more rows than these have changed, the representatives alone are run.
+        most: of a test of which more rows than these have changed, the representatives alone are run, if it has any.
     """
     tests: dict[str, list[pytest.Item]] = {}
     for item in items:
@@ -279,7 +318,7 @@ def unchanged(
         kept = {number * len(rows) // count for number in range(count)}
         others = [row for number, row in enumerate(rows) if number not in kept]
         same = [row for row in others if _is_recorded(test.partition("::")[0], subjects(row), known)]
-        found += others if most is not None and len(others) - len(same) > most else same
+        found += others if kept and most is not None and len(others) - len(same) > most else same
     return found
 
 

@@ -19,7 +19,11 @@ from tests.libraries import ROOT, casa_here, command, tree
 from tests.unit.articulate.blocks import microwave
 from tests.unit.articulate.test_assemble import obj
 
-pytestmark = pytest.mark.slow
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.content("code", "pipeline.ingest", keep=0),
+    pytest.mark.content("code", "pipeline.articulate", keep=0),
+]
 
 Moment = Callable[[Path, str], bool]
 ORDERS = [("ingest", "articulate"), ("articulate", "ingest")]

@@ -53,11 +53,11 @@ def test_the_same_number_makes_the_same_case() -> None:
 
 
 @pytest.mark.slow
-def test_four_seconds_of_fuzzing_find_nothing(tmp_path: Path) -> None:
+def test_two_seconds_of_fuzzing_find_nothing(tmp_path: Path) -> None:
     result = Result()
-    for result in fuzz(Plan(seed=20, seconds=4, folder=tmp_path, wholes=1)):
+    for result in fuzz(Plan(seed=20, seconds=2, folder=tmp_path, wholes=1)):
         assert result.findings == []
-    assert result.cases >= 200
+    assert result.cases >= 100
     assert result.verdicts["sound"] > 0
     assert result.peak_bytes < 1_000_000_000
 

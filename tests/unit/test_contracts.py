@@ -56,6 +56,7 @@ class TestEach:
             with subtests.test(contract=contract.id):
                 assert [r.min_count for r in contract.regions if r.matches("main")] == [1]
 
+    @pytest.mark.content("code", "families", keep=0)
     def test_keys_and_trials_speak_of_what_is_asked_for(self, subtests: pytest.Subtests) -> None:
         """A trial that presses, moves or expects what no rule asks for would pass on anything."""
         for contract in CONTRACTS:
@@ -89,6 +90,7 @@ class TestEach:
                 expected += [v for k in contract.keyframes for v in k.values.values()]
                 assert {one for v in expected for one in v.split("|")} <= values
 
+    @pytest.mark.content("code", "families", keep=0)
     def test_what_is_asked_for_is_not_forbidden(self, subtests: pytest.Subtests) -> None:
         for contract in CONTRACTS:
             with subtests.test(contract=contract.id):

@@ -17,6 +17,8 @@ from casa_assets.pipeline.kitchens.state_file import digest_of_file, write_state
 from tests.unit.pipeline.batches.small_kitchens import DRIVING, FIRST, FLOATING, folders
 from tests.unit.pipeline.batches.test_start_rows import REST, states
 
+pytestmark = pytest.mark.content("code", "pipeline.batches", keep=0)
+
 
 @pytest.fixture(scope="module")
 def scenes(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:

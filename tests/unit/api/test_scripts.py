@@ -14,6 +14,8 @@ import pytest
 
 from tests.program import no_workers
 
+pytestmark = pytest.mark.content("code", "api", keep=0)
+
 ROOT = Path(__file__).parents[3]
 MUG = ROOT / "examples" / "meshes" / "mug.obj"
 OVEN = ROOT / "examples" / "appliances" / "oven.glb"

@@ -23,6 +23,8 @@ from casa_assets.model.registry.category import SizeRange
 from casa_assets.pipeline.articulate.build import ArticulateRequest, build
 from tests.unit.articulate.blocks import Floats, Ints, box, carcass, drawers, microwave, together
 
+pytestmark = pytest.mark.content("code", "articulate", keep=0)
+
 GIVEN = {"up": (0.0, 0.0, 1.0), "front": (0.0, -1.0, 0.0)}
 
 

@@ -18,6 +18,8 @@ from casa_assets.pipeline.articulate.build import ArticulateRequest, ArticulateR
 from tests.unit.articulate.blocks import microwave
 from tests.unit.articulate.test_assemble import obj
 
+pytestmark = pytest.mark.content("code", "articulate", keep=0)
+
 
 @pytest.fixture(scope="module")
 def mesh(tmp_path_factory: pytest.TempPathFactory) -> Path:

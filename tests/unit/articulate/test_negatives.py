@@ -11,6 +11,8 @@ from casa_assets.articulate.segment.welded_mesh import weld_triangles
 from tests.unit.articulate.blocks import Part, box, disc, together
 from tests.unit.articulate.fragmented import articulate_fragmentation
 
+pytestmark = pytest.mark.content("code", "articulate", keep=0)
+
 Shape = tuple[np.ndarray, np.ndarray]
 
 

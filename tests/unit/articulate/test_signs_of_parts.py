@@ -11,6 +11,8 @@ from casa_assets.articulate.signs_of_parts import signs_of_parts
 from casa_assets.pipeline.articulate.models import load_models
 from tests.unit.articulate.blocks import Part, box, disc, together
 
+pytestmark = pytest.mark.content("code", "articulate", keep=0)
+
 
 def signs(*parts: Part, kind: str = "", names: tuple[str, ...] = ()) -> str:
     points, faces, _ = together(*parts)

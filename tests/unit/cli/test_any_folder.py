@@ -110,6 +110,7 @@ def test_pages_are_served(place: Path) -> None:
         assert review.waiting is not None
 
 
+@pytest.mark.content("code", "pipeline.kitchens", keep=0)
 def test_a_kitchen_passes_the_checks_that_it_passes_elsewhere(
     tmp_path: Path, checked_kitchen: tuple[Path, SceneResult], monkeypatch: pytest.MonkeyPatch
 ) -> None:

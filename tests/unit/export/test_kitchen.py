@@ -336,6 +336,7 @@ class TestLight:
 
 
 class TestBytes:
+    @pytest.mark.representatives(1)
     @pytest.mark.parametrize("weight", list(Weight))
     def test_do_not_depend_on_the_hash_seed(self, weight: Weight) -> None:
         program = (

@@ -28,6 +28,8 @@ from casa_assets.model.asset.shape import Box, Capsule
 from casa_assets.registry.families import family_groups
 from tests.family_members import MANY, available, known, made, preset, supplies
 
+pytestmark = pytest.mark.content("code", "families", keep=0)
+
 BY_NAME = {f.name: f for f in family_groups()["cabinets"]}
 PRESETS = [(f.name, p) for f in BY_NAME.values() for p in f.presets]
 # Ref: RoboCasa v1.0, HingeCabinet, SingleCabinet and Drawer; a word in front tells several apart.

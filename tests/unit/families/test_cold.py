@@ -13,6 +13,8 @@ from casa_assets.model.asset.asset import Asset, Joint, JointKind
 from casa_assets.registry.families import family_groups
 from tests.family_members import drawn, known, made, preset, unmet
 
+pytestmark = pytest.mark.content("code", "families", keep=0)
+
 BY_NAME = {f.name: f for f in family_groups()["cold"]}
 PRESETS = [(f.name, p) for f in BY_NAME.values() for p in f.presets]
 

@@ -15,6 +15,8 @@ from casa_assets.model.asset.asset import Asset, Base
 from casa_assets.registry.families import family, family_groups
 from tests.family_members import drawn, known, made, preset, unmet
 
+pytestmark = pytest.mark.content("code", "families", keep=0)
+
 BY_NAME = {f.name: f for f in (*family_groups()["decor"], family("counter_corner"))}
 PRESETS = [(f.name, p) for f in BY_NAME.values() for p in f.presets]
 HANGS = {"wall_clock", "utensil_rack", "picture_frame", "pendant_light", "ceiling_light", "curtain", "counter_corner"}

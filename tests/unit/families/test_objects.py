@@ -29,6 +29,8 @@ from casa_assets.textures.canvas import Canvas
 from casa_assets.textures.kinds.objects.skin import Skin, paint
 from tests.family_members import available, known
 
+pytestmark = pytest.mark.content("code", "families", keep=0)
+
 # Members of a category that are built, and that have to differ; most faces of one.
 BUILT, DRAWN, MAX_FACES = 2, 16, 9_000
 

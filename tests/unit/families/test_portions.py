@@ -23,6 +23,8 @@ from casa_assets.textures.kinds.objects.section import Section, paint
 from tests.family_members import available, known
 from tests.unit.families.test_objects import supplies
 
+pytestmark = pytest.mark.content("code", "families", keep=0)
+
 HEIGHT = 0.09
 PROFILE = smooth_profile([(0.0, 0.0), (0.03, 0.01), (0.04, 0.05), (0.0, HEIGHT)], 17)
 BODY = turned(PROFILE, 24)

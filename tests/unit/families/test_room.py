@@ -38,6 +38,8 @@ from casa_assets.model.asset.shape import Box
 from casa_assets.registry.families import family_groups
 from tests.family_members import MANY, TILE_M, available, known, made
 
+pytestmark = pytest.mark.content("code", "families", keep=0)
+
 Floats = npt.NDArray[np.float64]
 BY_NAME = {f.name: f for f in family_groups()["room"]}
 PRESETS = [(f.name, p) for f in BY_NAME.values() for p in f.presets]

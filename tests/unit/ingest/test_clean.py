@@ -16,6 +16,8 @@ from casa_assets.model.asset.mesh import Mesh
 from tests.meshes import box_mesh, lathe
 from tests.raw_models import MUG, codes, flipped, joined, moved, raw, turned, volume
 
+pytestmark = pytest.mark.content("code", "ingest", keep=0)
+
 BOX = box_mesh((1.0, 0.6, 0.3), (0.2, 0.0, 5.0), shared=True)
 SMALL = box_mesh((0.4, 0.3, 0.1), (0.2, 0.0, 5.0), shared=True)
 

@@ -12,6 +12,8 @@ from casa_assets.model.ingest.source import Up
 from tests.meshes import box_mesh
 from tests.raw_models import MUG, built, codes, flipped, joined, moved, raw, turned
 
+pytestmark = pytest.mark.content("code", "ingest", keep=0)
+
 CUP = turned(MUG, 12)
 BOX = box_mesh((0.08, 0.08, 0.1), (0, 0, 0.05), shared=True)
 DRAW = np.random.default_rng(0)

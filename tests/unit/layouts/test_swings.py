@@ -17,6 +17,8 @@ from casa_assets.pipeline.kitchens.recipe import SceneRecipe
 from casa_assets.pipeline.kitchens.resolve import build_scene, preset_params
 from casa_assets.registry.roles import load_roles
 
+pytestmark = pytest.mark.content("code", "layouts", keep=0)
+
 # Metres that a leaf may reach beyond what was said, and fall short of it: handles are not all of one depth.
 BEYOND_M, SHORT_M = 0.01, 0.06
 RECIPES = (SceneRecipe("l_small", "coastal"), SceneRecipe("u_large", "modern_1"))

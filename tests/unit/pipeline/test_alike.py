@@ -38,6 +38,8 @@ from tests.assets import ball, rigid_mug
 from tests.built_libraries import keep
 from tests.similar_pairs import similar_pairs
 
+pytestmark = pytest.mark.content("code", "pipeline.dedup", keep=0)
+
 LIMIT = registry.load().limits["alike_form"]
 COLORS = {"red": (1.0, 0.1, 0.1), "blue": (0.1, 0.1, 1.0)}
 BLUE, RED = (0.02, 0.05, 0.6, 1.0), (0.6, 0.05, 0.02, 1.0)

@@ -21,6 +21,8 @@ from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.entry_table import EntryTable
 from tests.libraries import BOXES, box_obj, tree
 
+pytestmark = pytest.mark.content("code", "pipeline.ingest", keep=0)
+
 
 def run(source: Path, library: Path, **options: Any) -> list[Event]:
     return list(ingest([source], Options(library, **options)))

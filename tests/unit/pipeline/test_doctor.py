@@ -9,6 +9,8 @@ import pytest
 
 from casa_assets.pipeline import doctor
 
+pytestmark = pytest.mark.content("code", "pipeline.doctor", keep=0)
+
 
 def only(found: tuple[doctor.Finding, ...], subject: str) -> doctor.Finding:
     [finding] = [finding for finding in found if finding.subject == subject]

@@ -12,6 +12,8 @@ from casa_assets.pipeline.ingest.job import Cost, Event
 from casa_assets.pipeline.ingest.run import Options
 from tests.libraries import box_obj, casa_here
 
+pytestmark = pytest.mark.content("code", "pipeline.ingest", keep=0)
+
 
 def event(cpu_s: float, written: int, peak: int = 10) -> Event:
     return Event("accepted", 4, "a", seconds={"read": 0.5}, cost=Cost(cpu_s, peak, written, cpu_s))

@@ -26,6 +26,11 @@ from casa_assets.pipeline.library.library import Library, file_digests
 from casa_assets.pipeline.reports.entry import entries
 from tests.libraries import BOXES, box_obj, differences, entries_of
 
+pytestmark = [
+    pytest.mark.content("code", "pipeline.ingest", keep=0),
+    pytest.mark.content("code", "pipeline.library", keep=0),
+]
+
 CARTON = "milk/milk_265a5b2e46"
 
 

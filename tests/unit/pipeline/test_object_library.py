@@ -28,6 +28,8 @@ from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.reports.library.report import write as write_page
 from tests.libraries import tree
 
+pytestmark = pytest.mark.content("code", "pipeline.families", keep=0)
+
 NAMES, COUNT = ("candy", "saucepan_lid"), 2
 
 

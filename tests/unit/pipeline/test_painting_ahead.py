@@ -13,6 +13,8 @@ from casa_assets.pipeline.process_name import WORKER
 from casa_assets.pipeline.textures.ahead import Painting, painted, painting_ahead
 from casa_assets.pipeline.textures.recipes import every_recipe, finish_of, missing_paintings
 
+pytestmark = pytest.mark.content("code", "pipeline.textures", keep=0)
+
 NAMES = ("oak_whitened", "square_white_100", "no_such_finish")
 WAIT_S = 20.0
 

@@ -15,6 +15,8 @@ from casa_assets.pipeline.library.library import Library
 from casa_assets.pipeline.reports.entry import entries
 from tests.libraries import BOXES, box_obj
 
+pytestmark = pytest.mark.content("code", "pipeline.ingest", keep=0)
+
 
 def set_obj() -> str:
     """Two equal milk cartons and a box of cereal that stand apart, an object of the file each; metres."""

@@ -19,6 +19,11 @@ from tests.libraries import BOXES, box_obj
 from tests.sharded_inputs import public_differences
 from tests.source_stores import web_server
 
+pytestmark = [
+    pytest.mark.content("code", "ingest.sources", keep=0),
+    pytest.mark.content("code", "pipeline.ingest", keep=0),
+]
+
 # Refused without a mesh, refused once read, and refused for its form: nothing that takes long.
 SHEET = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
 

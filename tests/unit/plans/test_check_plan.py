@@ -18,6 +18,8 @@ from casa_assets.pipeline.plans.check import PlanCheck, check_plan
 from casa_assets.projects import data_root
 from casa_assets.registry.kitchens import load_style, plan_names, style_names
 
+pytestmark = pytest.mark.content("code", "pipeline.plans", keep=0)
+
 STYLE = "modern_1"
 ROOM = """title: Studio
 walls:

@@ -30,6 +30,8 @@ from casa_assets.registry.edit import Edit, EditKind
 from casa_assets.registry.kitchens import laid_over_like, load_style, style_names
 from casa_assets.registry.read import parse_document, read_document
 
+pytestmark = pytest.mark.content("code", "pipeline.plans", keep=0)
+
 HERE = Path(__file__).parent
 PLANS = sorted((HERE / "corpus").glob("*.yaml"))
 # A plan that is right, one like another, faults of syntax, words, units of length, rows, corners, openings and islands.

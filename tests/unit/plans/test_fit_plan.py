@@ -14,6 +14,8 @@ from casa_assets.pipeline.plans.fit import DoesNotFit, fit_plan
 from casa_assets.projects import data_root
 from casa_assets.registry.kitchens import load_plan, load_style, plan_names
 
+pytestmark = pytest.mark.content("code", "pipeline.plans", keep=0)
+
 STYLE = "modern_1"
 ROOMS = ((4.2, 3.1), (5.0, 4.2), (6.0, 5.0), (7.5, 6.5))
 # Rooms in which a sink on an island has no place, since the island has to go, in which a U beside a dining area is too

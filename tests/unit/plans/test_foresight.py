@@ -9,6 +9,8 @@ from casa_assets.pipeline.plans.foresight.problems import ProblemKind, problems_
 from casa_assets.registry.kitchens import load_style
 from tests.projects import Project
 
+pytestmark = pytest.mark.content("code", "pipeline.plans", keep=0)
+
 STYLE = "modern_1"
 ROOM = """title: Studio
 walls:

@@ -37,6 +37,8 @@ from tests.libraries import made_once
 from tests.program import no_workers
 from tests.projects import Project
 
+pytestmark = pytest.mark.content("code", "pipeline.kitchens", keep=0)
+
 
 def test_a_choice_names_an_asset_as_it_is() -> None:
     choice = PresetChoice.model_validate("library:range_0a1b2c3d4e")

@@ -22,6 +22,8 @@ from casa_assets.textures.seam import seam
 from casa_assets.textures.wood import WoodPalette
 from casa_assets.textures.wood_grain import SawCut, WoodSpecies
 
+pytestmark = pytest.mark.content("code", "textures", keep=0)
+
 RECIPES = recipes()[Surface.CABINET]
 CANVAS = Canvas((240, 240), (0.6, 0.6))
 PALETTE = WoodPalette(light="#d8b98a", dark="#8a5a30", pore="#5a3a20", heart="#402818")

@@ -38,6 +38,8 @@ from casa_assets.textures.seam import seam
 from casa_assets.textures.wood import WoodPalette
 from casa_assets.textures.wood_grain import WoodSpecies
 
+pytestmark = pytest.mark.content("code", "textures", keep=0)
+
 RECIPES = recipes()[Surface.COUNTER]
 CANVAS = Canvas((240, 240), (0.6, 0.6))
 WHITE, BLACK = "#ffffff", "#000000"

@@ -15,6 +15,8 @@ from casa_assets.pipeline.textures.check import check_one, check_recipes, check_
 from casa_assets.pipeline.textures.recipes import find_recipe, finish_of, recipes
 from casa_assets.pipeline.textures.sheet import pages, shots, write_finish
 
+pytestmark = [pytest.mark.content("code", "textures", keep=0), pytest.mark.content("code", "pipeline.textures", keep=0)]
+
 PLAIN = (
     'one: {kind: plaster, seed: 1, tile_m: [1, 1], substance: stone, params: {color: "#ffffff", second: "#eeeeee"}}\n'
 )

@@ -35,6 +35,8 @@ from casa_assets.textures.motif.foliage import FoliageKind
 from casa_assets.textures.motif.repeat import REPEATS, PaperRepeat
 from casa_assets.textures.seam import seam
 
+pytestmark = pytest.mark.content("code", "textures", keep=0)
+
 WALLS, FLOORS = recipes()[Surface.WALL], recipes()[Surface.FLOOR]
 BOTH = {**WALLS, **FLOORS}
 KINDS = [*walls.KINDS, *floors.KINDS]

@@ -13,6 +13,8 @@ from casa_assets.textures.seam import seam
 from casa_assets.textures.wood import WoodPalette
 from casa_assets.textures.wood_grain import GrainMaps, GrowthRings, SawCut, WoodSpecies, grain_maps
 
+pytestmark = pytest.mark.content("code", "textures", keep=0)
+
 PALETTE = WoodPalette(light="#d8b98a", dark="#8a5a30", pore="#5a3a20", heart="#402818")
 PLAIN = WoodSpecies(
     rings=GrowthRings.BANDED, ring_m=0.02, unevenness=0.0, contrast=1.0, pores=0.0, fibre=0.0, clouds=0.0

@@ -13,6 +13,8 @@ from casa_assets.articulate.segment.fragment_measures import SIDES
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_triangles
 from tests.unit.articulate.blocks import Floats, Ints, box, carcass, disc, drawers, microwave, together
 
+pytestmark = pytest.mark.content("code", "articulate.frame", keep=0)
+
 UP, FRONT = np.array([0.0, 0.0, 1.0]), np.array([0.0, -1.0, 0.0])
 Y_UP = np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])
 

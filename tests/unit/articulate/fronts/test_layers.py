@@ -15,6 +15,8 @@ from tests.unit.articulate.blocks import Floats, Ints, Part, box, carcass, disc,
 from tests.unit.articulate.fragmented import articulate_fragmentation
 from tests.unit.articulate.fronts.test_fronts import bar, found_in, of_kind, tub
 
+pytestmark = pytest.mark.content("code", "articulate", keep=0)
+
 
 def shape_of(solid: manifold3d.Manifold) -> Part:
     """Vertices and faces of a solid."""

@@ -24,6 +24,8 @@ from casa_assets.pipeline.articulate.build import ArticulateRequest, ArticulateR
 from tests.unit.articulate.blocks import Floats, Ints, Part, box, drawers, microwave, together
 from tests.unit.articulate.test_assemble import obj
 
+pytestmark = pytest.mark.content("code", "articulate", keep=0)
+
 Mesh = tuple[Floats, Ints, Ints]
 MADE: dict[tuple[bytes, bytes, str, bool], ArticulateResult] = {}
 

@@ -20,6 +20,8 @@ from casa_assets.model.ingest.source import RawModel, RawPart
 from tests.unit.articulate.blocks import box, disc, microwave
 from tests.unit.articulate.fragmented import articulate_fragmentation
 
+pytestmark = pytest.mark.content("code", "articulate.segment", keep=0)
+
 Shape = tuple[np.ndarray, np.ndarray]
 
 

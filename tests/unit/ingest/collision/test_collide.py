@@ -33,6 +33,8 @@ from casa_assets.model.pose import Pose
 from tests.meshes import box_mesh
 from tests.raw_models import MUG, category, codes, draft, flipped, joined, moved, turned, volume
 
+pytestmark = pytest.mark.content("code", "ingest.collision", keep=0)
+
 PARAMS = CollideParams()
 BOX = box_mesh((0.1, 0.06, 0.04), (0.3, 0.0, 0.2), shared=True)
 CUP = turned(MUG, 16)

@@ -17,6 +17,8 @@ from casa_assets.model.asset.mesh import Mesh
 from casa_assets.model.asset.shape import Box, Cylinder
 from tests.raw_models import category, draft, turned
 
+pytestmark = pytest.mark.content("code", "ingest.collision", keep=0)
+
 PARAMS = CollideParams()
 FLARED = [
     (0.0, 0.0),

@@ -15,6 +15,8 @@ from casa_assets.model.asset.mesh import Mesh
 from tests.meshes import box_mesh
 from tests.raw_models import MUG, joined, moved, turned
 
+pytestmark = pytest.mark.content("code", "ingest.collision", keep=0)
+
 
 def welded(mesh: Mesh) -> tuple[Floats, Ints]:
     points, place = weld(mesh.vertices)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.geometry.solid.bounds import shape_bounds
@@ -15,6 +16,8 @@ from casa_assets.model.asset.mesh import Mesh
 from casa_assets.model.issue import REVIEW_CODE
 from tests.meshes import box_mesh
 from tests.raw_models import category, draft, joined, turned
+
+pytestmark = pytest.mark.content("code", "ingest.collision", keep=0)
 
 PARAMS = CollideParams()
 # Radius and height along the wall of a vase that is open at both ends.

@@ -12,6 +12,8 @@ from casa_assets.model.ingest.source import Up
 from tests.meshes import box_mesh
 from tests.raw_models import BOTTLE, MUG, PLATE, category, draft, joined, knife, moved, turned
 
+pytestmark = pytest.mark.content("code", "ingest.pose", keep=0)
+
 HANDLE = box_mesh((0.03, 0.01, 0.06), (0.055, 0.0, 0.05), shared=True)
 THINGS = {
     "mug": joined(turned(MUG), HANDLE),

@@ -20,6 +20,8 @@ from casa_assets.model.ingest.source import RawModel, RawPart
 from tests.meshes import box_mesh, lathe, texture
 from tests.raw_models import MUG, category, codes, flipped, joined, moved, raw, turned, volume
 
+pytestmark = pytest.mark.content("code", "ingest.repair", keep=0)
+
 BOX = box_mesh((1.0, 0.6, 0.3), (0.2, 0.0, 5.0), shared=True)
 
 

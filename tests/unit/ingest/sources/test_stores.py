@@ -26,6 +26,8 @@ from tests.format_files import tarred, zipped
 from tests.mesh_files import LIMITS, OBJ_TRIANGLE, QUARTERS, Gltf, png
 from tests.source_stores import PROTOCOL, TrialSystem, put, web_server
 
+pytestmark = pytest.mark.content("code", "ingest.sources", keep=0)
+
 OBJ = OBJ_TRIANGLE.encode()
 WITH_MTL = (OBJ_TRIANGLE.replace("f ", "vt 0 0\nusemtl m\nf ") + "mtllib A.MTL\n").encode()
 ROOT = f"{PROTOCOL}://data/things"

@@ -24,6 +24,8 @@ from casa_assets.model.ingest.source import SourceKind
 from tests.mesh_files import LIMITS, OBJ_TRIANGLE
 from tests.source_stores import TrialSystem, put
 
+pytestmark = pytest.mark.content("code", "ingest.sources", keep=0)
+
 OBJ = OBJ_TRIANGLE.encode()
 
 

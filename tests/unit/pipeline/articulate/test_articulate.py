@@ -25,6 +25,8 @@ from casa_assets.preview.strip import CELL_PX
 from tests.unit.articulate.blocks import Part, box, carcass, microwave, together
 from tests.unit.articulate.test_assemble import obj
 
+pytestmark = pytest.mark.content("code", "pipeline.articulate", keep=0)
+
 AXES = {"up": (0.0, 0.0, 1.0), "front": (0.0, -1.0, 0.0)}
 
 

@@ -20,6 +20,8 @@ from tests.libraries import differences
 from tests.unit.articulate.blocks import box, drawers, microwave, together
 from tests.unit.articulate.test_assemble import obj
 
+pytestmark = pytest.mark.content("code", "pipeline.articulate", keep=0)
+
 
 @pytest.fixture(scope="module")
 def meshes(tmp_path_factory: pytest.TempPathFactory) -> Path:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from casa_assets.articulate.decisions import Decisions, PartDecision
 from casa_assets.articulate.plan import PartKind
@@ -15,6 +16,8 @@ from casa_assets.pipeline.articulate.mend import mend
 from casa_assets.pipeline.articulate.run import ArticulateOutcome, articulate_one
 from tests.unit.articulate.blocks import Part, box, carcass, microwave, together
 from tests.unit.articulate.test_assemble import obj
+
+pytestmark = pytest.mark.content("code", "pipeline.articulate", keep=0)
 
 AXES = {"up": (0.0, 0.0, 1.0), "front": (0.0, -1.0, 0.0)}
 

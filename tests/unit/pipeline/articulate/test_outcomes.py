@@ -28,6 +28,8 @@ from casa_assets.pipeline.library.entry_table import EntryTable
 from tests.unit.articulate.blocks import box, microwave, together
 from tests.unit.articulate.test_assemble import obj
 
+pytestmark = pytest.mark.content("code", "pipeline.articulate", keep=0)
+
 AXES = {"up": (0.0, 0.0, 1.0), "front": (0.0, -1.0, 0.0)}
 
 

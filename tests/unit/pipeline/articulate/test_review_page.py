@@ -24,6 +24,8 @@ from tests.review_requests import ask
 from tests.unit.articulate.blocks import drawers, microwave
 from tests.unit.articulate.test_assemble import obj
 
+pytestmark = pytest.mark.content("code", "pipeline.articulate", keep=0)
+
 
 @pytest.fixture(scope="module")
 def place(tmp_path_factory: pytest.TempPathFactory) -> Path:

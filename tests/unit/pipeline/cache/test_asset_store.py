@@ -27,6 +27,8 @@ from casa_assets.registry.families import family, family_names
 from tests.assets import rigid_mug, textured_box
 from tests.family_members import preset
 
+pytestmark = pytest.mark.content("code", "pipeline.cache", keep=0)
+
 KETTLE = family("kettle")
 NUMBERS = KETTLE.presets["jug_steel"]
 

@@ -18,6 +18,8 @@ from casa_assets.pipeline.cache import cache_key, store
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of, reach
 from casa_assets.pipeline.cache.code_index import PACKAGE, package_files, scan, target
 
+pytestmark = pytest.mark.content("code", "pipeline.cache", keep=0)
+
 ROOT = Path(__file__).parents[4]
 PARTS = 5  # of the package, each of which is parsed by itself
 # What loads a module by a name that is worked out while the program runs.

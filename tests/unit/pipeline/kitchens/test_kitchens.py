@@ -123,6 +123,7 @@ class TestScene:
         assert not again.kept
         assert json.loads((out / SCENE / "scene.json").read_text(encoding="utf-8"))["id"] == SCENE
 
+    @pytest.mark.content("code", "pipeline.kitchens", keep=0)
     def test_another_process_writes_the_same_bytes(self, out: Path, tmp_path: Path) -> None:
         code = (
             "import sys, pathlib; from casa_assets.pipeline.kitchens.resolve import SceneRecipe; "

@@ -20,6 +20,8 @@ from casa_assets.pipeline.kitchens.resolve import build_scene, kitchen_key
 from casa_assets.pipeline.kitchens.scene_ids import recipe_of
 from casa_assets.pipeline.kitchens.scene_json import describe
 
+pytestmark = pytest.mark.content("code", "pipeline.kitchens", keep=0)
+
 COUNT = 4
 PLAIN = SceneRecipe("one_wall_small", "scandinavian")
 LIVED_IN = replace(PLAIN, objects=COUNT)

@@ -19,6 +19,8 @@ from casa_assets.errors import OutputError, UnknownId
 from casa_assets.pipeline.kitchens.pack import ALIGNMENT, PackKind, members_of, pack_scene
 from casa_assets.pipeline.kitchens.recipe import SceneResult
 
+pytestmark = pytest.mark.content("code", "pipeline.kitchens", keep=0)
+
 SCENE = "one_wall_small__coastal"
 Checked = tuple[Path, SceneResult]
 ENTRY_HEADER = 30

@@ -27,6 +27,8 @@ from casa_assets.pipeline.kitchens.scene_files import START_STATES
 from casa_assets.pipeline.kitchens.state_file import read_states, write_states
 from tests.start_stages import scene_folder, wanted
 
+pytestmark = pytest.mark.content("code", "pipeline.kitchens", keep=0)
+
 SCENE = "one_wall_small__coastal"
 Checked = tuple[Path, SceneResult]
 ROBOT = """<mujoco model="robot"><worldbody><body name="base" pos="0 0 0.4">

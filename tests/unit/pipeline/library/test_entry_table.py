@@ -32,6 +32,8 @@ from tests.built_libraries import keep
 from tests.similar_pairs import similar_pairs
 from tests.unit.pipeline.test_alike import COPY, FIRST, LARGE, OTHER
 
+pytestmark = pytest.mark.content("code", "pipeline.library", keep=0)
+
 BOOKS = ("index.sqlite", "library.json", "ATTRIBUTION.md")
 
 

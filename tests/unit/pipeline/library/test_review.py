@@ -17,6 +17,8 @@ from casa_assets.pipeline.library.review import NAME, doubtful_guesses, read_ove
 from casa_assets.pipeline.reports.entry import Entry, entries
 from tests.libraries import BOXES, box_obj
 
+pytestmark = pytest.mark.content("code", "pipeline.library", keep=0)
+
 
 def run(folder: Path) -> list[Event]:
     return list(ingest([folder / "in"], Options(folder / "library")))

@@ -16,6 +16,8 @@ from casa_assets.pipeline.viewer.viewer_file import viewer_name
 from tests.built_libraries import keep, loose_and_fixed
 from tests.libraries import casa_here
 
+pytestmark = pytest.mark.content("code", "pipeline.reports", keep=0)
+
 
 @pytest.fixture
 def library(tmp_path: Path) -> Path:

@@ -21,6 +21,8 @@ from casa_assets.pipeline.tables import parquet
 from tests.assets import ball, rigid_mug
 from tests.built_libraries import keep
 
+pytestmark = pytest.mark.content("code", "pipeline.reports", keep=0)
+
 COUNT = 4_000
 
 

@@ -16,6 +16,8 @@ from casa_assets.pipeline.review.server import ReviewServer
 from tests.libraries import BOXES, box_obj
 from tests.review_requests import ask
 
+pytestmark = pytest.mark.content("code", "pipeline.review", keep=0)
+
 
 def run(folder: Path) -> list[str]:
     return [event.kind for event in ingest([folder / "in"], Options(folder / "library"))]

@@ -29,6 +29,8 @@ from tests.libraries import BOXES, ROOT, box_obj, casa_here, entries_of
 from tests.sharded_inputs import make_sharded_inputs, public_differences, run_shards
 from tests.unit.pipeline.test_split import set_obj
 
+pytestmark = pytest.mark.content("code", "pipeline.ingest.shards", keep=0)
+
 
 class Made(NamedTuple):
     """Inputs, the library of one run over them, and those of its three shards; only to read."""

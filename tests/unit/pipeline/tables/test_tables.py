@@ -22,6 +22,8 @@ from casa_assets.pipeline.tables.row import TableRow
 from tests.assets import ball, rigid_mug
 from tests.built_libraries import keep
 
+pytestmark = pytest.mark.content("code", "pipeline.tables", keep=0)
+
 COUNT = 3_000
 CONDITIONS = [
     ["category=mug"],

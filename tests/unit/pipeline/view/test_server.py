@@ -22,6 +22,8 @@ from casa_assets.pipeline.view.workshop import KEPT
 from casa_assets.pipeline.viewer.viewer_file import viewer_name, viewer_script
 from tests.view_requests import ask, serving
 
+pytestmark = pytest.mark.content("code", "pipeline.view", keep=0)
+
 PATIENCE_S = 60.0
 
 

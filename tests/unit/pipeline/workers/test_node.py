@@ -13,6 +13,8 @@ from casa_assets.pipeline.workers.cluster import node
 from casa_assets.pipeline.workers.cluster.node import Full, Order, Unfit
 from casa_assets.pipeline.workers.limits import Limits, WorkerFailure
 
+pytestmark = pytest.mark.content("code", "pipeline.workers", keep=0)
+
 WARM = "tests.pool_jobs:nothing"
 
 

@@ -20,6 +20,8 @@ from casa_assets.pipeline.workers.memory import WorkerPlan, available, plan_work
 from casa_assets.pipeline.workers.pool import Pool
 from casa_assets.pipeline.workers.server import OOM_SCORE
 
+pytestmark = pytest.mark.content("code", "pipeline.workers", keep=0)
+
 DO = "tests.pool_jobs:do"
 WARM = "tests.pool_jobs:nothing"
 LIMITS = Limits(cpu_s=60, memory_bytes=2_000_000_000)

@@ -14,7 +14,7 @@ from casa_assets.pipeline.families.run import FamilyRequest
 from casa_assets.pipeline.workers import batch
 from tests.libraries import BOXES, ROOT, box_obj
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.content("code", "pipeline.workers", keep=0)]
 
 # Every kind of run has workers of the one pool, which are told where to begin by the program that starts them.
 TEXT = """

@@ -27,6 +27,11 @@ from casa_assets.textures.packs.limits import MAX_SIDE_PX
 from casa_assets.textures.packs.maps import MapRole
 from tests.pictures import deep_png, encoded, exr, relief, tiff, tiling
 
+pytestmark = [
+    pytest.mark.content("code", "textures.packs", keep=0),
+    pytest.mark.content("code", "pipeline.textures", keep=0),
+]
+
 SIZED = PictureDescription(surface=Surface.WALL, licence="CC0-1.0", tile_m=(1.0, 1.0))
 RAMP = np.tile(np.linspace(0.0, 1.0, 600, dtype=np.float32), (540, 1))
 HALF_ULP, BYTE, WORD = 0.0005, 0.5 / 255, 1.0 / 65535

@@ -31,6 +31,11 @@ from tests.libraries import ROOT, command
 from tests.pictures import encoded, pixels, tiling, write_pictures
 from tests.projects import Project
 
+pytestmark = [
+    pytest.mark.content("code", "textures.packs", keep=0),
+    pytest.mark.content("code", "pipeline.textures", keep=0),
+]
+
 FLOOR = PictureDescription(surface=Surface.FLOOR, tile_m=(1.0, 1.0), licence="CC0-1.0", substance="stone")
 Ingested = Callable[..., PackReport]
 

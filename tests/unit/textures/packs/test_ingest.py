@@ -29,6 +29,11 @@ from casa_assets.textures.packs.rejections import REMEDIES, PictureRejection
 from casa_assets.textures.seam import seam
 from tests.pictures import encoded, pixels
 
+pytestmark = [
+    pytest.mark.content("code", "textures.packs", keep=0),
+    pytest.mark.content("code", "pipeline.textures", keep=0),
+]
+
 FLAGS = PictureDescription(surface=Surface.WALL, tile_m=(1.0, 1.0), licence="CC0-1.0")
 
 

@@ -22,6 +22,11 @@ from casa_assets.textures.packs.rejections import PictureRejection
 from casa_assets.textures.packs.statements import read_prompts, read_sizes
 from tests.pictures import encoded, pixels, relief, tiling
 
+pytestmark = [
+    pytest.mark.content("code", "textures.packs", keep=0),
+    pytest.mark.content("code", "pipeline.textures", keep=0),
+]
+
 WALL = PictureDescription(surface=Surface.WALL, licence="CC0-1.0")
 SIZED = WALL.replace(tile_m=(1.0, 1.0))
 

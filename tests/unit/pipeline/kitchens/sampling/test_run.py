@@ -25,6 +25,8 @@ from casa_assets.pipeline.kitchens.sampling.draws import draw_recipes
 from casa_assets.pipeline.kitchens.sampling.ledger import FOLDER, keep_draw, read_draw
 from tests.libraries import ROOT, command
 
+pytestmark = pytest.mark.content("code", "pipeline.kitchens.sampling", keep=0)
+
 COUNT = 8
 # `sitecustomize` of the program and its workers. A stand-in takes a while, notes that it was begun, and about half
 # are refused; one that is marked as deadly ends its process, as the system does where the memory runs out.
