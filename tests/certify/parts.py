@@ -12,6 +12,10 @@ ROOT = Path(__file__).parents[2]
 OUT = ROOT / "out" / "certify"
 SHARED = Path(os.environ.get("CASA_SHARED", ROOT.parent / "shared"))
 PROGRAM = str(Path(sys.executable).with_name("casa-assets"))
+# The tests of every change, also those whose code has not changed.
+EVERY_CHANGE = "not consumers and (not certify or content)"
+# Percent of the lines of casa_assets/ that they run in their own processes.
+LEAST_COVERAGE = 75
 # The tests of a release that are in none of the parts that record keys.
 OF_A_RELEASE = "certify and not content"
 
@@ -32,9 +36,9 @@ class Part:
     limit_s: int = 4 * 3600
 
 
-def _pytest(marks: str, *paths: str, by: str = "worksteal") -> tuple[str, ...]:
+def _pytest(marks: str, *words: str, by: str = "worksteal") -> tuple[str, ...]:
     durations = ("--durations", "25", "--durations-min", "10")
-    return (sys.executable, "-m", "pytest", "-n", "auto", "--dist", by, "-q", *durations, "-m", marks, *paths)
+    return (sys.executable, "-m", "pytest", "-n", "auto", "--dist", by, "-q", *durations, "-m", marks, *words)
 
 
 def _others_than(*names: str) -> list[str]:
@@ -62,9 +66,9 @@ def parts() -> list[Part]:
         Part("sid", "`./dev run` on a bare Debian sid, with the newest Python", _on_sid()),
         Part("textures", "all textures, one by one and as sets", ((PROGRAM, "textures", "check"),)),
         Part(
-            "content",
-            "every preset, object, texture, plan and style by the tests of content",
-            (_pytest("content", "tests/unit"),),
+            "tests",
+            "all of `./dev test` with every preset, object, texture, plan and style, and the share of lines that it runs",
+            (_pytest(EVERY_CHANGE, "--cov", "--cov-report=term", f"--cov-fail-under={LEAST_COVERAGE}", "tests"),),
             (record,),
         ),
         Part(
