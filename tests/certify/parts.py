@@ -67,7 +67,7 @@ def parts() -> list[Part]:
         Part("textures", "all textures, one by one and as sets", ((PROGRAM, "textures", "check"),)),
         Part(
             "tests",
-            "all of `./dev test` with every preset, object, texture, plan and style, and the share of lines that it runs",
+            "all of `./dev test` with every preset, object, texture, plan and style; the share of lines that run",
             (_pytest(EVERY_CHANGE, "--cov", "--cov-report=term", f"--cov-fail-under={LEAST_COVERAGE}", "tests"),),
             (record,),
         ),

@@ -95,6 +95,29 @@ def test_a_change_of_what_several_reach_changes_them(monkeypatch: pytest.MonkeyP
     assert found == {*(f"family/{name}" for name in FAMILIES), "object/apple"}
 
 
+@pytest.mark.usefixtures("forgotten")
+@pytest.mark.parametrize(
+    ("changed", "differs"),
+    [
+        ("casa_assets.ingest.collision.plane_splits", True),
+        ("casa_assets.geometry.mesh.topology", True),  # it imports that
+        ("casa_assets.pipeline.reports.home", False),
+    ],
+)
+def test_the_key_of_a_package_is_that_of_its_code_and_of_what_it_imports(
+    changed: str, differs: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before, real = content_keys.subject_key("code/ingest.collision"), content_keys.module_digest
+    _forget()
+    monkeypatch.setattr(content_keys, "module_digest", lambda name: "new" if name == changed else real(name))
+    assert (content_keys.subject_key("code/ingest.collision") != before) == differs
+
+
+def test_a_package_that_is_not_there_is_told() -> None:
+    with pytest.raises(LookupError, match=r"no package casa_assets\.ingest\.colision"):
+        content_keys.subject_key("code/ingest.colision")
+
+
 def test_a_row_of_the_registry_changes_its_subject_alone(project: Project) -> None:
     before = keys()
     project({"families/hob.yaml": "presets:\n  tiny: {}\n", "plans/galley.yaml": _other_plan()})
