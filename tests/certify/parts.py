@@ -51,7 +51,7 @@ def _others_than(*names: str) -> list[str]:
 def _on_sid() -> tuple[tuple[str, ...], ...]:
     tool, folder = str(SHARED / "tools" / "fresh_root.sh"), str(OUT / "sid")
     script = (
-        '[ ! -d "$2" ] || bash "$1" drop "$2" || exit 1; bash "$1" make sid "$2" && bash "$1" run "$2" "$3" ./dev run'
+        '[ ! -d "$2" ] || bash "$1" drop "$2" || exit 1; bash "$1" make sid "$2" && bash "$1" run "$2" "$3" "./dev run"'
     )
     script += '; code=$?; bash "$1" drop "$2" || code=1; exit $code'
     return (("bash", "-c", script, "run_on_sid", tool, folder, str(ROOT)),)
