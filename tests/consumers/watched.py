@@ -3,7 +3,8 @@
 Most of these tests need a large environment of their own and fail where one part of the package has changed. Such a
 file states its environments and the paths that it watches in `WATCHED`, a page of docs is watched by itself. Its key is
 a digest of all that stands there, of its own text, and of the files of tests/ that it imports or names. What is not
-named here runs each time: RoboCasa, SimReady's validator, the installed wheel, the pages in `PAGES`.
+named here runs each time: kitchens and objects in RoboCasa, SimReady's validator, the installed wheel, the pages in
+`PAGES`.
 
 Files whose key is the one in watched.json are left to `./dev certify`, which runs all of them. Both record the keys
 where everything has passed.
@@ -64,10 +65,20 @@ _BATCHES = Watched(
 _CLUSTER = Watched(("ray",), _package("pipeline/workers", "pipeline/ingest", "pipeline/library/remote"))
 _STORES = Watched(("stores",), _package("pipeline/library", "ingest/sources"))
 
+_OWN = Watched((), _package("cli/project_runs.py", "pipeline/project", "projects.py", "registry"))
+_ROBOCASA = Watched(
+    ("robocasa",), _package("checks/design/robot", "core/robocasa.py", "export/robocasa", "pipeline/export_robocasa.py")
+)
+
 # By path relative to this folder.
 WATCHED = {
     "cluster/test_faults.py": _CLUSTER,
     "cluster/test_losses.py": _CLUSTER,
+    "own/test_plugins.py": _OWN,
+    "own/test_projects.py": _OWN,
+    "own/test_rows.py": _OWN,
+    "robocasa/test_fixtures.py": _ROBOCASA,
+    "robocasa/test_start_states.py": _ROBOCASA,
     "test_batch_forms.py": _BATCHES,
     "test_batches.py": _BATCHES,
     "test_blend_files.py": Watched(("blender",), _package("core/blender.py", "ingest/load/blender")),
@@ -81,6 +92,7 @@ WATCHED = {
     "test_pages_of_many.py": _PAGES_IN_A_BROWSER,
     "test_photoreal.py": Watched(("blender",), _package("core/blender.py", "preview/photoreal")),
     "test_review_keys.py": _PAGES_IN_A_BROWSER,
+    "test_robocasa_tasks.py": _ROBOCASA,
     "test_robots.py": Watched(
         ("robots",),
         _package("checks/robots", "core/hand_dynamics.py", "pipeline/kitchens/robots.py", "cli/verbs/scenes.py"),
