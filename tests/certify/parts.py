@@ -18,6 +18,28 @@ EVERY_CHANGE = "not consumers and (not certify or content)"
 LEAST_COVERAGE = 75
 # The tests of a release that are in none of the parts that record keys.
 OF_A_RELEASE = "certify and not content"
+CONSUMERS = "tests/consumers"
+# Tests of other programs that take longest: name -> what they prove, and their files and folders.
+LONG = {
+    "pages": ("every code block of README and docs", ("test_documents.py", "test_notebook.py")),
+    "meshes": (
+        "public meshes, hostile inputs, broken plans, random members of families",
+        ("test_families.py", "test_hostile_set.py", "test_mended_plans.py", "test_public_meshes.py"),
+    ),
+    "robocasa": ("all atomic tasks of RoboCasa, fixtures by its classes", ("test_robocasa_tasks.py", "robocasa")),
+    "engines": (
+        "ten kitchens in mujoco_warp, Newton and MJX, each held against MuJoCo",
+        ("test_batch_forms.py", "test_batches.py"),
+    ),
+    "robots": ("all robots in whole kitchens", ("test_robots.py",)),
+    "clusters": (
+        "whole sets of meshes on one machine, in shards and on clusters that lose a machine",
+        tuple(
+            f"cluster/test_{name}.py" for name in ("faults", "leading_machine", "losses", "small_disk", "whole_sets")
+        ),
+    ),
+    "soak": ("two hours on a cluster with faults at random", ("cluster/test_soak.py",)),
+}
 
 
 @dataclass(frozen=True)
@@ -61,7 +83,6 @@ def parts() -> list[Part]:
     """All of them, those first that end soonest."""
     kitchens = str(OUT / "scenes")
     record = (sys.executable, "-m", "tests.content_keys", "--write")
-    watched = (sys.executable, "-m", "tests.consumers.watched", "--write")
     return [
         Part("sid", "`./dev run` on a bare Debian sid, with the newest Python", _on_sid()),
         Part("textures", "all textures, one by one and as sets", ((PROGRAM, "textures", "check"),)),
@@ -88,10 +109,12 @@ def parts() -> list[Part]:
         ),
         Part(
             "programs",
-            "other programs, pages of docs, whole sets of meshes, clusters",
-            (_pytest(OF_A_RELEASE, "tests/consumers", by="loadfile"),),
-            (watched,),
-            limit_s=8 * 3600,
+            "all other programs but those below",
+            (_pytest(OF_A_RELEASE, *_other_consumers(), by="loadfile"),),
+        ),
+        *(
+            Part(name, proves, (_pytest(OF_A_RELEASE, *(f"{CONSUMERS}/{path}" for path in paths), by="loadfile"),))
+            for name, (proves, paths) in LONG.items()
         ),
         Part(
             "kitchens", "all kitchens, built and checked", ((PROGRAM, "scenes", "check", "--all", "--out", kitchens),)
@@ -103,6 +126,14 @@ def parts() -> list[Part]:
             ((sys.executable, "-m", "benchmarks.fuzz_ingest", "--minutes", "30", "--out", str(OUT / "fuzz")),),
         ),
     ]
+
+
+def _other_consumers() -> list[str]:
+    """Files and folders of tests/consumers that are not among the long ones."""
+    long = {path.partition("/")[0] for _, paths in LONG.values() for path in paths}
+    places = (path for path in sorted((ROOT / CONSUMERS).iterdir()) if path.name not in long)
+    found = (p.name for p in places if p.name.startswith("test_") or (p.is_dir() and any(p.glob("test_*.py"))))
+    return [f"{CONSUMERS}/{name}" for name in found]
 
 
 def _kinds_of_tests() -> list[str]:
