@@ -1,12 +1,12 @@
-"""How an ingest run spreads: one worker against two, Ray against the pool of this machine, and the model of a run.
+"""How an ingest run spreads: one worker against two, Ray against the pool of this machine.
 
     ./dev bench scale                     30 inputs made of the sample meshes, eleven runs, half an hour
     ./dev bench scale --inputs FOLDER     meshes of one's own
     ./dev bench scale --copies 5          so many of each sample, each a little larger than the one before
     ./dev bench scale --rounds 1          each run once instead of twice; the faster of two is what is compared
 
-Prints seconds of each run, the efficiency of two workers, what Ray costs beside the local pool (where it is installed),
-and how far the model of `pipeline/ingest/forecast.py` is off. Ends with what runs on clusters would take by that model.
+Prints seconds of each run, the efficiency of two workers, and what Ray costs beside the local pool (where it is
+installed).
 
 Efficiency compares two workers on two cores with one worker on one core: a worker that has two cores to itself uses
 some of the second, since drawing and reading USD run threads. Cores share memory and caches, and those of a virtual
@@ -33,7 +33,6 @@ import numpy as np
 import trimesh
 
 from casa_assets.core.typing import Floats
-from casa_assets.pipeline.ingest.forecast import Overheads, forecast
 from casa_assets.pipeline.ingest.job import Event
 from casa_assets.pipeline.ingest.run import Options, ingest
 from casa_assets.pipeline.workers.engine import RayCluster, Workers
@@ -41,10 +40,8 @@ from casa_assets.pipeline.workers.engine import RayCluster, Workers
 SAMPLES = Path(__file__).parents[1] / "examples" / "meshes"
 SUFFIXES = {".glb", ".obj", ".ply", ".stl", ".gltf"}
 GROWTH = 1.07  # of each copy of a sample: another asset, and not a copy
-CORES = (1, 8, 64, 512, 1_000, 10_000)
 ONE_CORE = "local, 1 on 1 core"
 HEADS = ("seconds", "first after", "processor s", "of workers", "leading s")
-COUNTS = (10_000, 800_000, 10_000_000)
 
 
 @dataclass(frozen=True)
@@ -103,9 +100,6 @@ def main() -> None:
     print(f"efficiency of two workers, of what these cores can do: {efficiency / bound:.2f}")
     print(f"beside one worker that may use both cores: {single.seconds / double.seconds / 2:.2f}")
     print_engines(runs)
-    overheads = measured_overheads(single)
-    print(f"\nseconds besides the work, of the run with one worker: {overheads}")
-    print_clusters(single.costs, overheads)
 
 
 def first_run(inputs: Path, folder: Path) -> None:
@@ -117,24 +111,11 @@ def first_run(inputs: Path, folder: Path) -> None:
 
 
 def print_engines(runs: dict[str, Run]) -> None:
-    """Compare Ray with the local pool, and each run with what the model says of it.
-
-    The model is told what the same inputs took a worker under the other engine, with as many workers, and what a run
-    of the same engine with one worker takes besides the work.
-    """
-    for count in (1, 2):
-        word = f"{count} worker" + "s" * (count > 1)
-        for name, other in (("local", "Ray"), ("Ray", "local")):
-            if not {f"{name}, {word}", f"{other}, {word}"} <= set(runs):
-                continue
-            one, beside = runs[f"{name}, {word}"], runs[f"{other}, {word}"]
-            if name == "Ray":
-                print(f"Ray beside the local pool, {word}: {100 * (one.seconds / beside.seconds - 1):+.0f} %")
-            overheads = measured_overheads(runs[f"{name}, 1 worker"])
-            predicted = forecast(beside.costs, len(one.events), count, overheads).seconds
-            error = f"{100 * (predicted / one.seconds - 1):+.0f} %"
-            note = " (what it takes besides the work is of this very run)" if count == 1 else ""
-            print(f"model of {name}, {word}: {predicted:.1f} s, {error}{note}")
+    """Compare Ray with the local pool."""
+    for word in ("1 worker", "2 workers"):
+        if f"Ray, {word}" in runs:
+            slower = runs[f"Ray, {word}"].seconds / runs[f"local, {word}"].seconds - 1
+            print(f"Ray beside the local pool, {word}: {100 * slower:+.0f} %")
 
 
 @contextmanager
@@ -194,23 +175,6 @@ def run(inputs: Path, library: Path, workers: Workers) -> Run:
 
     events = list(ingest([inputs], Options(library, jobs=workers, keep_duplicates=True), show_work=show_work))
     return Run(time.perf_counter() - begin, first[0], time.process_time() - before, events)
-
-
-def measured_overheads(single: Run) -> Overheads:
-    """Of a run with one worker: what is left of its seconds are those between two jobs."""
-    count = len(single.events)
-    read_s = float(np.mean([event.seconds.get("read", 0.0) for event in single.events]))
-    rest = max(0.0, single.seconds - single.first_s - float(single.costs.sum()))
-    return Overheads(max(0.0, single.first_s - count * read_s), read_s, rest / count, 0.0, single.lead_s / count)
-
-
-def print_clusters(costs: Floats, overheads: Overheads) -> None:
-    """What the model says of clusters, for inputs like these."""
-    heads = " ".join(f"{f'{cores:,} cores':>16}" for cores in CORES)
-    print(f"\nhours of the clock, and the share of the cores in use\n{'inputs':>12} {heads}")
-    for count in COUNTS:
-        row = [forecast(costs, count, cores, overheads) for cores in CORES]
-        print(f"{count:12,} " + " ".join(f"{one.seconds / 3600:10.3g} {100 * one.busy:4.0f}%" for one in row))
 
 
 if __name__ == "__main__":

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import os
 import re
 from collections import Counter
 from contextlib import closing
-from dataclasses import asdict, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -38,21 +37,18 @@ from casa_assets.cli.options import (
 from casa_assets.cli.output import Output
 from casa_assets.cli.store_output import on_store
 from casa_assets.cli.supervise import StopRequested
-from casa_assets.cli.tables import TextTable
-from casa_assets.cli.text import duration, pluralize
+from casa_assets.cli.text import pluralize
 from casa_assets.errors import CasaError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator, Mapping, Sequence
+    from collections.abc import Callable, Generator, Mapping
 
     from casa_assets.cli.store_output import Sending
     from casa_assets.ingest.sources.stores.address import StoreRoot
-    from casa_assets.pipeline.ingest.estimate import Interval
     from casa_assets.pipeline.ingest.job import Event
     from casa_assets.pipeline.ingest.run import Options
     from casa_assets.pipeline.ingest.shards.shard import Shard
 
-USUAL_CORES = (64, 1024)  # for which --estimate prints the time besides those of this machine
 EXAMPLES = """
 Examples:
 
@@ -64,7 +60,6 @@ Examples:
   casa-assets ingest ~/meshes --dry-run            # write nothing
   casa-assets ingest ~/meshes --retry-only FLT005  # what was rejected so
   casa-assets ingest ~/meshes --retry things       # and what is new
-  casa-assets ingest ~/meshes --estimate 40        # hours, memory and disk
   casa-assets ingest ~/incoming --watch            # as files come
   casa-assets ingest ~/meshes --json > run.jsonl   # an object per input
   casa-assets ingest ~/meshes --store s3://bucket/library
@@ -77,12 +72,6 @@ _limit = partial(typer.Option, min=0, show_default=False, rich_help_panel=LIMITS
 Watch = Annotated[bool, typer.Option("--watch", help="Wait for new and changed files until Ctrl-C, and work on them.")]
 Explain = Annotated[
     bool, typer.Option("--explain", help="Print every guess, with its confidence and reason; not with --dry-run.")
-]
-Sample = Annotated[
-    int, typer.Option("--estimate", help="Work on so many inputs, keep nothing; print what all would take.", min=0)
-]
-Cores = Annotated[
-    list[int] | None, typer.Option("--cores", help="Number of cores to print the time for, with --estimate.", min=1)
 ]
 KeepDuplicates = Annotated[
     bool, typer.Option("--keep-duplicates", help="Keep meshes that duplicate one that is already in the library.")
@@ -138,8 +127,6 @@ def ingest(
     shard: ShardWords = "",
     store: StoreUrl = "",
     explain: Explain = False,
-    estimate: Sample = 0,
-    cores: Cores = None,
     json_: AsJson = False,
     quiet: Quiet = False,
     verbose: Verbose = False,
@@ -163,10 +150,8 @@ def ingest(
     roots, refused = roots_of(sources, library)
     options = replace(options, shard=_shard(shard), refused=refused, force=force)
     output = Output(json_, quiet, verbose)
-    _check_together(bool(store), bool(estimate), {"watch": watch, "explain": explain, "dry-run": dry_run}, bool(shard))
-    if estimate:
-        _estimate(roots, options, estimate, cores or (), output)
-    elif watch:
+    _check_together(bool(store), {"watch": watch, "explain": explain, "dry-run": dry_run})
+    if watch:
         _watch(roots, options, output)
     else:
         _ingest(roots, options, output, explain, store)
@@ -175,7 +160,7 @@ def ingest(
 ingest.__doc__ = f"{ingest.__doc__}\n{EXAMPLES}"
 
 
-def _check_together(store: bool, estimate: bool, flags: Mapping[str, bool], shard: bool) -> None:
+def _check_together(store: bool, flags: Mapping[str, bool]) -> None:
     """Raise typer.BadParameter where options were given that do not go together.
 
     Args:
@@ -183,9 +168,6 @@ def _check_together(store: bool, estimate: bool, flags: Mapping[str, bool], shar
     """
     if flags["explain"] and flags["dry-run"]:
         raise typer.BadParameter("--dry-run keeps no guesses; name another --library and leave --dry-run out")
-    if estimate and (store or shard or any(flags.values())):
-        message = "goes with none of --watch, --explain, --dry-run, --shard and --store"
-        raise typer.BadParameter(message, param_hint="--estimate")
     if store and (flags["watch"] or flags["dry-run"]):
         raise typer.BadParameter("goes with neither --watch nor --dry-run", param_hint="--store")
 
@@ -227,37 +209,6 @@ def _run_once(
     elif not output.as_json or explain:
         print_summary(events, options.library, output, explain)
     return events
-
-
-def _estimate(
-    sources: list[Path | StoreRoot], options: Options, sample: int, cores: Sequence[int], output: Output
-) -> None:
-    """Print what a run would take."""
-    from casa_assets.pipeline.ingest.estimate import count_inputs, estimate, sample_run
-
-    counts = cores or (len(os.sched_getaffinity(0)), *USUAL_CORES)
-    # Of single inputs only those are told that are rejected.
-    events = print_events(partial(sample_run, sources, options, sample), Output(quiet=True))
-    if not events:
-        raise no_mesh_found(sources)
-    found = estimate(events, count_inputs(sources, options.library), counts)
-    if output.as_json:
-        output.row({"id": "estimate", "folder": "", **asdict(found)})
-        return
-    table = TextTable(("", "estimate", "9 of 10 resamples"), right=("estimate", "9 of 10 resamples"))
-    table.title = f"{found.inputs:,} inputs, by {found.sampled} of them"
-    rows: list[tuple[str, Interval, Callable[[float], str]]] = [
-        ("core-hours", found.core_hours, lambda hours: f"{hours:,.3g}"),
-        ("disk, GB", found.disk_bytes, lambda count: f"{count / 1e9:,.3g}"),
-        *((f"{n:,} cores", found.hours[n], lambda hours: duration(3600 * hours)) for n in counts),
-    ]
-    for name, interval, written in rows:
-        low, middle, high = map(written, (interval.low, interval.middle, interval.high))
-        table.add(name, middle, f"{low} to {high}")
-    table.print(output.console)
-    output.line(f"Memory: {found.peak_bytes / 1e9:.2g} GB at most, of one input of the sample, with what workers share")
-    if found.kept:
-        output.line(f"{found.kept} of the sample are in the library already and cost nothing")
 
 
 def _codes(words: list[str] | None) -> frozenset[str]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import shutil
 from collections import Counter
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence, Set
@@ -87,7 +86,6 @@ class Options:
             worked on again, whatever else is kept. only: the same, and all other inputs are left out.
         force: work on all inputs again, and replace accepted assets also by results that are in review or rejected.
         dry_run: say what would become of each input, and write nothing.
-        sample: work on so many inputs alone, the same each time, whatever their order; 0: on all.
         shard: work on the inputs of this part of the run alone, for `shards.merge`; None: on all. Copies stay: which
             of two is the first is known once all inputs are there.
         not_after_ns: time in nanoseconds since 1970; an input of which a file has changed since may be half-written
@@ -107,7 +105,6 @@ class Options:
     again: frozenset[str] = frozenset()
     only: frozenset[str] = frozenset()
     dry_run: bool = False
-    sample: int = 0
     not_after_ns: int | None = None
     shard: Shard | None = None
     refused: tuple[Refused, ...] = ()
@@ -302,7 +299,6 @@ def ingest_inputs(
     found, early = inputs_with_mesh(inputs, refused)
     if options.split:
         found = _taken_apart(library, found, answers)
-    found = sample_of(found, options.sample)
     key = cache_key(options.limits, options.category)
     run = _Run(library, before, table, key, options.limits, found, overrides=overrides)
     if options.only:
@@ -348,15 +344,6 @@ def inputs_with_mesh(
         event = Event(kind, 0, path, row_id(path, code), code, message, REJECTED, count=count)
         events.append((event, Refused(path, code, message)))
     return found, events
-
-
-def sample_of(found: list[Found], count: int) -> list[Found]:
-    """So many of the inputs, in their order: those whose names have the smallest digests; all of them where it is 0."""
-    if not 0 < count < len(found):
-        return found
-    digests = [hashlib.sha256(one.source.place.encode("utf-8", "surrogateescape")).digest() for one in found]
-    chosen = sorted(range(len(found)), key=digests.__getitem__)[:count]
-    return [found[number] for number in sorted(chosen)]
 
 
 def _taken_apart(library: disk.Library, found: Sequence[Found], answers: Answers) -> list[Found]:

@@ -65,7 +65,7 @@ def test_the_address_of_a_store_is_no_folder(boxes: Path) -> None:
     assert not Path("s3:").exists()
 
 
-@pytest.mark.parametrize("other", [("--dry-run",), ("--watch",), ("--estimate", "2")])
+@pytest.mark.parametrize("other", [("--dry-run",), ("--watch",)])
 def test_options_that_do_not_go_together(boxes: Path, tmp_path: Path, other: tuple[str, ...]) -> None:
     words = ("--library", tmp_path / "new", "--store", tmp_path / "store", *other)
     done = casa("ingest", boxes / "in", *words)
