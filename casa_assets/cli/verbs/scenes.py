@@ -1,4 +1,4 @@
-"""casa-assets scenes: new, list, build, check, sample, preview, pack, diff, robots, states, batch; verbs of plans."""
+"""casa-assets scenes: new, list, build, check, sample, preview, pack, robots, states, batch; verbs of plans."""
 
 from __future__ import annotations
 
@@ -38,7 +38,6 @@ from casa_assets.cli.options import (
 )
 from casa_assets.cli.output import Output, measures_at
 from casa_assets.cli.tables import TextTable, from_column
-from casa_assets.cli.text import pluralize
 from casa_assets.cli.verb import Verb
 from casa_assets.cli.verbs.pack import pack
 from casa_assets.cli.verbs.plans import check_plan, fit
@@ -67,7 +66,6 @@ Objects = Annotated[
     typer.Option("--objects", min=0, max=MAX_OBJECTS, help=more(OBJECTS_HELP, "they are put where people keep them.")),
 ]
 OneScene = Annotated[str, typer.Argument(help="Id of a scene that was built.", autocompletion=completion.kitchens)]
-SceneFolder = Annotated[Path, typer.Argument(help="Folder of a scene.")]
 EyeLevel = Annotated[
     bool, typer.Option("--eye-level", help="Draw each that is built at eye level, too, with its doors open.")
 ]
@@ -410,35 +408,6 @@ def batch(
     if not json_:
         scene_output.print_batch_forms(results, output)
     scene_output.end(results)
-
-
-@app.command(cls=Verb)
-def diff(
-    first: SceneFolder,
-    second: Annotated[Path, typer.Argument(help="Folder of another, or of the same from elsewhere.")],
-    json_: AsJson = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
-) -> None:
-    """Print how two kitchens differ: files, placements, finishes.
-
-    Exit 0 when they are the same, 1 when they differ, 2 on misuse.
-
-    Example:  casa-assets scenes diff out/scenes/l_small__coastal old/l_small__coastal
-    """
-    from casa_assets.pipeline.kitchens.diff import compare, made_by_same_code
-
-    output = Output(json_, quiet, verbose)
-    found, is_same_code = compare(first, second), made_by_same_code(first, second)
-    same = "the same, byte for byte" if is_same_code else "the same, made by other versions or tools"
-    verdict = {"verdict": "different" if found else "same", "same_code": is_same_code}
-    output.row({"id": first.name, "first": str(first), "second": str(second), "differences": found, **verdict})
-    if not json_:
-        for line in found:
-            output.line(line)
-        output.line(pluralize(len(found), "difference") if found else same)
-    if found:
-        raise typer.Exit(1)
 
 
 app.command(cls=Verb)(pack)

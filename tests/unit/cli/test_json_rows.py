@@ -83,7 +83,6 @@ CASES = [
     Case("scenes states one_wall_small__coastal --count 1 --objects 1 --out {scenes}", MADE),
     Case("scenes batch one_wall_small__coastal --out {scenes}", MADE),
     Case("scenes preview one_wall_small__coastal --camera overview --width-px 64 --out {scenes}", MADE, True),
-    Case("scenes diff {scenes}/one_wall_small__coastal {scenes}/one_wall_small__coastal", JUDGED),
     Case("scenes pack one_wall_small__coastal --zip --scenes-folder {scenes} --out {new}.zip", MADE, measured=True),
     Case("scenes check-plan {plan}", JUDGED),
     Case("scenes fit {plan} --width 3.4 --depth 5.2", JUDGED),

@@ -15,10 +15,8 @@ from casa_assets.cli.verbs.scenes import app
 from casa_assets.errors import UnknownId
 from casa_assets.model.issue import Issue, Report, Severity
 from casa_assets.pipeline.kitchens import check
-from casa_assets.pipeline.kitchens.diff import FILES
 from casa_assets.pipeline.kitchens.recipe import SceneRecipe, SceneResult
 from casa_assets.pipeline.kitchens.sampling import run
-from tests.packages import tamper
 from tests.program import no_workers
 
 RUNNER = CliRunner()
@@ -91,35 +89,6 @@ def test_preview_draws_the_camera_that_is_named(checked_kitchen: Checked, tmp_pa
     assert path == tmp_path / SCENE / "at_sink_open.png"
     assert path.read_bytes().startswith(b"\x89PNG")
     assert isinstance(RUNNER.invoke(app, ["preview", "galley__x", "--out", str(tmp_path)]).exception, UnknownId)
-
-
-def test_diff_tells_what_differs(checked_kitchen: Checked, tmp_path: Path) -> None:
-    out, _ = checked_kitchen
-    first, second = out / SCENE, tmp_path / SCENE
-    shutil.copytree(first, second)
-    same = RUNNER.invoke(app, ["diff", str(first), str(second)])
-    assert (same.exit_code, same.stdout) == (0, "the same, byte for byte\n")
-    tamper(second / "scene.json", ('"style": "coastal"', '"style": "postal"'))
-    other = RUNNER.invoke(app, ["diff", str(first), str(second), "--json"])
-    assert other.exit_code == 1
-    row = json.loads(other.stdout)
-    assert row["verdict"] == "different"
-    assert 'style: "coastal" and "postal"' in row["differences"]
-
-
-@pytest.mark.parametrize("field", ["key", "picture_key", "generator"])
-def test_diff_calls_scenes_of_other_tools_the_same(field: str, tmp_path: Path) -> None:
-    folders = [tmp_path / name for name in ("first", "second")]
-    for folder in folders:
-        folder.mkdir()
-        for name in FILES:
-            (folder / name).write_text("the same", encoding="utf-8")
-        facts = {"key": "a", "picture_key": "a", "generator": "casa-assets 0.1.0", "id": SCENE, field: folder.name}
-        (folder / "scene.json").write_text(json.dumps(facts), encoding="utf-8")
-    told = RUNNER.invoke(app, ["diff", *map(str, folders)])
-    assert (told.exit_code, told.stdout) == (0, "the same, made by other versions or tools\n")
-    row = json.loads(RUNNER.invoke(app, ["diff", *map(str, folders), "--json"]).stdout)
-    assert (row["verdict"], row["differences"], row["same_code"]) == ("same", [], False)
 
 
 class TestSample:
