@@ -1,4 +1,4 @@
-"""Plans as language models write them: mended, built and passed by every check, in all styles between them."""
+"""Plans with faults, and plans that are right: corrected, built and passed by every check, in all styles between them."""
 
 from __future__ import annotations
 
@@ -11,24 +11,20 @@ from casa_assets.registry.kitchens import style_names
 from tests.mended_plans import problems_when_built
 from tests.projects import Project, project_in
 
-# Drafts of whole kitchens, plans that are right, and plans whose aisles and corners are mended.
+# Plans that are right, and plans whose rows, rooms, openings, islands and corners are corrected.
 PLANS = {
-    "draft_appliance_list": "industrial",
-    "draft_chatty": "modern_1",
-    "draft_coordinates": "rustic",
-    "draft_farmhouse": "farmhouse",
     "draft_huge_room": "transitional_2",
-    "draft_json": "coastal",
-    "draft_markdown_list": "modern_2",
-    "draft_peninsula": "traditional_2",
     "draft_tiny": "transitional_1",
-    "draft_units_by_name": "scandinavian",
     "ok_corner": "coastal",
     "ok_galley": "mediterranean",
     "ok_island": "traditional_1",
     "ok_studio": "rustic",
     "aisle_too_narrow": "industrial",
-    "lazy_susan": "farmhouse",
+    "door_beyond_wall": "modern_1",
+    "island_too_large": "farmhouse",
+    "no_corner": "scandinavian",
+    "row_too_long": "modern_2",
+    "walls_aslant_do_not_close": "traditional_2",
 }
 
 pytestmark = pytest.mark.certify

@@ -1,7 +1,7 @@
-"""Check a plan without building anything: every fault, each with the nearest mend, and the plan with all of them made.
+"""Check a plan without building anything: every fault, each with a correction if one is near, and the corrected plan.
 
-Faults are found in rounds: what is no YAML, then the form, then values, names, the walls, and what is in the way of
-what. The mends of a round are made in a copy of the text before the next round looks at it: one call tells all.
+Faults are found in rounds: what is no YAML, then values, names, the walls, and what is in the way of what. The
+corrections of a round are made in a copy of the text before the next round looks at it, so that one call tells all.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import difflib
 from dataclasses import dataclass
 from typing import Any
 
-from casa_assets.errors import CasaError, PlanConflict, UnknownId
+from casa_assets.errors import CasaError, PlanConflict, RegistryError, UnknownId
 from casa_assets.layouts.order.request import KitchenRequest, request_kitchen
 from casa_assets.layouts.plan.style_models import StyleModels
 from casa_assets.model.kitchen.plan import Plan
@@ -20,13 +20,11 @@ from casa_assets.pipeline.plans.clashes import clash_faults
 from casa_assets.pipeline.plans.conflicts import mend_of
 from casa_assets.pipeline.plans.fault import Fault, Mend, added, removed, replaced, value_at
 from casa_assets.pipeline.plans.foresight.faults import foreseen_faults
-from casa_assets.pipeline.plans.form import form_faults
+from casa_assets.pipeline.plans.names import spelt
+from casa_assets.pipeline.plans.record_faults import record_faults
 from casa_assets.pipeline.plans.references import reference_faults
 from casa_assets.pipeline.plans.sizes import PresetSizes
-from casa_assets.pipeline.plans.syntax import text_fault
-from casa_assets.pipeline.plans.values import value_faults
 from casa_assets.pipeline.plans.walls import wall_faults
-from casa_assets.pipeline.plans.words import spelt
 from casa_assets.pipeline.plans.written import row_at
 from casa_assets.registry.edit import Edit, EditKind, block_text, edited, edited_value
 from casa_assets.registry.kitchens import LIKE, laid_over_like
@@ -68,7 +66,6 @@ class ToldFault:
                     {"op": e.kind.value, "pointer": list(e.pointer), "old": old, "new": e.value}
                     for e, old in zip(mend.edits, self.old, strict=True)
                 ],
-                "text": mend.text,
             },
         }
 
@@ -125,16 +122,15 @@ def find_faults(
     text: str, file: str, style: Style, fixed_walls: bool = False
 ) -> tuple[list[Fault], KitchenRequest | None]:
     """The faults of the first kind that has any, and the kitchen of a text that has none."""
-    unread = text_fault(text, file)
-    if unread is not None:
-        return [unread], None
-    document, wrong = plan_document(text, file)
+    try:
+        document, wrong = plan_document(text, file)
+    except RegistryError as error:
+        return [Fault((), error.expected, error.got, None, error.line)], None
     if wrong is not None:
         return [wrong], None
     raw, stem = document.value, plan_id(file)
-    for faults in (form_faults, value_faults):
-        if found := faults(raw, stem):
-            return found, None
+    if found := record_faults(raw, stem):
+        return found, None
     plan = Plan.model_validate({**raw, "id": stem})
     if found := reference_faults(raw, plan, style) or wall_faults(raw, plan, plan.defaults):
         return found, None
@@ -203,8 +199,6 @@ def _mended(text: str, file: str, faults: list[Fault]) -> tuple[str, list[Fault]
         mend = fault.mend
         if mend is None:
             continue
-        if mend.text is not None:
-            return mend.text, [*made, fault]
         if any(_waits(edit.pointer, touched) for edit in mend.edits):
             continue
         after = text

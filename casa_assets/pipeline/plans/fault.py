@@ -17,12 +17,10 @@ class Mend:
     Attributes:
         sentence: for people, in the imperative.
         edits: of the plan's values, one after the other.
-        text: the whole file anew, where it is no YAML and has no values yet; else None.
     """
 
     sentence: str
     edits: tuple[Edit, ...] = ()
-    text: str | None = None
 
 
 @dataclass(frozen=True)

@@ -1,9 +1,12 @@
-"""Names in a plan that nothing answers to: walls, runs, units, parameters and roles, each with the nearest."""
+"""Names in a plan that nothing answers to: walls, runs, units, parameters and roles, each with the nearest.
+
+What is over or on a unit that is not there, such as one that was taken out for want of room, is taken out too.
+"""
 
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 from casa_assets.model.kitchen.plan import OpeningKind, Plan, Run
@@ -12,10 +15,20 @@ from casa_assets.model.kitchen.units import COOKERS, BaseKind, UpperKind
 from casa_assets.model.registry.document import KeyPath
 from casa_assets.model.registry.fields import expected_one_of
 from casa_assets.pipeline.plans.fault import Fault, Mend, removed, replaced
-from casa_assets.pipeline.plans.words import meant, plan_words, spelt
-from casa_assets.pipeline.plans.written import key_edit, row_at, unit_at, unit_edit
-from casa_assets.registry.edit import Edit, EditKind, flow_text
+from casa_assets.pipeline.plans.names import NEAR, nearest, spelt
+from casa_assets.pipeline.plans.written import row_at, unit_at, unit_edit
+from casa_assets.registry.edit import Edit, EditKind
 
+# Keys that are lengths or names of parameters, by table.
+LENGTH_KEYS = {
+    "walls": ("length",),
+    "openings": ("at",),
+    "runs": ("start", "end", "length"),
+    "wall_items": ("at",),
+    "columns": ("at", "from_wall"),
+    "tables": ("at", "from_wall"),
+    "floor_items": ("at", "from_wall"),
+}
 CORNERS = ("left_corner", "right_corner", "left_filler", "right_filler")
 
 
@@ -38,23 +51,24 @@ class References:
         self.units = {u.id: (r.id, u.kind.value) for r in plan.runs for u in r.base}
         self.uppers = {u.id: (r.id, u.kind.value) for r in plan.runs for u in r.upper}
         self.corners = {f"{r}_{end}": (r, "") for c in plan.corners for r in c.runs for end in CORNERS}
-        self.roles = sorted({*style.models, *plan_words()["roles"].values()})
+        self.roles = sorted(style.models)
         self.of_style = style
         self.faults: list[Fault] = []
 
-    def wrong(self, at: KeyPath, known: Sequence[str], got: str, sentence: str, *edits: Edit) -> None:
-        """Add a fault."""
-        self.faults.append(Fault(at, expected_one_of(known, got), repr(got), Mend(sentence, edits)))
+    def wrong(self, at: KeyPath, known: Sequence[str], got: str, sentence: str = "", *edits: Edit) -> None:
+        """Add a fault, with a correction if edits are given."""
+        mend = Mend(sentence, edits) if edits else None
+        self.faults.append(Fault(at, expected_one_of(known, got), repr(got), mend))
 
-    def name(self, at: KeyPath, got: str | None, known: Sequence[str], table: str = "", instead: str = "") -> None:
-        """Check a name; where none is near, `instead` is named, or what holds the key `at` is taken out."""
+    def name(self, at: KeyPath, got: str | None, known: Sequence[str], least: float = NEAR) -> None:
+        """Check a name; `least` is how similar a known one has to be to be meant."""
         if got is None or got in known:
             return
-        near = meant(got, known, table) or instead
+        near = nearest(got, known, least)
         if near:
             self.wrong(at, known, got, written(at, near), replaced(at, near))
         else:
-            self.wrong(at, known, got, f"Take out {flow_text(at[-2])}.", removed(at[:-1]))
+            self.wrong(at, known, got)
 
     def unit(
         self, at: KeyPath, got: str | None, run: str = "", wall: str = "", with_corners: bool = True
@@ -69,7 +83,7 @@ class References:
         if got is None or got in known:
             return got
         on = {r.id for r in self.plan.runs if not wall or r.on == wall}
-        kind = meant(spelt(got).removeprefix(f"{run}_"), [k.value for k in BaseKind], "base", 0.7)
+        kind = nearest(spelt(got).removeprefix(f"{run}_"), [k.value for k in BaseKind], 0.7)
         of_kind = [k for k, (r, its) in known.items() if its == kind]
         same = [k for k in of_kind if spelt(got).startswith(f"{known[k][0]}_")]
         near = same or [k for k in of_kind if known[k][0] in on] or of_kind
@@ -93,44 +107,26 @@ def reference_faults(raw: Any, plan: Plan, style: Style) -> list[Fault]:
 def _lengths(names: References) -> None:
     """Lengths that name no parameter."""
     known = sorted(names.plan.parameters)
-    rows: list[tuple[str, str, str, Any, float | None]] = []
-    for w in names.plan.walls:
-        rows.append(("walls", w.id, "length", w.length, 4.0 if w.heading in ("left", "right") else 3.6))
-    rows += [("openings", o.id, "at", o.at, 1.0) for o in names.plan.openings]
-    for run in names.plan.runs:
-        rows += [("runs", run.id, key, getattr(run, key), None) for key in ("start", "end", "length")]
-    rows += [("wall_items", i.id, "at", i.at, 1.0) for i in names.plan.wall_items]
-    rows += [("columns", c.id, key, getattr(c, key), 0.5) for c in names.plan.columns for key in ("at", "from_wall")]
-    rows += [("tables", t.id, key, getattr(t, key), 1.5) for t in names.plan.tables for key in ("at", "from_wall")]
-    rows += [
-        ("floor_items", f.id, key, getattr(f, key), 0.5) for f in names.plan.floor_items for key in ("at", "from_wall")
-    ]
-    for table, name, key, value, instead in rows:
-        if not isinstance(value, str) or value in known:
-            continue
-        at = (*row_at(names.raw, table, name), key)
-        near = meant(value, known)
-        if near:
-            names.wrong(at, known, value, written(at, near), replaced(at, near))
-        elif instead is None:
-            names.wrong(at, known, value, f"Take out '{key}'.", removed(at))
-        else:
-            names.wrong(at, known, value, f"Write {instead:g} metres.", replaced(at, instead))
+    for table, keys in LENGTH_KEYS.items():
+        for row in getattr(names.plan, table):
+            for key in keys:
+                value = getattr(row, key)
+                if isinstance(value, str):
+                    names.name((*row_at(names.raw, table, row.id), key), value, known)
 
 
 def _runs(names: References) -> None:
     """Walls and runs that runs and corners name."""
     for n, run in enumerate(names.plan.runs):
         at = row_at(names.raw, "runs", run.id)
-        free = [w for w in names.walls if w not in {r.on for r in names.plan.runs}]
-        names.name((*at, "on"), run.on, names.walls, "walls", instead=(free or names.walls)[0])
+        names.name((*at, "on"), run.on, names.walls)
         others = [r for r in names.runs if r != run.id]
         placed = run.faces or run.joins
         if placed is None:
             continue
         key, before = ("faces" if run.faces else "joins"), names.runs[:n]
         if placed.run not in others:
-            names.name((*at, key, "run"), placed.run, others, instead=(before or others or [""])[0])
+            names.name((*at, key, "run"), placed.run, others)
         elif placed.run not in before:
             _moved_behind(names, run.id, placed.run)
         elif run.faces and run.faces.in_front_of is not None:
@@ -138,9 +134,8 @@ def _runs(names: References) -> None:
             found = names.unit(inner, run.faces.in_front_of, placed.run, with_corners=False)
             if found != run.faces.in_front_of:
                 known = [k for k, (r, _) in names.units.items() if r == placed.run]
-                edit = replaced(inner, found) if found else removed(inner)
-                sentence = written(inner, found) if found else "Take out 'in_front_of'."
-                names.wrong(inner, known, run.faces.in_front_of, sentence, edit)
+                edits = (replaced(inner, found),) if found else ()
+                names.wrong(inner, known, run.faces.in_front_of, written(inner, str(found)), *edits)
         if run.upper:
             expected = f"no wall units over {run.id}, which stands at no wall"
             mend = Mend(f"Take out 'upper' of {run.id}.", (removed((*at, "upper")),))
@@ -149,17 +144,11 @@ def _runs(names: References) -> None:
         at = ("corners", k)
         for i, name in enumerate(corner.runs):
             if name not in names.runs:
-                near = meant(name, [r for r in names.runs if r not in corner.runs], "walls")
-                edits = (replaced((*at, "runs", i), near),) if near else (removed(at),)
-                sentence = f"Write {near!r} in the place of {name!r}." if near else "Take out this corner."
-                names.wrong((*at, "runs", i), names.runs, name, sentence, *edits)
+                names.name((*at, "runs", i), name, [r for r in names.runs if r not in corner.runs])
                 break
         else:
             if corner.owner is not None and corner.owner not in corner.runs:
-                near = meant(corner.owner, corner.runs, "walls") or corner.runs[0]
-                names.wrong(
-                    (*at, "owner"), corner.runs, corner.owner, written(("owner",), near), replaced((*at, "owner"), near)
-                )
+                names.name((*at, "owner"), corner.owner, corner.runs)
 
 
 def _moved_behind(names: References, run: str, other: str) -> None:
@@ -224,7 +213,7 @@ def _openings(names: References) -> None:
     for opening in names.plan.openings:
         at = row_at(names.raw, "openings", opening.id)
         known = [*names.walls, *niches] if opening.kind is OpeningKind.WINDOW else names.walls
-        names.name((*at, "wall"), opening.wall, known, "walls", instead=names.walls[0])
+        names.name((*at, "wall"), opening.wall, known)
         if opening.kind is OpeningKind.NICHE:
             niches.append(opening.id)
         if opening.wall in names.walls:
@@ -255,17 +244,13 @@ def _over_cooker(names: References, run: Run, k: int) -> None:
 
 
 def _over(names: References, at: KeyPath, over: str | None, wall: str) -> None:
-    """The unit that an opening or a wall item is over; in the place of one that is nowhere, a place on the wall."""
+    """The unit that an opening or a wall item is over."""
     found = names.unit((*at, "over"), over, wall=wall)
     if found == over or over is None:
         return
-    if found:
-        edits: tuple[Edit, ...] = (replaced((*at, "over"), found),)
-        sentence = written(("over",), found)
-    else:
-        edits = (Edit(EditKind.RENAME, (*at, "over"), "at"), replaced((*at, "at"), 1.0))
-        sentence = "Write `at: 1.0`, metres from the left end of the wall."
-    names.wrong((*at, "over"), list(names.units), over, sentence, *edits)
+    edit = replaced((*at, "over"), found) if found else removed(at)
+    sentence = written(("over",), found) if found else f"Take out {at[-1]!r}."
+    names.wrong((*at, "over"), list(names.units), over, sentence, edit)
 
 
 def _items(names: References) -> None:
@@ -273,9 +258,9 @@ def _items(names: References) -> None:
     for item in plan.worktop_items:
         at = row_at(raw, "worktop_items", item.id)
         is_named = item.model is not None or item.id in names.of_style.models
-        role = item.id if is_named else meant(item.id, names.of_style.models, "roles", 0.75)
+        role = item.id if is_named else nearest(item.id, names.of_style.models, 0.75)
         if role is None or (role != item.id and role in {i.id for i in plan.worktop_items}):
-            names.wrong(at, names.roles, item.id, f"Take out {item.id!r}.", removed(at))
+            names.wrong(at, names.roles, item.id)
             continue
         if role != item.id:
             edit = replaced((*at, "id"), role) if isinstance(at[-1], int) else Edit(EditKind.RENAME, at, role)
@@ -288,41 +273,25 @@ def _items(names: References) -> None:
             names.wrong((*at, "on"), list(names.units), item.on, sentence, edit)
     for wall_item in plan.wall_items:
         at = row_at(raw, "wall_items", wall_item.id)
-        names.name((*at, "wall"), wall_item.wall, names.walls, "walls", instead=names.walls[0])
+        names.name((*at, "wall"), wall_item.wall, names.walls)
         _over(names, at, wall_item.over, wall_item.wall)
         _role(names, at, wall_item.item)
     for floor_item in plan.floor_items:
         at = row_at(raw, "floor_items", floor_item.id)
-        names.name((*at, "wall"), floor_item.wall, names.walls, "walls", instead=names.walls[0])
+        names.name((*at, "wall"), floor_item.wall, names.walls)
         _role(names, at, floor_item.item)
     for table, things in (("columns", plan.columns), ("tables", plan.tables)):
         for thing in things:
             at = row_at(raw, table, thing.id)
-            names.name((*at, "wall"), thing.wall, names.walls, "walls", instead=names.walls[0])
+            names.name((*at, "wall"), thing.wall, names.walls)
     for k, slope in enumerate(plan.slopes):
-        names.name(("slopes", k, "wall"), slope.wall, names.walls, "walls")
+        names.name(("slopes", k, "wall"), slope.wall, names.walls)
     for k, seats in enumerate(plan.seats):
-        free = [r.id for r in plan.runs if r.on is None]
-        names.name(("seats", k, "run"), seats.run, names.runs, instead=free[0] if free else "")
+        names.name(("seats", k, "run"), seats.run, names.runs)
     for k, lamps in enumerate(plan.lamps):
         _role(names, ("lamps", k), lamps.item)
-        below = [*names.runs, *(t.id for t in plan.tables)]
-        if lamps.over is not None and lamps.over not in below:
-            near = meant(lamps.over, below, "walls")
-            edit = replaced(("lamps", k, "over"), near) if near else removed(("lamps", k, "over"))
-            names.wrong(
-                ("lamps", k, "over"), below, lamps.over, written(("over",), near) if near else "Take out 'over'.", edit
-            )
+        names.name(("lamps", k, "over"), lamps.over, [*names.runs, *(t.id for t in plan.tables)])
 
 
 def _role(names: References, at: KeyPath, item: str) -> None:
-    if item in names.roles:
-        return
-    near = meant(item, names.roles, "roles", 0.7)
-    edit = key_edit(names.raw, at, "item", near) if near else removed(at)
-    names.wrong((*at, "item"), names.roles, item, written(("item",), near) if near else f"Take out {item!r}.", edit)
-
-
-def lengths_of(plan: Plan) -> Mapping[str, float]:
-    """Values of the parameters."""
-    return plan.defaults
+    names.name((*at, "item"), item, names.roles, 0.7)

@@ -5,10 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 from casa_assets.model.kitchen.units import BaseKind, UpperKind
-from casa_assets.pipeline.plans.form import HAVE_IDS
 from casa_assets.registry.kitchens import LIKE
 
 Schema = dict[str, Any]
+# Tables whose rows may be written by id.
+HAVE_IDS = ("walls", "openings", "columns", "runs", "worktop_items", "tables", "wall_items", "floor_items")
 RECORDS = {
     "walls": "Wall",
     "openings": "PlanOpening",

@@ -8,8 +8,6 @@ from typing import Any
 from casa_assets.layouts.plan.room import AXES, corner_turns, is_corner, lengths_along
 from casa_assets.model.kitchen.plan import Heading, Plan, Wall
 from casa_assets.pipeline.plans.fault import Fault, Mend, removed, replaced
-from casa_assets.pipeline.plans.form import HEADINGS
-from casa_assets.pipeline.plans.words import meant
 from casa_assets.pipeline.plans.written import key_edit, row_at
 from casa_assets.registry.edit import flow_text
 
@@ -20,6 +18,8 @@ OPPOSITE = {
     Heading.FRONT: Heading.BACK,
 }
 MIN_WALL_M = 0.3
+# Of the usual names of four walls, clockwise from the back left corner.
+HEADINGS = {"back": "right", "right": "front", "front": "left", "left": "back"}
 Turned = tuple[Wall, Heading | float]  # a wall and the heading that it would have
 
 
@@ -64,7 +64,7 @@ def _orders(walls: Sequence[Wall]) -> list[list[Turned] | None]:
     other_way: list[Turned] = [(w, _mirrored(w.heading)) for w in walls]
     found = [_begun_at_right(turned_round), other_way]
     if len(walls) == 4:
-        sides = {meant(w.id, HEADINGS, "walls", 0.8): w for w in walls}
+        sides = {w.id: w for w in walls}
         if sides.keys() == HEADINGS.keys():
             found.insert(0, [(sides[side], Heading(heading)) for side, heading in HEADINGS.items()])
         found.append([(w, Heading(h)) for w, h in zip(walls, HEADINGS.values(), strict=True)])
