@@ -1,4 +1,4 @@
-"""Plans with faults, and plans that are right: corrected, built and passed by every check, in all styles between them."""
+"""Plans that are right, and plans with faults: corrected, built, passed by every check, in all styles between them."""
 
 from __future__ import annotations
 
