@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 import struct
 import zlib
-from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -37,17 +36,6 @@ def encoded(image: npt.NDArray[np.generic], kind: str = "PNG") -> bytes:
     """The bytes of a file with the picture."""
     out = io.BytesIO()
     Image.fromarray(image).save(out, kind)
-    return out.getvalue()
-
-
-def exr(planes: Mapping[str, npt.NDArray[np.generic]], compression: str = "ZIP") -> bytes:
-    """The bytes of an EXR file. planes: name of a channel -> (H, W) of float16 or float32."""
-    import OpenEXR
-
-    out = io.BytesIO()
-    header = {"compression": getattr(OpenEXR, f"{compression}_COMPRESSION"), "type": OpenEXR.scanlineimage}
-    with OpenEXR.File(header, dict(planes)) as file:
-        file.write(out)
     return out.getvalue()
 
 

@@ -30,7 +30,7 @@ def ingest_textures(
     from then on. What is said here holds for each picture about which a `pack.yaml` in the folder says nothing else.
 
     Args:
-        source: folder of pictures and zips, or a zip.
+        source: folder of pictures.
         pack: name, with which the ids of the pictures begin; else that of the folder.
         surface: wall, floor, counter or cabinet. tile_m: width and height of what a picture shows, metres.
         licence: SPDX id, or the text of the licence. generator: program or model that made the pictures.
@@ -39,8 +39,8 @@ def ingest_textures(
     Returns:
         Folder of the pack, its `pictures`, those that were `refused` with the reasons, and whether it `changed`.
     Raises:
-        UnknownId: no such surface. CasaError: there is no such source, an id is taken, nothing is said of where to
-            write to, or what reads EXR files is not installed. RegistryError: `pack.yaml` is wrong.
+        UnknownId: no such surface. CasaError: there is no such folder, an id is taken, or nothing is said of where
+            to write to. RegistryError: `pack.yaml` is wrong.
         OutputError: the folder cannot be written to.
     """
     place = project_folder() if library is None else Path(library)

@@ -197,7 +197,7 @@ def ingest(
     ctx: typer.Context,
     source: Annotated[
         Path,
-        typer.Argument(help="Folder of pictures and zips, with a pack.yaml if there is one; or a zip.", exists=True),
+        typer.Argument(help="Folder of pictures, with a pack.yaml if there is one.", exists=True),
     ],
     library: LibraryOut = Path("out/library"),
     pack: Annotated[str | None, typer.Option(help="Name of the pack; else that of the folder.")] = None,
@@ -212,10 +212,10 @@ def ingest(
 ) -> None:
     """Make a pack of pictures: repair borders, derive normals and roughness, refuse what cannot be used.
 
-    Maps of one material are grouped by their names, as ambientCG and Poly Haven call them, in zips too; those that it
-    comes with are kept. In a project the pack is written to its textures/, unless --library is given: kitchens can use
-    its pictures by their ids. pack.yaml in the folder overrides the options, picture by picture. Exit 0 when all were
-    taken, 1 when some were left out, 2 on misuse.
+    Files called brick_color, brick_normal (y up), brick_roughness, brick_metalness and brick_height are maps of one
+    material, and are kept. In a project the pack is written to its textures/, unless --library is given: kitchens can
+    use its pictures by their ids. pack.yaml in the folder overrides the options, picture by picture. Exit 0 when all
+    were taken, 1 when some were left out, 2 on misuse.
 
     Example:  casa-assets textures ingest tiles --surface wall --tile 1.2 1.2
     """

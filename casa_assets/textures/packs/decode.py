@@ -1,7 +1,4 @@
-"""Decode an image file to pixels, after its format and size were checked in the header.
-
-Pillow decodes PNG, JPEG, WebP and TIFF in this process, OpenEXR decodes EXR in a process of its own (`exr.py`).
-"""
+"""Decode an image file to pixels, after its format and size were checked in the header."""
 
 from __future__ import annotations
 
@@ -10,22 +7,20 @@ import struct
 import warnings
 import zlib
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 from PIL import Image, ImageOps, UnidentifiedImageError
 
-from casa_assets.core.color import srgb_from_linear_array
-from casa_assets.textures.packs import exr
 from casa_assets.textures.packs.limits import MAX_ASPECT, MAX_SIDE_PX, MIN_SIDE_PX
 from casa_assets.textures.packs.maps import MapRole
 from casa_assets.textures.packs.rejections import PictureRejection, rejection_error
 
 FORMATS = ("PNG", "JPEG", "WEBP", "TIFF")
 # In groups: of two files of one map that in the earlier group is read.
-SUFFIX_GROUPS = ((".png", ".jpg", ".jpeg", ".webp"), (".tif", ".tiff"), (exr.SUFFIX,))
+SUFFIX_GROUPS = ((".png", ".jpg", ".jpeg", ".webp"), (".tif", ".tiff"))
 SUFFIXES = tuple(suffix for group in SUFFIX_GROUPS for suffix in group)
 _OPAQUE = 250  # of 255: some encoders write 254 for opaque
 _BLANK = 1.5  # of 255: deviation of the noise that encoders add to one colour
@@ -53,14 +48,12 @@ class DecodedPicture:
 
 
 def decode(data: bytes) -> DecodedPicture:
-    """The picture in these bytes. Colours of an EXR are linear and are turned into sRGB; brighter than white is white.
+    """The picture in these bytes.
 
     Raises:
         Rejected: it is none, is broken, has a wrong size, can be seen through, or shows one colour.
     """
-    found, is_linear = _decoded(data)
-    if is_linear:
-        found = replace(found, pixels=srgb_from_linear_array(np.clip(found.pixels, 0.0, 1.0)).astype(np.float32))
+    found = _decoded(data)
     if float(np.abs(found.pixels - found.pixels.mean(axis=(0, 1))).mean()) * 255.0 < _BLANK / 2.0:
         raise rejection_error(PictureRejection.BLANK, "shows one colour")
     return found
@@ -72,35 +65,17 @@ def decode_map(data: bytes, role: MapRole) -> Floats:
     Files of floats may hold normals from -1 to 1 and heights in metres: both are brought into 0..1. The relief that is
     made of heights has a depth of its own, so that their unit does not matter.
     """
-    pixels = _decoded(data)[0].pixels
+    pixels = _decoded(data).pixels
     low, high = float(pixels.min()), float(pixels.max())
-    if role in (MapRole.NORMAL_GL, MapRole.NORMAL_DX) and low < _SIGNED:
+    if role is MapRole.NORMAL and low < _SIGNED:
         pixels = pixels * 0.5 + 0.5
     elif role is MapRole.HEIGHT and (low < 0.0 or high > 1.0 or high < _METRES) and high > low:
         pixels = (pixels - low) / (high - low)
     return np.clip(pixels, 0.0, 1.0).astype(np.float32)
 
 
-def _decoded(data: bytes) -> tuple[DecodedPicture, bool]:
-    """The picture as its file has it, floats in any range, and whether it is one of linear light. Raises Rejected."""
-    if data.startswith(exr.MAGIC):
-        return _of_exr(data), True
-    return _of_pillow(data), False
-
-
-def _of_exr(data: bytes) -> DecodedPicture:
-    header = exr.read_header(data)
-    _check_size(header.width, header.height)
-    planes = exr.read_pixels(data, header)
-    if not np.isfinite(planes).all():
-        raise rejection_error(PictureRejection.BROKEN, "holds values that are no numbers")
-    if header.has_alpha:
-        _check_opaque(planes[..., -1] * 255.0)
-        planes = planes[..., :-1]
-    return DecodedPicture(np.repeat(planes, 3, axis=2) if planes.shape[2] == 1 else planes, "", ())
-
-
-def _of_pillow(data: bytes) -> DecodedPicture:
+def _decoded(data: bytes) -> DecodedPicture:
+    """The picture as its file has it, floats in any range. Raises Rejected."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of metadata and of sizes, which are checked here
@@ -126,7 +101,7 @@ def _unknown(data: bytes) -> str:
     """Why Pillow does not know a file."""
     if data[:4] in (b"II*\0", b"MM\0*"):
         return "is a TIFF file of a kind that is not read, such as one with three floats a pixel"
-    return f"is no {', '.join(FORMATS)} or EXR file"
+    return f"is no {', '.join(FORMATS)} file"
 
 
 def _check_tiff(image: Image.Image) -> None:

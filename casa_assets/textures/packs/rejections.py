@@ -25,15 +25,12 @@ class PictureRejection(StrEnum):
     NOT_DESCRIBED = "PCK011"
     BAD_ROW = "PCK012"
     MISSING = "PCK013"
-    BAD_ARCHIVE = "PCK014"
     NO_COLOR = "PCK015"
 
 
 REMEDIES = {
     PictureRejection.UNREADABLE: "Replace it with a readable regular file inside the folder.",
-    PictureRejection.NOT_A_PICTURE: (
-        "Save it as PNG, JPEG or WebP, as TIFF of 8 or 16 bits, or as EXR with the channels R, G and B or one alone."
-    ),
+    PictureRejection.NOT_A_PICTURE: ("Save it as PNG, JPEG or WebP, or as TIFF of 8 or 16 bits."),
     PictureRejection.BROKEN: "Download or generate it again; the file is cut or garbled.",
     PictureRejection.TOO_LARGE: (
         f"Scale it down to at most {MAX_SIDE_PX} pixels a side and at most {MAX_FILE_BYTES // 2**20} MiB."
@@ -45,13 +42,11 @@ REMEDIES = {
     PictureRejection.DUPLICATE: "Remove one of the two files.",
     PictureRejection.SEAM: "Generate it with a tiling option, or choose a picture with an even pattern.",
     PictureRejection.NOT_DESCRIBED: (
-        "State the surface, tile size and licence in pack.yaml, or for all pictures with --surface, --tile, --licence; "
-        "the size may stand in the JSON of ambientCG or Poly Haven beside it."
+        "State the surface, tile size and licence in pack.yaml, or for all pictures with --surface, --tile, --licence."
     ),
     PictureRejection.BAD_ROW: "Correct that row of pack.yaml.",
     PictureRejection.MISSING: "Add the file, or remove its row.",
-    PictureRejection.BAD_ARCHIVE: "Get the zip again, or unpack what you need of it and name that folder.",
-    PictureRejection.NO_COLOR: "Add the map of the colour (`..._Color.jpg`, `..._diff_1k.jpg`) to the other maps.",
+    PictureRejection.NO_COLOR: "Add the map of the colour (`..._color.jpg`) to the other maps.",
 }
 
 

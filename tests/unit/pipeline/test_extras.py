@@ -26,7 +26,6 @@ def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 def test_extras_of_a_checkout() -> None:
     assert set(optional_packages.extras()) == {
         "clip",
-        "exr",
         "gymnasium",
         "meshopt",
         "objaverse",

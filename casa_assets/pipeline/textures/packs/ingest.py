@@ -1,4 +1,4 @@
-"""Pictures of a folder or a zip into `<library>/textures/<pack>/`."""
+"""Pictures of a folder into `<library>/textures/<pack>/`."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from casa_assets.pipeline.cache.store import Store
 from casa_assets.pipeline.library.library import Library, file_digests, write_files
 from casa_assets.pipeline.textures.packs.pictures import pack_of
 from casa_assets.pipeline.textures.packs.read import FOLDER, PACK
-from casa_assets.pipeline.textures.packs.sources import ZIP, list_files
+from casa_assets.pipeline.textures.packs.sources import list_files
 from casa_assets.pipeline.textures.packs.survey import AcceptedPicture, PackOptions, read_description, survey
 from casa_assets.pipeline.textures.recipes import every_recipe, origin_of
 from casa_assets.preview.sheet import SheetCell, contact_sheet
@@ -57,20 +57,19 @@ class PackReport:
 
 
 def ingest_pack(source: Path, options: PackOptions) -> PackReport:
-    """Take in every picture of a folder with the zips in it, or of a zip.
+    """Take in every picture of a folder.
 
     One bad picture is left out with its reason, the others go on.
 
     Raises:
-        CasaError: the source is not there or is no zip, a list of prompts is wrong, or an id is taken in the project
-            that is written to.
+        CasaError: the folder is not there, or an id is taken in the project that is written to.
         RegistryError: pack.yaml is no YAML or has keys that nobody knows.
         OutputError: the library cannot be written to, another run holds it, or what stands in its place is no pack.
     """
-    if not source.is_dir() and not (source.is_file() and source.suffix.lower() == ZIP):
-        raise CasaError(f"{source}: {'is no zip' if source.is_file() else 'no such folder'}")
+    if not source.is_dir():
+        raise CasaError(f"{source}: {'is no folder; unpack it first' if source.exists() else 'no such folder'}")
     listed = list_files(source)
-    description = read_description(source, listed)
+    description = read_description(source)
     name = slug(options.pack or description.pack or source.absolute().stem)
     library = Library(options.library)
     target = library.root / FOLDER / name

@@ -3,35 +3,26 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from casa_assets import registry
-from casa_assets.errors import CasaError, RegistryError, Rejected
+from casa_assets.errors import RegistryError, Rejected
 from casa_assets.model.record import Record
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
 from casa_assets.pipeline.cache.store import Store
-from casa_assets.pipeline.optional_packages import require
-from casa_assets.pipeline.textures.packs.sources import SourceFile, SourceFiles
-from casa_assets.textures.packs import exr
-from casa_assets.textures.packs.decode import SUFFIX_GROUPS, SUFFIXES, decode, decode_map
+from casa_assets.pipeline.textures.packs.sources import SourceFile
+from casa_assets.textures.packs.decode import SUFFIX_GROUPS, decode, decode_map
 from casa_assets.textures.packs.derive import SIZE_PX, Floats, GivenMaps, TiledPicture, scaled, tile
 from casa_assets.textures.packs.entry import UNKNOWN, PictureDescription, RejectedPicture
 from casa_assets.textures.packs.maps import MapRole, MaterialFiles, group_maps
 from casa_assets.textures.packs.naming import slug
 from casa_assets.textures.packs.rejections import PictureRejection, rejection_error, rejection_row
-from casa_assets.textures.packs.statements import PROMPT_LISTS, read_prompts, read_sizes
 
 MANIFESTS = ("pack.yaml", "pack.yml", "pack.json")
 _KEYS = ("pack", "defaults", "pictures")
-_MAX_PROMPT_BYTES = 4000
-_MAX_LIST_BYTES = 16 << 20
-# Roles of files that are not read as maps.
-_NO_MAPS = frozenset({MapRole.COLOR, MapRole.OTHER})
 _SAME_ASPECT = 0.02  # by which the shape of a map may differ from that of the colour
 
 
@@ -58,8 +49,6 @@ class PackDescription:
     Attributes:
         pack: name, or None. defaults: for all pictures.
         rows: by file, or by name of the material. faults: those whose row is wrong, and how.
-        prompts: by file, of lists and of files beside the pictures.
-        sizes: by slug of the material, of the JSON of a library of textures.
         used: files that are no pictures and were read.
     """
 
@@ -67,8 +56,6 @@ class PackDescription:
     defaults: PictureDescription
     rows: Mapping[str, PictureDescription]
     faults: Mapping[str, str]
-    prompts: Mapping[str, str]
-    sizes: Mapping[str, PictureDescription]
     used: tuple[str, ...]
 
 
@@ -107,18 +94,14 @@ class PackSurvey:
     ignored: tuple[str, ...]
 
 
-def read_description(source: Path, found: SourceFiles) -> PackDescription:
-    """Read what is said of the pictures of a source.
-
-    That is pack.yaml (or pack.json) of a folder, a list of prompts, a prompt beside each picture (`oak.txt` for
-    `oak.png`), and the JSON of a library of textures.
+def read_description(source: Path) -> PackDescription:
+    """Read what pack.yaml (or pack.json) of a folder says of its pictures.
 
     Raises:
         RegistryError: pack.yaml is no YAML, has a key that nobody knows, or its defaults are wrong. A wrong row is kept
             for its picture.
-        CasaError: a list of prompts is wrong.
     """
-    used = [name for name in MANIFESTS if source.is_dir() and (source / name).is_file()][:1]
+    used = [name for name in MANIFESTS if (source / name).is_file()][:1]
     pack, defaults = None, PictureDescription()
     rows: dict[str, PictureDescription] = {}
     faults: dict[str, str] = {}
@@ -140,28 +123,17 @@ def read_description(source: Path, found: SourceFiles) -> PackDescription:
                 rows[name] = registry.read_record(PictureDescription, row or {}, document, ("pictures", name))
             except RegistryError as error:
                 faults[name] = str(error)
-    beside = dict(_prompts_beside(found.files))
-    prompts = {**dict(_listed_prompts(found.files)), **beside}
-    stated = _statements(found.files)
-    sizes = {name: row for rows_ in stated.values() for name, row in rows_.items()}
-    lists = [file.path for file in found.files if PurePosixPath(file.path).name in PROMPT_LISTS]
-    texts = [f"{picture.rpartition('.')[0]}.txt" for picture in beside]
-    return PackDescription(pack, defaults, rows, faults, prompts, sizes, (*used, *lists, *texts, *stated))
+    return PackDescription(pack, defaults, rows, faults, tuple(used))
 
 
-def survey(found: SourceFiles, description: PackDescription, options: PackOptions, store: Store) -> PackSurvey:
-    """Look at every file of a source; what is wrong with one does not touch the others.
-
-    Raises:
-        CasaError: an EXR file would be read, and the package that does is not installed.
-    """
+def survey(found: Sequence[SourceFile], description: PackDescription, options: PackOptions, store: Store) -> PackSurvey:
+    """Look at every file of a source; what is wrong with one does not touch the others."""
     accepted: list[AcceptedPicture] = []
-    refusals = list(found.refused)
+    refusals: list[RejectedPicture] = []
     by_bytes: dict[str, str] = {}
-    by_path = {file.path: file for file in found.files}
-    shown = [file.path for suffixes in SUFFIX_GROUPS for file in found.files if file.suffix in suffixes]
+    by_path = {file.path: file for file in found}
+    shown = [file.path for suffixes in SUFFIX_GROUPS for file in found if file.suffix in suffixes]
     materials = sorted(group_maps(shown), key=lambda one: min(one.maps.values()))
-    _check_readers(materials)
     for files in materials:
         try:
             accepted.append(_accepted(files, by_path, by_bytes, description, options, store))
@@ -172,11 +144,8 @@ def survey(found: SourceFiles, description: PackDescription, options: PackOption
         if name not in present and slug(name) not in present:
             missing = rejection_error(PictureRejection.MISSING, "is named in pack.yaml and is not there")
             refusals.append(rejection_row(name, missing))
-    for name in sorted(set(description.prompts) - set(by_path)):
-        missing = rejection_error(PictureRejection.MISSING, "is named in a list of prompts and is not there")
-        refusals.append(rejection_row(name, missing))
     read = {*description.used, *(path for files in materials for path in files.maps.values())}
-    ignored = tuple(file.path for file in found.files if file.path not in read)
+    ignored = tuple(file.path for file in found if file.path not in read)
     return PackSurvey(tuple(accepted), tuple(sorted(refusals, key=lambda r: r.source)), ignored)
 
 
@@ -198,7 +167,9 @@ def _accepted(
         raise rejection_error(PictureRejection.DUPLICATE, f"holds the same bytes as {by_bytes[digest]}")
     by_bytes[digest] = source
     fields = _picture_fields(files, description, options.flags)
-    maps = {role: by_path[path] for role, path in files.maps.items() if role not in _NO_MAPS}
+    maps: dict[MapRole, SourceFile] = {
+        role: by_path[path] for role, path in files.maps.items() if role is not MapRole.COLOR
+    }
     prepared = _prepared(data, digest, maps, options.size_px, store)
     return AcceptedPicture(files.name, source, digest, _origins(prepared, maps), fields, prepared)
 
@@ -207,41 +178,21 @@ def _source(files: MaterialFiles) -> str:
     return files.maps.get(MapRole.COLOR, next(iter(files.maps.values())))
 
 
-def _check_readers(materials: Iterable[MaterialFiles]) -> None:
-    """Raise CasaError where an EXR file would be read and OpenEXR is not installed.
-
-    Pictures without these maps would be others: what comes of a source must not hang on what is installed.
-    """
-    for files in materials:
-        for role, path in files.maps.items():
-            if role is not MapRole.OTHER and PurePosixPath(path).suffix.lower() == exr.SUFFIX:
-                require(exr.MODULE, exr.EXTRA, f"{path}: an EXR file, for which a PNG may stand in,")
-                return
-
-
 def _origins(prepared: PreparedPicture, maps: Mapping[MapRole, SourceFile]) -> dict[str, str]:
     """The maps that a picture came with, and the file of each."""
-    roles = {
-        "normal": (MapRole.NORMAL_GL, MapRole.NORMAL_DX),
-        "roughness": (MapRole.ROUGHNESS, MapRole.PACKED),
-        "metalness": (MapRole.METALNESS, MapRole.PACKED),
-        "height": (MapRole.HEIGHT,),
-    }
-    return {name: next(maps[r].path for r in roles[name] if r in maps) for name in sorted(prepared.tile.maps)}
+    return {name: maps[MapRole(name)].path for name in sorted(prepared.tile.maps)}
 
 
 def _picture_fields(
     files: MaterialFiles, description: PackDescription, flags: PictureDescription
 ) -> PictureDescription:
-    """Merge the fields stated for a picture: its row, the flags, the JSON of its library, the defaults of the file."""
+    """Merge the fields stated for a picture: its row, the flags, the defaults of the file."""
     source = files.maps[MapRole.COLOR]
     keys = [key for key in (*description.rows, *description.faults) if key == source or slug(key) == slug(files.name)]
     if keys and keys[0] in description.faults:
         raise rejection_error(PictureRejection.BAD_ROW, description.faults[keys[0]])
     row = description.rows[keys[0]] if keys else PictureDescription()
-    stated = description.sizes.get(slug(files.name), PictureDescription())
-    stated = PictureDescription(prompt=description.prompts.get(source)).over(stated)
-    fields = row.over(flags).over(stated).over(description.defaults)
+    fields = row.over(flags).over(description.defaults)
     missing = [name for name in ("surface", "tile_m", "licence") if getattr(fields, name) is None]
     if missing:
         raise rejection_error(PictureRejection.NOT_DESCRIBED, f"nobody says its {', '.join(missing)}")
@@ -292,62 +243,15 @@ def _given(read: Mapping[MapRole, bytes], aspect: float, size_px: int) -> tuple[
             planes[role] = scaled(pixels, size_px)
         except Rejected as error:
             notes.append(_without(role, error))
-    normal = planes.get(MapRole.NORMAL_GL)
-    if normal is None and MapRole.NORMAL_DX in planes:  # green points down
-        normal = planes[MapRole.NORMAL_DX] * (1.0, -1.0, 1.0) + (0.0, 1.0, 0.0)
-    packed = planes.get(MapRole.PACKED)
     single = {role: plane[..., :1] for role, plane in planes.items()}
     given = GivenMaps(
-        normal=None if normal is None else normal.astype(np.float32),
-        roughness=single.get(MapRole.ROUGHNESS, None if packed is None else packed[..., 1:2]),
-        metalness=single.get(MapRole.METALNESS, None if packed is None else packed[..., 2:3]),
+        normal=planes.get(MapRole.NORMAL),
+        roughness=single.get(MapRole.ROUGHNESS),
+        metalness=single.get(MapRole.METALNESS),
         height=single.get(MapRole.HEIGHT),
     )
     return given, tuple(notes)
 
 
 def _without(role: MapRole, error: Rejected) -> str:
-    return f"its map of the {role.value.replace('_', ' ')} was left out: it {error.message}"
-
-
-def _listed_prompts(files: Sequence[SourceFile]) -> Iterator[tuple[str, str]]:
-    """Prompts of lists, by file. Raises CasaError."""
-    for file in files:
-        folder, name = file.path.rpartition("/")[::2]
-        if name in PROMPT_LISTS:
-            prefix = f"{folder}/" if folder else ""
-            inside = [one.path.removeprefix(prefix) for one in files if one.path.startswith(prefix)]
-            pictures = [path for path in inside if PurePosixPath(path).suffix.lower() in SUFFIXES]
-            text = _text(file)
-            try:
-                found = read_prompts(name, text, pictures)
-            except CasaError as error:
-                raise CasaError(f"{prefix}{error}") from None
-            yield from ((prefix + picture, prompt) for picture, prompt in found.items())
-
-
-def _prompts_beside(files: Sequence[SourceFile]) -> Iterator[tuple[str, str]]:
-    """Prompts of text files that are called as a picture, by that picture."""
-    pictures = {file.path.rpartition(".")[0]: file.path for file in files if file.suffix in SUFFIXES}
-    for file in files:
-        picture = pictures.get(file.path.rpartition(".")[0])
-        if file.suffix == ".txt" and picture is not None:
-            text = " ".join(_text(file).split())
-            if len(text) <= _MAX_PROMPT_BYTES:
-                yield picture, text
-
-
-def _statements(files: Sequence[SourceFile]) -> dict[str, Mapping[str, PictureDescription]]:
-    """Files of JSON that state sizes, each with these by slug of the material."""
-    jsons = [file for file in files if file.suffix == ".json" and PurePosixPath(file.path).name not in PROMPT_LISTS]
-    found = {file.path: read_sizes(file.path, _text(file)) for file in jsons if file.path not in MANIFESTS}
-    return {path: rows for path, rows in found.items() if rows}
-
-
-def _text(file: SourceFile) -> str:
-    """Content of a text file; empty where it cannot be read or is too long."""
-    try:
-        data = file.read()
-    except Rejected:
-        return ""
-    return data.decode("utf-8", errors="replace") if len(data) <= _MAX_LIST_BYTES else ""
+    return f"its map of the {role.value} was left out: it {error.message}"
