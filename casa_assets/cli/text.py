@@ -22,11 +22,3 @@ def pluralize(number: int, thing: str) -> str:
     if thing.endswith("y"):
         return f"{number} {thing[:-1]}ies"
     return f"{number} {thing}{'es' if thing.endswith(('s', 'x', 'ch', 'sh')) else 's'}"
-
-
-def duration(seconds: float) -> str:
-    """A time in the unit that gives a number of few digits, such as `3.2 hours`."""
-    for unit, length, most in (("s", 1.0, 90.0), ("minutes", 60.0, 90.0), ("hours", 3600.0, 48.0)):
-        if seconds < most * length:
-            return f"{seconds / length:.3g} {unit}"
-    return f"{seconds / 86400:.3g} days"

@@ -18,14 +18,15 @@ import re
 import subprocess
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from tests.certify.parts import OUT, ROOT, SHARED, Part, environment, parts
+from tests.certify.parts import CONSUMERS, OUT, ROOT, SHARED, Part, environment, parts
 
 RECORDED = Path(__file__).with_name("certified.json")
 PAGE = ROOT / "docs" / "reference" / "certified.md"
+KEYS = (ROOT / "tests" / "content_keys.json", ROOT / "tests" / "consumers" / "watched.json")
 PASSED, FAILED = "passed", "FAILED"
 HEAD = """# What was certified
 
@@ -84,7 +85,16 @@ def main() -> int:
         known[part.name] = run(part)
         write(every, known)
     print(table(every, known))
+    if _programs_passed(known, every):
+        subprocess.run([sys.executable, "-m", "tests.consumers.watched", "--write"], cwd=ROOT, check=True)
     return int(any(known[part.name].result != PASSED for part in wanted))
+
+
+def _programs_passed(known: Mapping[str, Record], every: Sequence[Part]) -> bool:
+    """True if all tests of other programs have passed at this commit, so that their keys may be recorded."""
+    names = [p.name for p in every if any(word.startswith(CONSUMERS) for command in p.commands for word in command)]
+    ends = {(known[name].result, known[name].commit) if name in known else None for name in names}
+    return ends == {(PASSED, _commit())}
 
 
 def run(part: Part) -> Record:
@@ -124,7 +134,7 @@ def _commit() -> str:
         return subprocess.run(["git", *words], cwd=ROOT, check=True, stdout=subprocess.PIPE, text=True).stdout.strip()
 
     # What the parts themselves write is no change.
-    own = [f":!{path.relative_to(ROOT)}" for path in (RECORDED, PAGE)]
+    own = [f":!{path.relative_to(ROOT)}" for path in (RECORDED, PAGE, *KEYS)]
     changed = git("status", "--porcelain", "--untracked-files=no", "--", ".", *own)
     return git("rev-parse", "--short=8", "HEAD") + ("+" if changed else "")
 

@@ -64,6 +64,21 @@ def test_without_the_shared_data_nothing_is_run(
     assert certify.read() == {}
 
 
+def test_keys_of_other_programs_are_recorded_where_all_have_passed_at_this_commit(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(certify, "_commit", lambda: "0123abcd")
+    every = [Part(n, "", (("pytest", f"tests/consumers/{n}"),)) for n in "ab"] + [
+        Part("c", "", (("pytest", "tests/unit"),))
+    ]
+    here, older = (certify.Record("passed", 1, "2026-11-29", commit) for commit in ("0123abcd", "99999999"))
+    failed = certify.Record("FAILED", 1, "2026-11-29", "0123abcd")
+    assert certify._programs_passed({"a": here, "b": here}, every)
+    for other in (older, failed):
+        assert not certify._programs_passed({"a": here, "b": other}, every)
+    assert not certify._programs_passed({"a": here}, every)
+
+
 def test_a_part_that_takes_too_long_fails(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(certify, "_commit", lambda: "0123abcd")
     slow = Part("slow", "sleeps", ((sys.executable, "-c", "import time; time.sleep(60)"),), limit_s=1)

@@ -122,7 +122,8 @@ def _fault(plan: dict[str, Any], at: KeyPath, errors: list[Any]) -> Fault:
         edit = renamed(at, name) if is_key else replaced(at, name)
         mend = Mend(f"Write {name}.", (edit,)) if name[:1].isalpha() else None
     said = str(first["msg"]).removeprefix("Input should be ").removeprefix("Value error, ")
-    expected = EXPECTED.get(first["type"], said).format(**first.get("ctx", {}))
+    known = EXPECTED.get(first["type"])
+    expected = said if known is None else known.format(**first.get("ctx", {}))
     return Fault(at, expected, flow_text(got)[:80], mend)
 
 
@@ -157,9 +158,9 @@ def _bound(plan: dict[str, Any], at: KeyPath, got: Any, errors: list[Any]) -> Fa
     if not isinstance(got, int | float) or isinstance(got, bool):
         return None
     for one in errors:
-        for name, step in (("ge", 0.0), ("gt", BEYOND_BOUND), ("le", 0.0), ("lt", -BEYOND_BOUND)):
+        for name, step in (("ge", 0), ("gt", BEYOND_BOUND), ("le", 0), ("lt", -BEYOND_BOUND)):
             if name in one.get("ctx", {}):
-                value = type(got)(one["ctx"][name] + step)
+                value = one["ctx"][name] + step
                 expected = str(one["msg"]).removeprefix("Input should be ")
                 is_near = abs(got - value) <= MOST_BEYOND * max(abs(value), 1.0)
                 mend = Mend(f"Write {value:g}.", (replaced(at, value),)) if is_near else None

@@ -147,8 +147,7 @@ def _runs(names: References) -> None:
                 names.name((*at, "runs", i), name, [r for r in names.runs if r not in corner.runs])
                 break
         else:
-            if corner.owner is not None and corner.owner not in corner.runs:
-                names.name((*at, "owner"), corner.owner, corner.runs)
+            names.name((*at, "owner"), corner.owner, corner.runs)
 
 
 def _moved_behind(names: References, run: str, other: str) -> None:

@@ -84,6 +84,7 @@ def test_a_fault_has_the_nearest_mend(subtests: pytest.Subtests) -> None:
         ("on: back", "on: bakc", "Write `on: back`."),
         ("heading: front", "heading: frnt", "Write front."),
         ("length: 4.6, open", "lenght: 4.6, open", "Call 'lenght' 'length'."),
+        ("title: Studio\n", "title: Studio\nheight: 4\n", "Write 3.4."),
         (
             "    upper:\n      - hood: {over: main_range}\n",
             "",
@@ -134,6 +135,7 @@ def test_a_plan_like_another_states_its_mends_itself() -> None:
         ("- sink\n", "- washbasin\n", 13, "runs.main.base.2", "one of doors, drawers, sink"),
         ("- sink\n", "- sink: {size: 3}\n", 13, "runs.main.base.2.sink.size", "one of id, width"),
         ("- range", "- range: {over: main_sink}", 15, "runs.main.base.4.range.over", "'oven', or another one of id"),
+        ("walls:\n", "walls:\n  x: '{a}'\n", 3, "walls.x", "a mapping of keys to values"),
         ("title: Studio\n", "", 1, "title", "'title', which is missing"),
         ("base: # from", "units: # from", 10, "runs.main.units", "one of id, on, faces"),
     ],
