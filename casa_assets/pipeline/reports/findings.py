@@ -6,23 +6,112 @@ import statistics
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from enum import StrEnum
 from functools import cached_property
 from typing import Any
 
 from casa_assets.core.rounding import significant
 from casa_assets.model.issue import Decision, Tally
+from casa_assets.model.registry.category import Category, Portion, SizeRange
 from casa_assets.pipeline.dedup.library_report import LibraryReport
 from casa_assets.pipeline.library.run_times import Cost
-from casa_assets.pipeline.reports.entry import Reported
-from casa_assets.pipeline.reports.library.comparison import SCHEMA_VERSION, Change, Difference
-from casa_assets.pipeline.reports.library.conditions import Outcome
-from casa_assets.pipeline.reports.library.priors import PriorFit, Quantity, outlying
-from casa_assets.pipeline.reports.library.rows import Words, codes_of
+from casa_assets.pipeline.reports.comparison import SCHEMA_VERSION, Change, Difference
+from casa_assets.pipeline.reports.entry import Entry
+from casa_assets.pipeline.reports.gate import Outcome
+from casa_assets.pipeline.reports.page_template import Words
 
 # Entries that a stage took longest for, which are named.
 SLOWEST = 5
 # The part of the inputs that took longest, whose share of the time is told, and the part that is quicker than `p95`.
 TAIL, QUICKER = 0.05, 0.95
+# An asset that was made as large as is usual at most may be larger by what float32 rounds off.
+TOLERANCE = 1.001
+
+
+class Quantity(StrEnum):
+    """What is held against the registry: the longest side in metres, the mass in kilograms."""
+
+    SIZE = "size"
+    MASS = "mass"
+
+    @property
+    def unit(self) -> str:
+        """Of its values."""
+        return "m" if self is Quantity.SIZE else "kg"
+
+
+@dataclass(frozen=True)
+class Outlier:
+    """An asset outside the usual range.
+
+    Attributes:
+        id: of the asset. value: its own. factor: how many times it is over the highest, or under the lowest usual
+            value. is_over: it is over the highest.
+    """
+
+    id: str
+    value: float
+    factor: float
+    is_over: bool
+
+
+@dataclass(frozen=True)
+class PriorFit:
+    """The assets of one category, or of a portion of it, against its usual range.
+
+    Attributes:
+        name: of the category, such as `mug`, or `apple, half`. usual: from the registry.
+        count: assets. outliers: the farthest first.
+    """
+
+    name: str
+    quantity: Quantity
+    usual: SizeRange
+    count: int
+    outliers: tuple[Outlier, ...]
+
+
+def fits(entries: Iterable[Entry], categories: Mapping[str, Category]) -> list[PriorFit]:
+    """Every category that assets are of, those with most outliers first, then those with most assets.
+
+    Args:
+        entries: those that were rejected, or are of a category that the registry does not know, are left out.
+        categories: of objects and of fixtures, by id.
+    """
+    groups: dict[tuple[str, str], list[Entry]] = {}
+    for entry in entries:
+        if entry.accepted and entry.category in categories:
+            groups.setdefault((entry.category, entry.portion), []).append(entry)
+    found = []
+    for (name, portion), members in groups.items():
+        usual = categories[name].usual(Portion(portion) if portion else None)
+        title = f"{name}, {portion}" if portion else name
+        sizes = {entry.id: max(entry.summary.extents) if entry.summary else 0.0 for entry in members}
+        masses = {entry.id: entry.summary.mass if entry.summary else 0.0 for entry in members}
+        found.append(PriorFit(title, Quantity.SIZE, usual.longest_m, len(members), _outliers(sizes, usual.longest_m)))
+        found.append(PriorFit(title, Quantity.MASS, usual.mass_kg, len(members), _outliers(masses, usual.mass_kg)))
+    return sorted(found, key=lambda fit: (-len(fit.outliers), -fit.count, fit.name, fit.quantity))
+
+
+def _outliers(values: Mapping[str, float], usual: SizeRange) -> tuple[Outlier, ...]:
+    found = [
+        Outlier(name, significant(value, 6), significant(factor, 6), value > usual.high)
+        for name, value in values.items()
+        if value > 0 and (factor := max(value / usual.high, usual.low / value)) > TOLERANCE
+    ]
+    return tuple(sorted(found, key=lambda one: (-one.factor, one.id)))
+
+
+def outlying(found: Iterable[PriorFit], quantity: Quantity) -> list[str]:
+    """Ids of all outliers of a quantity, sorted."""
+    return sorted(outlier.id for fit in found if fit.quantity is quantity for outlier in fit.outliers)
+
+
+def codes_of(entry: Entry) -> tuple[str, ...]:
+    """What an entry was rejected for, or the advice that it has."""
+    if entry.accepted:
+        return entry.advice
+    return (entry.code,) if entry.code else ()
 
 
 @dataclass(frozen=True)
@@ -39,16 +128,16 @@ class Compared:
 
 
 class Totals:
-    """Counts of entries, which are taken one after the other and not kept.
+    """Counts of entries.
 
     Attributes:
-        entries: how many. verdicts: by verdict. advised: with advice. advice: warnings of all of them.
+        entries: how many. verdicts: by verdict. advised: with advice.
         codes: of rejections and of advice. reasons: by verdict (`rejected`, `review`, `advice`) and reason.
         categories, sources: by name and verdict. checks: of the accepted ones.
     """
 
-    def __init__(self, entries: Iterable[Reported] = ()) -> None:
-        self.entries = self.advised = self.advice = 0
+    def __init__(self, entries: Iterable[Entry] = ()) -> None:
+        self.entries = self.advised = 0
         self.verdicts: Counter[Decision] = Counter()
         self.codes: Counter[str] = Counter()
         self.reasons: Counter[tuple[str, str]] = Counter()
@@ -56,10 +145,9 @@ class Totals:
         self.sources: dict[str, Counter[Decision]] = {}
         self.checks = Tally()
         for entry in entries:
-            self.add(entry)
+            self._add(entry)
 
-    def add(self, entry: Reported) -> None:
-        """Count one more."""
+    def _add(self, entry: Entry) -> None:
         decision, codes = entry.decision, codes_of(entry)
         self.entries += 1
         self.verdicts[decision] += 1
@@ -71,7 +159,6 @@ class Totals:
             self.reasons[("rejected", entry.code)] += 1
             return
         self.advised += bool(codes)
-        self.advice += entry.warning_count
         self.reasons.update(("advice", code) for code in codes)
         more, sums = entry.checks, self.checks
         self.checks = Tally(sums.passed + more.passed, sums.failed + more.failed, sums.not_run + more.not_run)
@@ -90,7 +177,7 @@ class Findings:
 
     library: str
     root: str
-    entries: Sequence[Reported]
+    entries: Sequence[Entry]
     fits: Sequence[PriorFit]
     seconds: Mapping[str, Mapping[str, float]]
     whole: LibraryReport | None
@@ -117,11 +204,6 @@ def counts(totals: Totals, fits: Sequence[PriorFit], compared: Compared | None) 
     return found | (compared.counts if compared else {})
 
 
-def code_counts(totals: Totals) -> dict[str, int]:
-    """Code -> how many entries were rejected for it, or have it as advice, the most frequent first."""
-    return dict(sorted(totals.codes.items(), key=lambda item: (-item[1], item[0])))
-
-
 def by_verdict(groups: Mapping[str, Mapping[Decision, int]]) -> list[dict[str, Any]]:
     """Groups such as categories, and of each how many there are of each verdict; the largest first."""
     rows = [{"name": name, **{d.value: verdicts.get(d, 0) for d in Decision}} for name, verdicts in groups.items()]
@@ -145,16 +227,17 @@ def stage_times(seconds: Mapping[str, Mapping[str, float]], ids: Iterable[str]) 
         for stage, value in seconds.get(name, {}).items():
             stages.setdefault(stage, []).append((value, name))
     rows = []
-    for stage, values in stages.items():
-        slowest = sorted(values, key=lambda one: (-one[0], one[1]))[:SLOWEST]
+    for stage, timed in stages.items():
+        values = sorted(value for value, _ in timed)
+        slowest = sorted(timed, key=lambda one: (-one[0], one[1]))[:SLOWEST]
         rows.append(
             {
                 "stage": stage,
                 "entries": len(values),
-                "seconds": significant(sum(value for value, _ in values), 6),
-                "median_s": significant(statistics.median(value for value, _ in values), 4),
-                "p95_s": significant(_quantile(sorted(value for value, _ in values), QUICKER), 4),
-                "tail_share": significant(tail_share([value for value, _ in values]), 3),
+                "seconds": significant(sum(value for value, _ in timed), 6),
+                "median_s": significant(statistics.median(values), 4),
+                "p95_s": significant(values[min(len(values) - 1, int(QUICKER * len(values)))], 4),
+                "tail_share": significant(tail_share(values), 3),
                 "slowest": [{"id": name, "seconds": value} for value, name in slowest],
             }
         )
@@ -174,10 +257,6 @@ def tail_words(count: int) -> str:
 
 def _tail_count(count: int) -> int:
     return max(1, round(TAIL * count))
-
-
-def _quantile(ordered: Sequence[float], share: float) -> float:
-    return ordered[min(len(ordered) - 1, int(share * len(ordered)))]
 
 
 def cost(costs: Mapping[str, Cost], ids: Iterable[str]) -> dict[str, Any] | None:
@@ -201,38 +280,23 @@ def content(found: Findings, words: Words) -> dict[str, Any]:
     """What stands in report.json; plain data."""
     ids = [entry.id for entry in found.entries]
     return {
-        **numbers_of(found.library, found.root, found.totals, found.fits, words, found.outcomes, found.compared),
+        "schema_version": SCHEMA_VERSION,
+        "library": found.library,
+        "root": found.root,
+        "counts": counts(found.totals, found.fits, found.compared),
+        "categories": by_verdict(found.totals.categories),
+        "sources": by_verdict(found.totals.sources),
+        "reasons": reasons(found.totals, words),
+        "priors": [_prior(fit) for fit in found.fits],
         "times": stage_times(found.seconds, ids),
         "cost": cost(found.costs, ids),
         "library_checks": found.whole.report.model_dump(mode="json") if found.whole else None,
-        "entries": [_entry(entry, found.seconds.get(entry.id, {})) for entry in found.entries],
-    }
-
-
-def numbers_of(
-    library: str,
-    root: str,
-    totals: Totals,
-    fits: Sequence[PriorFit],
-    words: Words,
-    outcomes: Sequence[Outcome],
-    compared: Compared | None = None,
-) -> dict[str, Any]:
-    """What report.json says of all entries together; plain data. See Findings."""
-    return {
-        "schema_version": SCHEMA_VERSION,
-        "library": library,
-        "root": root,
-        "counts": counts(totals, fits, compared),
-        "categories": by_verdict(totals.categories),
-        "sources": by_verdict(totals.sources),
-        "reasons": reasons(totals, words),
-        "priors": [_prior(fit) for fit in fits],
-        "baseline": _baseline(compared) if compared else None,
+        "baseline": _baseline(found.compared) if found.compared else None,
         "conditions": [
             {"condition": one.condition.text, "measured": significant(one.measured, 6), "holds": one.holds}
-            for one in outcomes
+            for one in found.outcomes
         ],
+        "entries": [_entry(entry, found.seconds.get(entry.id, {})) for entry in found.entries],
     }
 
 
@@ -240,8 +304,8 @@ def _prior(fit: PriorFit) -> dict[str, Any]:
     return {
         "category": fit.name,
         "quantity": fit.quantity.value,
-        "unit": "m" if fit.quantity is Quantity.SIZE else "kg",
-        "usual": [fit.low, fit.typical, fit.high],
+        "unit": fit.quantity.unit,
+        "usual": [fit.usual.low, fit.usual.typical, fit.usual.high],
         "count": fit.count,
         "outliers": [{"id": o.id, "value": o.value, "factor": o.factor, "over": o.is_over} for o in fit.outliers],
     }
@@ -263,7 +327,7 @@ def _baseline(compared: Compared) -> dict[str, Any]:
     }
 
 
-def _entry(entry: Reported, seconds: Mapping[str, float]) -> dict[str, Any]:
+def _entry(entry: Entry, seconds: Mapping[str, float]) -> dict[str, Any]:
     return {
         "id": entry.id,
         "category": entry.category,

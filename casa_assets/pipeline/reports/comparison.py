@@ -126,9 +126,6 @@ def _run_of_report(path: Path) -> Run:
                 f"is a report of schema version {form}, and this program reads {SCHEMA_VERSION}; give the library of "
                 "that run, or make its report again",
             )
-        if "tables" in data:
-            message = "is of a large library, and names no entries; give the library of that run"
-            raise OutputError(str(path), message)
         standings = [_standing(row) for row in data["entries"]]
         name, root = str(data["library"]), path.parent / str(data["root"])
     except (OSError, ValueError, KeyError, TypeError) as error:
