@@ -28,7 +28,7 @@ from typing import Any
 
 from casa_assets import registry
 from casa_assets.checks.table.table import TABLE
-from casa_assets.pipeline.reports import kitchens, report
+from casa_assets.pipeline.reports import kitchens, library_page
 from tests.browser import Browser
 from tests.built_libraries import keep
 from tests.unit.pipeline.test_alike import FIRST
@@ -64,7 +64,7 @@ def main() -> int:
     parser.add_argument("--write", type=Path, help="Only write the page of this library; a child of this benchmark.")
     asked = parser.parse_args()
     if asked.write:
-        report.write(asked.write, asked.write / "report.html")
+        library_page.write(asked.write, asked.write / "report.html")
         return 0
     asked.out.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=asked.out) as place:

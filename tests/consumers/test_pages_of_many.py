@@ -13,7 +13,7 @@ from casa_assets.pipeline import review as review_page
 from casa_assets.pipeline.families.run import FamilyRequest
 from casa_assets.pipeline.library.library import Library
 from casa_assets.pipeline.library.run_times import Cost, keep_times
-from casa_assets.pipeline.reports import catalogue, home, kitchens, library_page, report
+from casa_assets.pipeline.reports import catalogue, home, kitchens, library_page
 from casa_assets.pipeline.reports.catalogue import MemberPictures
 from casa_assets.pipeline.viewer import page_models
 from tests.browser import Browser, Page
@@ -34,14 +34,14 @@ READY = "#list .line, #list .tile-card"
 def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A page about three assets and three rejected inputs, beside an earlier run without the last asset."""
     root = keep(tmp_path_factory.mktemp("pages") / "library", [FIRST, OTHER])
-    earlier = report.write(root, root.parent / "earlier.html").json
+    earlier = library_page.write(root, root.parent / "earlier.html").json
     keep(root, [LARGE])
     keep_times(Library(root), FIRST.id, {"load MJCF": 0.25, "collide": 12.5}, Cost(13.0, 10**9, 10**6, 14.0))
     for code, message in CASES:
         refused(root, code, message)
     page = root / "report.html"
     assert list(page_models.write_models(root, page, 1))[-1] == (3, 3)
-    return report.write(root, page, earlier, models=page_models.models_of(page)).page
+    return library_page.write(root, page, earlier, models=page_models.models_of(page)).page
 
 
 @pytest.fixture(scope="module")
@@ -209,7 +209,7 @@ def test_a_page_of_many_shows_the_pictures_of_the_library(
 ) -> None:
     root = shutil.copytree(library.parent, tmp_path / "library")
     monkeypatch.setattr(library_page, "MAX_WHOLE", 1)
-    page = opened(browser, report.write(root, root / "report.html").page)
+    page = opened(browser, library_page.write(root, root / "report.html").page)
     assert len(page.texts(ROWS)) == 6
     page.click("#list .line >> nth=0")
     page.wait("#detail-body .facts")

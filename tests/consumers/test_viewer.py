@@ -22,7 +22,7 @@ from casa_assets.pipeline.kitchens.recipe import SceneRecipe
 from casa_assets.pipeline.kitchens.resolve import build_scene
 from casa_assets.pipeline.reports import catalogue, page_template
 from casa_assets.pipeline.reports.catalogue import DrawnCategory
-from casa_assets.pipeline.reports.report import write
+from casa_assets.pipeline.reports.library_page import write
 from casa_assets.pipeline.viewer.model_files import ModelFiles, put_model, put_viewer, viewer_script
 from casa_assets.pipeline.viewer.page_models import models_of, write_models
 from tests.articulated_assets import grill

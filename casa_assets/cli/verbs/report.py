@@ -26,7 +26,7 @@ from casa_assets.cli.progress import bar
 if TYPE_CHECKING:
     from casa_assets.pipeline.library.library import Library as LibraryFolder
     from casa_assets.pipeline.reports.gate import Condition
-    from casa_assets.pipeline.reports.report import WrittenReport
+    from casa_assets.pipeline.reports.library_page import WrittenReport
     from casa_assets.pipeline.viewer.page_models import PageModels
 
 
@@ -73,7 +73,7 @@ def report(
     """
     from casa_assets.pipeline.ingest.job import writing
     from casa_assets.pipeline.reports.gate import parse
-    from casa_assets.pipeline.reports.report import CiFiles, write
+    from casa_assets.pipeline.reports.library_page import CiFiles, write
 
     if out is not None and out.suffix.lower() != ".html":
         raise typer.BadParameter(f"{out} is no page: name a file that ends in .html", param_hint="--out")

@@ -10,6 +10,7 @@ from typing import Any
 
 from casa_assets.model.asset.joint import JointKind
 from casa_assets.pipeline.ingest.job import writing
+from casa_assets.pipeline.kitchens.scene_files import EYE_PICTURE
 from casa_assets.pipeline.library.entry_files import PICTURE
 from casa_assets.pipeline.library.entry_table import EntryTable
 from casa_assets.pipeline.library.identity import Producer
@@ -104,6 +105,7 @@ def _kitchens(shelf: Shelf, cards: Sequence[kitchens.SceneCard]) -> dict[str, An
         "page": relative_link(f"{shelf.name}/{kitchens.PAGE}"),
         "folder": shelf.path.as_posix(),
         "count": len(cards),
+        "at_eye": all(kitchens.best_picture(card) == EYE_PICTURE for card in drawn),
         "unchecked": sum(card.row.passed is None for card in cards),
         "shown": shown,
         "first": shown[0]["id"] if shown else "",

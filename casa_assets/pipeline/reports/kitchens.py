@@ -287,27 +287,6 @@ def _best_picture(out: Path, card: SceneCard) -> bytes:
     return (out / card.row.id / name).read_bytes() if name else b""
 
 
-# Values of a row of the index, in their order.
-FIELDS = (
-    "id",
-    "plan",
-    "style",
-    "verdict",
-    "errors",
-    "fixtures",
-    "joints",
-    "objects",
-    "families",
-    "tasks",
-    "surfaces",
-    "floor",
-    "design",
-    "access",
-    "load",
-    "pace",
-    "folder",
-    "pictures",
-)
 VERDICTS = {True: "passed", False: "failed", None: "not checked"}
 
 
@@ -316,28 +295,28 @@ def _names(found: Sequence[SceneCard]) -> list[str]:
     return sorted({name for card in found for name in (*card.families, *card.tasks)})
 
 
-def _index_row(card: SceneCard, places: Mapping[str, int]) -> list[Any]:
+def _index_row(card: SceneCard, places: Mapping[str, int]) -> dict[str, Any]:
     row = card.row
-    return [
-        row.id,
-        row.plan,
-        row.style,
-        VERDICTS[row.passed],
-        "" if row.passed is not False else row.verdict,
-        card.fixtures,
-        card.joints,
-        card.objects,
-        [places[name] for name in card.families],
-        [places[name] for name in card.tasks],
-        list(card.surfaces),
-        card.floor_m2,
-        row.design,
-        row.access,
-        row.load_ms,
-        row.real_time_factor,
-        relative_link(row.id),
-        list(card.pictures),
-    ]
+    return {
+        "id": row.id,
+        "plan": row.plan,
+        "style": row.style,
+        "verdict": VERDICTS[row.passed],
+        "errors": "" if row.passed is not False else row.verdict,
+        "fixtures": card.fixtures,
+        "joints": card.joints,
+        "objects": card.objects,
+        "families": [places[name] for name in card.families],
+        "tasks": [places[name] for name in card.tasks],
+        "surfaces": list(card.surfaces),
+        "floor": card.floor_m2,
+        "design": row.design,
+        "access": row.access,
+        "load": row.load_ms,
+        "pace": row.real_time_factor,
+        "folder": relative_link(row.id),
+        "pictures": list(card.pictures),
+    }
 
 
 def index_page(found: Sequence[SceneCard], heading: str, diversity: tuple[Diversity, Diversity] | None = None) -> str:
@@ -350,7 +329,7 @@ def index_page(found: Sequence[SceneCard], heading: str, diversity: tuple[Divers
     shown = found[:MAX_ROWS]
     names = _names(shown)
     places = {name: i for i, name in enumerate(names)}
-    data = {"fields": FIELDS, "names": names, "rows": [_index_row(card, places) for card in shown]}
+    data = {"names": names, "rows": [_index_row(card, places) for card in shown]}
     return render_template(
         "kitchens/index.html",
         title=heading,

@@ -1,4 +1,4 @@
-"""The report on a library as one HTML page that opens from disk and needs no network, and the rows that it lists.
+"""Write the report on a library: one HTML page that opens from disk and needs no network, JSON beside it, files for CI.
 
 Up to MAX_WHOLE inputs all of it stands in the page, so that it can be sent to somebody as one file. Of more inputs,
 pictures are those in the folders of the library, and details leave out what passed; of more than MAX_ROWS the page
@@ -8,37 +8,54 @@ lists the ones that should be looked at first, and the JSON file beside it has a
 from __future__ import annotations
 
 import base64
+import json
+import os
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
 from typing import Any
 from urllib.parse import urlencode
 
 from markupsafe import Markup
 
+from casa_assets.checks.library.duplicates import in_words
 from casa_assets.core.rounding import significant
 from casa_assets.model.issue import CheckResult, Decision, Issue, Report, Severity, Status, Tally
+from casa_assets.pipeline.dedup import library_report
+from casa_assets.pipeline.ingest.job import writing
 from casa_assets.pipeline.ingest.refused_rows import NAME as ROWS
+from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.entry_files import PICTURE
+from casa_assets.pipeline.library.entry_table import EntryTable
 from casa_assets.pipeline.library.library import CERTIFICATE, REFUSAL
-from casa_assets.pipeline.reports.comparison import Change, Difference
 from casa_assets.pipeline.reports.entry import Entry
 from casa_assets.pipeline.reports.findings import (
+    Change,
     Compared,
+    Difference,
     Findings,
     PriorFit,
     Quantity,
+    Run,
     Totals,
     by_verdict,
     codes_of,
+    content,
     cost,
     counts,
+    findings_of,
+    link_before,
     outlying,
+    read_run,
     reasons,
     stage_times,
     tail_words,
 )
-from casa_assets.pipeline.reports.page_template import MAX_ROWS, Words, relative_link, render_template
+from casa_assets.pipeline.reports.gate import Condition, Outcome, junit, sarif
+from casa_assets.pipeline.reports.page_template import MAX_ROWS, Words, all_words, relative_link, render_template
 from casa_assets.pipeline.viewer.page_models import PageModels
 
 MAX_WHOLE = 400
@@ -58,51 +75,106 @@ STATUS_NUMBERS = {Status.FAILED: 0, Status.PASSED: 1, Status.NOT_APPLICABLE: 2, 
 ADVICE_NUMBER = 4
 # Files of an asset that the page links to, relative to its folder.
 FILES = (("MJCF", "model.xml"), ("scene", "scene.xml"), ("USD", "usd/{id}.usda"), ("certificate", CERTIFICATE))
-# Values of a row, in their order; what the words mean stands in docs/reference/report.md.
-FIELDS = (
-    "id",
-    "verdict",
-    "category",
-    "title",
-    "source",
-    "path",
-    "licence",
-    "author",
-    "size",
-    "mass",
-    "colliders",
-    "faces",
-    "passed",
-    "applying",
-    "codes",
-    "decide",
-    "outlier",
-    "change",
-    "folder",
-)
 
 
 @dataclass(frozen=True)
-class Lists:
-    """What the script of the page lists: for each entry one item in each of them.
+class CiFiles:
+    """Files for continuous integration that are written beside a report; None for those that nobody asked for."""
 
-    Attributes:
-        rows: values of FIELDS. details: see `details_of`. pictures: data URIs, empty for none; None: the page shows
-            those in the folders of the library.
+    junit: Path | None = None
+    sarif: Path | None = None
+
+    def write(self, found: Findings, words: Words) -> None:
+        """Write them. Raises OutputError where a folder cannot be written to."""
+        texts = ((self.junit, lambda: junit(found)), (self.sarif, lambda: sarif(found, words)))
+        for path, text in texts:
+            if path is not None:
+                with writing(path.parent):
+                    path.parent.mkdir(parents=True, exist_ok=True)
+                    _write_text(path, text())
+
+
+NO_CI_FILES = CiFiles()
+
+
+@dataclass(frozen=True)
+class WrittenReport:
+    """A report that was written. page, json: its files. outcomes: of the conditions that were set."""
+
+    page: Path
+    json: Path
+    outcomes: tuple[Outcome, ...] = ()
+
+
+def write(
+    root: Path,
+    target: Path,
+    baseline: Path | None = None,
+    conditions: Sequence[Condition] = (),
+    models: PageModels | None = None,
+    ci_files: CiFiles = NO_CI_FILES,
+) -> WrittenReport:
+    """Write the page for the library at `root` to `target`, and a JSON file of that name beside it.
+
+    Args:
+        target: the page, `<name>.html`.
+        baseline: report.json or library of an earlier run. conditions: that are judged.
+        models: where the page finds the models of its assets; None where there are none.
+        ci_files: files for continuous integration that are written too.
+    Raises:
+        OutputError: an entry of the library is damaged, the page cannot be written, or there is no such earlier run.
     """
+    before = read_run(baseline) if baseline is not None else None
+    table = EntryTable(disk.Library(root))
+    entries = sorted(table.entries, key=lambda e: (not e.accepted, e.category if e.accepted else e.source_path, e.id))
+    found, words = findings_of(root, target, entries, before, conditions), all_words()
+    page = render(found, words, _rows(table, found, words), _links(found, before, target), models)
+    json_path = target.with_suffix(".json")
+    with writing(target.parent):
+        target.parent.mkdir(parents=True, exist_ok=True)
+        _write_text(target, page)
+        _write_text(json_path, json.dumps(content(found, words), sort_keys=True, indent=1) + "\n")
+    ci_files.write(found, words)
+    return WrittenReport(target, json_path, tuple(found.outcomes))
 
-    rows: Sequence[Any]
-    details: Sequence[Any]
-    pictures: Sequence[str] | None
+
+def _links(found: Findings, before: Run | None, target: Path) -> dict[str, str]:
+    """Id -> path from the page to what the earlier run has, of all that changed."""
+    if before is None or found.compared is None:
+        return {}
+    told = found.compared.differences
+    return {one.id: link_before(before, one.before, target) for one in told if one.before is not None}
+
+
+def _rows(table: EntryTable, found: Findings, words: Words) -> list[dict[str, Any]]:
+    """Rows of what the page lists."""
+    is_brief, entries = len(found.entries) > MAX_WHOLE, listed(found, words)
+    context = RowContext(found, words, None if is_brief else table.thumbnails(entries), is_brief)
+    return [row_of(entry, context) for entry in table.with_results(entries)]
+
+
+def _write_text(target: Path, text: str) -> None:
+    """Write a file by one rename."""
+    fresh = target.with_name(f".{target.name}.{os.getpid()}")
+    try:
+        fresh.write_text(text, encoding="utf-8")
+        fresh.replace(target)
+    finally:
+        with suppress(OSError):
+            fresh.unlink(missing_ok=True)
 
 
 def render(
-    found: Findings, words: Words, links: Mapping[str, str], lists: Lists, models: PageModels | None = None
+    found: Findings,
+    words: Words,
+    rows: Sequence[dict[str, Any]],
+    links: Mapping[str, str] | None = None,
+    models: PageModels | None = None,
 ) -> str:
     """The page; the same findings give the same page.
 
     Args:
-        links: id -> path to what an earlier run has of it. lists: of the entries that the page lists.
+        rows: see `row_of`; of the entries that the page lists. links: id -> path to what an earlier run has of it.
         models: where the models of its assets are.
     """
     whole, totals = found.whole, found.totals
@@ -111,10 +183,7 @@ def render(
     ids = [entry.id for entry in found.entries]
     spent = cost(found.costs, ids)
     data = {
-        "fields": FIELDS,
-        "rows": lists.rows,
-        "details": lists.details,
-        "pictures": lists.pictures,
+        "rows": rows,
         "picture": PICTURE,
         "models": models.data if models else None,
         "quiet": sorted(quiet),
@@ -124,7 +193,7 @@ def render(
     return render_template(
         "library/page.html",
         title=found.library,
-        listed=len(lists.rows),
+        listed=len(rows),
         count=totals.entries,
         tiles=_tiles(totals, counts(totals, found.fits, found.compared) | {"advice": loud}),
         conditions=[(f"{one.mark} {one}", one.holds) for one in found.outcomes],
@@ -135,7 +204,7 @@ def render(
         times=stage_times(found.seconds, ids),
         whole=render_library_section(whole.report, words.explanations, whole.weights) if whole else NO_SECTION,
         fits=[_fit(fit) for fit in found.fits],
-        compared=_changes(found.compared, links) if found.compared else None,
+        compared=_changes(found.compared, links or {}) if found.compared else None,
         data=data,
         styles=("browse/browse.css", "library/page.css"),
         scripts=("browse/browse.js", "library/page.js", *(("model/model.js",) if models else ())),
@@ -320,58 +389,79 @@ def listed(found: Findings, words: Words, most: int = MAX_ROWS) -> list[Entry]:
     return [found.entries[place] for place in sorted(chosen)]
 
 
-def rows_of(entries: Sequence[Entry], found: Findings) -> list[list[Any]]:
-    """Values of FIELDS of entries; size in centimetres, mass in kg, None for a rejected input.
+@dataclass(frozen=True)
+class RowContext:
+    """What rows tell beside their entries.
 
-    `codes` are what it was rejected for, or the advice that it has; `decide` what a person has to decide.
+    Attributes:
+        found, words: of the report. pictures: small ones by `Entry.path`; None: the page shows those in the library.
+        odd: quantity -> ids of assets outside the usual range. changes: id -> how it does beside an earlier run.
+        is_brief: leave out checks that passed or do not apply.
     """
-    odd = {quantity.value: frozenset(outlying(found.fits, quantity)) for quantity in Quantity}
-    differences = found.compared.differences if found.compared else ()
-    changes = {one.now.id: one.change.value for one in differences if one.now is not None}
 
-    def row(entry: Entry) -> list[Any]:
-        summary = entry.summary
-        return [
-            entry.id,
-            entry.decision.value,
-            entry.category,
-            entry.title,
-            entry.source,
-            entry.source_path,
-            entry.licence,
-            entry.author,
-            [round(100.0 * side, 3) for side in summary.extents] if summary else None,
-            _short(summary.mass) if summary else None,
-            summary.colliders if summary else None,
-            summary.faces if summary else None,
-            entry.checks.passed,
-            entry.checks.applying,
-            list(codes_of(entry)),
-            sorted(set(entry.to_decide)),
-            [name for name, ids in odd.items() if entry.id in ids],
-            changes.get(entry.id, ""),
-            relative_link(entry.path if found.root == "." else f"{found.root}/{entry.path}"),
-        ]
+    found: Findings
+    words: Words
+    pictures: Mapping[str, bytes] | None = None
+    is_brief: bool = False
 
-    return [row(entry) for entry in entries]
+    @cached_property
+    def odd(self) -> dict[str, frozenset[str]]:  # noqa: D102  see the class
+        return {quantity.value: frozenset(outlying(self.found.fits, quantity)) for quantity in Quantity}
+
+    @cached_property
+    def changes(self) -> dict[str, str]:  # noqa: D102  see the class
+        differences = self.found.compared.differences if self.found.compared else ()
+        return {one.now.id: one.change.value for one in differences if one.now is not None}
 
 
-def details_of(
-    entry: Entry, words: Words, looks: str, seconds: Mapping[str, float], is_brief: bool = False
-) -> dict[str, Any]:
-    """What the page tells of an entry that is opened; the entry has the results of its checks.
+def row_of(entry: Entry, context: RowContext) -> dict[str, Any]:
+    """A row as the script of the page reads it; size in centimetres, mass in kg, None for a rejected input.
+
+    `codes` are what it was rejected for, or the advice that it has; `decide` what a person has to decide; `more` is
+    shown when it is opened. What the words mean stands in docs/reference/report.md.
 
     Args:
-        looks: what its pictures look like to a model, a sentence; empty where nobody looked.
-        seconds: that it took to make, by stage. is_brief: leave out what passed or does not apply.
+        entry: with the results of its checks.
     """
-    shown = [r for r in entry.results if not is_brief or r.status in (Status.FAILED, Status.NOT_RUN)]
+    summary, root = entry.summary, context.found.root
+    row = {
+        "id": entry.id,
+        "verdict": entry.decision.value,
+        "category": entry.category,
+        "title": entry.title,
+        "source": entry.source,
+        "path": entry.source_path,
+        "licence": entry.licence,
+        "author": entry.author,
+        "size": [round(100.0 * side, 3) for side in summary.extents] if summary else None,
+        "mass": _short(summary.mass) if summary else None,
+        "colliders": summary.colliders if summary else None,
+        "faces": summary.faces if summary else None,
+        "passed": entry.checks.passed,
+        "applying": entry.checks.applying,
+        "codes": list(codes_of(entry)),
+        "decide": sorted(set(entry.to_decide)),
+        "outlier": [name for name, ids in context.odd.items() if entry.id in ids],
+        "change": context.changes.get(entry.id, ""),
+        "folder": relative_link(entry.path if root == "." else f"{root}/{entry.path}"),
+        "more": _details(entry, context),
+    }
+    if context.pictures is not None:
+        row["thumb"] = _data_uri(context.pictures.get(entry.path, b""))
+    return row
+
+
+def _details(entry: Entry, context: RowContext) -> dict[str, Any]:
+    """What the page tells of an entry that is opened."""
+    is_left_out = {Status.PASSED, Status.NOT_APPLICABLE} if context.is_brief else set()
+    shown = [result for result in entry.results if result.status not in is_left_out]
+    seconds = context.found.seconds.get(entry.id, {})
     told: dict[str, Any] = {
         "results": [[r.code, _status_number(r), _short(r.number), _short(r.limit), r.unit, r.reason] for r in shown],
         "seconds": {stage: _short(value) for stage, value in seconds.items()},
     }
     if entry.decision is Decision.REJECTED:
-        told["reason"], told["fix"] = words.reason_and_fix(entry)
+        told["reason"], told["fix"] = context.words.reason_and_fix(entry)
         # Refused rows of a manifest share one file and have no folder.
         told["files"] = [] if entry.path.endswith(f"/{ROWS}") else [["reason", relative_link(REFUSAL)]]
         return told
@@ -380,11 +470,19 @@ def details_of(
         "uri": entry.uri,
         "prompt": entry.prompt,
         "generator": entry.generator,
-        "looks": looks,
+        "looks": _look(entry, context.found),
         "warnings": [[issue.code, issue.pointer, issue.message] for issue in entry.warnings],
         "guesses": [[g.subject, g.value, _short(g.confidence), g.reason] for g in entry.guesses],
         "files": [[label, relative_link(path.format(id=entry.id))] for label, path in FILES],
     }
+
+
+def _look(entry: Entry, found: Findings) -> str:
+    """What the pictures of an asset look like to a model; empty where nobody has looked at it as it is now."""
+    seen = found.whole.seen.get(entry.id) if found.whole else None
+    if seen is None or seen.content != entry.digest:
+        return ""
+    return in_words(library_report.likeness_of(entry.id, seen))
 
 
 def _status_number(result: CheckResult) -> int:
@@ -392,7 +490,7 @@ def _status_number(result: CheckResult) -> int:
     return ADVICE_NUMBER if is_advice else STATUS_NUMBERS[result.status]
 
 
-def data_uri(webp: bytes) -> str:
+def _data_uri(webp: bytes) -> str:
     """A picture as text that a page can show; empty for none."""
     return f"data:image/webp;base64,{base64.b64encode(webp).decode('ascii')}" if webp else ""
 

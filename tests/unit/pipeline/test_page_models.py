@@ -10,7 +10,7 @@ import pytest
 from lxml import html
 
 from casa_assets.pipeline.library.library import Library
-from casa_assets.pipeline.reports.report import write
+from casa_assets.pipeline.reports.library_page import write
 from casa_assets.pipeline.viewer.model_files import viewer_name
 from casa_assets.pipeline.viewer.page_models import MADE_BY, folder_of, models_of, write_models
 from tests.built_libraries import keep, loose_and_fixed

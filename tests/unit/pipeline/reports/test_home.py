@@ -8,7 +8,7 @@ from pathlib import Path
 from lxml import html
 
 from casa_assets.pipeline.reports import home
-from casa_assets.pipeline.reports.report import write as write_report
+from casa_assets.pipeline.reports.library_page import write as write_report
 from tests.built_libraries import keep
 from tests.unit.pipeline.reports.test_kitchen_pages import scene
 from tests.unit.pipeline.reports.test_reject_page import refused

@@ -21,12 +21,11 @@ from casa_assets.pipeline.library.entry_files import thumbnail_of
 from casa_assets.pipeline.library.library import Summary
 from casa_assets.pipeline.library.run_times import Cost
 from casa_assets.pipeline.reports import findings as told_of
-from casa_assets.pipeline.reports import library_page, report
-from casa_assets.pipeline.reports.comparison import compare, standing_of
+from casa_assets.pipeline.reports import library_page
 from casa_assets.pipeline.reports.entry import Entry
-from casa_assets.pipeline.reports.findings import Findings
+from casa_assets.pipeline.reports.findings import Findings, compare, standing_of
 from casa_assets.pipeline.reports.gate import judge, parse
-from casa_assets.pipeline.reports.library_page import FIELDS, Lists, render_library_section
+from casa_assets.pipeline.reports.library_page import RowContext, render_library_section
 from casa_assets.pipeline.reports.page_template import Words, relative_link
 from tests.built_libraries import keep
 from tests.unit.pipeline.test_alike import FIRST, OTHER
@@ -88,14 +87,11 @@ def findings(entries: Sequence[Entry], before: Sequence[Entry] | None = None, *c
 
 
 def render(found: Findings, words: Words = WORDS, links: dict[str, str] | None = None) -> str:
-    details = [library_page.details_of(one, words, "", {}) for one in found.entries]
-    lists = Lists(library_page.rows_of(found.entries, found), details, None)
-    return library_page.render(found, words, links or {}, lists)
+    return library_page.render(found, words, [row_of(one, found, words) for one in found.entries], links)
 
 
-def row_of(one: Entry, found: Findings) -> dict[str, Any]:
-    (values,) = library_page.rows_of([one], found)
-    return dict(zip(FIELDS, values, strict=True))
+def row_of(one: Entry, found: Findings | None = None, words: Words = WORDS, is_brief: bool = False) -> dict[str, Any]:
+    return library_page.row_of(one, RowContext(found or findings([one]), words, is_brief=is_brief))
 
 
 def page(text: str) -> lxml.html.HtmlElement:
@@ -139,7 +135,7 @@ def test_a_row_has_what_the_list_shows() -> None:
     assert (row["verdict"], row["size"], row["mass"]) == ("accepted", [8.0, 10.0, 9.55], 30.0)
     assert (row["codes"], row["outlier"], row["change"]) == (["GEO004"], ["mass"], "worse")
     assert row["folder"] == "./../mug/mug_0000000001"
-    refused = row_of(reject(), findings([reject()]))
+    refused = row_of(reject())
     assert (refused["verdict"], refused["size"], refused["codes"]) == ("rejected", None, ["SRC003"])
 
 
@@ -162,7 +158,8 @@ def test_a_mark_that_nearly_all_assets_have_is_no_mark() -> None:
 
 
 def test_details_tell_advice_from_failure() -> None:
-    found = library_page.details_of(entry(word="why"), WORDS, "", {"load": 0.25})
+    one = entry(word="why")
+    found = row_of(one, dataclasses.replace(findings([one]), seconds={one.id: {"load": 0.25}}))["more"]
     assert [(r[0], r[1]) for r in found["results"]] == [
         ("AST001", 1),
         ("AST002", 0),
@@ -182,8 +179,8 @@ def test_hostile_text_stays_text() -> None:
     tree = page(text)
     plain = page(render(findings([entry(warned=True), reject()], []), Words({}, {"AST001": "plain"})))
     assert [e.tag for e in tree.iter()] == [e.tag for e in plain.iter()]
-    assert data(text)["rows"][0][FIELDS.index("title")] == HOSTILE
-    assert data(text)["details"][1]["reason"] == HOSTILE
+    first, second = data(text)["rows"]
+    assert (first["title"], second["more"]["reason"]) == (HOSTILE, HOSTILE)
     assert "<script>alert" not in text
 
 
@@ -266,13 +263,11 @@ def test_numbers_tell_categories_reasons_and_what_is_unusual() -> None:
 
 def test_of_many_inputs_the_page_has_what_did_not_pass(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     root = keep(tmp_path / "library", [FIRST, OTHER])
-    whole = data(report.write(root, root / "report.html").page.read_text(encoding="utf-8"))
-    assert [picture[:15] for picture in whole["pictures"]] == ["data:image/webp"] * 2
+    whole = data(library_page.write(root, root / "report.html").page.read_text(encoding="utf-8"))["rows"]
+    assert [row.pop("thumb")[:15] for row in whole] == ["data:image/webp"] * 2
     monkeypatch.setattr(library_page, "MAX_WHOLE", 1)
-    brief = data(report.write(root, root / "report.html").page.read_text(encoding="utf-8"))
-    assert brief["rows"] == whole["rows"]
-    assert brief["pictures"] is None
-    told, shown = (library_page.details_of(entry(), WORDS, "", {}, is_brief)["results"] for is_brief in (False, True))
+    assert data(library_page.write(root, root / "report.html").page.read_text(encoding="utf-8"))["rows"] == whole
+    told, shown = (row_of(entry(), is_brief=is_brief)["more"]["results"] for is_brief in (False, True))
     assert shown == [result for result in told if result[0] in ("AST002", "AST003", "USD003")]
 
 
@@ -283,8 +278,7 @@ def test_of_very_many_inputs_those_to_look_at_first_are_listed() -> None:
     assert library_page.listed(found, WORDS, 3) == [advised, odd, refused]
     assert library_page.listed(found, WORDS, 4) == [plain[0], advised, odd, refused]
     assert library_page.listed(found, WORDS) == list(found.entries)
-    lists = Lists(library_page.rows_of([refused], found), [library_page.details_of(refused, WORDS, "", {})], None)
-    text = library_page.render(found, WORDS, {}, lists)
+    text = library_page.render(found, WORDS, [row_of(refused, found)])
     assert "The list has 1 of 12 inputs" in text
     assert "The list has" not in render(found)
 
@@ -294,9 +288,9 @@ def test_a_page_of_2500_inputs_stays_below_ten_megabytes() -> None:
     one = dataclasses.replace(entry(warned=True), uri=f"https://example.org/{'a' * 80}")
     one = dataclasses.replace(one, results=(*one.results, *(passed,) * 70), guesses=one.guesses * 6)
     found = findings([dataclasses.replace(one, id=f"mug_{i:010}", path=f"mug/mug_{i:010}") for i in range(2500)])
-    details = [library_page.details_of(each, WORDS, "", {"load": 0.25}, is_brief=True) for each in found.entries]
-    lists = Lists(library_page.rows_of(found.entries, found), details, None)
-    assert 1_000_000 < len(library_page.render(found, WORDS, {}, lists).encode()) < 10_000_000
+    context = RowContext(found, WORDS, is_brief=True)
+    text = library_page.render(found, WORDS, [library_page.row_of(each, context) for each in found.entries])
+    assert 1_000_000 < len(text.encode()) < 10_000_000
 
 
 def test_three_thousand_pictures_fit(tmp_path: Path) -> None:

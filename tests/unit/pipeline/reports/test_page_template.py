@@ -44,9 +44,9 @@ APPLE = catalogue.DrawnCategory("apple", HOSTILE, (0.15, 0.2), (0.07, 0.08), (90
 
 def pages() -> dict[str, str]:
     row = kitchens.SceneRow("galley__rustic", "galley", "rustic")
-    found, lists = findings.Findings(HOSTILE, ".", (), (), {}, None), library_page.Lists([], [], None)
+    found = findings.Findings(HOSTILE, ".", (), (), {}, None)
     return {
-        "library": library_page.render(found, Words({}, {}), {}, lists),
+        "library": library_page.render(found, Words({}, {}), []),
         "kitchens": kitchens.index_page([kitchens.SceneCard(row, 1, 1)], HOSTILE),
         "catalogue": catalogue.page([], [APPLE], {}),
         "review": review.render_page([], {}, HOSTILE),

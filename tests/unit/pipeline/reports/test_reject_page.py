@@ -15,8 +15,7 @@ from casa_assets.model.ingest.source import Source, SourceKind
 from casa_assets.pipeline.library import entry_files
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.identity import Producer
-from casa_assets.pipeline.reports import report
-from casa_assets.pipeline.reports.library_page import FIELDS
+from casa_assets.pipeline.reports import library_page
 from casa_assets.pipeline.reports.page_template import DEFAULT_ADVICE
 
 CASES = [
@@ -51,13 +50,11 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, Any]]:
     root = tmp_path_factory.mktemp("library")
     for code, message in CASES:
         refused(root, code, message)
-    text = report.write(root, root / "report.html").page.read_text(encoding="utf-8")
+    text = library_page.write(root, root / "report.html").page.read_text(encoding="utf-8")
     match = re.search(r'<script type="application/json" id="data">(.*?)</script>', text, re.DOTALL)
     assert match is not None
-    data = json.loads(match.group(1))
-    codes = [dict(zip(FIELDS, values, strict=True))["codes"][0] for values in data["rows"]]
-    together = zip(codes, data["details"], data["pictures"], strict=True)
-    return {code: {**more, "thumb": picture} for code, more, picture in together}
+    rows = json.loads(match.group(1))["rows"]
+    return {row["codes"][0]: {**row["more"], "thumb": row["thumb"]} for row in rows}
 
 
 def test_every_reject_has_a_picture_a_reason_and_what_to_do(page: dict[str, dict[str, Any]]) -> None:

@@ -26,12 +26,8 @@ function show(number) {
 }
 
 function browse(page) {
-  const rows = facts.rows.map(function (values, index) {
-    const row = { index: index };
-    facts.fields.forEach(function (name, j) { row[name] = values[j]; });
-    row.words = page.words(row).toLowerCase();
-    return row;
-  });
+  const rows = facts.rows;
+  rows.forEach(function (row, index) { row.index = index; row.words = page.words(row).toLowerCase(); });
   const byKey = new Map(rows.map(function (row) { return [page.key(row), row]; }));
   const state = { tab: page.tabs[0], q: "", chosen: {}, sort: page.sorts[0].key, way: 1, view: page.view, id: "" };
   const start = { sort: state.sort, way: 1, view: state.view, tab: state.tab };

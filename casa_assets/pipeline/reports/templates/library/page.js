@@ -15,8 +15,8 @@ function picture(row, kind) {
   const image = make("img", { "class": "thumb", alt: "", decoding: "async" });
   place.append(image);
   const none = function () { image.replaceWith(make("span", { "class": "thumb none", text: "no picture" })); };
-  if (!facts.pictures) { image.addEventListener("error", none, { once: true }); image.src = row.folder + "/" + facts.picture; }
-  else if (facts.pictures[row.index]) { image.src = facts.pictures[row.index]; } else { none(); }
+  if (row.thumb === "") { none(); }
+  else { image.addEventListener("error", none, { once: true }); image.src = row.thumb || row.folder + "/" + facts.picture; }
   return place;
 }
 // Codes of advice that tell something of this asset in particular; the details name all of them.
@@ -63,8 +63,7 @@ function large(row) {
   const image = make("img", { alt: "Picture of " + name(row), src: row.folder + "/" + facts.picture });
   // The page may have been moved away from its library, or nothing could be drawn: then the small picture has to do.
   image.addEventListener("error", function () {
-    const small = facts.pictures ? facts.pictures[row.index] : "";
-    if (small) { image.src = small; } else { image.remove(); }
+    if (row.thumb) { image.src = row.thumb; } else { image.remove(); }
   }, { once: true });
   return image;
 }
@@ -85,7 +84,7 @@ function details(row, place) {
     ["Unusual", row.outlier.length ? "outside the usual " + row.outlier.join(" and ") : ""], ["Title", row.title], ["Author", row.author],
     ["Licence", row.licence], ["Source", row.source + ": " + row.path]]);
   place.append(terms);
-  const more = facts.details[row.index];
+  const more = row.more;
   told([["Colliders", row.colliders === null ? "" : row.colliders + (more.hull ? ", at most " + more.hull + " vertices each" : "")], ["Faces", row.faces === null ? "" : show(row.faces)],
     ["Address", more.uri], ["Prompt", more.prompt], ["Generator", more.generator], ["By its pictures", more.looks],
     ["Checks", row.applying ? row.passed + " of " + row.applying + " that apply passed" : ""],
