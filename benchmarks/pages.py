@@ -1,13 +1,13 @@
-"""Seconds, memory and bytes of the page about a library of 20,000 inputs, and seconds that it takes in a browser.
+"""Seconds, memory and bytes of the page about a library of 2,500 inputs, and seconds that it takes in a browser.
 
-    ./dev bench pages [--count 20000] [--kitchens 5000] [--out out/bench]
+    ./dev bench pages [--count 2500] [--kitchens 2500] [--out out/bench]
 
 Writes a library of synthetic entries: an asset.json each, with category, size, mass, guesses, advice and 60 results of
 checks drawn by chance, a picture that all share; one in twenty is a rejection, one in twelve is in review. Then it
 writes the page twice (the first time every entry is read, the second time the table of entries has them), and opens
 it in a headless Chromium: seconds to the first row, and from a key or a click to the next drawn frame
 for a search, an order, a filter, a jump to the middle of the list, and until the details of a row stand there. The
-same of the page that finds one of 5,000 kitchens. Needs Chromium and the environment that `./dev consumers` makes for
+same of the page that finds one of 2,500 kitchens. Needs Chromium and the environment that `./dev consumers` makes for
 it. Seconds are those on the clock; those of processors are told beside them where the page is written.
 """
 
@@ -58,8 +58,8 @@ SEARCH = (
 def main() -> int:
     """Make the inputs, write and open the pages, print the numbers."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--count", type=int, default=20_000)
-    parser.add_argument("--kitchens", type=int, default=5_000)
+    parser.add_argument("--count", type=int, default=2_500)
+    parser.add_argument("--kitchens", type=int, default=2_500)
     parser.add_argument("--out", type=Path, default=ROOT / "out" / "bench")
     parser.add_argument("--write", type=Path, help="Only write the page of this library; a child of this benchmark.")
     asked = parser.parse_args()

@@ -86,12 +86,10 @@ class CiFiles:
 
     def write(self, found: Findings, words: Words) -> None:
         """Write them. Raises OutputError where a folder cannot be written to."""
-        texts = ((self.junit, lambda: junit(found)), (self.sarif, lambda: sarif(found, words)))
-        for path, text in texts:
-            if path is not None:
-                with writing(path.parent):
-                    path.parent.mkdir(parents=True, exist_ok=True)
-                    _write_text(path, text())
+        if self.junit is not None:
+            _write_text(self.junit, junit(found))
+        if self.sarif is not None:
+            _write_text(self.sarif, sarif(found, words))
 
 
 NO_CI_FILES = CiFiles()
@@ -130,10 +128,8 @@ def write(
     found, words = findings_of(root, target, entries, before, conditions), all_words()
     page = render(found, words, _rows(table, found, words), _links(found, before, target), models)
     json_path = target.with_suffix(".json")
-    with writing(target.parent):
-        target.parent.mkdir(parents=True, exist_ok=True)
-        _write_text(target, page)
-        _write_text(json_path, json.dumps(content(found, words), sort_keys=True, indent=1) + "\n")
+    _write_text(target, page)
+    _write_text(json_path, json.dumps(content(found, words), sort_keys=True, indent=1) + "\n")
     ci_files.write(found, words)
     return WrittenReport(target, json_path, tuple(found.outcomes))
 
@@ -154,14 +150,16 @@ def _rows(table: EntryTable, found: Findings, words: Words) -> list[dict[str, An
 
 
 def _write_text(target: Path, text: str) -> None:
-    """Write a file by one rename."""
+    """Write a file by one rename, in a folder that is made where it is missing. Raises OutputError."""
     fresh = target.with_name(f".{target.name}.{os.getpid()}")
-    try:
-        fresh.write_text(text, encoding="utf-8")
-        fresh.replace(target)
-    finally:
-        with suppress(OSError):
-            fresh.unlink(missing_ok=True)
+    with writing(target.parent):
+        target.parent.mkdir(parents=True, exist_ok=True)
+        try:
+            fresh.write_text(text, encoding="utf-8")
+            fresh.replace(target)
+        finally:
+            with suppress(OSError):
+                fresh.unlink(missing_ok=True)
 
 
 def render(
