@@ -99,19 +99,13 @@ def test_a_row_says_what_its_entry_says(made: Path) -> None:
     assert len(rows) == COUNT
     for entry in synthetic_entries(COUNT):
         row = rows[entry.id]
-        for name in (
-            "category",
-            "path",
-            "code",
-            "decision",
-            "accepted",
-            "advice",
-            "to_decide",
-            "warning_count",
-            "colors",
-        ):
+        for name in ("category", "path", "code", "message", "colors"):
             assert getattr(row, name) == getattr(entry, name), name
-        assert (row.checks.applying, row.checks.passed) == (entry.checks.applying, entry.checks.passed)
+        assert (row.status, row.warnings) == (entry.decision.value, entry.warning_count)
+        assert (row.advice_codes.split(), row.decide.split()) == ([*entry.advice], [*entry.to_decide])
+        checks = (row.checks_passed, row.checks_applying, row.checks_not_run, row.checks_not_applicable)
+        told = entry.checks
+        assert checks == (told.passed, told.applying, told.not_run, told.not_applicable)
         if entry.summary is None:
             assert row.summary is None
         else:
