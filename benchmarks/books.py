@@ -1,4 +1,4 @@
-"""Seconds, memory and bytes of tables and reports of 1,000,000 entries, and of books over thousands of real folders.
+"""Seconds, memory and bytes of tables of 1,000,000 entries, and of books over thousands of real folders.
 
     ./dev bench books [--count 1000000] [--libraries 20] [--folders 3000] [--out out/bench]
 
@@ -30,9 +30,8 @@ from casa_assets import registry
 from casa_assets.model.issue import REVIEW_CODE, Issue, Severity, Tally
 from casa_assets.pipeline.library import entry_table
 from casa_assets.pipeline.library.library import Library, Summary
-from casa_assets.pipeline.reports import index
 from casa_assets.pipeline.reports.entry import Entry
-from casa_assets.pipeline.tables import parquet
+from casa_assets.pipeline.tables import index, parquet
 
 ROOT = Path(__file__).resolve().parents[1]
 REJECTED_SHARE, REVIEW_SHARE, ADVICE_SHARE = 0.15, 1 / 12, 0.5
@@ -86,9 +85,6 @@ def main() -> int:
         for name, words in QUERIES.items():
             timed(f"find by {name}: parts", [*casa, "find", *words, "--index", str(tables), "--json"])
             timed(f"find by {name}: SQLite", [*casa, "find", *words, "--library", str(library), "--json"])
-        page = folder / "report" / "report.html"
-        timed("report", [*casa, "report", "--index", str(tables), "--out", str(page)], page.parent)
-        print(f"overview {page.stat().st_size / 1e6:.2f} MB, {len(list(page.parent.glob('*/*.html')))} pages")
         if asked.folders:
             of_folders(folder / "folders", asked.folders, casa)
     return 0

@@ -6,7 +6,7 @@ import json
 from http.client import HTTPConnection
 
 from casa_assets.pipeline.local_server import HOST
-from casa_assets.pipeline.review.server import ReviewServer
+from casa_assets.pipeline.review import ReviewServer
 
 
 def ask(server: ReviewServer, path: str, body: object = None, host: str = "") -> tuple[int, bytes]:

@@ -10,9 +10,8 @@ from threading import Thread
 from typing import Any
 
 from casa_assets.pipeline.local_server import HOST
-from casa_assets.pipeline.view.server import ViewServer
+from casa_assets.pipeline.view.server import Maker, ViewServer, Workshop
 from casa_assets.pipeline.view.subject import Subject
-from casa_assets.pipeline.view.workshop import Maker, Workshop
 
 
 @contextmanager

@@ -195,7 +195,7 @@ def print_counts(events: list[Event], output: Output) -> int:
 
 def _print_cost(events: list[Event], output: Output) -> None:
     """A line about what the work took, where any was done."""
-    from casa_assets.pipeline.reports.library.summary import cost, tail_words
+    from casa_assets.pipeline.reports.findings import cost, tail_words
 
     costs = {event.asset_id: event.cost for event in events if event.cost is not None}
     if (told := cost(costs, costs)) is None:

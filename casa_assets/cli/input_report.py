@@ -49,7 +49,7 @@ def print_codes(codes: Counter[str], output: Output) -> None:
     table = TextTable(heads, sentences=("reason", "what to do"), right=("inputs",), title="Rejected by reason")
     why: dict[str, str] = {}
     if not codes.keys() <= records.rejections.keys():
-        from casa_assets.pipeline.reports.explanations import explanations
+        from casa_assets.pipeline.reports.page_template import explanations
 
         why = explanations()
     for code, count in codes.most_common():

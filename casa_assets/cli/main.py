@@ -29,7 +29,6 @@ from casa_assets.cli.verbs.doctor import doctor
 from casa_assets.cli.verbs.export.app import app as export
 from casa_assets.cli.verbs.families import app as families
 from casa_assets.cli.verbs.find import find
-from casa_assets.cli.verbs.home import home
 from casa_assets.cli.verbs.index import index
 from casa_assets.cli.verbs.ingest import fetch, ingest
 from casa_assets.cli.verbs.library import app as library
@@ -82,7 +81,6 @@ app.command(cls=Verb, rich_help_panel=MAKE)(make)
 app.command(cls=Verb, rich_help_panel=LOOK)(view)
 app.command(cls=Verb, rich_help_panel=LOOK)(preview)
 app.command(cls=Verb, rich_help_panel=LOOK)(report)
-app.command(cls=Verb, rich_help_panel=LOOK)(home)
 app.command(cls=Verb, rich_help_panel=LOOK)(find)
 app.add_typer(categories, rich_help_panel=LOOK)
 app.command(cls=Verb, rich_help_panel=JUDGE)(review)

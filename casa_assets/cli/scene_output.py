@@ -73,7 +73,7 @@ def write_reports(results: list[SceneResult], out: Path, output: Output) -> None
     made = sum(r.passed for r in results)
     kept = sum(r.kept for r in results)
     output.line(f"{made} of {pluralize(len(results), 'scene')} in {out} ({kept} unchanged)")
-    for name, path in (("Pictures", picture), ("Page", page), ("Numbers", out / kitchens.SUMMARY_PAGE)):
+    for name, path in (("Pictures", picture), ("Page", page), ("Numbers", out / kitchens.SUMMARY)):
         output.line(f"{name + ':':9} {path}")
 
 

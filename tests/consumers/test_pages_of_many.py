@@ -9,19 +9,19 @@ import pytest
 from PIL import Image
 
 from casa_assets.model.registry.finish import Surface
+from casa_assets.pipeline import review as review_page
 from casa_assets.pipeline.families.run import FamilyRequest
 from casa_assets.pipeline.library.library import Library
 from casa_assets.pipeline.library.run_times import Cost, keep_times
-from casa_assets.pipeline.reports import catalogue, home, kitchens, object_catalogue, parts
+from casa_assets.pipeline.reports import catalogue, home, kitchens, library_page
 from casa_assets.pipeline.reports.catalogue import MemberPictures
-from casa_assets.pipeline.reports.library import models, paged, report
-from casa_assets.pipeline.review import page as review_page
+from casa_assets.pipeline.viewer import page_models
 from tests.browser import Browser, Page
 from tests.built_libraries import keep
 from tests.consumers.test_review_keys import reviewed_page
+from tests.unit.pipeline.reports.test_catalogue import APPLE
 from tests.unit.pipeline.reports.test_kitchen_pages import kitchen_page, scene
 from tests.unit.pipeline.reports.test_library_page import entry
-from tests.unit.pipeline.reports.test_object_catalogue import APPLE
 from tests.unit.pipeline.reports.test_reject_page import CASES, refused
 from tests.unit.pipeline.test_alike import FIRST, LARGE, OTHER
 
@@ -34,19 +34,19 @@ READY = "#list .line, #list .tile-card"
 def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A page about three assets and three rejected inputs, beside an earlier run without the last asset."""
     root = keep(tmp_path_factory.mktemp("pages") / "library", [FIRST, OTHER])
-    earlier = report.write(root, root.parent / "earlier.html").json
+    earlier = library_page.write(root, root.parent / "earlier.html").json
     keep(root, [LARGE])
     keep_times(Library(root), FIRST.id, {"load MJCF": 0.25, "collide": 12.5}, Cost(13.0, 10**9, 10**6, 14.0))
     for code, message in CASES:
         refused(root, code, message)
     page = root / "report.html"
-    assert list(models.write_models(root, page, 1))[-1] == (3, 3)
-    return report.write(root, page, earlier, models=models.models_of(page)).page
+    assert list(page_models.write_models(root, page, 1))[-1] == (3, 3)
+    return library_page.write(root, page, earlier, models=page_models.models_of(page)).page
 
 
 @pytest.fixture(scope="module")
 def rooms(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A page about 600 kitchens, whose rows come in two parts."""
+    """A page about 601 kitchens."""
     out = tmp_path_factory.mktemp("scenes")
     for i in range(600):
         scene(out, ("galley", "l_small", "u_large")[i % 3], f"style_{i:03}")
@@ -91,15 +91,12 @@ def kinds(library: Path, rooms: Path, tmp_path_factory: pytest.TempPathFactory) 
     """Address of a page of every kind, with the longest words that it has."""
     folder = tmp_path_factory.mktemp("kinds")
     shutil.copytree(library.parent, folder / "library")
-    row = kitchens.SceneRow("one_wall_large__mediterranean", "one_wall_large", "mediterranean", True, joints=81, nv=123)
     shots = ("closed.webp", "open.webp", "on.webp")
     preset = MemberPictures(FamilyRequest("hob", preset="gas"), shots, 9.5, (0.5, 0.5, 0.1))
     explained = {"NKB004": "Work aisle: Fronts that face each other are at least 1.067 m apart; move the rows apart."}
     pages = {
         "kitchen": kitchen_page(explained),
-        "numbers of kitchens": kitchens.summary_page([row]),
-        "families": catalogue.page([preset], {Surface.WALL: ["brick_red_running_bond"]}),
-        "objects": object_catalogue.page([APPLE]),
+        "catalogue": catalogue.page([preset], [APPLE], {Surface.WALL: ["brick_red_running_bond"]}),
         "review": review_page.render_page([entry(word="the usual size of its category")], {}, "Review"),
     }
     for name in (*shots, "textures/brick_red_running_bond.webp"):
@@ -138,7 +135,7 @@ def test_a_report_is_clean_on_any_screen(browser: Browser, library: Path, width:
     page.press("Escape")
     if width > 900:
         page.click("#tab-numbers")
-        page.wait(".chart")
+        page.wait("#panel-numbers table")
         page.assert_clean()
     assert is_wide_enough(page)
 
@@ -207,19 +204,19 @@ def test_what_changed_leads_to_its_row(browser: Browser, library: Path) -> None:
     assert page.texts("#detail-title") == [LARGE.id]
 
 
-def test_parts_beside_a_page_are_loaded(
+def test_a_page_of_many_shows_the_pictures_of_the_library(
     browser: Browser, library: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     root = shutil.copytree(library.parent, tmp_path / "library")
-    monkeypatch.setattr(parts, "MAX_INLINE", 1)
-    page = opened(browser, report.write(root, root / "report.html").page)
+    monkeypatch.setattr(library_page, "MAX_WHOLE", 1)
+    page = opened(browser, library_page.write(root, root / "report.html").page)
     assert len(page.texts(ROWS)) == 6
     page.click("#list .line >> nth=0")
     page.wait("#detail-body .facts")
     page.assert_clean()
-    shutil.rmtree(parts.folder_of(root / "report.html"))
-    page = browser.open(root / "report.html")
-    page.wait("text=belongs beside this page")
+    assert page.evaluate("document.querySelector('#detail-body img').naturalWidth") > 0
+    page.press("Escape")
+    assert page.evaluate("document.querySelector('#list img').naturalWidth") > 0
 
 
 @pytest.mark.parametrize(("width", "dark"), [(1280, False), (390, True)])
@@ -254,26 +251,3 @@ def test_the_page_about_a_folder_is_clean(browser: Browser, library: Path, tmp_p
         page.wait("text=was rejected")
         page.assert_clean()
         assert is_wide_enough(page)
-
-
-def test_a_page_of_a_large_report(browser: Browser, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The overview leads to the page of a category, which shows pictures and reasons out of its rows alone."""
-    library = Library(keep(tmp_path / "library", [FIRST, OTHER]))
-    refused(library.root, *CASES[0])
-    monkeypatch.setattr(paged, "MOST_ENTRIES", 1)
-    overview = browser.open(paged.write_library(library, library.root / "report.html").page)
-    overview.assert_clean()
-    overview.click("section:has(h2:text-is('Category')) a:text-is('mug')")
-    overview.wait(READY)
-    page = Page(browser, overview.url)
-    assert page.texts("#chips button") == ["category: mug  ×"]
-    page.click(f"#list .id:text-is('{FIRST.id}')")
-    page.wait("#detail-body .links")
-    assert page.evaluate("document.querySelector('#detail-body img').naturalWidth") > 0
-    assert page.evaluate("document.querySelector('#list img').naturalWidth") > 0
-    page.evaluate("location.hash = 'verdict=rejected'")
-    page.pause(0.2)
-    page.click(ROWS)
-    assert CASES[0][0] in " ".join(page.texts("#detail-body"))
-    assert page.strange_requests == []
-    assert page.violations() == []

@@ -20,12 +20,11 @@ from casa_assets.model.asset.asset import Asset
 from casa_assets.pipeline.kitchens.check import check_one
 from casa_assets.pipeline.kitchens.recipe import SceneRecipe
 from casa_assets.pipeline.kitchens.resolve import build_scene
-from casa_assets.pipeline.reports import object_catalogue, page_template
-from casa_assets.pipeline.reports.library.models import models_of, write_models
-from casa_assets.pipeline.reports.library.report import write
-from casa_assets.pipeline.reports.object_catalogue import DrawnCategory
-from casa_assets.pipeline.viewer.model_files import ModelFiles, put_model
-from casa_assets.pipeline.viewer.viewer_file import put_viewer, viewer_script
+from casa_assets.pipeline.reports import catalogue, page_template
+from casa_assets.pipeline.reports.catalogue import DrawnCategory
+from casa_assets.pipeline.reports.library_page import write
+from casa_assets.pipeline.viewer.model_files import ModelFiles, put_model, put_viewer, viewer_script
+from casa_assets.pipeline.viewer.page_models import models_of, write_models
 from tests.articulated_assets import grill
 from tests.assets import EVERY, microwave
 from tests.browser import HOME, Browser, Page
@@ -213,10 +212,10 @@ def test_a_member_of_a_catalogue_in_a_dialog(browser: Browser, tmp_path: Path) -
     script = f"models/{put_model(tmp_path / 'models', 'apple_0', asset_glb(asset, EVERYTHING))}"
     model = ModelFiles("apple_0", script, f"models/{put_viewer(tmp_path / 'models')}")
     row = DrawnCategory("apple", "objects/apple.webp", (0.15,), (0.071,), (900,), (1,), (model,))
-    (tmp_path / "objects.html").write_text(object_catalogue.page([row]), encoding="utf-8")
+    (tmp_path / "index.html").write_text(catalogue.page([], [row], {}), encoding="utf-8")
     (tmp_path / "objects").mkdir()
     (tmp_path / "objects" / "apple.webp").write_bytes(_webp_picture())
-    page = browser.open(tmp_path / "objects.html")
+    page = browser.open(tmp_path / "index.html")
     page.click('role=button[name="apple 1 in 3D"]')
     page.wait(f"dialog {READY}")
     page.assert_clean()

@@ -21,7 +21,7 @@ from casa_assets.pipeline.reports import kitchens
 assert pathlib.Path(casa_assets.__file__).is_relative_to(sys.argv[1]), casa_assets.__file__
 assert registry.data_root().name == "registry_data"
 assert len(registry.load().categories) > 100
-assert "<html" in kitchens.summary_page([])
+assert "<html" in kitchens.index_page([], "Kitchens")
 """
 
 

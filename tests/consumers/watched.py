@@ -55,7 +55,11 @@ def _package(*names: str) -> tuple[str, ...]:
 _PAGES_IN_A_BROWSER = Watched(
     ("browser",),
     _package(
-        "pipeline/reports", "pipeline/review", "pipeline/view", "pipeline/viewer", "pipeline/articulate/review_page.py"
+        "pipeline/reports",
+        "pipeline/review.py",
+        "pipeline/view",
+        "pipeline/viewer",
+        "pipeline/articulate/review_page.py",
     ),
 )
 _MJCF = _package("export/mjcf", "export/mujoco_values.py", "model/asset", "model/kitchen")

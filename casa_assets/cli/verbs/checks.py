@@ -12,7 +12,7 @@ from casa_assets.cli.output import Output
 from casa_assets.cli.tables import TextTable
 
 if TYPE_CHECKING:
-    from casa_assets.pipeline.reports.code_facts import CodeFacts
+    from casa_assets.pipeline.reports.checks_page import CodeFacts
 
 # What becomes of a subject for which a check fails.
 EFFECTS = {
@@ -41,8 +41,7 @@ def checks(
       casa-assets checks USD002 FLT005
     """
     from casa_assets.errors import UnknownId
-    from casa_assets.pipeline.reports.checks_page import checks_markdown
-    from casa_assets.pipeline.reports.code_facts import check_facts, every_code
+    from casa_assets.pipeline.reports.checks_page import check_facts, checks_markdown, every_code
 
     if as_markdown:
         typer.echo(checks_markdown(), nl=False)

@@ -161,7 +161,9 @@ def build(
 def catalogue(
     names: Annotated[
         list[str] | None,
-        typer.Argument(help="Families; all where none is named.", autocompletion=completion.families),
+        typer.Argument(
+            help="Families, and categories of objects; all where none is named.", autocompletion=completion.families
+        ),
     ] = None,
     out: Out = Path("out/catalogue"),
     jobs: Jobs = 0,
@@ -171,26 +173,25 @@ def catalogue(
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
-    """Draw every preset, closed and open, and every texture, on one HTML page.
+    """Draw every preset, closed and open, the first objects of every category, and every texture, on one HTML page.
 
-    All of it takes many minutes; name families and give --no-swatches for less. Exit 0 when the page is written, 2 on
-    misuse.
+    All of it takes many minutes; name families or categories of objects and give --no-swatches for less. Exit 0 when
+    the page is written, 2 on misuse.
 
-    Example:  casa-assets families catalogue microwave toaster --no-swatches
+    Example:  casa-assets families catalogue microwave toaster apple --no-swatches
     """
-    from casa_assets.pipeline.families.run import requests_for
     from casa_assets.pipeline.ingest.job import writing
-    from casa_assets.pipeline.reports.catalogue import make
+    from casa_assets.pipeline.reports.catalogue import make, title_of, wanted
 
     output = Output(json_, quiet, verbose)
-    titles = [request.title for request in requests_for(names or [], 0, 0, presets=True)]
+    titles = [title_of(request) for request in wanted(names or [])]
     also = " and every texture" if swatches else ""
-    output.line(f"drawing {pluralize(len(titles), 'preset')}{also}; this may take many minutes")
+    output.line(f"drawing {pluralize(len(titles), 'row')}{also}; this may take many minutes")
     last = ""
     with writing(out), working_on(output.console, "drawing", titles) as done:
         for last in make(out, jobs, names or [], swatches, in_3d):
             done(last)
             output.detail(last)
-    output.made("families", out, page=last, count=len(titles))
+    output.made("catalogue", out, page=last, count=len(titles))
     output.line(f"Catalogue: {last}")
     output.look_at_file(Path(last))

@@ -99,7 +99,7 @@ def _unnamed(library: Path, index: Path | None) -> str:
 
 
 def _rows(library: Path, index: Path | None, conditions: Sequence[Condition]) -> Iterator[TableRow]:
-    from casa_assets.pipeline.reports import index as index_file
+    from casa_assets.pipeline.tables import index as index_file
     from casa_assets.pipeline.tables import parquet
     from casa_assets.pipeline.tables.conditions import to_arrow
 

@@ -29,7 +29,7 @@ def index(
     """
     from casa_assets.pipeline.ingest.job import writing
     from casa_assets.pipeline.library.entry_table import forget_entries
-    from casa_assets.pipeline.reports import index as index_file
+    from casa_assets.pipeline.tables import index as index_file
     from casa_assets.pipeline.tables.parquet import require_parquet
 
     if parquet is not None:

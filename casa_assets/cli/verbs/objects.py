@@ -18,7 +18,6 @@ from casa_assets.cli.options import (
     AsJson,
     Engine,
     EngineName,
-    In3d,
     Jobs,
     LibraryOut,
     Out,
@@ -37,7 +36,7 @@ from casa_assets.cli.verb import Verb
 app = typer.Typer(
     name="objects",
     cls=Group,
-    help="Loose objects, generated: food, tableware, packages; list, show, build, catalogue.",
+    help="Loose objects, generated: food, tableware, packages; list, show, build.",
     no_args_is_help=True,
 )
 Names = Annotated[list[str], typer.Argument(help="Categories.", autocompletion=completion.objects)]
@@ -144,37 +143,3 @@ def build(
     output.next_command("report", "--library", library)
     look(results, output)
     end(results)
-
-
-@app.command(cls=Verb)
-def catalogue(
-    names: NamesOrAll = None,
-    out: Out = Path("out/catalogue"),
-    count: Annotated[int, typer.Option(min=1, max=16, help=COUNT_HELP)] = 6,
-    jobs: Jobs = 0,
-    in_3d: In3d = True,
-    json_: AsJson = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
-) -> None:
-    """Draw the first members of every category on one HTML page, with sizes and masses beside the usual ones.
-
-    All of them take many minutes. Exit 0 when the page is written, 2 on misuse.
-
-    Example:  casa-assets objects catalogue apple banana --out out/catalogue
-    """
-    from casa_assets.pipeline.ingest.job import writing
-    from casa_assets.pipeline.reports.object_catalogue import make
-    from casa_assets.registry.objects import object_family, object_names
-
-    output = Output(json_, quiet, verbose)
-    for name in names or ():
-        object_family(name)
-    chosen, last = names or object_names(), ""
-    with writing(out), working_on(output.console, "drawing", chosen) as done:
-        for last in make(out, count, jobs, names or [], in_3d):
-            done(last)
-            output.detail(last)
-    output.made("objects", out, page=last, count=len(chosen))
-    output.line(f"Catalogue: {last}")
-    output.look_at_file(Path(last))

@@ -77,12 +77,12 @@ def _draw_stills(
     targets: list[Path], out: Path, width_px: int, pose: str, cameras: Sequence[str], output: Output
 ) -> None:
     from casa_assets.pipeline.ingest.job import writing
-    from casa_assets.pipeline.reports import stills
+    from casa_assets.pipeline.reports.pictures import draw_stills
     from casa_assets.preview.photoreal.render import StillSettings
 
     first: Path | None = None
     with writing(out):
-        for written in stills.draw(targets, out, StillSettings(width_px, width_px * 9 // 16), pose, cameras):
+        for written in draw_stills(targets, out, StillSettings(width_px, width_px * 9 // 16), pose, cameras):
             first = first or written.subject
             name = written.subject.resolve().name
             output.made(name, out, measures_at(written.subject), picture=str(written.path))

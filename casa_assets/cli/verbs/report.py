@@ -14,30 +14,26 @@ from casa_assets.cli.options import (
     IN_3D_HELP,
     OUT_HELP,
     AsJson,
-    LibraryOrIndex,
+    Library,
     Quiet,
-    TablesFolder,
     Verbose,
     library_at,
     more,
 )
 from casa_assets.cli.output import Output
 from casa_assets.cli.progress import bar
-from casa_assets.errors import CasaError
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from casa_assets.pipeline.library.library import Library as LibraryFolder
-    from casa_assets.pipeline.reports.library.conditions import Condition
-    from casa_assets.pipeline.reports.library.models import PageModels
-    from casa_assets.pipeline.reports.library.written import WrittenReport
+    from casa_assets.pipeline.reports.gate import Condition
+    from casa_assets.pipeline.reports.library_page import WrittenReport
+    from casa_assets.pipeline.viewer.page_models import PageModels
 
 
 Junit = Annotated[
     Path | None, typer.Option(metavar="FILE", help="Write JUnit XML too: a test case for each input and condition.")
 ]
-Page = Annotated[Path | None, typer.Option(help=more(OUT_HELP, "report.html in the library or table by default."))]
+Page = Annotated[Path | None, typer.Option(help=more(OUT_HELP, "report.html in the library by default."))]
 Baseline = Annotated[
     Path | None, typer.Option(help="Earlier report.json or library; lists what is better, worse, new or gone.")
 ]
@@ -45,8 +41,7 @@ Sarif = Annotated[Path | None, typer.Option(metavar="FILE", help="Write SARIF 2.
 
 
 def report(
-    library: LibraryOrIndex = Path("out/library"),
-    index: TablesFolder = None,
+    library: Library = Path("out/library"),
     out: Page = None,
     baseline: Baseline = None,
     fail_on: Annotated[
@@ -65,10 +60,9 @@ def report(
 ) -> None:
     """Write a page about a library, report.html, with every input in it, and report.json beside it.
 
-    Counts by category, source and reason; sizes and masses against the usual ones; seconds by stage. Of more than 400
-    inputs the data lies in report_parts beside the page. Of more than 100,000, and with --index, report.html is an
-    overview of the pages in report_pages, which leave the checks of each input out, and --baseline, --3d, --junit and
-    --sarif cannot be used.
+    Counts by category, source and reason; sizes and masses against the usual ones; seconds by stage. Up to 400 inputs
+    the page holds pictures and all checks; of more it shows the pictures in the library and what did not pass, and it
+    lists the 5,000 that should be looked at first.
 
     --fail-on takes a count (entries, accepted, review, rejected, advice, not-run, size-outliers, mass-outliers, and
     with --baseline better, worse, appeared, gone), a share of it (rejected-rate), or the code of a check, alone or
@@ -78,10 +72,8 @@ def report(
     Example:  casa-assets report --fail-on 'rejected-rate>5%' --fail-on 'review>0'
     """
     from casa_assets.pipeline.ingest.job import writing
-    from casa_assets.pipeline.reports.library.ci_files import CiFiles
-    from casa_assets.pipeline.reports.library.conditions import parse
-    from casa_assets.pipeline.reports.library.paged import is_large
-    from casa_assets.pipeline.reports.library.report import write
+    from casa_assets.pipeline.reports.gate import parse
+    from casa_assets.pipeline.reports.library_page import CiFiles, write
 
     if out is not None and out.suffix.lower() != ".html":
         raise typer.BadParameter(f"{out} is no page: name a file that ends in .html", param_hint="--out")
@@ -92,33 +84,12 @@ def report(
         conditions = [parse(text, codes()) for text in fail_on]
     if baseline is None and any(one.needs_baseline for one in conditions):
         raise typer.BadParameter("compares with an earlier run; give one with --baseline", param_hint="--fail-on")
-    output, target = Output(json_, quiet, verbose), out or (index or library) / "report.html"
-    place: LibraryFolder | Path = library_at(library) if index is None else index
-    if isinstance(place, Path) or is_large(place):
-        _refuse(any((baseline, in_3d, clip_weights, junit, sarif)), index)
-        written = _in_pages(place, target, conditions)
-    else:
-        _compare_all(place, clip_weights)
-        with writing(target.parent):
-            models = _write_models(library, target, output) if in_3d else None
-            written = write(library, target, baseline, conditions, models, CiFiles(junit, sarif))
-    _tell(written, index or library, output)
-
-
-def _in_pages(source: LibraryFolder | Path, target: Path, conditions: Sequence[Condition]) -> WrittenReport:
-    """Write the report on a large library, or on the table in a folder."""
-    from casa_assets.pipeline.reports.library import paged
-
-    if isinstance(source, Path):
-        return paged.write(source, target, conditions)
-    return paged.write_library(source, target, conditions)
-
-
-def _refuse(has_other: bool, index: Path | None) -> None:
-    """Raise that a report in pages takes no other options, where there are some."""
-    if has_other:
-        what = "a report on --index" if index is not None else "a report on so large a library"
-        raise CasaError(f"{what} takes no --baseline, --3d, --junit, --sarif and --clip-weights; leave them out")
+    output, target = Output(json_, quiet, verbose), out or library / "report.html"
+    _compare_all(library_at(library), clip_weights)
+    with writing(target.parent):
+        models = _write_models(library, target, output) if in_3d else None
+        written = write(library, target, baseline, conditions, models, CiFiles(junit, sarif))
+    _tell(written, library, output)
 
 
 def _tell(written: WrittenReport, library: Path, output: Output) -> None:
@@ -152,7 +123,7 @@ def _compare_all(library: LibraryFolder, clip_weights: str) -> None:
 
 
 def _write_models(library: Path, target: Path, output: Output) -> PageModels:
-    from casa_assets.pipeline.reports.library.models import models_of, write_models
+    from casa_assets.pipeline.viewer.page_models import models_of, write_models
 
     with bar(output.console) as progress:
         task = progress.add_task("models", total=None)

@@ -31,7 +31,7 @@ def review(
     from casa_assets.errors import OutputError
     from casa_assets.pipeline.ingest.job import writing
     from casa_assets.pipeline.local_server import open_in_browser
-    from casa_assets.pipeline.review.server import ARTICULATED, ReviewServer
+    from casa_assets.pipeline.review import ARTICULATED, ReviewServer
 
     console = Console(soft_wrap=True, highlight=False)
     place = library_at(library)

@@ -184,8 +184,8 @@ def check(
 ) -> None:
     """Run every check on kitchens: physics, doors and drawers, design rules, robot access, tasks, MJCF equals USD.
 
-    Kitchens that are missing are built first. Writes report.json and report.html beside each, summary.json and
-    summary.html for all. Exit 0 when all pass, 1 when one does not, 2 on misuse.
+    Kitchens that are missing are built first. Writes report.json and report.html beside each, index.html and
+    summary.json for all. Exit 0 when all pass, 1 when one does not, 2 on misuse.
 
     Example:  casa-assets scenes check l_small__coastal 'galley__*__o40'
     """
@@ -272,7 +272,7 @@ def preview(
     from casa_assets.pipeline.ingest.job import writing
     from casa_assets.pipeline.kitchens.scene_folders import draw_cameras
     from casa_assets.pipeline.kitchens.scene_ids import LISTED_BY, all_recipes
-    from casa_assets.pipeline.reports.stills import draw_scene
+    from casa_assets.pipeline.reports.pictures import draw_scene
     from casa_assets.preview.kitchen import PictureSettings
     from casa_assets.preview.photoreal.render import StillSettings
 

@@ -81,7 +81,7 @@ def has_screen() -> bool:
 def _show(subject: Subject, pose: str) -> None:
     """MuJoCo's viewer, until its window is closed."""
     from casa_assets.api.behaviors import Behaviors
-    from casa_assets.pipeline.view.desktop import mujoco_model
+    from casa_assets.pipeline.view.model import mujoco_model
     from casa_assets.pipeline.view.subject import cache_of
     from casa_assets.preview.glow import Glow
     from casa_assets.preview.live_viewer import require_screen, show
@@ -115,9 +115,8 @@ def _serve(subject: Subject, pose: str, port: int, browser: bool) -> None:
     from casa_assets.errors import OutputError
     from casa_assets.pipeline.local_server import open_in_browser
     from casa_assets.pipeline.view.model import asset_of, make
-    from casa_assets.pipeline.view.server import ViewServer
+    from casa_assets.pipeline.view.server import ViewServer, Workshop
     from casa_assets.pipeline.view.subject import ModelFile, cache_of
-    from casa_assets.pipeline.view.workshop import Workshop
 
     cache = cache_of(subject)
     if isinstance(subject, ModelFile):

@@ -21,8 +21,8 @@ from casa_assets.pipeline.articulate.run import ArticulateOutcome
 from casa_assets.pipeline.cache.cache_key import digest_of
 from casa_assets.pipeline.library.entry_files import PICTURE
 from casa_assets.pipeline.library.library import Library
-from casa_assets.pipeline.reports.library.models import PageModels, models_of, write_models
 from casa_assets.pipeline.reports.page_template import relative_link, render_template
+from casa_assets.pipeline.viewer.page_models import PageModels, models_of, write_models
 from casa_assets.preview.strip import CELL_PX, part_color, strip_corners
 
 NAME = "review.html"

@@ -18,7 +18,7 @@ from casa_assets.pipeline.dedup.clip_embeddings import image_embeddings, text_em
 from casa_assets.pipeline.ingest.refused_rows import NAME as ROWS
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.entry_table import EntryTable
-from casa_assets.pipeline.reports import index
+from casa_assets.pipeline.tables import index
 from casa_assets.pipeline.tables.conditions import with_default
 from casa_assets.pipeline.tables.row import TableRow
 

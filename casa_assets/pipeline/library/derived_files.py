@@ -10,7 +10,8 @@ from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library import review
 from casa_assets.pipeline.library.entry_table import EntryTable
 from casa_assets.pipeline.library.run_times import tidy_times
-from casa_assets.pipeline.reports import attribution, index
+from casa_assets.pipeline.reports import attribution
+from casa_assets.pipeline.tables import index
 
 # What `write_reports` writes, and what it reads beside the entries.
 DERIVED = (index.NAME, attribution.NAME, review.NAME, library_report.NAME, f"{disk.REJECTED}/{refused_rows.NAME}")

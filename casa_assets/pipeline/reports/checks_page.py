@@ -1,9 +1,14 @@
-"""docs/reference/checks.md, printed from the table of checks and the registry."""
+"""What each code of a report means, for those who look one up, and docs/reference/checks.md, printed from it."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import dataclass
+
 from casa_assets import registry
 from casa_assets.checks.table.table import TABLE
+from casa_assets.model.issue import Severity
+from casa_assets.registry.plugins.checks import check_table, with_plugin_limits
 from casa_assets.textures import check as texture_check
 from casa_assets.textures.packs.rejections import REMEDIES
 
@@ -38,41 +43,86 @@ SUBJECTS = {
 TABLE_HEADER = "| code | what is tested; what to do |\n|---|---|"
 
 
+@dataclass(frozen=True)
+class CodeFacts:
+    """What a code of a report means.
+
+    Attributes:
+        code: such as `USD002`. title: what is tested, or why an input was rejected, in a few words.
+        severity: `error`, `warning` or `rejection`. subject: what is looked at.
+        limit: the number that decides, None where there is none. unit: of it.
+        about: what is tested and what to do, sentences.
+    """
+
+    code: str
+    title: str
+    severity: str
+    subject: str
+    limit: float | None
+    unit: str
+    about: str
+
+    @property
+    def row(self) -> str:
+        """As a row of a Markdown table; a check is an error unless its row says otherwise."""
+        mark = "" if self.severity == Severity.ERROR else f" ({self.severity})"
+        return f"| {self.code} | **{self.title}**{mark}. {self.about} |"
+
+
+def every_code() -> dict[str, CodeFacts]:
+    """Code -> what it means: checks, those of plug-ins too, reasons for rejections, and checks of textures."""
+    return {facts.code: facts for facts in (*check_facts(), *_rejections(), *_textures(), *_pictures())}
+
+
+def check_facts() -> Iterator[CodeFacts]:
+    """Every check of assets, kitchens and libraries, in the order of their table."""
+    limits = with_plugin_limits(registry.load().limits)
+    for row in check_table():
+        subject, limit = SUBJECTS.get(row.subject.__name__, ""), limits[row.limit] if row.limit else None
+        about = row.describe(limits)
+        yield CodeFacts(row.code, row.title, row.severity.value, subject, limit, row.unit, about)
+
+
+def _rejections() -> Iterator[CodeFacts]:
+    for code, row in sorted(registry.load().rejections.items()):
+        title = row.name.replace("_", " ").capitalize()
+        yield CodeFacts(code, title, "rejection", "source file", None, "", f"{row.meaning} {row.remedy}")
+
+
+def _textures() -> Iterator[CodeFacts]:
+    limits, error = registry.load().limits, Severity.ERROR.value
+    for row in texture_check.TABLE:
+        limit = limits[row.limit]
+        yield CodeFacts(row.code, row.title, error, "texture", limit, row.unit, row.description.format(limit=limit))
+    for code, (title, key, about) in texture_check.SET_CHECKS.items():
+        yield CodeFacts(code, title, error, "set of textures", limits[key], "", about.format(limit=limits[key]))
+
+
+def _pictures() -> Iterator[CodeFacts]:
+    for reason, remedy in REMEDIES.items():
+        title = reason.name.replace("_", " ").capitalize()
+        yield CodeFacts(reason.value, title, "rejection", "picture of a pack", None, "", remedy)
+
+
 def checks_markdown() -> str:
-    """The whole page: a table for each kind of subject, of rejections, and of textures."""
-    records = registry.load()
+    """The whole page: a table for each kind of subject, of rejections, and of textures; without checks of plug-ins."""
+    own = {row.code for row in TABLE}
+    facts = [one for one in check_facts() if one.code in own]
     lines = [HEAD.rstrip("\n")]
     for subject in dict.fromkeys(SUBJECTS.values()):
         lines += ["", f"## Checks of {subject}", "", TABLE_HEADER]
-        rows = (row for row in TABLE if SUBJECTS[row.subject.__name__] == subject)
-        lines += [_row(row.code, row.title, row.severity.value, row.describe(records.limits)) for row in rows]
+        lines += [one.row for one in facts if one.subject == subject]
     lines += ["", "## Reasons for rejections and warnings of the stages", ""]
     lines += ["| code | meaning | what to do |", "|---|---|---|"]
-    for code, entry in sorted(records.rejections.items()):
+    for code, entry in sorted(registry.load().rejections.items()):
         lines.append(f"| {code} | {entry.meaning} | {entry.remedy} |")
-    lines += _texture_sections(records)
-    return "\n".join(lines) + "\n"
-
-
-def _row(code: str, title: str, severity: str, told: str) -> str:
-    """A row of a table; a check is an error unless its row says otherwise."""
-    mark = "" if severity == "error" else f" ({severity})"
-    return f"| {code} | **{title}**{mark}. {told} |"
-
-
-def _texture_sections(records: registry.Registry) -> list[str]:
-    """Checks of textures, and why a picture is left out of a pack."""
-    lines = ["", "## Checks of every texture", "", TABLE_HEADER]
-    for row in texture_check.TABLE:
-        lines.append(_row(row.code, row.title, "error", row.description.format(limit=records.limits[row.limit])))
-    for code, (title, key, description) in texture_check.SET_CHECKS.items():
-        lines.append(_row(code, title, "error", description.format(limit=records.limits[key])))
+    lines += ["", "## Checks of every texture", "", TABLE_HEADER, *(one.row for one in _textures())]
     lines += ["", "## Why a picture is left out of a pack", "", "| code | what to do |", "|---|---|"]
-    lines += [f"| {reason.value} | {remedy} |" for reason, remedy in REMEDIES.items()]
-    return lines
+    lines += [f"| {one.code} | {one.about} |" for one in _pictures()]
+    return "\n".join(lines) + "\n"
 
 
 def codes() -> frozenset[str]:
     """Every code that the page explains."""
-    explained = {*registry.load().rejections, *(row.code for row in TABLE), *(row.code for row in texture_check.TABLE)}
-    return frozenset(explained | texture_check.SET_CHECKS.keys() | {reason.value for reason in REMEDIES})
+    own = {row.code for row in TABLE}
+    return frozenset(own | {one.code for one in (*_rejections(), *_textures(), *_pictures())})

@@ -5,72 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 from pydantic import ValidationError
 
 from casa_assets.errors import OutputError
 from casa_assets.model.asset.provenance import Guess, Provenance
 from casa_assets.model.issue import CheckResult, Decision, Issue, Severity, Tally, subjects_to_decide
-from casa_assets.model.record import Vec3
 from casa_assets.pipeline.ingest import refused_rows
 from casa_assets.pipeline.library import library as disk
 
 NO_CHECKS = Tally()
-
-
-class Numbers(Protocol):
-    """Numbers of an asset, as `library.Summary` has them."""
-
-    @property
-    def extents(self) -> Vec3: ...  # noqa: D102
-    @property
-    def mass(self) -> float: ...  # noqa: D102
-    @property
-    def colliders(self) -> int: ...  # noqa: D102
-    @property
-    def faces(self) -> int: ...  # noqa: D102
-
-
-class Reported(Protocol):
-    """What the list and the counts of a report read of an entry, or of the row of a table: properties as of `Entry`."""
-
-    @property
-    def id(self) -> str: ...  # noqa: D102
-    @property
-    def category(self) -> str: ...  # noqa: D102
-    @property
-    def path(self) -> str: ...  # noqa: D102
-    @property
-    def accepted(self) -> bool: ...  # noqa: D102
-    @property
-    def decision(self) -> Decision: ...  # noqa: D102
-    @property
-    def code(self) -> str: ...  # noqa: D102
-    @property
-    def message(self) -> str: ...  # noqa: D102
-    @property
-    def advice(self) -> tuple[str, ...]: ...  # noqa: D102
-    @property
-    def warning_count(self) -> int: ...  # noqa: D102
-    @property
-    def to_decide(self) -> tuple[str, ...]: ...  # noqa: D102
-    @property
-    def checks(self) -> Tally: ...  # noqa: D102
-    @property
-    def summary(self) -> Numbers | None: ...  # noqa: D102
-    @property
-    def source(self) -> str: ...  # noqa: D102
-    @property
-    def source_path(self) -> str: ...  # noqa: D102
-    @property
-    def title(self) -> str: ...  # noqa: D102
-    @property
-    def author(self) -> str: ...  # noqa: D102
-    @property
-    def licence(self) -> str: ...  # noqa: D102
-    @property
-    def portion(self) -> str: ...  # noqa: D102
 
 
 @dataclass(frozen=True)

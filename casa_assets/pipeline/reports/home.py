@@ -8,18 +8,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from casa_assets import registry
 from casa_assets.model.asset.joint import JointKind
 from casa_assets.pipeline.ingest.job import writing
+from casa_assets.pipeline.kitchens.scene_files import EYE_PICTURE
 from casa_assets.pipeline.library.entry_files import PICTURE
 from casa_assets.pipeline.library.entry_table import EntryTable
 from casa_assets.pipeline.library.identity import Producer
 from casa_assets.pipeline.library.library import Library
 from casa_assets.pipeline.reports import kitchens
 from casa_assets.pipeline.reports.entry import Entry
-from casa_assets.pipeline.reports.explanations import explanations
-from casa_assets.pipeline.reports.library.rows import Words
-from casa_assets.pipeline.reports.page_template import relative_link, render_template
+from casa_assets.pipeline.reports.page_template import Words, all_words, relative_link, render_template
 
 NAME = "index.html"
 STRIP = "strip.png"  # of what was articulated: closed, coloured, in parts, open
@@ -61,7 +59,7 @@ def write(out: Path) -> Path:
     Raises:
         OutputError: an entry of a library is damaged, or the page cannot be written.
     """
-    words = Words(registry.load().rejections, explanations())
+    words = all_words()
     rooms = [(shelf, kitchens.read_cards(shelf.path)) for shelf in scene_folders(out)]
     shelves = [(shelf, EntryTable(Library(shelf.path)).entries) for shelf in libraries(out)]
     text = render_template(
@@ -107,6 +105,7 @@ def _kitchens(shelf: Shelf, cards: Sequence[kitchens.SceneCard]) -> dict[str, An
         "page": relative_link(f"{shelf.name}/{kitchens.PAGE}"),
         "folder": shelf.path.as_posix(),
         "count": len(cards),
+        "at_eye": all(kitchens.best_picture(card) == EYE_PICTURE for card in drawn),
         "unchecked": sum(card.row.passed is None for card in cards),
         "shown": shown,
         "first": shown[0]["id"] if shown else "",

@@ -19,21 +19,16 @@ from casa_assets.model.issue import Report
 from casa_assets.pipeline.cache.cache_key import key_of
 from casa_assets.pipeline.kitchens.sampling.diversity import Diversity, read_diversity, table_rows
 from casa_assets.pipeline.kitchens.scene_files import EYE_PICTURE
-from casa_assets.pipeline.reports import parts
-from casa_assets.pipeline.reports.page_template import relative_link, render_template
-from casa_assets.pipeline.reports.parts import Part, chunks
+from casa_assets.pipeline.reports.page_template import MAX_ROWS, relative_link, render_template
 from casa_assets.preview.sheet import SheetCell, contact_sheet
 
 PAGE, SHEET = "index.html", "contact_sheet.png"
-SUMMARY, SUMMARY_PAGE = "summary.json", "summary.html"
+SUMMARY = "summary.json"
 FLOOR_MAP = "floor_map.png"
 CARDS = "kitchens.json"  # in the cache
-ROWS_PER_PART = 500
 # Scenes on the contact sheet: all up to the first number, of more the second number, in more columns.
 MAX_ON_SHEET, SHOWN_OF_MORE = 120, 60
 CELL_PX, CELL_HEIGHT_PX, SHEET_COLUMNS, COLUMNS_OF_MORE = 400, 267, 4, 6
-# Verdict of a scene -> class of the style sheet.
-VERDICT_STYLES = {True: "passed", False: "failed", None: "open"}
 
 
 @dataclass(frozen=True)
@@ -166,42 +161,6 @@ def sentence(found: Sequence[SceneRow]) -> str:
     return message
 
 
-def write_summary(out: Path) -> list[SceneRow]:
-    """Write summary.json and summary.html of all scenes in a folder; returns their rows."""
-    found = read_rows(out)
-    _write_tables(out, found)
-    return found
-
-
-def _write_tables(out: Path, found: Sequence[SceneRow]) -> None:
-    data = {"totals": totals(found), "scenes": [asdict(row) for row in found]}
-    text = json.dumps(data, indent=1, sort_keys=True)
-    (out / SUMMARY).write_text(text + "\n", encoding="utf-8")
-    (out / SUMMARY_PAGE).write_text(summary_page(found), encoding="utf-8")
-
-
-def summary_page(found: Sequence[SceneRow]) -> str:
-    """HTML of the table of numbers, without the columns in which no kitchen has a number."""
-    numbers = [cells(row) for row in found]
-    shown = [i for i in range(len(COLUMNS)) if any(row[i] for row in numbers)]
-    return render_template(
-        "kitchens/summary.html",
-        title="Kitchens in numbers",
-        sentence=sentence(found),
-        head=("scene", "verdict", *(COLUMNS[i][0] for i in shown)),
-        rows=[
-            {
-                "name": row.id,
-                "is_checked": row.passed is not None,
-                "kind": VERDICT_STYLES[row.passed],
-                "verdict": row.verdict,
-                "numbers": [values[i] for i in shown],
-            }
-            for row, values in zip(found, numbers, strict=True)
-        ],
-    )
-
-
 @dataclass(frozen=True)
 class SceneCard:
     """A scene as the page tells of it.
@@ -289,7 +248,9 @@ def write(out: Path, heading: str = "Kitchens") -> tuple[Path, Path]:
     Of many the sheet shows some, from all over the list.
     """
     found = read_cards(out)
-    _write_tables(out, [card.row for card in found])
+    rows = [card.row for card in found]
+    text = json.dumps({"totals": totals(rows), "scenes": [asdict(row) for row in rows]}, indent=1, sort_keys=True)
+    (out / SUMMARY).write_text(text + "\n", encoding="utf-8")
     shown = on_sheet(found)
     shots = [
         SheetCell(e.row.id, f"{e.fixtures} fixtures, {e.joints} joints, {e.row.verdict}", _best_picture(out, e))
@@ -299,14 +260,7 @@ def write(out: Path, heading: str = "Kitchens") -> tuple[Path, Path]:
     count = f"{len(found):,}" if len(shown) == len(found) else f"{len(shown)} of {len(found):,}"
     columns = SHEET_COLUMNS if len(shown) == len(found) else COLUMNS_OF_MORE
     picture.write_bytes(contact_sheet(shots, f"{heading}: {count}", columns, CELL_PX, CELL_HEIGHT_PX))
-    data, diversity = index_parts(found), read_diversity(out)
-    if len(found) <= parts.MAX_INLINE:
-        page.write_text(index_page(found, heading, data, diversity=diversity), encoding="utf-8")
-        parts.remove_parts(page)
-    else:
-        parts.write_parts(page, data)
-        folder = parts.folder_of(page).name
-        page.write_text(index_page(found, heading, (), folder, diversity), encoding="utf-8")
+    page.write_text(index_page(found, heading, read_diversity(out)), encoding="utf-8")
     return page, picture
 
 
@@ -333,36 +287,7 @@ def _best_picture(out: Path, card: SceneCard) -> bytes:
     return (out / card.row.id / name).read_bytes() if name else b""
 
 
-# Values of a row of the index, in their order.
-FIELDS = (
-    "id",
-    "plan",
-    "style",
-    "verdict",
-    "errors",
-    "fixtures",
-    "joints",
-    "objects",
-    "families",
-    "tasks",
-    "surfaces",
-    "floor",
-    "design",
-    "access",
-    "load",
-    "pace",
-    "folder",
-    "pictures",
-)
 VERDICTS = {True: "passed", False: "failed", None: "not checked"}
-
-
-def index_parts(found: Sequence[SceneCard]) -> list[Part]:
-    """Data of the index: rows, which name families and tasks by their places in a list."""
-    names = _names(found)
-    places = {name: i for i, name in enumerate(names)}
-    rows = [_index_row(card, places) for card in found]
-    return [Part("rows", i, members) for i, members in enumerate(chunks(rows, ROWS_PER_PART))]
 
 
 def _names(found: Sequence[SceneCard]) -> list[str]:
@@ -370,60 +295,51 @@ def _names(found: Sequence[SceneCard]) -> list[str]:
     return sorted({name for card in found for name in (*card.families, *card.tasks)})
 
 
-def _index_row(card: SceneCard, places: Mapping[str, int]) -> list[Any]:
+def _index_row(card: SceneCard, places: Mapping[str, int]) -> dict[str, Any]:
     row = card.row
-    return [
-        row.id,
-        row.plan,
-        row.style,
-        VERDICTS[row.passed],
-        "" if row.passed is not False else row.verdict,
-        card.fixtures,
-        card.joints,
-        card.objects,
-        [places[name] for name in card.families],
-        [places[name] for name in card.tasks],
-        list(card.surfaces),
-        card.floor_m2,
-        row.design,
-        row.access,
-        row.load_ms,
-        row.real_time_factor,
-        relative_link(row.id),
-        list(card.pictures),
-    ]
+    return {
+        "id": row.id,
+        "plan": row.plan,
+        "style": row.style,
+        "verdict": VERDICTS[row.passed],
+        "errors": "" if row.passed is not False else row.verdict,
+        "fixtures": card.fixtures,
+        "joints": card.joints,
+        "objects": card.objects,
+        "families": [places[name] for name in card.families],
+        "tasks": [places[name] for name in card.tasks],
+        "surfaces": list(card.surfaces),
+        "floor": card.floor_m2,
+        "design": row.design,
+        "access": row.access,
+        "load": row.load_ms,
+        "pace": row.real_time_factor,
+        "folder": relative_link(row.id),
+        "pictures": list(card.pictures),
+    }
 
 
-def index_page(
-    found: Sequence[SceneCard],
-    heading: str,
-    inside: Sequence[Part] = (),
-    folder: str = "",
-    diversity: tuple[Diversity, Diversity] | None = None,
-) -> str:
+def index_page(found: Sequence[SceneCard], heading: str, diversity: tuple[Diversity, Diversity] | None = None) -> str:
     """HTML of the page that finds a kitchen.
 
     Args:
-        inside: parts of the data that stand in the page itself. folder: of the script files with the others.
+        found: kitchens; of more than MAX_ROWS it lists the first ones.
         diversity: of kitchens that were drawn at random, and of the reference; None where there are none.
     """
-    data = {
-        "count": len(found),
-        "fields": FIELDS,
-        "folder": relative_link(folder) if folder else "",
-        "sizes": {"rows": ROWS_PER_PART},
-        "names": _names(found),
-    }
+    shown = found[:MAX_ROWS]
+    names = _names(shown)
+    places = {name: i for i, name in enumerate(names)}
+    data = {"names": names, "rows": [_index_row(card, places) for card in shown]}
     return render_template(
         "kitchens/index.html",
         title=heading,
         sentence=_short_sentence(totals([card.row for card in found])),
+        count=len(found),
         unchecked=sum(card.row.passed is None for card in found),
-        numbers=SUMMARY_PAGE,
+        numbers=SUMMARY,
         sheet=SHEET,
         diversity=table_rows(*diversity) if diversity else (),
         data=data,
-        inside=inside,
         styles=("browse/browse.css", "kitchens/index.css"),
         scripts=("browse/browse.js", "kitchens/index.js"),
     )

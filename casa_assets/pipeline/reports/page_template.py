@@ -1,17 +1,31 @@
-"""HTML pages from the templates of the folder `templates/`: one frame for all of them, every value escaped."""
+"""What all pages have in common: templates of the folder `templates/`, every value escaped, and what codes mean."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import lru_cache
 from importlib.metadata import version
 from importlib.resources import files
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
 from jinja2 import Environment, FunctionLoader, StrictUndefined
 from markupsafe import Markup
 
+from casa_assets import registry
+from casa_assets.model.registry.rows import Rejection
+from casa_assets.pipeline.cache.remembered import recall, remember
+
+if TYPE_CHECKING:
+    from casa_assets.pipeline.reports.entry import Entry
+
 FOLDER = "templates"
+# Rows that a page lists. A browser loads and searches so many at once, and the page stays below ten megabytes; what
+# follows is in the JSON file beside it.
+MAX_ROWS = 5_000
+# What to do where a reason says nothing about it.
+DEFAULT_ADVICE = "Look at the picture and the numbers, and fix the mesh."
 
 # What a page with models may load: scripts beside it, and the pictures inside a model, which the viewer hands itself.
 MODEL_POLICY = Markup("script-src 'unsafe-inline' 'self' file:; connect-src blob:; worker-src blob:")
@@ -33,6 +47,54 @@ def render_template(name: str, **values: Any) -> str:
 def relative_link(path: str) -> str:
     """The URL of a path relative to the page; `./` in front keeps a colon from being read as a scheme."""
     return "./" + quote(path.lstrip("/"))
+
+
+def explanations() -> dict[str, str]:
+    """Code -> title and description of every check, such as `Overall size: The longest side ...`."""
+    known = recall("explanations")
+    if isinstance(known, dict):
+        return known
+    from casa_assets.checks.table.table import explained  # here, since it loads all checks
+
+    found = explained(registry.load().limits)
+    remember(found, "explanations")
+    return found
+
+
+@dataclass(frozen=True)
+class Words:
+    """What codes mean.
+
+    Attributes:
+        rejections: reasons of the stages. explanations: code of a check -> its title and what is tested.
+    """
+
+    rejections: Mapping[str, Rejection]
+    explanations: Mapping[str, str]
+
+    def meaning(self, code: str) -> str:
+        """What a code stands for; empty for an unknown one."""
+        rejection = self.rejections.get(code)
+        return rejection.meaning if rejection else self.explanations.get(code, "")
+
+    def needs_nothing(self, code: str) -> bool:
+        """True where a code tells what was done to an input, and its remedy says that nothing has to follow."""
+        rejection = self.rejections.get(code)
+        return rejection is not None and rejection.remedy.startswith("Nothing")
+
+    def reason_and_fix(self, entry: Entry) -> tuple[str, str]:
+        """What was wrong with a rejected input, and what to do about it."""
+        rejection = self.rejections.get(entry.code)
+        if rejection:
+            return entry.message, rejection.remedy
+        # The message of a check ends with what to do.
+        fault, _, fix = entry.message.partition("; ")
+        return (f"{fault}.", f"{fix[:1].upper()}{fix[1:]}.") if fix else (entry.message, DEFAULT_ADVICE)
+
+
+def all_words() -> Words:
+    """What all codes mean."""
+    return Words(registry.load().rejections, explanations())
 
 
 @lru_cache(maxsize=1)

@@ -1,4 +1,4 @@
-"""Pictures of assets that stand on disk already, and contact sheets of many."""
+"""Pictures of assets and kitchens that stand on disk already: drawn by MuJoCo, contact sheets, path-traced stills."""
 
 from __future__ import annotations
 
@@ -6,12 +6,18 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from casa_assets.errors import OutputError
+from lxml import etree
+
+from casa_assets.errors import OutputError, UnknownId
+from casa_assets.export.mjcf.scene import kitchen as mjcf
+from casa_assets.export.usd.scene import kitchen as usd
 from casa_assets.pipeline.ingest.job import writing
+from casa_assets.pipeline.kitchens.scene_files import SCENE_JSON
 from casa_assets.pipeline.library.entry_files import checked_model
 from casa_assets.pipeline.library.library import Library
 from casa_assets.preview import turntable as turning
 from casa_assets.preview.camera import View
+from casa_assets.preview.photoreal.render import Still, StillSettings, asset_still, scene_stills
 from casa_assets.preview.sheet import SheetCell, contact_sheets
 from casa_assets.preview.still import render
 
@@ -23,6 +29,15 @@ class Picture:
     path: Path
     title: str
     asset: Path | None = None
+
+
+@dataclass(frozen=True)
+class WrittenStill:
+    """A picture file, the still in it, and the folder of the asset or kitchen."""
+
+    path: Path
+    still: Still
+    subject: Path
 
 
 def draw(
@@ -58,14 +73,6 @@ def draw(
             yield Picture(_put(output / f"sheet_{i + 1:02d}.png", page), f"sheet {i + 1}")
 
 
-def _put(path: Path, data: bytes) -> Path:
-    """The path, once the bytes stand there."""
-    with writing(path.parent):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(data)
-    return path
-
-
 def models(targets: Sequence[Path]) -> Iterator[Path]:
     """Every model.xml that the targets name, in their order, libraries sorted by id. OutputError for another file."""
     for target in targets:
@@ -77,3 +84,69 @@ def models(targets: Sequence[Path]) -> Iterator[Path]:
             yield checked_model(target / "model.xml")
         else:
             yield from sorted(checked_model(p / "model.xml") for p in Library(target).accepted())
+
+
+def is_scene(folder: Path) -> bool:
+    """True if a folder holds a kitchen."""
+    return (folder / usd.FILE).is_file() and (folder / SCENE_JSON).is_file()
+
+
+def draw_stills(
+    targets: Sequence[Path],
+    output: Path,
+    settings: StillSettings,
+    pose: str = "",
+    cameras: Sequence[str] = (),
+) -> Iterator[WrittenStill]:
+    """Write path-traced stills of each target.
+
+    Args:
+        targets: folders of kitchens or assets, model.xml files, libraries.
+        output: folder for the pictures, made where it is missing: `<asset>.png`, `<kitchen>_<camera>.png`.
+        pose: of the variant set of the USD; empty: as it is. cameras: of kitchens; `eye` and `cutaway` otherwise.
+    Raises:
+        OutputError: a picture cannot be written, or there is no USD. UnknownId: there is no such pose.
+        NoPathTracer: see preview.photoreal.render.
+    """
+    for target in targets:
+        if is_scene(target):
+            _check_pose(target / mjcf.FILE, pose)
+            for still in scene_stills(target, cameras, settings, pose or "start"):
+                path = output / f"{target.resolve().name}_{still.name}.png"
+                yield WrittenStill(_put(path, still.png), still, target)
+            continue
+        for model in models([target]):
+            folder = model.parent
+            layer = folder / "usd" / f"{folder.resolve().name}.usda"
+            _check_pose(model, pose)
+            if not layer.is_file():
+                raise OutputError(str(layer), "is missing; stills are drawn from the USD of an asset, make it again")
+            name, still = f"{layer.stem}_{pose}" if pose else layer.stem, asset_still(layer, settings, pose)
+            yield WrittenStill(_put(output / f"{name}.png", still.png), still, folder)
+
+
+def draw_scene(folder: Path, settings: StillSettings, pose: str, cameras: Sequence[str] = ()) -> Iterator[WrittenStill]:
+    """Write stills of a kitchen beside its files, as `photoreal_<camera>.png`, with its pose where that is another.
+
+    Raises:
+        OutputError, UnknownId, NoPathTracer: as `draw_stills`.
+    """
+    _check_pose(folder / mjcf.FILE, pose)
+    for still in scene_stills(folder, cameras, settings, pose):
+        name = still.name if pose == "start" else f"{still.name}_{pose}"
+        yield WrittenStill(_put(folder / f"photoreal_{name}.png", still.png), still, folder)
+
+
+def _check_pose(model: Path, pose: str) -> None:
+    """Refuse a pose that is no keyframe of a model.xml or scene.xml; USD would draw another without a word."""
+    names = [key.get("name", "") for key in etree.parse(str(model)).iterfind("keyframe/key")]
+    if pose and pose not in names:
+        raise UnknownId(f"pose of {model}", pose, names)
+
+
+def _put(path: Path, data: bytes) -> Path:
+    """The path, once the bytes stand there."""
+    with writing(path.parent):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(data)
+    return path

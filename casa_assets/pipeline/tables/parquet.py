@@ -11,7 +11,6 @@ names it: after a run that was killed the table is what it was before.
 from __future__ import annotations
 
 import hashlib
-import heapq
 import json
 import os
 import re
@@ -46,8 +45,6 @@ PART_ROWS, GROUP_ROWS = 200_000, 20_000
 # Rows that are turned into Arrow, or out of it, at once.
 BATCH_ROWS = 10_000
 COMPRESSION = "zstd"
-# Rows of each part that are in memory at once where all parts are read side by side.
-MERGED_ROWS = 1_000
 _ARROW_TYPES = {"TEXT": "string", "REAL": "float64", "INTEGER": "int64"}
 _PART_NAME = re.compile(r"[a-z0-9_]+_[0-9a-f]{8}_[0-9]{5}_[0-9a-f]{8}\.parquet")
 
@@ -234,24 +231,6 @@ def read_rows(folder: Path, index: PartsIndex, condition: Expression | None = No
             yield from _rows(batch)
     except (pyarrow.ArrowException, OSError) as error:
         raise OutputError(str(folder), f"cannot be read: {error}; write the table again") from error
-
-
-def read_sorted(folder: Path, index: PartsIndex) -> Iterator[TableRow]:
-    """The rows of all parts by category, then by id; of each part a few are in memory at once. Raises OutputError."""
-    streams = [_read_part(folder / part.name) for part in _files(index)]
-    return heapq.merge(*streams, key=lambda row: (row.category, row.id, row.library))
-
-
-def _read_part(path: Path) -> Iterator[TableRow]:
-    import pyarrow
-    import pyarrow.parquet
-
-    try:
-        with pyarrow.parquet.ParquetFile(path) as file:
-            for batch in file.iter_batches(batch_size=MERGED_ROWS, columns=_schema().names, use_threads=False):
-                yield from _rows(batch)
-    except (pyarrow.ArrowException, OSError) as error:
-        raise OutputError(str(path), f"cannot be read: {error}; write the table again") from error
 
 
 def _rows(batch: pyarrow.RecordBatch) -> Iterator[TableRow]:

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
 
-from casa_assets.model.issue import Decision, Tally
 from casa_assets.model.record import Vec3
 from casa_assets.pipeline.reports.entry import Entry
 
@@ -64,7 +63,7 @@ class RowNumbers:
 
 @dataclass(frozen=True)
 class TableRow:
-    """One row, as reports and searches read it; names and meanings are those of COLUMNS and of `Entry`.
+    """One row, as searches read it; names and meanings are those of COLUMNS and of `Entry`.
 
     Attributes:
         library: folder of the library, relative to that of the table; empty where the table is of one library.
@@ -106,37 +105,6 @@ class TableRow:
     decide: str
     color_shares: str
     library: str = ""
-
-    @property
-    def accepted(self) -> bool:
-        """There is an asset, be it in review."""
-        return self.status != Decision.REJECTED.value
-
-    @property
-    def decision(self) -> Decision:
-        """Accepted, in review, or rejected."""
-        return Decision(self.status)
-
-    @property
-    def to_decide(self) -> tuple[str, ...]:
-        """What a person has to decide about an asset, such as `scale`."""
-        return tuple(self.decide.split())
-
-    @property
-    def advice(self) -> tuple[str, ...]:
-        """Codes of the warnings, each once, sorted."""
-        return tuple(self.advice_codes.split())
-
-    @property
-    def warning_count(self) -> int:
-        """How many warnings there are."""
-        return self.warnings
-
-    @property
-    def checks(self) -> Tally:
-        """How many checks there are by status; what failed and let the asset pass was a warning."""
-        failed = self.checks_applying - self.checks_passed - self.checks_not_run
-        return Tally(self.checks_passed, failed, self.checks_not_run, self.checks_not_applicable)
 
     @cached_property
     def summary(self) -> RowNumbers | None:

@@ -1,4 +1,4 @@
-"""A subject as the page shows it: one GLB, and the facts that a GLB does not hold."""
+"""A subject as it is shown: to the page one GLB and the facts that a GLB does not hold, to MuJoCo a compiled model."""
 
 from __future__ import annotations
 
@@ -12,10 +12,13 @@ from casa_assets.checks.design.robot.floor_map import BASE_RADIUS_M
 from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.errors import CasaError
 from casa_assets.export.gltf import EVERYTHING, asset_glb, scene_glb
+from casa_assets.export.mjcf import document
+from casa_assets.export.mjcf.scene import kitchen as mjcf
 from casa_assets.layouts.compose.floor_facts import facts_of
 from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.behavior import Behavior
+from casa_assets.model.files import Files
 from casa_assets.model.kitchen.floor import ParkingPlace
 from casa_assets.model.kitchen.robot import Following
 from casa_assets.model.kitchen.scene import Scene
@@ -23,12 +26,14 @@ from casa_assets.model.kitchen.surface import Surface
 from casa_assets.pipeline.cache.asset_store import AssetStore
 from casa_assets.pipeline.families.finishes import available_finishes
 from casa_assets.pipeline.families.run import family_of, params_of
+from casa_assets.pipeline.kitchens.load_scene import model_of
 from casa_assets.pipeline.kitchens.recipe import SceneRecipe
 from casa_assets.pipeline.kitchens.resolve import build_choice, build_scene, draw_surfaces, resolve
 from casa_assets.pipeline.kitchens.robots import read_certificate
-from casa_assets.pipeline.kitchens.scene_files import SCENE_JSON
+from casa_assets.pipeline.kitchens.scene_files import SCENE_JSON, SHARED
 from casa_assets.pipeline.kitchens.scene_folders import is_current
 from casa_assets.pipeline.library import library as disk
+from casa_assets.pipeline.library.entry_files import checked_model
 from casa_assets.pipeline.view import machines
 from casa_assets.pipeline.view.subject import AssetFolder, Kitchen, Member, ModelFile, Subject
 from casa_assets.registry.kitchens import load_plan, load_style, style_names
@@ -227,3 +232,34 @@ def with_style(recipe: SceneRecipe, style: str) -> SceneRecipe:
     """The kitchen in another style, with that style's own finishes. Raises UnknownId."""
     load_style(style)
     return replace(recipe, style=style, surfaces=())
+
+
+def mujoco_model(subject: Subject, cache: Path, tell: Tell) -> Any:
+    """A compiled model of what is to be shown; assets come on a floor.
+
+    Args:
+        cache: folder of the store of built assets. tell: is told how far it is.
+    Raises:
+        CasaError: it cannot be built or read.
+    """
+    source = _source(subject, cache, tell)
+    tell("loading", 0, 0)
+    try:
+        return model_of(source)
+    except ValueError as error:
+        raise CasaError(f"{subject.id}: MuJoCo cannot read it: {error}".replace("\n", " ")) from error
+
+
+def _source(subject: Subject, cache: Path, tell: Tell) -> Path | Files:
+    """The file on the disk, or files in memory."""
+    if isinstance(subject, ModelFile):
+        return subject.path
+    if isinstance(subject, AssetFolder):
+        on_floor = subject.folder / mjcf.FILE
+        return checked_model(on_floor if on_floor.is_file() else subject.folder / "model.xml")
+    if isinstance(subject, Kitchen):
+        file = subject.folder / mjcf.FILE
+        if file.is_file() and (subject.is_named_by_path or is_current(subject.recipe, subject.place)):
+            return file
+        return mjcf.write(scene_of(subject, cache, tell)[1], shared=SHARED)
+    return document.write(asset_of(subject, cache))

@@ -1,20 +1,44 @@
-"""Script files through which a page shows models in 3D, one for each model.
+"""What pages show in 3D: the viewer as one script file beside them, and a script file for each model.
 
 Pages open from a disk, where a browser refuses to fetch. So a model comes as `<name>.glb.js`, which hands over its GLB,
-and is loaded when somebody asks for it, as the viewer is (`viewer_file.py`). A model does not depend on the viewer, so
-that a change of the viewer makes no model anew. The template `model.html` says how a page uses them.
+and is loaded when somebody asks for it, as the viewer is. A model does not depend on the viewer, so that a change of
+the viewer makes no model anew. The template `model.html` says how a page uses them.
 """
 
 from __future__ import annotations
 
 import base64
 import gzip
+import hashlib
 from dataclasses import dataclass
+from functools import lru_cache
+from importlib.resources import files
 from pathlib import Path
 
 from casa_assets.pipeline.process_name import process_name
 
 SUFFIX = ".glb.js"
+
+
+@lru_cache(maxsize=1)
+def viewer_script() -> bytes:
+    """The bundle: three.js and our source, one classic script that defines `casaViewer`."""
+    return files("casa_assets.pipeline.viewer").joinpath("bundle", "viewer.js").read_bytes()
+
+
+@lru_cache(maxsize=1)
+def viewer_name() -> str:
+    """File name of the viewer; it holds its digest, so that pages of two versions may lie side by side."""
+    return f"viewer_{hashlib.sha256(viewer_script()).hexdigest()[:12]}.js"
+
+
+def put_viewer(folder: Path) -> str:
+    """Write the viewer into a folder where it is missing; returns its file name."""
+    target = folder / viewer_name()
+    if not target.is_file() or target.stat().st_size != len(viewer_script()):
+        folder.mkdir(parents=True, exist_ok=True)
+        target.write_bytes(viewer_script())
+    return target.name
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from casa_assets.pipeline.kitchens import check
 from casa_assets.pipeline.kitchens.recipe import SceneResult
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.library import Library
-from casa_assets.pipeline.review.server import ReviewServer
+from casa_assets.pipeline.review import ReviewServer
 from casa_assets.pipeline.view.model import make
 from casa_assets.pipeline.view.subject import cache_of, find
 from tests.libraries import BOXES, box_obj, differences, entries_of
@@ -91,7 +91,6 @@ def test_generated_and_articulated_assets_pass(place: Path) -> None:
         ("report", f"--library={LIBRARY}", "--3d"),
         ("index", f"--library={LIBRARY}"),
         ("find", "apple", f"--library={LIBRARY}"),
-        ("home", "."),
         ("export", "glb", "--out=g l b", "--jobs=1", "--", LIBRARY),
         ("export", "urdf", "--out=u r d f", "--jobs=1", "--", LIBRARY),
         ("export", "robocasa", "--out=robo casa", "--", LIBRARY),

@@ -69,7 +69,7 @@ def test_check_prints_a_table_and_writes_it(checked_kitchen: Checked, monkeypatc
     assert any(line.split()[:1] == [SCENE] for line in lines)
     assert "joints swept" in result.stdout
     assert json.loads((out / "summary.json").read_text(encoding="utf-8"))["totals"]["scenes"] == 1
-    assert "summary.html" in (out / "index.html").read_text(encoding="utf-8")
+    assert "summary.json" in (out / "index.html").read_text(encoding="utf-8")
 
 
 def test_names_are_wanted() -> None:

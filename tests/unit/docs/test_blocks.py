@@ -11,7 +11,7 @@ import subprocess
 from pathlib import Path
 
 from casa_assets.pipeline.library.library import Library
-from casa_assets.pipeline.reports import index
+from casa_assets.pipeline.tables import index
 from tests.architecture.test_commands import unknown
 from tests.documents import LANGUAGES, REASONS, ROOT, Block, blocks, indented, pages
 

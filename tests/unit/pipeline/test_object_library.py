@@ -25,7 +25,7 @@ from casa_assets.pipeline.families.run import (
     params_of,
 )
 from casa_assets.pipeline.library import library as disk
-from casa_assets.pipeline.reports.library.report import write as write_page
+from casa_assets.pipeline.reports.library_page import write as write_page
 from tests.libraries import tree
 
 pytestmark = pytest.mark.content("code", "pipeline.families", keep=0)

@@ -11,8 +11,7 @@ from pathlib import Path
 
 from casa_assets.export.gltf import asset_glb
 from casa_assets.pipeline import viewer
-from casa_assets.pipeline.viewer.model_files import model_script, put_model
-from casa_assets.pipeline.viewer.viewer_file import put_viewer, viewer_script
+from casa_assets.pipeline.viewer.model_files import model_script, put_model, put_viewer, viewer_script
 from tests.assets import rigid_mug
 
 BUNDLE = Path(viewer.__file__).parent / "bundle"

@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 from casa_assets.cli.main import app
 from casa_assets.core import blender
 from casa_assets.errors import CasaError, UnknownId
-from casa_assets.pipeline.reports import stills
+from casa_assets.pipeline.reports import pictures
 from casa_assets.preview.photoreal.picture_faults import picture_faults
 from casa_assets.preview.photoreal.render import NoPathTracer, StillSettings, scene_stills
 from casa_assets.preview.photoreal.sunshine import sun_direction
@@ -182,7 +182,7 @@ class TestWithoutBlender:
 
     def test_an_unknown_pose_is_named(self, kitchen: Path, tmp_path: Path) -> None:
         with pytest.raises(UnknownId, match=r"scene.xml 'opne'; did you mean open\?"):
-            list(stills.draw([kitchen], tmp_path / "out", StillSettings(), "opne"))
+            list(pictures.draw_stills([kitchen], tmp_path / "out", StillSettings(), "opne"))
 
     def test_an_unknown_camera_is_named(self, kitchen: Path) -> None:
         with pytest.raises(NoPathTracer, match="no camera 'nowhere'; there are eye, cutaway, overview"):

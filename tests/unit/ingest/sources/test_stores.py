@@ -21,7 +21,8 @@ from casa_assets.pipeline.cache import cache_key
 from casa_assets.pipeline.ingest.discover_inputs import LIBRARY_FILES, discover_inputs
 from casa_assets.pipeline.ingest.refused_rows import is_below
 from casa_assets.pipeline.ingest.survey import state_of
-from casa_assets.pipeline.reports import attribution, index
+from casa_assets.pipeline.reports import attribution
+from casa_assets.pipeline.tables import index
 from tests.format_files import tarred, zipped
 from tests.mesh_files import LIMITS, OBJ_TRIANGLE, QUARTERS, Gltf, png
 from tests.source_stores import PROTOCOL, TrialSystem, put, web_server

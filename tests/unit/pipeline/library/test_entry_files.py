@@ -17,7 +17,7 @@ from casa_assets.pipeline.dedup.search import search_by_words
 from casa_assets.pipeline.export_robocasa import export
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.entry_files import checked_model, file_inside
-from casa_assets.pipeline.reports.library.report import write as write_report
+from casa_assets.pipeline.reports.library_page import write as write_report
 from casa_assets.pipeline.reports.pictures import models
 from tests.assets import textured_box
 from tests.built_libraries import keep

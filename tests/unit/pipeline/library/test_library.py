@@ -12,8 +12,8 @@ from casa_assets.model.ingest.source import Source, SourceKind
 from casa_assets.pipeline.ingest import unreadable_inputs
 from casa_assets.pipeline.library.identity import Producer
 from casa_assets.pipeline.library.library import Library, Refusal, read_refusal, write_refusal
-from casa_assets.pipeline.reports import index
 from casa_assets.pipeline.reports.entry import entries
+from casa_assets.pipeline.tables import index
 
 HOSTILE = 'new\nline "quoted" <b>bold</b> [red]red[/] | \x1b[31m \u202e'
 

@@ -8,7 +8,7 @@ import json
 from lxml import etree
 
 from casa_assets.model.issue import REVIEW_CODE, Issue, Severity
-from casa_assets.pipeline.reports.library.ci_files import junit, sarif
+from casa_assets.pipeline.reports.gate import junit, sarif
 from tests.unit.pipeline.reports.test_library_page import HOSTILE, WORDS, entry, findings, reject
 
 UNDECIDED = dataclasses.replace(

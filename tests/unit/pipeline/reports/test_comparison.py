@@ -11,9 +11,9 @@ import pytest
 from casa_assets.errors import OutputError
 from casa_assets.model.issue import Decision
 from casa_assets.pipeline.library import library as disk
-from casa_assets.pipeline.reports.library.comparison import Change, Standing, compare, link_before, read_run
-from casa_assets.pipeline.reports.library.conditions import parse
-from casa_assets.pipeline.reports.library.report import write
+from casa_assets.pipeline.reports.findings import Change, Standing, compare, link_before, read_run
+from casa_assets.pipeline.reports.gate import parse
+from casa_assets.pipeline.reports.library_page import write
 from tests.built_libraries import keep
 from tests.unit.pipeline.test_alike import FIRST, OTHER
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from casa_assets.pipeline.reports.library.conditions import COUNTS, BadCondition, judge, parse
+from casa_assets.pipeline.reports.gate import COUNTS, BadCondition, judge, parse
 
 CODES = {"FLT005", "MSH014"}
 NUMBERS = {**dict.fromkeys(COUNTS, 0), "entries": 40, "accepted": 36, "rejected": 3, "advice": 10, "worse": 2}

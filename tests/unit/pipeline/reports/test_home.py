@@ -6,12 +6,9 @@ import json
 from pathlib import Path
 
 from lxml import html
-from typer.testing import CliRunner
 
-from casa_assets.cli.main import app
-from casa_assets.errors import BatchFault
 from casa_assets.pipeline.reports import home
-from casa_assets.pipeline.reports.library.report import write as write_report
+from casa_assets.pipeline.reports.library_page import write as write_report
 from tests.built_libraries import keep
 from tests.unit.pipeline.reports.test_kitchen_pages import scene
 from tests.unit.pipeline.reports.test_reject_page import refused
@@ -74,15 +71,6 @@ def test_where_every_kitchen_is_checked_nothing_says_otherwise(tmp_path: Path) -
     assert "casa-assets scenes check" not in text
     assert "not checked" not in text
     assert text.count("; passed") == 2
-
-
-def test_a_picture_that_cannot_be_drawn_is_told(tmp_path: Path) -> None:
-    folder = scene(tmp_path / "scenes", "galley", "rustic")
-    (folder / "scene.xml").write_text("<mujoco>", encoding="utf-8")
-    done = CliRunner().invoke(app, ["home", str(tmp_path), "--jobs", "1"])
-    assert isinstance(done.exception, BatchFault)
-    assert done.exception.items == ("galley__rustic",)
-    assert (tmp_path / "index.html").is_file()
 
 
 def test_what_was_articulated_is_told_with_its_joints(tmp_path: Path) -> None:

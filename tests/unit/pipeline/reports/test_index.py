@@ -12,7 +12,7 @@ from casa_assets.errors import OutputError
 from casa_assets.model.ingest.source import Source, SourceKind
 from casa_assets.pipeline.library.identity import Producer
 from casa_assets.pipeline.library.library import Library, Refusal, write_refusal
-from casa_assets.pipeline.reports import index
+from casa_assets.pipeline.tables import index
 from casa_assets.pipeline.tables.row import COLUMNS
 
 

@@ -14,7 +14,7 @@ from lxml import html
 from PIL import Image
 
 from casa_assets.pipeline.kitchens.sampling.diversity import Choices, Traits, diversity_of, write_diversity
-from casa_assets.pipeline.reports import kitchen_report, kitchens, parts
+from casa_assets.pipeline.reports import kitchen_report, kitchens
 from casa_assets.pipeline.reports.kitchens import SceneRow
 
 HOSTILE = "<span class='x' onclick=alert(1)></span><script>alert(1)</script>'\"&"
@@ -96,10 +96,16 @@ def test_what_failed_comes_first_and_numbers_are_for_people() -> None:
 def test_no_name_of_a_scene_is_markup() -> None:
     row = SceneRow(HOSTILE, "plan", "style", passed=True)
     cards = [kitchens.SceneCard(row, 1, 1, families=(HOSTILE,), tasks=(HOSTILE,), pictures=(HOSTILE,))]
-    page = kitchens.index_page(cards, HOSTILE, kitchens.index_parts(cards)) + kitchens.summary_page([row])
+    page = kitchens.index_page(cards, HOSTILE)
     assert not [words for words in BAD if words in page]
-    assert 'href="./%3Cspan' in page
-    assert kitchens.index_parts(cards)[0].content[0][kitchens.FIELDS.index("folder")].startswith("./%3Cspan")
+    assert rows_of(page)[0]["folder"].startswith("./%3Cspan")
+
+
+def rows_of(page: str) -> list[dict[str, Any]]:
+    """The rows that a page lists."""
+    data = json.loads(html.document_fromstring(page).get_element_by_id("data").text_content())
+    found: list[dict[str, Any]] = data["rows"]
+    return found
 
 
 def scene(out: Path, plan: str, style: str, **changed: Any) -> Path:
@@ -118,18 +124,8 @@ def test_a_scene_is_told_by_what_one_looks_for(tmp_path: Path) -> None:
     scene(tmp_path, "galley", "rustic")
     (card,) = kitchens.read_cards(tmp_path)
     assert (card.families, card.tasks, card.surfaces, card.floor_m2) == (("hob",), ("open_drawer",), ("oak",), 12.0)
-    (part,) = kitchens.index_parts([card])
-    row = dict(zip(kitchens.FIELDS, part.content[0], strict=True))
+    (row,) = rows_of(kitchens.index_page([card], "Kitchens"))
     assert (row["plan"], row["style"], row["verdict"], row["joints"]) == ("galley", "rustic", "not checked", 1)
-
-
-def test_the_table_of_numbers_has_no_empty_columns() -> None:
-    named = kitchens.SceneRow("galley__rustic", "galley", "rustic")
-    checked = kitchens.SceneRow("galley__coastal", "galley", "coastal", passed=True, joints=0, texture_mb=21.0)
-    for rows, heads in (([named], []), ([named, checked], ["joints", "tex MB"])):
-        tree = html.document_fromstring(kitchens.summary_page(rows))
-        assert [th.text for th in tree.xpath("//th")] == ["scene", "verdict", *heads]
-        assert {len(tr.xpath("td")) for tr in tree.xpath("//tr[td]")} == {2 + len(heads)}
 
 
 def test_scenes_that_have_not_changed_are_not_read_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -185,13 +181,22 @@ def test_diversity_is_told_where_it_was_measured(tmp_path: Path) -> None:
     assert 'href="contact_sheet.png"' in text
 
 
-def test_five_thousand_kitchens_are_found_by_parts(tmp_path: Path) -> None:
-    for i in range(5000):
+def test_thousands_of_kitchens_are_on_one_page(tmp_path: Path) -> None:
+    for i in range(2500):
         scene(tmp_path, f"plan_{i % 10}", f"style_{i}")
     page, sheet = kitchens.write(tmp_path)
-    assert page.stat().st_size < 200_000
-    names = sorted(path.name for path in parts.folder_of(page).iterdir())
-    assert names == sorted(f"rows_{i}.js" for i in range(5000 // kitchens.ROWS_PER_PART))
-    assert sum(path.stat().st_size for path in parts.folder_of(page).iterdir()) < 2_000_000
+    text = page.read_text(encoding="utf-8")
+    assert len(rows_of(text)) == 2500
+    assert "The list has" not in text
+    assert len(text) < 1_000_000
     with Image.open(sheet) as picture:
         assert picture.height < 20_000
+
+
+def test_of_more_kitchens_the_first_ones_are_listed(monkeypatch: pytest.MonkeyPatch) -> None:
+    cards = [kitchens.SceneCard(SceneRow(f"plan_{i}", "p", "s"), 1, 1) for i in range(5)]
+    monkeypatch.setattr(kitchens, "MAX_ROWS", 3)
+    text = kitchens.index_page(cards, "Kitchens")
+    assert [row["id"] for row in rows_of(text)] == ["plan_0", "plan_1", "plan_2"]
+    assert "The list has the first 3 of 5 kitchens" in text
+    assert 'href="summary.json"' in text

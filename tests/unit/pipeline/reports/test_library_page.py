@@ -20,13 +20,15 @@ from casa_assets.model.issue import CheckResult, Issue, Report, Severity, Status
 from casa_assets.pipeline.library.entry_files import thumbnail_of
 from casa_assets.pipeline.library.library import Summary
 from casa_assets.pipeline.library.run_times import Cost
+from casa_assets.pipeline.reports import findings as told_of
+from casa_assets.pipeline.reports import library_page
 from casa_assets.pipeline.reports.entry import Entry
-from casa_assets.pipeline.reports.library import page as pages
-from casa_assets.pipeline.reports.library import priors, rows, summary
-from casa_assets.pipeline.reports.library.comparison import compare, standing_of
-from casa_assets.pipeline.reports.library.conditions import judge, parse
-from casa_assets.pipeline.reports.library.page import render_library_section
-from casa_assets.pipeline.reports.parts import Part
+from casa_assets.pipeline.reports.findings import Findings, compare, standing_of
+from casa_assets.pipeline.reports.gate import judge, parse
+from casa_assets.pipeline.reports.library_page import RowContext, render_library_section
+from casa_assets.pipeline.reports.page_template import Words, relative_link
+from tests.built_libraries import keep
+from tests.unit.pipeline.test_alike import FIRST, OTHER
 
 HOSTILE = "</script><script>alert('x')</script><img src=x onerror=alert(1)>\"'&<!--]]>\u2028{{}}$title ${x}"
 BLANK = {field.name: "" for field in dataclasses.fields(Entry)} | {"checks": tally([]), "summary": None}
@@ -70,37 +72,35 @@ def reject(path: str = "a.glb", code: str = "SRC003", word: str = "cannot be rea
     return Entry(**{**BLANK, **described, "message": word, "path": f"rejected/{path}", "results": (failed,)})
 
 
-WORDS = rows.Words(registry.load().rejections, {"AST001": "Size: is bounded"})
+WORDS = Words(registry.load().rejections, {"AST001": "Size: is bounded"})
 
 
-def findings(entries: Sequence[Entry], before: Sequence[Entry] | None = None, *conditions: str) -> summary.Findings:
-    fits = priors.fits(entries, registry.load().categories)
+def findings(entries: Sequence[Entry], before: Sequence[Entry] | None = None, *conditions: str) -> Findings:
+    fits = told_of.fits(entries, registry.load().categories)
     compared = None
     if before is not None:
-        compared = summary.Compared("old", tuple(compare(map(standing_of, before), map(standing_of, entries))))
-    totals = summary.Totals(entries)
-    counts = summary.counts(totals, fits, compared)
-    outcomes = judge([parse(text, {"SRC003"}) for text in conditions], counts, summary.code_counts(totals))
-    return summary.Findings("Run", ".", tuple(entries), fits, {}, None, compared, outcomes)
+        compared = told_of.Compared("old", tuple(compare(map(standing_of, before), map(standing_of, entries))))
+    totals = told_of.Totals(entries)
+    counts = told_of.counts(totals, fits, compared)
+    outcomes = judge([parse(text, {"SRC003"}) for text in conditions], counts, totals.codes)
+    return Findings("Run", ".", tuple(entries), fits, {}, None, compared, outcomes)
 
 
-def render(found: summary.Findings, words: rows.Words = WORDS, links: dict[str, str] | None = None) -> str:
-    context = rows.RowContext(".")
-    inside = (
-        Part("numbers", 0, pages.numbers(found)),
-        Part("rows", 0, [rows.row_of(one, context) for one in found.entries]),
-        Part("details", 0, [rows.details_of(one, words, "", {}) for one in found.entries]),
-    )
-    return pages.render(found, words, links or {}, inside)
+def render(found: Findings, words: Words = WORDS, links: dict[str, str] | None = None) -> str:
+    return library_page.render(found, words, [row_of(one, found, words) for one in found.entries], links)
+
+
+def row_of(one: Entry, found: Findings | None = None, words: Words = WORDS, is_brief: bool = False) -> dict[str, Any]:
+    return library_page.row_of(one, RowContext(found or findings([one]), words, is_brief=is_brief))
 
 
 def page(text: str) -> lxml.html.HtmlElement:
     return lxml.html.document_fromstring(text)
 
 
-def part(text: str, name: str) -> Any:
+def data(text: str) -> Any:
     """What the page's script reads."""
-    return json.loads(page(text).get_element_by_id(name).text_content())
+    return json.loads(page(text).get_element_by_id("data").text_content())
 
 
 def tile(text: str, name: str) -> str:
@@ -129,12 +129,13 @@ def test_the_numbers_at_the_top() -> None:
 
 
 def test_a_row_has_what_the_list_shows() -> None:
-    context = rows.RowContext("..", mass_outliers={"mug_0000000001"}, changes={"mug_0000000001": "worse"})
-    found = dict(zip(rows.FIELDS, rows.row_of(entry(warned=True), context), strict=True))
-    assert (found["verdict"], found["size"], found["mass"]) == ("accepted", [8.0, 10.0, 9.55], 0.25)
-    assert (found["codes"], found["outlier"], found["change"]) == (["GEO004"], ["mass"], "worse")
-    assert found["folder"] == "./../mug/mug_0000000001"
-    refused = dict(zip(rows.FIELDS, rows.row_of(reject(), rows.RowContext(".")), strict=True))
+    heavy = entry(mass=30.0, warned=True)
+    found = dataclasses.replace(findings([heavy], [entry()]), root="..")
+    row = row_of(heavy, found)
+    assert (row["verdict"], row["size"], row["mass"]) == ("accepted", [8.0, 10.0, 9.55], 30.0)
+    assert (row["codes"], row["outlier"], row["change"]) == (["GEO004"], ["mass"], "worse")
+    assert row["folder"] == "./../mug/mug_0000000001"
+    refused = row_of(reject())
     assert (refused["verdict"], refused["size"], refused["codes"]) == ("rejected", None, ["SRC003"])
 
 
@@ -149,19 +150,20 @@ def test_a_mark_that_nearly_all_assets_have_is_no_mark() -> None:
     )
     text = render(found)
     assert WORDS.needs_nothing(rescaled)
-    assert part(text, "data")["quiet"] == [common, rescaled]
+    assert data(text)["quiet"] == [common, rescaled]
     assert tile(text, "advised") == "1"
     assert "8 others have routine notes" in text
     # Of a few assets all may have the same that has to be looked at.
-    assert part(render(findings([with_advice(i, common) for i in range(5)])), "data")["quiet"] == []
+    assert data(render(findings([with_advice(i, common) for i in range(5)])))["quiet"] == []
 
 
 def test_details_tell_advice_from_failure() -> None:
-    found = rows.details_of(entry(word="why"), WORDS, "", {"load": 0.25})
+    one = entry(word="why")
+    found = row_of(one, dataclasses.replace(findings([one]), seconds={one.id: {"load": 0.25}}))["more"]
     assert [(r[0], r[1]) for r in found["results"]] == [
         ("AST001", 1),
         ("AST002", 0),
-        ("AST003", rows.ADVICE_NUMBER),
+        ("AST003", library_page.ADVICE_NUMBER),
         ("KIN001", 2),
         ("USD003", 3),
     ]
@@ -173,12 +175,12 @@ def test_details_tell_advice_from_failure() -> None:
 
 def test_hostile_text_stays_text() -> None:
     bad = [entry(word=HOSTILE, warned=True), reject(HOSTILE, word=HOSTILE)]
-    text = render(findings(bad, []), rows.Words({}, {"AST001": HOSTILE}))
+    text = render(findings(bad, []), Words({}, {"AST001": HOSTILE}))
     tree = page(text)
-    plain = page(render(findings([entry(warned=True), reject()], []), rows.Words({}, {"AST001": "plain"})))
+    plain = page(render(findings([entry(warned=True), reject()], []), Words({}, {"AST001": "plain"})))
     assert [e.tag for e in tree.iter()] == [e.tag for e in plain.iter()]
-    assert part(text, "part-rows_0")[0][rows.FIELDS.index("title")] == HOSTILE
-    assert part(text, "part-details_0")[1]["reason"] == HOSTILE
+    first, second = data(text)["rows"]
+    assert (first["title"], second["more"]["reason"]) == (HOSTILE, HOSTILE)
     assert "<script>alert" not in text
 
 
@@ -188,7 +190,7 @@ def test_links_are_relative_whatever_they_are_called(subtests: pytest.Subtests) 
         ("//evil.example/a b#?%", "./evil.example/a%20b%23%3F%25"),
     ]:
         with subtests.test(path=path, link=link):
-            assert rows.RowContext(".").link(path) == link
+            assert relative_link(path) == link
 
 
 def test_nothing_is_fetched() -> None:
@@ -212,8 +214,7 @@ def test_the_script_never_writes_markup() -> None:
 def test_an_empty_run_is_a_page_too() -> None:
     text = render(findings([]))
     assert tile(text, "zero") == "0"
-    assert part(text, "data")["count"] == 0
-    assert part(text, "part-rows_0") == []
+    assert data(text)["rows"] == []
 
 
 def test_every_id_is_unique_and_every_control_has_a_name() -> None:
@@ -244,7 +245,7 @@ def test_what_changed_is_told_with_links_to_both_runs() -> None:
 
 def test_numbers_tell_categories_reasons_and_what_is_unusual() -> None:
     found = findings([entry(), entry("mug_0000000002", 30.0), reject()])
-    told = summary.content(found, WORDS)
+    told = told_of.content(found, WORDS)
     assert told["categories"] == [{"name": "mug", "accepted": 2, "review": 0, "rejected": 1}]
     assert [(row["verdict"], row["reason"], row["count"]) for row in told["reasons"]] == [("rejected", "SRC003", 1)]
     assert told["reasons"][0]["meaning"]
@@ -252,9 +253,44 @@ def test_numbers_tell_categories_reasons_and_what_is_unusual() -> None:
     assert [outlier["id"] for outlier in mass["outliers"]] == ["mug_0000000002"]
     assert mass["outliers"][0]["over"]
     assert mass["outliers"][0]["factor"] == pytest.approx(30.0 / mass["usual"][2])
-    (chart,) = [chart for chart in pages.numbers(found) if chart["quantity"] == "mass"]
-    assert sum(count for _, count in chart["steps"]) == chart["count"] == 2
-    assert 0 < chart["marks"][0] < chart["marks"][1] < chart["marks"][2] < 1
+    rows = page(render(found)).xpath("//section[h2[starts-with(., 'Sizes and masses')]]//tr[td]")
+    cells = [[" ".join(cell.text_content().split()) for cell in row] for row in rows]
+    low, _, high = mass["usual"]
+    assert cells[0][:5] == ["mug", "mass", f"{low:g} to {high:g} kg", "2", "1"]
+    assert cells[0][5].startswith("mug_0000000002 ")
+    assert cells[0][5].endswith(" times over")
+
+
+def test_of_many_inputs_the_page_has_what_did_not_pass(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    root = keep(tmp_path / "library", [FIRST, OTHER])
+    whole = data(library_page.write(root, root / "report.html").page.read_text(encoding="utf-8"))["rows"]
+    assert [row.pop("thumb")[:15] for row in whole] == ["data:image/webp"] * 2
+    monkeypatch.setattr(library_page, "MAX_WHOLE", 1)
+    assert data(library_page.write(root, root / "report.html").page.read_text(encoding="utf-8"))["rows"] == whole
+    told, shown = (row_of(entry(), is_brief=is_brief)["more"]["results"] for is_brief in (False, True))
+    assert shown == [result for result in told if result[0] in ("AST002", "AST003", "USD003")]
+
+
+def test_of_very_many_inputs_those_to_look_at_first_are_listed() -> None:
+    plain = [entry(f"mug_{i:010}") for i in range(9)]
+    advised, odd, refused = entry("mug_0000000010", warned=True), entry("mug_0000000011", 30.0), reject()
+    found = findings([*plain, advised, odd, refused])
+    assert library_page.listed(found, WORDS, 3) == [advised, odd, refused]
+    assert library_page.listed(found, WORDS, 4) == [plain[0], advised, odd, refused]
+    assert library_page.listed(found, WORDS) == list(found.entries)
+    text = library_page.render(found, WORDS, [row_of(refused, found)])
+    assert "The list has 1 of 12 inputs" in text
+    assert "The list has" not in render(found)
+
+
+def test_a_page_of_2500_inputs_stays_below_ten_megabytes() -> None:
+    passed = CheckResult(code="AST001", status=Status.PASSED, number=0.123456789, limit=1.0, unit="m")
+    one = dataclasses.replace(entry(warned=True), uri=f"https://example.org/{'a' * 80}")
+    one = dataclasses.replace(one, results=(*one.results, *(passed,) * 70), guesses=one.guesses * 6)
+    found = findings([dataclasses.replace(one, id=f"mug_{i:010}", path=f"mug/mug_{i:010}") for i in range(2500)])
+    context = RowContext(found, WORDS, is_brief=True)
+    text = library_page.render(found, WORDS, [library_page.row_of(each, context) for each in found.entries])
+    assert 1_000_000 < len(text.encode()) < 10_000_000
 
 
 def test_three_thousand_pictures_fit(tmp_path: Path) -> None:
@@ -292,7 +328,7 @@ def test_the_cost_and_its_tail() -> None:
     costs[entries[3].id] = Cost(61.0, 2 * 10**9, 10**6, 1.5)
     seconds = {one.id: {"load": costs[one.id].cpu_s} for one in entries}
     found = dataclasses.replace(findings(entries), costs=costs, seconds=seconds)
-    content = summary.content(found, WORDS)
+    content = told_of.content(found, WORDS)
     assert content["cost"] == {
         "inputs": 40,
         "core_hours": pytest.approx(100 / 3600, rel=1e-3),
@@ -313,4 +349,4 @@ def test_of_few_entries_the_slowest_one_is_the_tail() -> None:
     costs = {one.id: Cost(1.0, 10**9, 10**6, 1.5) for one in entries}
     text = render(dataclasses.replace(findings(entries), costs=costs))
     assert "the slowest of them took 25 % of it" in " ".join(text.split())
-    assert summary.content(findings(entries), WORDS)["cost"] is None
+    assert told_of.content(findings(entries), WORDS)["cost"] is None

@@ -8,23 +8,22 @@ import jinja2
 import pytest
 from lxml import html
 
+from casa_assets.pipeline import review
 from casa_assets.pipeline.articulate import review_page
 from casa_assets.pipeline.cache import cache_key
 from casa_assets.pipeline.cache.cache_key import reach
 from casa_assets.pipeline.library.library import Library
 from casa_assets.pipeline.reports import (
     catalogue,
+    findings,
     home,
     kitchen_report,
     kitchens,
-    object_catalogue,
+    library_page,
     page_template,
 )
-from casa_assets.pipeline.reports.library import page as library_page
-from casa_assets.pipeline.reports.library import summary
-from casa_assets.pipeline.reports.library.rows import Words
-from casa_assets.pipeline.review import page
-from casa_assets.pipeline.view import page as view_page
+from casa_assets.pipeline.reports.page_template import Words
+from casa_assets.pipeline.view import server
 
 FOLDER = Path(page_template.__file__).parent / page_template.FOLDER
 HOSTILE = "<script>alert(1)</script>"
@@ -32,28 +31,25 @@ PAGES = {
     "library/page.html": library_page,
     "library/section.html": library_page,
     "kitchens/report.html": kitchen_report,
-    "kitchens/summary.html": kitchens,
     "kitchens/index.html": kitchens,
-    "catalogue/families.html": catalogue,
+    "catalogue/catalogue.html": catalogue,
     "home/page.html": home,
-    "catalogue/objects.html": object_catalogue,
     "articulate/review.html": review_page,
-    "review/page.html": page,
-    "view/page.html": view_page,
+    "review/page.html": review,
+    "view/page.html": server,
 }
 FRAME = {"frame/base.html", "frame/base.css", "frame/document.css"}
-APPLE = object_catalogue.DrawnCategory("apple", HOSTILE, (0.15, 0.2), (0.07, 0.08), (900, 1000), (1, 1))
+APPLE = catalogue.DrawnCategory("apple", HOSTILE, (0.15, 0.2), (0.07, 0.08), (900, 1000), (1, 1))
 
 
 def pages() -> dict[str, str]:
     row = kitchens.SceneRow("galley__rustic", "galley", "rustic")
+    found = findings.Findings(HOSTILE, ".", (), (), {}, None)
     return {
-        "library": library_page.render(summary.Findings(HOSTILE, ".", (), (), {}, None), Words({}, {}), {}, ()),
-        "summary": kitchens.summary_page([row]),
+        "library": library_page.render(found, Words({}, {}), []),
         "kitchens": kitchens.index_page([kitchens.SceneCard(row, 1, 1)], HOSTILE),
-        "catalogue": catalogue.page([], {}, HOSTILE),
-        "objects": object_catalogue.page([APPLE]),
-        "review": page.render_page([], {}, HOSTILE),
+        "catalogue": catalogue.page([], [APPLE], {}),
+        "review": review.render_page([], {}, HOSTILE),
         "articulated": review_page.render_page(Library(Path("nowhere")), [], HOSTILE, title=HOSTILE),
     }
 
@@ -85,8 +81,8 @@ def test_a_changed_template_makes_a_page_anew(subtests: pytest.Subtests) -> None
 
 
 def test_what_a_template_takes_in_counts() -> None:
-    assert {"browse/browse.html", "browse/scripts.html", "browse/browse.js"} <= reached_by("kitchens/index.html")
-    assert "browse/browse.html" not in reached_by("catalogue/families.html")
+    assert {"browse/browse.html", "browse/browse.js"} <= reached_by("kitchens/index.html")
+    assert "browse/browse.html" not in reached_by("catalogue/catalogue.html")
 
 
 def test_every_template_belongs_to_a_page() -> None:

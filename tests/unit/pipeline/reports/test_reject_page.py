@@ -15,7 +15,8 @@ from casa_assets.model.ingest.source import Source, SourceKind
 from casa_assets.pipeline.library import entry_files
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.identity import Producer
-from casa_assets.pipeline.reports.library import report, rows
+from casa_assets.pipeline.reports import library_page
+from casa_assets.pipeline.reports.page_template import DEFAULT_ADVICE
 
 CASES = [
     ("FLT005", "links/object/visuals: 2 large parts stand apart; give each object a file of its own, or join them"),
@@ -49,14 +50,11 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, Any]]:
     root = tmp_path_factory.mktemp("library")
     for code, message in CASES:
         refused(root, code, message)
-    text = report.write(root, root / "report.html").page.read_text(encoding="utf-8")
-    kinds = ("rows", "details", "pictures")
-    pattern = r'<script type="application/json" id="part-{}_0">(.*?)</script>'
-    found = [re.search(pattern.format(kind), text, re.DOTALL) for kind in kinds]
-    listed, details, pictures = [json.loads(part.group(1)) for part in found if part is not None]
-    codes = [dict(zip(rows.FIELDS, values, strict=True))["codes"][0] for values in listed]
-    together = zip(codes, details, pictures, strict=True)
-    return {code: {**more, "thumb": picture} for code, more, picture in together}
+    text = library_page.write(root, root / "report.html").page.read_text(encoding="utf-8")
+    match = re.search(r'<script type="application/json" id="data">(.*?)</script>', text, re.DOTALL)
+    assert match is not None
+    rows = json.loads(match.group(1))["rows"]
+    return {row["codes"][0]: {**row["more"], "thumb": row["thumb"]} for row in rows}
 
 
 def test_every_reject_has_a_picture_a_reason_and_what_to_do(page: dict[str, dict[str, Any]]) -> None:
@@ -70,7 +68,7 @@ def test_every_reject_has_a_picture_a_reason_and_what_to_do(page: dict[str, dict
 def test_what_a_check_says_is_parted_into_fault_and_remedy(page: dict[str, dict[str, Any]]) -> None:
     assert page["FLT005"]["reason"] == "links/object/visuals: 2 large parts stand apart."
     assert page["FLT005"]["fix"] == "Give each object a file of its own, or join them."
-    assert page["FLT010"]["fix"] == rows.DEFAULT_ADVICE
+    assert page["FLT010"]["fix"] == DEFAULT_ADVICE
 
 
 def test_a_stage_has_its_own_words(page: dict[str, dict[str, Any]]) -> None:

@@ -12,7 +12,7 @@ from casa_assets.pipeline.ingest.run import Options, ingest
 from casa_assets.pipeline.library.library import Library
 from casa_assets.pipeline.library.review import read_overrides
 from casa_assets.pipeline.reports.entry import entries
-from casa_assets.pipeline.review.server import ReviewServer
+from casa_assets.pipeline.review import ReviewServer
 from tests.libraries import BOXES, box_obj
 from tests.review_requests import ask
 

@@ -16,10 +16,9 @@ from casa_assets.pipeline.kitchens.recipe import SceneRecipe
 from casa_assets.pipeline.kitchens.resolve import draw_surfaces
 from casa_assets.pipeline.view import server as view_server
 from casa_assets.pipeline.view.model import Model, Tell, build_command, make
-from casa_assets.pipeline.view.server import ViewServer, tunnel_line
+from casa_assets.pipeline.view.server import KEPT, ViewServer, tunnel_line
 from casa_assets.pipeline.view.subject import Kitchen, Subject, find
-from casa_assets.pipeline.view.workshop import KEPT
-from casa_assets.pipeline.viewer.viewer_file import viewer_name, viewer_script
+from casa_assets.pipeline.viewer.model_files import viewer_name, viewer_script
 from tests.view_requests import ask, serving
 
 pytestmark = pytest.mark.content("code", "pipeline.view", keep=0)

@@ -10,10 +10,10 @@ import pytest
 
 from casa_assets.errors import CasaError
 from casa_assets.pipeline.kitchens.recipe import SceneRecipe
-from casa_assets.pipeline.view import workshop as subject
+from casa_assets.pipeline.view import server as subject
 from casa_assets.pipeline.view.model import Model, Tell
+from casa_assets.pipeline.view.server import KEPT, Workshop
 from casa_assets.pipeline.view.subject import Kitchen, Subject
-from casa_assets.pipeline.view.workshop import KEPT, Workshop
 
 PATIENCE_S = 10.0
 

@@ -25,47 +25,10 @@ function show(number) {
   return String(Number(number.toPrecision(3)));
 }
 
-// Parts of the data: inside the page, or script files that are loaded when they are asked for. Of those that are not
-// needed all the time the ones that were used last are kept.
-const KEPT_PARTS = 200;
-const parts = new Map();
-const waiting = new Map();
-function receive(name, content) {
-  if (content !== null) { parts.set(name, content); } // what could not be read is asked for again
-  if (parts.size > KEPT_PARTS) { parts.delete(parts.keys().next().value); }
-  const calls = waiting.get(name) || [];
-  waiting.delete(name);
-  calls.forEach(function (call) { call(content); });
-}
-window.casaPart = function (kind, number, content) { receive(kind + "_" + number, content); };
-// Calls `then` with the content of a part, or with null where its file is missing or cut off.
-function part(kind, number, then) {
-  const name = kind + "_" + number;
-  if (parts.has(name)) {
-    const content = parts.get(name);
-    parts.delete(name); parts.set(name, content);
-    then(content);
-    return;
-  }
-  if (waiting.has(name)) { waiting.get(name).push(then); return; }
-  waiting.set(name, [then]);
-  const inside = byId("part-" + name);
-  if (inside) { receive(name, JSON.parse(inside.textContent)); return; }
-  const script = make("script", { src: facts.folder + "/" + name + ".js" });
-  // A file that was cut off loads and hands nothing over.
-  script.addEventListener("load", function () { script.remove(); if (waiting.has(name)) { receive(name, null); } });
-  script.addEventListener("error", function () { script.remove(); receive(name, null); });
-  document.head.append(script);
-}
-// The item of a row in parts of a kind.
-function item(kind, row, then) {
-  const size = facts.sizes[kind];
-  part(kind, Math.floor(row.index / size), function (content) { then(content ? content[row.index % size] : null); });
-}
-
 function browse(page) {
-  const rows = [];
-  const byKey = new Map();
+  const rows = facts.rows;
+  rows.forEach(function (row, index) { row.index = index; row.words = page.words(row).toLowerCase(); });
+  const byKey = new Map(rows.map(function (row) { return [page.key(row), row]; }));
   const state = { tab: page.tabs[0], q: "", chosen: {}, sort: page.sorts[0].key, way: 1, view: page.view, id: "" };
   const start = { sort: state.sort, way: 1, view: state.view, tab: state.tab };
   let found = [];
@@ -217,9 +180,8 @@ function browse(page) {
     list.hidden = found.length === 0;
     redraw();
     heads(); filters(); chips();
-    const isWhole = rows.length === facts.count;
-    byId("shown").textContent = found.length.toLocaleString("en") + " of " + facts.count.toLocaleString("en") + (isWhole ? "" : ", loading …");
-    byId("empty").hidden = found.length > 0 || !isWhole;
+    byId("shown").textContent = found.length.toLocaleString("en") + " of " + rows.length.toLocaleString("en");
+    byId("empty").hidden = found.length > 0;
     byId("empty").textContent = rows.length ? "Nothing matches. Take a filter away." : "There is nothing here.";
     byId("layout").setAttribute("aria-pressed", String(state.view === "tiles"));
     byId("order").value = (state.way < 0 ? "-" : "") + state.sort;
@@ -317,14 +279,12 @@ function browse(page) {
     panel.hidden = !row;
     at = row ? found.indexOf(row) : at;
     if (!row) {
-      if (openKey && page.closed) { page.closed(); }
       openKey = "";
       byId("detail-body").replaceChildren();
       redraw();
       return;
     }
     if (openKey !== state.id) {
-      if (openKey && page.closed) { page.closed(); }
       openKey = state.id;
       byId("detail-title").textContent = page.title(row);
       byId("detail-body").replaceChildren();
@@ -375,7 +335,6 @@ function browse(page) {
       button.setAttribute("aria-selected", String(on));
       button.tabIndex = on ? 0 : -1;
       byId("panel-" + name).hidden = !on;
-      if (on && page.shown && page.shown[name]) { page.shown[name](); }
     });
   }
   page.tabs.forEach(function (name, i) {
@@ -423,30 +382,8 @@ function browse(page) {
   window.addEventListener("popstate", restore);
   window.addEventListener("hashchange", restore);
 
-  readAddress();
-  tabs();
-  function load(number) {
-    if (number * facts.sizes.rows >= facts.count) { refresh(); return; }
-    part("rows", number, function (content) {
-      if (content === null) {
-        byId("shown").textContent = "The folder " + facts.folder + " is missing: it belongs beside this page.";
-        return;
-      }
-      content.forEach(function (values, i) {
-        const row = { index: number * facts.sizes.rows + i };
-        facts.fields.forEach(function (name, j) { row[name] = values[j]; });
-        row.words = page.words(row).toLowerCase();
-        rows.push(row);
-        byKey.set(page.key(row), row);
-      });
-      if ((number + 1) * facts.sizes.rows >= facts.count) { refresh(); }
-      else if (number === 0) { refresh(); }
-      if (state.id && openKey !== state.id && byKey.has(state.id)) { details(); }
-      setTimeout(function () { if ((number + 1) * facts.sizes.rows < facts.count) { load(number + 1); } });
-    });
-  }
-  load(0);
+  restore();
 }
 
-return { facts: facts, byId: byId, make: make, show: show, part: part, item: item, browse: browse };
+return { facts: facts, byId: byId, make: make, show: show, browse: browse };
 })();

@@ -1,4 +1,4 @@
-// The report on a library: rows of browse.js, and charts of sizes and masses.
+// The report on a library: rows of browse.js.
 (function () {
 "use strict";
 const facts = casa.facts;
@@ -15,8 +15,8 @@ function picture(row, kind) {
   const image = make("img", { "class": "thumb", alt: "", decoding: "async" });
   place.append(image);
   const none = function () { image.replaceWith(make("span", { "class": "thumb none", text: "no picture" })); };
-  if (facts.sizes.pictures) { casa.item("pictures", row, function (uri) { if (uri) { image.src = uri; } else { none(); } }); }
-  else { image.addEventListener("error", none, { once: true }); image.src = row.folder + "/" + facts.picture; }
+  if (row.thumb === "") { none(); }
+  else { image.addEventListener("error", none, { once: true }); image.src = row.thumb || row.folder + "/" + facts.picture; }
   return place;
 }
 // Codes of advice that tell something of this asset in particular; the details name all of them.
@@ -63,8 +63,7 @@ function large(row) {
   const image = make("img", { alt: "Picture of " + name(row), src: row.folder + "/" + facts.picture });
   // The page may have been moved away from its library, or nothing could be drawn: then the small picture has to do.
   image.addEventListener("error", function () {
-    if (!facts.sizes.pictures) { image.remove(); return; }
-    casa.item("pictures", row, function (uri) { if (uri && image.src !== uri) { image.src = uri; } else { image.remove(); } });
+    if (row.thumb) { image.src = row.thumb; } else { image.remove(); }
   }, { once: true });
   return image;
 }
@@ -72,12 +71,6 @@ function in3d(row) {
   const { folder, suffix, viewer } = facts.models;
   return make("button", { type: "button", "class": "quiet model-popup", "data-model": folder + "/" + encodeURIComponent(row.id) + suffix, "data-name": row.id,
     "data-viewer": viewer, "data-title": name(row), text: "Open in 3D" });
-}
-// What a page whose rows hold everything tells besides: what was wrong, and the files in the folder of the entry.
-function brief(row) {
-  const refused = row.verdict === "rejected";
-  const files = refused ? (row.folder.endsWith(".jsonl") ? [] : [["reason", facts.refusal]]) : facts.files.map(function (file) { return [file[0], file[1].replace("{id}", row.id)]; });
-  return { results: [], seconds: {}, files: files, reason: refused ? row.message : "", fix: facts.remedies[row.codes[0]] };
 }
 function details(row, place) {
   place.append(large(row));
@@ -91,24 +84,21 @@ function details(row, place) {
     ["Unusual", row.outlier.length ? "outside the usual " + row.outlier.join(" and ") : ""], ["Title", row.title], ["Author", row.author],
     ["Licence", row.licence], ["Source", row.source + ": " + row.path]]);
   place.append(terms);
-  const more = function (then) { if (facts.sizes.details) { casa.item("details", row, then); } else { then(brief(row)); } };
-  more(function (more) {
-    if (!place.contains(terms)) { return; }
-    if (!more) { place.append(make("p", { "class": "small", text: "The folder " + facts.folder + " with the details is missing: it belongs beside this page." })); return; }
-    told([["Colliders", row.colliders === null ? "" : row.colliders + (more.hull ? ", at most " + more.hull + " vertices each" : "")], ["Faces", row.faces === null ? "" : show(row.faces)],
-      ["Address", more.uri], ["Prompt", more.prompt], ["Generator", more.generator], ["By its pictures", more.looks],
-      ["Seconds", Object.keys(more.seconds).map(function (stage) { return stage + " " + show(more.seconds[stage]); }).join(", ")]]);
-    if (more.files.length) {
-      place.append(make("div", { "class": "links" }, ...more.files.map(function (file) { return make("a", { href: row.folder + "/" + file[1], text: file[0] }); })));
-    }
-    if (more.reason) {
-      place.append(make("h3", { text: "What is wrong" }), make("p", {}, make("span", { "class": "badge rejected", text: row.codes.join(", ") }), document.createTextNode(" " + more.reason)));
-      if (more.fix) { place.append(make("h3", { text: "What to do" }), make("p", { text: more.fix })); }
-    }
-    place.append(list("Advice", (more.warnings || []).map(function (w) { return w[0] + (w[1] ? " at " + w[1] : "") + ": " + w[2]; })),
-      list("Decided without being stated", (more.guesses || []).map(function (g) { return g[0] + ": " + g[1] + " (" + Math.round(100 * g[2]) + " % sure; " + g[3] + ")"; })),
-      results(more.results));
-  });
+  const more = row.more;
+  told([["Colliders", row.colliders === null ? "" : row.colliders + (more.hull ? ", at most " + more.hull + " vertices each" : "")], ["Faces", row.faces === null ? "" : show(row.faces)],
+    ["Address", more.uri], ["Prompt", more.prompt], ["Generator", more.generator], ["By its pictures", more.looks],
+    ["Checks", row.applying ? row.passed + " of " + row.applying + " that apply passed" : ""],
+    ["Seconds", Object.keys(more.seconds).map(function (stage) { return stage + " " + show(more.seconds[stage]); }).join(", ")]]);
+  if (more.files.length) {
+    place.append(make("div", { "class": "links" }, ...more.files.map(function (file) { return make("a", { href: row.folder + "/" + file[1], text: file[0] }); })));
+  }
+  if (more.reason) {
+    place.append(make("h3", { text: "What is wrong" }), make("p", {}, make("span", { "class": "badge rejected", text: row.codes.join(", ") }), document.createTextNode(" " + more.reason)));
+    if (more.fix) { place.append(make("h3", { text: "What to do" }), make("p", { text: more.fix })); }
+  }
+  place.append(list("Advice", (more.warnings || []).map(function (w) { return w[0] + (w[1] ? " at " + w[1] : "") + ": " + w[2]; })),
+    list("Decided without being stated", (more.guesses || []).map(function (g) { return g[0] + ": " + g[1] + " (" + Math.round(100 * g[2]) + " % sure; " + g[3] + ")"; })),
+    results(more.results));
 }
 // Status of a check: 0 failed, 1 passed, 2 does not apply, 3 was not run, 4 advice.
 const STATES = [[0, "failed", "bad-text"], [4, "advice", "warn-text"], [3, "not run", "warn-text"], [1, "passed", "good"], [2, "does not apply", "small"]];
@@ -137,57 +127,6 @@ function results(all) {
   return place.childElementCount ? make("div", {}, make("h3", { text: "Checks" }), place) : "";
 }
 
-// Charts ----------------------------------------------------------------------------------------------------------------
-const SVG = "http://www.w3.org/2000/svg";
-function shape(tag, attributes) {
-  const node = document.createElementNS(SVG, tag);
-  Object.keys(attributes).forEach(function (key) { node.setAttribute(key, attributes[key]); });
-  return node;
-}
-const STEPS = 48;
-function chart(fit) {
-  const unit = fit.quantity === "size" ? " m" : " kg";
-  const svg = shape("svg", { viewBox: "0 0 480 40", preserveAspectRatio: "none", role: "img",
-    "aria-label": fit.name + ", " + fit.quantity + ": " + fit.count + " assets, " + fit.outlying + " outside the usual range" });
-  svg.append(shape("rect", { "class": "band", x: 480 * fit.marks[0], y: 0, width: 480 * (fit.marks[2] - fit.marks[0]), height: 38 }));
-  svg.append(shape("line", { "class": "typical", x1: 480 * fit.marks[1], x2: 480 * fit.marks[1], y1: 0, y2: 38 }));
-  svg.append(shape("line", { "class": "axis", x1: 0, x2: 480, y1: 38.5, y2: 38.5 }));
-  const most = Math.max.apply(null, fit.steps.map(function (s) { return s[1]; }));
-  fit.steps.forEach(function (s) {
-    const middle = (s[0] + 0.5) / STEPS;
-    const tall = Math.max(3, 36 * Math.sqrt(s[1] / most));
-    svg.append(shape("rect", { "class": middle < fit.marks[0] || middle > fit.marks[2] ? "outside" : "inside", x: 10 * s[0] + 1, y: 38 - tall, width: 8, height: tall }));
-  });
-  const place = make("div", { "class": "chart" }, make("h3", {}, document.createTextNode(fit.name + ", " + fit.quantity),
-    make("span", { text: fit.count + (fit.count === 1 ? " asset" : " assets") + ", usual " + show(fit.usual[0]) + " to " + show(fit.usual[2]) + unit })));
-  place.append(svg);
-  if (fit.outliers.length) {
-    const named = make("p", { "class": "small" });
-    fit.outliers.forEach(function (o, i) {
-      named.append(i ? ", " : "", make("a", { href: "#" + encodeURIComponent(o[0]), text: o[0] }), " " + show(o[1]) + unit + " (" + show(o[2]) + " times " + (o[3] ? "over" : "under") + ")");
-    });
-    if (fit.outlying > fit.outliers.length) { named.append(" and " + (fit.outlying - fit.outliers.length) + " more, in the JSON file"); }
-    place.append(named);
-  }
-  return place;
-}
-let hasCharts = false;
-const FIRST_CHARTS = 40;
-function charts() {
-  if (hasCharts) { return; }
-  hasCharts = true;
-  casa.part("numbers", 0, function (fits) {
-    const place = casa.byId("charts");
-    if (!fits || !fits.length) { place.append(make("p", { "class": "small", text: "There is nothing to compare." })); return; }
-    const add = function (some) { some.forEach(function (fit) { place.append(chart(fit)); }); };
-    add(fits.slice(0, FIRST_CHARTS));
-    if (fits.length > FIRST_CHARTS) {
-      const button = make("button", { type: "button", "class": "quiet", text: "All " + fits.length, click: function () { button.remove(); add(fits.slice(FIRST_CHARTS)); } });
-      place.after(button);
-    }
-  });
-}
-
 // What somebody should look at first comes first.
 const RANKS = { rejected: 0, review: 1, accepted: 4 };
 function rank(row) { return row.verdict !== "accepted" ? RANKS[row.verdict] : row.outlier.length ? 2 : telling(row).length ? 3 : RANKS.accepted; }
@@ -199,7 +138,6 @@ casa.browse({
     return [row.id, row.category, row.title, row.author, row.path, row.source, row.licence, row.codes.map(function (c) { return c + " " + title(c); }).join(" ")].join(" ");
   },
   tabs: ["list", "numbers", "changes"].filter(function (tab) { return casa.byId("tab-" + tab); }),
-  shown: { numbers: charts },
   view: "table",
   facets: [
     { key: "verdict", title: "Verdict", values: function (row) { return [row.verdict]; }, label: function (v) { return VERDICTS[v] || v; } },

@@ -1,4 +1,7 @@
-"""Serve the page of review to the browser of the person at this machine, and write what is decided to review.csv.
+"""Serve the pages of review to the browser of the person at this machine, and write what is decided to review.csv.
+
+One page shows one asset after the other, with what was guessed and why, and keys to decide; the other is that of the
+articulated meshes (`articulate/review_page.py`), whose 3D models are made from the entries when they are asked for.
 
 Only this machine can connect, and only with the address that the command prints: it holds a random word, so that no
 other page in the same browser can decide anything.
@@ -8,16 +11,20 @@ from __future__ import annotations
 
 import json
 import secrets
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from http import HTTPStatus
 from http.server import ThreadingHTTPServer
 from threading import Lock
 from typing import Any, ClassVar
 from urllib.parse import unquote
 
+from casa_assets import registry
 from casa_assets.articulate.decisions import Decisions
 from casa_assets.errors import CasaError, OutputError
-from casa_assets.pipeline.articulate import review_file
+from casa_assets.export.gltf import EVERYTHING, asset_glb
+from casa_assets.model.ingest.user_override import UpAxis
+from casa_assets.pipeline.articulate import review_file, review_page
+from casa_assets.pipeline.articulate.run import outcome_of_entry
 from casa_assets.pipeline.articulate.strip import NAME as STRIP
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library import review
@@ -25,13 +32,18 @@ from casa_assets.pipeline.library.entry_files import PICTURE, file_inside, pictu
 from casa_assets.pipeline.library.identity import Producer
 from casa_assets.pipeline.local_server import HOST, LocalHandler
 from casa_assets.pipeline.reports.entry import Entry, entries
-from casa_assets.pipeline.review.articulated import MODELS, articulated_page, script_of
-from casa_assets.pipeline.review.page import render_page
+from casa_assets.pipeline.reports.page_template import render_template
+from casa_assets.pipeline.viewer.model_files import SUFFIX, model_script, viewer_name, viewer_script
+from casa_assets.pipeline.viewer.page_models import PageModels
 
 # What is decided about all parts of one mesh is longer than what is decided about a whole one.
 MAX_BODY_BYTES = 100_000
 # Name of the page of articulated meshes, below the address.
 ARTICULATED = "articulated"
+# Folder of the models and the viewer as that page names it; they are made when they are asked for.
+MODELS = "models"
+_MODELS = PageModels(f"./{MODELS}", f"./{MODELS}/{viewer_name()}")
+COMMAND = "casa-assets articulate SOURCES --library {library}"
 
 
 class ReviewServer(ThreadingHTTPServer):
@@ -141,3 +153,66 @@ class _Handler(LocalHandler):
         start = f"/{self.server.token}/"
         is_here = self.headers.get("Host") == f"{HOST}:{self.server.server_port}"
         return self.path.removeprefix(start) if is_here and self.path.startswith(start) else None
+
+
+def render_page(waiting: Sequence[Entry], decided: Mapping[str, Mapping[str, str]], title: str) -> str:
+    """HTML of the page.
+
+    Args:
+        waiting: what a person has to decide about, in the order in which it is shown.
+        decided: sha256 of an input -> cells of its row in review.csv, by column.
+        title: heading, plain text.
+    """
+    data = {
+        "rows": [_row(number, entry, decided.get(entry.sha256, {})) for number, entry in enumerate(waiting)],
+        "categories": sorted(registry.load().categories),
+        "ups": [axis.value for axis in UpAxis],
+    }
+    return render_template(
+        "review/page.html",
+        title=title,
+        count=len(waiting),
+        data=data,
+        without_scripts="review.csv of the library",
+        scripts=("review/common.js", "review/page.js"),
+    )
+
+
+def _row(number: int, entry: Entry, cells: Mapping[str, str]) -> dict[str, Any]:
+    return {
+        "number": number,
+        "sha256": entry.sha256,
+        "id": entry.id,
+        "input": entry.source_path,
+        "category": entry.category,
+        "size_m": [] if entry.summary is None else [round(v, 4) for v in entry.summary.extents],
+        "mass_kg": None if entry.summary is None else entry.summary.mass,
+        "rejected": f"{entry.code}: {entry.message}" if entry.code else "",
+        "decide": list(entry.to_decide),
+        "guesses": [
+            [g.subject, g.value, g.confidence, g.reason] for g in entry.guesses if g.subject in review.SUBJECTS
+        ],
+        "set": {name: cells.get(f"set_{name}", "") for name in review.OVERRIDE_NAMES},
+    }
+
+
+def articulated_page(library: disk.Library, entries: Sequence[Entry]) -> str:
+    """Return the HTML of the page; entries of which no record is left are not on it."""
+    found = [outcome for entry in entries if (outcome := outcome_of_entry(library, entry)) is not None]
+    return review_page.render_page(library, found, COMMAND.format(library=library.root), is_served=True, models=_MODELS)
+
+
+def script_of(library: disk.Library, entries: Sequence[Entry], name: str) -> bytes:
+    """Return a script that the page names: the viewer or the model of an accepted entry; empty where it is neither.
+
+    Args:
+        name: of the file in the folder of models.
+    Raises:
+        OutputError: the asset cannot be read.
+    """
+    if name == viewer_name():
+        return viewer_script()
+    entry = next((one for one in entries if one.accepted and f"{one.id}{SUFFIX}" == name), None)
+    if entry is None:
+        return b""
+    return model_script(entry.id, asset_glb(disk.read_asset(library.root / entry.path), EVERYTHING))

@@ -1,7 +1,7 @@
-// Hides the categories that lack one of the words of the search box.
+// Hides the categories of objects that lack one of the words of the search box.
 const box = document.getElementById("search");
 const cards = [...document.querySelectorAll("article")];
-function show() {
+box?.addEventListener("input", () => {
   const words = box.value.toLowerCase().split(/\s+/).filter(Boolean);
   let count = 0;
   for (const card of cards) {
@@ -9,6 +9,4 @@ function show() {
     count += card.hidden ? 0 : 1;
   }
   document.getElementById("shown").textContent = words.length ? `${count} of ${cards.length}` : "";
-}
-box.addEventListener("input", show);
-show();
+});

@@ -6,14 +6,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from urllib.parse import quote
 
 from casa_assets.errors import BatchFault
 from casa_assets.export.gltf import EVERYTHING, asset_glb
 from casa_assets.pipeline.cache.cache_key import key_of
 from casa_assets.pipeline.library import library as disk
-from casa_assets.pipeline.reports.page_template import relative_link
-from casa_assets.pipeline.viewer.model_files import SUFFIX, ModelFiles, put_model
-from casa_assets.pipeline.viewer.viewer_file import put_viewer, viewer_name
+from casa_assets.pipeline.viewer.model_files import SUFFIX, ModelFiles, put_model, put_viewer, viewer_name
 from casa_assets.pipeline.workers.batch import run_batch
 from casa_assets.pipeline.workers.limits import WorkerFailure
 
@@ -40,7 +39,7 @@ class PageModels:
 
 def models_of(target: Path) -> PageModels:
     """Where the page `target` finds its models."""
-    folder = relative_link(folder_of(target).name)
+    folder = f"./{quote(folder_of(target).name)}"
     return PageModels(folder, f"{folder}/{viewer_name()}")
 
 
@@ -50,7 +49,7 @@ def folder_of(target: Path) -> Path:
 
 
 def write_models(root: Path, target: Path, jobs: int = 0) -> Iterator[tuple[int, int]]:
-    """Write the models that are missing; yields (how many there are, of how many) as they are done.
+    """Write the models of the assets of a library that are missing; yields (how many there are, of how many).
 
     A model is made again where its asset was written after it, by a correction for instance, and all are where the
     code that makes them has changed. Those of assets that are gone are removed.

@@ -10,9 +10,9 @@ import pytest
 from lxml import html
 
 from casa_assets.pipeline.library.library import Library
-from casa_assets.pipeline.reports.library.models import MADE_BY, folder_of, models_of, write_models
-from casa_assets.pipeline.reports.library.report import write
-from casa_assets.pipeline.viewer.viewer_file import viewer_name
+from casa_assets.pipeline.reports.library_page import write
+from casa_assets.pipeline.viewer.model_files import viewer_name
+from casa_assets.pipeline.viewer.page_models import MADE_BY, folder_of, models_of, write_models
 from tests.built_libraries import keep, loose_and_fixed
 from tests.libraries import casa_here
 

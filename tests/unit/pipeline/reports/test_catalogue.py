@@ -1,13 +1,16 @@
-"""The page of objects: what it says of a category, and by which words it is found."""
+"""The catalogue: what it shows, what it says of a category of objects, and by which words that is found."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
+import pytest
 from lxml import html
 
 from casa_assets import registry
-from casa_assets.pipeline.reports.object_catalogue import SOURCES, DrawnCategory, page
+from casa_assets.errors import UnknownId
+from casa_assets.pipeline.families.run import FamilyRequest
+from casa_assets.pipeline.reports.catalogue import SOURCES, DrawnCategory, page, wanted
 from casa_assets.pipeline.viewer.model_files import ModelFiles
 
 APPLE = DrawnCategory("apple", "objects/apple.webp", (0.15, 0.21), (0.071, 0.08), (900, 1100), (1, 3))
@@ -15,7 +18,7 @@ MUG = DrawnCategory("mug", "objects/mug.webp", (0.3,), (0.12,), (2000,), (8,))
 
 
 def articles() -> dict[str, html.HtmlElement]:
-    tree = html.document_fromstring(page([APPLE, MUG]))
+    tree = html.document_fromstring(page([], [APPLE, MUG], {}))
     return {article.xpath("h2/@id")[0]: article for article in tree.xpath("//article")}
 
 
@@ -52,8 +55,18 @@ def test_pictures_are_loaded_when_they_are_seen() -> None:
 def test_members_that_have_a_model_have_a_button_that_shows_it() -> None:
     assert articles()["apple"].xpath(".//button") == []
     files = tuple(ModelFiles(f"mug_{i}", f"models/mug_{i}.glb.js", "models/viewer.js") for i in range(2))
-    tree = html.document_fromstring(page([replace(MUG, models=files)]))
+    tree = html.document_fromstring(page([], [replace(MUG, models=files)], {}))
     buttons = tree.xpath("//article//button")
     assert [b.get("data-model") for b in buttons] == ["./models/mug_0.glb.js", "./models/mug_1.glb.js"]
     assert [b.get("aria-label") for b in buttons] == ["mug 1 in 3D", "mug 2 in 3D"]
     assert {b.get("data-viewer") for b in buttons} == {"./models/viewer.js"}
+
+
+def test_names_are_of_families_and_of_categories_of_objects() -> None:
+    found = wanted(["apple", "microwave"])
+    presets = [one for one in found if isinstance(one, FamilyRequest)]
+    assert {one.family for one in presets} == {"microwave"}
+    assert found == [*presets, "apple"]
+    assert set(found) < set(wanted())
+    with pytest.raises(UnknownId, match="microwave"):
+        wanted(["microwav"])

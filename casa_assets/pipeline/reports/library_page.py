@@ -1,0 +1,498 @@
+"""Write the report on a library: one HTML page that opens from disk and needs no network, JSON beside it, files for CI.
+
+Up to MAX_WHOLE inputs all of it stands in the page, so that it can be sent to somebody as one file. Of more inputs,
+pictures are those in the folders of the library, and details leave out what passed; of more than MAX_ROWS the page
+lists the ones that should be looked at first, and the JSON file beside it has all.
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+import os
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlencode
+
+from markupsafe import Markup
+
+from casa_assets.checks.library.duplicates import in_words
+from casa_assets.core.rounding import significant
+from casa_assets.model.issue import CheckResult, Decision, Issue, Report, Severity, Status, Tally
+from casa_assets.pipeline.dedup import library_report
+from casa_assets.pipeline.ingest.job import writing
+from casa_assets.pipeline.ingest.refused_rows import NAME as ROWS
+from casa_assets.pipeline.library import library as disk
+from casa_assets.pipeline.library.entry_files import PICTURE
+from casa_assets.pipeline.library.entry_table import EntryTable
+from casa_assets.pipeline.library.library import CERTIFICATE, REFUSAL
+from casa_assets.pipeline.reports.entry import Entry
+from casa_assets.pipeline.reports.findings import (
+    Change,
+    Compared,
+    Difference,
+    Findings,
+    PriorFit,
+    Quantity,
+    Run,
+    Totals,
+    by_verdict,
+    codes_of,
+    content,
+    cost,
+    counts,
+    findings_of,
+    link_before,
+    outlying,
+    read_run,
+    reasons,
+    stage_times,
+    tail_words,
+)
+from casa_assets.pipeline.reports.gate import Condition, Outcome, junit, sarif
+from casa_assets.pipeline.reports.page_template import MAX_ROWS, Words, all_words, relative_link, render_template
+from casa_assets.pipeline.viewer.page_models import PageModels
+
+MAX_WHOLE = 400
+NO_SECTION = Markup()
+MAX_LISTED = 200  # findings of one check on the library as a whole, inputs of one change; the others are counted
+# A code of advice that at least this share of so many assets have tells nothing of one of them.
+COMMON_SHARE, COMMON_FROM = 0.75, 8
+MAX_OUTLIERS = 8  # of one category and quantity that are named on the page; report.json names all
+CHANGE_TITLES = {
+    Change.WORSE: "Worse",
+    Change.BETTER: "Better",
+    Change.APPEARED: "Appeared",
+    Change.GONE: "Gone",
+}
+# Status of a check -> what the script of the page knows it by; a failed warning is advice.
+STATUS_NUMBERS = {Status.FAILED: 0, Status.PASSED: 1, Status.NOT_APPLICABLE: 2, Status.NOT_RUN: 3}
+ADVICE_NUMBER = 4
+# Files of an asset that the page links to, relative to its folder.
+FILES = (("MJCF", "model.xml"), ("scene", "scene.xml"), ("USD", "usd/{id}.usda"), ("certificate", CERTIFICATE))
+
+
+@dataclass(frozen=True)
+class CiFiles:
+    """Files for continuous integration that are written beside a report; None for those that nobody asked for."""
+
+    junit: Path | None = None
+    sarif: Path | None = None
+
+    def write(self, found: Findings, words: Words) -> None:
+        """Write them. Raises OutputError where a folder cannot be written to."""
+        if self.junit is not None:
+            _write_text(self.junit, junit(found))
+        if self.sarif is not None:
+            _write_text(self.sarif, sarif(found, words))
+
+
+NO_CI_FILES = CiFiles()
+
+
+@dataclass(frozen=True)
+class WrittenReport:
+    """A report that was written. page, json: its files. outcomes: of the conditions that were set."""
+
+    page: Path
+    json: Path
+    outcomes: tuple[Outcome, ...] = ()
+
+
+def write(
+    root: Path,
+    target: Path,
+    baseline: Path | None = None,
+    conditions: Sequence[Condition] = (),
+    models: PageModels | None = None,
+    ci_files: CiFiles = NO_CI_FILES,
+) -> WrittenReport:
+    """Write the page for the library at `root` to `target`, and a JSON file of that name beside it.
+
+    Args:
+        target: the page, `<name>.html`.
+        baseline: report.json or library of an earlier run. conditions: that are judged.
+        models: where the page finds the models of its assets; None where there are none.
+        ci_files: files for continuous integration that are written too.
+    Raises:
+        OutputError: an entry of the library is damaged, the page cannot be written, or there is no such earlier run.
+    """
+    before = read_run(baseline) if baseline is not None else None
+    table = EntryTable(disk.Library(root))
+    entries = sorted(table.entries, key=lambda e: (not e.accepted, e.category if e.accepted else e.source_path, e.id))
+    found, words = findings_of(root, target, entries, before, conditions), all_words()
+    page = render(found, words, _rows(table, found, words), _links(found, before, target), models)
+    json_path = target.with_suffix(".json")
+    _write_text(target, page)
+    _write_text(json_path, json.dumps(content(found, words), sort_keys=True, indent=1) + "\n")
+    ci_files.write(found, words)
+    return WrittenReport(target, json_path, tuple(found.outcomes))
+
+
+def _links(found: Findings, before: Run | None, target: Path) -> dict[str, str]:
+    """Id -> path from the page to what the earlier run has, of all that changed."""
+    if before is None or found.compared is None:
+        return {}
+    told = found.compared.differences
+    return {one.id: link_before(before, one.before, target) for one in told if one.before is not None}
+
+
+def _rows(table: EntryTable, found: Findings, words: Words) -> list[dict[str, Any]]:
+    """Rows of what the page lists."""
+    is_brief, entries = len(found.entries) > MAX_WHOLE, listed(found, words)
+    context = RowContext(found, words, None if is_brief else table.thumbnails(entries), is_brief)
+    return [row_of(entry, context) for entry in table.with_results(entries)]
+
+
+def _write_text(target: Path, text: str) -> None:
+    """Write a file by one rename, in a folder that is made where it is missing. Raises OutputError."""
+    fresh = target.with_name(f".{target.name}.{os.getpid()}")
+    with writing(target.parent):
+        target.parent.mkdir(parents=True, exist_ok=True)
+        try:
+            fresh.write_text(text, encoding="utf-8")
+            fresh.replace(target)
+        finally:
+            with suppress(OSError):
+                fresh.unlink(missing_ok=True)
+
+
+def render(
+    found: Findings,
+    words: Words,
+    rows: Sequence[dict[str, Any]],
+    links: Mapping[str, str] | None = None,
+    models: PageModels | None = None,
+) -> str:
+    """The page; the same findings give the same page.
+
+    Args:
+        rows: see `row_of`; of the entries that the page lists. links: id -> path to what an earlier run has of it.
+        models: where the models of its assets are.
+    """
+    whole, totals = found.whole, found.totals
+    quiet = quiet_codes(found.entries, words)
+    loud = sum(any(code not in quiet for code in entry.advice) for entry in found.entries if entry.accepted)
+    ids = [entry.id for entry in found.entries]
+    spent = cost(found.costs, ids)
+    data = {
+        "rows": rows,
+        "picture": PICTURE,
+        "models": models.data if models else None,
+        "quiet": sorted(quiet),
+        "meanings": {code: words.meaning(code) for code in totals.codes},
+        "checks": words.explanations,
+    }
+    return render_template(
+        "library/page.html",
+        title=found.library,
+        listed=len(rows),
+        count=totals.entries,
+        tiles=_tiles(totals, counts(totals, found.fits, found.compared) | {"advice": loud}),
+        conditions=[(f"{one.mark} {one}", one.holds) for one in found.outcomes],
+        groups=_groups(totals),
+        reasons=_reasons(totals, words),
+        cost=spent,
+        tail_words=tail_words(spent["inputs"]) if spent else "",
+        times=stage_times(found.seconds, ids),
+        whole=render_library_section(whole.report, words.explanations, whole.weights) if whole else NO_SECTION,
+        fits=[_fit(fit) for fit in found.fits],
+        compared=_changes(found.compared, links or {}) if found.compared else None,
+        data=data,
+        styles=("browse/browse.css", "library/page.css"),
+        scripts=("browse/browse.js", "library/page.js", *(("model/model.js",) if models else ())),
+    )
+
+
+def quiet_codes(entries: Sequence[Entry], words: Words) -> frozenset[str]:
+    """Codes of advice that the list does not mark, because nobody has to act on them or nearly all assets have them.
+
+    The details of an asset name them all the same.
+    """
+    advised = [entry.advice for entry in entries if entry.accepted]
+    counted = Counter(code for codes in advised for code in codes)
+    most = COMMON_SHARE * max(len(advised), COMMON_FROM)
+    return frozenset(code for code, count in counted.items() if count >= most or words.needs_nothing(code))
+
+
+# Numbers --------------------------------------------------------------------------------------------------------------
+
+
+def _fit(fit: PriorFit) -> dict[str, Any]:
+    """A row of the table of sizes and masses against the usual ones."""
+    low, high = (f"{significant(value, 3):.10g}" for value in (fit.usual.low, fit.usual.high))
+    return {
+        "name": fit.name,
+        "quantity": fit.quantity.value,
+        "usual": f"{low} to {high} {fit.quantity.unit}",
+        "count": fit.count,
+        "outlying": len(fit.outliers),
+        "outliers": [
+            {"id": o.id, "times": f"{o.factor:.3g} times {'over' if o.is_over else 'under'}"}
+            for o in fit.outliers[:MAX_OUTLIERS]
+        ],
+    }
+
+
+def _groups(totals: Totals) -> list[tuple[str, list[dict[str, Any]]]]:
+    """Heading, and counts by verdict with a link to what is counted, of categories and of sources."""
+    found = []
+    for heading, key, group in (("Category", "category", totals.categories), ("Source", "source", totals.sources)):
+        rows = by_verdict(group)
+        found.append((heading, [{**row, "link": f"#{urlencode({key: row['name']})}"} for row in rows]))
+    return found
+
+
+def _reasons(totals: Totals, words: Words) -> list[dict[str, Any]]:
+    """Reasons with links to the entries that have them."""
+    rows = reasons(totals, words)
+    for row in rows:
+        row["link"] = "#" + urlencode({"decide" if row["verdict"] == "review" else "reason": row["reason"]})
+    return rows
+
+
+def _tiles(totals: Totals, shown: Mapping[str, int]) -> list[dict[str, str]]:
+    """The numbers at the top, which are readable without scripts too; those with a filter lead to what they count."""
+    good, read, unsure = shown[Decision.ACCEPTED], shown["entries"], shown[Decision.REVIEW]
+    share = f"{100.0 * good / read:.3g} % of {read:,} inputs" if read else "nothing was read"
+    refusals = sum(verdict == "rejected" for verdict, _ in totals.reasons)
+    odd = shown["size-outliers"] + shown["mass-outliers"]
+    assets = {name: n for name, by in totals.categories.items() if (n := by.total() - by[Decision.REJECTED])}
+    decided = "to be decided" if unsure else "nothing to decide"
+    others = totals.advised - shown["advice"]
+    routine = f"{others:,} others have routine notes" if others else "to look at"
+    tiles = [
+        ("accepted", "Accepted", good, share, "#verdict=accepted"),
+        ("review", "In review", unsure, decided, "#verdict=review"),
+        ("rejected", "Rejected", shown["rejected"], f"for {_count(refusals, 'reason')}", "#verdict=rejected"),
+        ("advised", "With advice", shown["advice"], routine, "#advice=yes"),
+        ("odd", "Unusual", odd, "outside the usual size or mass", "#outlier=size&outlier=mass"),
+        ("checks", "Checks passed", totals.checks.passed, _applying(totals.checks), ""),
+        ("categories", "Categories", len(assets), _largest(assets), "#tab=numbers"),
+    ]
+    return [
+        {"key": key if value else "zero", "label": label, "value": f"{value:,}", "note": note, "link": link}
+        for key, label, value, note, link in tiles
+    ]
+
+
+def _applying(checks: Tally) -> str:
+    """Note beside the number of checks that passed."""
+    return f"of {checks.applying:,} that apply" + (f", {checks.not_run:,} not run" if checks.not_run else "")
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number:,} {noun}{'' if number == 1 else 's'}"
+
+
+def _largest(assets: Mapping[str, int]) -> str:
+    """The category with most assets, the first by name where several have as many."""
+    if not assets:
+        return "none"
+    name, number = min(assets.items(), key=lambda item: (-item[1], item[0]))
+    return f"most: {name} ({number:,})"
+
+
+# Changes and checks of all together -----------------------------------------------------------------------------------
+
+
+def _changes(compared: Compared, links: Mapping[str, str]) -> dict[str, Any]:
+    """What changed since an earlier run, as the template shows it."""
+    kinds = []
+    for change, title in CHANGE_TITLES.items():
+        members = [one for one in compared.differences if one.change is change]
+        kinds.append(
+            {
+                "change": change.value,
+                "title": title,
+                "count": len(members),
+                "rows": [_change(one, links.get(one.id, "")) for one in members[:MAX_LISTED]],
+            }
+        )
+    return {"name": compared.name, "kinds": kinds}
+
+
+def _change(one: Difference, link: str) -> dict[str, Any]:
+    path, _, row = link.partition("#")
+    return {
+        "id": one.id,
+        "is_here": one.now is not None,
+        "before": one.before.in_words if one.before else "was not there",
+        "now": one.now.in_words if one.now else "is not there",
+        "link": (relative_link(path) + (f"#{row}" if row else "")) if link else "",
+    }
+
+
+def render_library_section(report: Report | None, explanations: Mapping[str, str], weights: str = "") -> Markup:
+    """HTML of the section on the checks of all assets together; empty where no check of the library as a whole has run.
+
+    Args:
+        report: on the library. explanations: code of a check -> its title and what is tested.
+        weights: name of the CLIP weights that looked at the pictures; empty where none did.
+    """
+    if report is None or not report.results:
+        return NO_SECTION
+    return Markup(  # noqa: S704  the template has escaped every value
+        render_template(
+            "library/section.html",
+            seen=f"pictures looked at by CLIP with {weights}" if weights else "nobody looked at the pictures",
+            rows=[
+                _library_check(r, [i for i in report.issues if i.code == r.code], explanations) for r in report.results
+            ],
+            most=MAX_LISTED,
+        )
+    )
+
+
+def _library_check(result: CheckResult, issues: Sequence[Issue], explanations: Mapping[str, str]) -> dict[str, Any]:
+    state = {
+        Status.PASSED: "passed",
+        Status.FAILED: f"{len(issues)} found",
+        Status.NOT_APPLICABLE: f"does not apply: {result.reason}",
+        Status.NOT_RUN: f"not run: {result.reason}",
+    }[result.status]
+    return {
+        "code": result.code,
+        "why": explanations.get(result.code, ""),
+        "kind": {Status.PASSED: "good", Status.NOT_APPLICABLE: "small"}.get(result.status, "warn-text"),
+        "state": state,
+        "number": "" if result.number is None else f", measured {result.number:.3g}",
+        "limit": "" if result.limit is None else f", limit {result.limit:g}",
+        "issues": issues,
+    }
+
+
+# Rows -----------------------------------------------------------------------------------------------------------------
+
+
+def listed(found: Findings, words: Words, most: int = MAX_ROWS) -> list[Entry]:
+    """The entries that the page lists, in their order: all, or of many those that should be looked at first."""
+    if len(found.entries) <= most:
+        return list(found.entries)
+    quiet = quiet_codes(found.entries, words)
+    odd = {name for quantity in Quantity for name in outlying(found.fits, quantity)}
+
+    def rank(entry: Entry) -> int:
+        """As the script of the page orders its rows."""
+        if entry.decision is not Decision.ACCEPTED:
+            return 0 if entry.decision is Decision.REJECTED else 1
+        return 2 if entry.id in odd else 3 if any(code not in quiet for code in entry.advice) else 4
+
+    chosen = sorted(range(len(found.entries)), key=lambda place: rank(found.entries[place]))[:most]
+    return [found.entries[place] for place in sorted(chosen)]
+
+
+@dataclass(frozen=True)
+class RowContext:
+    """What rows tell beside their entries.
+
+    Attributes:
+        found, words: of the report. pictures: small ones by `Entry.path`; None: the page shows those in the library.
+        odd: quantity -> ids of assets outside the usual range. changes: id -> how it does beside an earlier run.
+        is_brief: leave out checks that passed or do not apply.
+    """
+
+    found: Findings
+    words: Words
+    pictures: Mapping[str, bytes] | None = None
+    is_brief: bool = False
+
+    @cached_property
+    def odd(self) -> dict[str, frozenset[str]]:  # noqa: D102  see the class
+        return {quantity.value: frozenset(outlying(self.found.fits, quantity)) for quantity in Quantity}
+
+    @cached_property
+    def changes(self) -> dict[str, str]:  # noqa: D102  see the class
+        differences = self.found.compared.differences if self.found.compared else ()
+        return {one.now.id: one.change.value for one in differences if one.now is not None}
+
+
+def row_of(entry: Entry, context: RowContext) -> dict[str, Any]:
+    """A row as the script of the page reads it; size in centimetres, mass in kg, None for a rejected input.
+
+    `codes` are what it was rejected for, or the advice that it has; `decide` what a person has to decide; `more` is
+    shown when it is opened. What the words mean stands in docs/reference/report.md.
+
+    Args:
+        entry: with the results of its checks.
+    """
+    summary, root = entry.summary, context.found.root
+    row = {
+        "id": entry.id,
+        "verdict": entry.decision.value,
+        "category": entry.category,
+        "title": entry.title,
+        "source": entry.source,
+        "path": entry.source_path,
+        "licence": entry.licence,
+        "author": entry.author,
+        "size": [round(100.0 * side, 3) for side in summary.extents] if summary else None,
+        "mass": _short(summary.mass) if summary else None,
+        "colliders": summary.colliders if summary else None,
+        "faces": summary.faces if summary else None,
+        "passed": entry.checks.passed,
+        "applying": entry.checks.applying,
+        "codes": list(codes_of(entry)),
+        "decide": sorted(set(entry.to_decide)),
+        "outlier": [name for name, ids in context.odd.items() if entry.id in ids],
+        "change": context.changes.get(entry.id, ""),
+        "folder": relative_link(entry.path if root == "." else f"{root}/{entry.path}"),
+        "more": _details(entry, context),
+    }
+    if context.pictures is not None:
+        row["thumb"] = _data_uri(context.pictures.get(entry.path, b""))
+    return row
+
+
+def _details(entry: Entry, context: RowContext) -> dict[str, Any]:
+    """What the page tells of an entry that is opened."""
+    is_left_out = {Status.PASSED, Status.NOT_APPLICABLE} if context.is_brief else set()
+    shown = [result for result in entry.results if result.status not in is_left_out]
+    seconds = context.found.seconds.get(entry.id, {})
+    told: dict[str, Any] = {
+        "results": [[r.code, _status_number(r), _short(r.number), _short(r.limit), r.unit, r.reason] for r in shown],
+        "seconds": {stage: _short(value) for stage, value in seconds.items()},
+    }
+    if entry.decision is Decision.REJECTED:
+        told["reason"], told["fix"] = context.words.reason_and_fix(entry)
+        # Refused rows of a manifest share one file and have no folder.
+        told["files"] = [] if entry.path.endswith(f"/{ROWS}") else [["reason", relative_link(REFUSAL)]]
+        return told
+    return told | {
+        "hull": entry.summary.hull_vertices if entry.summary else 0,
+        "uri": entry.uri,
+        "prompt": entry.prompt,
+        "generator": entry.generator,
+        "looks": _look(entry, context.found),
+        "warnings": [[issue.code, issue.pointer, issue.message] for issue in entry.warnings],
+        "guesses": [[g.subject, g.value, _short(g.confidence), g.reason] for g in entry.guesses],
+        "files": [[label, relative_link(path.format(id=entry.id))] for label, path in FILES],
+    }
+
+
+def _look(entry: Entry, found: Findings) -> str:
+    """What the pictures of an asset look like to a model; empty where nobody has looked at it as it is now."""
+    seen = found.whole.seen.get(entry.id) if found.whole else None
+    if seen is None or seen.content != entry.digest:
+        return ""
+    return in_words(library_report.likeness_of(entry.id, seen))
+
+
+def _status_number(result: CheckResult) -> int:
+    is_advice = result.status is Status.FAILED and result.severity is Severity.WARNING
+    return ADVICE_NUMBER if is_advice else STATUS_NUMBERS[result.status]
+
+
+def _data_uri(webp: bytes) -> str:
+    """A picture as text that a page can show; empty for none."""
+    return f"data:image/webp;base64,{base64.b64encode(webp).decode('ascii')}" if webp else ""
+
+
+def _short(number: float | None) -> float | None:
+    """Round to six digits, which are enough to read and keep the page small."""
+    return None if number is None else significant(number, 6)
