@@ -34,7 +34,6 @@ if TYPE_CHECKING:
     from casa_assets.api.textures import ingest_textures
     from casa_assets.core.cache_folder import cache_dir
     from casa_assets.errors import CasaError, OutputError, RegistryError, Rejected, UnknownId
-    from casa_assets.families.family import Params
     from casa_assets.geometry.mesh.trimesh_exchange import to_trimesh
     from casa_assets.model.asset.asset import Asset
     from casa_assets.model.issue import Issue, Report
@@ -44,7 +43,6 @@ if TYPE_CHECKING:
     from casa_assets.pipeline.reports.entry import Entry
     from casa_assets.pipeline.textures.packs.ingest import PackReport
     from casa_assets.projects import use_project
-    from casa_assets.registry.plugins.plugin import Exporter, Plugin, Source
 
 __version__ = "0.1.0"
 __all__ = [
@@ -74,9 +72,6 @@ __all__ = [
     "use_project",
     "make",
     "plugins",
-    "Plugin",
-    "Source",
-    "Exporter",
     "Kitchen",
     "Weight",
     "FixtureStates",
@@ -86,7 +81,6 @@ __all__ = [
     "StablePose",
     "SurfaceTextures",
     "Asset",
-    "Params",
     "Report",
     "Issue",
     "Ingested",
@@ -127,13 +121,11 @@ _SOURCES = {
     "SurfaceTextures": "casa_assets.pipeline.kitchens.surface_textures",
     "Asset": "casa_assets.model.asset.asset",
     **dict.fromkeys(("Issue", "Report"), "casa_assets.model.issue"),
-    "Params": "casa_assets.families.family",
     "Entry": "casa_assets.pipeline.reports.entry",
     "SearchHit": "casa_assets.pipeline.dedup.search",
     "MeshInput": "casa_assets.pipeline.ingest.in_memory",
     "cache_dir": "casa_assets.core.cache_folder",
     "use_project": "casa_assets.projects",
-    **dict.fromkeys(("Plugin", "Source", "Exporter"), "casa_assets.registry.plugins.plugin"),
     "to_trimesh": "casa_assets.geometry.mesh.trimesh_exchange",
 }
 

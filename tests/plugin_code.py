@@ -14,16 +14,25 @@ import numpy as np
 from pydantic import Field
 
 import casa_assets as casa
-from casa_assets.checks.check import Check, Measurement, at_most
-from casa_assets.families.family import Family, FinishId, Params
-from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
-from casa_assets.families.kit.solids.blocks import board
-from casa_assets.families.parametric_model import ParametricModel
-from casa_assets.model.asset.asset import Asset, Base
-from casa_assets.model.issue import Severity
-from casa_assets.model.record import Record
-from casa_assets.textures.canvas import Canvas, Layers
-from casa_assets.textures.kind import TextureKind
+from casa_assets.ext import (
+    ROOT,
+    AssetBuilder,
+    Base,
+    Canvas,
+    Check,
+    Family,
+    FinishId,
+    Layers,
+    Measurement,
+    ParametricModel,
+    Params,
+    Plugin,
+    Record,
+    Severity,
+    TextureKind,
+    at_most,
+    board,
+)
 
 
 class Plinth(Params):
@@ -62,12 +71,12 @@ def add_coaster(builder: AssetBuilder, p: Coaster) -> None:
 FORM = ParametricModel("square", Coaster, add_coaster, base=Base.FREE)
 
 
-def parts(asset: Asset, limit: float) -> Measurement:
+def parts(asset: casa.Asset, limit: float) -> Measurement:
     return at_most(float(len(asset.links)), limit, "links", "has more links than people like")
 
 
 CHECK = Check(
-    "TST001", "Few links", Severity.ERROR, Asset, parts, "most_links", "",
+    "TST001", "Few links", Severity.ERROR, casa.Asset, parts, "most_links", "",
     "An asset has at most {limit:g} links; leave some out.",
 )
 
@@ -107,11 +116,11 @@ class Blocks:
 
     name, about = "blocks", "The mass of each asset, as JSON."
 
-    def write(self, asset: Asset) -> Mapping[str, bytes]:
+    def write(self, asset: casa.Asset) -> Mapping[str, bytes]:
         return {"block.json": json.dumps({"id": asset.id, "mass": round(asset.mass, 6)}).encode()}
 
 
-PLUGIN = casa.Plugin(
+PLUGIN = Plugin(
     name="testing", version="1.0", families=(FAMILY,), forms=(FORM,), checks=(CHECK,), limits={"most_links": 40.0},
     texture_kinds=(TextureKind("chequers", Chequers, paint),), sources=(Depot(),), exporters=(Blocks(),),
 )

@@ -7,6 +7,7 @@ import mujoco
 import trimesh
 
 import casa_assets as casa
+from casa_assets import ext
 
 plan: casa.PlanInfo = casa.plans()["l_small"]
 bounds: casa.Bounds = plan.bounds[next(iter(plan.bounds))]
@@ -38,7 +39,7 @@ print(len(side_by_side), side_by_side.qpos, one_of_them.address("door"), one_of_
 states: casa.FixtureStates = behaviors.update(mujoco.MjData(model))
 state: str | None = states["microwave"]["power"]
 asset: casa.Asset = casa.build("microwave", "steel", {"width": 0.6})
-params: casa.Params = casa.sample("microwave", seed=1, index=4)
+params: ext.Params = casa.sample("microwave", seed=1, index=4)
 drawn: casa.Asset = casa.build("microwave", params=params)
 apple: casa.Asset = casa.build_object("apple", seed=1, index=4)
 report: casa.Report = casa.check(asset)
@@ -71,9 +72,9 @@ pack: casa.PackReport = casa.ingest_textures("pictures", surface="wall", tile_m=
 picture: str = pack.pack.pictures[0].id
 runs: tuple[casa.MadeRun, ...] = casa.make("my_kitchens", plugins=False)
 print(runs[0].passed, runs[0].command, runs[0].exit_code, runs[0].rows[0]["id"])
-plugin: casa.Plugin = casa.plugins().get("ours") or casa.Plugin("ours", "1.0")
-sources: tuple[casa.Source, ...] = plugin.sources
-exporters: tuple[casa.Exporter, ...] = plugin.exporters
+plugin: ext.Plugin = casa.plugins().get("ours") or ext.Plugin("ours", "1.0")
+sources: tuple[ext.Source, ...] = plugin.sources
+exporters: tuple[ext.Exporter, ...] = plugin.exporters
 version: str = casa.__version__
 try:
     casa.kitchen("galley", "rustik")

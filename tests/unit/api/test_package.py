@@ -10,6 +10,7 @@ from types import ModuleType
 import pytest
 
 import casa_assets as casa
+from casa_assets import ext
 from casa_assets.core.cache_folder import cache_dir, max_cache_bytes
 from casa_assets.registry.families import family as family_of
 
@@ -29,6 +30,13 @@ def test_every_name_is_there() -> None:
         assert name in dir(casa)
     with pytest.raises(AttributeError, match="kitchn"):
         casa.kitchn  # noqa: B018  # type: ignore[attr-defined]
+
+
+def test_names_for_plugins_are_there_and_have_one_path() -> None:
+    assert [name for name in ext.__all__ if not hasattr(ext, name)] == []
+    assert set(ext.__all__) & set(casa.__all__) == set()
+    defined = [getattr(ext, name) for name in ext.__all__]
+    assert len({id(value) for value in defined}) == len(defined)
 
 
 @pytest.mark.representatives(1)

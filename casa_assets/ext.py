@@ -1,0 +1,87 @@
+"""What plug-ins and add-ons may import: records and functions to add families, objects, checks, textures and formats.
+
+    import casa_assets as casa
+    from casa_assets import ext
+
+    PLUGIN = ext.Plugin(name="tea", version="1.0", families=(...,))
+
+The names in `__all__` are stable within a version; every other module of the package may change at any time. Each name
+has one path: what users of the package need (`casa.Asset`, `casa.build`, `casa.check`) is in `casa_assets` alone.
+"""
+
+from __future__ import annotations
+
+from casa_assets.checks.check import (
+    Check,
+    Measurement,
+    all_at_least,
+    all_at_most,
+    at_least,
+    at_most,
+    count,
+    no_fault,
+    not_applicable,
+)
+from casa_assets.families.family import Family, FinishId, Params
+from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
+from casa_assets.families.kit.solids.blocks import ball, board, box, lathe, rod
+from casa_assets.families.kit.solids.boolean import intersect, subtract, union
+from casa_assets.families.kit.solids.loft import loft
+from casa_assets.families.kit.solids.solid import Solid
+from casa_assets.families.kit.solids.sweep import circle, prism, rectangle, tube
+from casa_assets.families.parametric_model import ParametricModel
+from casa_assets.model.asset.asset import Base
+from casa_assets.model.issue import Severity
+from casa_assets.model.record import Record
+from casa_assets.registry.plugins.plugin import Exporter, Plugin, Source
+from casa_assets.textures.canvas import Canvas, Layers, blend, rgb, smoothstep
+from casa_assets.textures.kind import TextureKind
+
+__all__ = [
+    # a plug-in, and what it may bring that is no data
+    "Plugin",
+    "Source",
+    "Exporter",
+    # families of fixtures and forms of objects
+    "Family",
+    "ParametricModel",
+    "Params",
+    "FinishId",
+    "Record",
+    "Base",
+    "AssetBuilder",
+    "ROOT",
+    # solids
+    "Solid",
+    "box",
+    "board",
+    "rod",
+    "ball",
+    "lathe",
+    "prism",
+    "tube",
+    "loft",
+    "circle",
+    "rectangle",
+    "union",
+    "subtract",
+    "intersect",
+    # checks
+    "Check",
+    "Severity",
+    "Measurement",
+    "no_fault",
+    "not_applicable",
+    "at_most",
+    "at_least",
+    "all_at_most",
+    "all_at_least",
+    "count",
+    # textures
+    "TextureKind",
+    "Canvas",
+    "Layers",
+    "rgb",
+    "blend",
+    "smoothstep",
+]
