@@ -11,10 +11,10 @@ import pytest
 
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes
+from casa_assets.ingest.load import collada as collada_mesh
 from casa_assets.ingest.load import load
-from casa_assets.ingest.load.collada import mesh as collada_mesh
-from casa_assets.ingest.load.ply import reader as ply_reader
-from casa_assets.ingest.load.wavefront import reader as wavefront_reader
+from casa_assets.ingest.load import obj as wavefront_reader
+from casa_assets.ingest.load import ply as ply_reader
 from casa_assets.ingest.repair.cracks import MAX_PAIRS, _within
 from casa_assets.model.ingest.source import Bundle
 from tests.mesh_files import LIMITS

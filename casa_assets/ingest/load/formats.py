@@ -7,6 +7,7 @@ import re
 import struct
 import zipfile
 from collections.abc import Mapping
+from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import PurePosixPath
 
@@ -33,6 +34,23 @@ class Format(StrEnum):
     MAX_3DS = "max3ds"
     BLEND = "blend"
     TRIMESH = "trimesh"
+
+
+class Role(StrEnum):
+    """Role of a referenced file: buffers and layers are required, pictures and materials may be missing."""
+
+    BUFFER = "buffer"
+    MATERIAL = "material"
+    IMAGE = "image"
+    LAYER = "layer"
+
+
+@dataclass(frozen=True)
+class Reference:
+    """A name as written in a file, and what it is for."""
+
+    name: str
+    role: Role
 
 
 # Suffix of each format that files come in.

@@ -12,8 +12,8 @@ from casa_assets.core.typing import Floats, Ints
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.formats import Format
-from casa_assets.ingest.load.names import UniqueNames
 from casa_assets.ingest.load.notes import Notes
+from casa_assets.ingest.load.text import UniqueNames
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.mesh import Mesh
 from casa_assets.model.ingest.source import RawModel, RawPart, Up
