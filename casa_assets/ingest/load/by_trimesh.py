@@ -30,6 +30,27 @@ from casa_assets.model.ingest.source import Bundle, RawModel, Up
 # Components may name components, so a small file can ask for endless copies.
 MAX_COPIES = 20_000
 _COLORS = frozenset({"basematerials", "colorgroup", "texture2d", "texture2dgroup", "compositematerials"})
+# Words of text for each face that is allowed: three numbers for each of a face's own vertices, and its corners.
+WORDS_PER_FACE = 16
+# Bytes of XML for each face that is allowed: a triangle and the vertices that it brings take about 80 to 130.
+BYTES_PER_FACE = 200
+SMALLEST_PACKAGE = 1 << 20
+# What trimesh's readers raise on files that are broken.
+_FAULTS = (
+    ValueError,
+    LookupError,
+    AttributeError,
+    TypeError,
+    NameError,
+    ArithmeticError,
+    RuntimeError,
+    OSError,
+    StopIteration,
+    SyntaxError,
+    zipfile.BadZipFile,
+    zlib.error,
+    struct.error,
+)
 
 
 @dataclass
@@ -114,29 +135,6 @@ def _placed(objects: Mapping[str, _Object], placed: list[str], name: str) -> tup
     if copies > MAX_COPIES:
         raise Rejected(codes.BAD_SCENE_GRAPH, f"{name}: objects are copied without end; export the file again")
     return faces, copies
-
-
-# Words of text for each face that is allowed: three numbers for each of a face's own vertices, and its corners.
-WORDS_PER_FACE = 16
-# Bytes of XML for each face that is allowed: a triangle and the vertices that it brings take about 80 to 130.
-BYTES_PER_FACE = 200
-SMALLEST_PACKAGE = 1 << 20
-# What trimesh's readers raise on files that are broken.
-_FAULTS = (
-    ValueError,
-    LookupError,
-    AttributeError,
-    TypeError,
-    NameError,
-    ArithmeticError,
-    RuntimeError,
-    OSError,
-    StopIteration,
-    SyntaxError,
-    zipfile.BadZipFile,
-    zlib.error,
-    struct.error,
-)
 
 
 def references(data: bytes, name: str) -> list[Reference]:

@@ -8,7 +8,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
-from lxml import etree
 
 from casa_assets.core.rotation import about_axis
 from casa_assets.core.typing import Floats, Ints
@@ -17,22 +16,32 @@ from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.formats import Format, Reference, Role
 from casa_assets.ingest.load.guarded_xml import (
     Element,
-    check_xml,
     children,
     count_of,
     find_path,
     floats_of,
     integers_of,
     local_name,
+    parse_xml,
     text_of,
 )
 from casa_assets.ingest.load.materials import Images, ImageUse, linear_from_srgb
 from casa_assets.ingest.load.notes import Notes, printable
-from casa_assets.ingest.load.polygons import triangulate
+from casa_assets.ingest.load.polygons import cut_whole, fan, strip
 from casa_assets.ingest.load.raw_parts import ReadPart, check_face_count, merged_corners, raw_model, transformed
 from casa_assets.ingest.load.text import UniqueNames
 from casa_assets.model.asset.material import ColorSpace, Material, Texture
 from casa_assets.model.ingest.source import Bundle, RawModel, Up
+
+_SHADERS = ("phong", "lambert", "blinn", "constant")
+_BLACK = 0.02
+SURFACES = ("triangles", "polylist", "polygons", "tristrips", "trifans")
+# instance_node may share nodes, so a small file can ask for endless copies
+MAX_NODES = 20_000
+DEEPEST_NODE = 400
+# Names of so many levels of nodes are kept.
+MAX_NAMES = 16
+_UPS = {"X_UP": Up.X, "Y_UP": Up.Y, "Z_UP": Up.Z}
 
 
 @dataclass
@@ -48,16 +57,8 @@ class Document:
 
 
 def open_dae(data: bytes, name: str) -> Document:
-    """Tree of a COLLADA file. Raises as `guard`, and BAD_XML where it is no COLLADA."""
-    check_xml(data, name)
-    parser = etree.XMLParser(
-        resolve_entities=False, no_network=True, load_dtd=False, huge_tree=True, remove_comments=True, remove_pis=True
-    )
-    try:
-        root = etree.fromstring(data, parser)
-    except (etree.XMLSyntaxError, ValueError) as error:
-        message = f"{name}: the XML is broken ({printable(str(error), 80)}); export it again"
-        raise Rejected(codes.BAD_XML, message) from error
+    """Tree of a COLLADA file. Raises Rejected as `parse_xml`, and WRONG_TYPE where it is no COLLADA."""
+    root = parse_xml(data, name)
     if local_name(root) != "COLLADA":
         raise Rejected(
             codes.WRONG_TYPE, f"{name}: XML, but not COLLADA (its root is {printable(local_name(root), 30)})"
@@ -68,10 +69,6 @@ def open_dae(data: bytes, name: str) -> Document:
         if key:
             by_id.setdefault(key, element)
     return Document(root, by_id)
-
-
-_SHADERS = ("phong", "lambert", "blinn", "constant")
-_BLACK = 0.02
 
 
 @dataclass(frozen=True)
@@ -213,9 +210,6 @@ def image_file(image: Element | None) -> str:
     return text_of(inner if inner is not None else place)
 
 
-SURFACES = ("triangles", "polylist", "polygons", "tristrips", "trifans")
-
-
 @dataclass(frozen=True)
 class Primitive:
     """Triangles of one primitive, node frame not yet applied.
@@ -293,7 +287,7 @@ def _piece(document: Document, primitive: Element, notes: Notes) -> Primitive | 
         return None
     _check(inputs, corners, primitive)
     position = next(i for i in inputs if i.semantic == "POSITION")
-    picks = _triangles(position.table[corners[:, position.offset]], lengths, notes)
+    picks = _triangles(position.table, corners[:, position.offset], lengths, notes)
     if not len(picks):
         return None
     return _assembled(primitive.get("material", ""), inputs, corners[picks.reshape(-1)])
@@ -363,9 +357,9 @@ def _corners(primitive: Element, stride: int, notes: Notes) -> tuple[Ints, Ints]
     if not rows:
         return np.zeros((0, stride), dtype=np.int64), np.zeros(0, dtype=np.int64)
     if kind == "tristrips":
-        rows = [r[_strip(len(r))] for r in rows]
+        rows = [r[strip(len(r)).reshape(-1)] for r in rows]
     elif kind == "trifans":
-        rows = [r[_fan(len(r))] for r in rows]
+        rows = [r[fan(len(r)).reshape(-1)] for r in rows]
     whole = np.concatenate(rows)
     if kind == "polygons":
         return whole, np.array([len(r) for r in rows], dtype=np.int64)
@@ -383,17 +377,6 @@ def _corners(primitive: Element, stride: int, notes: Notes) -> tuple[Ints, Ints]
     return whole[: len(whole) // 3 * 3], np.full(len(whole) // 3, 3, dtype=np.int64)
 
 
-def _strip(count: int) -> Ints:
-    i = np.arange(max(0, count - 2))
-    odd = i % 2
-    return np.column_stack((i + odd, i + 1 - odd, i + 2)).reshape(-1)
-
-
-def _fan(count: int) -> Ints:
-    i = np.arange(max(0, count - 2))
-    return np.column_stack((np.zeros_like(i), i + 1, i + 2)).reshape(-1)
-
-
 def _check(inputs: list[_Input], corners: Ints, primitive: Element) -> None:
     for one in inputs:
         column = corners[:, one.offset]
@@ -404,38 +387,16 @@ def _check(inputs: list[_Input], corners: Ints, primitive: Element) -> None:
             raise Rejected(codes.OUT_OF_BOUNDS, message + "; export the file again")
 
 
-def _triangles(points: Floats, lengths: Ints, notes: Notes) -> Ints:
+def _triangles(points: Floats, corners: Ints, lengths: Ints, notes: Notes) -> Ints:
     """(T, 3) corner rows of all polygons."""
+    dropped = int((lengths < 3).sum())
+    if dropped:
+        notes.add(codes.FACE_DROPPED, "polygons", f"{dropped} faces with fewer than three corners were dropped")
     starts = np.cumsum(lengths) - lengths
-    found: list[tuple[Ints, Ints]] = []
-    for corners in np.unique(lengths):
-        which = np.flatnonzero(lengths == corners)
-        if corners < 3:
-            notes.add(
-                codes.FACE_DROPPED,
-                "polygons",
-                f"{len(which)} faces with fewer than three corners were dropped",
-            )
-            continue
-        index = starts[which][:, None] + np.arange(corners)
-        local, polygon, fanned = triangulate(points[index][:, :, :3])
-        if fanned:
-            notes.add(codes.POLYGON_FAN, "polygons", f"{fanned} concave or crossed faces were cut as fans")
-        found.append((index[polygon[:, None], local], which[polygon]))
-    if not found:
-        return np.zeros((0, 3), dtype=np.int64)
-    order = np.argsort(np.concatenate([f[1] for f in found]), kind="stable")
-    return np.concatenate([f[0] for f in found])[order]
-
-
-Matrix = npt.NDArray[np.float64]
-
-# instance_node may share nodes, so a small file can ask for endless copies
-MAX_NODES = 20_000
-DEEPEST_NODE = 400
-# Names of so many levels of nodes are kept.
-MAX_NAMES = 16
-_UPS = {"X_UP": Up.X, "Y_UP": Up.Y, "Z_UP": Up.Z}
+    picks, _, fanned = cut_whole(points[:, :3], corners, starts, lengths, lengths >= 3)
+    if fanned:
+        notes.add(codes.POLYGON_FAN, "polygons", f"{fanned} concave or crossed faces were cut as fans")
+    return picks
 
 
 @dataclass
@@ -478,7 +439,7 @@ class _Reader:
                     inner.append((target, world, depth + 1, names))
             stack.extend(reversed(inner))
 
-    def geometry(self, geometry: Element | None, instance: Element | None, world: Matrix, label: str) -> None:
+    def geometry(self, geometry: Element | None, instance: Element | None, world: Floats, label: str) -> None:
         """Add the parts of one placed geometry."""
         mesh = find_path(geometry, "mesh")
         if geometry is None or mesh is None:
@@ -507,7 +468,7 @@ class _Reader:
         """Files without bind_material name the material itself as the symbol."""
         return f"#{symbol}" if symbol else None
 
-    def _controller(self, instance: Element, world: Matrix, label: str) -> None:
+    def _controller(self, instance: Element, world: Floats, label: str) -> None:
         skin = find_path(self.document.target(instance.get("url")), "skin")
         if skin is None:
             return
@@ -521,14 +482,14 @@ class _Reader:
         self.geometry(self.document.target(skin.get("source")), instance, world, label)
 
 
-def _placed(primitive: Primitive, surface: Surface, binding: Element | None, world: Matrix, name: str) -> ReadPart:
+def _placed(primitive: Primitive, surface: Surface, binding: Element | None, world: Floats, name: str) -> ReadPart:
     vertices, normals, is_mirrored = transformed(primitive.vertices, primitive.normals, world)
     faces = primitive.faces[:, ::-1] if is_mirrored else primitive.faces
     uv = _chosen_uv(primitive, surface, binding)
     return ReadPart(name, vertices, faces, surface.material, uv, normals, primitive.colors)
 
 
-def _chosen_uv(primitive: Primitive, surface: Surface, binding: Element | None) -> npt.NDArray[np.float64] | None:
+def _chosen_uv(primitive: Primitive, surface: Surface, binding: Element | None) -> Floats | None:
     """The set that the picture's texcoord symbol is bound to, else the first."""
     for binding_input in children(binding, "bind_vertex_input"):
         if binding_input.get("semantic") == surface.texcoord and binding_input.get("input_set", "0").isdigit():
@@ -538,7 +499,7 @@ def _chosen_uv(primitive: Primitive, surface: Surface, binding: Element | None) 
     return primitive.uvs[min(primitive.uvs)] if primitive.uvs else None
 
 
-def node_matrix(node: Element, notes: Notes) -> Matrix:
+def node_matrix(node: Element, notes: Notes) -> Floats:
     """(4, 4) parent_from_node: the product of the node's transforms in file order, file units."""
     out = np.eye(4)
     for child in children(node, "matrix", "translate", "rotate", "scale"):
@@ -560,7 +521,7 @@ def node_matrix(node: Element, notes: Notes) -> Matrix:
     return out
 
 
-def _turn(axis: Matrix, angle: float) -> Matrix:
+def _turn(axis: Floats, angle: float) -> Floats:
     """(3, 3) rotation about an axis of any length, angle in rad; none where the axis has no length."""
     length = float(np.linalg.norm(axis))
     if length < 1e-12:

@@ -14,6 +14,58 @@ from pathlib import PurePosixPath
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
 
+# Formats whose files are often the source, or another export, of a mesh of the same name beside them.
+SECOND_CHOICE = frozenset(
+    {".fbx", ".blend", ".usd", ".usda", ".usdc", ".usdz", ".x3d", ".wrl", ".vrml", ".3ds", ".off", ".xaml"}
+)
+NAMES = "GLB, glTF, OBJ, PLY, STL, DAE, OFF, 3MF, XAML, FBX, USD, X3D, VRML, 3DS, blend"
+# Files that hold meshes, or archives of them, in formats that are not read: suffix -> what it is and what to do.
+UNREAD_SUFFIXES: Mapping[str, str] = {
+    ".max": "a 3ds Max file; export it as GLB",
+    ".ma": "a Maya file; export it as GLB",
+    ".mb": "a Maya file; export it as GLB",
+    ".c4d": "a Cinema 4D file; export it as GLB",
+    ".lwo": "a LightWave file; convert it: assimp export IN.lwo OUT.glb",
+    ".3dxml": "a 3DXML file; convert it to GLB",
+    ".amf": "an AMF file; convert it: assimp export IN.amf OUT.glb",
+    ".3dm": "a Rhino file; export it as GLB",
+    ".skp": "a SketchUp file; export it as GLB",
+    ".step": "a STEP file; export a mesh of it as GLB",
+    ".stp": "a STEP file; export a mesh of it as GLB",
+    ".iges": "an IGES file; export a mesh of it as GLB",
+    ".igs": "an IGES file; export a mesh of it as GLB",
+    ".abc": "an Alembic file; import it in Blender, export it as GLB",
+    ".splat": "a cloud of Gaussians, not a surface; export a mesh",
+    ".gz": "a gzip archive; unpack it: gunzip --keep FILE",
+    ".bz2": "a bzip2 archive; unpack it: bunzip2 --keep FILE, or tar xf FILE",
+    ".xz": "an xz archive; unpack it: unxz --keep FILE, or tar xf FILE",
+    ".7z": "a 7z archive; unpack it: 7z x FILE",
+    ".rar": "a RAR archive; unpack it: unrar x FILE",
+    ".x": "a DirectX file; convert it: assimp export IN.x OUT.glb",
+    ".dxf": "a DXF drawing; convert it: assimp export IN.dxf OUT.glb",
+    ".ac": "an AC3D file; convert it: assimp export IN.ac OUT.glb",
+    ".ase": "a 3D Studio text file; convert it: assimp export IN.ase OUT.glb",
+    ".ms3d": "a MilkShape file; convert it: assimp export IN.ms3d OUT.glb",
+    ".fcstd": "a FreeCAD file; export a mesh of it as GLB",
+    ".sldprt": "a SolidWorks part; export a mesh of it as GLB",
+    ".ztl": "a ZBrush file; export it as OBJ",
+}
+# Suffixes of a single packed file, whose name says what is in it: `chair.obj.gz`.
+PACKED_SUFFIXES = frozenset({".gz", ".bz2", ".xz"})
+# Magic numbers of things that are often saved under a mesh's name. Ref: the formats' own specifications.
+_FOREIGN: tuple[tuple[bytes, str], ...] = (
+    (b"\x89PNG\r\n\x1a\n", "a PNG image"),
+    (b"\xff\xd8\xff", "a JPEG image"),
+    (b"\x1f\x8b", "a gzip archive; unpack it"),
+    (b"PK\x05\x06", "an empty zip archive"),
+    (b"7z\xbc\xaf'\x1c", "a 7z archive; unpack it"),
+    (b"version https://git-lfs", "a git-LFS pointer; run `git lfs pull` to fetch the file itself"),
+    (b"%PDF", "a PDF document"),
+    (b"Rar!", "a RAR archive; unpack it"),
+)
+_OBJ_LINE = re.compile(rb"^[ \t]*(v|vn|vt|f|o|g|l|p|mtllib|usemtl|s)[ \t]+\S", re.MULTILINE)
+_FACET = re.compile(rb"^[ \t]*(facet|endsolid)\b", re.MULTILINE)
+
 
 class Format(StrEnum):
     """Formats that can be read; the values are the ids in RawModel.format. TRIMESH is a mesh in memory."""
@@ -79,55 +131,6 @@ ALIASES: Mapping[str, Format] = {
     ".vrml": Format.VRML,
 }
 SUFFIXES = frozenset(SUFFIX_OF.values()) | ALIASES.keys()
-# Formats whose files are often the source, or another export, of a mesh of the same name beside them.
-SECOND_CHOICE = frozenset(
-    {".fbx", ".blend", ".usd", ".usda", ".usdc", ".usdz", ".x3d", ".wrl", ".vrml", ".3ds", ".off", ".xaml"}
-)
-NAMES = "GLB, glTF, OBJ, PLY, STL, DAE, OFF, 3MF, XAML, FBX, USD, X3D, VRML, 3DS, blend"
-# Files that hold meshes, or archives of them, in formats that are not read: suffix -> what it is and what to do.
-UNREAD_SUFFIXES: Mapping[str, str] = {
-    ".max": "a 3ds Max file; export it as GLB",
-    ".ma": "a Maya file; export it as GLB",
-    ".mb": "a Maya file; export it as GLB",
-    ".c4d": "a Cinema 4D file; export it as GLB",
-    ".lwo": "a LightWave file; convert it: assimp export IN.lwo OUT.glb",
-    ".3dxml": "a 3DXML file; convert it to GLB",
-    ".amf": "an AMF file; convert it: assimp export IN.amf OUT.glb",
-    ".3dm": "a Rhino file; export it as GLB",
-    ".skp": "a SketchUp file; export it as GLB",
-    ".step": "a STEP file; export a mesh of it as GLB",
-    ".stp": "a STEP file; export a mesh of it as GLB",
-    ".iges": "an IGES file; export a mesh of it as GLB",
-    ".igs": "an IGES file; export a mesh of it as GLB",
-    ".abc": "an Alembic file; import it in Blender, export it as GLB",
-    ".splat": "a cloud of Gaussians, not a surface; export a mesh",
-    ".gz": "a gzip archive; unpack it: gunzip --keep FILE",
-    ".bz2": "a bzip2 archive; unpack it: bunzip2 --keep FILE, or tar xf FILE",
-    ".xz": "an xz archive; unpack it: unxz --keep FILE, or tar xf FILE",
-    ".7z": "a 7z archive; unpack it: 7z x FILE",
-    ".rar": "a RAR archive; unpack it: unrar x FILE",
-    ".x": "a DirectX file; convert it: assimp export IN.x OUT.glb",
-    ".dxf": "a DXF drawing; convert it: assimp export IN.dxf OUT.glb",
-    ".ac": "an AC3D file; convert it: assimp export IN.ac OUT.glb",
-    ".ase": "a 3D Studio text file; convert it: assimp export IN.ase OUT.glb",
-    ".ms3d": "a MilkShape file; convert it: assimp export IN.ms3d OUT.glb",
-    ".fcstd": "a FreeCAD file; export a mesh of it as GLB",
-    ".sldprt": "a SolidWorks part; export a mesh of it as GLB",
-    ".ztl": "a ZBrush file; export it as OBJ",
-}
-# Suffixes of a single packed file, whose name says what is in it: `chair.obj.gz`.
-PACKED_SUFFIXES = frozenset({".gz", ".bz2", ".xz"})
-# Magic numbers of things that are often saved under a mesh's name. Ref: the formats' own specifications.
-_FOREIGN: tuple[tuple[bytes, str], ...] = (
-    (b"\x89PNG\r\n\x1a\n", "a PNG image"),
-    (b"\xff\xd8\xff", "a JPEG image"),
-    (b"\x1f\x8b", "a gzip archive; unpack it"),
-    (b"PK\x05\x06", "an empty zip archive"),
-    (b"7z\xbc\xaf'\x1c", "a 7z archive; unpack it"),
-    (b"version https://git-lfs", "a git-LFS pointer; run `git lfs pull` to fetch the file itself"),
-    (b"%PDF", "a PDF document"),
-    (b"Rar!", "a RAR archive; unpack it"),
-)
 # Magic numbers of what is read.
 _MAGIC: tuple[tuple[bytes, Format], ...] = (
     (b"glTF", Format.GLB),
@@ -137,8 +140,6 @@ _MAGIC: tuple[tuple[bytes, Format], ...] = (
     (b"#VRML", Format.VRML),
     (b"BLENDER", Format.BLEND),
 )
-_OBJ_LINE = re.compile(rb"^[ \t]*(v|vn|vt|f|o|g|l|p|mtllib|usemtl|s)[ \t]+\S", re.MULTILINE)
-_FACET = re.compile(rb"^[ \t]*(facet|endsolid)\b", re.MULTILINE)
 
 
 def suffix_of(name: str) -> str:

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -16,25 +15,31 @@ from casa_assets.ingest.load.formats import Format, Reference, Role
 from casa_assets.ingest.load.gltf_document import (
     Accessors,
     JsonObject,
-    data_uri,
     dropped_extensions,
     open_document,
     unpack,
 )
-from casa_assets.ingest.load.materials import Images, ImageUse, srgb_bytes_from_linear
+from casa_assets.ingest.load.gltf_materials import Surfaces
+from casa_assets.ingest.load.materials import Images, srgb_bytes_from_linear
 from casa_assets.ingest.load.notes import Notes, printable
+from casa_assets.ingest.load.polygons import fan, strip
 from casa_assets.ingest.load.raw_parts import ReadPart, check_face_count, raw_model, transformed, used_vertices
-from casa_assets.ingest.load.text import UniqueNames
-from casa_assets.model.asset.material import ColorSpace, Material, Texture
 from casa_assets.model.ingest.source import Bundle, RawModel, Up
-
-Matrix = npt.NDArray[np.float64]
 
 MAX_NAMES = 16
 # A quaternion shorter than this states no rotation.
 _SHORTEST = 1e-9
-
 _IDENTITY16 = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0)
+_INSTANCING = "EXT_mesh_gpu_instancing"
+# Copies that are read of one file, a choice: more of them say nothing new of what the file holds.
+MAX_COPIES = 256
+# What a copy has where a column is missing.
+_STILL: tuple[tuple[str, tuple[float, ...]], ...] = (
+    ("TRANSLATION", (0.0, 0.0, 0.0)),
+    ("ROTATION", (0.0, 0.0, 0.0, 1.0)),
+    ("SCALE", (1.0, 1.0, 1.0)),
+)
+_TRIANGLES, _STRIP, _FAN = 4, 5, 6
 
 
 @dataclass(frozen=True)
@@ -51,7 +56,7 @@ class MeshInstance:
 
     node: int | None
     mesh: int
-    world_from_mesh: Matrix
+    world_from_mesh: Floats
     names: tuple[str, ...] = ()
     copy_number: int = 0
 
@@ -61,7 +66,7 @@ class SceneGraph:
     """Placed meshes of the shown scene, and the world matrix of every node in it."""
 
     placed: tuple[MeshInstance, ...]
-    world_from_node: dict[int, Matrix]
+    world_from_node: dict[int, Floats]
 
 
 def read_graph(document: JsonObject, notes: Notes) -> SceneGraph:
@@ -101,7 +106,7 @@ def _scene_roots(document: JsonObject) -> list[int] | None:
 
 
 def _walk(document: JsonObject, nodes: list[JsonObject], roots: list[int], notes: Notes) -> SceneGraph:
-    worlds: dict[int, Matrix] = {}
+    worlds: dict[int, Floats] = {}
     placed: list[MeshInstance] = []
     above: tuple[str, ...] = ()
     stack = [(root, np.eye(4), above) for root in reversed(roots)]
@@ -127,7 +132,7 @@ def _walk(document: JsonObject, nodes: list[JsonObject], roots: list[int], notes
     return SceneGraph(tuple(placed), worlds)
 
 
-def local_matrix(node: JsonObject, notes: Notes) -> Matrix:
+def local_matrix(node: JsonObject, notes: Notes) -> Floats:
     """(4, 4) parent_from_node, file units."""
     if node.has("matrix"):
         return np.array(node.numbers("matrix", _IDENTITY16)).reshape(4, 4).T
@@ -138,7 +143,7 @@ def local_matrix(node: JsonObject, notes: Notes) -> Matrix:
     return placing_matrix(translation, (x, y, z, w), scale)
 
 
-def placing_matrix(translation: Sequence[float], rotation: Sequence[float], scale: Sequence[float]) -> Matrix:
+def placing_matrix(translation: Sequence[float], rotation: Sequence[float], scale: Sequence[float]) -> Floats:
     """(4, 4) parent_from_node of a translation, a quaternion x, y, z, w (of no length: no turn) and a scale."""
     x, y, z, w = rotation
     length = float(np.sqrt(x * x + y * y + z * z + w * w))
@@ -162,17 +167,6 @@ def _index(value: object, node: JsonObject) -> int:
     if isinstance(value, bool) or not isinstance(value, int) or value < 0:
         raise Rejected(codes.BAD_SCHEMA, f"glTF {node.place}: {str(value)[:20]!r} is no node index; export it again")
     return value
-
-
-EXTENSION = "EXT_mesh_gpu_instancing"
-# Copies that are read of one file, a choice: more of them say nothing new of what the file holds.
-MAX_COPIES = 256
-# What a copy has where a column is missing.
-_STILL: tuple[tuple[str, tuple[float, ...]], ...] = (
-    ("TRANSLATION", (0.0, 0.0, 0.0)),
-    ("ROTATION", (0.0, 0.0, 0.0, 1.0)),
-    ("SCALE", (1.0, 1.0, 1.0)),
-)
 
 
 def with_instances(
@@ -205,7 +199,7 @@ def with_instances(
             row = [columns[name][i].tolist() if name in columns else list(still) for name, still in _STILL]
             placed.append(replace(one, world_from_mesh=one.world_from_mesh @ placing_matrix(*row), copy_number=i + 1))
     if copies:
-        message = f"{copies} copies of meshes ({EXTENSION}) are read as things of their own"
+        message = f"{copies} copies of meshes ({_INSTANCING}) are read as things of their own"
         notes.add(codes.FEATURE_IGNORED, "nodes", message + (f"; {left_out} more are left out" if left_out else ""))
     return (SceneGraph(tuple(placed), graph.world_from_node), copies) if copies else (graph, 0)
 
@@ -215,7 +209,7 @@ def _attributes(document: JsonObject, placed: MeshInstance) -> JsonObject | None
     if placed.node is None:
         return None
     extensions = document.pick(placed.node, "nodes").child("extensions")
-    return extensions.child(EXTENSION).child("attributes") if extensions.has(EXTENSION) else None
+    return extensions.child(_INSTANCING).child("attributes") if extensions.has(_INSTANCING) else None
 
 
 def rest_vertices(
@@ -272,193 +266,6 @@ def _joint_matrices(document: JsonObject, accessors: Accessors, graph: SceneGrap
             return None
         worlds = worlds @ inverse[: len(joints)].reshape(-1, 4, 4).transpose(0, 2, 1)
     return worlds if np.isfinite(worlds).all() else None
-
-
-_BLACK = 0.02
-
-
-@dataclass(frozen=True)
-class Mapping2D:
-    """Texture coordinate set of a picture and its transform (KHR_texture_transform).
-
-    Attributes:
-        uv_set: n of TEXCOORD_n.
-        offset, scale: in glTF texture space (origin at the upper left).
-        rotation: rad, counter-clockwise.
-    """
-
-    uv_set: int = 0
-    offset: tuple[float, float] = (0.0, 0.0)
-    scale: tuple[float, float] = (1.0, 1.0)
-    rotation: float = 0.0
-
-    def apply(self, uv: Floats) -> Floats:
-        """(V, 2) glTF texture coordinates -> ours, origin at the lower left; turned as three.js and Blender do."""
-        c, s = math.cos(self.rotation), math.sin(self.rotation)
-        u, v = uv[:, 0] * self.scale[0], uv[:, 1] * self.scale[1]
-        moved_u = c * u + s * v + self.offset[0]
-        moved_v = -s * u + c * v + self.offset[1]
-        return np.column_stack((moved_u, 1.0 - moved_v))
-
-
-@dataclass(frozen=True)
-class Surface:
-    """A material and the mapping of its pictures (None where it has none)."""
-
-    material: Material
-    mapping: Mapping2D | None = None
-
-
-@dataclass
-class Surfaces:
-    """Reads each material of one document once."""
-
-    document: JsonObject
-    accessors: Accessors
-    files: Mapping[str, bytes]
-    images: Images
-    notes: Notes
-    names: UniqueNames = field(default_factory=UniqueNames)
-    _read: dict[int | None, Surface] = field(default_factory=dict)
-
-    def surface(self, index: int | None) -> Surface:
-        """Surface of material `index`; the glTF default where None."""
-        if index not in self._read:
-            if index is None:
-                # Ref: glTF 2.0, 3.9.6: the default material is white; here rough and not metallic
-                material = Material(id=self.names.unique("default", "material"), base_color=(1.0, 1.0, 1.0, 1.0))
-                self._read[index] = Surface(material)
-            else:
-                self._read[index] = self._surface(self.document.pick(index, "materials"))
-        return self._read[index]
-
-    def _surface(self, node: JsonObject) -> Surface:
-        pbr = node.child("pbrMetallicRoughness")
-        old = node.child("extensions").child("KHR_materials_pbrSpecularGlossiness")
-        if old.value:
-            color_node, color = old.child("diffuseTexture"), old.numbers("diffuseFactor", (1.0, 1.0, 1.0, 1.0))
-            metallic, roughness = 0.0, 1.0 - old.number("glossinessFactor", 1.0)
-            rough_node = JsonObject({}, old.place)
-        else:
-            color_node, color = pbr.child("baseColorTexture"), pbr.numbers("baseColorFactor", (1.0, 1.0, 1.0, 1.0))
-            metallic, roughness = pbr.number("metallicFactor", 1.0), pbr.number("roughnessFactor", 1.0)
-            rough_node = pbr.child("metallicRoughnessTexture")
-        if not pbr.value and not old.value:
-            metallic, roughness = 0.0, 0.9
-        color_node, color = self._emissive(node, color_node, color)
-        alpha, color = self._alpha(node, color)
-        name = node.text("name") or "material"
-        base_picture = self._picture(color_node, f"{name}_color", ImageUse(ColorSpace.SRGB, alpha))
-        rough_picture = self._picture(rough_node, f"{name}_rough", ImageUse(ColorSpace.RAW, "drop"))
-        normal_picture = self._picture(node.child("normalTexture"), f"{name}_normal", ImageUse(ColorSpace.RAW, "drop"))
-        mapping, base, rough, normal = self._one_mapping(node.place, base_picture, rough_picture, normal_picture)
-        return Surface(
-            Material(
-                id=self.names.unique(name, "material"),
-                base_color=_unit4(color),
-                metallic=_unit(metallic),
-                roughness=_unit(roughness),
-                base_color_texture=base,
-                metallic_roughness_texture=rough,
-                normal_texture=normal,
-            ),
-            mapping,
-        )
-
-    def _emissive(
-        self, node: JsonObject, picture: JsonObject, color: tuple[float, ...]
-    ) -> tuple[JsonObject, tuple[float, ...]]:
-        """A black surface whose picture glows is an unlit export: the picture is its colour."""
-        glow = node.numbers("emissiveFactor", (0.0, 0.0, 0.0))
-        is_black = max(color[:3]) <= _BLACK
-        if not is_black or max(glow) <= _BLACK or (picture.value and not node.has("emissiveTexture")):
-            return picture, color
-        self.notes.add(codes.EMISSIVE_AS_BASE, node.place, "black surface that glows: its glow is its colour")
-        return node.child("emissiveTexture"), (*glow, color[3])
-
-    def _alpha(self, node: JsonObject, color: tuple[float, ...]) -> tuple[str | float, tuple[float, ...]]:
-        mode = node.text("alphaMode") or "OPAQUE"
-        if mode == "OPAQUE":
-            return "drop", (*color[:3], 1.0)
-        if color[3] <= 0.0:
-            self.notes.add(codes.FULLY_TRANSPARENT, node.place, "alpha 0 would hide it; made opaque")
-            return "drop", (*color[:3], 1.0)
-        if mode == "MASK":
-            return min(1.0, node.number("alphaCutoff", 0.5) / color[3]), (*color[:3], 1.0)
-        return "keep", color
-
-    def _picture(self, node: JsonObject, name: str, look: ImageUse) -> tuple[Texture, Mapping2D] | None:
-        if not node.has("index"):
-            return None
-        texture = self.document.pick(node.count("index"), "textures")
-        sources = self._sources(texture)
-        if not sources:
-            self.notes.add(codes.IMAGE_UNREADABLE, texture.place, "a texture without a readable image; left out")
-        for source in sources:
-            image = self.document.pick(source, "images")
-            data = self._image_bytes(image)
-            made = data and self.images.texture(f"image {source}", data, image.text("name") or name, look)
-            if made:
-                return made, _mapping(node)
-        return None
-
-    def _sources(self, texture: JsonObject) -> list[int]:
-        """Images of a texture, best first: those of an extension, then the one for programs that do not know it."""
-        extensions = texture.child("extensions")
-        nodes = (extensions.child("EXT_texture_webp"), extensions.child("KHR_texture_basisu"), texture)
-        return [node.count("source") for node in nodes if node.has("source")]
-
-    def _image_bytes(self, image: JsonObject) -> bytes | None:
-        if image.has("bufferView"):
-            try:
-                return self.accessors.view_bytes(image.count("bufferView"))
-            except Rejected as error:
-                self.notes.add(codes.IMAGE_UNREADABLE, image.place, f"embedded image left out: {error.message}")
-                return None
-        uri = image.text("uri")
-        if uri.startswith("data:"):
-            try:
-                return data_uri(uri, image.place)
-            except Rejected as error:
-                self.notes.add(codes.IMAGE_UNREADABLE, image.place, f"embedded image left out: {error.message}")
-                return None
-        return self.files.get(uri)
-
-    def _one_mapping(
-        self, place: str, *pictures: tuple[Texture, Mapping2D] | None
-    ) -> tuple[Mapping2D | None, Texture | None, Texture | None, Texture | None]:
-        """The leading picture's mapping; pictures laid out otherwise are left out with a note."""
-        lead = next((p[1] for p in pictures if p is not None), None)
-        kept: list[Texture | None] = []
-        for picture in pictures:
-            fits = picture is not None and picture[1] == lead
-            if picture is not None and not fits:
-                self.notes.add(codes.UV_SET_MIXED, place, f"{picture[0].name} uses other texture coordinates; left out")
-            kept.append(picture[0] if picture is not None and fits else None)
-        return lead, kept[0], kept[1], kept[2]
-
-
-def _mapping(node: JsonObject) -> Mapping2D:
-    moved = node.child("extensions").child("KHR_texture_transform")
-    offset, scale = moved.numbers("offset", (0.0, 0.0)), moved.numbers("scale", (1.0, 1.0))
-    return Mapping2D(
-        uv_set=moved.count("texCoord", node.count("texCoord", 0)),
-        offset=(offset[0], offset[1]),
-        scale=(scale[0], scale[1]),
-        rotation=moved.number("rotation", 0.0),
-    )
-
-
-def _unit(value: float) -> float:
-    return min(1.0, max(0.0, value))
-
-
-def _unit4(color: tuple[float, ...]) -> tuple[float, float, float, float]:
-    r, g, b, a = (_unit(c) for c in color)
-    return (r, g, b, a)
-
-
-_TRIANGLES, _STRIP, _FAN = 4, 5, 6
 
 
 @dataclass
@@ -590,16 +397,12 @@ class _Reader:
 def _from_mode(flat: Ints, mode: int) -> Ints:
     if mode == _TRIANGLES:
         return flat[: len(flat) // 3 * 3].reshape(-1, 3)
-    if len(flat) < 3:
-        return np.zeros((0, 3), dtype=np.int64)
     if mode == _FAN:
-        return np.column_stack((np.full(len(flat) - 2, flat[0]), flat[1:-1], flat[2:]))
-    faces = np.column_stack((flat[:-2], flat[1:-1], flat[2:]))
-    faces[1::2] = faces[1::2][:, [1, 0, 2]]
+        return flat[fan(len(flat))]
+    faces = flat[strip(len(flat))]
     # strips are stitched with repeated vertices, which are no faces
     real = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 0] != faces[:, 2])
-    out: Ints = faces[real]
-    return out
+    return faces[real]
 
 
 def references(data: bytes, name: str) -> list[Reference]:

@@ -26,6 +26,36 @@ from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.notes import printable
 
 Json = Mapping[str, object]
+_JSON, _BIN = 0x4E4F534A, 0x004E4942
+_DRACO = "KHR_draco_mesh_compression"
+_MESHOPT = ("KHR_meshopt_compression", "EXT_meshopt_compression")
+# What may be required and still be read rightly, or ignored without harm to shape and colour.
+READABLE = frozenset(
+    {
+        "KHR_texture_transform",
+        "KHR_mesh_quantization",
+        _DRACO,
+        "KHR_texture_basisu",
+        "EXT_texture_webp",
+        "KHR_lights_punctual",
+        "EXT_mesh_gpu_instancing",
+        *_MESHOPT,
+    }
+)
+# What is read in full; others that a file uses are told.
+TAKEN_OVER = READABLE - {"KHR_lights_punctual"} | {"KHR_materials_pbrSpecularGlossiness"}
+# Filters by name: the decoder's function, and the strides that each is defined for; None: any multiple of 4.
+_FILTERS: dict[str, tuple[str, tuple[int, ...] | None]] = {
+    "NONE": ("", None),
+    "OCTAHEDRAL": ("decode_filter_oct", (4, 8)),
+    "QUATERNION": ("decode_filter_quat", (8,)),
+    "EXPONENTIAL": ("decode_filter_exp", None),
+}
+_MAX_STRIDE = 256
+# componentType -> dtype. Ref: glTF 2.0, 3.6.2.2
+_COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
+_WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
+Raw = npt.NDArray[np.generic]
 
 
 def parse(text: bytes, name: str) -> Json:
@@ -152,27 +182,6 @@ class JsonObject:
         return JsonObject(value, f"{key}/{index}")
 
 
-_JSON, _BIN = 0x4E4F534A, 0x004E4942
-_DRACO = "KHR_draco_mesh_compression"
-_MESHOPT = ("KHR_meshopt_compression", "EXT_meshopt_compression")
-# What may be required and still be read rightly, or ignored without harm to shape and colour.
-READABLE = frozenset(
-    {
-        "KHR_texture_transform",
-        "KHR_mesh_quantization",
-        _DRACO,
-        "KHR_texture_basisu",
-        "EXT_texture_webp",
-        "KHR_lights_punctual",
-        "EXT_mesh_gpu_instancing",
-        *_MESHOPT,
-    }
-)
-
-# What is read in full; others that a file uses are told.
-TAKEN_OVER = READABLE - {"KHR_lights_punctual"} | {"KHR_materials_pbrSpecularGlossiness"}
-
-
 def dropped_extensions(document: JsonObject) -> list[str]:
     """Extensions that a file uses and that are not taken over, in their order."""
     used = [name for name in document.array("extensionsUsed") if isinstance(name, str)]
@@ -259,16 +268,6 @@ def data_uri(uri: str, where: str) -> bytes:
         raise Rejected(codes.BAD_SCHEMA, message) from error
 
 
-# Filters by name: the decoder's function, and the strides that each is defined for; None: any multiple of 4.
-_FILTERS: dict[str, tuple[str, tuple[int, ...] | None]] = {
-    "NONE": ("", None),
-    "OCTAHEDRAL": ("decode_filter_oct", (4, 8)),
-    "QUATERNION": ("decode_filter_quat", (8,)),
-    "EXPONENTIAL": ("decode_filter_exp", None),
-}
-_MAX_STRIDE = 256
-
-
 def decompressed(extension: JsonObject, data: bytes, max_bytes: int) -> bytes:
     """Bytes of a view.
 
@@ -353,13 +352,6 @@ def _unknown(extension: JsonObject, key: str, name: str) -> Rejected:
         f"glTF {extension.place}: meshopt {key} {name[:20]!r} is not supported; run `gltf-transform copy` on the file"
     )
     return Rejected(codes.UNSUPPORTED_EXTENSION, message)
-
-
-# componentType -> dtype. Ref: glTF 2.0, 3.6.2.2
-_COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
-_WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
-
-Raw = npt.NDArray[np.generic]
 
 
 class Accessors:

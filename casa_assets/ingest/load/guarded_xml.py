@@ -60,6 +60,19 @@ def check_xml(data: bytes, name: str) -> None:
         raise Rejected(codes.BAD_XML, message) from error
 
 
+def parse_xml(data: bytes, name: str) -> Element:
+    """Root of a tree without comments. Raises Rejected as `check_xml`."""
+    check_xml(data, name)
+    parser = etree.XMLParser(
+        resolve_entities=False, no_network=True, load_dtd=False, huge_tree=True, remove_comments=True, remove_pis=True
+    )
+    try:
+        return etree.fromstring(data, parser)
+    except (etree.XMLSyntaxError, ValueError) as error:
+        message = f"{name}: the XML is broken ({printable(str(error), 80)}); export it again"
+        raise Rejected(codes.BAD_XML, message) from error
+
+
 def local_name(element: Element) -> str:
     """Name without namespace."""
     name = element.tag

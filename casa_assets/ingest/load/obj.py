@@ -30,6 +30,10 @@ _OPTIONS = {
 _NUMERIC = frozenset({"-o", "-s", "-t", "-mm"})
 MAPS = frozenset({"map_kd", "map_bump", "bump", "norm", "map_kn", "map_norm", "map_pr", "map_pm"})
 _UNSET = (0.8, 0.8, 0.8)
+# Statements that run or include something. Ref: Wavefront OBJ specification, "general statements"
+_DIRECTIVES = frozenset({b"call", b"csh", b"shadow_obj", b"trace_obj", b"ctech", b"stech"})
+MAX_GROUPS_AS_OBJECTS = 64
+_WHOLE = re.compile(rb"[+-]?\d{1,15}")
 
 
 @dataclass
@@ -208,12 +212,6 @@ def _looks_like_normals(pixels: Pixels) -> bool:
     """Tangent-space normals are bluish: z near 1, x and y near the middle."""
     red, green, blue = (float(pixels[:, :, i].mean()) for i in range(3))
     return blue > 170 and abs(red - 128) < 40 and abs(green - 128) < 40
-
-
-# Statements that run or include something. Ref: Wavefront OBJ specification, "general statements"
-_DIRECTIVES = frozenset({b"call", b"csh", b"shadow_obj", b"trace_obj", b"ctech", b"stech"})
-MAX_GROUPS_AS_OBJECTS = 64
-_WHOLE = re.compile(rb"[+-]?\d{1,15}")
 
 
 @dataclass

@@ -16,7 +16,7 @@ from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.formats import Format, Reference, Role
 from casa_assets.ingest.load.materials import Images, ImageUse
 from casa_assets.ingest.load.notes import Notes, printable
-from casa_assets.ingest.load.polygons import triangulate
+from casa_assets.ingest.load.polygons import cut_whole
 from casa_assets.ingest.load.raw_parts import ReadPart, check_face_count, raw_model
 from casa_assets.ingest.load.text import decode
 from casa_assets.model.asset.material import Material
@@ -28,6 +28,9 @@ _TYPES = {
     "float32": "f4", "float64": "f8",
 }  # fmt: skip
 _FORMATS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
+# Names that writers use for texture coordinates of vertices.
+_UV_NAMES = (("s", "t"), ("u", "v"), ("texture_u", "texture_v"), ("texcoord_u", "texcoord_v"))
+_COLOR_NAMES = (("red", "green", "blue"), ("r", "g", "b"), ("diffuse_red", "diffuse_green", "diffuse_blue"))
 
 
 @dataclass(frozen=True)
@@ -302,11 +305,6 @@ def _cast(column: Floats, p: Property) -> npt.NDArray[np.generic]:
     return np.clip(np.nan_to_num(column), limits.min, limits.max).astype(p.dtype)
 
 
-# Names that writers use for texture coordinates of vertices.
-_UV_NAMES = (("s", "t"), ("u", "v"), ("texture_u", "texture_v"), ("texcoord_u", "texcoord_v"))
-_COLOR_NAMES = (("red", "green", "blue"), ("r", "g", "b"), ("diffuse_red", "diffuse_green", "diffuse_blue"))
-
-
 def references(data: bytes, name: str) -> list[Reference]:
     """Pictures that the header names."""
     header = read_header(data.lstrip(b" \t\r\n"), name)
@@ -373,23 +371,12 @@ def _faces(face: Table | None, vertices: Floats, name: str, notes: Notes) -> tup
     if len(flat) and not 0 <= int(flat.min()) <= int(flat.max()) < len(vertices):
         message = f"{name}: a face names vertex {int(flat.max())} of {len(vertices)}; export the file again"
         raise Rejected(codes.OUT_OF_BOUNDS, message)
-    starts = np.concatenate((np.zeros(1, dtype=np.int64), np.cumsum(lengths)[:-1])) if len(lengths) else lengths
-    found: list[tuple[Ints, Ints]] = []
-    fanned = 0
-    for corners in np.unique(lengths).tolist():
-        rows = np.flatnonzero(lengths == corners)
-        if corners < 3:
-            notes.add(codes.FACE_DROPPED, "face", f"{len(rows)} faces with fewer than three corners were dropped")
-            continue
-        index = flat[starts[rows][:, None] + np.arange(corners)]
-        local, polygon, count = triangulate(vertices[index])
-        fanned += count
-        found.append((index[polygon[:, None], local], np.column_stack((rows[polygon], local))))
-    if not found:
-        return none
-    tri, origin = np.concatenate([f[0] for f in found]), np.concatenate([f[1] for f in found])
-    sort = np.argsort(origin[:, 0], kind="stable")
-    return tri[sort], origin[sort], fanned
+    dropped = int((lengths < 3).sum())
+    if dropped:
+        notes.add(codes.FACE_DROPPED, "face", f"{dropped} faces with fewer than three corners were dropped")
+    starts = np.cumsum(lengths) - lengths
+    places, owner, fanned = cut_whole(vertices, flat, starts, lengths, lengths >= 3)
+    return flat[places], np.column_stack((owner, places - starts[owner][:, None])), fanned
 
 
 def _vertex_uv(vertex: Table) -> Floats | None:

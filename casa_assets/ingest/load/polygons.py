@@ -33,9 +33,8 @@ def triangulate(points: Floats) -> tuple[Ints, Ints, int]:
         return np.tile(np.arange(3), (count, 1)), np.arange(count), 0
     if corners == 4:
         return (*_quads(points), 0)
-    fan = np.column_stack((np.zeros(corners - 2, dtype=np.int64), np.arange(1, corners - 1), np.arange(2, corners)))
     concave = np.flatnonzero(~_is_convex(points))
-    pieces = np.tile(fan, (count, 1, 1))
+    pieces = np.tile(fan(corners), (count, 1, 1))
     fanned, left = 0, MAX_TESTS
     for p in concave:
         ears, tests = _clip(points[p], left)
@@ -148,6 +147,25 @@ def cut_polygons(
     if dropped:
         message = f"{dropped} faces with fewer than three corners or missing vertices were dropped"
         notes.add(codes.FACE_DROPPED, name, message)
+    places, owner, fanned = cut_whole(points, corners, starts, counts, is_whole)
+    if fanned:
+        notes.add(
+            codes.POLYGON_FAN, name, f"{fanned} concave or crossed faces were cut as fans; triangulate them first"
+        )
+    return places, owner
+
+
+def cut_whole(
+    points: Floats, corners: Ints, starts: Ints, counts: Ints, is_whole: npt.NDArray[np.bool_]
+) -> tuple[Ints, Ints, int]:
+    """Triangles of the polygons that are whole, in the order of the polygons.
+
+    Args:
+        starts: (N,) place of the first corner of each polygon in `corners`; the others as for `cut_polygons`.
+        is_whole: (N,) whether a polygon has three corners or more, all of which exist.
+    Returns:
+        (T, 3) places in `corners`, (T,) polygon of each triangle, and how many could only be cut as a fan.
+    """
     places: list[Ints] = [np.zeros((0, 3), dtype=np.int64)]
     owners: list[Ints] = [np.zeros(0, dtype=np.int64)]
     fanned = 0
@@ -158,13 +176,22 @@ def cut_polygons(
         fanned += fans
         places.append(at[polygon[:, None], local])
         owners.append(chosen[polygon])
-    if fanned:
-        notes.add(
-            codes.POLYGON_FAN, name, f"{fanned} concave or crossed faces were cut as fans; triangulate them first"
-        )
     owner = np.concatenate(owners)
     order = np.argsort(owner, kind="stable")
-    return np.concatenate(places)[order], owner[order]
+    return np.concatenate(places)[order], owner[order], fanned
+
+
+def strip(count: int) -> Ints:
+    """(T, 3) corners of the triangles of a strip, every second one turned, so that all face the same way."""
+    i = np.arange(max(0, count - 2))
+    odd = i % 2
+    return np.column_stack((i + odd, i + 1 - odd, i + 2))
+
+
+def fan(count: int) -> Ints:
+    """(T, 3) corners of the triangles around the first corner."""
+    i = np.arange(max(0, count - 2))
+    return np.column_stack((np.zeros_like(i), i + 1, i + 2))
 
 
 def part_of_corners(

@@ -14,6 +14,8 @@ from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.notes import printable
 
+MAX_CHARACTERS = 60
+
 
 def normalize_text(data: bytes, name: str) -> bytes:
     """UTF-8 without byte order mark, lines ended by a single newline.
@@ -91,9 +93,6 @@ def parsed_numbers(text: bytes) -> Floats | None:
             return np.fromstring(text.decode("ascii"), dtype=np.float64, sep=" ")
         except (ValueError, DeprecationWarning):
             return None
-
-
-MAX_CHARACTERS = 60
 
 
 def identifier(text: str, fallback: str) -> str:

@@ -36,6 +36,27 @@ MAGIC = b"PXR-USDC"
 MAX_SECTIONS = 64
 # Whole numbers take a quarter of a byte at least, and LZ4 packs 255 to one at most.
 ITEMS_PER_BYTE = 4 * 255
+SUFFIXES = (".usd", ".usda", ".usdc")
+# Layers and pictures of one package; a choice, as is the depth of paths.
+MAX_MEMBERS = 2000
+DEEPEST_PRIM = 200
+# Folders that a layer may lie above the main one, within what the user named.
+MOST_UP = 8
+# What the library of USD raises on files that are broken.
+FAULTS = (Tf.ErrorException, RuntimeError, UnicodeError, OverflowError, MemoryError, OSError)
+_OUTSIDE = re.compile(r"^([A-Za-z][A-Za-z0-9+.-]*:|/|\\|`|~)|\[|\]|\0")
+UV = "st"
+# Steps from a surface to its picture: a graph may be a circle.
+MAX_STEPS = 8
+# Prims of a stage with its instances expanded; references that double at each of many levels make more.
+MAX_PRIMS = 20_000
+_UPS = {"Y": Up.Y, "Z": Up.Z}
+_LEFT_OUT = {
+    "PointInstancer": "points at which things are repeated are left out; make instances of them real",
+    "BasisCurves": "curves are left out; convert them to meshes",
+    "NurbsPatch": "NURBS are left out; convert them to meshes",
+    **dict.fromkeys(("Cube", "Sphere", "Cylinder", "Cone", "Capsule"), "a shape without a mesh; convert it to one"),
+}
 
 
 def check_crate(data: bytes, name: str) -> None:
@@ -70,17 +91,6 @@ def check_crate(data: bytes, name: str) -> None:
 def _mismatch(label: bytes, why: str, name: str) -> Rejected:
     section = label.rstrip(b"\0").decode("ascii", "replace")[:16]
     return Rejected(codes.LENGTH_MISMATCH, f"{name}: the section {section} of the USD crate {why}; fetch it again")
-
-
-SUFFIXES = (".usd", ".usda", ".usdc")
-# Layers and pictures of one package; a choice, as is the depth of paths.
-MAX_MEMBERS = 2000
-DEEPEST_PRIM = 200
-# Folders that a layer may lie above the main one, within what the user named.
-MOST_UP = 8
-# What the library of USD raises on files that are broken.
-FAULTS = (Tf.ErrorException, RuntimeError, UnicodeError, OverflowError, MemoryError, OSError)
-_OUTSIDE = re.compile(r"^([A-Za-z][A-Za-z0-9+.-]*:|/|\\|`|~)|\[|\]|\0")
 
 
 def unpacked(data: bytes, main: str, limits: Mapping[str, float], name: str) -> tuple[str, dict[str, bytes]]:
@@ -206,11 +216,6 @@ def broken(name: str) -> Rejected:
     return Rejected(
         codes.SCENE_UNREADABLE, f"{name}: this is no readable USD layer; open it in usdview, export it again"
     )
-
-
-UV = "st"
-# Steps from a surface to its picture: a graph may be a circle.
-MAX_STEPS = 8
 
 
 class UsdMaterials:
@@ -362,17 +367,6 @@ def _triple(value: Any) -> tuple[float, float, float]:
 
 def _number(value: Any, default: float) -> float:
     return float(value) if isinstance(value, int | float) else default
-
-
-# Prims of a stage with its instances expanded; references that double at each of many levels make more.
-MAX_PRIMS = 20_000
-_UPS = {"Y": Up.Y, "Z": Up.Z}
-_LEFT_OUT = {
-    "PointInstancer": "points at which things are repeated are left out; make instances of them real",
-    "BasisCurves": "curves are left out; convert them to meshes",
-    "NurbsPatch": "NURBS are left out; convert them to meshes",
-    **dict.fromkeys(("Cube", "Sphere", "Cylinder", "Cone", "Capsule"), "a shape without a mesh; convert it to one"),
-}
 
 
 def load(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawModel:

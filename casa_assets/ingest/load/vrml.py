@@ -10,7 +10,6 @@ import re
 from collections.abc import Iterator, Mapping
 
 import numpy as np
-from lxml import etree
 
 from casa_assets.core.rotation import about_axis
 from casa_assets.core.typing import Floats, Ints
@@ -18,7 +17,7 @@ from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.formats import Format, Reference, Role
 from casa_assets.ingest.load.gltf_document import data_uri
-from casa_assets.ingest.load.guarded_xml import check_xml, local_name
+from casa_assets.ingest.load.guarded_xml import Element, local_name, parse_xml
 from casa_assets.ingest.load.materials import Look, Materials, linear_from_srgb, roughness_of_shininess
 from casa_assets.ingest.load.notes import Notes, printable
 from casa_assets.ingest.load.polygons import cut_polygons, part_of_corners
@@ -32,6 +31,9 @@ _WORD = re.compile(r'"(?:[^"\\]|\\.)*"|[\[\]{}]|[^\s,"\[\]{}#]+|#[^\n]*')
 _NUMBER = re.compile(r"[-+]?(\d|\.\d|inf|nan)", re.IGNORECASE)
 # The document type of X3D names a file of rules and holds none itself; with one of its own it is refused.
 _PLAIN_DOCTYPE = re.compile(rb"<!DOCTYPE\s+X3D\s+(PUBLIC\s+(\"[^\"<>&\[\]]*\"\s*){2}|SYSTEM\s+\"[^\"<>&\[\]]*\"\s*)>")
+# Nodes with those that are used several times counted as often; a scene that uses itself has no end.
+MAX_NODES = 50_000
+_NEVER = frozenset({"Script", "ProtoDeclare", "ExternProtoDeclare", "ProtoBody", "MetadataSet"})
 
 
 def nodes_of_xml(data: bytes, name: str) -> list[Node]:
@@ -41,21 +43,13 @@ def nodes_of_xml(data: bytes, name: str) -> list[Node]:
         Rejected: XML_ENTITY, XML_DEPTH, TRUNCATED, BAD_XML, SCENE_UNREADABLE.
     """
     plain = _PLAIN_DOCTYPE.sub(b"", data[:4096], count=1) + data[4096:]
-    check_xml(plain, name)
-    parser = etree.XMLParser(
-        resolve_entities=False, no_network=True, load_dtd=False, huge_tree=True, remove_comments=True, remove_pis=True
-    )
-    try:
-        root = etree.fromstring(plain, parser)
-    except (etree.XMLSyntaxError, ValueError) as error:
-        message = f"{name}: the XML is broken ({printable(str(error), 80)}); export it again"
-        raise Rejected(codes.BAD_XML, message) from error
+    root = parse_xml(plain, name)
     scene = next((child for child in root if local_name(child) == "Scene"), None)
     if scene is None:
         raise Rejected(codes.SCENE_UNREADABLE, f"{name}: X3D without a Scene; export it again")
     known: dict[str, Node] = {}
     top = Node("Scene")
-    stack: list[tuple[Iterator[etree._Element], Node]] = [(iter(scene), top)]
+    stack: list[tuple[Iterator[Element], Node]] = [(iter(scene), top)]
     while stack:
         element = next(stack[-1][0], None)
         if element is None:
@@ -77,7 +71,7 @@ def nodes_of_xml(data: bytes, name: str) -> list[Node]:
     return [*top.nodes.get("children", []), *units]
 
 
-def _is_unit(element: etree._Element) -> bool:
+def _is_unit(element: Element) -> bool:
     return local_name(element) == "unit" and element.get("category") == "length"
 
 
@@ -224,11 +218,6 @@ def _cut(name: str) -> Rejected:
 
 def _too_deep(name: str) -> Rejected:
     return Rejected(codes.SCENE_UNREADABLE, f"{name}: nodes nested deeper than {DEEPEST}; export it again")
-
-
-# Nodes with those that are used several times counted as often; a scene that uses itself has no end.
-MAX_NODES = 50_000
-_NEVER = frozenset({"Script", "ProtoDeclare", "ExternProtoDeclare", "ProtoBody", "MetadataSet"})
 
 
 def scene_nodes(data: bytes, name: str) -> list[Node]:

@@ -9,10 +9,22 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from casa_assets.core.typing import Floats, Ints
+from casa_assets.ingest.load.polygons import fan, strip
 from casa_assets.ingest.load.raw_parts import Bytes
 
 # Scenes are a dozen deep. Text is read by functions that call each other, four for a level, and Python ends at 1000.
 DEEPEST = 150
+# Sides of a round shape; a choice.
+SIDES = 32
+LEFT_OUT: Mapping[str, str] = {
+    "Extrusion": "an extrusion without a mesh; convert it to one",
+    "ElevationGrid": "a relief without a mesh; convert it to one",
+    "Text": "text is left out",
+    "IndexedLineSet": "lines are left out",
+    "LineSet": "lines are left out",
+    "PointSet": "points are left out",
+    "NurbsPatchSurface": "NURBS are left out; convert them to meshes",
+}
 
 
 @dataclass(eq=False)
@@ -80,19 +92,6 @@ def _number(word: str) -> float:
         return float(word)
     except ValueError:
         return float("nan")
-
-
-# Sides of a round shape; a choice.
-SIDES = 32
-LEFT_OUT: Mapping[str, str] = {
-    "Extrusion": "an extrusion without a mesh; convert it to one",
-    "ElevationGrid": "a relief without a mesh; convert it to one",
-    "Text": "text is left out",
-    "IndexedLineSet": "lines are left out",
-    "LineSet": "lines are left out",
-    "PointSet": "points are left out",
-    "NurbsPatchSurface": "NURBS are left out; convert them to meshes",
-}
 
 
 @dataclass(frozen=True)
@@ -208,20 +207,13 @@ def _runs(node: Node, index: Ints, field: str) -> list[Ints]:
 
 
 def _strips(node: Node, index: Ints) -> tuple[Ints, Ints]:
-    found = [np.zeros(0, dtype=np.int64)]
-    for run in _runs(node, index, "stripCount"):
-        faces = np.column_stack((run[:-2], run[1:-1], run[2:])) if len(run) > 2 else np.zeros((0, 3), dtype=np.int64)
-        faces[1::2] = faces[1::2, [1, 0, 2]]
-        found.append(faces.reshape(-1))
-    return _threes(node, np.concatenate(found))
+    found = [run[strip(len(run))].reshape(-1) for run in _runs(node, index, "stripCount")]
+    return _threes(node, np.concatenate([np.zeros(0, dtype=np.int64), *found]))
 
 
 def _fans(node: Node, index: Ints) -> tuple[Ints, Ints]:
-    found = [np.zeros(0, dtype=np.int64)]
-    for run in _runs(node, index, "fanCount"):
-        if len(run) > 2:
-            found.append(np.column_stack((np.full(len(run) - 2, run[0]), run[1:-1], run[2:])).reshape(-1))
-    return _threes(node, np.concatenate(found))
+    found = [run[fan(len(run))].reshape(-1) for run in _runs(node, index, "fanCount")]
+    return _threes(node, np.concatenate([np.zeros(0, dtype=np.int64), *found]))
 
 
 Cut = Callable[[Node, Ints], tuple[Ints, Ints]]
