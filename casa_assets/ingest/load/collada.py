@@ -9,7 +9,6 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-from casa_assets.core.rotation import about_axis
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
@@ -28,7 +27,15 @@ from casa_assets.ingest.load.guarded_xml import (
 from casa_assets.ingest.load.materials import Images, ImageUse, linear_from_srgb
 from casa_assets.ingest.load.notes import Notes, printable
 from casa_assets.ingest.load.polygons import cut_whole, fan, strip
-from casa_assets.ingest.load.raw_parts import ReadPart, check_face_count, merged_corners, raw_model, transformed
+from casa_assets.ingest.load.raw_parts import (
+    ReadPart,
+    check_face_count,
+    merged_corners,
+    raw_model,
+    rgba,
+    transformed,
+    turn,
+)
 from casa_assets.ingest.load.text import UniqueNames
 from casa_assets.model.asset.material import ColorSpace, Material, Texture
 from casa_assets.model.ingest.source import Bundle, RawModel, Up
@@ -310,9 +317,7 @@ def _assembled(symbol: str, inputs: list[_Input], corners: Ints) -> Primitive:
         elif one.semantic == "TEXCOORD" and values.shape[1] >= 2:
             uvs.setdefault(one.number, values[:, :2])
         elif one.semantic == "COLOR" and values.shape[1] >= 3 and np.isfinite(values).all():
-            colors = np.full((len(rows), 4), 255, dtype=np.uint8)
-            width = min(4, values.shape[1])
-            colors[:, :width] = np.rint(np.clip(values[:, :width], 0.0, 1.0) * 255.0).astype(np.uint8)
+            colors = rgba(values[:, :4] * 255.0)
     return Primitive(symbol, vertices[:, :3], faces, normals, colors, uvs)
 
 
@@ -516,17 +521,9 @@ def node_matrix(node: Element, notes: Notes) -> Floats:
         elif local_name(child) == "scale":
             step[:3, :3] = np.diag(values)
         else:
-            step[:3, :3] = _turn(values[:3], math.radians(float(values[3])))
+            step[:3, :3] = turn(values[:3], math.radians(float(values[3])))
         out = out @ step
     return out
-
-
-def _turn(axis: Floats, angle: float) -> Floats:
-    """(3, 3) rotation about an axis of any length, angle in rad; none where the axis has no length."""
-    length = float(np.linalg.norm(axis))
-    if length < 1e-12:
-        return np.eye(3)
-    return about_axis(axis / length, angle)
 
 
 def _roots(document: Document) -> list[Element]:

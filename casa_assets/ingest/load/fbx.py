@@ -16,7 +16,7 @@ from casa_assets.ingest.load.formats import Format, Reference, Role
 from casa_assets.ingest.load.materials import Look, Materials, linear_from_srgb
 from casa_assets.ingest.load.notes import Notes, printable
 from casa_assets.ingest.load.polygons import cut_polygons, part_of_corners
-from casa_assets.ingest.load.raw_parts import ReadPart, check_face_count, raw_model, transformed
+from casa_assets.ingest.load.raw_parts import ReadPart, check_face_count, raw_model, rgba, transformed
 from casa_assets.model.asset.material import Material
 from casa_assets.model.ingest.source import Bundle, RawModel, Up
 
@@ -104,7 +104,7 @@ class _Reader:
             _, normals, _ = transformed(normals[:1], normals, _matrix(node.geometry_to_world))
         uv = _corner_values(mesh.vertex_uv, len(corners), 2)
         colors = _corner_values(mesh.vertex_color, len(corners), 4)
-        shades = None if colors is None else np.rint(np.clip(np.nan_to_num(colors), 0, 1) * 255).astype(np.uint8)
+        shades = None if colors is None else rgba(np.nan_to_num(colors) * 255.0)
         if is_mirrored:
             triangles = triangles[:, ::-1]
         slots = np.array(mesh.face_material, dtype=np.int64).reshape(-1)

@@ -17,7 +17,7 @@ from casa_assets.ingest.load.formats import Format, Reference, Role
 from casa_assets.ingest.load.materials import Images, ImageUse, Pixels, linear_from_srgb, roughness_of_shininess
 from casa_assets.ingest.load.notes import Notes, printable
 from casa_assets.ingest.load.polygons import triangulate
-from casa_assets.ingest.load.raw_parts import ReadPart, check_face_count, merged_corners, raw_model
+from casa_assets.ingest.load.raw_parts import ReadPart, check_face_count, merged_corners, raw_model, rgba
 from casa_assets.ingest.load.text import UniqueNames, decode, normalize_text, numbers, parsed_numbers
 from casa_assets.model.asset.material import ColorSpace, Material, Texture
 from casa_assets.model.ingest.source import Bundle, RawModel
@@ -488,9 +488,7 @@ def _colors(vertices: Floats, notes: Notes) -> npt.NDArray[np.uint8] | None:
         notes.add(codes.BAD_COLOR, "v", "some vertex colours are missing or NaN; all are left out")
         return None
     scale = 255.0 if float(rgb.max()) <= 1.0 else 1.0
-    out = np.full((len(rgb), 4), 255, dtype=np.uint8)
-    out[:, :3] = np.rint(np.clip(rgb * scale, 0.0, 255.0)).astype(np.uint8)
-    return out
+    return rgba(rgb * scale)
 
 
 def _materials(bundle: Bundle, lines: ObjLines, limits: Mapping[str, float], notes: Notes) -> dict[str, Material]:

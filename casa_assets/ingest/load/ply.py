@@ -17,7 +17,7 @@ from casa_assets.ingest.load.formats import Format, Reference, Role
 from casa_assets.ingest.load.materials import Images, ImageUse
 from casa_assets.ingest.load.notes import Notes, printable
 from casa_assets.ingest.load.polygons import cut_whole
-from casa_assets.ingest.load.raw_parts import ReadPart, check_face_count, raw_model
+from casa_assets.ingest.load.raw_parts import ReadPart, check_face_count, raw_model, rgba
 from casa_assets.ingest.load.text import decode
 from casa_assets.model.asset.material import Material
 from casa_assets.model.ingest.source import Bundle, RawModel
@@ -417,9 +417,7 @@ def _colors(vertex: Table, notes: Notes) -> npt.NDArray[np.uint8] | None:
     if not np.isfinite(values).all():
         notes.add(codes.BAD_COLOR, "vertex", "vertex colours hold NaN; left out")
         return None
-    out = np.full((len(values), 4), 255, dtype=np.uint8)
-    out[:, :3] = np.rint(np.clip(values, 0.0, 255.0)).astype(np.uint8)
-    return out
+    return rgba(values)
 
 
 def _material(bundle: Bundle, textures: list[str], limits: Mapping[str, float], notes: Notes) -> Material:

@@ -11,7 +11,6 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from casa_assets.core.rotation import about_axis
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
@@ -21,7 +20,7 @@ from casa_assets.ingest.load.guarded_xml import Element, local_name, parse_xml
 from casa_assets.ingest.load.materials import Look, Materials, linear_from_srgb, roughness_of_shininess
 from casa_assets.ingest.load.notes import Notes, printable
 from casa_assets.ingest.load.polygons import cut_polygons, part_of_corners
-from casa_assets.ingest.load.raw_parts import ReadPart, check_face_count, raw_model, transformed
+from casa_assets.ingest.load.raw_parts import ReadPart, check_face_count, raw_model, transformed, turn
 from casa_assets.ingest.load.text import decode
 from casa_assets.ingest.load.vrml_shapes import DEEPEST, LEFT_OUT, Faces, Node, faces_of
 from casa_assets.model.asset.material import Material
@@ -295,11 +294,11 @@ def _matrix(node: Node) -> Floats:
     if node.kind not in ("Transform", "HAnimJoint", "HAnimHumanoid"):
         return out
     center, scale = _step(node.vector("center", (0.0, 0.0, 0.0))), np.eye(4)
-    turn, slant = _turn(node.vector("rotation", (0, 0, 1, 0))), _turn(node.vector("scaleOrientation", (0, 0, 1, 0)))
+    spin, slant = _turn(node.vector("rotation", (0, 0, 1, 0))), _turn(node.vector("scaleOrientation", (0, 0, 1, 0)))
     scale[:3, :3] = np.diag(node.vector("scale", (1.0, 1.0, 1.0)))
     moved = _step(node.vector("translation", (0.0, 0.0, 0.0)))
     back = _step(-node.vector("center", (0.0, 0.0, 0.0)))
-    return np.asarray(moved @ center @ turn @ slant @ scale @ slant.T @ back)
+    return np.asarray(moved @ center @ spin @ slant @ scale @ slant.T @ back)
 
 
 def _step(offset: Floats) -> Floats:
@@ -309,11 +308,8 @@ def _step(offset: Floats) -> Floats:
 
 
 def _turn(axis_angle: Floats) -> Floats:
-    """(4, 4) rotation about an axis of any length, angle in rad; none where the axis has no length."""
     out = np.eye(4)
-    length = float(np.linalg.norm(axis_angle[:3]))
-    if 1e-12 < length < 1e12 and math.isfinite(float(axis_angle[3])):
-        out[:3, :3] = about_axis(axis_angle[:3] / length, float(axis_angle[3]))
+    out[:3, :3] = turn(axis_angle[:3], float(axis_angle[3]))
     return out
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.ingest.load.polygons import fan, strip
-from casa_assets.ingest.load.raw_parts import Bytes
+from casa_assets.ingest.load.raw_parts import Bytes, rgba
 
 # Scenes are a dozen deep. Text is read by functions that call each other, four for a level, and Python ends at 1000.
 DEEPEST = 150
@@ -176,15 +176,8 @@ def _indexed(node: Node, corners: Ints, counts: Ints, places: Ints, is_plain: bo
         counts=counts,
         uv=spread(("TextureCoordinate",), "point", 2, "texCoordIndex", ""),
         normals=spread(("Normal",), "vector", 3, "normalIndex", "normalPerVertex"),
-        colors=None if shades is None else _bytes(shades),
+        colors=None if shades is None else rgba(np.nan_to_num(shades) * 255.0),
     )
-
-
-def _bytes(shades: Floats) -> Bytes:
-    """(C, 4) of display values in 0..1."""
-    out = np.full((len(shades), 4), 255, dtype=np.uint8)
-    out[:, : shades.shape[1]] = np.rint(np.clip(np.nan_to_num(shades), 0.0, 1.0) * 255.0)
-    return out
 
 
 def _threes(_: Node, index: Ints) -> tuple[Ints, Ints]:
