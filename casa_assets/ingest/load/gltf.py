@@ -402,7 +402,8 @@ def _from_mode(flat: Ints, mode: int) -> Ints:
     faces = flat[strip(len(flat))]
     # strips are stitched with repeated vertices, which are no faces
     real = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 0] != faces[:, 2])
-    return faces[real]
+    out: Ints = faces[real]
+    return out
 
 
 def references(data: bytes, name: str) -> list[Reference]:
