@@ -15,9 +15,7 @@ from dataclasses import dataclass, field
 from lxml import etree
 
 from casa_assets.errors import Rejected
-from casa_assets.geometry.mesh.trimesh_exchange import (
-    read_scene,
-)
+from casa_assets.geometry.mesh.trimesh_exchange import read_scene
 from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.formats import Format, Reference, sniff
 from casa_assets.ingest.load.from_trimesh import read_placed
