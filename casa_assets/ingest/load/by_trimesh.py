@@ -19,7 +19,7 @@ from casa_assets.geometry.mesh.trimesh_exchange import read_scene
 from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.formats import Format, Reference, sniff
 from casa_assets.ingest.load.from_trimesh import read_placed
-from casa_assets.ingest.load.guarded_xml import check_xml, local_name
+from casa_assets.ingest.load.guarded_xml import broken_xml, check_xml, local_name
 from casa_assets.ingest.load.notes import Notes, printable
 from casa_assets.ingest.load.raw_parts import check_face_count
 from casa_assets.ingest.load.text import normalize_text
@@ -150,7 +150,10 @@ def load(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawModel:
     name = printable(bundle.main)
     data = bundle.files[bundle.main]
     readers = {Format.OFF: _off, Format.THREE_MF: _package, Format.XAML: _xaml}
-    return readers[sniff(data, name)](data, limits, notes, name)
+    try:
+        return readers[sniff(data, name)](data, limits, notes, name)
+    except etree.XMLSyntaxError as error:
+        raise broken_xml(error, name) from error
 
 
 def _off(data: bytes, limits: Mapping[str, float], notes: Notes, name: str) -> RawModel:

@@ -69,8 +69,12 @@ def parse_xml(data: bytes, name: str) -> Element:
     try:
         return etree.fromstring(data, parser)
     except (etree.XMLSyntaxError, ValueError) as error:
-        message = f"{name}: the XML is broken ({printable(str(error), 80)}); export it again"
-        raise Rejected(codes.BAD_XML, message) from error
+        raise broken_xml(error, name) from error
+
+
+def broken_xml(error: Exception, name: str) -> Rejected:
+    """The refusal of XML that lxml cannot read, such as a prefix that is not declared, which `check_xml` lets pass."""
+    return Rejected(codes.BAD_XML, f"{name}: the XML is broken ({printable(str(error), 80)}); export it again")
 
 
 def local_name(element: Element) -> str:
