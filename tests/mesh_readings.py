@@ -16,7 +16,7 @@ from casa_assets.core.color import srgb_from_linear
 from casa_assets.geometry.mesh.trimesh_exchange import placed_meshes
 from casa_assets.ingest import rejection_codes
 from casa_assets.ingest.load import load
-from casa_assets.ingest.load.ply.table import read_header, read_tables
+from casa_assets.ingest.load.ply import read_header, read_tables
 from casa_assets.ingest.sources import Found, collect, discover
 from casa_assets.model.asset.material import Material
 from casa_assets.model.ingest.source import RawModel

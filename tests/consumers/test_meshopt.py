@@ -16,8 +16,7 @@ import pytest
 
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes
-from casa_assets.ingest.load.gltf.meshopt import decompressed
-from casa_assets.ingest.load.gltf.tree import JsonObject
+from casa_assets.ingest.load.gltf_document import JsonObject, decompressed
 from tests.mesh_files import load_bytes
 from tests.meshopt_files import NAMES, packed, squeezed
 from tests.raw_models import MUG, turned

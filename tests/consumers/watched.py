@@ -85,12 +85,14 @@ WATCHED = {
     "robocasa/test_start_states.py": _ROBOCASA,
     "test_batch_forms.py": _BATCHES,
     "test_batches.py": _BATCHES,
-    "test_blend_files.py": Watched(("blender",), _package("core/blender.py", "ingest/load/blender")),
+    "test_blend_files.py": Watched(
+        ("blender",), _package("core/blender.py", "ingest/load/blend.py", "ingest/load/blend_convert.py")
+    ),
     "test_clip.py": Watched(("clip",), _package("pipeline/clip.py", "pipeline/dedup", "articulate/frame/kind.py")),
     "test_kitchens.py": Watched(
         ("blender", "mujoco331", "mujoco337", "newton", "robosuite"), (*_MJCF, *_package("export/usd"))
     ),
-    "test_meshopt.py": Watched(("meshopt",), _package("ingest/load/gltf")),
+    "test_meshopt.py": Watched(("meshopt",), _package("ingest/load/gltf.py", "ingest/load/gltf_document.py")),
     "test_notebook.py": Watched((), ("docs/quickstart.ipynb", "casa_assets/api", "casa_assets/__init__.py")),
     "test_old_mujoco.py": Watched(("mujoco331", "mujoco337"), _MJCF),
     "test_pages_of_many.py": _PAGES_IN_A_BROWSER,

@@ -14,7 +14,7 @@ import pytest
 
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes
-from casa_assets.ingest.load import triangulate
+from casa_assets.ingest.load import polygons
 from casa_assets.ingest.load.formats import sniff
 from casa_assets.ingest.sources import Found, Refused, bounded_reads, collect, discover
 from casa_assets.ingest.sources.manifest import MAX_BROKEN_ROWS
@@ -156,11 +156,11 @@ def test_ear_clipping_has_a_budget() -> None:
     angles = np.linspace(0, 2 * np.pi, 1000, endpoint=False)
     reach = np.where(np.arange(1000) % 2, 1.0, 0.5)
     star = np.column_stack((reach * np.cos(angles), reach * np.sin(angles), np.zeros(1000)))
-    most, triangulate.MAX_TESTS = triangulate.MAX_TESTS, 5000
+    most, polygons.MAX_TESTS = polygons.MAX_TESTS, 5000
     try:
-        triangles, _, fanned = triangulate.triangulate(np.tile(star, (8, 1, 1)))
+        triangles, _, fanned = polygons.triangulate(np.tile(star, (8, 1, 1)))
     finally:
-        triangulate.MAX_TESTS = most
+        polygons.MAX_TESTS = most
     assert len(triangles) == 8 * 998
     assert 0 < fanned < 8
 

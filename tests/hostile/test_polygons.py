@@ -11,10 +11,8 @@ import pytest
 
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes
-from casa_assets.ingest.load import load
-from casa_assets.ingest.load.collada import mesh as collada_mesh
-from casa_assets.ingest.load.ply import reader as ply_reader
-from casa_assets.ingest.load.wavefront import reader as wavefront_reader
+from casa_assets.ingest.load import load, polygons
+from casa_assets.ingest.load import obj as obj_reader
 from casa_assets.ingest.repair.cracks import MAX_PAIRS, _within
 from casa_assets.model.ingest.source import Bundle
 from tests.mesh_files import LIMITS
@@ -102,7 +100,7 @@ def test_triangles_are_counted_before_they_are_made(suffix: str, monkeypatch: py
     def never(points: object) -> object:
         raise MemoryError("triangles were made")
 
-    for module in (wavefront_reader, ply_reader, collada_mesh):
+    for module in (obj_reader, polygons):
         monkeypatch.setattr(module, "triangulate", never)
     name = f"a.{suffix}"
     with pytest.raises(Rejected, match="999 triangles, more than 500") as error:

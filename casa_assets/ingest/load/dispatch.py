@@ -1,18 +1,30 @@
-"""Read a bundle into a RawModel by the reader of its format."""
+"""The reader of each format: what a file refers to, and a bundle of it and those files -> RawModel."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Iterable, Mapping
+from typing import Protocol
 
 import numpy as np
 
 from casa_assets.ingest import rejection_codes as codes
-from casa_assets.ingest.load.formats import ALIASES, SUFFIX_OF, Format, sniff, suffix_of
+from casa_assets.ingest.load.formats import ALIASES, SUFFIX_OF, Format, Reference, sniff, suffix_of
 from casa_assets.ingest.load.notes import Notes, printable
 from casa_assets.ingest.load.raw_parts import check_face_count
 from casa_assets.model.ingest.source import Bundle, RawModel
 
-Reader = Callable[[Bundle, Mapping[str, float], Notes], RawModel]
+# A hostile file may name thousands of files.
+MAX_REFERENCES = 500
+
+
+class Reader(Protocol):
+    """What the module of a format offers."""
+
+    def references(self, data: bytes, name: str) -> list[Reference]:
+        """Other files that a file names, as written there; `name` is for messages. Raises Rejected."""
+
+    def load(self, bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawModel:
+        """The model of a bundle in file units and axes; what is left out goes into `notes`. Raises Rejected."""
 
 
 def load(bundle: Bundle, limits: Mapping[str, float]) -> RawModel:
@@ -42,7 +54,7 @@ def load(bundle: Bundle, limits: Mapping[str, float]) -> RawModel:
         )
     # hostile numbers overflow and cast badly; what comes of it is found and judged in rough.finish
     with np.errstate(all="ignore"):
-        model = _reader_of(file_format)(bundle, limits, notes)
+        model = reader_of(file_format).load(bundle, limits, notes)
     return _meant(bundle, model.replace(notes=bundle.notes + notes.issues))
 
 
@@ -55,46 +67,54 @@ def _meant(bundle: Bundle, model: RawModel) -> RawModel:
     return model_of_thing(model, bundle.thing, printable(bundle.main))
 
 
-def _reader_of(file_format: Format) -> Reader:
+def references(file_format: Format, data: bytes, name: str) -> list[Reference]:
+    """What a main file refers to, as written there, each once, in file order.
+
+    Raises:
+        Rejected: where the file is so broken that they cannot be told.
+    """
+    found = reader_of(file_format).references(data, name)
+    return told_once(r for r in found if not r.name.startswith("data:"))
+
+
+def told_once(found: Iterable[Reference]) -> list[Reference]:
+    """Names of files, each once and not too many of them."""
+    return list(dict.fromkeys(r for r in found if r.name))[:MAX_REFERENCES]
+
+
+def reader_of(file_format: Format) -> Reader:
     """The reader of a format. They are imported when one is asked for: some need libraries that take long to import."""
     readers = _common_readers()
     if file_format in readers:
         return readers[file_format]
     if file_format is Format.USD:
-        from casa_assets.ingest.load.usd.reader import read_usd
+        from casa_assets.ingest.load import usd
 
-        return read_usd
+        return usd
     if file_format is Format.FBX:
-        from casa_assets.ingest.load.fbx.reader import read_fbx
+        from casa_assets.ingest.load import fbx
 
-        return read_fbx
-    from casa_assets.ingest.load.by_trimesh.reader import read_3mf, read_off, read_xaml
+        return fbx
+    from casa_assets.ingest.load import by_trimesh
 
-    return {Format.OFF: read_off, Format.THREE_MF: read_3mf, Format.XAML: read_xaml}[file_format]
+    return by_trimesh
 
 
 def _common_readers() -> Mapping[Format, Reader]:
     """The readers that need nothing but what a worker has loaded for other stages anyway."""
-    from casa_assets.ingest.load.blender.reader import read_blend
-    from casa_assets.ingest.load.collada.reader import read_dae
-    from casa_assets.ingest.load.gltf.scene import read_gltf
-    from casa_assets.ingest.load.max3ds.reader import read_3ds
-    from casa_assets.ingest.load.ply.reader import read_ply
-    from casa_assets.ingest.load.stl import read_stl
-    from casa_assets.ingest.load.vrml.reader import read_vrml
-    from casa_assets.ingest.load.wavefront.reader import read_obj
+    from casa_assets.ingest.load import blend, collada, gltf, max3ds, obj, ply, stl, vrml
 
     return {
-        Format.GLB: read_gltf,
-        Format.GLTF: read_gltf,
-        Format.OBJ: read_obj,
-        Format.PLY: read_ply,
-        Format.STL: read_stl,
-        Format.DAE: read_dae,
-        Format.VRML: read_vrml,
-        Format.X3D: read_vrml,
-        Format.MAX_3DS: read_3ds,
-        Format.BLEND: read_blend,
+        Format.GLB: gltf,
+        Format.GLTF: gltf,
+        Format.OBJ: obj,
+        Format.PLY: ply,
+        Format.STL: stl,
+        Format.DAE: collada,
+        Format.VRML: vrml,
+        Format.X3D: vrml,
+        Format.MAX_3DS: max3ds,
+        Format.BLEND: blend,
     }
 
 

@@ -7,60 +7,13 @@ import re
 import struct
 import zipfile
 from collections.abc import Mapping
+from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import PurePosixPath
 
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
 
-
-class Format(StrEnum):
-    """Formats that can be read; the values are the ids in RawModel.format. TRIMESH is a mesh in memory."""
-
-    GLB = "glb"
-    GLTF = "gltf"
-    OBJ = "obj"
-    PLY = "ply"
-    STL = "stl"
-    DAE = "dae"
-    OFF = "off"
-    THREE_MF = "threemf"
-    XAML = "xaml"
-    FBX = "fbx"
-    USD = "usd"
-    X3D = "x3d"
-    VRML = "vrml"
-    MAX_3DS = "max3ds"
-    BLEND = "blend"
-    TRIMESH = "trimesh"
-
-
-# Suffix of each format that files come in.
-SUFFIX_OF: Mapping[Format, str] = {
-    Format.GLB: ".glb",
-    Format.GLTF: ".gltf",
-    Format.OBJ: ".obj",
-    Format.PLY: ".ply",
-    Format.STL: ".stl",
-    Format.DAE: ".dae",
-    Format.OFF: ".off",
-    Format.THREE_MF: ".3mf",
-    Format.XAML: ".xaml",
-    Format.FBX: ".fbx",
-    Format.USD: ".usd",
-    Format.X3D: ".x3d",
-    Format.VRML: ".wrl",
-    Format.MAX_3DS: ".3ds",
-    Format.BLEND: ".blend",
-}
-# Other suffixes of the same formats.
-ALIASES: Mapping[str, Format] = {
-    ".usda": Format.USD,
-    ".usdc": Format.USD,
-    ".usdz": Format.USD,
-    ".vrml": Format.VRML,
-}
-SUFFIXES = frozenset(SUFFIX_OF.values()) | ALIASES.keys()
 # Formats whose files are often the source, or another export, of a mesh of the same name beside them.
 SECOND_CHOICE = frozenset(
     {".fbx", ".blend", ".usd", ".usda", ".usdc", ".usdz", ".x3d", ".wrl", ".vrml", ".3ds", ".off", ".xaml"}
@@ -110,6 +63,74 @@ _FOREIGN: tuple[tuple[bytes, str], ...] = (
     (b"%PDF", "a PDF document"),
     (b"Rar!", "a RAR archive; unpack it"),
 )
+_OBJ_LINE = re.compile(rb"^[ \t]*(v|vn|vt|f|o|g|l|p|mtllib|usemtl|s)[ \t]+\S", re.MULTILINE)
+_FACET = re.compile(rb"^[ \t]*(facet|endsolid)\b", re.MULTILINE)
+
+
+class Format(StrEnum):
+    """Formats that can be read; the values are the ids in RawModel.format. TRIMESH is a mesh in memory."""
+
+    GLB = "glb"
+    GLTF = "gltf"
+    OBJ = "obj"
+    PLY = "ply"
+    STL = "stl"
+    DAE = "dae"
+    OFF = "off"
+    THREE_MF = "threemf"
+    XAML = "xaml"
+    FBX = "fbx"
+    USD = "usd"
+    X3D = "x3d"
+    VRML = "vrml"
+    MAX_3DS = "max3ds"
+    BLEND = "blend"
+    TRIMESH = "trimesh"
+
+
+class Role(StrEnum):
+    """Role of a referenced file: buffers and layers are required, pictures and materials may be missing."""
+
+    BUFFER = "buffer"
+    MATERIAL = "material"
+    IMAGE = "image"
+    LAYER = "layer"
+
+
+@dataclass(frozen=True)
+class Reference:
+    """A name as written in a file, and what it is for."""
+
+    name: str
+    role: Role
+
+
+# Suffix of each format that files come in.
+SUFFIX_OF: Mapping[Format, str] = {
+    Format.GLB: ".glb",
+    Format.GLTF: ".gltf",
+    Format.OBJ: ".obj",
+    Format.PLY: ".ply",
+    Format.STL: ".stl",
+    Format.DAE: ".dae",
+    Format.OFF: ".off",
+    Format.THREE_MF: ".3mf",
+    Format.XAML: ".xaml",
+    Format.FBX: ".fbx",
+    Format.USD: ".usd",
+    Format.X3D: ".x3d",
+    Format.VRML: ".wrl",
+    Format.MAX_3DS: ".3ds",
+    Format.BLEND: ".blend",
+}
+# Other suffixes of the same formats.
+ALIASES: Mapping[str, Format] = {
+    ".usda": Format.USD,
+    ".usdc": Format.USD,
+    ".usdz": Format.USD,
+    ".vrml": Format.VRML,
+}
+SUFFIXES = frozenset(SUFFIX_OF.values()) | ALIASES.keys()
 # Magic numbers of what is read.
 _MAGIC: tuple[tuple[bytes, Format], ...] = (
     (b"glTF", Format.GLB),
@@ -119,8 +140,6 @@ _MAGIC: tuple[tuple[bytes, Format], ...] = (
     (b"#VRML", Format.VRML),
     (b"BLENDER", Format.BLEND),
 )
-_OBJ_LINE = re.compile(rb"^[ \t]*(v|vn|vt|f|o|g|l|p|mtllib|usemtl|s)[ \t]+\S", re.MULTILINE)
-_FACET = re.compile(rb"^[ \t]*(facet|endsolid)\b", re.MULTILINE)
 
 
 def suffix_of(name: str) -> str:

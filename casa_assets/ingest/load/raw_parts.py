@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
+from casa_assets.core.rotation import about_axis
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.formats import Format
-from casa_assets.ingest.load.names import UniqueNames
 from casa_assets.ingest.load.notes import Notes
+from casa_assets.ingest.load.text import UniqueNames
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.mesh import Mesh
 from casa_assets.model.ingest.source import RawModel, RawPart, Up
@@ -54,6 +56,13 @@ class ReadPart:
     colors: Bytes | None = None
     nodes: tuple[str, ...] = ()
     copy_number: int = 0
+
+
+def rgba(values: Floats) -> Bytes:
+    """(N, 4) bytes of (N, 3) or (N, 4) display values in 0..255; opaque where they have no alpha."""
+    out = np.full((len(values), 4), 255, dtype=np.uint8)
+    out[:, : values.shape[1]] = np.rint(np.clip(values, 0.0, 255.0)).astype(np.uint8)
+    return out
 
 
 def check_face_count(count: int, limits: Mapping[str, float], name: str) -> None:
@@ -220,6 +229,12 @@ def transformed(vertices: Floats, normals: Floats | None, matrix: Floats) -> tup
         cofactors = np.array([np.cross(m[1], m[2]), np.cross(m[2], m[0]), np.cross(m[0], m[1])])
         cofactors = cofactors / np.abs(cofactors).max() * np.sign(determinant)
         return moved, normals @ cofactors.T, determinant < 0.0
+
+
+def turn(axis: Floats, angle: float) -> Floats:
+    """(3, 3) rotation about an axis of any length, angle in rad; none where the axis has no length or is absurd."""
+    length = float(np.linalg.norm(axis))
+    return about_axis(axis / length, angle) if 1e-12 < length < 1e12 and math.isfinite(angle) else np.eye(3)
 
 
 def merged_corners(columns: Sequence[Ints]) -> tuple[Ints, Ints]:

@@ -9,18 +9,22 @@ import numpy as np
 
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
-from casa_assets.ingest.load.formats import Format, is_binary_stl
+from casa_assets.ingest.load.formats import Format, Reference, is_binary_stl
 from casa_assets.ingest.load.notes import Notes, printable
 from casa_assets.ingest.load.raw_parts import ReadPart, check_face_count, raw_model
-from casa_assets.ingest.load.text import decode, normalize_text
-from casa_assets.ingest.load.wavefront.parser import numbers
+from casa_assets.ingest.load.text import decode, normalize_text, numbers
 from casa_assets.model.asset.material import Material
 from casa_assets.model.ingest.source import Bundle, RawModel
 
 _TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 
 
-def read_stl(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawModel:
+def references(data: bytes, name: str) -> list[Reference]:
+    """None: an STL stands by itself."""
+    return []
+
+
+def load(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawModel:
     """RawModel of an STL; it declares neither unit nor up axis, and its facet normals are computed anew.
 
     Raises:

@@ -1,11 +1,20 @@
-"""Bytes of a text file -> plain UTF-8 lines: byte order marks, UTF-16 and foreign line ends are dealt with here."""
+"""Text of files: plain UTF-8 lines, rows of numbers, and names as Ids."""
 
 from __future__ import annotations
 
 import codecs
+import re
+import unicodedata
+import warnings
 
+import numpy as np
+
+from casa_assets.core.typing import Floats
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
+from casa_assets.ingest.load.notes import printable
+
+MAX_CHARACTERS = 60
 
 
 def normalize_text(data: bytes, name: str) -> bytes:
@@ -34,3 +43,84 @@ def decode(raw: bytes) -> str:
         return raw.decode("utf-8")
     except UnicodeDecodeError:
         return raw.decode("cp1252", "replace")
+
+
+def numbers(lines: list[bytes], min_columns: int, max_columns: int, keyword: str) -> Floats:
+    """(N, most) float64; columns that a line does not have are NaN.
+
+    Raises:
+        Rejected: BAD_NUMBER with the first bad line.
+    """
+    counts = np.fromiter((len(line.split()) for line in lines), dtype=np.int64, count=len(lines))
+    flat = parsed_numbers(b" ".join(lines))
+    if flat is None or len(flat) != int(counts.sum()) or (len(counts) and int(counts.min()) < min_columns):
+        return _slow_numbers(lines, min_columns, max_columns, keyword)
+    if len(counts) and int(counts.min()) == int(counts.max()):
+        table = flat.reshape(len(lines), -1)[:, :max_columns]
+        pad = max_columns - table.shape[1]
+        return table if not pad else np.hstack((table, np.full((len(lines), pad), np.nan)))
+    out = np.full((len(lines), max_columns), np.nan)
+    starts = np.concatenate(([0], np.cumsum(counts)[:-1])) if len(counts) else np.zeros(0, dtype=np.int64)
+    for column in range(max_columns):
+        rows = np.flatnonzero(counts > column)
+        out[rows, column] = flat[starts[rows] + column]
+    return out
+
+
+def _slow_numbers(lines: list[bytes], min_columns: int, max_columns: int, keyword: str) -> Floats:
+    out = np.full((len(lines), max_columns), np.nan)
+    for i, line in enumerate(lines):
+        words = line.partition(b"#")[0].split()[:max_columns]
+        try:
+            values = [float(word) for word in words]
+        except ValueError as error:
+            message = f"`{keyword} {printable(decode(line), 60)}` (number {i + 1} of its kind) is not a row of numbers"
+            raise Rejected(codes.BAD_NUMBER, message + "; export with decimal points") from error
+        if len(values) < min_columns:
+            message = f"`{keyword} {printable(decode(line), 60)}`: {min_columns} numbers wanted; export it again"
+            raise Rejected(codes.BAD_NUMBER, message)
+        out[i, : len(values)] = values
+    return out
+
+
+def parsed_numbers(text: bytes) -> Floats | None:
+    """All numbers of a text, or None where something in it is not a number."""
+    if not text.strip():
+        return np.zeros(0)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        try:
+            return np.fromstring(text.decode("ascii"), dtype=np.float64, sep=" ")
+        except (ValueError, DeprecationWarning):
+            return None
+
+
+def identifier(text: str, fallback: str) -> str:
+    """`text` as an Id; starts with `fallback` where nothing usable is left or it would start with a digit."""
+    ascii_text = unicodedata.normalize("NFKD", text[:400]).encode("ascii", "ignore").decode("ascii")
+    parted = re.sub(r"([a-z0-9])([A-Z][a-z])", r"\1_\2", ascii_text)
+    words = re.sub(r"[^a-z0-9]+", "_", parted.lower()).strip("_")
+    if not words:
+        return fallback
+    if words[0].isdigit():
+        words = f"{fallback}_{words}"
+    return words[:MAX_CHARACTERS].rstrip("_")
+
+
+class UniqueNames:
+    """Hands out Ids, each once."""
+
+    def __init__(self) -> None:
+        self._taken: set[str] = set()
+        self._next: dict[str, int] = {}
+
+    def unique(self, text: str, fallback: str) -> str:
+        """`text` as an Id that was not handed out before: `lid`, `lid_2`, `lid_3`."""
+        stem = identifier(text, fallback)
+        name = stem
+        while name in self._taken:
+            number = self._next.get(stem, 2)
+            self._next[stem] = number + 1
+            name = f"{stem}_{number}"
+        self._taken.add(name)
+        return name

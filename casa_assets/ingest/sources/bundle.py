@@ -10,17 +10,10 @@ from urllib.parse import unquote
 
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
-from casa_assets.ingest.load.blender.program import blender_program
-from casa_assets.ingest.load.formats import Format, sniff
+from casa_assets.ingest.load.dispatch import MAX_REFERENCES, reader_of, references, told_once
+from casa_assets.ingest.load.formats import Format, Reference, Role, sniff
 from casa_assets.ingest.load.notes import Notes, printable
-from casa_assets.ingest.load.references import (
-    MAX_REFERENCES,
-    Reference,
-    Role,
-    layer_references,
-    mtl_references,
-    references,
-)
+from casa_assets.ingest.load.obj import material_references
 from casa_assets.ingest.sources.containers.place import place_of
 from casa_assets.ingest.sources.found import Found
 from casa_assets.ingest.sources.places import Place
@@ -53,13 +46,12 @@ def collect(found: Found, limits: Mapping[str, float], looked_at: set[str] | Non
     data = place.read(found.main, limits["input_bytes"])
     kind = sniff(data, printable(main))
     collector = _Collector(found, place, limits["input_bytes"] - len(data), main, data)
-    collector.add_all(references(kind, data, printable(main)), found.main)
-    if kind is Format.BLEND:
-        blender_program(printable(main))
+    if kind is Format.USD:
+        collector.add_layers(main)
+    else:
+        collector.add_all(references(kind, data, printable(main)), found.main)
     if kind is Format.OBJ:
         collector.add_materials()
-    if kind is Format.USD and not data.startswith(b"PK"):
-        collector.add_layers(main)
     return Bundle(main=main, files=collector.files, notes=(*found.notes, *collector.notes.issues), thing=thing)
 
 
@@ -91,7 +83,7 @@ class _Collector:
             self._guess_library()
         for name, place in self._libraries:
             try:
-                wanted = mtl_references(self.files[name], printable(name))
+                wanted = told_once(material_references(self.files[name], printable(name)))
             except Rejected as error:
                 self.notes.add(codes.MATERIAL_MISSING, name, f"material file left out: {error.message}")
                 continue
@@ -102,7 +94,7 @@ class _Collector:
         folder = posixpath.dirname(self._found.main)
         waiting = [main]
         for owner in waiting:
-            for reference in layer_references(self.files[owner], printable(owner)):
+            for reference in reader_of(Format.USD).references(self.files[owner], printable(owner)):
                 key = posixpath.normpath(posixpath.join(posixpath.dirname(owner), reference.name))
                 if key in self.files:
                     continue

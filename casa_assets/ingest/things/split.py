@@ -13,7 +13,7 @@ from casa_assets.core.typing import Ints
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.draft import warning
-from casa_assets.ingest.load.names import UniqueNames
+from casa_assets.ingest.load.text import UniqueNames
 from casa_assets.ingest.repair.components import Components
 from casa_assets.ingest.submesh import submesh
 from casa_assets.ingest.things.contact import Contacts

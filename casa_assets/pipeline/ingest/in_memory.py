@@ -49,7 +49,7 @@ def stage_meshes(meshes: Sequence[MeshInput], staging: Path) -> Iterator[Found |
     """
     if not meshes:
         return
-    from casa_assets.ingest.load.by_trimesh.from_trimesh import raw_from_trimesh  # imports trimesh: half a second
+    from casa_assets.ingest.load.from_trimesh import raw_from_trimesh  # imports trimesh: half a second
 
     folder = staging / MESHES
     for number, one in enumerate(meshes):
@@ -78,7 +78,7 @@ def ingest_mesh(mesh: MeshOrScene, name: str, category: str = "", up: Up | None 
         Rejected: a stage cannot accept it. UnknownId: no such category.
         CannotDraw, NoRenderer: this machine draws no pictures.
     """
-    from casa_assets.ingest.load.by_trimesh.from_trimesh import bundle_from_trimesh
+    from casa_assets.ingest.load.from_trimesh import bundle_from_trimesh
     from casa_assets.pipeline.ingest.stages import build_asset
     from casa_assets.pipeline.library.asset_package import check_package, write_package
 

@@ -7,7 +7,7 @@ import pytest
 import trimesh
 
 from casa_assets.geometry.mesh.trimesh_exchange import collision_scene, to_trimesh, visual_scene
-from casa_assets.ingest.load.by_trimesh.from_trimesh import raw_from_trimesh
+from casa_assets.ingest.load.from_trimesh import raw_from_trimesh
 from casa_assets.model.asset.asset import Asset
 from tests.assets import EVERY, drawer_unit, textured_box
 

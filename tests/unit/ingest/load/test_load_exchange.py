@@ -97,6 +97,7 @@ def test_hostile_text(subtests: pytest.Subtests) -> None:
             rejection_codes.BAD_SCENE_GRAPH,
         ),
         ("entity.xaml", '<!DOCTYPE a [<!ENTITY b "c">]>' + XAML, rejection_codes.XML_ENTITY),
+        ("prefix.xaml", XAML.replace("<MeshGeometry3D", '<MeshGeometry3D s:size="1"'), rejection_codes.BAD_XML),
         ("few.xaml", XAML.replace("1,0,0", "1,0"), rejection_codes.EXCHANGE_UNREADABLE),
     ]:
         with subtests.test(name=name, data=data, code=code):
@@ -118,6 +119,7 @@ def test_hostile_packages(subtests: pytest.Subtests) -> None:
         (model(f'<object id="1">{MESH}</object>', '<item objectid="1"/>', unit="cubits"), "SRC030"),
         (model("", ""), "SRC012"),
         ("<model>", "SRC002"),
+        (model(f'<object id="1" s:size="1">{MESH}</object>', '<item objectid="1"/>'), rejection_codes.BAD_XML),
     ]:
         with subtests.test(content=content, code=code):
             assert refused("a.3mf", package(content)) == code

@@ -9,8 +9,8 @@ import pytest
 
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes
-from casa_assets.ingest.load.triangulate import triangulate
-from casa_assets.ingest.load.wavefront.materials import map_file
+from casa_assets.ingest.load.obj import map_file
+from casa_assets.ingest.load.polygons import triangulate
 from tests.mesh_files import OBJ_TRIANGLE, QUARTERS, codes_of, load_bytes, png, texel
 
 

@@ -11,7 +11,7 @@ import pytest
 from casa_assets import registry
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
-from casa_assets.ingest.load.gltf.instancing import MAX_COPIES
+from casa_assets.ingest.load.gltf import MAX_COPIES
 from casa_assets.ingest.things.guess import guess_of_things
 from casa_assets.ingest.things.split import model_of_thing, things_of
 from casa_assets.model.asset.material import Material

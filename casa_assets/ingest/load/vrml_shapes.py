@@ -1,17 +1,19 @@
-"""Geometry nodes of VRML and X3D -> polygons with what is said of their corners."""
+"""Nodes of VRML 2.0 and X3D, and those of geometry -> polygons with what is said of their corners."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from casa_assets.core.typing import Floats, Ints
-from casa_assets.ingest.load.raw_parts import Bytes
-from casa_assets.ingest.load.vrml.node import Node
+from casa_assets.ingest.load.polygons import fan, strip
+from casa_assets.ingest.load.raw_parts import Bytes, rgba
 
+# Scenes are a dozen deep. Text is read by functions that call each other, four for a level, and Python ends at 1000.
+DEEPEST = 150
 # Sides of a round shape; a choice.
 SIDES = 32
 LEFT_OUT: Mapping[str, str] = {
@@ -23,6 +25,73 @@ LEFT_OUT: Mapping[str, str] = {
     "PointSet": "points are left out",
     "NurbsPatchSurface": "NURBS are left out; convert them to meshes",
 }
+
+
+@dataclass(eq=False)
+class Node:
+    """A node of the scene.
+
+    Attributes:
+        kind: such as `IndexedFaceSet`.
+        name: that others use it by (DEF), or empty.
+        fields: name -> text of its value, numbers and strings as written.
+        nodes: name of the field -> nodes in it; of X3D, whose fields may go unnamed, all under `children`.
+    """
+
+    kind: str
+    name: str = ""
+    fields: dict[str, str] = field(default_factory=dict)
+    nodes: dict[str, list[Node]] = field(default_factory=dict)
+
+    def all(self) -> Iterator[Node]:
+        """Nodes in any field, in order."""
+        for found in self.nodes.values():
+            yield from found
+
+    def first(self, *kinds: str) -> Node | None:
+        """First node of one of these kinds in any field, or None."""
+        return next((node for node in self.all() if node.kind in kinds), None)
+
+    def flag(self, name: str, default: bool) -> bool:
+        """Truth value; the default where it is not written."""
+        return self.fields.get(name, str(default)).strip().lower() == "true"
+
+    def floats(self, name: str) -> Floats:
+        """(N,) numbers; what is not a number becomes NaN."""
+        words = self.fields.get(name, "").replace(",", " ").split()
+        try:
+            return np.array(words, dtype=np.float64)
+        except ValueError:
+            return np.array([_number(word) for word in words])
+
+    def integers(self, name: str) -> Ints:
+        """(N,) whole numbers; what is none becomes -2, which names no point."""
+        values = self.floats(name)
+        is_whole = np.isfinite(values) & (np.abs(values) < 2**31)
+        return np.where(is_whole, np.where(is_whole, values, 0.0), -2.0).astype(np.int64)
+
+    def vector(self, name: str, default: tuple[float, ...]) -> Floats:
+        """Numbers, as many as the default has, or the default."""
+        values = self.floats(name)
+        return values if len(values) == len(default) and np.isfinite(values).all() else np.array(default)
+
+    def number(self, name: str, default: float) -> float:
+        """One number, or the default."""
+        return float(self.vector(name, (default,))[0])
+
+    def texts(self, name: str) -> list[str]:
+        """Strings of a list of strings, quoted or bare."""
+        text = self.fields.get(name, "").strip()
+        if '"' not in text:
+            return [text] if text else []
+        return [word for word in text.split('"')[1::2] if word]
+
+
+def _number(word: str) -> float:
+    try:
+        return float(word)
+    except ValueError:
+        return float("nan")
 
 
 @dataclass(frozen=True)
@@ -107,15 +176,8 @@ def _indexed(node: Node, corners: Ints, counts: Ints, places: Ints, is_plain: bo
         counts=counts,
         uv=spread(("TextureCoordinate",), "point", 2, "texCoordIndex", ""),
         normals=spread(("Normal",), "vector", 3, "normalIndex", "normalPerVertex"),
-        colors=None if shades is None else _bytes(shades),
+        colors=None if shades is None else rgba(np.nan_to_num(shades) * 255.0),
     )
-
-
-def _bytes(shades: Floats) -> Bytes:
-    """(C, 4) of display values in 0..1."""
-    out = np.full((len(shades), 4), 255, dtype=np.uint8)
-    out[:, : shades.shape[1]] = np.rint(np.clip(np.nan_to_num(shades), 0.0, 1.0) * 255.0)
-    return out
 
 
 def _threes(_: Node, index: Ints) -> tuple[Ints, Ints]:
@@ -138,20 +200,13 @@ def _runs(node: Node, index: Ints, field: str) -> list[Ints]:
 
 
 def _strips(node: Node, index: Ints) -> tuple[Ints, Ints]:
-    found = [np.zeros(0, dtype=np.int64)]
-    for run in _runs(node, index, "stripCount"):
-        faces = np.column_stack((run[:-2], run[1:-1], run[2:])) if len(run) > 2 else np.zeros((0, 3), dtype=np.int64)
-        faces[1::2] = faces[1::2, [1, 0, 2]]
-        found.append(faces.reshape(-1))
-    return _threes(node, np.concatenate(found))
+    found = [run[strip(len(run))].reshape(-1) for run in _runs(node, index, "stripCount")]
+    return _threes(node, np.concatenate([np.zeros(0, dtype=np.int64), *found]))
 
 
 def _fans(node: Node, index: Ints) -> tuple[Ints, Ints]:
-    found = [np.zeros(0, dtype=np.int64)]
-    for run in _runs(node, index, "fanCount"):
-        if len(run) > 2:
-            found.append(np.column_stack((np.full(len(run) - 2, run[0]), run[1:-1], run[2:])).reshape(-1))
-    return _threes(node, np.concatenate(found))
+    found = [run[fan(len(run))].reshape(-1) for run in _runs(node, index, "fanCount")]
+    return _threes(node, np.concatenate([np.zeros(0, dtype=np.int64), *found]))
 
 
 Cut = Callable[[Node, Ints], tuple[Ints, Ints]]

@@ -12,13 +12,11 @@ import numpy as np
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
-from casa_assets.ingest.load.diffuse import Look, Materials
-from casa_assets.ingest.load.formats import Format
-from casa_assets.ingest.load.image import linear_from_srgb
+from casa_assets.ingest.load.formats import Format, Reference, Role
+from casa_assets.ingest.load.materials import Look, Materials, linear_from_srgb, roughness_of_shininess
 from casa_assets.ingest.load.notes import Notes, printable
 from casa_assets.ingest.load.raw_parts import ReadPart, check_face_count, raw_model
 from casa_assets.ingest.load.text import decode
-from casa_assets.ingest.load.wavefront.materials import roughness_of_shininess
 from casa_assets.model.asset.material import Material
 from casa_assets.model.ingest.source import Bundle, RawModel, Up
 
@@ -88,7 +86,7 @@ class _Chunks:
         return flat.reshape(-1, width).astype(np.float64), stop
 
 
-def read_3ds(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawModel:
+def load(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawModel:
     """RawModel of a 3DS: z up, as 3D Studio has it; its unit means nothing.
 
     Raises:
@@ -101,10 +99,10 @@ def read_3ds(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawMo
     return raw_model(parts, notes, name, Format.MAX_3DS, None, Up.Z)
 
 
-def picture_names(data: bytes, name: str) -> list[str]:
-    """Files of pictures, as written."""
-    _, looks = _scene(data, name, {"input_faces": float("inf")})
-    return list(dict.fromkeys(file for _, file in looks.values() if file))
+def references(data: bytes, name: str) -> list[Reference]:
+    """Pictures, as written. Raises Rejected TRUNCATED, LENGTH_MISMATCH, OUT_OF_BOUNDS, TOO_LARGE."""
+    _, looks = _scene(data, name, {"input_faces": math.inf})
+    return [Reference(file, Role.IMAGE) for _, file in looks.values()]
 
 
 def _scene(data: bytes, name: str, limits: Mapping[str, float]) -> tuple[list[_Mesh], dict[str, tuple[Look, str]]]:

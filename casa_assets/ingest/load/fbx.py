@@ -12,12 +12,11 @@ import ufbx
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
-from casa_assets.ingest.load.diffuse import Look, Materials
-from casa_assets.ingest.load.formats import Format
-from casa_assets.ingest.load.image import linear_from_srgb
+from casa_assets.ingest.load.formats import Format, Reference, Role
+from casa_assets.ingest.load.materials import Look, Materials, linear_from_srgb
 from casa_assets.ingest.load.notes import Notes, printable
 from casa_assets.ingest.load.polygons import cut_polygons, part_of_corners
-from casa_assets.ingest.load.raw_parts import ReadPart, check_face_count, raw_model, transformed
+from casa_assets.ingest.load.raw_parts import ReadPart, check_face_count, raw_model, rgba, transformed
 from casa_assets.model.asset.material import Material
 from casa_assets.model.ingest.source import Bundle, RawModel, Up
 
@@ -57,13 +56,13 @@ def open_fbx(data: bytes, name: str) -> ufbx.Scene:
     return scene
 
 
-def picture_names(data: bytes, name: str) -> list[str]:
-    """Files of the colour pictures that are not packed into the FBX, as written there."""
-    scene = open_fbx(data, name)
-    return [_file_name(texture) for texture in _held(scene.textures) if not texture.content and _file_name(texture)]
+def references(data: bytes, name: str) -> list[Reference]:
+    """Pictures that are not packed into the FBX, as written there. Raises Rejected as `open_fbx`."""
+    textures = _held(open_fbx(data, name).textures)
+    return [Reference(_file_name(texture), Role.IMAGE) for texture in textures if not texture.content]
 
 
-def read_fbx(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawModel:
+def load(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawModel:
     """RawModel of an FBX: its stated unit (the format has one always) and up axis.
 
     Raises:
@@ -105,7 +104,7 @@ class _Reader:
             _, normals, _ = transformed(normals[:1], normals, _matrix(node.geometry_to_world))
         uv = _corner_values(mesh.vertex_uv, len(corners), 2)
         colors = _corner_values(mesh.vertex_color, len(corners), 4)
-        shades = None if colors is None else np.rint(np.clip(np.nan_to_num(colors), 0, 1) * 255).astype(np.uint8)
+        shades = None if colors is None else rgba(np.nan_to_num(colors) * 255.0)
         if is_mirrored:
             triangles = triangles[:, ::-1]
         slots = np.array(mesh.face_material, dtype=np.int64).reshape(-1)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 from xml.parsers import expat
 
 import numpy as np
@@ -15,7 +14,7 @@ from casa_assets.core.typing import Floats
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.notes import printable
-from casa_assets.ingest.load.wavefront.parser import parsed_numbers
+from casa_assets.ingest.load.text import parsed_numbers
 
 Element = etree._Element
 
@@ -61,39 +60,21 @@ def check_xml(data: bytes, name: str) -> None:
         raise Rejected(codes.BAD_XML, message) from error
 
 
-@dataclass
-class Document:
-    """A COLLADA tree and its elements by id."""
-
-    root: Element
-    by_id: dict[str, Element]
-
-    def target(self, url: str | None) -> Element | None:
-        """Element that `#id` names, or None."""
-        return self.by_id.get((url or "").removeprefix("#"))
-
-
-def open_dae(data: bytes, name: str) -> Document:
-    """Tree of a COLLADA file. Raises as `guard`, and BAD_XML where it is no COLLADA."""
+def parse_xml(data: bytes, name: str) -> Element:
+    """Root of a tree without comments. Raises Rejected as `check_xml`."""
     check_xml(data, name)
     parser = etree.XMLParser(
         resolve_entities=False, no_network=True, load_dtd=False, huge_tree=True, remove_comments=True, remove_pis=True
     )
     try:
-        root = etree.fromstring(data, parser)
+        return etree.fromstring(data, parser)
     except (etree.XMLSyntaxError, ValueError) as error:
-        message = f"{name}: the XML is broken ({printable(str(error), 80)}); export it again"
-        raise Rejected(codes.BAD_XML, message) from error
-    if local_name(root) != "COLLADA":
-        raise Rejected(
-            codes.WRONG_TYPE, f"{name}: XML, but not COLLADA (its root is {printable(local_name(root), 30)})"
-        )
-    by_id: dict[str, Element] = {}
-    for element in root.iter():
-        key = element.get("id")
-        if key:
-            by_id.setdefault(key, element)
-    return Document(root, by_id)
+        raise broken_xml(error, name) from error
+
+
+def broken_xml(error: Exception, name: str) -> Rejected:
+    """The refusal of XML that lxml cannot read, such as a prefix that is not declared, which `check_xml` lets pass."""
+    return Rejected(codes.BAD_XML, f"{name}: the XML is broken ({printable(str(error), 80)}); export it again")
 
 
 def local_name(element: Element) -> str:

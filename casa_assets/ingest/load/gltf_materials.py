@@ -1,4 +1,4 @@
-"""glTF materials and images -> Material, with the texture coordinates that they want."""
+"""Materials and images of a glTF -> Material, with the texture coordinates that they want."""
 
 from __future__ import annotations
 
@@ -11,12 +11,14 @@ import numpy as np
 from casa_assets.core.typing import Floats
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
-from casa_assets.ingest.load.gltf.accessor import Accessors
-from casa_assets.ingest.load.gltf.container import data_uri
-from casa_assets.ingest.load.gltf.tree import JsonObject
-from casa_assets.ingest.load.image import Images, ImageUse
-from casa_assets.ingest.load.names import UniqueNames
+from casa_assets.ingest.load.gltf_document import (
+    Accessors,
+    JsonObject,
+    data_uri,
+)
+from casa_assets.ingest.load.materials import Images, ImageUse
 from casa_assets.ingest.load.notes import Notes
+from casa_assets.ingest.load.text import UniqueNames
 from casa_assets.model.asset.material import ColorSpace, Material, Texture
 
 _BLACK = 0.02

@@ -1,8 +1,12 @@
-"""Decode image bytes of any common format into a Texture: 8-bit PNG, the same bytes every time."""
+"""Pictures of any common format, and looks that a file states -> Texture and Material.
+
+A Texture is a PNG of 8 bits, the same bytes every time.
+"""
 
 from __future__ import annotations
 
 import io
+import math
 import struct
 import warnings
 import zlib
@@ -15,9 +19,9 @@ from PIL import Image, UnidentifiedImageError
 
 from casa_assets.core import color
 from casa_assets.ingest import rejection_codes as codes
-from casa_assets.ingest.load.names import UniqueNames
 from casa_assets.ingest.load.notes import Notes, printable
-from casa_assets.model.asset.material import ColorSpace, Texture
+from casa_assets.ingest.load.text import UniqueNames
+from casa_assets.model.asset.material import ColorSpace, Material, Texture
 
 # Longer sides are scaled down: no simulator gains from more, and files grow with the square.
 LARGEST_PX = 4096
@@ -179,3 +183,77 @@ def srgb_bytes_from_linear(values: npt.NDArray[np.float64]) -> Pixels:
     """Linear light in 0..1, any shape -> sRGB bytes."""
     clipped = np.clip(np.nan_to_num(values, nan=1.0), 0.0, 1.0)
     return np.rint(color.srgb_from_linear_array(clipped) * 255.0).astype(np.uint8)
+
+
+@dataclass(frozen=True)
+class Look:
+    """Look of a surface, as a file says it.
+
+    Attributes:
+        name: of the material.
+        color: linear RGB, 0..1, beside a picture its tint.
+        opacity: 0..1.
+        metallic, roughness: 0..1.
+        picture: key and bytes of the colour picture, or None.
+    """
+
+    name: str
+    color: tuple[float, float, float] = (0.8, 0.8, 0.8)
+    opacity: float = 1.0
+    metallic: float = 0.0
+    roughness: float = 0.6
+    picture: tuple[str, bytes] | None = None
+
+
+class Materials:
+    """Makes a Material of each look once."""
+
+    def __init__(self, limits: Mapping[str, float], notes: Notes) -> None:
+        self._images, self._notes = Images(limits, notes), notes
+        self._names = UniqueNames()
+        self._made: dict[object, Material] = {}
+
+    def material(self, key: object, look: Look) -> Material:
+        """The material of a look; `key` tells the looks of one file apart."""
+        if key not in self._made:
+            self._made[key] = self._make(look)
+        return self._made[key]
+
+    def knows(self, key: object) -> Material | None:
+        """The material that was made under a key, or None."""
+        return self._made.get(key)
+
+    def _make(self, look: Look) -> Material:
+        opacity = _unit(look.opacity, 1.0)
+        if opacity <= 0.0:
+            self._notes.add(codes.FULLY_TRANSPARENT, look.name, "alpha 0 would hide it; made opaque")
+            opacity = 1.0
+        texture = None
+        if look.picture is not None:
+            use = ImageUse(ColorSpace.SRGB, "keep" if opacity < 1.0 else 0.5)
+            texture = self._images.texture(*look.picture, f"{look.name}_color", use)
+        r, g, b = (_unit(c, 0.8) for c in look.color)
+        return Material(
+            id=self._names.unique(look.name, "material"),
+            base_color=(r, g, b, opacity),
+            metallic=_unit(look.metallic, 0.0),
+            roughness=_unit(look.roughness, 0.6),
+            base_color_texture=texture,
+        )
+
+
+def _unit(value: float, default: float) -> float:
+    """A number brought into 0..1; the default where it is none."""
+    return min(1.0, max(0.0, value)) if math.isfinite(value) else default
+
+
+def roughness_of_shininess(shininess: float | None, specular: float | None = None) -> float:
+    """0..1 from Ns in 0..1000, None: matt. A thing without a highlight (`specular` near 0) is matt too.
+
+    Ref: Blender's wavefront_obj exporter, Ns = 1000 (1 - roughness)^2.
+    """
+    if shininess is None:
+        return 0.6
+    guess = 1.0 - math.sqrt(min(1000.0, max(0.0, shininess)) / 1000.0)
+    floor = 0.6 if specular is not None and specular < 0.01 else 0.05
+    return max(floor, guess)

@@ -22,11 +22,16 @@ from casa_assets.geometry.mesh.trimesh_exchange import (
 )
 from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.formats import Format
-from casa_assets.ingest.load.image import Images, ImageUse, linear_from_srgb, srgb_bytes_from_linear
-from casa_assets.ingest.load.names import UniqueNames
+from casa_assets.ingest.load.materials import (
+    Images,
+    ImageUse,
+    linear_from_srgb,
+    roughness_of_shininess,
+    srgb_bytes_from_linear,
+)
 from casa_assets.ingest.load.notes import Notes
 from casa_assets.ingest.load.raw_parts import ReadPart, check_face_count, raw_model
-from casa_assets.ingest.load.wavefront.materials import roughness_of_shininess
+from casa_assets.ingest.load.text import UniqueNames
 from casa_assets.model.asset.material import ColorSpace, Material, Texture
 from casa_assets.model.ingest.source import Bundle, RawModel, Up
 

@@ -11,16 +11,21 @@ from pathlib import Path
 from casa_assets.core import blender
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
-from casa_assets.ingest.load.blender.program import blender_program
-from casa_assets.ingest.load.formats import Format
-from casa_assets.ingest.load.gltf.scene import read_gltf
+from casa_assets.ingest.load import gltf
+from casa_assets.ingest.load.formats import Format, Reference
 from casa_assets.ingest.load.notes import Notes, printable
 from casa_assets.model.ingest.source import Bundle, RawModel, Up
 
-_SCRIPT = Path(__file__).with_name("convert.py")
+_SCRIPT = Path(__file__).with_name("blend_convert.py")
 
 
-def read_blend(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawModel:
+def references(data: bytes, name: str) -> list[Reference]:
+    """None: what a Blender file names elsewhere is left out. Raises Rejected NEEDS_BLENDER where there is none."""
+    _program(name)
+    return []
+
+
+def load(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawModel:
     """RawModel of a Blender file: its scene as it is shown, modifiers carried out, z up, in its unit of length.
 
     Blender starts with factory settings, runs no script of the file, and stays within the limits of this process.
@@ -29,7 +34,7 @@ def read_blend(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> Raw
         Rejected: NEEDS_BLENDER, BLENDER_FAILED, and what a GLB is refused for.
     """
     name = printable(bundle.main)
-    program = blender_program(name)
+    program = _program(name)
     with tempfile.TemporaryDirectory(prefix="casa_blender_") as place:
         folder = Path(place)
         (folder / "in.blend").write_bytes(bundle.files[bundle.main])
@@ -42,8 +47,17 @@ def read_blend(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> Raw
         data, said = glb.read_bytes(), json.loads(told.read_text(encoding="utf-8"))
     for pointer, message in said["notes"]:
         notes.add(codes.FEATURE_IGNORED, pointer, message)
-    model = read_gltf(Bundle(main=bundle.main, files={bundle.main: data}), limits, notes)
+    model = gltf.load(Bundle(main=bundle.main, files={bundle.main: data}), limits, notes)
     return model.replace(metres_per_unit=said["metres"], up=Up.Z, format=Format.BLEND.value)
+
+
+def _program(name: str) -> str:
+    """Path of a Blender, or of a Python with bpy: see `core.blender`. Raises Rejected NEEDS_BLENDER."""
+    program = blender.find_blender()
+    if not program:
+        said = f"{name}: a Blender file is read by Blender, {blender.how_to_install()}"
+        raise Rejected(codes.NEEDS_BLENDER, said)
+    return program
 
 
 def _run(program: str, folder: Path, name: str) -> None:

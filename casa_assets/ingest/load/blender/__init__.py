@@ -1,1 +1,0 @@
-"""Blender files -> RawModel, by Blender in a process of its own."""

@@ -1,1 +1,0 @@
-"""FBX -> RawModel, by ufbx."""

@@ -1,0 +1,435 @@
+"""GLB and glTF 2.0 -> RawModel: one part per primitive and instance, node transforms baked."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from casa_assets.core.typing import Floats, Ints
+from casa_assets.errors import Rejected
+from casa_assets.ingest import rejection_codes as codes
+from casa_assets.ingest.load.formats import Format, Reference, Role
+from casa_assets.ingest.load.gltf_document import (
+    Accessors,
+    JsonObject,
+    dropped_extensions,
+    open_document,
+    unpack,
+)
+from casa_assets.ingest.load.gltf_materials import Surfaces
+from casa_assets.ingest.load.materials import Images, srgb_bytes_from_linear
+from casa_assets.ingest.load.notes import Notes, printable
+from casa_assets.ingest.load.polygons import fan, strip
+from casa_assets.ingest.load.raw_parts import ReadPart, check_face_count, raw_model, transformed, used_vertices
+from casa_assets.model.ingest.source import Bundle, RawModel, Up
+
+MAX_NAMES = 16
+# A quaternion shorter than this states no rotation.
+_SHORTEST = 1e-9
+_IDENTITY16 = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0)
+_INSTANCING = "EXT_mesh_gpu_instancing"
+# Copies that are read of one file, a choice: more of them say nothing new of what the file holds.
+MAX_COPIES = 256
+# What a copy has where a column is missing.
+_STILL: tuple[tuple[str, tuple[float, ...]], ...] = (
+    ("TRANSLATION", (0.0, 0.0, 0.0)),
+    ("ROTATION", (0.0, 0.0, 0.0, 1.0)),
+    ("SCALE", (1.0, 1.0, 1.0)),
+)
+_TRIANGLES, _STRIP, _FAN = 4, 5, 6
+
+
+@dataclass(frozen=True)
+class MeshInstance:
+    """A mesh at its place.
+
+    Attributes:
+        node: index of the node, or None for a mesh that no node carries.
+        mesh: index of the mesh.
+        world_from_mesh: (4, 4), file units.
+        names: of the nodes from the root down to this one; a node without a name is called by its number.
+        copy_number: from 1, of a copy that a list of places makes; 0 without one.
+    """
+
+    node: int | None
+    mesh: int
+    world_from_mesh: Floats
+    names: tuple[str, ...] = ()
+    copy_number: int = 0
+
+
+@dataclass(frozen=True)
+class SceneGraph:
+    """Placed meshes of the shown scene, and the world matrix of every node in it."""
+
+    placed: tuple[MeshInstance, ...]
+    world_from_node: dict[int, Floats]
+
+
+def read_graph(document: JsonObject, notes: Notes) -> SceneGraph:
+    """Walk the shown scene; fall back to all root nodes, then to bare meshes, each with a note.
+
+    Raises:
+        Rejected: BAD_SCENE_GRAPH (a node reached twice: a cycle, or instances without end), OUT_OF_BOUNDS.
+    """
+    nodes = document.items("nodes")
+    roots = _scene_roots(document)
+    if roots is not None:
+        graph = _walk(document, nodes, roots, notes)
+        if graph.placed or not document.array("meshes"):
+            return graph
+    notes.add(
+        codes.MESH_OUTSIDE_SCENE,
+        "scenes",
+        "no mesh stands in the shown scene; all meshes of the file are used",
+    )
+    children = {_index(child, node) for node in nodes for child in node.array("children")}
+    graph = _walk(document, nodes, [i for i in range(len(nodes)) if i not in children], notes)
+    if graph.placed:
+        return graph
+    if nodes and len(children) >= len(nodes):
+        message = "glTF nodes: every node has a parent, so they form a cycle; export it again"
+        raise Rejected(codes.BAD_SCENE_GRAPH, message)
+    bare = tuple(MeshInstance(None, i, np.eye(4)) for i in range(len(document.items("meshes"))))
+    return SceneGraph(bare, graph.world_from_node)
+
+
+def _scene_roots(document: JsonObject) -> list[int] | None:
+    scenes = document.array("scenes")
+    if not scenes:
+        return None
+    scene = document.pick(document.count("scene", 0), "scenes")
+    return [_index(value, scene) for value in scene.array("nodes")]
+
+
+def _walk(document: JsonObject, nodes: list[JsonObject], roots: list[int], notes: Notes) -> SceneGraph:
+    worlds: dict[int, Floats] = {}
+    placed: list[MeshInstance] = []
+    above: tuple[str, ...] = ()
+    stack = [(root, np.eye(4), above) for root in reversed(roots)]
+    meshes = len(document.array("meshes"))
+    while stack:
+        index, parent, above = stack.pop()
+        if index >= len(nodes):
+            raise Rejected(codes.OUT_OF_BOUNDS, f"glTF nodes: index {index} of {len(nodes)}; export the file again")
+        if index in worlds:
+            message = f"glTF nodes/{index}: reached twice (a cycle or a shared child); export the file again"
+            raise Rejected(codes.BAD_SCENE_GRAPH, message)
+        node = nodes[index]
+        with np.errstate(over="ignore", invalid="ignore"):
+            worlds[index] = parent @ local_matrix(node, notes)
+        # A chain of nodes may be as deep as the file is long: names of so many levels are kept and no more.
+        names = (*above, node.text("name") or f"node_{index}") if len(above) < MAX_NAMES else above
+        if node.has("mesh"):
+            mesh = node.count("mesh")
+            if mesh >= meshes:
+                raise Rejected(codes.OUT_OF_BOUNDS, f"glTF {node.place}/mesh: {mesh} of {meshes}; export it again")
+            placed.append(MeshInstance(index, mesh, worlds[index], names))
+        stack.extend((_index(child, node), worlds[index], names) for child in reversed(node.array("children")))
+    return SceneGraph(tuple(placed), worlds)
+
+
+def local_matrix(node: JsonObject, notes: Notes) -> Floats:
+    """(4, 4) parent_from_node, file units."""
+    if node.has("matrix"):
+        return np.array(node.numbers("matrix", _IDENTITY16)).reshape(4, 4).T
+    x, y, z, w = node.numbers("rotation", (0.0, 0.0, 0.0, 1.0))
+    if x * x + y * y + z * z + w * w < _SHORTEST**2:
+        notes.add(codes.BAD_ROTATION, node.place, "the rotation quaternion is zero; read as no rotation")
+    translation, scale = node.numbers("translation", (0.0, 0.0, 0.0)), node.numbers("scale", (1.0, 1.0, 1.0))
+    return placing_matrix(translation, (x, y, z, w), scale)
+
+
+def placing_matrix(translation: Sequence[float], rotation: Sequence[float], scale: Sequence[float]) -> Floats:
+    """(4, 4) parent_from_node of a translation, a quaternion x, y, z, w (of no length: no turn) and a scale."""
+    x, y, z, w = rotation
+    length = float(np.sqrt(x * x + y * y + z * z + w * w))
+    if length < _SHORTEST:
+        x, y, z, w, length = 0.0, 0.0, 0.0, 1.0, 1.0
+    x, y, z, w = x / length, y / length, z / length, w / length
+    turn = np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+    out = np.eye(4)
+    out[:3, :3] = turn * np.array(scale)
+    out[:3, 3] = translation
+    return out
+
+
+def _index(value: object, node: JsonObject) -> int:
+    if isinstance(value, bool) or not isinstance(value, int) or value < 0:
+        raise Rejected(codes.BAD_SCHEMA, f"glTF {node.place}: {str(value)[:20]!r} is no node index; export it again")
+    return value
+
+
+def with_instances(
+    document: JsonObject, accessors: Accessors, graph: SceneGraph, notes: Notes
+) -> tuple[SceneGraph, int]:
+    """The graph with a placed mesh for each copy that a node asks for, and how many these are in all.
+
+    Copies of a node are counted from 1. Of a file no more than `MAX_COPIES` are read, with a note.
+
+    Raises:
+        Rejected: codes of accessors.
+    """
+    placed: list[MeshInstance] = []
+    copies = left_out = 0
+    for one in graph.placed:
+        attributes = _attributes(document, one)
+        if attributes is None:
+            placed.append(one)
+            continue
+        columns = {
+            name: accessors.floats(attributes.count(name), (len(still),))
+            for name, still in _STILL
+            if attributes.has(name)
+        }
+        count = min((len(rows) for rows in columns.values()), default=0)
+        read = min(count, MAX_COPIES - copies)
+        left_out += count - read
+        copies += read
+        for i in range(read):
+            row = [columns[name][i].tolist() if name in columns else list(still) for name, still in _STILL]
+            placed.append(replace(one, world_from_mesh=one.world_from_mesh @ placing_matrix(*row), copy_number=i + 1))
+    if copies:
+        message = f"{copies} copies of meshes ({_INSTANCING}) are read as things of their own"
+        notes.add(codes.FEATURE_IGNORED, "nodes", message + (f"; {left_out} more are left out" if left_out else ""))
+    return (SceneGraph(tuple(placed), graph.world_from_node), copies) if copies else (graph, 0)
+
+
+def _attributes(document: JsonObject, placed: MeshInstance) -> JsonObject | None:
+    """What the extension says of a placed mesh; None where it has none."""
+    if placed.node is None:
+        return None
+    extensions = document.pick(placed.node, "nodes").child("extensions")
+    return extensions.child(_INSTANCING).child("attributes") if extensions.has(_INSTANCING) else None
+
+
+def rest_vertices(
+    document: JsonObject,
+    accessors: Accessors,
+    graph: SceneGraph,
+    placed: MeshInstance,
+    attributes: JsonObject,
+    used: npt.NDArray[np.int64],
+    vertices: Floats,
+) -> Floats | None:
+    """(V, 3) vertices moved by their joints at rest, file frame; None where the mesh is not rigged or not readably so.
+
+    Ref: glTF 2.0, 3.7.3: the node of a skinned mesh does not move it, its joints do.
+    """
+    if placed.node is None or not attributes.has("JOINTS_0") or not attributes.has("WEIGHTS_0"):
+        return None
+    node = document.pick(placed.node, "nodes")
+    if not node.has("skin"):
+        return None
+    matrices = _joint_matrices(document, accessors, graph, document.pick(node.count("skin"), "skins"))
+    joints = accessors.floats(attributes.count("JOINTS_0"), (4,))
+    weights = accessors.floats(attributes.count("WEIGHTS_0"), (4,))
+    if matrices is None or min(len(joints), len(weights)) <= int(used[-1]):
+        return None
+    joints, weights = joints[used].astype(np.int64), weights[used]
+    total = weights.sum(axis=1)
+    if not np.isfinite(weights).all() or (total <= 1e-6).any() or not 0 <= joints.min() <= joints.max() < len(matrices):
+        return None
+    weights = weights / total[:, None]
+    out = np.zeros_like(vertices)
+    for k in range(4):
+        m = matrices[joints[:, k]]
+        out += weights[:, k, None] * (np.einsum("vij,vj->vi", m[:, :3, :3], vertices) + m[:, :3, 3])
+    return out
+
+
+def joint_count(document: JsonObject, graph: SceneGraph) -> int:
+    """Joints of the largest skin that moves a placed mesh; 0 where none does."""
+    nodes = [document.pick(placed.node, "nodes") for placed in graph.placed if placed.node is not None]
+    skins = {node.count("skin") for node in nodes if node.has("skin")}
+    return max((len(document.pick(skin, "skins").array("joints")) for skin in skins), default=0)
+
+
+def _joint_matrices(document: JsonObject, accessors: Accessors, graph: SceneGraph, skin: JsonObject) -> Floats | None:
+    """(J, 4, 4) file_from_bind of every joint, or None where a joint stands outside the scene."""
+    joints = [j for j in skin.array("joints") if isinstance(j, int) and j in graph.world_from_node]
+    if not joints or len(joints) != len(skin.array("joints")):
+        return None
+    worlds = np.array([graph.world_from_node[j] for j in joints])
+    if skin.has("inverseBindMatrices"):
+        inverse = accessors.floats(skin.count("inverseBindMatrices"), (16,))
+        if len(inverse) < len(joints):
+            return None
+        worlds = worlds @ inverse[: len(joints)].reshape(-1, 4, 4).transpose(0, 2, 1)
+    return worlds if np.isfinite(worlds).all() else None
+
+
+@dataclass
+class _Reader:
+    document: JsonObject
+    accessors: Accessors
+    surfaces: Surfaces
+    graph: SceneGraph
+    limits: Mapping[str, float]
+    notes: Notes
+    name: str
+    faces: int = 0
+
+    def parts(self) -> list[ReadPart]:
+        """All triangles of all placed meshes."""
+        out: list[ReadPart] = []
+        for placed in self.graph.placed:
+            mesh = self.document.pick(placed.mesh, "meshes")
+            label = mesh.text("name")
+            if placed.node is not None:
+                label = self.document.pick(placed.node, "nodes").text("name") or label
+            for primitive in mesh.items("primitives"):
+                part = self._primitive(primitive, placed, label or f"mesh_{placed.mesh}")
+                if part is not None:
+                    part.nodes, part.copy_number = placed.names, placed.copy_number
+                    out.append(part)
+        return out
+
+    def _primitive(self, primitive: JsonObject, placed: MeshInstance, label: str) -> ReadPart | None:
+        attributes = primitive.child("attributes")
+        if not attributes.has("POSITION"):
+            self.notes.add(codes.FEATURE_IGNORED, primitive.place, "a primitive without POSITION; left out")
+            return None
+        unpack(primitive, self.accessors)
+        self._remark(primitive)
+        count = self.accessors.count(attributes.count("POSITION"))
+        faces = self._triangles(primitive, count)
+        self.faces += len(faces)
+        check_face_count(self.faces, self.limits, self.name)
+        vertices = self.accessors.floats(attributes.count("POSITION"), (3,))
+        if len(faces) == 0:
+            # the vertices are only counted, for telling a point cloud from an empty file
+            return ReadPart(label, vertices[:1], faces, self.surfaces.surface(None).material)
+        return self._baked(primitive, placed, label, faces)
+
+    def _baked(self, primitive: JsonObject, placed: MeshInstance, label: str, faces: Ints) -> ReadPart:
+        attributes = primitive.child("attributes")
+        vertices = self.accessors.floats(attributes.count("POSITION"), (3,))
+        used, faces = used_vertices(faces, len(vertices))
+        vertices = vertices[used]
+        index = primitive.count("material") if primitive.has("material") else None
+        surface = self.surfaces.surface(index)
+        normals = self._attribute(attributes, "NORMAL", (3,), used)
+        vertices, normals, is_mirrored = self._placed(placed, attributes, used, vertices, normals)
+        uv = self._attribute(attributes, f"TEXCOORD_{surface.mapping.uv_set if surface.mapping else 0}", (2,), used)
+        if uv is not None:
+            with np.errstate(invalid="ignore", over="ignore"):
+                uv = surface.mapping.apply(uv) if surface.mapping else np.column_stack((uv[:, 0], 1.0 - uv[:, 1]))
+        return ReadPart(
+            name=label,
+            vertices=vertices,
+            faces=faces[:, ::-1] if is_mirrored else faces,
+            material=surface.material,
+            uv=uv,
+            normals=normals,
+            colors=self._colors(attributes, used),
+        )
+
+    def _placed(
+        self, placed: MeshInstance, attributes: JsonObject, used: Ints, vertices: Floats, normals: Floats | None
+    ) -> tuple[Floats, Floats | None, bool]:
+        """Vertices and normals in the frame of the file, and whether the transform mirrors."""
+        skinned = rest_vertices(self.document, self.accessors, self.graph, placed, attributes, used, vertices)
+        if skinned is not None:
+            self.notes.add(codes.FEATURE_IGNORED, "skins", "a rigged mesh: read in its rest pose, without its rig")
+            return skinned, None, False
+        return transformed(vertices, normals, placed.world_from_mesh)
+
+    def _attribute(self, attributes: JsonObject, key: str, widths: tuple[int, ...], used: Ints) -> Floats | None:
+        if not attributes.has(key):
+            return None
+        values = self.accessors.floats(attributes.count(key), widths)
+        if len(values) <= int(used[-1]):
+            message = f"{key} has {len(values)} rows, fewer than the vertices; left out"
+            self.notes.add(codes.BAD_VALUE, attributes.place, message)
+            return None
+        return values[used]
+
+    def _colors(self, attributes: JsonObject, used: Ints) -> npt.NDArray[np.uint8] | None:
+        """(V, 4) sRGB bytes; glTF vertex colours are linear."""
+        values = self._attribute(attributes, "COLOR_0", (3, 4), used)
+        if values is None:
+            return None
+        if not np.isfinite(values).all():
+            self.notes.add(codes.BAD_COLOR, attributes.place, "vertex colours hold NaN; left out")
+            return None
+        out = np.full((len(values), 4), 255, dtype=np.uint8)
+        out[:, :3] = srgb_bytes_from_linear(values[:, :3])
+        if values.shape[1] == 4:
+            out[:, 3] = np.rint(np.clip(values[:, 3], 0.0, 1.0) * 255.0).astype(np.uint8)
+        return out
+
+    def _triangles(self, primitive: JsonObject, count: int) -> Ints:
+        """(F, 3) indices into the vertices of the primitive."""
+        mode = primitive.count("mode", _TRIANGLES)
+        if mode not in (_TRIANGLES, _STRIP, _FAN):
+            self.notes.add(codes.FEATURE_IGNORED, primitive.place, "points or lines, not a surface; left out")
+            return np.zeros((0, 3), dtype=np.int64)
+        check_face_count(self._claimed_faces(primitive, count, mode), self.limits, self.name)
+        if primitive.has("indices"):
+            index = primitive.count("indices")
+            flat = self.accessors.integers(index)
+            if len(flat) and not 0 <= int(flat.min()) <= int(flat.max()) < count:
+                message = f"glTF accessors/{index}: vertex {int(flat.max())} of {count}; export the file again"
+                raise Rejected(codes.OUT_OF_BOUNDS, message)
+        else:
+            flat = np.arange(count, dtype=np.int64)
+        return _from_mode(flat, mode)
+
+    def _claimed_faces(self, primitive: JsonObject, count: int, mode: int) -> int:
+        indices = self.accessors.count(primitive.count("indices")) if primitive.has("indices") else count
+        return indices // 3 if mode == _TRIANGLES else indices
+
+    def _remark(self, primitive: JsonObject) -> None:
+        if primitive.array("targets"):
+            self.notes.add(codes.FEATURE_IGNORED, "meshes", "morph targets are left out; the rest shape is read")
+
+
+def _from_mode(flat: Ints, mode: int) -> Ints:
+    if mode == _TRIANGLES:
+        return flat[: len(flat) // 3 * 3].reshape(-1, 3)
+    if mode == _FAN:
+        return flat[fan(len(flat))]
+    faces = flat[strip(len(flat))]
+    # strips are stitched with repeated vertices, which are no faces
+    real = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 0] != faces[:, 2])
+    out: Ints = faces[real]
+    return out
+
+
+def references(data: bytes, name: str) -> list[Reference]:
+    """Buffers and pictures that lie in files of their own. Raises Rejected as `open_document`."""
+    document, _ = open_document(data, name)
+    buffers = [Reference(b.text("uri"), Role.BUFFER) for b in document.items("buffers")]
+    return buffers + [Reference(i.text("uri"), Role.IMAGE) for i in document.items("images")]
+
+
+def load(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawModel:
+    """RawModel of a GLB or glTF: metres, y up, as the specification has it.
+
+    Raises:
+        Rejected: SRC codes of container, scene graph, accessors and geometry.
+    """
+    name = printable(bundle.main)
+    data = bundle.files[bundle.main]
+    document, binary = open_document(data, name)
+    accessors = Accessors(document, binary, bundle.files, limits)
+    surfaces = Surfaces(document, accessors, bundle.files, Images(limits, notes), notes)
+    graph, instances = with_instances(document, accessors, read_graph(document, notes), notes)
+    for extension in dropped_extensions(document):
+        notes.add(codes.FEATURE_IGNORED, printable(extension, 60), "a glTF extension that is not taken over; left out")
+    if document.array("animations"):
+        notes.add(codes.FEATURE_IGNORED, "animations", "animations are left out; the rest pose is read")
+    reader = _Reader(document, accessors, surfaces, graph, limits, notes, name)
+    found = Format.GLB if data.startswith(b"glTF") else Format.GLTF
+    joints = joint_count(document, graph)
+    return raw_model(reader.parts(), notes, name, found, 1.0, Up.Y, joints, instances)

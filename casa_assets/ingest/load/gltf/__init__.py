@@ -1,1 +1,0 @@
-"""GLB and glTF 2.0 -> RawModel. Ref: Khronos glTF 2.0 specification."""

@@ -1,1 +1,0 @@
-"""USD, USDA, USDC and USDZ -> RawModel, by usd-core."""

@@ -1,1 +1,0 @@
-"""Reader of Wavefront OBJ and MTL files."""
