@@ -7,29 +7,33 @@ corrections of a round are made in a copy of the text before the next round look
 from __future__ import annotations
 
 import difflib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from enum import IntEnum
 from typing import Any
 
-from casa_assets.errors import CasaError, PlanConflict, RegistryError, UnknownId
-from casa_assets.layouts.order.request import KitchenRequest, request_kitchen
-from casa_assets.layouts.plan.style_models import StyleModels
-from casa_assets.model.kitchen.plan import Plan
+from casa_assets.errors import CasaError, RegistryError
+from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.model.kitchen.style import Style
 from casa_assets.model.registry.document import Document, KeyPath
-from casa_assets.pipeline.plans.clashes import clash_faults
-from casa_assets.pipeline.plans.conflicts import mend_of
-from casa_assets.pipeline.plans.fault import Fault, Mend, added, removed, replaced, value_at
-from casa_assets.pipeline.plans.foresight.faults import foreseen_faults
-from casa_assets.pipeline.plans.names import spelt
-from casa_assets.pipeline.plans.record_faults import record_faults
-from casa_assets.pipeline.plans.references import reference_faults
-from casa_assets.pipeline.plans.sizes import PresetSizes
-from casa_assets.pipeline.plans.walls import wall_faults
-from casa_assets.pipeline.plans.written import row_at
-from casa_assets.registry.edit import Edit, EditKind, block_text, edited, edited_value
+from casa_assets.pipeline.plans.conflicts import resolve
+from casa_assets.pipeline.plans.draft import Draft
+from casa_assets.pipeline.plans.edits import (
+    Edit,
+    EditKind,
+    Fault,
+    Mend,
+    block_text,
+    edited,
+    edited_value,
+    put,
+    removed,
+    spelt,
+    value_at,
+)
+from casa_assets.pipeline.plans.mends import problem_faults
+from casa_assets.pipeline.plans.values import name_faults, record_faults, wall_faults
 from casa_assets.registry.kitchens import LIKE, laid_over_like
 from casa_assets.registry.read import parse_document
-from casa_assets.registry.roles import load_roles
 
 MAX_ROUNDS = 60
 
@@ -103,38 +107,65 @@ def check_plan(text: str, file: str, style: Style, fixed_walls: bool = False) ->
         style: that it is tried with. fixed_walls: where doors clash or an aisle is narrow, the room is not made larger.
     """
     told: list[ToldFault] = []
-    seen, now = {text}, text
-    for _ in range(MAX_ROUNDS):
-        faults, kitchen = find_faults(now, file, style, fixed_walls)
-        if not faults:
-            return PlanCheck(tuple(told), now, kitchen)
-        after, made = _mended(now, file, faults)
-        told += [_told(fault, text, now, file) for fault in made]
-        if after == now or after in seen:
-            told += [_told(fault, text, now, file) for fault in faults if fault not in made]
+    now, seen = text, {text}
+    stage, faults, kitchen = find_faults(now, file, style, fixed_walls)
+    while faults:
+        # All mends at once, or the first one that leaves fewer faults.
+        for batch in (faults, *([fault] for fault in faults)):
+            after, made = _mended(now, file, batch)
+            if after in seen or len(seen) > MAX_ROUNDS:
+                continue
+            left = find_faults(after, file, style, fixed_walls)
+            if stage in TRIED or left[0] > stage or (left[0] == stage and len(left[1]) < len(faults)):
+                break
+        else:
+            told += [_told(replace(fault, mend=None), text, now, file) for fault in faults]
             return PlanCheck(tuple(told), now, None)
+        told += [_told(fault, text, now, file) for fault in made]
         seen.add(after)
-        now = after
-    return PlanCheck(tuple(told), now, None)
+        now, (stage, faults, kitchen) = after, left
+    return PlanCheck(tuple(told), now, kitchen)
+
+
+class Stage(IntEnum):
+    """What is looked at, one after the other."""
+
+    TEXT = 0
+    VALUES = 1
+    NAMES = 2
+    WALLS = 3
+    CONFLICTS = 4
+    PROBLEMS = 5
+    FITS = 6
+
+
+TRIED = (Stage.CONFLICTS, Stage.PROBLEMS)  # whose mends were tried before they are offered
 
 
 def find_faults(
     text: str, file: str, style: Style, fixed_walls: bool = False
-) -> tuple[list[Fault], KitchenRequest | None]:
-    """The faults of the first kind that has any, and the kitchen of a text that has none."""
+) -> tuple[Stage, list[Fault], KitchenRequest | None]:
+    """The first stage that has faults, these, and the kitchen of a text that has none."""
     try:
         document, wrong = plan_document(text, file)
     except RegistryError as error:
-        return [Fault((), error.expected, error.got, None, error.line)], None
+        return Stage.TEXT, [Fault((), error.expected, error.got, None, error.line)], None
     if wrong is not None:
-        return [wrong], None
+        return Stage.TEXT, [wrong], None
     raw, stem = document.value, plan_id(file)
     if found := record_faults(raw, stem):
-        return found, None
-    plan = Plan.model_validate({**raw, "id": stem})
-    if found := reference_faults(raw, plan, style) or wall_faults(raw, plan, plan.defaults):
-        return found, None
-    return _fitted(raw, plan, style, fixed_walls)
+        return Stage.VALUES, found, None
+    draft = Draft.of(raw, stem, style)
+    if found := name_faults(raw, draft.plan, style):
+        return Stage.NAMES, found, None
+    if found := wall_faults(raw, draft.plan):
+        return Stage.WALLS, found, None
+    _, conflict = resolve(draft)
+    if conflict is not None:
+        return Stage.CONFLICTS, [conflict], None
+    if found := problem_faults(draft, fixed_walls):
+        return Stage.PROBLEMS, found, None
+    return Stage.FITS, [], draft.kitchen
 
 
 def plan_id(file: str) -> str:
@@ -154,41 +185,12 @@ def plan_document(text: str, file: str) -> tuple[Document, Fault | None]:
         names = getattr(error, "expected", str(error))
         near = names.split("'")[1] if names.startswith("'") else None
         if near:
-            mend = Mend(f"Write `{LIKE}: {near}`.", (replaced((LIKE,), near),))
+            mend = Mend(f"Write `{LIKE}: {near}`.", (put((LIKE,), near),))
         elif "walls" in document.value:
             mend = Mend(f"Take out '{LIKE}'.", (removed((LIKE,)),))
         else:
             return document, Fault((LIKE,), names, repr(document.value[LIKE]), None)
         return document, Fault((LIKE,), names, repr(document.value[LIKE]), mend)
-
-
-def _fitted(raw: Any, plan: Plan, style: Style, fixed_walls: bool) -> tuple[list[Fault], KitchenRequest | None]:
-    sizes = PresetSizes()
-    models = StyleModels(style, sizes, load_roles(), plan.height)
-    try:
-        kitchen = request_kitchen(plan, style, sizes, roles=load_roles())
-    except PlanConflict as error:
-        return [
-            Fault(
-                _pointer(raw, error.pointer),
-                error.expected,
-                error.got,
-                mend_of(error, raw, plan, models, plan.defaults),
-            )
-        ], None
-    except UnknownId as error:
-        return [Fault((), "models that the style has", str(error), None)], None
-    return clash_faults(raw, kitchen) or foreseen_faults(raw, kitchen, fixed_walls), kitchen
-
-
-def _pointer(raw: Any, pointer: KeyPath) -> KeyPath:
-    """A pointer of a conflict, which names rows and units by their ids, as the file has them."""
-    if len(pointer) < 2 or not isinstance(pointer[1], str):
-        return pointer
-    at = (*row_at(raw, str(pointer[0]), pointer[1]), *pointer[2:])
-    while at and value_at(raw, at) is None:
-        at = at[:-1]
-    return at
 
 
 def _mended(text: str, file: str, faults: list[Fault]) -> tuple[str, list[Fault]]:
@@ -233,10 +235,10 @@ def edited_text(text: str, file: str, edit: Edit) -> str:
     if wrong is not None:
         return edited(text, edit)
     whole, top = edited_value(document.value, edit), edit.pointer[0]
-    is_own = edit.kind in (EditKind.ADD, EditKind.INSERT) or value_at(own, edit.pointer) is not None
+    is_own = edit.kind is EditKind.INSERT or value_at(own, edit.pointer[:-1]) is not None
     steps = [edit] if is_own else []
     if isinstance(top, str) and top in whole:
-        steps.append(replaced((top,), whole[top]) if top in own else added((top,), whole[top]))
+        steps.append(put((top,), whole[top]))
     for step in steps:
         try:
             after = edited(text, step)

@@ -16,9 +16,7 @@ from casa_assets.layouts.plan.room import AXES
 from casa_assets.model.kitchen.plan import Plan
 from casa_assets.model.kitchen.style import Style
 from casa_assets.pipeline.plans.check import PlanCheck, check_plan, edited_text, plan_document, plan_id
-from casa_assets.pipeline.plans.fault import replaced
-from casa_assets.pipeline.plans.written import key_edit, row_at
-from casa_assets.registry.edit import Edit, flow_text
+from casa_assets.pipeline.plans.edits import Edit, flow_text, put, row_at
 
 COOKERS, KEPT = ("range", "hob"), ("sink", "fridge")
 TOLERANCE_M = 0.005
@@ -139,10 +137,10 @@ def _resized(raw: Any, plan: Plan, size: tuple[float, float], wanted: tuple[floa
             value = round(new if abs(now - old) < 1e-3 else now * new / old, 3)
             if not isinstance(wall.length, str):
                 at = row_at(raw, "walls", wall.id)
-                out.append((key_edit(raw, at, "length", value), f"Write `length: {value:g}` for {wall.id}."))
+                out.append((put((*at, "length"), value), f"Write `length: {value:g}` for {wall.id}."))
             elif wall.length not in done:
                 done.add(wall.length)
                 three = [value, value, value]
-                edit = replaced(("parameters", wall.length), three)
+                edit = put(("parameters", wall.length), three)
                 out.append((edit, f"Write {wall.length}: {flow_text(three)}."))
     return out

@@ -1,41 +1,46 @@
-"""Change one thing in the text of a YAML file and leave the rest as it is: comments, order and layout.
+"""Faults of plans, mends of them, and the edits that mends make: in the value of a file, and in its text.
 
-The text is parsed for the places of its parts, and characters are exchanged there. What comes out is parsed again:
-where it is not what the edit asks for, the whole value is written anew, without comments.
+A text keeps its comments, order and layout: it is parsed for the places of its parts, and characters are exchanged
+there. What comes out is parsed again: where it is not what the edit asks for, the whole value is written anew, without
+comments. The rows of a plan may be written by id or as a list, its units in short forms.
 """
 
 from __future__ import annotations
 
 import copy
+import difflib
 import json
 import math
 import re
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from pathlib import Path
 from typing import Any
 
 import yaml
 
-from casa_assets.errors import RegistryError
+from casa_assets.errors import OutputError, RegistryError
+from casa_assets.model.kitchen.plan import Plan
 from casa_assets.model.registry.document import KeyPath
 from casa_assets.registry.read import parse_document
 
 PLAIN = re.compile(r"[A-Za-z_][\w./-]*( [\w./()-]+)*")
 NOT_PLAIN = {"true", "false", "yes", "no", "on", "off", "null", "y", "n"}
 WIDE = 110  # longest line that a collection is written in
+NEAR = 0.6  # least similarity of a misspelt name, as difflib counts it
 
 
 class EditKind(StrEnum):
     """What an edit does.
 
-    REPLACE: the value at a pointer. RENAME: the last key of a pointer. REMOVE: a key with its value, or an item. ADD: a
-    key that is not there yet. INSERT: an item into a list, before the one at the pointer.
+    REPLACE: the value at a pointer, or a key that is not there yet. RENAME: the last key of a pointer. REMOVE: a key
+    with its value, or an item. INSERT: an item into a list, before the one at the pointer.
     """
 
     REPLACE = "replace"
     RENAME = "rename"
     REMOVE = "remove"
-    ADD = "add"
     INSERT = "insert"
 
 
@@ -44,13 +49,141 @@ class Edit:
     """One change of a file.
 
     Attributes:
-        pointer: of what is changed; of ADD and INSERT: of what is new.
+        pointer: of what is changed; of INSERT: of what is new.
         value: the new value; of RENAME the new key; of REMOVE None.
     """
 
     kind: EditKind
     pointer: KeyPath
     value: Any = None
+
+
+@dataclass(frozen=True)
+class Mend:
+    """What would mend a fault: a sentence for people, in the imperative, and edits, one after the other."""
+
+    sentence: str
+    edits: tuple[Edit, ...] = ()
+
+
+@dataclass(frozen=True)
+class Fault:
+    """Something that is wrong with a plan.
+
+    Attributes:
+        pointer: of what is wrong, as the file has it.
+        expected, got: as in a RegistryError. mend: None where nothing sensible is near.
+        line: where the pointer does not say it, counted from 1; else 0.
+    """
+
+    pointer: KeyPath
+    expected: str
+    got: str
+    mend: Mend | None = None
+    line: int = 0
+
+
+def put(pointer: KeyPath, value: Any) -> Edit:
+    """The edit that puts a value at a pointer, in the place of what may stand there."""
+    return Edit(EditKind.REPLACE, pointer, value)
+
+
+def renamed(pointer: KeyPath, name: str) -> Edit:
+    """The edit that calls the last key of a pointer something else."""
+    return Edit(EditKind.RENAME, pointer, name)
+
+
+def removed(pointer: KeyPath) -> Edit:
+    """The edit that takes a key or an item out."""
+    return Edit(EditKind.REMOVE, pointer)
+
+
+def inserted(pointer: KeyPath, item: Any) -> Edit:
+    """The edit that puts an item before the one at a pointer."""
+    return Edit(EditKind.INSERT, pointer, item)
+
+
+# Parts of plans --------------------------------------------------------------------------------------------------
+
+
+def value_at(value: Any, pointer: Sequence[str | int]) -> Any:
+    """What stands at a pointer; None where nothing does."""
+    for step in pointer:
+        if isinstance(value, dict):
+            value = value.get(step)
+        elif isinstance(value, list) and isinstance(step, int) and step < len(value):
+            value = value[step]
+        else:
+            return None
+    return value
+
+
+def row_at(plan: Any, table: str, name: str) -> KeyPath:
+    """Pointer of the row of that id, in a mapping of ids or a list."""
+    rows = plan.get(table)
+    if isinstance(rows, list):
+        found = [k for k, row in enumerate(rows) if isinstance(row, dict) and row.get("id") == name]
+        return (table, found[0]) if found else (table,)
+    return (table, name)
+
+
+def unit_at(plan: Any, run: str, row: str, index: int) -> KeyPath:
+    """Pointer of a unit of a row, `base` or `upper`."""
+    return (*row_at(plan, "runs", run), row, index)
+
+
+def place_of(plan: Plan, name: str) -> tuple[str, str, int] | None:
+    """Run, row and number of a unit; None of what the layout adds."""
+    rows = ((run.id, row, units) for run in plan.runs for row, units in (("base", run.base), ("upper", run.upper)))
+    return next(((run, row, k) for run, row, units in rows for k, u in enumerate(units) if u.id == name), None)
+
+
+def unit_edit(plan: Any, at: KeyPath, key: str, value: Any) -> Edit:
+    """Set a field of a unit that is written `- doors`, `- doors: 0.6` or `- doors: {width: 0.6}`."""
+    unit = value_at(plan, at)
+    if not isinstance(unit, dict):
+        return put(at, {unit: value if key == "width" else {key: value}})
+    kind, inner = next(iter(unit.items()))
+    if len(unit) > 1:  # with all its fields in full
+        return put((*at, key), value)
+    if isinstance(inner, dict):
+        return put((*at, kind, key), value)
+    both = {key: value} if inner is None else {"width": inner, key: value}
+    return put((*at, kind), value if key == "width" else both)
+
+
+def without_key(plan: Any, at: KeyPath, key: str) -> Edit:
+    """Take a field of a unit out that it has, such as its width, so that it has its usual one."""
+    unit = value_at(plan, at)
+    kind, inner = next(iter(unit.items()))
+    if len(unit) > 1:
+        return removed((*at, key))
+    return removed((*at, kind, key)) if isinstance(inner, dict) and len(inner) > 1 else put(at, kind)
+
+
+def with_item(plan: Any, at: KeyPath, item: Any, index: int | None = None) -> Edit:
+    """Put an item into a list that may not be there yet, at its end or before the one of a number."""
+    items = value_at(plan, at)
+    if not isinstance(items, list) or not items:
+        return put(at, [item])
+    return inserted((*at, len(items) if index is None else index), item)
+
+
+def spelt(word: str) -> str:
+    """A word as ids are spelt: small letters, numbers and underscores."""
+    parts = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", word.strip())
+    return re.sub(r"_+", "_", re.sub(r"[^a-z0-9]+", "_", parts.lower())).strip("_")
+
+
+def nearest(word: str, known: Iterable[str], least: float = NEAR) -> str | None:
+    """The known name that is spelt like a word or most similar to it; None if none is similar enough."""
+    names, same = list(known), spelt(word)
+    if same in names:
+        return same
+    return next(iter(difflib.get_close_matches(same, names, n=1, cutoff=least)), None)
+
+
+# Values and texts ------------------------------------------------------------------------------------------------
 
 
 def edited_value(value: Any, edit: Edit) -> Any:
@@ -93,10 +226,11 @@ def _edited(text: str, root: yaml.Node, edit: Edit) -> str:
     parent = root
     for step in path:
         parent = _child(parent, step)[1]
-    if edit.kind is EditKind.ADD:
-        return _add(text, parent, str(key), edit.value)
     if edit.kind is EditKind.INSERT:
         return _insert(text, parent, int(key), edit.value)
+    is_new = isinstance(parent, yaml.MappingNode) and not any(str(k.value) == str(key) for k, _ in parent.value)
+    if edit.kind is EditKind.REPLACE and (is_new or isinstance(parent, yaml.ScalarNode)):
+        return _add(text, parent, str(key), edit.value)
     at, node = _child(parent, key)
     if edit.kind is EditKind.RENAME:
         assert at is not None, "only a key is renamed"
@@ -246,3 +380,23 @@ def block_text(value: Any, column: int = 0) -> str:
     if isinstance(value, list | tuple) and value:
         return "".join(f"{margin}- {item_text(v)}\n" for v in value)
     return f"{margin}{flow_text(value)}\n"
+
+
+def read_plan_text(path: Path) -> str:
+    """The text of a file. Raises RegistryError where it is not UTF-8 or cannot be read."""
+    try:
+        return path.read_text(encoding="utf-8")
+    except UnicodeDecodeError as error:
+        raise RegistryError(path.name, 1, "", "YAML in UTF-8", str(error)) from None
+    except OSError as error:
+        raise RegistryError(path.name, 1, "", "a readable file", error.strerror or str(error)) from None
+
+
+def write_new(path: Path, text: str) -> None:
+    """Write a file that is not there yet. Raises OutputError where it is."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    try:
+        with path.open("x", encoding="utf-8") as file:
+            file.write(text)
+    except FileExistsError:
+        raise OutputError(str(path), "is there already; name another file") from None

@@ -1,0 +1,152 @@
+"""A plan that is looked at: as its file has it, as a record, and on paper, without the code that builds kitchens."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from casa_assets.layouts.order.request import KitchenRequest, request_kitchen
+from casa_assets.layouts.plan.place import place_runs
+from casa_assets.layouts.plan.room import build_room
+from casa_assets.layouts.plan.runs import RunLine, UnitSlot
+from casa_assets.layouts.plan.style_models import StyleModels
+from casa_assets.layouts.plan.swings import Leaf, leaves_of
+from casa_assets.model.kitchen.plan import Plan
+from casa_assets.model.kitchen.style import LIBRARY, Style
+from casa_assets.model.kitchen.units import BaseKind, UpperKind
+from casa_assets.model.record import Vec2
+from casa_assets.model.registry.document import KeyPath
+from casa_assets.pipeline.plans.edits import Edit, edited_value, place_of, row_at, unit_at
+from casa_assets.projects import read_once
+from casa_assets.registry.layered import names_in, read_table_file, read_topmost
+from casa_assets.registry.roles import load_roles
+
+Presets = Mapping[str, Mapping[str, Any]]
+
+
+@read_once
+def family_sizes() -> Mapping[str, Mapping[str, Any]]:
+    """Rows of registry/family_sizes.yaml. Raises RegistryError."""
+    rows: Mapping[str, Mapping[str, Any]] = read_topmost("family_sizes.yaml").value
+    return rows
+
+
+def bounds_of(family: str, side: str) -> tuple[float, float] | None:
+    """Least and greatest `width` or `height` that a family can be built in, metres; None where none is known."""
+    found = family_sizes().get(family, {}).get(side)
+    return (float(found[0]), float(found[1])) if found else None
+
+
+class PresetSizes(Mapping[str, Presets]):
+    """What layouts ask of presets, by family; a family is read when it is asked for."""
+
+    def __init__(self) -> None:
+        self._read: dict[str, Presets] = {}
+
+    def __getitem__(self, name: str) -> Presets:
+        if name not in self._read:
+            self._read[name] = _presets_of(name)
+        return self._read[name]
+
+    def __contains__(self, name: object) -> bool:
+        return name in family_sizes() or name in _all_families() or name == LIBRARY
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(_all_families())
+
+    def __len__(self) -> int:
+        return len(_all_families())
+
+
+def _presets_of(name: str) -> Presets:
+    if name == LIBRARY:
+        from casa_assets.pipeline.kitchens.library_assets import LibraryPresets  # loads what reads meshes
+
+        return LibraryPresets()
+    if name not in family_sizes():
+        from casa_assets.registry.families import family  # loads the code of all families
+
+        return {k: p.model_dump(mode="json") for k, p in family(name).presets.items()}
+    defaults = family_sizes()[name]["defaults"]
+    rows = read_table_file(f"families/{name}.yaml").value["presets"]
+    return {preset: {**defaults, **(row or {})} for preset, row in rows.items()}
+
+
+def _all_families() -> tuple[str, ...]:
+    return tuple(sorted({*family_sizes(), *names_in("families")}))
+
+
+@dataclass(frozen=True)
+class Draft:
+    """A plan that may not fit: its value as the file has it, its record, and the style that it is tried with."""
+
+    raw: Any
+    plan: Plan
+    style: Style
+
+    @classmethod
+    def of(cls, raw: Any, stem: str, style: Style) -> Draft:
+        """The draft of a value. Raises ValidationError."""
+        return cls(raw, Plan.model_validate({**raw, "id": stem}), style)
+
+    def after(self, edits: Sequence[Edit]) -> Draft:
+        """The plan after edits. Raises ValidationError, and KeyError, IndexError or TypeError, where there is none."""
+        value = self.raw
+        for edit in edits:
+            value = edited_value(value, edit)
+        return Draft.of(value, self.plan.id, self.style)
+
+    @cached_property
+    def models(self) -> StyleModels:
+        """The style's models."""
+        return StyleModels(self.style, PresetSizes(), load_roles(), self.plan.height)
+
+    @cached_property
+    def kitchen(self) -> KitchenRequest:
+        """The kitchen in metres. Raises PlanConflict or UnknownId."""
+        return request_kitchen(self.plan, self.style, PresetSizes(), roles=load_roles())
+
+    def lines(self) -> dict[str, RunLine]:
+        """All runs in the room, whether or not their units fit: islands before the middle of a run, not before a unit."""
+        runs = [r.replace(faces=r.faces.replace(in_front_of=None)) if r.faces else r for r in self.plan.runs]
+        plan, lengths = self.plan.replace(runs=tuple(runs)), self.plan.defaults
+        return place_runs(plan, build_room(plan, lengths), lengths, self.models)
+
+    @cached_property
+    def slots(self) -> list[UnitSlot]:
+        """Those of all runs, without gaps."""
+        rows = self.kitchen.slots.values()
+        return [s for row in rows for s in row if s.kind not in (BaseKind.GAP, UpperKind.GAP)]
+
+    @cached_property
+    def leaves(self) -> list[Leaf]:
+        """Everything that opens, with its way."""
+        return list(leaves_of(self.kitchen.slots, self.kitchen.holes, self.models))
+
+    @cached_property
+    def solids(self) -> dict[str, tuple[Vec2, ...]]:
+        """Outlines of what stands on the floor: rows of units with their overhang, and columns. Metres."""
+        rows = {name: self.row_outline(name) for name in self.kitchen.lines}
+        columns = {c.column.id: c.outline for c in self.kitchen.room.columns}
+        return {name: outline for name, outline in rows.items() if outline} | columns
+
+    def row_outline(self, name: str, inset: float = 0.0) -> tuple[Vec2, ...]:
+        """Corners of the units of a run that stand on the floor, with its overhang, metres; none where it has none."""
+        row, line = [s for s in self.slots if s.line.id == name and not s.is_upper], self.kitchen.lines[name]
+        if not row:
+            return ()
+        left, right = min(s.left for s in row) + inset, max(s.right for s in row) - inset
+        back, front = (0.0 if line.at_wall else -line.run.overhang) + inset, line.depth - inset
+        return tuple(line.frame.at(u, v)[:2] for u, v in ((left, back), (right, back), (right, front), (left, front)))
+
+    def pointer(self, name: str) -> KeyPath:
+        """Where a part of that name is written; its run for a unit that the layout adds."""
+        for table in ("openings", "worktop_items", "wall_items", "floor_items", "tables", "columns", "runs"):
+            if any(row.id == name for row in getattr(self.plan, table)):
+                at = row_at(self.raw, table, name)
+                return (*at, "on") if table == "worktop_items" else at
+        place = place_of(self.plan, name)
+        slot = next((s for s in self.slots if s.name == name), None)
+        return unit_at(self.raw, *place) if place else row_at(self.raw, "runs", slot.line.id) if slot else (name,)
