@@ -13,31 +13,23 @@ from typing import Any
 from pydantic import ValidationError
 
 from casa_assets.errors import CasaError, PlanConflict, UnknownId
+from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.room import build_room
 from casa_assets.layouts.plan.rows import WidthRange, share_widths
 from casa_assets.layouts.plan.runs import RunLine, UnitSlot, base_slots, room_at_walls
 from casa_assets.layouts.plan.style_models import StyleModels
 from casa_assets.model.kitchen.floor import RunEnd
+from casa_assets.model.kitchen.furnishing import MOST_SEATS
 from casa_assets.model.kitchen.plan import OpeningKind, Plan, Run
 from casa_assets.model.kitchen.units import BaseKind, BaseUnit, UpperKind, UpperUnit
 from casa_assets.model.registry.document import KeyPath
 from casa_assets.pipeline.plans.draft import Draft
-from casa_assets.pipeline.plans.edits import (
-    Fault,
-    Mend,
-    flow_text,
-    inserted,
-    put,
-    removed,
-    row_at,
-    unit_at,
-    unit_edit,
-    value_at,
-    without_key,
-)
+from casa_assets.pipeline.plans.edits import Edit, Fault, Mend, flow_text
 from casa_assets.pipeline.plans.values import name_faults
 
+# What is raised where edits make no plan, since what they name is no longer there.
+NO_PLAN = (ValidationError, CasaError, KeyError, IndexError, TypeError)
 MOST_CONFLICTS = 12  # one after the other, on the way to a kitchen
 # Least widths, metres, that a unit may be narrowed to; what is not here has the width of its appliance.
 LEAST = {
@@ -70,77 +62,78 @@ def resolve(draft: Draft) -> tuple[Draft | None, Fault | None]:
     """
     first: Fault | None = None
     for _ in range(MOST_CONFLICTS):
-        names = name_faults(draft.raw, draft.plan, draft.style)  # of what was taken out
-        if names and names[0].mend is not None:
-            draft = draft.after(names[0].mend.edits)
-            continue
-        conflict = conflict_of(draft)
-        if conflict is None:
+        conflict = outcome_of(draft)
+        if isinstance(conflict, KitchenRequest):
             return draft, first
         if isinstance(conflict, UnknownId):
             return None, Fault((), "models that the style has", str(conflict))
         mend, after = next(_tried(draft, conflict), (None, None))
-        first = first or Fault(_written(draft.raw, conflict.pointer), conflict.expected, conflict.got, mend)
+        first = first or Fault(_written(draft, conflict.pointer), conflict.expected, conflict.got, mend)
         if after is None:
             break
         draft = after
     return None, None if first is None else Fault(first.pointer, first.expected, first.got)
 
 
-def conflict_of(draft: Draft) -> PlanConflict | UnknownId | None:
-    """What keeps a plan from being a kitchen; None where it is one."""
+def outcome_of(draft: Draft) -> KitchenRequest | PlanConflict | UnknownId:
+    """The kitchen of a plan, or what keeps it from being one."""
     try:
-        assert draft.kitchen
+        return draft.kitchen
     except (PlanConflict, UnknownId) as error:
         return error
-    return None
+
+
+def named(draft: Draft) -> Draft:
+    """A plan with mends of names that are no longer there, such as that of a unit which was taken out."""
+    for _ in range(MOST_CONFLICTS):
+        mend = next((fault.mend for fault in name_faults(draft) if fault.mend), None)
+        if mend is None:
+            break
+        draft = draft.after(mend.edits)
+    return draft
 
 
 def _tried(draft: Draft, conflict: PlanConflict) -> Iterator[tuple[Mend, Draft]]:
     """Mends that lead beyond a conflict, each with the plan after it."""
     for mend in _mends(draft, conflict):
         try:
-            after = draft.after(mend.edits)
-            left = conflict_of(after)
-        except (ValidationError, CasaError, KeyError, IndexError, TypeError):
-            continue  # what is named is no longer there
+            after = named(draft.after(mend.edits))
+            left = outcome_of(after)
+        except NO_PLAN:
+            continue
         if not isinstance(left, PlanConflict) or (left.pointer, left.expected) != (conflict.pointer, conflict.expected):
             yield mend, after
 
 
-def _written(raw: Any, pointer: KeyPath) -> KeyPath:
+def _written(draft: Draft, pointer: KeyPath) -> KeyPath:
     """A pointer of a conflict, which names rows and units by their ids, as the file has them."""
     if len(pointer) < 2 or not isinstance(pointer[1], str):
         return pointer
-    at = (*row_at(raw, str(pointer[0]), pointer[1]), *pointer[2:])
-    while at and value_at(raw, at) is None:
+    at = (*draft.row(str(pointer[0]), pointer[1]), *pointer[2:])
+    while at and draft.at(at) is None:
         at = at[:-1]
     return at
 
 
 def _mends(draft: Draft, conflict: PlanConflict) -> Iterator[Mend]:
     """Mends that may help with a conflict, the smallest change first."""
-    raw, plan, at, wanted = draft.raw, draft.plan, conflict.pointer, conflict.wanted_m
+    at, wanted, plan = conflict.pointer, conflict.wanted_m, draft.plan
     table, name = str(at[0]), str(at[1]) if len(at) > 1 else ""
-    if table == "height" and wanted is not None:
-        yield Mend(f"Write `height: {wanted:g}`.", (put(("height",), wanted),))
+    if at == ("height",) and wanted is not None:
+        yield Mend(f"Write `height: {wanted:g}`.", (Edit.put(at, wanted),))
     elif at[-1:] == ("model",):
-        yield _without_model(draft, at)
-    elif table == "openings":
-        yield from _of_opening(draft, name)
+        row, said = _written(draft, at[:-1]), "Take out 'model': the style's stands there, if it has one."
+        yield Mend(said, (draft.without(row, "model") if table == "runs" else Edit.remove((*row, "model")),))
     elif table == "seats":
         yield from _of_seats(plan, at)
-    elif table in ("slopes", "columns", "lamps") and name:
-        if table == "slopes" and len(at) == 2 and wanted is not None:  # too low over something
-            knee = math.ceil(100 * wanted + 0.5) / 100
-            yield Mend(f"Write `knee: {knee:g}`.", (put((*at, "knee"), knee),))
-        there = row_at(raw, table, name) if table == "columns" else at[:2]
-        yield Mend(f"Take out {table} {name}: there is no room for it.", (removed(there),))
-    elif table == "corners" and name:
+    elif table == "openings":
+        yield from _of_opening(draft, name)
+    elif table == "slopes" and len(at) == 2 and wanted is not None:  # too low over something
+        knee = math.ceil(100 * wanted + 0.5) / 100
+        yield Mend(f"Write `knee: {knee:g}`.", (Edit.put((*at, "knee"), knee),))
+    elif table == "corners" and at[2:] == ("runs",):
         runs = list(plan.corners[int(name)].runs)[::-1]
-        if at[2:] == ("runs",):
-            yield Mend(f"Write `runs: {flow_text(runs)}`.", (put(at, runs),))
-        yield Mend(f"Take out this corner: {runs[1]} and {runs[0]} do not meet.", (removed(at[:2]),))
+        yield Mend(f"Write `runs: {flow_text(runs)}`.", (Edit.put(at, runs),))
     elif table == "runs" and name:
         run = next(r for r in plan.runs if r.id == name)
         if at[2:] == ("base",):
@@ -149,34 +142,30 @@ def _mends(draft: Draft, conflict: PlanConflict) -> Iterator[Mend]:
             yield from _of_upper(draft, run) if len(at) == 3 else _of_fixed(draft, run, str(at[3]))
         else:
             keys = ("length",) if at[2:] == ("length",) else ("start", "end")
-            edits = tuple(removed((*row_at(raw, "runs", name), key)) for key in keys if getattr(run, key))
+            edits = tuple(Edit.remove((*draft.row("runs", name), key)) for key in keys if getattr(run, key))
             yield Mend(f"Take out {' and '.join(map(repr, keys))} of {name}.", edits)
-
-
-def _without_model(draft: Draft, at: KeyPath) -> Mend:
-    """Take out a model that does not suit: the style's stands there then, or nothing where it has none of that name."""
-    if at[0] == "runs":
-        edit = without_key(draft.raw, unit_at(draft.raw, str(at[1]), str(at[2]), int(at[3])), "model")
-    else:
-        row = row_at(draft.raw, str(at[0]), str(at[1]))
-        edit = removed((*row, "model") if draft.models.has(str(at[1])) else row)
-    return Mend("Take out 'model': the style's stands there, if it has one.", (edit,))
+    if name and table not in ("runs", "walls"):
+        yield Mend(f"Take out {name} of {table}.", (Edit.remove(_written(draft, at[:2])),))
 
 
 def _of_seats(plan: Plan, at: KeyPath) -> Iterator[Mend]:
-    """Of too many seats the most stay that have room; there is one row at each run."""
+    """Of too many seats the most stay that have room; two rows at a run are one."""
     if len(at) == 2:
-        yield Mend(f"Take out the second row of seats at {plan.seats[int(at[1])].run}.", (removed(at),))
+        second = plan.seats[int(at[1])]
+        k, first = next((k, row) for k, row in enumerate(plan.seats) if row.run == second.run)
+        count = min(first.count + second.count, MOST_SEATS)
+        said = f"Write `count: {count}` for {first.run}, and take out the second row."
+        yield Mend(said, (Edit.put(("seats", k, "count"), count), Edit.remove(at)))
     for k, seats in enumerate(plan.seats):
         for count in range(seats.count - 1, 0, -1):
-            yield Mend(f"Write `count: {count}`.", (put(("seats", k, "count"), count),))
-        yield Mend(f"Take out the seats at {seats.run}.", (removed(("seats", k)),))
+            yield Mend(f"Write `count: {count}`.", (Edit.put(("seats", k, "count"), count),))
+        yield Mend(f"Take out the seats at {seats.run}.", (Edit.remove(("seats", k)),))
 
 
 def _of_opening(draft: Draft, name: str) -> Iterator[Mend]:
     """An opening that reaches beyond its wall: lower, narrower and moved, as far as is needed, else taken out."""
     plan, opening = draft.plan, next(o for o in draft.plan.openings if o.id == name)
-    room, at = build_room(plan, plan.defaults), row_at(draft.raw, "openings", name)
+    room, at = build_room(plan, plan.defaults), draft.row("openings", name)
     wall = next((w for w in room.walls if w.id == opening.wall), room.walls[0])
     is_window, new = opening.kind is OpeningKind.WINDOW, dict[str, Any]()
     top = round(room.height_of(wall) - BELOW_CEILING_M, 3)
@@ -197,11 +186,7 @@ def _of_opening(draft: Draft, name: str) -> Iterator[Mend]:
         others += [{**new, "width": w} for w in (0.9, 0.76, 0.6, 0.4) if w < width]
     for keys in others:
         said = ", ".join(f"{key}: {flow_text(value)}" for key, value in keys.items())
-        yield Mend(f"Write `{said}`.", tuple(put((*at, key), value) for key, value in keys.items()))
-    yield Mend(f"Take out {name}.", (removed(at),))
-
-
-# Rows on the floor -----------------------------------------------------------------------------------------------
+        yield Mend(f"Write `{said}`.", tuple(Edit.put((*at, key), value) for key, value in keys.items()))
 
 
 def _of_base(draft: Draft, run: Run) -> Iterator[Mend]:
@@ -215,43 +200,40 @@ def _of_base(draft: Draft, run: Run) -> Iterator[Mend]:
         kept = [k for end, k in ends if end.kind is RunEnd.CORNER and units[k].kind is BaseKind.DOORS]
         for changes in (shrunk(units, spans, available, kept=kept), shrunk(units, spans, available)):
             if changes:
-                yield _changed(draft.raw, run.id, "base", units, changes)
-        yield from _longer(draft, run, sum(s.minimum for s in spans) - available)
+                yield _changed(draft, run.id, "base", units, changes)
+        # Where nothing can be given up: all of the wall, or a longer wall.
+        for key in (key for key in ("length", "end", "start") if getattr(run, key)):
+            yield Mend(f"Take out {key!r} of {run.id}.", (Edit.remove((*draft.row("runs", run.id), key)),))
+        yield from longer_walls(draft, line, sum(s.minimum for s in spans) - available, along=True)
         return
     changes, left = widened(units, spans, round(available - sum(s.maximum for s in spans), 3))
-    mend = _changed(draft.raw, run.id, "base", units, changes)
+    mend = _changed(draft, run.id, "base", units, changes)
     edits, said = [*mend.edits], [mend.sentence] if changes else []
     tail = next((k + 1 for k in reversed(range(len(units))) if str(units[k].kind) in WIDENED), len(units))
     count = math.ceil(left / MOST_ADDED - 1e-3) if left > 0.24 else 0
     for _ in range(count):
         width = [LEAST_ADDED, round(max(left / count, LEAST_ADDED), 3)]
-        edits.append(inserted(unit_at(draft.raw, run.id, "base", tail), {"doors": width}))
+        edits.append(Edit.insert(draft.unit(run.id, "base", tail), {"doors": width}))
         said.append(f"Add `- doors: {flow_text(width)}`.")
     yield Mend(" ".join(said), tuple(edits))
 
 
-def _longer(draft: Draft, run: Run, more: float) -> Iterator[Mend]:
-    """Where nothing can be given up: all of the wall, or a longer wall."""
-    at, plan = row_at(draft.raw, "runs", run.id), draft.plan
-    for key in ("length", "end", "start"):
-        if getattr(run, key):
-            yield Mend(f"Take out '{key}' of {run.id}.", (removed((*at, key)),))
-    wall = next((w for w in plan.walls if w.id == run.on), None)
-    if wall is None:
-        return
-    now = next(w for w in build_room(plan, plan.defaults).walls if w.id == wall.id).length
-    length = round(now + more + 0.005, 2)
-    if isinstance(wall.length, str):
-        three = [length, length, max(length, plan.parameters[wall.length].high)]
-        yield Mend(f"Write {wall.length}: {flow_text(three)}.", (put(("parameters", wall.length), three),))
-        return
-    # The wall opposite has to be as long, where there is one.
-    room = [w for w in plan.walls if isinstance(w.length, float) and w.length == wall.length] or [wall]
-    edits = tuple(put((*row_at(draft.raw, "walls", w.id), "length"), length) for w in room)
-    yield Mend(f"Write `length: {length:g}` for {' and '.join(w.id for w in room)}.", edits)
+def longer_walls(draft: Draft, line: RunLine, more: float, along: bool) -> Iterator[Mend]:
+    """Walls along or across a row made longer by some metres, where they are numbers or one parameter."""
+    plan, room = draft.plan, build_room(draft.plan, draft.plan.defaults)
+    turns = {w.id: (w.frame.quarter_turns - line.frame.quarter_turns) % 2 for w in room.walls}
+    walls = [w for w in plan.walls if turns[w.id] != along and w.length is not None]
+    lengths = {w.length for w in walls}
+    value = round(plan.length(max(lengths, key=str, default=0.0), plan.defaults) + more + 0.005, 2)
+    if len(lengths) == 1 and isinstance(name := walls[0].length, str):
+        three = [value, value, round(max(value, plan.parameters[name].high + more), 2)]
+        yield Mend(f"Write {name}: {flow_text(three)}.", (Edit.put(("parameters", name), three),))
+    elif len(lengths) == 1:
+        edits = tuple(Edit.put((*draft.row("walls", w.id), "length"), value) for w in walls)
+        yield Mend(f"Write `length: {value:g}` for {' and '.join(w.id for w in walls)}.", edits)
 
 
-def _changed(raw: Any, run: str, row: str, units: Units, changes: Changes) -> Mend:
+def _changed(draft: Draft, run: str, row: str, units: Units, changes: Changes) -> Mend:
     """The mend of changes of a row: widths first, then what is taken out, from the right."""
     out = [k for k in sorted(changes, reverse=True) if changes[k] is None]
     widths = {k: list(width) for k, width in changes.items() if width}
@@ -259,8 +241,8 @@ def _changed(raw: Any, run: str, row: str, units: Units, changes: Changes) -> Me
     taken = ", ".join(units[k].id for k in out[::-1])
     parts = [f"take out {taken}" if taken else "", f"write {narrow}" if narrow else ""]
     said = " and ".join(part for part in parts if part)
-    edits = [unit_edit(raw, unit_at(raw, run, row, k), "width", width) for k, width in widths.items()]
-    return Mend(f"{said[:1].upper()}{said[1:]}.", (*edits, *(removed(unit_at(raw, run, row, k)) for k in out)))
+    edits = [draft.in_unit(draft.unit(run, row, k), "width", width) for k, width in widths.items()]
+    return Mend(f"{said[:1].upper()}{said[1:]}.", (*edits, *(Edit.remove(draft.unit(run, row, k)) for k in out)))
 
 
 def shrunk(
@@ -319,9 +301,6 @@ def widened(units: Units, spans: Sequence[WidthRange], rest: float) -> tuple[Cha
     return changes, rest
 
 
-# Rows on the wall ------------------------------------------------------------------------------------------------
-
-
 def _below(draft: Draft, line: RunLine) -> dict[str, UnitSlot]:
     return {s.name: s for s in base_slots(draft.plan, line, draft.models)}
 
@@ -348,43 +327,33 @@ def _of_upper(draft: Draft, run: Run) -> Iterator[Mend]:
         spans = [standard_sizes.upper_span(u, draft.models) for u in units]
         if group and share_widths(spans, left - here) is None:
             changes = shrunk(units, spans, max(left - here, 0.0), keep_last=0) or {}
-            yield _changed(draft.raw, run.id, "upper", run.upper, {group[i]: width for i, width in changes.items()})
+            yield _changed(draft, run.id, "upper", run.upper, {group[i]: width for i, width in changes.items()})
         group, here = [], right
 
 
 def _of_fixed(draft: Draft, run: Run, name: str) -> Iterator[Mend]:
     """A wall unit over another that reaches beyond its place: in its order, narrower, or something less."""
-    raw, line, below = draft.raw, draft.lines()[run.id], _below(draft, draft.lines()[run.id])
-    row, k = (*row_at(raw, "runs", run.id), "upper"), next(k for k, u in enumerate(run.upper) if u.id == name)
-    unit, units = run.upper[k], value_at(raw, row)
+    line, below = draft.lines()[run.id], _below(draft, draft.lines()[run.id])
+    row, k = (*draft.row("runs", run.id), "upper"), next(k for k, u in enumerate(run.upper) if u.id == name)
+    unit, units = run.upper[k], draft.at(row)
     fixed = [j for j, u in enumerate(run.upper) if u.over in below]
     wanted = sorted(fixed, key=lambda j: below[str(run.upper[j].over)].middle)
     if wanted != fixed:
         order = dict(zip(fixed, wanted, strict=True))
         moved = [units[order.get(j, j)] for j in range(len(units))]
-        yield Mend("Write wall units in the order of what is below them.", (put(row, moved),))
-    if unit.over not in below:
-        yield Mend(f"Take out {name}.", (removed((*row, k)),))
-        return
+        yield Mend("Write wall units in the order of what is below them.", (Edit.put(row, moved),))
     before = [j for j in fixed if j < k]
     start = max([line.left.upper_length, *(_span(run.upper[j], below, draft.models)[1] for j in before)])
     middle, end = below[str(unit.over)].middle, line.length - line.right.upper_length
     for j in before:
         if run.upper[j].width is not None and run.upper[j].kind is not UpperKind.HOOD:
             said = f"Take the width of {run.upper[j].id} out: it is as wide as {run.upper[j].over}."
-            yield Mend(said, (without_key(raw, (*row, j), "width"),))
+            yield Mend(said, (draft.without((*row, j), "width"),))
     room, is_hood = round(2 * min(middle - start, end - middle), 3), unit.kind is UpperKind.HOOD
     for width in HOOD_WIDTHS_M if is_hood else (room,):
         if LEAST_UPPER_M <= width <= room:
-            yield Mend(f"Write `width: {width:g}` for {name}.", (unit_edit(raw, (*row, k), "width", width),))
+            yield Mend(f"Write `width: {width:g}` for {name}.", (draft.in_unit((*row, k), "width", width),))
     if is_hood:
         for j in before[-1:]:
-            yield Mend(f"Take out {run.upper[j].id}, which is where the hood goes.", (removed((*row, j)),))
-        base = [u.id for u in run.base]
-        i = base.index(str(unit.over))
-        for j in (j for j in (i + 1, i - 1) if 0 <= j < len(base) and run.base[j].kind in ("doors", "drawers")):
-            rows = list(value_at(raw, (*row[:-1], "base")))
-            rows[i], rows[j] = rows[j], rows[i]
-            said = f"Let {base[i]} and {base[j]} change places, so that the hood has room."
-            yield Mend(said, (put((*row[:-1], "base"), rows),))
-    yield Mend(f"Take out {name}.", (removed((*row, k)),))
+            yield Mend(f"Take out {run.upper[j].id}, which is where the hood goes.", (Edit.remove((*row, j)),))
+    yield Mend(f"Take out {name}.", (Edit.remove((*row, k)),))

@@ -18,7 +18,7 @@ from casa_assets.model.kitchen.style import LIBRARY, Style
 from casa_assets.model.kitchen.units import BaseKind, UpperKind
 from casa_assets.model.record import Vec2
 from casa_assets.model.registry.document import KeyPath
-from casa_assets.pipeline.plans.edits import Edit, edited_value, place_of, row_at, unit_at
+from casa_assets.pipeline.plans.edits import Edit, edited_value, value_at
 from casa_assets.projects import read_once
 from casa_assets.registry.layered import names_in, read_table_file, read_topmost
 from casa_assets.registry.roles import load_roles
@@ -98,6 +98,58 @@ class Draft:
             value = edited_value(value, edit)
         return Draft.of(value, self.plan.id, self.style)
 
+    # Where parts of the plan stand in its file, and edits of them, whatever form they are written in.
+
+    def at(self, pointer: Sequence[str | int]) -> Any:
+        """What stands at a pointer; None where nothing does."""
+        return value_at(self.raw, pointer)
+
+    def row(self, table: str, name: str) -> KeyPath:
+        """Pointer of the row of that id, in a mapping of ids or a list."""
+        rows = self.raw.get(table)
+        if isinstance(rows, list):
+            found = [k for k, row in enumerate(rows) if isinstance(row, dict) and row.get("id") == name]
+            return (table, found[0]) if found else (table,)
+        return (table, name)
+
+    def unit(self, run: str, row: str, index: int) -> KeyPath:
+        """Pointer of a unit of a row, `base` or `upper`."""
+        return (*self.row("runs", run), row, index)
+
+    def place(self, name: str) -> tuple[str, str, int] | None:
+        """Run, row and number of a unit; None of what the layout adds."""
+        rows = ((r.id, row, units) for r in self.plan.runs for row, units in (("base", r.base), ("upper", r.upper)))
+        return next(((run, row, k) for run, row, units in rows for k, u in enumerate(units) if u.id == name), None)
+
+    def in_unit(self, at: KeyPath, key: str, value: Any) -> Edit:
+        """Set a field of a unit that is written `- doors`, `- doors: 0.6` or `- doors: {width: 0.6}`."""
+        unit = self.at(at)
+        if not isinstance(unit, dict):
+            return Edit.put(at, {unit: value if key == "width" else {key: value}})
+        kind, inner = next(iter(unit.items()))
+        if len(unit) > 1:  # with all its fields in full
+            return Edit.put((*at, key), value)
+        if isinstance(inner, dict):
+            return Edit.put((*at, kind, key), value)
+        both = {key: value} if inner is None else {"width": inner, key: value}
+        return Edit.put((*at, kind), value if key == "width" else both)
+
+    def without(self, at: KeyPath, key: str) -> Edit:
+        """Take a field of a unit out that it has, such as its width, so that it has its usual one."""
+        unit = self.at(at)
+        kind, inner = next(iter(unit.items()))
+        if len(unit) > 1:
+            return Edit.remove((*at, key))
+        is_one = not isinstance(inner, dict) or len(inner) == 1
+        return Edit.put(at, kind) if is_one else Edit.remove((*at, kind, key))
+
+    def with_item(self, at: KeyPath, item: Any, index: int | None = None) -> Edit:
+        """Put an item into a list that may not be there yet, at its end or before the one of a number."""
+        items = self.at(at)
+        if not isinstance(items, list) or not items:
+            return Edit.put(at, [item])
+        return Edit.insert((*at, len(items) if index is None else index), item)
+
     @cached_property
     def models(self) -> StyleModels:
         """The style's models."""
@@ -109,7 +161,7 @@ class Draft:
         return request_kitchen(self.plan, self.style, PresetSizes(), roles=load_roles())
 
     def lines(self) -> dict[str, RunLine]:
-        """All runs in the room, whether or not their units fit: islands before the middle of a run, not before a unit."""
+        """All runs in the room, whether or not their units fit; islands before the middle of a run."""
         runs = [r.replace(faces=r.faces.replace(in_front_of=None)) if r.faces else r for r in self.plan.runs]
         plan, lengths = self.plan.replace(runs=tuple(runs)), self.plan.defaults
         return place_runs(plan, build_room(plan, lengths), lengths, self.models)
@@ -145,8 +197,7 @@ class Draft:
         """Where a part of that name is written; its run for a unit that the layout adds."""
         for table in ("openings", "worktop_items", "wall_items", "floor_items", "tables", "columns", "runs"):
             if any(row.id == name for row in getattr(self.plan, table)):
-                at = row_at(self.raw, table, name)
-                return (*at, "on") if table == "worktop_items" else at
-        place = place_of(self.plan, name)
+                return (*self.row(table, name), *(("on",) if table == "worktop_items" else ()))
+        place = self.place(name)
         slot = next((s for s in self.slots if s.name == name), None)
-        return unit_at(self.raw, *place) if place else row_at(self.raw, "runs", slot.line.id) if slot else (name,)
+        return self.unit(*place) if place else self.row("runs", slot.line.id) if slot else (name,)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -27,24 +27,12 @@ from casa_assets.layouts.plan.runs import UnitSlot
 from casa_assets.layouts.plan.style_models import APPLIANCE_ROLES
 from casa_assets.layouts.plan.swings import Part, door_width_clear, fronts_of
 from casa_assets.model.kitchen.floor import AisleKind, RoomWall, RunEnd
-from casa_assets.model.kitchen.plan import OpeningKind, Run
+from casa_assets.model.kitchen.plan import Run
 from casa_assets.model.kitchen.units import COOKERS, TALL, BaseKind, BaseUnit, UpperKind
 from casa_assets.model.record import Vec2
 from casa_assets.model.registry.document import KeyPath
 from casa_assets.pipeline.plans.draft import Draft, bounds_of
-from casa_assets.pipeline.plans.edits import (
-    Mend,
-    flow_text,
-    inserted,
-    place_of,
-    put,
-    removed,
-    row_at,
-    unit_at,
-    unit_edit,
-    with_item,
-    without_key,
-)
+from casa_assets.pipeline.plans.edits import Edit, Mend, flow_text
 from casa_assets.projects import read_once
 from casa_assets.registry.load import load_limits
 
@@ -62,16 +50,15 @@ CASING_M, CASING_PLAY_M, SILL_M, SILL_BESIDE_M, SILL_UNDER_M = 0.08, 0.001, 0.05
 FROM_END_M, WINDOW_FROM_END_M, ON_FLOOR_M = 0.05, 0.13, 0.05
 # Of a door: its usual height, the least that people walk through, the widest leaf that is not too heavy for a hand.
 DOOR_HEIGHT_M, LEAST_DOOR_M, WIDEST_LEAF_M = 2.04, 1.9, 1.2
-# Of the middle of a switch: from an opening, and from units. Of a thing on the floor: half of its width.
+# From an opening, and from units, to the middle of a switch; half of the width of a thing on the floor.
 ITEM_FROM_HOLE_M, ITEM_FROM_UNIT_M, HALF_THING_M = 0.14, 0.08, 0.15
 # Of a worktop over those who sit at it: with less a stool stands in what is below. The usual one is that of the plans.
 LEAST_OVERHANG_M, USUAL_OVERHANG_M = 0.25, 0.3
 LANDING_PLAY_M = 0.05  # by which things may be narrower than they are taken to be
 LEAST_LANDING_M = 0.3  # of worktop beside a sink or a cooker: for less RoboCasa finds no place to set things down on
-# Of free worktop in one piece near a microwave or a sink, for the same reason, and how far from it.
-LEAST_BY_MICROWAVE_M, LEAST_BY_SINK_M, SET_DOWN_REACH_M = 0.19, 0.1, 0.6
+# Of free worktop in one piece beside a cooker, near a microwave or a sink, for the same reason, and how far from these.
+LEAST_BY_COOKER_M, LEAST_BY_MICROWAVE_M, LEAST_BY_SINK_M, SET_DOWN_REACH_M = 0.25, 0.19, 0.1, 0.6
 MOST_IN_WALL_M, TABLE_M = 0.11, 0.9  # deeper in a wall lies what is behind it, round a corner; height of tables
-ITEM_WEIGHT = 0.01  # of what is missing for things on worktops, which are moved most easily
 
 
 @dataclass(frozen=True)
@@ -112,7 +99,8 @@ def limits() -> Mapping[str, float]:
 def problems_of(draft: Draft) -> tuple[int, list[Problem]]:
     """How many groups of problems are left, and those of the first of them that has any.
 
-    Where rows clash, what hangs on them is looked at when they no longer do.
+    Where rows clash, what hangs on them is looked at when they no longer do; things on worktops, which are moved most
+    easily, come last.
     """
     for k, group in enumerate(GROUPS):
         found = [replace(one, kind=find.__name__) for find in group for one in find(draft)]
@@ -121,31 +109,23 @@ def problems_of(draft: Draft) -> tuple[int, list[Problem]]:
     return 0, []
 
 
-def weight(problems: Iterable[Problem]) -> float:
-    """How much is missing in all, metres."""
-    return sum(p.excess * (ITEM_WEIGHT if p.kind == _items.__name__ else 1.0) for p in problems)
-
-
-# Sizes and rows --------------------------------------------------------------------------------------------------
-
-
 def _widths(draft: Draft) -> Iterator[Problem]:
     """Units that are narrower or wider than their appliance, or than can be built."""
     told: set[str] = set()
     for slot in draft.slots:
-        place, unit = place_of(draft.plan, slot.name), slot.unit
+        place, unit = draft.place(slot.name), slot.unit
         span = None if unit is None or unit.width is None else _span_of_model(draft, unit)
         if span is None or place is None or span[0] - 0.0015 <= slot.width <= span[1] + WIDER_THAN_MODEL_M:
             continue
         told.add(slot.name)
-        edit = without_key(draft.raw, unit_at(draft.raw, *place), "width")
+        edit = draft.without(draft.unit(*place), "width")
         mend = Mend(f"Take the width of {slot.name} out: it follows from its model.", (edit,))
         expected = f"{span[0]:g} to {span[1]:g} m, by the style's model"
         yield Problem(slot.name, expected, f"{slot.width:g} m", mends=[mend])
     for item in draft.kitchen.items:
         bounds, width = bounds_of(item.choice.family, "width"), item.choice.params.get("width")
-        name, at = item.unit or item.run or "", row_at(draft.raw, "runs", item.run or "")
-        place, is_worktop = place_of(draft.plan, name), item.role == "island"
+        name, at = item.unit or item.run or "", draft.row("runs", item.run or "")
+        place, is_worktop = draft.place(name), item.role == "island"
         if bounds is None or width is None or name in told or (place is None and not is_worktop):
             continue
         least = LEAST_ISLAND_M if item.choice.family == "island_base" else bounds[0]
@@ -154,15 +134,10 @@ def _widths(draft: Draft) -> Iterator[Problem]:
         mends = []
         if is_worktop:  # too short to be of one piece
             said = f"Add `- doors: {flow_text(SHORT_ISLAND_DOORS)}` to {name}."
-            mends = [Mend(said, (with_item(draft.raw, (*at, "base"), {"doors": SHORT_ISLAND_DOORS}),))]
+            mends = [Mend(said, (draft.with_item((*at, "base"), {"doors": SHORT_ISLAND_DOORS}),))]
         elif place is not None:
-            stated = draft.kitchen.slot(name).unit
-            value: Any = least if width < least else bounds[1]
-            if stated is not None and isinstance(stated.width, tuple):
-                low = min(max(stated.width[0], least), bounds[1])
-                value = [low, min(max(stated.width[1], low), bounds[1])]
-            edit = unit_edit(draft.raw, unit_at(draft.raw, *place), "width", value)
-            mends = [Mend(f"Write {flow_text(value)} for {name}.", (edit,))]
+            edit = draft.in_unit(draft.unit(*place), "width", [least, bounds[1]])
+            mends = [Mend(f"Write {flow_text([least, bounds[1]])} for {name}.", (edit,))]
         told.add(name)
         yield Problem(name, f"a width from {least:g} to {bounds[1]:g} m", f"{width:g} m", mends=mends)
 
@@ -182,7 +157,7 @@ def _sizes_of_openings(draft: Draft) -> Iterator[Problem]:
     """Windows and doors that are larger or smaller than they can be built, and leaves that are too heavy."""
     made = {item.name: item.choice for item in draft.kitchen.items}
     for opening in draft.plan.openings:
-        at, choice, is_door = row_at(draft.raw, "openings", opening.id), made.get(opening.id), opening.kind == "door"
+        at, choice, is_door = draft.row("openings", opening.id), made.get(opening.id), opening.kind == "door"
         if is_door and opening.width > WIDEST_LEAF_M:
             expected, got = f"a leaf of at most {WIDEST_LEAF_M:g} m, or a passage", f"{opening.width:g} m"
             yield Problem(opening.id, expected, got, mends=[passage(draft, opening.id)], pointer=(*at, "width"))
@@ -193,17 +168,14 @@ def _sizes_of_openings(draft: Draft) -> Iterator[Problem]:
                 # A leaf is smaller than its hole, by as much at each size.
                 least, most = (round(side + getattr(opening, key) - size, 4) for side in span)
                 fits = DOOR_HEIGHT_M if is_door and key == "height" else least if size < span[0] else most
-                mend = Mend(f"Write `{key}: {fits:g}`.", (put((*at, key), fits),))
+                mend = Mend(f"Write `{key}: {fits:g}`.", (Edit.put((*at, key), fits),))
                 expected, got = f"a {key} from {least:g} to {most:g} m", f"{getattr(opening, key):g} m"
                 yield Problem(opening.id, expected, got, mends=[mend], pointer=(*at, key))
 
 
 def passage(draft: Draft, name: str) -> Mend:
     """The mend that makes a door a passage, which has no leaf."""
-    at = row_at(draft.raw, "openings", name)
-    row = draft.raw["openings"][at[-1]]
-    edits = [put((*at, "kind"), OpeningKind.PASSAGE.value), *(removed((*at, k)) for k in ("hinge",) if k in row)]
-    return Mend(f"Write `kind: passage` for {name}.", tuple(edits))
+    return Mend(f"Write `kind: passage` for {name}.", (Edit.put((*draft.row("openings", name), "kind"), "passage"),))
 
 
 def _rows(draft: Draft) -> Iterator[Problem]:
@@ -223,7 +195,7 @@ def _rows(draft: Draft) -> Iterator[Problem]:
         pairs = [p for p in ((name, other), (other, name)) if after.get(str(on[p[0]]), "") == on[p[1]]]
         if pairs:
             row = {"runs": list(pairs[0]), "base": "blind"}
-            mend = Mend(f"Add the corner {flow_text(row)}.", (with_item(draft.raw, ("corners",), row),))
+            mend = Mend(f"Add the corner {flow_text(row)}.", (draft.with_item(("corners",), row),))
             expected = f"a corner of {' and '.join(pairs[0])}"
             yield Problem(name, expected, "none", depth, [other], [mend], ("corners",))
         else:
@@ -258,8 +230,8 @@ def _openings(draft: Draft) -> Iterator[Problem]:
         name, others = hole.opening.id, [h for h in holes[:k] if h.wall.id == hole.wall.id]
         beside = next((h for h in others if h.left < hole.right + 0.05 and h.right > hole.left - 0.05), None)
         if not hole.is_window and not hole.is_niche and hole.top < LEAST_DOOR_M:
-            at = (*row_at(draft.raw, "openings", name), "height")
-            mend = Mend(f"Write `height: {DOOR_HEIGHT_M:g}`.", (put(at, DOOR_HEIGHT_M),))
+            at = (*draft.row("openings", name), "height")
+            mend = Mend(f"Write `height: {DOOR_HEIGHT_M:g}`.", (Edit.put(at, DOOR_HEIGHT_M),))
             yield Problem(name, "a door or passage that people walk through", f"{hole.top:g} m high", mends=[mend])
         elif beside is not None or _is_blocked(draft, hole):
             got = f"{hole.left:.2f} to {hole.right:.2f} m, where {f'{beside.opening.id} is' if beside else 'units are'}"
@@ -301,7 +273,7 @@ def _gap_over(draft: Draft, hole: WallHole) -> Iterator[Mend]:
         return
     reach = (hole.right - hole.left) / 2 + max(SILL_BESIDE_M, _beside_casing(draft, hole.top, True)) + 0.001
     gap = {"gap": {"over": over, "width": math.ceil(100 * 2 * reach) / 100}}
-    edit = inserted((*row_at(draft.raw, "runs", run.id), "upper", _index_over(draft, run, str(over))), gap)
+    edit = Edit.insert((*draft.row("runs", run.id), "upper", _index_over(draft, run, str(over))), gap)
     yield Mend(f"Leave a gap in the wall units of {run.id} over {over}.", (edit,))
 
 
@@ -336,18 +308,13 @@ def free_middle(draft: Draft, wall: WallLine, hole: WallHole, width: float, want
 
 def _entries(draft: Draft) -> Iterator[Problem]:
     """A room that nobody gets into: all its walls are closed, and no door or passage leads in."""
-    walls, runs = draft.kitchen.room.walls, {run.on for run in draft.plan.runs}
+    walls = draft.kitchen.room.walls
     if not any(w.open for w in walls) and all(h.is_window or h.is_niche for h in draft.kitchen.holes):
-        taken = runs | {h.wall.id for h in draft.kitchen.holes}
-        names = [w.id for w in walls if w.id not in taken]
-        mends = [
-            Mend(f"Write `open: true` for {n}.", (put((*row_at(draft.raw, "walls", n), "open"), True),)) for n in names
-        ]
+        taken = {run.on for run in draft.plan.runs} | {h.wall.id for h in draft.kitchen.holes}
+        rows = [draft.row("walls", w.id) for w in walls if w.id not in taken]
+        mends = [Mend(f"Write `open: true` for {row[-1]}.", (Edit.put((*row, "open"), True),)) for row in rows]
         expected = "a door, a passage or an `open` wall, by which one gets in"
         yield Problem("walls", expected, "none of them", mends=mends)
-
-
-# Hoods, walls and the floor --------------------------------------------------------------------------------------
 
 
 def _hoods(draft: Draft) -> Iterator[Problem]:
@@ -356,29 +323,27 @@ def _hoods(draft: Draft) -> Iterator[Problem]:
     cookers = [s for s in draft.slots if s.kind in COOKERS and s.line.at_wall]
     over = {c.name: [h for h in hoods if h.line is c.line and h.left < c.middle < h.right] for c in cookers}
     for slot in (c for c in cookers if not over[c.name]):
-        run = slot.line.run
-        at, unit = (*row_at(draft.raw, "runs", run.id), "upper"), {"hood": {"over": slot.name}}
-        own = [k for k, u in enumerate(run.upper) if u.over == slot.name]
-        edits = [put((*at, k), unit) for k in own]
-        edits = edits or [with_item(draft.raw, at, unit, _index_over(draft, run, slot.name))]
+        run, at = slot.line.run, (*draft.row("runs", slot.line.id), "upper")
+        own, hood = next((k for k, u in enumerate(run.upper) if u.over == slot.name), -1), {"hood": {"over": slot.name}}
+        new = draft.with_item(at, hood, _index_over(draft, run, slot.name))
         said = f"Add `- hood: {{over: {slot.name}}}` to the wall units of {run.id}."
-        mends = [Mend(said, (edit,)) for edit in edits]
+        mends = [Mend(said, (new if own < 0 else Edit.put((*at, own), hood),))]
         yield Problem(slot.name, f"a hood over {slot.name}", "none", mends=mends, pointer=at)
-    for hood in (h for h in hoods if h.kind is UpperKind.HOOD and not any(h in hs for hs in over.values())):
-        yield Problem(hood.name, f"a cooker under {hood.name}", "none")
+    for idle in (h for h in hoods if h.kind is UpperKind.HOOD and not any(h in hs for hs in over.values())):
+        yield Problem(idle.name, f"a cooker under {idle.name}", "none")
 
 
 def _wall_items(draft: Draft) -> Iterator[Problem]:
     """Things beyond the end of their wall, or in openings, with the casing round them."""
     walls, near = {w.id: w for w in draft.kitchen.room.walls}, ITEM_FROM_HOLE_M
     for item in (i for i in draft.plan.wall_items if i.at is not None):
-        at, wall = row_at(draft.raw, "wall_items", item.id), walls[item.wall]
+        at, wall = draft.row("wall_items", item.id), walls[item.wall]
         u = draft.plan.length(item.at or 0.0, draft.plan.defaults) + item.shift
         holes = [h for h in draft.kitchen.holes if h.wall.id == wall.id and h.left - near < u < h.right + near]
         hole = next((h for h in holes if h.bottom - near < item.height < h.top + near), None)
         if not 0.05 <= u <= wall.length - 0.05:
-            sides, expected, got = [min(max(u, 0.2), wall.length - 0.2)], f"a place on {wall.id}", f"{u:.2f} m"
-            expected += f", up to {wall.length:.2f} m"
+            sides, expected = [min(max(u, 0.2), wall.length - 0.2)], f"a place on {wall.id}, up to {wall.length:.2f} m"
+            got = f"{u:.2f} m"
         elif hole is not None:
             rows = stretches(draft, wall, ON_FLOOR_M, item.height)
             sides = sorted((hole.left - near - 0.01, hole.right + near + 0.01), key=lambda side: abs(side - u))
@@ -386,9 +351,8 @@ def _wall_items(draft: Draft) -> Iterator[Problem]:
             expected, got = "a place on a wall where nothing else is", f"{u:.2f} m, where {hole.opening.id} is"
         else:
             continue
-        unshifted = [removed((*at, "shift"))] if item.shift else []
-        rounded = [round(side, 3) for side in sides]
-        mends = [Mend(f"Write `at: {s:g}` for {item.id}.", (put((*at, "at"), s), *unshifted)) for s in rounded]
+        rounded = [round(side - item.shift, 3) for side in sides]
+        mends = [Mend(f"Write `at: {s:g}` for {item.id}.", (Edit.put((*at, "at"), s),)) for s in rounded]
         yield Problem(item.id, expected, got, mends=mends)
 
 
@@ -417,33 +381,23 @@ def _lamps(draft: Draft) -> Iterator[Problem]:
     for k, lamps in enumerate(draft.plan.lamps):
         if any(s.line.id == lamps.over and s.line.at_wall and s.top > standard_sizes.UPPER_FROM for s in draft.slots):
             expected = f"an island, a table, or a row without wall units and tall ones, to hang {lamps.item} over"
-            mend = Mend("Take out these lamps.", (removed(("lamps", k)),))
+            mend = Mend("Take out these lamps.", (Edit.remove(("lamps", k)),))
             yield Problem("lamps", expected, repr(lamps.over), mends=[mend], pointer=("lamps", k, "over"))
-
-
-# What a kitchen is checked for -----------------------------------------------------------------------------------
 
 
 def _tasks(draft: Draft) -> Iterator[Problem]:
     """What `all_tasks` asks for (TSK001) that the plan has none of; it may have that key from the one it is like."""
-    if not draft.plan.all_tasks:
-        return
+    kinds = {s.kind.value for s in draft.slots} | {item.id for item in draft.plan.worktop_items}
     doors = [s.width for s in draft.slots if s.is_upper and s.kind in (UpperKind.DOORS, UpperKind.GLASS)]
-    kinds, items = {s.kind for s in draft.slots}, {item.id for item in draft.plan.worktop_items}
-    has = {
-        "a wall cabinet with two doors": any(width > standard_sizes.WIDEST_SINGLE_DOOR for width in doors),
-        "a sink": BaseKind.SINK in kinds,
-        "a cooker": bool(kinds & set(COOKERS)),
-        "drawers": bool(kinds & {BaseKind.DRAWERS, BaseKind.ISLAND}),
-        "a microwave": bool(kinds & {BaseKind.MICROWAVE, UpperKind.MICROWAVE}) or "microwave" in items,
-        "a coffee machine": "coffee_machine" in items,
-    }
-    lacking = [name for name, is_there in has.items() if not is_there]
-    if lacking:
+    needed = {"sink": ("sink",), "cooker": ("range", "hob"), "drawers": ("drawers", "island")}
+    needed |= {"microwave": ("microwave",), "coffee machine": ("coffee_machine",)}
+    lacking = [name for name, known in needed.items() if kinds.isdisjoint(known)]
+    if max(doors, default=0.0) <= standard_sizes.WIDEST_SINGLE_DOOR:
+        lacking.append("wall cabinet with two doors")
+    if draft.plan.all_tasks and lacking:
+        mend = Mend("Write `all_tasks: false`.", (Edit.put(("all_tasks",), False),))
         expected = "all that the tasks of RoboCasa need, since the plan says `all_tasks: true`"
-        got = f"no {', no '.join(name.removeprefix('a ') for name in lacking)}"
-        mend = Mend("Write `all_tasks: false`.", (put(("all_tasks",), False),))
-        yield Problem("all_tasks", expected, got, float(len(lacking)), mends=[mend])
+        yield Problem("all_tasks", expected, f"no {', no '.join(lacking)}", float(len(lacking)), mends=[mend])
 
 
 def _aisles(draft: Draft) -> Iterator[Problem]:
@@ -467,21 +421,19 @@ def _aisles(draft: Draft) -> Iterator[Problem]:
 def _overlaps(draft: Draft) -> Iterator[Problem]:
     """Wall units that hang where something tall stands, or where those of another run hang."""
     uppers = [s for s in draft.slots if s.is_upper]
-    for upper in uppers:
-        for other in draft.slots:
-            if other.is_upper and (other.line is upper.line or uppers.index(other) < uppers.index(upper)):
-                continue
-            if min(upper.top, other.top) - max(upper.bottom, other.bottom) < TOUCH_M:
-                continue
-            depth = penetration_depth(_outline(upper), _outline(other))
-            if depth > TOUCH_M:
-                expected, run = f"a place for {upper.name} apart from {other.name}", upper.line.run
-                is_over = other.kind in TALL and other.line is upper.line
-                places = [_index_over(draft, run, other.name)] if is_over else []
-                at, gap = (*row_at(draft.raw, "runs", run.id), "upper"), {"gap": {"over": other.name}}
-                said = f"Add `- gap: {{over: {other.name}}}` to the wall units of {run.id}."
-                mends = [Mend(said, (with_item(draft.raw, at, gap, k),)) for k in places]
-                yield Problem(upper.name, expected, f"{depth:.2f} m in it", depth, [other.name], mends)
+    others = [s for s in draft.slots if not s.is_upper]
+    for upper, other in (*itertools.product(uppers, others), *itertools.combinations(uppers, 2)):
+        shared = min(upper.top, other.top) - max(upper.bottom, other.bottom)
+        depth = penetration_depth(_outline(upper), _outline(other))
+        if (other.is_upper and other.line is upper.line) or min(shared, depth) < TOUCH_M:
+            continue
+        run, mends = upper.line.run, list[Mend]()
+        if other.kind in TALL and other.line is upper.line:
+            at, gap = (*draft.row("runs", run.id), "upper"), {"gap": {"over": other.name}}
+            edit = draft.with_item(at, gap, _index_over(draft, run, other.name))
+            mends = [Mend(f"Add `- gap: {{over: {other.name}}}` to the wall units of {run.id}.", (edit,))]
+        expected = f"a place for {upper.name} apart from {other.name}"
+        yield Problem(upper.name, expected, f"{depth:.2f} m in it", depth, [other.name], mends)
 
 
 def _outline(slot: UnitSlot) -> tuple[Vec2, ...]:
@@ -498,10 +450,10 @@ def _seats(draft: Draft) -> Iterator[Problem]:
     for k, seats in enumerate(draft.plan.seats):
         overhang = draft.kitchen.lines[seats.run].run.overhang
         if overhang < LEAST_OVERHANG_M:
-            at = (*row_at(draft.raw, "runs", seats.run), "overhang")
+            at = (*draft.row("runs", seats.run), "overhang")
             mends = [
-                Mend(f"Write `overhang: {USUAL_OVERHANG_M:g}` for {seats.run}.", (put(at, USUAL_OVERHANG_M),)),
-                Mend(f"Take out the seats at {seats.run}.", (removed(("seats", k)),)),
+                Mend(f"Write `overhang: {USUAL_OVERHANG_M:g}` for {seats.run}.", (Edit.put(at, USUAL_OVERHANG_M),)),
+                Mend(f"Take out the seats at {seats.run}.", (Edit.remove(("seats", k)),)),
             ]
             expected = f"a worktop of {seats.run} that reaches at least {LEAST_OVERHANG_M:g} m over those who sit there"
             got, less = f"an overhang of {overhang:g} m", LEAST_OVERHANG_M - overhang
@@ -516,17 +468,6 @@ def _doorways(draft: Draft) -> Iterator[Problem]:
         if not hole.is_window and not hole.is_niche and clear < least:
             expected = f"a door or passage that leaves {least:g} m clear"
             yield Problem(hole.opening.id, expected, f"{clear:.2f} m", round(least - clear, 4))
-
-
-def _windows(draft: Draft) -> Iterator[Problem]:
-    """Windows over a cooker, which may open."""
-    cookers = [s for s in draft.slots if s.kind in COOKERS and s.line.at_wall]
-    for hole, slot in itertools.product((h for h in draft.kitchen.holes if h.is_window), cookers):
-        if slot.line.run.on == hole.wall.id:
-            ends = [hole.wall.frame.to_local(*slot.line.frame.at(u, 0.0)[:2])[0] for u in (slot.left, slot.right)]
-            shared = round(min(ends[1], hole.right) - max(ends[0], hole.left), 4)
-            if shared > 0.0:
-                yield Problem(hole.opening.id, f"no window over {slot.name}", f"{shared:.2f} m of one", shared)
 
 
 # Worktops --------------------------------------------------------------------------------------------------------
@@ -569,25 +510,20 @@ def _items(draft: Draft) -> Iterator[Problem]:
 
 def _landings(draft: Draft) -> Iterator[Problem]:
     """Sinks and cookers with no worktop beside them on which things can be set down."""
-    taken: dict[str, float] = {}
-    for item in draft.plan.worktop_items:
-        taken[item.on] = taken.get(item.on, 0.0) + worktop_width(draft.models, item)
     for slot in (s for s in draft.slots if s.kind in (BaseKind.SINK, *COOKERS)):
-        sides = _sides(draft, slot)
-        widest = max(round(sum(s.width for s in side), 4) for side in sides)
-        free = max(round(sum(s.width - taken.get(s.name, 0.0) for s in side), 4) for side in sides)
+        widest = max(round(sum(s.width for s in side), 4) for side in _sides(draft, slot))
         if widest < LEAST_LANDING_M:
             expected = f"at least {LEAST_LANDING_M:g} m of worktop beside {slot.name}"
             yield Problem(slot.name, expected, f"{widest:.2f} m", LEAST_LANDING_M - widest)
-        elif slot.kind in COOKERS and free + LANDING_PLAY_M < LEAST_LANDING_M:
-            names = {s.name for side in sides for s in side}
-            items = sorted(i.id for i in draft.plan.worktop_items if i.on in names)
-            expected = f"at least {LEAST_LANDING_M:g} m of free worktop beside {slot.name}"
-            yield Problem(slot.name, expected, f"{free:.2f} m beside {', '.join(items)}", LEAST_LANDING_M - free, items)
 
 
 def _crowded(draft: Draft) -> Iterator[Problem]:
-    """Microwaves and sinks with no free worktop near them to set down what goes in and comes out."""
+    """Sinks, cookers and microwaves with no free worktop near them to set down what goes in and comes out."""
+    for slot in (s for s in draft.slots if s.kind in (BaseKind.SINK, *COOKERS)):
+        is_sink = slot.kind is BaseKind.SINK
+        reach, least = (SET_DOWN_REACH_M, LEAST_BY_SINK_M) if is_sink else (math.inf, LEAST_BY_COOKER_M)
+        spans = ((slot.left - reach, slot.left), (slot.right, slot.right + reach))
+        yield from _too_crowded(draft, slot.name, least, list(zip(_sides(draft, slot), spans, strict=True)))
     for item in draft.plan.worktop_items:
         slot = draft.kitchen.slot(item.on)
         if draft.models.role_of(item) == "microwave" and has_worktop(slot):
@@ -596,9 +532,6 @@ def _crowded(draft: Draft) -> Iterator[Problem]:
             reach = worktop_width(draft.models, item) / 2 + SET_DOWN_REACH_M
             pieces = [([*left, slot, *right], (middle - reach, middle + reach))]
             yield from _too_crowded(draft, item.id, LEAST_BY_MICROWAVE_M, pieces)
-    for slot in (s for s in draft.slots if s.kind is BaseKind.SINK):
-        spans = ((slot.left - SET_DOWN_REACH_M, slot.left), (slot.right, slot.right + SET_DOWN_REACH_M))
-        yield from _too_crowded(draft, slot.name, LEAST_BY_SINK_M, list(zip(_sides(draft, slot), spans, strict=True)))
 
 
 def _too_crowded(
@@ -622,9 +555,6 @@ def _too_crowded(
         yield Problem(about, expected, f"{free:.2f} m", round(least - free, 4), beside)
 
 
-# Leaves ----------------------------------------------------------------------------------------------------------
-
-
 def _corners(draft: Draft) -> Iterator[Problem]:
     """Appliances that are too near to an inside corner, and dishwashers before which nobody can stand."""
     for slot in (s for s in draft.slots if s.kind in NEAR_CORNER):
@@ -639,12 +569,10 @@ def _corners(draft: Draft) -> Iterator[Problem]:
 def _at_walls(draft: Draft) -> Iterator[Problem]:
     """Leaves that run into a wall of the room beside them."""
     own = {h.opening.id: h.wall.id for h in draft.kitchen.holes}
-    for leaf, wall in itertools.product(draft.leaves, draft.kitchen.room.walls):
-        if wall.open or own.get(leaf.owner) == wall.id:
-            continue
+    for leaf, wall in itertools.product(draft.leaves, (w for w in draft.kitchen.room.walls if not w.open)):
         points = [wall.frame.to_local(*p) for part in leaf.way for p in part.outline]
         depth = max((-v for u, v in points if 0.0 < u < wall.length), default=0.0)
-        if MOST_IN_WALL_M > depth > limits()["scene_clash_m"]:
+        if MOST_IN_WALL_M > depth > limits()["scene_clash_m"] and own.get(leaf.owner) != wall.id:
             expected = f"room to open {leaf.owner} beside the wall {wall.id}"
             yield Problem(leaf.owner, expected, f"it runs {depth:.3f} m into it", depth, [wall.id])
 
@@ -711,8 +639,6 @@ GROUPS: tuple[tuple[Finder, ...], ...] = (
     (_widths, _sizes_of_openings, _rows),
     (_openings, _entries),
     (_hoods, _wall_items, _on_the_floor, _lamps),
-    (
-        _tasks, _aisles, _overlaps, _seats, _doorways, _windows, _items, _landings, _crowded, _corners,
-        _at_walls, _at_things, _swings,
-    ),
-)  # fmt: skip
+    (_aisles, _overlaps, _seats, _doorways, _landings, _corners, _at_walls, _at_things, _swings),
+    (_items, _crowded, _tasks),
+)

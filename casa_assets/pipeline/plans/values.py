@@ -14,61 +14,36 @@ from pydantic import ValidationError
 
 from casa_assets.layouts.plan.room import AXES, corner_turns, is_corner, lengths_along
 from casa_assets.model.kitchen.plan import Heading, OpeningKind, Plan, Wall
-from casa_assets.model.kitchen.style import Style
 from casa_assets.model.kitchen.units import COOKERS, BaseKind, UpperKind
 from casa_assets.model.registry.document import KeyPath
 from casa_assets.model.registry.fields import expected_one_of, fields_at
-from casa_assets.pipeline.plans.edits import (
-    NEAR,
-    Fault,
-    Mend,
-    flow_text,
-    nearest,
-    put,
-    removed,
-    renamed,
-    row_at,
-    spelt,
-    unit_at,
-    unit_edit,
-    value_at,
-)
+from casa_assets.pipeline.plans.draft import Draft
+from casa_assets.pipeline.plans.edits import NEAR, Edit, Fault, Mend, flow_text, nearest, spelt, value_at
 from casa_assets.registry.kitchens import LIKE
 
-# Added to a bound that is itself not allowed, metres or degrees.
-BEYOND_BOUND = 0.01
 # A number that is further beyond a bound than this share of it was meant in another way, such as in centimetres.
-MOST_BEYOND = 0.25
-# Least similarity of a misspelt key: `over` is no misspelling of `oven`.
-NEAR_KEY = 0.8
-# What is expected, by the type of an error of pydantic, where its own words name Python's types.
+BEYOND_BOUND, MOST_BEYOND = 0.01, 0.25
+NEAR_KEY, NEAR_KIND, NEAR_ROLE = 0.8, 0.7, 0.75  # least similarity of misspelt ones: `over` is no `oven`
+# What is expected, by the type of an error of pydantic or its first word, where its own words name Python's types.
 EXPECTED = {
-    "bool_parsing": "true or false",
-    "bool_type": "true or false",
-    "dict_type": "a mapping of keys to values",
-    "float_parsing": "a number without a unit (lengths in metres)",
-    "float_type": "a number without a unit (lengths in metres)",
-    "int_from_float": "a whole number",
-    "int_parsing": "a whole number",
-    "int_type": "a whole number",
-    "list_type": "a list",
-    "model_attributes_type": "a mapping of keys to values",
-    "model_type": "a mapping of keys to values",
+    "bool": "true or false", "int": "a whole number", "float": "a number without a unit (lengths in metres)",
+    "list": "a list", "tuple": "a list", "dict": "a mapping of keys to values", "model": "a mapping of keys to values",
+    "too_long": "at most {max_length} of them", "too_short": "at least {min_length} of them",
     "string_pattern_mismatch": "a name of small letters, digits and single underscores that begins with a letter",
-    "too_long": "at most {max_length} of them",
-    "too_short": "at least {min_length} of them",
-    "tuple_type": "a list",
-}
+}  # fmt: skip
+# Bounds by the type of an error: their name, and what is added to one that is itself not allowed.
+BOUNDS = {
+    "greater_than_equal": ("ge", 0.0), "greater_than": ("gt", BEYOND_BOUND),
+    "less_than_equal": ("le", 0.0), "less_than": ("lt", -BEYOND_BOUND),
+}  # fmt: skip
+CLEAREST = ("extra_forbidden", "enum", "literal_error", *BOUNDS)
 # Keys that are lengths or names of parameters, by table.
 LENGTH_KEYS = {
     "walls": ("length",), "openings": ("at",), "runs": ("start", "end", "length"), "wall_items": ("at",),
     "columns": ("at", "from_wall"), "tables": ("at", "from_wall"), "floor_items": ("at", "from_wall"),
 }  # fmt: skip
-# Tables whose rows stand or hang at a wall, and of things whose names no unit may have.
-AT_WALLS = ("openings", "columns", "tables", "wall_items", "floor_items")
-NAMED = ("openings", "columns", "tables", "worktop_items", "wall_items", "floor_items")
+AT_WALLS = ("openings", "columns", "tables", "wall_items", "floor_items")  # tables whose rows have a wall
 CORNERS = ("left_corner", "right_corner", "left_filler", "right_filler")
-NEAR_KIND, NEAR_ROLE = 0.72, 0.75
 # Of the usual names of four walls, clockwise from the back left corner.
 HEADINGS = {"back": "right", "right": "front", "front": "left", "left": "back"}
 OPPOSITE = {a: b for pair in AXES for a, b in (pair, pair[::-1])}
@@ -83,21 +58,22 @@ def record_faults(plan: Any, stem: str) -> list[Fault]:
         plan: value of the file. stem: the plan's id.
     """
     if not isinstance(plan, dict):
-        return [Fault((), "the keys of a plan: title, walls, runs and others", type(plan).__name__, None)]
+        return [Fault((), "the keys of a plan: title, walls, runs and others", type(plan).__name__)]
     if "id" in plan:
-        return [Fault(("id",), "no id: a plan is called as its file is", repr(plan["id"]), _out(("id",)))]
+        mend = Mend("Take out id.", (Edit.remove(("id",)),))
+        return [Fault(("id",), "no id: a plan is called as its file is", repr(plan["id"]), mend)]
     try:
         Plan.model_validate({**plan, "id": stem})
     except ValidationError as error:
         groups: dict[KeyPath, list[Any]] = {}
         for one in error.errors():
             groups.setdefault(written_at(plan, one["loc"]), []).append(one)
-        own = {at: errors for at, errors in groups.items() if not _follows(plan, at, errors, groups)} or groups
+        own = {at: errors for at, errors in groups.items() if not _follows(at, errors, groups)} or groups
         return [_fault(plan, at, errors) for at, errors in own.items()]
     return []
 
 
-def _follows(plan: dict[str, Any], at: KeyPath, errors: list[Any], groups: Mapping[KeyPath, Any]) -> bool:
+def _follows(at: KeyPath, errors: list[Any], groups: Mapping[KeyPath, Any]) -> bool:
     """True if only other faults are the reason: too few rows since some are wrong, ids of units made of a wrong one."""
     types = {one["type"] for one in errors}
     if types == {"too_short"}:
@@ -113,7 +89,11 @@ def written_at(plan: Mapping[str, Any], loc: Sequence[str | int]) -> KeyPath:
         if isinstance(here, dict) and isinstance(step, int) and step < len(here):
             step = list(here)[step]
         elif n > 3 and loc[0] == "runs" and loc[2] in ("base", "upper") and len(at) == 4:
-            return _in_unit(at, here, step)
+            # A field of a unit: `- doors`, `- doors: 0.6`, `- doors: {width: 0.6}`.
+            if not isinstance(here, dict) or len(here) != 1:
+                return (*at, step) if isinstance(here, dict) and step in here else tuple(at)
+            kind, inner = next(iter(here.items()))
+            return (*at, kind, step) if isinstance(inner, dict) and step in inner else (*at, kind)
         in_list = isinstance(here, list) and isinstance(step, int) and step < len(here)
         if in_list or (isinstance(here, dict) and step in here):
             here = here[step]
@@ -125,108 +105,74 @@ def written_at(plan: Mapping[str, Any], loc: Sequence[str | int]) -> KeyPath:
     return tuple(at)
 
 
-def _in_unit(at: list[str | int], unit: Any, field: str | int) -> KeyPath:
-    """Pointer of a field of a unit: `- doors`, `- doors: 0.6`, `- doors: {width: 0.6}`."""
-    if not isinstance(unit, dict) or len(unit) != 1:
-        return (*at, field) if isinstance(unit, dict) and field in unit else tuple(at)
-    kind, inner = next(iter(unit.items()))
-    return (*at, kind, field) if isinstance(inner, dict) and field in inner else (*at, kind)
-
-
 def _fault(plan: dict[str, Any], at: KeyPath, errors: list[Any]) -> Fault:
     """The fault of a value, of all that was said of it."""
     got = value_at(plan, at)
-    for find in (_unknown_key, _choice, _bound):
-        fault = find(plan, at, got, errors)
-        if fault is not None:
-            return fault
     # Of the branches of a union, the one that says more than a type counts.
-    first = next((e for e in errors if not e["type"].endswith("_type")), errors[0])
-    if first["type"] == "missing":
-        return Fault(at, f"{at[-1]!r}, which is missing", "nothing", None)
+    errors = sorted(errors, key=lambda e: (e["type"] not in CLEAREST, e["type"].endswith("_type")))
+    kind, ctx, said = errors[0]["type"], errors[0].get("ctx", {}), str(errors[0]["msg"])
+    if kind == "extra_forbidden":
+        return _unknown_key(plan, at, errors[0]["loc"])
+    if kind in ("enum", "literal_error"):
+        return _unknown_word(at, got, str(errors[0]["input"]), re.findall(r"'([^']+)'", ctx["expected"]))
+    said = said.removeprefix("Input should be ").removeprefix("Value error, ")
+    if kind in BOUNDS and isinstance(got, int | float):
+        value = ctx[BOUNDS[kind][0]] + BOUNDS[kind][1]
+        is_near = abs(got - value) <= MOST_BEYOND * max(abs(value), 1.0)
+        return Fault(at, said, f"{got:g}", Mend(f"Write {value:g}.", (Edit.put(at, value),)) if is_near else None)
+    if kind == "missing":
+        return Fault(at, f"{at[-1]!r}, which is missing", "nothing")
     mend = None
-    if first["type"] == "string_pattern_mismatch":
+    if kind == "string_pattern_mismatch":
         is_key = got is None and at[-1] == "id"  # the id is the key of the row
         at, got = (at[:-1], at[-2]) if is_key else (at, got)
         name = spelt(str(got))
-        edit = renamed(at, name) if is_key else put(at, name)
+        edit = Edit.rename(at, name) if is_key else Edit.put(at, name)
         mend = Mend(f"Write {name}.", (edit,)) if name[:1].isalpha() else None
-    said = str(first["msg"]).removeprefix("Input should be ").removeprefix("Value error, ")
-    known = EXPECTED.get(first["type"])
-    expected = said if known is None else known.format(**first.get("ctx", {}))
-    return Fault(at, expected, flow_text(got)[:80], mend)
+    known = EXPECTED.get(kind) or EXPECTED.get(kind.split("_")[0])
+    return Fault(at, said if known is None else known.format(**ctx), flow_text(got)[:80], mend)
 
 
-def _unknown_key(plan: dict[str, Any], at: KeyPath, got: Any, errors: list[Any]) -> Fault | None:
-    one = next((e for e in errors if e["type"] == "extra_forbidden"), None)
-    if one is None:
-        return None
-    known = [name for name in fields_at(Plan, one["loc"][:-1]) if name != "id" or len(at) > 1]
-    key, beside = str(one["loc"][-1]), value_at(plan, at[:-1])
+def _unknown_key(plan: dict[str, Any], at: KeyPath, loc: Sequence[str | int]) -> Fault:
+    known = [name for name in fields_at(Plan, loc[:-1]) if name != "id" or len(at) > 1]
+    key, beside = str(loc[-1]), value_at(plan, at[:-1])
     # A plan that is like another has all keys of that one beside its own.
     given = beside if isinstance(beside, dict) and len(at) > 1 else {}
     near = nearest(key, [name for name in known if name not in given], NEAR_KEY)
-    mend = None if near is None else Mend(f"Call {key!r} {near!r}.", (renamed(at, near),))
+    mend = None if near is None else Mend(f"Call {key!r} {near!r}.", (Edit.rename(at, near),))
     return Fault(at, expected_one_of([*known, LIKE] if len(at) == 1 else known, key), repr(key), mend)
 
 
-def _choice(plan: dict[str, Any], at: KeyPath, got: Any, errors: list[Any]) -> Fault | None:
-    """A word that is none of a list."""
-    one = next((e for e in errors if e["type"] in ("enum", "literal_error")), None)
-    if one is None:
-        return None
-    known = re.findall(r"'([^']+)'", one["ctx"]["expected"])
-    said = str(one["input"])
+def _unknown_word(at: KeyPath, got: Any, said: str, known: list[str]) -> Fault:
     near = nearest(said, known)
     is_key = at[-1] == said and got != said  # the kind of a unit that is written `- doors: 0.6`
-    edit = None if near is None else renamed(at, near) if is_key else put(at, near)
+    edit = None if near is None else Edit.rename(at, near) if is_key else Edit.put(at, near)
     return Fault(at, expected_one_of(known, said), repr(said), Mend(f"Write {near}.", (edit,)) if edit else None)
 
 
-def _bound(plan: dict[str, Any], at: KeyPath, got: Any, errors: list[Any]) -> Fault | None:
-    """A number beyond a bound."""
-    if not isinstance(got, int | float) or isinstance(got, bool):
-        return None
-    for one in errors:
-        for name, step in (("ge", 0), ("gt", BEYOND_BOUND), ("le", 0), ("lt", -BEYOND_BOUND)):
-            if name in one.get("ctx", {}):
-                value = one["ctx"][name] + step
-                expected = str(one["msg"]).removeprefix("Input should be ")
-                is_near = abs(got - value) <= MOST_BEYOND * max(abs(value), 1.0)
-                mend = Mend(f"Write {value:g}.", (put(at, value),)) if is_near else None
-                return Fault(at, expected, f"{got:g}", mend)
-    return None
-
-
-def _out(at: KeyPath) -> Mend:
-    return Mend(f"Take out {flow_text(at[-1])}.", (removed(at),))
-
-
-# Names -----------------------------------------------------------------------------------------------------------
-
-
-def name_faults(raw: Any, plan: Plan, style: Style) -> list[Fault]:
+def name_faults(draft: Draft) -> list[Fault]:
     """Names of walls, runs, units, parameters and roles that nothing answers to, and those that two things have.
 
     What is over or on a unit that is not there, such as one that was taken out for want of room, is taken out too.
     """
-    found = [*_orders_of_runs(raw, plan), *_same_names(raw, plan), *_hoods_over_nothing(raw, plan)]
-    found += _no_roles(raw, plan, style)
-    for at, got, known, least in _references(raw, plan, style):
+    found = [*_orders_of_runs(draft), *_same_names(draft), *_hoods_over_nothing(draft), *_no_roles(draft)]
+    for at, got, known, least in _references(draft):
         if got is not None and got not in known:
             near = nearest(got, known, least)
-            mend = Mend(_written(at, near), (put(at, near),)) if near else None
+            mend = Mend(_written(at, near), (Edit.put(at, near),)) if near else None
             found.append(Fault(at, expected_one_of(known, got), repr(got), mend))
-    for at, name, got, units in _references_to_units(raw, plan):
+    for at, name, got, units in _references_to_units(draft):
         if got is not None and got not in units:
             near, key = _unit_like(got, units), "on" if at[0] == "worktop_items" else "over"
             there = (*at, key)
             if near is None:
-                mend = Mend(f"Take out {name!r}.", (removed(at),))
+                mend = Mend(f"Take out {name!r}.", (Edit.remove(at),))
             else:
-                edit = unit_edit(raw, at, key, near) if at[0] == "runs" else put(there, near)
+                edit = draft.in_unit(at, key, near) if at[0] == "runs" else Edit.put(there, near)
                 mend = Mend(_written(there, near), (edit,))
-            found.append(Fault(there, expected_one_of([*units], got), repr(got), mend))
+            found.append(
+                Fault(there, expected_one_of([name for name, kind in units.items() if kind], got), repr(got), mend)
+            )
     return found
 
 
@@ -235,55 +181,55 @@ def _written(at: KeyPath, value: str) -> str:
     return f"Write `{at[-1]}: {value}`." if isinstance(at[-1], str) else f"Write {value!r}."
 
 
-def _references(raw: Any, plan: Plan, style: Style) -> Iterator[tuple[KeyPath, str | None, Sequence[str], float]]:
+def _references(draft: Draft) -> Iterator[tuple[KeyPath, str | None, Sequence[str], float]]:
     """Where a name stands, the name, those that are known there, and how similar one has to be to be meant."""
-    walls, runs, roles = [w.id for w in plan.walls], [r.id for r in plan.runs], sorted(style.models)
+    walls, runs, roles = [w.id for w in draft.plan.walls], [r.id for r in draft.plan.runs], sorted(draft.style.models)
     for table, keys in LENGTH_KEYS.items():
-        for row in getattr(plan, table):
+        for row in getattr(draft.plan, table):
             for key in keys:
                 if isinstance(value := getattr(row, key), str):
-                    yield (*row_at(raw, table, row.id), key), value, sorted(plan.parameters), NEAR
-    for run in plan.runs:
-        at, others = row_at(raw, "runs", run.id), [r for r in runs if r != run.id]
+                    yield (*draft.row(table, row.id), key), value, sorted(draft.plan.parameters), NEAR
+    for run in draft.plan.runs:
+        at, others = draft.row("runs", run.id), [r for r in runs if r != run.id]
         yield (*at, "on"), run.on, walls, NEAR
         if placed := run.faces or run.joins:
             yield (*at, "faces" if run.faces else "joins", "run"), placed.run, others, NEAR
         if run.faces:
-            units = [u.id for r in plan.runs if r.id == run.faces.run for u in r.base]
+            units = [u.id for r in draft.plan.runs if r.id == run.faces.run for u in r.base]
             yield (*at, "faces", "in_front_of"), run.faces.in_front_of, units, NEAR
-    for k, corner in enumerate(plan.corners):
+    for k, corner in enumerate(draft.plan.corners):
         for i, name in enumerate(corner.runs):
             yield ("corners", k, "runs", i), name, [r for r in runs if r not in corner.runs or r == name], NEAR
         yield ("corners", k, "owner"), corner.owner, corner.runs, NEAR
-    niches = [o.id for o in plan.openings if o.kind is OpeningKind.NICHE]
+    niches = [o.id for o in draft.plan.openings if o.kind is OpeningKind.NICHE]
     for table in AT_WALLS:
-        for row in getattr(plan, table):
+        for row in getattr(draft.plan, table):
             known = [*walls, *niches] if getattr(row, "kind", None) is OpeningKind.WINDOW else walls
-            yield (*row_at(raw, table, row.id), "wall"), row.wall, known, NEAR
+            yield (*draft.row(table, row.id), "wall"), row.wall, known, NEAR
             if table in ("wall_items", "floor_items"):
-                yield (*row_at(raw, table, row.id), "item"), row.item, roles, NEAR_ROLE
-    for k, slope in enumerate(plan.slopes):
+                yield (*draft.row(table, row.id), "item"), row.item, roles, NEAR_ROLE
+    for k, slope in enumerate(draft.plan.slopes):
         yield ("slopes", k, "wall"), slope.wall, walls, NEAR
-    for k, seats in enumerate(plan.seats):
+    for k, seats in enumerate(draft.plan.seats):
         yield ("seats", k, "run"), seats.run, runs, NEAR
-    for k, lamps in enumerate(plan.lamps):
+    for k, lamps in enumerate(draft.plan.lamps):
         yield ("lamps", k, "item"), lamps.item, roles, NEAR_ROLE
-        yield ("lamps", k, "over"), lamps.over, [*runs, *(t.id for t in plan.tables)], NEAR
+        yield ("lamps", k, "over"), lamps.over, [*runs, *(t.id for t in draft.plan.tables)], NEAR
 
 
-def _references_to_units(raw: Any, plan: Plan) -> Iterator[tuple[KeyPath, str, str | None, Mapping[str, str]]]:
+def _references_to_units(draft: Draft) -> Iterator[tuple[KeyPath, str, str | None, Mapping[str, str]]]:
     """Where a row or unit stands, its id, the unit that it names, and those that are known there, with their kinds."""
-    for run in plan.runs:
+    for run in draft.plan.runs:
         for k, unit in enumerate(run.upper):
-            yield unit_at(raw, run.id, "upper", k), unit.id, unit.over, {u.id: u.kind.value for u in run.base}
-    corners = {f"{r}_{end}": "" for c in plan.corners for r in c.runs for end in CORNERS}
-    uppers = {u.id: "" for r in plan.runs for u in r.upper}
+            yield draft.unit(run.id, "upper", k), unit.id, unit.over, {u.id: u.kind.value for u in run.base}
+    corners = {f"{r}_{end}": "" for c in draft.plan.corners for r in c.runs for end in CORNERS}
+    uppers = {u.id: "" for r in draft.plan.runs for u in r.upper}
     for table in ("openings", "wall_items", "worktop_items"):
-        for row in getattr(plan, table):
+        for row in getattr(draft.plan, table):
             wall = None if table == "worktop_items" else row.wall
-            order = sorted(plan.runs, key=lambda r: wall is not None and r.on != wall)
+            order = sorted(draft.plan.runs, key=lambda r: wall is not None and r.on != wall)
             known = {u.id: u.kind.value for r in order for u in r.base} | corners | ({} if wall is None else uppers)
-            yield row_at(raw, table, row.id), row.id, row.on if wall is None else row.over, known
+            yield draft.row(table, row.id), row.id, row.on if wall is None else row.over, known
 
 
 def _unit_like(got: str, units: Mapping[str, str]) -> str | None:
@@ -292,11 +238,11 @@ def _unit_like(got: str, units: Mapping[str, str]) -> str | None:
     return next((name for name, its in units.items() if its == kind), None) or nearest(got, units, NEAR_KIND)
 
 
-def _orders_of_runs(raw: Any, plan: Plan) -> Iterator[Fault]:
+def _orders_of_runs(draft: Draft) -> Iterator[Fault]:
     """Runs that stand before the one that they need, and wall units over a run that stands at no wall."""
-    names = [r.id for r in plan.runs]
-    for n, run in enumerate(plan.runs):
-        placed, at, rows = run.faces or run.joins, row_at(raw, "runs", run.id), raw["runs"]
+    names = [r.id for r in draft.plan.runs]
+    for n, run in enumerate(draft.plan.runs):
+        placed, at, rows = run.faces or run.joins, draft.row("runs", run.id), draft.raw["runs"]
         if placed is None:
             continue
         if placed.run in names[n + 1 :]:
@@ -304,50 +250,49 @@ def _orders_of_runs(raw: Any, plan: Plan) -> Iterator[Fault]:
                 order: Any = {**{k: v for k, v in rows.items() if k != run.id}, run.id: rows[run.id]}
             else:
                 order = [*rows[:n], *rows[n + 1 :], rows[n]]
-            mend = Mend(f"Write {run.id!r} behind {placed.run!r}.", (put(("runs",), order),))
+            mend = Mend(f"Write {run.id!r} behind {placed.run!r}.", (Edit.put(("runs",), order),))
             yield Fault(at, "a run that stands before it in the file", repr(placed.run), mend)
         if run.upper:
             expected = f"no wall units over {run.id}, which stands at no wall"
-            mend = Mend(f"Take out 'upper' of {run.id}.", (removed((*at, "upper")),))
+            mend = Mend(f"Take out 'upper' of {run.id}.", (Edit.remove((*at, "upper")),))
             yield Fault((*at, "upper"), expected, f"{len(run.upper)} of them", mend)
 
 
-def _no_roles(raw: Any, plan: Plan, style: Style) -> Iterator[Fault]:
+def _no_roles(draft: Draft) -> Iterator[Fault]:
     """Things on worktops that no model of the style is named after: the role is the name of the row."""
-    taken = {item.id for item in plan.worktop_items}
-    for k, item in enumerate(plan.worktop_items):
-        if item.model is None and item.id not in style.models:
-            near = nearest(item.id, sorted(set(style.models) - taken), NEAR_ROLE)
-            mend = None if near is None else _called(raw, "worktop_items", k, near)
-            expected = expected_one_of(sorted(style.models), item.id)
-            yield Fault(row_at(raw, "worktop_items", item.id), expected, repr(item.id), mend)
+    taken = {item.id for item in draft.plan.worktop_items}
+    for k, item in enumerate(draft.plan.worktop_items):
+        if item.model is None and item.id not in draft.style.models:
+            near = nearest(item.id, sorted(set(draft.style.models) - taken), NEAR_ROLE)
+            at, mend = _called(draft, "worktop_items", k, near or "")
+            yield Fault(at, expected_one_of(sorted(draft.style.models), item.id), repr(item.id), mend if near else None)
 
 
-def _called(raw: Any, table: str, k: int, name: str) -> Mend:
-    """The mend that gives a row of a table another id."""
-    rows = raw[table]
-    edit = put((table, k, "id"), name) if isinstance(rows, list) else renamed((table, list(rows)[k]), name)
-    return Mend(f"Call it {name!r}.", (edit,))
+def _called(draft: Draft, table: str, k: int, name: str) -> tuple[KeyPath, Mend]:
+    """Where a row of a table is, and the mend that gives it another id."""
+    rows = draft.raw[table]
+    at: KeyPath = (table, k if isinstance(rows, list) else list(rows)[k])
+    edit = Edit.put((*at, "id"), name) if isinstance(rows, list) else Edit.rename(at, name)
+    return at, Mend(f"Call it {name!r}.", (edit,))
 
 
-def _same_names(raw: Any, plan: Plan) -> Iterator[Fault]:
+def _same_names(draft: Draft) -> Iterator[Fault]:
     """Two things of one name."""
     seen: set[str] = set()
-    for run in plan.runs:
+    for run in draft.plan.runs:
         for row, units in (("base", run.base), ("upper", run.upper)):
             for k, unit in enumerate(units):
                 if unit.id in seen:
-                    at, new = unit_at(raw, run.id, row, k), _free(unit.id, seen)
-                    mend = Mend(f"Call it {new!r}.", (unit_edit(raw, at, "id", new),))
+                    at, new = draft.unit(run.id, row, k), _free(unit.id, seen)
+                    mend = Mend(f"Call it {new!r}.", (draft.in_unit(at, "id", new),))
                     yield Fault(at, "a name of its own", repr(unit.id), mend)
                 seen.add(unit.id)
-    for table in NAMED:
-        for k, name in enumerate(row.id for row in getattr(plan, table)):
+    for table in (*AT_WALLS, "worktop_items"):
+        for k, name in enumerate(row.id for row in getattr(draft.plan, table)):
             if name in seen:
-                at = (table, k if isinstance(raw[table], list) else list(raw[table])[k])
+                at, mend = _called(draft, table, k, _free(name, seen))
                 # The name of a thing on a worktop is its role, which there is once.
-                is_role = table == "worktop_items"
-                mend = Mend("Take it out.", (removed(at),)) if is_role else _called(raw, table, k, _free(name, seen))
+                mend = Mend("Take it out.", (Edit.remove(at),)) if table == "worktop_items" else mend
                 yield Fault(at, "a name of its own", repr(name), mend)
             seen.add(name)
 
@@ -356,28 +301,25 @@ def _free(name: str, taken: set[str]) -> str:
     return next(new for n in range(2, len(taken) + 3) if (new := f"{name}_{n}") not in taken)
 
 
-def _hoods_over_nothing(raw: Any, plan: Plan) -> Iterator[Fault]:
+def _hoods_over_nothing(draft: Draft) -> Iterator[Fault]:
     """Hoods that are over nothing: one belongs over the cooker of its run that has none yet."""
-    for run in plan.runs:
+    for run in draft.plan.runs:
         taken = {unit.over for unit in run.upper}
         cooker = next((u.id for u in run.base if u.kind in COOKERS and u.id not in taken), None)
         k = next((k for k, u in enumerate(run.upper) if u.kind is UpperKind.HOOD and u.over is None), None)
         if cooker is not None and k is not None:
-            at = unit_at(raw, run.id, "upper", k)
-            mend = Mend(_written(("over",), cooker), (unit_edit(raw, at, "over", cooker),))
+            at = draft.unit(run.id, "upper", k)
+            mend = Mend(_written(("over",), cooker), (draft.in_unit(at, "over", cooker),))
             yield Fault(at, "a cooker that the hood is over", "none", mend)
 
 
-# Walls -----------------------------------------------------------------------------------------------------------
-
-
-def wall_faults(raw: Any, plan: Plan) -> list[Fault]:
+def wall_faults(draft: Draft) -> list[Fault]:
     """What is wrong with the outline of a room; turns first, since lengths follow them."""
-    turned = _turns(raw, plan.walls)
-    return [turned] if turned else [*_lengths(raw, plan)]
+    turned = _turns(draft, draft.plan.walls)
+    return [turned] if turned else [*_lengths(draft)]
 
 
-def _turns(raw: Any, walls: Sequence[Wall]) -> Fault | None:
+def _turns(draft: Draft, walls: Sequence[Wall]) -> Fault | None:
     own: list[Turned] = [(w, w.heading) for w in walls]
     if _goes_round(own):
         return None
@@ -388,7 +330,7 @@ def _turns(raw: Any, walls: Sequence[Wall]) -> Fault | None:
     mend = None
     if order is not None:
         said = ", ".join(f"{wall.id}: {_said(heading)}" for wall, heading in order)
-        mend = Mend(f"Write them as {said}.", (put(("walls",), _rows(raw["walls"], order)),))
+        mend = Mend(f"Write them as {said}.", (Edit.put(("walls",), _rows(draft.raw["walls"], order)),))
     return Fault(("walls",), expected, ", ".join(f"{w.id}: {_said(h)}" for w, h in own), mend)
 
 
@@ -404,8 +346,6 @@ def _orders(walls: Sequence[Wall]) -> Iterator[list[Turned]]:
     back = [(w, OPPOSITE[h] if isinstance(h := w.heading, Heading) else (h + 180.0) % 360.0) for w in reversed(walls)]
     first = next((k for k, (_, heading) in enumerate(back) if heading is Heading.RIGHT), 0)
     yield [*back[first:], *back[:first]]
-    # Degrees that were counted the other way round.
-    yield [(w, w.heading if isinstance(w.heading, Heading) else -w.heading % 360.0) for w in walls]
     if len(walls) == len(HEADINGS):
         yield [(w, Heading(h)) for w, h in zip(walls, HEADINGS.values(), strict=True)]
 
@@ -423,45 +363,45 @@ def _rows(rows: Any, order: Sequence[Turned]) -> Any:
     return [{**by_id[name], "heading": heading} for name, heading in written.items()]
 
 
-def _lengths(raw: Any, plan: Plan) -> Iterator[Fault]:
+def _lengths(draft: Draft) -> Iterator[Fault]:
     """Lengths of walls along and across the room that do not lead back to where they begin."""
-    aslant = next((w for w in plan.walls if w.is_aslant and w.length is None), None)
+    aslant = next((w for w in draft.plan.walls if w.is_aslant and w.length is None), None)
     if aslant is not None:
-        at = (*row_at(raw, "walls", aslant.id), "length")
-        mend = Mend(f"Write `length: {USUAL_WALL_M}`.", (put(at, USUAL_WALL_M),))
+        at = (*draft.row("walls", aslant.id), "length")
+        mend = Mend(f"Write `length: {USUAL_WALL_M}`.", (Edit.put(at, USUAL_WALL_M),))
         yield Fault(at, "a length, since it stands aslant", "none", mend)
         return
-    known = {w.id: plan.length(w.length, plan.defaults) for w in plan.walls if w.length is not None}
+    known = {w.id: draft.plan.length(w.length, draft.plan.defaults) for w in draft.plan.walls if w.length is not None}
     for headings in AXES:
-        own = [w for w in plan.walls if w.heading in headings]
+        own = [w for w in draft.plan.walls if w.heading in headings]
         unknown = [w for w in own if w.length is None]
-        there, back = (lengths_along(plan.walls, known, h) for h in headings)
+        there, back = (lengths_along(draft.plan.walls, known, h) for h in headings)
         is_closed = abs(there - back) < 1e-3 if not unknown else len(unknown) == 1
-        if is_closed and all(_closing(plan, known, w, headings) >= MIN_WALL_M for w in unknown):
+        if is_closed and all(_closing(draft, known, w, headings) >= MIN_WALL_M for w in unknown):
             continue
         expected = f"walls to the {headings[0].value} and to the {headings[1].value} that are as long together"
         last = (unknown or own)[-1:]
-        at = (*row_at(raw, "walls", last[0].id), "length") if last else ("walls",)
-        yield Fault(at, expected, f"{there:g} and {back:g} m", _closed(raw, plan, known, headings))
+        at = (*draft.row("walls", last[0].id), "length") if last else ("walls",)
+        yield Fault(at, expected, f"{there:g} and {back:g} m", _closed(draft, known, headings))
 
 
-def _closing(plan: Plan, known: Mapping[str, float], wall: Wall, headings: tuple[Heading, Heading]) -> float:
+def _closing(draft: Draft, known: Mapping[str, float], wall: Wall, headings: tuple[Heading, Heading]) -> float:
     """The length of a wall that closes the outline, metres; negative where there is none."""
     others = {name: length for name, length in known.items() if name != wall.id}
-    there, back = (lengths_along(plan.walls, others, h) for h in headings)
+    there, back = (lengths_along(draft.plan.walls, others, h) for h in headings)
     return round(back - there if wall.heading is headings[0] else there - back, 4)
 
 
-def _closed(raw: Any, plan: Plan, known: Mapping[str, float], headings: tuple[Heading, Heading]) -> Mend | None:
+def _closed(draft: Draft, known: Mapping[str, float], headings: tuple[Heading, Heading]) -> Mend | None:
     """One wall that gives way: one whose length is not stated, or the last of those that can."""
-    own = [w for w in plan.walls if w.heading in headings]
+    own = [w for w in draft.plan.walls if w.heading in headings]
     for wall in [*(w for w in own if w.length is None), *(w for w in own[::-1] if w.length is not None)]:
-        value: Any = _closing(plan, known, wall, headings)
+        value: Any = _closing(draft, known, wall, headings)
         others = [w for w in own if w is not wall]
         if any(w.length is None for w in others) or not MIN_WALL_M <= value <= MAX_WALL_M:
             continue
         if len(others) == 1 and known[others[0].id] == value:
             value = others[0].length  # which may be a parameter
-        at = (*row_at(raw, "walls", wall.id), "length")
-        return Mend(f"Write `length: {flow_text(value)}` for {wall.id}.", (put(at, value),))
+        at = (*draft.row("walls", wall.id), "length")
+        return Mend(f"Write `length: {flow_text(value)}` for {wall.id}.", (Edit.put(at, value),))
     return None
