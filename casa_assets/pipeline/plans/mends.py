@@ -25,7 +25,7 @@ SOFT = (BaseKind.DOORS, BaseKind.DRAWERS, BaseKind.SHELF, BaseKind.PANTRY, BaseK
 ONE_DOOR, BESIDE_DISHWASHER, STRIP = [0.33, 0.45], [0.47, 0.5], [0.03, 0.12]
 DOOR_M, WINDOW_WIDTHS_M, LEAST_UNDER_ITEM_M = 0.93, (0.9, 0.6), 0.3
 AISLES_M, MORE_ROOM_M = (0.9, 3.0), (0.3, 0.6)  # least and most of an aisle; by which a room grows at last
-SMALLER = 0.7  # share of what is missing that a mend may leave, where none takes it away
+SMALLER = 0.7  # share of what is missing that a mend may leave, where none leaves fewer problems
 
 
 def problem_faults(draft: Draft, fixed_walls: bool = False) -> list[Fault]:
@@ -37,16 +37,17 @@ def problem_faults(draft: Draft, fixed_walls: bool = False) -> list[Fault]:
     group, problems = problems_of(draft)
     if not problems:
         return []
-    before, first, smaller = (group, len(problems), sum(p.excess for p in problems)), problems[0], None
+    first, metres, smaller = problems[0], sum(p.excess for p in problems), None
     for mend in _mends(draft, first):
         if fixed_walls and any(edit.pointer[0] in OF_WALLS for edit in mend.edits):
             continue
         left, found = _after(draft, mend)
-        if (left, len(found), sum(p.excess for p in found)) < before:
-            again = next((p for p in found if (p.kind, p.owners) == (first.kind, first.owners)), None)
-            if again is None or left < group:
-                return [_fault(draft, first, mend)]
-            smaller = smaller or (mend if again.excess < SMALLER * first.excess else None)
+        again = next((p for p in found if (p.kind, p.owners) == (first.kind, first.owners)), None)
+        if left < group or (left == group and len(found) < len(problems) and again is None):
+            return [_fault(draft, first, mend)]
+        is_less = left == group and len(found) <= len(problems) and sum(p.excess for p in found) < metres
+        if is_less and smaller is None and (again is None or again.excess < SMALLER * first.excess):
+            smaller = mend
     return [_fault(draft, first, smaller)] if smaller else [_fault(draft, problem, None) for problem in problems]
 
 

@@ -41,6 +41,8 @@ PLAY_M = 0.002  # by which leaves as they are built are smaller than they are ta
 NEAR_CORNER = (
     BaseKind.RANGE, BaseKind.HOB, BaseKind.DISHWASHER, BaseKind.OVEN, BaseKind.MICROWAVE, BaseKind.FRIDGE,
 )  # fmt: skip
+# Ref: NKBA kitchen planning guideline 7: walkways 36 inches wide.
+LEAST_AISLE_M, LEAST_FROM_WALL_M = 0.914, 0.714
 WIDER_THAN_MODEL_M, MOST_OF_MODEL_M = 0.03, 1.2  # a place may be so much wider than its appliance, or so wide
 LEAST_ISLAND_M = 0.92  # length of an island that is one piece of furniture: two columns of at least 0.42 m
 SHORT_ISLAND_DOORS = [0.4, 0.6]  # width of the cabinet that lengthens a short island
@@ -179,27 +181,48 @@ def passage(draft: Draft, name: str) -> Mend:
 
 
 def _rows(draft: Draft) -> Iterator[Problem]:
-    """Runs that overlap, or stand outside."""
+    """Runs that overlap, stand outside or too near to a wall, or leave too little between them."""
     kitchen, rows = draft.kitchen, {n: o for n, o in draft.solids.items() if n in draft.kitchen.lines}
     corners, walls = {frozenset(c.runs) for c in draft.plan.corners}, [w.id for w in kitchen.room.walls]
+    joined = {frozenset((r.id, r.joins.run)) for r in draft.plan.runs if r.joins}
     for name, outline in rows.items():
+        near = min((_before(w, outline) for w in kitchen.room.walls if not w.open), default=math.inf)
         if not all(kitchen.room.contains(*p) for p in draft.row_outline(name, CLASH_M)):
-            (x0, y0), (x1, y1) = kitchen.room.bounds()
-            beyond = max(CLASH_M, *(max(x0 - x, y0 - y, x - x1, y - y1) for x, y in outline))
-            yield Problem(name, "a row inside the room", f"one {beyond:.2f} m outside", beyond)
+            yield Problem(name, "a row inside the room", "one that reaches out of it", max(CLASH_M, -near))
+        elif kitchen.lines[name].is_island and near < LEAST_FROM_WALL_M:
+            expected = f"an island at least {LEAST_FROM_WALL_M} m from the walls"
+            yield Problem(name, expected, f"{near:.2f} m", LEAST_FROM_WALL_M - near)
     for other, name in itertools.combinations(rows, 2):
-        depth, on = penetration_depth(rows[name], rows[other]), {n: kitchen.lines[n].run.on for n in (name, other)}
-        if depth <= CLASH_M or frozenset((name, other)) in corners:
-            continue
+        one, two = kitchen.lines[name], kitchen.lines[other]
+        depth, pair = penetration_depth(rows[name], rows[other]), frozenset((name, other))
         after = {wall: walls[(k + 1) % len(walls)] for k, wall in enumerate(walls)}
-        pairs = [p for p in ((name, other), (other, name)) if after.get(str(on[p[0]]), "") == on[p[1]]]
-        if pairs:
-            row = {"runs": list(pairs[0]), "base": "blind"}
+        order = [[a.id, b.id] for a, b in ((one, two), (two, one)) if after.get(a.run.on or "", "") == b.run.on]
+        if pair in corners:
+            continue
+        if depth > CLASH_M and order:
+            row = {"runs": order[0], "base": "blind"}
             mend = Mend(f"Add the corner {flow_text(row)}.", (draft.with_item(("corners",), row),))
-            expected = f"a corner of {' and '.join(pairs[0])}"
+            expected = f"a corner of {' and '.join(order[0])}"
             yield Problem(name, expected, "none", depth, [other], [mend], ("corners",))
-        else:
+        elif depth > CLASH_M:
             yield Problem(name, f"a place of its own, apart from {other}", "the two overlap", depth, [other])
+        elif -depth < LEAST_AISLE_M and pair not in joined and _face(rows[name], rows[other]):
+            turn = abs((one.frame.turn_deg - two.frame.turn_deg + 180.0) % 360.0 - 180.0)
+            if turn >= 90.0 or not (one.at_wall and two.at_wall):
+                expected = f"an aisle of at least {LEAST_AISLE_M} m between {other} and {name}"
+                yield Problem(name, expected, f"{-depth:.2f} m", LEAST_AISLE_M + depth, [other])
+
+
+def _before(wall: WallLine, outline: Sequence[Vec2]) -> float:
+    """Distance of what stands before a wall from it, metres; infinite for what stands elsewhere."""
+    along, before = zip(*(wall.frame.to_local(*p) for p in outline), strict=True)
+    return min(before) if max(along) > 0.05 and min(along) < wall.length - 0.05 else math.inf
+
+
+def _face(one: Sequence[Vec2], other: Sequence[Vec2]) -> bool:
+    """True if two outlines lie beside each other along x or y."""
+    spans = [[(min(side), max(side)) for side in zip(*outline, strict=True)] for outline in (one, other)]
+    return any(min(a[1], b[1]) - max(a[0], b[0]) > 0.3 for a, b in zip(*spans, strict=True))
 
 
 # Openings --------------------------------------------------------------------------------------------------------
