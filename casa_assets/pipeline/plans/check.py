@@ -40,11 +40,9 @@ TEXT, VALUES, NAMES, WALLS, CONFLICTS, PROBLEMS, FITS = range(7)
 
 @dataclass(frozen=True)
 class ToldFault:
-    """A fault and where it is: of what a mend has added, where that was added.
+    """A fault and where it is: file, or that of the plan which it is like, and line of it, counted from 1.
 
-    Attributes:
-        file: the one that was given, or that of the plan which it is like. line: of it, counted from 1.
-        old: what stands where the edits of its mend are made.
+    Of what a mend has added, where that was added; `old`: what stands where the edits of its mend are made.
     """
 
     fault: Fault
@@ -66,12 +64,9 @@ class ToldFault:
 
 @dataclass(frozen=True)
 class PlanCheck:
-    """What a check found.
+    """What a check found: faults, in the order in which their mends are to be made, and the text with all these made.
 
-    Attributes:
-        faults: in the order in which their mends are to be made.
-        text: of the file with all mends made.
-        kitchen: of that text; None where a fault is left that has no mend.
+    `kitchen`: of that text; None where a fault is left that has no mend.
     """
 
     faults: tuple[ToldFault, ...]

@@ -45,6 +45,7 @@ GIVEN_UP = (
 # Units that may be made wider where a row is too short, and how wide; widths of one that is added.
 WIDENED = {"doors": 1.1, "drawers": 1.1, "pantry": 0.9, "shelf": 0.9, "glass": 0.9}
 LEAST_ADDED, MOST_ADDED = 0.3, 0.9
+WORKTOPS = (BaseKind.DOORS, BaseKind.DRAWERS, BaseKind.DISHWASHER)
 HOOD_WIDTHS_M = (0.9, 0.76, 0.6)  # usual ones
 LEAST_UPPER_M = 0.25
 # What has to remain of a wall beside an opening; the sill of a window reaches beyond its casing.
@@ -262,17 +263,12 @@ def shrunk(
             if round(sum(floors[k] for k in stay), 4) <= available:
                 return _narrowed(units, spans, floors, stay, available)
             left = [k for k in stay if k not in kept and str(units[k].kind) == kind]
-            if not left or len(stay) <= keep_last or _is_last_worktop(units, stay, left):
+            # The last worktop of a row stays, to set things down on.
+            tops = [k for k in stay if isinstance(units[k], BaseUnit) and units[k].kind in WORKTOPS]
+            if not left or len(stay) <= keep_last or (tops == left and kind != BaseKind.DISHWASHER):
                 break
             stay.remove(left[-1])
     return None
-
-
-def _is_last_worktop(units: Units, stay: Sequence[int], left: Sequence[int]) -> bool:
-    """True if nothing else in a row of floor units would offer a worktop to set things down on."""
-    tops = [k for k in stay if units[k].kind in (BaseKind.DOORS, BaseKind.DRAWERS, BaseKind.DISHWASHER)]
-    is_base = isinstance(units[0], BaseUnit) and units[left[0]].kind in (BaseKind.DOORS, BaseKind.DRAWERS)
-    return is_base and tops == left
 
 
 def _narrowed(

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 from casa_assets.layouts.order.request import KitchenRequest, request_kitchen
+from casa_assets.layouts.order.room_shell import CASING_WIDTH_M
+from casa_assets.layouts.order.trim import CORNICE_DEPTH_M, FLAT_PROFILE
+from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.place import place_runs
-from casa_assets.layouts.plan.room import build_room
+from casa_assets.layouts.plan.room import WallHole, WallLine, build_room
 from casa_assets.layouts.plan.runs import RunLine, UnitSlot
 from casa_assets.layouts.plan.style_models import StyleModels
 from casa_assets.layouts.plan.swings import Leaf, leaves_of
@@ -23,6 +27,11 @@ from casa_assets.projects import read_once
 from casa_assets.registry.layered import names_in, read_table_file, read_topmost
 from casa_assets.registry.roles import load_roles
 
+# Of openings: what is free beside their holes; what a sill stands out, reaches beyond its hole, and takes up below it;
+# what remains of the wall beside a door, and beside a window, whose sill reaches beyond its casing.
+CASING_M, CASING_PLAY_M, SILL_M, SILL_BESIDE_M, SILL_UNDER_M = 0.08, 0.001, 0.05, 0.1, 0.05
+FROM_END_M, WINDOW_FROM_END_M, ON_FLOOR_M = 0.05, 0.13, 0.05
+CLASH_M = 0.01  # by which rows, tables and openings may overlap
 Presets = Mapping[str, Mapping[str, Any]]
 
 
@@ -51,13 +60,13 @@ class PresetSizes(Mapping[str, Presets]):
         return self._read[name]
 
     def __contains__(self, name: object) -> bool:
-        return name in family_sizes() or name in _all_families() or name == LIBRARY
+        return name in family_sizes() or name == LIBRARY or name in names_in("families")
 
     def __iter__(self) -> Iterator[str]:
-        return iter(_all_families())
+        return iter(sorted({*family_sizes(), *names_in("families")}))
 
     def __len__(self) -> int:
-        return len(_all_families())
+        return sum(1 for _ in self)
 
 
 def _presets_of(name: str) -> Presets:
@@ -72,10 +81,6 @@ def _presets_of(name: str) -> Presets:
     defaults = family_sizes()[name]["defaults"]
     rows = read_table_file(f"families/{name}.yaml").value["presets"]
     return {preset: {**defaults, **(row or {})} for preset, row in rows.items()}
-
-
-def _all_families() -> tuple[str, ...]:
-    return tuple(sorted({*family_sizes(), *names_in("families")}))
 
 
 @dataclass(frozen=True)
@@ -201,3 +206,49 @@ class Draft:
         place = self.place(name)
         slot = next((s for s in self.slots if s.name == name), None)
         return self.unit(*place) if place else self.row("runs", slot.line.id) if slot else (name,)
+
+    def stretches(self, wall: WallLine, low: float, high: float, niche: bool = False) -> list[tuple[float, float]]:
+        """Stretches of a wall, metres from its left end, that units are before between two heights; not in a niche."""
+        out = []
+        for slot in self.slots:
+            if slot.top <= low or slot.bottom >= high or (niche and slot.recess):
+                continue
+            back = 0.0 if slot.line.at_wall else -slot.line.run.overhang
+            ends = itertools.product((slot.left, slot.right), (back, slot.depth))
+            along, before = zip(*(wall.frame.to_local(*slot.line.frame.at(u, v)[:2]) for u, v in ends), strict=True)
+            if min(before) < 0.05 and max(before) > 0.02 and max(along) > 0.0 and min(along) < wall.length:
+                out.append((round(min(along), 4), round(max(along), 4)))
+        return sorted(out)
+
+    def casing_of(self, is_window: bool) -> float:
+        """Width of the casing of the style's windows, or of its doors, metres."""
+        role, models = "window" if is_window else "door", self.models
+        return float(models.for_role(role).params.get("casing", CASING_WIDTH_M)) if models.has(role) else CASING_WIDTH_M
+
+    def beside_casing(self, top: float, is_window: bool) -> float:
+        """What is kept free beside a hole that reaches up to a height: its casing, and cornices beside that. Metres."""
+        casing = self.casing_of(is_window)
+        is_high = top + casing > standard_sizes.UPPER_TO + 2 * CLASH_M
+        has_profile = self.style.cabinets.cornice not in (None, FLAT_PROFILE)
+        return casing + CASING_PLAY_M + (CORNICE_DEPTH_M if is_high and has_profile else 0.0)
+
+    def free_middle(self, wall: WallLine, hole: WallHole, width: float, wanted: float) -> float | None:
+        """Middle of the free place for an opening on a wall that is nearest to one that is wanted.
+
+        Both in metres from the wall's left end. `hole`: where the opening is, which is not in its own way.
+        """
+        low, is_high = max(hole.bottom, ON_FLOOR_M), hole.bottom > ON_FLOOR_M
+        taken = self.stretches(wall, low - SILL_UNDER_M if is_high else low, hole.top + CASING_WIDTH_M)
+        holes = [h for h in self.kitchen.holes if h.wall.id == wall.id and h is not hole]
+        taken += [(h.left - CASING_M, h.right + CASING_M) for h in holes]
+        from_end = WINDOW_FROM_END_M if is_high else FROM_END_M
+        casing = max(SILL_BESIDE_M if is_high else CASING_M, self.beside_casing(hole.top, is_high))
+        found, start = list[float](), from_end
+        for left, right in [*sorted(taken), (wall.length - from_end, wall.length)]:
+            # Beside units and other openings a casing has to find room too.
+            first = start + width / 2 + (casing if start > from_end else 0.0)
+            last = left - width / 2 - (casing if left < wall.length - from_end else 0.0)
+            if first <= last + 1e-6:
+                found.append(round(min(max(wanted, first), last), 3))
+            start = max(start, right)
+        return min(found, key=lambda middle: abs(middle - wanted), default=None)

@@ -41,12 +41,7 @@ class EditKind(StrEnum):
 
 @dataclass(frozen=True)
 class Edit:
-    """One change of a file.
-
-    Attributes:
-        pointer: of what is changed; of INSERT: of what is new.
-        value: the new value; of RENAME the new key; of REMOVE None.
-    """
+    """One change of a file, at the pointer of what is changed or new; `value`: the new one, of RENAME the new key."""
 
     kind: EditKind
     pointer: KeyPath
@@ -299,10 +294,8 @@ def read_plan_text(path: Path) -> str:
     """The text of a file. Raises RegistryError where it is not UTF-8 or cannot be read."""
     try:
         return path.read_text(encoding="utf-8")
-    except UnicodeDecodeError as error:
-        raise RegistryError(path.name, 1, "", "YAML in UTF-8", str(error)) from None
-    except OSError as error:
-        raise RegistryError(path.name, 1, "", "a readable file", error.strerror or str(error)) from None
+    except (OSError, ValueError) as error:
+        raise RegistryError(path.name, 1, "", "a readable file of YAML in UTF-8", str(error)) from None
 
 
 def write_new(path: Path, text: str) -> None:

@@ -26,11 +26,7 @@ SEARCH_STEPS = 6  # of the least room, each of which halves what is not known of
 
 @dataclass(frozen=True)
 class FittedPlan:
-    """A plan in another room.
-
-    Attributes:
-        text: of its file. changes: one sentence each, in the order in which they were made.
-    """
+    """A plan in another room: the text of its file, and its changes, one sentence each, in their order."""
 
     text: str
     changes: tuple[str, ...]

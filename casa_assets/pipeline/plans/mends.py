@@ -8,14 +8,14 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator, Sequence
 
-from casa_assets.layouts.plan.runs import CornerPart, RunLine, other_side
+from casa_assets.layouts.plan.runs import RunLine, other_side
 from casa_assets.model.kitchen.floor import RunEnd
 from casa_assets.model.kitchen.plan import OpeningKind, Plan
 from casa_assets.model.kitchen.units import BaseKind, BaseUnit, UpperKind, UpperUnit
 from casa_assets.pipeline.plans.conflicts import HOOD_WIDTHS_M, NO_PLAN, longer_walls, named, resolve
 from casa_assets.pipeline.plans.draft import Draft
 from casa_assets.pipeline.plans.edits import Edit, Fault, Mend, flow_text
-from casa_assets.pipeline.plans.problems import Problem, free_middle, has_worktop, passage, problems_of
+from casa_assets.pipeline.plans.problems import Problem, has_worktop, passage, problems_of
 
 OF_WALLS = ("walls", "parameters")  # keys of a plan
 KEPT = (BaseKind.SINK, BaseKind.RANGE, BaseKind.HOB, BaseKind.FRIDGE, BaseKind.DISHWASHER)
@@ -44,15 +44,11 @@ def problem_faults(draft: Draft, fixed_walls: bool = False) -> list[Fault]:
         left, found = _after(draft, mend)
         again = next((p for p in found if (p.kind, p.owners) == (first.kind, first.owners)), None)
         if left < group or (left == group and len(found) < len(problems) and again is None):
-            return [_fault(draft, first, mend)]
+            return [first.fault(draft, mend)]
         is_less = left == group and len(found) <= len(problems) and sum(p.excess for p in found) < metres
         if is_less and smaller is None and (again is None or again.excess < SMALLER * first.excess):
             smaller = mend
-    return [_fault(draft, first, smaller)] if smaller else [_fault(draft, problem, None) for problem in problems]
-
-
-def _fault(draft: Draft, problem: Problem, mend: Mend | None) -> Fault:
-    return Fault(problem.pointer or draft.pointer(problem.about), problem.expected, problem.got, mend)
+    return [first.fault(draft, smaller)] if smaller else [problem.fault(draft) for problem in problems]
 
 
 def _after(draft: Draft, mend: Mend) -> tuple[int, list[Problem]]:
@@ -85,8 +81,6 @@ def _mends(draft: Draft, problem: Problem) -> Iterator[Mend]:
             if any(row.id == name for row in getattr(plan, table)):
                 yield from _of_thing(draft, table, name)
     for name in units:
-        yield from _of_corner(draft, name)
-    for name in units:
         yield from _of_unit(draft, problem, name)
     lines = {draft.kitchen.slot(n).line.id if n in units else n for n in names}
     runs = sorted((draft.kitchen.lines[n] for n in lines if n in draft.kitchen.lines), key=lambda r: (r.at_wall, r.id))
@@ -115,7 +109,7 @@ def _of_opening(draft: Draft, name: str) -> Iterator[Mend]:
     before = {"wall": opening.wall, "at": opening.at, "width": own}
     for width, wall in itertools.product(dict.fromkeys((own, *smaller)), walls):
         wanted = [middle] * (wall is hole.wall) + [wall.length * share for share in (0.5, 0.2, 0.8, 0.0, 1.0)]
-        places = dict.fromkeys(free_middle(draft, wall, hole, width, u) for u in wanted)
+        places = dict.fromkeys(draft.free_middle(wall, hole, width, u) for u in wanted)
         for u, turned in itertools.product((u for u in places if u is not None), (False, is_door)):
             new: dict[str, str | float] = {"wall": wall.id, "at": u, "width": width}
             new = {k: v for k, v in new.items() if v != before[k]} | ({"hinge": hinge} if turned else {})
@@ -155,20 +149,6 @@ def _without(plan: Plan, name: str) -> Iterator[Edit]:
     named = {"seats": [(s.run,) for s in plan.seats], "corners": [c.runs for c in plan.corners]}
     for table, rows in {**named, "lamps": [(lamp.over,) for lamp in plan.lamps]}.items():
         yield from (Edit.remove((table, k)) for k in reversed(range(len(rows))) if name in rows[k])
-
-
-def _of_corner(draft: Draft, name: str) -> Iterator[Mend]:
-    """A corner without a diagonal cabinet, whose door opens before the units beside it; one of the wall units."""
-    slot = draft.kitchen.slot(name)
-    for corner in (end.corner for end in (slot.line.left, slot.line.right) if end.corner is not None):
-        at = ("corners", draft.plan.corners.index(corner))
-        kinds = ("blind",) if slot.kind is CornerPart.DIAGONAL else ()
-        if slot.is_upper and corner.upper is None:
-            kinds = ("blind", "dead")
-        for kind in kinds:
-            key = "upper" if slot.is_upper else "base"
-            said = f"Write `{key}: {kind}` for the corner of {' and '.join(corner.runs)}."
-            yield Mend(said, (Edit.put((*at, key), kind),))
 
 
 def _of_unit(draft: Draft, problem: Problem, name: str) -> Iterator[Mend]:

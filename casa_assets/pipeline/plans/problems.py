@@ -17,8 +17,6 @@ import numpy as np
 from casa_assets.geometry.outline import penetration_depth
 from casa_assets.layouts.order.furnish import worktop_width
 from casa_assets.layouts.order.placed_runs import placed_run
-from casa_assets.layouts.order.room_shell import CASING_WIDTH_M
-from casa_assets.layouts.order.trim import CORNICE_DEPTH_M, FLAT_PROFILE
 from casa_assets.layouts.order.worktops import WORKTOP_BREAKS
 from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.aisles import find_aisles
@@ -31,12 +29,12 @@ from casa_assets.model.kitchen.plan import Run
 from casa_assets.model.kitchen.units import COOKERS, TALL, BaseKind, BaseUnit, UpperKind
 from casa_assets.model.record import Vec2
 from casa_assets.model.registry.document import KeyPath
-from casa_assets.pipeline.plans.draft import Draft, bounds_of
-from casa_assets.pipeline.plans.edits import Edit, Mend, flow_text
+from casa_assets.pipeline.plans.draft import CLASH_M, ON_FLOOR_M, SILL_BESIDE_M, SILL_M, SILL_UNDER_M, Draft, bounds_of
+from casa_assets.pipeline.plans.edits import Edit, Fault, Mend, flow_text
 from casa_assets.projects import read_once
 from casa_assets.registry.load import load_limits
 
-TOUCH_M, CLASH_M = 0.002, 0.01  # by which things may overlap: units and leaves; rows, tables and openings
+TOUCH_M = 0.002  # by which units may overlap
 PLAY_M = 0.002  # by which leaves as they are built are smaller than they are taken to be here
 NEAR_CORNER = (
     BaseKind.RANGE, BaseKind.HOB, BaseKind.DISHWASHER, BaseKind.OVEN, BaseKind.MICROWAVE, BaseKind.FRIDGE,
@@ -45,11 +43,6 @@ NEAR_CORNER = (
 LEAST_AISLE_M, LEAST_FROM_WALL_M = 0.914, 0.714
 WIDER_THAN_MODEL_M, MOST_OF_MODEL_M = 0.03, 1.2  # a place may be so much wider than its appliance, or so wide
 LEAST_ISLAND_M = 0.92  # length of an island that is one piece of furniture: two columns of at least 0.42 m
-SHORT_ISLAND_DOORS = [0.4, 0.6]  # width of the cabinet that lengthens a short island
-# Of openings: what is free beside their holes; what a sill stands out, reaches beyond its hole, and takes up below it;
-# what remains of the wall beside a door, and beside a window, whose sill reaches beyond its casing.
-CASING_M, CASING_PLAY_M, SILL_M, SILL_BESIDE_M, SILL_UNDER_M = 0.08, 0.001, 0.05, 0.1, 0.05
-FROM_END_M, WINDOW_FROM_END_M, ON_FLOOR_M = 0.05, 0.13, 0.05
 # Of a door: its usual height, the least that people walk through, the widest leaf that is not too heavy for a hand.
 DOOR_HEIGHT_M, LEAST_DOOR_M, WIDEST_LEAF_M = 2.04, 1.9, 1.2
 # From an opening, and from units, to the middle of a switch; half of the width of a thing on the floor.
@@ -60,7 +53,7 @@ LANDING_PLAY_M = 0.05  # by which things may be narrower than they are taken to 
 LEAST_LANDING_M = 0.3  # of worktop beside a sink or a cooker: for less RoboCasa finds no place to set things down on
 # Of free worktop in one piece beside a cooker, near a microwave or a sink, for the same reason, and how far from these.
 LEAST_BY_COOKER_M, LEAST_BY_MICROWAVE_M, LEAST_BY_SINK_M, SET_DOWN_REACH_M = 0.25, 0.19, 0.1, 0.6
-MOST_IN_WALL_M, TABLE_M = 0.11, 0.9  # deeper in a wall lies what is behind it, round a corner; height of tables
+TABLE_M = 0.9  # height of tables and chairs
 
 
 @dataclass(frozen=True)
@@ -87,6 +80,10 @@ class Problem:
     def owners(self) -> frozenset[str]:
         """All that it is a matter of."""
         return frozenset((self.about, *self.others))
+
+    def fault(self, draft: Draft, mend: Mend | None = None) -> Fault:
+        """The fault that it is told as."""
+        return Fault(self.pointer or draft.pointer(self.about), self.expected, self.got, mend)
 
 
 Finder = Callable[[Draft], Iterator[Problem]]
@@ -126,22 +123,16 @@ def _widths(draft: Draft) -> Iterator[Problem]:
         yield Problem(slot.name, expected, f"{slot.width:g} m", mends=[mend])
     for item in draft.kitchen.items:
         bounds, width = bounds_of(item.choice.family, "width"), item.choice.params.get("width")
-        name, at = item.unit or item.run or "", draft.row("runs", item.run or "")
-        place, is_worktop = draft.place(name), item.role == "island"
-        if bounds is None or width is None or name in told or (place is None and not is_worktop):
+        name, at = item.unit or "", draft.place(item.unit or "")
+        if bounds is None or width is None or name in told or (at is None and item.role != "island"):
             continue
         least = LEAST_ISLAND_M if item.choice.family == "island_base" else bounds[0]
-        if least - 1e-6 <= width <= bounds[1] + 1e-6:
-            continue
-        mends = []
-        if is_worktop:  # too short to be of one piece
-            said = f"Add `- doors: {flow_text(SHORT_ISLAND_DOORS)}` to {name}."
-            mends = [Mend(said, (draft.with_item((*at, "base"), {"doors": SHORT_ISLAND_DOORS}),))]
-        elif place is not None:
-            edit = draft.in_unit(draft.unit(*place), "width", [least, bounds[1]])
-            mends = [Mend(f"Write {flow_text([least, bounds[1]])} for {name}.", (edit,))]
-        told.add(name)
-        yield Problem(name, f"a width from {least:g} to {bounds[1]:g} m", f"{width:g} m", mends=mends)
+        if not least - 1e-6 <= width <= bounds[1] + 1e-6:
+            told.add(name)
+            said, span = f"Write {flow_text([least, bounds[1]])} for {name}.", [least, bounds[1]]
+            mends = [Mend(said, (draft.in_unit(draft.unit(*at), "width", span),))] if at else []
+            expected = f"a width from {least:g} to {bounds[1]:g} m"
+            yield Problem(name or item.run or "", expected, f"{width:g} m", mends=mends)
 
 
 def _span_of_model(draft: Draft, unit: Any) -> tuple[float, float] | None:
@@ -225,27 +216,6 @@ def _face(one: Sequence[Vec2], other: Sequence[Vec2]) -> bool:
     return any(min(a[1], b[1]) - max(a[0], b[0]) > 0.3 for a, b in zip(*spans, strict=True))
 
 
-# Openings --------------------------------------------------------------------------------------------------------
-
-
-def stretches(draft: Draft, wall: WallLine, low: float, high: float, niche: bool = False) -> list[tuple[float, float]]:
-    """Stretches of a wall that units stand or hang before between two heights, metres from its left end.
-
-    Args:
-        niche: leave out what stands back into one.
-    """
-    out = []
-    for slot in draft.slots:
-        if slot.top <= low or slot.bottom >= high or (niche and slot.recess):
-            continue
-        back = 0.0 if slot.line.at_wall else -slot.line.run.overhang
-        ends = itertools.product((slot.left, slot.right), (back, slot.depth))
-        along, before = zip(*(wall.frame.to_local(*slot.line.frame.at(u, v)[:2]) for u, v in ends), strict=True)
-        if min(before) < 0.05 and max(before) > 0.02 and max(along) > 0.0 and min(along) < wall.length:
-            out.append((round(min(along), 4), round(max(along), 4)))
-    return sorted(out)
-
-
 def _openings(draft: Draft) -> Iterator[Problem]:
     """Doors that nobody walks through, and openings where units or other openings are."""
     holes = draft.kitchen.holes
@@ -263,29 +233,15 @@ def _openings(draft: Draft) -> Iterator[Problem]:
 
 def _is_blocked(draft: Draft, hole: WallHole) -> bool:
     """True if units stand before an opening, its casing or the sill of a window."""
-    low, casing = max(hole.bottom, ON_FLOOR_M), 0.0 if hole.is_niche else _casing(draft, hole.is_window)
-    beside = -CLASH_M if hole.is_niche else _beside_casing(draft, hole.top, hole.is_window)
+    low, casing = max(hole.bottom, ON_FLOOR_M), 0.0 if hole.is_niche else draft.casing_of(hole.is_window)
+    beside = -CLASH_M if hole.is_niche else draft.beside_casing(hole.top, hole.is_window)
     parts = [(low, hole.top + casing, beside)]
     parts += [(low - SILL_UNDER_M, low, SILL_BESIDE_M)] if hole.is_window else []
     return any(
         left < hole.right + beside - 1e-3 and right > hole.left - beside + 1e-3
         for bottom, top, beside in parts
-        for left, right in stretches(draft, hole.wall, bottom, top, hole.is_niche)
+        for left, right in draft.stretches(hole.wall, bottom, top, hole.is_niche)
     )
-
-
-def _casing(draft: Draft, is_window: bool) -> float:
-    """Width of the casing of the style's windows, or of its doors, metres."""
-    role, models = "window" if is_window else "door", draft.models
-    return float(models.for_role(role).params.get("casing", CASING_WIDTH_M)) if models.has(role) else CASING_WIDTH_M
-
-
-def _beside_casing(draft: Draft, top: float, is_window: bool) -> float:
-    """What is kept free beside a hole that reaches up to a height: its casing, and cornices beside that. Metres."""
-    casing = _casing(draft, is_window)
-    is_high = top + casing > standard_sizes.UPPER_TO + 2 * CLASH_M
-    has_profile = draft.style.cabinets.cornice not in (None, FLAT_PROFILE)
-    return casing + CASING_PLAY_M + (CORNICE_DEPTH_M if is_high and has_profile else 0.0)
 
 
 def _gap_over(draft: Draft, hole: WallHole) -> Iterator[Mend]:
@@ -294,7 +250,7 @@ def _gap_over(draft: Draft, hole: WallHole) -> Iterator[Mend]:
     run = next((r for r in draft.plan.runs if any(u.id == over for u in r.base)), None)
     if not hole.is_window or run is None or not run.upper or any(u.over == over for u in run.upper):
         return
-    reach = (hole.right - hole.left) / 2 + max(SILL_BESIDE_M, _beside_casing(draft, hole.top, True)) + 0.001
+    reach = (hole.right - hole.left) / 2 + max(SILL_BESIDE_M, draft.beside_casing(hole.top, True)) + 0.001
     gap = {"gap": {"over": over, "width": math.ceil(100 * 2 * reach) / 100}}
     edit = Edit.insert((*draft.row("runs", run.id), "upper", _index_over(draft, run, str(over))), gap)
     yield Mend(f"Leave a gap in the wall units of {run.id} over {over}.", (edit,))
@@ -304,29 +260,6 @@ def _index_over(draft: Draft, run: Run, name: str) -> int:
     """Number of wall units of a run that hang to the left of the middle of a unit."""
     middles = {s.name: s.middle for s in draft.slots}
     return sum(middles.get(u.id, middles.get(u.over or "", math.inf)) < middles[name] for u in run.upper)
-
-
-def free_middle(draft: Draft, wall: WallLine, hole: WallHole, width: float, wanted: float) -> float | None:
-    """Middle of the free place for an opening on a wall that is nearest to one that is wanted.
-
-    Args:
-        hole: where the opening is, which is not in its own way. wanted: metres from the wall's left end, as the result.
-    """
-    low, is_high = max(hole.bottom, ON_FLOOR_M), hole.bottom > ON_FLOOR_M
-    taken = stretches(draft, wall, low - SILL_UNDER_M if is_high else low, hole.top + CASING_WIDTH_M)
-    holes = [h for h in draft.kitchen.holes if h.wall.id == wall.id and h is not hole]
-    taken += [(h.left - CASING_M, h.right + CASING_M) for h in holes]
-    from_end = WINDOW_FROM_END_M if is_high else FROM_END_M
-    casing = max(SILL_BESIDE_M if is_high else CASING_M, _beside_casing(draft, hole.top, is_high))
-    found, start = list[float](), from_end
-    for left, right in [*sorted(taken), (wall.length - from_end, wall.length)]:
-        # Beside units and other openings a casing has to find room too.
-        first = start + width / 2 + (casing if start > from_end else 0.0)
-        last = left - width / 2 - (casing if left < wall.length - from_end else 0.0)
-        if first <= last + 1e-6:
-            found.append(round(min(max(wanted, first), last), 3))
-        start = max(start, right)
-    return min(found, key=lambda middle: abs(middle - wanted), default=None)
 
 
 def _entries(draft: Draft) -> Iterator[Problem]:
@@ -351,9 +284,13 @@ def _hoods(draft: Draft) -> Iterator[Problem]:
         new = draft.with_item(at, hood, _index_over(draft, run, slot.name))
         said = f"Add `- hood: {{over: {slot.name}}}` to the wall units of {run.id}."
         mends = [Mend(said, (new if own < 0 else Edit.put((*at, own), hood),))]
+        idle = next((k for k, u in enumerate(run.upper) if u.kind is UpperKind.HOOD and u.over is None), None)
+        if idle is not None:
+            edit = draft.in_unit((*at, idle), "over", slot.name)
+            mends.insert(0, Mend(f"Write `over: {slot.name}`.", (edit,)))
         yield Problem(slot.name, f"a hood over {slot.name}", "none", mends=mends, pointer=at)
-    for idle in (h for h in hoods if h.kind is UpperKind.HOOD and not any(h in hs for hs in over.values())):
-        yield Problem(idle.name, f"a cooker under {idle.name}", "none")
+    for name in (h.name for h in hoods if h.kind is UpperKind.HOOD and not any(h in hs for hs in over.values())):
+        yield Problem(name, f"a cooker under {name}", "none")
 
 
 def _wall_items(draft: Draft) -> Iterator[Problem]:
@@ -368,7 +305,7 @@ def _wall_items(draft: Draft) -> Iterator[Problem]:
             sides, expected = [min(max(u, 0.2), wall.length - 0.2)], f"a place on {wall.id}, up to {wall.length:.2f} m"
             got = f"{u:.2f} m"
         elif hole is not None:
-            rows = stretches(draft, wall, ON_FLOOR_M, item.height)
+            rows = draft.stretches(wall, ON_FLOOR_M, item.height)
             sides = sorted((hole.left - near - 0.01, hole.right + near + 0.01), key=lambda side: abs(side - u))
             sides = [s for s in sides if not any(a - ITEM_FROM_UNIT_M < s < b + ITEM_FROM_UNIT_M for a, b in rows)]
             expected, got = "a place on a wall where nothing else is", f"{u:.2f} m, where {hole.opening.id} is"
@@ -493,9 +430,6 @@ def _doorways(draft: Draft) -> Iterator[Problem]:
             yield Problem(hole.opening.id, expected, f"{clear:.2f} m", round(least - clear, 4))
 
 
-# Worktops --------------------------------------------------------------------------------------------------------
-
-
 def has_worktop(slot: UnitSlot) -> bool:
     """True if a unit carries a worktop without a hole, on which things can stand."""
     is_low = not slot.is_upper and slot.top <= standard_sizes.WORKTOP_HEIGHT
@@ -589,17 +523,6 @@ def _corners(draft: Draft) -> Iterator[Problem]:
                 yield Problem(slot.name, expected, f"{far:.2f} m", least - far)
 
 
-def _at_walls(draft: Draft) -> Iterator[Problem]:
-    """Leaves that run into a wall of the room beside them."""
-    own = {h.opening.id: h.wall.id for h in draft.kitchen.holes}
-    for leaf, wall in itertools.product(draft.leaves, (w for w in draft.kitchen.room.walls if not w.open)):
-        points = [wall.frame.to_local(*p) for part in leaf.way for p in part.outline]
-        depth = max((-v for u, v in points if 0.0 < u < wall.length), default=0.0)
-        if MOST_IN_WALL_M > depth > limits()["scene_clash_m"] and own.get(leaf.owner) != wall.id:
-            expected = f"room to open {leaf.owner} beside the wall {wall.id}"
-            yield Problem(leaf.owner, expected, f"it runs {depth:.3f} m into it", depth, [wall.id])
-
-
 def _at_things(draft: Draft) -> Iterator[Problem]:
     """Leaves that run into units of another run, into columns, sills of windows, or tables with their chairs."""
     kitchen, lines = draft.kitchen, {s.name: s.line.id for s in draft.slots}
@@ -662,6 +585,6 @@ GROUPS: tuple[tuple[Finder, ...], ...] = (
     (_widths, _sizes_of_openings, _rows),
     (_openings, _entries),
     (_hoods, _wall_items, _on_the_floor, _lamps),
-    (_aisles, _overlaps, _seats, _doorways, _landings, _corners, _at_walls, _at_things, _swings),
+    (_aisles, _overlaps, _seats, _doorways, _landings, _corners, _at_things, _swings),
     (_items, _crowded, _tasks),
 )

@@ -14,7 +14,7 @@ from pydantic import ValidationError
 
 from casa_assets.layouts.plan.room import AXES, corner_turns, is_corner, lengths_along
 from casa_assets.model.kitchen.plan import Heading, OpeningKind, Plan, Wall
-from casa_assets.model.kitchen.units import COOKERS, BaseKind, UpperKind
+from casa_assets.model.kitchen.units import BaseKind
 from casa_assets.model.registry.document import KeyPath
 from casa_assets.model.registry.fields import expected_one_of, fields_at
 from casa_assets.pipeline.plans.draft import Draft
@@ -155,7 +155,7 @@ def name_faults(draft: Draft) -> list[Fault]:
 
     What is over or on a unit that is not there, such as one that was taken out for want of room, is taken out too.
     """
-    found = [*_orders_of_runs(draft), *_same_names(draft), *_hoods_over_nothing(draft), *_no_roles(draft)]
+    found = [*_orders_of_runs(draft), *_same_names(draft), *_no_roles(draft)]
     for at, got, known, least in _references(draft):
         if got is not None and got not in known:
             near = nearest(got, known, least)
@@ -299,18 +299,6 @@ def _same_names(draft: Draft) -> Iterator[Fault]:
 
 def _free(name: str, taken: set[str]) -> str:
     return next(new for n in range(2, len(taken) + 3) if (new := f"{name}_{n}") not in taken)
-
-
-def _hoods_over_nothing(draft: Draft) -> Iterator[Fault]:
-    """Hoods that are over nothing: one belongs over the cooker of its run that has none yet."""
-    for run in draft.plan.runs:
-        taken = {unit.over for unit in run.upper}
-        cooker = next((u.id for u in run.base if u.kind in COOKERS and u.id not in taken), None)
-        k = next((k for k, u in enumerate(run.upper) if u.kind is UpperKind.HOOD and u.over is None), None)
-        if cooker is not None and k is not None:
-            at = draft.unit(run.id, "upper", k)
-            mend = Mend(_written(("over",), cooker), (draft.in_unit(at, "over", cooker),))
-            yield Fault(at, "a cooker that the hood is over", "none", mend)
 
 
 def wall_faults(draft: Draft) -> list[Fault]:
