@@ -17,7 +17,9 @@ from casa_assets.model.kitchen.style import Style
 from casa_assets.model.registry.document import Document
 from casa_assets.pipeline.plans.conflicts import resolve
 from casa_assets.pipeline.plans.draft import Draft
-from casa_assets.pipeline.plans.edits import (
+from casa_assets.pipeline.plans.mends import problem_faults
+from casa_assets.pipeline.plans.values import name_faults, record_faults, wall_faults
+from casa_assets.registry.edit import (
     Edit,
     EditKind,
     Fault,
@@ -28,8 +30,6 @@ from casa_assets.pipeline.plans.edits import (
     spelt,
     value_at,
 )
-from casa_assets.pipeline.plans.mends import problem_faults
-from casa_assets.pipeline.plans.values import name_faults, record_faults, wall_faults
 from casa_assets.registry.kitchens import LIKE, laid_over_like
 from casa_assets.registry.read import parse_document
 

@@ -25,8 +25,8 @@ from casa_assets.model.kitchen.plan import OpeningKind, Plan, Run
 from casa_assets.model.kitchen.units import BaseKind, BaseUnit, UpperKind, UpperUnit
 from casa_assets.model.registry.document import KeyPath
 from casa_assets.pipeline.plans.draft import Draft
-from casa_assets.pipeline.plans.edits import Edit, Fault, Mend, flow_text
 from casa_assets.pipeline.plans.values import name_faults
+from casa_assets.registry.edit import Edit, Fault, Mend, flow_text
 
 # What is raised where edits make no plan, since what they name is no longer there.
 NO_PLAN = (ValidationError, CasaError, KeyError, IndexError, TypeError)
@@ -225,8 +225,9 @@ def longer_walls(draft: Draft, line: RunLine, more: float, along: bool) -> Itera
     turns = {w.id: (w.frame.quarter_turns - line.frame.quarter_turns) % 2 for w in room.walls}
     walls = [w for w in plan.walls if turns[w.id] != along and w.length is not None]
     lengths = {w.length for w in walls}
-    value = round(plan.length(max(lengths, key=str, default=0.0), plan.defaults) + more + 0.005, 2)
-    if len(lengths) == 1 and isinstance(name := walls[0].length, str):
+    name = (walls[0].length if walls else None) or 0.0
+    value = round(plan.length(name, plan.defaults) + more + 0.005, 2)
+    if len(lengths) == 1 and isinstance(name, str):
         three = [value, value, round(max(value, plan.parameters[name].high + more), 2)]
         yield Mend(f"Write {name}: {flow_text(three)}.", (Edit.put(("parameters", name), three),))
     elif len(lengths) == 1:

@@ -22,8 +22,8 @@ from casa_assets.model.kitchen.style import LIBRARY, Style
 from casa_assets.model.kitchen.units import BaseKind, UpperKind
 from casa_assets.model.record import Vec2
 from casa_assets.model.registry.document import KeyPath
-from casa_assets.pipeline.plans.edits import Edit, edited_value, value_at
 from casa_assets.projects import read_once
+from casa_assets.registry.edit import Edit, edited_value, value_at
 from casa_assets.registry.layered import names_in, read_table_file, read_topmost
 from casa_assets.registry.roles import load_roles
 

@@ -16,7 +16,7 @@ from casa_assets.model.kitchen.style import Style
 from casa_assets.model.kitchen.units import COOKERS, BaseKind
 from casa_assets.pipeline.plans.check import check_plan, edited_text, plan_document, plan_id
 from casa_assets.pipeline.plans.draft import Draft
-from casa_assets.pipeline.plans.edits import Edit, flow_text
+from casa_assets.registry.edit import Edit, flow_text
 
 KEPT = (BaseKind.SINK, BaseKind.FRIDGE)
 TOLERANCE_M = 0.005

@@ -14,8 +14,8 @@ from casa_assets.model.kitchen.plan import OpeningKind, Plan
 from casa_assets.model.kitchen.units import BaseKind, BaseUnit, UpperKind, UpperUnit
 from casa_assets.pipeline.plans.conflicts import HOOD_WIDTHS_M, NO_PLAN, longer_walls, named, resolve
 from casa_assets.pipeline.plans.draft import Draft
-from casa_assets.pipeline.plans.edits import Edit, Fault, Mend, flow_text
 from casa_assets.pipeline.plans.problems import Problem, has_worktop, passage, problems_of
+from casa_assets.registry.edit import Edit, Fault, Mend, flow_text
 
 OF_WALLS = ("walls", "parameters")  # keys of a plan
 KEPT = (BaseKind.SINK, BaseKind.RANGE, BaseKind.HOB, BaseKind.FRIDGE, BaseKind.DISHWASHER)
@@ -146,8 +146,9 @@ def _of_thing(draft: Draft, table: str, name: str) -> Iterator[Mend]:
 
 def _without(plan: Plan, name: str) -> Iterator[Edit]:
     """The edits that take out seats, corners and lamps of a run or a table."""
-    named = {"seats": [(s.run,) for s in plan.seats], "corners": [c.runs for c in plan.corners]}
-    for table, rows in {**named, "lamps": [(lamp.over,) for lamp in plan.lamps]}.items():
+    for table, key in (("seats", "run"), ("corners", "runs"), ("lamps", "over")):
+        found = [getattr(row, key) for row in getattr(plan, table)]
+        rows = [one if isinstance(one, tuple) else (one,) for one in found]
         yield from (Edit.remove((table, k)) for k in reversed(range(len(rows))) if name in rows[k])
 
 

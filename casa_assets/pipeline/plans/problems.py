@@ -30,8 +30,8 @@ from casa_assets.model.kitchen.units import COOKERS, TALL, BaseKind, BaseUnit, U
 from casa_assets.model.record import Vec2
 from casa_assets.model.registry.document import KeyPath
 from casa_assets.pipeline.plans.draft import CLASH_M, ON_FLOOR_M, SILL_BESIDE_M, SILL_M, SILL_UNDER_M, Draft, bounds_of
-from casa_assets.pipeline.plans.edits import Edit, Fault, Mend, flow_text
 from casa_assets.projects import read_once
+from casa_assets.registry.edit import Edit, Fault, Mend, flow_text
 from casa_assets.registry.load import load_limits
 
 TOUCH_M = 0.002  # by which units may overlap
@@ -129,8 +129,8 @@ def _widths(draft: Draft) -> Iterator[Problem]:
         least = LEAST_ISLAND_M if item.choice.family == "island_base" else bounds[0]
         if not least - 1e-6 <= width <= bounds[1] + 1e-6:
             told.add(name)
-            said, span = f"Write {flow_text([least, bounds[1]])} for {name}.", [least, bounds[1]]
-            mends = [Mend(said, (draft.in_unit(draft.unit(*at), "width", span),))] if at else []
+            said, usual = f"Write {flow_text([least, bounds[1]])} for {name}.", [least, bounds[1]]
+            mends = [Mend(said, (draft.in_unit(draft.unit(*at), "width", usual),))] if at else []
             expected = f"a width from {least:g} to {bounds[1]:g} m"
             yield Problem(name or item.run or "", expected, f"{width:g} m", mends=mends)
 

@@ -18,7 +18,7 @@ from casa_assets.model.kitchen.units import BaseKind
 from casa_assets.model.registry.document import KeyPath
 from casa_assets.model.registry.fields import expected_one_of, fields_at
 from casa_assets.pipeline.plans.draft import Draft
-from casa_assets.pipeline.plans.edits import NEAR, Edit, Fault, Mend, flow_text, nearest, spelt, value_at
+from casa_assets.registry.edit import NEAR, Edit, Fault, Mend, flow_text, nearest, spelt, value_at
 from casa_assets.registry.kitchens import LIKE
 
 # A number that is further beyond a bound than this share of it was meant in another way, such as in centimetres.

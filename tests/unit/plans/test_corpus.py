@@ -26,7 +26,7 @@ from casa_assets.pipeline.plans.check import check_plan, edited_text, plan_id
 from casa_assets.pipeline.plans.values import record_faults
 from casa_assets.pipeline.schemas import schema_text
 from casa_assets.projects import data_root
-from casa_assets.pipeline.plans.edits import Edit, EditKind
+from casa_assets.registry.edit import Edit, EditKind
 from casa_assets.registry.kitchens import laid_over_like, load_style, style_names
 from casa_assets.registry.read import parse_document, read_document
 

@@ -1,4 +1,4 @@
-"""Faults of plans, mends of them, and the edits that mends make: in the value of a file, and in its text.
+"""Edits of files of YAML, of their values and their texts, and the faults that they mend.
 
 A text keeps its comments, order and layout: it is parsed for the places of its parts, and characters are exchanged
 there. What comes out is parsed again: where it is not what the edit asks for, the whole value is written anew, without
