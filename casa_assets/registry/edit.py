@@ -221,12 +221,10 @@ def _exchanged(text: str, node: yaml.Node, new: str) -> str:
 
 def _added(text: str, parent: yaml.Node, key: str | int, edit: Edit) -> str:
     """The text with a line or more for a new part of a collection in block form."""
-    column, rows = parent.start_mark.column, parent.value
-    if isinstance(key, int) and key < len(rows):
-        at = _line_start(text, rows[key].start_mark.index)
-    else:
-        at = _line_end(text, _end(parent))
-    is_item = edit.kind is EditKind.INSERT
+    column, rows, is_item = parent.start_mark.column, parent.value, edit.kind is EditKind.INSERT
+    at = _line_end(text, _end(parent))
+    if is_item and int(key) < len(rows):
+        at = _line_start(text, rows[int(key)].start_mark.index)
     line = f"- {item_text(edit.value)}" if is_item else f"{_key_text(str(key))}:{_behind_key(edit.value, column)}"
     head = text[:at] if not at or text[:at].endswith("\n") else text[:at] + "\n"
     return f"{head}{' ' * column}{line}\n{text[at:]}"
