@@ -51,7 +51,7 @@ ITEM_FROM_HOLE_M, ITEM_FROM_UNIT_M, HALF_THING_M = 0.14, 0.08, 0.15
 LEAST_OVERHANG_M, USUAL_OVERHANG_M = 0.25, 0.3
 LANDING_PLAY_M = 0.05  # by which things may be narrower than they are taken to be
 LEAST_LANDING_M = 0.3  # of worktop beside a sink or a cooker: for less RoboCasa finds no place to set things down on
-# Of free worktop in one piece beside a cooker, near a microwave or a sink, for the same reason, and how far from these.
+# Of free worktop beside a cooker, and in one piece near a microwave or a sink, for that reason; how far from these.
 LEAST_BY_COOKER_M, LEAST_BY_MICROWAVE_M, LEAST_BY_SINK_M, SET_DOWN_REACH_M = 0.25, 0.19, 0.1, 0.6
 TABLE_M = 0.9  # height of tables and chairs
 
@@ -437,10 +437,7 @@ def has_worktop(slot: UnitSlot) -> bool:
 
 
 def _sides(draft: Draft, slot: UnitSlot) -> tuple[list[UnitSlot], list[UnitSlot]]:
-    """Units beside one that carry a worktop, to the left and to the right, up to what is tall or let into it.
-
-    Both from left to right.
-    """
+    """Units beside one that carry a worktop, on each side, from left to right, up to what is tall or let into it."""
     row = sorted((s for s in draft.kitchen.slots[slot.line.id] if not s.is_upper), key=lambda s: s.left)
     k = row.index(slot)
     left = list(itertools.takewhile(has_worktop, row[:k][::-1]))
@@ -496,19 +493,20 @@ def _too_crowded(
 ) -> Iterator[Problem]:
     """Something that has less free worktop than it needs, for the things that stand there.
 
-    Args:
-        pieces: units under a worktop, from left to right, and between which places along the run it counts.
+    `pieces`: units under a worktop, from left to right, and between which places along the run it counts.
     """
     places, free, beside = {item.name: item.spot.u for item in draft.kitchen.items}, 0.0, list[str]()
     for top, (low, high) in (piece for piece in pieces if piece[0]):
         on = [i for i in draft.plan.worktop_items if i.on in {s.name for s in top}]
         spans, start = sorted((places[i.id], worktop_width(draft.models, i) / 2) for i in on), top[0].left
+        gaps = list[float]()
         for at, half in (*spans, (top[-1].right, 0.0)):
-            free = max(free, min(at - half, high) - max(start, low))
+            gaps.append(min(at - half, high) - max(start, low))
             start = max(start, at + half)
+        free = max(free, max(gaps) if high - low < math.inf else sum(gaps))
         beside += [i.id for i in on]
     if beside and free < least:
-        expected = f"at least {least:g} m of free worktop, in one piece, beside {about}"
+        expected = f"at least {least:g} m of free worktop beside {about}"
         yield Problem(about, expected, f"{free:.2f} m", round(least - free, 4), beside)
 
 
