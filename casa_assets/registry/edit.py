@@ -1,56 +1,122 @@
-"""Change one thing in the text of a YAML file and leave the rest as it is: comments, order and layout.
+"""Edits of files of YAML, of their values and their texts, and the faults that they mend.
 
-The text is parsed for the places of its parts, and characters are exchanged there. What comes out is parsed again:
-where it is not what the edit asks for, the whole value is written anew, without comments.
+A text keeps its comments, order and layout: it is parsed for the places of its parts, and characters are exchanged
+there. What comes out is parsed again: where it is not what the edit asks for, the whole value is written anew, without
+comments.
 """
 
 from __future__ import annotations
 
 import copy
+import difflib
 import json
 import math
 import re
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from pathlib import Path
 from typing import Any
 
 import yaml
 
-from casa_assets.errors import RegistryError
+from casa_assets.errors import OutputError, RegistryError
 from casa_assets.model.registry.document import KeyPath
 from casa_assets.registry.read import parse_document
 
 PLAIN = re.compile(r"[A-Za-z_][\w./-]*( [\w./()-]+)*")
 NOT_PLAIN = {"true", "false", "yes", "no", "on", "off", "null", "y", "n"}
 WIDE = 110  # longest line that a collection is written in
+NEAR = 0.6  # least similarity of a misspelt name, as difflib counts it
 
 
 class EditKind(StrEnum):
-    """What an edit does.
-
-    REPLACE: the value at a pointer. RENAME: the last key of a pointer. REMOVE: a key with its value, or an item. ADD: a
-    key that is not there yet. INSERT: an item into a list, before the one at the pointer.
-    """
+    """What an edit does; see the makers of `Edit`."""
 
     REPLACE = "replace"
     RENAME = "rename"
     REMOVE = "remove"
-    ADD = "add"
     INSERT = "insert"
 
 
 @dataclass(frozen=True)
 class Edit:
-    """One change of a file.
-
-    Attributes:
-        pointer: of what is changed; of ADD and INSERT: of what is new.
-        value: the new value; of RENAME the new key; of REMOVE None.
-    """
+    """One change of a file, at the pointer of what is changed or new; `value`: the new one, of RENAME the new key."""
 
     kind: EditKind
     pointer: KeyPath
     value: Any = None
+
+    @classmethod
+    def put(cls, pointer: KeyPath, value: Any) -> Edit:
+        """Put a value at a pointer: a key that may be there already, or an item that is."""
+        return cls(EditKind.REPLACE, pointer, value)
+
+    @classmethod
+    def rename(cls, pointer: KeyPath, name: str) -> Edit:
+        """Call the last key of a pointer something else."""
+        return cls(EditKind.RENAME, pointer, name)
+
+    @classmethod
+    def remove(cls, pointer: KeyPath) -> Edit:
+        """Take a key with its value, or an item, out."""
+        return cls(EditKind.REMOVE, pointer)
+
+    @classmethod
+    def insert(cls, pointer: KeyPath, item: Any) -> Edit:
+        """Put an item into a list, before the one at a pointer."""
+        return cls(EditKind.INSERT, pointer, item)
+
+
+@dataclass(frozen=True)
+class Mend:
+    """What would mend a fault: a sentence for people, in the imperative, and edits, one after the other."""
+
+    sentence: str
+    edits: tuple[Edit, ...] = ()
+
+
+@dataclass(frozen=True)
+class Fault:
+    """Something that is wrong with a plan.
+
+    Attributes:
+        pointer: of what is wrong, as the file has it.
+        expected, got: as in a RegistryError. mend: None where nothing sensible is near.
+        line: where the pointer does not say it, counted from 1; else 0.
+    """
+
+    pointer: KeyPath
+    expected: str
+    got: str
+    mend: Mend | None = None
+    line: int = 0
+
+
+def value_at(value: Any, pointer: Sequence[str | int]) -> Any:
+    """What stands at a pointer; None where nothing does."""
+    for step in pointer:
+        if isinstance(value, dict):
+            value = value.get(step)
+        elif isinstance(value, list) and isinstance(step, int) and step < len(value):
+            value = value[step]
+        else:
+            return None
+    return value
+
+
+def spelt(word: str) -> str:
+    """A word as ids are spelt: small letters, numbers and underscores."""
+    parts = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", word.strip())
+    return re.sub(r"_+", "_", re.sub(r"[^a-z0-9]+", "_", parts.lower())).strip("_")
+
+
+def nearest(word: str, known: Iterable[str], least: float = NEAR) -> str | None:
+    """The known name that is spelt like a word or most similar to it; None if none is similar enough."""
+    names, same = list(known), spelt(word)
+    if same in names:
+        return same
+    return next(iter(difflib.get_close_matches(same, names, n=1, cutoff=least)), None)
 
 
 def edited_value(value: Any, edit: Edit) -> Any:
@@ -80,7 +146,7 @@ def edited(text: str, edit: Edit) -> str:
     root = yaml.compose(text, Loader=yaml.SafeLoader)
     if edit.pointer and root is not None:
         try:
-            made = _edited(text, root, edit)
+            made = _edited(text, root, edit, wanted)
             if parse_document(made, "").value == wanted:
                 return made
         except (RegistryError, KeyError, IndexError, TypeError):
@@ -88,33 +154,39 @@ def edited(text: str, edit: Edit) -> str:
     return block_text(wanted)
 
 
-def _edited(text: str, root: yaml.Node, edit: Edit) -> str:
+def _edited(text: str, root: yaml.Node, edit: Edit, wanted: Any) -> str:
     path, key = edit.pointer[:-1], edit.pointer[-1]
     parent = root
     for step in path:
         parent = _child(parent, step)[1]
-    if edit.kind is EditKind.ADD:
-        return _add(text, parent, str(key), edit.value)
-    if edit.kind is EditKind.INSERT:
-        return _insert(text, parent, int(key), edit.value)
+    rows: list[Any] = parent.value if isinstance(parent, yaml.CollectionNode) else []
+    is_new = edit.kind is EditKind.INSERT or not any(_is_at(row, n, key) for n, row in enumerate(rows))
+    if is_new or edit.kind is EditKind.REMOVE:
+        if _is_flow(parent) or len(rows) < 2:
+            return _exchanged(text, parent, flow_text(value_at(wanted, path)))
+        return _added(text, parent, key, edit) if is_new else _without(text, parent, key)
     at, node = _child(parent, key)
     if edit.kind is EditKind.RENAME:
         assert at is not None, "only a key is renamed"
         return text[: at.start_mark.index] + _key_text(str(edit.value)) + text[at.end_mark.index :]
-    if edit.kind is EditKind.REMOVE:
-        return _remove(text, parent, key)
-    return _replace(text, parent, at, node, edit.value)
+    if at is None or _is_flow(parent) or not isinstance(edit.value, dict | list):
+        is_item = at is None and not _is_flow(parent)
+        return _exchanged(text, node, item_text(edit.value) if is_item else flow_text(edit.value))
+    head = text.index(":", at.end_mark.index) + 1
+    return text[:head] + _behind_key(edit.value, parent.start_mark.column) + text[max(_end(node), head) :]
+
+
+def _is_at(row: Any, n: int, key: str | int) -> bool:
+    """True if a row of a mapping or a list is that of a key or a number."""
+    return str(row[0].value) == str(key) if isinstance(row, tuple) else n == key
 
 
 def _child(parent: yaml.Node, step: str | int) -> tuple[yaml.Node | None, yaml.Node]:
     """The key node, None in a list, and the value node of a part."""
-    if isinstance(parent, yaml.MappingNode):
-        found = next(((k, v) for k, v in parent.value if str(k.value) == str(step)), None)
-        if found is None:
-            raise KeyError(step)
-        return found
-    assert isinstance(parent, yaml.SequenceNode)
-    return None, parent.value[int(step)]
+    row = next((row for n, row in enumerate(parent.value) if _is_at(row, n, step)), None)
+    if row is None or isinstance(row, str):
+        raise KeyError(step)
+    return row if isinstance(row, tuple) else (None, row)
 
 
 def _end(node: yaml.Node) -> int:
@@ -140,72 +212,42 @@ def _line_end(text: str, index: int) -> int:
     return len(text) if end < 0 else end + 1
 
 
-def _replace(text: str, parent: yaml.Node, key: yaml.Node | None, node: yaml.Node, value: Any) -> str:
-    start, end = node.start_mark.index, max(_end(node), node.start_mark.index)
-    if key is None or _is_flow(parent) or (isinstance(node, yaml.ScalarNode) and not isinstance(value, dict | list)):
-        gap = " " if start and text[start - 1] in ":-" else ""
-        is_item = key is None and not _is_flow(parent)
-        return text[:start] + gap + (item_text(value) if is_item else flow_text(value)) + text[end:]
-    head = text.index(":", key.end_mark.index) + 1
-    return text[:head] + _behind_key(value, parent.start_mark.column) + text[max(end, head) :]
+def _exchanged(text: str, node: yaml.Node, new: str) -> str:
+    """The text with another value in the place of one."""
+    start = int(node.start_mark.index)
+    gap = " " if start and text[start - 1] in ":-" else ""
+    return text[:start] + gap + new + text[max(_end(node), start) :]
+
+
+def _added(text: str, parent: yaml.Node, key: str | int, edit: Edit) -> str:
+    """The text with a line or more for a new part of a collection in block form."""
+    column, rows, is_item = parent.start_mark.column, parent.value, edit.kind is EditKind.INSERT
+    at = _line_end(text, _end(parent))
+    if is_item and int(key) < len(rows):
+        at = _line_start(text, rows[int(key)].start_mark.index)
+    line = f"- {item_text(edit.value)}" if is_item else f"{_key_text(str(key))}:{_behind_key(edit.value, column)}"
+    head = text[:at] if not at or text[:at].endswith("\n") else text[:at] + "\n"
+    return f"{head}{' ' * column}{line}\n{text[at:]}"
+
+
+def _without(text: str, parent: yaml.Node, key: str | int) -> str:
+    """The text without a part of a collection in block form."""
+    is_map = isinstance(parent, yaml.MappingNode)
+    rows = [(k, v) for k, v in parent.value] if is_map else [(v, v) for v in parent.value]
+    n = next(n for n, row in enumerate(parent.value) if _is_at(row, n, key))
+    start, end = rows[n][0].start_mark.index, _end(rows[n][1])
+    if is_map and text[_line_start(text, start) : start].strip() and n + 1 < len(rows):  # the first of a list's item
+        return text[:start] + text[rows[n + 1][0].start_mark.index :]
+    return text[: _line_start(text, start)] + text[_line_end(text, end) :]
 
 
 def _behind_key(value: Any, column: int) -> str:
     """A value as it is written behind a key and its colon: in the line where that is short, else in lines below."""
-    line = flow_text(value)
-    is_deep = isinstance(value, dict | list) and any(isinstance(v, dict | list) for v in _items(value))
-    if not isinstance(value, dict | list) or not value or (not is_deep and len(line) + column < WIDE):
+    line, items = flow_text(value), list(value.values()) if isinstance(value, dict) else value
+    if not isinstance(value, dict | list) or not value:
         return f" {line}"
-    return "\n" + block_text(value, column + 2).rstrip("\n")
-
-
-def _items(value: Any) -> list[Any]:
-    return list(value.values()) if isinstance(value, dict) else list(value)
-
-
-def _add(text: str, parent: yaml.Node, key: str, value: Any) -> str:
-    if isinstance(parent, yaml.ScalarNode):  # a key with nothing behind it
-        start = parent.start_mark.index
-        return text[:start] + " " + flow_text({key: value}) + text[parent.end_mark.index :]
-    if _is_flow(parent) or not parent.value:
-        end = parent.end_mark.index - 1
-        comma = ", " if parent.value else ""
-        return f"{text[:end].rstrip()}{comma}{_key_text(key)}: {flow_text(value)}{text[end:]}"
-    column = parent.value[0][0].start_mark.column
-    at = _line_end(text, _end(parent))
-    head = text[:at] if text[:at].endswith("\n") else text[:at] + "\n"
-    return f"{head}{' ' * column}{_key_text(key)}:{_behind_key(value, column)}\n{text[at:]}"
-
-
-def _insert(text: str, parent: yaml.Node, index: int, value: Any) -> str:
-    items = parent.value
-    if _is_flow(parent) or not items:
-        line = flow_text(value)
-        if index < len(items):
-            start = items[index].start_mark.index
-            return f"{text[:start]}{line}, {text[start:]}"
-        end = parent.end_mark.index - 1
-        return f"{text[:end].rstrip()}{', ' if items else ''}{line}{text[end:]}"
-    column = parent.start_mark.column
-    at = _line_start(text, items[index].start_mark.index) if index < len(items) else _line_end(text, _end(items[-1]))
-    head = text[:at] if not at or text[:at].endswith("\n") else text[:at] + "\n"
-    return f"{head}{' ' * column}- {item_text(value)}\n{text[at:]}"
-
-
-def _remove(text: str, parent: yaml.Node, key: str | int) -> str:
-    is_map = isinstance(parent, yaml.MappingNode)
-    rows = [(k, v) for k, v in parent.value] if is_map else [(v, v) for v in parent.value]
-    n = next(i for i, (k, _) in enumerate(rows) if (str(k.value) == str(key) if is_map else i == key))
-    start, end = rows[n][0].start_mark.index, _end(rows[n][1])
-    if len(rows) == 1:
-        return text[: parent.start_mark.index] + ("{}" if is_map else "[]") + text[_end(parent) :]
-    if _is_flow(parent):
-        if n + 1 < len(rows):
-            return text[:start] + text[rows[n + 1][0].start_mark.index :]
-        return text[: _end(rows[n - 1][1])] + text[end:]
-    if is_map and text[_line_start(text, start) : start].strip() and n + 1 < len(rows):  # the first of a list's item
-        return text[:start] + text[rows[n + 1][0].start_mark.index :]
-    return text[: _line_start(text, start)] + text[_line_end(text, end) :]
+    is_deep = any(isinstance(item, dict | list) for item in items)
+    return "\n" + block_text(value, column + 2).rstrip("\n") if is_deep or len(line) + column >= WIDE else f" {line}"
 
 
 def flow_text(value: Any) -> str:
@@ -217,9 +259,7 @@ def flow_text(value: Any) -> str:
     if value is None or isinstance(value, bool):
         return json.dumps(value)
     if isinstance(value, float):
-        return (
-            ".nan" if math.isnan(value) else f"{value:.10g}" if math.isfinite(value) else f"{value}".replace("i", ".i")
-        )
+        return f"{value:.10g}" if math.isfinite(value) else f"{value}".replace("i", ".i").replace("nan", ".nan")
     if isinstance(value, int):
         return str(value)
     text = str(value)
@@ -246,3 +286,21 @@ def block_text(value: Any, column: int = 0) -> str:
     if isinstance(value, list | tuple) and value:
         return "".join(f"{margin}- {item_text(v)}\n" for v in value)
     return f"{margin}{flow_text(value)}\n"
+
+
+def read_plan_text(path: Path) -> str:
+    """The text of a file. Raises RegistryError where it is not UTF-8 or cannot be read."""
+    try:
+        return path.read_text(encoding="utf-8")
+    except (OSError, ValueError) as error:
+        raise RegistryError(path.name, 1, "", "a readable file of YAML in UTF-8", str(error)) from None
+
+
+def write_new(path: Path, text: str) -> None:
+    """Write a file that is not there yet. Raises OutputError where it is."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    try:
+        with path.open("x", encoding="utf-8") as file:
+            file.write(text)
+    except FileExistsError:
+        raise OutputError(str(path), "is there already; name another file") from None

@@ -69,7 +69,7 @@ def check_plan(
     Example:  casa-assets scenes check-plan studio.yaml --fix --out studio_2.yaml
     """
     from casa_assets.pipeline.plans.check import check_plan as check
-    from casa_assets.pipeline.plans.files import read_plan_text, write_new
+    from casa_assets.registry.edit import read_plan_text, write_new
     from casa_assets.registry.kitchens import load_style
 
     if fix != (out is not None):
@@ -127,8 +127,8 @@ def fit(
 
     Example:  casa-assets scenes fit studio.yaml --width 4.2 --depth 3.1 --out small.yaml
     """
-    from casa_assets.pipeline.plans.files import read_plan_text, write_new
     from casa_assets.pipeline.plans.fit import DoesNotFit, fit_plan
+    from casa_assets.registry.edit import read_plan_text, write_new
     from casa_assets.registry.kitchens import load_style
 
     output = Output(json_, quiet, verbose)

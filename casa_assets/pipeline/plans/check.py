@@ -7,40 +7,42 @@ corrections of a round are made in a copy of the text before the next round look
 from __future__ import annotations
 
 import difflib
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
-from casa_assets.errors import CasaError, PlanConflict, RegistryError, UnknownId
-from casa_assets.layouts.order.request import KitchenRequest, request_kitchen
-from casa_assets.layouts.plan.style_models import StyleModels
-from casa_assets.model.kitchen.plan import Plan
+from casa_assets.errors import CasaError, RegistryError
+from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.model.kitchen.style import Style
-from casa_assets.model.registry.document import Document, KeyPath
-from casa_assets.pipeline.plans.clashes import clash_faults
-from casa_assets.pipeline.plans.conflicts import mend_of
-from casa_assets.pipeline.plans.fault import Fault, Mend, added, removed, replaced, value_at
-from casa_assets.pipeline.plans.foresight.faults import foreseen_faults
-from casa_assets.pipeline.plans.names import spelt
-from casa_assets.pipeline.plans.record_faults import record_faults
-from casa_assets.pipeline.plans.references import reference_faults
-from casa_assets.pipeline.plans.sizes import PresetSizes
-from casa_assets.pipeline.plans.walls import wall_faults
-from casa_assets.pipeline.plans.written import row_at
-from casa_assets.registry.edit import Edit, EditKind, block_text, edited, edited_value
+from casa_assets.model.registry.document import Document
+from casa_assets.pipeline.plans.conflicts import resolve
+from casa_assets.pipeline.plans.draft import Draft
+from casa_assets.pipeline.plans.mends import problem_faults
+from casa_assets.pipeline.plans.values import name_faults, record_faults, wall_faults
+from casa_assets.registry.edit import (
+    Edit,
+    EditKind,
+    Fault,
+    Mend,
+    block_text,
+    edited,
+    edited_value,
+    spelt,
+    value_at,
+)
 from casa_assets.registry.kitchens import LIKE, laid_over_like
 from casa_assets.registry.read import parse_document
-from casa_assets.registry.roles import load_roles
 
 MAX_ROUNDS = 60
+# Stages: what is looked at, one after the other. Mends of the last two were tried before they are offered.
+TEXT, VALUES, NAMES, WALLS, CONFLICTS, PROBLEMS, FITS = range(7)
 
 
 @dataclass(frozen=True)
 class ToldFault:
-    """A fault and where it is: of what a mend has added, where that was added.
+    """A fault and where it is: file, or that of the plan which it is like, and line of it, counted from 1.
 
-    Attributes:
-        file: the one that was given, or that of the plan which it is like. line: of it, counted from 1.
-        old: what stands where the edits of its mend are made.
+    Of what a mend has added, where that was added; `old`: what stands where the edits of its mend are made.
     """
 
     fault: Fault
@@ -51,33 +53,20 @@ class ToldFault:
     @property
     def facts(self) -> dict[str, Any]:
         """As JSON has it."""
-        mend = self.fault.mend
-        return {
-            "file": self.file,
-            "line": self.line,
-            "pointer": list(self.fault.pointer),
-            "expected": self.fault.expected,
-            "got": self.fault.got,
-            "mend": None
-            if mend is None
-            else {
-                "sentence": mend.sentence,
-                "edits": [
-                    {"op": e.kind.value, "pointer": list(e.pointer), "old": old, "new": e.value}
-                    for e, old in zip(mend.edits, self.old, strict=True)
-                ],
-            },
-        }
+        fault, mend = self.fault, None
+        if fault.mend is not None:
+            pairs = zip(fault.mend.edits, self.old, strict=True)
+            edits = [{"op": e.kind, "pointer": [*e.pointer], "old": old, "new": e.value} for e, old in pairs]
+            mend = {"sentence": fault.mend.sentence, "edits": edits}
+        told = {"pointer": [*fault.pointer], "expected": fault.expected, "got": fault.got, "mend": mend}
+        return {"file": self.file, "line": self.line, **told}
 
 
 @dataclass(frozen=True)
 class PlanCheck:
-    """What a check found.
+    """What a check found: faults, in the order in which their mends are to be made, and the text with all these made.
 
-    Attributes:
-        faults: in the order in which their mends are to be made.
-        text: of the file with all mends made.
-        kitchen: of that text; None where a fault is left that has no mend.
+    `kitchen`: of that text; None where a fault is left that has no mend.
     """
 
     faults: tuple[ToldFault, ...]
@@ -103,38 +92,50 @@ def check_plan(text: str, file: str, style: Style, fixed_walls: bool = False) ->
         style: that it is tried with. fixed_walls: where doors clash or an aisle is narrow, the room is not made larger.
     """
     told: list[ToldFault] = []
-    seen, now = {text}, text
-    for _ in range(MAX_ROUNDS):
-        faults, kitchen = find_faults(now, file, style, fixed_walls)
-        if not faults:
-            return PlanCheck(tuple(told), now, kitchen)
-        after, made = _mended(now, file, faults)
-        told += [_told(fault, text, now, file) for fault in made]
-        if after == now or after in seen:
-            told += [_told(fault, text, now, file) for fault in faults if fault not in made]
+    now, seen = text, {text}
+    stage, faults, kitchen = find_faults(now, file, style, fixed_walls)
+    while faults:
+        # All mends at once, or the first one that leaves fewer faults.
+        for batch in (faults, *([fault] for fault in faults)):
+            after, made = _mended(now, file, batch)
+            if after in seen or len(seen) > MAX_ROUNDS:
+                continue
+            left = find_faults(after, file, style, fixed_walls)
+            if stage >= CONFLICTS or left[0] > stage or (left[0] == stage and len(left[1]) < len(faults)):
+                break
+        else:
+            told += [_told(replace(fault, mend=None), text, now, file) for fault in faults]
             return PlanCheck(tuple(told), now, None)
+        told += [_told(fault, text, now, file) for fault in made]
         seen.add(after)
-        now = after
-    return PlanCheck(tuple(told), now, None)
+        now, (stage, faults, kitchen) = after, left
+    return PlanCheck(tuple(told), now, kitchen)
 
 
 def find_faults(
     text: str, file: str, style: Style, fixed_walls: bool = False
-) -> tuple[list[Fault], KitchenRequest | None]:
-    """The faults of the first kind that has any, and the kitchen of a text that has none."""
+) -> tuple[int, list[Fault], KitchenRequest | None]:
+    """The first stage that has faults, these, and the kitchen of a text that has none."""
     try:
         document, wrong = plan_document(text, file)
     except RegistryError as error:
-        return [Fault((), error.expected, error.got, None, error.line)], None
+        return TEXT, [Fault((), error.expected, error.got, None, error.line)], None
     if wrong is not None:
-        return [wrong], None
+        return TEXT, [wrong], None
     raw, stem = document.value, plan_id(file)
     if found := record_faults(raw, stem):
-        return found, None
-    plan = Plan.model_validate({**raw, "id": stem})
-    if found := reference_faults(raw, plan, style) or wall_faults(raw, plan, plan.defaults):
-        return found, None
-    return _fitted(raw, plan, style, fixed_walls)
+        return VALUES, found, None
+    draft = Draft.of(raw, stem, style)
+    if found := name_faults(draft):
+        return NAMES, found, None
+    if found := wall_faults(draft):
+        return WALLS, found, None
+    _, conflict = resolve(draft)
+    if conflict is not None:
+        return CONFLICTS, [conflict], None
+    if found := problem_faults(draft, fixed_walls):
+        return PROBLEMS, found, None
+    return FITS, [], draft.kitchen
 
 
 def plan_id(file: str) -> str:
@@ -151,74 +152,30 @@ def plan_document(text: str, file: str) -> tuple[Document, Fault | None]:
     try:
         return laid_over_like(document, plan_id(file)), None
     except CasaError as error:
-        names = getattr(error, "expected", str(error))
-        near = names.split("'")[1] if names.startswith("'") else None
-        if near:
-            mend = Mend(f"Write `{LIKE}: {near}`.", (replaced((LIKE,), near),))
+        names, mend = getattr(error, "expected", str(error)), None
+        if names.startswith("'"):
+            near = names.split("'")[1]
+            mend = Mend(f"Write `{LIKE}: {near}`.", (Edit.put((LIKE,), near),))
         elif "walls" in document.value:
-            mend = Mend(f"Take out '{LIKE}'.", (removed((LIKE,)),))
-        else:
-            return document, Fault((LIKE,), names, repr(document.value[LIKE]), None)
+            mend = Mend(f"Take out '{LIKE}'.", (Edit.remove((LIKE,)),))
         return document, Fault((LIKE,), names, repr(document.value[LIKE]), mend)
 
 
-def _fitted(raw: Any, plan: Plan, style: Style, fixed_walls: bool) -> tuple[list[Fault], KitchenRequest | None]:
-    sizes = PresetSizes()
-    models = StyleModels(style, sizes, load_roles(), plan.height)
-    try:
-        kitchen = request_kitchen(plan, style, sizes, roles=load_roles())
-    except PlanConflict as error:
-        return [
-            Fault(
-                _pointer(raw, error.pointer),
-                error.expected,
-                error.got,
-                mend_of(error, raw, plan, models, plan.defaults),
-            )
-        ], None
-    except UnknownId as error:
-        return [Fault((), "models that the style has", str(error), None)], None
-    return clash_faults(raw, kitchen) or foreseen_faults(raw, kitchen, fixed_walls), kitchen
-
-
-def _pointer(raw: Any, pointer: KeyPath) -> KeyPath:
-    """A pointer of a conflict, which names rows and units by their ids, as the file has them."""
-    if len(pointer) < 2 or not isinstance(pointer[1], str):
-        return pointer
-    at = (*row_at(raw, str(pointer[0]), pointer[1]), *pointer[2:])
-    while at and value_at(raw, at) is None:
-        at = at[:-1]
-    return at
-
-
-def _mended(text: str, file: str, faults: list[Fault]) -> tuple[str, list[Fault]]:
+def _mended(text: str, file: str, faults: Sequence[Fault]) -> tuple[str, list[Fault]]:
     """The text after the mends of faults, and those whose mend was made: one waits where another changed its place."""
     made: list[Fault] = []
-    touched: list[tuple[KeyPath, bool]] = []
-    for fault in faults:
-        mend = fault.mend
-        if mend is None:
+    first = now = plan_document(text, file)[0].value if any(fault.mend for fault in faults) else None
+    for fault in (fault for fault in faults if fault.mend):
+        edits = fault.mend.edits if fault.mend else ()
+        # What is before an item of a list decides its number.
+        places = [e.pointer[:-1] if e.pointer and isinstance(e.pointer[-1], int) else e.pointer for e in edits]
+        if any(value_at(now, at) != value_at(first, at) for at in places):
             continue
-        if any(_waits(edit.pointer, touched) for edit in mend.edits):
-            continue
-        after = text
-        for edit in mend.edits:
-            after = edited_text(after, file, edit)
-        if after != text:
-            text = after
-            made.append(fault)
-            touched += [(e.pointer, e.kind in (EditKind.REMOVE, EditKind.INSERT, EditKind.RENAME)) for e in mend.edits]
+        for edit in edits:
+            text = edited_text(text, file, edit)
+        now = plan_document(text, file)[0].value
+        made += [fault] if edits else []
     return text, made
-
-
-def _waits(pointer: KeyPath, touched: list[tuple[KeyPath, bool]]) -> bool:
-    """True if an edit that was made may have changed what a pointer leads to."""
-    for at, moves in touched:
-        if pointer[: len(at)] == at or at[: len(pointer)] == pointer:
-            return True
-        if moves and isinstance(at[-1], int) and pointer[: len(at) - 1] == at[:-1]:
-            return True
-    return False
 
 
 def edited_text(text: str, file: str, edit: Edit) -> str:
@@ -233,10 +190,10 @@ def edited_text(text: str, file: str, edit: Edit) -> str:
     if wrong is not None:
         return edited(text, edit)
     whole, top = edited_value(document.value, edit), edit.pointer[0]
-    is_own = edit.kind in (EditKind.ADD, EditKind.INSERT) or value_at(own, edit.pointer) is not None
+    is_own = edit.kind is EditKind.INSERT or value_at(own, edit.pointer[:-1]) is not None
     steps = [edit] if is_own else []
     if isinstance(top, str) and top in whole:
-        steps.append(replaced((top,), whole[top]) if top in own else added((top,), whole[top]))
+        steps.append(Edit.put((top,), whole[top]))
     for step in steps:
         try:
             after = edited(text, step)
@@ -249,8 +206,8 @@ def edited_text(text: str, file: str, edit: Edit) -> str:
 
 def _told(fault: Fault, first: str, now: str, file: str) -> ToldFault:
     """A fault with its line in the text that was given, which earlier mends have changed."""
-    line = fault.line
-    old: tuple[Any, ...] = ()
+    edits, line = fault.mend.edits if fault.mend else (), fault.line
+    old: tuple[Any, ...] = (None,) * len(edits)
     try:
         document, _ = plan_document(now, file)
     except CasaError:
@@ -260,18 +217,12 @@ def _told(fault: Fault, first: str, now: str, file: str) -> ToldFault:
         while at and at not in document.lines:
             at = at[:-1]
         line = line or document.lines.get(at, 1)
-        old = tuple(value_at(document.value, e.pointer) for e in fault.mend.edits) if fault.mend else ()
+        old = tuple(value_at(document.value, e.pointer) for e in edits)
         if document.files.get(at, file) != file:
             return ToldFault(fault, document.files[at], line, old)
-    if fault.mend and len(old) != len(fault.mend.edits):
-        old = (None,) * len(fault.mend.edits)
-    line = line if first == now else _first_line(first, now, line)
-    return ToldFault(fault, file, min(line, max(len(first.splitlines()), 1)), old)
-
-
-def _first_line(first: str, now: str, line: int) -> int:
     matcher = difflib.SequenceMatcher(None, now.splitlines(), first.splitlines(), autojunk=False)
-    for op, a0, a1, b0, b1 in matcher.get_opcodes():
+    for _, a0, a1, b0, b1 in matcher.get_opcodes():
         if a0 <= line - 1 < a1:
-            return (b0 + line - 1 - a0 if op == "equal" else min(b0 + (line - 1 - a0), max(b1 - 1, b0))) + 1
-    return max(1, min(line, len(first.splitlines())))
+            line = min(b0 + line - 1 - a0, max(b1 - 1, b0)) + 1
+            break
+    return ToldFault(fault, file, max(1, min(line, len(first.splitlines()))), old)

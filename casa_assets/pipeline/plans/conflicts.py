@@ -1,422 +1,356 @@
-"""Mends of what keeps a plan from being made into a kitchen: rows too long or too short, things beyond a wall."""
+"""What keeps a plan from being made into a kitchen, with mends that were tried: rows too long, things beyond a wall.
+
+Rows are made to fit in the order in which a kitchen designer would give things up. A mend counts where the layout gets
+beyond its conflict, and to a kitchen with the mends of what comes next.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from casa_assets.errors import PlanConflict
-from casa_assets.layouts.order.furnish import SEAT_SPACING_M
+from pydantic import ValidationError
+
+from casa_assets.errors import CasaError, PlanConflict, UnknownId
+from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.layouts.plan import standard_sizes
-from casa_assets.layouts.plan.place import place_runs
-from casa_assets.layouts.plan.room import Room, build_room
+from casa_assets.layouts.plan.room import build_room
 from casa_assets.layouts.plan.rows import WidthRange, share_widths
 from casa_assets.layouts.plan.runs import RunLine, UnitSlot, base_slots, room_at_walls
 from casa_assets.layouts.plan.style_models import StyleModels
 from casa_assets.model.kitchen.floor import RunEnd
 from casa_assets.model.kitchen.furnishing import MOST_SEATS
-from casa_assets.model.kitchen.plan import WINDOW_SILL_M, OpeningKind, Plan, PlanOpening, Run
-from casa_assets.model.kitchen.units import BaseKind, UpperUnit
+from casa_assets.model.kitchen.plan import OpeningKind, Plan, Run
+from casa_assets.model.kitchen.units import BaseKind, BaseUnit, UpperKind, UpperUnit
 from casa_assets.model.registry.document import KeyPath
-from casa_assets.pipeline.plans.fault import Mend, added, removed, replaced
-from casa_assets.pipeline.plans.rows import LEAST_ADDED, RowChange, shrunk, widened
-from casa_assets.pipeline.plans.written import inserted, key_edit, row_at, unit_at, unit_edit, without_key
-from casa_assets.registry.edit import Edit, flow_text
+from casa_assets.pipeline.plans.draft import Draft
+from casa_assets.pipeline.plans.values import name_faults
+from casa_assets.registry.edit import Edit, Fault, Mend, flow_text
 
-LEAST_HOOD_M = 0.6  # width
+# What is raised where edits make no plan, since what they name is no longer there.
+NO_PLAN = (ValidationError, CasaError, KeyError, IndexError, TypeError)
+MOST_CONFLICTS = 12  # one after the other, on the way to a kitchen
+# Least widths, metres, that a unit may be narrowed to; what is not here has the width of its appliance.
+LEAST = {
+    "gap": 0.05, "filler": 0.03, "shelf": 0.25, "boards": 0.3, "glass": 0.3, "doors": 0.3, "drawers": 0.3,
+    "pantry": 0.3, "island": 0.8,
+}  # fmt: skip
+# What is taken out first; of units of one kind the last in the row. Sinks, cookers and refrigerators stay, and so does
+# the hood over a cooker.
+GIVEN_UP = (
+    "filler", "gap", "panel", "shelf", "boards", "glass", "doors", "microwave", "pantry", "drawers", "oven",
+    "dishwasher",
+)  # fmt: skip
+# Units that may be made wider where a row is too short, and how wide; widths of one that is added.
+WIDENED = {"doors": 1.1, "drawers": 1.1, "pantry": 0.9, "shelf": 0.9, "glass": 0.9}
+LEAST_ADDED, MOST_ADDED = 0.3, 0.9
+WORKTOPS = (BaseKind.DOORS, BaseKind.DRAWERS, BaseKind.DISHWASHER)
+HOOD_WIDTHS_M = (0.9, 0.76, 0.6)  # usual ones
+LEAST_UPPER_M = 0.25
 # What has to remain of a wall beside an opening; the sill of a window reaches beyond its casing.
-FROM_END_M, WINDOW_FROM_END_M = 0.05, 0.13
-BELOW_CEILING_M = 0.1
-KNEE_MOST_M, PITCH_MOST_DEG = 3.0, 70.0  # bounds of a slope
+FROM_END_M, WINDOW_FROM_END_M, BELOW_CEILING_M = 0.05, 0.13, 0.1
+
+Units = Sequence[BaseUnit | UpperUnit]
+Changes = Mapping[int, tuple[float, float] | None]  # number of a unit: its least and greatest width; None: it goes
 
 
-def mend_of(
-    conflict: PlanConflict, raw: Any, plan: Plan, models: StyleModels, lengths: Mapping[str, float]
-) -> Mend | None:
-    """The nearest mend of a conflict; None where there is none."""
-    at = conflict.pointer
-    if at[:1] == ("openings",) and len(at) == 2:
-        return _opening(raw, plan, str(at[1]), models, lengths)
-    if at == ("height",) and conflict.wanted_m is not None:
-        height = conflict.wanted_m
-        return Mend(f"Write `height: {height:g}`.", (key_edit(raw, (), "height", height),))
-    if at[0] == "seats" and len(at) == 2:
-        return _joined_seats(plan, int(at[1]))
-    if at == ("seats",):
-        return _seats(raw, plan, lengths, models)
-    if at[-1:] == ("model",):
-        return _without_model(raw, at, models)
-    if at[:1] == ("columns",) and len(at) > 1:
-        column = row_at(raw, "columns", str(at[1]))
-        return Mend(f"Take out the column {at[1]}: it stands in the way.", (removed(column),))
-    if at[:1] == ("slopes",) and len(at) > 1:
-        return _slope(plan, int(at[1]), conflict)
-    if at[:1] == ("lamps",) and len(at) == 2:
-        return Mend("Take out these lamps.", (removed(at),))
-    if at[:1] == ("corners",) and at[2:] == ("runs",):
-        return _turned_corner(plan, int(at[1]))
-    if at[:1] == ("corners",) and len(at) == 2:
-        return Mend("Take out this corner: the two runs stand at walls that meet aslant.", (removed(at),))
-    if at[:1] == ("runs",) and len(at) > 1:
-        run = next(r for r in plan.runs if r.id == at[1])
-        if at[2:3] == ("base",) and len(at) == 3:
-            return _base(raw, plan, run, models, lengths)
-        if at[2:3] == ("upper",):
-            return _upper(raw, plan, run, at[3:], models, lengths)
-        return _place(raw, run, at[2:])
-    return None
+def resolve(draft: Draft) -> tuple[Draft | None, Fault | None]:
+    """A plan that makes a kitchen, and the first conflict of the one that was given.
+
+    It is the given one, or what the mends of its conflicts make of it, one after the other; where they lead to no
+    kitchen, it is None, and the conflict has no mend.
+    """
+    first: Fault | None = None
+    for _ in range(MOST_CONFLICTS):
+        conflict = outcome_of(draft)
+        if isinstance(conflict, KitchenRequest):
+            return draft, first
+        if isinstance(conflict, UnknownId):
+            return None, Fault((), "models that the style has", str(conflict))
+        mend, after = next(_tried(draft, conflict), (None, None))
+        first = first or Fault(_written(draft, conflict.pointer), conflict.expected, conflict.got, mend)
+        if after is None:
+            break
+        draft = after
+    return None, None if first is None else Fault(first.pointer, first.expected, first.got)
 
 
-def _without_model(raw: Any, at: KeyPath, models: StyleModels) -> Mend:
-    """Take out a model that does not suit: the style's stands there then, or nothing where it has none of that name."""
-    if at[0] == "runs":
-        unit = unit_at(raw, str(at[1]), str(at[2]), int(at[3]))
-        return Mend("Take out 'model': the style's stands there.", (without_key(raw, unit, "model"),))
-    row = row_at(raw, str(at[0]), str(at[1]))
-    if models.has(str(at[1])):
-        return Mend("Take out 'model': the style's stands there.", (removed((*row, "model")),))
-    return Mend(f"Take out {str(at[1])!r}.", (removed(row),))
+def outcome_of(draft: Draft) -> KitchenRequest | PlanConflict | UnknownId:
+    """The kitchen of a plan, or what keeps it from being one."""
+    try:
+        return draft.kitchen
+    except (PlanConflict, UnknownId) as error:
+        return error
 
 
-def _slope(plan: Plan, k: int, conflict: PlanConflict) -> Mend:
-    """A slope that is too low over something begins higher, one that reaches too far is steeper; else it goes."""
-    slope, at, wanted = plan.slopes[k], conflict.pointer, conflict.wanted_m
-    if at[2:] == () and wanted is not None:
+def named(draft: Draft) -> Draft:
+    """A plan with mends of names that are no longer there, such as that of a unit which was taken out."""
+    for _ in range(MOST_CONFLICTS):
+        mend = next((fault.mend for fault in name_faults(draft) if fault.mend), None)
+        if mend is None:
+            break
+        draft = draft.after(mend.edits)
+    return draft
+
+
+def _tried(draft: Draft, conflict: PlanConflict) -> Iterator[tuple[Mend, Draft]]:
+    """Mends that lead beyond a conflict, each with the plan after it."""
+    for mend in _mends(draft, conflict):
+        try:
+            after = named(draft.after(mend.edits))
+            left = outcome_of(after)
+        except NO_PLAN:
+            continue
+        if not isinstance(left, PlanConflict) or (left.pointer, left.expected) != (conflict.pointer, conflict.expected):
+            yield mend, after
+
+
+def _written(draft: Draft, pointer: KeyPath) -> KeyPath:
+    """A pointer of a conflict, which names rows and units by their ids, as the file has them."""
+    if len(pointer) < 2 or not isinstance(pointer[1], str):
+        return pointer
+    at = (*draft.row(str(pointer[0]), pointer[1]), *pointer[2:])
+    while at and draft.at(at) is None:
+        at = at[:-1]
+    return at
+
+
+def _mends(draft: Draft, conflict: PlanConflict) -> Iterator[Mend]:
+    """Mends that may help with a conflict, the smallest change first."""
+    at, wanted, plan = conflict.pointer, conflict.wanted_m, draft.plan
+    table, name = str(at[0]), str(at[1]) if len(at) > 1 else ""
+    if at == ("height",) and wanted is not None:
+        yield Mend(f"Write `height: {wanted:g}`.", (Edit.put(at, wanted),))
+    elif at[-1:] == ("model",):
+        row, said = _written(draft, at[:-1]), "Take out 'model': the style's stands there, if it has one."
+        yield Mend(said, (draft.without(row, "model") if table == "runs" else Edit.remove((*row, "model")),))
+    elif table == "seats":
+        yield from _of_seats(plan, at)
+    elif table == "openings":
+        yield from _of_opening(draft, name)
+    elif table == "slopes" and len(at) == 2 and wanted is not None:  # too low over something
         knee = math.ceil(100 * wanted + 0.5) / 100
-        if knee <= min(KNEE_MOST_M, plan.height - BELOW_CEILING_M):
-            return Mend(f"Write `knee: {knee:g}`.", (added_or_replaced(plan, k, "knee", knee),))
-    elif at[2:] == ("pitch_deg",) and wanted is not None:
-        pitch = math.ceil(math.degrees(math.atan2(plan.height - slope.knee, max(wanted, 1e-6))) * 10) / 10
-        if wanted > 0.0 and pitch <= PITCH_MOST_DEG:
-            return Mend(f"Write `pitch_deg: {pitch:g}`.", (added_or_replaced(plan, k, "pitch_deg", pitch),))
-    elif at[2:] == ("knee",):
-        knee = round(plan.height - 2 * BELOW_CEILING_M, 2)
-        return Mend(f"Write `knee: {knee:g}`.", (added_or_replaced(plan, k, "knee", knee),))
-    return Mend("Take out this slope.", (removed(("slopes", k)),))
+        yield Mend(f"Write `knee: {knee:g}`.", (Edit.put((*at, "knee"), knee),))
+    elif table == "corners" and at[2:] == ("runs",):
+        runs = list(plan.corners[int(name)].runs)[::-1]
+        yield Mend(f"Write `runs: {flow_text(runs)}`.", (Edit.put(at, runs),))
+    elif table == "runs" and name:
+        run = next(r for r in plan.runs if r.id == name)
+        if at[2:] == ("base",):
+            yield from _of_base(draft, run)
+        elif at[2:3] == ("upper",):
+            yield from _of_upper(draft, run) if len(at) == 3 else _of_fixed(draft, run, str(at[3]))
+        else:
+            keys = ("length",) if at[2:] == ("length",) else ("start", "end")
+            edits = tuple(Edit.remove((*draft.row("runs", name), key)) for key in keys if getattr(run, key))
+            yield Mend(f"Take out {' and '.join(map(repr, keys))} of {name}.", edits)
+    if name and table not in ("runs", "walls"):
+        yield Mend(f"Take out {name} of {table}.", (Edit.remove(_written(draft, at[:2])),))
 
 
-def added_or_replaced(plan: Plan, k: int, key: str, value: float) -> Edit:
-    """The edit that sets a number of a slope, which may be the usual one that the file does not state."""
-    at = ("slopes", k, key)
-    return replaced(at, value) if key in plan.slopes[k].model_fields_set else added(at, value)
+def _of_seats(plan: Plan, at: KeyPath) -> Iterator[Mend]:
+    """Of too many seats the most stay that have room; two rows at a run are one."""
+    if len(at) == 2:
+        second = plan.seats[int(at[1])]
+        k, first = next((k, row) for k, row in enumerate(plan.seats) if row.run == second.run)
+        count = min(first.count + second.count, MOST_SEATS)
+        said = f"Write `count: {count}` for {first.run}, and take out the second row."
+        yield Mend(said, (Edit.put(("seats", k, "count"), count), Edit.remove(at)))
+    for k, seats in enumerate(plan.seats):
+        for count in range(seats.count - 1, 0, -1):
+            yield Mend(f"Write `count: {count}`.", (Edit.put(("seats", k, "count"), count),))
+        yield Mend(f"Take out the seats at {seats.run}.", (Edit.remove(("seats", k)),))
 
 
-def _lines(plan: Plan, lengths: Mapping[str, float], models: StyleModels) -> dict[str, RunLine]:
-    """All runs in the room, whether or not their units fit: islands before the middle of a run, not before a unit."""
-    runs = [
-        run.replace(faces=run.faces.replace(in_front_of=None)) if run.faces and run.faces.in_front_of else run
-        for run in plan.runs
-    ]
-    return place_runs(plan.replace(runs=tuple(runs)), build_room(plan, lengths), lengths, models)
+def _of_opening(draft: Draft, name: str) -> Iterator[Mend]:
+    """An opening that reaches beyond its wall: lower, narrower and moved, as far as is needed, else taken out."""
+    plan, opening = draft.plan, next(o for o in draft.plan.openings if o.id == name)
+    room, at = build_room(plan, plan.defaults), draft.row("openings", name)
+    wall = next((w for w in room.walls if w.id == opening.wall), room.walls[0])
+    is_window, new = opening.kind is OpeningKind.WINDOW, dict[str, Any]()
+    top = round(room.height_of(wall) - BELOW_CEILING_M, 3)
+    if opening.bottom + opening.height > top + 1e-4:
+        new["sill"] = min(opening.sill, max(round(top - opening.height, 3), 0.9)) if is_window else opening.sill
+        new["height"] = round(min(opening.height, top - (new["sill"] if is_window else 0.0)), 3)
+    from_end = WINDOW_FROM_END_M if is_window else FROM_END_M
+    width = new["width"] = min(opening.width, round(wall.length - 2 * from_end, 3))
+    if opening.at is not None:
+        middle = plan.length(opening.at, plan.defaults)
+        fits = round(min(max(middle, from_end + width / 2), wall.length - from_end - width / 2), 3)
+        new["at"] = opening.at if fits == middle else fits
+    new = {key: value for key, value in new.items() if value != getattr(opening, key)}
+    others = [new] if new else []
+    if opening.over is not None:
+        run = next((r for r in plan.runs if any(u.id == opening.over for u in (*r.base, *r.upper))), None)
+        others += [{**new, "wall": run.on}] if run is not None and run.on not in (None, opening.wall) else []
+        others += [{**new, "width": w} for w in (0.9, 0.76, 0.6, 0.4) if w < width]
+    for keys in others:
+        said = ", ".join(f"{key}: {flow_text(value)}" for key, value in keys.items())
+        yield Mend(f"Write `{said}`.", tuple(Edit.put((*at, key), value) for key, value in keys.items()))
 
 
-def row_edits(raw: Any, run: str, row: str, changes: Sequence[RowChange]) -> tuple[Edit, ...]:
-    """The edits of changes of a row: widths first, then what is taken out, from the right."""
-    widths = [unit_edit(raw, unit_at(raw, run, row, c.index), "width", list(c.width)) for c in changes if c.width]
-    out = [removed(unit_at(raw, run, row, c.index)) for c in sorted(changes, key=lambda c: -c.index) if c.width is None]
-    return (*widths, *out)
-
-
-def said_of(units: Sequence[Any], changes: Sequence[RowChange]) -> str:
-    """Changes as words."""
-    out = [units[c.index].id for c in changes if c.width is None]
-    narrow = [f"{units[c.index].id} {flow_text(list(c.width))}" for c in changes if c.width]
-    parts = [f"take out {', '.join(out)}" if out else "", f"write {', '.join(narrow)}" if narrow else ""]
-    text = " and ".join(part for part in parts if part)
-    return text[:1].upper() + text[1:] + "."
-
-
-def _base(raw: Any, plan: Plan, run: Run, models: StyleModels, lengths: Mapping[str, float]) -> Mend | None:
-    line = _lines(plan, lengths, models)[run.id]
-    spans = [standard_sizes.base_span(u, models) for u in run.base]
+def _of_base(draft: Draft, run: Run) -> Iterator[Mend]:
+    """A row that is too long for its place, or too short."""
+    line, units = draft.lines()[run.id], run.base
+    spans = [standard_sizes.base_span(u, draft.models) for u in units]
     available = round(line.length - line.left.base_length - line.right.base_length - room_at_walls(line), 4)
     if share_widths(spans, available) is None:
         # What opens away from a corner stays, so that what comes next does not run into the other row.
-        ends = ((line.left, 0), (line.right, len(run.base) - 1))
-        kept = [k for end, k in ends if end.kind is RunEnd.CORNER and run.base[k].kind is BaseKind.DOORS]
-        changes = shrunk(run.base, spans, available, kept=kept) or shrunk(run.base, spans, available)
-        if changes is None:
-            return _longer(raw, plan, run, sum(s.minimum for s in spans) - available, lengths)
-        return Mend(said_of(run.base, changes), row_edits(raw, run.id, "base", changes))
-    rest = round(available - sum(s.maximum for s in spans), 3)
-    return _filled(raw, run, spans, rest)
-
-
-def _filled(raw: Any, run: Run, spans: list[WidthRange], rest: float) -> Mend:
-    """Widen units, then add cabinets, until a row fills its wall."""
-    changes, left = widened(run.base, spans, rest)
-    edits = list(row_edits(raw, run.id, "base", changes))
-    said = [said_of(run.base, changes)] if changes else []
-    tail = len(run.base)
-    while tail and run.base[tail - 1].kind in (BaseKind.FILLER, BaseKind.PANEL, BaseKind.FRIDGE):
-        tail -= 1
-    at = (*row_at(raw, "runs", run.id), "base", tail)
-    count = -(-int(left * 1000) // 900) if left > 0.24 else 0
+        ends = ((line.left, 0), (line.right, len(units) - 1))
+        kept = [k for end, k in ends if end.kind is RunEnd.CORNER and units[k].kind is BaseKind.DOORS]
+        for changes in (shrunk(units, spans, available, kept=kept), shrunk(units, spans, available)):
+            if changes:
+                yield _changed(draft, run.id, "base", units, changes)
+        # Where nothing can be given up: all of the wall, or a longer wall.
+        for key in (key for key in ("length", "end", "start") if getattr(run, key)):
+            yield Mend(f"Take out {key!r} of {run.id}.", (Edit.remove((*draft.row("runs", run.id), key)),))
+        yield from longer_walls(draft, line, sum(s.minimum for s in spans) - available, along=True)
+        return
+    changes, left = widened(units, spans, round(available - sum(s.maximum for s in spans), 3))
+    mend = _changed(draft, run.id, "base", units, changes)
+    edits, said = [*mend.edits], [mend.sentence] if changes else []
+    tail = next((k + 1 for k in reversed(range(len(units))) if str(units[k].kind) in WIDENED), len(units))
+    count = math.ceil(left / MOST_ADDED - 1e-3) if left > 0.24 else 0
     for _ in range(count):
         width = [LEAST_ADDED, round(max(left / count, LEAST_ADDED), 3)]
-        edits.append(inserted(at, {"doors": width}) if run.base else key_edit(raw, at[:-2], "base", [{"doors": width}]))
+        edits.append(Edit.insert(draft.unit(run.id, "base", tail), {"doors": width}))
         said.append(f"Add `- doors: {flow_text(width)}`.")
-    return Mend(" ".join(said), tuple(edits))
+    yield Mend(" ".join(said), tuple(edits))
 
 
-def _longer(raw: Any, plan: Plan, run: Run, more: float, lengths: Mapping[str, float]) -> Mend | None:
-    """Where nothing can be given up: all of the wall, or a longer wall."""
-    at = row_at(raw, "runs", run.id)
-    for key, none in (("length", None), ("end", 0.0), ("start", 0.0)):
-        if getattr(run, key) not in (none, 0.0):
-            return Mend(f"Take out '{key}' of {run.id}.", (removed((*at, key)),))
-    wall = next((w for w in plan.walls if w.id == run.on), None)
-    if wall is None:
-        return None
-    own = [w for w in plan.walls if w.length == wall.length] if isinstance(wall.length, str) else []
-    if own and isinstance(wall.length, str) and wall.length in plan.parameters:
-        parameter = plan.parameters[wall.length]
-        low = round(parameter.default + more + 0.005, 2)
-        value = [low, low, max(low, parameter.high)]
-        return Mend(f"Write {wall.length}: {flow_text(value)}.", (replaced(("parameters", wall.length), value),))
-    now = next(w for w in build_room(plan, lengths).walls if w.id == wall.id).length
-    length = round(now + more + 0.005, 2)
-    return Mend(
-        f"Write `length: {length:g}` for {wall.id}.", (key_edit(raw, row_at(raw, "walls", wall.id), "length", length),)
-    )
+def longer_walls(draft: Draft, line: RunLine, more: float, along: bool) -> Iterator[Mend]:
+    """Walls along or across a row made longer by some metres, where they are numbers or one parameter."""
+    plan, room = draft.plan, build_room(draft.plan, draft.plan.defaults)
+    turns = {w.id: (w.frame.quarter_turns - line.frame.quarter_turns) % 2 for w in room.walls}
+    walls = [w for w in plan.walls if turns[w.id] != along and w.length is not None]
+    lengths = {w.length for w in walls}
+    name = (walls[0].length if walls else None) or 0.0
+    value = round(plan.length(name, plan.defaults) + more + 0.005, 2)
+    if len(lengths) == 1 and isinstance(name, str):
+        three = [value, value, round(max(value, plan.parameters[name].high + more), 2)]
+        yield Mend(f"Write {name}: {flow_text(three)}.", (Edit.put(("parameters", name), three),))
+    elif len(lengths) == 1:
+        edits = tuple(Edit.put((*draft.row("walls", w.id), "length"), value) for w in walls)
+        yield Mend(f"Write `length: {value:g}` for {' and '.join(w.id for w in walls)}.", edits)
 
 
-def _upper(
-    raw: Any, plan: Plan, run: Run, rest: tuple[str | int, ...], models: StyleModels, lengths: Mapping[str, float]
-) -> Mend | None:
-    line = _lines(plan, lengths, models)[run.id]
-    below = {s.name: s for s in base_slots(plan, line, models)}
-    ordered = _in_order(run, below)
-    at = (*row_at(raw, "runs", run.id), "upper")
-    if ordered is not None:
-        units = _raw_units(raw, run)
-        made = [units[k] for k in ordered]
-        return Mend("Write wall units in the order of what is below them.", (replaced(at, made),))
-    if rest:
-        k = next(k for k, u in enumerate(run.upper) if u.id == rest[0])
-        return _fixed_unit(raw, run, k, line, below, models)
-    # The groups between two fixed units, as `upper_slots` has them.
-    here, end = line.left.upper_length, round(line.length - line.right.upper_length, 4)
-    group: list[int] = []
+def _changed(draft: Draft, run: str, row: str, units: Units, changes: Changes) -> Mend:
+    """The mend of changes of a row: widths first, then what is taken out, from the right."""
+    out = [k for k in sorted(changes, reverse=True) if changes[k] is None]
+    widths = {k: list(width) for k, width in changes.items() if width}
+    narrow = ", ".join(f"{units[k].id} {flow_text(width)}" for k, width in widths.items())
+    taken = ", ".join(units[k].id for k in out[::-1])
+    parts = [f"take out {taken}" if taken else "", f"write {narrow}" if narrow else ""]
+    said = " and ".join(part for part in parts if part)
+    edits = [draft.in_unit(draft.unit(run, row, k), "width", width) for k, width in widths.items()]
+    return Mend(f"{said[:1].upper()}{said[1:]}.", (*edits, *(Edit.remove(draft.unit(run, row, k)) for k in out)))
+
+
+def shrunk(
+    units: Units, spans: Sequence[WidthRange], available: float, keep_last: int = 1, kept: Sequence[int] = ()
+) -> Changes | None:
+    """Changes after which the least widths of units take no more than what is available; None where nothing does it.
+
+    Units are narrowed first. Then they are taken out, those that matter least first.
+
+    Args:
+        keep_last: how many units have to remain. kept: units that are not taken out.
+    """
+    floors = [min(s.minimum, LEAST.get(str(u.kind), s.minimum)) for u, s in zip(units, spans, strict=True)]
+    stay = list(range(len(units)))
+    for kind in ("", *GIVEN_UP):
+        while True:
+            if round(sum(floors[k] for k in stay), 4) <= available:
+                return _narrowed(units, spans, floors, stay, available)
+            left = [k for k in stay if k not in kept and str(units[k].kind) == kind]
+            # The last worktop of a row stays, to set things down on.
+            tops = [k for k in stay if isinstance(units[k], BaseUnit) and units[k].kind in WORKTOPS]
+            if not left or len(stay) <= keep_last or (tops == left and kind != BaseKind.DISHWASHER):
+                break
+            stay.remove(left[-1])
+    return None
+
+
+def _narrowed(
+    units: Units, spans: Sequence[WidthRange], floors: Sequence[float], stay: Sequence[int], available: float
+) -> Changes:
+    changes: dict[int, tuple[float, float] | None] = {k: None for k in range(len(units)) if k not in stay}
+    excess = round(sum(spans[k].minimum for k in stay) - available, 4)
+    for kind in ("gap", *GIVEN_UP, "island"):
+        for k in (k for k in stay if str(units[k].kind) == kind and k not in changes):
+            if (less := min(round(spans[k].minimum - floors[k], 4), excess)) > 0.0:
+                excess = round(excess - less, 4)
+                low = max(round(spans[k].minimum - less - 0.0004, 3), floors[k])
+                changes[k] = (low, max(low, spans[k].maximum))
+    return changes
+
+
+def widened(units: Units, spans: Sequence[WidthRange], rest: float) -> tuple[Changes, float]:
+    """Changes that take up what is left of a row, and what they leave, metres."""
+    changes: dict[int, tuple[float, float] | None] = {}
+    flexible = [k for k, u in enumerate(units) if WIDENED.get(str(u.kind), 0.0) > spans[k].maximum]
+    for n, k in enumerate(flexible):
+        more = min(WIDENED[str(units[k].kind)] - spans[k].maximum, round(rest / (len(flexible) - n), 3))
+        if more > 0.001:
+            changes[k] = (spans[k].minimum, round(spans[k].maximum + more, 3))
+            rest = round(rest - more, 4)
+    return changes, rest
+
+
+def _below(draft: Draft, line: RunLine) -> dict[str, UnitSlot]:
+    return {s.name: s for s in base_slots(draft.plan, line, draft.models)}
+
+
+def _span(unit: UpperUnit, below: Mapping[str, UnitSlot], models: StyleModels) -> tuple[float, float]:
+    """Left and right end of a wall unit that is over another, metres along the run."""
+    slot = below[str(unit.over)]
+    width = slot.width if unit.width is None and unit.kind is not UpperKind.HOOD else None
+    half = (width or standard_sizes.upper_span(unit, models).usual) / 2
+    return slot.middle - half, slot.middle + half
+
+
+def _of_upper(draft: Draft, run: Run) -> Iterator[Mend]:
+    """Wall units between two that are over others, which are too wide for their place."""
+    line = draft.lines()[run.id]
+    below, here, group = _below(draft, line), line.left.upper_length, list[int]()
+    end = round(line.length - line.right.upper_length, 4)
     for k, unit in enumerate([*run.upper, None]):
         if unit is not None and unit.over is None:
             group.append(k)
             continue
-        left, right = end, end
-        if unit is not None and unit.over is not None:
-            width = _fixed_width(unit, below[unit.over], models)
-            left, right = below[unit.over].middle - width / 2, below[unit.over].middle + width / 2
-        spans = [standard_sizes.upper_span(run.upper[i], models) for i in group]
-        if share_widths(spans, left - here) is None:
-            changes = shrunk([run.upper[i] for i in group], spans, max(left - here, 0.0), keep_last=0)
-            if changes is None:
-                return None
-            moved = [RowChange(group[c.index], c.width) for c in changes]
-            return Mend(said_of(run.upper, moved), row_edits(raw, run.id, "upper", moved))
+        left, right = (end, end) if unit is None else _span(unit, below, draft.models)
+        units = [run.upper[i] for i in group]
+        spans = [standard_sizes.upper_span(u, draft.models) for u in units]
+        if group and share_widths(spans, left - here) is None:
+            changes = shrunk(units, spans, max(left - here, 0.0), keep_last=0) or {}
+            yield _changed(draft, run.id, "upper", run.upper, {group[i]: width for i, width in changes.items()})
         group, here = [], right
-    return None
 
 
-def _raw_units(raw: Any, run: Run) -> list[Any]:
-    here = raw
-    for step in (*row_at(raw, "runs", run.id), "upper"):
-        here = here[step]
-    return list(here)
-
-
-def _in_order(run: Run, below: Mapping[str, Any]) -> list[int] | None:
-    """Order of wall units in which those over units come as these do; None where they are in it."""
-    fixed = [k for k, u in enumerate(run.upper) if u.over in below]
-    wanted = sorted(fixed, key=lambda k: below[str(run.upper[k].over)].middle)
-    if wanted == fixed:
-        return None
-    free = [k for k in range(len(run.upper)) if k not in fixed]
-    out: list[int] = []
-    for k in range(len(run.upper)):
-        out.append(wanted.pop(0) if k in fixed else free.pop(0))
-    return out
-
-
-def _fixed_unit(
-    raw: Any, run: Run, k: int, line: RunLine, below: Mapping[str, Any], models: StyleModels
-) -> Mend | None:
-    """A wall unit over another that reaches beyond its place: narrower, or taken out."""
-    unit = run.upper[k]
-    slot = below[str(unit.over)]
-    start = line.left.upper_length
-    for j, other in enumerate(run.upper[:k]):
-        under = below.get(str(other.over))
-        if under is None:
-            continue
-        start = max(start, round(under.middle + _fixed_width(other, under, models) / 2, 4))
-        wide = _fixed_width(other, under, models) > under.width + 0.001
-        if start > slot.middle - _fixed_width(unit, slot, models) / 2 and wide and other.kind.value != "hood":
-            at = unit_at(raw, run.id, "upper", j)
-            return Mend(
-                f"Take the width of {other.id} out: it is as wide as {other.over}.", (without_key(raw, at, "width"),)
-            )
-    end = round(line.length - line.right.upper_length, 4)
-    room = round(2 * min(slot.middle - start, end - slot.middle), 3)
-    at = unit_at(raw, run.id, "upper", k)
-    if room >= (LEAST_HOOD_M if unit.kind.value == "hood" else 0.25):
-        return Mend(f"Write `width: {room:g}` for {unit.id}.", (unit_edit(raw, at, "width", room),))
-    others = [j for j, u in enumerate(run.upper) if j < k and u.over in below and u.kind.value != "hood"]
-    if unit.kind.value == "hood" and others:
-        j = others[-1]
-        return Mend(
-            f"Take out {run.upper[j].id}, which is where the hood goes.", (removed(unit_at(raw, run.id, "upper", j)),)
-        )
-    if unit.kind.value == "hood" and (room < standard_sizes.upper_span(unit, models).usual):
-        moved = _away_from_end(raw, run, str(unit.over))
-        if moved:
-            return moved
-    return Mend(f"Take out {unit.id}.", (removed(at),))
-
-
-def _fixed_width(unit: UpperUnit, below: UnitSlot, models: StyleModels) -> float:
-    """Width of a wall unit that is over another, metres."""
-    width = below.width if unit.width is None and unit.kind.value != "hood" else None
-    return width or standard_sizes.upper_span(unit, models).usual
-
-
-def _away_from_end(raw: Any, run: Run, name: str) -> Mend | None:
-    """Change places of a cooker at the end of a row with the unit beside it, so that its hood has room."""
-    k = next((k for k, u in enumerate(run.base) if u.id == name), None)
-    if k is None or len(run.base) < 2:
-        return None
-    other = k + 1 if k < len(run.base) / 2 else k - 1
-    beside = run.base[other]
-    if beside.kind not in (BaseKind.DOORS, BaseKind.DRAWERS):
-        return None
-    at = (*row_at(raw, "runs", run.id), "base")
-    here = raw
-    for step in at:
-        here = here[step]
-    units = list(here)
-    units[k], units[other] = units[other], units[k]
-    return Mend(f"Let {name} and {beside.id} change places, so that the hood has room.", (replaced(at, units),))
-
-
-def _place(raw: Any, run: Run, rest: tuple[str | int, ...]) -> Mend | None:
-    at = row_at(raw, "runs", run.id)
-    if rest == ("length",):
-        return Mend(f"Take out 'length' of {run.id}.", (removed((*at, "length")),))
-    edits = tuple(removed((*at, key)) for key in ("start", "end") if getattr(run, key) != 0.0)
-    return Mend(f"Take out 'start' and 'end' of {run.id}.", edits) if edits else None
-
-
-def _opening(raw: Any, plan: Plan, name: str, models: StyleModels, lengths: Mapping[str, float]) -> Mend | None:
-    """An opening that reaches beyond its wall: moved, then made smaller, then taken out."""
-    opening = next(o for o in plan.openings if o.id == name)
-    room = build_room(plan, lengths)
-    wall = next(w for w in room.walls if w.id == opening.wall)
-    at = row_at(raw, "openings", name)
-    edits: list[Edit] = []
-    said: list[str] = []
-
-    def put(key: str, value: float) -> None:
-        edits.append(key_edit(raw, at, key, value))
-        said.append(f"{key}: {value:g}")
-
-    top = room.height_of(wall) - BELOW_CEILING_M
-    if round(opening.bottom + opening.height, 4) > top:
-        _lowered(opening, top, put)
-    from_end = WINDOW_FROM_END_M if opening.kind is OpeningKind.WINDOW else FROM_END_M
-    most = round(wall.length - 2 * from_end, 3)
-    width = opening.width
-    if width > most:
-        if most < 0.4:
-            return Mend(f"Take out {name}.", (removed(at),))
-        width = most
-        put("width", width)
-    if opening.at is not None:
-        middle = plan.length(opening.at, lengths)
-        fits = round(min(max(middle, from_end + width / 2), wall.length - from_end - width / 2), 3)
-        if fits != middle:
-            put("at", fits)
-    else:
-        return _over_unit(raw, plan, opening, room, wall.id, models, lengths, edits)
-    if not edits and room.slopes:
-        return Mend(f"Take out {name}: the ceiling is too low there.", (removed(at),))
-    return Mend(f"Write `{', '.join(said)}`.", tuple(edits)) if edits else None
-
-
-def _lowered(opening: PlanOpening, top: float, put: Callable[[str, float], None]) -> None:
-    if opening.kind is not OpeningKind.WINDOW:
-        put("height", round(top, 3))
-        return
-    sill = round(top - opening.height, 3)
-    if sill < 0.9:
-        put("height", round(max(top - WINDOW_SILL_M, 0.4), 3))
-        sill = WINDOW_SILL_M
-    put("sill", min(sill, opening.sill))
-
-
-def _over_unit(
-    raw: Any,
-    plan: Plan,
-    opening: PlanOpening,
-    room: Room,
-    wall_id: str,
-    models: StyleModels,
-    lengths: Mapping[str, float],
-    edits: list[Edit],
-) -> Mend | None:
-    """An opening over a unit whose middle is too near to the end of its wall, or which stands at another."""
-    wall = next(w for w in room.walls if w.id == wall_id)
-    at = row_at(raw, "openings", opening.id)
-    run = next((r for r in plan.runs if any(u.id == opening.over for u in (*r.base, *r.upper))), None)
-    if run is not None and run.on is not None and run.on != wall_id:
-        return Mend(f"Write `wall: {run.on}`, where {opening.over} stands.", (*edits, replaced((*at, "wall"), run.on)))
-    lines = _lines(plan, lengths, models)
-    slots = {s.name: s for line in lines.values() for s in base_slots(plan, line, models)}
-    if opening.over not in slots:
-        return Mend(f"Take out {opening.id}.", (removed(at),))
-    slot = slots[opening.over]
-    middle = wall.frame.to_local(*slot.line.frame.at(slot.middle, 0.0)[:2])[0]
-    width = round(2 * min(middle - FROM_END_M, wall.length - FROM_END_M - middle) - 0.002, 3)
-    if width >= 0.4:
-        return Mend(f"Write `width: {width:g}`.", (*edits, key_edit(raw, at, "width", width)))
-    return Mend(f"Take out {opening.id}.", (removed(at),)) if not edits else Mend("Make it lower.", tuple(edits))
-
-
-def _turned_corner(plan: Plan, k: int) -> Mend:
-    """A corner of two runs in the wrong order, or of two that do not meet."""
-    first, second = plan.corners[k].runs
-    on = {run.id: run.on for run in plan.runs}
-    walls = [wall.id for wall in plan.walls]
-    meets = on[first] is None or on[second] is None or _follows(walls, on[second], on[first])
-    known = any(corner.runs == (second, first) for corner in plan.corners)
-    if meets and not known:
-        runs = [second, first]
-        return Mend(f"Write `runs: {flow_text(runs)}`.", (replaced(("corners", k, "runs"), runs),))
-    return Mend(f"Take out this corner: {first} and {second} do not meet.", (removed(("corners", k)),))
-
-
-def _follows(walls: Sequence[str], first: str | None, second: str | None) -> bool:
-    """True if a wall is the next one, clockwise."""
-    return first in walls and walls[(walls.index(str(first)) + 1) % len(walls)] == second
-
-
-def _joined_seats(plan: Plan, k: int) -> Mend:
-    """Two rows of seats at one run: all of them in the first."""
-    run = plan.seats[k].run
-    first = next(j for j, seats in enumerate(plan.seats) if seats.run == run)
-    count = min(plan.seats[first].count + plan.seats[k].count, MOST_SEATS)
-    edits = (replaced(("seats", first, "count"), count), removed(("seats", k)))
-    return Mend(f"Write `count: {count}` for {run}, and take out the second row.", edits)
-
-
-def _seats(raw: Any, plan: Plan, lengths: Mapping[str, float], models: StyleModels) -> Mend | None:
-    lines = _lines(plan, lengths, models)
-    edits, said = [], []
-    for k in range(len(plan.seats) - 1, -1, -1):
-        seats = plan.seats[k]
-        line = lines[seats.run]
-        most = int((line.length - (0.45 if line.run.joins else 0.0) + 0.001) / SEAT_SPACING_M)
-        if most >= seats.count:
-            continue
-        edits.append(replaced(("seats", k, "count"), most) if most else removed(("seats", k)))
-        said.append(f"Write `count: {most}`." if most else f"Take out the seats at {seats.run}.")
-    return Mend(" ".join(said), tuple(edits)) if edits else None
+def _of_fixed(draft: Draft, run: Run, name: str) -> Iterator[Mend]:
+    """A wall unit over another that reaches beyond its place: in its order, narrower, or something less."""
+    line, below = draft.lines()[run.id], _below(draft, draft.lines()[run.id])
+    row, k = (*draft.row("runs", run.id), "upper"), next(k for k, u in enumerate(run.upper) if u.id == name)
+    unit, units = run.upper[k], draft.at(row)
+    fixed = [j for j, u in enumerate(run.upper) if u.over in below]
+    wanted = sorted(fixed, key=lambda j: below[str(run.upper[j].over)].middle)
+    if wanted != fixed:
+        order = dict(zip(fixed, wanted, strict=True))
+        moved = [units[order.get(j, j)] for j in range(len(units))]
+        yield Mend("Write wall units in the order of what is below them.", (Edit.put(row, moved),))
+    before = [j for j in fixed if j < k]
+    start = max([line.left.upper_length, *(_span(run.upper[j], below, draft.models)[1] for j in before)])
+    middle, end = below[str(unit.over)].middle, line.length - line.right.upper_length
+    for j in before:
+        if run.upper[j].width is not None and run.upper[j].kind is not UpperKind.HOOD:
+            said = f"Take the width of {run.upper[j].id} out: it is as wide as {run.upper[j].over}."
+            yield Mend(said, (draft.without((*row, j), "width"),))
+    room, is_hood = round(2 * min(middle - start, end - middle), 3), unit.kind is UpperKind.HOOD
+    for width in HOOD_WIDTHS_M if is_hood else (room,):
+        if LEAST_UPPER_M <= width <= room:
+            yield Mend(f"Write `width: {width:g}` for {name}.", (draft.in_unit((*row, k), "width", width),))
+    if is_hood:
+        for j in before[-1:]:
+            yield Mend(f"Take out {run.upper[j].id}, which is where the hood goes.", (Edit.remove((*row, j)),))
+    yield Mend(f"Take out {name}.", (Edit.remove((*row, k)),))

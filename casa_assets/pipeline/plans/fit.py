@@ -1,37 +1,32 @@
 """Fit a plan to a room of another size: walls first, then what no longer fits, as a designer would give it up.
 
-Rows are made narrower, then lose shelves, fillers and open cabinets, then doors, then drawers (`rows.GIVEN_UP`).
+Rows are made narrower, then lose shelves, fillers and open cabinets, then doors, then drawers (`conflicts.GIVEN_UP`).
 Openings move into their walls. Sink, cooker and refrigerator stay, or the plan is refused.
 """
 
 from __future__ import annotations
 
 import shlex
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 from casa_assets.errors import CasaError
 from casa_assets.layouts.plan.room import AXES
 from casa_assets.model.kitchen.plan import Plan
 from casa_assets.model.kitchen.style import Style
-from casa_assets.pipeline.plans.check import PlanCheck, check_plan, edited_text, plan_document, plan_id
-from casa_assets.pipeline.plans.fault import replaced
-from casa_assets.pipeline.plans.written import key_edit, row_at
+from casa_assets.model.kitchen.units import COOKERS, BaseKind
+from casa_assets.pipeline.plans.check import check_plan, edited_text, plan_document, plan_id
+from casa_assets.pipeline.plans.draft import Draft
 from casa_assets.registry.edit import Edit, flow_text
 
-COOKERS, KEPT = ("range", "hob"), ("sink", "fridge")
+KEPT = (BaseKind.SINK, BaseKind.FRIDGE)
 TOLERANCE_M = 0.005
+Size = tuple[float, float]  # of a room along x and y, metres
 SEARCH_STEPS = 6  # of the least room, each of which halves what is not known of it
 
 
 @dataclass(frozen=True)
 class FittedPlan:
-    """A plan in another room.
-
-    Attributes:
-        text: of its file. changes: one sentence each, in the order in which they were made.
-    """
+    """A plan in another room: the text of its file, and its changes, one sentence each, in their order."""
 
     text: str
     changes: tuple[str, ...]
@@ -40,10 +35,9 @@ class FittedPlan:
 class DoesNotFit(CasaError):
     """A room that a plan cannot be fitted to: why not, and the least room of that shape that it can."""
 
-    def __init__(self, reason: str, least: tuple[float, float] | None) -> None:
+    def __init__(self, reason: str, least: Size) -> None:
         self.reason, self.least = reason, least
-        size = f"; the least room for it is about {least[0]:.2f} x {least[1]:.2f} m" if least else ""
-        super().__init__(f"{reason}{size}")
+        super().__init__(f"{reason}; the least room for it is about {least[0]:.2f} x {least[1]:.2f} m")
 
 
 def fit_plan(text: str, file: str, style: Style, width: float, depth: float) -> FittedPlan:
@@ -55,17 +49,15 @@ def fit_plan(text: str, file: str, style: Style, width: float, depth: float) -> 
     Raises:
         DoesNotFit: nothing that keeps its sink, cooker and refrigerator fits. CasaError: the plan has faults.
     """
-    look = f"casa-assets scenes check-plan {shlex.quote(str(file))}"
+    look = f"look at it with `casa-assets scenes check-plan {shlex.quote(str(file))}`"
     before = check_plan(text, file, style)
     if not before.fits or before.kitchen is None:
-        raise CasaError(
-            f"{file}: has faults of its own; look at them with `casa-assets scenes check-plan {shlex.quote(str(file))}`"
-        )
+        raise CasaError(f"{file}: has faults of its own; {look}")
     aslant = next((w.id for w in before.kitchen.plan.walls if w.is_aslant), None)
     if aslant is not None:
         raise CasaError(
             f"{file}: its wall {aslant} stands aslant; only rooms whose walls meet at right angles are fitted. "
-            f"Change the lengths of its walls by hand, and look with `{look}`"
+            f"Change the lengths of its walls by hand, and {look}"
         )
     (x0, y0), (x1, y1) = before.kitchen.room.bounds()
     size = (round(x1 - x0, 4), round(y1 - y0, 4))
@@ -75,11 +67,10 @@ def fit_plan(text: str, file: str, style: Style, width: float, depth: float) -> 
     raise DoesNotFit(f"{file}: {reason}", _least(text, file, style, size, (width, depth)))
 
 
-def _least(
-    text: str, file: str, style: Style, size: tuple[float, float], wanted: tuple[float, float]
-) -> tuple[float, float] | None:
-    """The least room between the one that is wanted and the plan's own; None where not even that holds it."""
-    low, high, found = 0.0, 1.0, None
+def _least(text: str, file: str, style: Style, size: Size, wanted: Size) -> Size:
+    """The least room between the one that is wanted and the plan's own."""
+    low, high = 0.0, 1.0
+    found = (max(wanted[0], size[0]), max(wanted[1], size[1]))
     for _ in range(SEARCH_STEPS):
         share = (low + high) / 2
         w, d = (round(a + share * (max(a, b) - a), 2) for a, b in zip(wanted, size, strict=True))
@@ -87,17 +78,14 @@ def _least(
             high, found = share, (w, d)
         else:
             low = share
-    return found or (max(wanted[0], size[0]), max(wanted[1], size[1]))
+    return found
 
 
-def _tried(
-    text: str, file: str, style: Style, size: tuple[float, float], wanted: tuple[float, float]
-) -> tuple[FittedPlan | None, str]:
+def _tried(text: str, file: str, style: Style, size: Size, wanted: Size) -> tuple[FittedPlan | None, str]:
     """The plan in a room, or None with the reason."""
-    raw = plan_document(text, file)[0].value
-    plan = Plan.model_validate({**raw, "id": plan_id(file)})
+    draft = Draft.of(plan_document(text, file)[0].value, plan_id(file), style)
     resized, said = text, []
-    for edit, sentence in _resized(raw, plan, size, wanted):
+    for edit, sentence in _resized(draft, size, wanted):
         resized = edited_text(resized, file, edit)
         said.append(sentence)
     found = check_plan(resized, file, style, fixed_walls=True)
@@ -108,41 +96,33 @@ def _tried(
     if abs(x1 - x0 - wanted[0]) > TOLERANCE_M or abs(y1 - y0 - wanted[1]) > TOLERANCE_M:
         first = next((t.fault for t in found.faults if t.fault.mend and "length" in t.fault.mend.sentence), None)
         return None, "needs longer walls" if first is None else f"expected {first.expected}, got {first.got}"
-    lost = sorted(_essential(plan) - _essential(found.kitchen.plan))
+    lost = sorted(_essential(draft.plan) - _essential(found.kitchen.plan))
     if lost:
         return None, f"there is no place for the {' and the '.join(lost)}"
-    return FittedPlan(found.text, (*said, *_sentences(found))), ""
-
-
-def _sentences(found: PlanCheck) -> list[str]:
-    return [told.fault.mend.sentence for told in found.faults if told.fault.mend]
+    said += [told.fault.mend.sentence for told in found.faults if told.fault.mend]
+    return FittedPlan(found.text, tuple(said)), ""
 
 
 def _essential(plan: Plan) -> set[str]:
     """Kinds of units that a kitchen keeps: sink, refrigerator, and a cooker of either kind."""
-    kinds = {str(unit.kind) for unit in plan.units.values()}
-    return {kind for kind in KEPT if kind in kinds} | ({"cooker"} if kinds & set(COOKERS) else set())
+    kinds = {unit.kind for unit in plan.units.values()}
+    return {kind.value for kind in KEPT if kind in kinds} | ({"cooker"} if kinds & set(COOKERS) else set())
 
 
-def _resized(raw: Any, plan: Plan, size: tuple[float, float], wanted: tuple[float, float]) -> list[tuple[Edit, str]]:
+def _resized(draft: Draft, size: Size, wanted: Size) -> list[tuple[Edit, str]]:
     """Edits that make the walls of a room as long as is wanted; parts of a side keep their share of it."""
-    out: list[tuple[Edit, str]] = []
-    done: set[str] = set()
-    lengths: Mapping[str, float] = plan.defaults
+    out: dict[str, tuple[Edit, str]] = {}
     for headings, old, new in zip(AXES, size, wanted, strict=True):
-        if abs(old - new) < 1e-9:
-            continue
-        for wall in plan.walls:
-            if wall.heading not in headings or wall.length is None:
+        for wall in draft.plan.walls:
+            if wall.heading not in headings or wall.length is None or abs(old - new) < 1e-9:
                 continue
-            now = plan.length(wall.length, lengths)
+            now = draft.plan.length(wall.length, draft.plan.defaults)
             value = round(new if abs(now - old) < 1e-3 else now * new / old, 3)
-            if not isinstance(wall.length, str):
-                at = row_at(raw, "walls", wall.id)
-                out.append((key_edit(raw, at, "length", value), f"Write `length: {value:g}` for {wall.id}."))
-            elif wall.length not in done:
-                done.add(wall.length)
-                three = [value, value, value]
-                edit = replaced(("parameters", wall.length), three)
-                out.append((edit, f"Write {wall.length}: {flow_text(three)}."))
-    return out
+            if isinstance(wall.length, str):
+                three, name = [value, value, value], wall.length
+                edit = Edit.put(("parameters", name), three)
+                out.setdefault(f"parameter {name}", (edit, f"Write {name}: {flow_text(three)}."))
+            else:
+                edit = Edit.put((*draft.row("walls", wall.id), "length"), value)
+                out[wall.id] = (edit, f"Write `length: {value:g}` for {wall.id}.")
+    return list(out.values())

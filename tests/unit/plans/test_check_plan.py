@@ -206,7 +206,7 @@ def test_what_drafts_by_others_had_wrong_is_mended(subtests: pytest.Subtests) ->
         ),
         (
             LARGE + "openings:\n  d: {kind: door, wall: right, at: 3.5, width: 1.8, height: 2.1}\n",
-            "Write `kind: passage`.",
+            "Write `kind: passage`",
         ),
         (
             ROOM

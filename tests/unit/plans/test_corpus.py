@@ -23,7 +23,7 @@ from casa_assets.layouts.order.request import request_kitchen
 from casa_assets.model.kitchen.plan import Plan
 from casa_assets.pipeline.kitchens.resolve import params_of, preset_params
 from casa_assets.pipeline.plans.check import check_plan, edited_text, plan_id
-from casa_assets.pipeline.plans.record_faults import record_faults
+from casa_assets.pipeline.plans.values import record_faults
 from casa_assets.pipeline.schemas import schema_text
 from casa_assets.projects import data_root
 from casa_assets.registry.edit import Edit, EditKind

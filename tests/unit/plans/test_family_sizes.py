@@ -7,7 +7,7 @@ from typing import Any
 from casa_assets.families.catalog import MODELS
 from casa_assets.layouts.order.request import request_kitchen
 from casa_assets.pipeline.kitchens.resolve import preset_params
-from casa_assets.pipeline.plans.sizes import PresetSizes, family_sizes
+from casa_assets.pipeline.plans.draft import PresetSizes, family_sizes
 from casa_assets.projects import data_root
 from casa_assets.registry.edit import flow_text
 from casa_assets.registry.kitchens import load_plan, load_style, plan_names, style_names

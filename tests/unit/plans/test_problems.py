@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from casa_assets.pipeline.plans.check import PlanCheck, check_plan, find_faults
-from casa_assets.pipeline.plans.foresight.problems import ProblemKind, problems_of
+from casa_assets.pipeline.plans.check import PlanCheck, check_plan
+from casa_assets.pipeline.plans.draft import Draft
+from casa_assets.pipeline.plans.problems import problems_of
 from casa_assets.registry.kitchens import load_style
+from casa_assets.registry.read import parse_document
 from tests.projects import Project
 
 pytestmark = pytest.mark.content("code", "pipeline.plans", keep=0)
@@ -121,18 +123,9 @@ def test_what_would_fail_is_told_with_a_mend_that_works(subtests: pytest.Subtest
             assert any(expected in one and sentence in said for one, said in told), told
             assert found.mended, told
             assert found.kitchen is not None
-            assert problems_of(found.kitchen) == []
+            raw = parse_document(found.text, "studio.yaml").value
+            assert problems_of(Draft.of(raw, "studio", load_style(STYLE)[0])) == (0, [])
             assert checked(found.text).fits
-
-
-def test_kinds_of_problems_are_told_apart() -> None:
-    style, kinds = load_style(STYLE)[0], set()
-    for text, _, _ in CASES.values():
-        kitchen = find_faults(text, "studio.yaml", style)[1]
-        kinds |= {p.kind for p in problems_of(kitchen)} if kitchen else set()
-    # These come after others in a case, or have none.
-    others = {ProblemKind.LANDING, ProblemKind.TASKS, ProblemKind.THING, ProblemKind.WALL}
-    assert kinds >= set(ProblemKind) - others
 
 
 def test_a_ceiling_is_over_the_cornice_and_one_that_is_too_high_is_as_high_as_it_can_be() -> None:
