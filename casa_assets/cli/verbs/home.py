@@ -8,9 +8,7 @@ from typing import Annotated
 import typer
 
 from casa_assets.cli.options import AsJson, Jobs, Pictures, Quiet, Verbose
-from casa_assets.cli.output import Output
-from casa_assets.cli.progress import working_on
-from casa_assets.cli.text import pluralize
+from casa_assets.cli.output import Output, pluralize, working_on
 from casa_assets.errors import BatchFault
 
 

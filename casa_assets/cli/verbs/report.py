@@ -21,8 +21,7 @@ from casa_assets.cli.options import (
     library_at,
     more,
 )
-from casa_assets.cli.output import Output
-from casa_assets.cli.progress import bar
+from casa_assets.cli.output import Output, bar
 from casa_assets.errors import CasaError
 
 if TYPE_CHECKING:
