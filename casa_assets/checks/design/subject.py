@@ -5,11 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
-from casa_assets.checks.design.robot.atomic_tasks import atomic_tasks
 from casa_assets.checks.design.robot.floor_map import FloorMap
 from casa_assets.checks.design.robot.parking import ParkingPlaces, find_parking
 from casa_assets.checks.design.robot.task_view import Afforded, AtomicTask, TaskView
-from casa_assets.checks.design.robot.tasks import afforded
+from casa_assets.checks.design.robot.tasks import afforded, atomic_tasks
 from casa_assets.model.kitchen.floor import KitchenFacts
 
 
