@@ -12,17 +12,22 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from casa_assets.checks.design.robot.floor_map import FloorMap
-from casa_assets.checks.design.robot.parking import ParkingPlaces
-from casa_assets.checks.design.robot.placing import (
+from casa_assets.checks.design.robot.floor_map import FloorMap, ParkingPlaces
+from casa_assets.checks.design.robot.task_view import (
     ABOVE_M,
+    Afforded,
+    AtomicTask,
     BoxSizes,
+    Placing,
     PlacingZone,
+    TaskFinding,
+    TaskView,
     acceptance,
+    doors,
     free_area,
+    names,
     worktop_regions,
 )
-from casa_assets.checks.design.robot.task_view import Afforded, AtomicTask, Placing, TaskFinding, TaskView, doors, names
 from casa_assets.core.robocasa import MIN_SURFACE_M, PLATE_DEPTH_M, SHELF_HEIGHTS_M
 from casa_assets.core.sampling import rng_for
 from casa_assets.model.asset.joint import JointKind
