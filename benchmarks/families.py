@@ -16,7 +16,7 @@ import tempfile
 from pathlib import Path
 from statistics import median
 
-from casa_assets.cli.member_output import print_result, print_summary
+from casa_assets.cli.build_output import print_member, print_members
 from casa_assets.cli.output import Output
 from casa_assets.core.cache_folder import VARIABLE as CACHE
 from casa_assets.pipeline.families.run import FamilyResult, build_all, requests_for
@@ -39,8 +39,8 @@ def main() -> int:
         ):
             results.append(done)
             if not done.passed:
-                print_result(done, output)
-    print_summary(results, output)
+                print_member(done, output)
+    print_members(results, output)
     made = [r for r in results if r.report]
     output.line(f"build and write: median {median(r.build_s + r.write_s for r in made):.3f} s per asset and core")
     whole = median(r.build_s + r.write_s + r.draw_s + r.check_s for r in made)

@@ -23,9 +23,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
 
-from casa_assets.cli.member_output import print_result
-from casa_assets.cli.output import Output
-from casa_assets.cli.tables import TextTable
+from casa_assets.cli.build_output import print_member
+from casa_assets.cli.output import Output, TextTable
 from casa_assets.core.cache_folder import VARIABLE as CACHE
 from casa_assets.pipeline.families.run import FamilyResult, build_all, object_requests
 from casa_assets.pipeline.ingest.run import Options, ingest
@@ -120,7 +119,7 @@ def main() -> int:
         wall_s = time.monotonic() - begin
         wrong = [r for r in results if not r.passed]
         for result in wrong:
-            print_result(result, output)
+            print_member(result, output)
         costs = [cost_of(r) for r in results if r.passed and not r.is_kept]
         beside = ingested(options.meshes, Path(folder) / "ingested", options.jobs) if options.meshes else ""
     steps = ("build s", "write s", "draw s", "check s", "CPU s")

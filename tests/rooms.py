@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from casa_assets import registry
-from casa_assets.checks.scene.formats.files import LIGHT_FILE, SceneFiles
-from casa_assets.checks.scene.run import run_scene
+from casa_assets.checks.scene.formats.light_form import LIGHT_FILE, SceneFiles
 from casa_assets.checks.scene.subject import FILE, SceneSubject
+from casa_assets.checks.table.table import run_scene
 from casa_assets.export.mjcf.scene import kitchen as mjcf
 from casa_assets.export.usd.scene import kitchen as usd
 from casa_assets.geometry.inertia import ready_to_simulate

@@ -12,7 +12,7 @@ from types import MappingProxyType
 import mujoco
 import numpy as np
 
-from casa_assets.checks.readers import mjcf_facts
+from casa_assets.checks.readers import mujoco_facts
 from casa_assets.core import behavior_interpreter
 from casa_assets.core.behavior_interpreter import BehaviorState, Stimulus
 from casa_assets.core.typing import Floats
@@ -68,7 +68,7 @@ class Behaviors:
         self._time: float | None = None
         geoms = [model.geom(i).name for i in range(model.ngeom)]
         self._prefix = [name[: name.rfind(_JOINER) + len(_JOINER)] if _JOINER in name else "" for name in geoms]
-        for name, text in sorted(mjcf_facts.texts(model).items()):
+        for name, text in sorted(mujoco_facts.texts(model).items()):
             if name.endswith(_BEHAVIOR):
                 self._add_machine(name.removesuffix(_BEHAVIOR), Behavior.model_validate_json(text), geoms)
             elif _STATE in name:

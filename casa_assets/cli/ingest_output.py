@@ -1,28 +1,100 @@
-"""Print the results of verbs that bring inputs into a library: a line for each, tables at the end, the exit code."""
+"""What commands print that bring inputs into a library or copy one: each input, tables, counts and the exit code."""
 
 from __future__ import annotations
 
+import shlex
 import time
 from collections import Counter
-from contextlib import closing
+from collections.abc import Callable, Generator, Iterator, Sequence
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
 from rich.markup import escape
 
-from casa_assets.cli.input_report import MOST_LISTED, print_codes, print_outcomes, print_review
-from casa_assets.cli.output import Output, measures
-from casa_assets.cli.progress import bar
-from casa_assets.cli.tables import TextTable
-from casa_assets.cli.text import pluralize, terminal_safe, without_name
-from casa_assets.errors import BatchFault
+from casa_assets.cli.output import Output, TextTable, bar, measures, pluralize, terminal_safe, without_name
+from casa_assets.errors import BatchFault, CasaError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator
 
     from casa_assets.pipeline.ingest.job import Event
+    from casa_assets.pipeline.library.remote.change import Change
     from casa_assets.pipeline.reports.entry import Entry
+
+KINDS = (
+    ".glb, .gltf, .obj, .ply, .stl, .dae, .fbx, .usd, .usdz, .x3d, .wrl, .3ds, .blend, an archive of them, "
+    "a manifest .jsonl or an Objaverse folder"
+)
+# Where a run has more inputs than this, what was in the library already is counted and not listed.
+MOST_LISTED = 200
+
+
+def no_mesh_found(sources: Sequence[object]) -> CasaError:
+    """The error that the sources hold no mesh, with what would be one."""
+    return CasaError(f"no mesh found in {', '.join(map(str, sources))}; name {KINDS}")
+
+
+def print_others(others: Counter[str], output: Output) -> None:
+    """Say how many files were no meshes, by what they are; nothing where all were."""
+    if not others:
+        return
+    counts = dict(sorted(others.items()))
+    words = ", ".join(f"{count} {kind}" for kind, count in counts.items())
+    blank = {"to_decide": [], "kept": False, "path": "", "id": "", "code": "", "warnings": [], "folder": ""}
+    row = {**blank, **measures(None), "status": "no_mesh", "verdict": "no_mesh", "message": words}
+    output.row({**row, "count": others.total(), "kinds": counts})
+    if not output.as_json:
+        output.line(f"No meshes: {pluralize(others.total(), 'file')} ({words})")
+
+
+def print_codes(codes: Counter[str], output: Output) -> None:
+    """Print how many inputs were rejected for each reason, and what to do about it."""
+    from casa_assets import registry
+
+    if not codes:
+        return
+    records = registry.load()
+    heads = ("code", "reason", "inputs", "what to do")
+    table = TextTable(heads, sentences=("reason", "what to do"), right=("inputs",), title="Rejected by reason")
+    why: dict[str, str] = {}
+    if not codes.keys() <= records.rejections.keys():
+        from casa_assets.pipeline.reports.page_template import explanations
+
+        why = explanations()
+    for code, count in codes.most_common():
+        row = records.rejections.get(code)
+        meaning, advice = (row.meaning, row.remedy) if row else (why.get(code, ""), "as the line of each input says")
+        table.add(code, meaning, str(count), advice)
+    table.print(output.console)
+
+
+def print_review(count: int, asks_category: bool, library: Path, output: Output) -> None:
+    """Print how to decide about the inputs in review; nothing where there are none.
+
+    Args:
+        asks_category: of some nobody knows what they are.
+    """
+    if not count:
+        return
+    place = terminal_safe(shlex.quote(str(library)))
+    wait, it = ("input waits", "it") if count == 1 else ("inputs wait", "them")
+    output.line(f"Review:  {count} {wait} for your decision; exports include {it} only with --with-review")
+    output.line(f"         decide on a page with `casa-assets review {place}`, or in {place}/review.csv, and run again")
+    if asks_category:
+        output.line("         no category was found for some: give --category if all are of one, or a manifest.jsonl")
+        output.line('         with a line for each file, such as {"file": "a.glb", "category": "mug"}')
+
+
+def print_outcomes(accepted: int, in_review: int, rejected: int, kept: int, output: Output) -> None:
+    """Print how many inputs were accepted, in review and rejected, and how many of them earlier runs had done."""
+    was = "was" if kept == 1 else "were"
+    there = f" ({kept} {was} there already)" if kept else ""
+    counts = f"[green]{accepted} accepted[/], [yellow]{in_review} in review[/], [red]{rejected} rejected[/]{there}"
+    words = f"{pluralize(accepted + in_review + rejected, 'input')}: {counts}"
+    output.console.print(words, highlight=False, soft_wrap=True)
+
 
 # Rows of a table that are printed where the user did not ask for more words.
 MAX_ROWS = 40
@@ -272,3 +344,80 @@ def _safe(words: str) -> str:
 
 def _lines(words: str) -> str:
     return "\n".join(_safe(line) for line in words.split("\n"))
+
+
+WORDS = ("copied", "kept", "removed", "failed")
+
+
+def print_changes(changes: Iterator[Change], word: str, output: Output, rows_in: Path | None = None) -> str:
+    """Show a bar while entries are copied; returns how many were copied, kept and removed, in words.
+
+    Args:
+        word: what is done, such as `pushing`. rows_in: library whose entries are told as rows of --json; None: none.
+    """
+    counts: Counter[str] = Counter()
+    sent = 0
+    with bar(output.console) as progress:
+        task = progress.add_task(word, total=None)
+        for change in changes:
+            counts[change.kind] += 1
+            sent += change.bytes_copied
+            name = terminal_safe(change.path)
+            progress.update(
+                task,
+                completed=counts.total() - counts["removed"],
+                total=change.total,
+                description=f"{word} {escape(name)}",
+            )
+            if rows_in is not None:
+                folder = rows_in / change.path
+                place = str(folder) if folder.is_dir() else ""
+                id_ = change.path.rpartition("/")[2]
+                size, message = change.bytes_copied, change.message
+                output.made(id_, place, verdict=change.kind, bytes=size, path=change.path, message=message)
+            if change.kind != "kept":
+                output.detail(f"{change.kind} {name}")
+    told = [f"{counts[kind]} {kind}" for kind in WORDS if counts[kind]] or ["no entries"]
+    return f"{', '.join(told)}; {sent / 1e6:,.1f} MB"
+
+
+def waiting(output: Output) -> Callable[[str], None]:
+    """What tells the user, once, what is waited for."""
+    told: set[str] = set()
+
+    def tell(text: str) -> None:
+        if text not in told:
+            told.add(text)
+            output.line(terminal_safe(text))
+
+    return tell
+
+
+Sending = Callable[["Generator[Event]"], "Generator[Event]"]
+
+
+@contextmanager
+def on_store(url: str, library: Path, output: Output) -> Iterator[Sending]:
+    """Keep the library of a run on a store: fetch it first, send entries as they are made, and all the rest at the end.
+
+    Args:
+        url: of the store; empty: the library stays on this disk. library: folder on this disk.
+    Yields:
+        what the events of the run are to be passed through.
+    """
+    if not url:
+        yield lambda events: events
+        return
+    from casa_assets.pipeline.library.library import Library
+    from casa_assets.pipeline.library.remote.remote_library import RemoteLibrary
+    from casa_assets.pipeline.library.remote.stored_run import StoredRun
+    from casa_assets.pipeline.library.remote.writer_lock import hold
+
+    remote = RemoteLibrary.open(url)
+    with hold(remote.folder, waiting(output)) as lock:
+        run = StoredRun(Library(library), remote, lock)
+        fetched = print_changes(run.fetch(), "fetching", output)
+        output.detail(f"fetched of {remote.url}: {fetched}")
+        yield run.sending
+        sent = print_changes(run.finish(), "sending", output)
+        output.line(f"Store:   {terminal_safe(remote.url)}: {sent} at the end")

@@ -18,29 +18,24 @@ from typer.main import get_command_name
 from typer.models import CommandInfo
 
 from casa_assets import __version__
-from casa_assets.cli.group import Group, print_error
+from casa_assets.cli.group import Group, Verb, print_error
 from casa_assets.cli.supervise import SIGNALS, StopRequested, supervised, unblock
-from casa_assets.cli.verb import Verb
 from casa_assets.cli.verbs.articulate import articulate
-from casa_assets.cli.verbs.categories import app as categories
-from casa_assets.cli.verbs.check import check
-from casa_assets.cli.verbs.checks import checks
-from casa_assets.cli.verbs.doctor import doctor
-from casa_assets.cli.verbs.export.app import app as export
+from casa_assets.cli.verbs.check import check, doctor, review
+from casa_assets.cli.verbs.export import app as export
+from casa_assets.cli.verbs.facts import app as categories
+from casa_assets.cli.verbs.facts import checks, schemas
 from casa_assets.cli.verbs.families import app as families
 from casa_assets.cli.verbs.find import find
 from casa_assets.cli.verbs.index import index
 from casa_assets.cli.verbs.ingest import fetch, ingest
 from casa_assets.cli.verbs.library import app as library
 from casa_assets.cli.verbs.objects import app as objects
-from casa_assets.cli.verbs.preview import preview
 from casa_assets.cli.verbs.project import init, make
 from casa_assets.cli.verbs.report import report
-from casa_assets.cli.verbs.review import review
 from casa_assets.cli.verbs.scenes import app as scenes
-from casa_assets.cli.verbs.schemas import schemas
 from casa_assets.cli.verbs.textures import app as textures
-from casa_assets.cli.verbs.view import view
+from casa_assets.cli.verbs.view import preview, view
 from casa_assets.errors import BatchFault, CasaError
 from casa_assets.preview.backends import keep_from_mujoco
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from casa_assets.cli import completion
-from casa_assets.cli.help import CLUSTER, GENERAL
+from casa_assets.cli.group import CLUSTER, GENERAL
 from casa_assets.errors import OutputError
 
 if TYPE_CHECKING:

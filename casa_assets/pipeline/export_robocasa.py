@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from casa_assets import registry
-from casa_assets.checks.design.robot.atomic_tasks import ATOMIC_TASKS
+from casa_assets.checks.design.robot.tasks import ATOMIC_TASKS
 from casa_assets.errors import OutputError
 from casa_assets.export.robocasa import casa_kitchens, casa_objects, entries, model, task_objects
 from casa_assets.export.robocasa.kitchens import document
@@ -87,7 +87,7 @@ def report_tasks(results: Iterable[ExportResult]) -> TaskReport:
     missing = task_objects.missing_draws([(categories[name], size) for name, size in things])
     generated = [categories[name] for name in object_names() if name in categories]
     return TaskReport(
-        tuple(sorted(ATOMIC_TASKS.keys() - missing.keys())),
+        tuple(sorted(set(ATOMIC_TASKS) - missing.keys())),
         {task: tuple(map(str, draws)) for task, draws in missing.items()},
         task_objects.categories_for(missing, generated),
     )

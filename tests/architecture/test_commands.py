@@ -13,8 +13,8 @@ from typing import Any, Union, get_args, get_origin
 
 import typer
 
+from casa_assets.cli.group import Verb
 from casa_assets.cli.main import app
-from casa_assets.cli.verb import Verb
 
 # Verbs that name what there is: they have --json, and nothing to be quiet about.
 LISTS = {

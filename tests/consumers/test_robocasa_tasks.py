@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from casa_assets.checks.design.robot.atomic_tasks import ATOMIC_TASKS
+from casa_assets.checks.design.robot.tasks import ATOMIC_TASKS
 from tests.built_libraries import keep
 from tests.consumers.robocasa.page import sentence
 from tests.libraries import casa

@@ -13,7 +13,7 @@ from pxr import Usd, UsdGeom, UsdPhysics
 from casa_assets.checks.package import parity
 from casa_assets.checks.package.facts import AssetFacts
 from casa_assets.checks.package.package import Package
-from casa_assets.checks.readers import asset_facts, mjcf_facts, usd_facts
+from casa_assets.checks.readers import asset_facts, mujoco_facts, usd_facts
 from casa_assets.model.asset.asset import Asset, Base
 from tests.articulated_assets import grill
 from tests.assets import EVERY, drawer_unit, microwave, rigid_mug, textured_box
@@ -81,7 +81,7 @@ def test_every_reader_of_every_file_says_what_the_asset_says(make: Callable[[], 
     truth = asset_facts.facts(asset)
     assert len(package.usd_files) == (2 if len(asset.links) > 1 else 1)
     readings = [read(path) for path in package.usd_files for read in USD_READERS]
-    for found in (mjcf_facts.facts(package.mjcf), *readings):
+    for found in (mujoco_facts.facts(package.mjcf), *readings):
         assert parity.compare(truth, found, RELATIVE, LENGTH) == []
 
 
@@ -160,7 +160,7 @@ IN_MJCF = [
 def test_what_model_xml_says_otherwise_is_found(old: str, new: str, cell: str, tmp_path: Path) -> None:
     package = written(grill(), tmp_path)
     tamper(package.mjcf, (old, new))
-    assert cell in _cells(mjcf_facts.facts(package.mjcf))
+    assert cell in _cells(mujoco_facts.facts(package.mjcf))
 
 
 # The same of the USD layer, as OpenUSD reads it.
@@ -197,7 +197,7 @@ def test_another_picture_is_found(tmp_path: Path) -> None:
     (picture,) = (package.root / "textures").iterdir()
     picture.rename(picture.with_name("print_other.png"))
     tamper(package.mjcf, (picture.name, "print_other.png"))
-    truth, found = asset_facts.facts(textured_box()), mjcf_facts.facts(package.mjcf)
+    truth, found = asset_facts.facts(textured_box()), mujoco_facts.facts(package.mjcf)
     assert [where for where, _ in parity.compare(truth, found, RELATIVE, LENGTH)] == ["looks/carton/picture"]
 
 

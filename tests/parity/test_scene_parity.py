@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from casa_assets.checks.readers import scene_mjcf, scene_usd, usd_facts
-from casa_assets.checks.scene.formats.facts import SceneFacts
+from casa_assets.checks.readers import scene_facts, usd_facts
+from casa_assets.checks.readers.scene_facts import SceneFacts
 from casa_assets.checks.scene.formats.parity import compare, scene_parity
 from casa_assets.geometry.inertia import adjacent_links
 from casa_assets.model.asset.asset import Base, Exclusion
@@ -51,14 +51,17 @@ def _exclusions(scene: Scene) -> list[tuple[Placement, Exclusion]]:
 
 
 READERS: list[tuple[str, Callable[[Path], SceneFacts]]] = [
-    ("scene.xml", scene_mjcf.facts),
-    ("scene.usda", lambda path: scene_usd.pxr_facts(usd_facts.opened(path))),
-    ("scene_nested.usda", lambda path: scene_usd.pxr_facts(usd_facts.opened(path))),
+    ("scene.xml", scene_facts.facts_of_mjcf),
+    ("scene.usda", lambda path: scene_facts.facts_of_usd_by_pxr(usd_facts.opened(path))),
+    ("scene_nested.usda", lambda path: scene_facts.facts_of_usd_by_pxr(usd_facts.opened(path))),
 ]
 # MuJoCo's reader of USD is not there for every Python; joints to the world and contacts are compared by it alone.
 BY_MUJOCO = pytest.mark.skipif(bool(usd_facts.missing_importer()), reason=usd_facts.missing_importer())
 if not usd_facts.missing_importer():
-    READERS += [("scene.usda", scene_usd.mujoco_facts), ("scene_nested.usda", scene_usd.mujoco_facts)]
+    READERS += [
+        ("scene.usda", scene_facts.facts_of_usd_by_mujoco),
+        ("scene_nested.usda", scene_facts.facts_of_usd_by_mujoco),
+    ]
 
 
 @pytest.mark.parametrize(("name", "reader"), READERS)
@@ -208,7 +211,7 @@ def test_contacts_are_compared_too(folder: Path) -> None:
 
 
 def test_a_base_that_floats_in_one_format_is_found(folder: Path) -> None:
-    found = scene_mjcf.facts(folder / "scene.xml")
+    found = scene_facts.facts_of_mjcf(folder / "scene.xml")
     rows = tuple(p.replace(base=Base.FREE) if p.name == "oven" else p for p in found.placements)
     assert [where for where, _ in compare(found, found.replace(placements=rows))] == ["placements/oven/base"]
 

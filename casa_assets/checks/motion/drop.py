@@ -15,8 +15,7 @@ import numpy as np
 
 from casa_assets.checks.motion.simulation import simulation_warnings, tilt_deg
 from casa_assets.checks.readers import mujoco_load
-from casa_assets.checks.readers.mujoco_facts import free_bodies, shape_bounds
-from casa_assets.checks.readers.rotations import rotations_of
+from casa_assets.checks.readers.mujoco_facts import free_bodies, rotations_of, shape_bounds
 from casa_assets.core.typing import Floats
 
 # Deeper than this it has fallen through the floor. Our choice.

@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 
 from casa_assets.checks.motion.simulation import box_around, collision_spec, find_contacts, geom_boxes, subtree
-from casa_assets.checks.readers import mjcf_facts, mujoco_load
+from casa_assets.checks.readers import mujoco_facts, mujoco_load
 from casa_assets.core.typing import Floats, Ints, Mask
 from casa_assets.model.files import Files
 
@@ -137,7 +137,7 @@ def sweep(model: mujoco.MjModel, data: mujoco.MjData, joint: int, against: Mask,
 
 def _open_before(model: mujoco.MjModel, joint: int) -> list[int]:
     """Joints that have to be open before one can move, as the custom texts `behind__<joint>` have it."""
-    texts = mjcf_facts.texts(model)
+    texts = mujoco_facts.texts(model)
     joints: list[int] = []
     name = texts.get(f"behind__{model.joint(joint).name}")
     while name is not None and model.joint(name).id not in joints:

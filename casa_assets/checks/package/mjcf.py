@@ -10,7 +10,7 @@ from casa_assets.checks.motion import sweep
 from casa_assets.checks.motion.drop import TUNNEL_M, DropProtocol, DropResult, drop_on_floor
 from casa_assets.checks.package import fact_differences, robosuite_conventions
 from casa_assets.checks.package.package import Package
-from casa_assets.checks.readers import asset_facts, mjcf_facts, mujoco_load
+from casa_assets.checks.readers import asset_facts, mujoco_facts, mujoco_load
 from casa_assets.model.asset.asset import Base
 from casa_assets.model.registry.category import RestingPose
 
@@ -57,7 +57,7 @@ def mjcf_equals_record(package: Package, limit: float) -> Measurement:
     worst, problems = 0.0, []
     for path in paths:
         try:
-            actual = mjcf_facts.facts(path)
+            actual = mujoco_facts.facts(path)
         except ValueError as error:
             problems.append((path.name, str(error)))
             continue

@@ -17,7 +17,7 @@ from casa_assets.checks.check import Measurement, Problem, not_run
 from casa_assets.checks.package.fact_differences import Difference, differences, relative
 from casa_assets.checks.package.facts import AssetFacts
 from casa_assets.checks.package.package import Package
-from casa_assets.checks.readers import mjcf_facts, mujoco_load, usd_facts
+from casa_assets.checks.readers import mujoco_facts, mujoco_load, usd_facts
 from casa_assets.checks.readers.mujoco_facts import FREE_JOINT, colliders_of, resistance, short_name
 from casa_assets.checks.readers.quiet import quiet
 from casa_assets.core.typing import Floats
@@ -108,7 +108,7 @@ def exceeds(difference: Difference, tolerance: float) -> bool:
 
 def _compare_files(package: Package, read_usd: Callable[[Path], AssetFacts]) -> list[FactDifference] | None:
     """Differences of the MJCF and each layer of the USD; None where one of them cannot be read."""
-    expected = _read_quietly(mjcf_facts.facts, package.mjcf)
+    expected = _read_quietly(mujoco_facts.facts, package.mjcf)
     rows: list[FactDifference] = []
     for path in package.usd_files:
         actual = _read_quietly(read_usd, path)

@@ -1,9 +1,12 @@
-"""Compiled MuJoCo model -> fact table, whichever format the model was loaded from."""
+"""Reduce a compiled MuJoCo model, and the MJCF of an asset, to the table of facts that formats are compared by."""
 
 from __future__ import annotations
 
+import hashlib
 import re
 from collections.abc import Mapping, Sequence
+from functools import cache
+from pathlib import Path, PurePosixPath
 from typing import Any, Literal
 
 import mujoco
@@ -19,12 +22,119 @@ from casa_assets.checks.package.facts import (
     PlaceFacts,
     PoseFacts,
     ProgramTexts,
+    StateFacts,
+    VisualFacts,
 )
-from casa_assets.checks.readers.mujoco_looks import linear, looks
-from casa_assets.checks.readers.rotations import canonical, rotations_of
+from casa_assets.checks.readers import mujoco_load
+from casa_assets.core.color import linear_from_srgb
+from casa_assets.core.typing import Floats
 from casa_assets.model.asset.asset import Base, JointKind
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3, Vec4
+
+# Rotations ------------------------------------------------------------------------------------------------------------
+# Rotations of many things at once, with the same digits as `Pose` has of one.
+#
+# A kitchen has some thousand bodies and shapes, and a record of each costs more time than all that is computed of it.
+
+# As `Pose` has it: unit quaternions are left alone.
+OFF_UNIT = 1e-12
+
+
+def canonical(quaternions: Floats) -> Floats:
+    """(N, 4) quaternions (w, x, y, z) of length 1, w >= 0; where w is 0 the first that is not 0 is positive."""
+    found = np.array(quaternions, dtype=np.float64).reshape(-1, 4)
+    for row in np.flatnonzero(np.abs(np.linalg.norm(found, axis=1) - 1.0) > OFF_UNIT):
+        found[row] /= np.linalg.norm(found[row])
+    first = found[np.arange(len(found)), np.argmax(found != 0.0, axis=1)]
+    found[first < 0.0] *= -1.0
+    unsigned: Floats = found + 0.0  # turns -0.0 into 0.0
+    return unsigned
+
+
+def rotations_of(quaternions: Floats) -> Floats:
+    """(N, 3, 3) rotation matrices of (N, 4) quaternions (w, x, y, z)."""
+    w, x, y, z = canonical(quaternions).T
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    found: Floats = np.moveaxis(np.array(rows), 2, 0)
+    return np.ascontiguousarray(found)
+
+
+def quaternions_of(rotations: Floats) -> Floats:
+    """(N, 4) quaternions (w, x, y, z) of (N, 3, 3) rotation matrices, w >= 0.
+
+    Raises:
+        ValueError: one is not a rotation.
+    """
+    r = rotations
+    skew = np.abs(r @ r.transpose(0, 2, 1) - np.eye(3)).max(initial=0.0)
+    if skew > 1e-6 or (np.linalg.det(r) < 0).any():
+        raise ValueError("matrix is not a proper rotation")
+    # Ref: Shepperd 1978, the branch with the largest divisor.
+    trace = r[:, 0, 0] + r[:, 1, 1] + r[:, 2, 2]
+    branch = np.argmax(np.stack([trace, r[:, 0, 0], r[:, 1, 1], r[:, 2, 2]], axis=1), axis=1)
+    v = np.stack([1 + trace, r[:, 2, 1] - r[:, 1, 2], r[:, 0, 2] - r[:, 2, 0], r[:, 1, 0] - r[:, 0, 1]], axis=1)
+    for i in (1, 2, 3):
+        at = np.flatnonzero(branch == i)
+        a, b, c = i - 1, i % 3, (i + 1) % 3
+        m = r[at]
+        v[at, 0] = m[:, c, b] - m[:, b, c]
+        v[at, 1 + a] = 1 + m[:, a, a] - m[:, b, b] - m[:, c, c]
+        v[at, 1 + b] = m[:, b, a] + m[:, a, b]
+        v[at, 1 + c] = m[:, c, a] + m[:, a, c]
+    # Of each row by itself: a sum over an axis may differ from it in the last digit.
+    lengths = np.array([np.linalg.norm(row) for row in v]).reshape(-1, 1)
+    return canonical(v / lengths)
+
+
+# Mujoco looks ---------------------------------------------------------------------------------------------------------
+# Compiled MuJoCo model -> what its visuals look like.
+
+COLOR = int(mujoco.mjtTextureRole.mjTEXROLE_RGB)
+
+
+def looks(model: mujoco.MjModel) -> tuple[VisualFacts, ...]:
+    """Named geoms that have a material and touch nothing, sorted by name; what hangs on the world is left out."""
+    found = []
+    collides = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
+    surfaces = cache(lambda material: _surface(model, material))
+    for geom in np.flatnonzero(~collides & (model.geom_matid >= 0) & (model.geom_bodyid != 0)).tolist():
+        name = model.geom(geom).name
+        if name:
+            color, light, picture = surfaces(int(model.geom_matid[geom]))
+            found.append(VisualFacts(name=name, color=color, light=light, picture=picture))
+    return tuple(sorted(found, key=lambda look: look.name))
+
+
+def _surface(model: mujoco.MjModel, material: int) -> tuple[Vec4, Vec3, str]:
+    """Colour, light that it gives off and picture of a material, as `VisualFacts` has them."""
+    color = linear(tuple(float(n) for n in model.mat_rgba[material]))
+    glow = float(model.mat_emission[material])
+    light = (glow * color[0], glow * color[1], glow * color[2])
+    return color, light, _picture(model, int(model.mat_texid[material][COLOR]))
+
+
+def linear(rgba: tuple[float, ...]) -> Vec4:
+    """Display colour -> linear, alpha as it is."""
+    red, green, blue, alpha = rgba
+    dark = [linear_from_srgb(c) for c in (red, green, blue)]
+    return dark[0], dark[1], dark[2], alpha
+
+
+def _picture(model: mujoco.MjModel, texture: int) -> str:
+    """File name of a texture, empty where there is none."""
+    if texture < 0:
+        return ""
+    paths, start = bytes(model.paths), int(model.tex_pathadr[texture])
+    return PurePosixPath(paths[start : paths.index(0, start)].decode()).name
+
+
+# Mujoco facts ---------------------------------------------------------------------------------------------------------
+# Compiled MuJoCo model -> fact table, whichever format the model was loaded from.
 
 Array = npt.NDArray[np.float64]
 
@@ -316,3 +426,73 @@ def four(values: Sequence[float] | Array) -> Vec4:
     """Four numbers as floats of Python."""
     w, x, y, z = (float(v) for v in values)
     return w, x, y, z
+
+
+# Mjcf facts -----------------------------------------------------------------------------------------------------------
+# MJCF file -> fact table, by way of the model that MuJoCo compiles from it.
+
+
+def facts(path: Path) -> AssetFacts:
+    """The table of a model.xml or scene.xml: joints at zero, root at the origin.
+
+    The unnamed body around `object` is no body of the asset. Base and words are custom texts.
+
+    Raises:
+        ValueError: the file does not compile, or does not say what its base is.
+    """
+    loaded = mujoco_load.load_mjcf(path)
+    if loaded.model is None:
+        raise ValueError(f"{path.name} does not compile: {loaded.error}")
+    model = loaded.model
+    said = texts(model)
+    geoms, joints = {model.geom(i).name for i in range(model.ngeom)}, {model.joint(i).name for i in range(model.njnt)}
+    table = facts_of_model(model, base=Base(said.get("base", "")), words=words(said, geoms, joints))
+    bodies = [body for body in table.bodies if body.name]
+    roots = [Pose(position=b.position, quaternion=b.quaternion) for b in bodies if not b.parent]
+    if len(roots) != 1:
+        raise ValueError(f"{path.name} has {len(roots)} root bodies, not one")
+    return table.replace(bodies=tuple(_seen_from(roots[0], body) for body in bodies))
+
+
+def _seen_from(root: Pose, body: BodyFacts) -> BodyFacts:
+    pose = root.inverse() @ Pose(position=body.position, quaternion=body.quaternion)
+    return body.replace(position=pose.position, quaternion=pose.quaternion)
+
+
+def words(texts: dict[str, str], geoms: set[str], joints: set[str]) -> ProgramTexts:
+    """Words of the texts; of geoms and joints those that there are."""
+    labels = [(name, label) for label, names in _after("label__", texts) for name in names.split() if name in geoms]
+    grips = [(joint, name) for joint, name in _after("grip__", texts) if joint in joints and name in geoms]
+    behind = [(joint, name) for joint, name in _after("behind__", texts) if joint in joints and name in joints]
+    return ProgramTexts(
+        classes=tuple(texts.get("class", "").split()),
+        portion=texts.get("portion", ""),
+        labels=tuple(sorted(labels)),
+        grips=tuple(sorted(grips)),
+        behind=tuple(sorted(behind)),
+        states=tuple(_state(name, data) for name, data in sorted(_after("state__", texts))),
+        contract=texts.get("contract", ""),
+        behavior=hashlib.sha256(texts["behavior"].encode()).hexdigest() if "behavior" in texts else "",
+    )
+
+
+def _after(prefix: str, texts: dict[str, str]) -> list[tuple[str, str]]:
+    """(rest of the name, text) of the texts whose names begin so."""
+    return [(name.removeprefix(prefix), data) for name, data in texts.items() if name.startswith(prefix)]
+
+
+def _state(name: str, data: str) -> StateFacts:
+    joint, value, low, high = data.split()
+    return StateFacts(name=name, joint=joint, value=value, interval=(float(low), float(high)))
+
+
+def texts(model: mujoco.MjModel) -> dict[str, str]:
+    """Custom texts by name."""
+    data, names = bytes(model.text_data), bytes(model.names)
+    starts = zip(model.name_textadr, model.text_adr, strict=True)
+    return {_string(names, int(name)): _string(data, int(text)) for name, text in starts}
+
+
+def _string(data: bytes, start: int) -> str:
+    """The text that ends at the next zero byte."""
+    return data[start : data.index(0, start)].decode()

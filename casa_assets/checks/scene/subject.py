@@ -1,8 +1,9 @@
-"""A written scene as MuJoCo has it: compiled once, with what every check asks of it."""
+"""A written scene as MuJoCo has it: compiled once, with what every check asks of it, its contents and its speed."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import time
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -14,12 +15,107 @@ from lxml import etree
 from casa_assets.checks.motion.motion_model import open_before, open_end
 from casa_assets.checks.motion.simulation import reset_to_start, subtree
 from casa_assets.checks.readers.mujoco_facts import ROOT_BODY
-from casa_assets.checks.readers.mujoco_load import Loaded, native_warnings
-from casa_assets.checks.scene.motion.contents import Contents
-from casa_assets.checks.scene.motion.stopwatch import timed_load
+from casa_assets.checks.readers.mujoco_load import Loaded, load_asset_file, native_warnings
 from casa_assets.core.typing import Floats, Ints, Mask
 from casa_assets.model.asset.asset import Asset, Base, Joint
-from casa_assets.model.kitchen.scene import Placement, Scene
+from casa_assets.model.kitchen.scene import FREE_JOINT, Placement, Scene
+
+# Contents -------------------------------------------------------------------------------------------------------------
+# Objects in drawers, on racks and in doors go along with them where joints are moved without dynamics.
+
+
+class Contents:
+    """Objects of a scene that rest on bodies which joints move, and how each lies on its body.
+
+    Args:
+        held: name of each object, and of the body that holds it.
+        qpos: (nq,) a state in which each lies there.
+    """
+
+    def __init__(self, model: mujoco.MjModel, held: Iterable[tuple[str, str]], qpos: Floats) -> None:
+        self.model = model
+        # Of each object: its body, that of what holds it, and where its free joint is in qpos.
+        self.rows: list[tuple[int, int, int]] = []
+        for name, holder_name in held:
+            holder = int(model.body(holder_name).id)
+            if model.body_weldid[holder] != 0:
+                address = int(model.joint(f"{name}__{FREE_JOINT}").qposadr[0])
+                self.rows.append((int(model.body(name).id), holder, address))
+        data = mujoco.MjData(model)
+        data.qpos[:] = qpos
+        mujoco.mj_kinematics(model, data)
+        self._relative = [self._pose_in(data, body, holder) for body, holder, _ in self.rows]
+
+    def moved_with(self, moved: Mask) -> Mask:
+        """(nbody,) the bodies that move, and the objects that rest on one of them."""
+        found = moved.copy()
+        for body, holder, _ in self.rows:
+            if moved[holder]:
+                found[body] = True
+        return found
+
+    def pose(self, data: mujoco.MjData) -> None:
+        """Compute the poses of all bodies of the present joint positions, objects laid where what holds them is."""
+        mujoco.mj_kinematics(self.model, data)
+        if not self.rows:
+            return
+        position, turn = np.empty(3), np.empty(4)
+        for (_, holder, address), (at, turned) in zip(self.rows, self._relative, strict=True):
+            mujoco.mju_mulPose(position, turn, data.xpos[holder], data.xquat[holder], at, turned)
+            data.qpos[address : address + 3], data.qpos[address + 3 : address + 7] = position, turn
+        mujoco.mj_kinematics(self.model, data)
+
+    @staticmethod
+    def _pose_in(data: mujoco.MjData, body: int, holder: int) -> tuple[Floats, Floats]:
+        """Position and quaternion of a body in the frame of another."""
+        back, unturned = np.empty(3), np.empty(4)
+        mujoco.mju_negPose(back, unturned, data.xpos[holder], data.xquat[holder])
+        position, turn = np.empty(3), np.empty(4)
+        mujoco.mju_mulPose(position, turn, back, unturned, data.xpos[body], data.xquat[body])
+        return position, turn
+
+
+# Stopwatch ------------------------------------------------------------------------------------------------------------
+# Measure how fast a scene loads and steps on this machine.
+#
+# Seconds are those of the clock, or of the processor where these are fewer: on a busy machine the clock goes on while
+# this process waits for its turn, and a scene is no slower for it.
+
+STEPS = 200
+
+
+def timed_load(scene_xml: Path) -> tuple[Loaded, float]:
+    """A file compiled where nothing of it was compiled before, and the seconds that this took."""
+    # MuJoCo keeps what it has made of meshes and pictures for as long as a process lives, so that a second load tells
+    # little of the first.
+    mujoco.mj_clearCache(mujoco.mj_getCache())
+    begin = _now()
+    loaded = load_asset_file(scene_xml)
+    return loaded, _since(begin)
+
+
+def steps_per_second(model: mujoco.MjModel) -> float:
+    """Steps from the key `start`; the first one allocates and is not timed."""
+    data = mujoco.MjData(model)
+    reset_to_start(model, data)
+    mujoco.mj_step(model, data)
+    begin = _now()
+    mujoco.mj_step(model, data, nstep=STEPS)
+    return STEPS / max(_since(begin), 1e-9)
+
+
+def _now() -> tuple[float, float]:
+    """Seconds of the clock, and of the processor in all threads of this process."""
+    return time.perf_counter(), time.process_time()
+
+
+def _since(begin: tuple[float, float]) -> float:
+    """The fewer of the seconds of clock and processor since then."""
+    return min(now - then for now, then in zip(_now(), begin, strict=True))
+
+
+# Subject --------------------------------------------------------------------------------------------------------------
+# compiled once, with what every check asks of it.
 
 FILE = "scene.xml"
 

@@ -17,8 +17,7 @@ import numpy as np
 from lxml import etree
 
 from casa_assets.checks.motion.simulation import box_around, geom_boxes, reset_to_start, subtree, vertices_of
-from casa_assets.checks.scene.motion.contents import Contents
-from casa_assets.checks.scene.subject import FILE, AllPairs, body_name, boxes_meet, collision_model
+from casa_assets.checks.scene.subject import FILE, AllPairs, Contents, body_name, boxes_meet, collision_model
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.errors import CasaError
 from casa_assets.model.asset.joint import JointKind

@@ -1,10 +1,11 @@
-"""Checks of the asset record: its shapes and mass, and what is seen of it."""
+"""Checks of assets: built in any way, in motion, as files of each format, and the filters of downloaded meshes."""
 
 from __future__ import annotations
 
 from casa_assets.checks.asset import (
     coincident_faces,
     collider_coverage,
+    finger_room,
     grip,
     open_room,
     plausibility,
@@ -12,14 +13,22 @@ from casa_assets.checks.asset import (
     visual,
 )
 from casa_assets.checks.check import Check
+from casa_assets.checks.filters import colour, cost, graspable, kind, stability, surface
+from casa_assets.checks.motion import clearance, hand_force, joint_travel
+from casa_assets.checks.package import mjcf, parity, usd
 from casa_assets.checks.package.package import Package
+from casa_assets.checks.runtime import behavior, contract, hollow_regions
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.issue import Severity
 
 ERROR, WARNING = Severity.ERROR, Severity.WARNING
 
+# How the drop is done. Ref: SimReady Foundation, FET003 base neutral simulation.
+DROP = ("drop_height_factor", "drop_min_height_m", "drop_rest_m", "drop_rest_s", "drop_rate_hz", "drop_limit_s")
+
 # fmt: off
 ROWS: tuple[Check, ...] = (
+    # Asset.
     Check("AST001", "Overall size", ERROR, Asset, plausibility.size_is_bounded, "max_extent_m", "m",
           "The longest side of all that is seen is at most {limit:g} m; if it is longer, correct the unit of length "
           "of the source."),
@@ -106,5 +115,185 @@ ROWS: tuple[Check, ...] = (
     Check("VIS010", "Coplanar faces", ERROR, Asset, coincident_faces.coplanar_faces_do_not_overlap, "flicker_m2", "m^2",
           "Two meshes of different looks share at most {mm2:g} mm^2 of coplanar surface, which would flicker; set one "
           "of them back by 0.2 mm."),
+
+    # Motion, behaviour and contracts.
+    Check("KIN001", "Opens by hand", ERROR, Package, hand_force.joints_open_by_hand, "reach_share", "",
+          "Each joint covers {limit:.0%} of its range in both directions within 2 s under 20 N at its grip, with "
+          "contacts on; ease friction, or clear what the part meets."),
+    Check("KIN002", "Joint resistance", ERROR, Package, hand_force.joints_open_by_hand_without_contacts,
+          "reach_share", "",
+          "Each joint covers {limit:.0%} of its range in both directions within 2 s under 20 N at its grip, with "
+          "contacts off; lower its friction, damping or spring."),
+    Check("KIN003", "Starting force", ERROR, Package, hand_force.starting_force_is_moderate, "hand_force_n", "N",
+          "The force at the grip that starts each closed joint is between {hand_force_least_n:g} N and {limit:g} N "
+          "(ADA 309.4); adjust its friction or spring.", ("hand_force_least_n",)),
+    Check("KIN004", "Buttons spring back", ERROR, Package, hand_force.keys_spring_back, "spring_back_share", "",
+          "A button with a spring that was pressed and let go is back to {limit:.0%} of its stroke within 2 s; "
+          "stiffen the "
+          "spring, or lower friction."),
+    Check("KIN005", "Clearance of moving parts", ERROR, Package, clearance.moving_parts_keep_clear, "clearance_m", "m",
+          "No part goes deeper than {mm:g} mm into another over the whole range of a joint, alone and beside each "
+          "other open joint; make room between them."),
+    Check("KIN006", "Joints stay put", ERROR, Package, hand_force.joints_stay_put, "drift_share", "",
+          "Left alone for 5 s, closed and in each named pose, no joint drifts by more than {limit:.0%} of its range; "
+          "raise friction, or balance the part."),
+    Check("KIN007", "Grips fit a gripper", ERROR, Asset, grip.grips_fit_a_gripper, "gripper_m", "m",
+          "Each joint names a labelled grip that moves with it, is free to be reached, and is at most {limit:g} m "
+          "thick; name, shrink or uncover the grip."),
+    Check("KIN008", "Axis-aligned joints", ERROR, Asset, grip.joint_axes_are_aligned, "axis_off_rad", "rad",
+          "Joint axes of built things lie along x, y or z to {limit:g} rad, as loaders that scale fixtures expect; "
+          "turn the part straight."),
+    Check("KIN009", "Travel of found joints", WARNING, Package, joint_travel.joints_reach_full_range,
+          "travel_share", "",
+          "The share of joints of an articulated mesh that go through their whole range under 20 N without collision "
+          "is at least {limit:.0%}; shorten the ranges, or clear what the parts meet."),
+    Check("KIN010", "Joints rest in range", ERROR, Package, hand_force.joints_rest_in_range, "range_excess",
+          "rad or m",
+          "Left alone for 2 s, closed, no joint stands more than {limit:g} rad or m outside its range; stiffen its "
+          "limit, or ease the spring that presses it there."),
+    Check("KIN011", "Room for fingers", ERROR, Asset, finger_room.fingers_have_room, "finger_m", "m",
+          "Fingers of {limit:g} m find room on both sides of each handle and knob of what a family built; let it stand "
+          "out, or deepen the recess behind it."),
+    Check("HOL001", "Usable interiors", ERROR, Package, hollow_regions.interiors_hold_a_ball, "hollow_m", "m",
+          "A ball of 6 cm (smaller in narrow regions) laid into each interior region comes to rest within {mm:g} mm "
+          "of its floor and sides; clear the region, or correct its box."),
+    Check("CON001", "Contract: links and joints", ERROR, Package, contract.links_and_joints_meet_contract, None, "",
+          "The links and joints that RoboCasa looks up by name exist, with the kind, axis, sign, range and depth "
+          "that it expects; rename or correct them."),
+    Check("CON002", "Contract: sites", ERROR, Package, contract.sites_meet_contract, None, "",
+          "The sites that RoboCasa looks up by name, such as a flame or a stream of water, exist on the links "
+          "where it looks; add or move them."),
+    Check("CON003", "Contract: colliders", ERROR, Package, contract.colliders_and_visuals_meet_contract, None, "",
+          "The colliders and visuals that RoboCasa looks up by name exist with the labels it expects, and no other "
+          "has a name that RoboCasa would take for one of them; rename them."),
+    Check("CON004", "Contract: regions", ERROR, Package, contract.regions_meet_contract, "main_gap_m", "m",
+          "The regions that RoboCasa looks up exist, `main` encloses what is seen to {mm:g} mm, and interiors lie "
+          "within it; correct the boxes of the regions."),
+    Check("CON005", "Contract: XML paths", ERROR, Package, contract.xml_paths_meet_contract, None, "",
+          "Everything that RoboCasa finds by literal paths in model.xml is at those paths; move the elements to "
+          "where it looks."),
+    Check("CON006", "Contract: thresholds", ERROR, Package, contract.thresholds_meet_contract, None, "",
+          "RoboCasa's thresholds lie within the ranges of their joints, and named poses stand as the contract "
+          "says; widen the range, or correct the pose."),
+    Check("CON008", "Contract: places", ERROR, Package, contract.places_meet_contract, None, "",
+          "Regions and sites are where RoboCasa takes them to be by the numbers written in model.xml, and those in "
+          "which it puts things are high enough, stay where they are and have a floor; move the frame or the box."),
+    Check("BEH001", "Reachable values", ERROR, Asset, behavior.values_are_reachable, None, "",
+          "Every value of every variable of the behaviour can be brought about by moving joints and touching "
+          "colliders; add a rule, or drop the value."),
+    Check("BEH002", "Visible effects", ERROR, Asset, behavior.effects_are_visible, None, "",
+          "Every effect of the behaviour acts on a site, visual or region that can show it; correct its target, "
+          "colour or size."),
+    Check("BEH003", "Behaviour as specified", ERROR, Package, behavior.behavior_meets_contract, None, "",
+          "Operated in MuJoCo step by step, the thing takes the values that its contract names at the contract's "
+          "thresholds; correct the rule that differs."),
+
+    # Files.
+    Check("MJC001", "MJCF compiles", ERROR, Package, mjcf.mjcf_compiles, None, "",
+          "MuJoCo compiles model.xml and scene.xml without an error; read the error and correct the element that it "
+          "names."),
+    Check("MJC002", "MJCF without warnings", ERROR, Package, mjcf.mjcf_compiles_without_warnings, None, "",
+          "MuJoCo compiles model.xml and scene.xml without a warning; correct what the warning names."),
+    Check("MJC003", "MJCF conventions", ERROR, Package, mjcf.mjcf_follows_conventions, None, "",
+          "Names, groups, sizes and files in model.xml are as robosuite and RoboCasa read them; correct the elements "
+          "that are listed."),
+    Check("MJC004", "Massless visuals", ERROR, Package, mjcf.visuals_are_massless, None, "",
+          "Visual geoms have zero mass and no contacts (contype and conaffinity 0); correct those that are listed."),
+    Check("MJC005", "MJCF equals record", ERROR, Package, mjcf.mjcf_equals_record, "parity_length_m", "m",
+          "Masses, poses, joints and bounds of the compiled MJCF equal the asset's record to {limit:g}; please report "
+          "a difference, it is a fault of the program."),
+    Check("MJC006", "Comes to rest", ERROR, Package, mjcf.comes_to_rest_after_drop, "drop_limit_s", "s",
+          "Dropped on a floor from twice its height, the asset is at rest within {limit:g} s and does not fall "
+          "through; correct its collision shapes or inertia.", DROP),
+    Check("MJC007", "Stands upright", WARNING, Package, mjcf.stays_upright_after_drop, "drop_tip_deg", "deg",
+          "After the drop the asset is tilted by at most {limit:g} degrees; correct its orientation, or its foot.",
+          DROP),
+    Check("MJC008", "Rests on the floor", ERROR, Package, mjcf.rests_on_floor_after_drop, "drop_penetration_m", "m",
+          "At rest after the drop, the asset is at most {mm:g} mm deep in the floor; correct its collision shapes or "
+          "mass.", DROP),
+    Check("MJC009", "Joints move freely", ERROR, Package, mjcf.joints_move_without_collision,
+          "sweep_penetration_m", "m",
+          "Over the range of each joint in the written file, parts go at most {mm:g} mm into each other; shorten the "
+          "range, or make room."),
+    Check("USD001", "USD opens", ERROR, Package, usd.usd_opens, None, "",
+          "The USD layers, flat and nested, open and compose without complaint and have a default prim; correct what "
+          "USD names."),
+    Check("USD002", "SimReady profile", ERROR, Package, usd.usd_meets_simready_profile, None, "",
+          "The USD package meets NVIDIA's SimReady profile Robotics-Prop 4.0.0; correct the requirements that are "
+          "listed."),
+    Check("USD003", "OpenUSD validators", ERROR, Package, usd.usd_passes_openusd_validators, None, "",
+          "OpenUSD's own validators find nothing in the USD package; correct the prims that they name."),
+    Check("USD004", "USD in MuJoCo", ERROR, Package, usd.usd_imports_into_mujoco, None, "",
+          "MuJoCo imports the USD files without an error or a warning; a warning means that MuJoCo left something "
+          "out."),
+    Check("USD005", "USD pictures", ERROR, Package, usd.usd_pictures_are_png, None, "",
+          "Every picture that the USD names is a readable PNG in the package, and the thumbnail has 256 x 256 pixels; "
+          "add or convert the picture."),
+    Check("PAR001", "MJCF equals USD in MuJoCo", ERROR, Package, parity.mujoco_reads_both_alike, "parity_relative", "",
+          "Bodies, masses, joints and looks that MuJoCo reads from the USD equal those from the MJCF to {limit:g}, "
+          "except lengths (PAR004); please report a difference, it is a fault of the program."),
+    Check("PAR002", "MJCF equals USD in OpenUSD", ERROR, Package, parity.openusd_reads_as_mujoco, "parity_relative", "",
+          "Bodies, masses, joints and looks that UsdPhysics reads equal those that MuJoCo reads from the MJCF to "
+          "{limit:g}, except lengths (PAR004); please report a difference, it is a fault of the program."),
+    Check("PAR003", "Contact parameters", ERROR, Package, parity.contact_parameters_agree, "parity_relative", "",
+          "Contact and joint parameters that MuJoCo reads from MJCF and USD agree to {limit:g}; please report a "
+          "difference, it is a fault of the program."),
+    Check("PAR004", "Lengths in both formats", ERROR, Package, parity.lengths_agree, "parity_length_m", "m",
+          "Positions, sizes and joint travel in MJCF and USD agree to {limit:g} m for both readers; please report a "
+          "difference, it is a fault of the program."),
+
+    # Filters of downloaded meshes.
+    Check("FLT001", "See-through surface", WARNING, Asset, surface.surface_is_opaque, "see_through", "",
+          "At most {limit:.0%} of what is seen from all around shows back faces, which viewers leave out; close the "
+          "holes, or thicken the walls."),
+    Check("FLT002", "Missing side", ERROR, Package, surface.no_side_is_missing, "missing_side", "",
+          "From no direction does more than {limit:.0%} of the outline of a solid thing show back faces; close that "
+          "side."),
+    Check("FLT003", "Mixed winding", ERROR, Asset, surface.winding_is_consistent, "mixed_winding", "",
+          "Neighbouring faces wind against each other along at most {limit:.0%} of the length of shared edges; make "
+          "the winding consistent."),
+    Check("FLT004", "Flat cards", ERROR, Asset, surface.no_flat_cards, "flat_cards", "",
+          "At most {limit:.0%} of what is seen is flat sheets that are seen from both sides, like a billboard; model "
+          "the thing in the round."),
+    Check("FLT005", "Separate parts", ERROR, Asset, surface.mesh_is_connected, "parts_apart", "",
+          "The mesh has at most {limit:g} large connected part, since a rigid body is one thing; split the file by "
+          "object, or join the parts."),
+    Check("FLT006", "Ground plane", ERROR, Package, surface.no_ground_plane, "ground_width", "",
+          "The lowest layer is at most {limit:g} times wider than all above it, unless that is usual for the "
+          "category; export the mesh without the ground it stands on."),
+    Check("FLT007", "Known category", WARNING, Package, kind.category_is_known, None, "",
+          "The category is known, so that its usual size, pose and mass can be used; state it with --category."),
+    Check("FLT008", "Usual proportions", WARNING, Package, kind.proportions_fit_category, "odd_shape", "",
+          "At its best scale, every side is within a factor {limit:g} of the range of the category; correct the "
+          "category if it is another thing."),
+    Check("FLT009", "Open vessel", WARNING, Package, kind.vessel_is_open, "vessel_room", "",
+          "As it stands, a vessel holds water in at least {limit:.0%} of its convex hull; correct its pose, or open "
+          "the lid."),
+    Check("FLT010", "Too dark", ERROR, Asset, colour.is_not_too_dark, "dark", "",
+          "The mean luminance of what is seen is at least {limit:g} in white light; set the colours of its materials."),
+    Check("FLT011", "Plain grey", WARNING, Asset, colour.is_not_plain_grey, "plain", "",
+          "Colours differ from one plain grey by at least {limit:g} of the displayed range; bring the materials or a "
+          "picture along."),
+    Check("FLT012", "Texture sharpness", WARNING, Asset, colour.textures_are_sharp, "picture_points", "",
+          "Along the longest side, at least {limit:g} points of the picture can be told apart; bring a larger or "
+          "sharper picture."),
+    Check("FLT013", "Load time", WARNING, Asset, cost.load_time_is_bounded, "load_ms", "ms",
+          "Loading takes at most {limit:g} ms, estimated from triangles and pixels; simplify the mesh, or scale its "
+          "pictures down."),
+    Check("FLT014", "Plausible inertia", ERROR, Asset, cost.inertia_is_plausible, "inertia_factor", "",
+          "Moments of inertia are within a factor {limit:g} of those of the collision shapes filled evenly; measure "
+          "the inertia again."),
+    Check("FLT015", "Lies still", ERROR, Package, stability.lies_still, "wander_m", "m",
+          "Put down and left alone, no corner moves by more than {mm:g} mm within 3 s once the thing has settled; "
+          "correct its collision shapes."),
+    Check("FLT016", "Does not fall over", ERROR, Package, stability.does_not_fall_over, "stand_tip_deg", "deg",
+          "Put down as it stands, a thing that stands tilts by at most {limit:g} degrees; correct its pose, or its "
+          "foot."),
+    Check("FLT017", "Stacks on another", WARNING, Package, stability.stacks_on_another, "stack_off", "",
+          "A second one let down on a stackable thing stays within {limit:g} widths of its middle; correct the pose, "
+          "the foot or the rim."),
+    Check("FLT018", "Fits a gripper", WARNING, Package, graspable.fits_a_gripper, "gripper_m", "m",
+          "A thing that is said to be graspable has a body, rim or handle at most {limit:g} m wide; correct its size, "
+          "or do not call it graspable."),
 )
 # fmt: on

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.markup import escape
 
-from casa_assets.cli.input_report import (
+from casa_assets.cli.ingest_output import (
     MOST_LISTED,
     no_mesh_found,
     print_codes,
@@ -35,10 +35,7 @@ from casa_assets.cli.options import (
     more,
     workers,
 )
-from casa_assets.cli.output import Output, measures, measures_at
-from casa_assets.cli.progress import bar
-from casa_assets.cli.tables import TextTable
-from casa_assets.cli.text import pluralize, terminal_safe, without_name
+from casa_assets.cli.output import Output, TextTable, bar, measures, measures_at, pluralize, terminal_safe, without_name
 from casa_assets.errors import BatchFault
 
 if TYPE_CHECKING:
@@ -51,12 +48,6 @@ if TYPE_CHECKING:
     from casa_assets.pipeline.articulate.run import ArticulateOutcome
     from casa_assets.pipeline.workers.engine import Workers
 
-EXAMPLES = """
-Examples:
-
-  casa-assets articulate microwave.obj --preview --report
-  casa-assets articulate ~/appliances --jobs 8 --review
-"""
 CONTRACT_ADVICE = "to meet it, change decisions.yaml beside the model, or the mesh, and run again"
 # Names of meshes that the progress bar shows at once.
 MAX_NAMES = 3
@@ -104,6 +95,11 @@ def articulate(
     was rejected; --force replaces it. Every decision is in decisions.yaml beside the model: change a line, and pass the
     file with --decisions. Exit 0 when all were accepted, 1 when some were rejected (ART001: nothing moves), 4 when none
     was but some are in review (review.csv in the library) or an accepted asset was kept so, 2 on misuse.
+
+    Examples:
+
+      casa-assets articulate microwave.obj --preview --report
+      casa-assets articulate ~/appliances --jobs 8 --review
     """
     from casa_assets.pipeline.articulate.build import ArticulateRequest
 
@@ -122,9 +118,6 @@ def articulate(
     command = _review_command(sources, out, options, complete) if review else ""
     output = Output(json_, quiet, verbose)
     _articulate(sources, out, request_for, reviewed, workers(engine, address, jobs), command, report or verbose, output)
-
-
-articulate.__doc__ = f"{articulate.__doc__}\n{EXAMPLES}"
 
 
 def _articulate(

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from casa_assets.cli import completion
-from casa_assets.cli.group import Group
-from casa_assets.cli.member_output import end, follow, look, print_result, print_summary
+from casa_assets.cli.build_output import end, follow_members, look, print_member, print_members
+from casa_assets.cli.group import Group, Verb
 from casa_assets.cli.options import (
     Address,
     All,
@@ -28,11 +28,7 @@ from casa_assets.cli.options import (
     WidthPx,
     workers,
 )
-from casa_assets.cli.output import Output
-from casa_assets.cli.progress import working_on
-from casa_assets.cli.tables import TextTable, from_column
-from casa_assets.cli.text import pluralize
-from casa_assets.cli.verb import Verb
+from casa_assets.cli.output import Output, TextTable, from_column, pluralize, working_on
 
 if TYPE_CHECKING:
     from casa_assets.pipeline.families.run import FamilyResult
@@ -110,7 +106,7 @@ def show(
             result = build_one(request, out, checked=check, drawn=False)
             results.append(result)
             done(request.title)
-            print_result(result, output, always=True)
+            print_member(result, output, always=True)
             stem = request.title.replace("/", "_").replace("#", "n")
             for path in pictures(Path(result.folder), out, stem, width_px) if result.folder else ():
                 output.line(f"  {path}")
@@ -151,8 +147,8 @@ def build(
         raise typer.BadParameter("name families, or give --all")
     output = Output(json_, quiet, verbose)
     requests = requests_for([] if all_ else names or [], samples, seed, presets or not samples)
-    results = follow(build_all(requests, library, workers(engine, address, jobs), pictures), requests, output)
-    print_summary(results, output)
+    results = follow_members(build_all(requests, library, workers(engine, address, jobs), pictures), requests, output)
+    print_members(results, output)
     look(results, output)
     end(results)
 

@@ -19,9 +19,7 @@ from casa_assets.cli.options import (
     library_at,
     more,
 )
-from casa_assets.cli.output import Output, measures, measures_at
-from casa_assets.cli.tables import TextTable
-from casa_assets.cli.text import pluralize, terminal_safe
+from casa_assets.cli.output import Output, TextTable, measures, measures_at, pluralize, terminal_safe
 
 if TYPE_CHECKING:
     from casa_assets.pipeline.dedup.search import Found, SearchHit

@@ -8,8 +8,7 @@ from typing import Annotated
 import typer
 
 from casa_assets.cli.options import AsJson, Library, Quiet, Verbose, library_at
-from casa_assets.cli.output import Output
-from casa_assets.cli.text import pluralize
+from casa_assets.cli.output import Output, pluralize
 
 
 def index(

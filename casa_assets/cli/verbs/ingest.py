@@ -12,9 +12,18 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from casa_assets.cli.help import LIMITS
-from casa_assets.cli.ingest_output import codes_of, end, print_counts, print_events, print_summary
-from casa_assets.cli.input_report import no_mesh_found, print_codes, print_others
+from casa_assets.cli.group import LIMITS
+from casa_assets.cli.ingest_output import (
+    codes_of,
+    end,
+    no_mesh_found,
+    on_store,
+    print_codes,
+    print_counts,
+    print_events,
+    print_others,
+    print_summary,
+)
 from casa_assets.cli.options import (
     CLIP_HELP,
     Address,
@@ -34,37 +43,18 @@ from casa_assets.cli.options import (
     source,
     workers,
 )
-from casa_assets.cli.output import Output
-from casa_assets.cli.store_output import on_store
+from casa_assets.cli.output import Output, pluralize
 from casa_assets.cli.supervise import StopRequested
-from casa_assets.cli.text import pluralize
 from casa_assets.errors import CasaError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Mapping
 
-    from casa_assets.cli.store_output import Sending
+    from casa_assets.cli.ingest_output import Sending
     from casa_assets.ingest.sources.stores.address import StoreRoot
     from casa_assets.pipeline.ingest.job import Event
     from casa_assets.pipeline.ingest.run import Options
     from casa_assets.pipeline.ingest.shards.shard import Shard
-
-EXAMPLES = """
-Examples:
-
-  casa-assets ingest ~/meshes                      # every mesh of a folder
-  casa-assets ingest mug.glb --category mug        # one file of a known kind
-  casa-assets ingest objaverse/ t3d/manifest.jsonl --library lib --jobs 8
-  casa-assets ingest s3://bucket/meshes            # a store
-  casa-assets ingest table_set.glb --split         # each thing an asset
-  casa-assets ingest ~/meshes --dry-run            # write nothing
-  casa-assets ingest ~/meshes --retry-only FLT005  # what was rejected so
-  casa-assets ingest ~/meshes --retry things       # and what is new
-  casa-assets ingest ~/incoming --watch            # as files come
-  casa-assets ingest ~/meshes --json > run.jsonl   # an object per input
-  casa-assets ingest ~/meshes --store s3://bucket/library
-  casa-assets ingest ~/meshes --shard 3/16 --library shards/3
-"""
 
 
 # An option that bounds an input; 0 stands for the default, which its help names.
@@ -137,6 +127,21 @@ def ingest(
     result is in review or was rejected; --force replaces it. Exit 0 when all were accepted, 1 when some were rejected,
     4 when none was rejected but a person has to decide about some (review.csv in the library) or an accepted asset was
     kept in place of a new result, 2 on misuse.
+
+    Examples:
+
+      casa-assets ingest ~/meshes                      # every mesh of a folder
+      casa-assets ingest mug.glb --category mug        # one file of a known kind
+      casa-assets ingest objaverse/ t3d/manifest.jsonl --library lib --jobs 8
+      casa-assets ingest s3://bucket/meshes            # a store
+      casa-assets ingest table_set.glb --split         # each thing an asset
+      casa-assets ingest ~/meshes --dry-run            # write nothing
+      casa-assets ingest ~/meshes --retry-only FLT005  # what was rejected so
+      casa-assets ingest ~/meshes --retry things       # and what is new
+      casa-assets ingest ~/incoming --watch            # as files come
+      casa-assets ingest ~/meshes --json > run.jsonl   # an object per input
+      casa-assets ingest ~/meshes --store s3://bucket/library
+      casa-assets ingest ~/meshes --shard 3/16 --library shards/3
     """
     from casa_assets.pipeline.ingest.plugin_sources import roots_of
     from casa_assets.pipeline.ingest.run import Options
@@ -155,9 +160,6 @@ def ingest(
         _watch(roots, options, output)
     else:
         _ingest(roots, options, output, explain, store)
-
-
-ingest.__doc__ = f"{ingest.__doc__}\n{EXAMPLES}"
 
 
 def _check_together(store: bool, flags: Mapping[str, bool]) -> None:

@@ -7,13 +7,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from casa_assets.cli.group import Group
-from casa_assets.cli.ingest_output import end, print_events, print_summary
+from casa_assets.cli.group import Group, Verb
+from casa_assets.cli.ingest_output import end, print_changes, print_events, print_summary, waiting
 from casa_assets.cli.options import CLIP_HELP, AsJson, Force, LibraryOut, Out, Quiet, Verbose, library_at, more
-from casa_assets.cli.output import Output
-from casa_assets.cli.store_output import print_changes, waiting
-from casa_assets.cli.text import pluralize, terminal_safe
-from casa_assets.cli.verb import Verb
+from casa_assets.cli.output import Output, pluralize, terminal_safe
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator

@@ -8,8 +8,8 @@ from typing import Annotated
 import typer
 
 from casa_assets.cli import completion
-from casa_assets.cli.group import Group
-from casa_assets.cli.member_output import end, follow, look, print_summary, print_together
+from casa_assets.cli.build_output import end, follow_members, look, print_members, print_together
+from casa_assets.cli.group import Group, Verb
 from casa_assets.cli.options import (
     ALL_HELP,
     COUNT_HELP,
@@ -27,11 +27,7 @@ from casa_assets.cli.options import (
     more,
     workers,
 )
-from casa_assets.cli.output import Output
-from casa_assets.cli.progress import working_on
-from casa_assets.cli.tables import TextTable, from_column
-from casa_assets.cli.text import pluralize
-from casa_assets.cli.verb import Verb
+from casa_assets.cli.output import Output, TextTable, from_column, pluralize, working_on
 
 app = typer.Typer(
     name="objects",
@@ -135,8 +131,10 @@ def build(
         raise typer.BadParameter("name categories, or give --all")
     output = Output(json_, quiet, verbose)
     requests = object_requests([] if all_ else names or [], count, seed)
-    results = follow(build_all(requests, library, workers(engine, address, jobs), drawn=False), requests, output)
-    print_summary(results, output)
+    results = follow_members(
+        build_all(requests, library, workers(engine, address, jobs), drawn=False), requests, output
+    )
+    print_members(results, output)
     whole = read_library_report(library)
     if whole is not None:
         print_together(whole.report, {row.code: row.title for row in ROWS}, output)

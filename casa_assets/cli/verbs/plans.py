@@ -9,8 +9,7 @@ import typer
 
 from casa_assets.cli import completion
 from casa_assets.cli.options import OUT_HELP, AsJson, Quiet, Verbose, more
-from casa_assets.cli.output import Output
-from casa_assets.cli.text import pluralize
+from casa_assets.cli.output import Output, pluralize
 
 if TYPE_CHECKING:
     from casa_assets.pipeline.plans.check import PlanCheck

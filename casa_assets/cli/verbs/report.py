@@ -20,8 +20,7 @@ from casa_assets.cli.options import (
     library_at,
     more,
 )
-from casa_assets.cli.output import Output
-from casa_assets.cli.progress import bar
+from casa_assets.cli.output import Output, bar
 
 if TYPE_CHECKING:
     from casa_assets.pipeline.library.library import Library as LibraryFolder

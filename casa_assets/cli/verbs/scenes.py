@@ -5,16 +5,17 @@ from __future__ import annotations
 import shlex
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from casa_assets.cli import completion, scene_output
-from casa_assets.cli.group import Group
+from casa_assets.cli import build_output, completion
+from casa_assets.cli.group import Group, Verb
 from casa_assets.cli.options import (
     COUNT_HELP,
     IN_3D_HELP,
     OBJECTS_HELP,
+    OUT_HELP,
     SCENES_HELP,
     SEED_HELP,
     WIDTH_HELP,
@@ -30,16 +31,14 @@ from casa_assets.cli.options import (
     Pictures,
     Pose,
     Quiet,
+    ScenesFolder,
     ScenesOut,
     Seed,
     Verbose,
     more,
     workers,
 )
-from casa_assets.cli.output import Output, measures_at
-from casa_assets.cli.tables import TextTable, from_column
-from casa_assets.cli.verb import Verb
-from casa_assets.cli.verbs.pack import pack
+from casa_assets.cli.output import Output, TextTable, from_column, measures_at
 from casa_assets.cli.verbs.plans import check_plan, fit
 from casa_assets.model.kitchen.joint_word import JointWord
 from casa_assets.model.kitchen.surface import Surface
@@ -54,7 +53,7 @@ app = typer.Typer(
     help="Whole kitchens, a floor plan in a style: new, build, check, preview, pack and more.",
     no_args_is_help=True,
 )
-OUT = Path("out/scenes")
+OUT, PACKS = Path("out/scenes"), Path("out/packs")
 STYLE = "coastal"  # of a new kitchen, where none is named
 STYLE_TEXTURES = "style"  # --textures: those of the style
 NAMED = f"{SCENES_HELP[:-1]}, or 'l_*__coastal__o40' with 40 objects."
@@ -160,10 +159,10 @@ def _build(
         from casa_assets.pipeline.kitchens.scene_folders import BuildOptions, build_all
 
         done = build_all(recipes, out, jobs, BuildOptions(drawn, at_eye_level, force))
-    results = scene_output.follow(done, recipes, "building", output)
-    scene_output.write_reports(results, out, output)
-    scene_output.look(results, output)
-    scene_output.end(results)
+    results = build_output.follow(done, recipes, "building", output)
+    build_output.write_reports(results, out, output)
+    build_output.look(results, output)
+    build_output.end(results)
 
 
 @app.command(cls=Verb)
@@ -194,12 +193,12 @@ def check(
     recipes, output = _recipes(scenes, all_, out), Output(json_, quiet, verbose)
     processes = workers(engine, address, jobs)
     done = check_all(recipes, out, processes, force, drawn=pictures, in_3d=in_3d, at_eye_level=at_eye_level)
-    results = scene_output.follow(done, recipes, "checking", output)
+    results = build_output.follow(done, recipes, "checking", output)
     if not json_:
-        scene_output.print_numbers(results, out, output)
-    scene_output.write_reports(results, out, output)
-    scene_output.look(results, output)
-    scene_output.end(results)
+        build_output.print_numbers(results, out, output)
+    build_output.write_reports(results, out, output)
+    build_output.look(results, output)
+    build_output.end(results)
 
 
 @app.command(cls=Verb)
@@ -229,11 +228,11 @@ def sample(
 
     recipes, output = draw_recipes(count, seed, objects), Output(json_, quiet, verbose)
     done = sample_all(recipes, out, workers(engine, address, jobs), drawn=pictures, in_3d=in_3d)
-    results = scene_output.follow(done, recipes, "drawing", output, lean=True)
-    scene_output.print_sample(results, recipes, seed, out, output)
-    scene_output.write_reports(results, out, output)
-    scene_output.look(results, output)
-    scene_output.raise_faults(results)
+    results = build_output.follow(done, recipes, "drawing", output, lean=True)
+    build_output.print_sample(results, recipes, seed, out, output)
+    build_output.write_reports(results, out, output)
+    build_output.look(results, output)
+    build_output.raise_faults(results)
     if not any(result.passed for result in results):
         raise typer.Exit(1)
 
@@ -331,11 +330,11 @@ def robots(
 
     recipes, output = _recipes(scenes, all_, out), Output(json_, quiet, verbose)
     done = certify_all(recipes, out, robot or robot_names(), models or find_robot_models(), jobs, force, joint or ())
-    results = scene_output.follow(done, recipes, "reaching", output)
+    results = build_output.follow(done, recipes, "reaching", output)
     if not json_:
-        scene_output.print_robots(results, output)
-    scene_output.look(results, output)
-    scene_output.end(results)
+        build_output.print_robots(results, output)
+    build_output.look(results, output)
+    build_output.end(results)
 
 
 @app.command(cls=Verb)
@@ -365,11 +364,11 @@ def states(
 
     recipes, output = _recipes(scenes, all_, out), Output(json_, quiet, verbose)
     done = draw_all(recipes, out, StateRequest(count, objects, doors, seed), jobs, force)
-    results = scene_output.follow(done, recipes, "drawing", output)
+    results = build_output.follow(done, recipes, "drawing", output)
     if not json_:
-        scene_output.print_states(results, output)
-    scene_output.look(results, output)
-    scene_output.end(results)
+        build_output.print_states(results, output)
+    build_output.look(results, output)
+    build_output.end(results)
 
 
 @app.command(cls=Verb)
@@ -404,13 +403,60 @@ def batch(
     recipes, output = _recipes(scenes, all_, out), Output(json_, quiet, verbose)
     request = BatchRequest(tuple(joints or JointWord), primitives or None)
     done = make_all(recipes, out, request, workers(engine, address, jobs), force)
-    results = scene_output.follow(done, recipes, "merging", output)
+    results = build_output.follow(done, recipes, "merging", output)
     if not json_:
-        scene_output.print_batch_forms(results, output)
-    scene_output.end(results)
+        build_output.print_batch_forms(results, output)
+    build_output.end(results)
 
 
-app.command(cls=Verb)(pack)
+@app.command(cls=Verb)
+def pack(
+    scene: Annotated[
+        str, typer.Argument(help="Id of a scene, such as l_small__coastal.", autocompletion=completion.kitchens)
+    ],
+    zip_: Annotated[bool, typer.Option("--zip", help="MJCF, USD, scene.json and all that they name.")] = False,
+    usdz: Annotated[bool, typer.Option("--usdz", help="The USD and all that it names, as one USDZ.")] = False,
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE", help=more(OUT_HELP, "by default out/packs/<id>.zip or .usdz."))
+    ] = None,
+    scenes_folder: ScenesFolder = OUT,
+    json_: AsJson = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
+) -> None:
+    """Write a kitchen as one file that loads by itself on another machine; built first where it is missing.
+
+    Exit 0 when it is written, 2 on misuse.
+
+    Example:  casa-assets scenes pack l_small__coastal --zip
+    """
+    from casa_assets.pipeline.kitchens.pack import PackKind, pack_scene
+
+    if zip_ == usdz:
+        raise typer.BadParameter("give one of --zip and --usdz")
+    output, kind = Output(json_, quiet, verbose), PackKind.ZIP if zip_ else PackKind.USDZ
+    done = pack_scene(scene, scenes_folder, kind, _pack_file(out or PACKS, scene, kind.value))
+    facts: dict[str, Any] = {
+        "kind": kind.value,
+        "files": done.files,
+        "bytes": done.size,
+        "sha256": done.sha256,
+        "built": done.built,
+    }
+    measured = measures_at(scenes_folder / done.scene_id)
+    output.made(done.scene_id, done.file.parent, measured, file=str(done.file), **facts)
+    output.line(f"{done.file}: {done.files} files, {done.size / 1e6:.1f} MB")
+    elsewhere = () if scenes_folder == OUT else ("--scenes-folder", scenes_folder)
+    output.look(done.scene_id, *elsewhere)
+
+
+def _pack_file(out: Path, scene: str, suffix: str) -> Path:
+    """The file to write: other programs go by its suffix, so it always has the one of its kind."""
+    if out == PACKS or out.is_dir():
+        return out / f"{scene}.{suffix}"
+    return out if out.suffix.lower() == f".{suffix}" else out.with_name(f"{out.name}.{suffix}")
+
+
 app.command("check-plan", cls=Verb)(check_plan)
 app.command(cls=Verb)(fit)
 

@@ -9,13 +9,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from casa_assets.cli import completion
-from casa_assets.cli.group import Group
+from casa_assets.cli.group import Group, Verb
 from casa_assets.cli.options import WIDTH_HELP, AsJson, Jobs, LibraryOut, Out, Quiet, Verbose, more
-from casa_assets.cli.output import Output
-from casa_assets.cli.progress import working_on
-from casa_assets.cli.tables import TextTable, from_column
-from casa_assets.cli.text import pluralize
-from casa_assets.cli.verb import Verb
+from casa_assets.cli.output import Output, TextTable, from_column, pluralize, working_on
 from casa_assets.model.kitchen.surface import Surface
 
 if TYPE_CHECKING:

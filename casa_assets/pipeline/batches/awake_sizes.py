@@ -7,7 +7,7 @@ import math
 import mujoco
 import numpy as np
 
-from casa_assets.checks.scene.batch.size import candidate_pairs
+from casa_assets.checks.scene.batch.form import candidate_pairs
 from casa_assets.pipeline.batches.shared_model import SharedModel
 from casa_assets.pipeline.batches.start_rows import StartRows
 

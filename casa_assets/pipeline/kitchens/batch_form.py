@@ -14,8 +14,7 @@ from pydantic import ValidationError
 from casa_assets import registry
 from casa_assets.checks.run import run
 from casa_assets.checks.scene.batch.engine_sizes import engine_sizes
-from casa_assets.checks.scene.batch.size import candidate_pairs
-from casa_assets.checks.scene.batch.subject import BatchSubject
+from casa_assets.checks.scene.batch.form import BatchSubject, candidate_pairs
 from casa_assets.core.cache_folder import cache_for
 from casa_assets.export.mjcf.scene import batch as mjcf
 from casa_assets.geometry.lightweight import light_scene

@@ -19,15 +19,14 @@ from casa_assets.checks.design.rules.grade import grade
 from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.checks.readers.mujoco_load import native_warnings
 from casa_assets.checks.run import load_table, report_not_run, run
-from casa_assets.checks.scene.formats.files import SceneFiles
+from casa_assets.checks.scene.formats.light_form import SceneFiles
 from casa_assets.checks.scene.motion.budget import MeasuredSpeed, scene_sizes
-from casa_assets.checks.scene.motion.stopwatch import steps_per_second
-from casa_assets.checks.scene.run import UNLOADED, run_scene
-from casa_assets.checks.scene.subject import SceneSubject
+from casa_assets.checks.scene.subject import SceneSubject, steps_per_second
 from casa_assets.checks.scene.views import Pixels, PreviewImages
 from casa_assets.checks.simready.validator import load_rules
 from casa_assets.checks.start_states.stage import Stage
 from casa_assets.checks.start_states.verdict import StatesSubject
+from casa_assets.checks.table.table import UNLOADED, run_scene
 from casa_assets.core.cache_folder import cache_for
 from casa_assets.export.mjcf.scene.kitchen import FILE
 from casa_assets.model.issue import Report

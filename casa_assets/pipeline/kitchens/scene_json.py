@@ -5,8 +5,7 @@ from __future__ import annotations
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
-from casa_assets.checks.design.subject import DesignSubject
-from casa_assets.checks.design.summary import whereabouts
+from casa_assets.checks.design.subject import DesignSubject, whereabouts
 from casa_assets.core.rounding import decimals
 from casa_assets.layouts.compose.floor_facts import facts_of
 from casa_assets.layouts.lived_in.free_room import count_of_things, largest_box, world_bounds

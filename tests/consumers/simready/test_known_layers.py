@@ -9,7 +9,7 @@ import pytest
 from pxr import Usd
 
 from casa_assets.checks.scene.formats import usd_layer
-from casa_assets.checks.scene.formats.files import SceneFiles
+from casa_assets.checks.scene.formats.light_form import SceneFiles
 from casa_assets.model.asset.asset import Base
 from casa_assets.model.kitchen.scene import Scene
 from casa_assets.pipeline.kitchens.passed_layers import PassedLayers

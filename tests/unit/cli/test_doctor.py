@@ -8,7 +8,7 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from casa_assets.cli.verbs import doctor as verb
+from casa_assets.cli.verbs import check as verb
 from casa_assets.pipeline.doctor import Finding, _renderers
 
 GOOD = Finding(subject="python", ok=True, message="3.11")

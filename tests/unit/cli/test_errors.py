@@ -8,10 +8,9 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from casa_assets.cli.input_report import print_codes, print_review
+from casa_assets.cli.ingest_output import print_codes, print_review
 from casa_assets.cli.main import app
-from casa_assets.cli.output import Output
-from casa_assets.cli.text import without_name
+from casa_assets.cli.output import Output, without_name
 from casa_assets.errors import CasaError
 
 

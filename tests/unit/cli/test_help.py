@@ -10,7 +10,7 @@ from typing import Any
 import typer
 from typer.testing import CliRunner
 
-from casa_assets.cli.help import CLUSTER, GENERAL, LIMITS, help_text
+from casa_assets.cli.group import CLUSTER, GENERAL, LIMITS, help_text
 from casa_assets.cli.main import app, narrowed
 
 WIDTH = 78  # of 80 columns, as Typer counts them

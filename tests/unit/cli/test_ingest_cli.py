@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from casa_assets.cli.text import terminal_safe
+from casa_assets.cli.output import terminal_safe
 from tests.determinism.test_kill import children
 from tests.libraries import BOXES, ROOT, box_obj, casa, command, entries_of, input_rows, limited
 from tests.program import called

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from casa_assets.cli import scene_output
+from casa_assets.cli import build_output
 from casa_assets.cli.output import Output
 from casa_assets.pipeline.kitchens.recipe import SceneRecipe, SceneResult
 from casa_assets.pipeline.library.library import Library
@@ -70,11 +70,11 @@ def test_of_kitchens_the_first_that_was_made(capsys: pytest.CaptureFixture[str],
     folder.mkdir()
     (folder / "scene.json").write_text("{}", encoding="utf-8")
     failed, made = SceneResult(SceneRecipe("galley", "coastal"), message="no room"), SceneResult(recipe, str(folder))
-    scene_output.look([failed, made], Output())
+    build_output.look([failed, made], Output())
     out, err = capsys.readouterr()
     assert (out, err) == ("", f"{LINE}{folder}\n")
     assert find(str(folder), tmp_path, ()) == Kitchen(recipe, tmp_path, is_named_by_path=True)
-    scene_output.look([failed], Output())
+    build_output.look([failed], Output())
     assert capsys.readouterr() == ("", "")
 
 

@@ -13,8 +13,7 @@ from rich.console import Console
 from casa_assets import registry
 from casa_assets.cli import ingest_output
 from casa_assets.cli.main import app
-from casa_assets.cli.progress import bar
-from casa_assets.cli.text import pluralize
+from casa_assets.cli.output import bar, pluralize
 from casa_assets.errors import UnknownId
 from casa_assets.pipeline.library.library import Summary
 from casa_assets.pipeline.reports.entry import NO_CHECKS, Entry

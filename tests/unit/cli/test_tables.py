@@ -6,7 +6,7 @@ import pytest
 from rich.console import Console
 from rich.text import Text
 
-from casa_assets.cli.tables import TextTable
+from casa_assets.cli.output import TextTable
 
 ID, PATH = "mug_fb61aea070", "some/rather/long/folder/g_nonmanifold_fin_of_a_mug.glb"
 SENTENCE = "the bounding box is larger than that of any mug, so that the unit of the file may be another one"

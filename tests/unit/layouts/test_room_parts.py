@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from casa_assets.checks.readers import scene_mjcf
+from casa_assets.checks.readers import scene_facts
 from casa_assets.checks.scene.formats.parity import scene_parity
 from casa_assets.errors import PlanConflict, RegistryError
 from casa_assets.geometry.outline import contains_point
@@ -352,7 +352,7 @@ def test_both_formats_say_the_same_of_the_room(name: str, tmp_path: Path) -> Non
     folder = written(scene, tmp_path)
     assert scene_parity(folder / "scene.xml", folder / "scene.usda") == []
     assert scene_parity(folder / "scene.xml", folder / "scene_nested.usda") == []
-    found = {p.name: p for p in scene_mjcf.facts(folder / "scene.xml").placements}
+    found = {p.name: p for p in scene_facts.facts_of_mjcf(folder / "scene.xml").placements}
     assert found.keys() == built.keys()
 
 

@@ -1,20 +1,37 @@
-"""The 25 atomic tasks of RoboCasa: what of a kitchen affords each, and how often things can be put for it.
+"""The atomic tasks of RoboCasa, 65 of v1.0 and 25 of v0.2: what of a kitchen affords each.
 
+For those of v0.2 also how often things can be put for it.
+
+Ref: robocasa v1.0.1, ATOMIC_TASK_DATASETS and the tasks' own classes: what each asks for before it can be reset.
 Ref: robocasa/environments/kitchen/single_stage, v0.2: the tasks, what each looks for, and the sizes of what it puts.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 
-from casa_assets.checks.design.robot.floor_map import FloorMap
-from casa_assets.checks.design.robot.parking import ParkingPlaces
-from casa_assets.checks.design.robot.placing import BoxSizes, PlacingZone, acceptance, free_area
-from casa_assets.checks.design.robot.task_view import Afforded, Placing, TaskFinding, TaskView, doors, names
+from casa_assets.checks.design.robot.floor_map import FloorMap, ParkingPlaces
+from casa_assets.checks.design.robot.task_view import (
+    ABOVE_M,
+    Afforded,
+    AtomicTask,
+    BoxSizes,
+    Placing,
+    PlacingZone,
+    TaskFinding,
+    TaskView,
+    acceptance,
+    doors,
+    free_area,
+    names,
+    worktop_regions,
+)
+from casa_assets.core.robocasa import MIN_SURFACE_M, PLATE_DEPTH_M, SHELF_HEIGHTS_M
 from casa_assets.core.sampling import rng_for
 from casa_assets.model.asset.joint import JointKind
-from casa_assets.model.kitchen.floor import Fixture, KitchenFacts, Role
+from casa_assets.model.kitchen.floor import Fixture, FixtureRegion, Footprint, KitchenFacts, Role
 
 SAMPLES = 200
 FLOOR_RADIUS_M = 1.0  # around a parking place, in which floor is measured
@@ -28,6 +45,8 @@ TOP_DRAWER_M = (0.7, 0.9)  # heights between which the middle of a top drawer li
 UPPER_BOTTOM_M = (1.0, 1.6)  # heights between which the underside of a wall cabinet lies
 SPOUT_RAD = 0.52  # that a spout has to turn to either side: 30 degrees
 MIN_DRIVE_M = 1.0  # between the start and the goal of a drive
+BOARD_M = 0.6  # width and depth of the worktop that a cutting board and what lies around it want
+_SLOTS = "(side[LR]_)?slot[LR]"  # regions of a toaster
 # Roles of fixtures that a drive may lead to, where a kitchen has one of them.
 DRIVE_GOALS = (
     Role.COFFEE_MACHINE,
@@ -44,14 +63,14 @@ DRIVE_GOALS = (
 )
 
 
-def uppers(view: TaskView, count: tuple[int, ...]) -> tuple[Fixture, ...]:
+def _uppers(view: TaskView, count: tuple[int, ...]) -> tuple[Fixture, ...]:
     """Wall cabinets of so many doors, at a height that an arm reaches."""
     found = view.reached(Role.UPPER)
     return tuple(f for f in found if UPPER_BOTTOM_M[0] <= f.bottom <= UPPER_BOTTOM_M[1] and len(doors(f)) in count)
 
 
 def _cabinet(view: TaskView) -> TaskFinding:
-    cabinets = uppers(view, (1, 2))
+    cabinets = _uppers(view, (1, 2))
     zones = tuple(z for f in cabinets for z in view.inside(f, r"level\d+|int"))
     counter = view.counter(cabinets, 0.1)
     return TaskFinding(
@@ -64,7 +83,7 @@ def _cabinet(view: TaskView) -> TaskFinding:
     )
 
 
-def sink(view: TaskView, size: BoxSizes) -> TaskFinding:
+def _sink(view: TaskView, size: BoxSizes) -> TaskFinding:
     """Sinks with a basin, and the worktop beside them."""
     sinks = view.reached(Role.SINK)
     zones = tuple(z for f in sinks for z in view.inside(f, r"basin.*|int"))
@@ -78,7 +97,7 @@ def sink(view: TaskView, size: BoxSizes) -> TaskFinding:
     )
 
 
-def microwaves(view: TaskView) -> TaskFinding:
+def _microwaves(view: TaskView) -> TaskFinding:
     """Microwaves with a door and a tray."""
     ovens = tuple(f for f in view.reached(Role.MICROWAVE) if f.joint("microjoint"))
     zones = tuple(z for f in ovens for z in view.inside(f, r"tray|int"))
@@ -104,7 +123,7 @@ def _burners(fixture: Fixture) -> list[tuple[str, str, str]]:
     return found
 
 
-def stove(view: TaskView, counter_wanted: bool) -> TaskFinding:
+def _stove(view: TaskView, counter_wanted: bool) -> TaskFinding:
     """Ranges and hobs with a knob, a flame and a place for a pan."""
     stoves = tuple(f for f in view.reached(Role.RANGE, Role.HOB) if _burners(f))
     pans = tuple(view.at(f, place, 0.10) for f in stoves for _, _, place in _burners(f))
@@ -120,7 +139,7 @@ def stove(view: TaskView, counter_wanted: bool) -> TaskFinding:
 
 
 def _doors(view: TaskView, count: int) -> TaskFinding:
-    cabinets = uppers(view, (count,))
+    cabinets = _uppers(view, (count,))
     ovens = tuple(f for f in view.reached(Role.MICROWAVE) if f.joint("microjoint")) if count == 1 else ()
     every = (*cabinets, *ovens)
     zones = tuple(z for f in cabinets for z in view.inside(f, r"level\d+|int"))
@@ -134,7 +153,7 @@ def _doors(view: TaskView, count: int) -> TaskFinding:
     )
 
 
-def drawers(view: TaskView) -> TaskFinding:
+def _drawers(view: TaskView) -> TaskFinding:
     """Top drawers with free floor beside them."""
     found: list[Fixture] = []
     joints: list[str] = []
@@ -160,7 +179,7 @@ def drawers(view: TaskView) -> TaskFinding:
     )
 
 
-def faucet(view: TaskView, joint: str) -> TaskFinding:
+def _faucet(view: TaskView, joint: str) -> TaskFinding:
     """Sinks whose tap has a joint of that name."""
     sinks = tuple(
         f for f in view.reached(Role.SINK) if f.joint(joint) is not None and "water" in {m.name for m in f.sites}
@@ -189,7 +208,7 @@ def _pressed(view: TaskView, role: Role, button: str) -> TaskFinding:
     return TaskFinding(found, joints=joints, wants="" if found else f"a {role.value.replace('_', ' ')} with a {button}")
 
 
-def coffee(view: TaskView, put_down: bool) -> TaskFinding:
+def _coffee(view: TaskView, put_down: bool) -> TaskFinding:
     """Coffee machines with a start button and a place for a mug."""
     place = "receptacle_place_site"
     pressed = _pressed(view, Role.COFFEE_MACHINE, "start_button")
@@ -206,15 +225,15 @@ def coffee(view: TaskView, put_down: bool) -> TaskFinding:
     )
 
 
-def heated(view: TaskView, button: str) -> TaskFinding:
+def _heated(view: TaskView, button: str) -> TaskFinding:
     """Microwaves with a button of that name."""
-    pressed, ovens = _pressed(view, Role.MICROWAVE, button), microwaves(view)
+    pressed, ovens = _pressed(view, Role.MICROWAVE, button), _microwaves(view)
     return TaskFinding(
         pressed.fixtures, pressed.joints, regions=ovens.regions, puts=ovens.puts[1:], wants=pressed.wants or ovens.wants
     )
 
 
-def drive(view: TaskView) -> TaskFinding:
+def _drive(view: TaskView) -> TaskFinding:
     """Fixtures that there are once, and far enough from another to drive there."""
     once = [f for role in DRIVE_GOALS if len(found := view.facts.with_role(role)) == 1 for f in found]
     places = [p for p in view.parking.shut.values() if p is not None]
@@ -227,39 +246,237 @@ def drive(view: TaskView) -> TaskFinding:
     return TaskFinding(tuple(aims), wants="" if aims else "a thing that there is once, more than 1 m from another")
 
 
-TASKS: tuple[tuple[str, Callable[[TaskView], TaskFinding]], ...] = (
-    ("pnp_counter_to_cab", _cabinet),
-    ("pnp_cab_to_counter", _cabinet),
-    ("pnp_counter_to_sink", lambda view: sink(view, GRASPED)),
-    ("pnp_sink_to_counter", lambda view: sink(view, PLATE)),
-    ("pnp_counter_to_microwave", microwaves),
-    ("pnp_microwave_to_counter", microwaves),
-    ("pnp_counter_to_stove", lambda view: stove(view, True)),
-    ("pnp_stove_to_counter", lambda view: stove(view, True)),
-    ("open_single_door", lambda view: _doors(view, 1)),
-    ("close_single_door", lambda view: _doors(view, 1)),
-    ("open_double_door", lambda view: _doors(view, 2)),
-    ("close_double_door", lambda view: _doors(view, 2)),
-    ("open_drawer", drawers),
-    ("close_drawer", drawers),
-    ("turn_on_stove", lambda view: stove(view, False)),
-    ("turn_off_stove", lambda view: stove(view, False)),
-    ("turn_on_sink_faucet", lambda view: faucet(view, "handle_joint")),
-    ("turn_off_sink_faucet", lambda view: faucet(view, "handle_joint")),
-    ("turn_sink_spout", lambda view: faucet(view, "spout_joint")),
-    ("coffee_press_button", lambda view: coffee(view, False)),
-    ("turn_on_microwave", lambda view: heated(view, "start_button")),
-    ("turn_off_microwave", lambda view: heated(view, "stop_button")),
-    ("coffee_setup_mug", lambda view: coffee(view, True)),
-    ("coffee_serve_mug", lambda view: coffee(view, True)),
-    ("navigate_kitchen", drive),
+Found = tuple[Fixture, ...]
+Finding = Callable[[TaskView], TaskFinding]
+
+
+def _with(found: Found, wants: str) -> TaskFinding:
+    """Fixtures with which a task can be done; what it wants where there are none."""
+    return TaskFinding(found, wants="" if found else wants)
+
+
+def _having(roles: Sequence[Role], joint: str, region: str, wants: str) -> Finding:
+    """Fixtures of some roles with a joint and a region whose names match; an empty pattern asks for none."""
+
+    def find(view: TaskView) -> TaskFinding:
+        found = tuple(
+            f
+            for f in view.reached(*roles)
+            if (not joint or any(re.fullmatch(joint, j.name) for j in f.joints))
+            and (not region or any(re.fullmatch(region, r.name) for r in f.regions))
+        )
+        return _with(found, wants)
+
+    return find
+
+
+def _of_category(category: str, joint: str, wants: str) -> Finding:
+    """Things on worktops of a category, with a joint whose name matches."""
+
+    def find(view: TaskView) -> TaskFinding:
+        found = tuple(
+            f
+            for f in view.facts.fixtures
+            if f.category == category and (not joint or any(re.fullmatch(joint, j.name) for j in f.joints))
+        )
+        return _with(found, wants)
+
+    return find
+
+
+def _cabinets_with_shelves(view: TaskView) -> TaskFinding:
+    """Wall cabinets with a shelf where RoboCasa v1.0 looks for one."""
+    low, high = SHELF_HEIGHTS_M
+    found = tuple(
+        f
+        for f in _uppers(view, (1, 2))
+        if any(low <= r.bottom <= high for r in f.regions if re.fullmatch(r"level\d+|int", r.name))
+    )
+    return _with(found, "a wall cabinet with doors and a shelf between 1.0 and 1.5 m")
+
+
+def _worktops(side: float) -> Finding:
+    """Worktops with a free rectangle of this width and depth, metres."""
+
+    def find(view: TaskView) -> TaskFinding:
+        found = (f for f, region in worktop_regions(view.facts) if min(region.footprint.size) >= side)
+        return _with(tuple(dict.fromkeys(found)), f"a worktop of {side} x {side} m")
+
+    return find
+
+
+def _microwaves_with_worktop(view: TaskView) -> TaskFinding:
+    """Microwaves; where one stands on a worktop, RoboCasa has to find room for a plate before or beside it."""
+    if (found := _microwaves(view)).wants:
+        return found
+    tops = [region for _, region in worktop_regions(view.facts)]
+    roomy = tuple(f for f in found.fixtures if all(_has_room(f, top.footprint) for top in tops if _is_on(f, top)))
+    return _with(roomy, f"{MIN_SURFACE_M[0]} m of worktop beside a microwave, or {PLATE_DEPTH_M} m before it")
+
+
+def _is_on(fixture: Fixture, top: FixtureRegion) -> bool:
+    across, before = top.footprint.to_local(fixture.footprint.center)
+    width, depth = top.footprint.size
+    return abs(fixture.bottom - top.bottom) < ABOVE_M / 2 and abs(across) < width / 2 and -depth < before < 0
+
+
+def _has_room(fixture: Fixture, top: Footprint) -> bool:
+    corners = [top.to_local(corner) for corner in fixture.footprint.corners]
+    left, right = min(c[0] for c in corners), max(c[0] for c in corners)
+    half = top.size[0] / 2
+    return max(left + half, half - right) >= MIN_SURFACE_M[0] or -max(c[1] for c in corners) >= PLATE_DEPTH_M
+
+
+_TOASTER = _having([Role.TOASTER], ".*lever.*", _SLOTS, "a toaster with a lever and slots")
+_BLENDER = _of_category("blender", "", "a blender with a lid")
+
+
+def _toasters_for_bread(view: TaskView) -> TaskFinding:
+    """Toasters whose slots run from front to back, as RoboCasa turns bread that it puts into them."""
+    if (found := _TOASTER(view)).wants:
+        return found
+    slots = {f.name: [r.footprint.size for r in f.regions if re.fullmatch(_SLOTS, r.name)] for f in found.fixtures}
+    fitting = tuple(f for f in found.fixtures if all(width < depth for width, depth in slots[f.name]))
+    return _with(fitting, "a toaster whose slots run from front to back")
+
+
+def _lidded_blenders(view: TaskView) -> TaskFinding:
+    """Blenders, where their lid is there: without it they are not turned on."""
+    has_lid = any(f.category == "blender_lid" for f in view.facts.fixtures)
+    return _with(_BLENDER(view).fixtures if has_lid else (), "a blender with a lid")
+
+
+@dataclass(frozen=True)
+class Task:
+    """Tasks of RoboCasa that look for the same.
+
+    Attributes:
+        find: what of a kitchen affords them. names: of their classes in v1.0.
+        before: number -> name of those of v0.2, in the order in which they are told.
+    """
+
+    find: Finding
+    names: tuple[str, ...] = ()
+    before: Mapping[int, str] = field(default_factory=dict)
+
+
+TASKS = (
+    Task(_cabinet, before={1: "pnp_counter_to_cab", 2: "pnp_cab_to_counter"}),
+    Task(
+        _cabinets_with_shelves,
+        ("OpenCabinet", "CloseCabinet", "PickPlaceCounterToCabinet", "PickPlaceCabinetToCounter", "MakeIcedCoffee"),
+    ),
+    Task(lambda view: _doors(view, 1), before={9: "open_single_door", 10: "close_single_door"}),
+    Task(lambda view: _doors(view, 2), before={11: "open_double_door", 12: "close_double_door"}),
+    Task(
+        _drawers,
+        ("OpenDrawer", "CloseDrawer", "PickPlaceCounterToDrawer", "PickPlaceDrawerToCounter"),
+        {13: "open_drawer", 14: "close_drawer"},
+    ),
+    Task(
+        lambda view: _sink(view, GRASPED),
+        ("PickPlaceCounterToSink", "PickPlaceSinkToCounter"),
+        {3: "pnp_counter_to_sink"},
+    ),
+    Task(lambda view: _sink(view, PLATE), before={4: "pnp_sink_to_counter"}),
+    Task(
+        lambda view: _faucet(view, "handle_joint"),
+        ("TurnOnSinkFaucet", "TurnOffSinkFaucet"),
+        {17: "turn_on_sink_faucet", 18: "turn_off_sink_faucet"},
+    ),
+    Task(lambda view: _faucet(view, "spout_joint"), ("TurnSinkSpout",), {19: "turn_sink_spout"}),
+    Task(lambda view: _faucet(view, "handle_temp_joint"), ("AdjustWaterTemperature",)),
+    Task(
+        _having([Role.MICROWAVE], "microjoint", "tray", "a microwave with a door and a tray"),
+        ("OpenMicrowave", "CloseMicrowave"),
+    ),
+    Task(_microwaves, before={5: "pnp_counter_to_microwave", 6: "pnp_microwave_to_counter"}),
+    Task(_microwaves_with_worktop, ("PickPlaceCounterToMicrowave", "PickPlaceMicrowaveToCounter")),
+    Task(lambda view: _heated(view, "start_button"), ("TurnOnMicrowave",), {21: "turn_on_microwave"}),
+    Task(lambda view: _heated(view, "stop_button"), ("TurnOffMicrowave",), {22: "turn_off_microwave"}),
+    Task(
+        lambda view: _stove(view, True),
+        ("PickPlaceCounterToStove", "PickPlaceStoveToCounter"),
+        {7: "pnp_counter_to_stove", 8: "pnp_stove_to_counter"},
+    ),
+    Task(
+        lambda view: _stove(view, False),
+        ("TurnOnStove", "TurnOffStove", "LowerHeat"),
+        {15: "turn_on_stove", 16: "turn_off_stove"},
+    ),
+    Task(
+        _having([Role.OVEN], ".*door_joint", "rack[01]", "an oven beside a hob, with a rack"),
+        ("OpenOven", "CloseOven", "SlideOvenRack", "PickPlaceCounterToOven"),
+    ),
+    Task(
+        _having([Role.OVEN], "knob_temp_joint", "rack[01]", "an oven with a knob of its temperature"), ("PreheatOven",)
+    ),
+    Task(
+        _having([Role.FRIDGE], ".*fridge.*door.*|.*door.*fridge.*", "", "a refrigerator with a door"),
+        ("OpenFridge", "CloseFridge"),
+    ),
+    Task(
+        _having(
+            [Role.FRIDGE], ".*fridge.*drawer.*|.*drawer.*fridge.*", ".*fridge.*drawer.*", "a drawer in the refrigerator"
+        ),
+        ("OpenFridgeDrawer", "CloseFridgeDrawer", "PickPlaceFridgeShelfToDrawer", "PickPlaceFridgeDrawerToShelf"),
+    ),
+    Task(
+        _having([Role.DISHWASHER], "door_joint", "rack1", "a dishwasher with an upper rack"),
+        ("OpenDishwasher", "CloseDishwasher", "SlideDishwasherRack"),
+    ),
+    Task(lambda view: _coffee(view, False), before={20: "coffee_press_button"}),
+    Task(
+        lambda view: _coffee(view, True),
+        ("StartCoffeeMachine", "CoffeeSetupMug", "CoffeeServeMug"),
+        {23: "coffee_setup_mug", 24: "coffee_serve_mug"},
+    ),
+    Task(_TOASTER, ("TurnOnToaster",)),
+    Task(_toasters_for_bread, ("PickPlaceToasterToCounter",)),
+    Task(
+        _of_category("toaster_oven", ".*door_joint", "a toaster oven"),
+        (
+            "OpenToasterOvenDoor",
+            "CloseToasterOvenDoor",
+            "SlideToasterOvenRack",
+            "AdjustToasterOvenTemperature",
+            "TurnOnToasterOven",
+            "PickPlaceCounterToToasterOven",
+            "PickPlaceToasterOvenToCounter",
+        ),
+    ),
+    Task(
+        _of_category("kettle", "lid_joint", "an electric kettle with a lid"),
+        ("TurnOnElectricKettle", "OpenElectricKettleLid", "CloseElectricKettleLid"),
+    ),
+    Task(
+        _of_category("stand_mixer", "head_joint", "a stand mixer whose head tilts"),
+        ("OpenStandMixerHead", "CloseStandMixerHead", "PickPlaceCounterToStandMixer"),
+    ),
+    Task(_lidded_blenders, ("OpenBlenderLid", "CloseBlenderLid", "TurnOnBlender")),
+    Task(_BLENDER, ("PickPlaceCounterToBlender",)),
+    Task(_worktops(BOARD_M), ("CheesyBread",)),
+    Task(_worktops(0.3), ("PackDessert",)),
+    Task(_drive, ("NavigateKitchen",), {25: "navigate_kitchen"}),
 )
+ATOMIC_TASKS = tuple(sorted(name for task in TASKS for name in task.names))  # of v1.0
 
 
 def afforded(facts: KitchenFacts, floor: FloorMap, parking: ParkingPlaces, seed: int) -> tuple[Afforded, ...]:
-    """Result for each of the tasks, in order."""
+    """Result for each of the tasks of v0.2, in the order of their numbers."""
     view = TaskView(facts, floor, parking)
-    return tuple(_afforded(view, k + 1, name, find(view), seed) for k, (name, find) in enumerate(TASKS))
+    found = {k: (name, row.find) for row in TASKS for k, name in row.before.items()}
+    return tuple(_afforded(view, k, found[k][0], found[k][1](view), seed) for k in sorted(found))
+
+
+def atomic_tasks(view: TaskView) -> tuple[AtomicTask, ...]:
+    """Result for each of the tasks of v1.0, in the order of their names."""
+    out: dict[str, AtomicTask] = {}
+    for row in TASKS:
+        found = row.find(view) if row.names else TaskFinding(())
+        fixtures = () if found.wants else tuple(f.name for f in found.fixtures)
+        out |= {name: AtomicTask(task=name, fixtures=fixtures, wants=found.wants) for name in row.names}
+    return tuple(out[name] for name in ATOMIC_TASKS)
 
 
 def _afforded(view: TaskView, number: int, name: str, found: TaskFinding, seed: int) -> Afforded:

@@ -1,16 +1,23 @@
-"""Find appliances in unsafe or cramped places: no standing room, under windows, near corners."""
+"""Appliances: unsafe or cramped places, free worktop beside them, the work triangle and what is on it."""
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator
+
+import numpy as np
 
 from casa_assets.checks.check import Measurement, least, not_applicable
 from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.geometry.outline import penetration_depth
+from casa_assets.geometry.planar import length_inside, outline_of
 from casa_assets.model.kitchen.floor import Fixture, KitchenFacts, PlacedRun, Role, RoomWall, RunEnd
 from casa_assets.model.kitchen.plan import OpeningKind
 from casa_assets.model.record import Vec2
+
+# Appliances -----------------------------------------------------------------------------------------------------------
+# Find appliances in unsafe or cramped places: no standing room, under windows, near corners.
 
 COOKTOPS = (Role.RANGE, Role.HOB)
 # Kinds of units that are appliances whose doors or cooks need room beside a corner.
@@ -160,3 +167,290 @@ def _corner_distances(facts: KitchenFacts, run: PlacedRun) -> Iterator[tuple[str
             yield unit.name, round(unit.left - before.depth_before, 4)
         if after is not None and run.right_end is RunEnd.CORNER:
             yield unit.name, round(run.length - after.depth_before - unit.right, 4)
+
+
+# Frontage -------------------------------------------------------------------------------------------------------------
+# Measure the free worktop beside appliances, along the fronts of a run.
+
+# Panels and strips between an appliance and its worktop, metres.
+STRIP = 0.13
+
+
+def along(facts: KitchenFacts, fixture: Fixture) -> tuple[PlacedRun, float, float] | None:
+    """The run of a fixture, and where it begins and ends along that; None where it stands in no run."""
+    run = facts.run(fixture.run)
+    if run is None:
+        return None
+    u = run.to_local(fixture.footprint.center)[0]
+    half = fixture.footprint.size[0] / 2
+    return run, u - half, u + half
+
+
+def beside(facts: KitchenFacts, run: PlacedRun, left: float, right: float) -> Vec2:
+    """Metres of uninterrupted worktop to the left and to the right of a stretch of a run, up to inside corners."""
+    before = after = 0.0
+    for a, b in run.frontages:
+        if a < left + 0.01 and b > left - STRIP:
+            before = max(0.0, min(left, b) - a) + (_to_corner(facts, run) if _first(run, a) else 0.0)
+        if b > right - 0.01 and a < right + STRIP:
+            after = max(0.0, b - max(right, a)) + (_past_corner(facts, run) if _last(run, b) else 0.0)
+    return before, after
+
+
+def _first(run: PlacedRun, at: float) -> bool:
+    return run.left_end is RunEnd.CORNER and abs(at - run.corner_left) < 0.01
+
+
+def _last(run: PlacedRun, at: float) -> bool:
+    return run.right_end is RunEnd.CORNER and abs(at - (run.length - run.corner_right)) < 0.01
+
+
+def _to_corner(facts: KitchenFacts, run: PlacedRun) -> float:
+    """Frontage between the first unit and the corner where the edges of two worktops meet."""
+    before = next((r for r in facts.runs if r.next_run == run.id), None)
+    return max(0.0, run.corner_left - (before.depth_before if before else 0.0))
+
+
+def _past_corner(facts: KitchenFacts, run: PlacedRun) -> float:
+    after = facts.run(run.next_run) if run.next_run else None
+    return max(0.0, run.corner_right - (after.depth_before if after else 0.0))
+
+
+def landings(facts: KitchenFacts, *roles: Role) -> Iterator[tuple[Fixture, Vec2]]:
+    """Fixtures of these roles with the worktop to their left and right."""
+    for fixture in facts.with_role(*roles):
+        place = along(facts, fixture)
+        if place is not None:
+            yield fixture, beside(facts, *place)
+
+
+def unit_landings(facts: KitchenFacts, kind: str) -> Iterator[tuple[PlacedRun, Vec2]]:
+    """Units of a kind with the worktop to their left and right."""
+    for run in facts.runs:
+        for unit in run.units:
+            if unit.kind == kind:
+                yield run, beside(facts, run, unit.left, unit.right)
+
+
+def across(facts: KitchenFacts, run: PlacedRun, most: float) -> bool:
+    """True if a worktop lies within reach at the other side of the aisle before a run."""
+    return any(a.width <= most for a in facts.aisles if run.id in (a.first, a.second) and a.kind.value == "work")
+
+
+def longer_sink_side(facts: KitchenFacts) -> float | None:
+    """Metres of worktop at the better side of the sink that has most."""
+    return max((max(sides) for _, sides in landings(facts, Role.SINK)), default=None)
+
+
+def shorter_sink_side(facts: KitchenFacts) -> float | None:
+    """Metres of worktop at the other side of that sink."""
+    best = max((sides for _, sides in landings(facts, Role.SINK)), key=max, default=None)
+    return None if best is None else min(best)
+
+
+def prep_area(facts: KitchenFacts) -> float | None:
+    """Metres of the widest uninterrupted worktop that begins at a sink."""
+    return longer_sink_side(facts)
+
+
+def longer_cook_side(facts: KitchenFacts) -> float | None:
+    """Metres of worktop at the better side of the cooktop that has least."""
+    return min((max(sides) for _, sides in landings(facts, *COOKTOPS)), default=None)
+
+
+def shorter_cook_side(facts: KitchenFacts) -> float | None:
+    """Metres of worktop at the other side of the cooktop that has least."""
+    return min((min(sides) for _, sides in landings(facts, *COOKTOPS)), default=None)
+
+
+def behind_cooktop(facts: KitchenFacts) -> float | None:
+    """Metres of worktop behind cooktops in islands; None where there is none."""
+    found = []
+    for fixture in facts.with_role(*COOKTOPS):
+        run = facts.run(fixture.run)
+        if run is not None and not run.at_wall:
+            _, v = run.to_local(fixture.footprint.at(0.0, -fixture.footprint.size[1]))
+            found.append(v + run.depth_behind)
+    return min(found, default=None)
+
+
+def fridge_side(facts: KitchenFacts) -> float | None:
+    """Metres of worktop on the side to which a refrigerator opens; with two doors, on the better side."""
+    found = []
+    for run, (left, right) in unit_landings(facts, "fridge"):
+        if across(facts, run, 1.219):
+            left = right = max(left, right, 0.381)
+        fridge = next((f for f in facts.with_role(Role.FRIDGE) if f.run == run.id), None)
+        grips = (
+            [f.grip_point for f in fridge.joints if f.grip_point and f.swept_area and not f.swept_area.sweeps_front]
+            if fridge
+            else []
+        )
+        sides = [fridge.footprint.to_local((g[0], g[1]))[0] for g in grips] if fridge else []
+        one_sided = bool(sides) and (min(sides) > 0.1 or max(sides) < -0.1)
+        found.append((right if min(sides) > 0 else left) if one_sided else max(left, right))
+    return min(found, default=None)
+
+
+def oven_side(facts: KitchenFacts) -> float | None:
+    """Metres of worktop beside wall ovens, or across from them."""
+    found = []
+    for run, sides in unit_landings(facts, "oven"):
+        found.append(max(*sides, 0.381 if across(facts, run, 1.219) else 0.0))
+    return min(found, default=None)
+
+
+def microwave_side(facts: KitchenFacts) -> float | None:
+    """Metres of worktop beside, below or next to the microwave that has least of it."""
+    found = []
+    for fixture in facts.with_role(Role.MICROWAVE):
+        place = along(facts, fixture)
+        if place is None:
+            continue
+        run, left, right = place
+        below = any(a < right and b > left for a, b in run.frontages)
+        # Before one that stands on a worktop there is none of use, under one that hangs there is all of it.
+        sides = beside(facts, run, left, right)
+        found.append(max(*sides, fixture.footprint.size[0] if below and fixture.bottom > 1.2 else 0.0))
+    return min(found, default=None)
+
+
+def total_frontage(facts: KitchenFacts) -> float | None:
+    """Metres of worktop edge in the whole kitchen, sinks and hobs not counted."""
+    total = sum(b - a for run in facts.runs for a, b in run.frontages)
+    taken = sum(f.footprint.size[0] for f in facts.with_role(Role.SINK, Role.HOB))
+    return total - taken if facts.runs else None
+
+
+# What NKBA asks for beside each, metres, the least that serves.
+LANDING = {"sink": 0.61, "range": 0.381, "hob": 0.381, "fridge": 0.381, "oven": 0.381}
+
+
+def shared_landing(facts: KitchenFacts) -> float | None:
+    """Metres by which worktop between two places of work exceeds the longer landing and 0.305 m; the least."""
+    found = []
+    for run in facts.runs:
+        centres = [u for u in run.units if u.kind in LANDING]
+        for one, other in itertools.pairwise(centres):
+            between = [u for u in run.units if one.right - 0.01 <= u.left and u.right <= other.left + 0.01]
+            if between and all(u.has_worktop for u in between):
+                found.append(other.left - one.right - max(LANDING[one.kind], LANDING[other.kind]) - 0.305)
+    return min(found, default=None)
+
+
+# Work triangle --------------------------------------------------------------------------------------------------------
+# Measure the work triangle of sink, cooktop and refrigerator, and the obstacles on it.
+
+TALL = 1.5  # metres
+FULL_DEPTH = 0.5
+
+
+def centres(facts: KitchenFacts) -> list[tuple[Fixture, Vec2]]:
+    """The first sink, cooktop and refrigerator, and the middles of their fronts."""
+    found = []
+    for roles in ((Role.SINK,), COOKTOPS, (Role.FRIDGE,)):
+        first = next(iter(facts.with_role(*roles)), None)
+        if first is not None:
+            found.append((first, first.footprint.at(0.0, 0.0)))
+    return found
+
+
+def legs(facts: KitchenFacts) -> list[tuple[Vec2, Vec2]]:
+    """Straight ways between them, three where all are there."""
+    points = [p for _, p in centres(facts)]
+    return list(itertools.combinations(points, 2)) if len(points) == 3 else []
+
+
+def total(facts: KitchenFacts) -> float | None:
+    """Metres round the triangle."""
+    return sum(math.dist(a, b) for a, b in legs(facts)) if legs(facts) else None
+
+
+def shortest(facts: KitchenFacts) -> float | None:
+    """Metres of the shortest leg."""
+    return min((math.dist(a, b) for a, b in legs(facts)), default=None)
+
+
+def longest(facts: KitchenFacts) -> float | None:
+    """Metres of the longest leg."""
+    return max((math.dist(a, b) for a, b in legs(facts)), default=None)
+
+
+def cut(facts: KitchenFacts) -> float | None:
+    """Metres of a leg that lie across an island or a peninsula, the most; None where there is neither."""
+    runs = [r for r in facts.runs if not r.at_wall and r.units]
+    own = {f.run for f, _ in centres(facts)}
+    crossed = [length_inside(_outline(r), a, b) for r in runs if r.id not in own for a, b in legs(facts)]
+    return max(crossed, default=None)
+
+
+def _outline(run: PlacedRun) -> np.ndarray:
+    left, right = run.span
+    corners = [run.at(u, v) for u in (left, right) for v in (-run.depth_behind, run.depth_before)]
+    return outline_of(corners)
+
+
+def tall_between(facts: KitchenFacts) -> float | None:
+    """Tall units of full depth between two of the three in one run."""
+    if not legs(facts):
+        return None
+    count = 0
+    for run in facts.runs:
+        us = sorted(run.to_local(p)[0] for f, p in centres(facts) if f.run == run.id)
+        own = {f.unit for f, _ in centres(facts)}
+        for a, b in itertools.pairwise(us):
+            inner = [u for u in run.units if u.left > a and u.right < b and u.name not in own]
+            count += sum(1 for u in inner if u.height > TALL and u.front > FULL_DEPTH)
+    return float(count)
+
+
+def crossed(facts: KitchenFacts) -> float | None:
+    """Metres of a straight way from door to door inside the triangle, the most; None with fewer than two doors."""
+    doors = [w for w in facts.openings if w.kind is not OpeningKind.WINDOW and w.leads_out]
+    points = [p for _, p in centres(facts)]
+    if len(doors) < 2 or len(points) < 3:
+        return None
+    middles = [((w.start[0] + w.end[0]) / 2, (w.start[1] + w.end[1]) / 2) for w in doors]
+    triangle = outline_of(points)
+    return (
+        max(length_inside(triangle, a, b) for a, b in itertools.combinations(middles, 2)) if len(triangle) == 3 else 0.0
+    )
+
+
+def between_sink(facts: KitchenFacts) -> float | None:
+    """Number of cooktop and refrigerator that are neither next to a sink nor across from it."""
+    found = centres(facts)
+    if len(found) < 3:
+        return None
+    places = {f.name: _place(facts, f, p) for f, p in found}
+    sink = found[0][0]
+    lost = 0
+    for fixture, _ in found[1:]:
+        other = next(f for f, _ in found[1:] if f is not fixture)
+        chain, at = places[fixture.name]
+        here, middle = places[sink.name]
+        there, third = places[other.name]
+        next_to = chain == here and not (there == here and min(at, middle) < third < max(at, middle))
+        lost += not (next_to or _across(sink, fixture))
+    return float(lost)
+
+
+def _place(facts: KitchenFacts, fixture: Fixture, point: Vec2) -> tuple[str, float]:
+    """First run of the chain of runs round corners that a fixture stands in, and how far along the chain it is."""
+    run = facts.run(fixture.run)
+    if run is None:
+        return "", 0.0
+    at = run.to_local(point)[0]
+    seen = {run.id}
+    while (before := next((r for r in facts.runs if r.next_run == run.id), None)) is not None and before.id not in seen:
+        seen.add(before.id)
+        at += before.length
+        run = before
+    return run.id, at
+
+
+def _across(one: Fixture, other: Fixture) -> bool:
+    """True if two fixtures look at each other."""
+    (ax, ay), (bx, by) = one.footprint.front_axis, other.footprint.front_axis
+    aside, before = one.footprint.to_local(other.footprint.at(0.0, 0.0))
+    return ax * bx + ay * by < -0.9 and before > 0 and abs(aside) < 1.2

@@ -15,8 +15,7 @@ from casa_assets.checks.motion.hand_force import hand_effort
 from casa_assets.checks.motion.motion_model import open_end
 from casa_assets.checks.motion.simulation import reset_to_start
 from casa_assets.checks.readers.mujoco_load import all_warnings
-from casa_assets.checks.scene.batch.size import REST_S, candidate_pairs
-from casa_assets.checks.scene.batch.subject import BATCH_FILE, BatchSubject
+from casa_assets.checks.scene.batch.form import BATCH_FILE, REST_S, BatchSubject, candidate_pairs
 from casa_assets.core.typing import Floats, Ints, Mask
 from casa_assets.model.asset.asset import Asset, Base
 from casa_assets.model.kitchen.batch_scene import EngineSizes

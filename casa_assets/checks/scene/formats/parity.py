@@ -15,12 +15,12 @@ from pxr import Tf, Usd
 from casa_assets.checks.check import Measurement, Problem, count, not_run
 from casa_assets.checks.package import parity
 from casa_assets.checks.package.fact_differences import Difference, numbers, quaternion, text, texts
-from casa_assets.checks.readers import mujoco_load, scene_mjcf, scene_usd, usd_facts
+from casa_assets.checks.readers import mujoco_load, scene_facts, usd_facts
 from casa_assets.checks.readers.mujoco_facts import short_name
 from casa_assets.checks.readers.mujoco_load import Loaded
 from casa_assets.checks.readers.quiet import quiet
-from casa_assets.checks.scene.formats.facts import CameraFacts, LightFacts, PlacementFacts, SceneFacts
-from casa_assets.checks.scene.formats.files import SceneFiles
+from casa_assets.checks.readers.scene_facts import CameraFacts, LightFacts, PlacementFacts, SceneFacts
+from casa_assets.checks.scene.formats.light_form import SceneFiles
 from casa_assets.core.typing import Floats
 
 Posed = PlacementFacts | CameraFacts
@@ -95,7 +95,7 @@ class MjcfReading:
     @cached_property
     def facts(self) -> tuple[SceneFacts | None, str]:
         """Its table, or why there is none."""
-        return _read(lambda: scene_mjcf.facts_of(self.model))
+        return _read(lambda: scene_facts.facts_of_scene_model(self.model))
 
     @cached_property
     def parameters(self) -> dict[str, Floats]:
@@ -147,10 +147,10 @@ def parity_of(
     composed, error = _read(lambda: usd_facts.with_default_prim(stage, usd) if stage else usd_facts.opened(usd))
     if composed is None:
         return [*problems, (usd.name, error)]
-    read = scene_usd.SceneReading(composed)
-    readers = [lambda: scene_usd.facts_of_stage(read)]
+    read = scene_facts.SceneReading(composed)
+    readers = [lambda: scene_facts.facts_of_stage(read)]
     if imported is not None:
-        readers.insert(0, lambda: scene_usd.facts_of_import(imported, read))
+        readers.insert(0, lambda: scene_facts.facts_of_import(imported, read))
     for reader in readers:
         actual, error = _read(reader)
         problems += [(usd.name, error)] if actual is None else compare(expected, actual, tolerance, length_m)

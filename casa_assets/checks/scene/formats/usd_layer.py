@@ -17,7 +17,7 @@ from casa_assets.checks.package.usd import validator_findings
 from casa_assets.checks.readers.mujoco_load import Loaded
 from casa_assets.checks.readers.quiet import quiet
 from casa_assets.checks.readers.usd_facts import missing_importer
-from casa_assets.checks.scene.formats.files import PassedLayers, SceneFiles
+from casa_assets.checks.scene.formats.light_form import PassedLayers, SceneFiles
 from casa_assets.checks.simready.installed import NoVerdict, validator_python, validator_versions
 from casa_assets.checks.simready.rules import PROFILE, PROFILE_VERSION, Verdict
 from casa_assets.checks.simready.validator import validate_simready

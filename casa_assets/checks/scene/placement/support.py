@@ -1,14 +1,20 @@
-"""Find fixed things that float: nothing below, above or beside holds them."""
+"""Find fixed things that float, overlap, or reach outside the room."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import mujoco
 import numpy as np
+from scipy.spatial import ConvexHull
 
-from casa_assets.checks.check import Measurement, count
-from casa_assets.checks.motion.simulation import box_around, geom_boxes
+from casa_assets.checks.check import Measurement, count, not_applicable
+from casa_assets.checks.motion.simulation import box_around, geom_boxes, turned_vertices_of, vertices_of
 from casa_assets.checks.scene.subject import SceneSubject, boxes_meet
 from casa_assets.core.typing import Floats
+
+# Support --------------------------------------------------------------------------------------------------------------
+# nothing below, above or beside holds them.
 
 # Categories of placements.
 FLOOR, WALL, CEILING, RECESS = "floor", "wall", "ceiling", "recess"
@@ -113,3 +119,109 @@ class SupportTester:
             for i, k in np.argwhere(near)
         ]
         return min([2 * gap, *distances])
+
+
+# Overlap --------------------------------------------------------------------------------------------------------------
+# Find fixed things that overlap; MuJoCo makes no contacts between them, so they are measured.
+
+# Categories of two things of which one may stand in the other -> how deep, metres, and why.
+ALLOWED: dict[tuple[str, str], tuple[float, str]] = {}
+
+
+def fixed_things_do_not_overlap(subject: SceneSubject, limit: float) -> Measurement:
+    """SCN007: deepest overlap of fixed shapes of two things, metres; allowed ones are left out.
+
+    SCN002 reports overlaps of what moves.
+    """
+    worst: dict[tuple[str, str], tuple[float, int, int]] = {}
+    for geom1, geom2, depth in overlapping_pairs(subject, limit):
+        names = (subject.placement_of[geom1], subject.placement_of[geom2])
+        if depth > worst.get(names, (0.0, 0, 0))[0]:
+            worst[names] = (depth, geom1, geom2)
+    problems, deepest = [], 0.0
+    for names, (depth, geom1, geom2) in worst.items():
+        if depth <= max(limit, allowance(subject, *names)):
+            continue
+        deepest = max(deepest, depth)
+        overlap = f"{subject.geom_name(geom1)} is {depth * MM_PER_M:.1f} mm in {subject.geom_name(geom2)}"
+        problems.append((f"placements/{names[0]}", f"{overlap}; move one, or make it smaller"))
+    return Measurement(deepest, tuple(problems))
+
+
+def allowance(subject: SceneSubject, placement1: str, placement2: str) -> float:
+    """Depth by which two placements may overlap, metres."""
+    categories = (subject.category(placement1), subject.category(placement2))
+    return max(ALLOWED.get(categories, (0.0, ""))[0], ALLOWED.get(categories[::-1], (0.0, ""))[0])
+
+
+def overlapping_pairs(subject: SceneSubject, limit: float) -> Iterator[tuple[int, int, float]]:
+    """Fixed geoms of two placements, and how deep they are in each other where that is more than `limit`, metres."""
+    model, data = subject.model, subject.data
+    geoms = np.flatnonzero(subject.is_fixed)
+    boxes = geom_boxes(model, data, geoms)
+    # Shapes are never deeper in each other than their boxes are.
+    candidates = np.triu(boxes_meet(boxes[:, None], boxes[None], -limit), 1)
+    for i, k in np.argwhere(candidates):
+        geom1, geom2 = int(geoms[i]), int(geoms[k])
+        if subject.placement_of[geom1] == subject.placement_of[geom2]:
+            continue
+        depth = -mujoco.mj_geomDistance(model, data, geom1, geom2, limit, None)
+        if depth > limit:
+            yield geom1, geom2, float(depth)
+
+
+# Inside ---------------------------------------------------------------------------------------------------------------
+# Find things that reach outside the room: beyond walls, below the floor, above the ceiling.
+
+# How far handles and sills of doors and windows may stand out of the outer face of a wall, metres.
+ALLOWED_BESIDE_M = {"door": 0.08, "window": 0.08}
+
+
+def things_are_inside_room(subject: SceneSubject, limit: float) -> Measurement:
+    """SCN009: farthest that a shape lies outside floor, walls and ceiling, metres."""
+    categories = {p.name: subject.category(p.name) for p in subject.scene.placements}
+    if FLOOR not in categories.values():
+        return not_applicable("it has no floor, and so no room to leave")
+    outlines = [
+        # Normals and offsets of the edges of a floor or wall seen from above.
+        ConvexHull(vertices_of(subject.model, subject.data, int(geom))[:, :2]).equations
+        for name, category in categories.items()
+        if category in (FLOOR, WALL, RECESS)
+        for geom in subject.geoms_of[name]
+    ]
+    low, high = _heights(subject, categories)
+    worst, problems = 0.0, []
+    for name, category in categories.items():
+        if category in ROOM:
+            continue
+        geoms = subject.geoms_of[name]
+        points = np.concatenate([turned_vertices_of(subject.model, subject.data, int(g)) for g in geoms])
+        beside = float(np.min([_distance_outside(edges, points) for edges in outlines], axis=0).max())
+        distances = {
+            "beside the room": max(0.0, beside - ALLOWED_BESIDE_M.get(category, 0.0)),
+            "below the floor": low - points[:, 2].min(),
+            "above the ceiling": points[:, 2].max() - high,
+        }
+        for where, distance in distances.items():
+            worst = max(worst, float(distance))
+            if distance > limit:
+                message = f"reaches {distance * MM_PER_M:.0f} mm {where}; move it in"
+                problems.append((f"placements/{name}", message))
+    return Measurement(worst, tuple(problems))
+
+
+def _distance_outside(edges: Floats, points: Floats) -> Floats:
+    """(N,) how far points are beyond the farthest edge, metres; 0 inside."""
+    distances: Floats = np.maximum(0.0, (points[:, :2] @ edges[:, :2].T + edges[:, 2]).max(axis=1))
+    return distances
+
+
+def _heights(subject: SceneSubject, categories: dict[str, str]) -> tuple[float, float]:
+    """Underside of the floor and upper side of the ceiling, or of the walls where it has none; metres."""
+
+    def z_ranges(category: str) -> list[Floats]:
+        names = [name for name, of in categories.items() if of == category]
+        return [box_around(geom_boxes(subject.model, subject.data, subject.geoms_of[n]))[:, 2] for n in names]
+
+    tops = [float(z[1]) for z in z_ranges(CEILING) or z_ranges(WALL)]
+    return min(float(z[0]) for z in z_ranges(FLOOR)), max(tops, default=np.inf)

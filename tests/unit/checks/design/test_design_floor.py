@@ -8,10 +8,17 @@ import math
 import numpy as np
 import pytest
 
-from casa_assets.checks.design.robot.floor_map import BASE_RADIUS_M, CELL_M, FloorMap
-from casa_assets.checks.design.robot.parking import GAP_M, TALL_GAP_M, find_parking, is_tall
+from casa_assets.checks.design.robot.floor_map import (
+    BASE_RADIUS_M,
+    CELL_M,
+    GAP_M,
+    TALL_GAP_M,
+    FloorMap,
+    find_parking,
+    is_tall,
+)
 from casa_assets.checks.design.robot.picture import FLOOR, REACHED, floor_picture
-from casa_assets.checks.design.robot.placing import (
+from casa_assets.checks.design.robot.task_view import (
     BoxSizes,
     PlacingZone,
     WorldBox,
@@ -21,8 +28,7 @@ from casa_assets.checks.design.robot.placing import (
     worktop_regions,
     worktops_near,
 )
-from casa_assets.checks.design.subject import DesignSubject
-from casa_assets.checks.design.summary import whereabouts
+from casa_assets.checks.design.subject import DesignSubject, whereabouts
 from casa_assets.core.sampling import rng_for
 from casa_assets.geometry.outline import contains_point, penetration_depth
 from casa_assets.geometry.planar import distance, length_inside, outline_of

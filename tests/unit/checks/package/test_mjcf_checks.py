@@ -11,9 +11,9 @@ from casa_assets import registry
 from casa_assets.checks.motion import drop
 from casa_assets.checks.package import fact_differences
 from casa_assets.checks.package.package import Package
-from casa_assets.checks.readers import asset_facts, mjcf_facts, mujoco_load
+from casa_assets.checks.readers import asset_facts, mujoco_facts, mujoco_load
 from casa_assets.checks.run import run
-from casa_assets.checks.table.formats import DROP
+from casa_assets.checks.table.assets import DROP
 from casa_assets.checks.table.table import TABLE
 from casa_assets.export.mjcf import write
 from casa_assets.model.asset.asset import Asset, Base
@@ -182,7 +182,7 @@ class TestFacts:
     def test_file_agrees_with_the_asset(self, build: Callable[[], Asset], file: str, tmp_path: Path) -> None:
         package = packed(build(), tmp_path)
         measured = fact_differences.agree(
-            asset_facts.facts(package.asset), mjcf_facts.facts(package.root / file), COLOR
+            asset_facts.facts(package.asset), mujoco_facts.facts(package.root / file), COLOR
         )
         assert measured.problems == ()
 
@@ -197,14 +197,14 @@ class TestFacts:
         mug = rigid_mug()
         moved = mug.replace(links=(mug.root.replace(pose=Pose(position=(1.0, 2.0, 3.0))),))
         package = packed(moved, tmp_path)
-        for table in (asset_facts.facts(moved), mjcf_facts.facts(package.mjcf), mjcf_facts.facts(package.scene)):
+        for table in (asset_facts.facts(moved), mujoco_facts.facts(package.mjcf), mujoco_facts.facts(package.scene)):
             assert table.bodies[0].position == (0.0, 0.0, 0.0)
 
     def test_what_does_not_compile_has_none(self, tmp_path: Path) -> None:
         package = packed(ball(), tmp_path)
         tamper(package.mjcf, "<compiler ", "<compilo ")
         with pytest.raises(ValueError, match="does not compile"):
-            mjcf_facts.facts(package.mjcf)
+            mujoco_facts.facts(package.mjcf)
 
 
 class TestAgreement:

@@ -10,7 +10,7 @@ import pytest
 from casa_assets.checks.run import run
 from casa_assets.checks.scene.batch import engine_sizes as sizes_of_engines
 from casa_assets.checks.scene.batch.engine_sizes import engine_sizes
-from casa_assets.checks.scene.batch.subject import BATCH_FILE, BatchSubject
+from casa_assets.checks.scene.batch.form import BATCH_FILE, BatchSubject
 from casa_assets.checks.table.table import TABLE
 from casa_assets.export.mjcf.scene import batch as mjcf
 from casa_assets.geometry.lightweight import light_scene

@@ -10,9 +10,9 @@ import pytest
 
 from casa_assets.checks.readers.mujoco_load import native_warnings
 from casa_assets.checks.run import run
-from casa_assets.checks.scene.formats.files import SceneFiles
+from casa_assets.checks.scene import subject as scene_subject
+from casa_assets.checks.scene.formats.light_form import SceneFiles
 from casa_assets.checks.scene.formats.usd_layer import OF_SINGLE_PROPS
-from casa_assets.checks.scene.motion import stopwatch
 from casa_assets.checks.scene.motion.budget import MeasuredSpeed, scene_sizes
 from casa_assets.checks.scene.views import PreviewImages
 from casa_assets.checks.table.table import TABLE
@@ -192,20 +192,20 @@ class TestSpeed:
         here.mkdir()
         monkeypatch.chdir(here)
         with native_warnings():
-            assert stopwatch.steps_per_second(found.loaded.model) > 100.0
+            assert scene_subject.steps_per_second(found.loaded.model) > 100.0
         assert 0.0 < found.load_s < 60.0
         assert list(here.iterdir()) == []
 
     def test_stopwatch_does_not_count_the_time_that_a_process_waits(self, monkeypatch: pytest.MonkeyPatch) -> None:
         clock, processor = iter([10.0, 40.0, 50.0, 50.5]), iter([2.0, 3.5, 4.0, 6.0])
-        monkeypatch.setattr(stopwatch.time, "perf_counter", lambda: next(clock))
-        monkeypatch.setattr(stopwatch.time, "process_time", lambda: next(processor))
-        assert stopwatch._since(stopwatch._now()) == 1.5, "of 30 s of the clock"
-        assert stopwatch._since(stopwatch._now()) == 0.5, "two threads have used 2 s of the processor"
+        monkeypatch.setattr(scene_subject.time, "perf_counter", lambda: next(clock))
+        monkeypatch.setattr(scene_subject.time, "process_time", lambda: next(processor))
+        assert scene_subject._since(scene_subject._now()) == 1.5, "of 30 s of the clock"
+        assert scene_subject._since(scene_subject._now()) == 0.5, "two threads have used 2 s of the processor"
 
     def test_stopwatch_tells_why_a_file_does_not_load(self, tmp_path: Path) -> None:
         (tmp_path / "scene.xml").write_text("<mujoco><worldbody><geom/></worldbody></mujoco>")
-        loaded, _ = stopwatch.timed_load(tmp_path / "scene.xml")
+        loaded, _ = scene_subject.timed_load(tmp_path / "scene.xml")
         assert loaded.model is None
         assert "size" in loaded.error
 

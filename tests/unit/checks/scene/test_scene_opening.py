@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from casa_assets.checks.motion.simulation import box_around, geom_boxes
-from casa_assets.checks.scene.motion import opening, pulling, rest
-from casa_assets.checks.scene.placement import overlap, support
+from casa_assets.checks.scene.motion import opening, rest
+from casa_assets.checks.scene.placement import support
 from casa_assets.checks.scene.subject import SceneSubject, boxes_meet, collision_model
 from casa_assets.geometry.inertia import adjacent_links
 from casa_assets.model.asset.asset import Asset, Base
@@ -122,16 +122,16 @@ class TestPairsThatTheFileLeavesOut:
             "joints/thing_0__door_hinge",
             "joints/thing_0__drawer_slide",
         }
-        pulled = dict(pulling.joints_open_by_hand(found, 0.95).problems)
+        pulled = dict(opening.joints_open_by_hand(found, 0.95).problems)
         assert "it meets thing_1__shape_0" in pulled["joints/thing_0__door_hinge"]
 
 
 class TestPulling:
     def test_parts_far_apart_are_pulled_together_and_come_as_far_as_alone(self, tmp_path: Path) -> None:
         box = cupboard()
-        alone = pulling.pull_all(subject(room((box, at(0.0, 0.0, 0.0))), tmp_path / "one"), 0.95)
+        alone = opening.pull_all(subject(room((box, at(0.0, 0.0, 0.0))), tmp_path / "one"), 0.95)
         scene = room(*((box, at(1.0 * i - 1.0, 0.0, 0.0)) for i in range(3)))
-        found = pulling.pull_all(subject(scene, tmp_path / "three"), 0.95)
+        found = opening.pull_all(subject(scene, tmp_path / "three"), 0.95)
         assert len(found) == 12
         for name, (share, met) in found.items():
             assert share == pytest.approx(alone[name.replace(name.split("__")[0], "thing_0")][0], abs=0.06)
@@ -146,23 +146,23 @@ class TestPulling:
             things.append((post((0.6, 0.05, 0.7), base=Base.FREE), at(0.0, -0.4, 0.0)))
         found = subject(room(*things), tmp_path)
         before = found.model.opt.enableflags
-        sleeping = pulling.pull_all(found, 0.95)
+        sleeping = opening.pull_all(found, 0.95)
         assert found.model.opt.enableflags == before
-        monkeypatch.setattr(pulling, "_sleeping", lambda model: nullcontext())
-        for name, (share, met) in pulling.pull_all(found, 0.95).items():
+        monkeypatch.setattr(opening, "_sleeping", lambda model: nullcontext())
+        for name, (share, met) in opening.pull_all(found, 0.95).items():
             assert sleeping[name][0] == pytest.approx(share, rel=1e-4)
             assert sleeping[name][1] == met
 
     def test_names_what_is_in_the_way(self, tmp_path: Path) -> None:
         scene = room((cupboard(), at(0.0, 0.0, 0.0)), (post((0.6, 0.05, 0.7)), at(0.0, -0.4, 0.0)))
-        problems = dict(pulling.joints_open_by_hand(subject(scene, tmp_path), 0.95).problems)
+        problems = dict(opening.joints_open_by_hand(subject(scene, tmp_path), 0.95).problems)
         assert "it meets thing_1__shape_0" in problems["joints/thing_0__drawer_slide"]
 
 
 class TestOverlap:
     def test_the_deepest_of_each_pair_is_told_once(self, tmp_path: Path) -> None:
         box = cupboard()
-        found = overlap.fixed_things_do_not_overlap(
+        found = support.fixed_things_do_not_overlap(
             subject(room((box, at(0.0, 0.0, 0.0)), (box, at(0.59, 0.0, 0.0))), tmp_path), LIMIT
         )
         assert found.number == pytest.approx(0.01)
@@ -171,10 +171,10 @@ class TestOverlap:
     def test_loose_things_are_left_to_contacts(self, tmp_path: Path) -> None:
         loose = post(base=Base.FREE)
         found = subject(room((post(), at(0.0, 0.0, 0.0)), (loose, at(0.01, 0.0, 0.0))), tmp_path)
-        assert overlap.fixed_things_do_not_overlap(found, LIMIT).problems == ()
+        assert support.fixed_things_do_not_overlap(found, LIMIT).problems == ()
 
     def test_allowances_have_a_depth_and_a_reason(self) -> None:
-        assert all(0 < depth < 0.05 and why.endswith(".") for depth, why in overlap.ALLOWED.values())
+        assert all(0 < depth < 0.05 and why.endswith(".") for depth, why in support.ALLOWED.values())
 
 
 class TestSupport:

@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from casa_assets.checks.scene.batch.size import candidate_pairs
+from casa_assets.checks.scene.batch.form import candidate_pairs
 from casa_assets.export.mjcf.scene import batch as mjcf
 from casa_assets.geometry.lightweight import light_scene
 from casa_assets.geometry.merging.batch_form import BatchForms, batch_form

@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from casa_assets.checks.scene.batch.size import candidate_pairs
+from casa_assets.checks.scene.batch.form import candidate_pairs
 from casa_assets.errors import CasaError
 from casa_assets.pipeline.batches.robot import robot_of
 from casa_assets.pipeline.batches.shared_model import SharedModel, addresses, share

@@ -13,7 +13,7 @@ from pxr import Usd, UsdUtils
 from typer.testing import CliRunner
 
 from casa_assets.checks.package.usd import validator_findings
-from casa_assets.checks.readers import scene_mjcf, scene_usd
+from casa_assets.checks.readers import scene_facts
 from casa_assets.cli.verbs.scenes import app
 from casa_assets.errors import OutputError, UnknownId
 from casa_assets.pipeline.kitchens.pack import ALIGNMENT, PackKind, members_of, pack_scene
@@ -52,7 +52,7 @@ class TestZip:
     def test_mujoco_reads_the_same_facts(self, unpacked: Path, checked_kitchen: Checked) -> None:
         here = mujoco.MjModel.from_xml_path(str(checked_kitchen[0] / SCENE / "scene.xml"))
         there = mujoco.MjModel.from_xml_path(str(unpacked / "scene.xml"))
-        assert scene_mjcf.facts_of(there) == scene_mjcf.facts_of(here)
+        assert scene_facts.facts_of_scene_model(there) == scene_facts.facts_of_scene_model(here)
         assert (there.ntexdata, there.nmeshvert) == (here.ntexdata, here.nmeshvert)
 
     def test_mujoco_reads_the_same_light_form(self, unpacked: Path, checked_kitchen: Checked) -> None:
@@ -68,7 +68,7 @@ class TestZip:
     ) -> None:
         here = Usd.Stage.Open(str(checked_kitchen[0] / SCENE / file))
         there = Usd.Stage.Open(str(unpacked / file))
-        assert scene_usd.pxr_facts(there) == scene_usd.pxr_facts(here)
+        assert scene_facts.facts_of_usd_by_pxr(there) == scene_facts.facts_of_usd_by_pxr(here)
         layers, pictures, unresolved = UsdUtils.ComputeAllDependencies(str(unpacked / file))
         assert unresolved == []
         assert all(Path(layer.realPath).is_relative_to(unpacked) for layer in layers)
@@ -100,8 +100,8 @@ class TestUsdz:
     def test_opens_with_all_that_it_names(self, usdz: Path, checked_kitchen: Checked) -> None:
         stage = Usd.Stage.Open(str(usdz))
         assert stage.GetCompositionErrors() == []
-        facts = scene_usd.pxr_facts(Usd.Stage.Open(str(checked_kitchen[0] / SCENE / "scene.usda")))
-        assert scene_usd.pxr_facts(stage) == facts
+        facts = scene_facts.facts_of_usd_by_pxr(Usd.Stage.Open(str(checked_kitchen[0] / SCENE / "scene.usda")))
+        assert scene_facts.facts_of_usd_by_pxr(stage) == facts
         nested = Usd.Stage.Open(f"{usdz}[scene_nested.usda]")
         assert nested.GetPrimAtPath("/World/main_dishwasher/object/door")
         layers, pictures, unresolved = UsdUtils.ComputeAllDependencies(str(usdz))

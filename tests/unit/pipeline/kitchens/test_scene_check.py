@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from casa_assets.checks.design.subject import DesignSubject
-from casa_assets.checks.scene.formats.files import SceneFiles
+from casa_assets.checks.scene.formats.light_form import SceneFiles
 from casa_assets.checks.scene.subject import SceneSubject
 from casa_assets.checks.scene.views import PreviewImages
 from casa_assets.checks.table.table import TABLE

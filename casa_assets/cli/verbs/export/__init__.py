@@ -1,1 +1,0 @@
-"""casa-assets export: one module per form, put together in `app`."""
