@@ -12,7 +12,7 @@ from casa_assets.errors import CasaError
 from casa_assets.ingest.draft import Draft
 from casa_assets.model.ingest.source import Up
 from casa_assets.preview.camera import View
-from casa_assets.preview.raw.raw_model import render_mesh
+from casa_assets.preview.raw import render_mesh
 
 TILE = 150
 COLUMNS = 10
