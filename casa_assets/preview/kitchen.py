@@ -20,13 +20,13 @@ import mujoco
 import numpy as np
 
 from casa_assets.core.typing import Floats
-from casa_assets.preview import renderer, tonemap
-from casa_assets.preview.exposure import Bounds, CameraFrustum, one_group, set_quality
-from casa_assets.preview.photoreal.viewpoint import View
+from casa_assets.preview import pictures, renderer
+from casa_assets.preview.photoreal.views import View
+from casa_assets.preview.pictures import Pixels
+from casa_assets.preview.renderer import Bounds, CameraFrustum, one_group, set_quality
 from casa_assets.preview.room_light import Patch, Receiver, Room, beams, close_open_sides, grey_sections, shade
 from casa_assets.preview.room_surfaces import ShadowMap, SurfaceDrawer, Surfaces, draw_shadow_map, plain_scene
 from casa_assets.preview.still import CannotDraw, set_keyframe
-from casa_assets.preview.tonemap import Pixels
 
 _Beam = tuple[ShadowMap, float]  # and its weight
 # Groups of geoms; those that are see-through are put into one of their own while a picture is drawn.
@@ -120,7 +120,7 @@ def render_cameras(
     with renderer.canvas(model, data, one_group(_VISUAL_GROUP), frame.width_px, frame.height_px) as canvas:
         light = _light(canvas, made, room, frame)
         for name, lens in lenses:
-            yield name, tonemap.to_uint8(_render(canvas, made, lens, room, light, frame))
+            yield name, pictures.to_uint8(_render(canvas, made, lens, room, light, frame))
 
 
 def _lens(made: LoadedScene, camera: str | View, frame: PictureSettings, far: float) -> tuple[str, CameraFrustum]:

@@ -15,7 +15,7 @@ import numpy as np
 
 from casa_assets.core.color import linear_from_srgb_array, srgb_from_linear_array
 from casa_assets.core.typing import Floats, Ints, Mask, Singles
-from casa_assets.preview.exposure import GOLDEN, PLASTIC
+from casa_assets.preview.renderer import GOLDEN, PLASTIC
 from casa_assets.preview.room_surfaces import ShadowMap, Surfaces
 
 # Linear RGB of each side of the box. Chosen by eye, as is all light here: warm below, cool through what is open; the

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from casa_assets.core.typing import Floats, Mask, Singles
 from casa_assets.preview import renderer
-from casa_assets.preview.exposure import CameraFrustum
+from casa_assets.preview.renderer import CameraFrustum
 
 _OPAQUE = 0.999  # alpha from which on nothing is seen through
 _FAR_DEPTH = 0.99999  # of the depth buffer where nothing is seen

@@ -12,9 +12,8 @@ from PIL import Image
 
 from casa_assets.checks.readers.usd_facts import missing_importer
 from casa_assets.model.ingest.source import RawModel, RawPart, Up
-from casa_assets.preview.camera import View
-from casa_assets.preview.raw import render_mesh
-from casa_assets.preview.still import render
+from casa_assets.preview.still import render, render_mesh
+from casa_assets.preview.studio import View
 from tests.mesh_files import QUARTERS, Gltf, load_bytes, png
 from tests.packages import written
 from tests.raw_models import built

@@ -29,8 +29,8 @@ from casa_assets.pipeline.library.asset_package import WRITING, certify, check_p
 from casa_assets.pipeline.library.identity import Producer
 from casa_assets.pipeline.library.run_times import Cost
 from casa_assets.pipeline.workers.traces import keep_trace
-from casa_assets.preview.raw import render_model
 from casa_assets.preview.renderer import NoRenderer, backend
+from casa_assets.preview.still import render_model
 
 # With less room no renderer can be loaded, whatever it then says is missing; a choice.
 RENDERER_BYTES = 64_000_000

@@ -10,7 +10,7 @@ from casa_assets.pipeline.kitchens.scene_files import EYE_PICTURE, SCENE_JSON
 from casa_assets.pipeline.kitchens.scene_folders import EYE_FRAME, OPEN, WORKER_BYTES, draw_cameras
 from casa_assets.pipeline.workers.batch import run_batch
 from casa_assets.pipeline.workers.limits import WorkerFailure
-from casa_assets.preview.photoreal.viewpoint import EYE
+from casa_assets.preview.photoreal.views import EYE
 
 
 def missing(out: Path) -> list[Path]:

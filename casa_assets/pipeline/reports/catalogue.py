@@ -27,8 +27,8 @@ from casa_assets.pipeline.viewer.model_files import ModelFiles, put_model
 from casa_assets.pipeline.viewer.viewer_file import put_viewer
 from casa_assets.pipeline.workers.batch import run_batch
 from casa_assets.pipeline.workers.limits import WorkerFailure
-from casa_assets.preview.camera import View
 from casa_assets.preview.still import poses, render
+from casa_assets.preview.studio import View
 from casa_assets.registry.families import families, family
 
 WARM = "casa_assets.pipeline.families.run:warm"

@@ -22,7 +22,7 @@ from casa_assets.pipeline.kitchens.scene_files import EYE_PICTURE
 from casa_assets.pipeline.reports import parts
 from casa_assets.pipeline.reports.page_template import relative_link, render_template
 from casa_assets.pipeline.reports.parts import Part, chunks
-from casa_assets.preview.sheet import SheetCell, contact_sheet
+from casa_assets.preview.pictures import SheetCell, contact_sheet
 
 PAGE, SHEET = "index.html", "contact_sheet.png"
 SUMMARY, SUMMARY_PAGE = "summary.json", "summary.html"

@@ -12,8 +12,8 @@ from casa_assets.errors import CasaError
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.mesh import Mesh
 from casa_assets.model.ingest.source import RawModel, RawPart, Up
-from casa_assets.preview import raw
-from casa_assets.preview.camera import View
+from casa_assets.preview import still
+from casa_assets.preview.studio import View
 from tests.meshes import box_mesh, texture
 
 _SIDES = (slice(-1), slice(1, None))
@@ -51,28 +51,28 @@ SHAPES = {
 def test_any_mesh_gives_a_picture(subtests: pytest.Subtests) -> None:
     for name in sorted(SHAPES):
         with subtests.test(name=name):
-            assert colored(raw.render_mesh([part(SHAPES[name])], Up.Z, QUICK)) > 0.10
+            assert colored(still.render_mesh([part(SHAPES[name])], Up.Z, QUICK)) > 0.10
 
 
 @pytest.mark.parametrize("end", [1.0, 0.0])
 def test_a_line_and_a_point_have_no_picture(end: float) -> None:
     line = Mesh(vertices=np.array([[0, 0, 0], [end / 2, 0, 0], [end, 0, 0]]), faces=np.array([[0, 1, 2]]))
     with pytest.raises(CasaError, match="mesh0"):
-        raw.render_mesh([part(line)], Up.Z, QUICK)
+        still.render_mesh([part(line)], Up.Z, QUICK)
 
 
 def test_no_triangle_is_an_error() -> None:
     empty = Mesh(vertices=np.zeros((3, 3)), faces=np.zeros((0, 3), dtype=np.int32))
     with pytest.raises(CasaError, match="no triangle"):
-        raw.render_mesh([part(empty)], Up.Z, QUICK)
+        still.render_mesh([part(empty)], Up.Z, QUICK)
 
 
 def test_up_axis_of_the_file_is_respected_and_the_bytes_repeat() -> None:
     # Red above blue along y, as glTF stands things up.
     parts = (part(box_mesh((1, 1, 1), (0, 1, 0))), part(box_mesh((1, 1, 1), (0, 0, 0)), BLUE))
     model = RawModel(parts=parts, up=Up.Y, format="glb")
-    png = raw.render_model(model, QUICK)
-    assert raw.render_model(model, QUICK) == png
+    png = still.render_model(model, QUICK)
+    assert still.render_model(model, QUICK) == png
     with Image.open(io.BytesIO(png)) as opened:
         red, _, blue = np.asarray(opened.convert("RGB"), dtype=float).transpose(2, 0, 1)
     rows = [np.flatnonzero((a - b > 40.0).any(axis=1)).mean() for a, b in ((red, blue), (blue, red))]
@@ -84,7 +84,7 @@ def test_an_image_has_its_first_row_at_the_top() -> None:
     image[:4, :, 0], image[4:, :, 2] = 220, 220
     material = Material(id="image", base_color=(1, 1, 1, 1), base_color_texture=texture("image", image))
     mesh = Mesh(vertices=FLAT.vertices, faces=FLAT.faces, uv=np.array([[0, 0], [1, 0], [1, 1], [0, 1]]))
-    png = raw.render_mesh([part(mesh, material)], Up.Z, QUICK)
+    png = still.render_mesh([part(mesh, material)], Up.Z, QUICK)
     with Image.open(io.BytesIO(png)) as opened:
         red, _, blue = np.asarray(opened.convert("RGB"), dtype=float).transpose(2, 0, 1)
     assert (
@@ -97,7 +97,7 @@ def test_vertex_colours_are_seen() -> None:
     colors[:, :3] = [10, 200, 10]
     mesh = Mesh(vertices=FLAT.vertices, faces=FLAT.faces, colors=colors)
     white = Material(id="white", base_color=(1, 1, 1, 1))
-    assert colored(raw.render_mesh([part(mesh, white)], Up.Z, QUICK)) > 0.10
+    assert colored(still.render_mesh([part(mesh, white)], Up.Z, QUICK)) > 0.10
 
 
 def test_the_many_faces_of_a_mesh_are_drawn_as_a_coarse_one_would_be(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -108,10 +108,10 @@ def test_the_many_faces_of_a_mesh_are_drawn_as_a_coarse_one_would_be(monkeypatch
     vertices = np.stack([x, 0.1 * np.sin(6 * x), z], axis=2).reshape(-1, 3)
     shades = np.stack([255 * x, 200 * z, 0 * x, 0 * x + 255], axis=2).reshape(-1, 4).astype(np.uint8)
     fine = part(Mesh(vertices=vertices, faces=faces, colors=shades), Material(id="white", base_color=(1, 1, 1, 1)))
-    monkeypatch.setattr(raw, "_GRID_STEPS", 24)
+    monkeypatch.setattr(still, "_GRID_STEPS", 24)
     pictures = []
     for most in (150_000, 1000):
-        monkeypatch.setattr(raw, "_MANY_FACES", most)
-        with Image.open(io.BytesIO(raw.render_mesh([fine], Up.Z, QUICK))) as opened:
+        monkeypatch.setattr(still, "_MANY_FACES", most)
+        with Image.open(io.BytesIO(still.render_mesh([fine], Up.Z, QUICK))) as opened:
             pictures.append(np.asarray(opened.convert("RGB"), dtype=float))
     assert 0.0 < np.abs(pictures[0] - pictures[1]).mean() < 4.0
