@@ -49,7 +49,7 @@ if TYPE_CHECKING:
     from casa_assets.model.record import Vec3
     from casa_assets.pipeline.articulate.batch import RequestMaker
     from casa_assets.pipeline.articulate.run import ArticulateOutcome
-    from casa_assets.pipeline.workers.engine import Workers
+    from casa_assets.pipeline.workers.pool import Workers
 
 EXAMPLES = """
 Examples:

@@ -42,9 +42,8 @@ from casa_assets.pipeline.kitchens.scene_json import describe, design_of
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.textures.recipes import every_recipe
 from casa_assets.pipeline.workers.batch import attempt, run_batch
-from casa_assets.pipeline.workers.engine import Workers
-from casa_assets.pipeline.workers.limits import WorkerFailure
-from casa_assets.pipeline.workers.usage import StepClock
+from casa_assets.pipeline.workers.limits import StepClock, WorkerFailure
+from casa_assets.pipeline.workers.pool import Workers
 from casa_assets.preview import kitchen as room
 from casa_assets.preview import pictures
 from casa_assets.preview.photoreal.views import EYE, eye_view
