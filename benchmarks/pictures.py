@@ -127,7 +127,7 @@ def draw(scene: Path, camera: str, pose: str, width_px: int) -> Image.Image:
     begin = time.process_time()
     ((_, pixels),) = kitchen.render_cameras(made, [camera], frame)
     print(f"{scene.name} {camera}, {width_px} px: {time.process_time() - begin:.1f} s of processor", flush=True)
-    return kitchen.picture(pixels)
+    return Image.fromarray(pixels)
 
 
 def kit() -> Image.Image:

@@ -96,15 +96,14 @@ class Process:
 
 @dataclass(frozen=True)
 class Usage:
-    """CPU seconds, processes and memory of a process with all that it started.
+    """CPU seconds and memory of a process with all that it started.
 
     Attributes:
-        cpu_s: processor seconds so far, of user and system. processes: how many run.
+        cpu_s: processor seconds so far, of user and system.
         memory_bytes: memory in use that is shared with no file; counted for several processes only, else 0.
     """
 
     cpu_s: float
-    processes: int = 1
     memory_bytes: int = 0
 
 
@@ -170,7 +169,7 @@ def usage(roots: Iterable[int]) -> dict[int, Usage]:
     for root, members in trees(roots).items():
         if members:
             memory = sum(_memory(process.pid) for process in members) if len(members) > 1 else 0
-            found[root] = Usage(sum(process.cpu_s for process in members), len(members), memory)
+            found[root] = Usage(sum(process.cpu_s for process in members), memory)
     return found
 
 
