@@ -21,9 +21,8 @@ from PIL import Image
 
 from casa_assets.pipeline.kitchens.recipe import SceneRecipe
 from casa_assets.pipeline.kitchens.scene_folders import build_one
-from casa_assets.preview.photoreal.picture_faults import picture_faults
-from casa_assets.preview.photoreal.render import Still, StillSettings, scene_stills
-from casa_assets.preview.photoreal.viewpoint import EYE
+from casa_assets.preview.photoreal.render import Still, StillSettings, picture_faults, scene_stills
+from casa_assets.preview.photoreal.views import EYE
 
 ROOT = Path(__file__).parents[1]
 OUT, PICTURES = ROOT / "out" / "bench" / "photoreal", ROOT / "docs" / "pictures" / "photoreal"

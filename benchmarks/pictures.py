@@ -25,9 +25,9 @@ from casa_assets.pipeline.families.run import FamilyRequest, build_asset, family
 from casa_assets.pipeline.kitchens.recipe import SceneRecipe
 from casa_assets.pipeline.kitchens.scene_folders import build_one
 from casa_assets.preview import kitchen
-from casa_assets.preview.camera import View
-from casa_assets.preview.sheet import trimmed
+from casa_assets.preview.pictures import trimmed
 from casa_assets.preview.still import render
+from casa_assets.preview.studio import View
 
 ROOT = Path(__file__).parents[1]
 OUT, PICTURES = ROOT / "out" / "bench" / "pictures", ROOT / "docs" / "pictures"
@@ -127,7 +127,7 @@ def draw(scene: Path, camera: str, pose: str, width_px: int) -> Image.Image:
     begin = time.process_time()
     ((_, pixels),) = kitchen.render_cameras(made, [camera], frame)
     print(f"{scene.name} {camera}, {width_px} px: {time.process_time() - begin:.1f} s of processor", flush=True)
-    return kitchen.picture(pixels)
+    return Image.fromarray(pixels)
 
 
 def kit() -> Image.Image:

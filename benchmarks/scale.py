@@ -35,7 +35,7 @@ import trimesh
 from casa_assets.core.typing import Floats
 from casa_assets.pipeline.ingest.job import Event
 from casa_assets.pipeline.ingest.run import Options, ingest
-from casa_assets.pipeline.workers.engine import RayCluster, Workers
+from casa_assets.pipeline.workers.pool import RayCluster, Workers
 
 SAMPLES = Path(__file__).parents[1] / "examples" / "meshes"
 SUFFIXES = {".glb", ".obj", ".ply", ".stl", ".gltf"}

@@ -12,7 +12,8 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from casa_assets.pipeline.workers.pool import Limits, Pool, WorkerFailure
+from casa_assets.pipeline.workers.limits import Limits, WorkerFailure
+from casa_assets.pipeline.workers.pool import Pool
 from tests.fuzz_jobs import Batch, Finding, Tally, case
 
 BATCH = 200

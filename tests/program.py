@@ -16,13 +16,13 @@ from typing import Any, Self
 from unittest.mock import patch
 
 from casa_assets.cli import main
-from casa_assets.pipeline.workers import engine
+from casa_assets.pipeline.workers import pool
 from casa_assets.pipeline.workers.limits import WorkerFailure
 from tests.libraries import ROOT
 
 
 class Here:
-    """Runs the jobs of a run one after the other in this process, without limits; see engine.Engine."""
+    """Runs the jobs of a run one after the other in this process, without limits; see pool.Engine."""
 
     def __init__(self, *_: Any) -> None:
         pass
@@ -54,7 +54,7 @@ class Here:
 @contextmanager
 def no_workers() -> Iterator[None]:
     """Have runs work in this process."""
-    with patch.object(engine, "Pool", Here):
+    with patch.object(pool, "Pool", Here):
         yield
 
 

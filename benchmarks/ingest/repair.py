@@ -31,7 +31,7 @@ from casa_assets.ingest.sources.discover import discover
 from casa_assets.ingest.sources.found import Found
 from casa_assets.model.ingest.source import RawModel
 from casa_assets.pipeline.ingest.survey import find_category
-from casa_assets.preview.raw.raw_model import render_model
+from casa_assets.preview.still import render_model
 
 
 def found_in(folder: Path) -> Iterator[Found]:

@@ -38,8 +38,8 @@ from casa_assets.pipeline.ingest.stages import STAGES
 from casa_assets.pipeline.library.asset_package import PREVIEW_PX, thumbnail
 from casa_assets.pipeline.library.library import Library, write_files
 from casa_assets.pipeline.reports.entry import entries
-from casa_assets.preview.camera import View
 from casa_assets.preview.still import render
+from casa_assets.preview.studio import View
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ from casa_assets.errors import OutputError
 
 if TYPE_CHECKING:
     from casa_assets.pipeline.library.library import Library as LibraryFolder
-    from casa_assets.pipeline.workers.engine import Workers
+    from casa_assets.pipeline.workers.pool import Workers
 
 
 class EngineName(StrEnum):
@@ -33,7 +33,7 @@ class EngineName(StrEnum):
 def workers(engine: EngineName, address: str, jobs: int) -> Workers:
     """Where jobs run, as `pipeline.workers` takes it. Raises typer.BadParameter."""
     if engine is EngineName.RAY:
-        from casa_assets.pipeline.workers.engine import RayCluster
+        from casa_assets.pipeline.workers.pool import RayCluster
 
         return RayCluster(address, jobs)
     if address:

@@ -224,7 +224,7 @@ def render_asset_views(asset: Asset) -> list[bytes]:
 
 def render_model_views(model: Path) -> list[bytes]:
     """PNGs of an asset that stands on disk as a model.xml, from the sides of VIEWS."""
-    from casa_assets.preview.camera import View
     from casa_assets.preview.still import render
+    from casa_assets.preview.studio import View
 
     return [render(model, View(azimuth_deg=a, elevation_deg=e, size_px=PICTURE_PX, passes=4)) for a, e in VIEWS]

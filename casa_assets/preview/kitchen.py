@@ -1,7 +1,9 @@
 """Render a kitchen's `scene.xml` through its own cameras, as by day with the lamps on.
 
-MuJoCo draws what each camera sees, and what each direction of the light sees; `preview/room/` lights the one by the
-other. Each picture is the mean of a few drawings that are moved by a part of a pixel and lit from other directions.
+MuJoCo draws what each camera sees, and what each direction of the light sees (`room_surfaces.py`); `room_light.py`
+lights the one by the other. Each picture is the mean of a few drawings that are moved by a part of a pixel and lit from
+other directions. MuJoCo's own lights, in the mean of 16 drawings that take a fifth longer, lost 17 of 20 comparisons:
+single shadows draw streaks on fronts, and neither walls nor the ceiling throw light back under wall units.
 """
 
 from __future__ import annotations
@@ -16,38 +18,23 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from PIL import Image
 
-from casa_assets.core.typing import Floats, Singles
-from casa_assets.preview import renderer, tonemap
-from casa_assets.preview.exposure import GOLDEN, Bounds, CameraFrustum, one_group, set_quality
-from casa_assets.preview.photoreal.viewpoint import View
-from casa_assets.preview.room.lighting import Beam, Receiver, beams, smoothed
-from casa_assets.preview.room.shading import shade
-from casa_assets.preview.room.shadow_maps import ShadowMap, draw_shadow_map
-from casa_assets.preview.room.surfaces import (
-    SurfaceDrawer,
-    Surfaces,
-    close_open_sides,
-    grey_sections,
-    plain_scene,
-)
-from casa_assets.preview.room.surroundings import (
-    VISUAL_GROUP,
-    Surroundings,
-    geom_bounds,
-    is_clear,
-    is_shell,
-    surroundings_of,
-)
+from casa_assets.core.typing import Floats
+from casa_assets.preview import pictures, renderer
+from casa_assets.preview.photoreal.views import View
+from casa_assets.preview.pictures import Pixels
+from casa_assets.preview.renderer import Bounds, CameraFrustum, one_group, set_quality
+from casa_assets.preview.room_light import Patch, Receiver, Room, beams, close_open_sides, grey_sections, shade
+from casa_assets.preview.room_surfaces import ShadowMap, SurfaceDrawer, Surfaces, draw_shadow_map, plain_scene
 from casa_assets.preview.still import CannotDraw, set_keyframe
-from casa_assets.preview.tonemap import Pixels
 
+_Beam = tuple[ShadowMap, float]  # and its weight
 # Groups of geoms; those that are see-through are put into one of their own while a picture is drawn.
-_CLEAR_GROUP, _CEILING_GROUP, _HIDDEN_GROUP = 1, 4, 5
-_WALL_PREFIX = "wall_"  # names of walls begin with it
+_CLEAR_GROUP, _VISUAL_GROUP, _CEILING_GROUP, _HIDDEN_GROUP = 1, 2, 4, 5
+_FLOOR, _CEILING, _WALL_PREFIX = "floor", "ceiling", "wall_"  # names of the bodies of a room; walls begin with it
 _ON_WALL_M = 0.12  # from the middle of a wall: what is nearer hangs on it
-_OFF_SURFACE_M = 0.008  # by which places are moved off their surface, so that it does not shade itself
+_IN_WALL_M = 0.25  # from the inner face of a wall outwards: glass there is a window
+_OPAQUE = 0.999  # alpha from which on nothing is seen through
 
 
 @dataclass(frozen=True)
@@ -110,38 +97,6 @@ def scene_from_model(model: Any, name: str, pose: str = "start", frame: PictureS
     return LoadedScene(model, data)
 
 
-@dataclass(frozen=True)
-class _Eye:
-    """A camera.
-
-    Attributes:
-        position: (3,) metres. turn: (3, 3) world_from_camera.
-        half_height, rise: of the picture and of its middle over the axis, at one metre, metres.
-    """
-
-    name: str
-    position: Floats
-    turn: Floats
-    half_height: float
-    rise: float = 0.0
-
-
-def _eye(made: LoadedScene, camera: str | View, frame: PictureSettings) -> _Eye:
-    """A camera of the scene, or one that stands elsewhere."""
-    if isinstance(camera, View):
-        half_width = math.tan(camera.fov_x / 2)
-        half_height = half_width * frame.height_px / frame.width_px
-        turn = np.empty(9)
-        mujoco.mju_quat2Mat(turn, np.array(camera.quaternion))
-        rise = 2.0 * half_width * camera.shift_y
-        return _Eye(camera.name, np.array(camera.position), turn.reshape(3, 3), half_height, rise)
-    number = mujoco.mj_name2id(made.model, mujoco.mjtObj.mjOBJ_CAMERA, camera)
-    if number < 0:
-        raise CannotDraw(f"there is no camera {camera!r}; there are {', '.join(made.cameras)}")
-    half_height = math.tan(math.radians(float(made.model.cam_fovy[number])) / 2)
-    return _Eye(camera, made.data.cam_xpos[number], made.data.cam_xmat[number].reshape(3, 3), half_height)
-
-
 def render_cameras(
     made: LoadedScene, cameras: Sequence[str | View], frame: PictureSettings = _STANDARD
 ) -> Iterator[tuple[str, Pixels]]:
@@ -155,89 +110,101 @@ def render_cameras(
         CannotDraw: there is no such camera. NoRenderer: there is no OpenGL.
     """
     model, data = made.model, made.data
-    eyes = [_eye(made, camera, frame) for camera in dict.fromkeys(cameras)]
-    if not eyes:
+    bounds = _bounds(model, data)
+    room = room_of(model, data, bounds)
+    far = 10.0 * float(np.linalg.norm(room.upper - room.lower))
+    lenses = [_lens(made, camera, frame, far) for camera in dict.fromkeys(cameras)]
+    if not lenses:
         return
-    room = surroundings_of(model, data, _bounds(model, data))
     # The driver is handed meshes and pictures once for all cameras.
-    with renderer.canvas(model, data, one_group(VISUAL_GROUP), frame.width_px, frame.height_px) as canvas:
-        light = _Light(canvas, model, data, room, frame)
-        for eye in eyes:
-            yield eye.name, tonemap.to_uint8(_render(canvas, model, data, eye, light))
+    with renderer.canvas(model, data, one_group(_VISUAL_GROUP), frame.width_px, frame.height_px) as canvas:
+        light = _light(canvas, made, room, frame)
+        for name, lens in lenses:
+            yield name, pictures.to_uint8(_render(canvas, made, lens, room, light, frame))
 
 
-class _Light:
-    """Light of a scene in one pose: from where it comes, and what stands in its way. Its maps serve all cameras."""
-
-    def __init__(
-        self, canvas: renderer.Canvas, model: Any, data: Any, room: Surroundings, frame: PictureSettings
-    ) -> None:
-        self.room, self.frame = room, frame
-        self._canvas = canvas
-        with _groups_restored(model) as groups:
-            for geom in range(model.ngeom):
-                if groups[geom] == VISUAL_GROUP and (is_clear(model, geom) or is_shell(model, geom)):
-                    groups[geom] = _HIDDEN_GROUP
-            self._scene = plain_scene(canvas.new_scene(one_group(VISUAL_GROUP)))
-            # Beyond the walls there is nothing to shade.
-            lower = np.maximum(_bounds(model, data)[0], room.lower - 0.3)
-            upper = np.minimum(_bounds(model, data)[1], room.upper + 0.3)
-        self._corners = np.array([[(lower, upper)[k >> i & 1][i] for i in range(3)] for k in range(8)])
-        self._maps: dict[tuple[int, int], ShadowMap] = {}
-
-    def maps(self, number: int) -> list[tuple[Beam, ShadowMap]]:
-        """Where light comes from in drawing `number`, and what throws shadows there."""
-        found = []
-        for k, beam in enumerate(beams(number, self.frame.passes, self.frame.directions)):
-            at = (number, k)
-            if at not in self._maps:
-                size_px = self.frame.shadow_px
-                self._maps[at] = draw_shadow_map(self._canvas, self._scene, beam.towards, self._corners, size_px)
-            found.append((beam, self._maps[at]))
-        return found
+def _lens(made: LoadedScene, camera: str | View, frame: PictureSettings, far: float) -> tuple[str, CameraFrustum]:
+    """Name and frustum of a camera of the scene, or of one that stands elsewhere."""
+    aspect, near, rise = frame.width_px / frame.height_px, 0.02, 0.0
+    if isinstance(camera, View):
+        half_width, turn = math.tan(camera.fov_x / 2), np.empty(9)
+        mujoco.mju_quat2Mat(turn, np.array(camera.quaternion))
+        name, position, half = camera.name, np.array(camera.position), half_width / aspect
+        rise = 2.0 * half_width * camera.shift_y
+    else:
+        number = mujoco.mj_name2id(made.model, mujoco.mjtObj.mjOBJ_CAMERA, camera)
+        if number < 0:
+            raise CannotDraw(f"there is no camera {camera!r}; there are {', '.join(made.cameras)}")
+        name, position, turn = camera, made.data.cam_xpos[number], made.data.cam_xmat[number]
+        half = math.tan(math.radians(float(made.model.cam_fovy[number])) / 2)
+    forward, up = -turn.reshape(3, 3)[:, 2], turn.reshape(3, 3)[:, 1]
+    jitter = 1.3 * 2.0 * near * half / frame.height_px
+    return name, CameraFrustum(position, forward, up, near, far, near * half * aspect, near * half, jitter, near * rise)
 
 
-def _light_on(seen: Surfaces, number: int, maps: Sequence[tuple[Beam, ShadowMap]], room: Surroundings) -> Singles:
-    """(H, W, 3) light on the surfaces of drawing `number`."""
-    receiver = Receiver(seen, _OFF_SURFACE_M, number)
-    for k, (beam, shadow) in enumerate(maps):
-        receiver.add(beam, shadow, room, k * GOLDEN % 1.0)
-    return smoothed(receiver.image(room), seen)
-
-
-def _render(canvas: renderer.Canvas, model: Any, data: Any, camera: _Eye, light: _Light) -> Floats:
-    """(H, W, 3) sRGB, 0..1, of one camera."""
-    frame, room, eye = light.frame, light.room, camera.position
-    is_inside = room.contains(eye)
-    solid = one_group(VISUAL_GROUP)
-    solid.geomgroup[_CEILING_GROUP] = int(is_inside)
-    every = one_group(_CLEAR_GROUP)
-    every.geomgroup[:] |= solid.geomgroup
-    with _groups_restored(model) as groups, _walls_before_eye_hidden(model, data, eye):
+def _light(canvas: renderer.Canvas, made: LoadedScene, room: Room, frame: PictureSettings) -> list[list[_Beam]]:
+    """Where the light of each drawing comes from, and what stands in its way."""
+    model = made.model
+    with _groups_restored(model) as groups:
         for geom in range(model.ngeom):
-            if groups[geom] == VISUAL_GROUP and is_clear(model, geom):
+            name = model.body(model.geom_bodyid[geom]).name
+            is_shell = name in (_FLOOR, _CEILING) or name.startswith(_WALL_PREFIX)
+            if groups[geom] == _VISUAL_GROUP and (is_shell or _is_clear(model, geom)):
+                groups[geom] = _HIDDEN_GROUP
+        scene = plain_scene(canvas.new_scene(one_group(_VISUAL_GROUP)))
+        least, most = _bounds(model, made.data)
+    # Beyond the walls there is nothing to shade.
+    box = np.maximum(least, room.lower - 0.3), np.minimum(most, room.upper + 0.3)
+    corners = np.array([[box[k >> i & 1][i] for i in range(3)] for k in range(8)])
+    return [
+        [
+            (draw_shadow_map(canvas, scene, towards, corners, frame.shadow_px), weight)
+            for towards, weight in beams(number, frame.passes, frame.directions)
+        ]
+        for number in range(frame.passes)
+    ]
+
+
+def _render(
+    canvas: renderer.Canvas,
+    made: LoadedScene,
+    lens: CameraFrustum,
+    room: Room,
+    light: Sequence[Sequence[_Beam]],
+    frame: PictureSettings,
+) -> Floats:
+    """(H, W, 3) sRGB, 0..1, of one camera."""
+    model, eye = made.model, lens.position
+    is_inside = bool((eye > room.lower).all() and (eye < room.upper).all())
+    solid, every = one_group(_VISUAL_GROUP), one_group(_CLEAR_GROUP)
+    solid.geomgroup[_CEILING_GROUP] = int(is_inside)
+    every.geomgroup[:] |= solid.geomgroup
+    with _groups_restored(model) as groups:
+        _hide_walls_before(model, made.data, eye)
+        for geom in range(model.ngeom):
+            if groups[geom] == _VISUAL_GROUP and _is_clear(model, geom):
                 groups[geom] = _CLEAR_GROUP
         drawer = SurfaceDrawer(canvas, model, solid, every)
-    lens = _lens(camera, frame, float(np.linalg.norm(room.upper - room.lower)) / 2)
 
-    def shaded(number: int, seen: Surfaces, maps: Sequence[tuple[Beam, ShadowMap]]) -> Floats:
+    def shaded(number: int, seen: Surfaces) -> Floats:
         """Drawing `number` in its light."""
         if is_inside:
             close_open_sides(seen, room, eye)
         else:
             grey_sections(seen, room)
-        return shade(seen, _light_on(seen, number, maps, room), room, is_inside)
+        receiver = Receiver(seen, room, number)
+        for k, (shadow, weight) in enumerate(light[number]):
+            receiver.add(shadow, weight, k)
+        return shade(seen, receiver.image(), room, is_inside)
 
     # OpenGL draws in this thread; what it has drawn is shaded in another while it draws the next.
     with ThreadPoolExecutor(1) as pool:
         drawings = [
-            pool.submit(shaded, number, drawer.draw(lens, number, frame.width_px, frame.height_px), light.maps(number))
+            pool.submit(shaded, number, drawer.draw(lens, number, frame.width_px, frame.height_px))
             for number in range(frame.passes)
         ]
-    total: Floats = np.zeros(())
-    for drawing in drawings:
-        total = total + drawing.result()
-    return np.asarray(total / frame.passes)
+    total: Floats = sum((drawing.result() for drawing in drawings), np.zeros(()))
+    return total / frame.passes
 
 
 @contextmanager
@@ -250,58 +217,80 @@ def _groups_restored(model: Any) -> Iterator[Any]:
         model.geom_group[:] = before
 
 
-@contextmanager
-def _walls_before_eye_hidden(model: Any, data: Any, eye: Floats) -> Iterator[None]:
-    """While it lasts, walls that stand between the eye and the room are not seen, nor what hangs on them."""
-    with _groups_restored(model) as groups:
-        for wall in range(1, model.nbody):
-            if not model.body(wall).name.startswith(_WALL_PREFIX):
-                continue
-            turn, at = data.xmat[wall].reshape(3, 3), data.xpos[wall]
-            # A wall faces the room with its -y; the origin of its frame is in the middle of its thickness.
-            if float((eye - at) @ turn[:, 1]) < 0.3:
-                continue
-            reach = np.abs(model.geom_aabb[model.geom_bodyid == wall][:, [0, 3]]).sum(axis=1).max()
-            for geom in range(model.ngeom):
-                along, out, _ = (data.geom_xpos[geom] - at) @ turn
-                if abs(along) < reach + 0.1 and -_ON_WALL_M < out < 0.3:
-                    groups[geom] = _HIDDEN_GROUP
-        yield
+def _hide_walls_before(model: Any, data: Any, eye: Floats) -> None:
+    """Hide walls that stand between the eye and the room, and what hangs on them."""
+    for wall in range(1, model.nbody):
+        if not model.body(wall).name.startswith(_WALL_PREFIX):
+            continue
+        turn, at = data.xmat[wall].reshape(3, 3), data.xpos[wall]
+        # A wall faces the room with its -y; the origin of its frame is in the middle of its thickness.
+        if float((eye - at) @ turn[:, 1]) < 0.3:
+            continue
+        reach = np.abs(model.geom_aabb[model.geom_bodyid == wall][:, [0, 3]]).sum(axis=1).max()
+        along, out, _ = ((data.geom_xpos - at) @ turn).T
+        model.geom_group[(np.abs(along) < reach + 0.1) & (out > -_ON_WALL_M) & (out < 0.3)] = _HIDDEN_GROUP
 
 
-def render(
-    scene_xml: Path, cameras: Sequence[str], frame: PictureSettings = _STANDARD, pose: str = "start"
-) -> dict[str, bytes]:
-    """PNG by name of camera."""
-    made = open_scene(scene_xml, pose, frame)
-    return {name: tonemap.png(pixels) for name, pixels in render_cameras(made, cameras, frame)}
+def room_of(model: Any, data: Any, bounds: Bounds) -> Room:
+    """The room of a compiled kitchen after `mj_forward`: its floor, its ceiling, its walls and the glass in them.
+
+    Args:
+        bounds: of all that is seen, which stand in for what is missing.
+    """
+    lower, upper = (corner.copy() for corner in bounds)
+    bodies = {model.body(i).name: i for i in range(1, model.nbody)}
+    boxes = {name: _boxes(model, data, body) for name, body in bodies.items()}
+    if _FLOOR in boxes:
+        least, most = boxes[_FLOOR].min(axis=0)[0], boxes[_FLOOR].max(axis=0)[1]
+        lower[:2], upper[:2], lower[2] = least[:2], most[:2], most[2]
+    if _CEILING in boxes:
+        # Beams hang from it.
+        upper[2] = _boxes(model, data, bodies[_CEILING], all_parts=True)[:, 0, 2].max()
+    walls, windows = [], []
+    for name in (name for name in boxes if name.startswith(_WALL_PREFIX)):
+        # It faces the room with its -y.
+        outwards = data.xmat[bodies[name]].reshape(3, 3)[:, 1]
+        axis = int(np.abs(outwards[:2]).argmax())
+        side = 2 * axis + int(outwards[axis] > 0)
+        if abs(data.xpos[bodies[name]][axis] - (lower, upper)[side % 2][axis]) < _IN_WALL_M:
+            start, end = boxes[name][:, 0, 1 - axis].min() - 0.01, boxes[name][:, 1, 1 - axis].max() + 0.01
+            walls.append(Patch(side, (start, lower[2]), (end, upper[2])))
+    for geom in range(model.ngeom):
+        if model.geom_group[geom] == _VISUAL_GROUP and _is_clear(model, geom):
+            least, most = _geom_bounds(model, data, geom)
+            for side in range(4):
+                axis, middle = side // 2, (least + most) / 2.0
+                out = (middle - upper)[axis] if side % 2 else (lower - middle)[axis]
+                if 0.0 < out < _IN_WALL_M and (most - least)[axis] < 0.2:
+                    flat = [1 - axis, 2]
+                    windows.append(Patch(side, tuple(least[flat]), tuple(most[flat])))
+    return Room(lower.astype(np.float32), upper.astype(np.float32), tuple(walls), tuple(windows))
 
 
 def _bounds(model: Any, data: Any) -> Bounds:
     """Bounds of all that is seen."""
-    boxes = [geom_bounds(model, data, geom) for geom in range(model.ngeom) if model.geom_group[geom] == VISUAL_GROUP]
+    boxes = [_geom_bounds(model, data, geom) for geom in np.flatnonzero(model.geom_group == _VISUAL_GROUP)]
     if not boxes:
         raise CannotDraw("nothing in the scene is visible")
     return np.min([box[0] for box in boxes], axis=0), np.max([box[1] for box in boxes], axis=0)
 
 
-def _lens(camera: _Eye, frame: PictureSettings, radius: float) -> CameraFrustum:
-    """CameraFrustum of a camera."""
-    near = 0.02
-    half = near * camera.half_height
-    return CameraFrustum(
-        position=camera.position,
-        forward=-camera.turn[:, 2],
-        up=camera.turn[:, 1],
-        near=near,
-        far=20.0 * radius,
-        half_width=half * frame.width_px / frame.height_px,
-        half_height=half,
-        jitter=1.3 * 2.0 * half / frame.height_px,
-        rise=near * camera.rise,
-    )
+def _boxes(model: Any, data: Any, body: int, all_parts: bool = False) -> Floats:
+    """(N, 2, 3) bounds of the parts of a body; of its boxes where it has some, as those of a mesh may lie askew."""
+    parts = np.flatnonzero(model.geom_bodyid == body)
+    boxes = parts[model.geom_type[parts] == mujoco.mjtGeom.mjGEOM_BOX]
+    shown = parts if all_parts or not len(boxes) else boxes
+    return np.array([_geom_bounds(model, data, geom) for geom in shown]).reshape(-1, 2, 3)
 
 
-def picture(pixels: Pixels) -> Image.Image:
-    """Pixels as a Pillow image."""
-    return Image.fromarray(pixels)
+def _geom_bounds(model: Any, data: Any, geom: int) -> Bounds:
+    """(3,) lower and (3,) upper corner of the bounds of a geom, world frame, metres."""
+    turn, half = data.geom_xmat[geom].reshape(3, 3), model.geom_aabb[geom][3:]
+    middle = data.geom_xpos[geom] + turn @ model.geom_aabb[geom][:3]
+    return middle - np.abs(turn) @ half, middle + np.abs(turn) @ half
+
+
+def _is_clear(model: Any, geom: int) -> bool:
+    """True if a geom is seen through."""
+    material = int(model.geom_matid[geom])
+    return float((model.mat_rgba[material] if material >= 0 else model.geom_rgba[geom])[3]) < _OPAQUE

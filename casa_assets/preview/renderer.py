@@ -1,23 +1,28 @@
-"""Open an OpenGL context without a screen, and render MuJoCo models to pixel arrays."""
+"""Open an OpenGL context without a screen, and draw MuJoCo models to pixels.
+
+Pictures are means of several drawings, in each of which the camera is moved by less than a pixel.
+"""
 
 from __future__ import annotations
 
 import errno
 import importlib
+import math
 import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
 import mujoco
 import numpy as np
 
-from casa_assets.core.typing import Singles
+from casa_assets.core.typing import Floats, Singles
 from casa_assets.errors import CasaError
 from casa_assets.preview.backends import BACKENDS, MUJOCO_GL, chosen_backend, install_line, why_not
-from casa_assets.preview.tonemap import Pixels
+from casa_assets.preview.pictures import Pixels
 
 # What importing or opening a backend raises where its library is missing or finds no device.
 _FAILURES = (ImportError, AttributeError, OSError, RuntimeError, TypeError)
@@ -174,3 +179,79 @@ def _open(name: str) -> Any:
             os.environ["PYOPENGL_PLATFORM"] = before
         raise
     return made
+
+
+# (3,) lower and (3,) upper corner of a box, metres.
+Bounds = tuple[Floats, Floats]
+
+# Multiples of GOLDEN, modulo 1, fill a line evenly. Multiples of 1/p and 1/p^2, where p is PLASTIC, are the steps along
+# the two sides of a square and fill it evenly. Ref: M. Roberts, the R2 sequence.
+GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
+PLASTIC = 1.32471795724474602596
+
+
+@dataclass(frozen=True)
+class CameraFrustum:
+    """Pose and frustum of a camera.
+
+    Attributes:
+        position, forward, up: (3,) metres and unit vectors, world frame.
+        near, far: planes between which something is seen, metres.
+        half_width, half_height: of the picture on the near plane, metres.
+        jitter: side of the square that the picture is moved within between drawings, metres on the near plane.
+        rise: how far the middle of the picture lies above the axis, metres on the near plane: a shifted lens.
+    """
+
+    position: Floats
+    forward: Floats
+    up: Floats
+    near: float
+    far: float
+    half_width: float
+    half_height: float
+    jitter: float
+    rise: float = 0.0
+
+    def aim(self, scene: Any, i: int) -> None:
+        """Put both eyes of an MjvScene there, moved by a part of a pixel for drawing `i`."""
+        right = ((0.5 + i / PLASTIC) % 1.0 - 0.5) * self.jitter
+        up = ((0.5 + i / PLASTIC**2) % 1.0 - 0.5) * self.jitter + self.rise
+        for eye in scene.camera:
+            eye.pos, eye.forward, eye.up = self.position, self.forward, self.up
+            eye.orthographic = 0
+            eye.frustum_near, eye.frustum_far = self.near, self.far
+            eye.frustum_center, eye.frustum_width = right, self.half_width
+            eye.frustum_bottom, eye.frustum_top = up - self.half_height, up + self.half_height
+
+
+def one_group(group: int) -> Any:
+    """An MjvOption that shows the geoms of one group and nothing else."""
+    option = mujoco.MjvOption()
+    option.geomgroup[:] = 0
+    option.geomgroup[group] = 1
+    option.sitegroup[:] = 0
+    return option
+
+
+def set_quality(visual: Any, width_px: int, height_px: int, shadow_px: int) -> None:
+    """Set up the frame buffer of `MjSpec.visual` or `MjModel.vis`: its size, no headlight, no multisampling.
+
+    Args:
+        shadow_px: side of the shadow map of a light.
+    """
+    visual.headlight.active = 0
+    visual.global_.offwidth, visual.global_.offheight = width_px, height_px
+    visual.quality.offsamples, visual.quality.shadowsize = 0, shadow_px
+
+
+@contextmanager
+def drawing_ids(canvas: Canvas) -> Iterator[None]:
+    """While it lasts, a drawing shows the number of each thing instead of its colour."""
+    flags = (mujoco.mjtRndFlag.mjRND_SEGMENT, mujoco.mjtRndFlag.mjRND_IDCOLOR)
+    for flag in flags:
+        canvas.scene.flags[flag] = 1
+    try:
+        yield
+    finally:
+        for flag in flags:
+            canvas.scene.flags[flag] = 0

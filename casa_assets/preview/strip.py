@@ -14,11 +14,10 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from casa_assets.core.typing import Floats
-from casa_assets.preview import studio, tonemap
-from casa_assets.preview.camera import Camera, View, fit
-from casa_assets.preview.sheet import SheetCell, cell_corner, contact_sheet
+from casa_assets.preview import pictures, studio
+from casa_assets.preview.pictures import Pixels, SheetCell, cell_corner, contact_sheet
 from casa_assets.preview.still import load_into_studio
-from casa_assets.preview.tonemap import Pixels
+from casa_assets.preview.studio import Camera, View, fit
 
 CELL_PX, COLUMNS = 320, 6
 # A review wants to see what is there, not soft shadows.
@@ -102,7 +101,7 @@ def _stand(model: Any, data: Any, pose: Mapping[str, float]) -> Floats:
 
 def _shot(model: Any, data: Any, pose: Mapping[str, float]) -> bytes:
     points = _stand(model, data, pose)
-    return tonemap.png(studio.render(model, data, points, fit(points, _VIEW), _VIEW, both_sides=True))
+    return pictures.png(studio.render(model, data, points, fit(points, _VIEW), _VIEW, both_sides=True))
 
 
 def _apart(model: Any, data: Any, names: Sequence[str]) -> bytes:
@@ -124,7 +123,7 @@ def _apart(model: Any, data: Any, names: Sequence[str]) -> bytes:
     for g in range(model.ngeom):
         data.geom_xpos[g] += moved.get(int(model.geom_bodyid[g]), np.zeros(3))
     points = studio.place_floor(model, data)
-    return tonemap.png(studio.render(model, data, points, fit(points, _VIEW), _VIEW, both_sides=True))
+    return pictures.png(studio.render(model, data, points, fit(points, _VIEW), _VIEW, both_sides=True))
 
 
 def _painted(model: Any, data: Any, names: Sequence[str]) -> bytes:

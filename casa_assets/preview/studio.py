@@ -1,11 +1,14 @@
-"""Studio for stills of assets: light floor, soft dome light, and a camera that fits what it shows.
+"""Studio for stills of assets: light floor, soft dome light, and a camera that is fitted to what it shows.
 
-Each picture is the mean of many drawings; see `exposure.py` for the reason.
+MuJoCo's classic renderer has hard shadows and no light that walls or a floor throw back. So each picture is the mean of
+many drawings, each with the camera moved by less than a pixel (smooth edges), the key light moved within its soft box
+(soft shadows) and other directions of the sky lit (dark creases).
 """
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Any
 
 import mujoco
@@ -13,19 +16,92 @@ import numpy as np
 from PIL import Image, ImageFilter
 
 from casa_assets.core.typing import Floats, Mask
-from casa_assets.preview import renderer, tonemap
-from casa_assets.preview.camera import Camera, View
-from casa_assets.preview.exposure import (
+from casa_assets.preview import pictures, renderer
+from casa_assets.preview.pictures import Pixels
+from casa_assets.preview.renderer import (
     GOLDEN,
+    PLASTIC,
     CameraFrustum,
-    LightRig,
     drawing_ids,
-    mean_of_drawings,
     one_group,
-    set_extent,
     set_quality,
 )
-from casa_assets.preview.tonemap import Pixels
+
+
+@dataclass(frozen=True)
+class View:
+    """Direction, size and quality of a picture.
+
+    Attributes:
+        azimuth_deg: 0 looks at the front (which faces -y), positive walks round to the thing's right side (+x).
+        elevation_deg: above the horizon; at least 12, or the end of the floor comes into sight.
+        size_px: width and height.
+        fill: fraction of the frame that the thing spans, in its wider direction.
+        field_of_view_deg: full vertical angle; small ones flatten like a long lens.
+        passes: drawings that are averaged; more make softer shadows and smoother edges.
+    """
+
+    azimuth_deg: float = 35.0
+    elevation_deg: float = 25.0
+    size_px: int = 512
+    fill: float = 0.80
+    field_of_view_deg: float = 22.0
+    passes: int = 18
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A fitted camera.
+
+    Attributes:
+        position: (3,) metres, world frame.
+        right, up, forward: (3,) unit vectors, world frame.
+        half: tangent of half the field of view.
+    """
+
+    position: Floats
+    right: Floats
+    up: Floats
+    forward: Floats
+    half: float
+
+    def project(self, points: Floats) -> tuple[Floats, Floats, Floats]:
+        """(x, y, depth) of (N, 3) world points: x right and y up in -1..1 within the frame, depth in metres."""
+        local = points - self.position
+        depth = local @ self.forward
+        return local @ self.right / (depth * self.half), local @ self.up / (depth * self.half), depth
+
+
+def fit(points: Floats, view: View) -> Camera:
+    """The camera that sees all points, centred, as large as `view.fill` allows.
+
+    Args:
+        points: (N, 3) metres, world frame.
+        view: direction and fill.
+    """
+    azimuth, elevation = math.radians(view.azimuth_deg), math.radians(view.elevation_deg)
+    flat = math.cos(elevation)
+    forward = np.array([-math.sin(azimuth) * flat, math.cos(azimuth) * flat, -math.sin(elevation)])
+    right = np.array([math.cos(azimuth), math.sin(azimuth), 0.0])
+    up = np.cross(right, forward)
+    half = math.tan(math.radians(view.field_of_view_deg) / 2.0)
+    slope = half * view.fill
+    x, y, z = points @ right, points @ up, points @ forward
+    # |x - center| <= slope * (z + distance) for all points is linear in (center, distance): two walls that meet.
+    distance = max(float(np.max(v - slope * z) + np.max(-v - slope * z)) / (2.0 * slope) for v in (x, y))
+    distance = max(distance, 1e-6 - float(z.min()))
+    across, along = (_middle(v, z + distance) for v in (x, y))
+    return Camera(right * across + up * along - forward * distance, right, up, forward, half)
+
+
+def _middle(across: Floats, depth: Floats) -> float:
+    """Camera position across its view that puts the outermost points equally far from the frame, metres."""
+    center = 0.0
+    for _ in range(12):
+        seen = (across - center) / depth
+        center += float((seen.max() + seen.min()) / 2.0 * depth.mean())
+    return center
+
 
 # Of the geoms that are drawn.
 VISUAL_GROUP = 1
@@ -43,28 +119,18 @@ def _panel(around: float) -> float:
     return 0.2 + 1.8 * max(0.0, math.cos(2.0 * (off - 1.35))) ** 2
 
 
-# Chosen by eye: a white mug keeps its shading, a black one its form. Highlights exceed 1 because each direction is lit
-# in one drawing only and then shared by all. The key light stands over the left shoulder of the viewer, within a soft
-# box of about 12 degrees; the sky begins 8 degrees above the floor.
-_RIG = LightRig(
-    ambient=0.22,
-    key=0.38,
-    sky=0.76,
-    bounce=0.30,
-    key_azimuths=(-0.75,),
-    key_elevation=0.80,
-    softness=0.21,
-    key_shine=0.9,
-    sky_shine=lambda around, _: 4.0 / 2 * _panel(around),
-    bounce_shine=lambda around, _: 9.0 / 4 * _panel(around),
-    sky_lights=2,
-    bounce_lights=4,
-    sky_rise=(0.14, 0.86),
-    bounce_rise=(-0.05, 0.95),
-    distance=4.0,
-    shadow_reach=2.2,
-    sky_follows_viewer=True,
-)
+# Brightness of light from everywhere, of the key light, of all lights of the sky and of all from below, as fractions
+# of white. Chosen by eye: a white mug keeps its shading, a black one its form. Highlights exceed 1 because each is
+# lit in one drawing only and then shared by all.
+_AMBIENT, _KEY, _SKY, _BOUNCE = 0.22, 0.38, 0.76, 0.30
+_KEY_SHINE, _SKY_SHINE, _BOUNCE_SHINE = 0.9, 4.0 / 2, 9.0 / 4
+# The key light stands over the left shoulder of the viewer, within a soft box of about 12 degrees: rad.
+_KEY_ASIDE, _KEY_ELEVATION, _KEY_SOFTNESS = -0.75, 0.80, 0.21
+_SKY_LIGHTS, _BOUNCE_LIGHTS = 2, 4  # numbers of lights in each drawing
+# Sine of the angle above the horizon where the sky begins, 8 degrees above the floor, and how far up from there; the
+# highest angle that light from below comes from, and how far down from there, rad.
+_SKY_RISE, _BOUNCE_RISE = (0.14, 0.86), (-0.05, 0.95)
+_DISTANCE, _SHADOW_REACH = 4.0, 2.2  # of the lights, and half the width of the maps of shadows, in radii of the scene
 
 
 def add_studio(spec: Any, size_px: int) -> None:
@@ -81,10 +147,10 @@ def add_studio(spec: Any, size_px: int) -> None:
     floor.name, floor.material, floor.group = _FLOOR, material.name, VISUAL_GROUP
     floor.type, floor.size = mujoco.mjtGeom.mjGEOM_PLANE, [1.0, 1.0, 1.0]
     floor.contype = floor.conaffinity = 0
-    for i in range(_RIG.count):
+    for i in range(1 + _SKY_LIGHTS + _BOUNCE_LIGHTS):
         light = spec.worldbody.add_light()
         light.type = mujoco.mjtLightType.mjLIGHT_DIRECTIONAL
-        light.castshadow = i <= _RIG.sky_lights
+        light.castshadow = i <= _SKY_LIGHTS
 
 
 def place_floor(model: Any, data: Any) -> Floats:
@@ -99,7 +165,7 @@ def place_floor(model: Any, data: Any) -> Floats:
     radius = _radius(points)
     model.geom_size[floor] = 40.0 * radius
     data.geom_xpos[floor] = [*((lower + upper)[:2] / 2.0), lower[2] - 1e-4 * radius]
-    set_extent(model, radius, _RIG)
+    model.stat.extent, model.vis.map.shadowclip = radius, _SHADOW_REACH
     return points
 
 
@@ -137,9 +203,57 @@ def render(model: Any, data: Any, points: Floats, camera: Camera, view: View, bo
     )
     with renderer.canvas(model, data, one_group(VISUAL_GROUP), view.size_px, view.size_px) as canvas:
         canvas.scene.flags[mujoco.mjtRndFlag.mjRND_CULL_FACE] = int(not both_sides)
-        exposure = mean_of_drawings(canvas, lens, _RIG, passes, viewer, center, radius)
+        exposure = _mean_of_drawings(canvas, lens, passes, viewer, center, radius)
         background = _background(canvas, int(model.geom(_FLOOR).id))
-    return tonemap.tone_map(tonemap.blur_background(exposure, background), background)
+    return pictures.tone_map(pictures.blur_background(exposure, background), background)
+
+
+def _mean_of_drawings(
+    canvas: renderer.Canvas, lens: CameraFrustum, passes: int, viewer: float, center: Floats, radius: float
+) -> Floats:
+    """(H, W, 3) mean of the drawings, 0..1.
+
+    Args:
+        passes: number of drawings.
+        viewer: direction that the viewer comes from, rad to the left of the x axis.
+        center, radius: of the scene, metres; (3,) in the world frame.
+    """
+    total: Floats = np.zeros(())
+    for i in range(passes):
+        lens.aim(canvas.scene, i)
+        _set_lights(canvas.scene, i, passes, viewer)
+        for light in canvas.scene.lights[: canvas.scene.nlight]:
+            light.pos = center - np.array(light.dir) * _DISTANCE * radius
+        total = total + canvas.draw()
+    return np.asarray(total / (255.0 * passes))
+
+
+def _set_lights(scene: Any, i: int, passes: int, viewer: float) -> None:
+    """Set the lights of an MjvScene for drawing `i` of `passes`."""
+    key, sky, bounce = scene.lights[0], scene.lights[1 : 1 + _SKY_LIGHTS], scene.lights[1 + _SKY_LIGHTS : scene.nlight]
+    spread, turn = _KEY_SOFTNESS * math.sqrt((i + 0.5) / passes), 2.0 * math.pi * GOLDEN * i
+    azimuth = viewer + _KEY_ASIDE + spread * math.cos(turn)
+    _set_light(key, azimuth, _KEY_ELEVATION + spread * math.sin(turn), _KEY, _KEY_SHINE, casts=True)
+    key.ambient = [_AMBIENT] * 3
+    lowest, up = _SKY_RISE
+    for n, light in enumerate(sky, start=i * _SKY_LIGHTS):
+        # A Fibonacci lattice on the dome; no lower than where shadows would leave the map.
+        rise = math.asin(lowest + up * ((n + 0.5) / (passes * _SKY_LIGHTS)))
+        around = 2.0 * math.pi * GOLDEN * n
+        _set_light(light, viewer + around, rise, _SKY / _SKY_LIGHTS, _SKY_SHINE * _panel(around), casts=True)
+    highest, down = _BOUNCE_RISE
+    for n, light in enumerate(bounce, start=i * _BOUNCE_LIGHTS):
+        around, rise = 2.0 * math.pi * GOLDEN * n, highest - down * ((n / PLASTIC) % 1.0)
+        shine = _BOUNCE_SHINE * _panel(around)
+        _set_light(light, viewer + around, rise, _BOUNCE / _BOUNCE_LIGHTS, shine, casts=False)
+
+
+def _set_light(light: Any, azimuth: float, elevation: float, diffuse: float, specular: float, casts: bool) -> None:
+    """Make an MjvLight come from there, world frame."""
+    flat = math.cos(elevation)
+    light.dir = [-flat * math.cos(azimuth), -flat * math.sin(azimuth), -math.sin(elevation)]
+    light.ambient, light.diffuse, light.specular = [0.0] * 3, [diffuse] * 3, [specular] * 3
+    light.castshadow = int(casts)
 
 
 def _radius(points: Floats) -> float:

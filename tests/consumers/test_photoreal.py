@@ -13,8 +13,7 @@ from PIL import Image
 from casa_assets.core.blender import VARIABLE
 from casa_assets.pipeline.kitchens.recipe import SceneRecipe
 from casa_assets.pipeline.kitchens.scene_folders import BuildOptions, build_all
-from casa_assets.preview.photoreal.picture_faults import picture_faults
-from casa_assets.preview.photoreal.render import Still, StillSettings, asset_still, scene_stills
+from casa_assets.preview.photoreal.render import Still, StillSettings, asset_still, picture_faults, scene_stills
 from tests.libraries import ROOT
 
 pytestmark = pytest.mark.consumers

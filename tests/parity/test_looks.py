@@ -12,9 +12,8 @@ from PIL import Image
 
 from casa_assets.checks.readers.usd_facts import missing_importer
 from casa_assets.model.ingest.source import RawModel, RawPart, Up
-from casa_assets.preview.camera import View
-from casa_assets.preview.raw.raw_model import render_mesh
-from casa_assets.preview.still import render
+from casa_assets.preview.still import render, render_mesh
+from casa_assets.preview.studio import View
 from tests.mesh_files import QUARTERS, Gltf, load_bytes, png
 from tests.packages import written
 from tests.raw_models import built
@@ -26,7 +25,7 @@ VIEW = View(size_px=192, passes=6)
 BLOCKS = 12
 SAME = (0.5, 3.0)
 # MuJoCo reads USD without a colour curve or opacity, so colours here are full or none and glass is a hue; a raw
-# mesh with vertex colours is drawn by hand, without floor and lamp.
+# mesh with vertex colours shows them as they are, and ours as the pixels of a texture.
 ALIKE = (16.0, 66.0)
 DRAWN_OTHERWISE = ("vertex colours", "glass")
 

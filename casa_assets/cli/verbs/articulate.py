@@ -46,7 +46,7 @@ if TYPE_CHECKING:
     from casa_assets.model.record import Vec3
     from casa_assets.pipeline.articulate.batch import RequestMaker
     from casa_assets.pipeline.articulate.run import ArticulateOutcome
-    from casa_assets.pipeline.workers.engine import Workers
+    from casa_assets.pipeline.workers.pool import Workers
 
 CONTRACT_ADVICE = "to meet it, change decisions.yaml beside the model, or the mesh, and run again"
 # Names of meshes that the progress bar shows at once.

@@ -45,7 +45,7 @@ from casa_assets.model.kitchen.surface import Surface
 
 if TYPE_CHECKING:
     from casa_assets.pipeline.kitchens.recipe import SceneRecipe
-    from casa_assets.pipeline.workers.engine import Workers
+    from casa_assets.pipeline.workers.pool import Workers
 
 app = typer.Typer(
     name="scenes",

@@ -178,8 +178,7 @@ def _show(subject: Subject, pose: str) -> None:
     from casa_assets.api.behaviors import Behaviors
     from casa_assets.pipeline.view.model import mujoco_model
     from casa_assets.pipeline.view.subject import cache_of
-    from casa_assets.preview.glow import Glow
-    from casa_assets.preview.live_viewer import require_screen, show
+    from casa_assets.preview.live_viewer import Glow, require_screen, show
 
     require_screen()
     console = Console(stderr=True, highlight=False, soft_wrap=True)

@@ -43,8 +43,8 @@ from casa_assets.pipeline.library import review
 from casa_assets.pipeline.library.entry_table import EntryTable
 from casa_assets.pipeline.library.identity import Producer
 from casa_assets.pipeline.library.run_times import tidy_times
-from casa_assets.pipeline.workers.engine import Engine, Workers, open_engine
 from casa_assets.pipeline.workers.limits import Limits, WorkerFailure
+from casa_assets.pipeline.workers.pool import Engine, Workers, open_engine
 
 # Makes the request for an input.
 RequestMaker = Callable[[Found], ArticulateRequest]

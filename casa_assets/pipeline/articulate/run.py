@@ -50,9 +50,8 @@ from casa_assets.pipeline.library.resume import NOTHING_KNOWN, cached_outcome
 from casa_assets.pipeline.library.resume import RETRIED_CODES as RETRIED_BY_INGEST
 from casa_assets.pipeline.library.run_times import keep_times
 from casa_assets.pipeline.reports.entry import Entry
-from casa_assets.preview.raw.raw_model import render_model
 from casa_assets.preview.renderer import NoRenderer
-from casa_assets.preview.still import CannotDraw
+from casa_assets.preview.still import CannotDraw, render_model
 from casa_assets.projects import read_once
 
 # The limits of ingest are options of a run; those of `articulate` stand in the registry and so in the key of an entry.

@@ -13,9 +13,9 @@ from casa_assets.model.record import Vec3
 from casa_assets.pipeline.families.run import build_asset, family_of, object_requests, params_of
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.viewer.model_files import put_model
-from casa_assets.preview.camera import View
-from casa_assets.preview.sheet import SheetCell, contact_sheet
+from casa_assets.preview.pictures import SheetCell, contact_sheet
 from casa_assets.preview.still import render
+from casa_assets.preview.studio import View
 
 COLUMNS = 8
 

@@ -47,9 +47,9 @@ from casa_assets.pipeline.library.identity import Identity, Producer
 from casa_assets.pipeline.library.run_times import keep_times
 from casa_assets.pipeline.textures.recipes import skins
 from casa_assets.pipeline.workers.batch import attempt, run_batch
-from casa_assets.pipeline.workers.engine import Workers
 from casa_assets.pipeline.workers.limits import WorkerFailure
-from casa_assets.preview.camera import View
+from casa_assets.pipeline.workers.pool import Workers
+from casa_assets.preview.studio import View
 from casa_assets.projects import read_once
 from casa_assets.registry.families import family, family_names
 from casa_assets.registry.objects import object_family, object_names

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from casa_assets.preview.camera import View
 from casa_assets.preview.still import poses, render
+from casa_assets.preview.studio import View
 
 
 def pictures(folder: Path, out: Path, stem: str, size_px: int) -> Iterator[Path]:

@@ -12,8 +12,8 @@ from casa_assets.pipeline.ingest.job import Job, Outcome, RunAborted
 from casa_assets.pipeline.ingest.split import HeldThings
 from casa_assets.pipeline.ingest.survey import Survey
 from casa_assets.pipeline.ingest.survey_table import SurveyTable
-from casa_assets.pipeline.workers.engine import Engine
 from casa_assets.pipeline.workers.limits import WorkerFailure
+from casa_assets.pipeline.workers.pool import Engine
 
 # What the pool's own verdicts are called in registry/rejections.yaml.
 CRASH_CODE = "RUN004"  # of the program, not of the input

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import errno
+import hashlib
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from casa_assets.errors import OutputError, Rejected
+from casa_assets.errors import OutputError, PluginFailure, Rejected
 from casa_assets.ingest.sources.found import Found
 from casa_assets.model.ingest.user_override import NO_OVERRIDE, UserOverride
 from casa_assets.model.issue import Decision, Issue, Report, subjects_to_decide
@@ -17,7 +18,7 @@ from casa_assets.pipeline.ingest.survey import Survey
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.identity import Producer
 from casa_assets.pipeline.library.run_times import Cost
-from casa_assets.pipeline.workers.free_disk import full_disk
+from casa_assets.pipeline.workers.limits import full_disk
 
 # What is wrong with the disk and not with an input. EFBIG: a quota set with `ulimit -f`.
 _DISK_FAULTS = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EFBIG, errno.EMFILE, errno.ENFILE})
@@ -25,6 +26,8 @@ _NO_ROOM = frozenset({errno.ENOSPC, errno.EDQUOT})
 
 # Limits that turn inputs away and change nothing about those that pass: raising one remakes nothing.
 ADMISSION_LIMITS = frozenset({"input_bytes", "input_faces", "input_seconds", "input_memory_bytes"})
+
+TRACES = "traces"  # folder in the cache of a library
 
 
 @dataclass(frozen=True)
@@ -212,3 +215,12 @@ def writing(root: Path) -> Iterator[None]:
         if not inside and error.errno in _NO_ROOM and (full := full_disk()) is not None:
             raise full from error
         raise OutputError(str(root), f"cannot be written to: {error.strerror}") from error
+
+
+def keep_trace(error: PluginFailure, library: disk.Library) -> Path:
+    """Write where code of a plug-in has failed into a file of a library, called after its text; the file."""
+    folder = library.cache / TRACES
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / f"{error.plugin}_{hashlib.sha256(error.trace.encode()).hexdigest()[:10]}.txt"
+    path.write_text(error.trace, encoding="utf-8")
+    return path

@@ -61,8 +61,8 @@ from casa_assets.pipeline.library.keep_accepted import (
 from casa_assets.pipeline.library.resume import RETRIED_CODES, cached_outcome
 from casa_assets.pipeline.library.run_times import keep_times
 from casa_assets.pipeline.reports.entry import Entry
-from casa_assets.pipeline.workers.engine import Workers, open_engine
 from casa_assets.pipeline.workers.limits import Limits, WorkerFailure
+from casa_assets.pipeline.workers.pool import Workers, open_engine
 
 REJECTED = Decision.REJECTED
 DUPLICATE_CODE = "RUN006"

@@ -18,8 +18,8 @@ from casa_assets.errors import Rejected
 from casa_assets.ingest.sources.found import Found
 from casa_assets.pipeline.cache.cache_key import key_of
 from casa_assets.pipeline.ingest.survey import Survey, state_of
-from casa_assets.pipeline.workers.engine import Engine
 from casa_assets.pipeline.workers.limits import WorkerFailure
+from casa_assets.pipeline.workers.pool import Engine
 
 NAME = "surveys.sqlite"
 _SCHEMA = """

@@ -21,16 +21,15 @@ from casa_assets.model.issue import Report
 from casa_assets.model.registry.category import Category
 from casa_assets.pipeline.cache.cache_key import versions_of
 from casa_assets.pipeline.cache.store import Store
-from casa_assets.pipeline.ingest.job import Job, Outcome, RunAborted, first_error, stage_refusal, writing
+from casa_assets.pipeline.ingest.job import Job, Outcome, RunAborted, first_error, keep_trace, stage_refusal, writing
 from casa_assets.pipeline.ingest.stage_times import StageTimes
 from casa_assets.pipeline.ingest.stages import build_asset, stage_functions
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.asset_package import WRITING, certify, check_package, load_times, write_package
 from casa_assets.pipeline.library.identity import Producer
 from casa_assets.pipeline.library.run_times import Cost
-from casa_assets.pipeline.workers.traces import keep_trace
-from casa_assets.preview.raw.raw_model import render_model
 from casa_assets.preview.renderer import NoRenderer, backend
+from casa_assets.preview.still import render_model
 
 # With less room no renderer can be loaded, whatever it then says is missing; a choice.
 RENDERER_BYTES = 64_000_000

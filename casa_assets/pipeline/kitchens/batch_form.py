@@ -37,7 +37,7 @@ from casa_assets.pipeline.kitchens.scene_folders import (
 )
 from casa_assets.pipeline.process_name import process_name
 from casa_assets.pipeline.workers.batch import attempt
-from casa_assets.pipeline.workers.engine import Workers
+from casa_assets.pipeline.workers.pool import Workers
 
 SHAPES, PAIRS = "batch_shapes", "batch_pairs"
 

@@ -59,8 +59,8 @@ from casa_assets.pipeline.kitchens.scene_page import (
 )
 from casa_assets.pipeline.kitchens.state_file import read_states
 from casa_assets.pipeline.workers.batch import attempt
-from casa_assets.pipeline.workers.engine import Workers
-from casa_assets.pipeline.workers.usage import StepClock
+from casa_assets.pipeline.workers.limits import StepClock
+from casa_assets.pipeline.workers.pool import Workers
 from casa_assets.preview import kitchen as room
 from casa_assets.registry.plugins.checks import check_table, with_plugin_limits
 

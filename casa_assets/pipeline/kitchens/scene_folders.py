@@ -42,12 +42,11 @@ from casa_assets.pipeline.kitchens.scene_json import describe, design_of
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.textures.recipes import every_recipe
 from casa_assets.pipeline.workers.batch import attempt, run_batch
-from casa_assets.pipeline.workers.engine import Workers
-from casa_assets.pipeline.workers.limits import WorkerFailure
-from casa_assets.pipeline.workers.usage import StepClock
+from casa_assets.pipeline.workers.limits import StepClock, WorkerFailure
+from casa_assets.pipeline.workers.pool import Workers
 from casa_assets.preview import kitchen as room
-from casa_assets.preview import tonemap
-from casa_assets.preview.photoreal.viewpoint import EYE, eye_view
+from casa_assets.preview import pictures
+from casa_assets.preview.photoreal.views import EYE, eye_view
 from casa_assets.registry.habits import load_habits
 
 OVERVIEW_FRAME = room.PictureSettings(passes=4, directions=6, shadow_px=512)
@@ -287,7 +286,7 @@ def draw_cameras(
     out = []
     for name, pixels in room.render_cameras(made, seen, frame):
         path = folder / (f"{name}.png" if pose == "start" else f"{name}_{pose}.png")
-        path.write_bytes(tonemap.png(pixels))
+        path.write_bytes(pictures.png(pixels))
         out.append(path)
     return tuple(out)
 

@@ -27,8 +27,8 @@ from casa_assets.model.registry.category import Category
 from casa_assets.pipeline.cache.cache_key import CodeRef
 from casa_assets.pipeline.dedup.signature import signature
 from casa_assets.pipeline.library import library as disk
-from casa_assets.preview.camera import View
 from casa_assets.preview.still import render
+from casa_assets.preview.studio import View
 from casa_assets.registry.plugins.checks import check_table, checks_versions, with_plugin_limits
 
 PREVIEW_PX = 512

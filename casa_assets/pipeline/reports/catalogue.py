@@ -30,8 +30,8 @@ from casa_assets.pipeline.textures.sheet import shots
 from casa_assets.pipeline.viewer.model_files import ModelFiles, put_model, put_viewer
 from casa_assets.pipeline.workers.batch import run_batch
 from casa_assets.pipeline.workers.limits import WorkerFailure
-from casa_assets.preview.camera import View
 from casa_assets.preview.still import poses, render
+from casa_assets.preview.studio import View
 from casa_assets.registry.families import family, family_names
 from casa_assets.registry.objects import object_family, object_files, object_names
 

@@ -20,7 +20,7 @@ from casa_assets.pipeline.cache.cache_key import key_of
 from casa_assets.pipeline.kitchens.sampling.diversity import Diversity, read_diversity, table_rows
 from casa_assets.pipeline.kitchens.scene_files import EYE_PICTURE
 from casa_assets.pipeline.reports.page_template import MAX_ROWS, relative_link, render_template
-from casa_assets.preview.sheet import SheetCell, contact_sheet
+from casa_assets.preview.pictures import SheetCell, contact_sheet
 
 PAGE, SHEET = "index.html", "contact_sheet.png"
 SUMMARY = "summary.json"

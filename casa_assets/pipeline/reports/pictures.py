@@ -15,11 +15,10 @@ from casa_assets.pipeline.ingest.job import writing
 from casa_assets.pipeline.kitchens.scene_files import SCENE_JSON
 from casa_assets.pipeline.library.entry_files import checked_model
 from casa_assets.pipeline.library.library import Library
-from casa_assets.preview import turntable as turning
-from casa_assets.preview.camera import View
 from casa_assets.preview.photoreal.render import Still, StillSettings, asset_still, scene_stills
-from casa_assets.preview.sheet import SheetCell, contact_sheets
-from casa_assets.preview.still import render
+from casa_assets.preview.pictures import SheetCell, contact_sheets
+from casa_assets.preview.still import render, render_turntable
+from casa_assets.preview.studio import View
 
 
 @dataclass(frozen=True)
@@ -67,7 +66,7 @@ def draw(
         shots.append(SheetCell(name, model.parent.parent.name, png))
         yield Picture(path, name, model.parent)
         if turntable:
-            yield Picture(_put(output / f"{name}.webp", turning.render(model)), name, model.parent)
+            yield Picture(_put(output / f"{name}.webp", render_turntable(model)), name, model.parent)
     if len(shots) > 1:
         for i, page in enumerate(contact_sheets(shots, f"{len(shots)} assets")):
             yield Picture(_put(output / f"sheet_{i + 1:02d}.png", page), f"sheet {i + 1}")

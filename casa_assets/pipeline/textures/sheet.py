@@ -12,7 +12,7 @@ from PIL import Image
 from casa_assets.model.registry.finish import Finish
 from casa_assets.model.registry.texture_recipe import TextureRecipe
 from casa_assets.pipeline.textures.recipes import finish_of
-from casa_assets.preview.sheet import SheetCell, contact_sheets
+from casa_assets.preview.pictures import SheetCell, contact_sheets
 from casa_assets.textures.check import pictures_of
 from casa_assets.textures.make import SIZE_PX
 from casa_assets.textures.swatch import swatch

@@ -16,11 +16,10 @@ from typing import Any, TypeVar
 from casa_assets import registry
 from casa_assets.core.cache_folder import cache_dir, cache_for, unusable
 from casa_assets.errors import CasaError, OutputError, PluginFailure
-from casa_assets.pipeline.ingest.job import RunAborted, writing
+from casa_assets.pipeline.ingest.job import RunAborted, keep_trace, writing
 from casa_assets.pipeline.library.library import Library
-from casa_assets.pipeline.workers.engine import Workers, open_engine
 from casa_assets.pipeline.workers.limits import Limits, WorkerFailure
-from casa_assets.pipeline.workers.traces import keep_trace
+from casa_assets.pipeline.workers.pool import Workers, open_engine
 from casa_assets.preview.renderer import NoRenderer
 
 LOG = logging.getLogger(__name__)

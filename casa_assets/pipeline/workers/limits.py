@@ -1,12 +1,23 @@
-"""Resource limits of one job in a worker process, and the failure of a job that gave no answer."""
+"""What one job may use, what it uses, and what this machine has left: processor time, memory, temporary files.
+
+Times and memory are counted as Linux does, of a process with all that it started.
+"""
 
 from __future__ import annotations
 
 import math
+import os
 import resource
-from dataclasses import dataclass
+import shutil
+import tempfile
+from collections.abc import Iterable, Iterator
+from contextlib import suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from time import perf_counter
 
 from casa_assets.core.process_limits import lower_limit
+from casa_assets.errors import OutputError
 
 # A process that competes with others still gets some time; one with less than this part of a core hangs. A choice.
 IDLE_CPU_SHARE = 0.001
@@ -62,3 +73,232 @@ def restrict(limits: Limits) -> None:
     lower_limit(resource.RLIMIT_CPU, math.ceil(limits.cpu_s) + 1, math.ceil(limits.cpu_s) + 5)
     # Address space would count what drivers and thread arenas merely reserve, which is much on a machine of many cores.
     lower_limit(resource.RLIMIT_DATA, limits.memory_bytes, limits.memory_bytes)
+
+
+PROC = Path("/proc")
+TICKS_PER_S = os.sysconf("SC_CLK_TCK")
+PAGE_BYTES = os.sysconf("SC_PAGE_SIZE")
+
+
+@dataclass(frozen=True)
+class Process:
+    """One process, as /proc/<pid>/stat has it.
+
+    Attributes:
+        parent, session: numbers of processes. cpu_s: its own time and that of its children that it has waited for.
+    """
+
+    pid: int
+    parent: int
+    session: int
+    cpu_s: float
+
+
+@dataclass(frozen=True)
+class Usage:
+    """CPU seconds and memory of a process with all that it started.
+
+    Attributes:
+        cpu_s: processor seconds so far, of user and system.
+        memory_bytes: memory in use that is shared with no file; counted for several processes only, else 0.
+    """
+
+    cpu_s: float
+    memory_bytes: int = 0
+
+
+def cpu_seconds() -> float:
+    """Processor seconds of this process and of the children that it has waited for, of user and system."""
+    return sum(os.times()[:4])
+
+
+@dataclass
+class StepClock:
+    """Times the steps of a job, one after the other, from when it is made.
+
+    Attributes:
+        wall_s: step -> seconds of the clock. cpu_s: step -> processor seconds, those of ended children among them.
+    """
+
+    wall_s: dict[str, float] = field(default_factory=dict)
+    cpu_s: dict[str, float] = field(default_factory=dict)
+    _at: tuple[float, float] = field(default_factory=lambda: (perf_counter(), cpu_seconds()))
+
+    def end(self, step: str) -> None:
+        """End a step; the next one begins."""
+        now = perf_counter(), cpu_seconds()
+        self.wall_s[step] = now[0] - self._at[0]
+        self.cpu_s[step] = round(now[1] - self._at[1], 2)
+        self._at = now
+
+
+def processes() -> Iterator[Process]:
+    """Every process that this one may see. Ref: proc(5), /proc/pid/stat; nothing where there is no such folder."""
+    with suppress(FileNotFoundError):
+        for entry in os.scandir(PROC):
+            if entry.name.isdigit():
+                with suppress(OSError):  # it has just ended
+                    text = (PROC / entry.name / "stat").read_text(encoding="utf-8", errors="replace")
+                    row = text.rpartition(")")[2].split()
+                    ticks = sum(map(int, row[11:15]))
+                    yield Process(int(entry.name), int(row[1]), int(row[3]), ticks / TICKS_PER_S)
+
+
+def trees(roots: Iterable[int]) -> dict[int, list[Process]]:
+    """The processes that each root has started, itself among them, by the number of the root.
+
+    A process belongs to the root that it descends from, or whose session it is in: one whose parent has ended is
+    found by its session.
+    """
+    found: dict[int, list[Process]] = {root: [] for root in roots}
+    by_pid = {process.pid: process for process in processes()}
+    for process in by_pid.values():
+        ancestor: Process | None = process
+        while ancestor is not None:
+            root = ancestor.pid if ancestor.pid in found else ancestor.session if ancestor.session in found else None
+            if root is not None:
+                found[root].append(process)
+                break
+            ancestor = by_pid.get(ancestor.parent)
+    return found
+
+
+def usage(roots: Iterable[int]) -> dict[int, Usage]:
+    """Usage of each root process with all that it started; a root that has ended is left out."""
+    found = {}
+    for root, members in trees(roots).items():
+        if members:
+            memory = sum(_memory(process.pid) for process in members) if len(members) > 1 else 0
+            found[root] = Usage(sum(process.cpu_s for process in members), memory)
+    return found
+
+
+def _memory(pid: int) -> int:
+    """Bytes of memory that a process has in use and shares with no file; 0 where it has ended."""
+    with suppress(OSError, ValueError, IndexError):
+        _, resident, shared = map(int, (PROC / str(pid) / "statm").read_text(encoding="ascii").split()[:3])
+        return (resident - shared) * PAGE_BYTES
+    return 0
+
+
+PROC, CGROUPS = Path("/proc"), Path("/sys/fs/cgroup")
+# Part of the free memory that is left to the main process, the fork server and other programs; a choice.
+RESERVED_SHARE = 0.1
+# A worker with less than this fails on common inputs: a mesh of two million faces takes 1.9 GB.
+LEAST_WORKER_BYTES = 2_000_000_000
+
+
+@dataclass(frozen=True)
+class WorkerPlan:
+    """Number of workers and the memory of each.
+
+    Attributes:
+        workers: how many run at once. memory_bytes: limit of each. alone_bytes: limit of one that runs alone.
+        message: for the user, where there are fewer workers than were asked for; else empty.
+    """
+
+    workers: int
+    memory_bytes: int
+    alone_bytes: int
+    message: str = ""
+
+
+def plan_workers(
+    workers: int, memory_bytes: int, least_bytes: int = LEAST_WORKER_BYTES, free_bytes: int | None = None
+) -> WorkerPlan:
+    """Choose the number of workers and the memory of each so that all of them fit into what is free.
+
+    First the limit of each is lowered, down to `least_bytes`; then their number.
+
+    Args:
+        workers: how many are wanted. memory_bytes: what one job may use. least_bytes: what each needs at least.
+        free_bytes: of this machine; None: as it is now.
+    """
+    free = available() if free_bytes is None else free_bytes
+    if free is None:
+        return WorkerPlan(workers, memory_bytes, memory_bytes)
+    usable = int(free * (1.0 - RESERVED_SHARE))
+    alone = max(1, min(memory_bytes, usable))
+    least_each = max(1, min(memory_bytes, least_bytes))
+    fitting = max(1, min(workers, usable // least_each))
+    each = max(1, min(memory_bytes, usable // fitting))
+    message = ""
+    if fitting < workers:
+        message = (
+            f"{fitting} instead of {workers} at once (--jobs): {free / 1e9:.3g} GB of memory are free, "
+            f"and each may need {least_each / 1e9:.3g} GB"
+        )
+    return WorkerPlan(fitting, each, alone, message)
+
+
+def available(proc: Path = PROC, cgroups: Path = CGROUPS) -> int | None:
+    """Bytes that new processes may take: of the machine, and within the limits of its control groups.
+
+    None where the system does not say.
+    """
+    free = [value for value in (_of_machine(proc), *_of_groups(proc, cgroups)) if value is not None]
+    return max(0, min(free)) if free else None
+
+
+def _of_machine(proc: Path) -> int | None:
+    with suppress(OSError, ValueError, IndexError):
+        for line in (proc / "meminfo").read_text(encoding="ascii").splitlines():
+            if line.startswith("MemAvailable:"):
+                return int(line.split()[1]) * 1024
+    with suppress(OSError, ValueError):
+        return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    return None
+
+
+def _of_groups(proc: Path, root: Path) -> Iterator[int]:
+    """Bytes left within each control group that this process is in, and those around it.
+
+    Ref: https://docs.kernel.org/admin-guide/cgroup-v2.html#memory and cgroup-v1/memory.html. Within a container the
+    path of the group may not exist; then its own limits stand at the root.
+    """
+    with suppress(OSError):
+        for line in (proc / "self" / "cgroup").read_text(encoding="utf-8").splitlines():
+            number, controllers, path = line.split(":", 2)
+            if number == "0":
+                yield from _limits_up_the_tree(root, path, ("memory.max", "memory.current", "inactive_file"))
+            elif "memory" in controllers.split(","):
+                files = ("memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file")
+                yield from _limits_up_the_tree(root / "memory", path, files)
+
+
+def _limits_up_the_tree(root: Path, path: str, files: tuple[str, str, str]) -> Iterator[int]:
+    limit_file, usage_file, cached_key = files
+    parts = [p for p in path.split("/") if p not in ("", "..")]
+    for depth in range(len(parts), -1, -1):
+        folder = root.joinpath(*parts[:depth])
+        with suppress(OSError, ValueError):  # no such file, or the word "max": no limit here
+            limit = int((folder / limit_file).read_text(encoding="ascii"))
+            used = int((folder / usage_file).read_text(encoding="ascii"))
+            yield limit - used + _cached(folder, cached_key)
+
+
+def _cached(folder: Path, key: str) -> int:
+    """Bytes of a group that hold copies of files, which the system gives up when memory is wanted."""
+    with suppress(OSError, ValueError):
+        for line in (folder / "memory.stat").read_text(encoding="ascii").splitlines():
+            name, value = line.split()
+            if name == key:
+                return int(value)
+    return 0
+
+
+# With less a job cannot count on its temporary files; those of readers and validators are a few megabytes. A choice.
+LEAST_FREE_BYTES = 64_000_000
+
+
+def full_disk() -> OutputError | None:
+    """Say that the disk for temporary files of this machine is full, and what to do; None where it has room."""
+    advice = "make room, or set TMPDIR to a folder on another disk"
+    try:
+        place = tempfile.gettempdir()
+        free = shutil.disk_usage(place).free
+    except OSError as error:  # no folder can be written to, which is what a full disk looks like too
+        return OutputError("folder for temporary files", f"{error.strerror}; {advice}")
+    if free >= LEAST_FREE_BYTES:
+        return None
+    return OutputError(place, f"{free / 1e6:.1f} MB are free, jobs need {LEAST_FREE_BYTES / 1e6:.0f} MB; {advice}")

@@ -30,8 +30,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from casa_assets.pipeline.process_name import WORKER
-from casa_assets.pipeline.workers.limits import IDLE_CPU_SHARE, Limits, WorkerFailure, restrict
-from casa_assets.pipeline.workers.usage import Usage, trees, usage
+from casa_assets.pipeline.workers.limits import IDLE_CPU_SHARE, Limits, Usage, WorkerFailure, restrict, trees, usage
 
 MESSAGE_BYTES = 65536
 # Not imported here: numpy is to be loaded after `main` has said how many threads it may have.

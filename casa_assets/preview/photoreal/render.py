@@ -1,4 +1,4 @@
-"""Path-traced stills of a kitchen's or an asset's USD: Cycles on processors, in a process of its own."""
+"""Path-traced stills of a kitchen's or an asset's USD, by Cycles in a process of its own, and their faults."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from typing import Any
 
 import numpy as np
 from PIL import Image
+from scipy.ndimage import median_filter, rank_filter
 
 from casa_assets.core import blender
 from casa_assets.errors import CasaError
-from casa_assets.preview import tonemap
-from casa_assets.preview.photoreal.sunshine import sun_direction
-from casa_assets.preview.photoreal.viewpoint import BEYOND_M, EYE, View, eye_view, named_view
-from casa_assets.preview.tonemap import Pixels
+from casa_assets.preview import pictures
+from casa_assets.preview.photoreal.views import BEYOND_M, EYE, View, eye_view, named_view, sun_direction
+from casa_assets.preview.pictures import Pixels
 
 CUTAWAY = "cutaway"  # a view that every kitchen has beside its own cameras, as it has EYE
 CUTAWAY_FOV_X_RAD = math.radians(45.0)
@@ -61,7 +61,7 @@ class Still:
     @property
     def png(self) -> bytes:
         """Encoded, without a date."""
-        return tonemap.png(self.pixels)
+        return pictures.png(self.pixels)
 
 
 def scene_stills(
@@ -146,3 +146,33 @@ def _run(job: Mapping[str, Any], views: Sequence[View], frame: StillSettings) ->
         for view in json.loads(told.read_text(encoding="utf-8"))["views"]:
             pixels = np.asarray(Image.open(io.BytesIO((folder / f"{view['name']}.png").read_bytes())).convert("RGB"))
             yield Still(view["name"], pixels, float(view["seconds"]))
+
+
+BLACK = 2  # 8-bit value; the tone curve gives anything that some light reaches more
+FIREFLY_STEP = 100  # 8-bit brightness of a pixel above all but one of its 24 neighbours, and above their median
+
+
+@dataclass(frozen=True)
+class PictureFaults:
+    """Numbers of pixels.
+
+    Attributes:
+        black: that no light has reached. fireflies: far brighter than all that is round them.
+    """
+
+    black: int
+    fireflies: int
+
+    def __bool__(self) -> bool:
+        """True if there are any."""
+        return bool(self.black or self.fireflies)
+
+
+def picture_faults(pixels: Pixels) -> PictureFaults:
+    """Count the faults of a (height, width, 3) picture."""
+    brightest = pixels.max(axis=2).astype(np.int16)
+    black = int((brightest < BLACK).sum())
+    # The third brightest of 5 x 5: a firefly and its fringe are two of them.
+    others, middle = rank_filter(brightest, rank=-3, size=5), median_filter(brightest, size=5)
+    firefly = (brightest - others > FIREFLY_STEP) & (brightest - middle > FIREFLY_STEP)
+    return PictureFaults(black, int(firefly.sum()))

@@ -21,9 +21,9 @@ from pathlib import Path
 import ray
 
 from casa_assets.errors import CasaError
-from casa_assets.pipeline.workers.cluster.ray_engine import RayEngine
-from casa_assets.pipeline.workers.engine import RayCluster
 from casa_assets.pipeline.workers.limits import Limits, WorkerFailure
+from casa_assets.pipeline.workers.pool import RayCluster
+from casa_assets.pipeline.workers.ray_engine import RayEngine
 
 LIMITS = Limits(cpu_s=20, memory_bytes=1_000_000_000)
 

@@ -14,7 +14,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from casa_assets.pipeline.workers.usage import trees
+from casa_assets.pipeline.workers.limits import trees
 from tests.libraries import ROOT, command
 
 PLACE = ROOT / os.environ.get("CASA_RAY", ".venv-ray")

@@ -18,7 +18,7 @@ from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.behavior import Effect, EffectKind
 from casa_assets.pipeline.kitchens.load_scene import model_of
 from casa_assets.preview import live_viewer
-from casa_assets.preview.glow import Glow
+from casa_assets.preview.live_viewer import Glow
 from casa_assets.preview.still import CannotDraw
 from tests.family_members import preset
 

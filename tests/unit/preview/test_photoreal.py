@@ -16,10 +16,8 @@ from casa_assets.cli.main import app
 from casa_assets.core import blender
 from casa_assets.errors import CasaError, UnknownId
 from casa_assets.pipeline.reports import pictures
-from casa_assets.preview.photoreal.picture_faults import picture_faults
-from casa_assets.preview.photoreal.render import NoPathTracer, StillSettings, scene_stills
-from casa_assets.preview.photoreal.sunshine import sun_direction
-from casa_assets.preview.photoreal.viewpoint import BEYOND_M, EYE_M, View, eye_view
+from casa_assets.preview.photoreal.render import NoPathTracer, StillSettings, picture_faults, scene_stills
+from casa_assets.preview.photoreal.views import BEYOND_M, EYE_M, View, eye_view, sun_direction
 
 WIDE = 16 / 9
 OVERVIEW = {"name": "overview", "fov_y_deg": 50.0, "position": [2.0, -9.0, 6.0], "quaternion": [0.86, 0.5, 0.0, 0.0]}

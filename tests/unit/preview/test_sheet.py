@@ -7,7 +7,7 @@ import io
 import numpy as np
 from PIL import Image
 
-from casa_assets.preview.sheet import SheetCell, contact_sheet, contact_sheets, trimmed
+from casa_assets.preview.pictures import SheetCell, contact_sheet, contact_sheets, trimmed
 
 
 def shot(color: tuple[int, int, int], title: str = "mug_0123456789") -> SheetCell:

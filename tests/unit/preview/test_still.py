@@ -16,8 +16,8 @@ from casa_assets.errors import CasaError
 from casa_assets.export import mjcf
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.material import Material
-from casa_assets.preview import renderer, still, turntable
-from casa_assets.preview.camera import View, fit
+from casa_assets.preview import renderer, still
+from casa_assets.preview.studio import View, fit
 from tests.assets import ball, drawer_unit, rigid_mug, textured_box, write_to
 
 QUICK = View(size_px=160, passes=8)
@@ -143,7 +143,7 @@ def test_a_broken_model_is_named(tmp_path: Path) -> None:
 
 
 def test_the_turntable_turns_once(box: Path) -> None:
-    animation = turntable.render(box, View(size_px=64, passes=4), frames=4)
+    animation = still.render_turntable(box, View(size_px=64, passes=4), frames=4)
     with Image.open(io.BytesIO(animation)) as opened:
         assert opened.format == "WEBP"
         assert getattr(opened, "n_frames", 1) == 4

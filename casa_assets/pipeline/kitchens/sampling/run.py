@@ -12,8 +12,8 @@ from casa_assets.pipeline.kitchens import check
 from casa_assets.pipeline.kitchens.recipe import SceneRecipe, SceneResult
 from casa_assets.pipeline.kitchens.sampling.ledger import keep_draw, read_draw, refused_before
 from casa_assets.pipeline.kitchens.scene_folders import run_recipes
-from casa_assets.pipeline.workers.engine import Workers
-from casa_assets.pipeline.workers.usage import cpu_seconds
+from casa_assets.pipeline.workers.limits import cpu_seconds
+from casa_assets.pipeline.workers.pool import Workers
 from casa_assets.preview.kitchen import PictureSettings
 
 # Of overviews, which are looked at by the dozen: about a quarter of the work of one that `scenes build` draws.

@@ -23,7 +23,7 @@ from casa_assets.pipeline.textures.packs.read import FOLDER, PACK
 from casa_assets.pipeline.textures.packs.sources import list_files
 from casa_assets.pipeline.textures.packs.survey import AcceptedPicture, PackOptions, read_description, survey
 from casa_assets.pipeline.textures.recipes import every_recipe, origin_of
-from casa_assets.preview.sheet import SheetCell, contact_sheet
+from casa_assets.preview.pictures import SheetCell, contact_sheet
 from casa_assets.projects import SETTINGS, project_folder, use_project
 from casa_assets.textures.check import check_pictures, pictures_of
 from casa_assets.textures.distance import NEARLY_ALIKE, TextureDescriptor, closest_pairs, describe_texture

@@ -15,9 +15,9 @@ from typing import Any
 sys.path.insert(0, str(Path(__file__).parent))
 
 import bpy
-import daylight
 import numpy as np
 import surfaces
+import surroundings
 from mathutils import Matrix, Quaternion, Vector
 
 LAYER = """#usda 1.0
@@ -78,14 +78,14 @@ def main() -> None:
 def light(job: dict[str, Any]) -> Any:
     """Light the scene as its kind asks for; the node that gives what is seen outside its strength, or None."""
     if job["kind"] == "room":
-        outside = daylight.add_world(1.0)
-        daylight.light_room(job["room"], job["beyond_m"], job["sun"])
+        outside = surroundings.add_world(1.0)
+        surroundings.light_room(job["room"], job["beyond_m"], job["sun"])
         return outside
     if job["kind"] == "cutaway":
         looks = Quaternion(job["views"][0]["quaternion"]) @ Vector((0.0, 0.0, -1.0))
-        daylight.light_from_above(looks)
+        surroundings.light_from_above(looks)
     else:
-        daylight.light_studio(seen_points())
+        surroundings.light_studio(seen_points())
     return None
 
 

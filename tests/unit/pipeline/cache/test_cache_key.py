@@ -144,7 +144,7 @@ class TestOneConstantChanges:
 
     def test_in_the_preview_of_kitchens(self, copy: Copy) -> None:
         """Pictures and the verdicts on them, and no geometry."""
-        changed = copy.changed_by("casa_assets/preview/room/shading.py", "_EXPOSURE = 0.78", "_EXPOSURE = 0.79")
+        changed = copy.changed_by("casa_assets/preview/room_light.py", "_EXPOSURE = 0.78", "_EXPOSURE = 0.79")
         assert changed == copy.names("pictures") | copy.names("verdict")
 
     def test_in_the_preview_of_assets(self, copy: Copy) -> None:

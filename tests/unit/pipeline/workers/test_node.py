@@ -8,10 +8,10 @@ from typing import Any
 
 import pytest
 
-from casa_assets.pipeline.workers import free_disk
-from casa_assets.pipeline.workers.cluster import node
-from casa_assets.pipeline.workers.cluster.node import Full, Order, Unfit
+from casa_assets.pipeline.workers import limits
+from casa_assets.pipeline.workers import ray_node as node
 from casa_assets.pipeline.workers.limits import Limits, WorkerFailure
+from casa_assets.pipeline.workers.ray_node import Full, Order, Unfit
 
 pytestmark = pytest.mark.content("code", "pipeline.workers", keep=0)
 
@@ -76,7 +76,7 @@ def test_a_full_disk_is_told_in_place_of_an_answer(
     order: Order, monkeypatch: pytest.MonkeyPatch, free: list[int]
 ) -> None:
     left = iter(free)
-    monkeypatch.setattr(free_disk.shutil, "disk_usage", lambda _: SimpleNamespace(free=next(left)))
+    monkeypatch.setattr(limits.shutil, "disk_usage", lambda _: SimpleNamespace(free=next(left)))
     monkeypatch.setattr(node, "_node_id", lambda: "this one")
     found = node.work(order, ("answer", "word"))
     assert isinstance(found, Full)
@@ -88,8 +88,8 @@ def test_no_folder_for_temporary_files_is_a_full_disk(monkeypatch: pytest.Monkey
     def refuse() -> str:
         raise FileNotFoundError(2, "No usable temporary directory found")
 
-    monkeypatch.setattr(free_disk.tempfile, "gettempdir", refuse)
-    assert "No usable temporary directory found" in str(free_disk.full_disk())
+    monkeypatch.setattr(limits.tempfile, "gettempdir", refuse)
+    assert "No usable temporary directory found" in str(limits.full_disk())
 
 
 def test_the_version_is_that_of_the_code_and_of_the_packages(monkeypatch: pytest.MonkeyPatch) -> None:

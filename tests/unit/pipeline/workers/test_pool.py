@@ -14,9 +14,8 @@ import pytest
 
 from casa_assets.errors import CasaError
 from casa_assets.pipeline.process_name import is_worker
-from casa_assets.pipeline.workers import memory
-from casa_assets.pipeline.workers.limits import Limits, WorkerFailure
-from casa_assets.pipeline.workers.memory import WorkerPlan, available, plan_workers
+from casa_assets.pipeline.workers import limits
+from casa_assets.pipeline.workers.limits import Limits, WorkerFailure, WorkerPlan, available, plan_workers
 from casa_assets.pipeline.workers.pool import Pool
 from casa_assets.pipeline.workers.server import OOM_SCORE
 
@@ -240,7 +239,7 @@ def test_this_machine_tells_its_free_memory() -> None:
 def test_fewer_workers_than_asked_for_are_told_once(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    monkeypatch.setattr(memory, "available", lambda: 3 * GB)
+    monkeypatch.setattr(limits, "available", lambda: 3 * GB)
     with Pool(4, LIMITS, WARM) as pool:
         assert run(pool, ("answer", "a")) == ["A"]
         assert caplog.messages == [], "one job needs one worker"
@@ -251,7 +250,7 @@ def test_fewer_workers_than_asked_for_are_told_once(
 
 def test_a_job_that_had_less_memory_beside_others_is_tried_again_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     """Three workers with 1.2 GB each: one job needs 1.6 GB, which it may use, and one 3.2 GB, which it may not."""
-    monkeypatch.setattr(memory, "available", lambda: 4 * GB)
+    monkeypatch.setattr(limits, "available", lambda: 4 * GB)
     with Pool(3, LIMITS, WARM, least_bytes=GB) as pool:
         first, second, third = run(pool, ("take", "1.6"), ("eat", ""), ("answer", "a"))
     assert first == "1.6"

@@ -1,4 +1,4 @@
-"""What a camera sees, pixel by pixel: where it is, how it is turned, its colour, how it shines."""
+"""What a camera sees, pixel by pixel: where it is, how it is turned, its colour, how it shines; and maps of shadows."""
 
 from __future__ import annotations
 
@@ -8,19 +8,16 @@ from typing import Any
 
 import mujoco
 import numpy as np
+import numpy.typing as npt
 
 from casa_assets.core.typing import Floats, Mask, Singles
 from casa_assets.preview import renderer
-from casa_assets.preview.exposure import CameraFrustum
-from casa_assets.preview.room.surroundings import Surroundings
+from casa_assets.preview.renderer import CameraFrustum
 
-_DIRECTIONAL = mujoco.mjtLightType.mjLIGHT_DIRECTIONAL
 _OPAQUE = 0.999  # alpha from which on nothing is seen through
 _FAR_DEPTH = 0.99999  # of the depth buffer where nothing is seen
-_SECTION = 0.43  # grey of walls where the picture cuts them, sRGB
-_SECTION_M = 0.1  # how far from the edge of the room a cut may be
-_PLAIN_WALL = (0.87, 0.86, 0.84)  # of the wall that closes an open side for an eye within, sRGB
-_SIDES = np.array([(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)], dtype=np.float32)
+_BEYOND_M, _NEAR_M = 0.5, 0.1  # between the eye of a map of shadows and what it sees, and where it begins to see
+_STEPS = 65535  # of heights in a map
 
 
 @dataclass(frozen=True)
@@ -56,8 +53,7 @@ class SurfaceDrawer:
             solid, every: MjvOption that shows what is opaque; that shows what is see-through, too.
         """
         self._canvas = canvas
-        self._colors = plain_scene(canvas.new_scene(solid))
-        _only_ambient(self._colors)
+        self._colors = _ambient_alone(plain_scene(canvas.new_scene(solid)))
         self._normals = plain_scene(canvas.new_scene(solid), lambda _: (1.0, 1.0, 1.0))
         _lights_along_axes(self._normals)
 
@@ -67,10 +63,9 @@ class SurfaceDrawer:
             rough, metallic = float(model.mat_roughness[material]), float(model.mat_metallic[material])
             return max(0.0, metallic), rough if rough >= 0.0 else 0.5, float(model.mat_emission[material])
 
-        self._gloss = plain_scene(canvas.new_scene(solid), gloss)
-        _only_ambient(self._gloss)
+        self._gloss = _ambient_alone(plain_scene(canvas.new_scene(solid), gloss))
         self._veils = [_veil_scene(canvas.new_scene(every), is_white) for is_white in (False, True)]
-        self._has_glass = any(_is_clear(geom) for geom in self._veils[0].geoms[: self._veils[0].ngeom])
+        self._has_glass = any(geom.rgba[3] < _OPAQUE for geom in self._veils[0].geoms[: self._veils[0].ngeom])
 
     def draw(self, lens: CameraFrustum, number: int, width_px: int, height_px: int) -> Surfaces:
         """Surfaces as drawing `number` sees them, which is moved by a part of a pixel."""
@@ -90,7 +85,6 @@ class SurfaceDrawer:
         length = np.linalg.norm(normals, axis=2, keepdims=True)
         normals = np.where(length > 0.2, normals / np.maximum(length, 1e-3), to_eye)
         normals *= np.where(np.einsum("ijk,ijk->ij", normals, to_eye) < 0, np.float32(-1), np.float32(1))[..., None]
-        veil = image(self._veils[0]) if self._has_glass else np.zeros_like(albedo)
         return Surfaces(
             seen=depth < _FAR_DEPTH,
             places=np.asarray(eye.pos, dtype=np.float32) + rays * distance[..., None],
@@ -98,40 +92,9 @@ class SurfaceDrawer:
             to_eye=to_eye,
             albedo=albedo,
             gloss=image(self._gloss),
-            veil=veil,
+            veil=image(self._veils[0]) if self._has_glass else np.zeros_like(albedo),
             clear=np.float32(1) - image(self._veils[1]) if self._has_glass else np.ones_like(albedo),
         )
-
-
-def close_open_sides(seen: Surfaces, room: Surroundings, eye: Floats) -> None:
-    """Where an eye in the room looks out through a side without a wall, let it see a plain wall there."""
-    out = np.flatnonzero(~seen.seen)
-    rays = -seen.to_eye.reshape(-1, 3)[out]
-    at = np.asarray(eye, dtype=np.float32)
-    way, side = room.way_out(np.tile(at[:, None], (1, len(out))), rays.T)
-    places = at + rays * way[:, None]
-    bare = room.is_bare(places.T, side)
-    out, places, side = out[bare], places[bare], side[bare]
-    seen.seen.reshape(-1)[out] = True
-    for field, values in (
-        (seen.places, places),
-        (seen.normals, _SIDES[side]),
-        (seen.albedo, _PLAIN_WALL),
-        (seen.gloss, (0.0, 0.9, 0.0)),
-    ):
-        field.reshape(-1, 3)[out] = values
-
-
-def grey_sections(seen: Surfaces, room: Surroundings) -> None:
-    """Make walls grey where a picture without ceiling cuts them: their tops, and their ends at the open sides."""
-    for axis, end in [(2, True), *sorted(room.open_sides)]:
-        others = [a for a in (0, 1) if a != axis]
-        beyond = (seen.places[..., others] < room.lower[others]) | (seen.places[..., others] > room.upper[others])
-        sign, edge = (1, room.upper[axis]) if end else (-1, room.lower[axis])
-        turned = sign * seen.normals[..., axis] > 0.9
-        cut = beyond.any(axis=2) & turned & (sign * (seen.places[..., axis] - edge) > -_SECTION_M)
-        seen.albedo[cut] = _SECTION
-        seen.gloss[cut] = (0.0, 0.9, 0.0)
 
 
 def plain_scene(scene: Any, paint: Callable[[int], tuple[float, float, float]] | None = None) -> Any:
@@ -154,22 +117,18 @@ def plain_scene(scene: Any, paint: Callable[[int], tuple[float, float, float]] |
 def _veil_scene(scene: Any, is_white: bool) -> Any:
     """What is see-through before black, in its own colours, or white: then it shows its opacity."""
     for geom in scene.geoms[: scene.ngeom]:
-        if not _is_clear(geom):
+        if geom.rgba[3] >= _OPAQUE:
             geom.rgba, geom.matid = [0.0, 0.0, 0.0, 1.0], -1
         elif is_white:
             geom.rgba, geom.matid = [1.0, 1.0, 1.0, float(geom.rgba[3])], -1
-    _only_ambient(plain_scene(scene))
-    return scene
+    return _ambient_alone(plain_scene(scene))
 
 
-def _is_clear(geom: Any) -> bool:
-    return float(geom.rgba[3]) < _OPAQUE
-
-
-def _only_ambient(scene: Any) -> None:
+def _ambient_alone(scene: Any) -> Any:
     """Colours as they are."""
     scene.nlight = 1
     _set_light(scene.lights[0], np.array([0.0, 0.0, 1.0]), np.zeros(3), 1.0)
+    return scene
 
 
 def _lights_along_axes(scene: Any) -> None:
@@ -183,7 +142,7 @@ def _lights_along_axes(scene: Any) -> None:
 
 
 def _set_light(light: Any, towards: Floats, diffuse: Floats, ambient: float) -> None:
-    light.type, light.headlight, light.texid, light.castshadow = _DIRECTIONAL, 0, -1, 0
+    light.type, light.headlight, light.texid, light.castshadow = mujoco.mjtLightType.mjLIGHT_DIRECTIONAL, 0, -1, 0
     light.dir, light.pos = -towards, 10.0 * towards
     light.ambient, light.diffuse, light.specular = [ambient] * 3, diffuse, [0.0] * 3
     light.attenuation, light.cutoff, light.exponent = [1.0, 0.0, 0.0], 180.0, 0.0
@@ -199,3 +158,67 @@ def _rays(eye: Any, width_px: int, height_px: int) -> Singles:
     rows = top - (np.arange(height_px) + 0.5) * ((top - bottom) / height_px)
     rays = ahead + (columns / near)[None, :, None] * right + (rows / near)[:, None, None] * up
     return np.asarray(rays, dtype=np.float32)
+
+
+@dataclass(frozen=True)
+class ShadowMap:
+    """How far things reach towards a light that is far away.
+
+    Attributes:
+        frame: (3, 3) unit vectors right, up and towards the light, one in each row, world frame.
+        corner: (2,) least coordinates along right and up, metres. pixel: width of a pixel, metres.
+        heights: (S, S) greatest coordinate towards the light in each pixel; rows go up.
+        least, step: coordinate that 0 stands for, and one step, metres.
+    """
+
+    frame: Singles
+    corner: Singles
+    pixel: float
+    heights: npt.NDArray[np.uint16]
+    least: float
+    step: float
+
+    def above(self, x: Singles, y: Singles) -> Singles:
+        """Heights at (N,) coordinates along right and up, metres; the nearest pixel's."""
+        most, scale = len(self.heights) - 1, np.float32(1.0 / self.pixel)
+        column, row = (((at - least) * scale).astype(np.int32) for at, least in zip((x, y), self.corner, strict=True))
+        flat = np.clip(row, 0, most) * len(self.heights) + np.clip(column, 0, most)
+        found = self.heights.ravel()[flat].astype(np.float32)
+        found *= np.float32(self.step)
+        found += np.float32(self.least)
+        return found
+
+
+def draw_shadow_map(canvas: renderer.Canvas, scene: Any, towards: Floats, corners: Floats, size_px: int) -> ShadowMap:
+    """Draw the map of a direction.
+
+    Args:
+        scene: MjvScene of what throws shadows, without lights.
+        towards: (3,) unit vector to the light, world frame.
+        corners: (8, 3) of the box round all that throws shadows, metres.
+        size_px: side of the map.
+    """
+    side = np.cross((0.0, 0.0, 1.0), towards) if abs(towards[2]) < 0.99 else np.array([1.0, 0.0, 0.0])
+    right = side / np.linalg.norm(side)
+    frame = np.stack([right, np.cross(towards, right), towards])
+    local = corners @ frame.T
+    least, most = local.min(axis=0), local.max(axis=0)
+    # A pixel of margin all round, so that what lies beyond the map meets nothing at its edge.
+    half = float((most - least)[:2].max()) / 2.0 * (1.0 + 4.0 / size_px)
+    middle = (least + most) / 2.0
+    top, deep = float(most[2]) + _BEYOND_M, float(most[2] - least[2]) + 2.0 * _BEYOND_M
+    for eye in scene.camera:
+        eye.pos, eye.forward, eye.up = np.array([middle[0], middle[1], top]) @ frame, -towards, frame[1]
+        eye.orthographic, eye.frustum_near, eye.frustum_far = 1, _NEAR_M, deep
+        eye.frustum_center, eye.frustum_width = 0.0, half
+        eye.frustum_bottom, eye.frustum_top = -half, half
+    depth = canvas.draw_depth(scene, size_px, size_px)
+    return ShadowMap(
+        frame=frame.astype(np.float32),
+        corner=(middle[:2] - half).astype(np.float32),
+        pixel=2.0 * half / size_px,
+        # Two bytes are enough, and all maps of a scene are kept for its other cameras.
+        heights=np.rint((np.float32(1.0) - depth) * np.float32(_STEPS)).astype(np.uint16),
+        least=top - deep,
+        step=(deep - _NEAR_M) / _STEPS,
+    )

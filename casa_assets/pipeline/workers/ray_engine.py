@@ -1,7 +1,7 @@
 """Run jobs on a Ray cluster: Ray chooses the machine by free processors and memory, each machine isolates its jobs.
 
 Ray's own retries are off. A job is tried again only where its machine or the process that Ray had started for it is
-lost, which is no fault of the job; what the job itself does is answered by `cluster.node`.
+lost, which is no fault of the job; what the job itself does is answered by `ray_node`.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ from ray import exceptions
 from ray._private import worker as ray_worker
 
 from casa_assets.errors import CasaError
-from casa_assets.pipeline.workers.cluster import node
-from casa_assets.pipeline.workers.engine import RayCluster, waiting_jobs
+from casa_assets.pipeline.workers import ray_node as node
 from casa_assets.pipeline.workers.limits import Limits, WorkerFailure
+from casa_assets.pipeline.workers.pool import RayCluster, waiting_jobs
 from casa_assets.projects import plugin_use, project_folder
 
 LOG = logging.getLogger(__name__)

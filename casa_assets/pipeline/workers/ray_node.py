@@ -19,8 +19,7 @@ from typing import Any
 
 from casa_assets.errors import CasaError
 from casa_assets.pipeline.optional_packages import requirements
-from casa_assets.pipeline.workers.free_disk import full_disk
-from casa_assets.pipeline.workers.limits import Limits
+from casa_assets.pipeline.workers.limits import Limits, full_disk
 from casa_assets.pipeline.workers.pool import Pool
 from casa_assets.projects import (
     PluginUse,
@@ -37,7 +36,7 @@ from casa_assets.registry.project_files import files_of
 # Seconds that a new file may take to be seen through a shared disk; NFS keeps what it knows of a folder for up to 60 s,
 # but looks again where a name is not known.
 SHARED_DISK_S = 10.0
-PACKAGE = Path(__file__).parents[3]
+PACKAGE = Path(__file__).parents[2]
 
 
 @dataclass(frozen=True)

@@ -1,1 +1,0 @@
-"""Pictures of raw models, of which no MJCF exists: by MuJoCo, or as points where that refuses them."""
