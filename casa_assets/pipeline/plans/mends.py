@@ -86,11 +86,15 @@ def _mends(draft: Draft, problem: Problem) -> Iterator[Mend]:
     runs = sorted((draft.kitchen.lines[n] for n in lines if n in draft.kitchen.lines), key=lambda r: (r.at_wall, r.id))
     for line in runs:
         yield from _of_run(draft, problem, line)
-    for name in units:
-        if (place := draft.place(name)) is not None:
-            yield Mend(f"Take out {name}.", (Edit.remove(draft.unit(*place)),))
+        yield from longer_walls(draft, line, round(problem.excess + 0.02, 2), along=False)
+    places = [place for name in units if (place := draft.place(name)) is not None]
+    for run, row, k in places:
+        yield from _exchanged(draft, draft.kitchen.lines[run], k) if row == "base" else ()
+    yield from (
+        Mend(f"Take out {name}.", (Edit.remove(draft.unit(*at)),)) for name in units if (at := draft.place(name))
+    )
     for line in runs:
-        for more, along in itertools.product((round(problem.excess + 0.02, 2), *MORE_ROOM_M), (False, True)):
+        for more, along in itertools.product(MORE_ROOM_M, (False, True)):
             yield from longer_walls(draft, line, more, along)
         if not line.at_wall:
             yield from _smaller(draft, line)
@@ -187,8 +191,6 @@ def _of_unit(draft: Draft, problem: Problem, name: str) -> Iterator[Mend]:
         yield Mend(said, (Edit.insert((*at[:-1], index), {"doors": door}),))
     if unit.kind in (BaseKind.DRAWERS, BaseKind.DOORS, UpperKind.GLASS):
         yield Mend(f"Write `doors: {flow_text(door)}` for {name}.", (Edit.put(at, {"doors": door}),))
-    elif row == "base":
-        yield from _exchanged(draft, line, k)
 
 
 def _exchanged(draft: Draft, line: RunLine, k: int) -> Iterator[Mend]:
