@@ -4,19 +4,18 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
-
 from benchmarks.walk import ROOT, sentence, walked
+from casa_assets import errors, projects
 
 
 def test_files_are_listed_in_the_order_in_which_they_are_entered() -> None:
-    from casa_assets.core import color, rotation
-
     def walk(_: Path) -> None:
-        rotation.about_axis((0.0, 0.0, 1.0), 0.5)
-        color.linear_from_srgb(np.array([0.5, 0.5, 0.5]))
+        errors.UnknownId("plan", "l_smal", ["l_small"])
+        projects.data_root()
 
-    assert [(Path(path).name, count) for path, count in walked(walk).items()] == [("rotation.py", 1), ("color.py", 1)]
+    found = {Path(path).name: count for path, count in walked(walk).items()}
+    assert list(found) == ["errors.py", "projects.py"]
+    assert min(found.values()) >= 1
 
 
 def test_sentences_are_on_one_line() -> None:
