@@ -158,7 +158,7 @@ def _region(space: StorageSpace, place: _Place, anchor: Floats) -> Region:
 
 
 def _visuals(model: RawModel, place: _Place, own: Bools, part: PartPlan | None, anchor: Floats) -> tuple[Visual, ...]:
-    """Return the visuals of a link, one mesh per material of the file, with handles as meshes of their own."""
+    """Return the visuals of a link: one mesh per material of the file, with handles as separate meshes."""
     name, label = (ROOT, None) if part is None else (part.name, part_label(part.kind))
     held = np.zeros(len(own), dtype=bool)
     if part is not None and len(part.grip) < len(part.faces):
@@ -249,9 +249,9 @@ def _heaviest(colliders: tuple[Collider, ...]) -> float:
 
 
 def _weights(total: float, areas: Floats, heaviest: Floats) -> Floats:
-    """Return the (N,) masses of links: shares of a total by their areas, none over its heaviest, kg.
+    """Return the (N,) masses of links in kg: a total divided in proportion to their areas, up to each one's maximum.
 
-    What is too much for one link goes to the others, as far as they can take it.
+    Mass above the maximum of one link goes to the others, as far as their own maxima allow.
     """
     shares = np.maximum(areas / max(float(areas.sum()), 1e-12), 1e-4)
     found: Floats = np.minimum(total * shares, heaviest)

@@ -26,10 +26,10 @@ MIN_SAME_SURFACE = 0.9
 
 @dataclass(frozen=True)
 class Plan:
-    """What would move if a mesh were split in one way.
+    """The moving parts found if a mesh is split in one way.
 
     Attributes:
-        way: of splitting. fragmentation: the fragments. articulation: the parts found.
+        way: how the mesh is split. fragmentation: the resulting fragments. articulation: the parts found.
     """
 
     way: Segmentation

@@ -54,6 +54,6 @@ def plan_features(articulation: Articulation) -> Mapping[str, float]:
 
 
 def weakest_part(articulation: Articulation) -> PartPlan | None:
-    """Return the part that is the least sure; None where there is none."""
+    """Return the part with the lowest confidence, ignoring added parts; None if there are no others."""
     own = [p for p in articulation.parts if not p.added]
     return min(own, key=lambda p: p.confidence) if own else None

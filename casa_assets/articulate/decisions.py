@@ -75,7 +75,7 @@ class PartDecision(Record):
 
     @property
     def taken_by(self) -> str | None:
-        """Return the part that gets its faces, empty for what carries it; None where it stays a part."""
+        """Return the part that gets its faces, empty for the link that carries it; None if it stays a part."""
         return "" if self.remove else self.merge
 
 
@@ -98,7 +98,7 @@ class Decisions(Record):
     """The decisions.yaml of one mesh.
 
     Attributes:
-        decision: accept the asset as it is told, or reject it; None: neither.
+        decision: accept the asset as decided here, or reject it; None: neither.
         category: id in the registry. up, front: such as `+y`, or three numbers, axes of the file.
         size_m: longest side, metres.
         parts: by name.

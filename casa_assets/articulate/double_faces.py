@@ -1,8 +1,8 @@
 """Find the faces of a link that its maker modelled twice, once for each side, and those that are copies of another.
 
 Two faces over the same three points fight for each pixel in renderers that draw backs, and shade each other's vertices.
-Both sides stay, since which of them is seen cannot be told of every sheet; the second is drawn a hair off the first, to
-the side that it faces, so that each hides the other from its own side.
+Both sides stay, since it is not known for every sheet which of them is visible; the second is drawn a hair off the
+first, towards the side that it faces, so that each hides the other from its own side.
 """
 
 from __future__ import annotations

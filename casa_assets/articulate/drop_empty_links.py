@@ -11,9 +11,9 @@ from casa_assets.articulate.segment.welded_mesh import WeldedMesh
 def drop_empty_links(articulation: Articulation, mesh: WeldedMesh) -> Articulation:
     """Return the articulation without parts that have no area, and with a body that has some.
 
-    A face that two parts claim belongs to the later one. A part loses its faces where others take them, or where cuts
-    along its border leave none. Where all faces belong to parts, the largest of those that hang on the body is the
-    body. What a dropped part carried hangs on what carried that part.
+    A face that two parts claim belongs to the later one. A part loses all faces if others take them, or if cuts along
+    its border leave it without any. If all faces belong to parts, the largest part on the body becomes the body. Parts
+    carried by a dropped part are then carried by the parent of that part.
 
     Args:
         mesh: in the frame; the faces of the parts are those of this mesh.

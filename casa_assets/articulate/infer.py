@@ -112,8 +112,8 @@ def articulate_fragments(
 
     Args:
         measured: the fragments, in the frame: z up, the front faces -y, a diagonal of 1, the middle at the origin.
-        category: id of a category where it is known, empty otherwise.
-        control_forest: tells knobs from keys; None for a quick look, at each control alone.
+        category: id of its category if known, otherwise empty.
+        control_forest: distinguishes knobs from keys; None for a quick look, at each control alone.
         known: fragments that are fronts; they are not merged with others.
     """
     collector = PartCollector(measured, known)
@@ -142,11 +142,11 @@ def articulate_fragments(
 
 @dataclass(frozen=True)
 class FrontLook:
-    """What is on the front and the top of an object before any joint is decided.
+    """Panels and controls on the front and the top of an object, before any joint is decided.
 
     Attributes:
-        panels: of the front, with what belongs to them. controls: on none of these. top_controls: of the top.
-        tell, tell_top: tell the type of a control of the front, of the top.
+        panels: of the front, with their handles, trims and boxes. controls: of the front, on none of its panels.
+        top_controls: of the top. tell, tell_top: classify a control of the front, of the top.
     """
 
     panels: list[Panel]
@@ -233,7 +233,7 @@ def _may_move(measured: MeasuredFragments, parts: list[PartPlan]) -> bool:
 def _tell(
     measured: MeasuredFragments, side: int, controls: list[Control], panels: list[Panel], forest: Forest | None
 ) -> TellControl:
-    """Return what tells the type of each control of a side."""
+    """Return a classifier for the controls of a side."""
     if forest is None:
         return classify_control
     return tell_by_forest(measured, side, controls, [(p.lower[:2], p.upper[:2]) for p in panels], forest)
@@ -261,7 +261,7 @@ def _is_free_standing(measured: MeasuredFragments, control: Control) -> bool:
 
 
 def _without_cap(measured: MeasuredFragments, controls: list[Control]) -> list[Control]:
-    """Return the controls of the top, or none where the only one is in its middle, as the cap of a bottle is."""
+    """Return the controls of the top; empty if the only one is in its middle, as the cap of a bottle is."""
     lower, upper = corners_from_side(measured, TOP)
     lower, upper = lower.min(axis=0)[:2], upper.max(axis=0)[:2]
     is_cap = len(controls) == 1 and bool(
@@ -320,7 +320,7 @@ def _fronts(collector: PartCollector, seen: FrontLook, category: str) -> dict[st
 
 
 def traits_of_views(measured: MeasuredFragments, views: list[FrontView], seen: FrontLook) -> dict[str, bool]:
-    """Return the traits that the form of some fronts and the controls beside them shows."""
+    """Return the traits shown by the form of some fronts and the controls next to them."""
     largest = max(views, key=lambda v: v.panel.width * v.panel.height, default=None)
     controls = [seen.tell(c, seen.controls)[0] for c in seen.controls]
     on_top = [seen.tell_top(c, seen.top_controls)[0] for c in seen.top_controls]

@@ -9,12 +9,12 @@ from casa_assets.core.forest import Forest
 
 @dataclass(frozen=True)
 class Models:
-    """Forests that decide where rules decide worse.
+    """Decision forests, used where rules decide less well.
 
     Attributes:
-        controls: tells knobs, keys and neither, from CONTROL_FEATURES; None to look at each control alone.
-        fronts_alone, fronts: tell whether a rectangle of a fused shell is a door or drawer, from FEATURES of
-            fronts/front_hypotheses.py alone, and with CONTEXT; None where rules decide.
+        controls: distinguishes knobs, keys and neither, from CONTROL_FEATURES; None to look at each control alone.
+        fronts_alone, fronts: decide whether a rectangle of a fused shell is a door or drawer, from FEATURES of
+            fronts/front_hypotheses.py alone, and with CONTEXT; None if rules decide.
     """
 
     controls: Forest | None = None
@@ -23,5 +23,5 @@ class Models:
 
     @property
     def front_forests(self) -> tuple[Forest, Forest] | None:
-        """Return the two forests of fronts; None where one is missing."""
+        """Return the two forests of fronts, or None if one is missing."""
         return None if self.fronts_alone is None or self.fronts is None else (self.fronts_alone, self.fronts)

@@ -139,14 +139,14 @@ class Cavity(Record):
     """The space behind a door, or in a drawer, in the frame.
 
     Attributes:
-        parts: that close it, one or two; a drawer's holds what lies in it and moves with it.
-        lower, upper: inner corners; `lower[1]` is the y of its opening, for a drawer of the back of its front.
-        wall: thickness of what is built round it. outer: corners that it keeps within, where the body begins.
-        built: the mesh has none, so it is to be built; else it is the mesh's own, or stays `empty`.
-        cut: corners of what is taken away of the body for it, None where it is hollow.
-        fronts: corners in which the body has nothing to be, for the panels of its parts are there; where it is cut.
-        furnish: shelves, racks or a turntable come in too.
-        in_doubt: it would be built, but a front before it is too uncertain.
+        parts: names of the one or two parts that close it; the cavity of a drawer moves with it, as do objects in it.
+        lower, upper: inner corners; `lower[1]` is the y of its opening, in a drawer the back of its front.
+        wall: thickness of the walls to build around it. outer: corners that it stays within, where the body begins.
+        built: the mesh has no such cavity, so it is to be built; otherwise the mesh has one, or it stays `empty`.
+        cut: corners of the box that is cut out of the body for it, None if the body is hollow.
+        fronts: corners of boxes that the body must leave free for the panels of its parts, if it is cut.
+        furnish: shelves, racks or a turntable are added too.
+        in_doubt: it would be built, but a front of it is too uncertain.
     """
 
     parts: tuple[str, ...]

@@ -1,6 +1,6 @@
-"""Find signs that a thing has moving parts where none was found: names of the file, handles, fronts, controls, levers.
+"""Find signs of moving parts that were not found in an object: names of the file, handles, fronts, controls, levers.
 
-A mesh with such a sign is not said to have nothing that moves; a person looks at it.
+A mesh with such a sign is not declared free of moving parts; a person looks at it.
 """
 
 from __future__ import annotations
@@ -112,7 +112,7 @@ def _has_front(mesh: WeldedMesh, relief: SideRelief, side: int, models: Models, 
 
 
 def _has_control(measured: MeasuredFragments, side: int) -> bool:
-    """Return whether a small piece stands out of a side, as knobs, keys and levers do."""
+    """Return whether a small piece protrudes from a side, as knobs, keys and levers do."""
     return any(c.protrusion >= MIN_CONTROL_PROTRUSION for c in find_controls(measured, side, []))
 
 
@@ -128,7 +128,7 @@ def _signs_of_pieces(measured: MeasuredFragments) -> list[str]:
 
 
 def _has_lever(graph: PieceGraph) -> bool:
-    """Return whether a long piece stands out from a round one that sits on the end of a round post."""
+    """Return whether a long piece protrudes from a round one that sits on the end of a round post."""
     for i, hub in enumerate(graph.pieces):
         if hub.turned is None:
             continue

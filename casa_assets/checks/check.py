@@ -13,13 +13,13 @@ Problem = tuple[str, str]
 
 @dataclass(frozen=True)
 class Measurement:
-    """Result of a check function: a number with its problems, or the reason why there is none.
+    """Result of a check function: a number with its problems, or the reason why there is no number.
 
     Attributes:
-        number: the measured value, the worst where there are several.
-        problems: one for each fault; empty where the subject passes.
-        status: NOT_APPLICABLE or NOT_RUN where nothing was measured, PASSED where there is no fault and no number to
-            report; None where the problems decide.
+        number: the measured value, the worst if there are several.
+        problems: one for each fault; empty if the subject passes.
+        status: NOT_APPLICABLE or NOT_RUN if nothing was measured, PASSED if there is no fault and no number to report;
+            None if the problems decide.
         reason: why it does not apply or was not run.
         waived: that it was not run is not held against the subject.
     """
@@ -40,7 +40,7 @@ class Measurement:
 
 
 def no_fault() -> Measurement:
-    """Result of a subject that was looked at and has no fault, where there is no number to report."""
+    """Result for a subject that was examined and has no fault, if there is no number to report."""
     return Measurement(status=Status.PASSED)
 
 
@@ -75,7 +75,7 @@ def all_at_most(numbers: Mapping[str, float], limit: float, message: str, otherw
     Args:
         numbers: pointer -> number.
         message: a format with one field for the number.
-        otherwise: reason why the check does not apply where there is no number.
+        otherwise: reason why the check does not apply if there are no numbers.
     """
     problems = tuple((pointer, message.format(number)) for pointer, number in numbers.items() if number > limit)
     return largest(numbers.values(), problems, otherwise)
@@ -88,13 +88,13 @@ def all_at_least(numbers: Mapping[str, float], limit: float, message: str, other
 
 
 def largest(numbers: Iterable[float], problems: Iterable[Problem], otherwise: str) -> Measurement:
-    """The largest number with these problems; not applicable, for the reason `otherwise`, where there is none."""
+    """The largest number with these problems; not applicable, for the reason `otherwise`, if there are no numbers."""
     values = list(numbers)
     return Measurement(float(max(values)), tuple(problems)) if values else not_applicable(otherwise)
 
 
 def least(numbers: Iterable[float], problems: Iterable[Problem], otherwise: str) -> Measurement:
-    """The least number with these problems; not applicable, for the reason `otherwise`, where there is none."""
+    """The least number with these problems; not applicable, for the reason `otherwise`, if there are no numbers."""
     values = list(numbers)
     return Measurement(float(min(values)), tuple(problems)) if values else not_applicable(otherwise)
 
@@ -112,7 +112,7 @@ CheckFunction = Callable[..., Measurement]
 
 @dataclass(frozen=True)
 class Check:
-    """One row.
+    """One row of the table of checks.
 
     Attributes:
         code: such as `AST002`; never reused.
@@ -120,10 +120,10 @@ class Check:
         severity: an error keeps the asset out of the library; a warning is advice.
         subject: type that the function takes.
         function: measures a subject.
-        limit: key in registry/limits.yaml of what the number is held against, or None.
+        limit: key in registry/limits.yaml of the limit of the number, or None.
         unit: of the number and the limit.
-        description: one sentence: what is measured, against which limit, and what to do where it fails. `{limit}` and
-            `{mm}` (a thousand times the limit) stand for the number, the keys of `others` for theirs.
+        description: one sentence: what is measured, against which limit, and what to do if it fails. `{limit}` and
+            `{mm}` (a thousand times the limit) are placeholders for the number, the keys of `others` for theirs.
         others: keys of further limits.
     """
 

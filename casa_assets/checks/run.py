@@ -27,7 +27,7 @@ def run(
         subject: an Asset, a Package, ... as the rows name it.
         name: id that the report carries.
         limits: key to number, as registry/limits.yaml has it.
-        waived: code -> reason of the checks that are not run on this subject; they stand in the report as not run.
+        waived: code -> reason of the checks that are not run on this subject; the report lists them as not run.
         table: rows to run; None: all. The rows of libraries alone need neither MuJoCo nor USD, which take a second
             to import.
     Raises:

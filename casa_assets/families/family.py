@@ -43,9 +43,9 @@ class Params(Record):
 
     @property
     def design(self) -> dict[str, Any]:
-        """What tells the design of a member from others of its category, as data: all but colours, seeds and lengths.
+        """The parameters that define a member's design, as plain data: all except colours, seeds and lengths.
 
-        Of a number with a fraction it counts whether it is 0, since that often means that there is no such part.
+        Of a float, only whether it is non-zero counts, since 0 often means that there is no such part.
         """
         found: dict[str, Any] = {}
         for name, field in type(self).model_fields.items():
@@ -91,7 +91,7 @@ class AvailableFinishes:
     looks: Mapping[type[Params], Callable[[np.random.Generator, AvailableFinishes], Params]]
 
     def draw(self, rng: np.random.Generator, surface: Surface) -> str:
-        """One finish of a surface. Raises UnknownId where there is none."""
+        """Draw one finish for a surface. Raises UnknownId if the surface has no finishes."""
         names = self.surfaces.get(surface, ())
         if not names:
             raise UnknownId("finish", surface.value, self.plain)

@@ -20,11 +20,11 @@ class ParametricModel(Generic[P]):
 
     Attributes:
         name: such as `microwave`; registry/families/<name>.yaml holds its title, category and presets.
-        params: the type of its numbers.
+        params: the type of its parameters.
         add_parts: adds links, joints, sites and regions of a member to an empty builder; no randomness.
-        sample: draws a member, where the rules under `sample:` of the family's file cannot say it.
-        contract: id in registry/contracts/, where `add_parts` does not choose it.
-        base: FREE where a member stands about and can be moved.
+        sample: draws a member, if the rules under `sample:` of the family's file cannot express it.
+        contract: id in registry/contracts/, if `add_parts` does not choose it.
+        base: FREE if a member is a movable object.
     """
 
     name: str

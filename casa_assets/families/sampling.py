@@ -40,8 +40,8 @@ def read_sample_rules(
 
     Args:
         params: the type of the member.
-        rules: field -> rule, as they stand in the document below `path`.
-        fixed: field -> value of all members, checked already.
+        rules: field -> rule, as written in the document below `path`.
+        fixed: field -> value that all members share, already checked.
     Raises:
         RegistryError: a field, a rule or a value that `params` does not take; it names file, line and pointer.
     """
@@ -72,7 +72,10 @@ def read_fixed(params: type[P], stated: Mapping[str, Any], document: Document, p
 
 @cache
 def _type_of(params: type[Params], name: str) -> TypeAdapter[Any]:
-    """What a field takes; anything where there is no such field. Kept, since hundreds of rules are of one field."""
+    """The type of a field's values; Any if there is no such field.
+
+    Cached, since hundreds of rules are for the same field.
+    """
     field = params.model_fields.get(name)
     annotation: Any = Annotated[field.annotation, field] if field else Any
     return TypeAdapter(annotation)
@@ -142,7 +145,7 @@ class _RuleReader:
         return lambda values, rng, available: round(combine([draw(values, rng, available) for draw in draws]), 3)
 
     def _cases(self, name: str, cases: Mapping[Any, Any], path: KeyPath) -> Draw:
-        """The rule beside an earlier value; `a or b` stands for two values, `else` for all others."""
+        """The rule for the value of an earlier row; the case `a or b` covers two values, `else` all others."""
         value_of = self._earlier(name, path)
         draws = {value: self.read(rule, (*path, key)) for key, rule in cases.items() for value in key.split(" or ")}
         known = [

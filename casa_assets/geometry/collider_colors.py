@@ -1,4 +1,4 @@
-"""One plain colour for each collider of an asset: the mean colour of the visuals that it stands for."""
+"""One plain colour for each collider of an asset: the mean colour of the visuals that the collider covers."""
 
 from __future__ import annotations
 

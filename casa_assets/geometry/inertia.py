@@ -21,14 +21,14 @@ def ready_to_simulate(scene: Scene) -> Scene:
 
 
 def adjacent_links(scene: Scene) -> tuple[tuple[PlacedLink, PlacedLink], ...]:
-    """Pair every moving link with the fixed links beside it while all is shut, its own frame among them.
+    """Pair every moving link with the fixed links next to it while everything is shut, including its own frame.
 
-    A door and the frame, walls and worktops around it are so near each other that a simulator looks at every step
-    whether they touch, and they never do: its joint holds it, and that it runs into nothing over its whole range is
-    checked of every scene.
+    A door and the frame, walls and worktops around it are so close that a simulator checks them for contact at every
+    step, although they never touch: the joint holds the door, and every scene is checked to be free of collisions over
+    the whole range of each joint.
 
     Returns:
-        (what moves, what is fixed), in the order of the placements and their links.
+        (moving link, fixed link), in the order of the placements and their links.
     """
     moving, fixed = _boxes(scene)
     if not moving or not fixed:
@@ -43,9 +43,9 @@ def adjacent_links(scene: Scene) -> tuple[tuple[PlacedLink, PlacedLink], ...]:
 def drop_unfelt_products(asset: Asset) -> Asset:
     """Drop the products of inertia of links whose joints cannot feel them.
 
-    What never turns has no use for inertia, and what turns about an axis of its own link, on something that does not
-    turn, for no more than the moment about it. MuJoCo lays its tree of boxes around shapes along the axes of inertia,
-    so that those of a cupboard, which lean by chance, make boxes of straight panels that all overlap.
+    A link that never turns does not need its inertia. A link that turns about one axis of its link frame, on a parent
+    that does not turn, needs only the moment about that axis. MuJoCo aligns its bounding volume hierarchy with the axes
+    of inertia: the arbitrarily tilted ones of a cupboard give straight panels boxes that all overlap.
     """
     if asset.base is Base.FREE:
         return asset

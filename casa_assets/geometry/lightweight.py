@@ -74,8 +74,8 @@ def light_scene(scene: Scene, form: Callable[[Asset], Asset] = lighten) -> Light
 def inscribed_primitives(points: Floats) -> tuple[tuple[Box | Cylinder, Pose], ...]:
     """Fit a box, a few boxes or a cylinder inside the convex hull of (N, 3) points; with their poses in its frame.
 
-    Where a box leaves much of the hull empty (the corner of a worktop), a few more follow, which do not overlap it or
-    each other; they stand where one cylinder would fill less.
+    If one box leaves much of the hull empty (the corner of a worktop), a few more boxes are added that overlap neither
+    it nor each other. Boxes are used if a single cylinder would fill less.
 
     Raises:
         DegenerateShape: the points span no volume.
@@ -186,10 +186,10 @@ def _foot_of(shape: Shape, pose: Pose) -> float:
 
 
 def _foot(pose: Pose, points: Floats, found: Sequence[tuple[Shape, Pose]]) -> tuple[tuple[Box, Pose], ...]:
-    """A thin box in the lowest part of a hull, upright where it stands; none where another shape stands there flat.
+    """Return a thin upright box in the lowest part of a hull, or nothing if another shape already rests flat there.
 
     Args:
-        pose: of the hull in its link. points: (N, 3) its vertices. found: what stands for it, in its frame.
+        pose: of the hull in its link. points: (N, 3) its vertices. found: primitives fitted to the hull, in its frame.
     """
     low = float(pose.apply(points)[:, 2].min())
     flat = [(shape, pose @ at) for shape, at in found if np.abs((pose @ at).rotation[2]).max() > FLAT_COSINE]
@@ -247,7 +247,7 @@ def _rod_reach(planes: Floats, frame: Floats) -> Floats:
 
 
 class _Wanted(NamedTuple):
-    """What to fit: planes of a hull, a frame, reach of the primitive towards each plane, its proportions."""
+    """Input of one fit: planes of a hull, a frame, reach of the primitive towards each plane, its proportions."""
 
     planes: Floats
     frame: Floats
@@ -256,10 +256,11 @@ class _Wanted(NamedTuple):
 
 
 def _largest(wanted: Sequence[_Wanted]) -> list[InscribedPrimitive | None]:
-    """For each: first the largest of its proportions, then as much wider as there is room; None where nothing fits.
+    """Return the largest primitive for each request, or None if nothing fits.
 
-    Both are linear programs in the centre and the half sizes: normal . centre + reach . half <= -offset. The half sizes
-    of the first may be negative, so that it has a solution where the hull is empty.
+    First the largest primitive of the requested proportions is found, then it is widened as far as there is room. Both
+    steps are linear programs in the centre and the half sizes: normal . centre + reach . half <= -offset. The half
+    sizes of the first may be negative, so that it has a solution even if the hull is empty.
     """
     sides = [(one.planes[:, :3] @ one.frame, -one.planes[:, 3]) for one in wanted]
     free = [-np.inf] * 3
@@ -298,12 +299,12 @@ class _Program(NamedTuple):
 
 
 def _maxima(programs: Sequence[_Program]) -> list[Floats | None]:
-    """The x of each program; None where it has none.
+    """Return the solution x of each program, or None if it has no solution.
 
-    They are solved as one, with a block of the matrix for each: a kitchen has thousands, each of a few variables, and a
-    call of the solver takes longer than the solving. Where that fails, each is solved alone, to find the one without a
-    solution. `milp` without whole numbers hands them to the same solver as `linprog`, which takes longer to look its
-    arguments over.
+    They are solved as one program with a block-diagonal matrix: a kitchen has thousands, each of a few variables, and a
+    call of the solver takes longer than the solving. If that fails, each is solved alone, to find the one without a
+    solution. `milp` without integer variables calls the same solver as `linprog`, which spends longer on checking its
+    arguments.
     """
     if not programs:
         return []

@@ -51,7 +51,7 @@ def scaled(asset: Asset, factor: float, mass: float) -> Asset:
 def level_of(asset: Asset) -> float:
     """Height of the largest level face in the upper part of an asset, joints at zero, above its lowest point, metres.
 
-    Of a range that is its cooktop, whatever stands behind it; its own height where it has no such face.
+    For a range this is its cooktop, even if it has a higher back panel. The height of the asset if it has no such face.
     """
     low, high = (float(z) for z in asset.bounds[:, 2])
     heights, areas = [], []

@@ -1,4 +1,4 @@
-"""The material that most of a primitive shows, where the primitive stands for visuals of an asset."""
+"""The material that covers most of a primitive which replaces visuals of an asset."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ AHEAD_M = 0.02
 
 
 class Shown(NamedTuple):
-    """What the outside of a primitive shows.
+    """The material that the outside of a primitive shows.
 
     Attributes:
         material: that covers most of it.
@@ -93,11 +93,14 @@ class ShownMaterials:
         return cls(tuple(known.values()), number, points, centroids, normals, double / 2, weights, np.concatenate(uv))
 
     def on(self, shape: Shape, pose: Pose, open_sides: Mask) -> Shown | None:
-        """What a primitive shows; None where visuals cover next to nothing of it, or are a frame with panes of glass.
+        """Return the material that a primitive shows.
+
+        None if visuals cover next to nothing of it, or if they are a frame with panes of glass.
 
         Args:
             pose: of the primitive in the frame of the triangles.
-            open_sides: (6,) of a box, those below and above along each axis of it: nothing stands right before them.
+            open_sides: (6,) of a box, the sides below and above along each axis: True if nothing is right in front of
+                them.
         """
         lower, upper = shape_bounds(shape, pose)
         near = ((self.centroids >= lower - OUTSIDE_M) & (self.centroids <= upper + OUTSIDE_M)).all(axis=1)
@@ -175,7 +178,7 @@ def _sides(local: Floats, normals: Floats, areas: Floats, half: Floats) -> Float
 
 
 def open_sides(primitives: Sequence[tuple[Shape, Pose]]) -> Mask:
-    """(N, 6) the sides of primitives, below and above along each axis, before which no other primitive stands.
+    """(N, 6) True for sides of primitives, below and above along each axis, without another primitive in front.
 
     Args:
         primitives: shapes with their poses in one frame; each is taken as the box around it along its own axes.

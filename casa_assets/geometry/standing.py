@@ -15,7 +15,7 @@ MARGIN_M = 0.004
 
 
 def stands_by_itself(asset: Asset) -> bool:
-    """True if the middle of mass of an asset, joints at zero, is over what its collision shapes stand on."""
+    """True if the centre of mass of an asset, joints at zero, is over the footprint of its collision shapes."""
     points, mass, middle = [np.empty((0, 3))], 0.0, np.zeros(3)
     for link in asset.links:
         pose = asset.asset_from_link(link.name)

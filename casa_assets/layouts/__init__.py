@@ -1,1 +1,1 @@
-"""Plan x Style -> Scene: rooms, rows of units, what stands on them, and where it all is. Pure functions, no disk."""
+"""Plan x Style -> Scene: rooms, rows of units, the objects on them, and all poses. Pure functions, no disk access."""

@@ -1,7 +1,7 @@
-"""Edits of files of YAML, of their values and their texts, and the faults that they mend.
+"""Edits of YAML files, applied to their values and their texts, and the faults that they correct.
 
-A text keeps its comments, order and layout: it is parsed for the places of its parts, and characters are exchanged
-there. What comes out is parsed again: where it is not what the edit asks for, the whole value is written anew, without
+A text keeps its comments, order and layout: it is parsed for the positions of its parts, and characters are replaced
+there. The result is parsed again: if it is not what the edit asks for, the whole value is written again, without
 comments.
 """
 
@@ -31,7 +31,7 @@ NEAR = 0.6  # least similarity of a misspelt name, as difflib counts it
 
 
 class EditKind(StrEnum):
-    """What an edit does; see the makers of `Edit`."""
+    """Kind of an edit; see the class methods of `Edit`."""
 
     REPLACE = "replace"
     RENAME = "rename"
@@ -70,7 +70,7 @@ class Edit:
 
 @dataclass(frozen=True)
 class Mend:
-    """What would mend a fault: a sentence for people, in the imperative, and edits, one after the other."""
+    """Correction of a fault: a sentence for people, in the imperative, and edits to apply in order."""
 
     sentence: str
     edits: tuple[Edit, ...] = ()
@@ -78,12 +78,12 @@ class Mend:
 
 @dataclass(frozen=True)
 class Fault:
-    """Something that is wrong with a plan.
+    """An error in a plan.
 
     Attributes:
-        pointer: of what is wrong, as the file has it.
-        expected, got: as in a RegistryError. mend: None where nothing sensible is near.
-        line: where the pointer does not say it, counted from 1; else 0.
+        pointer: of the part that is wrong, as the file has it.
+        expected, got: as in a RegistryError. mend: None if no sensible correction is near.
+        line: counted from 1, if the pointer does not determine it; otherwise 0.
     """
 
     pointer: KeyPath
@@ -94,7 +94,7 @@ class Fault:
 
 
 def value_at(value: Any, pointer: Sequence[str | int]) -> Any:
-    """What stands at a pointer; None where nothing does."""
+    """The value at a pointer; None if there is no value."""
     for step in pointer:
         if isinstance(value, dict):
             value = value.get(step)

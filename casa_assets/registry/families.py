@@ -37,8 +37,8 @@ class FamilyFile(Record):
         title: what a person calls a member, one line.
         category: id in registry/fixtures.yaml.
         description: what members there are, one sentence.
-        sample: field -> the rule by which a random member's value is drawn (`families/sampling.py`); None where the
-            code of the family has a function for it.
+        sample: field -> the rule by which a random member's value is drawn (`families/sampling.py`); None if the code
+            of the family has a function for it.
         presets: preset -> the numbers and choices that differ from the defaults of the family's Params.
     """
 
@@ -72,8 +72,8 @@ def family(name: str) -> Family[Any]:
     """A family with its presets.
 
     Raises:
-        UnknownId: there is none of that name; it names the nearest that do exist.
-        RegistryError: registry/families/<name>.yaml does not say what the family's Params accept.
+        UnknownId: no family has that name; the error names the nearest that exist.
+        RegistryError: registry/families/<name>.yaml has values that the family's Params do not accept.
     """
     if name in MODELS:
         return read_family(MODELS[name], read_table_file(f"{FOLDER}/{name}.yaml"))
@@ -137,7 +137,7 @@ def read_family(model: ParametricModel[Any], document: Document) -> Family[Any]:
 
 
 def _preset(model: ParametricModel[Any], name: str, row: Any, document: Document) -> Params:
-    """One preset; where a field is a cabinet's CabinetLook, the name of a row of looks.yaml may stand for it."""
+    """One preset; for a field of type CabinetLook, the name of a row of looks.yaml is accepted too."""
     at: KeyPath = ("presets", name)
     if isinstance(row, dict):
         row = dict(row)

@@ -1,4 +1,4 @@
-"""Plans and styles of registry/ and of the project in use, each a file of its own, named after its id."""
+"""Plans and styles of registry/ and of the project in use, each in a separate file named after its id."""
 
 from __future__ import annotations
 
@@ -34,10 +34,10 @@ def style_names() -> tuple[str, ...]:
 
 
 def load_plan(name: str) -> tuple[Plan, Document]:
-    """A plan and the document that it was read from, which tells the lines of its parts.
+    """A plan and the document that it was read from, which has the line numbers of its parts.
 
     Raises:
-        UnknownId: there is none of that name. RegistryError: its file is no plan.
+        UnknownId: no plan has that name. RegistryError: its file is not a valid plan.
     """
     return _load(Plan, PLANS, "plan", name)
 
@@ -65,10 +65,10 @@ def _document(
 ) -> Document:
     """A plan or a style as its file states it, laid over the one that it is `like`.
 
-    What is like one of its own name is laid over that of the package.
+    One that is `like` its own name is laid over that of the package.
 
     Args:
-        below: a layer below which the file is looked for. seen: what is laid over it.
+        below: a layer; the file is looked for in the layers below it. seen: documents that are laid over it.
     """
     document = read_topmost(f"{folder}/{name}.yaml", below)
     if not isinstance(document.value, dict):
@@ -98,7 +98,7 @@ def _laid_over_like(document: Document, folder: str, noun: str, name: str, seen:
 
 
 def _without_replaced(lower: Document, upper: Document) -> Document:
-    """A style without the models for which the other names a preset: numbers of one preset are none of another's."""
+    """The lower style without the models for which the upper one names a preset: its parameters fit its preset only."""
     models, chosen = lower.value.get(MODELS), upper.value.get(MODELS)
     if not isinstance(models, dict) or not isinstance(chosen, dict):
         return lower

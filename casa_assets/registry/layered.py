@@ -57,5 +57,5 @@ def _table(name: str) -> Document:
 
 
 def _read(path: Path, name: str, *, in_project: bool) -> Document:
-    """A file under the name that messages give it: of a project where it stands, else below registry/."""
+    """A file, under the name that messages give it: its path for a project, otherwise that below registry/."""
     return read_document(path, str(path) if in_project else name)

@@ -42,18 +42,18 @@ LEARNED = "learned"  # folder of what scripts have learned, read by learned.py
 
 @dataclass(frozen=True, eq=False)
 class Registry:
-    """What registry/ and the project in use have decided.
+    """Contents of registry/, with those of the project in use laid over them.
 
     Attributes:
         categories, fixtures, materials, substances, classes, rejections: by id (rejections by code). Fixtures are the
             categories of what families build; free words never find them.
-        densities: name -> kg/m^3, of the substances and of parts that are drawn solid and are not.
+        densities: name -> kg/m^3, of the substances and of parts that are modelled as solid but are not.
         contracts: what runtimes expect of fixtures, by id; one file each in contracts/.
         limits, limit_units: numbers and their units by key.
         waivers: in file order.
         digest: sha256 of the contents of all files.
         vocabulary: ids, aliases and LVIS names of the categories, for free words.
-        other_things: words which tell that something is no single household object.
+        other_things: words which show that something is not a single household object.
     """
 
     categories: Mapping[str, Category]

@@ -1,4 +1,4 @@
-"""Read `casa.yaml` of the project in use, and tell where things come from."""
+"""Read `casa.yaml` of the project in use, and find out whether rows and files come from it or from the package."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ PACKAGE = "casa-assets"  # where what is of no project comes from
 
 @read_once
 def load_project() -> tuple[Project, Document] | None:
-    """The project in use and its document; None where there is none.
+    """The project in use and its document; None if no project is in use.
 
     Raises:
-        RegistryError: its `casa.yaml` is wrong, or a file is all but called as one that would be read.
+        RegistryError: its `casa.yaml` is wrong, or a file has nearly the name of one that would be read.
     """
     folder = project_folder()
     if folder is None:

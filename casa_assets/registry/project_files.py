@@ -1,6 +1,6 @@
 """Names of the files and folders of a project that are laid over registry/.
 
-They stand in a module that reads none of them: the cache key of code that reads registry files takes in those that it
+They are in a module that reads none of them: the cache key of code that reads registry files includes the files that it
 names (`pipeline/cache/cache_key.py`).
 """
 

@@ -1,7 +1,8 @@
 """Read YAML files into documents and frozen records; unknown keys and keys that occur twice are errors.
 
 Parsing all files of registry/ takes a second, so the values of a file are kept as JSON in the cache folder, under the
-digest of its text, and beside them the lines of the values, which are read for an error or a file laid over another.
+digest of its text. The line numbers of the values are kept too; they are read only for an error message or a file that
+is laid over another.
 """
 
 from __future__ import annotations

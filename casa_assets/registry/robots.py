@@ -1,4 +1,4 @@
-"""Robots of registry/robots/, each a file of its own, named after the robot in robosuite."""
+"""Robots of registry/robots/, each in a separate file named after the robot in robosuite."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def load_robot(name: str) -> Robot:
     """A robot.
 
     Raises:
-        UnknownId: there is none of that name. RegistryError: its file is no robot.
+        UnknownId: no robot has that name. RegistryError: its file is not a valid robot.
     """
     if name not in robot_names():
         raise UnknownId("robot", name, robot_names())

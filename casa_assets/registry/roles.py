@@ -1,4 +1,4 @@
-"""registry/roles.yaml: which assets of libraries may stand where a plan has a range, a fridge, a toaster and so on."""
+"""registry/roles.yaml: which assets of libraries a plan may use as its range, fridge, toaster and so on."""
 
 from __future__ import annotations
 

@@ -45,10 +45,10 @@ class TextureCheck:
 
     Attributes:
         code: such as `TEX001`; never reused. title: two to five words.
-        measure: number of the pictures. limit: key in registry/limits.yaml; unit of both.
-        most: the limit is an upper one.
-        fault: what is wrong where it fails, a part of a sentence.
-        description: what is measured, against which limit, and what to do; `{limit}` stands for the number.
+        measure: computes the number that is checked. limit: key in registry/limits.yaml. unit: of both.
+        most: whether the limit is an upper one.
+        fault: what is wrong if it fails, a part of a sentence.
+        description: what is measured, against which limit, and what to do; `{limit}` is replaced by the number.
     """
 
     code: str

@@ -77,7 +77,7 @@ def describe_texture(
     Args:
         albedo: (H, W, 3) sRGB 0..1, 128 to 256 px a side are enough.
         tile_m: width and height of the picture in metres.
-        roughness: (H, W) 0..1, or None where nothing is known of it.
+        roughness: (H, W) 0..1, or None if unknown.
         height_m: (H, W) metres, or None.
     """
     lab = oklab(albedo)

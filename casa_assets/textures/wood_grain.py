@@ -84,7 +84,7 @@ class GrainMaps:
         knot: 0..1, knots.
         tone: about -1..1, one value for each leaf.
         joint: 0..1, 1 on the line between two leaves.
-        edge_m: metres to the nearest joint; large where there is none.
+        edge_m: metres to the nearest joint; large without joints.
     """
 
     ring: Map

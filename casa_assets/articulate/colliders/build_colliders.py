@@ -68,7 +68,7 @@ class LinkColliders:
 
     Attributes:
         colliders: in the frame of the link.
-        blocking_part: index of the part that has to stand open before this link can move, or None.
+        blocking_part: index of the part that must be open before this link can move, or None.
     """
 
     colliders: tuple[Collider, ...]
@@ -282,9 +282,9 @@ def _cover_extremes(
 
 
 def _front_before(part: PartPlan, parts: Sequence[PartPlan], mesh: WeldedMesh) -> int | None:
-    """Return the index of the door or drawer that a rack, turntable or drawer lies behind, or None.
+    """Return the index of the door or drawer in front of a rack, turntable or drawer, or None.
 
-    A drawer behind the front of another one comes out once that stands open. x is right, y back, z up.
+    A drawer behind the front of another one comes out once that one is open. x is right, y back, z up.
     """
     if part.kind not in (PartKind.TRAY, PartKind.DRAWER) or part.parent:
         return None

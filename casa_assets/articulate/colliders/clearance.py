@@ -57,13 +57,15 @@ class LinkSolid:
 
     Attributes:
         carrier: index of the link that carries it, None for the body.
-        clouds: (N, 3) points of each convex shape, metres. grips: those of handles, which are never cut.
-        turns: it turns about `axis` through `anchor`; else it slides along it. max_travel: end of its range, rad or m.
-        blocking_link: index of the link that has to stand open before this one moves, or None.
-        skin: (N, 3) points of what is seen of it, metres, or None.
-        is_behind_front: it is seen only when a front is open, as racks on their rails are: deeper cuts are allowed.
-        spins: it turns round and round, so that nothing can be in its way.
-        is_whole: its one shape is never cut, but what it meets: a knob or a key would lose what fingers take.
+        clouds: (N, 3) points of each convex shape, metres. grips: the same for handles, which are never cut.
+        turns: whether it turns about `axis` through `anchor`, or slides along `axis`. max_travel: end of its range, rad
+            or m.
+        blocking_link: index of the link that must be open before this one moves, or None.
+        skin: (N, 3) points of its visible surface, metres, or None.
+        is_behind_front: it is visible only when a front is open, like a rack on its rails: deeper cuts are allowed.
+        spins: it turns without end stops, so nothing may be in its way.
+        is_whole: its single shape is never cut; the shapes that it meets are cut instead. A knob or a key would lose
+            the surface that fingers hold.
     """
 
     carrier: int | None
@@ -148,7 +150,7 @@ def _record_overlaps(
     pairs: dict[Pair, list[Floats]],
     crossed: set[Pair],
 ) -> None:
-    """Record the overlaps while one link stands at a share of its range."""
+    """Record the overlaps of one link with the others when it is at a given share of its range."""
     moving = [k for k in range(len(solids)) if _is_carried_by(solids, k, mover)]
     poses = {k: _pose_at(solids, k, {mover: share}) for k in range(len(solids))}
     for a in moving:
@@ -230,7 +232,7 @@ def _is_carried_by(solids: Sequence[LinkSolid], link: int | None, by: int) -> bo
 
 
 def _pose_at(solids: Sequence[LinkSolid], link: int, shares: dict[int, float]) -> tuple[Floats, Floats]:
-    """Return the (3, 3) rotation and (3,) shift of a link while some links stand at shares of their ranges."""
+    """Return the (3, 3) rotation and (3,) translation of a link when some links are at given shares of their ranges."""
     for mover in list(shares):
         before = solids[mover].blocking_link
         if before is not None and before not in shares:

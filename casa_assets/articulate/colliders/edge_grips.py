@@ -75,7 +75,7 @@ def _across(solid: LinkSolid, edge: int) -> int:
 
 
 def _shared(cloud: Floats, box: Sequence[Floats] | Floats) -> Floats | None:
-    """Return the (N, 3) corners of the intersection of a convex cloud and a box, None where it is too small to hold."""
+    """Return the (N, 3) corners of the intersection of a convex cloud and a box, None if it is too small to hold."""
     both = manifold3d.Manifold.hull_points(cloud) ^ manifold3d.Manifold.hull_points(box_cloud(box[0], box[1]))
     if both.is_empty() or both.volume() < MIN_GRIP_M3:
         return None

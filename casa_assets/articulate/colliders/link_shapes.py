@@ -71,7 +71,7 @@ def convex_clouds(points: Floats, faces: Ints, max_count: int) -> list[Floats]:
 
 
 def _falls_short(shapes: list[Floats], cloud: Floats) -> bool:
-    """Return whether the box around shapes ends inside that around a cloud, or there are none."""
+    """Return whether the box around some shapes falls short of the box around a cloud, or there are no shapes."""
     if not shapes:
         return True
     gaps = np.min([s.min(axis=0) for s in shapes], axis=0) - cloud.min(axis=0)

@@ -44,7 +44,7 @@ class Burner:
 
 
 def find_burners(asset: Asset) -> tuple[Burner, ...]:
-    """Return the burners on the top of the body; none where their places cannot be told apart."""
+    """Return the burners on the top of the body; empty if fewer than two are found or their places are ambiguous."""
     found = _largest_of_heaps([d for v in asset.root.visuals for d in _discs(v.mesh)])
     if not found:
         return ()

@@ -68,10 +68,10 @@ def tell_by_forest(
 
 
 def tell_beside_dials(tell: TellControl) -> TellControl:
-    """Return what tells the controls of a toaster: round ones that are clearly smaller than its dials are its keys.
+    """Return a classifier for the controls of a toaster: round ones that are clearly smaller than its dials are keys.
 
     Args:
-        tell: tells a control by its form and place alone.
+        tell: classifies a control by its form and place alone.
     """
 
     def told(control: Control, others: Sequence[Control]) -> ControlType:

@@ -52,11 +52,11 @@ MIN_ROW_LENGTH, ROW_SIZE_TOLERANCE, MIN_ROUND_SHARE_OF_ROW = 3, 0.25, 0.4
 
 @dataclass
 class Control:
-    """Something small on a side.
+    """A small object on a side.
 
     Attributes:
-        fragments: that it is made of. lower, upper: (3,) corners in (u, v, w).
-        protrusion: how far it stands out from what is round it. is_round: its outline is a circle.
+        fragments: those that it consists of. lower, upper: (3,) corners in (u, v, w).
+        protrusion: how far it protrudes from its surroundings. is_round: its outline is a circle.
     """
 
     fragments: list[int]
@@ -140,7 +140,7 @@ def control_normal(measured: MeasuredFragments, side: int, control: Control) -> 
 
 
 def _ground(measured: MeasuredFragments, side: int, control: Control) -> Floats:
-    """Return the (3,) unit direction that most of the surface around a control faces, zero where there is none."""
+    """Return the (3,) unit vector along the median normal of the surface around a control, zero without a surface."""
     image = measured.depth_images[side]
     face = image.face[_ring(image, control.lower, control.upper)]
     face = face[face >= 0]
@@ -171,7 +171,7 @@ def classify_control(control: Control, others: Sequence[Control]) -> tuple[PartK
 
 
 def _is_round(control: Control, others: Sequence[Control]) -> bool:
-    """Return whether a control is round, or a good part of the row that it stands in is."""
+    """Return whether a control is round; in a row of similar controls, whether enough of the row are round."""
     across = float(control.across.max())
     row = [
         c
@@ -187,7 +187,7 @@ def _is_round(control: Control, others: Sequence[Control]) -> bool:
 
 
 def has_finger_room(measured: MeasuredFragments, side: int, control: Control) -> bool:
-    """Return whether fingers get around a control: little near it stands as far out."""
+    """Return whether fingers fit around a control: little of what surrounds it protrudes nearly as far."""
     image = measured.depth_images[side]
     near = float(corners_from_side(measured, side)[0][:, 2].min())
     reach = FINGER_ROOM_BY_WIDTH * control.across
@@ -234,7 +234,7 @@ def _off_plate(
 
 
 def _without_bezel(lower: Floats, upper: Floats, group: list[int], ground: float) -> list[int]:
-    """Return a group without the scale or bezel around it: what is nearly flush where the rest stands out.
+    """Return a group without the scale or bezel around it: fragments that are nearly flush while the rest protrudes.
 
     Args:
         ground: depth of what is around the group.

@@ -1,7 +1,8 @@
 """Find the levers of a faucet and its spout, from how its pieces touch each other.
 
 A faucet is slender: a trunk of touching pieces leads from its mount, on the worktop or the wall, to the free end of its
-spout. What branches off the trunk are handles; each turns about the piece, turned on a lathe, by which it is attached.
+spout. Groups of pieces that branch off the trunk are handles; each turns about the piece that attaches it, which is a
+solid of revolution.
 """
 
 from __future__ import annotations
@@ -71,11 +72,11 @@ HANDLE_RANGE_RAD, SPOUT_RANGE_RAD = np.pi / 2, np.pi / 2
 
 @dataclass(frozen=True)
 class FaucetHandle:
-    """What a hand turns.
+    """A handle of a faucet.
 
     Attributes:
-        pieces: that turn about `axis`. is_lever: they stand out from it to one side.
-        place: number of what bears them on the path of the trunk, -1 where they stand elsewhere.
+        pieces: those that turn about `axis`. is_lever: they extend from the axis to one side.
+        place: index, on the path of the trunk, of the piece that carries them; -1 if they are attached elsewhere.
     """
 
     pieces: list[int]
@@ -86,11 +87,11 @@ class FaucetHandle:
 
 @dataclass(frozen=True)
 class Trunk:
-    """What carries the handles of a faucet.
+    """The pieces of a faucet that carry its handles.
 
     Attributes:
-        path: pieces from the mount to the tip of the spout, in order. bars: what else stays: the rest of the mount, and
-            pipes across the path. tip: (3,) the foremost point of the spout.
+        path: pieces from the mount to the tip of the spout, in order. bars: other pieces that do not move: the rest of
+            the mount, and pipes across the path. tip: (3,) middle of the foremost points of the spout.
     """
 
     path: list[int]
@@ -127,7 +128,7 @@ def find_faucet_parts(measured: MeasuredFragments, taken: set[int]) -> list[tupl
 
 
 def _handles(graph: PieceGraph, trunk: Trunk) -> list[FaucetHandle]:
-    """Return the handles that branch off a trunk; none where other things do, or too many."""
+    """Return the handles that branch off a trunk; empty if other objects branch off too, or too many handles."""
     branches = [b for group in _branches(graph, trunk) for b in _sides(graph, group, float(trunk.tip[0]))]
     found = {i: h for i, b in enumerate(branches) if (h := _handle(graph, trunk, b)) is not None}
     if not _is_explained(graph, trunk, [branches[i] for i in found]):
@@ -169,7 +170,7 @@ def _is_explained(graph: PieceGraph, trunk: Trunk, branches: Sequence[Sequence[i
 
 
 def _trunk(graph: PieceGraph, end: int) -> Trunk | None:
-    """Return the trunk of an object if a piece ends in the tip of a spout; None where it does not."""
+    """Return the trunk of an object if a piece ends in the tip of a spout, otherwise None."""
     pieces = graph.pieces
     points = np.concatenate([p.points for p in pieces])
     owner = np.repeat(np.arange(len(pieces)), [len(p.points) for p in pieces])
@@ -242,7 +243,7 @@ def _spans(piece: Piece, middle: float) -> bool:
 
 
 def _handle(graph: PieceGraph, trunk: Trunk, branch: list[int]) -> FaucetHandle | None:
-    """Return the handle that a branch off the trunk is, or bears; None where it is none."""
+    """Return the handle that a branch off the trunk is or carries; None if it has no handle."""
     pieces = graph.pieces
     points = np.concatenate([pieces[i].points for i in branch])
     seat = graph.between(branch, trunk.pieces)
@@ -347,7 +348,10 @@ def _is_coaxial(piece: Piece, axis: Axis) -> bool:
 
 
 def _turning(graph: PieceGraph, branch: list[int], axis: Axis) -> list[int]:
-    """Return the pieces of a branch that a hand turns: what stands off the axis, what bears it, and what is beyond."""
+    """Return the pieces of a branch that a hand turns: those off the axis, their hubs, and the pieces beyond the hubs.
+
+    Without pieces off the axis, those beyond the neck.
+    """
     coaxial = [i for i in branch if _is_coaxial(graph.pieces[i], axis)]
     off = [i for i in branch if i not in coaxial]
     if not off:
@@ -362,7 +366,7 @@ def _turning(graph: PieceGraph, branch: list[int], axis: Axis) -> list[int]:
 
 
 def _bears(graph: PieceGraph, hub: int, off: Sequence[int], axis: Axis) -> bool:
-    """Return whether a piece on the axis is the hub of what stands off it, not the stem that this is pushed on."""
+    """Return whether a piece on the axis is the hub of the pieces off the axis, not the stem they are pushed on."""
     contact = graph.between([hub], off)
     if not len(contact):
         return False
@@ -383,7 +387,7 @@ def _beyond_neck(graph: PieceGraph, coaxial: Sequence[int], axis: Axis) -> list[
 
 
 def _swivel(graph: PieceGraph, trunk: Trunk, handles: Sequence[FaucetHandle]) -> tuple[list[int], Axis] | None:
-    """Return the pieces of a spout that swivels on a round upright seat, and its axis; None where it is fixed."""
+    """Return the pieces of a spout that swivels on a round upright seat, and its axis; None if it is fixed."""
     pieces = graph.pieces
     low = min(float(p.lower[2]) for p in pieces)
     height = max(float(p.upper[2]) for p in pieces) - low

@@ -1,4 +1,4 @@
-"""Group controls that are alike and stand in one grid or row: a group has one type."""
+"""Group controls that are alike and form one grid or row: a group has one type."""
 
 from __future__ import annotations
 

@@ -132,7 +132,11 @@ def _slope(depth: Floats) -> float:
 
 
 def _marked(marks: list[Ints]) -> Bools:
-    """Mark where a strip of its own runs between one fragment on both sides: a slot that is painted on."""
+    """Mark the steps of a line at which one fragment lies between two sides of another, like a painted slot.
+
+    Args:
+        marks: fragments along the line itself, and along lines to its left and right.
+    """
     middle, left, right = marks
     found: Bools = (middle >= 0) & (left == right) & (middle != left)
     strip = middle[found][0] if found.any() else -1

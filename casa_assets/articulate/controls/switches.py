@@ -65,7 +65,7 @@ def find_switch_parts(measured: MeasuredFragments) -> list[tuple[PartKind, list[
 
 
 def _plate(measured: MeasuredFragments, lower: Floats, upper: Floats) -> int | None:
-    """Return the fragment that is a thin plate behind all others; None where there is none."""
+    """Return the fragment that is a thin plate behind all others, or None if no fragment is."""
     size = upper - lower
     whole = upper.max(axis=0) - lower.min(axis=0)
     plate = int(np.argmax(size[:, 0] * size[:, 1]))
@@ -81,9 +81,9 @@ def _plate(measured: MeasuredFragments, lower: Floats, upper: Floats) -> int | N
 
 
 def _stacked(rows: Sequence[int], lower: Floats, upper: Floats) -> list[list[int]]:
-    """Return the fragments in groups of what lies one before the other, from left to right.
+    """Return the fragments in groups that lie one in front of the other, from left to right.
 
-    The frame that a toggle stands in is not in its group unless it has its height.
+    The frame around a toggle is not in its group unless it is as high as the toggle.
     """
     groups: list[list[int]] = []
     for i in sorted(rows, key=lambda k: (round(float(lower[k, 0]), 6), k)):
@@ -119,7 +119,7 @@ def _is_even(boxes: Sequence[Floats]) -> bool:
 def _part(
     measured: MeasuredFragments, group: list[int], box: Floats, high: float, ground: float
 ) -> tuple[PartKind, list[int], JointPlan] | None:
-    """Return a rocker, a toggle or a knob with its joint; None where a piece is none of them.
+    """Return a rocker, a toggle or a knob with its joint, or None if the piece is anything else.
 
     Args:
         box: (2, 3) corners in (u, v, w). high: height of the plate. ground: depth of its face.

@@ -1,4 +1,4 @@
-"""Compute the features that tell how likely one side of an object is its front and another its top."""
+"""Compute features for the probability that one side of an object is its front and another its top."""
 
 from __future__ import annotations
 

@@ -27,12 +27,12 @@ def form_traits(
     beside: float,
     has_top_knobs: bool,
 ) -> dict[str, bool]:
-    """Return traits of KIND_TRAITS (frame/kind.py), and whether each is there.
+    """Return traits of KIND_TRAITS (frame/kind.py), and whether the object has each.
 
     Args:
         panels: those that open.
-        controls: types of the controls of the front. beside: share of them that lie beside the largest front.
-        has_top_knobs: whether knobs stand on its top.
+        controls: types of the controls of the front. beside: share of them that lie next to the largest front.
+        has_top_knobs: whether there are knobs on its top.
     """
     extent = np.ptp(measured.mesh.points, axis=0)
     largest = max(panels, key=lambda p: p.width * p.height, default=None)
@@ -58,7 +58,7 @@ def form_traits(
 
 
 def _are_pair(a: Panel, b: Panel) -> bool:
-    """Return whether two panels of one size lie beside each other."""
+    """Return whether two panels of the same size lie side by side."""
     away = np.abs([a.lower[1] - b.lower[1], a.upper[1] - b.upper[1], a.width - b.width]).max()
     return float(away) < PAIR_TOLERANCE
 

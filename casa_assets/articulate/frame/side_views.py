@@ -47,7 +47,7 @@ class SideFeature:
 
     @property
     def is_bar(self) -> bool:
-        """Return whether it is long and stands far out, as handles do."""
+        """Return whether it is long and protrudes far, as handles do."""
         return max(self.size) >= 2.5 * min(self.size) and max(self.size) > 0.04 and self.protrusion >= 0.012
 
 
@@ -58,11 +58,13 @@ class SideView:
     Attributes:
         detail: share of its pixels that are edges of depth, bend, fragment or material.
         panels: share of its rectangle that thin fragments near it cover.
-        protruding_share: share of its pixels that stand out before most of it.
-        juts: how far its nearest points stand out before its plane, 0..1, unless it stands on them.
-        support: hull of what is nearest, as a part of the rectangle. filled: what lies less than a leg's length deep.
-        mirror: how alike it is to its mirror image, left to right and top to bottom, 0..1.
-        blobs: small things that stand out.
+        protruding_share: share of its pixels that protrude from its median depth.
+        juts: how far its nearest points protrude from its plane, 0..1, reduced by `support`, since an object may rest
+            on them.
+        support: hull of the nearest pixels, as a share of the rectangle. filled: share of the rectangle that is less
+            than a leg's length deep.
+        mirror: how similar it is to its mirror image, left to right and top to bottom, 0..1.
+        blobs: small objects that protrude.
         rings: log of 1 and the number of flat discs larger than knobs. slots: deep narrow grooves, in pairs.
     """
 

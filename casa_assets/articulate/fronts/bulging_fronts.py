@@ -21,10 +21,10 @@ MIN_STAIRS = 3
 
 
 def merge_stairs(side: SideRelief, rectangles: list[FrontRectangle]) -> list[FrontRectangle]:
-    """Merge rectangles of a side that lie beside each other like the stairs of a bulging front.
+    """Merge rectangles of a side that lie next to each other like the stairs of a bulging front.
 
     Args:
-        rectangles: as `find_leaves` gives them; so they come back.
+        rectangles: as `find_front_rectangles` returns them; the result has the same form.
     """
     left = list(rectangles)
     for core in sorted(rectangles, key=lambda m: (round(m.plane, 6), m.rows, m.columns)):
@@ -41,7 +41,7 @@ def merge_stairs(side: SideRelief, rectangles: list[FrontRectangle]) -> list[Fro
 def _stairs(
     side: SideRelief, rectangles: list[FrontRectangle], core: FrontRectangle, end: int
 ) -> list[list[FrontRectangle]]:
-    """Return strips beside a rectangle that descend from it, nearest first; a strip may be several stacked rectangles.
+    """Return strips next to a rectangle that descend from it, nearest first; a strip may be several stacked rectangles.
 
     Args:
         end: 0 for those to its left, 1 to its right.
@@ -60,7 +60,7 @@ def _stairs(
 
 
 def _beside(rectangles: list[FrontRectangle], core: FrontRectangle, at: int, end: int) -> list[FrontRectangle]:
-    """Return rectangles that end at a column and together are as long as another; none where there are no such."""
+    """Return rectangles that end at a column and together are as long as another; empty if there are no such."""
     long = core.rows[1] - core.rows[0]
     slack = max(2, round(LENGTH_TOLERANCE * long))
     found = [

@@ -27,11 +27,11 @@ MIN_WIDTH_SHARE, MIN_HEIGHT_SHARE = 0.6, 0.25
 
 
 def find_drawer_box(mesh: WeldedMesh, flat: Floats, rows: Ints, lower: Floats, upper: Floats) -> Ints:
-    """Return the faces of the box behind a front; none where there is no box.
+    """Return the faces of the box behind a front; empty if there is no box.
 
-    The walls of the body look at whoever is inside; those of a box look at the body from both sides, so that the
-    outermost face that looks outwards is the outside of the box. Where a box and the body are one wall, the box ends
-    with its front; its back is always its own. A room with a roof is the inside of the body, within double walls.
+    The walls of the body face inwards, while a box also has walls that face the body, so that the outermost face that
+    faces outwards is the outside of the box. If a box and the body share a wall, the box is as wide as its front there;
+    the back is never shared. A space with a roof is the inside of the body, within double walls.
 
     Args:
         flat: (F, 3) middles of faces as right, up and depth. rows: faces behind the front that nothing outside shows.

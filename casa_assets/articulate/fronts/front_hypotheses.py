@@ -148,7 +148,7 @@ def _measured(found: FrontHypotheses, relief: SideRelief, k: int) -> FrontRectan
 
 
 def _completes(found: FrontHypotheses, relief: SideRelief, k: int, kept: Sequence[int]) -> bool:
-    """Return whether a rectangle ends in line with the fronts beside it, flush, and has one pull as theirs are."""
+    """Return whether a rectangle is in line and flush with the fronts next to it, and has one pull like theirs."""
     if k in kept or not kept or any(_conflict(found, k, o) for o in kept):
         return False
     own = _measured(found, relief, k)
@@ -428,7 +428,7 @@ def context_features(hypotheses: FrontHypotheses, score: Floats) -> Floats:
 
 
 def _relations(hypotheses: FrontHypotheses, k: int) -> tuple[Bools, Bools, Bools, Bools, Bools]:
-    """Return the (N,) rectangles that one mirrors, stands on or under, stands beside, lies within, and holds."""
+    """Return (N,) masks of the rectangles that one mirrors, is on or under, is next to, lies within, and contains."""
     rows, columns = hypotheses.rows, hypotheses.columns
     gap, turn = NEIGHBOUR_GAP / hypotheses.pixel, hypotheses.turn
     height, width = rows[:, 1] - rows[:, 0], columns[:, 1] - columns[:, 0]

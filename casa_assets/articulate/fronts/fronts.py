@@ -89,7 +89,7 @@ MAX_STRIP_SHARE = 0.13
 def attach_to_panels(
     measured: MeasuredFragments, side: int, panels: list[Panel], controls: list[Control], tell: TellControl
 ) -> list[Control]:
-    """Give each panel its handles, trims and box; return the controls that are none of these."""
+    """Give each panel its handles, trims and box; return the remaining controls."""
     lower, upper = corners_from_side(measured, side)
     taken = {f for p in panels for f in p.members}
     far_out = [c for c in controls if c.long <= MAX_KEY_RATIO or c.protrusion >= MIN_HANDLE_PROTRUSION]
@@ -168,7 +168,7 @@ def _host(panels: list[Panel], lower: Floats, upper: Floats) -> Panel | None:
 
 
 def _is_mark(lower: Floats, upper: Floats) -> bool:
-    """Return whether a fragment is so small that beside knobs it is a mark, and no handle."""
+    """Return whether a fragment is so small that next to knobs it is a mark, not a handle."""
     return float((upper - lower)[:2].max()) < MIN_HANDLE_SIZE
 
 
@@ -226,7 +226,7 @@ def _is_cup(control: Control, panel: Panel) -> bool:
 
 
 def _is_pull(control: Control, protrusion: float) -> bool:
-    """Return whether a small thing stands out far enough for fingers; knobs and bars also by their width."""
+    """Return whether a small object protrudes far enough for fingers; knobs and bars also by their width."""
     shaped = control.is_round or control.long > 2.5
     return protrusion >= MIN_HANDLE_PROTRUSION or (
         shaped and protrusion >= max(MIN_PULL_PROTRUSION, MIN_PULL_PROTRUSION_BY_WIDTH * float(control.across.min()))
@@ -246,7 +246,7 @@ def _count_controls(panels: list[Panel], controls: list[Control]) -> None:
 
 
 def _feet(panels: list[Panel], controls: list[Control], lower: Floats, upper: Floats) -> list[Control]:
-    """Give handles the small things that they stand on; return the other controls."""
+    """Add to handles the small objects that they rest on; return the other controls."""
     rest = []
     for control in controls:
         host = _host(panels, control.lower, control.upper)
@@ -354,7 +354,7 @@ def _is_block(measured: MeasuredFragments, side: int, i: int, panel: Panel, lowe
 
 
 def _boards(lower: Floats, upper: Floats, inside: Bools, panel: Panel) -> list[int]:
-    """Return level plates behind a panel that stand between walls of the body: a drawer has no room there."""
+    """Return level plates behind a panel that span between walls of the body: they leave no room for a drawer."""
     size = upper - lower
     wide = (size[:, 0] >= 0.6 * panel.width) & (size[:, 1] <= 0.1 * size[:, 0]) & (size[:, 2] >= 3 * size[:, 1])
     return [i for i in np.flatnonzero(inside & wide).tolist() if is_shelf(lower, upper, i, ~inside)]

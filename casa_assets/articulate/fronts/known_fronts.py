@@ -11,7 +11,7 @@ class KnownFronts:
     """Fragments that are fronts.
 
     Attributes:
-        chances: the probability that each is a front, where a forest told it. boxes: the fragment behind each that is
+        chances: the probability that each is a front, if a forest decided it. boxes: the fragment behind each that is
             the box of a drawer.
     """
 
@@ -19,7 +19,7 @@ class KnownFronts:
     boxes: Mapping[int, int]
 
     def chance_of(self, fragments: Iterable[int]) -> float | None:
-        """Return the highest probability of some fragments, None where none of them is known."""
+        """Return the highest probability of some fragments, None if none of them is known."""
         return max((self.chances[f] for f in fragments if f in self.chances), default=None)
 
 

@@ -179,7 +179,7 @@ def _fills_door(
     handle_spots: list[Floats],
     frame: tuple[Panel, Panel],
 ) -> bool:
-    """Return whether boards fill a rectangle, and what they frame has no handle of its own."""
+    """Return whether boards fill a rectangle, and the boards inside their frame have no separate handle."""
     covered = sum(p.width * p.height for p in inner)
     if _are_leaves(inner):
         return False

@@ -70,13 +70,14 @@ class Panel:
     """One panel of a front, in the closed pose.
 
     Attributes:
-        members: fragments that make it, the largest first.
+        members: fragments that it consists of, the largest first.
         lower, upper: (3,) corners of those in (u, v, w).
-        grips: each a list of fragments that a hand takes. trims: what else goes with it. box: what it drags along.
-        controls: how many knobs and buttons it carries. visible_area: area of its picture.
-        attachment_depths: depths at which things on it begin: a bar may touch it through its feet alone.
-        boards: how many panels were merged into it. is_recessed: so deep that only a handle makes it a front.
-        has_shelf_behind: a shelf of the body stands right behind its middle. is_round: a round door, as of a washer.
+        grips: handles, each a list of fragments. trims: other fragments that move with it. box: fragments of the box
+            that it pulls out.
+        controls: number of knobs and buttons on it. visible_area: area of its picture.
+        attachment_depths: depths at which objects on it begin: a bar may touch it through its feet alone.
+        boards: number of panels merged into it. is_recessed: so deep that only a handle makes it a front.
+        has_shelf_behind: a shelf of the body is right behind its middle. is_round: a round door, as of a washer.
     """
 
     members: list[int]
@@ -174,9 +175,10 @@ def _fills_rectangle(measured: MeasuredFragments, side: int, panel: Panel) -> bo
 
 
 def _carry_handles(measured: MeasuredFragments, side: int, rows: list[int]) -> Bools:
-    """Mark (N,) those of some small plates that carry a pull: fronts of shallow drawers.
+    """Mark, in an (N,) mask of all fragments, those small plates among `rows` that carry a pull.
 
-    A pull lies within its plate, is much smaller and stands out; plates of knobs are round.
+    They are fronts of shallow drawers. A pull lies within its plate, is much smaller and protrudes; plates of knobs are
+    round.
     """
     lower, upper = corners_from_side(measured, side)
     size = upper - lower
@@ -259,7 +261,7 @@ def _inside(lower: Floats, upper: Floats, inner: int, outer: int) -> bool:
 
 
 def _is_bar(measured: MeasuredFragments, side: int, lower: Floats, upper: Floats, i: int, host: int) -> bool:
-    """Return whether a fragment is a handle: a bar that stands off from its host, or far out of it."""
+    """Return whether a fragment is a handle: a bar with a gap to its host, or one that protrudes far from it."""
     size = (upper - lower)[i, :2]
     if size.max() < MIN_STOUT_BAR_RATIO * size.min() or size.min() > MAX_BAR_WIDTH:
         return False
@@ -338,7 +340,7 @@ def _is_frame(lower: Floats, upper: Floats, board_lower: Floats, board_upper: Fl
 
 
 def _fills_hole(measured: MeasuredFragments, lower: Floats, upper: Floats, i: int, sheet: int) -> bool:
-    """Return whether a fragment closes a hole in a sheet that is the whole front of the body, and stands out of it."""
+    """Return whether a fragment closes a hole in a sheet that is the whole front of the body, and protrudes from it."""
     size = upper[sheet, :2] - lower[sheet, :2]
     whole = (upper.max(axis=0) - lower.min(axis=0))[:2]
     is_flat = float(upper[sheet, 2] - lower[sheet, 2]) <= MAX_SHEET_DEPTH

@@ -1,8 +1,9 @@
-"""Part a front without seams between its pulls: one cell for each, so that pulls lie where doors and drawers have them.
+"""Divide a front without seams into one cell per pull, so that pulls lie where doors and drawers have them.
 
-The pull of a drawer is in the middle of its width, that of a door at one of its sides; pulls of one thing keep one
-distance from the edge; cells in a row tend to be of one size, and open rooms are cells of their own. The partition is
-made of cuts from end to end, each of which parts a cell in two (a guillotine partition); the cheapest one is taken.
+The pull of a drawer is in the middle of its width, that of a door at one of its sides; all pulls of an object have the
+same distance from the edge; cells in a row tend to be of one size, and open spaces are separate cells. The partition
+consists of cuts from end to end, each of which divides a cell in two (a guillotine partition); the cheapest one is
+taken.
 """
 
 from __future__ import annotations
@@ -79,10 +80,11 @@ class _Part:
 
 
 def part_between_pulls(rows: Span, columns: Span, items: Sequence[Item]) -> list[Cell]:
-    """Return the cells of the cheapest partition of a rectangle in which each pull has one, top down.
+    """Return the cells of the cheapest partition of a rectangle into one cell per pull, from top to bottom.
 
     Returns:
-        Nothing where there is no such partition, where a cell of it is no likely front, or where there are too many.
+        The cells; empty for fewer than two pulls, if there is no such partition, if one of its cells is an unlikely
+        front, or if there are too many items or cells to try.
     """
     pulls = [i for i in items if not i.is_room]
     if len(pulls) < 2 or len(items) > MAX_ITEMS:
@@ -103,7 +105,7 @@ def part_between_pulls(rows: Span, columns: Span, items: Sequence[Item]) -> list
 
 
 def _top_distance(rows: Span, pulls: Sequence[Item]) -> int | None:
-    """Return the distance from the top that pulls in several rows may all have; None where all are in one row."""
+    """Return the distance from the top that pulls in several rows may all have; None if all are in one row."""
     tops = [p.rows[0] for p in pulls]
     several = len(tops) > 1 and max(tops) - min(tops) > max(_size(p.rows) for p in pulls)
     return min(tops) - rows[0] if several else None
@@ -137,11 +139,12 @@ def _stands(item: Item) -> bool:
 
 @dataclass
 class _Search:
-    """The cheapest partition of cells, for pulls that keep given distances from the top and from a side of theirs.
+    """Search for the cheapest partition into cells, for pulls at given distances from the top and a side of a cell.
 
     Attributes:
-        top: distance from the top of pulls that do not lie, and of those that do. side: from a side, of standing ones.
-        grid: cuts lie at multiples of so many pixels.
+        top: distance from the top, of pulls that are not wider than high, and of those that are. side: distance from a
+            side, of pulls that are higher than wide.
+        grid: cuts lie at multiples of this number of pixels.
     """
 
     items: tuple[Item, ...]
@@ -151,7 +154,7 @@ class _Search:
     known: dict[tuple[Span, Span], _Part | None] = field(default_factory=dict)
 
     def best(self, rows: Span, columns: Span, inside: tuple[int, ...]) -> _Part | None:
-        """Return the cheapest partition of a cell; None where there is none.
+        """Return the cheapest partition of a cell, or None if none is found.
 
         Args:
             inside: indices of the items of the cell.
@@ -201,7 +204,7 @@ class _Search:
         return (self.items[i].reach_rows, self.items[i].reach_columns)[axis]
 
     def _cuts(self, rows: Span, columns: Span, inside: tuple[int, ...]) -> Iterator[tuple[int, int]]:
-        """Return the cuts of a cell that may be best: between items, where a cell beside it is well placed."""
+        """Yield the axis and place of each cut of a cell that may be best: between items, so that cells suit them."""
         for axis, ends in enumerate((rows, columns)):
             spans = sorted(self._reach(i, axis) for i in inside)
             reach = spans[0][1]

@@ -144,7 +144,7 @@ def is_handle(side: SideRelief, blob: Protrusion) -> bool:
 
 
 def is_surrounded(side: SideRelief, blob: Protrusion, away: float) -> bool:
-    """Return whether a protrusion stands on a surface that goes on all around it, as far as `away`, diagonals."""
+    """Return whether the surface under a protrusion continues on all sides of it, as far as `away`, diagonals."""
     (a, b), (c, d) = blob.rows, blob.columns
     near = max(1, round(away / side.image.pixel))
     ring = np.zeros((b - a + 2 * near, d - c + 2 * near), dtype=bool)

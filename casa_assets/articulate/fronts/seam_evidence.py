@@ -1,7 +1,7 @@
 """Evidence for the seams around fronts in the relief of a side: grooves, steps, bends and outlines along lines.
 
 A seam of a closed shell may be shallower than a cell of the grid that the shell was made on. It is long and straight,
-so its mean over the whole line stands out where a single pixel of it does not.
+so its mean over the whole line is distinct even if no single pixel of it is.
 """
 
 from __future__ import annotations
@@ -43,11 +43,11 @@ LINE_MEASURES = ("edge", "groove", "bend", "outline_before", "outline_after", "s
 
 @dataclass(frozen=True)
 class LineTable:
-    """What speaks for each line of one direction, between every two lines of the other.
+    """Evidence for each line of one direction, between every two lines of the other.
 
     Attributes:
         at: (N,) ascending pixel borders of the lines. values: (N, M, M, 7) of LINE_MEASURES, means over the stretch
-            between two of the M lines across; the third index has to be above the second.
+            between two of the M lines across; the third index must be greater than the second.
     """
 
     at: Ints
@@ -148,7 +148,7 @@ def find_lines(maps: SeamMaps, pixel: float, more: list[int]) -> Ints:
 
 
 def line_table(maps: SeamMaps, at: Ints, across: Ints, pixel: float) -> LineTable:
-    """Measure each line between every two lines across it; a line may lie a little beside its place.
+    """Measure each line between every two lines across it; a line may lie slightly off its place.
 
     Args:
         at: (N,) borders of the lines. across: (M,) borders of those across.

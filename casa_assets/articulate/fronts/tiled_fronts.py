@@ -1,4 +1,4 @@
-"""Find fronts without handles: panels that tile a side together, or that have controls beside them."""
+"""Find fronts without handles: panels that tile a side together, or that have controls next to them."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def tiled_fronts(
 def door_beside_controls(
     measured: MeasuredFragments, side: int, panels: Sequence[Panel], controls: Sequence[Control]
 ) -> Panel | None:
-    """Return the one large panel without a handle that lies beside or below controls, as doors of appliances do.
+    """Return the one large panel without a handle that lies next to or below controls, as doors of appliances do.
 
     Args:
         controls: those on no panel that opens.

@@ -167,7 +167,7 @@ def _is_pair(
 
 
 def _door_cavity(probe: CavityProbe, opening: FrontOpening, interior: InteriorKind, metres: float) -> Cavity | None:
-    """Return the cavity behind a door, or None where there is no depth for one."""
+    """Return the cavity behind a door, or None if the depth behind it is too small."""
     rect = np.array([opening.lower[[0, 2]], opening.upper[[0, 2]]])
     lines = probe.cast_lines(1, sample_grid(rect[0], rect[1], LINES_PER_SIDE, LINE_INSET_SHARE), opening.part_ids)
     behind = lines.select(lines.at > float(opening.lower[1]) + 0.002)
@@ -202,9 +202,9 @@ def _door_cavity(probe: CavityProbe, opening: FrontOpening, interior: InteriorKi
 
 
 def _closing_wall_depth(behind: RayCrossings, mouth: float, depth: float) -> float | None:
-    """Return the depth of the wall that closes the body right behind a front, None where it is open.
+    """Return the depth of the wall that closes the body right behind a front, None if it is open.
 
-    A cavity with six walls shows the back of its front one: that may lie deeper.
+    If a cavity has six walls, the back of its front wall is visible and may lie deeper.
     """
     rear = np.isin(behind.line, np.flatnonzero(behind.beyond(mouth, 1.0)[1]), invert=True)
     near = behind.select(

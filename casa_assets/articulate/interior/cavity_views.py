@@ -122,7 +122,7 @@ class CavityProbe:
         return max(slab, float(np.median(seen))) if len(seen) >= MIN_BORDER_SHARE * len(spots) else slab
 
     def has_stile(self, pair: Sequence[int], left: tuple[Floats, Floats], right: tuple[Floats, Floats]) -> bool:
-        """Return whether the body comes forward between two panels (given by corners), or a wall stands behind."""
+        """Return whether the body comes forward between two panels (given by corners), or has a wall behind them."""
         x = float(left[1][0] + right[0][0]) / 2
         z = np.linspace(float(left[0][2]), float(left[1][2]), LINES_PER_SIDE + 2)[1:-1]
         first = self.cast_lines(1, np.stack([np.full(LINES_PER_SIDE, x), z], axis=1), pair).first()
@@ -174,7 +174,7 @@ class CavityProbe:
         return count, (out[0], out[1])
 
     def drawer_space(self, part: int, front: float) -> tuple[Floats, Floats] | None:
-        """Return the (3,) corners of the space in a drawer behind its front, None where it is closed from above."""
+        """Return the (3,) corners of the space in a drawer behind its front, None if it is closed from above."""
         lower, upper = self.panel_box_of(part)
         lower = np.array([lower[0], front, lower[2]])
         down = self.cast_through_panels(2, sample_grid(lower[:2], upper[:2], LINES_DOWN_PER_SIDE, 0.12), (part,))

@@ -102,9 +102,9 @@ def roofed_share(measured: MeasuredFragments, side: int, lower: Floats, upper: F
 
 
 def share_open_to_the_top(measured: MeasuredFragments, fragments: Sequence[int]) -> float:
-    """Return the share of the plan of some fragments in which whoever looks down on the thing sees into them.
+    """Return the share of the plan of some fragments that is open when the object is seen from above.
 
-    There nothing lies above half of their height: neither a worktop nor the body, but for what stands in them.
+    There, nothing visible is above half of their height: neither a worktop nor the body, only objects inside them.
     """
     lower, upper = measured.box(fragments)
     corners = np.sort(np.array([lower, upper]) @ SIDES[TOP].T, axis=0)
@@ -134,7 +134,7 @@ def _area(measured: MeasuredFragments, fragments: Sequence[int]) -> float:
 
 
 def _thin_walls(samples: Floats, lower: Floats, upper: Floats, area: float) -> tuple[float, float, float]:
-    """Return what `_walls` does, by the surface that stands along each border: sheets are not seen from above.
+    """Return the same as `_walls`, from the surface along each border: sheets are not visible from above.
 
     Args:
         samples: (N, 3) points spread over the surface. lower, upper: (3,) corners of all. area: of the surface.

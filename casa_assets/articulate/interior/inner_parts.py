@@ -255,7 +255,7 @@ def _inside_door(measured: MeasuredFragments, side: int, door: Panel) -> list[in
 
 
 def _is_board(lower: Floats, upper: Floats, group: list[int], count: int) -> bool:
-    """Return whether a group is one plate that stands between two walls."""
+    """Return whether a group is one plate between two walls."""
     a, b = lower[group].min(axis=0), upper[group].max(axis=0)
     plates = [i for i in group if np.prod((upper[i] - lower[i])[[0, 2]]) >= 0.9 * np.prod((b - a)[[0, 2]])]
     others = np.ones(count, dtype=bool)
@@ -264,7 +264,7 @@ def _is_board(lower: Floats, upper: Floats, group: list[int], count: int) -> boo
 
 
 def is_shelf(lower: Floats, upper: Floats, plate: int, others: Bools) -> bool:
-    """Return whether a level plate stands between two walls among `others`, as shelves, floors and tops do."""
+    """Return whether a level plate lies between two walls among `others`, as shelves, floors and tops do."""
     thick = float((upper - lower)[plate, 1])
     near = (
         others

@@ -46,9 +46,9 @@ class Niche:
 
 
 def find_cup_niche(asset: Asset) -> Niche | None:
-    """Return the niche under the spout of a coffee machine, open to its front; a cup stands on its floor.
+    """Return the niche under the spout of a coffee machine, open to its front, or None; a cup goes on its floor.
 
-    A machine without a drip tray pours onto the surface that it stands on.
+    A machine without a drip tray pours onto the surface that it is placed on.
     """
     points, faces = _body(asset)
     image = render_depth(points, faces, SIDES[FRONT], PIXELS)

@@ -27,10 +27,10 @@ OUT = np.array([0.0, -1.0, 0.0])
 def with_pieces_in_the_way(articulation: Articulation, mesh: WeldedMesh) -> Articulation:
     """Return the articulation with doors and drawers that carry what they would run into as they open.
 
-    A connected piece of the body, or what parts have left of one, goes with a front where it lies within its outline,
-    reaches at least its front and no farther than its back, and something of it is behind the piece: the sides of a
-    box between front and back, the foot of a handle, what a shell has between the two sheets of a door. What belongs
-    to the frame reaches beyond that outline, or has nothing behind it.
+    A connected piece of the body, or the rest of one from which parts were taken, goes with a front if it lies within
+    the outline of the front, reaches at least its front and no farther than its back, and some surface of the front is
+    behind the piece: the sides of a box between front and back, the foot of a handle, a piece of a shell between the
+    two sheets of a door. Pieces of the frame reach beyond that outline, or have none of the front behind them.
 
     Args:
         mesh: in the frame; the faces of the parts are those of this mesh.
@@ -69,10 +69,10 @@ def _pieces_of_body(is_body: Bools, mesh: WeldedMesh) -> Ints:
 def _pieces_in_the_way(
     part: PartPlan, mesh: WeldedMesh, label: Ints, free: Bools, lower: Floats, upper: Floats
 ) -> list[int]:
-    """Return the free pieces that stand in the way of a part; none where it is neither a door nor a drawer.
+    """Return the free pieces that are in the way of a part; empty if it is neither a door nor a drawer.
 
     Args:
-        label: (F,) piece of each face. free: (N,) those that no part has. lower, upper: (N, 3) their corners.
+        label: (F,) piece of each face. free: (N,) whether no part has a piece. lower, upper: (N, 3) corners of pieces.
     """
     way = _way(part, mesh)
     # The view looks from before the front at what comes towards it.

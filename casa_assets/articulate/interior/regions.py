@@ -139,7 +139,7 @@ def _between(asset: Asset, point: Floats, lower: float, upper: float) -> tuple[f
 
 
 def region_below_racks(asset: Asset, region: Region) -> Region | None:
-    """Return a region up to the lowest rack that slides in it; None where none of it is left."""
+    """Return a region up to the lowest rack that slides in it; None if too little of it is left."""
     if region.link != "object":
         return region
     lower, upper = region_bounds(asset, region)
@@ -209,7 +209,7 @@ def region_over_rack(asset: Asset, rack: str, regions: list[Region]) -> Region |
 
 
 def region_in_drawer(asset: Asset, drawer: str) -> Region | None:
-    """Return the region in a drawer's box, which moves with it; None where it has no floor, or is full."""
+    """Return the region in a drawer's box, which moves with it; None if the box has no floor, or is full."""
     link = asset.link(drawer)
     lower, upper = link_bounds(asset, drawer, held=False)
     inset = DRAWER_INSET * (upper - lower)[:2]
@@ -228,7 +228,7 @@ def region_in_drawer(asset: Asset, drawer: str) -> Region | None:
 
 
 def floor_collider(asset: Asset, region: Region) -> str | None:
-    """Return the name of the body's collider that is the floor of a region; None where nothing is under its middle."""
+    """Return the name of the body's collider that is the floor of a region; None if nothing is under its middle."""
     lower, upper = region_bounds(asset, region)
     middle = (lower + upper) / 2
     spans = _column(asset, asset.root, float(middle[0]), float(middle[1]))
@@ -282,7 +282,7 @@ def _column(asset: Asset, link: Link, x: float, y: float) -> list[tuple[float, f
 
 
 def _upright(points: Floats, x: float, y: float) -> tuple[float, float] | None:
-    """Return the bottom and top of a hull on a vertical line; None beside it."""
+    """Return the bottom and top of a convex hull on a vertical line, or None if the line misses it."""
     lower, upper = points.min(axis=0), points.max(axis=0)
     if not (lower[0] <= x <= upper[0] and lower[1] <= y <= upper[1]):
         return None

@@ -108,16 +108,16 @@ class PanelHandle:
 
 @dataclass(frozen=True)
 class FrontView:
-    """A front among all that lies on its side.
+    """A front and the other panels and controls on its side.
 
     Attributes:
-        handle: of the front, None where it has none. box_depth: how far its box reaches behind it, or that of another
-            front of its size and with such a handle in its column, diagonals.
-        others_box_depth: how far the deepest box of the other fronts reaches behind its own, diagonals.
-        lower, upper: (3,) corners of the whole thing in (u, v, w).
-        fronts: panels that open, itself among them. handles: of those, in their order.
-        still: panels that do not open. controls: (C, 2) middles of knobs and keys that are no handles.
-        knobs: (K, 2) middles of the round ones of these that lie on it.
+        handle: of the front, None if it has no handle. box_depth: how far its box reaches behind it, or the box of
+            another front of the same size and with such a handle in its column, diagonals.
+        others_box_depth: how far the deepest box of the other fronts reaches behind its front, diagonals.
+        lower, upper: (3,) corners of the whole object in (u, v, w).
+        fronts: panels that open, this one included. handles: of those, in the same order.
+        still: panels that do not open. controls: (C, 2) middles of knobs and keys that are not handles.
+        knobs: (K, 2) middles of the round controls on this front.
     """
 
     panel: Panel
@@ -204,7 +204,7 @@ def _on(panel: Panel, controls: Sequence[Control]) -> Floats:
 
 
 def panel_handle(panel: Panel, lower: Floats, upper: Floats) -> PanelHandle | None:
-    """Return the handle of a panel: those grips that stand out at least 0.6 times as far as the farthest."""
+    """Return the handle of a panel: the grips that protrude at least 0.6 times as far as the farthest; None if bare."""
     if not panel.grips:
         return None
     out = [float(panel.lower[2] - lower[g, 2].min()) for g in panel.grips]
@@ -313,7 +313,7 @@ def _beside(panel: Panel, others: Sequence[Panel], axis: int, way: float) -> tup
 
 
 def _controls(panel: Panel, controls: Floats, axis: int, way: float) -> tuple[float, float]:
-    """Return the shares of the controls of a thing that lie beyond the edge that opens, and beside the hinge."""
+    """Return the shares of an object's controls that lie beyond the opening edge of a panel, and beyond its hinge."""
     if not len(controls):
         return 0.0, 0.0
     after, before = controls[:, axis] > panel.upper[axis], controls[:, axis] < panel.lower[axis]

@@ -1,6 +1,6 @@
 """Decide whether a front is a drawer or a door, and find the hinge edge, axis and range of a door.
 
-What the kind of the thing makes likely and what the form of the front says are added up as log odds.
+The log odds from the kind of the object and those from the form of the front are added.
 """
 
 from __future__ import annotations
@@ -139,10 +139,10 @@ class HingeChoice:
 
 
 def kind_log_odds(views: Sequence[FrontView]) -> dict[str, float]:
-    """Return how well the fronts of a thing suit each kind that has habits: log likelihoods, up to a constant.
+    """Return how well the fronts of an object suit each kind that has habits: log likelihoods, up to a constant.
 
     A front is a drawer or a door with a hinge at one of four edges, as often as is usual for the kind. Fronts of one
-    thing are alike, so that more than `MAX_SPEAKING_FRONTS` count as so many.
+    object are alike, so more than `MAX_SPEAKING_FRONTS` count as that number.
     """
     if not views:
         return {}

@@ -34,8 +34,8 @@ def build_joint(part: PartPlan, metres: float, link: Link, behind: int | None, n
     """Return the joint of a part in the child's frame, with friction and damping that fit the hand that moves it.
 
     Args:
-        metres: length of the diagonal, in which the ranges of slides are given. link: that moves.
-        behind: index of the part that has to stand open before, or None. names: of all links, the body first.
+        metres: length of the diagonal, in which the ranges of slides are given. link: the one that moves.
+        behind: index of the part that must be open first, or None. names: of all links, the body first.
     """
     slides = part.joint.kind is JointKind.SLIDE
     lower, upper = (r * metres if slides else r for r in part.joint.range)
@@ -65,7 +65,7 @@ def build_joint(part: PartPlan, metres: float, link: Link, behind: int | None, n
 
 
 def _balance(link: Link, axis: Floats, far: float) -> hand_dynamics.Spring | None:
-    """Return the spring of a door that would fall open, None where it does not."""
+    """Return the spring of a door that would otherwise fall open, None if it would not."""
     center = np.array(link.inertial.center_of_mass)
     turned = center * math.cos(far) + np.cross(axis, center) * math.sin(far)
     turned = turned + axis * float(axis @ center) * (1 - math.cos(far))

@@ -80,7 +80,7 @@ class Lid:
 
 
 def find_lids(measured: MeasuredFragments, taken: set[int]) -> list[Lid]:
-    """Return the lid of an object; none where several things look like one, as burners do."""
+    """Return the lid of an object; empty if it has no lid, or several parts look like one, as burners do."""
     lower, upper = corners_from_side(measured, TOP)
     size = upper - lower
     across = size[:, :2].max(axis=1)
@@ -111,10 +111,10 @@ def find_lids(measured: MeasuredFragments, taken: set[int]) -> list[Lid]:
 
 
 def find_box_lid(measured: MeasuredFragments) -> Lid | None:
-    """Return the lid of a box: all that lies over a level plane between walls; None where there is none.
+    """Return the lid of a box: everything above a level plane that ends its walls; None if there is no such plane.
 
-    It is hinged opposite its one catch, grip or pedal, else at the back. Many boxes are modelled as blocks, which need
-    a catch. Of a round box without a catch the lid is screwed on, so none is returned.
+    It is hinged opposite its only catch, grip or pedal, otherwise at the back. Many boxes are modelled as blocks, for
+    which a catch is required. The lid of a round box without a catch is screwed on, so None is returned.
     """
     lower, upper = measured.lower.min(axis=0), measured.upper.max(axis=0)
     height = float(upper[2] - lower[2])
@@ -266,7 +266,7 @@ def _is_vessel(measured: MeasuredFragments, host: int) -> bool:
 
 
 def _knob(lower: Floats, upper: Floats, disc: int, across: Floats) -> list[int]:
-    """Return the small fragments in the middle of a disc that stand up from it."""
+    """Return the small fragments in the middle of a disc that rise from it."""
     off = np.linalg.norm((lower + upper)[:, :2] / 2 - (lower + upper)[disc, :2] / 2, axis=1)
     stands = (
         (lower[:, 2] < lower[disc, 2] - 0.01)

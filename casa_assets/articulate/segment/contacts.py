@@ -77,10 +77,10 @@ class Piece:
 
     @cached_property
     def turned(self) -> Axis | None:
-        """Return the axis about which its surface is turned, None where there is none.
+        """Return the axis about which its surface is turned, or None if it is not a surface of revolution.
 
         The axis of a turned surface passes through its centre along a principal direction, or along an axis of the
-        frame where the principal directions are not told apart.
+        frame if the principal directions are ambiguous.
         """
         away = self.points - self.middle
         directions = np.concatenate([np.linalg.eigh(away.T @ away)[1].T, np.eye(3)])
@@ -148,7 +148,7 @@ class PieceGraph:
         return found
 
     def path(self, start: int, end: int) -> list[int]:
-        """Return the shortest way from one piece to another over touching ones; empty where there is none."""
+        """Return the shortest path from one piece to another over touching pieces; empty if they are not connected."""
         came = {start: start}
         todo = [start]
         while todo and end not in came:

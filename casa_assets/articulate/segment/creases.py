@@ -36,11 +36,11 @@ BACKGROUND_DEPTH = 2.0
 
 @dataclass(frozen=True)
 class Protrusion:
-    """A small thing that stands out of a side, such as a knob, a button or a handle.
+    """A small object that protrudes from a side, such as a knob, a button or a handle.
 
     Attributes:
         rows, columns: half-open ranges of its pixels. lower, upper: (2,) corners in (u, v).
-        protrusion: how far it stands out at most. area: of its picture.
+        protrusion: greatest distance that it protrudes. area: of its picture.
     """
 
     rows: tuple[int, int]
@@ -68,8 +68,8 @@ class SideRelief:
     """Depth image of one side, with protrusions and depth edges.
 
     Attributes:
-        image: what is seen. depth: (H, W) without infinities. base: (H, W) depth with small things taken off.
-        blob: (H, W) number of the thing in `blobs` that stands out there, -1 for none.
+        image: of the side. depth: (H, W) without infinities. base: (H, W) depth with small objects taken off.
+        blob: (H, W) index of the object in `blobs` that protrudes there, -1 for none.
         across, along: (H, W) edges between a pixel and the one at its right, below it.
     """
 

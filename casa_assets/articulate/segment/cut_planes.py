@@ -90,7 +90,10 @@ def cut_triangles(points: Floats, faces: Ints, planes: Sequence[CutPlane]) -> Cu
 
 
 def _cut(points: Floats, faces: Ints, plane: CutPlane) -> tuple[tuple[Ints, Ints, Floats], Ints, Ints] | None:
-    """Return new points, triangles, and the parent of each; None where the plane meets nothing."""
+    """Return new points, triangles, and the parent of each triangle; None if the plane cuts nothing.
+
+    New points are given by the ends (a, b) of the edges that they lie on, and their share of the way from a to b.
+    """
     axes = SIDES[plane.side]
     level = points @ axes[plane.axis] - plane.at
     over = level[faces] > 0

@@ -1,4 +1,4 @@
-"""Find flat sheets with holes in a mesh, and split it where something stands out of such a hole or goes into it.
+"""Find flat sheets with holes in a mesh, and split it where an object protrudes from such a hole or goes into it.
 
 Programs in which faces are pushed and pulled leave a knob or a door as a part of the body: the flat face that it was
 pulled out of has a hole, and its walls begin at the rim of that hole.

@@ -22,8 +22,8 @@ class DepthImage:
     """An orthographic view: the nearest face at each pixel, and its depth.
 
     Attributes:
-        face: (H, W) index of the face that is seen, -1 where there is none; row 0 is at the top.
-        depth: (H, W) distance along the view from the nearest corner of the box, units of the mesh; inf for none.
+        face: (H, W) index of the visible face, -1 for none; row 0 is at the top.
+        depth: (H, W) distance along the view from the nearest corner of the box, units of the mesh; inf for no face.
         lower: (2,) corner of the picture in (right, up). pixel: edge of a pixel, units of the mesh.
     """
 

@@ -1,6 +1,6 @@
 """List the ways in which a mesh may fall into fragments; each is followed to a plan before one is chosen.
 
-No single rule fits all makers: some export each part as a piece of its own that shares positions with the body, so that
+No single rule fits all makers: some export each part as a separate piece that shares positions with the body, so that
 welding by position joins door and body; others split one board into many pieces, and welding puts it together again.
 """
 

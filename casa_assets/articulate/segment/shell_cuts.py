@@ -26,14 +26,14 @@ _BOARDS = frozenset({PartKind.DOOR, PartKind.DRAWER})
 def cut_shell_parts(
     model: RawModel, fragmentation: Fragmentation, articulation: Articulation
 ) -> tuple[RawModel, WeldedMesh, Articulation]:
-    """Cut a model along the borders of the parts found on its shell; unchanged where there is no shell.
+    """Cut a model along the borders of the parts found on its shell; unchanged if there is no shell.
 
     Args:
         model: as read; its faces, part by part, are those of the fragmented mesh.
 
     Returns:
-        The model with its triangles cut and the faces that close the cuts as a last part, the same in the frame, and
-        the parts over their faces.
+        The model with its triangles cut and the faces that close the cuts as a last part, the same as a welded mesh in
+        the frame, and the parts in terms of the faces of that mesh.
     """
     placed, shell = fragmentation.mesh, fragmentation.shell
     if shell is None or not articulation.parts:

@@ -65,10 +65,11 @@ class FusedShell:
     """A shell with the fronts and protrusions that are to be cut out of it.
 
     Attributes:
-        mine: (F,) faces of the shell. shown: (F,) those seen from the front. skin: (F,) those seen from elsewhere.
+        mine: (F,) faces of the shell. shown: (F,) those visible from the front. skin: (F,) those visible from other
+            sides.
         front, top: views of it. fronts: each a rectangle and the depth of its back.
-        chances: of each front, the probability that it is one; None where rules told it.
-        things: numbers of the protrusions of the front, and of the top, that stand out of that side.
+        chances: probability that each front is one; None if rules decided.
+        things: indices of the protrusions of the front view, and of the top view, that belong to that side.
     """
 
     mine: Bools
@@ -86,7 +87,7 @@ class Fragmentation:
     """A mesh in its frame, split into fragments once for all stages that need them.
 
     Attributes:
-        mesh: a diagonal of 1. shell: the connected piece that holds fused parts, None where each part is a piece.
+        mesh: a diagonal of 1. shell: the connected piece that holds fused parts, None if each part is a piece.
         labels: (F,) fragment of each face, -1 for none; those of the mesh, and new ones for what is taken from a shell.
         fronts: what is known of the fragments that are fronts of the shell.
     """
@@ -112,7 +113,7 @@ def fragment_mesh(mesh: WeldedMesh, label: Ints | None = None, models: Models | 
 
 
 def _split_shell(shell: FusedShell, mesh: WeldedMesh, label: Ints) -> tuple[Ints, KnownFronts]:
-    """Return the (F,) fragment labels of a mesh with the parts of its shell as fragments of their own."""
+    """Return the (F,) fragment labels of a mesh with the parts of its shell as separate fragments, and their fronts."""
     zone = shell_zones(shell, mesh, np.arange(len(label)))
     fresh = int(label.max()) + 1
     number = np.cumsum(np.bincount(zone[zone >= 0], minlength=1) > 0) - 1
@@ -132,7 +133,7 @@ def _split_shell(shell: FusedShell, mesh: WeldedMesh, label: Ints) -> tuple[Ints
 
 
 def find_shell(mesh: WeldedMesh, label: Ints, models: Models | None = None) -> FusedShell | None:
-    """Find the one fragment of a mesh that holds several fused parts; None where each part is its own fragment."""
+    """Find the one fragment of a mesh that holds several fused parts; None if each part is its own fragment."""
     mine = _shell_faces(mesh, label)
     if not mine.any():
         return None
@@ -164,10 +165,10 @@ def find_shell(mesh: WeldedMesh, label: Ints, models: Models | None = None) -> F
 def _things_by_side(
     mesh: WeldedMesh, mine: Bools, front: SideRelief, top: SideRelief
 ) -> tuple[tuple[int, ...], tuple[int, ...]]:
-    """Return the numbers of the protrusions of the front and of the top without those that stand out of the other side.
+    """Return the indices of the protrusions of the front and of the top without those that belong to the other side.
 
-    A knob of the front, seen from above, stands out of what lies far below it: it belongs to the side that it stands
-    out of by less.
+    A knob of the front, seen from above, protrudes from a surface far below it: it belongs to the side from which it
+    protrudes less.
     """
     zones = []
     for side, view in ((FRONT, front), (TOP, top)):
@@ -190,7 +191,7 @@ def _things_by_side(
 
 
 def _fronts_by_rule(mesh: WeldedMesh, front: SideRelief, depth: float) -> list[tuple[FrontRectangle, float | None]]:
-    """Return the rectangles with a handle, and those set off by others beside them."""
+    """Return the rectangles with a handle, and those set off by others next to them, each with None for its chance."""
     seen = int((front.image.face >= 0).sum())
     candidates = [
         rectangle
@@ -294,7 +295,7 @@ def _in_rectangle(front: SideRelief, rectangle: FrontRectangle, flat: Floats) ->
 
 
 def _shell_faces(mesh: WeldedMesh, label: Ints) -> Bools:
-    """Mark the (F,) faces of the piece that makes up most of the object; none where there is no such piece."""
+    """Mark the (F,) faces of the piece that makes up most of the object; no faces if there is no such piece."""
     alive = label >= 0
     none: Bools = np.zeros(len(label), dtype=bool)
     if not alive.any():
@@ -387,12 +388,13 @@ def _number_blobs(
     first: int,
     chosen: Sequence[int],
 ) -> None:
-    """Number the faces of each thing that stands out, from `first` on.
+    """Number the faces of each protrusion in `out`, from `first` on.
 
-    Long triangles that reach from it far over the ground are neither: they would make both larger than they are.
+    Long triangles that reach from it far over the ground get -1, since they belong to neither: they would make both
+    larger than they are.
 
     Args:
-        chosen: numbers of the things to look at.
+        chosen: indices of the protrusions to look at.
     """
     if not chosen:
         return

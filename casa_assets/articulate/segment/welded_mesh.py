@@ -1,9 +1,8 @@
 """Weld the triangles of a file into one mesh, and split it into fragments: connected pieces of surface.
 
 Two faces belong to one fragment when they share an edge and a material: makers often give a door, its knobs and handles
-materials of their own even where the mesh is one piece. Where more than two faces share an edge, solids touch each
-other: those faces are paired so that each pair bounds one wedge of solid, which separates touching boxes again after
-welding.
+separate materials even if the mesh is one piece. If more than two faces share an edge, solids touch each other: those
+faces are paired so that each pair bounds one wedge of solid, which separates touching boxes again after welding.
 """
 
 from __future__ import annotations
@@ -120,9 +119,9 @@ def weld_triangles(
     """Weld triangles whose vertices nearly coincide.
 
     Args:
-        vertices: (V, 3) finite. faces: (F, 3) within range. materials: (F,) number of each, None where all have one.
-        nodes: (F,) number of the node of each, None where there are none.
-        joined: (V,) number of the vertex of the file that each vertex is a copy of; None where each is one.
+        vertices: (V, 3) finite. faces: (F, 3) within range. materials: (F,) index of each, None if all have the same.
+        nodes: (F,) index of the node of each, None without nodes.
+        joined: (V,) index of the vertex of the file that each vertex is a copy of; None if each is one of the file.
     """
     extent = float(np.ptp(vertices, axis=0).max()) if len(vertices) else 0.0
     diagonal = float(np.linalg.norm(np.ptp(vertices, axis=0))) if len(vertices) else 0.0
@@ -214,10 +213,10 @@ def weld_by_edges(mesh: WeldedMesh, by_material: bool = True) -> Ints:
 
 
 def _without_back_sheets(faces: Ints, areas: Floats, pieces: Ints) -> Ints:
-    """Return the (F,) face that stands for each: one of those with the same points and the same side.
+    """Return the (F,) index of the face that represents each: one of those with the same points and the same side.
 
-    Some programs write each face twice, once for either side. Where whole pieces are doubled in this way, one face
-    stands for both sides. Where only some faces of a piece lie on another piece, solids touch, and both remain.
+    Some programs write each face twice, once for either side. If whole pieces are doubled in this way, one face
+    represents both sides. If only some faces of a piece lie on another piece, solids touch, and both remain.
     """
     same = _first_duplicates(faces)
     either = _first_duplicates(np.sort(faces, axis=1))
@@ -272,7 +271,7 @@ def _adjacent_faces(mesh: WeldedMesh, index: Ints) -> tuple[Ints, Ints]:
 
 
 def _wedges(mesh: WeldedMesh, index: Ints, ends: Ints, owner: Ints, forward: Bools) -> tuple[Ints, Ints]:
-    """Pair the faces around an edge so that each pair bounds one wedge of solid; none where windings contradict."""
+    """Pair the faces around an edge so that each pair bounds one wedge of solid; no pairs if windings contradict."""
     none = np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64)
     a, b = mesh.points[ends[0]], mesh.points[ends[1]]
     along = (b - a) / max(float(np.linalg.norm(b - a)), 1e-300)

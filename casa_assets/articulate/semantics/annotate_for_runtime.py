@@ -79,7 +79,7 @@ def annotate_for_runtime(asset: Asset, category: str, burners: Sequence[Burner] 
 
 
 def contract_for(asset: Asset, category: str) -> str | None:
-    """Return the id of the contract that a runtime expects of such an asset; None where no fixture class reads it."""
+    """Return the id of the contract that a runtime expects of such an asset; None if no fixture class reads it."""
     names = [j.name for j in asset.joints]
     if category == REFRIGERATOR:
         return _fridge(asset, names)

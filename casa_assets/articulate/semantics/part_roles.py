@@ -22,7 +22,7 @@ SAME_ROW_SHARE = 0.6
 
 @dataclass(frozen=True)
 class RuntimeName:
-    """Names of a part: of its link, its joint, and of its first collider where that has one of its own."""
+    """Names of a part: of its link, its joint, and its first collider if that has a separate name."""
 
     link: str
     joint: str
@@ -115,8 +115,8 @@ def _settings(places: Sequence[PlacedPart], category: str) -> NamesByPart:
 def _hob(places: Sequence[PlacedPart], burners: Sequence[Burner], has_oven: bool) -> NamesByPart:
     """Name a knob for each burner: of a row from left to right, of a column from the far end.
 
-    Of the two burners of a side the outer knob belongs to the front one. Surplus knobs in the middle of the row belong
-    to the oven; where there is no oven, some burner was not found, and no knob is named.
+    Of the two burners of a side, the front one belongs to the outer knob. Surplus knobs in the middle of the row belong
+    to the oven; without an oven, some burner was not found, and no knob is named.
     """
     knobs = _sorted_in_line(_on_body(places, PartKind.KNOB))
     spare = len(knobs) - len(burners)
@@ -205,7 +205,7 @@ def _faucet(places: Sequence[PlacedPart]) -> NamesByPart:
 
 
 def _fridge(places: Sequence[PlacedPart]) -> NamesByPart:
-    """Name doors and drawers by their layout: beside each other, or one above the other."""
+    """Name doors and drawers by their layout: side by side, or one above the other."""
     doors = sorted(_on_body(places, PartKind.DOOR), key=lambda p: _coordinate(p, 0))
     drawers = sorted(_on_body(places, PartKind.DRAWER), key=lambda p: -_coordinate(p, 2))
     parts: list[tuple[PlacedPart, str]] = []

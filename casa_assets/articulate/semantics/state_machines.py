@@ -36,7 +36,7 @@ OFF_ON = ("off", "on")
 
 
 def behavior_for(asset: Asset, category: str) -> Behavior | None:
-    """Return the state machine of an asset of a category, as far as its parts exist; None where it has no states.
+    """Return the state machine of an asset of a category, as far as its parts exist; None if it has no states.
 
     Args:
         asset: under the names of its kind, with its regions and sites.

@@ -27,9 +27,9 @@ def is_from_family(asset: Asset) -> bool:
 
 
 def is_fixture_like(asset: Asset) -> bool:
-    """True if a family built it, or if it stands for a fixture that a runtime operates.
+    """True if a family built it, or if it represents a fixture that a runtime operates.
 
-    What came as a mesh has the joints, seams and faces that it came with; the rows for those have wider limits.
+    Assets from meshes keep the joints, seams and faces that they came with; the checks for those have wider limits.
     """
     return asset.contract is not None or is_from_family(asset)
 
@@ -37,7 +37,7 @@ def is_fixture_like(asset: Asset) -> bool:
 def is_loose_mesh(asset: Asset) -> bool:
     """True if it was ingested as one rigid mesh; the filters (FLT) apply to those.
 
-    What has one link because its moving parts are still to be found is none.
+    False for an asset that has one link only because its moving parts are still to be found.
     """
     is_one_link = asset.provenance.source in _MESHES and len(asset.links) == 1
     return is_one_link and all(g.subject != UNFOUND_PARTS for g in asset.provenance.guesses)

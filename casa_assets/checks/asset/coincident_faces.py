@@ -51,7 +51,7 @@ class _Faces:
 
     Attributes:
         corners: (F, 3, 3) metres. normals: (F, 3). visual: (F,) number of the visual. look: (F,) number of its
-            material, or one of its own where a picture is on it: faces of one look may lie in one place.
+            material, or a number unique to the visual if it has a picture: faces of one look may coincide.
         pointers: of each visual.
     """
 

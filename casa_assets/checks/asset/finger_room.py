@@ -1,4 +1,4 @@
-"""Find handles and knobs beside which the two fingers of a gripper find no room."""
+"""Find handles and knobs without room next to them for the two fingers of a gripper."""
 
 from __future__ import annotations
 

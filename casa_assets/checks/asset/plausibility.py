@@ -214,7 +214,7 @@ def _hulls(asset: Asset) -> Iterator[tuple[str, Hull]]:
 
 
 def _longest_visible_side(asset: Asset) -> float | None:
-    """Longest side of the box around all that is seen, metres; None where nothing is."""
+    """Longest side of the box around all visible parts, metres; None if nothing is visible."""
     return float(np.ptp(asset.bounds, axis=0).max()) if any(k.visuals for k in asset.links) else None
 
 

@@ -41,7 +41,7 @@ class DesignSubject:
 
     @cached_property
     def tasks(self) -> tuple[Afforded, ...]:
-        """What is afforded for each task."""
+        """Fixtures, joints, sites and regions that the kitchen offers for each task."""
         return afforded(self.facts, self.floor, self.parking, self.seed)
 
     @cached_property
@@ -55,12 +55,12 @@ class DesignSubject:
 
 
 def whereabouts(subject: DesignSubject) -> dict[str, Any]:
-    """As JSON has it; all numbers are rounded.
+    """JSON data about the floor of a kitchen for scene files; all numbers are rounded.
 
     Returns:
         base_radius: of the robot, metres.
         parking: fixture -> `shut`, and `open` by joint: `x`, `y`, `yaw` of the middle of the base (yaw: radians to the
-            left of the x axis) and the `side` of the fixture that it stands at; None where the base does not get to.
+            left of the x axis) and the `side` of the fixture that it is at; None if the base cannot get there.
         robocasa_v1: each of the 65 atomic tasks of RoboCasa v1.0, by its name there -> whether it is `afforded`, with
             which fixtures; else what it `wants`. Objects to put are the library's.
         tasks: each of the 25 atomic tasks of v0.2 -> whether it is `afforded`, with which fixtures, joints, sites and

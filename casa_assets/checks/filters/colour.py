@@ -39,12 +39,12 @@ PAINTED = "painted"
 
 @dataclass(frozen=True)
 class ColorSamples:
-    """Colours of points spread over what is seen.
+    """Colours of points spread over the visible surface.
 
     Attributes:
         linear: (N, 3) linear RGB.
-        texels_per_m: (N,) pixels of the picture to a metre there, 0 where there is no picture.
-        edges_per_m: (N,) sharpest edges of that picture that fit side by side into a metre; 0 where it has none.
+        texels_per_m: (N,) pixels of the picture to a metre there, 0 if there is no picture.
+        edges_per_m: (N,) sharpest edges of that picture that fit side by side into a metre; 0 if it has none.
     """
 
     linear: Floats
@@ -77,7 +77,7 @@ def is_not_plain_grey(asset: Asset, limit: float) -> Measurement:
 
 
 def textures_are_sharp(asset: Asset, limit: float) -> Measurement:
-    """FLT012: points of the pictures that can be told apart along the longest side; the median."""
+    """FLT012: points of the pictures that can be resolved along the longest side; the median."""
     colors, surface = _color_samples(asset), welded_surface(asset)
     if isinstance(colors, Measurement):
         return colors

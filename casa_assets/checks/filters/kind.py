@@ -44,7 +44,7 @@ def proportions_fit_category(package: Package, limit: float) -> Measurement:
 
 
 def vessel_is_open(package: Package, limit: float) -> Measurement:
-    """FLT009: share of its hull in which a vessel, as it stands, holds water."""
+    """FLT009: share of its hull in which a vessel, in its given pose, holds water."""
     surface, category = welded_surface(package.asset), package.category
     if isinstance(surface, Measurement):
         return surface

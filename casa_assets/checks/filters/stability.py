@@ -39,11 +39,11 @@ UPPER, LOWER = "upper_", "lower_"
 
 @dataclass(frozen=True)
 class RestResult:
-    """Motion of an object that was put down as it stands.
+    """Motion of an object that was put down in its given pose.
 
     Attributes:
-        tilt_deg: angle between its up axis as it was put and at the end.
-        drift_m: farthest that a corner of its box goes while it is watched; the least where it was watched again.
+        tilt_deg: angle between its up axis when put down and at the end.
+        drift_m: largest distance that a corner of its box moves while it is watched; the least if it was watched again.
     """
 
     tilt_deg: float
@@ -60,7 +60,7 @@ def lies_still(package: Package, limit: float) -> Measurement:
 
 
 def does_not_fall_over(package: Package, limit: float) -> Measurement:
-    """FLT016: tilt of the object after it was put down as it stands, degrees."""
+    """FLT016: tilt of the object after it was put down in its given pose, degrees."""
     category = package.category
     if category.upright is not RestingPose.STANDS:
         return not_applicable(f"a {category.id} does not stand by itself")
@@ -125,7 +125,7 @@ def _simulate_rest(shared: mujoco.MjModel, box: tuple[float, ...]) -> RestResult
 
 
 def _drift(model: mujoco.MjModel, data: mujoco.MjData, body: int, corners: Floats) -> float:
-    """Farthest that a corner goes in the time that it is watched, metres; `FAR_M` where that cannot be told."""
+    """Largest distance that a corner moves in the watched time, metres; at most `FAR_M`, and that if it diverges."""
     start, drift = _world(data, body, corners), 0.0
     for _ in range(int(WATCH_S / model.opt.timestep / 8)):
         mujoco.mj_step(model, data, nstep=8)

@@ -81,7 +81,7 @@ def no_flat_cards(asset: Asset, limit: float) -> Measurement:
 
 
 def mesh_is_connected(asset: Asset, limit: float) -> Measurement:
-    """FLT005: number of large parts that stand apart from each other; a rigid object is one."""
+    """FLT005: number of large parts that are separate from each other; a rigid object is one."""
     surface = welded_surface(asset)
     if isinstance(surface, Measurement):
         return surface

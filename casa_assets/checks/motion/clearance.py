@@ -21,7 +21,7 @@ PAIR_STEP_M = 0.025
 
 
 def moving_parts_keep_clear(package: Package, limit: float) -> Measurement:
-    """KIN005: deepest contact of a part over any joint's range, alone and beside each open joint; metres."""
+    """KIN005: deepest contact of a part over any joint's range, alone and with each other joint open; metres."""
     motion = motion_model_of(package)
     if isinstance(motion, Measurement):
         return motion
@@ -39,7 +39,7 @@ def moving_parts_keep_clear(package: Package, limit: float) -> Measurement:
 
 
 def _deepest_contact(motion: MotionModel, asset: Asset, joint: Joint) -> tuple[Penetration, str]:
-    """The deepest contact over all sweeps of a joint, and the other joint that stood open, or nothing."""
+    """The deepest contact over all sweeps of a joint, and the other joint that was open in it, or an empty name."""
     model, joint_id = motion.with_margins, motion.joint_id(joint.name)
     data = mujoco.MjData(model)
     positions = open_before(asset, joint)
@@ -64,7 +64,7 @@ def _deepest_contact(motion: MotionModel, asset: Asset, joint: Joint) -> tuple[P
 
 
 def _other_joints(asset: Asset, joint: Joint, positions: dict[str, float]) -> Iterator[tuple[Joint, dict[str, float]]]:
-    """Each joint that may stand open while this one moves, and the positions of all that then stand open: rad or m."""
+    """Each joint that may be open while this one moves, and the positions of all those then open: rad or m."""
     for other in asset.joints:
         before = open_before(asset, other)
         # What needs this joint open cannot be out while it moves.

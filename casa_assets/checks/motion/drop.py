@@ -1,4 +1,4 @@
-"""Drop an asset on the floor of its own scene and record how it comes to rest.
+"""Drop an asset on the floor of its `scene.xml` and record how it comes to rest.
 
 Ref: SimReady Foundation, FET003 base neutral simulation: from twice its height, at rest within 2 cm for 2 s inside 8 s.
 """
@@ -46,11 +46,11 @@ class DropResult:
     """Result of one drop test.
 
     Attributes:
-        rest_s: when its rest began, seconds after the release; None where it did not rest in time.
+        rest_s: when its rest began, seconds after the release; None if it did not come to rest in time.
         deepest_m: deepest penetration at any moment.
         rest_m: deepest penetration at the end, once at rest.
         tilt_deg: angle between its up axis before and after.
-        warnings: what the simulator complained of.
+        warnings: of the simulator.
     """
 
     rest_s: float | None
@@ -61,7 +61,7 @@ class DropResult:
 
 
 def drop_on_floor(scene: Path, protocol: DropProtocol) -> DropResult | None:
-    """Drop the free body of a scene; None where the scene does not compile or has no free body."""
+    """Drop the free body of a scene; None if the scene does not compile or has no free body."""
     model = mujoco_load.load_mjcf(scene).model
     bodies = [] if model is None else free_bodies(model)
     return _drop(model, bodies[0], protocol) if bodies else None

@@ -93,7 +93,7 @@ def keys_spring_back(package: Package, limit: float) -> Measurement:
 
 
 def joints_rest_in_range(package: Package, limit: float) -> Measurement:
-    """KIN010: how far a joint stands outside its range once it has been left alone for 2 s, closed; rad or m."""
+    """KIN010: how far a joint is outside its range once it has been left alone for 2 s, closed; rad or m."""
     motion, asset = motion_model_of(package), package.asset
     if isinstance(motion, Measurement):
         return motion

@@ -36,9 +36,9 @@ class JointTravel:
 
     Attributes:
         joint: its name.
-        free_share: share of its range before a contact is deeper than at rest by over 1 mm; 1 where none is.
-        blocked_by: name of the body that it then runs into, or nothing.
-        pushed_share: share of its range to which 20 N take it in 2 s, as the file is written.
+        free_share: share of its range before a contact is deeper than at rest by over 1 mm; 1 if no contact is.
+        blocked_by: name of the body that it then runs into, or empty.
+        pushed_share: share of its range to which 20 N take it in 2 s, with the model as the file is written.
     """
 
     joint: str
@@ -60,9 +60,10 @@ class JointTravel:
 
 
 def joints_reach_full_range(package: Package, limit: float) -> Measurement:
-    """KIN009: share of the joints that go all their range under 20 N without collision.
+    """KIN009: share of the joints that move over their full range under 20 N without collision.
 
-    For what came as a mesh. What families build is held to more, by the rows for reach and clearance.
+    Only for assets from meshes. Those that families build have to meet stricter limits, of the checks of reach and
+    clearance.
     """
     asset = package.asset
     if not asset.joints or is_from_family(asset):

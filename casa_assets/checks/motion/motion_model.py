@@ -104,7 +104,7 @@ def lever_arm(asset: Asset, joint: Joint) -> float:
 
 
 def grip_of(asset: Asset, joint: Joint) -> tuple[str, Collider | None]:
-    """The link that bears what a hand takes of a joint, and its collider; None where the joint moves no such one."""
+    """The link and the collider that a hand takes to move a joint; ("", None) if the joint moves no such collider."""
     for link, _ in _rigid_group(asset, joint.child):
         for collider in asset.link(link).colliders:
             if collider.name == joint.grip:
@@ -124,7 +124,7 @@ def _grip_point(asset: Asset, joint: Joint) -> Floats:
 
 
 def _middle(collider: Collider) -> Floats:
-    """(3,) middle of a collider in the frame of its link; a hull may lie far from the origin of its own frame."""
+    """(3,) middle of a collider in the frame of its link; a hull may be far from the origin of its frame."""
     middle: Floats = shape_bounds(collider.shape, collider.pose).mean(axis=0)
     return middle
 
@@ -139,7 +139,7 @@ def _rigid_group(asset: Asset, link: str) -> list[tuple[str, Pose]]:
 
 
 def open_before(asset: Asset, joint: Joint) -> dict[str, float]:
-    """Joints that have to stand open for this one to move, and their positions: rad or m."""
+    """Joints that have to be open for this one to move, and their positions: rad or m."""
     joints = {j.name: j for j in asset.joints}
     positions: dict[str, float] = {}
     before = joint.behind

@@ -42,7 +42,7 @@ class FingertipModel:
         return Stimulus(self._joint_positions(self._set_joints(positions)))
 
     def press(self, positions: Mapping[str, float], collider: str) -> Stimulus | None:
-        """Stimulus while a fingertip touches this collider and no other; None where it cannot get at it."""
+        """Stimulus while a fingertip touches this collider and no other; None if it cannot reach it."""
         data = self._set_joints(positions)
         for direction in _directions(self.model, data, collider):
             if self._touched_from(data, collider, direction) == {collider}:
@@ -88,7 +88,7 @@ class FingertipModel:
 
 
 def fingertip_model(package: Package) -> FingertipModel | None:
-    """The model of a package; None where it does not compile, which MJC001 reports."""
+    """The model of a package; None if it does not compile, which MJC001 reports."""
     if mujoco_load.load_mjcf(package.mjcf).error:
         return None
     return _compile(package.mjcf, package.asset.digest)

@@ -65,7 +65,7 @@ def find_contacts(model: mujoco.MjModel, data: mujoco.MjData) -> None:
 
 
 def simulation_warnings(data: mujoco.MjData) -> list[str]:
-    """What the simulator complained of, such as `badqacc x 2`."""
+    """Warnings of the simulator, such as `badqacc x 2`."""
     kinds = {int(k): k.name.removeprefix("mjWARN_").lower() for k in mujoco.mjtWarning.__members__.values()}
     return [f"{kinds[i]} x {w.number}" for i, w in enumerate(data.warning) if w.number]
 

@@ -109,13 +109,13 @@ def moved_by(model: mujoco.MjModel, joint: int) -> Mask:
 
 
 def sweep(model: mujoco.MjModel, data: mujoco.MjData, joint: int, against: Mask, step_m: float = STEP_M) -> SweepResult:
-    """Move one joint from end to end, the others as they stand in `data`.
+    """Move one joint from end to end, with the others at their positions in `data`.
 
     Args:
         model: as `with_margins` made it. data: its state; the joint is left at an end.
         joint: number of the joint.
         against: (nbody,) bodies that the moved ones may not touch; those that move along and the world are left out.
-        step_m: way of the farthest moved point between two poses.
+        step_m: distance that the farthest moved point travels between two poses.
     """
     moved = moved_by(model, joint)
     against = against & ~moved
@@ -161,11 +161,11 @@ def _positions(model: mujoco.MjModel, data: mujoco.MjData, joint: int, geoms: In
 def _deepest_contact(
     model: mujoco.MjModel, data: mujoco.MjData, joint: int, position: float, moved: Mask, against: Mask
 ) -> Penetration:
-    """The deepest contact between what moved and what it may not touch, at one position of the joint.
+    """The deepest contact between moved bodies and those that they may not touch, at one position of the joint.
 
-    MuJoCo widens shapes by their margin before it looks how far they are in each other. Of two thin shapes that are
-    near and do not touch it then names any direction, and tells a depth of centimetres: what seems to touch is measured
-    again without margins.
+    MuJoCo widens shapes by their margin before it measures penetration. For two thin shapes that are near but do not
+    touch, it then returns an arbitrary direction and a depth of centimetres: contacts found this way are measured again
+    without margins.
     """
     data.qpos[model.jnt_qposadr[joint]] = position
     seeming = _deepest_counted(model, data, moved, against)
@@ -179,7 +179,7 @@ def _deepest_contact(
 
 
 def _deepest_counted(model: mujoco.MjModel, data: mujoco.MjData, moved: Mask, against: Mask) -> Penetration:
-    """The deepest contact between what moved and what it may not touch, as the joints stand in `data`."""
+    """The deepest contact between moved bodies and those that they may not touch, at the joint positions in `data`."""
     find_contacts(model, data)
     if data.ncon == 0:
         return Penetration()

@@ -1,1 +1,1 @@
-"""Checks of things out of numbers that stand about in a kitchen: each member, and all of them together."""
+"""Checks of parametric objects that are placed around a kitchen: each member, and all members together."""

@@ -27,7 +27,7 @@ BLOCK = 512
 
 @dataclass(frozen=True)
 class CollectedMember:
-    """A member by its id and category, with what it is told by: its signature, and the sides of its box in metres."""
+    """A member by id and category, with the features that identify it: signature, and sides of its box in metres."""
 
     id: str
     category: str
@@ -52,11 +52,12 @@ class CategoryConfusion:
 
 @dataclass(frozen=True, eq=False)
 class ObjectCollection:
-    """Members of categories of objects; compared by identity, so that what is measured of it can be kept.
+    """Members of categories of objects; compared by identity, so that measurements of it can be cached.
 
     Attributes:
         members: in the order of the library.
-        look_alikes: category -> a name for those that are one kind to the eye; others are a kind of their own.
+        look_alikes: category -> name shared by categories that look like one kind; categories not listed are separate
+            kinds.
     """
 
     members: tuple[CollectedMember, ...]
@@ -106,10 +107,11 @@ class ObjectCollection:
 
 
 def _places(members: list[CollectedMember]) -> Floats:
-    """(N, D) members as points whose distance tells kinds apart: signatures, scaled by what differs within a category.
+    """(N, D) members as points whose distance separates kinds: signatures, scaled by the variation within categories.
 
-    Each group of numbers (shape, sides, colours) has the same variance over all members before the covariance within
-    categories, pooled over all of them, is made the unit: what varies in every category counts little.
+    Each group of numbers (shape, sides, colours) is first scaled to the same variance over all members. Then the
+    covariance within categories, pooled over all of them, is scaled to unity: features that vary in every category
+    count little.
 
     Ref: Bar-Hillel et al. 2005, relevant component analysis; the shrinkage is ours.
     """

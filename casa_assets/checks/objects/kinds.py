@@ -22,7 +22,7 @@ def members_differ(collection: ObjectCollection, limit: float) -> Measurement:
 
 
 def members_are_told_apart(collection: ObjectCollection, limit: float) -> Measurement:
-    """OBJ006: share of all members that are nearer to one of their own kind than to any of another."""
+    """OBJ006: share of all members whose nearest neighbour is of the same kind."""
     rows = collection.confusions
     if not rows:
         return not_applicable(TOO_FEW)
@@ -39,7 +39,7 @@ def categories_are_told_apart(collection: ObjectCollection, limit: float) -> Mea
 
 
 def in_words(row: CategoryConfusion) -> str:
-    """What members of a category are taken for, as a clause for messages."""
+    """The kinds that members of a category are confused with, as a clause for messages."""
     named = ", ".join(f"{name} ({count})" for name, count in row.others[:NAMED])
     return (
         f"{row.count - row.right} of {row.count} are nearer to another kind: {named}; tell them apart by form or colour"

@@ -17,7 +17,7 @@ class PrintedLine:
     Attributes:
         text: as it is written.
         cover: (H, W) share of each pixel of the picture that its letters cover, 0..1; row 0 is the upper edge.
-        runs_upwards: its letters stand on a line that runs upwards in the picture.
+        runs_upwards: its baseline runs upwards in the picture.
     """
 
     text: str
@@ -27,11 +27,11 @@ class PrintedLine:
 
 @dataclass(frozen=True, eq=False)
 class ObjectMember:
-    """A member of a category; compared by identity, so that what is measured of it can be kept.
+    """A member of a category; compared by identity, so that measurements of it can be cached.
 
     Attributes:
-        asset: of it. category: what the registry knows of its kind.
-        printed: id of a material -> the lines that tell what is in the package.
+        asset: of it. category: its category in the registry.
+        printed: id of a material -> the lines that say what is in the package.
     """
 
     asset: Asset

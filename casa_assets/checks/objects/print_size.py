@@ -85,7 +85,10 @@ def _luminance(look: Material) -> Floats:
 
 
 def _on_mesh(line: PrintedLine, material: str, picture: Floats, mesh: Mesh) -> LineOnSurface | None:
-    """The line on one mesh, where it is best read if several sides show it; None where the mesh does not show it."""
+    """Return the line on one mesh, or None if the mesh does not show it.
+
+    If several sides show it, the most readable one is returned.
+    """
     letters = line.cover >= LETTER * max(float(line.cover.max()), LEAST_COVER)
     if not letters.any():
         return None
@@ -122,7 +125,7 @@ def _height_px(letters: Mask, runs_upwards: bool) -> float:
 
 
 def _contrast(picture: Floats, letters: Mask) -> float:
-    """Contrast ratio of the letters to what is beside them, 1..21."""
+    """Contrast ratio of the letters to the ground around them, 1..21."""
     near = ndimage.binary_dilation(letters, iterations=GROUND_PX) & ~ndimage.binary_dilation(letters)
     if not near.any():
         return 1.0

@@ -11,9 +11,10 @@ SIDES = ("shortest", "middle", "longest")
 
 
 def sides_fit_category(member: ObjectMember, limit: float) -> Measurement:
-    """OBJ001: factor between a side and the nearer end of what is usual for it, the worst of three; below 1 inside.
+    """OBJ001: factor between a side and the nearer end of its usual range, the worst of three sides; below 1 inside it.
 
-    Sides are told by their length, since many things rest in more than one way. Of a portion only the longest is known.
+    Sides are matched in order of length, since many things rest in more than one way. Of a portion only the longest is
+    known.
     """
     category, portion = member.category, member.asset.labels.portion
     sides = np.sort(np.ptp(member.asset.bounds, axis=0))

@@ -27,7 +27,7 @@ Row = TypeVar("Row", BodyFacts, PlaceFacts, VisualFacts, PoseFacts)
 
 
 class Difference(NamedTuple):
-    """One cell of two tables: its pointer, by how much it differs (None where it is no number), and both values."""
+    """One cell of two tables: its pointer, by how much it differs (None if it is not a number), and both values."""
 
     pointer: str
     size: float | None
@@ -36,7 +36,7 @@ class Difference(NamedTuple):
 
     @property
     def message(self) -> str:
-        """What is said of the cell; made only for those that are told, since nearly all cells agree."""
+        """Message about the cell; made only for differences that are reported, since nearly all cells agree."""
         return f"is {_formatted(self.actual)}, should be {_formatted(self.expected)}"
 
 
@@ -169,7 +169,7 @@ def relative(at: str, expected: np.ndarray, actual: np.ndarray) -> Difference:
 
 
 def _formatted(values: object) -> str:
-    """What a cell holds; rows of a table of numbers are parted by semicolons."""
+    """Text of a cell's value; rows of a table of numbers are separated by semicolons."""
     if not isinstance(values, np.ndarray):
         return str(values)
     return "; ".join(" ".join(f"{v:.6g}" for v in row) for row in np.atleast_2d(values))

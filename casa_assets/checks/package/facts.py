@@ -37,10 +37,10 @@ class BodyFacts(Record):
         position, quaternion: world_from_body with every joint at zero and the root at the origin.
         mass: kg. center_of_mass: metres, body frame.
         inertia: (xx, yy, zz, xy, xz, yz) about the centre of mass, body axes, kg*m^2.
-        colliders: how many collision geoms.
-        lower, upper: corners of all collision geoms, body frame, metres; zero where there are none.
+        colliders: number of collision geoms.
+        lower, upper: corners of all collision geoms, body frame, metres; zero if the body has no collision geoms.
         frictions: distinct (sliding, torsional, rolling) of its colliders, sorted.
-        joint: None where it is the root or rigidly attached.
+        joint: None if it is the root or rigidly attached.
     """
 
     name: str
@@ -112,12 +112,13 @@ class ProgramTexts(Record):
     """Texts of a file for programs that read names.
 
     Attributes:
-        classes: semantic labels from the category upwards. portion: what is left of a thing that was cut, or empty.
-        labels: (visual or collider, what part it is), sorted.
+        classes: semantic labels from the category upwards. portion: remaining portion of a thing that was cut, or
+            empty.
+        labels: (visual or collider, label of the part), sorted.
         grips: (joint, collider that a hand takes), sorted. behind: (joint, joint that has to be open), sorted.
         states: sorted by name.
-        contract: id, empty where there is none.
-        behavior: sha256 of the state machine's canonical JSON, empty where there is none.
+        contract: id, empty if there is no contract.
+        behavior: sha256 of the state machine's canonical JSON, empty if there is no state machine.
     """
 
     classes: tuple[str, ...]

@@ -16,10 +16,10 @@ class Package:
 
     Attributes:
         asset: what the writers were given.
-        category: what the registry knows of its kind.
+        category: its category in the registry.
         root: its folder, with `model.xml`, `scene.xml`, the USD file at `usd/<id>.usda`, and `usd/nested/<id>.usda`
-            where there are several links.
-        contract: what runtimes expect of it, None where the registry has none of the name that the asset gives.
+            if there are several links.
+        contract: what runtimes expect of it, None if the registry has no contract of the name that the asset gives.
     """
 
     asset: Asset

@@ -107,7 +107,7 @@ def exceeds(difference: Difference, tolerance: float) -> bool:
 
 
 def _compare_files(package: Package, read_usd: Callable[[Path], AssetFacts]) -> list[FactDifference] | None:
-    """Differences of the MJCF and each layer of the USD; None where one of them cannot be read."""
+    """Differences of the MJCF and each layer of the USD; None if one of them cannot be read."""
     expected = _read_quietly(mujoco_facts.facts, package.mjcf)
     rows: list[FactDifference] = []
     for path in package.usd_files:
@@ -119,7 +119,7 @@ def _compare_files(package: Package, read_usd: Callable[[Path], AssetFacts]) -> 
 
 
 def _read_quietly(read: Callable[[Path], T], path: Path) -> T | None:
-    """Result of a reader on a file, or None where it fails."""
+    """Result of a reader on a file, or None if it fails."""
     if not path.is_file():
         return None
     with quiet():

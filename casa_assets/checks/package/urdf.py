@@ -23,7 +23,7 @@ def asset_differences(path: Path, asset: Asset) -> list[Problem]:
     """One problem for each cell in which a URDF differs from the asset that it was written from.
 
     Args:
-        path: of the URDF; the JSON and the folders that it names lie beside it.
+        path: of the URDF; the JSON and the folders that it names are in the same folder.
     """
     try:
         return table_differences(urdf_facts.links(path), path.parent, urdf_facts.beside(path), asset)

@@ -1,6 +1,6 @@
 """Find faults of the USD package by independent validators: OpenUSD, SimReady, MuJoCo's importer.
 
-What does not open at all is reported once, by `usd_opens`; the other checks are then not run.
+A file that does not open at all is reported once, by `usd_opens`; the other checks are then not run.
 """
 
 from __future__ import annotations
@@ -129,7 +129,7 @@ def validators() -> list[UsdValidation.Validator]:
 
 
 def open_stage(path: Path) -> Usd.Stage | None:
-    """The stage of a file; None where it cannot be opened."""
+    """The stage of a file; None if it cannot be opened."""
     try:
         return Usd.Stage.Open(str(path)) or None
     except Tf.ErrorException:
@@ -146,7 +146,7 @@ def _pictures(stage: Usd.Stage) -> Iterator[tuple[str, str]]:
 
 
 def _png_fault(folder: Path, path: str) -> str:
-    """What is wrong with a picture; empty where nothing is."""
+    """Fault of a picture as text; empty if the picture is sound."""
     file = folder / path
     if not path or not file.is_file():
         return f"{path or 'the picture'} does not exist"

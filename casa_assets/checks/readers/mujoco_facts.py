@@ -126,7 +126,7 @@ def linear(rgba: tuple[float, ...]) -> Vec4:
 
 
 def _picture(model: mujoco.MjModel, texture: int) -> str:
-    """File name of a texture, empty where there is none."""
+    """File name of a texture, empty if there is no texture."""
     if texture < 0:
         return ""
     paths, start = bytes(model.paths), int(model.tex_pathadr[texture])
@@ -157,13 +157,13 @@ WORLD, ROOT_BODY = "World", "object"
 
 
 def facts_of_model(model: mujoco.MjModel, *, base: Base, words: ProgramTexts, scene: bool = False) -> AssetFacts:
-    """Fact table of a compiled model; what hangs on the world body itself (a floor) is no part of it.
+    """Fact table of a compiled model; anything attached to the world body itself (a floor) is no part of it.
 
     Args:
         model: compiled; its bodies are called `object`, `door`, ... or end in `/object`, `/door`, ... A body without a
             name is only a frame around them.
-        base: how the root meets the world, which a model without its world does not tell.
-        words: what a compiled model does not carry.
+        base: how the root meets the world, which cannot be read from a model without its world.
+        words: texts that a compiled model does not contain.
         scene: whether the model holds many placements; then its poses are world_from_body.
     Raises:
         ValueError: a joint is neither free, hinge nor slide.
@@ -204,7 +204,7 @@ def places(model: mujoco.MjModel) -> tuple[PlaceFacts, ...]:
 
 
 def poses(model: mujoco.MjModel, scene: bool = False) -> tuple[PoseFacts, ...]:
-    """Poses of the bodies at each keyframe, and at zero as `closed`; none where there are no keyframes."""
+    """Poses of the bodies at each keyframe, and at zero as `closed`; empty if there are no keyframes."""
     if not model.nkey:
         return ()
     links = sorted((short_name(model.body(b).name), b) for b in range(model.nbody) if _is_link(model, b))
@@ -233,7 +233,7 @@ def pose_facts(name: str, world_from: Mapping[str, tuple[Vec3, Vec4]], root: str
 
     Args:
         world_from: name of a body -> its position and quaternion as `Pose` has it. root: the body in whose frame they
-            are told; None: in that of the world.
+            are returned; None: the world frame.
     """
     stand = {body: world_from[body] for body in sorted(world_from)}
     if root is not None:
@@ -301,7 +301,7 @@ def colliders_of(model: mujoco.MjModel, body: int) -> list[int]:
 
 
 def bounds_around(boxes: Sequence[Array]) -> tuple[Vec3, Vec3]:
-    """Lower and upper corner of the box around (2, 3) boxes; zeros where there is none."""
+    """Lower and upper corner of the box around (2, 3) boxes; zeros if there are no boxes."""
     if not boxes:
         return (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
     return three(np.min([box[0] for box in boxes], axis=0)), three(np.max([box[1] for box in boxes], axis=0))

@@ -20,8 +20,8 @@ class Loaded:
     """Outcome of compiling a file.
 
     Attributes:
-        model: compiled; shared by all who ask, so copy before changing it. None where it does not compile.
-        error: MuJoCo's words, empty where it compiles.
+        model: compiled; shared by all callers, so copy before changing it. None if the file does not compile.
+        error: MuJoCo's message, empty if it compiles.
         warnings: each once, in the order in which they came.
     """
 
@@ -31,7 +31,7 @@ class Loaded:
 
 
 def load_mjcf(path: Path) -> Loaded:
-    """Compiles an MJCF file; again only where it or a file beside it has changed."""
+    """Compile an MJCF file; again only if it, or a file in the `meshes` or `textures` next to it, has changed."""
     return _load(path, _state(path))
 
 

@@ -301,7 +301,7 @@ def _usd_placements(read: SceneReading, stand: dict[str, Pose], welded: dict[str
 
 
 def _gravity(stage: Usd.Stage) -> Vec3:
-    """Gravity of the one physics scene. Raises ValueError where there is not one."""
+    """Gravity of the one physics scene. Raises ValueError if there is not exactly one."""
     scenes = [UsdPhysics.Scene(p) for p in stage.Traverse() if p.IsA(UsdPhysics.Scene)]
     if len(scenes) != 1:
         raise ValueError(f"there are {len(scenes)} physics scenes, not one")

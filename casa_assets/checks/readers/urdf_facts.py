@@ -1,4 +1,4 @@
-"""URDF and the JSON beside it -> fact table, read without the writer."""
+"""URDF and the JSON that goes with it -> fact table, read without the writer."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class UrdfLink:
     """A link of a URDF with the joint that ties it to its parent.
 
     Attributes:
-        parent: name, empty where no joint has it as child. joint: its `<joint>`, None where it has none.
+        parent: name, empty if no joint has it as child. joint: its `<joint>`, None if it has no joint.
         element: its `<link>`.
     """
 
@@ -76,16 +76,16 @@ class UrdfLink:
 
 
 def facts(path: Path) -> AssetFacts:
-    """The table of a URDF of one asset, in the frames of its links, which stand on the axes of their joints.
+    """The table of a URDF of one asset, in the frames of its links, whose origins are on the axes of their joints.
 
     Raises:
-        ValueError: the URDF, the JSON beside it or a mesh file cannot be read, or lacks what a table needs.
+        ValueError: the URDF, the JSON that goes with it or a mesh file cannot be read, or lacks what a table needs.
     """
     return table(links(path), path.parent, beside(path))
 
 
 def beside(path: Path) -> Json:
-    """The JSON beside a URDF. Raises ValueError."""
+    """The JSON of the same name and folder as a URDF. Raises ValueError if it cannot be read."""
     try:
         data = json.loads(path.with_suffix(".json").read_text(encoding="ascii"))
     except OSError as error:
@@ -125,10 +125,10 @@ def _check_tree(file: str, found: list[UrdfLink], joints: int) -> None:
 
 
 def table(tree: tuple[UrdfLink, ...], folder: Path, aside: Json, prefix: str = "") -> AssetFacts:
-    """The table of links that belong to one asset, the root among them.
+    """The table of links that belong to one asset, including the root.
 
     Args:
-        tree: links of the asset, whose root is called `object`. folder: of the URDF. aside: the JSON beside it.
+        tree: links of the asset, whose root is called `object`. folder: of the URDF. aside: the JSON that goes with it.
         prefix: begins the names of its joints, visuals and colliders, which the table has without it.
     """
     at_zero = root_from_links(tree)
@@ -145,10 +145,10 @@ def table(tree: tuple[UrdfLink, ...], folder: Path, aside: Json, prefix: str = "
 
 
 def on_joint_axes(asset: AssetFacts) -> AssetFacts:
-    """The same table in the frames of a URDF: each body stands on the anchor of its joint.
+    """The same table in the frames of a URDF: the origin of each body is the anchor of its joint.
 
     Args:
-        asset: in the frames of the asset, where an anchor is a point of the body.
+        asset: in the frames of the asset, in which an anchor is a point of the body.
     """
     anchors = {body.name: np.array(body.joint.anchor if body.joint else (0.0, 0.0, 0.0)) for body in asset.bodies}
     places = tuple(p.replace(position=three(np.array(p.position) - anchors[p.body])) for p in asset.places)
@@ -300,7 +300,11 @@ def _looks(tree: tuple[UrdfLink, ...], folder: Path, prefix: str) -> list[Visual
 
 
 def _look(visual: etree._Element, folder: Path, prefix: str) -> VisualFacts:
-    """What the MTL file says; a plain colour in the URDF has to be the same, and a picture has to be there."""
+    """Appearance of a visual from its MTL file.
+
+    Raises:
+        ValueError: the URDF states another plain colour than the MTL file, or a picture does not exist.
+    """
     name = visual.get("name", "")
     obj = folder / _child(_child(visual, "geometry"), "mesh").get("filename", "")
     mtl = _material_lines(obj.parent / _first_line(obj, "mtllib"))

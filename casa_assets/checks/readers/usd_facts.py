@@ -77,7 +77,7 @@ def words_below(root: Usd.Prim) -> ProgramTexts:
 
 
 def places_of(stage: Usd.Stage) -> tuple[PlaceFacts, ...]:
-    """Prims that are sites, sorted by name; those that have a colour of their own are no regions.
+    """Prims that are sites, sorted by name; those with their own colour are no regions.
 
     Raises:
         ValueError: one is neither sphere, cube nor cylinder about z.
@@ -175,7 +175,7 @@ def _volume(prim: Usd.Prim) -> tuple[Literal["sphere", "box", "cylinder"], Vec3]
 
 
 def _color(gprim: UsdGeom.Gprim) -> Vec4 | None:
-    """Linear RGBA, None where it has no colour of its own."""
+    """Linear RGBA, or None if the prim does not define a colour itself."""
     colors, alphas = gprim.GetDisplayColorAttr().Get(), gprim.GetDisplayOpacityAttr().Get()
     if not colors or not alphas:
         return None
@@ -357,7 +357,7 @@ def facts_of_import(model: mujoco.MjModel, read: StageReading) -> AssetFacts:
 
 
 def pxr_facts(path: Path) -> AssetFacts:
-    """Fact table of a USD file as UsdPhysics parses it; bodies stand where their joint frames put them.
+    """Fact table of a USD file as UsdPhysics parses it; the poses of bodies follow from their joint frames.
 
     Raises:
         ValueError: the file does not open, or holds a joint that no asset has.
@@ -510,7 +510,7 @@ def _frictions(shapes: list[Usd.Prim]) -> dict[Usd.Prim, Vec3]:
 
 
 def _friction(prim: Usd.Prim) -> Vec3:
-    """(sliding, torsional, rolling) of a material; USD's own zeros where there is none."""
+    """(sliding, torsional, rolling) of a material; USD's own zeros if there is no material."""
     if not prim:
         return (0.0, 0.0, 0.0)
     names = ("physics:dynamicFriction", "newton:torsionalFriction", "newton:rollingFriction")

@@ -27,10 +27,10 @@ def tip_name(arm: Arm, press: bool) -> str:
 
 
 def assemble(robot: Robot, models: Path) -> Any:
-    """One MjSpec of a robot that stands on the floor of its world, at the origin, looking along x.
+    """One MjSpec of a robot on the floor of its world, at the origin, facing along x.
 
-    Only the three joints of its base, those of its home, legs and fingers are left in it; the others are set to where
-    they stay. What is only seen is there until the spec is compiled with `discardvisual`.
+    Only the three joints of its base and those of its home, legs and fingers are kept; the others are fixed at their
+    positions. Geoms that are only visual are kept until the spec is compiled with `discardvisual`.
 
     Args:
         models: folder that holds the robot's files.
@@ -122,7 +122,7 @@ def _lifted(root: Any, legs: Legs) -> Any:
 
 
 def _read(robot: Robot, path: Path) -> Any:
-    """A part without what moves it and without joints of its own between it and the floor."""
+    """A part at the origin, without actuators, sensors, cameras and the like, and without free joints and floors."""
     if not path.is_file():
         raise CasaError(f"{path}: robot {robot.id} needs this file, and it is not there; name the folder of the robots")
     try:

@@ -26,7 +26,7 @@ UP = np.array((0.0, 0.0, 1.0))
 
 @dataclass(frozen=True)
 class Grip:
-    """What is held, as a box, in the world's frame.
+    """A held part, as a box, in the world's frame.
 
     Attributes:
         centre: shape (3,). axes: shape (3, 3), one axis per column. half: half lengths along them, shape (3,), m.
@@ -58,11 +58,11 @@ class Grasp:
 
 
 def pinches(grip: Grip, opening: float, turning: Floats | None) -> list[Grasp]:
-    """Ways of holding a thing between two fingers, the most natural first; none where it is too thick.
+    """Ways of holding a part between two fingers, the most natural first; empty if it is too thick.
 
     Args:
         opening: width between the fingers, m.
-        turning: axis about which a knob turns, shape (3,); None for what is no knob.
+        turning: axis about which a knob turns, shape (3,); None if the part is not a knob.
     """
     small, middle, long = np.argsort(grip.half, kind="stable")
     if turning is None and grip.half[long] > BAR_RATIO * grip.half[middle] and 2 * grip.half[middle] < opening:

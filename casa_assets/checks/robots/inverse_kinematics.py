@@ -32,7 +32,7 @@ class Bounds:
 
 
 class _KeepClear(mink.Limit):
-    """What is near the robot may be neared no further than `KEPT_M`."""
+    """Limit that keeps the robot at least `KEPT_M` away from everything near it."""
 
     def __init__(self, workspace: Workspace) -> None:
         self.workspace = workspace
@@ -91,11 +91,11 @@ class Solver:
     def solve(
         self, tip: str, grasp: Grasp, start: Floats, bounds: Bounds, iterations: int, clear: bool = True
     ) -> Floats | None:
-        """A posture of shape (nq,) that has the hand where it shall be and touches nothing; None where none was found.
+        """A posture of shape (nq,) with the hand at the grasp and without collisions; None if none was found.
 
         Args:
-            tip: site between the fingers. start: posture to begin with. clear: false where the robot may touch and
-                pass through everything.
+            tip: site between the fingers. start: posture to begin with. clear: False if the robot may touch and pass
+                through everything.
         """
         costs = (1.0, PIVOT_COST if grasp.pivots else 1.0, 1.0)
         task = mink.FrameTask(tip, "site", position_cost=4.0, orientation_cost=costs, lm_damping=1e-3)

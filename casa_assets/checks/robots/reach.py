@@ -1,4 +1,4 @@
-"""What one robot can do at one joint: get its hand to the handle, and go along with it until all is open."""
+"""Reach of one robot at one joint: bring its hand to the handle, and move along until the joint is fully open."""
 
 from __future__ import annotations
 
@@ -213,7 +213,7 @@ def _end(model: Any, joint: str) -> float:
 
 
 def _opened_to(workspace: Workspace, joint: str) -> dict[str, float]:
-    """A door all the way open; nothing where there is none."""
+    """Position of a joint whose door is all the way open, by its name; empty if no joint is named."""
     return {joint: _end(workspace.model, joint)} if joint else {}
 
 
@@ -317,7 +317,7 @@ def _as_held(workspace: Workspace, tip: str, grasp: Grasp, q: Floats) -> Grasp:
 
 
 def _back(grasp: Grasp, distance: float) -> Grasp:
-    """A grasp so much before another, along the way that the hand comes; m."""
+    """A grasp moved back by a distance in metres, against the direction in which the hand comes."""
     return replace(grasp, position=grasp.position - distance * grasp.rotation[:, 2])
 
 
@@ -332,7 +332,7 @@ def _moved(grasp: Grasp, before: tuple[Floats, Floats], after: tuple[Floats, Flo
 
 
 def _base(held: _Held) -> Vec3:
-    """Where the base's centre stood, and its direction."""
+    """Position x, y of the base's centre, and its yaw: m, rad."""
     x, y, yaw = held.place
     forward, side, turn = (float(v) for v in held.posture[: len(BASE_JOINTS)])
     return (

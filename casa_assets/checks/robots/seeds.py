@@ -54,7 +54,7 @@ class _Drawn:
 
 
 class Seeds:
-    """Postures of a robot that stands at the origin, and where its hands are in them."""
+    """Postures of a robot at the origin, and the poses of its hands in them."""
 
     def __init__(self, workspace: Workspace, robot: Robot) -> None:
         """Draw them, the same each time: as many for each height of a hand, none in which the robot touches itself."""
@@ -82,9 +82,9 @@ class Seeds:
         """Postures near any of some grasps, the nearest first; two for each grasp at most.
 
         Args:
-            grasps: number of the arm, and what it does; the most natural first.
+            grasps: number of the arm, and its grasp; the most natural first.
             press: whether it is pressed with a fingertip.
-            place: where the base's joints are at zero. The workspace stands there already.
+            place: x, y, yaw at which the base's joints are at zero. The workspace is placed there already.
             bounds: ranges of the joints; the first three are the base's.
         """
         found: list[Seed] = []

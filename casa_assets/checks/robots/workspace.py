@@ -224,7 +224,7 @@ class Workspace:
         self.alone.geom_margin[:] = model.geom_margin[robots]
 
     def _standing(self) -> set[int]:
-        """Bodies that stand on the ground: the base, and what hangs on the first joints of legs."""
+        """Bodies that are on the ground: the base, and those attached to the first joints of legs."""
         model = self.model
         standing = {b for b in self._body if int(model.body_weldid[b]) == self._root}
         standing |= {int(model.joint(PREFIX + self.alone.joint(i).name).bodyid[0]) for i in self.legs}

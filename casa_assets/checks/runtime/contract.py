@@ -115,7 +115,7 @@ def xml_paths_meet_contract(package: Package) -> Measurement:
 
 
 def thresholds_meet_contract(package: Package) -> Measurement:
-    """CON006: number of thresholds outside their joints' ranges, and of named poses that stand wrong."""
+    """CON006: number of thresholds outside their joints' ranges, and of named poses with wrong joint positions."""
     contract, asset = _contract(package), package.asset
     if contract is None:
         return _no_contract(package)
@@ -166,7 +166,7 @@ def _contract(package: Package) -> Contract | None:
 
 
 def _no_contract(package: Package) -> Measurement:
-    """Result where there is no contract to look at, with the reason."""
+    """Result if there is no contract to compare with, with the reason."""
     named = package.asset.contract
     return not_applicable(UNNAMED) if named is None else not_run(f"registry/contracts has no {named!r}")
 

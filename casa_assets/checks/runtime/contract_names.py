@@ -136,7 +136,7 @@ def axis_of(asset: Asset, joint: Joint) -> str:
 
 
 def opening(joint: Joint) -> OpeningSide | None:
-    """Side of zero that the range lies on; None where zero is no end of it and not within."""
+    """Side of zero that the range lies on; None if zero is neither an end of it nor within it."""
     low, high = joint.range
     if abs(low) <= ROUNDING:
         return OpeningSide.POSITIVE

@@ -1,8 +1,9 @@
 """Read regions and sites of a model.xml by the arithmetic of the reference runtime's loader, and compare with MuJoCo's.
 
 Ref: RoboCasa v1.0, models/fixtures: Fixture takes the `pos` and `size` that are written on a region's geom for a box on
-the fixture itself, whatever body the geom is in; get_reset_regions puts things on its lower side, where that is within
-heights above the floor; anchor_offset is the `pos` of a site beside `object`; Sink looks for `water` in its basins.
+the fixture itself, whatever body the geom is in; get_reset_regions puts things on its lower side, if that is within
+heights above the floor; anchor_offset is the `pos` of a site next to the body `object`, under the same parent; Sink
+looks for `water` in its basins.
 """
 
 from __future__ import annotations
@@ -45,10 +46,10 @@ class ReadRegion:
 
 
 def faults(path: Path, contract: Contract) -> Iterator[Problem]:
-    """(pointer, message) of everything that is elsewhere for the loader than in the model, or that it does not find.
+    """(pointer, message) of everything that the loader finds elsewhere than it is in the model, or not at all.
 
-    Silent on what other checks tell: a file that does not compile (MJC001), without `object` (CON005), without regions
-    of a name (CON004).
+    Reports nothing that other checks report: a file that does not compile (MJC001), without `object` (CON005), without
+    regions of a name (CON004).
     """
     model = load_mjcf(path).model
     if model is None or mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, "object") < 0:

@@ -19,13 +19,13 @@ State = tuple[tuple[str, ...], tuple[float, ...], tuple[bool, ...]]
 
 @dataclass(frozen=True)
 class VariableGroup:
-    """Variables whose rules look at each other, with all that they look at.
+    """Variables whose rules depend on each other, with all inputs of these rules.
 
     Attributes:
         behavior: these variables and their rules.
         joints, stands: names, and the positions worth trying of each.
         contacts: names.
-        longest_s: that a rule waits.
+        longest_s: longest time that a rule waits.
     """
 
     behavior: Behavior

@@ -125,10 +125,10 @@ class SceneJoint:
     """A joint of a placement, as the model numbers it.
 
     Attributes:
-        placement, asset, joint: whose it is. name: `<placement>__<joint>`.
+        placement, asset, joint: that it belongs to. name: `<placement>__<joint>`.
         id: in the model. address: in qpos. dof: in qvel.
-        moved: (nbody,) what it carries along, objects in a drawer among it. geoms: colliders of those bodies.
-        before: joints of the same placement that have to stand open, by name in the model: rad or m.
+        moved: (nbody,) bodies that it moves, including objects in a drawer. geoms: colliders of those bodies.
+        before: joints of the same placement that have to be open, by name in the model: rad or m.
     """
 
     placement: Placement
@@ -152,7 +152,7 @@ class SceneJoint:
 class SceneSubject:
     """A scene and the folder that holds its `scene.xml`.
 
-    What is computed from the file is computed once, when the first check asks; a subject is equal to itself alone.
+    Values computed from the file are computed once, when a check first needs them; a subject is equal to itself alone.
 
     Attributes:
         scene: what the writer was given. root: its folder.
@@ -263,7 +263,7 @@ class SceneSubject:
 
     @cached_property
     def free(self) -> tuple[Placement, ...]:
-        """Placements that stand by their weight."""
+        """Placements that rest by their weight."""
         return tuple(p for p in self.scene.placements if self.assets[p.name].base is Base.FREE)
 
     @cached_property

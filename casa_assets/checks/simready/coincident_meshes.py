@@ -1,8 +1,8 @@
 """Speed up SimReady's rule against coincident meshes (VG.008), without changing its verdict.
 
-The rule rounds every coordinate of a stage in Python, which takes 3 s of a large kitchen. Meshes that it finds have the
-same topology and points that agree within its rounding: where no two do, which numpy tells in a tenth of a second, it
-would find none.
+The rule rounds every coordinate of a stage in Python, which takes 3 s for a large kitchen. Meshes that it finds have
+the same topology and points that agree within its rounding: if no two meshes do, which numpy determines in a tenth of a
+second, the rule would find none.
 """
 
 from __future__ import annotations

@@ -59,7 +59,7 @@ def validator_python() -> str:
 
 
 def validator_versions() -> dict[str, str]:
-    """Versions of the packages that decide a verdict, by name; empty where there is no validator."""
+    """Versions of the packages that decide a verdict, by name; empty if no validator is installed."""
     try:
         python = validator_python()
     except NoVerdict:

@@ -1,14 +1,15 @@
 """Speed up the validator of SimReady without changing its verdict.
 
-It runs all requirements of a profile, and reports those that the profile demands; what fails of the others, which is
-most of what it finds in a kitchen, is in no verdict. Here these are not run.
+It runs all requirements of a profile, but reports only those that the profile demands; failures of the others, which
+are most of its findings in a kitchen, do not affect the verdict. Here the others are not run.
 
-It makes an object for every pair of a prim and a rule and asks of each anew, through several layers, whether the rule
+For every pair of a prim and a rule, the validator makes an object and asks, through several layers, whether the rule
 looks at prims at all and how it wants to be called. A kitchen has some thousand prims and the profile some eighty
 rules, most of which look at the stage once: that takes more time than the rules do. Here each rule is asked once.
 
-The rule on visual materials stands for twenty requirements, and looks at each prim for all of them, where the profile
-demands four. Here it looks for those. What it and the rules on labels read again of each prim is read once.
+The rule on visual materials covers twenty requirements and checks each prim for all of them, although the profile
+demands four. Here it checks for those four. Data that it and the rules on labels read repeatedly from each prim is read
+once.
 """
 
 from __future__ import annotations
@@ -152,11 +153,11 @@ def run_rules_directly() -> None:
 
 @contextmanager
 def only_demanded(without: frozenset[str]) -> Iterator[None]:
-    """While it is entered, SimReady runs only the requirements that decide a verdict.
+    """Within this context, SimReady runs only the requirements that decide a verdict.
 
     Args:
-        without: codes of demanded requirements whose failures do not matter to the caller. They may be reported all the
-            same, where a rule tells of several requirements.
+        without: codes of demanded requirements whose failures do not matter to the caller. They may still be reported,
+            by rules that cover several requirements.
     """
     from simready.validate import api
 

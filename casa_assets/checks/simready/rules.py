@@ -27,7 +27,7 @@ def validate(path: Path, without: frozenset[str] = frozenset()) -> Verdict | Non
     Args:
         without: codes of requirements that need not be run, since the caller does not count them.
     Returns:
-        The verdict; None where the validator gives none.
+        The verdict, or None if the validator returns no result.
     Raises:
         ImportError: SimReady's packages are not installed here.
     """

@@ -40,10 +40,10 @@ NO_ROOM, RESTLESS, LEFT, FELL, DEEP, MOVES, PARKED, WARNS = (
 
 @dataclass(frozen=True)
 class StateRequest:
-    """What is drawn for each kitchen.
+    """Number and kind of start states to draw for each kitchen.
 
     Attributes:
-        count: of states. things: put somewhere else in each. opened: doors and drawers that stand open in each.
+        count: of states. things: to put somewhere else in each. opened: doors and drawers that are open in each.
         seed: of the draws.
     """
 
@@ -55,7 +55,7 @@ class StateRequest:
 
 @dataclass(frozen=True)
 class Wanted:
-    """What start states are asked for.
+    """Requirements that start states have to meet.
 
     Attributes:
         key: of all that they are made from. depth, motion: limits, m.
@@ -88,7 +88,7 @@ class _Drawn:
 
 
 def draw_states(stage: Stage, wanted: Wanted) -> StartStates:
-    """States of a kitchen, each by a generator of its own: state 7 is the same however many are drawn.
+    """States of a kitchen, each by a separate generator: state 7 is the same however many are drawn.
 
     Raises:
         CasaError: the kitchen has too few things, places, doors or parking places, or a state was given up too often.
@@ -145,7 +145,7 @@ def _draw(stage: Stage, wanted: Wanted, number: int, refused: Counter[str]) -> _
 
 
 def _try(stage: Stage, wanted: Wanted, rng: np.random.Generator) -> _Drawn | str:
-    """One draw: a state, or why it is none."""
+    """One draw: a state, or the reason why it was given up."""
     draft = _Draft(stage.at_rest.copy())
     _open(stage, draft, wanted.request.opened, rng)
     chosen = _choose(stage, wanted.request.things, rng)
@@ -200,13 +200,13 @@ def _choose(stage: Stage, count: int, rng: np.random.Generator) -> list[LooseThi
 
 
 def _lift(draft: _Draft, chosen: list[LooseThing]) -> None:
-    """Take things out of the kitchen, each to a place of its own high above it, until they are put somewhere."""
+    """Take things out of the kitchen, each to a different place high above it, until they are put somewhere."""
     for k, thing in enumerate(chosen):
         draft.qpos[thing.address : thing.address + 3] = (2.0 * k, 0.0, 50.0)
 
 
 def _put(stage: Stage, draft: _Draft, thing: LooseThing, rng: np.random.Generator) -> bool:
-    """Put a thing upright into a place where it touches nothing; False where none was found."""
+    """Put a thing upright into a place where it touches nothing; False if no such place was found."""
     kinds = sorted({place.kind for place in stage.places if place.kind in thing.kinds})
     if not kinds:
         return False
@@ -229,10 +229,10 @@ def _put(stage: Stage, draft: _Draft, thing: LooseThing, rng: np.random.Generato
 
 
 def _pose_in(stage: Stage, draft: _Draft, thing: LooseThing, place: Place, at: Floats, yaw: float) -> Floats | None:
-    """(7,) of a thing upright on the floor of a place; None where it does not fit.
+    """(7,) pose of a thing upright on the floor of a place; None if it does not fit.
 
     Args:
-        at: (2,) from -1 to 1, of the room that is left beside it. yaw: rad.
+        at: (2,) from -1 to 1, position within the room that is left around it. yaw: rad.
     """
     spin, quaternion = np.array([math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2)]), np.zeros(4)
     mujoco.mju_mulQuat(quaternion, spin, thing.turned)
@@ -274,7 +274,7 @@ def _has_stayed(before: Floats, settled: Floats, joint: StateJoint) -> bool:
 
 
 def _park(stage: Stage, rng: np.random.Generator) -> Parking | None:
-    """Where a robot stands free in the present state, before a parking place or on it; None where it does nowhere."""
+    """A base pose, at or behind a parking place, that is free of collisions in the present state; None if not found."""
     for k in rng.permutation(len(stage.parking)):
         place = stage.parking[int(k)]
         x, y, yaw = (float(number) for number in place.at)

@@ -63,7 +63,7 @@ class LooseThing:
 
     Attributes:
         name: of its placement. category: such as `apple`. address: of its free joint in qpos.
-        turned: (4,) quaternion of its root body while it stands upright with its front to -y.
+        turned: (4,) quaternion of its root body when it is upright with its front to -y.
         geoms: its colliders. kinds: of the places where it may be put.
     """
 
@@ -93,7 +93,7 @@ class Place:
 
 @dataclass(frozen=True)
 class Parking:
-    """Where the robot's base may stand: x, y (m), yaw (rad), before a fixture."""
+    """A parking place of the robot's base in front of a fixture: x, y (m), yaw (rad)."""
 
     fixture: str
     at: Floats
@@ -141,9 +141,9 @@ class Stage:
 
     @cached_property
     def things(self) -> tuple[LooseThing, ...]:
-        """What can be put elsewhere: loose, small, no appliance, and nothing that stays stands on it.
+        """Things that can be put elsewhere: loose, small, not appliances, and carrying nothing that has to stay.
 
-        In a kitchen that is lived in these are its objects.
+        In a kitchen whose scene.json lists objects, only those are considered.
         """
         model = self.model
         self.show(self.at_rest)
@@ -169,7 +169,7 @@ class Stage:
         return tuple(found)
 
     def _loose(self) -> Iterator[tuple[Mapping[str, Any], frozenset[str]]]:
-        """Rows of scene.json of what stands loose, and the kinds of places where it may be put.
+        """Rows of scene.json of loose things, and the kinds of places where each may be put.
 
         An object goes on to a worktop, or to another place of the kind in which it is kept.
         """
@@ -198,7 +198,7 @@ class Stage:
 
     @cached_property
     def on_top(self) -> Mapping[str, set[str]]:
-        """Name of a loose thing -> loose things that touch it with a higher centre of mass: what stands on or in it."""
+        """Name of a loose thing -> loose things on or in it: those that touch it and have a higher centre of mass."""
         model, data = self.model, self.data
         self.show(self.at_rest)
         names = [model.body(int(model.body_rootid[b])).name for b in model.geom_bodyid]
@@ -282,7 +282,7 @@ class Stage:
         return found
 
     def in_the_way(self, at: Floats) -> str | None:
-        """A thing that a robot touches whose base stands at x, y (m), yaw (rad) in the present state; None: nothing."""
+        """Name of a thing that a robot with its base at x, y (m), yaw (rad) touches in the present state, or None."""
         model, data = self.model, self.data
         data.mocap_pos[self._mocap] = (at[0], at[1], 0.0)
         data.mocap_quat[self._mocap] = (math.cos(at[2] / 2), 0.0, 0.0, math.sin(at[2] / 2))
@@ -320,7 +320,7 @@ class Stage:
 
 
 def place_kind(category: str, region: str) -> Kind | None:
-    """What sort of place a region of a fixture is; None where nothing is put."""
+    """Kind of place that a region of a fixture is; None if nothing is put there."""
     return next(
         (kind for kind, wanted in PLACES.items() if category in wanted[0] and region.startswith(wanted[1])), None
     )

@@ -18,11 +18,11 @@ STILL_M = 0.00005  # farthest that any corner goes in `LOOK_S` while a state cou
 
 @dataclass(frozen=True)
 class Watched:
-    """What a state did in 2 s.
+    """Behaviour of a state in 2 s of simulation.
 
     Attributes:
         depth: deepest contact at the start and at every look, m; at the start of all pairs, else as simulated.
-        motion: farthest that any corner of a shape went, m. warnings: what the simulator complained of.
+        motion: largest distance that any corner of a shape moved, m. warnings: of the simulator.
     """
 
     depth: float
@@ -31,7 +31,7 @@ class Watched:
 
 
 def settle(stage: Stage, qpos: Floats) -> Floats | None:
-    """A state in which nothing moves any more, rounded to float32; None where it does not come to rest in 4 s."""
+    """A state in which nothing moves any more, rounded to float32; None if it does not come to rest in 4 s."""
     model, data = stage.model, stage.data
     stage.show(qpos)
     steps, last = round(LOOK_S / model.opt.timestep), stage.corners()

@@ -20,7 +20,7 @@ NO_STATES, OTHER_SCENE = "it holds no state", "they are of another scene.xml (ST
 
 @dataclass(frozen=True, eq=False)
 class StatesSubject:
-    """Start states and the scene in the folder that they stand in; a subject is equal to itself alone."""
+    """Start states and the scene of the folder that holds them; a subject is equal to itself alone."""
 
     states: StartStates
     stage: Stage
@@ -37,7 +37,7 @@ class StatesSubject:
 
     @cached_property
     def watched(self) -> tuple[Watched, ...]:
-        """What each state does in 2 s in which nobody touches it, simulated anew."""
+        """Behaviour of each state in 2 s in which nobody touches it, simulated again."""
         return tuple(watch(self.stage, row) for row in self.rows)
 
     @cached_property
@@ -70,7 +70,7 @@ def states_stay_put(subject: StatesSubject, limit: float) -> Measurement:
 
 
 def states_leave_room_for_the_robot(subject: StatesSubject, limit: float) -> Measurement:
-    """STA004: number of states in which something stands where the robot's base is."""
+    """STA004: number of states in which the robot, at its base pose, overlaps something."""
     if subject.misfits:
         return not_run(OTHER_SCENE)
     return count(_blocked(subject), allowed=limit) if len(subject.states) else not_applicable(NO_STATES)

@@ -108,12 +108,12 @@ class AssetBuilder:
         Args:
             solid: link frame.
             finish: id of a finish in the supplies; its substance gives density and friction.
-            label: what part it is; parts of one finish and label are drawn as one mesh.
-            name: of its mesh; a named part is drawn as a mesh of its own called `<name>_visual`.
+            label: what part it is; parts with the same finish and label are drawn as one mesh.
+            name: of its mesh; a named part is drawn as a separate mesh called `<name>_visual`.
             grain: direction that the grain of its finish runs along, link frame.
-            collider: False for none, a name for its (first) collider, True for a generated name.
-            density: instead of the substance's, for what is drawn solid and is not: a name in the supplies, or kg/m^3
-                where it is worked out; 0 weighs nothing.
+            collider: False for no collider, a name for its (first) collider, True for a generated name.
+            density: replaces the substance's density if a part is drawn solid but is not: a name in the supplies, or
+                kg/m^3 if it is computed; 0 for no mass.
             visible: False for a solid with colliders and mass that is not drawn.
         """
         owner = self.links[link]

@@ -28,7 +28,11 @@ class BehaviorBuilder:
         self.rules.append(Rule(variable=variable, from_values=from_values, to=to, when=when, after_s=after_s))
 
     def follow_joint(self, name: str, joint: str, intervals: Mapping[str, Vec2]) -> None:
-        """Add a variable: its value is the one in whose interval the joint stands, rad or m; at the start the first."""
+        """Add a variable that takes the value whose interval contains the joint's position.
+
+        Args:
+            intervals: value -> interval, rad or m; the first value is the initial one.
+        """
         self.variable(name, *intervals)
         for value, interval in intervals.items():
             self.rule(name, value, Condition(joint=joint, interval=interval))
@@ -53,7 +57,7 @@ class BehaviorBuilder:
         self.effect(EffectKind.LIGHT, variable, target, color=color)
 
     def build(self) -> Behavior | None:
-        """The state machine; None where there is no variable."""
+        """The state machine, or None if there are no variables."""
         if not self.variables:
             return None
         return Behavior(variables=tuple(self.variables), rules=tuple(self.rules), effects=tuple(self.effects))

@@ -1,4 +1,4 @@
-"""Forms of objects that stand about in a kitchen and can be moved; registry/objects/ says what is made of them."""
+"""Forms of movable objects in a kitchen; registry/objects/ lists what is made of them."""
 
 from __future__ import annotations
 

@@ -27,12 +27,12 @@ PICTURE_RIM = 0.49
 
 @dataclass(frozen=True)
 class Plane:
-    """A plane that cuts: what lies beyond it goes.
+    """A cutting plane: everything beyond it is removed.
 
     Attributes:
-        normal: (3,) unit vector, away from what stays. offset: metres along it from the origin.
-        middle: (3,) point about which the picture of the face lies, m; None for the middle of the face.
-        up: (3,) unit vector in the plane along which the picture stands.
+        normal: (3,) unit vector, away from what is kept. offset: metres along it from the origin.
+        middle: (3,) point on which the picture of the cut face is centred, m; None for the middle of the face.
+        up: (3,) unit vector in the plane: the upward direction of the picture.
     """
 
     normal: Floats
@@ -65,15 +65,16 @@ def across(height: float, *, below: bool, slant: float = 0.0) -> Plane:
 
 
 def cut(solid: Solid, planes: list[Plane], hollow: Solid | None = None) -> tuple[Solid, list[Solid]]:
-    """What planes leave of a body, and the plates that lie on its cut faces.
+    """Cut a body by planes, and make the plates that lie on its cut faces.
 
     Args:
-        solid: closed; its picture stays on its skin.
-        hollow: a body within it that is empty; its faces have no picture of their own.
+        solid: closed; its picture is kept on its skin.
+        hollow: an empty body within it, or None; its faces have no picture.
     Returns:
-        The body, closed, without shapes to touch; and a plate for each plane, its picture that of a section.
+        The rest of the body, closed, without collision shapes; and for each plane a plate, whose picture is that of a
+            section.
     Raises:
-        ValueError: a plane leaves nothing, or does not meet the body.
+        ValueError: the planes leave nothing of the body, or a plane does not meet it.
     """
     body = _manifold(solid)
     if hollow is not None:
@@ -86,7 +87,7 @@ def cut(solid: Solid, planes: list[Plane], hollow: Solid | None = None) -> tuple
 
 
 def shell(outer: Solid, inner: Solid, planes: list[Plane]) -> Solid:
-    """What planes leave of the matter between two closed bodies, a trifle behind the cut faces; seen from the side."""
+    """The cut material between two closed bodies, slightly behind the cut faces; its picture is seen from the side."""
     kept = _solid(_trimmed(_manifold(outer) - _manifold(inner), planes, behind=PLATE), outer.crease_deg)
     low, high = kept.bounds
     # The middle of the picture has the flesh without the skin.
@@ -95,7 +96,7 @@ def shell(outer: Solid, inner: Solid, planes: list[Plane]) -> Solid:
 
 
 def _trimmed(body: manifold3d.Manifold, planes: list[Plane], behind: float = 0.0) -> manifold3d.Manifold:
-    """What planes leave of a body when they are moved by `behind` into it, m."""
+    """The rest of a body after cuts by planes that are moved by `behind` into it, m."""
     for plane in planes:
         x, y, z = (-float(v) for v in plane.normal)
         body = body.trim_by_plane((x, y, z), behind - plane.offset)

@@ -66,7 +66,7 @@ def is_rectilinear(outline: Outline) -> bool:
 
 
 def check_outline(outline: Outline) -> None:
-    """Raise ValueError where an outline is none of a room: a side is too short, or sides meet or cross."""
+    """Raise ValueError if an outline cannot be that of a room: a side is too short, or sides meet or cross."""
     if is_rectilinear(outline):
         outline_cells(outline)
         return
@@ -82,10 +82,10 @@ def check_outline(outline: Outline) -> None:
 
 @dataclass(frozen=True)
 class RoomSlab:
-    """A level slab over the whole of a room.
+    """A horizontal slab over the whole of a room.
 
     Attributes:
-        shell: its surface; `side` tells lower face, upper face and rim. shapes: convex pieces that fill it.
+        shell: its surface; `side` distinguishes lower face, upper face and rim. shapes: convex pieces that fill it.
     """
 
     shell: cells.Shell
@@ -143,7 +143,7 @@ def convex_pieces(loop: Floats, triangles: Ints) -> list[list[int]]:
 
 
 def _union(one: list[int], other: list[int]) -> list[int] | None:
-    """Two counter-clockwise polygons joined across the side that they share; None where they share none."""
+    """Two counter-clockwise polygons joined across the side that they share, or None if they share no side."""
     for i, a in enumerate(one):
         b = one[(i + 1) % len(one)]
         if a in other and b in other and other[(other.index(b) + 1) % len(other)] == a:

@@ -1,7 +1,7 @@
-"""Find the open rooms of a thing: what a ball from outside gets into while the thing stands on a floor.
+"""Find the open rooms of an object on a floor: the space that a ball rolling in from outside can reach.
 
 The inside of a mug, of a bowl, of a crate, the compartments of a shelf and the space under a table are open rooms. A
-sealed box has none, and neither has what is open only below, or a slit that the ball does not pass.
+sealed box has none. Space that is open only below, and slits too narrow for the ball, do not count.
 """
 
 from __future__ import annotations
@@ -92,7 +92,7 @@ def open_rooms(points: Floats, faces: Ints) -> OpenRooms:
     """Find the rooms of a surface that a ball reaches from outside, within its hull.
 
     Args:
-        points: (P, 3), all of them used, z up; it stands on the lowest. faces: (F, 3), any winding, open or not.
+        points: (P, 3), all of them used, z up; the floor is at the lowest. faces: (F, 3), any winding, open or not.
     Raises:
         DegenerateShape: the points span no volume.
     """
@@ -123,7 +123,7 @@ def open_rooms(points: Floats, faces: Ints) -> OpenRooms:
 
 
 def swept_by_ball(matter: VoxelMask, radius: float) -> VoxelMask:
-    """Mark what a ball that comes from above or beside sweeps; it does not get under the lowest matter.
+    """Mark the voxels swept by a ball that comes from above or from the sides, but never below the lowest matter.
 
     Args:
         matter: (X, Y, Z), z up, with air all around. radius: of the ball, voxels.

@@ -64,7 +64,7 @@ def voxelise(points: Floats, faces: Ints, cells: int = 64, bridge: bool = False)
 def skin_cells(points: Floats, faces: Ints, grid: Grid) -> npt.NDArray[np.bool_]:
     """(X, Y, Z) cubes of a grid that another surface, (P, 3) points and (F, 3) faces, passes through.
 
-    What lies outside of the grid is drawn onto its border.
+    Parts of the surface outside the grid are drawn onto its border.
     """
     return _skin(points, faces, grid.origin, grid.cell, grid.solid.shape)
 

@@ -1,4 +1,4 @@
-"""Scene in its light form -> its batch form: what stands still merged across fixtures, what moves in few primitives."""
+"""Scene in its light form -> its batch form: fixed parts merged across fixtures, moving parts as few primitives."""
 
 from __future__ import annotations
 

@@ -37,7 +37,12 @@ LAST_UNITS = (
 
 @dataclass(frozen=True)
 class _Step:
-    """What is given up together: joints that are locked, things and bins of doors that become solid, bins one block."""
+    """Simplifications that are made together.
+
+    Attributes:
+        locked: joints to lock. filled: placements of loose things, and of fixtures with bins on doors, to make solid.
+        blocks: placements of fixtures of which all bins of a door become one block.
+    """
 
     locked: tuple[Ref, ...] = ()
     filled: tuple[str, ...] = ()
@@ -77,7 +82,7 @@ def batch_within(
         return forms.form([*locked, *more], filled, blocks)
 
     def size(form: BatchScene) -> int:
-        """Number of primitives, or as many as stand for its pairs."""
+        """Number of primitives, or the equivalent of the number of pairs in primitives, whichever is larger."""
         return (
             form.collider_count
             if most_pairs is None
@@ -106,7 +111,7 @@ def batch_within(
 
 
 def _steps(assets: Mapping[str, Asset], locked: Collection[Ref]) -> Iterator[_Step]:
-    """What is given up, first what a kitchen misses least."""
+    """Yield the simplifications in order, starting with those that a kitchen misses least."""
     left = {
         name: [joint for joint in asset.joints if (name, joint.name) not in locked] for name, asset in assets.items()
     }

@@ -1,4 +1,4 @@
-"""Colliders in place of others: rounded, and called like the largest that they stand for."""
+"""Colliders that replace others: with rounded sizes, named after the largest that they replace."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ AROUND_M = 0.05
 
 
 def fitted_colliders(colliders: Sequence[Collider], limits: FitLimits) -> tuple[Collider, ...]:
-    """Fewer colliders around some, each called like the largest that it stands for, or like a piece of that."""
+    """Fit fewer colliders around some, named after the largest that each replaces or after a piece of it."""
     if len(colliders) < 2:
         return tuple(colliders)
     found: list[Collider] = []

@@ -1,4 +1,4 @@
-"""Boxes that stand in a room -> fewer boxes that close the same space off."""
+"""Boxes in a room -> fewer boxes that close the same space off."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ ORDERS = ((0, 1, 2), (1, 2, 0), (2, 0, 1))
 
 
 class CoveringBox(NamedTuple):
-    """A box, (2, 3) its corners in metres, and the indices of the boxes that it stands for, the largest first."""
+    """A box: its (2, 3) corners in metres, and the indices of the boxes that it replaces, the largest first."""
 
     corners: Floats
     covered: tuple[int, ...]
 
 
 def cover_boxes(space: ReachableSpace) -> list[CoveringBox]:
-    """Boxes that stand for those of a space; none sticks out by more than TOLERANCE_M into what is reachable.
+    """Replace the boxes of a space by fewer; none sticks out by more than TOLERANCE_M into reachable space.
 
-    Each box grows through what is solid or closed as far as faces of others reach; of what has grown, the one that
-    holds most of those that are not held yet is taken, until all are. What nothing can touch is left out.
+    Each box grows through solid or closed space as far as the faces of others. Then the grown box that holds most of
+    the boxes not yet covered is taken, until all are covered. Boxes that nothing can touch are left out.
     """
     boxes = space.boxes
     exposed = np.array([space.is_exposed(lower, upper) for lower, upper in boxes], dtype=bool)

@@ -48,7 +48,7 @@ EMPTY_SHARE_OF_VESSEL = 0.7
 
 
 class Fitted(NamedTuple):
-    """A primitive with its pose in the body, and the indices of those that it stands for, the largest first."""
+    """A primitive with its pose in the body, and the indices of the primitives that it replaces, the largest first."""
 
     shape: Shape
     pose: Pose
@@ -60,11 +60,13 @@ class FitLimits:
     """How closely primitives are fitted.
 
     Attributes:
-        most: so many groups at most. What reaches into what has to be free becomes a few boxes around that.
-        empty_share: of a primitive, that may be empty, 0..1; above it is divided while there are fewer than `most`.
-        free: primitives with their poses in the body into which nothing reaches that did not: what it can hold.
-        beside: (N, 2, 3) corners of what other bodies are made of, in the frame of the body, metres. What would reach
-            into them is cut off there.
+        most: maximum number of groups. A group that reaches into space to be kept free becomes a few boxes around it.
+        empty_share: maximum empty share of a primitive, 0..1; above it, it is divided while there are fewer than
+            `most`.
+        free: primitives with their poses in the body whose space is kept free, because the body can hold things there;
+            only shapes that already reached into it still may.
+        beside: (N, 2, 3) corners of boxes of other bodies, in the frame of the body, metres. Fitted primitives are cut
+            off where they would reach into them.
     """
 
     most: int
@@ -130,7 +132,7 @@ class _Grid:
     """Points evenly within the box around a body.
 
     Attributes:
-        points: (N, 3) metres. cell_m3: what each stands for.
+        points: (N, 3) metres. cell_m3: volume that each point represents.
         held: (P, N) whether a primitive holds a point. free: (N,) whether it has to be free.
         bounds: (P, 2, 3) corners of the primitives, metres.
     """
@@ -173,12 +175,12 @@ class _Grid:
 
 
 def _not_negligible(bounds: Floats, volumes: Floats, sizes: Floats) -> Ints:
-    """Indices of shapes without those that are small together and reach no farther out than others, smallest first.
+    """Indices of shapes, smallest first, without those that are small together and reach no farther out than others.
 
-    What the body stands on stays.
+    Shapes at the bottom, which the body rests on, are kept.
 
     Args:
-        bounds: (N, 2, 3) corners, volumes: (N,), sizes: (N, 3) along the own axes, the least first; metres and m^3.
+        bounds: (N, 2, 3) corners, volumes: (N,), sizes: (N, 3) along the own axes, ascending; metres and m^3.
     """
     kept = np.ones(len(volumes), dtype=bool)
     lower, upper = bounds[:, 0].min(axis=0) + OUTLINE_M, bounds[:, 1].max(axis=0) - OUTLINE_M
@@ -298,7 +300,7 @@ def _around(
 
 
 def _walls(parts: Sequence[tuple[Shape, Pose]], box: Floats, limits: FitLimits) -> list[tuple[Shape, Pose]]:
-    """What is left of an aligned box without what has to be free: boxes, as small as what they stand for allows.
+    """Return the rest of an aligned box after removing the space to be kept free, as boxes shrunk to the parts in them.
 
     Args:
         box: (2, 3) its corners, metres.

@@ -1,4 +1,4 @@
-"""An asset with some joints locked: what they move stands where it is put and is one body with what carries it."""
+"""An asset with some joints locked: moved parts stay at their given position and become one body with their carrier."""
 
 from __future__ import annotations
 

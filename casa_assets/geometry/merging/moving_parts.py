@@ -52,7 +52,7 @@ HANDLE = "handle"
 
 
 class Inside(Enum):
-    """What becomes of the inside of loose things, and of the bins of doors."""
+    """How the inside of loose things and the bins of doors are represented."""
 
     KEPT = "kept"
     SOLID = "solid"  # a thing is solid, each bin a block
@@ -94,7 +94,7 @@ def _gripped(form: Asset, links: Sequence[Link]) -> list[Joint]:
 
 @dataclass(frozen=True)
 class LoosePart:
-    """A primitive as it stands at the start: whose it is, its pose and (2, 3) corners in the world."""
+    """A primitive of a loose thing at the start: its placement and link, its pose and (2, 3) corners in the world."""
 
     placement: str
     link: str
@@ -121,7 +121,7 @@ def loose_parts(placements: Sequence[Placement], forms: Sequence[Asset]) -> list
 def _of_thing(
     place: Placement, form: Asset, link: Link, loose: Sequence[LoosePart], is_filled: bool
 ) -> tuple[Collider, ...]:
-    """The primitives of a link of a loose thing, which keep out of what it holds and of the things beside it."""
+    """The primitives of a link of a loose thing, kept out of the space for its contents and of neighbouring things."""
     if len(link.colliders) < 2:
         return link.colliders
     own = [part for part in loose if part.placement == place.name and part.link == link.name]
@@ -214,7 +214,7 @@ def _without_lining(boxes: list[tuple[Floats, int]]) -> list[tuple[Floats, int]]
     So a drawer has its front as one box and not two.
 
     Args:
-        boxes: (2, 3) corners, and the index of what each stands for.
+        boxes: (2, 3) corners, and the index of the largest collider that each replaces.
     """
     found: list[tuple[Floats, int]] = []
     for corners, index in sorted(boxes, key=lambda box: -float(np.prod(box[0][1] - box[0][0]))):

@@ -1,4 +1,4 @@
-"""Boxes that stand in a room -> the space between them that something can get into from the room."""
+"""Boxes in a room -> the space between them that something can get into from the room."""
 
 from __future__ import annotations
 
@@ -26,12 +26,13 @@ ROUNDING_M = 1e-6
 
 
 class ReachableSpace:
-    """The space of a room that something gets into from one of some points, on a grid of faces of what stands there.
+    """The space of a room that can be reached from given points, on a grid along the faces of the obstacles.
 
-    Gaps of up to 12 mm count as closed. What moves is not there: a cupboard behind its door is reachable.
+    Gaps of up to 12 mm count as closed. Moving parts are not obstacles: the inside of a cupboard with a door is
+    reachable.
 
     Attributes:
-        boxes: (N, 2, 3) lower and upper corners of what stands there, metres, world frame.
+        boxes: (N, 2, 3) lower and upper corners of the obstacles, metres, world frame.
     """
 
     def __init__(self, boxes: Floats, seeds: Floats, askew: Sequence[tuple[Shape, Pose]] = ()) -> None:

@@ -1,4 +1,4 @@
-"""What never moves in a kitchen -> few primitives in the world, merged across fixtures."""
+"""Parts of a kitchen that never move -> few primitives in the world, merged across fixtures."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def still_parts(place: Placement, form: Asset) -> list[StillPart]:
 
 
 def _without_slivers(colliders: Sequence[Collider]) -> list[Collider]:
-    """Colliders without those that are thin and small beside the largest."""
+    """Colliders without those that are thin, and small compared with the largest."""
     sizes = [np.diff(shape_bounds(c.shape, Pose()), axis=0)[0] for c in colliders]
     largest = max((float(np.prod(size)) for size in sizes), default=0.0)
     return [
@@ -94,7 +94,7 @@ def _without_slivers(colliders: Sequence[Collider]) -> list[Collider]:
 
 
 def _of_one_hull_each(colliders: Sequence[Collider]) -> tuple[Collider, ...]:
-    """Colliders of which those that stand for one of the full form are one, where it is not too empty."""
+    """Colliders, with the pieces of one collider of the full form merged into one unless that is too empty."""
     groups: dict[str, list[Collider]] = {}
     for collider in colliders:
         groups.setdefault(LightScene.collider_of(collider.name), []).append(collider)

@@ -52,11 +52,11 @@ class _Cloud:
 
 
 def antipodal_grasps(points: Floats, faces: Ints, opening: float) -> list[AntipodalGrasp]:
-    """Antipodal grasps of a thing that stands on a floor below its lowest point.
+    """Antipodal grasps of an object on a floor at the height of its lowest point.
 
     Args:
         points: (P, 3) metres, z up. faces: (F, 3) facing outwards.
-        opening: the widest that the fingers go, metres.
+        opening: maximum opening of the fingers, metres.
     """
     samples, face = samples_with_faces(points, faces, SAMPLES)
     normals, areas = face_normals(points, faces)
@@ -94,7 +94,7 @@ def _widths(cloud: _Cloud, start: Floats, normal: Floats, opening: float) -> lis
 
 
 def _free_way(cloud: _Cloud, center: Floats, closing: Floats, width: float) -> AntipodalGrasp | None:
-    """Steepest approach from above on which neither fingers nor palm collide; None where there is none."""
+    """Return the grasp with the steepest approach from above in which neither fingers nor palm collide, or None."""
     reach = float(np.hypot(PALM_DISTANCE_M + PALM_DEPTH_M, max(PALM_HALF_LENGTH_M, width / 2 + FINGER_THICKNESS_M)))
     rows = cloud.tree.query_ball_point(center, reach)
     off = cloud.samples[rows] - center

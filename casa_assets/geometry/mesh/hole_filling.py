@@ -17,12 +17,12 @@ MAX_TORN_SHARE = 0.02
 def fill_holes(
     points: Floats, faces: Ints, widest: float, most_torn: float = MAX_TORN_SHARE
 ) -> tuple[Floats, Ints] | None:
-    """Close the small holes of a surface, each by a fan about its middle; None where others are left.
+    """Close the small holes of a surface, each by a fan about its middle; return None if any holes are left.
 
     Args:
-        points: (P, 3) welded. faces: (F, 3), wound one way.
+        points: (P, 3) welded. faces: (F, 3), consistently wound.
         widest: of a hole that is closed, in units of the points: the longest side of the box around it.
-        most_torn: share of the edges that may be torn.
+        most_torn: maximum share of edges that are torn.
     """
     if not len(faces):
         return None
@@ -62,9 +62,9 @@ def _touching(faces: Ints, bad: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
 
 
 def _loops(faces: Ints) -> list[Ints] | None:
-    """Closed ways along the edges that have one face, against that face; None where one does not close.
+    """Return the closed loops of boundary edges, which have one face, wound opposite to it; None if one does not close.
 
-    Where two holes meet in a point, each way goes on around the hole that it came along.
+    If two holes meet in a point, each loop continues around the hole along which it arrived.
     """
     directed = directed_edges(faces)
     count = int(faces.max()) + 1

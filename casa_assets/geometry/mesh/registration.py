@@ -100,7 +100,7 @@ def _starts(one: SampledSurface, other: SampledSurface) -> list[Floats]:
 
 
 def _candidates(one: SampledSurface, other: SampledSurface) -> Floats:
-    """(K, 3, 3) rotations that lay principal axes on principal axes; all kinds of where these are not to be told."""
+    """(K, 3, 3) rotations that align the principal axes; turns of all kinds about axes that cannot be distinguished."""
     x, y, z = (one.axes + other.axes) / 2
     first, second = y > (1 - EQUAL_SPREAD_SHARE) * x, z > (1 - EQUAL_SPREAD_SHARE) * y
     if first and second:

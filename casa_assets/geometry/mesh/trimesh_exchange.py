@@ -146,7 +146,7 @@ class TrimeshMaterial:
     Attributes:
         name: as trimesh has it, may be empty.
         color: RGBA in 0..1; `is_linear` says whether it is linear light (PBR) or a display value (simple materials).
-        metallic, roughness: 0..1, None where the material does not state them. shininess: Phong exponent, or None.
+        metallic, roughness: 0..1, None if the material does not state them. shininess: Phong exponent, or None.
         emissive: linear RGB.
         alpha_mode: OPAQUE, MASK or BLEND. alpha_cutoff: for MASK, 0..1.
         images: `base`, `rough` (green roughness, blue metallic), `normal`, `emissive`.
@@ -169,10 +169,10 @@ class PlacedMesh:
     """One mesh with one material, in the frame of its scene.
 
     Attributes:
-        name: of its node. vertices: (V, 3) units of the scene. faces: (F, 3), turned where its node mirrors.
+        name: of its node. vertices: (V, 3) units of the scene. faces: (F, 3), winding flipped if its node mirrors.
         normals: (V, 3) or None. uv: (V, 2), origin at the lower left, or None.
-        colors: (V, 4) uint8 or None; display values, or linear light where `is_linear` (they came from glTF).
-        finish: None where only colours, or nothing, say how it looks.
+        colors: (V, 4) uint8 or None; display values, or linear light if `is_linear` (they came from glTF).
+        finish: None if its appearance is given only by colours, or not at all.
     """
 
     name: str
@@ -208,7 +208,7 @@ def count_other_geometries(thing: MeshOrScene) -> int:
 
 
 def metres_per_unit(thing: MeshOrScene) -> float | None:
-    """Length of a unit, None where nothing is stated. Raises ValueError: unknown, or meshes that do not agree."""
+    """Length of a unit, or None if not stated. Raises ValueError: the unit is unknown, or the meshes do not agree."""
     meshes = [thing] if isinstance(thing, trimesh.Trimesh) else list(thing.geometry.values())
     # trimesh writes down `None` as a word once somebody has set it.
     words = [str(m.units or "none") for m in meshes if isinstance(m, trimesh.Trimesh)]
@@ -356,7 +356,7 @@ class _NoFiles(trimesh.resolvers.Resolver):
 
 
 def read_scene(data: bytes, file_type: str) -> trimesh.Scene:
-    """Scene of the bytes of a file; vertices and faces as they stand there, nothing merged, nothing else opened.
+    """Scene of the bytes of a file; vertices and faces exactly as in the file, nothing merged, no other file opened.
 
     Args:
         file_type: trimesh's name of the format, such as `off`.

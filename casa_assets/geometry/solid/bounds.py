@@ -29,10 +29,10 @@ def shape_bounds(shape: Shape, pose: Pose) -> Floats:
 
 
 def link_bounds(link: Link, pose: Pose | None = None) -> Floats | None:
-    """(2, 3) corners of all colliders of a link, metres; in link frame, or where `pose` (frame_from_link) leads to.
+    """(2, 3) corners of all colliders of a link, metres; in link frame, or in the frame of `pose` (frame_from_link).
 
     Returns:
-        None where the link has no colliders.
+        None if the link has no colliders.
     """
     frame = pose or Pose()
     corners = [shape_bounds(c.shape, frame @ c.pose) for c in link.colliders]

@@ -25,7 +25,7 @@ MAX_GROWTH = 1.05
 
 
 def solid_of(points: Floats, faces: Ints) -> Solid | None:
-    """The surface as a solid, None where it is no manifold or has no volume.
+    """Return the surface as a solid, or None if it is not a manifold or has no volume.
 
     Args:
         points: (P, 3) welded. faces: (F, 3), outward.
@@ -130,14 +130,14 @@ def hull_within_tolerance(cloud: Floats, limit: int, tolerance: float) -> Floats
 
 
 def hull_with_volume(cloud: Floats, volume_m3: float, box: Floats) -> Floats:
-    """(N, 3) vertices of a hull that has few of them, grown about its middle to a volume, but not out of a box.
+    """(N, 3) vertices of a hull with few vertices, grown about its middle to a volume, but not beyond a box.
 
-    A hull of few vertices lies within what it stands for, and a round thing loses up to a tenth of its volume. Growing
-    puts its sides as far without as they were within.
+    A hull with few vertices lies inside the shape that it approximates, and a round one loses up to a tenth of its
+    volume. Growing it puts its sides as far outside as they were inside.
 
     Args:
-        cloud: vertices. volume_m3: that of the matter that it stands for; a larger hull stays as it is.
-        box: (2, 3) lower and upper corner, metres, so that what stands on a floor stays on it.
+        cloud: vertices. volume_m3: of the approximated shape; a larger hull stays as it is.
+        box: (2, 3) lower and upper corner, metres, so that an object on a floor does not sink into it.
     """
     whole = manifold3d.Manifold.hull_points(np.ascontiguousarray(cloud, dtype=np.float64))
     volume = float(whole.volume())

@@ -142,7 +142,7 @@ def deviation(clouds: Sequence[Floats], of: ReferenceSurface, bare: Floats) -> D
     Args:
         clouds: vertices of each shape. of: the solid. bare: (N,) how far samples of the mesh lie outside the shapes.
     Raises:
-        DegenerateShape: a cloud spans no volume, or there are none.
+        DegenerateShape: a cloud spans no volume, or there are no clouds.
     """
     if not clouds:
         raise DegenerateShape("there are no shapes")

@@ -83,10 +83,10 @@ def hull_volume(points: Floats) -> float:
 def small_hull(points: Floats, limit: int = 64) -> tuple[Floats, Ints]:
     """Hull of at most `limit` vertices: grown from the outermost points, always by the point that sticks out most.
 
-    What stands level on a flat bottom of the hull stands level on this one.
+    If the full hull has a flat bottom to rest level on, so has this one.
 
     Args:
-        points: (N, 3). limit: most vertices.
+        points: (N, 3). limit: maximum number of vertices.
     Returns:
         As `convex_hull`; it lies inside the full hull and touches it in every vertex.
     Raises:
@@ -118,9 +118,9 @@ def small_hull(points: Floats, limit: int = 64) -> tuple[Floats, Ints]:
 
 
 def _evened(cloud: Floats) -> tuple[Floats, Floats]:
-    """(N, 3) the cloud with the unit covariance, rounded, and the symmetric (3, 3) matrix that makes it so.
+    """(N, 3) the cloud whitened to unit covariance, rounded, and the symmetric (3, 3) whitening matrix.
 
-    The symmetric root is the one that does not turn with the axes chosen where the cloud has no axes of its own.
+    The symmetric root is used because it does not depend on the choice of axes where the principal axes are ambiguous.
     """
     spread, axes = np.linalg.eigh(np.cov(cloud.T))
     least = 1e-12 * float(spread[-1])

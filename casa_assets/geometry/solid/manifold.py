@@ -16,9 +16,9 @@ MOST_PIECES = 1000
 
 
 def closed_solid(points: Floats, faces: Ints) -> Surface | None:
-    """The surface as a valid outward manifold, or None where it is none.
+    """Return the surface as a valid outward manifold, or None if it is not one.
 
-    Pieces that run through each other are united, and inner walls cut out: no volume counts twice.
+    Overlapping pieces are united, and inner walls cut out: no volume counts twice.
 
     Args:
         points: (P, 3) welded. faces: (F, 3).
@@ -38,7 +38,7 @@ def closed_solid(points: Floats, faces: Ints) -> Surface | None:
 
 
 def simplified_solid(points: Floats, faces: Ints, target: int) -> Surface | None:
-    """A manifold of at most about `target` faces, or None where the surface is no manifold."""
+    """Return a manifold of at most about `target` faces, or None if the surface is not a manifold."""
     solid = _solid(points, faces)
     if solid is None:
         return None
@@ -51,7 +51,7 @@ def simplified_solid(points: Floats, faces: Ints, target: int) -> Surface | None
 
 
 def union(surfaces: Sequence[Surface]) -> Surface | None:
-    """Union of closed surfaces, or None where none of them is a solid."""
+    """Return the union of closed surfaces, or None if none of them is a solid."""
     solids = [s for s in (_solid(p, f) for p, f in surfaces) if s is not None]
     return _surface(manifold3d.Manifold.batch_boolean(solids, manifold3d.OpType.Add)) if solids else None
 

@@ -22,7 +22,7 @@ class Fit:
 
 
 def best_primitive(points: Floats) -> Fit | None:
-    """The primitive that encloses (N, 3) hull vertices most tightly, or None where they span no volume.
+    """Return the primitive that encloses (N, 3) hull vertices most tightly, or None if they span no volume.
 
     Spheres win ties over cylinders over boxes: fewer numbers, cheaper contacts.
     """

@@ -24,8 +24,8 @@ class WallProfile:
     Attributes:
         center: (2,) x and y of the axis, metres.
         heights: (H,) metres, ascending. step: between two, metres.
-        inner: (H, A) radius where matter begins, 0 where the axis is in it, nan where there is none.
-        outer: (H, A) radius where the first stretch of matter ends.
+        inner: (H, A) radius at which matter begins, 0 if the axis is in it, nan if there is no matter.
+        outer: (H, A) radius at which the first stretch of matter ends.
     """
 
     center: Floats

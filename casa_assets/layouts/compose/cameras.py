@@ -80,7 +80,7 @@ def _looks_at(camera: Camera, wall: WallLine) -> bool:
 
 
 def _before(kitchen: KitchenRequest, wall: WallLine) -> tuple[Vec3, Vec3]:
-    """Eye of a robot that stands before the middle of a wall, as far as it has room, and its target there."""
+    """Eye of a robot in front of the middle of a wall, as far from it as there is room, and its target on the wall."""
     units = [_box(s) for row in kitchen.slots.values() for s in row if not s.is_upper and s.kind is not BaseKind.GAP]
     middle, best = wall.length / 2, LEAST_BEFORE_WALL_M
     for step in range(1, VIEW_STEPS + 1):
@@ -93,7 +93,7 @@ def _before(kitchen: KitchenRequest, wall: WallLine) -> tuple[Vec3, Vec3]:
 
 
 def _robot_eyes(kitchen: KitchenRequest) -> list[tuple[Vec3, Vec3]]:
-    """Eye and target of a robot in the left and in the right of the room, where it stands free and sees far."""
+    """Eye and target of a robot in the left and in the right of the room, at places with free space and a long view."""
     (x0, y0), (x1, y1) = kitchen.room.bounds()
     columns = [tuple(zip(*placed.outline, strict=True)) for placed in kitchen.room.columns]
     units = [s for row in kitchen.slots.values() for s in row if not s.is_upper and s.kind is not BaseKind.GAP]
@@ -138,7 +138,7 @@ def _distance(box: Box, at: Vec2) -> float:
 
 
 def _overview(kitchen: KitchenRequest, x0: float, y0: float, x1: float, y1: float) -> Camera:
-    """From the side that the plan leaves open, high enough to see over what stands in front."""
+    """Camera on the side that the plan leaves open, high enough to see over objects in front."""
     openings = [w for w in kitchen.room.walls if w.open]
     sides = {w.frame.quarter_turns for w in openings}
     turn = 0.0

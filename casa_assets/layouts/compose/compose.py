@@ -55,7 +55,7 @@ def compose(kitchen: KitchenRequest, assets: Mapping[str, Asset], scene_id: str)
 
 
 def _pose_of_lid(spot: Spot, asset: Asset) -> Pose:
-    """room_from_asset of the lid of an asset that stands at a spot, a little above where it closes."""
+    """room_from_asset of the lid of an asset that is placed at a spot, slightly above its closed position."""
     site = next(site for site in asset.sites if site.name == LID_SITE)
     closed = pose_at_spot(asset, spot) @ asset.asset_from_link(site.link) @ site.pose
     x, y, z = (decimals(float(c), 6) for c in closed.position)

@@ -186,7 +186,7 @@ def _opening(hole: WallHole, asset: Asset | None, fixture: Fixture | None) -> Wa
 
 
 def _fronts(kitchen: KitchenRequest, fixtures: Iterable[Fixture]) -> dict[str, float]:
-    """Unit -> distance of the front of what stands on the floor in its place from the line of its run, metres."""
+    """Unit -> distance from the line of its run to the foremost front of fixtures on the floor in its place, metres."""
     lines = {slot.name: slot.line for row in kitchen.slots.values() for slot in row}
     out: dict[str, float] = {}
     for fixture in fixtures:

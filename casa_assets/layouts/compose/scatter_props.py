@@ -1,4 +1,4 @@
-"""Scatter small objects on worktops and shelves: along the wall, clear of what stands there."""
+"""Scatter small objects on worktops and shelves: along the wall, clear of objects that are already there."""
 
 from __future__ import annotations
 
@@ -171,6 +171,6 @@ def _bounds(asset: Asset, pose: Pose) -> Box:
 
 
 def _is_too_close(box: Box, lower: npt.NDArray[np.float64], upper: npt.NDArray[np.float64]) -> bool:
-    """True if a box is closer than the gap to one of some with (N, 3) corners; one may stand on the other."""
+    """True if a box is closer than the gap to one of some boxes with (N, 3) corners; one may rest on another."""
     apart = np.array([MIN_GAP_M, MIN_GAP_M, -0.002])
     return bool(((box[0] < upper + apart) & (lower < box[1] + apart)).all(axis=1).any())

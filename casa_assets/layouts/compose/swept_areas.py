@@ -30,7 +30,7 @@ class AssetOutlines:
         self.points = {k.name: self.poses[k.name].apply(_points(k)) for k in asset.links}
 
     def grip_point(self, joint: Joint) -> Vec3 | None:
-        """Centre of the grip, joints at zero, asset frame, metres; None where there is none."""
+        """Centre of the grip of a joint, joints at zero, asset frame, metres; None if it has no grip."""
         for link in self.asset.links:
             for collider in link.colliders:
                 if collider.name == joint.grip:
@@ -60,7 +60,7 @@ class AssetOutlines:
         )
 
     def swept_area(self, joint: Joint, world_from_asset: Pose, footprint: Footprint) -> SweptArea | None:
-        """Area that a joint's parts sweep, or None where they stay within the fixture's footprint."""
+        """Area that a joint's parts sweep, or None if they stay within the fixture's footprint."""
         local = self.swept_points(joint)
         if not local.shape[1] or np.abs(local[-1] - local[0])[:, :2].max() < MIN_REACH_M:
             return None

@@ -29,9 +29,9 @@ def free_cells(space: Space) -> Mask:
 
 
 def largest_box(space: Space) -> tuple[tuple[float, float, float], tuple[float, float]]:
-    """Size of the box of the largest free floor, and its middle in the frame of the space, metres; zero where none is.
+    """Size of the box over the largest free rectangle of the floor, and its middle in the frame of the space, metres.
 
-    The height is that of the space.
+    The height is that of the space. The size is zero if nothing is free.
     """
     free = free_cells(space)
     best, found = 0, (0, 0, 0, 0)
@@ -65,7 +65,7 @@ def _largest_under(heights: list[int]) -> tuple[int, tuple[int, int, int]]:
 
 
 def count_of_things(space: Space) -> int:
-    """How many cubes of 10 cm stand on its floor in rows, 2 cm apart; none where it is lower than they are."""
+    """Number of 10 cm cubes that fit on its floor in rows, 2 cm apart; 0 if it is lower than a cube, 1 for a site."""
     if space.size[2] < THING_M:
         return 0
     if space.is_site:

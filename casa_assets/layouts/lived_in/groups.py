@@ -29,12 +29,12 @@ _SIDES = np.array([[-1, -1], [-1, 1], [1, -1], [1, 1]])
 
 @dataclass(frozen=True)
 class Group:
-    """Objects and their poses to each other.
+    """Objects and their relative poses.
 
     Attributes:
         poses: group_from_asset of each; the middle of the group's footprint is the origin, its foot at z = 0.
-        size: width, depth and height of all, metres.
-        body: what stands over a site, such as the middle of a pan without its handle; frame of the group, metres.
+        size: width, depth and height of the group, metres.
+        body: point to place over a site, such as the middle of a pan without its handle; frame of the group, metres.
     """
 
     poses: tuple[Pose, ...]
@@ -43,10 +43,10 @@ class Group:
 
 
 def arrange(arrangement: Arrangement, members: Sequence[Silhouette], rng: np.random.Generator) -> Group | None:
-    """A group of objects; None where they do not go together, as a melon and a cup.
+    """A group of objects; None if they do not fit together, such as a melon and a cup.
 
     Args:
-        members: what each takes up, in its own frame; a vessel or rack first. rng: turns and shifts them.
+        members: silhouette of each, in its own frame; a vessel or rack first. rng: turns and shifts them.
     """
     if arrangement is Arrangement.STACK:
         return _stack(members)
@@ -119,10 +119,10 @@ def _stack(members: Sequence[Silhouette]) -> Group:
 
 
 def _heap(members: Sequence[Silhouette], rng: np.random.Generator) -> Group | None:
-    """The first as it stands, the others beside each other on its floor, each in a free place near its middle.
+    """The first object upright, the others next to each other on its floor, each in a free place near its middle.
 
-    Nothing leans against a wall or lies on another: in the light form of a scene, in which shapes are smaller, it would
-    slide down.
+    No object leans against a wall or lies on another: in the light form of a scene, in which shapes are smaller, it
+    would slide down. None if a place is not found for one of them.
     """
     vessel, *rest = members
     middle, foot = vessel.box.mean(axis=0), float(vessel.box[0, 2])
@@ -157,9 +157,9 @@ def _heap(members: Sequence[Silhouette], rng: np.random.Generator) -> Group | No
 
 
 def _on_edge(members: Sequence[Silhouette], rng: np.random.Generator) -> Group | None:
-    """The first as it stands, a rack; the others in slots of it side by side, leaning to the left.
+    """The first object, a rack, upright; the others side by side in its slots, leaning to the left.
 
-    None where there are too few slots, or a plate is too thick or too wide for one.
+    None if there are too few slots, or a plate is too thick or too wide for one.
     """
     rack, *plates = members
     spare = len(rack.slots) - len(plates)

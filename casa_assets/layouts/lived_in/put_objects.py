@@ -45,7 +45,7 @@ class PutGroup:
 
 @dataclass
 class _Room:
-    """What is free in a space, while it is filled."""
+    """A space while it is being filled, with the theme of its objects."""
 
     space: Space
     theme: str = ""
@@ -94,13 +94,13 @@ def put_objects(
     rng: np.random.Generator,
     already: Sequence[PutGroup] = (),
 ) -> tuple[PutGroup, ...]:
-    """Groups of objects in free places, `count` objects in all or fewer where there is no more room.
+    """Groups of objects in free places, `count` objects in all, or fewer if no space is left.
 
     Args:
         spaces: of the kitchen. member: category and number -> the object, always the same.
-        rng: draws what is put where. already: groups that are there.
+        rng: decides which object is put where. already: groups that are there.
     Returns:
-        Those that are new.
+        The new groups.
     """
     draw = _Draw(habits, [_Room(space) for space in spaces], member, rng)
     for group in already:
@@ -188,10 +188,10 @@ def _ease(space: Space) -> float:
 def _free_spot(
     room: _Room, kind: SpaceKind, group: Group, boxes: Sequence[Floats], rng: np.random.Generator
 ) -> tuple[float, float] | None:
-    """Middle of a free place for a group in the frame of the space; None where there is none.
+    """Middle of a free place for a group, in the frame of the space; None if no place is free.
 
     Args:
-        boxes: (2, 3) of the world, around what was put there.
+        boxes: (2, 3) in the world, around the objects that were put there.
     """
     space, gap = room.space, kind.gap_m
     width, depth, height = space.size

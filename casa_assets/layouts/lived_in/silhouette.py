@@ -24,12 +24,12 @@ _CUBE = np.array([[i & 1, i >> 1 & 1, i >> 2 & 1] for i in range(8)]) - 0.5
 
 @dataclass(frozen=True)
 class Silhouette:
-    """What an object takes up, seen from above; frame of the asset, joints at zero, metres.
+    """Space that an object takes up, seen from above; frame of the asset, joints at zero, metres.
 
     Attributes:
         box: (2, 3) bounds of its collision shapes.
-        low, high: (X, Y) lowest and highest point over each cell of `CELL_M`, the first at `box[0]`; inf and -inf
-            where nothing is.
+        low, high: (X, Y) lowest and highest point over each cell of `CELL_M`, the first at `box[0]`; inf and -inf in
+            empty cells.
         slots: (S, 2, 3) bounds of the regions `slot_<n>`, each of which takes one plate on its edge.
     """
 
@@ -40,7 +40,7 @@ class Silhouette:
 
     @property
     def pitch(self) -> float:
-        """How much higher a second one stands that is stacked on the first, both facing the same way; metres."""
+        """Height by which a second one is raised if stacked on the first, both facing the same way; metres."""
         filled = np.isfinite(self.low)
         return float((self.high[filled] - self.low[filled]).max()) + CELL_SLACK_M
 
@@ -57,7 +57,7 @@ class Silhouette:
 
     @property
     def handle(self) -> Floats | None:
-        """(2,) direction along x or y in which a handle reaches out; None where none does, or two do."""
+        """(2,) direction along x or y in which a handle extends; None without a handle, or with two."""
         size = np.ptp(self.box[:, :2], axis=0)
         axis = int(np.argmax(size))
         centers = self.box[0, :2] + (np.argwhere(np.isfinite(self.low)) + 0.5) * CELL_M

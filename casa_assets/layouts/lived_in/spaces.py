@@ -31,16 +31,16 @@ _CUBE = np.array([[i & 1, i >> 1 & 1, i >> 2 & 1] for i in range(8)])
 
 @dataclass(frozen=True)
 class Space:
-    """A region of a thing in a kitchen in which other things stand.
+    """A region of an object in a kitchen in which other objects can be placed.
 
     Attributes:
-        placement, link, region: whose it is: a placement, its link, and the name of its region or site.
+        placement, link, region: what it belongs to: a placement, its link, and the name of its region or site.
         kinds: names of the kinds of space that it is.
         pose: world_from_space: middle of its floor, x to the right along the front, y to the back, z up.
         size: width, depth, height, metres.
         is_round: a cylinder of that width. is_moving: it moves when a drawer, rack or door opens.
-        is_site: no more than a point on which one thing stands.
-        taken: what stands in it already, and what parts of other things sweep.
+        is_site: only a point, on which one object is placed.
+        taken: rectangles of objects that are already in it, and of areas that parts of other objects sweep.
     """
 
     placement: str
@@ -125,7 +125,7 @@ def box_around(points: Floats) -> Floats:
 
 
 def box_in_world(world_from_frame: Pose, box: Floats) -> Floats:
-    """(2, 3) bounds in the world of a (2, 3) box that stands in another frame."""
+    """(2, 3) bounds in the world of a (2, 3) box given in another frame."""
     return box_around(world_from_frame.apply(np.where(_CUBE, box[1], box[0])))
 
 

@@ -48,7 +48,7 @@ def order_backsplash(
 
 
 def window_reach(models: StyleModels) -> float:
-    """Distance that a window's casing and sill reach beside and below its hole, metres."""
+    """Distance by which a window's casing and sill extend to the sides of its hole and below it, metres."""
     casing = float(models.for_role("window").params.get("casing", 0.0)) if models.has("window") else 0.0
     return round(max(casing + SILL_OVERHANG_M, 0.03) + 0.002, 4)
 
@@ -82,7 +82,7 @@ def _panels(
 def _up_to_hoods(
     panels: Iterator[tuple[float, float, float]], slots: Sequence[UnitSlot]
 ) -> Iterator[tuple[float, float, float]]:
-    """Panels raised behind a hob or range; one whole panel where the rest beside it would be too narrow."""
+    """Panels raised behind a hob or range; one whole panel if the rest next to the raised part would be too narrow."""
     hoods = sorted((s.left, s.right) for s in slots if s.kind is UpperKind.HOOD)
     for a, b, high in panels:
         at = a

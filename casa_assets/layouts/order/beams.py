@@ -55,8 +55,8 @@ def beams_of(
 ) -> BeamGrid | None:
     """The beams of a style that has some, clear of the hoods and the columns that reach the ceiling.
 
-    Where the plan has a row of lamps they run along it, so that it hangs between two of them. None where the ceiling is
-    so low that they would hang into cabinets.
+    If the plan has a row of lamps, the beams run along it, so that it hangs between two of them. None if the style has
+    no beams, or the ceiling is so low that they would reach down to cabinets.
     """
     highest = max((s.top for row in slots.values() for s in row if s.kind is not UpperKind.HOOD), default=0.0)
     if style.room.beams is None or room.height - BEAM_HEIGHT_M < highest + OVER_UNITS_M - 1e-6:
@@ -81,7 +81,7 @@ def beams_of(
 
 
 def _grids(along_x: bool, low: float, high: float, off: int) -> list[BeamGrid]:
-    """Beams across a room, the usual number first, then up to so many more or fewer."""
+    """Beams across a room, the usual number of them first, then up to `off` more or fewer."""
     usual = min(max(round((high - low) / BEAM_SPACING_M), MIN_COUNT), MAX_COUNT)
     counts = sorted(range(MIN_COUNT, MAX_COUNT + 1), key=lambda n: (abs(n - usual), n))
     return [BeamGrid(along_x, low, high, n) for n in counts if abs(n - usual) <= off]

@@ -1,4 +1,4 @@
-"""Items of a kitchen's order: a member of a family, and where it will stand."""
+"""Items of a kitchen's order: a member of a family, and where it will be placed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Order the cabinets and appliances that stand in the slots of a run."""
+"""Order the cabinets and appliances for the slots of a run."""
 
 from __future__ import annotations
 

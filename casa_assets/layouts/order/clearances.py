@@ -30,7 +30,7 @@ def keep_clear(
     tables: Mapping[str, PlacedTable],
     models: StyleModels,
 ) -> None:
-    """Raise PlanConflict where a unit or a table stands in a column, or the ceiling over a unit is too low."""
+    """Raise PlanConflict if a unit or a table overlaps a column, or the ceiling over a unit is too low."""
     for placed in room.columns:
         for name, outline in _bodies(slots, tables):
             overlap = penetration_depth(placed.outline, outline)

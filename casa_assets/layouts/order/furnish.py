@@ -59,7 +59,7 @@ SET_DOWN_GAP_M = 0.0008  # metres over a worktop at which things are set down
 
 
 def order_worktop_items(order: BuildOrder, plan: Plan, slots: Mapping[str, UnitSlot], models: StyleModels) -> None:
-    """Order the items that stand on worktops."""
+    """Order the items on worktops."""
     for item in plan.worktop_items:
         if item.on not in slots:
             raise PlanConflict(plan.id, ("worktop_items", item.id, "on"), "a unit of the plan", repr(item.on))
@@ -165,7 +165,7 @@ def order_wall_items(
     holes: Sequence[WallHole],
     models: StyleModels,
 ) -> None:
-    """Order the items that hang on walls; a switch stays beside the casing of a door."""
+    """Order the items that hang on walls; a switch is moved clear of the casing of a door."""
     for item in plan.wall_items:
         at = ("wall_items", item.id)
         if not models.has(item.item):
@@ -332,7 +332,7 @@ def _is_near(line: RunLine, x: float, y: float) -> bool:
 def order_floor_items(
     order: BuildOrder, plan: Plan, room: Room, parameters: Mapping[str, float], models: StyleModels
 ) -> None:
-    """Order the items that stand on the floor."""
+    """Order the items on the floor."""
     for item in plan.floor_items:
         at = ("floor_items", item.id)
         if not models.has(item.item):

@@ -17,8 +17,8 @@ def placed_run(line: RunLine, slots: Sequence[UnitSlot], fronts: Mapping[str, fl
 
     Args:
         slots: of its units.
-        fronts: unit -> how far before the line what stands in its place reaches, where that may be more than its
-            worktop does. Metres.
+        fronts: unit -> distance from the line to the front of the fixtures in its place, if they may reach further than
+            its worktop. Metres.
     """
     corner = line.right.corner
     tall = {s.name for s in slots if s.kind in WORKTOP_BREAKS or s.top > standard_sizes.WORKTOP_HEIGHT}

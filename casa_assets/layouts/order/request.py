@@ -36,7 +36,7 @@ class KitchenRequest:
         room, holes, lines: walls, openings and runs.
         slots: run -> slots of its units, on the floor and on the wall.
         items: everything to build.
-        tables: where tables to eat at stand, by id.
+        tables: places of dining tables, by id.
     """
 
     plan: Plan

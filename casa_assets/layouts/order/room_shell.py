@@ -88,7 +88,7 @@ def find_holes(
 
 
 def _is_behind_tap(hole: WallHole, slots: Iterable[UnitSlot]) -> bool:
-    """True if a sink stands at the wall before an opening, whose lower edge is no higher than the levers of its tap."""
+    """True if a sink is at the wall under an opening whose lower edge is no higher than the levers of its tap."""
     if hole.bottom > TAP_LEVERS_M:
         return False
     sinks = [s for s in slots if s.kind is BaseKind.SINK and s.line.run.on == hole.wall.id]
@@ -103,7 +103,7 @@ def _width_of(opening: PlanOpening, slots: Mapping[str, UnitSlot]) -> float:
 
 
 def in_niches(slots: Mapping[str, Sequence[UnitSlot]], holes: Sequence[WallHole]) -> dict[str, tuple[UnitSlot, ...]]:
-    """Units with those refrigerators set back that stand before a niche as high and wide as they are."""
+    """Units, with refrigerators set back into the niches behind them that begin at the floor and are wide enough."""
     niches = [h for h in holes if h.is_niche and h.bottom == 0.0]
 
     def recess(slot: UnitSlot) -> float:
@@ -208,7 +208,7 @@ def _order_columns(order: BuildOrder, room: Room, shell: RoomStyle) -> None:
 def _order_opening(
     order: BuildOrder, room: Room, hole: WallHole, holes: Sequence[WallHole], models: StyleModels
 ) -> None:
-    """What fills an opening, the floor in it, and what lies behind it."""
+    """Order the window or door of an opening, the floor in it, and the recess or closet behind it."""
     shell = models.style.room
     if hole.is_niche:
         is_seat = hole.bottom > 0.0
@@ -375,7 +375,7 @@ def order_skirting(
     models: StyleModels,
     closed: bool,
 ) -> None:
-    """Skirting, or panelling where the style has it, along every stretch of wall that nothing stands at."""
+    """Skirting, or panelling if the style has it, along every free stretch of wall."""
     high = WAINSCOT_HEIGHT_M if models.style.room.wainscot else SKIRTING_HEIGHT_M
     for wall in room.walls:
         if wall.open and not closed:
@@ -408,7 +408,7 @@ def _lining(length: float, shell: RoomStyle) -> PresetChoice:
 
 
 def door_casing(models: StyleModels) -> float:
-    """Distance that a door's casing stands out beside its hole, metres."""
+    """Distance by which a door's casing extends to the sides of its hole, metres."""
     return float(models.for_role("door").params.get("casing", CASING_WIDTH_M)) if models.has("door") else CASING_WIDTH_M
 
 
@@ -418,7 +418,7 @@ def _occupied_by_units(
     slots: Mapping[str, Sequence[UnitSlot]],
     corners: Sequence[tuple[str, str]],
 ) -> list[tuple[float, float]]:
-    """Intervals of a wall that units stand at, also those of runs along the adjoining walls."""
+    """Intervals of a wall that units occupy, including units of runs along the adjoining walls."""
     out = []
     for name, line in lines.items():
         for slot in slots[name]:
@@ -443,7 +443,7 @@ def _opened_beside(
     slots: Mapping[str, Sequence[UnitSlot]],
     kinds: Sequence[BaseKind],
 ) -> list[tuple[float, float]]:
-    """Intervals of a wall along which units of some kinds open that stand right beside it."""
+    """Intervals of a wall along which units of some kinds open that are right next to it."""
     out = []
     for name, line in lines.items():
         row = [s for s in slots[name] if not s.is_upper]
@@ -459,7 +459,7 @@ def _opened_beside(
 
 
 def _occupied_by_columns(wall: WallLine, room: Room) -> list[tuple[float, float]]:
-    """Intervals of a wall that columns stand at."""
+    """Intervals of a wall that columns occupy."""
     out = []
     for placed in room.columns:
         along, before = zip(*(wall.frame.to_local(x, y) for x, y in placed.outline), strict=True)

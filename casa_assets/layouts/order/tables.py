@@ -39,7 +39,7 @@ class PlacedTable:
 def order_tables(
     order: BuildOrder, plan: Plan, room: Room, parameters: Mapping[str, float], models: StyleModels
 ) -> dict[str, PlacedTable]:
-    """Order dining tables with chairs round them; returns where they stand, by id."""
+    """Order dining tables with chairs around them; return their places, by id."""
     placed: dict[str, PlacedTable] = {}
     for table in plan.tables:
         at = ("tables", table.id)
@@ -92,7 +92,7 @@ def _order_table(order: BuildOrder, table: DiningTable, frame: WallFrame, at: Ve
 
 
 def _places(chairs: int, width: float, depth: float, is_round: bool) -> list[tuple[float, float, float]]:
-    """Where chairs stand at the edge of a table: along it, across it, and the turn to the table, degrees."""
+    """Places of chairs at the edge of a table: along it and across it, metres, and the turn to the table, degrees."""
     if is_round:
         turns = [360.0 * k / chairs for k in range(chairs)]
         return [

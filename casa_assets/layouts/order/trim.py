@@ -51,7 +51,7 @@ class CabinetRow:
 def order_cornices(
     order: BuildOrder, lines: Mapping[str, RunLine], slots: Mapping[str, Sequence[UnitSlot]], models: StyleModels
 ) -> None:
-    """A cornice over every row, with returns to the wall at ends that are seen; none where the style has no profile."""
+    """Order a cornice over every row, with returns to the wall at visible ends, if the style has a profile for it."""
     profile = models.style.cabinets.cornice
     if profile is None:
         return
@@ -111,7 +111,7 @@ def find_rows(line: RunLine, slots: Sequence[UnitSlot], models: StyleModels) -> 
 def _cornice_cabinets(
     line: RunLine, slots: Sequence[UnitSlot], models: StyleModels
 ) -> Iterator[tuple[float, float, float, bool]]:
-    """Left, right, depth of cabinets that reach the height of the wall units, and whether they stand on the floor."""
+    """Left, right, depth of cabinets that reach the height of the wall units, and whether they are on the floor."""
     for slot in slots:
         if abs(slot.top - standard_sizes.UPPER_TO) > 1e-3 or slot.recess:
             continue
@@ -132,7 +132,7 @@ def is_hood_under_cabinet(slot: UnitSlot, models: StyleModels) -> bool:
 
 
 def _is_free_end(row: CabinetRow, at: float, rows: Sequence[CabinetRow], line: RunLine) -> bool:
-    """True if an end of a row is free: no wall, no deeper or equal row beside it."""
+    """True if an end of a row is free: no wall, and no deeper or equal row next to it."""
     if at < NO_RETURN_M or at > line.length - NO_RETURN_M or _is_at_corner(at, line):
         return False
     return all(r.depth < row.depth - 1e-3 for r in _beside(row, at, rows))
@@ -151,7 +151,7 @@ def _beside(row: CabinetRow, at: float, rows: Sequence[CabinetRow]) -> list[Cabi
 
 
 def order_curtains(order: BuildOrder, holes: Sequence[WallHole], models: StyleModels) -> None:
-    """The style's curtain at every window; none where a long one would hang over a worktop."""
+    """Order the style's curtain for every window, except where a long one would hang over a worktop."""
     if not models.has("curtain"):
         return
     model = models.for_role("curtain")

@@ -175,7 +175,7 @@ def _slabs(stretch: WorktopStretch) -> Iterator[WorktopStretch]:
 
 
 def _short_enough(part: WorktopStretch) -> Iterator[WorktopStretch]:
-    """A part with one cutout at most, divided by seams beside the cutout, or in the middle, until none is too long."""
+    """A part with at most one cutout, divided by seams next to the cutout, or in the middle, until none is too long."""
     left, right = part.left, part.right
     if right - left <= MAX_SLAB_M:
         yield part

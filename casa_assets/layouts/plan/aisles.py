@@ -82,7 +82,7 @@ def find_aisles(
 
 
 def _faces(run: PlacedRun) -> Iterator[RunFace]:
-    """Sides of a run: fronts of its units, its back where it stands away from walls, and its free ends."""
+    """Sides of a run: fronts of its units, its back if it is away from walls, and its free ends."""
     for unit in run.units:
         if unit.kind != "gap":
             yield RunFace(FaceKind.FRONT, run.id, run.at(unit.left, unit.front), run.at(unit.right, unit.front))

@@ -27,10 +27,10 @@ class Place:
     """Place of a model in a kitchen.
 
     Attributes:
-        most: greatest sizes that it leaves, by side, metres.
-        fills: whether the width is that of a unit whose plan states it, which the model has to fill.
+        most: maximum size of a model by dimension, metres.
+        fills: whether the plan states the width of the unit, which the model then has to fill.
         name: of the unit.
-        reach: how far doors may reach beside the model as they turn, metres; None: as far as they do.
+        reach: how far doors may swing out to the side of the model, metres; None: as far as they do.
     """
 
     most: Mapping[str, float]
@@ -40,7 +40,7 @@ class Place:
 
 
 class ModelMisfit(CasaError):
-    """An asset that cannot stand where it is named: what could, with what to do about it, and what it is."""
+    """An asset that cannot be placed where it is named: what could be placed there, what to do, and what was given."""
 
     def __init__(self, expected: str, got: str) -> None:
         self.expected, self.got = expected, got
@@ -58,15 +58,15 @@ def category_of(asset_id: str) -> str:
 def fitted_choice(
     choice: PresetChoice, role: str, rule: RoleRule, library: Mapping[str, Mapping[str, Any]], place: Place
 ) -> tuple[PresetChoice, dict[str, Any]]:
-    """An asset of a library as it stands in a role.
+    """An asset of a library, fitted to a role.
 
     Args:
-        choice: names it, and may state a scale and a base of its own. library: sizes of all assets by id.
-        place: where it stands.
+        choice: names it, and may state a scale and a base. library: sizes of all assets by id.
+        place: where it is placed.
     Returns:
-        The choice with the scale and the base that it gets where they are not the asset's own; its sizes then.
+        The choice, with its scale and base if they differ from those of the asset; the asset's sizes at that scale.
     Raises:
-        ModelMisfit: it does not suit.
+        ModelMisfit: it does not suit the role or the place.
     """
     sizes = library[choice.name]
     if rule.refused:
@@ -109,7 +109,7 @@ def named(choice: PresetChoice) -> str:
 
 
 def _scale(sizes: Mapping[str, Any], rule: RoleRule, place: Place) -> float | None:
-    """The scale nearest to 1 with which an asset fits, or to its wanted level; None where none does."""
+    """The scale nearest to 1, or to the one for its wanted level, with which an asset fits; None if no scale fits."""
     low, high = _bounds(sizes, rule, place)
     if low > high:
         return None

@@ -51,7 +51,7 @@ class Room:
     Attributes:
         outline: corners (x, y), metres, clockwise from the back left.
         height: of the level part of the ceiling, metres. slopes: of the ceiling.
-        columns: that stand in it.
+        columns: in the room.
     """
 
     walls: tuple[WallLine, ...]
@@ -151,7 +151,7 @@ class WallHole:
 
     Attributes:
         back: of a niche, the face of its back as a wall; windows may be in it.
-        behind_tap: of a window, whether a tap stands before it at the height of its sill.
+        behind_tap: of a window, whether a tap is in front of it at the height of its sill.
     """
 
     opening: PlanOpening
@@ -223,7 +223,7 @@ def build_room(plan: Plan, parameters: Mapping[str, float]) -> Room:
 
 
 def _slopes(plan: Plan, room: Room) -> tuple[CeilingSlope, ...]:
-    """The slopes of the ceiling. Raises PlanConflict where one does not fit between the walls beside it."""
+    """The slopes of the ceiling. Raises PlanConflict if one does not fit between the adjoining walls."""
     found: list[CeilingSlope] = []
     for k, slope in enumerate(plan.slopes):
         at = ("slopes", k)
@@ -249,7 +249,7 @@ def _slopes(plan: Plan, room: Room) -> tuple[CeilingSlope, ...]:
 
 
 def _columns(plan: Plan, room: Room, parameters: Mapping[str, float]) -> tuple[PlacedColumn, ...]:
-    """The columns in their places. Raises PlanConflict where one stands outside, or under a slope."""
+    """The columns in their places. Raises PlanConflict if one is outside the room, or under a slope."""
     found = []
     for column in plan.columns:
         at = ("columns", column.id)

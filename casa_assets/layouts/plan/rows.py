@@ -22,9 +22,9 @@ class WidthRange:
 
 
 def share_widths(spans: Sequence[WidthRange], available: float) -> list[float] | None:
-    """Widths whose sum is `available`, or the maximum widths where that is less; None where the minimum does not fit.
+    """Widths whose sum is `available`, or the maximum widths if their sum is less; None if the minimum does not fit.
 
-    Every unit takes the same share of its own range.
+    Every unit takes the same share of its range.
     """
     minimum, maximum = sum(s.minimum for s in spans), sum(s.maximum for s in spans)
     if minimum > available + WIDTH_STEP_M / 2:

@@ -32,7 +32,7 @@ class LineEnd:
 
 @dataclass(frozen=True)
 class RunLine:
-    """A run in the room: units stand between `frame` (their backs) and `depth` metres before it."""
+    """A run in the room: units extend from `frame` (their backs) to `depth` metres in front of it."""
 
     run: Run
     frame: WallFrame
@@ -48,17 +48,17 @@ class RunLine:
 
     @property
     def at_wall(self) -> bool:
-        """True if it stands at a wall."""
+        """True if it is at a wall."""
         return self.run.on is not None
 
     @property
     def is_island(self) -> bool:
-        """True if it stands free on all sides."""
+        """True if it is free on all sides."""
         return self.run.faces is not None
 
     @property
     def has_back(self) -> bool:
-        """True if it needs panels behind it: it stands at no wall, and its units have no finished back."""
+        """True if it needs panels behind it: it is not at a wall, and its units have no finished back."""
         return not self.at_wall and all(u.kind is not BaseKind.ISLAND for u in self.run.base)
 
     @property
@@ -71,7 +71,7 @@ class RunLine:
 
 
 class CornerPart(StrEnum):
-    """Units that plans do not name: what stands in a corner, and strips that close gaps."""
+    """Units that plans do not name: corner units, and strips that close gaps."""
 
     BLIND = "corner_blind"
     DIAGONAL = "corner_diagonal"
@@ -86,7 +86,7 @@ class UnitSlot:
         name: of the unit. kind: of unit, or of corner part. unit: as the plan has it, None for a corner part.
         line: its run. left, right: along it. depth: from its back. bottom, top: above the floor. All metres.
         hinge: side of a single door. corner: side of it on which a corner lies.
-        recess: how far it stands back into a niche behind its line, metres.
+        recess: how far it is set back into a niche behind its line, metres.
     """
 
     name: str
@@ -152,7 +152,7 @@ def base_slots(plan: Plan, line: RunLine, models: StyleModels) -> tuple[UnitSlot
 
 
 def room_at_walls(line: RunLine) -> float:
-    """Metres of a run that refrigerators leave to a wall beside them, which the pulls of their doors need."""
+    """Length of a run between refrigerators and the walls next to them, which the pulls of their doors need, metres."""
     return sum(_from_walls(line))
 
 
@@ -186,12 +186,12 @@ def _strip_widths(plan: Plan, line: RunLine, rest: float) -> tuple[float, float]
 
 
 def _stands_free(units: tuple[BaseUnit, ...]) -> bool:
-    """True if a unit needs air beside it instead of a strip: a refrigerator that stands free."""
+    """True if a unit needs air next to it instead of a strip: a freestanding refrigerator."""
     return any(u.kind is BaseKind.FRIDGE and not u.housing for u in units)
 
 
 def _strip_height(units: tuple[BaseUnit, ...], top: float) -> float:
-    """Height of a strip beside a unit."""
+    """Height of a strip next to a unit, metres."""
     return standard_sizes.UPPER_TO if units and units[0].kind in TALL else top
 
 
@@ -200,7 +200,7 @@ def _strip(line: RunLine, name: str, left: float, right: float, top: float) -> U
 
 
 def corner_slots(line: RunLine, side: RunSide, top: float, is_upper: bool = False) -> tuple[UnitSlot, ...]:
-    """Slot that a corner adds at one end of a run: a corner cabinet, or a strip beside that of the other run.
+    """Slot that a corner adds at one end of a run: a corner cabinet, or a strip next to that of the other run.
 
     Args:
         top: height of the slot's upper edge, metres.
@@ -233,7 +233,7 @@ def other_side(side: RunSide) -> RunSide:
 
 
 def _is_tall(units: tuple[BaseUnit, ...], k: int) -> bool:
-    """True if a unit reaches up to the wall units: tall ones do, and so do strips and panels beside nothing else."""
+    """True if a unit reaches up to the wall units: tall ones do, and strips and panels next to tall units only."""
     if units[k].kind in (BaseKind.FILLER, BaseKind.PANEL):
         return all(u.kind in TALL for u in (*units[max(0, k - 1) : k], *units[k + 1 : k + 2]))
     return units[k].kind in TALL

@@ -72,7 +72,7 @@ def base_span(unit: BaseUnit, models: StyleModels) -> WidthRange:
 
 
 def island_columns(width: float) -> tuple[str, ...]:
-    """What the columns of an island of a width hold, from left to right."""
+    """Contents of the columns of an island of a width, from left to right: drawers or doors."""
     return ("drawers", "doors", "drawers") if width > 1.55 else ("drawers", "doors")
 
 
@@ -81,7 +81,7 @@ def room_beside(unit: BaseUnit | UpperUnit, is_library: bool, sweep: float = 0.0
 
     Args:
         is_library: the appliance is an asset of a library, the front of which does not cover the sides of a niche.
-        sweep: how far its doors reach beside it as they turn, where that is known.
+        sweep: how far its doors swing out to its side, if known.
     """
     if unit.kind is BaseKind.FRIDGE:
         assert isinstance(unit, BaseUnit)

@@ -45,8 +45,8 @@ class StyleModel:
     """A chosen member of a family or asset of a library.
 
     Attributes:
-        choice: as the style or the plan has it; of an asset of a library, with the scale and the base it gets there.
-        params: all parameters, with the changes of the style; of an asset of a library, its sizes as it stands there.
+        choice: as the style or the plan has it; for an asset of a library, with the scale and the base it gets there.
+        params: all parameters, with the changes of the style; for an asset of a library, its sizes at that scale.
     """
 
     choice: PresetChoice
@@ -84,7 +84,8 @@ class StyleModels:
         """The style's model for a role.
 
         Raises:
-            UnknownId: the style has none, or there is none of that name. StyleConflict: it does not suit the role.
+            UnknownId: the style has no model for it, or names one that does not exist.
+            StyleConflict: the model does not suit the role.
         """
         return self._of_style(role, ANYWHERE)
 
@@ -101,12 +102,12 @@ class StyleModels:
         return self._of_style(role, place) if unit.model is None else self.fitted(unit.model, role, place)
 
     def for_item(self, item: WorktopItem) -> StyleModel:
-        """The model of what stands on a worktop. Raises as `for_unit`."""
+        """The model of an item on a worktop. Raises as `for_unit`."""
         role = self.role_of(item)
         return self.for_role(item.id) if item.model is None else self.fitted(item.model, role, ANYWHERE)
 
     def role_of(self, item: WorktopItem) -> str:
-        """Role of what stands on a worktop: its id, or what it is by its category where the plan names it freely."""
+        """Role of an item on a worktop: its id, or the family or category of a model that the plan names freely."""
         if item.model is None or item.id in self.style.models:
             return item.id
         if not item.model.is_library:
@@ -130,7 +131,7 @@ class StyleModels:
         return StyleModel(choice, {**presets[choice.name], **choice.params})
 
     def fitted(self, choice: PresetChoice, role: str, place: Place) -> StyleModel:
-        """A choice as it stands in a role. Raises UnknownId; ModelMisfit where it does not suit."""
+        """A choice fitted to a role. Raises UnknownId; ModelMisfit if it does not suit."""
         model = self.resolve(choice)
         if not choice.is_library or role not in self.roles:
             return model
@@ -159,7 +160,7 @@ class StyleModels:
 
 
 def check_plan_models(plan: Plan, models: StyleModels) -> None:
-    """Raise PlanConflict where a plan names a model that does not suit, or that there is none of."""
+    """Raise PlanConflict if a plan names a model that does not suit, or does not exist."""
     for pointer, named in _named_models(plan):
         try:
             if isinstance(named, WorktopItem):
@@ -175,7 +176,7 @@ def check_plan_models(plan: Plan, models: StyleModels) -> None:
 
 
 def _named_models(plan: Plan) -> Iterator[tuple[tuple[str | int, ...], BaseUnit | UpperUnit | WorktopItem]]:
-    """What names a model of its own, with its place in the plan's file."""
+    """Units and worktop items for which the plan names a model, each with its place in the plan's file."""
     for run in plan.runs:
         rows: tuple[tuple[str, tuple[BaseUnit | UpperUnit, ...]], ...] = (("base", run.base), ("upper", run.upper))
         for row, units in rows:

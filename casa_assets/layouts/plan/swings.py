@@ -1,7 +1,7 @@
-"""What doors, drawers and flaps of a kitchen sweep, seen from above, before anything of it is built.
+"""Areas that doors, drawers and flaps of a kitchen sweep, seen from above, before any of them is built.
 
-The families that build them decide how far they reach; here are the most that they do, as tests/unit/layouts holds them
-to. A kitchen in which no leaf meets another that stands open is one whose doors and drawers open (check SCN005).
+The families that build them decide how far they reach; the numbers here are upper bounds, which tests/unit/layouts
+verifies. If no leaf meets another one that is open, all doors and drawers of a kitchen open (check SCN005).
 """
 
 from __future__ import annotations
@@ -83,9 +83,9 @@ class Leaf:
 
     Attributes:
         owner: unit or opening that it belongs to. run: of that unit; empty for an opening.
-        way: the places that its parts take up one after the other. stands: those where it is open.
-        shut: that of the handle of a wall unit while it is shut; units on the floor stand further apart.
-        of_appliance: whether it is a part of an appliance. keeps_width: whether it opens before its own unit alone.
+        way: its parts at successive places as it opens. stands: its parts when it is open.
+        shut: the handle of a wall unit when it is closed; units on the floor are further apart.
+        of_appliance: whether it is a part of an appliance. keeps_width: whether it opens in front of its unit only.
     """
 
     owner: str
@@ -180,7 +180,7 @@ def _of_slot(slot: UnitSlot, models: StyleModels) -> Iterator[Leaf]:
 
 
 def _handle(models: StyleModels) -> float:
-    """How far the handles of a style's cabinets stand out at most, metres."""
+    """Maximum distance by which handles of a style's cabinets protrude, metres."""
     cabinets = models.style.cabinets
     groups = (cabinets.base, *(g.filled_from(cabinets.base) for g in (cabinets.upper, cabinets.tall, cabinets.island)))
     return max(HANDLES_M.get(str(group.handle), MOST_HANDLE_M) for group in groups)
@@ -201,7 +201,7 @@ def _island(place: _Place) -> Iterator[Leaf]:
 
 
 def _appliance(place: _Place, unit: BaseUnit, models: StyleModels) -> Iterator[Leaf]:
-    """Leaves of a unit with an appliance, or of none where it has nothing that opens."""
+    """Leaves of a unit with an appliance; empty if nothing of it opens."""
     slot = place.slot
     if unit.kind is BaseKind.RANGE:
         model = models.for_unit(unit)
@@ -230,7 +230,7 @@ def _appliance(place: _Place, unit: BaseUnit, models: StyleModels) -> Iterator[L
 
 @dataclass(frozen=True)
 class _Place:
-    """The front of a unit: its slot, how far before the line of its run it lies, what handles stand out; metres."""
+    """The front of a unit: its slot, its distance from the line of its run, protrusion of its handles; metres."""
 
     slot: UnitSlot
     front: float
@@ -241,7 +241,7 @@ class _Place:
         return replace(self, front=round(self.front + more, 4))
 
     def box(self, left: float, right: float, near: float, far: float, bottom: float, top: float) -> Part:
-        """What lies between two places along the run, two distances before the front and two heights, metres."""
+        """The box between two places along the run, two distances in front of the front and two heights, metres."""
         frame, v0, v1 = self.slot.line.frame, self.front + near, self.front + far
         outline = tuple(frame.at(u, v)[:2] for u, v in ((left, v0), (right, v0), (right, v1), (left, v1)))
         return Part(outline, bottom, top)
@@ -251,7 +251,7 @@ class _Place:
         return Leaf(self.slot.name, self.slot.line.id, tuple(way), tuple(stands))
 
     def slide(self, left: float, right: float, reach: float, bottom: float, top: float) -> Leaf:
-        """A drawer without a handle that stands out."""
+        """A drawer without a protruding handle."""
         parts = (self.box(left, right, GAP_M, reach, bottom, top),)
         return self.leaf(parts, parts)
 
@@ -290,12 +290,12 @@ class _Place:
         fridge_pull: float | None = None,
         start: float = 0.0,
     ) -> Leaf:
-        """A door whose hinge is at a place along the run, `is_left`: on its left.
+        """A door whose hinge is at a place along the run; `is_left`: on the left of the door.
 
         Args:
-            fridge_pull: what the pull stands out of the door of a refrigerator, which opens by a right angle; None: a
-                door of a cabinet, which opens so far that its handle stays within its own width.
-            start: angle between the shut door and the front of the run, radians.
+            fridge_pull: protrusion of the pull from the door of a refrigerator, which opens by a right angle, metres;
+                None: a door of a cabinet, which opens only as far as its handle stays within its width.
+            start: angle between the closed door and the front of the run, radians.
         """
         edge = HANDLE_FROM_EDGE_M if fridge_pull is None else FRIDGE_PULL_FROM_EDGE_M
         near, far = width - edge[1], width - edge[0]
@@ -310,7 +310,7 @@ class _Place:
         return replace(leaf, shut=(Part(shut, bottom, top),) if pull and self.slot.is_upper else ())
 
     def diagonal(self, bottom: float, top: float) -> Leaf:
-        """The door of a corner cabinet with its front across the corner, which opens before the unit beside it."""
+        """The door of a corner cabinet with a diagonal front, which opens in front of the unit next to it."""
         slot = self.slot
         is_left = slot.corner is RunSide.RIGHT
         width = (slot.width - slot.depth) * math.sqrt(2.0) - 2 * GAP_M

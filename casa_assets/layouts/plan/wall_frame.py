@@ -22,7 +22,7 @@ _TURNS: tuple[Vec4, ...] = (
 
 @dataclass(frozen=True)
 class WallFrame:
-    """A line on the floor with a left end and a direction; what stands at it faces away from it, to its right.
+    """A line on the floor with a left end and a direction; objects at the line face away from it, to its right.
 
     Attributes:
         x, y: its left end in the room, metres.

@@ -44,7 +44,7 @@ def upper_slots(plan: Plan, line: RunLine, base: Mapping[str, UnitSlot], models:
 
 
 def _is_lone_strip(slot: UnitSlot, row: list[UnitSlot]) -> bool:
-    """True if a strip in a corner closes no gap, since nothing hangs beside it."""
+    """True if a strip in a corner closes no gap, since nothing hangs next to it."""
     if slot.kind is not CornerPart.FILLER:
         return False
     beside = [s for s in row if s is not slot and s.kind is not UpperKind.GAP]

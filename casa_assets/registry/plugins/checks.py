@@ -1,4 +1,4 @@
-"""Checks that plug-ins add: they are run beside those of the package, on whatever their subject is."""
+"""Checks that plug-ins add: they are run in addition to those of the package, each on its kind of subject."""
 
 from __future__ import annotations
 

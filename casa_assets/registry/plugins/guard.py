@@ -1,4 +1,4 @@
-"""Have errors in the code of a plug-in told as its own."""
+"""Report errors in the code of a plug-in as errors of that plug-in."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ R = TypeVar("R")
 
 
 def guarded(one: LoadedPlugin, what: str, function: Callable[P, R]) -> Callable[P, R]:
-    """The same function, whose errors are told as those of its plug-in. What it raises on purpose stays as it is."""
+    """The same function, but with its errors raised as PluginFailure; CasaError and MemoryError pass unchanged."""
 
     def call(*args: P.args, **kwargs: P.kwargs) -> R:
         try:

@@ -163,7 +163,7 @@ def _trusted() -> Sequence[Path]:
 
 
 def _imported(path: Path, digest: str) -> ModuleType:
-    """The module in a file, under a name of its own; those beside it are found by their names."""
+    """The module in a file, under a unique name; it can import modules in the same folder by their names."""
     name = f"{MODULES}_{digest[:12]}_{path.stem}"
     if name in sys.modules:
         return sys.modules[name]

@@ -1,4 +1,4 @@
-"""What a plug-in offers, and what the parts of it have to be able to do."""
+"""The record that describes a plug-in, and the protocols that its parts have to implement."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Source(Protocol):
 
 @runtime_checkable
 class Exporter(Protocol):
-    """Writes assets in a form of its own, for `casa-assets export plugin NAME`.
+    """Writes assets in its own format, for `casa-assets export plugin NAME`.
 
     Attributes:
         name: as the command takes it. about: what is written, one sentence.
@@ -61,9 +61,9 @@ class Plugin:
         name, version: such as `tea_things`, `1.2`.
         families: for `families build`, plans and styles; their category is a row of fixtures.yaml.
         forms: of objects; rows of `objects/` in a project name them.
-        checks: beside those of the package, on whatever the type of their subject says. Codes of capital letters and
+        checks: run in addition to those of the package, each on subjects of its type. Codes of capital letters and
             three digits, such as `TEA001`.
-        limits: numbers that the checks are held against, by key; a row of limits.yaml in a project changes one.
+        limits: numbers that the checks compare with, by key; a row of limits.yaml in a project changes one.
         texture_kinds: rows of `textures/` in a project name them.
         sources, exporters: see there.
     """

@@ -1,4 +1,4 @@
-"""Joints between pieces, and the edges of the pieces beside them."""
+"""Joints between pieces, and the edges of the adjoining pieces."""
 
 from __future__ import annotations
 

@@ -44,10 +44,10 @@ class Laying(Record):
         pattern: shape and bond.
         width_m: of a piece across its length, metres, joint included.
         length_m: of a piece along its length, metres, joint included.
-        bond: of a running bond: share of a length by which each row is moved on; 0 is stacked.
-        upright: pieces stand (running bond, planks).
-        diagonal: the whole is turned by 45 degrees (herringbone).
-        width_count: of planks: how many widths are mixed.
+        bond: of a running bond: share of a length by which each row is shifted; 0 is stacked.
+        upright: the length of pieces is vertical (running bond, planks).
+        diagonal: the whole pattern is turned by 45 degrees (herringbone).
+        width_count: of planks: number of widths that are mixed.
         ends_m: of planks: by how much the joints at their ends are narrower than those along them, metres.
     """
 

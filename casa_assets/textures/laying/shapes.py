@@ -94,7 +94,7 @@ def stars(tile_m: Size, width: float) -> list[PlacedOutline]:
 
 
 def cubes(tile_m: Size, width: float) -> list[PlacedOutline]:
-    """Three rhombs to a hexagon, so that blocks seem to stand out (sorts 0 to 2)."""
+    """Three rhombs per hexagon, so that blocks seem to protrude (sorts 0 to 2)."""
     spoke = width / _ROOT3
     shape = polygon([(0.0, -width / 2), (spoke / 2, 0.0), (0.0, width / 2), (-spoke / 2, 0.0)])
     found = []

@@ -39,7 +39,7 @@ def lens(u: Array, v: Array, cu: float, cv: float, turn: float, length: float, w
 
 
 def polar(u: Array, v: Array, folds: int) -> tuple[Array, Array]:
-    """Radius, and angle folded into one of so many equal sectors about its middle, radians."""
+    """Radius, and angle from the middle of the nearest of `folds` equal sectors, radians."""
     bearing, sector = np.arctan2(v, u), 2.0 * np.pi / folds
     return np.hypot(u, v), np.asarray(np.mod(bearing + sector / 2, sector) - sector / 2)
 

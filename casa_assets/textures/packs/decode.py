@@ -51,7 +51,7 @@ def decode(data: bytes) -> DecodedPicture:
     """The picture in these bytes.
 
     Raises:
-        Rejected: it is none, is broken, has a wrong size, can be seen through, or shows one colour.
+        Rejected: it is not a picture, is broken, has a wrong size, is transparent, or shows a single colour.
     """
     found = _decoded(data)
     if float(np.abs(found.pixels - found.pixels.mean(axis=(0, 1))).mean()) * 255.0 < _BLANK / 2.0:
@@ -62,8 +62,8 @@ def decode(data: bytes) -> DecodedPicture:
 def decode_map(data: bytes, role: MapRole) -> Floats:
     """(H, W, 3) 0..1 of a map of normals, roughness and so on; it may be one colour all over. Raises as `decode`.
 
-    Files of floats may hold normals from -1 to 1 and heights in metres: both are brought into 0..1. The relief that is
-    made of heights has a depth of its own, so that their unit does not matter.
+    Files of floats may hold normals from -1 to 1 and heights in metres: both are mapped to 0..1. The depth of a relief
+    made from heights is set separately, so their unit does not matter.
     """
     pixels = _decoded(data).pixels
     low, high = float(pixels.min()), float(pixels.max())

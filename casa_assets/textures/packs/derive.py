@@ -35,7 +35,7 @@ Floats = npt.NDArray[np.float32]
 
 @dataclass(frozen=True)
 class GivenMaps:
-    """Maps that a picture comes with, float32 0..1; None where it does not.
+    """Maps that come with a picture, float32 0..1; missing ones are None.
 
     Attributes:
         normal: (H, W, 3), y up. roughness, metalness, height: (H, W, 1).
@@ -118,7 +118,7 @@ def layers(base: Floats, surface: Surface, roughness: float | None) -> Layers:
 
     Args:
         base: (H, W, 3) sRGB 0..1 that tiles.
-        surface: sets the gloss where none is given.
+        surface: decides the mean roughness if `roughness` is None.
         roughness: mean, 0..1, or None.
     """
     detail = _detail(base @ np.array([0.2126, 0.7152, 0.0722], dtype=np.float32))

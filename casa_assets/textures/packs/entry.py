@@ -19,16 +19,16 @@ UNKNOWN = "unknown"
 
 
 class PictureDescription(Record):
-    """Description of a picture by a user: a row of pack.yaml, its `defaults`, or the flags; None where not given.
+    """Description of a picture by a user: a row of pack.yaml, its `defaults`, or the flags; None if not given.
 
     Attributes:
         surface: what it is for.
-        tile_m: width and height in metres of what the picture shows.
-        licence: SPDX id, or the words of whoever gives it.
+        tile_m: width and height in metres of the surface that the picture shows.
+        licence: SPDX id, or the words of the licensor.
         prompt, generator, author: how and by whom it was made.
         substance: id in registry/substances.yaml.
-        roughness: 0..1, mean gloss of the surface.
-        name: short name; the file name where it is not said.
+        roughness: 0..1, mean over the surface.
+        name: short name; by default the file name.
     """
 
     surface: Surface | None = None
@@ -106,7 +106,7 @@ class RejectedPicture(Record):
 
 
 class SimilarPair(Record):
-    """Two pictures of a pack that can hardly be told apart; both are kept."""
+    """Two pictures of a pack that are nearly indistinguishable; both are kept."""
 
     first: Id
     second: Id

@@ -1,4 +1,4 @@
-"""Tell from file names which maps of a material a folder holds: `brick_color.jpg`, `brick_normal.png` and so on."""
+"""Recognise by file names which maps of a material a folder holds: `brick_color.jpg`, `brick_normal.png` and so on."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from types import MappingProxyType
 
 
 class MapRole(StrEnum):
-    """What a map says of a surface; it is the end of its file's name. Normals have y up, as in OpenGL."""
+    """Quantity that a map gives for a surface; its file's name ends with it. Normals have y up, as in OpenGL."""
 
     COLOR = "color"
     NORMAL = "normal"
@@ -28,7 +28,7 @@ class MaterialFiles:
     """The files of one material.
 
     Attributes:
-        name: of the material, or of the picture that stands alone.
+        name: of the material, or of a picture that is a single file.
         maps: role -> file.
     """
 
@@ -43,10 +43,10 @@ def name_and_role(path: str) -> tuple[str, MapRole] | None:
 
 
 def group_maps(paths: Iterable[str]) -> tuple[MaterialFiles, ...]:
-    """Materials of files, in the order of their first files.
+    """Materials that files belong to, in the order of their first files.
 
-    Files of one folder are maps of one material if their names say so and at least two do. Any other file is a picture
-    of its own. A material without a colour has none among its maps.
+    Files of one folder are maps of one material if their names say so and at least two do. Any other file is a separate
+    picture. A material without a colour map has no entry for it.
 
     Args:
         paths: POSIX; sorted.

@@ -80,7 +80,7 @@ class FloorMap:
         return np.stack([grid[0].ravel(), grid[1].ravel()], axis=1)
 
     def beside(self, outline: Outline) -> Mask:
-        """Free cells for the base while one more obstacle stands on the floor."""
+        """Free cells for the base with one more obstacle on the floor."""
         free = self.free.copy()
         rows, columns = self._window(outline, BASE_RADIUS_M)
         near = distance(outline, self._points(rows, columns)) <= BASE_RADIUS_M
@@ -137,7 +137,7 @@ def points_shape(rows: slice, columns: slice) -> tuple[int, int]:
 
 
 def obstacles(facts: KitchenFacts) -> Iterator[Outline]:
-    """Outlines of all that the base cannot pass: walls, rows of units with their worktops, what stands on the floor."""
+    """Outlines of all that the base cannot pass: walls, rows of units with their worktops, fixtures on the floor."""
     for wall in facts.walls:
         if not wall.is_open:
             yield from _wall(
@@ -153,7 +153,7 @@ def obstacles(facts: KitchenFacts) -> Iterator[Outline]:
 
 
 def stands(fixture: Fixture) -> bool:
-    """True if a fixture stands on the floor in the way of a base."""
+    """True if a fixture is on the floor in the way of a base."""
     return fixture.role not in NO_OBSTACLES and fixture.bottom < HANGING_M and fixture.top > DRIVEN_OVER_M
 
 
@@ -256,8 +256,8 @@ class ParkingPlaces:
     """Parking places of a kitchen.
 
     Attributes:
-        shut: fixture -> its place while all is shut; None where it cannot be reached.
-        open: (fixture, joint) -> its place while that joint's leaf stands open; None likewise.
+        shut: fixture -> its place while all is shut; None if it cannot be reached.
+        open: (fixture, joint) -> its place while that joint's leaf is open; None if it cannot be reached.
     """
 
     shut: dict[str, ParkingPlace | None]
@@ -291,7 +291,7 @@ def find_parking(facts: KitchenFacts, floor: FloorMap) -> ParkingPlaces:
 
 
 def is_tall(facts: KitchenFacts, fixture: Fixture) -> bool:
-    """True if a fixture stands in a unit that is higher than worktops."""
+    """True if a fixture is a unit that is higher than worktops, or is in one."""
     run = facts.run(fixture.run)
     high = max((u.height for u in run.units if u.name == fixture.unit), default=0.0) if run else 0.0
     on_floor = fixture.bottom < HANGING_M and fixture.top > TALL_UNIT_M
@@ -333,7 +333,7 @@ def _place(
 
 
 def _around(fixture: Fixture, joint: FixtureJoint, edge: float) -> Iterator[ParkingPlace]:
-    """Places before a fixture, then beside the open leaf, then behind it."""
+    """Places in front of a fixture, then next to the open leaf, then behind it."""
     assert joint.swept_area is not None
     if not joint.swept_area.sweeps_front:
         yield from _in_front(fixture, edge)

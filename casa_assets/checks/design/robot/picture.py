@@ -1,4 +1,4 @@
-"""Draw a kitchen from above: where a mobile base can be, where it parks, and what stands there."""
+"""Draw a kitchen from above: the fixtures, the floor that a mobile base can reach, and where it parks."""
 
 from __future__ import annotations
 

@@ -76,8 +76,8 @@ class PlacingZone:
     """Zone that boxes are placed in.
 
     Attributes:
-        fixture, region: what it belongs to. bounds: of the free volume.
-        obstacles: what stands there. shoulders: (N, 2) points from which an arm reaches into it.
+        fixture, region: that it belongs to. bounds: of the free volume.
+        obstacles: boxes around objects already there. shoulders: (N, 2) points from which an arm reaches into it.
         center_only: whether the middle of a box alone has to lie inside, as for a pan on a burner.
     """
 
@@ -105,14 +105,14 @@ def shoulders(places: Iterable[ParkingPlace]) -> Floats:
 
 
 def worktop_regions(facts: KitchenFacts) -> list[tuple[Fixture, FixtureRegion]]:
-    """Regions of worktops on which things can stand."""
+    """Regions of worktops on which things can be placed."""
     return [
         (f, v) for f in facts.with_role(Role.WORKTOP) for v in f.regions if v.name == "top" or v.name.startswith("top_")
     ]
 
 
 def on_worktops(facts: KitchenFacts) -> list[WorldBox]:
-    """Boxes of what stands on worktops or is let into them."""
+    """Boxes of objects that are on worktops or let into them."""
     standing = facts.with_role(Role.THING, Role.COFFEE_MACHINE, Role.TOASTER, Role.MICROWAVE)
     heights = [row.height for row in facts.runs]
     return [
@@ -123,7 +123,7 @@ def on_worktops(facts: KitchenFacts) -> list[WorldBox]:
 
 
 def worktops_near(facts: KitchenFacts, fixture: Fixture, reach: float) -> list[tuple[str, str, WorldBox]]:
-    """Worktops before and beside a fixture, up to `reach` metres to its left and right."""
+    """Worktops in front of and next to a fixture, up to `reach` metres to its left and right."""
     w, d = fixture.footprint.size
     window = Footprint(center=fixture.footprint.center, size=(w + 2 * reach, d + 1.0), yaw=fixture.footprint.yaw)
     box = box_around(window, -1.0, 9.0)
@@ -136,7 +136,7 @@ def worktops_near(facts: KitchenFacts, fixture: Fixture, reach: float) -> list[t
 
 
 def free_area(zones: Sequence[PlacingZone], cell: float = 0.02) -> float:
-    """Square metres of zones on which nothing stands."""
+    """Area of zones that is not covered by obstacles, m^2."""
     total = 0.0
     for zone in zones:
         s = zone.bounds
@@ -202,10 +202,11 @@ class Afforded(Record):
 
     Attributes:
         number, task: of the table. fixtures, joints, sites, regions: that it can be done with, `<fixture>__<name>`.
-        counter_m2: free worktop beside them. floor_m2: floor around their parking places that the base gets to.
-        rate: share of drawn boxes that could be put, the least of all that the task puts; None where nothing is put.
-        tightest: where that is.
-        wants: what is missing, empty where nothing is.
+        counter_m2: free worktop next to them. floor_m2: floor around their parking places that the base can reach.
+        rate: share of random boxes that could be placed, the least over all that the task places; None if it places
+            nothing.
+        tightest: regions with that least share.
+        wants: what is missing, empty if nothing is.
     """
 
     number: int
@@ -246,8 +247,8 @@ class TaskFinding:
     """Intermediate result for a task, before boxes are sampled.
 
     Attributes:
-        fixtures: with which it can be done. joints, sites, regions: names. puts: what is put where.
-        counter: worktops beside them. wants: what is missing.
+        fixtures: with which it can be done. joints, sites, regions: names. puts: boxes to put, with their zones.
+        counter: worktops next to the fixtures. wants: what is missing.
     """
 
     fixtures: tuple[Fixture, ...]
@@ -272,7 +273,7 @@ class TaskView:
         return tuple(f for f in self.facts.with_role(*roles) if self.parking.shut.get(f.name) is not None)
 
     def counter(self, fixtures: Sequence[Fixture], reach: float = BESIDE_M) -> tuple[PlacingZone, ...]:
-        """Free worktops beside fixtures, each once for each of them."""
+        """Free worktops next to fixtures, each once for each of them."""
         return tuple(
             PlacingZone(top, region, span, self.obstacles, self.everywhere)
             for f in fixtures

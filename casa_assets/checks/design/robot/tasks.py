@@ -64,7 +64,7 @@ DRIVE_GOALS = (
 
 
 def _uppers(view: TaskView, count: tuple[int, ...]) -> tuple[Fixture, ...]:
-    """Wall cabinets of so many doors, at a height that an arm reaches."""
+    """Wall cabinets with one of the given numbers of doors, at a height that an arm reaches."""
     found = view.reached(Role.UPPER)
     return tuple(f for f in found if UPPER_BOTTOM_M[0] <= f.bottom <= UPPER_BOTTOM_M[1] and len(doors(f)) in count)
 
@@ -84,7 +84,7 @@ def _cabinet(view: TaskView) -> TaskFinding:
 
 
 def _sink(view: TaskView, size: BoxSizes) -> TaskFinding:
-    """Sinks with a basin, and the worktop beside them."""
+    """Sinks with a basin, and the worktop next to them."""
     sinks = view.reached(Role.SINK)
     zones = tuple(z for f in sinks for z in view.inside(f, r"basin.*|int"))
     counter = view.counter(sinks)
@@ -154,7 +154,7 @@ def _doors(view: TaskView, count: int) -> TaskFinding:
 
 
 def _drawers(view: TaskView) -> TaskFinding:
-    """Top drawers with free floor beside them."""
+    """Top drawers with free floor next to them."""
     found: list[Fixture] = []
     joints: list[str] = []
     zones: list[PlacingZone] = []
@@ -251,7 +251,7 @@ Finding = Callable[[TaskView], TaskFinding]
 
 
 def _with(found: Found, wants: str) -> TaskFinding:
-    """Fixtures with which a task can be done; what it wants where there are none."""
+    """Fixtures with which a task can be done, or, if there are no such fixtures, what it wants."""
     return TaskFinding(found, wants="" if found else wants)
 
 
@@ -306,7 +306,7 @@ def _worktops(side: float) -> Finding:
 
 
 def _microwaves_with_worktop(view: TaskView) -> TaskFinding:
-    """Microwaves; where one stands on a worktop, RoboCasa has to find room for a plate before or beside it."""
+    """Microwaves; if one is on a worktop, RoboCasa has to find room for a plate in front of or next to it."""
     if (found := _microwaves(view)).wants:
         return found
     tops = [region for _, region in worktop_regions(view.facts)]
@@ -348,11 +348,11 @@ def _lidded_blenders(view: TaskView) -> TaskFinding:
 
 @dataclass(frozen=True)
 class Task:
-    """Tasks of RoboCasa that look for the same.
+    """Tasks of RoboCasa with the same requirements.
 
     Attributes:
-        find: what of a kitchen affords them. names: of their classes in v1.0.
-        before: number -> name of those of v0.2, in the order in which they are told.
+        find: finds what a kitchen offers for them. names: of their classes in v1.0.
+        before: number -> name of those of v0.2, in the order in which they are reported.
     """
 
     find: Finding

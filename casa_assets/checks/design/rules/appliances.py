@@ -1,4 +1,4 @@
-"""Appliances: unsafe or cramped places, free worktop beside them, the work triangle and what is on it."""
+"""Appliances: unsafe or cramped places, free worktop next to them, the work triangle and what crosses it."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ MIN_OVERLAP_M = 0.02  # by which something has to reach over a cooktop to be abo
 
 
 def dishwashers_have_standing_room(subject: DesignSubject, limit: float) -> Measurement:
-    """NKB007: least distance of a dishwasher from what stands at a right angle to it, metres."""
+    """NKB007: least distance of a dishwasher from a run at a right angle to it, metres."""
     # Ref: NKBA planning guideline 13: 21 inches.
     facts, gaps = subject.facts, []
     for run in facts.runs:
@@ -43,7 +43,7 @@ def dishwashers_have_standing_room(subject: DesignSubject, limit: float) -> Meas
 
 
 def _beside(run: PlacedRun, left: float, right: float, other: PlacedRun) -> Iterator[float]:
-    """Distance along a run from a unit to another run that reaches out before the fronts beside it."""
+    """Distance along a run from a unit to another run that protrudes beyond the fronts next to the unit."""
     if other.id == run.id:
         return
     (us, vs), front = _box_in(run, other), run.depth_before
@@ -96,7 +96,7 @@ def _clearance(subject: DesignSubject, limit: float, hoods: bool) -> Measurement
 
 
 def _cooking_height(cooktop: Fixture) -> float:
-    """Height of the surface that pans stand on; a range may have a panel behind it that is higher."""
+    """Height of the surface for pans; a range may have a panel behind it that is higher."""
     places = [m.position[2] for m in cooktop.sites if m.name.endswith("_place_site")]
     return min(cooktop.top, max(places, default=cooktop.top))
 
@@ -130,7 +130,7 @@ def no_openable_window_over_cooktops(subject: DesignSubject, limit: float) -> Me
 
 
 def _length_before(wall: RoomWall, start: Vec2, end: Vec2, fixture: Fixture) -> float:
-    """Length of a piece of wall that a fixture stands right before, metres."""
+    """Length of the part of a wall section that has a fixture directly in front of it, metres."""
     (ax, ay), (bx, by) = wall.start, wall.end
     length = max(math.hypot(bx - ax, by - ay), 1e-9)
     cx, cy = (bx - ax) / length, (by - ay) / length
@@ -158,7 +158,7 @@ def appliances_keep_off_corners(subject: DesignSubject, limit: float) -> Measure
 
 
 def _corner_distances(facts: KitchenFacts, run: PlacedRun) -> Iterator[tuple[str, float]]:
-    """Appliances of a run beside a corner, and how far they are from where the two worktops' edges meet."""
+    """Appliances of a run that ends at a corner, and their distance from where the edges of the two worktops meet."""
     before = next((r for r in facts.runs if r.next_run == run.id), None)
     after = facts.run(run.next_run) if run.next_run else None
     units = [u for u in run.units if u.kind in APPLIANCE_UNITS]
@@ -177,7 +177,7 @@ STRIP = 0.13
 
 
 def along(facts: KitchenFacts, fixture: Fixture) -> tuple[PlacedRun, float, float] | None:
-    """The run of a fixture, and where it begins and ends along that; None where it stands in no run."""
+    """The run of a fixture, and its start and end along the run; None if it is in no run."""
     run = facts.run(fixture.run)
     if run is None:
         return None
@@ -264,7 +264,7 @@ def shorter_cook_side(facts: KitchenFacts) -> float | None:
 
 
 def behind_cooktop(facts: KitchenFacts) -> float | None:
-    """Metres of worktop behind cooktops in islands; None where there is none."""
+    """Metres of worktop behind cooktops in islands, the least; None if there are no such cooktops."""
     found = []
     for fixture in facts.with_role(*COOKTOPS):
         run = facts.run(fixture.run)
@@ -293,7 +293,7 @@ def fridge_side(facts: KitchenFacts) -> float | None:
 
 
 def oven_side(facts: KitchenFacts) -> float | None:
-    """Metres of worktop beside wall ovens, or across from them."""
+    """Metres of worktop next to wall ovens, or across from them, the least."""
     found = []
     for run, sides in unit_landings(facts, "oven"):
         found.append(max(*sides, 0.381 if across(facts, run, 1.219) else 0.0))
@@ -301,7 +301,7 @@ def oven_side(facts: KitchenFacts) -> float | None:
 
 
 def microwave_side(facts: KitchenFacts) -> float | None:
-    """Metres of worktop beside, below or next to the microwave that has least of it."""
+    """Metres of worktop at a side of, or below, the microwave that has least of it."""
     found = []
     for fixture in facts.with_role(Role.MICROWAVE):
         place = along(facts, fixture)
@@ -377,7 +377,7 @@ def longest(facts: KitchenFacts) -> float | None:
 
 
 def cut(facts: KitchenFacts) -> float | None:
-    """Metres of a leg that lie across an island or a peninsula, the most; None where there is neither."""
+    """Metres of a leg of the work triangle that cross an island or a peninsula, the most; None if there is neither."""
     runs = [r for r in facts.runs if not r.at_wall and r.units]
     own = {f.run for f, _ in centres(facts)}
     crossed = [length_inside(_outline(r), a, b) for r in runs if r.id not in own for a, b in legs(facts)]
@@ -436,7 +436,7 @@ def between_sink(facts: KitchenFacts) -> float | None:
 
 
 def _place(facts: KitchenFacts, fixture: Fixture, point: Vec2) -> tuple[str, float]:
-    """First run of the chain of runs round corners that a fixture stands in, and how far along the chain it is."""
+    """First run of the chain of runs around corners that a fixture is in, and its position along the chain."""
     run = facts.run(fixture.run)
     if run is None:
         return "", 0.0

@@ -115,7 +115,7 @@ def compact_work_aisles_are_wide_enough(subject: DesignSubject, limit: float) ->
 
 
 def walkways_are_wide_enough(subject: DesignSubject, limit: float) -> Measurement:
-    """NKB006: narrowest walkway between what stands in a kitchen and along walls, metres."""
+    """NKB006: narrowest walkway between fixtures of a kitchen and along walls, metres."""
     # Ref: NKBA planning guideline 7: 36 inches.
     return _narrowest(subject, limit, AisleKind.WALK)
 

@@ -25,9 +25,9 @@ class Rule:
     """An advisory rule.
 
     Attributes:
-        id: of the guideline, with a letter where it has several numbers. title: what is measured.
-        limit, unit: what it is held against. most: whether the number may be at most that, else at least.
-        measure: the number, None where the rule does not apply.
+        id: of the guideline, with a letter if it has several numbers. title: what is measured.
+        limit, unit: of the number. most: True if the number may be at most the limit, False if at least.
+        measure: returns the number, None if the rule does not apply.
     """
 
     id: str
@@ -39,7 +39,7 @@ class Rule:
 
 
 class Finding(Record):
-    """Result of a rule; `passed` is None where it does not apply, `waived` where the plan is compact."""
+    """Result of a rule; `passed` is None if it does not apply, `waived` if it fails and the plan is compact."""
 
     rule: str
     title: str

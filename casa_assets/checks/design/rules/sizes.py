@@ -24,7 +24,7 @@ def behind_seats(subject: DesignSubject) -> float | None:
 
 
 def _free_behind(facts: KitchenFacts, seat: Fixture) -> float:
-    """Metres from the back edge of a seat to what stands behind it."""
+    """Metres from the back edge of a seat to the nearest obstacle behind it."""
     run = facts.run(seat.run)
     assert run is not None
     # Seats look at the run's back: behind them is away from it.
@@ -136,12 +136,12 @@ REACH = (0.381, 1.219)  # heights that a seated person reaches, metres
 
 
 def pass_aisle(subject: DesignSubject) -> float | None:
-    """Metres between fronts that face each other, the least; None where none do."""
+    """Metres between fronts that face each other, the least; None if no fronts do."""
     return min((a.width for a in subject.facts.aisles if a.kind is AisleKind.WORK), default=None)
 
 
 def u_aisle(subject: DesignSubject) -> float | None:
-    """Least metres between fronts in the middle of three joined runs, or None where no three join."""
+    """Least metres between fronts in the middle of three joined runs, or None if no three runs join."""
     facts = subject.facts
     ends = {r.id: r.next_run for r in facts.runs}
     trios = [(a, n) for a, b in ends.items() if b is not None and (n := ends.get(b)) is not None]

@@ -68,8 +68,8 @@ def engine_sizes(subject: BatchSubject) -> EngineSizes:
     """Simulate each fixture in use and count contacts, constraint rows, convex pairs and degrees of freedom awake.
 
     For each fixture, once everything sleeps: 20 N at the grips of all its joints at once for 10 s, while ten things
-    fall in front of it and a stand-in of a mobile robot moves there. Once more without the things, for 3 s, for what is
-    awake with a robot and one fixture in use.
+    fall in front of it and a simplified mobile robot moves there. Then without the things, for 3 s, to count the
+    degrees of freedom that are awake with a robot and one fixture in use.
 
     Raises:
         ValueError: MuJoCo cannot read the batch form.

@@ -55,7 +55,7 @@ class BatchSubject:
 
     @cached_property
     def models(self) -> tuple[mujoco.MjModel, mujoco.MjModel] | None:
-        """The batch and the light form; None where one of them does not load."""
+        """The batch and the light form; None if either does not load."""
         batch, light = self.batch.model, self.light.model
         return None if batch is None or light is None else (batch, light)
 
@@ -235,7 +235,7 @@ def no_penetration(subject: BatchSubject, limit: float) -> Measurement:
 
 
 def loose_things_stay_put(subject: BatchSubject, limit: float) -> Measurement:
-    """BAT006: farthest that a thing that stands by its weight moves in 5 s with nothing asleep, metres."""
+    """BAT006: largest distance that a free-standing object moves in 5 s with nothing asleep, metres."""
     settled = _settled(subject)
     if settled is None:
         return not_run(UNREADABLE)
@@ -251,7 +251,7 @@ def loose_things_stay_put(subject: BatchSubject, limit: float) -> Measurement:
 
 @lru_cache(maxsize=1)
 def _settled(subject: BatchSubject) -> _Settled | None:
-    """Simulate the batch form for 5 s, once; None where it does not load."""
+    """Simulate the batch form for 5 s, once; None if it does not load."""
     model = subject.batch.model
     if model is None:
         return None

@@ -82,7 +82,7 @@ def _share_off(batch: mujoco.MjModel, light: mujoco.MjModel, key: str, floor_nam
 
 
 def _is_above(model: mujoco.MjModel, data: mujoco.MjData, point: Floats, floor_name: str) -> bool:
-    """True where there is nothing but the floor below a point."""
+    """True if the first thing straight below a point is the floor."""
     geom = np.zeros(1, dtype=np.int32)
     mujoco.mj_ray(model, data, point, np.array([0.0, 0.0, -1.0]), GROUPS, 1, -1, geom)
     return bool(geom[0] >= 0) and str(model.geom(int(geom[0])).name).startswith(floor_name)
@@ -98,7 +98,7 @@ def _distances(model: mujoco.MjModel, data: mujoco.MjData, point: Floats, rays: 
 def room_inside_is_kept(subject: BatchSubject, limit: float) -> Measurement:
     """BAT008: largest share of a region that is free in the light form and filled in the batch form, 0..1.
 
-    What stands where a locked drawer is, and what is in things that are filled on purpose, does not count.
+    Points in the place of a part with a locked joint, and regions of things that are filled on purpose, do not count.
     """
     if subject.models is None:
         return not_run(UNREADABLE)
@@ -172,9 +172,9 @@ def _points_in(region: Region) -> Floats:
 
 
 def _filled(model: mujoco.MjModel, data: mujoco.MjData, points: Floats, placement: str) -> Mask:
-    """(N,) which points of the world lie in a collider of what is fixed, or of a placement itself.
+    """(N,) which points of the world lie in a collider of a fixed part, or of a placement itself.
 
-    Loose things that stand in a region take room there, and are taken away.
+    Other loose things in a region are ignored, since they can be taken away.
     """
     inside = np.zeros(len(points), dtype=bool)
     others = [body for body in free_bodies(model) if str(model.body(body).name) != placement]

@@ -1,4 +1,4 @@
-"""Files of a scene beside its `scene.xml`, each read once; how the light form moves, held against the full one."""
+"""Files of a scene next to its `scene.xml`, each read once; motion of the light form compared with the full one."""
 
 from __future__ import annotations
 
@@ -40,11 +40,11 @@ class PassedLayers(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class SceneFiles:
-    """Files beside `scene.xml`, each read once; a subject is equal to itself alone.
+    """Files in the same folder as `scene.xml`, each read once; a subject is equal to itself alone.
 
     Attributes:
-        scene_subject: the scene and its `scene.xml`, which the others are held against.
-        passed_layers: layers that need not be held against SimReady's rules again; None: each is.
+        scene_subject: the scene and its `scene.xml`, which the others are compared with.
+        passed_layers: layers that need not be checked by SimReady's rules again; None: all are checked.
     """
 
     scene_subject: SceneSubject
@@ -67,7 +67,7 @@ class SceneFiles:
 
     @cached_property
     def composed(self) -> tuple[Usd.Stage | None, tuple[str, ...]]:
-        """The stage, or None where there is none, and the errors and warnings of USD while it composes."""
+        """The stage, or None if it does not exist or open, and the errors and warnings of USD while it composes."""
         return _composed(self.usd)
 
     @cached_property
@@ -94,7 +94,7 @@ class SceneFiles:
 
 
 def _composed(path: Path) -> tuple[Usd.Stage | None, tuple[str, ...]]:
-    """The stage of a file, None where there is none, and what USD says while it composes."""
+    """The stage of a file, None if it does not exist or open, and what USD says while it composes."""
     with quiet():
         diagnostics = Diagnostics()
         try:
@@ -148,7 +148,7 @@ def no_penetration_after_settling(files: SceneFiles, limit: float) -> Measuremen
 
 
 def loose_things_stay_put(files: SceneFiles, limit: float) -> Measurement:
-    """SCN028: farthest that something that stands by its weight moves in 5 s in the light form, metres."""
+    """SCN028: largest distance that a free-standing object moves in 5 s in the light form, metres."""
     settled = settled_scene(files)
     if settled is None:
         return not_run(UNREADABLE)
@@ -168,8 +168,8 @@ class SettledScene:
     """State of a light form after it was left alone.
 
     Attributes:
-        depths: names of two geoms -> how deep they are in each other at the start or after 1 s, metres.
-        drift: name of a body that stands by its weight -> how far any of its shapes has gone in 5 s, metres.
+        depths: names of two geoms -> penetration depth at the start or after 1 s, whichever is larger, metres.
+        drift: name of a free-standing body -> largest distance that any of its shapes has moved in 5 s, metres.
     """
 
     depths: dict[tuple[str, str], float]
@@ -178,7 +178,7 @@ class SettledScene:
 
 @lru_cache(maxsize=1)
 def settled_scene(files: SceneFiles) -> SettledScene | None:
-    """Simulate the light form for 5 s, once; None where it does not load."""
+    """Simulate the light form for 5 s, once; None if it does not load."""
     model = files.light_form.model
     if model is None:
         return None

@@ -83,7 +83,7 @@ def _are_alike(one: npt.NDArray[Any], other: npt.NDArray[Any]) -> bool:
 
 
 class MjcfReading:
-    """What scene.xml says, read once for all that is held against it.
+    """Contents of scene.xml, read once for all comparisons.
 
     Attributes:
         model: compiled from it.
@@ -94,7 +94,7 @@ class MjcfReading:
 
     @cached_property
     def facts(self) -> tuple[SceneFacts | None, str]:
-        """Its table, or why there is none."""
+        """Its table, or the reason why it cannot be read."""
         return _read(lambda: scene_facts.facts_of_scene_model(self.model))
 
     @cached_property
@@ -108,10 +108,10 @@ def scene_parity(
 ) -> list[Problem]:
     """One problem for each cell in which what MuJoCo and UsdPhysics read from the USD differs from the MJCF.
 
-    Where MuJoCo's reader of USD is not installed, UsdPhysics alone reads it.
+    If MuJoCo's reader of USD is not installed, UsdPhysics alone reads it.
 
     Args:
-        mjcf, usd: scene.xml and scene.usda, beside the shared folder that they name.
+        mjcf, usd: scene.xml and scene.usda, in the same folder as the shared folder that they name.
         tolerance: of ratios, unit vectors, radians, and of masses and moments relative to those of the body.
         length_m: tolerance of lengths, metres.
     """
@@ -217,7 +217,7 @@ def _names(at: str, expected: Sequence[Row], actual: Sequence[Row]) -> Iterator[
 
 
 def _model(load: Callable[[Path], Loaded], path: Path) -> tuple[mujoco.MjModel | None, str]:
-    """The model of a file, or why there is none."""
+    """The model of a file, or the reason why it cannot be loaded."""
     if not path.is_file():
         return None, "does not exist"
     with quiet():
@@ -226,7 +226,7 @@ def _model(load: Callable[[Path], Loaded], path: Path) -> tuple[mujoco.MjModel |
 
 
 def _read(reader: Callable[[], Facts]) -> tuple[Facts | None, str]:
-    """Result of a reader, or the reason why there is none."""
+    """Result of a reader, or the reason why it failed."""
     with quiet():
         try:
             return reader(), ""

@@ -41,7 +41,7 @@ def scene_differences(folder: Path, scene: Scene) -> list[Problem]:
 
 
 def _tree_differences(folder: Path, scene: Scene) -> Iterator[Problem]:
-    """Differences of what stands fixed, placement by placement."""
+    """Differences of the fixed placements, one by one."""
     trees = _by_placement(urdf_facts.links(folder / FILE))
     fixed = [place for place in scene.placements if scene.asset_of[place.name].base is Base.FIXED]
     yield from _problems(text("placements", sorted(place.name for place in fixed), sorted(trees)))
@@ -79,7 +79,7 @@ def _name_in_asset(name: str, placement: str) -> str:
 
 
 def _list_differences(folder: Path, scene: Scene) -> Iterator[Problem]:
-    """Differences of scene.json: what stands where, with which joints where."""
+    """Differences of scene.json: placements, their poses and the positions of their joints."""
     rows = {row["name"]: row for row in json.loads((folder / LIST).read_text(encoding="ascii"))["placements"]}
     yield from _problems(text("placements", [place.name for place in scene.placements], list(rows)))
     for place in scene.placements:

@@ -1,6 +1,6 @@
 """Find faults of a scene's USD by independent validators: OpenUSD, SimReady, MuJoCo's importer.
 
-What does not open at all is reported once, by `usd_scene_loads_without_warnings`; the others are then not run.
+A file that does not open at all is reported once, by `usd_scene_loads_without_warnings`; the others are then not run.
 """
 
 from __future__ import annotations

@@ -53,7 +53,7 @@ def degrees_of_freedom_are_bounded(subject: SceneSubject, limit: float) -> Measu
 
 
 def hull_vertex_count_is_bounded(subject: SceneSubject, limit: float) -> Measurement:
-    """SCN014: vertices of all collision hulls, each as often as it stands in the scene."""
+    """SCN014: vertices of all collision hulls, counted for each time that a hull occurs in the scene."""
     model = subject.model
     hulls = model.geom_dataid[model.geom_type == mujoco.mjtGeom.mjGEOM_MESH]
     return _bounded_count(int(np.sum(model.mesh_vertnum[hulls])), limit, "vertices of hulls; use boxes and cylinders")

@@ -35,12 +35,12 @@ Pair = tuple[int, int]
 
 @dataclass(frozen=True)
 class SweptPath:
-    """Path of what a joint moves while all else is shut.
+    """Path of the parts that a joint moves while all else is shut.
 
     Attributes:
         positions: (N,) of the joint, rad or m, from its start to its open end.
-        boxes: (N, 2, 3) around what it moves at each, metres. bounds: (2, 3) around them all.
-        before: positions of the joints that have to stand open, by name in the model: rad or m.
+        boxes: (N, 2, 3) around the moved parts at each, metres. bounds: (2, 3) around them all.
+        before: positions of the joints that have to be open, by name in the model: rad or m.
     """
 
     positions: Floats
@@ -51,11 +51,11 @@ class SweptPath:
 
 @dataclass(frozen=True)
 class Clash:
-    """Contact of what a joint moves with something else.
+    """Contact of the parts that a joint moves with something else.
 
     Attributes:
         share: of the joint's range at which it begins. depth: the deepest on the way, metres, beyond that at rest.
-        moved, other: geoms at the deepest. open_joint: joint that stands open meanwhile, or nothing.
+        moved, other: geoms at the deepest. open_joint: joint that is open meanwhile, or empty.
     """
 
     share: float
@@ -76,7 +76,7 @@ def ordered_pair(geom1: int, geom2: int) -> Pair:
 
 
 def joints_open_without_collision(subject: SceneSubject, limit: float) -> Measurement:
-    """SCN005: deepest clash over any joint's range, alone and beside each open neighbour; metres beyond rest."""
+    """SCN005: deepest clash over any joint's range, alone and next to each open neighbour; metres beyond rest."""
     if not subject.operated:
         return not_applicable(NO_JOINTS)
     sweeper, paths = JointSweeper(subject, limit), paths_of(subject)
@@ -104,7 +104,7 @@ def _message(subject: SceneSubject, clash: Clash) -> str:
 
 
 def _clashes(sweeper: JointSweeper, joint: SceneJoint, paths: Mapping[str, SweptPath]) -> Iterator[Clash]:
-    """The worst clash with each thing while all else is shut, and then beside each neighbour that is open."""
+    """The worst clash with each thing while all else is shut, and then next to each neighbour that is open."""
     path = paths[joint.name]
     alone = sweeper.clashes(joint, path, dict(path.before), None)
     yield from alone
@@ -150,7 +150,7 @@ class JointSweeper:
         return self._follow(joint, np.linspace(start, end, steps + 1), joint.before)
 
     def _follow(self, joint: SceneJoint, positions: Floats, before: Mapping[str, float]) -> SweptPath:
-        """The boxes around what a joint moves at each position, all else as it stands."""
+        """The boxes around the parts that a joint moves, at each position, with all other joints as they are."""
         places = np.empty((len(positions), len(joint.geoms), 3))
         turns = np.empty((len(positions), len(joint.geoms), 9))
         for i, position in enumerate(positions):
@@ -190,7 +190,7 @@ class JointSweeper:
     def clashes_beside(
         self, joint: SceneJoint, path: SweptPath, other: SceneJoint, positions: dict[str, float]
     ) -> list[Clash]:
-        """The clashes of what a joint moves while another joint stands open."""
+        """The clashes of the parts that a joint moves while another joint is open."""
         bodies = self.model.jnt_bodyid
         if other.moved[bodies[joint.id]] or joint.moved[bodies[other.id]]:
             # One carries the other, so that what is moved has another outline or another path now.

@@ -86,7 +86,7 @@ def joints_stay_put(subject: SceneSubject, limit: float) -> Measurement:
 
 
 def loose_things_stay_put(subject: SceneSubject, limit: float) -> Measurement:
-    """SCN011: farthest that something that stands by its weight moves in 5 s, metres."""
+    """SCN011: largest distance that a free-standing object moves in 5 s, metres."""
     drift = idle_run(subject).drift
     if not drift:
         return not_applicable(NO_FREE_THINGS)

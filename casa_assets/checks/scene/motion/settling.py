@@ -1,4 +1,4 @@
-"""Let the objects of a scene come to rest in a simulation, and tell how far each went and how deep it stands."""
+"""Let the objects of a scene come to rest in a simulation, and report how far each moved and its penetration depth."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Checks of where things stand in a scene: inside the room, supported, not overlapping."""
+"""Checks of the placements of a scene: inside the room, supported, not overlapping."""

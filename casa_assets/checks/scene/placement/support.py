@@ -37,7 +37,7 @@ MM_PER_M = 1000.0
 
 
 def fixed_things_are_supported(subject: SceneSubject, limit: float) -> Measurement:
-    """SCN008: number of fixed things that nothing holds; SCN011 and SCN003 report what stands by its weight."""
+    """SCN008: number of fixed things that nothing holds; SCN011 and SCN003 report those that rest by their weight."""
     tester = SupportTester(subject)
     room = [p.name for p in subject.scene.placements if subject.category(p.name) in ROOM]
     waiting = [p.name for p in subject.fixed if p.name not in room]
@@ -97,9 +97,9 @@ class SupportTester:
         return self._distance(self.subject.data, name, other, gap) <= gap
 
     def _stands_on(self, name: str, other: str, gap: float) -> bool:
-        """True if a thing that is lowered by `gap` goes into what it did not go into before.
+        """True if a thing lowered by `gap` penetrates the other one, and did not do so as deeply before.
 
-        The colliders of a thing may end a little higher than its visible foot, on which it stands.
+        The colliders of a thing may end a little higher than its visible foot, which it rests on.
         """
         gap += float(np.clip(self.bounds[name][0, 2] - self.visible_foot[name], 0.0, MAX_COLLIDER_GAP_M))
         if not self._is_near(name, other, gap):

@@ -28,7 +28,7 @@ def subtract(solid: Solid, *tools: Solid, shapes: Sequence[Placed] = ()) -> Soli
 
 
 def intersect(solid: Solid, other: Solid) -> Solid:
-    """Intersection of two solids, without colliders of its own (then its hull is taken)."""
+    """Intersection of two solids, without collision shapes: unless some are added, its hull is taken."""
     return _solid(_manifold(solid) ^ _manifold(other), (), solid.crease_deg)
 
 

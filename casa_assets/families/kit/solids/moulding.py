@@ -49,10 +49,10 @@ def straight_moulding(profile: Floats, length: float, left: float, right: float)
 
     Args:
         profile: (M, 2) closed outline, counter-clockwise: distance from the wall (towards -y), and z.
-        left, right: how much further than at the wall an end reaches out, per metre of distance from it: 0 for a square
-            cut, 1 for a mitre round an outer corner, -1 for one in an inner corner.
+        left, right: how much farther than at the wall an end reaches out, per metre of distance from the wall: 0 for a
+            square cut, 1 for a mitre around an outer corner, -1 for one in an inner corner.
     Returns:
-        A solid whose collider is its hull unless told otherwise. Its picture's height runs along x.
+        A solid without collision shapes: unless some are added, its hull is taken. Its picture's height runs along x.
     """
     m = len(profile)
     d, z = profile[:, 0], profile[:, 1]

@@ -19,7 +19,7 @@ def slab(outline: Floats, profile: Sequence[Vec2], moulded: Sequence[bool], hole
     Args:
         outline: (N, 2) simple polygon, metres, counter-clockwise; side i runs from point i to point i + 1.
         profile: (inset, z) from the lower plane to the upper one, metres; inset is measured from the outline inwards.
-        moulded: for each side whether it follows the profile; the others stand straight.
+        moulded: for each side whether it follows the profile; the other sides are vertical.
         holes: (M, 2) outlines inside it, counter-clockwise; their rims are chamfered by a millimetre on top.
     Returns:
         A solid without collision shapes.

@@ -97,11 +97,11 @@ class Solid:
         return self.with_shapes((Hull(mesh=Mesh(vertices=points, faces=faces)), Pose()))
 
     def with_hull_on_foot(self, half_x: float, front: float, back: float) -> Solid:
-        """Return a copy whose collision shapes are its convex hull and under it a box, its foot.
+        """Return a copy whose collision shapes are its convex hull and, under it, a box as its foot.
 
-        The foot stands on z = 0, FOOT high, from -half_x to half_x and from y = `front` to `back`, metres; the hull
-        begins within it. A box stands on its four corners in every version of MuJoCo; 3.3 now and then finds a single
-        corner of a hull, and what stands on it rocks and wanders.
+        The foot begins at z = 0 and is FOOT high; it reaches from -half_x to half_x and from y = `front` to `back`,
+        metres. The hull begins within it. A box rests on its four corners in every version of MuJoCo; version 3.3
+        sometimes finds a single corner of a hull, and what rests on it rocks and drifts.
         """
         raised = self.points.copy()
         raised[:, 2] = raised[:, 2].clip(FOOT / 2)

@@ -52,14 +52,14 @@ def inset(outline: Floats, by: float) -> Floats:
 
 
 def prism(outline: Floats, height: float, chamfer: float = 0.001, holes: Sequence[Floats] = ()) -> Solid:
-    """An outline in x, y pulled along z from 0 to `height`.
+    """An outline in x, y extruded along z from 0 to `height`.
 
     Args:
         outline: (N, 2) simple polygon, metres, counter-clockwise.
         chamfer: chamfer of the rims of the outer outline and of the holes (0: sharp).
         holes: (M, 2) outlines inside it, counter-clockwise.
     Returns:
-        A solid whose collider is its hull unless told otherwise.
+        A solid without collision shapes: unless some are added, its hull is taken.
     """
     e = min(chamfer, 0.45 * height)
     levels = [(0.0, 0.0), (height, 0.0)] if e <= 0 else [(0.0, e), (e, 0.0), (height - e, 0.0), (height, e)]
@@ -210,13 +210,13 @@ def _straight(path: Sequence[Vec3], section: float | Floats, up: Vec3) -> tuple[
 
 
 def mitred_frame(width: float, height: float, profile: Floats) -> Solid:
-    """A profile swept round a rectangle in the plane x, z, mitred: a moulding, a picture frame.
+    """A profile swept around a rectangle in the plane x, z, mitred: a moulding, a picture frame.
 
     Args:
         width, height: of the rectangle that the profile's origin runs along, metres; its middle is the origin.
-        profile: (N, 2) closed outline, counter-clockwise: x away from its middle, y out of the front.
+        profile: (N, 2) closed outline, counter-clockwise: x away from the rectangle's middle, y out of the front.
     Returns:
-        A solid without shapes of its own; four straight mitred sides.
+        A solid without collision shapes; four straight mitred sides.
     """
     w, h = width / 2, height / 2
     corners = ((w, -h, 1, -1), (w, h, 1, 1), (-w, h, -1, 1), (-w, -h, -1, -1))

@@ -18,12 +18,12 @@ AROUND = 4 * (CORNER + 1)
 
 
 def rounded_outline(points: Sequence[Vec3], steps: int = 4) -> list[Vec2]:
-    """(radius, height) of an outline whose corners are rounded.
+    """Points (radius, height) of an outline whose corners are rounded.
 
     Args:
         points: (radius, height, radius of the corner) from the foot to the mouth, metres. A corner takes at most half
-            of the pieces beside it.
-        steps: points on a right angle.
+            of each of the two pieces that meet in it.
+        steps: points per right angle.
     """
     line = [np.array(p[:2]) for p in points]
     out: list[Vec2] = [(float(line[0][0]), float(line[0][1]))]
@@ -151,17 +151,18 @@ def _skin(rings: Sequence[Floats], crease_deg: float) -> Solid:
 
 
 def piece(outline: Sequence[Vec2], low: float, high: float) -> list[Vec2]:
-    """The part of an outline between two heights, with points of its own at both."""
+    """The part of an outline between two heights, with an added point at either height."""
     inside = [(r, z) for r, z in outline if low + 1e-5 < z < high - 1e-5]
     return [(radius_at(outline, low), low), *inside, (radius_at(outline, high), high)]
 
 
 def sleeve(outline: Sequence[Vec2], section: Section, wrap: float = 1.0, out: float = 0.0004) -> Solid:
-    """A thin skin round a piece of a body, with a picture from end to end.
+    """A thin skin around a piece of a body, with a picture from end to end.
 
     Args:
-        outline: of the piece. wrap: share of the way round, about the front; the picture lies within it, from its left
-            end to its right one. out: how far it stands out, metres.
+        outline: of the piece.
+        wrap: share of the circumference that it covers, centred on the front; the picture spans it from left to right.
+        out: distance of the skin from the body, metres.
     """
     at = section.around()
     whole = wrap > 0.999

@@ -21,7 +21,7 @@ AROUND = 28
 
 
 class Closure(StrEnum):
-    """What closes a container."""
+    """Closure of a container."""
 
     NONE = "none"
     SCREW = "screw"  # a ribbed cap

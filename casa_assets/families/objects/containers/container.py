@@ -62,31 +62,37 @@ SWING = 1.75
 
 
 class Container(Params):
-    """Parameters of a closed container; lengths in metres, heights as shares of `height` where they are called so.
+    """Parameters of a closed container; lengths in metres, heights as shares of `height` if they are called shares.
 
     Attributes:
-        width: of the widest part, along x. height: from the foot to the mouth, without what closes it.
-        flat: depth by width. corner: radius of the section's corners by half the width; 1 is round or oval.
-        foot: radius at the foot by the widest one; foot_bend: of the edge there, by half the width.
-        waist: radius midway of the lower part, by what it would be without one.
-        shoulder: share of the height where the widest part ends; neck_at: where the neck begins; neck: radius of the
-            mouth by the widest one. shoulder_bend, neck_bend: radii of these corners by half the width.
-        bulge: how far the neck bulges midway, by the mouth; lip: ring at the mouth, how far it stands out by the mouth.
-        grooves: round the body, from groove_low to groove_high, shares; groove_depth.
-        flutes: ridges from foot to shoulder, round bodies only; flute_depth by half the width.
-        closure: what closes it. cap_height, cap_wide: its height, its radius by that of the mouth.
-        base_cap: height of a cap on which it stands upside down, 0 for none.
-        opens: what closes it comes off: it slides up or swings up, and a wide mouth is hollow for collisions, down to
-            what is in it.
-        open_top: the body is open above and what is in it is seen from there. wall: thickness.
-        label_low, label_high: shares between which the label lies; label_wrap: share of the way round.
-        tag_low, tag_high, tag_wrap: of a second label.
+        width: of the widest part, along x. height: from the foot to the mouth, without the closure.
+        flat: depth relative to the width. corner: radius of the section's corners relative to half the width; 1 is
+            round or oval.
+        foot: radius at the foot relative to the widest one; foot_bend: radius of the edge there, relative to half the
+            width.
+        waist: radius halfway up the lower part, relative to the radius without a waist.
+        shoulder: share of the height at which the widest part ends; neck_at: share at which the neck begins; neck:
+            radius of the mouth relative to the widest one. shoulder_bend, neck_bend: radii of these corners relative to
+            half the width.
+        bulge: how far the neck bulges in its middle, relative to the mouth's radius; lip: how far a ring at the mouth
+            projects, relative to the mouth's radius.
+        grooves: number of grooves around the body, from groove_low to groove_high, shares; groove_depth.
+        flutes: number of ridges from foot to shoulder, round bodies only; flute_depth: relative to half the width.
+        closure: kind of closure. cap_height, cap_wide: its height, and its radius relative to that of the mouth.
+        base_cap: height of a cap on which the container rests upside down, 0 for no such cap.
+        opens: the closure can be opened: it slides up or swings up. A container with a wide mouth is then hollow for
+            collisions, down to its content.
+        open_top: the body is open above and its content can be seen from there. wall: thickness.
+        label_low, label_high: shares of the height between which the label lies; label_wrap: share of the
+            circumference.
+        tag_low, tag_high, tag_wrap: the same for a second label.
         sleeve: share of the height that foil covers, from the mouth down.
-        band_low, band_high: of a plain band, such as a grip.
-        fill: share of the height that is filled, 0 for an empty one. rims: beads at both ends, as tins have.
-        handle: share of the height that a handle at its right side takes, 0 for none. handle_at: its middle.
-            handle_out: how far it stands out by half the width. handle_thick.
-        heft: mass of the whole by the volume of its body, kg/m^3.
+        band_low, band_high: shares of the height between which there is a plain band, such as a grip.
+        fill: share of the height that is filled, 0 if empty. rims: beads at both ends, as on tins.
+        handle: share of the height that a handle on the right side takes, 0 for no handle. handle_at: share of the
+            height of its middle. handle_out: how far it projects, relative to half the width. handle_thick: its
+            thickness.
+        heft: mass of the whole per volume of its body, kg/m^3.
         body, content, cap, cap_second, label, tag, foil, band_finish, rim_finish, handle_finish: finishes; label and
             tag are pictures or plain.
     """
@@ -181,7 +187,7 @@ class _Frame:
 
 
 def build(builder: AssetBuilder, p: Container) -> None:
-    """Build the asset: it stands on z = 0 about the origin."""
+    """Build the asset around the origin, its bottom at z = 0."""
     frame = _frame(p)
     seen = builder.supplies.finish(p.body).material.base_color[3] < 0.999
     is_cup = p.open_top or p.opens
@@ -343,7 +349,7 @@ def _labels(builder: AssetBuilder, p: Container, frame: _Frame) -> None:
 
 
 def _close(builder: AssetBuilder, p: Container, frame: _Frame, level: float) -> None:
-    """What closes it, and the beads of a tin."""
+    """Add the closure, and the beads of a tin."""
     z, radius = frame.plain[-1][1], frame.plain[-1][0]
     if p.open_top:
         z = level
@@ -372,7 +378,7 @@ def _close(builder: AssetBuilder, p: Container, frame: _Frame, level: float) -> 
 
 
 def _opening(builder: AssetBuilder, p: Container, mouth: Mouth, parts: list[Part]) -> None:
-    """What comes off: on a link of its own, with collision shapes that begin above the mouth."""
+    """Add the parts that open as a separate link, whose collision shapes begin above the mouth or a flip cap's seam."""
     is_hinged = p.closure in HINGED
     low = mouth.z + LID_GAP
     at = (0.0, 0.0, mouth.z)

@@ -233,11 +233,11 @@ def vertex_normals(solid: Solid) -> Floats:
 
 
 def coated(solid: Solid, thickness: float, level: float, wave: float, rng: np.random.Generator) -> Solid:
-    """A coat over the upper part of a body: it stands out of it there and goes under its surface below.
+    """A coat over the upper part of a body: it lies outside the body there, and under its surface below.
 
     Args:
         thickness: metres. level: share of the body's height above which it is coated.
-        wave: by how much of the height the edge wanders up and down.
+        wave: how far the edge rises and falls, as a share of the height.
     """
     points = solid.points
     low, high = points[:, 2].min(), points[:, 2].max()

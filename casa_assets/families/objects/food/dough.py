@@ -57,7 +57,7 @@ MIN_OUT = 0.003
 
 
 class Body(StrEnum):
-    """What the thing is at heart."""
+    """Basic shape of the food."""
 
     ROUND = "round"  # a dome over an outline
     LONG = "long"  # a roll along x
@@ -165,7 +165,7 @@ def build(builder: AssetBuilder, p: Dough) -> None:
 
 
 def _add_top(builder: AssetBuilder, p: Dough, body: Solid, rng: np.random.Generator) -> None:
-    """What is on the body: its coat, lines, toppings, a pat of butter, and its stick."""
+    """Add coat, lines, toppings, a pat of butter and a stick to the body, as far as it has them."""
     top = body
     if p.coat > 0:
         top = replace(coated(body, p.coat, p.coat_level, p.coat_wave, rng), picture_uv=None)

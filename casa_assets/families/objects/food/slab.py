@@ -59,7 +59,7 @@ FIN_OUT = 0.002  # metres that a fin or a bone may stand out without a shape of 
 
 
 class Cut(StrEnum):
-    """What the thing is at heart."""
+    """Basic shape of the food."""
 
     SLAB = "slab"  # a slab over an outline
     STRIP = "strip"  # a thin strip that rises and falls
@@ -67,25 +67,27 @@ class Cut(StrEnum):
 
 
 class SlabFood(Params):
-    """Parameters of meat and fish; lengths in metres, places in shares of length and width about the middle.
+    """Parameters of meat and fish; lengths in metres, places in shares of length and width from the middle.
 
     Attributes:
-        cut: shape at heart. length, width, height: along x, y, z; of a strip the height is its thickness.
-        outline: of a slab seen from above, points in order; none is an ellipse of power `square`.
-        profile: of a slab (share of the outline, share of the height) from below to above; of a long body
-            (radius, place) from end to end.
-        square: power of the superellipse of a section. foot: share of the lower half height before it is flat.
-        bend: of a long body, rad. cut_at: place where it is cut off square, 1 for nowhere.
-        segments, segment_depth: rings along a long body. bumps, waves: unevenness. wave: rise and fall, metres.
-        above: its picture lies over it from above, along its length; else it runs round or over the rim.
+        cut: basic shape. length, width, height: along x, y, z; for a strip, the height is its thickness.
+        outline: of a slab seen from above, points in order; if empty, a superellipse of power `square`.
+        profile: of a slab (share of the outline, share of the height) from bottom to top; of a long body (radius,
+            place) from end to end.
+        square: power of the superellipse of a section. foot: share of the half height below the axis at which a long
+            body is flat.
+        bend: of a long body, rad. cut_at: place at which it is cut off square, 1 for no cut.
+        segments, segment_depth: rings along a long body. bumps, waves: unevenness. wave: amplitude of rise and fall,
+            metres.
+        above: its picture is laid on it from above, along its length; otherwise it runs around it or over the rim.
         rind, rind_from, rind_to: thickness of fat along a slab's edge, between two angles in degrees.
-        lines, line_width, line_height, line_lens: raised lines on top: marks of a grill, gills, folds, flat bones.
-        fins: outlines of flat parts that stand out in the middle of the height. fin_thickness.
-        eyes: places of eyes on both sides; eye_size.
-        bones: paths of round bones in the middle of the height; bone_radius, bone_knob: of them and of their end.
+        lines, line_width, line_height, line_lens: raised lines on top: grill marks, gills, folds, flat bones.
+        fins: outlines of flat parts that project at half the height. fin_thickness.
+        eyes: places of eyes on the upper and the lower side; eye_size.
+        bones: paths of round bones at half the height; bone_radius: of the bones; bone_knob: of the knob at their end.
         feelers: paths of thin round parts; feeler_radius.
-        ties: rounds of string.
-        density: of its body, kg/m^3. seed: of what is random.
+        ties: number of loops of string.
+        density: of its body, kg/m^3. seed: of random details.
         skin, rind_finish, face_finish, line_finish, fin_finish, eye_finish, bone_finish, feeler_finish: finishes.
     """
 
@@ -174,7 +176,7 @@ def build(builder: AssetBuilder, p: SlabFood) -> None:
 
 
 def _stands_out(part: Solid, body: Solid) -> bool:
-    """Whether a part leaves the box round the body by so much that it needs a shape of its own."""
+    """Whether a part projects so far from the body's bounding box that it needs a separate collision shape."""
     return float(np.abs(part.points - np.clip(part.points, *body.bounds)).max()) > FIN_OUT
 
 

@@ -128,21 +128,22 @@ class Stacked(Params):
     """Parameters of composed food; lengths in metres.
 
     Attributes:
-        build: how it is put together. length, width, height: along x, y, z of the whole, about; the height of a tower
-            is that of its upper bread.
-        outline: of a tower seen from above; none is an ellipse of power `square`.
-        layers: of a tower from below to above; of a skewer from one end to the other.
-        base_height, patty_height: of the lower bread and of a patty; of a cake that of one layer of sponge.
-        count: layers of sponge, balls of ice, or how often the line of sauce turns.
-        opening: degrees of a cake that are left; 360 is a whole one.
-        ripple, turns: depth of a swirl by its radius, and how often it goes round.
-        topping, topping_count, topping_size: what is strewn on top; its finishes take turns.
-        cherry: diameter of what crowns it, 0 for nothing.
-        stick: how far a stick stands out. band: of seaweed round nigiri.
-        density: of the whole, kg/m^3. seed: of what is random.
+        build: way of composing it. length, width, height: of the whole along x, y, z, approximately; the height of a
+            tower is that of its upper bread.
+        outline: of a tower seen from above; if empty, a superellipse of power `square`.
+        layers: of a tower from bottom to top; of a skewer from one end to the other.
+        base_height, patty_height: of the lower bread and of a patty; base_height of a cake is that of one layer of
+            sponge.
+        count: layers of sponge, balls of ice, or turns of the line of sauce.
+        opening: angle of the cake that is left, degrees; 360 for a whole one.
+        ripple, turns: depth of a swirl relative to its radius, and number of its turns.
+        topping, topping_count, topping_size: pieces strewn on top, whose finishes take turns.
+        cherry: diameter of a ball on top, 0 for no ball.
+        stick: how far a stick projects. band: a band of seaweed around nigiri.
+        density: of the whole, kg/m^3. seed: of random details.
         skin, meat, second, third: finishes: bread, shell, cup, cone or seaweed; patty, sausage, meat or fish; cream,
-            frosting, ice or rice; icing, sauce, or the heart of a roll.
-        topping_finish and on, cherry_finish, stick_finish: finishes.
+            frosting, ice or rice; icing, sauce, or the core of a roll.
+        topping_finish, topping_finish_2, topping_finish_3, cherry_finish, stick_finish: finishes.
     """
 
     build: Build
@@ -179,12 +180,12 @@ class Stacked(Params):
 
 @dataclass(frozen=True)
 class Composed:
-    """What a way of building gives.
+    """Solids of a composed food.
 
     Attributes:
         parts: solids with their finishes; the first is the largest.
         hulls: groups of solids, each with one hull over it.
-        light: solids that weigh nothing of their own.
+        light: solids without mass, with their finishes.
     """
 
     parts: list[Part]
@@ -214,7 +215,7 @@ def _label(finish: str) -> str:
 
 
 def _toppings(p: Stacked, on: Solid, rng: np.random.Generator, steep: float = 0.4, sunk: float = 0.25) -> list[Part]:
-    """What is strewn on a body, its finishes in turn."""
+    """Pieces strewn on a body, whose finishes take turns."""
     finishes = [f for f in (p.topping_finish, p.topping_finish_2, p.topping_finish_3) if f is not None]
     pieces = strewn(on, p.topping, p.topping_count, p.topping_size, rng, steep=steep, sunk=sunk)
     return [(plain(piece), finishes[k % len(finishes)]) for k, piece in enumerate(pieces)]
@@ -334,7 +335,7 @@ def _bun(p: Stacked, rng: np.random.Generator) -> Composed:
 
 
 def _shell(p: Stacked, rng: np.random.Generator) -> Composed:
-    """A round shell folded over its fillings; it stands on its fold."""
+    """A round shell folded over its fillings; it rests on its fold."""
     radius, n, m = p.length / 2, 23, 19
     gap = 0.32 * p.width
     s = np.linspace(-0.995, 0.995, n)[:, None] * radius
@@ -388,7 +389,7 @@ def _distance(solid: Solid, others: Sequence[Solid]) -> float:
 
 
 def _skewer(p: Stacked, rng: np.random.Generator) -> Composed:
-    """Pieces one after another along x on a stick that stands out of both ends."""
+    """Pieces one after another along x on a stick that projects at both ends."""
     spans = [_PIECES[f] for f in p.layers]
     total = sum(length for length, _, _ in spans)
     # The pieces fill what the stick leaves.

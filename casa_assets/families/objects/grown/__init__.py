@@ -1,1 +1,1 @@
-"""What grew: fruit, vegetables, nuts, eggs."""
+"""Food that grew: fruit, vegetables, nuts, eggs."""

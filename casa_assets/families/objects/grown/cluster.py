@@ -89,7 +89,7 @@ def build(builder: AssetBuilder, p: Cluster) -> None:
 
 
 def _covers(solids: list[Solid], label: str, p: Cluster) -> list[Solid]:
-    """What the collision shapes are hulls of: each body of a bundle or a root, else all of them together."""
+    """Solids whose hulls are the collision shapes: each body of a bundle or a root, otherwise one solid of all."""
     if label == "body" and p.build in (Build.BUNDLE, Build.KNOBS):
         return solids
     whole = concatenate(solids)
@@ -97,7 +97,7 @@ def _covers(solids: list[Solid], label: str, p: Cluster) -> list[Solid]:
 
 
 def _flat_footed(solid: Solid, height: float) -> Solid:
-    """The solid with all that is less than a height above its lowest point set down on the ground; it stands firmly."""
+    """The solid with all points less than `height` above its lowest one lowered to that level, so it rests firmly."""
     points = solid.points.copy()
     low = points[:, 2] < points[:, 2].min() + height
     points[low, 2] = points[:, 2].min()
@@ -231,7 +231,7 @@ def _bundle(p: Cluster, rng: np.random.Generator) -> tuple[list[Solid], list[Sol
 
 
 def _leaves(p: Cluster, rng: np.random.Generator) -> list[Solid]:
-    """Leaves that stand up round the lower end, or of stalks lie about their ends."""
+    """Leaves: upright around the lower end; for stalks, lying around their ends."""
     out = []
     if p.build is Build.STALKS:
         for k in range(p.leaves):

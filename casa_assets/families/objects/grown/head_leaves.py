@@ -1,4 +1,4 @@
-"""Leaves that lie round a head of cabbage, lettuce or a sprout: sheets along its profile whose rims stand off."""
+"""Leaves around a head of cabbage, lettuce or a sprout: sheets along its profile whose rims curl away from it."""
 
 from __future__ import annotations
 
@@ -18,13 +18,14 @@ ACROSS, LENGTHWISE = 9, 9
 def head_leaves(
     curve: Floats, count: int, curl: float, ruffle: float, reach: float, clear: float, rng: np.random.Generator
 ) -> list[Solid]:
-    """Leaves round a body of revolution, the inner ones first; their picture stands from foot to tip.
+    """Leaves around a body of revolution, the inner ones first; their picture runs upwards from foot to tip.
 
     Args:
         curve: (N, 2) radius and height of the body from its lower end to its upper one, m.
-        curl, ruffle: how far the rims stand off, and rise and fall, by the largest radius.
-        clear: how far the innermost leaf lies off the curve, by the largest radius.
+        count: number of leaves.
+        curl, ruffle: how far the rims curl away, and how far they rise and fall, relative to the largest radius.
         reach: share of the curve from the foot to the tip of the longest leaf.
+        clear: distance of the innermost leaf from the curve, relative to the largest radius.
     """
     size = float(curve[:, 0].max())
     forward = np.gradient(curve, axis=0)

@@ -104,7 +104,7 @@ def rest_tilt(body: Solid) -> float:
 
 
 def portion_of(body: Solid, cutting: Cutting) -> tuple[Solid, list[Solid], Solid | None]:
-    """What is left of a body about the z axis, the plates on its cut faces, and the lining of its hollow."""
+    """Cut a body about the z axis; return the rest, the plates on its cut faces, and its hollow's lining or None."""
     if not cutting.hollow:
         return *cut(body, cutting.planes), None
     middle = (body.points.min(axis=0) + body.points.max(axis=0)) / 2

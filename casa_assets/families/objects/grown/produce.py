@@ -42,30 +42,33 @@ class Rest(StrEnum):
 
 
 class Produce(Params):
-    """Parameters of what grew in one piece; lengths in metres.
+    """Parameters of food that grew in one piece; lengths in metres.
 
     Attributes:
-        profile: (radius, height) from the lower end to the upper one, radius by the largest, height by the length; a
-            curve may turn back into a hollow. length: along the axis. width: across it. flat: the other width by that.
-        lobes, lobe_depth, lobe_sharp: furrows round the axis, depth by the radius. bumps: unevenness, by the radius.
-            waves: of the bumps, over the length. bend: rad, from bend_start of the length on.
-        stem, stem_radius: of a stalk out of the upper end; 0 for none. stem_at: where it starts, by the length.
-        wraps, wrap_depth: leaves that lie round it, and how far they stand out, by the distance from its middle. With a
-            wrap_skin they are sheets, else steps in the body; wrap_reach, wrap_ruffle: how far along the profile they
-            reach, and how far their rims rise and fall by the radius.
-        leaves, leaf_length, leaf_width, leaf_rise: round the upper end; rise is how steep they stand, rad, and
-            leaf_spread how much steeper the last of them stands than the first.
-        eyes: dark pits round the upper end, as a coconut has three.
+        profile: (radius, height) from the lower end to the upper one, relative to the largest radius and to the length;
+            a curve may turn back into a hollow. length: along the axis. width: across it. flat: the other width
+            relative to that.
+        lobes, lobe_depth, lobe_sharp: furrows around the axis, their depth relative to the radius. bumps: unevenness,
+            relative to the radius. waves: of the bumps, over the length. bend: rad, from the share bend_start of the
+            length on.
+        stem, stem_radius: of a stalk at the upper end; 0 for no stalk. stem_at: share of the length where it starts.
+        wraps, wrap_depth: leaves that wrap it, and how far they project, relative to the distance from its middle. With
+            a wrap_skin they are sheets, otherwise steps in the body; wrap_reach: share of the profile that they cover;
+            wrap_ruffle: how far their rims rise and fall, relative to the radius.
+        leaves, leaf_length, leaf_width, leaf_rise: leaves around the upper end; leaf_rise is their steepness, rad, and
+            leaf_spread how much steeper the last is than the first.
+        eyes: number of dark pits around the upper end; a coconut has three.
         flesh: share of its volume that is flesh; the rest is air.
-        rest: how it lies. seed: of what is random in its form.
+        rest: how it lies. seed: of random details of its form.
         skin, stem_finish, leaf_finish: finishes. skin is a picture for the whole of it.
-        portion: what is left where it was cut, None for a whole one. face: where its cut face looks.
-        crosswise: a half is cut across its axis. cut_at: where a half, piece or slice is cut across, by the length.
-        thick: of a slice. slant: how far it is from square, rad. angle: of a wedge, rad.
-        section: picture of the cut faces. heart: about where it lies on those along the axis, by the length.
-        hollow: size of a hollow inside by that of the body. lining: finish in it; None for the section's.
-        stone, stone_long, stone_flat: width of a stone or heart of seeds that shows at the heart of a half, 0 for none,
-            and its length and its thickness by that. stone_finish: its finish.
+        portion: kind of portion if it was cut, None for a whole one. face: direction of its cut face.
+        crosswise: a half is cut across its axis. cut_at: share of the length at which a half, piece or slice is cut
+            across.
+        thick: of a slice. slant: deviation of its cuts from square, rad. angle: of a wedge, rad.
+        section: picture of the cut faces. heart: share of the length on which it is centred on faces along the axis.
+        hollow: size of a hollow inside relative to the body. lining: its finish; None for that of the section.
+        stone, stone_long, stone_flat: width of a stone or core of seeds that shows in the middle of a half, 0 for no
+            stone, and its length and its thickness relative to the width. stone_finish: its finish.
     """
 
     profile: Annotated[tuple[Vec2, ...], Field(min_length=4, max_length=16)]
@@ -249,7 +252,7 @@ def _stem(p: Produce, rng: np.random.Generator, start: float) -> Solid:
 
 
 def _eyes(p: Produce, body: Solid) -> Solid:
-    """Flat discs on the surface round the upper end of a body that stands."""
+    """Flat discs on the surface around the upper end of an upright body."""
     middle = body.bounds.mean(axis=0)
     out = []
     for k in range(p.eyes):

@@ -1,1 +1,1 @@
-"""What food is packed in, and blocks, wrapped and bare."""
+"""Food packages, and blocks of food and other materials, wrapped and bare."""

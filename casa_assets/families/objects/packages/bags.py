@@ -1,4 +1,4 @@
-"""Packages of film: pillow bags, stand-up pouches, bars in wrappers, sweets in twisted paper."""
+"""Packages of film: pillow bags, self-standing pouches, bars in wrappers, sweets in twisted paper."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ ACROSS = 28
 
 
 def pillow(p: Package) -> list[Part]:
-    """A bag of two sheets that is full of food and air, with a crimped strip at both ends and folds beside it."""
+    """A bag of two sheets, full of food and air, with a crimped strip at both ends and folds next to the strips."""
     x, sheet, sides = two_sheets(ACROSS)
     rng = p.rng()
     inner = p.height - 2 * p.crimp
@@ -120,7 +120,7 @@ def _back_seam(p: Package, rings: list[Floats]) -> Solid:
 
 
 def pouch(p: Package) -> list[Part]:
-    """A pouch that stands on its oval bottom; its upper end is sealed flat, with a strip to tear."""
+    """A pouch that rests on its oval bottom; its upper end is sealed flat, with a strip for tearing."""
     x, sheet, sides = two_sheets(ACROSS)
     rng = p.rng()
     half, deep = p.width / 2, p.depth / 2

@@ -38,7 +38,7 @@ UNTOUCHED = ("cut", "core")
 
 
 class Shape(StrEnum):
-    """What kind of block it is."""
+    """Kind of block."""
 
     SLAB = "slab"
     WEDGE = "wedge"  # a sector of a wheel; a whole wheel with a piece cut out where the angle is large
@@ -50,20 +50,22 @@ class Block(Params):
     """Parameters of a block; lengths in metres, its length along x.
 
     Attributes:
-        shape: what kind. width, depth, height: along x, y, z; of a wedge width is its radius, and depth does not count.
-        corner: radius of the upright edges by half the smaller side, 1 for round ones. edge: radius of the level edges.
+        shape: kind of block. width, depth, height: along x, y, z; of a wedge, width is the radius and depth is ignored.
+        corner: radius of the upright edges relative to half the smaller side, 1 for a round block. edge: radius of the
+            horizontal edges.
         bulge: of the sides. crown: how far the upper end is raised in its middle. press: depth of a hollow there, over
-            press_size of it. taper: size of the upper end by the lower one. waist: how far its long sides are drawn in.
-        bumps, waves: unevenness by the size, and over the largest side. seed: of what is random.
-        angle: of a wedge, rad. rind: width of the border round its cut faces.
-        holes, hole: number of round holes and the radius of the largest; then there is no picture.
-        slices, shift: of a stack, and how far they lie askew.
+            the share press_size of it. taper: size of the upper end relative to the lower one. waist: how far its long
+            sides are drawn in.
+        bumps, waves: unevenness relative to the size, and its waves over the largest side. seed: of random details.
+        angle: of a wedge, rad. rind: width of the border around its cut faces.
+        holes, hole: number of round holes and the radius of the largest; with holes there is no picture.
+        slices, shift: number of slices of a stack, and how far they are displaced.
         rows, columns, gap: segments of a tablet and the grooves between them.
-        pad: height of a layer on top, such as that of a sponge; pad_out: how far it stands out.
-        core: size of a cloudy core, by that of the block.
-        portion: what is left of a thing that was cut; None for a whole one.
-        heft: mass by volume, kg/m^3; None for that of the substance.
-        skin, second: finish of the block, and of the pad, the core, or the cut faces of a wedge.
+        pad: height of a layer on top, such as that of a sponge; pad_out: how far it projects.
+        core: size of a cloudy core, relative to the block.
+        portion: kind of portion if it was cut; None for a whole one.
+        heft: density, kg/m^3; None for that of the substance.
+        skin, second: finishes of the block, and of the pad, the core, or the cut faces of a wedge.
     """
 
     shape: Shape = Shape.SLAB
@@ -286,7 +288,7 @@ def _round_bar(radius: float, height: float) -> Solid:
 
 
 def tablet(p: Block) -> list[Part]:
-    """A bar of chocolate with segments that stand on a thin plate."""
+    """A bar of chocolate with segments on a thin plate."""
     base = 0.42 * p.height
     plate = _slab(p.replace(crown=0.0, press=0.0, taper=1.0, edge=min(p.edge, 0.3 * base)), base, 0.0)
     size_x, size_y = p.width / p.columns, p.depth / p.rows

@@ -188,7 +188,7 @@ def gathered(
 
 
 def _slope_cap(p: Package, wall: float) -> Solid:
-    """A screw cap that stands square on the front slope."""
+    """A screw cap placed square to the front slope."""
     rise, run = p.height * p.roof, p.depth / 2
     tilt = math.atan2(rise, run)
     r, high = p.cap_radius, 0.85 * p.cap_radius
@@ -304,7 +304,7 @@ def _parcel_end(p: Package, top: float, fold: float, end: int) -> list[Part]:
 
 
 def _bare_block(p: Package, less: float) -> Solid:
-    """What is in the paper, smaller by a length on each side: a plain block, or a tablet of chocolate."""
+    """The unwrapped food, smaller by `less` on each side, metres: a plain block, or a tablet of chocolate."""
     shape = BlockShape.TABLET if p.rows > 0 else BlockShape.SLAB
     block = Block(
         shape=shape,

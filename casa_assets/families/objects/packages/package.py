@@ -31,7 +31,7 @@ Share = Annotated[float, Field(ge=0, le=1)]
 
 
 class Shape(StrEnum):
-    """What kind of package it is."""
+    """Kind of package."""
 
     CARTON = "carton"
     GABLE = "gable"  # a carton folded to a ridge above
@@ -46,7 +46,7 @@ class Shape(StrEnum):
 
 
 class Rest(StrEnum):
-    """How it lies; all of it is measured as it stands."""
+    """How a package lies; all its dimensions are those of the upright package."""
 
     STANDS = "stands"
     BACK = "back"  # on its back, its upper end away from the viewer
@@ -54,36 +54,39 @@ class Rest(StrEnum):
 
 
 class Package(Params):
-    """Parameters of a package; lengths in metres, of the package as it stands, its front to -y.
+    """Parameters of a package; lengths in metres, of the upright package, its front to -y.
 
     Attributes:
-        shape, rest: what kind it is, how it lies.
-        width, depth, height: over all; of bags width is that of the empty bag, and depth that of the full one.
-        front, side: shares of the picture's width on the front and on each side beside it, as in the label's recipe.
+        shape, rest: kind of package, and how it lies.
+        width, depth, height: overall; of bags, width is that of the empty bag and depth that of the full one.
+        front, side: shares of the picture's width on the front and on each adjacent side, as in the label's recipe.
         lower, upper: shares of the picture's height on the lower and on the upper end, likewise.
         along: the picture's width runs along the height; each side shows all of it.
-        edge: radius of upright edges. bulge: of the sides. dents: how far they are uneven. seed: of what is random.
-        flap: where the flaps of a carton meet, by half the depth; near 1 there is a single flap.
-        window, window_wide: height and width of a pane in a carton's front, shares; window_finish is seen there.
-        opens: the upper end of a carton is a lid that swings up; below it is a room, down to `fill` of the height.
-        spout: above 0, a carton has a spout of sheet at its side.
+        edge: radius of upright edges. bulge: of the sides. dents: depth of their unevenness. seed: of random details.
+        flap: where the flaps of a carton meet, relative to half the depth; near 1 there is a single flap.
+        window, window_wide: height and width of a pane in a carton's front, shares; window_finish is seen through it.
+        opens: the upper end of a carton is a lid that swings up; below it the carton is empty, down to `fill` of the
+            height.
+        spout: above 0, a carton has a sheet metal spout at its side.
         roof: share of the height of a gable, or of the folds of a paper bag. fin: height of the ridge's seam; of
-            twisted paper the width of its ends. cap_radius: of a screw cap on a gable or a pouch, 0 for none.
-        straw: how far a straw stands out of a brick; 0 for one in the wrapper on the back.
-        seam: a flap of the seam at the back. roll: half thickness of the rolled end of a paper bag, 0 for a folded one.
-            tie: the roll has a strip of tin.
-        bare: share of a wrapped block at its upper end that is unwrapped; content is its finish, rows and columns are
-            segments of it, if it is a tablet; liner: how far foil stands out of the paper there.
-        crimp: height of a sealed strip, or of twisted paper at each end. teeth: it is cut in teeth. pleats: depth of
-            the folds. full: how blunt the ends of the filled part are; round_by: the same of its sides. sag: how much
-            of the depth lies at the back, 0 for half. zip_line: a pouch has a zip.
+            twisted paper, the width of its ends. cap_radius: of a screw cap on a gable or a pouch, 0 for no cap.
+        straw: how far a straw projects from a brick; 0 for a straw in a wrapper on the back.
+        seam: a flap of the seam at the back. roll: half the thickness of the rolled end of a paper bag, 0 for a folded
+            end. tie: the roll has a strip of tin.
+        bare: share of a wrapped block at its upper end that is unwrapped; content is its finish; rows and columns are
+            its segments if it is a tablet; liner: how far foil projects from the paper there.
+        crimp: height of a sealed strip, or of twisted paper at each end. teeth: the strip has a serrated edge. pleats:
+            depth of the folds. full: bluntness of the ends of the filled part; round_by: the same of its sides. sag:
+            how much deeper the back is than half the depth, as a share of that; 0 if front and back are equally deep.
+            zip_line: a pouch has a zip.
         profile: (width, height) of a tub from foot to flange, shares. curved: it is a smooth curve. corner: radius of a
-            tub's corners by half the width, 1 for round ones. flange: how far it stands out. flutes: upright ones.
-            lid_rise: height of the lid; from 3 mm on it is one of plastic. tongue, tongue_turn: length and direction of
-            a tongue to pull it off. fill: share of the height that is filled, where content is seen.
-        heft: mass of the whole by the volume of its body, kg/m^3.
-        skin, fitting, lid, rim_finish, content, window_finish: finishes of the package, of its cap, straw or tie, of
-            what closes a tub, of its flange, of what is in a clear one, and behind a window.
+            tub's corners relative to half the width, 1 for a round tub. flange: how far it projects. flutes: number of
+            upright ones. lid_rise: height of the lid; from 3 mm on it is made of plastic. tongue, tongue_turn: length
+            and direction of a tongue to pull it off. fill: share of the height that is filled, if the content can be
+            seen.
+        heft: mass of the whole per volume of its body, kg/m^3.
+        skin, fitting, lid, rim_finish, content, window_finish: finishes of the package, of its cap, straw or tie, of a
+            tub's lid, of its flange, of the content of a clear one, and of what is behind a window.
     """
 
     shape: Shape

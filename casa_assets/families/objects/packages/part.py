@@ -9,12 +9,12 @@ from casa_assets.families.kit.solids.solid import Solid
 
 @dataclass(frozen=True)
 class Part:
-    """A part.
+    """A part of a package.
 
     Attributes:
-        solid: before the package is laid down: it stands on z = 0, its front looks to -y.
+        solid: in the pose before the package is laid down: its bottom at z = 0, its front to -y.
         finish: id of a finish. label: what part it is.
-        density: kg/m^3; 0 weighs nothing. collider: it has a collision shape of its own.
+        density: kg/m^3; 0 for no mass. collider: it has a separate collision shape.
         swings: it is on the link of the lid.
     """
 

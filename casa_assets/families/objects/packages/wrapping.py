@@ -46,10 +46,10 @@ class Outline:
 
 
 def four_sides(front: float, side: float, corner_steps: int = 2, across: tuple[float, ...] = ALONG_SIDE) -> Outline:
-    """A rectangle with rounded corners, whose front looks to -y.
+    """A rectangle with rounded corners, whose front faces -y.
 
     Args:
-        front, side: shares of the picture's width that the front and each of the two sides beside it take.
+        front, side: shares of the picture's width that the front and each of the two adjacent sides take.
         corner_steps: pieces of a rounded corner. across: places of points along a side, -1..1.
     """
     back = max(0.02, 1.0 - front - 2 * side)

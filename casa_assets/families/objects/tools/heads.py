@@ -43,11 +43,12 @@ class Part:
 
 
 def tine_cuts(count: int, start: float, width: float, gap: float, deep: float) -> list[Solid]:
-    """What is taken out of the head of a fork: slots between its tines, which end in points.
+    """Solids to subtract from the head of a fork: the slots between its tines, which end in points.
 
     Args:
+        count: number of tines.
         start: how far the slots reach from the tip. width: of the head at the tines. gap: width of a slot.
-        deep: height of these bodies, about z = 0. All metres.
+        deep: height of these solids, about z = 0. All metres.
     """
     tine = (width - (count - 1) * gap) / count
     point = min(0.16 * start, 0.009)
@@ -159,7 +160,7 @@ def ring(path: Floats, section: Floats, hulls: int = 6) -> Solid:
 
 
 def _closed_faces(rings: int, around: int) -> Ints:
-    """(F, 3) faces between rings of so many points, each and the next, and the last and the first."""
+    """(F, 3) faces between consecutive rings of `around` points each, and between the last ring and the first."""
     k, i = (g.ravel() for g in np.meshgrid(np.arange(rings), np.arange(around), indexing="ij"))
     a, b = k * around + i, k * around + (i + 1) % around
     d, c = (k + 1) % rings * around + i, (k + 1) % rings * around + (i + 1) % around
@@ -255,7 +256,7 @@ class Panel:
 
 
 def punched(panel: Panel, pitch: float, size: float, hood: float) -> tuple[list[Solid], list[Solid]]:
-    """Dark holes and the hoods over them in rows that stand between each other, over most of a side."""
+    """Dark holes and the hoods over them, in staggered rows over most of a side."""
     holes, hoods = [], []
     rows = int(0.72 * panel.height / pitch)
     for row in range(rows):
@@ -283,7 +284,7 @@ def slits(panel: Panel, count: int, wide: float) -> tuple[list[Solid], list[Soli
 
 
 def _dot(size: float) -> Solid:
-    """A dark disc that stands a little out of a side: a low pyramid."""
+    """A dark disc that projects slightly from a side: a low pyramid."""
     base = np.column_stack([circle(size / 2, 6), np.zeros(6)])[:, [0, 2, 1]]
     points = np.concatenate([base, [[0.0, -0.0006, 0.0]]])
     faces = [(k, (k + 1) % 6, 6) for k in range(6)] + [(0, k + 1, k) for k in range(1, 5)]
@@ -346,7 +347,7 @@ def straw(length: float, radius: float, wall: float, twist: float, folds: int) -
 
 
 def reamer_dish(radius: float, depth: float, wall: float) -> Solid:
-    """A round dish that stands on z = 0, with its floor and wall as colliders."""
+    """A round dish whose bottom is at z = 0, with its floor and wall as colliders."""
     foot = 0.72 * radius
     outer = [(foot, 0.0), (0.86 * radius, 0.3 * depth), (0.96 * radius, 0.7 * depth), (radius, depth)]
     inner = [(radius - wall, depth), (0.95 * radius - wall, 0.7 * depth), (0.82 * radius - wall, 0.32 * depth)]

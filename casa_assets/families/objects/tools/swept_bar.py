@@ -82,8 +82,8 @@ def bar(
     """A bar from x = 0 on, with colliders that follow it; one picture covers it, its height along x.
 
     Args:
-        along, around: rings along it, and points round one. hulls: at most so many colliders along it.
-        span: what there is of it, by the length: a sleeve or a tip of another stuff follows the same curves.
+        along, around: number of rings along it, and of points around one. hulls: maximum number of colliders along it.
+        span: part of the length to build, as shares: a sleeve or a tip of another material follows the same curves.
     """
     stations = _within(_stations(shape, size, along), span, size.length)
     width, x = stations[:, 0], stations[:, 1]
@@ -262,7 +262,7 @@ def _value(curve: Curve, share: Floats, default: float) -> Floats:
 
 
 def _pieces(points: Floats, most: int) -> list[Floats]:
-    """A bar cut along into pieces whose hulls follow it, at most so many."""
+    """A bar cut along its length into at most `most` pieces whose hulls follow it."""
     pieces = [points]
     while len(pieces) < most:
         total = sum(_hull_volume(piece) for piece in pieces)

@@ -36,7 +36,7 @@ TANG = 0.015
 
 
 class Head(StrEnum):
-    """What the head is."""
+    """Kind of head."""
 
     BAR = "bar"  # all of it is `front`: a spoon, a knife, a spatula
     FORK = "fork"  # `front` with slots between tines
@@ -474,7 +474,7 @@ def _pin(p: Utensil) -> list[Part]:
 
 
 def _grater(p: Utensil) -> list[Part]:
-    """A box grater that stands; its handle is above."""
+    """An upright box grater; its handle is at the top."""
     body = heads.grater(p.length, p.width, p.depth, p.belly, 0.0008)
     parts = [Part(body, p.front_finish, "body")]
     holes: list[Solid] = []

@@ -1,1 +1,1 @@
-"""What holds something and is open: dishes, pots, trays; their lids, and boards."""
+"""Open vessels: dishes, pots, trays; their lids, and boards."""

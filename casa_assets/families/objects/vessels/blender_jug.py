@@ -25,9 +25,10 @@ class BlenderJug(Params):
     """Parameters of a blender's jug; lengths in metres.
 
     Attributes:
-        jar. height, top, foot: of the glass, and half width at the mouth and at the foot.
-        handle_reach, handle_low: how far the handle stands out, height of its lower end by that of the glass.
-        lid: its cover lies on it and can be lifted. thickness, cap_radius, cap_height: of the cover and its filler cap.
+        jar: its section. height, top, foot: of the glass, and half width at the mouth and at the foot.
+        handle_reach, handle_low: how far the handle projects, and the height of its lower end relative to that of the
+            glass.
+        lid: it has a cover that can be lifted. thickness, cap_radius, cap_height: of the cover and its filler cap.
         grip, glass, cap: finishes of collar, handle and cover, of the jar, of the filler cap.
     """
 
@@ -47,7 +48,7 @@ class BlenderJug(Params):
 
 
 def build(builder: AssetBuilder, p: BlenderJug) -> None:
-    """Build the asset: it stands on z = 0, its handle to +x."""
+    """Build the asset: its bottom is at z = 0, its handle towards +x."""
     jar = Jar(p.jar, p.height, p.top, p.foot, p.grip, p.glass, p.handle_reach, p.handle_low, True)
     add_jar(builder, jar, 0.0)
     add_jar_handle(builder, jar, 0.0)

@@ -24,7 +24,7 @@ from casa_assets.model.asset.asset import Base
 
 
 class Outline(StrEnum):
-    """What it looks like from above."""
+    """Outline seen from above."""
 
     RECTANGLE = "rectangle"
     OVAL = "oval"  # also round

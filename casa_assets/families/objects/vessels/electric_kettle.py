@@ -13,7 +13,7 @@ ROUND = frozenset({KettleForm.RETRO, KettleForm.BELL})
 
 
 def build(builder: AssetBuilder, p: Kettle) -> None:
-    """Build the asset: it stands on z = 0, its handle to +x and its spout to -x."""
+    """Build the asset: its bottom is at z = 0, its handle towards +x and its spout towards -x."""
     if p.form in ROUND and p.grip is KettleHandle.LOOP:  # a loop takes a shape more than two rows of staves leave
         kettle.build(builder, p, 10, (0.0, 1.0), (0.1, 0.25, 0.5, 0.75))
     elif p.form in ROUND:

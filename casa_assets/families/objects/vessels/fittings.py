@@ -68,10 +68,10 @@ def ear(
 
 
 def loop(x: float, y: float, z: float, reach: float, thick: float, tall: float, square: float) -> Solid:
-    """A loop in a level plane at the side of a pot, towards +x.
+    """A loop in a horizontal plane at the side of a pot, towards +x.
 
     Args:
-        x, y: where it meets the wall, at y and -y. reach: how far it stands out from there. tall: its height.
+        x, y: where it meets the wall, at y and -y. reach: how far it projects from there. tall: its height.
     """
     t = np.linspace(-math.pi / 2, math.pi / 2, 13)
     c, s = np.abs(np.cos(t)) ** square, np.sign(np.sin(t)) * np.abs(np.sin(t)) ** square
@@ -125,10 +125,10 @@ def spout(start: Vec2, end: Vec2, radius: float, tip: float, curve: float) -> So
 
 
 def rim_bead(ring: Floats, radius: float, count: int = 8, start: float = 0.0) -> Solid:
-    """A wire along a closed ring of points; it has no collision shape of its own.
+    """A wire along a closed ring of points, without a collision shape.
 
     Args:
-        count: corners of its section. start: angle of the first one above the way outwards, rad.
+        count: corners of its section. start: angle of the first corner above the outward direction, rad.
     """
     n = len(ring)
     way = np.roll(ring, -1, axis=0) - np.roll(ring, 1, axis=0)
@@ -170,7 +170,7 @@ def long_handle(start: Vec3, length: float, rise: float, profile: Sequence[Vec3]
 
 
 def knob(radius: float, height: float, slim: float) -> Solid:
-    """A knob about z that stands on z = 0. slim: radius of its neck by its own."""
+    """A knob about the z axis, from z = 0 up. slim: radius of its neck relative to the largest radius."""
     n = slim * radius
     profile = [(1.15 * n, -0.001), (n, 0.25 * height), (0.8 * radius, 0.45 * height), (radius, 0.62 * height)]
     profile += [(0.92 * radius, 0.85 * height), (0.6 * radius, 0.96 * height), (0.0, height)]

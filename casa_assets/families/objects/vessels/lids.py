@@ -23,7 +23,7 @@ SIP_EDGE = 0.0028
 
 
 class KnobForm(StrEnum):
-    """What a lid is lifted by."""
+    """Form of the part by which a lid is lifted."""
 
     NONE = "none"
     BALL = "ball"
@@ -60,9 +60,9 @@ class Lid:
 
 
 def add_lid(builder: AssetBuilder, lid: Lid, plan: Plan, z: float, link: str = ROOT) -> None:
-    """Add a lid whose rim lies at a height; plan is what the vessel looks like from above.
+    """Add a lid whose rim lies at height z; `plan` is the outline of the vessel seen from above.
 
-    On a link of its own it can be lifted: its collision shapes then lie above its rim, its grip is LID_GRIP.
+    On a separate link it can be lifted: its collision shapes are then above its rim, and its grip is LID_GRIP.
     """
     flat = replace(plan, lip=0.0, lip_rise=0.0, facets=0, flutes=0, weave=0.0, around=min(plan.around, 40))
     flat = replace(flat, half_x=lid.radius, half_y=plan.half_y + lid.radius - plan.half_x, height=1.0)

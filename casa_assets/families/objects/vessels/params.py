@@ -33,32 +33,35 @@ class Vessel(Params):
     """Parameters of a vessel; lengths in metres.
 
     Attributes:
-        profile: the outside from the edge of the foot to the rim, (radius, height), radius by half the width, height by
-            the height. soft: a smooth curve runs through these points; else corners are rounded by `rounding`.
-        width, height: of the body. across: the width in y by that in x. corner: radius of the corners seen from above
-            by half the lesser width; 1 for round or oval.
-        wall: its thickness. floor: thickness of the floor. stem: share of the height below the floor of the inside.
-        fillet: between floor and wall inside. foot: height of a hollow under the foot.
+        profile: the outside from the edge of the foot to the rim, (radius, height), relative to half the width and to
+            the height. soft: a smooth curve runs through these points; otherwise corners are rounded by `rounding`.
+        width, height: of the body. across: the width in y relative to that in x. corner: radius of the corners seen
+            from above, relative to half the smaller width; 1 for round or oval.
+        wall: its thickness. floor: thickness of the floor. stem: share of the height that is below the floor of the
+            inside.
+        fillet: radius between floor and wall inside. foot: height of a hollow under the foot.
         facets, flutes, flute_depth, twist, fluted_from: as in `Plan`. weave, stakes, rows: strands of a basket.
         lip, lip_width, lip_rise, lip_from: of a spout drawn out of the rim, as in `Plan`.
-        bead: radius of a wire round the rim.
-        handle: where a hand takes it. handle_reach: how far it stands out; the length of a long one; the height of an
-            arch. handle_top, handle_low: of an ear, by the height. handle_width, handle_thick: of its section.
-            handle_square: 1 round, less for corners. handle_sag: of an ear. handle_rise: of a long one, rad.
+        bead: radius of a wire around the rim.
+        handle: kind of handle. handle_reach: how far it projects; the length of a long one; the height of an arch.
+            handle_top, handle_low: ends of an ear, relative to the height. handle_width, handle_thick: of its section.
+            handle_square: 1 for round, less for corners. handle_sag: of an ear. handle_rise: of a long one, rad.
             handle_hole: radius of a hole in its end.
-        spout: how far a tube of a spout stands out. spout_from, spout_to: heights of its ends, by the height.
-            spout_radius: at the wall. spout_curve: 0 straight, 1 bent.
-        lid: it has a lid on it. lid_opens: it can be lifted off, and the vessel is hollow below it.
-            lid_rise, lid_dome, lid_over: height, shape, how far it reaches over the rim.
-            lid_skirt: how far it reaches down outside. lid_sip: it has a raised edge and a hole to drink
-            from. lid_bead: radius of a ring of metal round it. knob, knob_size: what it is lifted by.
-        hole: radius of holes in its wall, 0 for none. hole_gap: distance of two. holes_from, holes_to: by the height.
-        wires: of a sieve, from its middle to its rim; its wall is then gauze.
-        content: how full it is, by the height. marks: lines of a measure. sleeve: a band of card about the middle.
-        matter: share of the wall's volume that is matter.
-        skin, rim_finish, handle_finish, grip_finish, spout_finish, lid_finish, knob_finish, content_finish,
-            mark_finish: finishes. skin may be a picture for the whole of it; its height is the way from the middle of
-            the underside (0) over the rim (0.5) to the middle of the inside (1).
+        spout: how far a tubular spout projects. spout_from, spout_to: heights of its ends, relative to the height.
+            spout_radius: at the wall. spout_tip: radius at its tip. spout_curve: 0 straight, 1 bent.
+        lid: it has a lid on it. lid_opens: the lid can be lifted off, and the vessel is hollow below it. lid_rise,
+            lid_dome, lid_over: its height, its shape, how far it reaches over the rim. lid_skirt: how far it reaches
+            down outside. lid_thick: of its sheet. lid_sip: it has a raised edge and a hole to drink from. lid_bead:
+            radius of a ring of metal around it. knob, knob_size: the part by which it is lifted.
+        hole: radius of holes in its wall, 0 for no holes. hole_gap: distance between two. holes_from, holes_to: lowest
+            and highest, relative to the height.
+        wires: number of wires of a sieve, from its middle to its rim; its wall is then gauze.
+        content: filling level, relative to the height. marks: lines of a measure. sleeve: a band of card around the
+            middle.
+        matter: share of the wall's volume that is solid material.
+        skin, rim_finish, handle_finish, grip_finish, lid_finish, knob_finish, lid_bead_finish, content_finish,
+            mark_finish: finishes. skin may be a picture for the whole vessel; its height runs from the middle of the
+            underside (0) over the rim (0.5) to the middle of the inside (1).
     """
 
     profile: Annotated[tuple[Vec2, ...], Field(min_length=2, max_length=20)]

@@ -45,7 +45,7 @@ class PocketTray(Params):
 
 
 def build(builder: AssetBuilder, p: PocketTray) -> None:
-    """Build the asset: it stands on the floors of its pockets, its length along x."""
+    """Build the asset: it rests on the floors of its pockets, at z = 0, its length along x."""
     length = p.columns * p.pitch_x + 2 * (p.border + p.end)
     width = p.rows * p.pitch_y + 2 * p.border
     mouth = _mouth(p)

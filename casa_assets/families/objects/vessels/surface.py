@@ -23,16 +23,18 @@ SLACK = 0.0018
 
 @dataclass(frozen=True)
 class Plan:
-    """What a vessel looks like from above, and how that changes with height; lengths in metres.
+    """The outline of a vessel seen from above, and how it changes with height; lengths in metres.
 
     Attributes:
-        half_x, half_y: half its sides where it is widest. corner: radius of the corners; None for an ellipse.
-        height: of the rim. facets: flat sides, 0 for none. flutes: furrows, flute_depth by the radius. twist: rad that
-            they turn on their way up. fluted_from: share of the height above which they are.
-        lip: how far the rim is drawn out to -x as a spout. lip_width: rad. lip_rise: how far it is drawn up.
-            lip_from: share of the height above which it begins.
-        weave: how far strands go out and in. stakes: round which they go. row: height of a row of them.
-        around: points round an ellipse.
+        half_x, half_y: half its widths at the widest height. corner: radius of the corners; None for an ellipse.
+        height: of the rim. facets: number of flat sides, 0 for no facets. flutes: number of furrows, flute_depth:
+            relative to the radius. twist: rad that they turn on their way up. fluted_from: share of the height above
+            which they are.
+        lip: how far the rim is drawn out to -x as a spout. lip_width: rad. lip_rise: how far it is drawn up. lip_from:
+            share of the height above which it begins.
+        weave: how far strands go out and in. stakes: number of stakes around which they go. row: height of a row of
+            strands.
+        around: points around an ellipse.
     """
 
     half_x: float
@@ -172,7 +174,7 @@ def vessel_profile(
 
 
 def woven(profile: Profile, step: float) -> Profile:
-    """The profile with a point of the outside every so many metres of height, as the rows of a basket need them."""
+    """The profile with a point on the outside every `step` metres of height, as the rows of a basket need them."""
     wall = profile.outside
     z = np.arange(math.ceil(wall[0, 1] / step + 0.01) * step, wall[-1, 1] - 0.2 * step, step)
     between = np.stack([np.interp(z, wall[:, 1], wall[:, 0]), z], axis=1)
@@ -234,10 +236,10 @@ def round_plan(radius: float, around: int = 28) -> Plan:
 
 
 def pictured(solid: Solid, profile: Profile, around: float) -> Solid:
-    """A part such as a handle with the picture of the vessel's outside: at every height what is there beside it.
+    """A part such as a handle with the picture of the vessel's outside: at each height, that of the wall next to it.
 
     Args:
-        around: length once round the vessel, metres.
+        around: circumference of the vessel, metres.
     """
     corners = solid.points[solid.faces]
     v = np.interp(

@@ -40,7 +40,7 @@ UNDER_ARCH_M = 0.008
 
 
 def build(builder: AssetBuilder, p: Vessel) -> None:
-    """Build the asset: it stands on z = 0, its handle to +x and its spout to -x."""
+    """Build the asset: its bottom is at z = 0, its handle towards +x and its spout towards -x."""
     plan = _plan(p)
     floor = p.stem * p.height + p.floor + p.foot
     points = [(r * p.width / 2, z * p.height) for r, z in p.profile]
@@ -181,7 +181,7 @@ def _lid(builder: AssetBuilder, p: Vessel, plan: Plan) -> None:
 
 
 def _content(builder: AssetBuilder, p: Vessel, plan: Plan, profile: Profile) -> None:
-    """What is in it, a little smaller than the inside."""
+    """Add the content, slightly smaller than the inside."""
     inside = profile.inside[1:]
     floor = float(inside[0, 1])
     level = floor + p.content * (p.height - floor)

@@ -44,9 +44,9 @@ class Jar:
     Attributes:
         form: its section. height: of the glass. top, foot: half width at the mouth and at the foot.
         grip, glass: finishes of collar and handle, and of the jar.
-        reach, low: how far the handle stands out, and the height of its lower end by that of the glass.
-        edge_in_front: an edge between two collision shapes of a round wall looks to the front, so that their box is
-            that of the wall.
+        reach, low: how far the handle projects, and the height of its lower end relative to that of the glass.
+        edge_in_front: an edge between two collision shapes of a round wall faces the front, so that their bounding box
+            is that of the wall.
     """
 
     form: BlenderJar
@@ -61,7 +61,7 @@ class Jar:
 
     @property
     def rim(self) -> float:
-        """Height of the mouth above what it stands on, metres."""
+        """Height of the mouth above the surface that the jar rests on, metres."""
         return COLLAR + self.height
 
 
@@ -125,7 +125,7 @@ def _jar_walls(p: Jar, width: float, foot: tuple[float, float], rim: tuple[float
 
 
 def add_jar(builder: AssetBuilder, p: Jar, rest: float) -> None:
-    """Add collar, jar with its mouth open, blades, and their colliders; it stands at a height, about the z axis."""
+    """Add collar, jar with an open mouth, blades, and their colliders, about the z axis, from height `rest` up."""
     r0, r1, low, rim = p.foot, p.top, rest + 0.0004, rest + p.rim
     collar = lathe(
         [
@@ -179,7 +179,7 @@ def add_jar(builder: AssetBuilder, p: Jar, rest: float) -> None:
 
 
 def add_jar_handle(builder: AssetBuilder, p: Jar, rest: float) -> None:
-    """Add a loop on the right side of a jar that stands at a height."""
+    """Add a loop on the right side of a jar whose bottom is at height `rest`."""
     rim = rest + p.rim
     base = rest + RAISED
     low, high = base + p.low * (rim - base), rim - 0.024

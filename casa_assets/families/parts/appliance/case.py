@@ -1,4 +1,4 @@
-"""Cases of what stands on a counter: outlines with round corners pulled across or up."""
+"""Cases of countertop appliances: outlines with rounded corners, extruded across or upwards."""
 
 from __future__ import annotations
 
@@ -139,10 +139,10 @@ def round_wall_pieces(
 
 
 def round_feet(places: Sequence[Vec2], radius: float, height: float) -> list[Solid]:
-    """Round feet from z = 0 to height at points of the ground.
+    """Round feet from z = 0 to `height` at points of the ground.
 
-    Each touches as a ball of the foot's radius: at one point, where a disc on a worktop has four, so that what stands
-    on four feet costs an engine four contacts and not sixteen.
+    Each collides as a ball of the foot's radius, so it touches a worktop at one point, while a disc touches at four: an
+    object on four feet costs an engine four contacts instead of 16.
     """
     pad = rod(radius, height, min(0.0015, 0.3 * height)).translated(0.0, 0.0, height / 2)
     feet = pad.with_shapes((Sphere(radius=radius), Pose(position=(0.0, 0.0, radius))))

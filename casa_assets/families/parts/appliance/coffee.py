@@ -13,7 +13,7 @@ from casa_assets.model.record import Vec3
 
 
 def add_drip_tray(builder: AssetBuilder, lower: Vec3, upper: Vec3, metal: str) -> None:
-    """Add a dark tray with a grid on top, between two corners, to the root link; a cup stands at upper[2]. Metres."""
+    """Add a dark tray with a grid on top to the root link, between two corners, metres; cups are placed at upper[2]."""
     (x0, y0, z0), (x1, y1, z1) = lower, upper
     pan = subtract(
         board(lower, (x1, y1, z1 - 0.0006), 0.003, 2),
@@ -88,7 +88,7 @@ def add_steam_wand(builder: AssetBuilder, at: Vec3, tip_z: float, metal: str) ->
 
 
 def add_bean_hopper(builder: AssetBuilder, x: float, y: float, z: float, size: float, height: float) -> None:
-    """A see-through funnel for beans with a lid; z is the top that it stands on."""
+    """Add a transparent funnel for beans with a lid; z is the height of the surface below it."""
     steps = [(0.022, z), (0.0, z + 0.5 * height), (0.0, z + height - 0.012)]
     body = rounded_body(size, size, steps, 0.03).translated(x, y)
     builder.add(ROOT, body.with_hull_collider(), "plastic_smoked", label="hopper", density="bean_hopper")

@@ -29,7 +29,7 @@ def add_dish_rack(
 
     Args:
         lower, upper: metres; lower[1] is its front. travel: how far it slides out, metres.
-        tines: rows that hold plates; fewer where they would stand closer than TINE_PITCH.
+        tines: rows that hold plates; fewer if they would be closer together than TINE_PITCH.
         finish: of the wire. metal: of the bar that a hand takes.
     """
     (x0, y0, z0), (x1, y1, z1) = lower, upper

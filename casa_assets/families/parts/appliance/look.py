@@ -1,4 +1,4 @@
-"""Style of large appliances: form and finish of the fronts, the pull, and what stands below the doors."""
+"""Style of large appliances: form and finish of the fronts, the pull, and the base below the doors."""
 
 from __future__ import annotations
 

@@ -76,7 +76,7 @@ def head_solid(form: MixerHead) -> Solid:
 
 
 def head_band(form: MixerHead, y: float, length: float) -> Solid:
-    """A strip round a head at y, of a length along it; it stands out by a millimetre."""
+    """A strip around a head at y, `length` long in y, that projects by a millimetre. Metres."""
     shares = [(y + d - form.front) / (form.back - form.front) for d in (-length / 2, 0.0, length / 2)]
     return loft([form.ring(t, 0.001, 44) for t in shares], 50.0).oriented_outwards()
 

@@ -29,16 +29,17 @@ UPRIGHT: Vec3 = (0.0, 0.0, 1.0)
 
 @dataclass(frozen=True)
 class Carcass:
-    """A box of boards, open in front. Metres; the fronts' faces lie in y = 0, the floor in z = 0.
+    """A box of boards, open in front. Metres; the fronts' faces are at y = 0, the floor at z = 0.
 
     Attributes:
-        width, depth, height: outside, with fronts and plinth. plinth: height of the plinth, 0 for none.
-        look: finishes. has_fronts: whether doors or drawers stand before it; else its own edges lie in y = 0.
-        open_top: two rails instead of a board, for a sink. open_bottom: none, for a niche on the floor.
+        width, depth, height: outside, with fronts and plinth. plinth: height of the plinth, 0 for no plinth.
+        look: finishes. has_fronts: whether doors or drawers are in front of it; otherwise its own edges are at y = 0.
+        open_top: two rails instead of the top board, for a sink. open_bottom: no bottom board, for a niche on the
+            floor.
         finished_faces: outer faces that are finished like the fronts, of left, right, bottom, top, back.
         x: of the outer face of the left side. back_from: height at which the back begins.
-        rail_drop: metres that the front rail of an open top lies lower, for a basin whose front is seen.
-        has_plinth: whether it stands on a plinth of its own.
+        rail_drop: how much lower the front rail of an open top is, for a basin whose front is visible.
+        has_plinth: whether it has a separate plinth.
     """
 
     width: float
@@ -142,7 +143,7 @@ def _sides(builder: AssetBuilder, c: Carcass) -> None:
 
 
 def _levels(builder: AssetBuilder, c: Carcass) -> None:
-    """Bottom and top, or the rails that stand for a top."""
+    """Add bottom and top, or the rails that replace a top."""
     x0, x1, y1 = c.left, c.right, c.back
     for name, z in (("bottom", c.plinth), ("top", c.height - FACING_THICKNESS)):
         if name in c.finished_faces:
@@ -226,6 +227,6 @@ def check_doors(doors: int, width: float) -> None:
 
 
 def check_shelves(clear_height: float, count: int | None) -> None:
-    """Raise ValueError where so many shelves leave less than 0.1 m between them in a clear height of metres."""
+    """Raise ValueError if `count` shelves leave less than 0.1 m between them in a clear height in metres."""
     if count and (clear_height - count * BOARD_THICKNESS) / (count + 1) < 0.1:
         raise ValueError(f"{count} shelves in {clear_height:.3f} m leave less than 0.1 m each")

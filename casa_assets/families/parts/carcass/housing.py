@@ -72,7 +72,11 @@ class Housing(Params):
 
 
 def build_housing(builder: AssetBuilder, p: Housing, panelled: bool = False) -> None:
-    """The front stands in y = 0, the left side in x = 0, on the floor; `panelled` ones are finished like the fronts."""
+    """Build the asset: fronts at y = 0, left side at x = 0, floor at z = 0.
+
+    Args:
+        panelled: the inside is finished like the fronts.
+    """
     look = p.look.replace(inside=p.look.face) if panelled else p.look
     faces = finished_faces(p.left_end, p.right_end, "top")
     on_floor = p.niche_from == 0

@@ -35,9 +35,9 @@ class Interior:
     """A cavity behind a door or a drawer's front; metres, z up, the front faces -y.
 
     Attributes:
-        name: of its region. lower, upper: inner corners; lower[1] is its front. outer: corners of the walls round it.
-        door: joint that stands open before anything in it moves.
-        clear: what moves keeps so far from the left and the right wall, for the door that stands open there.
+        name: of its region. lower, upper: inner corners; lower[1] is its front. outer: corners of the walls around it.
+        door: joint that has to be open before anything in the cavity moves.
+        clear: distance that moving parts keep from the left and the right wall, because of the open door there.
         first: number of the first tray.
     """
 

@@ -77,7 +77,7 @@ def add_grates(
     finish: str,
     style: GrateStyle = GrateStyle.JOINED,
 ) -> None:
-    """Grates that stand on z = top and carry a pan at z = high, metres."""
+    """Add grates that rest on z = `top` and carry a pan at z = `pan_z`, metres."""
     if style is GrateStyle.RING:
         for cell in places:
             _ring(builder, cell, top, pan_z, finish)
@@ -99,7 +99,7 @@ def add_grates(
 
 
 def _collider_bars(places: Sequence[BurnerCell], inset: float, rows: Sequence[float]) -> Iterator[_Span]:
-    """Few bars that stand for the grate as colliders: neighbours as one, and fingers across the hole between them."""
+    """A few bars as colliders of the grate: neighbouring bars are one, fingers go across the hole between them."""
     columns = _columns(places)
     edges = sorted({round(v, 6) for c in columns for v in c[0].x})
     ends = sorted({round(v, 6) for c in places for v in c.y})
@@ -169,7 +169,7 @@ def _foot(builder: AssetBuilder, x: float, y: float, top: float, pan_z: float, f
 
 
 def _ring(builder: AssetBuilder, cell: BurnerCell, top: float, pan_z: float, finish: str) -> None:
-    """A ring that stands round the burner, with four arms that carry the pan."""
+    """Add a ring around the burner, with four arms that carry the pan."""
     s = cell.spot
     clearance = min(cell.x[1] - s.x, s.x - cell.x[0], cell.y[1] - s.y, s.y - cell.y[0]) - 0.004
     r = min(1.12 * s.radius, 0.78 * clearance)

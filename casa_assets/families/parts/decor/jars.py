@@ -30,7 +30,7 @@ class JarLid(StrEnum):
 
 @dataclass(frozen=True)
 class JarSolids:
-    """Solids of a jar about z that stands on z = 0, by what they are made of."""
+    """Solids of a jar about the z axis, from z = 0 up, by material."""
 
     body: Solid
     shell: Solid  # its outside alone: what is seen of glass, which has no need of a second face behind the first

@@ -65,5 +65,5 @@ def _sheet(top: Floats, underside: Floats) -> Solid:
 
 
 def golden_angles(count: int) -> list[float]:
-    """Angles in which leaves stand round a stem, rad."""
+    """Angles at which leaves are arranged around a stem, rad."""
     return [k * GOLDEN_ANGLE % (2 * math.pi) for k in range(count)]

@@ -1,4 +1,4 @@
-"""Kitchen tools that stand or hang: their handle's end at the origin, the working end up z."""
+"""Upright or hanging kitchen tools: the end of their handle at the origin, the working end up z."""
 
 from __future__ import annotations
 

@@ -214,7 +214,7 @@ def _plain(kind: FrontKind, w: float, h: float, t: float, drawer: bool) -> tuple
 
 
 def _framed(kind: FrontKind, w: float, h: float, t: float, stile: float, rail: float) -> tuple[FrontPart, ...]:
-    """Stiles run through, rails stand between them."""
+    """Parts of a framed front: stiles of full height, with rails between them."""
     out = [FrontPart(board((x, 0.0, 0.0), (x + stile, t, h), FRONT_EDGE_RADIUS)) for x in (0.0, w - stile)]
     rise = min(0.055, 0.2 * (w - 2 * stile)) if kind is FrontKind.ARCHED else 0.0
     splits = _splits(kind, h, rail, rise)

@@ -65,7 +65,7 @@ def flat_panel(o: FrameOpening, recess: float) -> Solid:
 
 
 def raised_panel(o: FrameOpening, t: float) -> Solid:
-    """A panel whose middle field stands up over bevelled edges."""
+    """A panel whose middle field is raised above bevelled edges."""
     outline = o.outline(PANEL_TONGUE)
     bevel = min(0.038, 0.28 * min(o.width, o.height))
     steps = [
@@ -184,6 +184,6 @@ def muntins(o: FrameOpening, t: float) -> list[tuple[Solid, Vec3]]:
 
 
 def arched_rail(x0: float, x1: float, z: float, rise: float, top: float, t: float) -> Solid:
-    """The upper rail of a frame over an arch: its sides reach down to z, its crown stands at z + rise."""
+    """The upper rail of a frame above an arch: its sides reach down to z, the crown of the arch is at z + rise."""
     outline = np.array([*arc(x0, x1, z + rise, rise), (x1, top), (x0, top)])
     return prism(outline, t, 0.0008).rotated("x", math.pi / 2).translated(0.0, t, 0.0)

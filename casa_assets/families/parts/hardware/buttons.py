@@ -15,12 +15,12 @@ KEY_CLEARANCE = 0.0004  # metres that are left under a pressed key
 
 
 def round_key(radius: float, height: float = 0.005) -> Solid:
-    """A round cap that stands on z = 0."""
+    """A round cap whose foot is at z = 0."""
     return rod(radius, height, min(0.0015, 0.3 * height)).translated(z=height / 2)
 
 
 def flat_key(width: float, tall: float, height: float = 0.005) -> Solid:
-    """A rectangular cap that stands on z = 0; wide along x, tall along y."""
+    """A rectangular cap whose foot is at z = 0; wide along x, tall along y."""
     return box((width, tall, height), (0.0, 0.0, height / 2), 0.0015, 2)
 
 

@@ -68,7 +68,7 @@ def add_faucet(builder: AssetBuilder, p: Faucet, at: Vec3, fall: float, turn: fl
 
     Args:
         builder: of the sink.
-        at: where it stands; the spout points to -y.
+        at: position of its foot; the spout points to -y.
         fall: z at which the water lands, metres.
         turn: of the resting spout to the right, rad.
     """

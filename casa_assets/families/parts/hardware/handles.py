@@ -58,7 +58,7 @@ class Handle:
 
     @property
     def reach(self) -> float:
-        """Distance that it stands out, metres."""
+        """Distance that it projects, metres."""
         return -min(float(solid.bounds[0, 1]) for solid in (*self.metal, *self.leather))
 
     def transformed(self, pose: Pose) -> Handle:
@@ -76,7 +76,7 @@ def handle_length(kind: HandleKind, wanted: float) -> float:
 
 
 def handle_reach(kind: HandleKind) -> float:
-    """Distance that a handle of the kind stands out before the face of a door, metres."""
+    """Distance that a handle of the kind projects in front of the face of a door, metres."""
     if kind is HandleKind.FINGER_GROOVE:
         return 0.0
     if kind is HandleKind.EDGE_PULL:
@@ -197,7 +197,7 @@ def _ring(length: float) -> Handle:
 
 
 def _flat(length: float, width: float, thickness: float, reach: float) -> tuple[Solid, tuple[Placed, ...]]:
-    """A strap that lies flat at both ends and stands out between them."""
+    """A strap that lies flat at both ends and projects between them."""
     h, end_length, rise = length / 2, 0.022, 0.03
     y = -thickness / 2
     corners = [(-h, y, 0.0), (-h + end_length, y, 0.0), (-h + end_length + rise, -reach, 0.0)]

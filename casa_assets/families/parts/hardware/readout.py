@@ -1,4 +1,4 @@
-"""Figures of seven bars on a display, and signs printed beside keys; all face the front (-y)."""
+"""Seven-segment figures on a display, and signs printed next to keys; all face the front (-y)."""
 
 from __future__ import annotations
 

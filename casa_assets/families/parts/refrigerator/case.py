@@ -48,9 +48,9 @@ def add_case(
     compartments: Sequence[Compartment],
     look: ApplianceLook,
 ) -> None:
-    """Add walls with liners round the compartments, from z = base_height to top, and a compressor behind the floor.
+    """Add walls with liners around the compartments, from z = base_height to top, and a compressor behind the floor.
 
-    The compartments are open to the front and lie above or beside each other; width and depth are those of the case,
+    The compartments are open to the front and lie above or next to each other; width and depth are those of the case,
     without doors, metres.
     """
     edge_radius, steps = {ApplianceFront.ROUND: (0.022, 4), ApplianceFront.SOFT: (0.006, 2)}.get(look.form, (0.0025, 1))

@@ -96,7 +96,7 @@ def hang_fridge_door(
     """Add a door with everything on it, and its hinge.
 
     Args:
-        rows: bins on its inside. above: z below which there are none (crispers), asset frame, metres.
+        rows: bins on its inside. above: z below which there are no bins because of crispers, asset frame, metres.
         niche: a dispenser of water and ice in its front.
     """
     x = door.upper[0] if door.right else door.lower[0]

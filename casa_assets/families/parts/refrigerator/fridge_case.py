@@ -31,10 +31,10 @@ DOOR_EDGE_GAP = 0.003  # metres that a door stays away from what is above or bel
 
 
 class Refrigerator(Params):
-    """Numbers of every refrigerator. Metres.
+    """Parameters of every refrigerator. Metres.
 
     Attributes:
-        width, depth, height: outside, with doors but without pulls. foot: height of what it stands on.
+        width, depth, height: outside, with doors but without pulls. foot: height of its base.
         shelves: panes in the fridge. bins: in each door of the fridge. look: form, finishes and pulls.
     """
 

@@ -30,10 +30,10 @@ def center_gap(width: float, thickness: float) -> float:
 
 
 def open_leaf(thickness: float, reach: float) -> float:
-    """Width beside the hinge that a door takes up before the case once it counts as open, metres.
+    """Width next to the hinge that a door takes up in front of the case once it counts as open, metres.
 
     Args:
-        thickness: of the door. reach: how far before the case anything passes beside it, metres.
+        thickness: of the door. reach: how far in front of the case anything passes by it, metres.
     """
     angle, inner = OPEN_SHARE * DOOR_TRAVEL, thickness + LINER_PLUG
     # The point of its inner face that is as far in front as what slides out; the hinge is at the outer front corner.
@@ -51,12 +51,12 @@ def furnish_compartment(
     height: float,
     stacked: bool,
 ) -> float:
-    """Crispers at the bottom, panes above them; returns the z from which there may be bins in the door, metres.
+    """Add crispers at the bottom and panes above them; return the z from which there may be bins in the door, metres.
 
     Args:
         doors: in front of it, one or two from left to right.
-        shelves: panes over the lowest level. drawers: crispers, beside each other or stacked. height: height of each;
-            the lowest of a stack comes up to `LOWEST_LIP` at least.
+        shelves: panes over the lowest level. drawers: crispers, next to each other or stacked. height: of each crisper;
+            the lowest of a stack reaches up to `LOWEST_LIP` at least.
     """
     floor, top = r.lower[2] + LINER_THICKNESS + 0.004, r.upper[2] - 0.014
     level, first = r.lower[2] + LINER_THICKNESS, BIN_DEPTH + 0.012

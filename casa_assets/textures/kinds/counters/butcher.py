@@ -42,8 +42,8 @@ class EndGrain(Record):
     Attributes:
         species, palette: of the wood.
         block_m: side of a block in metres.
-        second: palette of every other block, None where all are of one wood.
-        bond: 0..1, how far every other row is moved along, as a part of a block.
+        second: palette of every other block, None if all are of one wood.
+        bond: 0..1, how far every other row is shifted, as a share of a block.
     """
 
     species: WoodSpecies

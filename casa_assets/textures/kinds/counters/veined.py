@@ -125,7 +125,7 @@ def _drawn(off: Map, width: Map, canvas: Canvas) -> Map:
 
 
 def _courses(vein: Vein, canvas: Canvas, rng: np.random.Generator) -> tuple[Map, Map, Map]:
-    """Metres to the nearest vein, metres to the nearest branch, and a field that tells the sides of a vein apart."""
+    """Metres to the nearest vein, metres to the nearest branch, and a field that differs on the two sides of a vein."""
     size = vein.spacing_m
     bend = vein.wobble * size * 0.10 * canvas.noise(0.8 * size, 0.8 * size, rng, 2)
     fine = vein.wobble * (0.0022 * canvas.noise(0.03, 0.03, rng, 3) + 0.012 * size * canvas.noise(0.12, 0.12, rng, 2))

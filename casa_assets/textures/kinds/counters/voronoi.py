@@ -17,14 +17,14 @@ class VoronoiCells:
     """Nearest seed of every pixel, each array (H, W).
 
     Distances to seeds are measured with the cells scaled to squares of side `size_m`: they are metres along y, and
-    metres along x as well where cells are as wide as high (stretch 1).
+    metres along x as well if cells are as wide as high (stretch 1).
 
     Attributes:
         count: number of cells.
         id: 0..count-1, of the nearest seed.
         near_m, second_m: distance to the nearest and to the second nearest seed.
         dx_m, dy_m: metres along x and y from the nearest seed to the pixel.
-        size_m: height of a cell of the grid that the seeds stand in, metres.
+        size_m: height of a cell of the grid in which the seeds are placed, metres.
     """
 
     count: int

@@ -36,10 +36,10 @@ class ResilientFloor(Record):
     Attributes:
         colors: the ground, then what is mixed into it.
         material: of the sheet.
-        laying, joint: of its tiles; a sheet without joints where there is no laying. Tiles of a marbled sheet take
-            turns in direction.
+        laying, joint: of its tiles; a sheet without joints if `laying` is None. Tiles of a marbled sheet alternate in
+            direction.
         grain_m: size of streaks, crumbs, studs or yarns, metres.
-        strength: 0..1, how plain the other colours are.
+        strength: 0..1, how clearly the other colours show.
         roughness: 0..1.
     """
 

@@ -25,7 +25,7 @@ class StoneTile(Record):
         laying, joint: how they lie and what is between them.
         variety: 0..1, how much pieces differ in tone; warmth: in hue.
         turned: whether pieces are laid with their grain in all directions.
-        cleft_m: relief of a split face, metres; protrusion_m: how far pieces stand out, standard deviation.
+        cleft_m: relief of a split face, metres; protrusion_m: how far pieces protrude, standard deviation, metres.
         slab_m: side of the slab that pieces are cut from, metres.
     """
 

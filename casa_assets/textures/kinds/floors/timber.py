@@ -79,7 +79,7 @@ def paint(params: TimberFloor, canvas: Canvas, rng: np.random.Generator) -> Laye
 
 
 def _boards(params: TimberFloor, pieces: PieceMap, canvas: Canvas, rng: np.random.Generator) -> Layers:
-    """Every board cut from one of a few sawn faces, each at a place of its own."""
+    """Boards cut from a few sawn faces, each at a different place of its face."""
     wide = 2.0 * float(pieces.half_m[:, 0].max())
     slabs, roots = [], []
     for n, cut in enumerate(params.saw_cuts):
@@ -115,7 +115,7 @@ class EndGrainFloor(Record):
 
 
 def paint_ends(params: EndGrainFloor, canvas: Canvas, rng: np.random.Generator) -> Layers:
-    """Paint one field of blocks: arcs of rings, each about a pith of its own."""
+    """Paint one field of blocks: arcs of rings, about a different pith in each block."""
     pieces = lay(params.laying, canvas, rng)
     wide = float(pieces.half_m.max())
     angle = rng.uniform(0.0, 2 * np.pi, pieces.count)

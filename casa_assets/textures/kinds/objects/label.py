@@ -52,7 +52,7 @@ class Layout(StrEnum):
 
 
 class Pattern(StrEnum):
-    """What the ground is strewn with."""
+    """Pattern on the ground of a label."""
 
     NONE = "none"
     DOTS = "dots"
@@ -77,20 +77,21 @@ class Lettering(StrEnum):
 
 
 class Label(Record):
-    """A printed label; the picture's width runs once round the package, its height from its lower to its upper end.
+    """A printed label; the picture's width runs once around the package, its height from its lower to its upper end.
 
     Attributes:
-        brand: name in large letters, invented. words: what it is, a line each, the most important one first.
+        brand: name in large letters, invented. words: what the product is, a line each, the most important one first.
         small: a line at the foot, such as `330 ml`.
         layout: of the front. lettering: of the brand. pattern: of the ground.
         ground: colours of the ground; the first covers most, the second is that of fields, plates and patterns.
-        ink: colour of words. accent: of bands, frames and the brand. Letters that would not be seen turn light or dark.
-        brand_ink: colour of the brand, None for what the layout takes.
-        motif: a drawing of `motifs.MOTIFS`. motif_colors: instead of its own. motif_size: by what the layout gives it.
-        front: share of the width that the front takes. side: of each of two sides beside it, 0 where there are none, as
-            round a can; the four sides of a carton are front, side, rest and side.
-        twice: the front is printed at the back too. back: barcode, facts and small print at the back, or where there
-            are sides on them.
+        ink: colour of words. accent: of bands, frames and the brand. Illegible letters turn light or dark.
+        brand_ink: colour of the brand, None for the choice of the layout.
+        motif: a drawing of `motifs.MOTIFS`. motif_colors: colours that replace those of the drawing. motif_size: factor
+            of the size that the layout gives it.
+        front: share of the width that the front takes. side: share that each of the two sides next to it takes, 0
+            without sides, as around a can; the four sides of a carton are front, side, rest and side.
+        twice: the front is printed at the back too. back: barcode, facts and small print at the back, or on the sides
+            if there are any.
         lower, upper: shares of the height at its ends that stay ground, such as the flaps of a carton.
         trim: colour of narrow bands along both rims.
         metallic, roughness: of the print, 0..1.
@@ -187,12 +188,12 @@ def paint(p: Label, canvas: Canvas, rng: np.random.Generator) -> Layers:
 
 
 def front(p: Label, size_px: tuple[int, int]) -> tuple[Image.Image, Area, Area]:
-    """What runs round a package and stands on its front, before it is made smaller.
+    """Draw the print around a package and on its front, before the picture is reduced.
 
     Args:
-        size_px: (H, W) of the picture that is kept.
+        size_px: (H, W) of the reduced picture.
     Returns:
-        The picture, `FINER` times as large; what is printed of it; its front.
+        The picture, `FINER` times as large; its printed area; the area of its front.
     """
     rows, columns = size_px
     image = Image.new("RGB", (FINER * columns, FINER * rows), p.ground[0])
@@ -449,7 +450,7 @@ def _nothing(image: Image.Image, p: Label, inside: Area, face: Area) -> None:
 
 @dataclass(frozen=True)
 class _Painter:
-    """A layout: what runs round the whole package, and what stands on the front."""
+    """A layout: functions that draw the front, and a print around the whole package."""
 
     face: Callable[[Image.Image, Label, Area], None]
     round_it: Callable[[Image.Image, Label, Area, Area], None] = _nothing
@@ -458,7 +459,7 @@ class _Painter:
 def _stack(image: Image.Image, p: Label, area: Area, ground: str, parts: str = "mbw", motif: float = 1.0) -> None:
     """Motif (m), brand (b), a rule (r), words (w) and small print (s) one below the other.
 
-    In an area that is much wider than high the motif stands beside the rest.
+    In an area that is much wider than high, the motif is placed to the left of the rest.
     """
     draw = ImageDraw.Draw(image)
     parts = "".join(c for c in parts if (c != "m" or p.motif) and (c != "w" or p.words) and (c != "s" or p.small))

@@ -17,7 +17,7 @@ class Pen:
 
     Attributes:
         image: the picture. x, y: pixels of the middle of the square. size: pixels from its middle to a side.
-        colors: colours that a drawing takes instead of its own, one after the other; the last one serves for the rest.
+        colors: colours that replace those of a drawing, in order; the last one is used for the rest.
     """
 
     def __init__(self, image: Image.Image, x: float, y: float, size: float, colors: Sequence[str] = ()) -> None:
@@ -26,7 +26,7 @@ class Pen:
         self.colors = tuple(colors)
 
     def tone(self, index: int, own: str) -> str:
-        """The colour number `index` of a drawing, its own one where none is given."""
+        """The colour number `index` of a drawing, or `own` if no colours are given."""
         return self.colors[min(index, len(self.colors) - 1)] if self.colors else own
 
     def at(self, points: Points) -> list[Vec2]:

@@ -1,4 +1,4 @@
-"""Find where the brand and the first word of a label stand in its picture, by painting it with and without them."""
+"""Find where the brand and the first word of a label are in its picture, by painting it with and without them."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class LineInPicture:
     Attributes:
         text: as it is written.
         cover: (H, W) share of each pixel that its letters cover, 0..1; row 0 is the upper edge.
-        runs_upwards: its letters stand on a line that runs upwards.
+        runs_upwards: its baseline runs upwards.
     """
 
     text: str

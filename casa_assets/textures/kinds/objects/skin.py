@@ -17,21 +17,22 @@ Millimetres = Annotated[float, Field(ge=0, le=60)]
 
 
 class Skin(Record):
-    """A skin; the picture's height runs from the lower end of the thing to its upper one, its width once round it.
+    """A skin; the picture's height runs from the lower end of the object to its upper end, its width once around it.
 
     Attributes:
-        colors: from the lower end to the upper one; `at` says where each lies, 0..1, evenly where it is left out.
+        colors: from the lower end to the upper one; `at` says where each lies, 0..1, evenly if it is left out.
         mottle: how far the lightness wanders, 0..1; mottle_mm: size of these clouds.
         blush: second colour in large clouds, over blush_share of the surface. blush_at: height about which it lies,
             0..1, None for anywhere; it fades within blush_reach. blush_edge: how softly its clouds end.
         streaks: colour of lines from end to end; streak_mm: width of one; streak_share: how much of it shows.
         spots: colour of spots; spot_mm: distance between two; spot_size: diameter by that distance; spot_share: how
-            much they show. raised_mm: how far they stand out; below 0 they are pits.
-        net: colour of a net of corky lines; net_mm: width of a mesh; net_raised_mm: how far they stand out.
+            much they show. raised_mm: how far they are raised; below 0 they are pits.
+        net: colour of a net of corky lines; net_mm: width of a mesh; net_raised_mm: how far they are raised.
         ribs: number of grooves from end to end; rib_color: in them.
-        kernels, kernel_color: rounded grains in rows, how many once round and from end to end; the colour between them.
+        kernels, kernel_color: numbers of rounded grains in rows, once around and from end to end; the colour between
+            them.
         grain_mm, relief_mm: size and depth of an even roughness.
-        disc: the colours run from the middle of the picture to the circle in it, as on what is seen from above.
+        disc: the colours run from the middle of the picture to the circle in it, as on an object seen from above.
         wander: how far the places of the colours wander to and fro, 0..1.
         veins: colour of branching lines, as fat in meat; vein_mm: distance between two; vein_share: how broad they are.
         roughness: 0..1.

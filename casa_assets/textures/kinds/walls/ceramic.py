@@ -97,7 +97,7 @@ def colors_of(deal: ColorAssignment, count: int, pieces: PieceMap, rng: np.rando
 
 
 def read_per_piece(image: Map, canvas: Canvas, pieces: PieceMap, rng: np.random.Generator) -> Map:
-    """A picture that each piece reads at a place of its own, so that nothing runs on across a joint."""
+    """A picture read at a different place for each piece, so that nothing continues across a joint."""
     jump = rng.random((2, pieces.count)).astype(np.float32)
     dx, dy = jump[0] * np.float32(canvas.tile_m[0]), jump[1] * np.float32(canvas.tile_m[1])
     return canvas.shifted(image, dx[pieces.owner], dy[pieces.owner])

@@ -26,7 +26,7 @@ class FiredClay(Record):
         variety: 0..1, how much pieces of one colour differ.
         mottle: 0..1, clouds of stronger and weaker fire within a piece.
         kiln_marks: 0..1, dark ends and patches of the kiln.
-        relief_m: relief of the face, metres; protrusion_m: how far pieces stand out, standard deviation.
+        relief_m: relief of the face, metres; protrusion_m: how far pieces protrude, standard deviation, metres.
         coat_color, coat_share: a coat of lime over all, 0..1 how much of the wall it still hides.
         paint_share: 0..1, how much the coat is paint, which covers the joints too.
         roughness: 0..1.

@@ -26,7 +26,8 @@ class PrintedPaper(Record):
     Attributes:
         ground: colour of the paper; `inks` are numbered by the repeat from 1.
         repeat: what is on it; width_m, height_m: size of one repeat, metres.
-        opacity: 0..1, how opaque the inks are; sheen: how much glossier they are; emboss_m: how far they stand out.
+        opacity: 0..1, how opaque the inks are; sheen: how much glossier they are; emboss_m: how far they are raised,
+            metres.
         roughness: 0..1, of the paper.
     """
 

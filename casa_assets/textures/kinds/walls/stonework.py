@@ -25,7 +25,7 @@ class Stonework(Record):
         variety: 0..1, how much stones of one colour differ.
         stain_share: 0..1, share of the face that leans to the stain.
         layered: 0..1, strength of the lines along a stone.
-        relief_m: relief of a face, metres; protrusion_m: how far stones stand out, standard deviation.
+        relief_m: relief of a face, metres; protrusion_m: how far stones protrude, standard deviation, metres.
         rim_rounding_m: how far a face falls off toward its rim, metres.
         roughness: 0..1.
     """
