@@ -26,7 +26,7 @@ PACKAGE = ROOT / "casa_assets"
 # What each mark is called, and what is usually written instead.
 MARKS = {
     "tell": (r"\btells?\b|\btold\b|\btelling\b", "say, report, decide, distinguish"),
-    "stand": (r"\bstands?\b(?! mixer| by itself)|\bstood\b", "be, be placed, be written"),
+    "stand": (r"\bstands?\b(?! mixer| by itself|:)|\bstood\b", "be, be placed, be written"),
     "where none": (r"\bwhere (?:there (?:is|are) (?:none|no)|none\b)|\b[Nn]one where\b", "if there is none; None if"),
     "is none": (r"\b(?:is|are|was|were) none\b", "is missing, does not exist"),
     "what-clause": (r"(?:^|[.:;] +)What (?!(?:is|are|does|do|was|were) [^.]*\?)[a-z]", "name the thing"),
