@@ -158,7 +158,6 @@ def print_summary(events: list[Event], library: Path, output: Output, explain: b
     unsure = print_counts(events, output)
     place = terminal_safe(str(library))
     output.line(f"Library: {place}/")
-    output.line(f"Index:   {place}/index.sqlite")
     print_review(unsure, any("category" in event.to_decide for event in events), library, output)
     output.next_command("report", "--library", library)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -11,10 +10,9 @@ import typer
 from casa_assets.cli.options import (
     CLIP_HELP,
     AsJson,
-    LibraryOrIndex,
+    Library,
     Most,
     Quiet,
-    TablesFolder,
     Verbose,
     library_at,
     more,
@@ -25,16 +23,13 @@ from casa_assets.cli.text import pluralize, terminal_safe
 
 if TYPE_CHECKING:
     from casa_assets.pipeline.dedup.search import Found, SearchHit
-    from casa_assets.pipeline.tables.conditions import Condition
-    from casa_assets.pipeline.tables.row import TableRow
 
 
 def find(
     query: Annotated[
         str, typer.Argument(help='What you look for, such as "red mug"; may be left out beside --where.')
     ] = "",
-    library: LibraryOrIndex = Path("out/library"),
-    index: TablesFolder = None,
+    library: Library = Path("out/library"),
     where: Annotated[
         list[str] | None,
         typer.Option(help="What must hold, such as category=mug, 'size<=0.3' or reason=FLT005; may be repeated."),
@@ -45,7 +40,7 @@ def find(
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
-    """Search a library by words, by conditions or by both; with --index all libraries of a folder of Parquet parts.
+    """Search a library by words, by conditions or by both.
 
     Words are looked for in categories, titles and colours; with --clip-weights they are compared with the pictures.
 
@@ -61,52 +56,35 @@ def find(
       casa-assets find "red mug"
       casa-assets find "red mug" --clip-weights ~/ViT-B-32-laion2b.pt
       casa-assets find --where category=mug,cup --where 'size<=0.12' --json
-      casa-assets find --index out/tables --where reason=FLT005 --most 100
+      casa-assets find --where reason=FLT005 --most 100
     """
-    from casa_assets.pipeline.dedup.search import search_rows
+    from casa_assets.pipeline.dedup.search import rows_of, search_rows
     from casa_assets.pipeline.tables.conditions import parse, with_default
 
     conditions = [parse(text) for text in where or ()]
-    _check(query, index, conditions, clip_weights)
-    root = index or library
+    has_words = bool(query.strip())
+    if not has_words and (clip_weights or not conditions):
+        raise typer.BadParameter("there are no words to look for", param_hint="QUERY")
+    if clip_weights and conditions:
+        raise typer.BadParameter("searches without pictures; leave --clip-weights out", param_hint="--where")
     if clip_weights:
         found = _by_picture(query, library, clip_weights, most)
     else:
-        found = search_rows(_rows(library, index, with_default(conditions)), root, query, most)
-    output, has_words = Output(json_, quiet, verbose), bool(query.strip())
+        found = search_rows(rows_of(library_at(library), with_default(conditions)), library, query, most)
+    output = Output(json_, quiet, verbose)
     if not found.hits:
-        output.error(f"no match{_unnamed(library, index) if has_words else ''}")
+        output.error(f"no match{_unnamed(library) if has_words else ''}")
         raise typer.Exit(1)
-    _tell(found, root, has_words, output)
+    _tell(found, library, has_words, output)
 
 
-def _check(query: str, index: Path | None, conditions: Sequence[Condition], clip_weights: str) -> None:
-    """Raise what is wrong with the options beside each other."""
-    if not query.strip() and (clip_weights or not conditions):
-        raise typer.BadParameter("there are no words to look for", param_hint="QUERY")
-    if clip_weights and (index is not None or conditions):
-        hint = "--index" if index is not None else "--where"
-        raise typer.BadParameter("searches without pictures; leave --clip-weights out", param_hint=hint)
-
-
-def _unnamed(library: Path, index: Path | None) -> str:
+def _unnamed(library: Path) -> str:
     """How many assets words cannot find because nobody knows their category; empty for none."""
+    from casa_assets.pipeline.dedup.search import rows_of
     from casa_assets.pipeline.tables.conditions import parse
 
-    count = sum(1 for _ in _rows(library, index, [parse("decide=category")]))
-    where = "--where decide=category lists them" if index is not None else f"casa-assets review {library}"
-    return f"; {pluralize(count, 'asset')} in review without a category: {where}" if count else ""
-
-
-def _rows(library: Path, index: Path | None, conditions: Sequence[Condition]) -> Iterator[TableRow]:
-    from casa_assets.pipeline.reports import index as index_file
-    from casa_assets.pipeline.tables import parquet
-    from casa_assets.pipeline.tables.conditions import to_arrow
-
-    if index is None:
-        return index_file.rows(library_at(library), conditions)
-    parquet.require_parquet()
-    return parquet.read_rows(index, parquet.read_index(index), to_arrow(conditions))
+    count = sum(1 for _ in rows_of(library_at(library), [parse("decide=category")]))
+    return f"; {pluralize(count, 'asset')} in review without a category: casa-assets review {library}" if count else ""
 
 
 def _by_picture(query: str, library: Path, clip_weights: str, most: int) -> Found:

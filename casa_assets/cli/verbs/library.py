@@ -158,7 +158,7 @@ def index(
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
-    """Write one table of the entries of any number of libraries, as Parquet parts, for `find` and `report` --index.
+    """Write one table of the entries of any number of libraries, as Parquet parts, for `report --index`.
 
     The parts of a library in which no entry came, went or was replaced are kept; --force writes all again. Name all
     libraries each time: parts of others go. Exit 0 when all is written, 2 on misuse.

@@ -17,10 +17,9 @@ from casa_assets.pipeline.clip import ClipModel
 from casa_assets.pipeline.dedup.clip_embeddings import image_embeddings, text_embedding
 from casa_assets.pipeline.ingest.refused_rows import NAME as ROWS
 from casa_assets.pipeline.library import library as disk
-from casa_assets.pipeline.library.entry_table import EntryTable
-from casa_assets.pipeline.reports import index
-from casa_assets.pipeline.tables.conditions import with_default
-from casa_assets.pipeline.tables.row import TableRow
+from casa_assets.pipeline.library.entry_table import EntryTable, stream_entries
+from casa_assets.pipeline.tables.conditions import Condition, meets, with_default
+from casa_assets.pipeline.tables.row import TableRow, values_of
 
 # Other words for the colours that tints are named by.
 COLOR_SYNONYMS = {"gray": "grey", "silver": "grey", "cyan": "turquoise", "teal": "turquoise", "violet": "purple"}
@@ -74,13 +73,21 @@ def search_by_picture(query: str, library: disk.Library, eye: ClipModel, most: i
     return sorted(hits, key=lambda hit: (-hit.score, hit.id))[:most]
 
 
+def rows_of(library: disk.Library, conditions: Sequence[Condition] = ()) -> Iterator[TableRow]:
+    """The rows of a library that meet all conditions, one after the other. Raises OutputError: an entry is damaged."""
+    for entry in stream_entries(library):
+        row = TableRow(*values_of(entry))
+        if meets(row, conditions):
+            yield row
+
+
 def search_by_words(query: str, library: disk.Library, most: int) -> list[SearchHit]:
     """The assets whose category, title, path or colours have most of the words, best first.
 
     Raises:
         OutputError: an entry is damaged.
     """
-    return search_rows(index.rows(library, with_default(())), library.root, query, most).hits
+    return search_rows(rows_of(library, with_default(())), library.root, query, most).hits
 
 
 def search_rows(found: Iterable[TableRow], root: Path, query: str, most: int) -> Found:

@@ -18,9 +18,9 @@ from casa_assets.ingest.sources.stores.address import StoreRoot
 from casa_assets.model.ingest.source import Source
 from casa_assets.pipeline.optional_packages import require
 
-# Names of pipeline/reports/index.py and attribution.py: every library has both. By value, as another report changes
-# nothing about what is found.
-LIBRARY_FILES = ("index.sqlite", "ATTRIBUTION.md")
+# Names of pipeline/dedup/library_report.py and reports/attribution.py: every library has both. By value, as another
+# report changes nothing about what is found.
+LIBRARY_FILES = ("library.json", "ATTRIBUTION.md")
 
 
 def discover_inputs(

@@ -3,27 +3,26 @@
     CONDITION  = FIELD OPERATOR VALUE [ "," VALUE ... ]
     OPERATOR   = "=" | "!=" | ">" | ">=" | "<" | "<="
 
-Values of words are compared as they are written; several are alternatives. Each condition is told to SQLite and to
-Arrow in their own terms, so that only what fits is ever read.
+Values of words are compared as they are written; several are alternatives.
 """
 
 from __future__ import annotations
 
 import difflib
 import math
+import operator
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import reduce
 from typing import TYPE_CHECKING, Any
 
 from casa_assets.errors import CasaError
 from casa_assets.model.issue import Decision
 
 if TYPE_CHECKING:
-    from pyarrow.compute import Expression
+    from casa_assets.pipeline.tables.row import TableRow
 
-# Field of a condition -> columns that it is about.
+# Field of a condition -> attributes of a TableRow that it is about.
 WORDS: Mapping[str, str] = {
     "category": "category",
     "verdict": "status",
@@ -43,8 +42,16 @@ NUMBERS: Mapping[str, tuple[str, ...]] = {
     "colliders": ("colliders",),
     "warnings": ("warnings",),
 }
-# Column of several words -> whether a word of it is looked for beside the column of the field.
-LISTS: Mapping[str, str] = {"reason": "advice", "decide": "decide"}
+# Field -> attribute that holds several words, each of which is compared beside that of the field.
+LISTS: Mapping[str, str] = {"reason": "advice_codes", "decide": "decide"}
+_COMPARE: Mapping[str, Callable[[Any, Any], bool]] = {
+    "=": operator.eq,
+    "!=": operator.ne,
+    ">": operator.gt,
+    ">=": operator.ge,
+    "<": operator.lt,
+    "<=": operator.le,
+}
 # Fields whose conditions look among rejected inputs, too; all others are about assets.
 OF_REJECTED = frozenset({"verdict", "reason", "id"})
 _FORM = re.compile(r"\s*([a-z]+)\s*(!=|>=|<=|=|>|<)\s*(.*\S)\s*", re.DOTALL)
@@ -108,69 +115,19 @@ def with_default(conditions: Sequence[Condition]) -> tuple[Condition, ...]:
     return (*conditions, Condition("verdict", "!=", (Decision.REJECTED.value,)))
 
 
-def to_sql(conditions: Sequence[Condition]) -> tuple[str, list[str | float]]:
-    """The conditions as an expression of SQL with question marks, and the values in their places."""
-    parts: list[str] = []
-    values: list[str | float] = []
-    for one in conditions:
-        if one.field in NUMBERS:
-            sides = [f"{column} {one.compare} ?" for column in NUMBERS[one.field]]
-            parts.append(f"({(' OR ' if _is_any(one) else ' AND ').join(sides)})")
-            values += one.values * len(sides)
-            continue
-        column, several = WORDS[one.field], LISTS.get(one.field)
-        sides = []
-        for value in one.values:
-            if column != several:
-                sides.append(f"{column} = ?")
-                values.append(value)
-            if several is not None:
-                sides.append(f"instr(' ' || {several} || ' ', ?) > 0")
-                values.append(f" {value} ")
-        parts.append(f"{'NOT ' if one.compare == '!=' else ''}({' OR '.join(sides)})")
-    return " AND ".join(parts) or "1", values
+def meets(row: TableRow, conditions: Sequence[Condition]) -> bool:
+    """True if a row meets all conditions. A number that a row lacks meets none."""
+    return all(_holds(row, one) for one in conditions)
 
 
-def to_arrow(conditions: Sequence[Condition]) -> Expression | None:
-    """The conditions as an expression of Arrow; None where there is none."""
-    found = [_arrow(one) for one in conditions]
-    return reduce(lambda a, b: a & b, found) if found else None
-
-
-def _arrow(one: Condition) -> Expression:
-    import pyarrow.compute as pc
-
+def _holds(row: TableRow, one: Condition) -> bool:
     if one.field in NUMBERS:
-        sides = [_compared(pc.field(column), one.compare, one.values[0]) for column in NUMBERS[one.field]]
-        return reduce((lambda a, b: a | b) if _is_any(one) else (lambda a, b: a & b), sides)
-    options = list(_alternatives(one))
-    found = reduce(lambda a, b: a | b, options)
-    return ~found if one.compare == "!=" else found
-
-
-def _alternatives(one: Condition) -> Iterator[Expression]:
-    import pyarrow.compute as pc
-
-    column, several = WORDS[one.field], LISTS.get(one.field)
-    if column != several:
-        yield pc.field(column).isin(list(one.values))
-    if several is not None:
-        words = "|".join(map(str, one.values))
-        yield pc.match_substring_regex(pc.field(several), f"(^| )({words})( |$)")
-
-
-def _compared(field: Any, compare: str, value: str | float) -> Expression:
-    expression: Expression = {
-        "=": field == value,
-        "!=": field != value,
-        ">": field > value,
-        ">=": field >= value,
-        "<": field < value,
-        "<=": field <= value,
-    }[compare]
-    return expression
-
-
-def _is_any(one: Condition) -> bool:
-    """True where one of several columns is enough: the longest side is over a bound if any side is."""
-    return one.compare in (">", ">=")
+        sides = [getattr(row, name) for name in NUMBERS[one.field]]
+        compare, bound = _COMPARE[one.compare], one.values[0]
+        # The longest side is over a bound if any side is.
+        several = any if one.compare in (">", ">=") else all
+        return None not in sides and several(compare(side, bound) for side in sides)
+    words = {getattr(row, WORDS[one.field])}
+    if one.field in LISTS:
+        words = {*words, *getattr(row, LISTS[one.field]).split()}
+    return words.isdisjoint(one.values) is (one.compare == "!=")

@@ -1,4 +1,4 @@
-"""Rows as Parquet: one file, or the parts of a folder over any number of libraries, written and read in streams.
+"""Rows as Parquet: the parts of a folder over any number of libraries, written and read in streams.
 
     FOLDER/index.json                        which parts there are, of which library
     FOLDER/<library>_<hash>_<number>_<digest>.parquet    up to PART_ROWS rows of one library, by category and id
@@ -16,7 +16,6 @@ import json
 import os
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
 from itertools import islice
@@ -37,7 +36,6 @@ from casa_assets.pipeline.tables.row import COLUMNS, TableRow, Value, values_of
 
 if TYPE_CHECKING:
     import pyarrow
-    from pyarrow.compute import Expression
 
 NAME = "index.json"
 STATES = "table_states.json"
@@ -48,7 +46,6 @@ BATCH_ROWS = 10_000
 COMPRESSION = "zstd"
 # Rows of each part that are in memory at once where all parts are read side by side.
 MERGED_ROWS = 1_000
-_ARROW_TYPES = {"TEXT": "string", "REAL": "float64", "INTEGER": "int64"}
 _PART_NAME = re.compile(r"[a-z0-9_]+_[0-9a-f]{8}_[0-9]{5}_[0-9a-f]{8}\.parquet")
 
 
@@ -168,28 +165,6 @@ def _write_parts(rows: Iterable[Sequence[Value]], own: disk.Library, library: st
         number += 1
 
 
-def write_file(rows: Iterable[Sequence[Value]], target: Path) -> int:
-    """Write rows of one library as one file, in their order; returns their number. Raises OutputError."""
-    require_parquet()
-    import pyarrow.parquet
-
-    fresh, count = target.with_name(f".{target.name}.{os.getpid()}"), 0
-    try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        with pyarrow.parquet.ParquetWriter(fresh, _schema(), compression=COMPRESSION) as writer:
-            stream = iter(rows)
-            while batches := list(_batches(islice(stream, GROUP_ROWS), "")):
-                table = pyarrow.Table.from_batches(batches)
-                writer.write_table(table)
-                count += len(table)
-        fresh.replace(target)
-    except OSError as error:
-        with suppress(OSError):
-            fresh.unlink()
-        raise OutputError(str(target), f"cannot be written: {error}") from error
-    return count
-
-
 def read_index(folder: Path) -> PartsIndex:
     """The parts that a folder holds. Raises OutputError where it holds none, or the file is damaged."""
     path = folder / NAME
@@ -211,14 +186,8 @@ def read_index(folder: Path) -> PartsIndex:
     return index
 
 
-def read_rows(folder: Path, index: PartsIndex, condition: Expression | None = None) -> Iterator[TableRow]:
-    """The rows of all parts that meet a condition, part by part; few are in memory at once.
-
-    Args:
-        condition: row groups that cannot meet it are not read.
-    Raises:
-        OutputError: a part is damaged.
-    """
+def read_rows(folder: Path, index: PartsIndex) -> Iterator[TableRow]:
+    """The rows of all parts, part by part; few are in memory at once. Raises OutputError: a part is damaged."""
     import pyarrow
     import pyarrow.dataset
 
@@ -227,9 +196,7 @@ def read_rows(folder: Path, index: PartsIndex, condition: Expression | None = No
     try:
         found = pyarrow.dataset.dataset([str(folder / part.name) for part in _files(index)], schema=_schema())
         # Threads would read ahead, which takes memory and, where a disk is what one waits for, no less time.
-        scanner = found.scanner(
-            filter=condition, batch_size=BATCH_ROWS, batch_readahead=1, fragment_readahead=1, use_threads=False
-        )
+        scanner = found.scanner(batch_size=BATCH_ROWS, batch_readahead=1, fragment_readahead=1, use_threads=False)
         for batch in scanner.to_batches():
             yield from _rows(batch)
     except (pyarrow.ArrowException, OSError) as error:
@@ -273,7 +240,7 @@ def _batches(rows: Iterator[Sequence[Value]], library: str) -> Iterator[pyarrow.
 def _schema() -> pyarrow.Schema:
     import pyarrow
 
-    types = {name: pyarrow.type_for_alias(_ARROW_TYPES[kind.split()[0]]) for name, kind in COLUMNS.items()}
+    types = {name: pyarrow.type_for_alias(kind) for name, kind in COLUMNS.items()}
     return pyarrow.schema([*types.items(), ("library", pyarrow.string())])
 
 

@@ -11,43 +11,43 @@ from casa_assets.model.record import Vec3
 from casa_assets.pipeline.reports.entry import Entry
 
 Value = str | float | int | None
-# Columns with their types in SQLite. Columns without NOT NULL are NULL where an entry has no such number.
+# Columns with their types in Arrow; a number is null where an entry has none.
 COLUMNS: dict[str, str] = {
-    "id": "TEXT PRIMARY KEY",
-    "status": "TEXT NOT NULL",
-    "category": "TEXT NOT NULL",
-    "code": "TEXT NOT NULL",
-    "message": "TEXT NOT NULL",
-    "path": "TEXT NOT NULL",
-    "size_x_m": "REAL",
-    "size_y_m": "REAL",
-    "size_z_m": "REAL",
-    "mass_kg": "REAL",
-    "colliders": "INTEGER",
-    "hull_vertices": "INTEGER",
-    "faces": "INTEGER",
-    "warnings": "INTEGER",
-    "checks": "INTEGER",
-    "checks_passed": "INTEGER",
-    "checks_not_run": "INTEGER",
-    "checks_not_applicable": "INTEGER",
-    "source": "TEXT NOT NULL",
-    "source_path": "TEXT NOT NULL",
-    "source_sha256": "TEXT NOT NULL",
-    "title": "TEXT NOT NULL",
-    "author": "TEXT NOT NULL",
-    "licence": "TEXT NOT NULL",
-    "split": "TEXT NOT NULL",
-    "digest": "TEXT NOT NULL",
-    "producer": "TEXT NOT NULL",
-    "cache_key": "TEXT NOT NULL",
-    "portion": "TEXT NOT NULL",
-    "uri": "TEXT NOT NULL",
-    "prompt": "TEXT NOT NULL",
-    "generator": "TEXT NOT NULL",
-    "advice": "TEXT NOT NULL",
-    "decide": "TEXT NOT NULL",
-    "colors": "TEXT NOT NULL",
+    "id": "string",
+    "status": "string",
+    "category": "string",
+    "code": "string",
+    "message": "string",
+    "path": "string",
+    "size_x_m": "float64",
+    "size_y_m": "float64",
+    "size_z_m": "float64",
+    "mass_kg": "float64",
+    "colliders": "int64",
+    "hull_vertices": "int64",
+    "faces": "int64",
+    "warnings": "int64",
+    "checks": "int64",
+    "checks_passed": "int64",
+    "checks_not_run": "int64",
+    "checks_not_applicable": "int64",
+    "source": "string",
+    "source_path": "string",
+    "source_sha256": "string",
+    "title": "string",
+    "author": "string",
+    "licence": "string",
+    "split": "string",
+    "digest": "string",
+    "producer": "string",
+    "cache_key": "string",
+    "portion": "string",
+    "uri": "string",
+    "prompt": "string",
+    "generator": "string",
+    "advice": "string",
+    "decide": "string",
+    "colors": "string",
 }
 
 
@@ -67,7 +67,7 @@ class TableRow:
     """One row, as reports and searches read it; names and meanings are those of COLUMNS and of `Entry`.
 
     Attributes:
-        library: folder of the library, relative to that of the table; empty where the table is of one library.
+        library: folder of the library, relative to that of the table; empty for a row that is in no table.
     """
 
     id: str

@@ -50,7 +50,6 @@ VERBS = {
     "scenes new galley --style rustic --out {out}": "pipeline.kitchens.scene_folders:build_with_options",
     "preview {folder} --out {out}": "pipeline.reports.pictures:draw",
     "report --library {folder}": "pipeline.reports.library.report:write",
-    "index --library {folder}": "pipeline.reports.index:rebuild",
     "find mug --library {folder}": "pipeline.dedup.search:search_rows",
     "export robocasa {folder} --out {out}": "pipeline.export_robocasa:export",
 }

@@ -103,11 +103,11 @@ def test_what_a_person_has_taken_away_or_decided_is_made_anew(made: Made) -> Non
     (layer,) = library.glob(f"*/*/usd/{ids['milk_carton.obj']}.usda")
     before = layer.read_bytes()
     layer.unlink()
-    (library / "index.sqlite").unlink()
+    (library / "ATTRIBUTION.md").unlink()
     EntryTable(disk.Library(library))  # another command looks at the library in the meantime
     assert made.again() == [("milk_carton.obj", "accepted", ""), *KEPT[1:]]
     assert layer.read_bytes() == before
-    assert (library / "index.sqlite").is_file()
+    assert (library / "ATTRIBUTION.md").is_file()
     shutil.rmtree(layer.parents[1])
     shutil.rmtree(library / "rejected" / ids["sheet.obj"])
     rows = (library / "review.csv").read_text(encoding="utf-8").splitlines()

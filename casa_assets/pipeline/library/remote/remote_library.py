@@ -1,7 +1,7 @@
 """A library on a store: the same folders and files as on a disk, each entry published by its manifest.
 
     <category>/<id>/asset.json, rejected/<id>/reject.json    the manifest of an entry; without it there is no entry
-    index.sqlite  ATTRIBUTION.md  rejected/rows.jsonl ...    the books: what is not in the folder of an entry
+    library.json  ATTRIBUTION.md  rejected/rows.jsonl ...    the books: what is not in the folder of an entry
     .casa/writers/<name>.json                                whoever writes (writer_lock.py)
     .casa/unfinished.json                                    a run that writes has not ended: books may be older
 

@@ -18,10 +18,11 @@ from casa_assets.ingest.sources import Found, Refused, collect, discover
 from casa_assets.ingest.sources.stores import client, folder
 from casa_assets.ingest.sources.stores.address import StoreRoot, hide_secrets, root_of
 from casa_assets.pipeline.cache import cache_key
+from casa_assets.pipeline.dedup import library_report
 from casa_assets.pipeline.ingest.discover_inputs import LIBRARY_FILES, discover_inputs
 from casa_assets.pipeline.ingest.refused_rows import is_below
 from casa_assets.pipeline.ingest.survey import state_of
-from casa_assets.pipeline.reports import attribution, index
+from casa_assets.pipeline.reports import attribution
 from tests.format_files import tarred, zipped
 from tests.mesh_files import LIMITS, OBJ_TRIANGLE, QUARTERS, Gltf, png
 from tests.source_stores import PROTOCOL, TrialSystem, put, web_server
@@ -336,7 +337,7 @@ def test_refused_rows_are_known_by_their_file(tmp_path: Path) -> None:
 
 
 def test_a_library_on_a_store_is_no_source_below_a_root() -> None:
-    assert LIBRARY_FILES == (index.NAME, attribution.NAME)
+    assert LIBRARY_FILES == (library_report.NAME, attribution.NAME)
     write(a__obj=OBJ)
     for name in (*LIBRARY_FILES, "mug/mug_1/meshes/b.obj", "near.obj"):
         TrialSystem().pipe_file(f"{ROOT}/library/{name}", OBJ)

@@ -312,7 +312,7 @@ def test_an_unfinished_library_is_not_pulled_unasked(library: disk.Library, tmp_
         pulled(store, other)
     pulled(store, other, is_partial=True)
     assert 0 < len(entries_of(other.root)) < len(entries_of(library.root))
-    assert (other.root / "index.sqlite").is_file()
+    assert (other.root / "ATTRIBUTION.md").is_file()
 
 
 def test_no_decision_is_lost_unasked(library: disk.Library, tmp_path: Path) -> None:

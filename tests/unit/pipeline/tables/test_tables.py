@@ -1,4 +1,4 @@
-"""Tables of entries in SQLite and in Parquet parts: the same answers, the same bytes, kept where nothing changed."""
+"""Rows of entries and their tables in Parquet parts: the same answers, the same bytes, kept where nothing changed."""
 
 from __future__ import annotations
 
@@ -12,13 +12,12 @@ import pytest
 
 from benchmarks.books import synthetic_entries
 from casa_assets.errors import CasaError, OutputError
-from casa_assets.pipeline.dedup.search import search_rows
+from casa_assets.pipeline.dedup.search import rows_of, search_rows
 from casa_assets.pipeline.library.library import Library
-from casa_assets.pipeline.reports import index
 from casa_assets.pipeline.reports.entry import Entry
 from casa_assets.pipeline.tables import parquet
-from casa_assets.pipeline.tables.conditions import BadCondition, Condition, parse, to_arrow, with_default
-from casa_assets.pipeline.tables.row import TableRow
+from casa_assets.pipeline.tables.conditions import BadCondition, Condition, meets, parse, with_default
+from casa_assets.pipeline.tables.row import COLUMNS, TableRow, values_of
 from tests.assets import ball, rigid_mug
 from tests.built_libraries import keep
 
@@ -42,18 +41,22 @@ CONDITIONS = [
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A library with an index, and a table of it; only to read."""
+    """A table of a library; only to read."""
     folder = tmp_path_factory.mktemp("tables")
     library = Library(folder / "library")
     library.private.mkdir(parents=True)
-    index.rebuild(library, synthetic_entries(COUNT))
     parquet.write_index([library], folder / "tables", entries_of=lambda _: synthetic_entries(COUNT))
     return folder
 
 
 def of_parts(made: Path, conditions: Sequence[Condition] = ()) -> list[TableRow]:
     tables = made / "tables"
-    return list(parquet.read_rows(tables, parquet.read_index(tables), to_arrow(conditions)))
+    return [row for row in parquet.read_rows(tables, parquet.read_index(tables)) if meets(row, conditions)]
+
+
+def of_entries(conditions: Sequence[Condition] = ()) -> list[TableRow]:
+    rows = (TableRow(*values_of(entry)) for entry in synthetic_entries(COUNT))
+    return [row for row in rows if meets(row, conditions)]
 
 
 def expected(texts: Sequence[str]) -> set[str]:
@@ -83,11 +86,11 @@ def expected(texts: Sequence[str]) -> set[str]:
     return {e.id for e in entries if all(tests[text](e) for text in texts)}
 
 
-def test_both_tables_find_what_fits(subtests: pytest.Subtests, made: Path) -> None:
+def test_conditions_find_what_fits(subtests: pytest.Subtests, made: Path) -> None:
     for texts in CONDITIONS:
         with subtests.test(texts=texts):
             conditions = with_default([parse(text) for text in texts])
-            rows = list(index.rows(Library(made / "library"), conditions))
+            rows = of_entries(conditions)
             assert {row.id for row in rows} == expected(texts)
             assert rows, "a condition that nothing meets tells nothing"
             assert sorted((row.id, row.message, row.summary) for row in of_parts(made, conditions)) == sorted(
@@ -124,10 +127,7 @@ def test_words_find_the_same_in_both(subtests: pytest.Subtests, made: Path) -> N
     for words in ["", "red mugs", "fruit", "antique"]:
         with subtests.test(words=words):
             conditions = with_default([parse("mass>0.01")])
-            found = [
-                search_rows(rows, made, words, 7)
-                for rows in (index.rows(Library(made / "library"), conditions), of_parts(made, conditions))
-            ]
+            found = [search_rows(rows, made, words, 7) for rows in (of_entries(conditions), of_parts(made, conditions))]
             told = [[(hit.id, hit.score, hit.reason) for hit in one.hits] for one in found]
             assert told[0] == told[1]
             assert len(told[0]) == 7
@@ -154,8 +154,8 @@ def test_what_is_no_condition_is_told(subtests: pytest.Subtests) -> None:
 def test_hostile_values_are_only_compared(made: Path) -> None:
     for text in ("category=x' OR '1'='1", 'author="; DROP TABLE entries', "id=%"):
         conditions = [parse(text)]
-        assert list(index.rows(Library(made / "library"), conditions)) == of_parts(made, conditions) == []
-    assert len(list(index.rows(Library(made / "library")))) == COUNT
+        assert of_entries(conditions) == of_parts(made, conditions) == []
+    assert len(of_entries()) == COUNT
 
 
 def files(folder: Path) -> dict[str, bytes]:
@@ -175,6 +175,10 @@ class TestParts:
         parquet.write_index(libraries, tmp_path / "tables")
         first = files(tmp_path / "tables")
         assert len(first) == 3
+        schema = pyarrow.parquet.read_schema(next((tmp_path / "tables").glob("*.parquet")))
+        types = {field.name: str(field.type) for field in schema}
+        assert list(types) == [*COLUMNS, "library"]
+        assert (types["mass_kg"], types["faces"], types["message"]) == ("double", "int64", "string")
         parquet.write_index(libraries[::-1], tmp_path / "tables", force=True)
         assert files(tmp_path / "tables") == first
         rows = of_parts(tmp_path)
@@ -288,11 +292,9 @@ class TestParts:
             parquet.write_index(libraries, tmp_path / "tables")
 
 
-def test_an_index_that_is_behind_is_not_believed(tmp_path: Path) -> None:
+def test_rows_are_those_that_the_library_has_now(tmp_path: Path) -> None:
     library = Library(keep(tmp_path / "library", [rigid_mug()]))
-    index.rebuild(library)
-    assert [row.id for row in index.rows(library)] == [rigid_mug().id]
+    assert [row.id for row in rows_of(library)] == [rigid_mug().id]
     keep(library.root, [ball()])
-    assert {row.id for row in index.rows(library)} == {rigid_mug().id, ball().id}
-    (library.root / index.NAME).unlink()
-    assert {row.id for row in index.rows(library)} == {rigid_mug().id, ball().id}
+    assert {row.id for row in rows_of(library)} == {rigid_mug().id, ball().id}
+    assert [row.id for row in rows_of(library, [parse("category=mug")])] == [rigid_mug().id]
