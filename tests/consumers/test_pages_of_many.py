@@ -11,7 +11,6 @@ from PIL import Image
 from casa_assets.model.registry.finish import Surface
 from casa_assets.pipeline.families.run import FamilyRequest
 from casa_assets.pipeline.library.library import Library
-from casa_assets.pipeline.library.run_times import Cost, keep_times
 from casa_assets.pipeline.reports import catalogue, home, kitchens, object_catalogue, parts
 from casa_assets.pipeline.reports.catalogue import MemberPictures
 from casa_assets.pipeline.reports.library import models, paged, report
@@ -36,7 +35,6 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
     root = keep(tmp_path_factory.mktemp("pages") / "library", [FIRST, OTHER])
     earlier = report.write(root, root.parent / "earlier.html").json
     keep(root, [LARGE])
-    keep_times(Library(root), FIRST.id, {"load MJCF": 0.25, "collide": 12.5}, Cost(13.0, 10**9, 10**6, 14.0))
     for code, message in CASES:
         refused(root, code, message)
     page = root / "report.html"

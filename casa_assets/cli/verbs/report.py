@@ -65,7 +65,7 @@ def report(
 ) -> None:
     """Write a page about a library, report.html, with every input in it, and report.json beside it.
 
-    Counts by category, source and reason; sizes and masses against the usual ones; seconds by stage. Of more than 400
+    Counts by category, source and reason; sizes and masses against the usual ones. Of more than 400
     inputs the data lies in report_parts beside the page. Of more than 100,000, and with --index, report.html is an
     overview of the pages in report_pages, which leave the checks of each input out, and --baseline, --3d, --junit and
     --sarif cannot be used.

@@ -9,7 +9,6 @@ from casa_assets.pipeline.ingest import refused_rows
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library import review
 from casa_assets.pipeline.library.entry_table import EntryTable
-from casa_assets.pipeline.library.run_times import tidy_times
 from casa_assets.pipeline.reports import attribution
 
 # What `write_reports` writes, and what it reads beside the entries.
@@ -24,7 +23,6 @@ def write_reports(library: disk.Library, weights: str = "", table: EntryTable | 
     Args:
         table: the entries as they were before the run; None: they are read.
     """
-    tidy_times(library)
     if table is None or not table.is_current():
         table = EntryTable(library)
     made_by = digest_of(key_of(write_reports), weights)

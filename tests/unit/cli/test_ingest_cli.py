@@ -34,7 +34,7 @@ def test_json_lines(boxes: Path) -> None:
         ("milk_carton.obj", "accepted", ""),
         ("twin.obj", "rejected", "RUN006"),
     ]
-    keys = {"status", "to_decide", "kept", "path", "id", "code", "message", "warnings", "count", "seconds", "dry_run"}
+    keys = {"status", "to_decide", "kept", "path", "id", "code", "message", "warnings", "count", "dry_run"}
     keys |= {"verdict", "folder", "mass", "size"}
     assert all(set(row) == keys for row in rows)
     for row in rows:

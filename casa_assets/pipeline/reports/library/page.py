@@ -25,11 +25,8 @@ from casa_assets.pipeline.reports.library.summary import (
     Totals,
     by_verdict,
     code_counts,
-    cost,
     counts,
     reasons,
-    stage_times,
-    tail_words,
 )
 from casa_assets.pipeline.reports.page_template import relative_link, render_template
 from casa_assets.pipeline.reports.parts import Part
@@ -68,7 +65,6 @@ def render(
     whole, totals = found.whole, found.totals
     quiet = quiet_codes(found.entries, words)
     loud = sum(any(code not in quiet for code in entry.advice) for entry in found.entries if entry.accepted)
-    spent = cost(found.costs, [entry.id for entry in found.entries])
     sizes = {kind: size for kind, size in PART_SIZES.items() if kind == "rows" or not is_brief}
     data = {
         "count": len(found.entries),
@@ -92,9 +88,6 @@ def render(
         conditions=[(f"{one.mark} {one}", one.holds) for one in found.outcomes],
         groups=_groups(totals),
         reasons=_reasons(totals, words),
-        cost=spent,
-        tail_words=tail_words(spent["inputs"]) if spent else "",
-        times=stage_times(found.seconds, [entry.id for entry in found.entries]),
         whole=render_library_section(whole.report, words.explanations, whole.weights) if whole else NO_SECTION,
         compared=_changes(found.compared, links) if found.compared else None,
         data=data,

@@ -135,7 +135,7 @@ def _write_page(
 ) -> None:
     known = registry.load()
     fits = priors.fits(members, {**known.categories, **known.fixtures})
-    found = summary.Findings(heading, root, members, fits, {}, None)
+    found = summary.Findings(heading, root, members, fits, None)
     of = {quantity: frozenset(priors.outlying(fits, quantity)) for quantity in priors.Quantity}
     context = rows.RowContext(".", of[priors.Quantity.SIZE], of[priors.Quantity.MASS])
     placed = (replace(row, path=posixpath.normpath(f"{root}/{row.library}/{row.path}")) for row in members)

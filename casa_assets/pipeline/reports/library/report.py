@@ -15,7 +15,6 @@ from casa_assets.pipeline.dedup import library_report
 from casa_assets.pipeline.ingest.job import writing
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.entry_table import EntryTable
-from casa_assets.pipeline.library.run_times import read_costs, read_times
 from casa_assets.pipeline.reports import parts
 from casa_assets.pipeline.reports.entry import Entry
 from casa_assets.pipeline.reports.explanations import explanations
@@ -87,11 +86,9 @@ def _findings(
         Path(os.path.relpath(root, target.parent)).as_posix(),
         entries,
         fits,
-        read_times(disk.Library(root)),
         library_report.read_library_report(root),
         compared,
         outcomes,
-        read_costs(disk.Library(root)),
     )
 
 
@@ -136,10 +133,7 @@ class _Maker:
         return [rows.row_of(entry, self.context) for entry in members]
 
     def _details(self, members: Sequence[Entry]) -> list[Any]:
-        return [
-            rows.details_of(entry, self.words, self._look(entry), self.found.seconds.get(entry.id, {}))
-            for entry in self.table.with_results(members)
-        ]
+        return [rows.details_of(entry, self.words, self._look(entry)) for entry in self.table.with_results(members)]
 
     def _pictures(self, members: Sequence[Entry]) -> list[Any]:
         thumbnails = self.table.thumbnails(members)

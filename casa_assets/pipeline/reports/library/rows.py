@@ -146,18 +146,16 @@ class Words:
         return (f"{fault}.", f"{fix[:1].upper()}{fix[1:]}.") if fix else (entry.message, DEFAULT_ADVICE)
 
 
-def details_of(entry: Entry, words: Words, looks: str, seconds: Mapping[str, float]) -> dict[str, Any]:
+def details_of(entry: Entry, words: Words, looks: str) -> dict[str, Any]:
     """What the page tells of an entry that is opened; the entry has the results of its checks.
 
     Args:
         looks: what its pictures look like to a model, a sentence; empty where nobody looked.
-        seconds: that it took to make, by stage.
     """
     told: dict[str, Any] = {
         "results": [
             [r.code, _status_number(r), _short(r.number), _short(r.limit), r.unit, r.reason] for r in entry.results
         ],
-        "seconds": {stage: _short(value) for stage, value in seconds.items()},
     }
     if entry.decision is Decision.REJECTED:
         told["reason"], told["fix"] = words.reason_and_fix(entry)

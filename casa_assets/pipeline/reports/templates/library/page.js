@@ -77,7 +77,7 @@ function in3d(row) {
 function brief(row) {
   const refused = row.verdict === "rejected";
   const files = refused ? (row.folder.endsWith(".jsonl") ? [] : [["reason", facts.refusal]]) : facts.files.map(function (file) { return [file[0], file[1].replace("{id}", row.id)]; });
-  return { results: [], seconds: {}, files: files, reason: refused ? row.message : "", fix: facts.remedies[row.codes[0]] };
+  return { results: [], files: files, reason: refused ? row.message : "", fix: facts.remedies[row.codes[0]] };
 }
 function details(row, place) {
   place.append(large(row));
@@ -96,8 +96,7 @@ function details(row, place) {
     if (!place.contains(terms)) { return; }
     if (!more) { place.append(make("p", { "class": "small", text: "The folder " + facts.folder + " with the details is missing: it belongs beside this page." })); return; }
     told([["Colliders", row.colliders === null ? "" : row.colliders + (more.hull ? ", at most " + more.hull + " vertices each" : "")], ["Faces", row.faces === null ? "" : show(row.faces)],
-      ["Address", more.uri], ["Prompt", more.prompt], ["Generator", more.generator], ["By its pictures", more.looks],
-      ["Seconds", Object.keys(more.seconds).map(function (stage) { return stage + " " + show(more.seconds[stage]); }).join(", ")]]);
+      ["Address", more.uri], ["Prompt", more.prompt], ["Generator", more.generator], ["By its pictures", more.looks]]);
     if (more.files.length) {
       place.append(make("div", { "class": "links" }, ...more.files.map(function (file) { return make("a", { href: row.folder + "/" + file[1], text: file[0] }); })));
     }
