@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Generator
 
     from casa_assets.cli.store_output import Sending
-    from casa_assets.ingest.sources.stores.address import StoreRoot
+    from casa_assets.ingest.sources.places import StoreRoot
     from casa_assets.pipeline.ingest.job import Event
     from casa_assets.pipeline.ingest.run import Options
     from casa_assets.pipeline.ingest.shards.shard import Shard

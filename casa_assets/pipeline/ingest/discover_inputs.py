@@ -12,8 +12,7 @@ from typing import Any
 from casa_assets.ingest.sources.bounded_reads import utf8_escaped
 from casa_assets.ingest.sources.discover import discover
 from casa_assets.ingest.sources.found import Found, Refused
-from casa_assets.ingest.sources.places import folder_of
-from casa_assets.ingest.sources.stores.address import StoreRoot
+from casa_assets.ingest.sources.places import StoreRoot, folder_of
 from casa_assets.model.ingest.source import Source
 from casa_assets.pipeline.optional_packages import require
 

@@ -15,7 +15,7 @@ from tempfile import TemporaryDirectory
 from casa_assets import registry
 from casa_assets.errors import Rejected
 from casa_assets.ingest.sources.found import Found, Refused
-from casa_assets.ingest.sources.stores.address import StoreRoot
+from casa_assets.ingest.sources.places import StoreRoot
 from casa_assets.model.ingest.user_override import NO_OVERRIDE, UserOverride
 from casa_assets.model.issue import Decision, Report, subjects_to_decide
 from casa_assets.pipeline import clip
@@ -224,7 +224,7 @@ def ingest(
             recorder.begin()
         with open_engine(options.jobs, _worker_limits(options), SURVEY_WARM, library.private) as pool:
             if any(isinstance(root, StoreRoot) for root in roots):
-                pool.prepare("casa_assets.ingest.sources.stores.client:warm")
+                pool.prepare("casa_assets.ingest.sources.stores:warm")
             surveys = SurveyTable(before.cache, options.category, options.limits, options.dry_run)
             answers: Answers = WorkerAnswers(pool, surveys, options.limits, show_work)
             if recorder is not None:

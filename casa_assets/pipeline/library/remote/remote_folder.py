@@ -19,7 +19,7 @@ from types import MappingProxyType
 from typing import Any, ParamSpec, TypeVar
 
 from casa_assets.errors import OutputError
-from casa_assets.ingest.sources.stores.address import hide_secrets
+from casa_assets.ingest.sources.places import hide_secrets
 from casa_assets.pipeline.optional_packages import require
 from casa_assets.pipeline.process_name import process_name
 

@@ -80,7 +80,7 @@ def findings(entries: Sequence[Entry], before: Sequence[Entry] | None = None, *c
     totals = summary.Totals(entries)
     counts = summary.counts(totals, fits, compared)
     outcomes = judge([parse(text, {"SRC003"}) for text in conditions], counts, summary.code_counts(totals))
-    return summary.Findings("Run", ".", tuple(entries), fits, {}, None, compared, outcomes)
+    return summary.Findings("Run", ".", tuple(entries), fits, None, compared, outcomes)
 
 
 def render(found: summary.Findings, words: rows.Words = WORDS, links: dict[str, str] | None = None) -> str:

@@ -48,7 +48,7 @@ APPLE = object_catalogue.DrawnCategory("apple", HOSTILE, (0.15, 0.2), (0.07, 0.0
 def pages() -> dict[str, str]:
     row = kitchens.SceneRow("galley__rustic", "galley", "rustic")
     return {
-        "library": library_page.render(summary.Findings(HOSTILE, ".", (), (), {}, None), Words({}, {}), {}, ()),
+        "library": library_page.render(summary.Findings(HOSTILE, ".", (), (), None), Words({}, {}), {}, ()),
         "summary": kitchens.summary_page([row]),
         "kitchens": kitchens.index_page([kitchens.SceneCard(row, 1, 1)], HOSTILE),
         "catalogue": catalogue.page([], {}, HOSTILE),
