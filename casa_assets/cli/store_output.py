@@ -16,7 +16,7 @@ from casa_assets.cli.text import terminal_safe
 
 if TYPE_CHECKING:
     from casa_assets.pipeline.ingest.job import Event
-    from casa_assets.pipeline.library.remote.change import Change
+    from casa_assets.pipeline.library.remote import Change
 
 WORDS = ("copied", "kept", "removed", "failed")
 
@@ -81,9 +81,8 @@ def on_store(url: str, library: Path, output: Output) -> Iterator[Sending]:
         yield lambda events: events
         return
     from casa_assets.pipeline.library.library import Library
-    from casa_assets.pipeline.library.remote.remote_library import RemoteLibrary
-    from casa_assets.pipeline.library.remote.stored_run import StoredRun
-    from casa_assets.pipeline.library.remote.writer_lock import hold
+    from casa_assets.pipeline.library.remote import RemoteLibrary, StoredRun
+    from casa_assets.pipeline.library.remote_folder import hold
 
     remote = RemoteLibrary.open(url)
     with hold(remote.folder, waiting(output)) as lock:
