@@ -88,7 +88,7 @@ def render(found: summary.Findings, words: rows.Words = WORDS, links: dict[str, 
     inside = (
         Part("numbers", 0, pages.numbers(found)),
         Part("rows", 0, [rows.row_of(one, context) for one in found.entries]),
-        Part("details", 0, [rows.details_of(one, words, "", {}) for one in found.entries]),
+        Part("details", 0, [rows.details_of(one, words, "") for one in found.entries]),
     )
     return pages.render(found, words, links or {}, inside)
 
