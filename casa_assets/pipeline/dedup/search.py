@@ -19,7 +19,7 @@ from casa_assets.pipeline.ingest.refused_rows import NAME as ROWS
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.entry_table import EntryTable, stream_entries
 from casa_assets.pipeline.tables.conditions import Condition, meets, with_default
-from casa_assets.pipeline.tables.row import TableRow, values_of
+from casa_assets.pipeline.tables.row import TableRow, row_of
 
 # Other words for the colours that tints are named by.
 COLOR_SYNONYMS = {"gray": "grey", "silver": "grey", "cyan": "turquoise", "teal": "turquoise", "violet": "purple"}
@@ -76,7 +76,7 @@ def search_by_picture(query: str, library: disk.Library, eye: ClipModel, most: i
 def rows_of(library: disk.Library, conditions: Sequence[Condition] = ()) -> Iterator[TableRow]:
     """The rows of a library that meet all conditions, one after the other. Raises OutputError: an entry is damaged."""
     for entry in stream_entries(library):
-        row = TableRow(*values_of(entry))
+        row = row_of(entry)
         if meets(row, conditions):
             yield row
 

@@ -292,9 +292,9 @@ def push(
         yield Change("removed", path, len(own))
     _check_failed(remote.url, failed)
     own_books = books_at(library.root)
-    for name, path in own_books.items():
+    for name, book in own_books.items():
         lock.check()
-        data = path.read_bytes()
+        data = book.read_bytes()
         if not remote.folder.holds(name, data, books.get(name)):
             remote.folder.write(name, data)
     remote.folder.remove([*sorted(books.keys() - own_books.keys()), UNFINISHED])

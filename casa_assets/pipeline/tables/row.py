@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
+from typing import Any
 
 from casa_assets.model.issue import Decision, Tally
 from casa_assets.model.record import Vec3
@@ -197,3 +198,9 @@ def values_of(entry: Entry) -> tuple[Value, ...]:
         " ".join(entry.to_decide),
         " ".join(f"{name}={share}" for name, share in entry.colors),
     )
+
+
+def row_of(entry: Entry) -> TableRow:
+    """The row of an entry, which is in no table."""
+    values: tuple[Any, ...] = values_of(entry)
+    return TableRow(*values)

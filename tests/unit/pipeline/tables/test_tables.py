@@ -17,7 +17,7 @@ from casa_assets.pipeline.library.library import Library
 from casa_assets.pipeline.reports.entry import Entry
 from casa_assets.pipeline.tables import parquet
 from casa_assets.pipeline.tables.conditions import BadCondition, Condition, meets, parse, with_default
-from casa_assets.pipeline.tables.row import COLUMNS, TableRow, values_of
+from casa_assets.pipeline.tables.row import COLUMNS, TableRow, row_of
 from tests.assets import ball, rigid_mug
 from tests.built_libraries import keep
 
@@ -55,7 +55,7 @@ def of_parts(made: Path, conditions: Sequence[Condition] = ()) -> list[TableRow]
 
 
 def of_entries(conditions: Sequence[Condition] = ()) -> list[TableRow]:
-    rows = (TableRow(*values_of(entry)) for entry in synthetic_entries(COUNT))
+    rows = map(row_of, synthetic_entries(COUNT))
     return [row for row in rows if meets(row, conditions)]
 
 
