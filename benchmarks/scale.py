@@ -29,10 +29,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
 import trimesh
 
-from casa_assets.core.typing import Floats
 from casa_assets.pipeline.ingest.job import Event
 from casa_assets.pipeline.ingest.run import Options, ingest
 from casa_assets.pipeline.workers.pool import RayCluster, Workers
@@ -41,7 +39,7 @@ SAMPLES = Path(__file__).parents[1] / "examples" / "meshes"
 SUFFIXES = {".glb", ".obj", ".ply", ".stl", ".gltf"}
 GROWTH = 1.07  # of each copy of a sample: another asset, and not a copy
 ONE_CORE = "local, 1 on 1 core"
-HEADS = ("seconds", "first after", "processor s", "of workers", "leading s")
+HEADS = ("seconds", "first after", "leading s")
 
 
 @dataclass(frozen=True)
@@ -58,15 +56,9 @@ class Run:
     events: list[Event]
 
     @property
-    def costs(self) -> Floats:
-        """Seconds of the clock that each input took a worker, in the order of the inputs."""
-        ordered = sorted(self.events, key=lambda event: event.path)
-        return np.array([event.cost.clock_s if event.cost else 0.0 for event in ordered])
-
-    @property
-    def cpu_s(self) -> float:
-        """Processor seconds of all inputs."""
-        return sum(event.cost.cpu_s for event in self.events if event.cost)
+    def work_s(self) -> float:
+        """Seconds after the first input was begun."""
+        return self.seconds - self.first_s
 
 
 def main() -> None:
@@ -88,14 +80,14 @@ def main() -> None:
             for name, kind in kinds.items():
                 with on_core(0 if name == ONE_CORE else None):
                     one = run(inputs, Path(folder) / f"library {name} {turn}", kind)
-                numbers = (one.seconds, one.first_s, one.cpu_s, one.costs.sum(), one.lead_s)
+                numbers = (one.seconds, one.first_s, one.lead_s)
                 print(f"{name:18} {len(one.events):7}" + "".join(f"{number:13.1f}" for number in numbers), flush=True)
                 runs[name] = min(one, runs.get(name, one), key=lambda each: each.seconds)
         apart = apart_s(inputs, Path(folder))
     pinned, single, double = runs[ONE_CORE], runs["local, 1 worker"], runs["local, 2 workers"]
-    efficiency, bound = pinned.seconds / double.seconds / 2, pinned.costs.sum() / apart
+    efficiency, bound = pinned.seconds / double.seconds / 2, pinned.work_s / apart
     print(f"\nefficiency of two workers on two cores, beside one worker on one core: {efficiency:.2f}")
-    print(f"the inputs take a worker {pinned.costs.sum():.1f} s on one core, and {apart:.1f} s with another run on the")
+    print(f"the inputs take a worker {pinned.work_s:.1f} s on one core, and {apart:.1f} s with another run on the")
     print(f"other core: two of these cores do {bound:.2f} of twice what one does, whatever runs on them;")
     print(f"efficiency of two workers, of what these cores can do: {efficiency / bound:.2f}")
     print(f"beside one worker that may use both cores: {single.seconds / double.seconds / 2:.2f}")
@@ -145,7 +137,7 @@ def apart_s(inputs: Path, folder: Path) -> float:
             shutil.copy(path, half)
     libraries = [folder / f"library {half.name}" for half in halves]
     with ProcessPoolExecutor(2, multiprocessing.get_context("spawn")) as processes:
-        return sum(float(one.costs.sum()) for one in processes.map(run_on_core, (0, 1), halves, libraries))
+        return sum(one.work_s for one in processes.map(run_on_core, (0, 1), halves, libraries))
 
 
 def scaled_samples(folder: Path, copies: int) -> Path:

@@ -18,7 +18,7 @@ from unittest.mock import patch
 from casa_assets.cli import main as program
 from casa_assets.model.record import Vec3
 from casa_assets.pipeline.ingest import survey_table
-from casa_assets.pipeline.library import entry_table, run_times
+from casa_assets.pipeline.library import entry_table
 from tests.meshes import box_mesh
 
 ROOT = Path(__file__).parents[1]
@@ -134,13 +134,12 @@ def limited(kilobytes: int, *arguments: object) -> subprocess.CompletedProcess[s
 def tree(root: Path) -> dict[str, bytes | None]:
     """Relative path -> bytes of every file below a folder; None for a folder.
 
-    The tables of entries, inputs and times in the cache are left out: they tell when files were written and how long
-    that took, and are no output.
+    The tables of entries and inputs in the cache are left out: they tell when files were written, and are no output.
     """
     return {
         path.relative_to(root).as_posix(): None if path.is_dir() else path.read_bytes()
         for path in sorted(root.rglob("*"))
-        if path.name not in (entry_table.NAME, survey_table.NAME, run_times.NAME)
+        if path.name not in (entry_table.NAME, survey_table.NAME)
     }
 
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Generator
 
     from casa_assets.pipeline.ingest.job import Event
-    from casa_assets.pipeline.library.remote.change import Change
+    from casa_assets.pipeline.library.remote import Change
     from casa_assets.pipeline.reports.entry import Entry
 
 KINDS = (
@@ -98,8 +98,6 @@ def print_outcomes(accepted: int, in_review: int, rejected: int, kept: int, outp
 
 # Rows of a table that are printed where the user did not ask for more words.
 MAX_ROWS = 40
-# Processor seconds from which on the progress bar tells what the run has cost so far.
-LEAST_TOLD_S = 36.0
 
 
 def end(events: list[Event]) -> None:
@@ -125,13 +123,12 @@ def print_events(
     events: list[Event] = []
     done = bad = unsure = 0
     begun: dict[str, None] = {}
-    last_begun = cpu_s = 0.0
+    last_begun = 0.0
     with bar(output.console) as progress:
         task = progress.add_task("looking", total=None)
 
         def show() -> None:
             counts = f"[green]{done - bad - unsure} ok[/], [yellow]{unsure} in review[/], [red]{bad} rejected[/]"
-            counts += f", {cpu_s / 3600:.2g} core-hours" if cpu_s >= LEAST_TOLD_S else ""
             name = f"; {_safe(Path(next(iter(begun))).name)}" if begun else ""
             progress.update(task, completed=done, description=f"{counts}{name}")
 
@@ -148,7 +145,6 @@ def print_events(
                 done += event.count
                 bad += event.count * event.was_rejected
                 unsure += event.is_in_review
-                cpu_s += event.cost.cpu_s if event.cost is not None else 0.0
                 progress.update(task, total=event.total)
                 show()
                 is_news = event.kind != "kept" or bool(event.reason_kept)
@@ -175,9 +171,8 @@ def _print_event(event: Event, output: Output, dry_run: bool) -> None:
     elif dry_run or output.verbose:
         color = "yellow" if event.is_in_review else "green"
         kept = " (there already)" if event.kind == "kept" else ""
-        seconds = f" in {sum(event.seconds.values()):.1f} s" if event.seconds else ""
         output.console.print(
-            f"[{color}]{event.decision.value}[/]{kept} {_safe(event.path)}: {event.asset_id}{seconds}",
+            f"[{color}]{event.decision.value}[/]{kept} {_safe(event.path)}: {event.asset_id}",
             highlight=False,
             soft_wrap=True,
         )
@@ -200,7 +195,6 @@ def _json_row(event: Event, dry_run: bool) -> dict[str, object]:
         "message": event.message,
         "count": event.count,
         "dry_run": dry_run,
-        "seconds": {name: round(value, 3) for name, value in event.seconds.items()},
         "warnings": [{"code": w.code, "pointer": w.pointer, "message": w.message} for w in event.warnings],
     }
 
@@ -230,7 +224,6 @@ def print_summary(events: list[Event], library: Path, output: Output, explain: b
     unsure = print_counts(events, output)
     place = terminal_safe(str(library))
     output.line(f"Library: {place}/")
-    output.line(f"Index:   {place}/index.sqlite")
     print_review(unsure, any("category" in event.to_decide for event in events), library, output)
     output.next_command("report", "--library", library)
 
@@ -244,38 +237,14 @@ def codes_of(events: list[Event]) -> Counter[str]:
 
 
 def print_counts(events: list[Event], output: Output) -> int:
-    """Print how many inputs were accepted, in review and rejected, and what they cost; returns those in review.
-
-    With --verbose also how fast the stages were.
-    """
+    """Print how many inputs were accepted, in review and rejected; returns those in review."""
     from casa_assets.model.issue import Decision
     from casa_assets.pipeline.ingest.run import tally
-    from casa_assets.pipeline.ingest.stage_times import throughput
 
-    if output.verbose:
-        heads = ("stage", "inputs", "seconds", "inputs per second")
-        table = TextTable(heads, right=heads[1:], title="Throughput of one worker")
-        for one in throughput(event.seconds for event in events):
-            table.add(one.stage, f"{one.inputs:,}", f"{one.seconds:.1f}", f"{one.per_second:,.3g}")
-        table.print(output.console)
-    _print_cost(events, output)
     counts = tally(events)
     accepted, unsure, rejected = (counts[decision.value] for decision in Decision)
     print_outcomes(accepted, unsure, rejected, counts["kept"], output)
     return unsure
-
-
-def _print_cost(events: list[Event], output: Output) -> None:
-    """A line about what the work took, where any was done."""
-    from casa_assets.pipeline.reports.findings import cost, tail_words
-
-    costs = {event.asset_id: event.cost for event in events if event.cost is not None}
-    if (told := cost(costs, costs)) is None:
-        return
-    tail = f", {tail_words(len(costs))} {100 * told['tail_share']:.0f} %" if len(costs) > 1 else ""
-    most = told["largest"]["peak_bytes"] / 1e9
-    inputs = pluralize(told["inputs"], "input")
-    output.line(f"Cost:    {told['core_hours']:.3g} core-hours for {inputs}{tail}; most memory of one {most:.2f} GB")
 
 
 def _print_library_checks(library: Path, output: Output, max_lines: int = 6) -> None:
@@ -409,9 +378,8 @@ def on_store(url: str, library: Path, output: Output) -> Iterator[Sending]:
         yield lambda events: events
         return
     from casa_assets.pipeline.library.library import Library
-    from casa_assets.pipeline.library.remote.remote_library import RemoteLibrary
-    from casa_assets.pipeline.library.remote.stored_run import StoredRun
-    from casa_assets.pipeline.library.remote.writer_lock import hold
+    from casa_assets.pipeline.library.remote import RemoteLibrary, StoredRun
+    from casa_assets.pipeline.library.remote_folder import hold
 
     remote = RemoteLibrary.open(url)
     with hold(remote.folder, waiting(output)) as lock:

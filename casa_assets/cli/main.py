@@ -27,7 +27,6 @@ from casa_assets.cli.verbs.facts import app as categories
 from casa_assets.cli.verbs.facts import checks, schemas
 from casa_assets.cli.verbs.families import app as families
 from casa_assets.cli.verbs.find import find
-from casa_assets.cli.verbs.index import index
 from casa_assets.cli.verbs.ingest import fetch, ingest
 from casa_assets.cli.verbs.library import app as library
 from casa_assets.cli.verbs.objects import app as objects
@@ -83,7 +82,6 @@ app.command(cls=Verb, rich_help_panel=JUDGE)(check)
 app.command(cls=Verb, rich_help_panel=JUDGE)(checks)
 app.command(cls=Verb, rich_help_panel=JUDGE)(doctor)
 app.add_typer(export, rich_help_panel=HAND_ON)
-app.command(cls=Verb, rich_help_panel=HAND_ON)(index)
 app.command(cls=Verb, rich_help_panel=HAND_ON)(schemas)
 
 

@@ -43,7 +43,7 @@ def workers(engine: EngineName, address: str, jobs: int) -> Workers:
 
 def source(text: str) -> str:
     """A source as a user names it: a path that is there, or the address of a store. Raises typer.BadParameter."""
-    from casa_assets.ingest.sources.stores.address import is_url
+    from casa_assets.ingest.sources.places import is_url
 
     if not is_url(text) and not _is_of_plugin(text):
         if not os.path.exists(text):  # noqa: PTH110
@@ -69,7 +69,7 @@ def more(help_: str, tail: str) -> str:
 
 def folder_of_library(folder: Path) -> Path:
     """The folder as it is. Raises typer.BadParameter where it is the address of a store, which a Path takes for one."""
-    from casa_assets.ingest.sources.stores.address import is_url
+    from casa_assets.ingest.sources.places import is_url
 
     first = folder.parts[0] if folder.parts else ""
     if first.endswith(":") and is_url(f"{first}//"):  # a Path keeps one of two slashes
@@ -100,12 +100,6 @@ Out = Annotated[
 ScenesOut = Annotated[Path, typer.Option("--out", metavar="DIR", help=more(OUT_HELP, "the folder of the kitchens."))]
 # Of verbs that read a library; `LibraryOut` is that of verbs that write one.
 Library = Annotated[Path, typer.Option("--library", help=LIBRARY_HELP, exists=True, file_okay=False)]
-# Of verbs that read a library or, with --index, the rows of many; see `library_at`.
-LibraryOrIndex = Annotated[Path, typer.Option("--library", help=LIBRARY_HELP, file_okay=False)]
-TablesFolder = Annotated[
-    Path | None,
-    typer.Option("--index", help="Folder that `casa-assets library index` wrote.", exists=True, file_okay=False),
-]
 LibraryOut = Annotated[Path, typer.Option("--library", metavar="DIR", help=LIBRARY_HELP, callback=folder_of_library)]
 ScenesFolder = Annotated[
     Path,

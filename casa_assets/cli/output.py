@@ -24,7 +24,6 @@ from casa_assets.projects import project_folder
 
 if TYPE_CHECKING:
     from casa_assets.pipeline.library.library import Summary
-    from casa_assets.pipeline.tables.row import RowNumbers
 
 
 def terminal_safe(text: str) -> str:
@@ -130,7 +129,7 @@ class Output:
         self.errors.print(text, markup=False, highlight=False, soft_wrap=True)
 
 
-def measures(summary: Summary | RowNumbers | None) -> dict[str, Any]:
+def measures(summary: Summary | None) -> dict[str, Any]:
     """Mass in kg and size in metres, x, y and z, of an item of `--json`; null where there is no asset."""
     if summary is None:
         return {"mass": None, "size": None}

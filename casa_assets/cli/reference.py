@@ -56,8 +56,8 @@ def command_pages() -> dict[str, str]:
 
 
 def _path(verb: str) -> str:
-    """Of a verb's page. One called index.md would be the first page of the folder."""
-    return f"commands/{'index_command' if verb == 'index' else verb}.md"
+    """Of a verb's page."""
+    return f"commands/{verb}.md"
 
 
 def _first(text: str) -> str:

@@ -66,7 +66,7 @@ _MJCF = _package("export/mjcf", "export/mujoco_values.py", "model/asset", "model
 _BATCHES = Watched(
     ("engines",), (*_package("pipeline/batches", "pipeline/kitchens/batch_form.py", "checks/scene/batch"), *_MJCF)
 )
-_CLUSTER = Watched(("ray",), _package("pipeline/workers", "pipeline/ingest", "pipeline/library/remote"))
+_CLUSTER = Watched(("ray",), _package("pipeline/workers", "pipeline/ingest", "pipeline/library/remote.py"))
 _STORES = Watched(("stores",), _package("pipeline/library", "ingest/sources"))
 
 _OWN = Watched((), _package("cli/project_runs.py", "pipeline/project", "projects.py", "registry"))

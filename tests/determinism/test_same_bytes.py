@@ -48,14 +48,6 @@ def test_a_second_run_changes_nothing(inputs: Path, library: Path, tmp_path: Pat
     assert {path: path.stat().st_mtime_ns for path in again.glob("*/*/*.json")} == before
 
 
-def test_the_index_comes_back_byte_for_byte(library: Path, tmp_path: Path) -> None:
-    again = tmp_path / "library"
-    shutil.copytree(library, again)
-    (again / "index.sqlite").unlink()
-    assert casa_here("index", "--library", again).returncode == 0
-    assert differences(library, again) == []
-
-
 def test_one_by_one_gives_what_all_at_once_gives(inputs: Path, library: Path, tmp_path: Path) -> None:
     """Entries do not depend on what else a run works on (a twin does, by its nature)."""
     done = casa_here("ingest", inputs / "milk_carton.obj", "--library", tmp_path / "one")

@@ -101,7 +101,7 @@ def test_a_change_of_what_several_reach_changes_them(monkeypatch: pytest.MonkeyP
     [
         ("casa_assets.ingest.collision.plane_splits", True),
         ("casa_assets.geometry.mesh.topology", True),  # it imports that
-        ("casa_assets.pipeline.reports.home", False),
+        ("casa_assets.pipeline.reports.kitchens", False),
     ],
 )
 def test_the_key_of_a_package_is_that_of_its_code_and_of_what_it_imports(

@@ -197,7 +197,6 @@ def _json_row(outcome: ArticulateOutcome) -> dict[str, object]:
         "code": outcome.code,
         "message": outcome.reason_kept or outcome.message,
         "count": outcome.count,
-        "seconds": {name: round(value, 3) for name, value in outcome.seconds.items()},
         "parts": [
             {"name": p.name, "kind": p.kind.value, "on": p.parent or "body", "confidence": p.confidence}
             for p in (outcome.articulation.parts if outcome.articulation is not None else ())

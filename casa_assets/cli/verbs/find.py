@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -11,10 +10,9 @@ import typer
 from casa_assets.cli.options import (
     CLIP_HELP,
     AsJson,
-    LibraryOrIndex,
+    Library,
     Most,
     Quiet,
-    TablesFolder,
     Verbose,
     library_at,
     more,
@@ -23,16 +21,13 @@ from casa_assets.cli.output import Output, TextTable, measures, measures_at, plu
 
 if TYPE_CHECKING:
     from casa_assets.pipeline.dedup.search import Found, SearchHit
-    from casa_assets.pipeline.tables.conditions import Condition
-    from casa_assets.pipeline.tables.row import TableRow
 
 
 def find(
     query: Annotated[
         str, typer.Argument(help='What you look for, such as "red mug"; may be left out beside --where.')
     ] = "",
-    library: LibraryOrIndex = Path("out/library"),
-    index: TablesFolder = None,
+    library: Library = Path("out/library"),
     where: Annotated[
         list[str] | None,
         typer.Option(help="What must hold, such as category=mug, 'size<=0.3' or reason=FLT005; may be repeated."),
@@ -43,7 +38,7 @@ def find(
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
-    """Search a library by words, by conditions or by both; with --index all libraries of a folder of Parquet parts.
+    """Search a library by words, by conditions or by both.
 
     Words are looked for in categories, titles and colours; with --clip-weights they are compared with the pictures.
 
@@ -59,52 +54,36 @@ def find(
       casa-assets find "red mug"
       casa-assets find "red mug" --clip-weights ~/ViT-B-32-laion2b.pt
       casa-assets find --where category=mug,cup --where 'size<=0.12' --json
-      casa-assets find --index out/tables --where reason=FLT005 --most 100
+      casa-assets find --where reason=FLT005 --most 100
     """
-    from casa_assets.pipeline.dedup.search import search_rows
+    from casa_assets.pipeline.dedup.search import entries_that, search_entries
     from casa_assets.pipeline.tables.conditions import parse, with_default
 
     conditions = [parse(text) for text in where or ()]
-    _check(query, index, conditions, clip_weights)
-    root = index or library
+    has_words = bool(query.strip())
+    if not has_words and (clip_weights or not conditions):
+        raise typer.BadParameter("there are no words to look for", param_hint="QUERY")
+    if clip_weights and conditions:
+        raise typer.BadParameter("searches without pictures; leave --clip-weights out", param_hint="--where")
     if clip_weights:
         found = _by_picture(query, library, clip_weights, most)
     else:
-        found = search_rows(_rows(library, index, with_default(conditions)), root, query, most)
-    output, has_words = Output(json_, quiet, verbose), bool(query.strip())
+        fitting = entries_that(library_at(library), with_default(conditions))
+        found = search_entries(fitting, library, query, most)
+    output = Output(json_, quiet, verbose)
     if not found.hits:
-        output.error(f"no match{_unnamed(library, index) if has_words else ''}")
+        output.error(f"no match{_unnamed(library) if has_words else ''}")
         raise typer.Exit(1)
-    _tell(found, root, has_words, output)
+    _tell(found, library, has_words, output)
 
 
-def _check(query: str, index: Path | None, conditions: Sequence[Condition], clip_weights: str) -> None:
-    """Raise what is wrong with the options beside each other."""
-    if not query.strip() and (clip_weights or not conditions):
-        raise typer.BadParameter("there are no words to look for", param_hint="QUERY")
-    if clip_weights and (index is not None or conditions):
-        hint = "--index" if index is not None else "--where"
-        raise typer.BadParameter("searches without pictures; leave --clip-weights out", param_hint=hint)
-
-
-def _unnamed(library: Path, index: Path | None) -> str:
+def _unnamed(library: Path) -> str:
     """How many assets words cannot find because nobody knows their category; empty for none."""
+    from casa_assets.pipeline.dedup.search import entries_that
     from casa_assets.pipeline.tables.conditions import parse
 
-    count = sum(1 for _ in _rows(library, index, [parse("decide=category")]))
-    where = "--where decide=category lists them" if index is not None else f"casa-assets review {library}"
-    return f"; {pluralize(count, 'asset')} in review without a category: {where}" if count else ""
-
-
-def _rows(library: Path, index: Path | None, conditions: Sequence[Condition]) -> Iterator[TableRow]:
-    from casa_assets.pipeline.tables import index as index_file
-    from casa_assets.pipeline.tables import parquet
-    from casa_assets.pipeline.tables.conditions import to_arrow
-
-    if index is None:
-        return index_file.rows(library_at(library), conditions)
-    parquet.require_parquet()
-    return parquet.read_rows(index, parquet.read_index(index), to_arrow(conditions))
+    count = sum(1 for _ in entries_that(library_at(library), [parse("decide=category")]))
+    return f"; {pluralize(count, 'asset')} in review without a category: casa-assets review {library}" if count else ""
 
 
 def _by_picture(query: str, library: Path, clip_weights: str, most: int) -> Found:
@@ -129,12 +108,12 @@ def _tell(found: Found, root: Path, has_words: bool, output: Output) -> None:
         table.print(output.console)
         output.line(f"Folders are those under {terminal_safe(str(root))}/")
         if found.count > len(found.hits):
-            output.line(f"{pluralize(found.count, 'row')} fit; --most shows more of them")
+            output.line(f"{pluralize(found.count, 'entry')} fit; --most shows more of them")
 
 
 def _facts(hit: SearchHit) -> dict[str, Any]:
-    """Mass and size of what was found and, of a row of a table, what became of it."""
-    if (row := hit.row) is None:
+    """Mass and size of what was found and, where its entry was read, what became of it."""
+    if (entry := hit.entry) is None:
         return measures_at(hit.folder)
-    told = {"status": row.status, "code": row.code, "source": row.source, "source_path": row.source_path}
-    return {**measures(row.summary), **told, "title": row.title, "library": row.library}
+    told = {"status": entry.decision.value, "code": entry.code, "title": entry.title}
+    return {**measures(entry.summary), **told, "source": entry.source, "source_path": entry.source_path}

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from contextlib import closing
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -43,15 +42,14 @@ from casa_assets.cli.options import (
     source,
     workers,
 )
-from casa_assets.cli.output import Output, pluralize
-from casa_assets.cli.supervise import StopRequested
+from casa_assets.cli.output import Output
 from casa_assets.errors import CasaError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator, Mapping
+    from collections.abc import Callable, Generator
 
     from casa_assets.cli.ingest_output import Sending
-    from casa_assets.ingest.sources.stores.address import StoreRoot
+    from casa_assets.ingest.sources.places import StoreRoot
     from casa_assets.pipeline.ingest.job import Event
     from casa_assets.pipeline.ingest.run import Options
     from casa_assets.pipeline.ingest.shards.shard import Shard
@@ -59,7 +57,6 @@ if TYPE_CHECKING:
 
 # An option that bounds an input; 0 stands for the default, which its help names.
 _limit = partial(typer.Option, min=0, show_default=False, rich_help_panel=LIMITS)
-Watch = Annotated[bool, typer.Option("--watch", help="Wait for new and changed files until Ctrl-C, and work on them.")]
 Explain = Annotated[
     bool, typer.Option("--explain", help="Print every guess, with its confidence and reason; not with --dry-run.")
 ]
@@ -113,7 +110,6 @@ def ingest(
     retry_only: RetryOnly = None,
     force: ForceWorse = False,
     dry_run: DryRun = False,
-    watch: Watch = False,
     shard: ShardWords = "",
     store: StoreUrl = "",
     explain: Explain = False,
@@ -138,7 +134,6 @@ def ingest(
       casa-assets ingest ~/meshes --dry-run            # write nothing
       casa-assets ingest ~/meshes --retry-only FLT005  # what was rejected so
       casa-assets ingest ~/meshes --retry things       # and what is new
-      casa-assets ingest ~/incoming --watch            # as files come
       casa-assets ingest ~/meshes --json > run.jsonl   # an object per input
       casa-assets ingest ~/meshes --store s3://bucket/library
       casa-assets ingest ~/meshes --shard 3/16 --library shards/3
@@ -155,23 +150,11 @@ def ingest(
     roots, refused = roots_of(sources, library)
     options = replace(options, shard=_shard(shard), refused=refused, force=force)
     output = Output(json_, quiet, verbose)
-    _check_together(bool(store), {"watch": watch, "explain": explain, "dry-run": dry_run})
-    if watch:
-        _watch(roots, options, output)
-    else:
-        _ingest(roots, options, output, explain, store)
-
-
-def _check_together(store: bool, flags: Mapping[str, bool]) -> None:
-    """Raise typer.BadParameter where options were given that do not go together.
-
-    Args:
-        flags: --watch, --explain and --dry-run, by their names; true where they were given.
-    """
-    if flags["explain"] and flags["dry-run"]:
+    if dry_run and explain:
         raise typer.BadParameter("--dry-run keeps no guesses; name another --library and leave --dry-run out")
-    if store and (flags["watch"] or flags["dry-run"]):
-        raise typer.BadParameter("goes with neither --watch nor --dry-run", param_hint="--store")
+    if dry_run and store:
+        raise typer.BadParameter("does not go with --dry-run", param_hint="--store")
+    _ingest(roots, options, output, explain, store)
 
 
 def _ingest(sources: list[Path | StoreRoot], options: Options, output: Output, explain: bool, store: str) -> None:
@@ -231,38 +214,6 @@ def _shard(words: str) -> Shard | None:
         return Shard.parse(words) if words else None
     except CasaError as error:
         raise typer.BadParameter(str(error), param_hint="--shard") from None
-
-
-def _watch(sources: list[Path | StoreRoot], options: Options, output: Output) -> None:
-    """Run whenever files have changed and settled, until a signal asks to stop; told is only what is new."""
-    from casa_assets.pipeline.ingest.run import ingest as run
-    from casa_assets.pipeline.ingest.watch import settled_changes
-
-    if options.dry_run or options.redone or options.shard or options.force:
-        raise typer.BadParameter("--watch goes with none of --dry-run, --retry, --retry-only, --force and --shard")
-    places = [place for place in sources if isinstance(place, Path)]
-    if len(places) < len(sources):
-        raise typer.BadParameter("--watch looks at folders of this machine; ingest from stores again at times")
-    try:
-        output.line(f"watching {pluralize(len(places), 'place')}; Ctrl-C ends")
-        for time_ns in settled_changes(places, options.library):
-            settled = replace(options, not_after_ns=time_ns)
-            events = print_events(partial(_new_events, run, places, settled), output)
-            if events and not output.as_json:
-                print_summary(events, options.library, output, explain=False)
-    except StopRequested:
-        output.line("stopped; the same command goes on from here")
-
-
-def _new_events(
-    run: Callable[..., Generator[Event]],
-    sources: list[Path],
-    options: Options,
-    show_work: Callable[[str], None] | None,
-) -> Generator[Event]:
-    """The events of a run that are not about what was there already."""
-    with closing(run(sources, options, show_work=show_work)) as running:
-        yield from (event for event in running if event.kind != "kept")
 
 
 def _guards(megabytes: float, faces: int, pixels: int, million_pixels: float) -> dict[str, float]:

@@ -95,10 +95,9 @@ def push(
 
       casa-assets library push out/library s3://bucket/library
     """
-    from casa_assets.pipeline.library.remote.change import Extra
-    from casa_assets.pipeline.library.remote.push import push as run
-    from casa_assets.pipeline.library.remote.remote_library import RemoteLibrary
-    from casa_assets.pipeline.library.remote.writer_lock import hold
+    from casa_assets.pipeline.library.remote import Extra, RemoteLibrary
+    from casa_assets.pipeline.library.remote import push as run
+    from casa_assets.pipeline.library.remote_folder import hold
 
     output, place = Output(json_, quiet, verbose), library_at(library)
     remote = RemoteLibrary.open(url)
@@ -130,9 +129,8 @@ def pull(
       casa-assets library pull s3://bucket/library out/library
     """
     from casa_assets.pipeline.library.library import Library
-    from casa_assets.pipeline.library.remote.change import Extra
-    from casa_assets.pipeline.library.remote.pull import pull as run
-    from casa_assets.pipeline.library.remote.remote_library import RemoteLibrary
+    from casa_assets.pipeline.library.remote import Extra, RemoteLibrary
+    from casa_assets.pipeline.library.remote import pull as run
 
     output, place = Output(json_, quiet, verbose), Library(library)
     remote = RemoteLibrary.open(url)
@@ -155,7 +153,7 @@ def index(
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
-    """Write one table of the entries of any number of libraries, as Parquet parts, for `find --index`.
+    """Write one table of the entries of any number of libraries, as Parquet parts, for programs that read Parquet.
 
     The parts of a library in which no entry came, went or was replaced are kept; --force writes all again. Name all
     libraries each time: parts of others go. Exit 0 when all is written, 2 on misuse.

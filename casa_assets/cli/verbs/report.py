@@ -59,9 +59,9 @@ def report(
 ) -> None:
     """Write a page about a library, report.html, with every input in it, and report.json beside it.
 
-    Counts by category, source and reason; sizes and masses against the usual ones; seconds by stage. Up to 400 inputs
-    the page holds pictures and all checks; of more it shows the pictures in the library and what did not pass, and it
-    lists the 5,000 that should be looked at first.
+    Counts by category, source and reason; sizes and masses against the usual ones. Up to 400 inputs the page holds
+    pictures and all checks; of more it shows the pictures in the library and what did not pass, and it lists the 5,000
+    that should be looked at first.
 
     --fail-on takes a count (entries, accepted, review, rejected, advice, not-run, size-outliers, mass-outliers, and
     with --baseline better, worse, appeared, gone), a share of it (rejected-rate), or the code of a check, alone or

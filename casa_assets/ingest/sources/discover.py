@@ -22,8 +22,7 @@ from casa_assets.ingest.sources.containers.tabled import tabled
 from casa_assets.ingest.sources.found import Found, Refused
 from casa_assets.ingest.sources.other_files import HIDDEN, kind_of_other, unread
 from casa_assets.ingest.sources.package import Package
-from casa_assets.ingest.sources.places import folder_of
-from casa_assets.ingest.sources.stores.address import StoreRoot
+from casa_assets.ingest.sources.places import StoreRoot, folder_of
 from casa_assets.ingest.sources.untrusted_fields import unique_hints
 from casa_assets.model.ingest.source import Source, SourceKind
 
@@ -123,7 +122,7 @@ def _discover(root: Path | StoreRoot, others: Counter[str]) -> Iterator[Found | 
 
 def _opened(root: StoreRoot) -> Generator[Refused, None, bool]:
     """List a folder on a store, once for all that follows; returns False for a file. Yields names that no disk has."""
-    from casa_assets.ingest.sources.stores.folder import StoreFolder  # a client of stores, which only this needs
+    from casa_assets.ingest.sources.stores import StoreFolder  # a client of stores, which only this needs
 
     folder = StoreFolder(root)
     if folder.is_file():

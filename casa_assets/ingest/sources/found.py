@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from casa_assets.ingest.sources.stores.address import StoreRoot
+from casa_assets.ingest.sources.places import StoreRoot
 from casa_assets.model.ingest.source import Source
 from casa_assets.model.issue import Issue
 

@@ -42,7 +42,6 @@ from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library import review
 from casa_assets.pipeline.library.entry_table import EntryTable
 from casa_assets.pipeline.library.identity import Producer
-from casa_assets.pipeline.library.run_times import tidy_times
 from casa_assets.pipeline.workers.limits import Limits, WorkerFailure
 from casa_assets.pipeline.workers.pool import Engine, Workers, open_engine
 
@@ -134,7 +133,6 @@ def _run(
             pool.prepare("casa_assets.pipeline.ingest.worker:warm")
             for outcome in _worked_on(due, pool, working):
                 yield replace(outcome, total=total)
-    tidy_times(library)
     unreadable.prune(library)
     refused.write(partial(is_below, roots))
     review.write(library, EntryTable(library, skip_damaged=True).entries)

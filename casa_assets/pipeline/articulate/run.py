@@ -34,9 +34,8 @@ from casa_assets.pipeline.cache.cache_key import CodeRef, digest_of, key_of, ver
 from casa_assets.pipeline.cache.store import Store
 from casa_assets.pipeline.clip import weights_digest
 from casa_assets.pipeline.ingest.job import RunAborted, first_error, writing
-from casa_assets.pipeline.ingest.stage_times import StageTimes
 from casa_assets.pipeline.library import library as disk
-from casa_assets.pipeline.library.asset_package import WRITING, certify, check_package, load_times, write_package
+from casa_assets.pipeline.library.asset_package import WRITING, certify, check_package, write_package
 from casa_assets.pipeline.library.identity import Identity, Producer
 from casa_assets.pipeline.library.keep_accepted import (
     AcceptedAsset,
@@ -48,7 +47,6 @@ from casa_assets.pipeline.library.keep_accepted import (
 )
 from casa_assets.pipeline.library.resume import NOTHING_KNOWN, cached_outcome
 from casa_assets.pipeline.library.resume import RETRIED_CODES as RETRIED_BY_INGEST
-from casa_assets.pipeline.library.run_times import keep_times
 from casa_assets.pipeline.reports.entry import Entry
 from casa_assets.preview.renderer import NoRenderer
 from casa_assets.preview.still import CannotDraw, render_model
@@ -84,7 +82,6 @@ class ArticulateOutcome:
             or it is better than what this run made, and `reason_kept` says why; that is empty otherwise.
         sha256: of the mesh with all its files; empty where it could not be read.
         total: inputs of the run. count: inputs that it stands for: many rows of a manifest may be told of at once.
-        seconds: that each step took in this run, by its name; empty where an earlier run did it.
     """
 
     mesh: Path
@@ -103,7 +100,6 @@ class ArticulateOutcome:
     sha256: str = ""
     total: int = 1
     count: int = 1
-    seconds: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def decision(self) -> Decision:
@@ -257,10 +253,7 @@ def _outcome_of_accepted(
 def _made(request: ArticulateRequest, key: EntryKey) -> ArticulateOutcome:
     """Return the outcome of the work on a mesh, with its entry in place."""
     try:
-        times = StageTimes()
-        with times.of("articulate"):
-            result = build(request)
-        return _publish(request, result, key, times)
+        return _publish(request, build(request), key)
     except Rejected as error:
         refused = error
     except CannotDraw as error:
@@ -338,12 +331,10 @@ def from_json(data: bytes, mesh: Path) -> ArticulateOutcome:
 
 def publish_result(request: ArticulateRequest, result: ArticulateResult) -> ArticulateOutcome:
     """Write, check and publish what was built, as `articulate_one` does; for callers that need the result too."""
-    return _publish(request, result, _key_of_file(request), StageTimes())
+    return _publish(request, result, _key_of_file(request))
 
 
-def _publish(
-    request: ArticulateRequest, result: ArticulateResult, key: EntryKey, times: StageTimes
-) -> ArticulateOutcome:
+def _publish(request: ArticulateRequest, result: ArticulateResult, key: EntryKey) -> ArticulateOutcome:
     """Write, check and publish an entry; where a check finds an error, it goes to `rejected`, with all its files.
 
     What is in doubt is published as what is accepted, with a warning for each thing that a person has to decide. An
@@ -352,9 +343,7 @@ def _publish(
     library = disk.Library(request.out)
     if result.asset.provenance.sha256 != key.identity.sha256:
         raise Rejected("RUN005", "the file changed while it was being read; run again")
-    with times.of("travel"):
-        result = limit_ranges(result)
-    staged, result, report, travel = _mended(request, result, times)
+    staged, result, report, travel = _mended(request, limit_ranges(result))
     kept = _kept_in_place_of(request, key, _new_result(request, result, report))
     if kept is not None:
         shutil.rmtree(staged.parent)
@@ -371,7 +360,6 @@ def _publish(
         contract=asset.contract or "",
         unmet_checks=result.unmet_checks,
         sha256=key.identity.sha256,
-        seconds=times.seconds,
     )
     if report.passed:
         made_by = disk.MadeBy(Producer.ARTICULATE, key.cache_key, versions_of({**STEPS, **WRITING}))
@@ -398,7 +386,6 @@ def _publish(
     # The record comes first: once the entry is in place, a run that was killed has nothing left to do for this mesh.
     Store(library.cache).put(_record_key(key), to_json(outcome))
     library.publish(staged, outcome.folder)
-    keep_times(library, asset.id, times.seconds)
     return outcome
 
 
@@ -413,7 +400,7 @@ def _new_result(request: ArticulateRequest, result: ArticulateResult, report: Re
 
 
 def _mended(
-    request: ArticulateRequest, built: ArticulateResult, times: StageTimes
+    request: ArticulateRequest, built: ArticulateResult
 ) -> tuple[Path, ArticulateResult, Report, dict[str, JointTravel]]:
     """Write and check an asset, and again once what its checks complain of is mended, as far as it can be.
 
@@ -424,7 +411,7 @@ def _mended(
     for last in (*[False] * MAX_MENDS, True):
         staged = library.stage(built.asset.id)
         result = with_contract(built.with_runtime_names(), staged)
-        report, travel = _write_and_check(request, result, staged, times)
+        report, travel = _write_and_check(request, result, staged)
         better = None if last or report.passed else mend(built, result, report)
         if better is None:
             break
@@ -451,13 +438,11 @@ def with_contract(result: ArticulateResult, folder: Path) -> ArticulateResult:
 
 
 def _write_and_check(
-    request: ArticulateRequest, result: ArticulateResult, staged: Path, times: StageTimes
+    request: ArticulateRequest, result: ArticulateResult, staged: Path
 ) -> tuple[Report, dict[str, JointTravel]]:
     """Write both formats, a picture and decisions; return the report of every check, and the travel of each part."""
     asset = result.asset
-    with times.of("write"):
-        write_package(asset, staged)
-    times.seconds.update(load_times(asset, staged))
+    write_package(asset, staged)
     (staged / sidecar.NAME).write_text(sidecar.text(result, request.decisions), encoding="utf-8")
     by_joint = {t.joint: t for t in joint_travels(asset, staged / "model.xml")}
     travel = {part: by_joint[joint] for part, joint in result.joints.items()}
@@ -465,5 +450,4 @@ def _write_and_check(
     stuck = tuple(f"{part} {way.message}" for part, way in travel.items() if not way.is_full)
     contacts = (*result.contacts, *stuck)
     notes = () if is_decided else doubts(result.articulation, registry.load_confidence(), contacts)
-    with times.of("check"):
-        return check_package(asset, staged, result.category, notes), travel
+    return check_package(asset, staged, result.category, notes), travel

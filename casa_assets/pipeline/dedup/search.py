@@ -17,10 +17,9 @@ from casa_assets.pipeline.clip import ClipModel
 from casa_assets.pipeline.dedup.clip_embeddings import image_embeddings, text_embedding
 from casa_assets.pipeline.ingest.refused_rows import NAME as ROWS
 from casa_assets.pipeline.library import library as disk
-from casa_assets.pipeline.library.entry_table import EntryTable
-from casa_assets.pipeline.tables import index
-from casa_assets.pipeline.tables.conditions import with_default
-from casa_assets.pipeline.tables.row import TableRow
+from casa_assets.pipeline.library.entry_table import EntryTable, stream_entries
+from casa_assets.pipeline.reports.entry import Entry
+from casa_assets.pipeline.tables.conditions import Condition, meets, with_default
 
 # Other words for the colours that tints are named by.
 COLOR_SYNONYMS = {"gray": "grey", "silver": "grey", "cyan": "turquoise", "teal": "turquoise", "violet": "purple"}
@@ -37,7 +36,7 @@ class SearchHit:
     Attributes:
         id, category: of the asset. folder: where it stands.
         score: how well it fits; a cosine by pictures, a sum over the words else, 0 without words.
-        reason: why, in words. row: of the table, where the search was through one.
+        reason: why, in words. entry: of the asset, where the search was by words or conditions.
     """
 
     id: str
@@ -45,7 +44,7 @@ class SearchHit:
     folder: Path
     score: float
     reason: str
-    row: TableRow | None = None
+    entry: Entry | None = None
 
 
 @dataclass(frozen=True)
@@ -74,58 +73,63 @@ def search_by_picture(query: str, library: disk.Library, eye: ClipModel, most: i
     return sorted(hits, key=lambda hit: (-hit.score, hit.id))[:most]
 
 
+def entries_that(library: disk.Library, conditions: Sequence[Condition]) -> Iterator[Entry]:
+    """The entries that meet all conditions, one after the other. Raises OutputError: an entry is damaged."""
+    return (entry for entry in stream_entries(library) if meets(entry, conditions))
+
+
 def search_by_words(query: str, library: disk.Library, most: int) -> list[SearchHit]:
     """The assets whose category, title, path or colours have most of the words, best first.
 
     Raises:
         OutputError: an entry is damaged.
     """
-    return search_rows(index.rows(library, with_default(())), library.root, query, most).hits
+    return search_entries(entries_that(library, with_default(())), library.root, query, most).hits
 
 
-def search_rows(found: Iterable[TableRow], root: Path, query: str, most: int) -> Found:
-    """The rows whose category, title, path or colours have most of the words, best first; without words all, by id.
+def search_entries(found: Iterable[Entry], root: Path, query: str, most: int) -> Found:
+    """The entries whose category, title, path or colours have most of the words, best first; without words all, by id.
 
-    However many rows there are, no more than `most` are kept in memory.
+    However many entries there are, no more than `most` are kept in memory.
 
     Args:
-        found: rows of a table. root: the folder that their libraries are named from.
+        found: entries of a library. root: its folder.
     Raises:
         OutputError: an entry is damaged.
     """
     words = [COLOR_SYNONYMS.get(word, word) for word in tokens(query) if word not in STOP_WORDS]
     judge, count = _Judge(words), 0
 
-    def judged() -> Iterator[tuple[tuple[int, float, str, str], TableRow, str]]:
+    def judged() -> Iterator[tuple[tuple[int, float, str], Entry, str]]:
         nonlocal count
-        for row in found:
-            matched, score, reason = judge(row)
+        for entry in found:
+            matched, score, reason = judge(entry)
             if matched or not words:
                 count += 1
-                yield (-matched, -score, row.id, row.library), row, reason
+                yield (-matched, -score, entry.id), entry, reason
 
     best = heapq.nsmallest(most, judged(), key=lambda one: one[0])
     hits = []
-    for (_, score, _, _), row, reason in best:
-        folder = root / row.library / row.path
+    for (_, score, _), entry, reason in best:
+        folder = root / entry.path
         folder = folder.parent if folder.name == ROWS else folder  # many rows that were refused share a file
-        hits.append(SearchHit(row.id, row.category, folder, round(-score, 3), reason, row))
+        hits.append(SearchHit(entry.id, entry.category, folder, round(-score, 3), reason, entry))
     return Found(hits, count)
 
 
 class _Judge:
-    """Scores rows by words. Callable with a row: how many words it has, the score, and the reason."""
+    """Scores entries by words. Callable with an entry: how many words it has, the score, and the reason."""
 
     def __init__(self, words: Sequence[str]) -> None:
         self._words, self._known = words, registry.load()
         # Category -> its words, and those of the classes above it.
         self._kinds: dict[str, tuple[frozenset[str], frozenset[str]]] = {}
 
-    def __call__(self, row: TableRow) -> tuple[int, float, str]:
+    def __call__(self, entry: Entry) -> tuple[int, float, str]:
         if not self._words:
             return 0, 0.0, ""
-        colors, said = dict(row.colors), f"{row.title} {row.prompt} {row.source_path}".lower()
-        found = [self._word(word, row.category, colors, said) for word in self._words]
+        colors, said = dict(entry.colors), f"{entry.title} {entry.prompt} {entry.source_path}".lower()
+        found = [self._word(word, entry.category, colors, said) for word in self._words]
         matched = [(value, why) for value, why in found if value > 0]
         return len(matched), sum(value for value, _ in matched), ", ".join(why for _, why in matched)
 

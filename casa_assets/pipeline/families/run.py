@@ -38,13 +38,11 @@ from casa_assets.pipeline.library.asset_package import (
     WRITING,
     certificate,
     check_package,
-    load_times,
     write_package,
 )
 from casa_assets.pipeline.library.derived_files import write_reports
 from casa_assets.pipeline.library.entry_table import EntryTable
 from casa_assets.pipeline.library.identity import Identity, Producer
-from casa_assets.pipeline.library.run_times import keep_times
 from casa_assets.pipeline.textures.recipes import skins
 from casa_assets.pipeline.workers.batch import attempt, run_batch
 from casa_assets.pipeline.workers.limits import WorkerFailure
@@ -239,31 +237,27 @@ def _build_one(request: FamilyRequest, library: disk.Library, checked: bool, dra
     staged = library.stage(asset.id)
     drawn_s = write_package(asset, staged, PREVIEW if drawn else PREVIEW_VIEW)
     (staged / "params.json").write_text(params.to_json() + "\n", encoding="utf-8")
-    written = time.perf_counter()
-    loading = load_times(asset, staged) if checked else {}
-    report, loaded = Report(subject=asset.id), time.perf_counter()
+    report, written = Report(subject=asset.id), time.perf_counter()
     if checked:
         report = check_package(asset, staged, category_of_family(member_family))
         if request.is_object:
             report = report + check_member(asset, category_of_family(member_family), cache_for(library.root))
-    checked_s = time.perf_counter() - loaded
-    seconds = {"build": built - begin, "write": written - built - drawn_s, "draw": drawn_s, "check": checked_s}
+    checked_s = time.perf_counter() - written
     size = sum(p.stat().st_size for p in staged.rglob("*") if p.is_file())
     target = library.folder(member_family.name, asset.id)
     if report.passed:
         made_by = _made_by(member_family, params, drawn)
         disk.write_certificate(staged, asset, certificate(asset, report, staged, made_by))
         library.publish(staged, target)
-        keep_times(library, asset.id, {**seconds, **loading})
     return FamilyResult(
         request,
         asset.id,
         str(target if report.passed else staged),
         report,
-        build_s=seconds["build"],
-        write_s=seconds["write"],
-        draw_s=seconds["draw"],
-        check_s=seconds["check"],
+        build_s=built - begin,
+        write_s=written - built - drawn_s,
+        draw_s=drawn_s,
+        check_s=checked_s,
         cpu_s=time.process_time() - cpu_before,
         size_bytes=size,
     )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import stat
 from collections import Counter
 from collections.abc import Iterator, Sequence, Set
 from dataclasses import replace
@@ -13,28 +12,25 @@ from typing import Any
 from casa_assets.ingest.sources.bounded_reads import utf8_escaped
 from casa_assets.ingest.sources.discover import discover
 from casa_assets.ingest.sources.found import Found, Refused
-from casa_assets.ingest.sources.places import folder_of
-from casa_assets.ingest.sources.stores.address import StoreRoot
+from casa_assets.ingest.sources.places import StoreRoot, folder_of
 from casa_assets.model.ingest.source import Source
 from casa_assets.pipeline.optional_packages import require
 
-# Names of pipeline/reports/index.py and attribution.py: every library has both. By value, as another report changes
-# nothing about what is found.
-LIBRARY_FILES = ("index.sqlite", "ATTRIBUTION.md")
+# Names of pipeline/dedup/library_report.py and reports/attribution.py: every library has both. By value, as another
+# report changes nothing about what is found.
+LIBRARY_FILES = ("library.json", "ATTRIBUTION.md")
 
 
 def discover_inputs(
     roots: Sequence[Path | StoreRoot],
     library: Path,
     others: Counter[str] | None = None,
-    not_after_ns: int | None = None,
 ) -> Iterator[Found | Refused]:
     """Inputs under the roots, in an order that no machine changes.
 
     Args:
         roots: files and folders, on the disk or on stores. others: counts what is no mesh, by what it is.
         library: what lies in it is output, not input; so is what lies in another library below a root.
-        not_after_ns: time in nanoseconds since 1970; a file that has changed since is left out. None: none is.
     Raises:
         CasaError: there is nothing at an address, or its store cannot be reached, or no package reads it.
     """
@@ -51,8 +47,6 @@ def discover_inputs(
             places = [found.root / (found.archive or found.main)]
         else:
             places = [root / found.path for root in roots]
-        if not_after_ns is not None and any(has_changed_since(str(place), not_after_ns) for place in places):
-            continue
         if not any(
             _is_output(place, real_roots, named_files, own_library, is_output)
             if isinstance(place, Path)
@@ -60,15 +54,6 @@ def discover_inputs(
             for place in places
         ):
             yield replace(found, source=_as_text(found.source)) if isinstance(found, Found) else found
-
-
-def has_changed_since(path: str, time_ns: int) -> bool:
-    """True for a file that has changed in any way since a time in nanoseconds since 1970."""
-    try:
-        found = os.stat(path)  # noqa: PTH116
-    except (OSError, ValueError):
-        return False
-    return found.st_ctime_ns > time_ns and stat.S_ISREG(found.st_mode)
 
 
 def _as_text(source: Source) -> Source:

@@ -6,7 +6,7 @@ import errno
 import hashlib
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 from casa_assets.errors import OutputError, PluginFailure, Rejected
@@ -17,7 +17,6 @@ from casa_assets.pipeline.cache.cache_key import digest_of
 from casa_assets.pipeline.ingest.survey import Survey
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.identity import Producer
-from casa_assets.pipeline.library.run_times import Cost
 from casa_assets.pipeline.workers.limits import full_disk
 
 # What is wrong with the disk and not with an input. EFBIG: a quota set with `ulimit -f`.
@@ -56,8 +55,6 @@ class Outcome:
         accepted: or rejected, and then code and says. warnings: of an accepted one.
         staged: the finished entry in the staging folder, for the parent to publish; None where there is none.
         trace: where a fault of ours lies; told once, not kept.
-        seconds: that each stage took, by its name, in their order; told once; kept beside the library.
-        cost: of a worker that ended by itself.
         manifest: of the staged entry of an accepted asset, where it was read already, so that it is not read again.
     """
 
@@ -67,8 +64,6 @@ class Outcome:
     warnings: tuple[Issue, ...] = ()
     staged: Path | None = None
     trace: str = ""
-    seconds: Mapping[str, float] = field(default_factory=dict)
-    cost: Cost | None = None
     manifest: disk.Manifest | None = None
 
     @property
@@ -98,9 +93,7 @@ class Event:
         code: of a rejection. message: of a rejection, or why an accepted asset is kept. warnings: of an accepted one.
         count: inputs that it stands for: the many rows of a manifest that are only counted are told of at once.
         folder: of its entry; None for inputs that have none of their own, such as rows of a manifest.
-        seconds: that each stage took in this run, by its name, in their order.
         summary: numbers of an asset, made now or before; None where there is none.
-        cost: of the work in this run, or in the shards that it merges; None where there was none, or the worker died.
     """
 
     kind: str
@@ -113,9 +106,7 @@ class Event:
     warnings: tuple[Issue, ...] = ()
     count: int = 1
     folder: Path | None = None
-    seconds: Mapping[str, float] = field(default_factory=dict)
     summary: disk.Summary | None = None
-    cost: Cost | None = None
 
     @property
     def was_rejected(self) -> bool:

@@ -10,7 +10,7 @@ from pathlib import Path
 from casa_assets.core.cache_folder import cache_for
 from casa_assets.errors import PluginFailure
 from casa_assets.ingest.sources.found import Refused
-from casa_assets.ingest.sources.stores.address import StoreRoot, root_of
+from casa_assets.ingest.sources.places import StoreRoot, root_of
 from casa_assets.pipeline.ingest.job import keep_trace
 from casa_assets.pipeline.library.library import Library
 from casa_assets.pipeline.process_name import process_name

@@ -17,8 +17,7 @@ from pydantic import ValidationError
 from casa_assets import registry
 from casa_assets.errors import OutputError
 from casa_assets.ingest.sources.found import Refused
-from casa_assets.ingest.sources.places import folder_of
-from casa_assets.ingest.sources.stores.address import StoreRoot
+from casa_assets.ingest.sources.places import StoreRoot, folder_of
 from casa_assets.model.ingest.source import SourceKind
 from casa_assets.model.record import Record
 from casa_assets.pipeline.library.entry_files import file_inside

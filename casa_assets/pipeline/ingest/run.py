@@ -15,7 +15,7 @@ from tempfile import TemporaryDirectory
 from casa_assets import registry
 from casa_assets.errors import Rejected
 from casa_assets.ingest.sources.found import Found, Refused
-from casa_assets.ingest.sources.stores.address import StoreRoot
+from casa_assets.ingest.sources.places import StoreRoot
 from casa_assets.model.ingest.user_override import NO_OVERRIDE, UserOverride
 from casa_assets.model.issue import Decision, Report, subjects_to_decide
 from casa_assets.pipeline import clip
@@ -25,7 +25,7 @@ from casa_assets.pipeline.dedup.deduplicator import NEAR_DUPLICATE_CODE as COPY
 from casa_assets.pipeline.dedup.deduplicator import Deduplicator
 from casa_assets.pipeline.ingest import unreadable_inputs
 from casa_assets.pipeline.ingest.answers import FAILURE_CODES, Answers, SurveyAnswer, WorkerAnswers
-from casa_assets.pipeline.ingest.discover_inputs import discover_inputs, has_changed_since
+from casa_assets.pipeline.ingest.discover_inputs import discover_inputs
 from casa_assets.pipeline.ingest.in_memory import MeshInput, stage_meshes
 from casa_assets.pipeline.ingest.job import (
     Event,
@@ -59,7 +59,6 @@ from casa_assets.pipeline.library.keep_accepted import (
     remembered,
 )
 from casa_assets.pipeline.library.resume import RETRIED_CODES, cached_outcome
-from casa_assets.pipeline.library.run_times import keep_times
 from casa_assets.pipeline.reports.entry import Entry
 from casa_assets.pipeline.workers.limits import Limits, WorkerFailure
 from casa_assets.pipeline.workers.pool import Workers, open_engine
@@ -88,8 +87,6 @@ class Options:
         dry_run: say what would become of each input, and write nothing.
         shard: work on the inputs of this part of the run alone, for `shards.merge`; None: on all. Copies stay: which
             of two is the first is known once all inputs are there.
-        not_after_ns: time in nanoseconds since 1970; an input of which a file has changed since may be half-written
-            and is left as it is, for a later run. None: none is.
         refused: inputs that are rejected without being looked for, beside those under the roots.
     """
 
@@ -105,7 +102,6 @@ class Options:
     again: frozenset[str] = frozenset()
     only: frozenset[str] = frozenset()
     dry_run: bool = False
-    not_after_ns: int | None = None
     shard: Shard | None = None
     refused: tuple[Refused, ...] = ()
     force: bool = False
@@ -209,7 +205,7 @@ def ingest(
         clip.require_weights(options.weights)
     for category in {options.category, *(mesh.category for mesh in meshes)} - {""}:
         known.category(category)
-    discovered = discover_inputs(roots, options.library, others, options.not_after_ns)
+    discovered = discover_inputs(roots, options.library, others)
     inputs: Iterator[Found | Refused] = chain(options.refused, discovered)
     first = next(inputs, None)
     if first is None and not meshes:
@@ -228,7 +224,7 @@ def ingest(
             recorder.begin()
         with open_engine(options.jobs, _worker_limits(options), SURVEY_WARM, library.private) as pool:
             if any(isinstance(root, StoreRoot) for root in roots):
-                pool.prepare("casa_assets.ingest.sources.stores.client:warm")
+                pool.prepare("casa_assets.ingest.sources.stores:warm")
             surveys = SurveyTable(before.cache, options.category, options.limits, options.dry_run)
             answers: Answers = WorkerAnswers(pool, surveys, options.limits, show_work)
             if recorder is not None:
@@ -358,7 +354,10 @@ def _taken_apart(library: disk.Library, found: Sequence[Found], answers: Answers
 def _survey(run: _Run, answers: Answers, options: Options) -> Generator[Event, None, None]:
     """Digest every input, tell the same bytes, and yield an event for all that are rejected before any work."""
     inputs = run.found
-    surveys = {number: run.heard(answer) for number, answer in _surveys(run, answers, options).items()}
+    surveys = {
+        number: run.heard(without_states(answer) if isinstance(answer, Survey) else answer)
+        for number, answer in answers.surveys(inputs)
+    }
     first: dict[str, str] = {}
     for number, one in enumerate(inputs):
         answer = surveys[number]
@@ -375,20 +374,6 @@ def _survey(run: _Run, answers: Answers, options: Options) -> Generator[Event, N
             yield run.refuse(one, FAILURE_CODES[answer.reason], answer.text)
         else:
             yield run.refuse(one, answer.code, answer.message)
-
-
-def _surveys(run: _Run, answers: Answers, options: Options) -> dict[int, SurveyAnswer]:
-    """The survey of every input by its number."""
-    found: dict[int, SurveyAnswer] = {}
-    for number, answer in answers.surveys(run.found):
-        one = run.found[number]
-        files = [str(one.root / (one.archive or one.main))]
-        if isinstance(answer, Survey):
-            files = [path for path, _ in answer.looked_at]
-        if options.not_after_ns is not None and any(has_changed_since(path, options.not_after_ns) for path in files):
-            run.left_out.add(number)
-        found[number] = without_states(answer) if isinstance(answer, Survey) else answer
-    return found
 
 
 def _due(run: _Run, one: Found, survey: Survey, options: Options) -> Iterator[Event]:
@@ -487,8 +472,6 @@ def _publish_outcome(run: _Run, result: Result) -> Event:
     elif not outcome.accepted:
         staged = outcome.staged or _stage_refusal(library, result)
         library.publish(staged, library.refusal_folder(job.asset_id), older, identity)
-    if not result.is_kept:
-        keep_times(library, job.asset_id, outcome.seconds, outcome.cost)
     return _event(run, result)
 
 
@@ -525,9 +508,7 @@ def _event(run: _Run, result: Result) -> Event:
         outcome.decision,
         outcome.warnings,
         folder=folder if is_there else None,
-        seconds={} if result.is_kept else outcome.seconds,
         summary=_summary(run, result),
-        cost=None if result.is_kept else outcome.cost,
     )
 
 

@@ -34,7 +34,6 @@ from casa_assets.model.registry.category import Category
 from casa_assets.pipeline.cache.cache_key import CodeRef, digest_of, key_of
 from casa_assets.pipeline.cache.store import Store
 from casa_assets.pipeline.ingest.job import limits_in_key
-from casa_assets.pipeline.ingest.stage_times import StageTimes
 from casa_assets.pipeline.ingest.survey import Survey
 from casa_assets.pipeline.library.review import NAME, REJECTED_CODE, doubtful_guesses
 
@@ -183,12 +182,11 @@ def run_stages(
     context: BuildContext,
     get: Callable[[str], bytes | None],
     put: Callable[[str, bytes], None],
-    times: StageTimes | None = None,
 ) -> tuple[Asset, tuple[Issue, ...]]:
     """An asset from a bundle, and the warnings on the way; kept results are taken from the store.
 
     Args:
-        get, put: the store. times: takes up what each stage took.
+        get, put: the store.
     Raises:
         Rejected: a stage cannot accept its input.
     """
@@ -201,8 +199,7 @@ def run_stages(
             start, result = i + 1, Draft.from_json(data)
             break
     for stage, key in zip(STAGES[start:], keys[start:], strict=True):
-        with (times or StageTimes()).of(stage.name):
-            result = stage.function(result, context)
+        result = stage.function(result, context)
         if stage.keep:
             put(key, result.to_json().encode())
     asset, notes = result
@@ -218,14 +215,12 @@ def build_asset(
     override: UserOverride = NO_OVERRIDE,
     store: Store | None = None,
     failed_ups: tuple[str, ...] = (),
-    times: StageTimes | None = None,
 ) -> tuple[Asset, tuple[Issue, ...]]:
     """An asset from a bundle with the guess of its category, and warnings, those on doubtful guesses among them.
 
     Args:
         survey: category of the bundle. store: keeps results of stages; None: nothing is kept.
         failed_ups: ways up, as its guesses tell them, in which it was built before and failed.
-        times: takes up what each stage took.
     Raises:
         Rejected: a stage cannot accept its input.
     """
@@ -246,7 +241,7 @@ def build_asset(
         failed_ups=failed_ups,
     )
     get, put = (store.get, store.put) if store is not None else (lambda key: None, lambda key, data: None)
-    asset, notes = run_stages(bundle, context, get, put, times)
+    asset, notes = run_stages(bundle, context, get, put)
     if override.decision is Word.ACCEPT:
         return asset, tuple(note for note in notes if note.code not in (ASKED_CODE, REVIEW_CODE))
     return asset, (*notes, *doubtful_guesses(asset.provenance.guesses))

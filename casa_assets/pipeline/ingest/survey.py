@@ -10,7 +10,7 @@ from casa_assets import registry
 from casa_assets.errors import Rejected
 from casa_assets.ingest.sources.bundle import collect
 from casa_assets.ingest.sources.found import Found
-from casa_assets.ingest.sources.stores.address import is_url
+from casa_assets.ingest.sources.places import is_url
 from casa_assets.model.registry.category import Category
 
 # Confidence in a category that the source itself states; of 98 such in data for developing none was wrong.
@@ -50,7 +50,7 @@ def state_of(path: str) -> str:
 
 
 def _store_state(address: str) -> str:
-    from casa_assets.ingest.sources.stores.folder import state_at  # a client of stores, which only addresses need
+    from casa_assets.ingest.sources.stores import state_at  # a client of stores, which only addresses need
 
     return state_at(address)
 

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import resource
-import time
 from collections.abc import Mapping
-from dataclasses import replace
 from pathlib import Path
 
 from casa_assets import registry
@@ -22,12 +19,10 @@ from casa_assets.model.registry.category import Category
 from casa_assets.pipeline.cache.cache_key import versions_of
 from casa_assets.pipeline.cache.store import Store
 from casa_assets.pipeline.ingest.job import Job, Outcome, RunAborted, first_error, keep_trace, stage_refusal, writing
-from casa_assets.pipeline.ingest.stage_times import StageTimes
 from casa_assets.pipeline.ingest.stages import build_asset, stage_functions
 from casa_assets.pipeline.library import library as disk
-from casa_assets.pipeline.library.asset_package import WRITING, certify, check_package, load_times, write_package
+from casa_assets.pipeline.library.asset_package import WRITING, certify, check_package, write_package
 from casa_assets.pipeline.library.identity import Producer
-from casa_assets.pipeline.library.run_times import Cost
 from casa_assets.preview.renderer import NoRenderer, backend
 from casa_assets.preview.still import render_model
 
@@ -60,22 +55,11 @@ def check_renderer(_: None) -> RunAborted | None:
 
 def work(job: Job) -> Outcome | RunAborted:
     """Build, write, look at and check one asset; the entry, or the reason why not, is staged when this returns."""
-    begin = time.perf_counter()
     try:
         with writing(job.library):
-            outcome = _work(job)
-            return replace(outcome, cost=_cost(outcome, time.perf_counter() - begin))
+            return _work(job)
     except (OutputError, RegistryError, NoRenderer) as error:
         return RunAborted(str(error))
-
-
-def _cost(outcome: Outcome, clock_s: float) -> Cost:
-    """What this process, which did nothing else, has used so far with the processes that it started."""
-    own, others = resource.getrusage(resource.RUSAGE_SELF), resource.getrusage(resource.RUSAGE_CHILDREN)
-    staged = outcome.staged
-    written = 0 if staged is None else sum(path.stat().st_size for path in staged.rglob("*") if path.is_file())
-    cpu_s = own.ru_utime + own.ru_stime + others.ru_utime + others.ru_stime
-    return Cost(cpu_s, 1024 * (own.ru_maxrss + others.ru_maxrss), written, clock_s)
 
 
 def _work(job: Job) -> Outcome:
@@ -85,36 +69,29 @@ def _work(job: Job) -> Outcome:
     staged = library.stage(job.asset_id)
     bundle: Bundle | None = None
     report: Report | None = None
-    times = StageTimes()
     try:
         # The input is read a second time. The survey had to read all inputs before the first can be worked on: their
         # digests settle ids, inputs of the same bytes, what a person decided and what an earlier run made. Their bytes
         # (up to --max-size each) cannot be held until then, and a copy on disk would have to be read again too.
-        with times.of("read"):
-            bundle = collect(job.found, job.limits)
+        bundle = collect(job.found, job.limits)
         if bundle.sha256 != job.survey.sha256:
             raise Rejected("RUN005", "the file changed while it was being read; run again")
-        asset, report = _built(job, bundle, category, library, times)
+        asset, report = _built(job, bundle, category, library)
         if not report.passed:
             raise first_error(report)
         made_by = disk.MadeBy(Producer.INGEST, job.cache_key, versions_of({**stage_functions(), **WRITING}))
-        with times.of("certify"):
-            certify(asset, report, staged, made_by)
-        return Outcome(True, warnings=report.issues, staged=staged, seconds=times.seconds)
+        certify(asset, report, staged, made_by)
+        return Outcome(True, warnings=report.issues, staged=staged)
     except PluginFailure as error:
         told = Rejected("RUN009", f"{error}; the trace: {keep_trace(error, library)}")
-        return Outcome(
-            False, told.code, told.message, staged=stage_refusal(library, job, told, report), seconds=times.seconds
-        )
+        return Outcome(False, told.code, told.message, staged=stage_refusal(library, job, told, report))
     except Rejected as error:
         picture = None if bundle is None else _picture(bundle, staged, job.limits)
         refused = stage_refusal(library, job, error, report, picture)
-        return Outcome(False, error.code, error.message, staged=refused, seconds=times.seconds)
+        return Outcome(False, error.code, error.message, staged=refused)
 
 
-def _built(
-    job: Job, bundle: Bundle, category: Category, library: disk.Library, times: StageTimes
-) -> tuple[Asset, Report]:
+def _built(job: Job, bundle: Bundle, category: Category, library: disk.Library) -> tuple[Asset, Report]:
     """The asset, written to the staging folder, and its report.
 
     Where it falls over or its shapes do not fit it may lie on the wrong side: it is built again with other ways up,
@@ -133,13 +110,9 @@ def _built(
             job.override,
             Store(library.cache),
             failed_ups,
-            times,
         )
-        with times.of("write"):
-            write_package(asset, staged)
-        times.seconds.update(load_times(asset, staged))
-        with times.of("check"):
-            report = check_package(asset, staged, category, notes)
+        write_package(asset, staged)
+        report = check_package(asset, staged, category, notes)
         first = first or (asset, report)
         if report.passed:
             return asset, report

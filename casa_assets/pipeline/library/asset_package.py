@@ -12,9 +12,6 @@ from PIL import Image
 
 from casa_assets import registry
 from casa_assets.checks.package.package import Package
-from casa_assets.checks.package.usd import open_stage
-from casa_assets.checks.readers.mujoco_load import load_mjcf
-from casa_assets.checks.readers.quiet import quiet
 from casa_assets.checks.run import run as run_checks
 from casa_assets.core.rounding import significant
 from casa_assets.errors import OutputError
@@ -61,22 +58,6 @@ def write_package(asset: Asset, folder: Path, view: View = PREVIEW) -> float:
     drawn_s = time.perf_counter() - begin
     disk.write_files(folder, write_usd(asset, thumbnail(picture)))
     return drawn_s
-
-
-def load_times(asset: Asset, folder: Path) -> dict[str, float]:
-    """Seconds that programs take to load a written asset, each once: MuJoCo its MJCF, OpenUSD its stage.
-
-    What does not load has no time; the checks say why it does not.
-    """
-    package, found = Package(asset, category_of(asset), folder), {}
-    begin = time.perf_counter()
-    if load_mjcf(package.mjcf).model is not None:
-        found["load MJCF"] = time.perf_counter() - begin
-    with quiet():
-        begin = time.perf_counter()
-        if open_stage(package.usd) is not None:
-            found["load USD"] = time.perf_counter() - begin
-    return found
 
 
 def check_package(

@@ -1,4 +1,4 @@
-"""Write what is derived from the entries of a library: index, attribution, review, and the checks on all together."""
+"""Write what is derived from the entries of a library: attribution, review, and the checks on all together."""
 
 from __future__ import annotations
 
@@ -9,29 +9,25 @@ from casa_assets.pipeline.ingest import refused_rows
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library import review
 from casa_assets.pipeline.library.entry_table import EntryTable
-from casa_assets.pipeline.library.run_times import tidy_times
 from casa_assets.pipeline.reports import attribution
-from casa_assets.pipeline.tables import index
 
 # What `write_reports` writes, and what it reads beside the entries.
-DERIVED = (index.NAME, attribution.NAME, review.NAME, library_report.NAME, f"{disk.REJECTED}/{refused_rows.NAME}")
+DERIVED = (attribution.NAME, review.NAME, library_report.NAME, f"{disk.REJECTED}/{refused_rows.NAME}")
 
 
 def write_reports(library: disk.Library, weights: str = "", table: EntryTable | None = None) -> None:
-    """Rewrite what is derived from the entries: the index, the attribution file, and what is said of them together.
+    """Rewrite what is derived from the entries: the attribution file, and what is said of them together.
 
     Where all of it stands as it was written for the same entries it stays.
 
     Args:
         table: the entries as they were before the run; None: they are read.
     """
-    tidy_times(library)
     if table is None or not table.is_current():
         table = EntryTable(library)
     made_by = digest_of(key_of(write_reports), weights)
     if table.has_reports(made_by, DERIVED):
         return
-    index.rebuild(library, table.entries)
     attribution.write(library, table.entries)
     review.write(library, table.entries)
     library_report.compare_library(library, table, clip.load_clip(weights) if weights else None)

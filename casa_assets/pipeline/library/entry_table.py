@@ -228,12 +228,6 @@ class EntryTable:
         return _opened(self._path, self._read_only)
 
 
-def forget_entries(library: disk.Library) -> None:
-    """Forget what the table of a library keeps, so that every certificate is opened again."""
-    with suppress(OSError):
-        (library.cache / NAME).unlink(missing_ok=True)
-
-
 def stream_entries(library: disk.Library, skip_damaged: bool = False, read_only: bool = False) -> Iterator[Entry]:
     """The entries of a library one after the other, accepted first, however many there are; none is kept in memory.
 

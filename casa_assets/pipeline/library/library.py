@@ -3,7 +3,7 @@
 library/
   <category>/<id>/      model.xml scene.xml meshes/ textures/ usd/ preview.png asset.json
   rejected/<id>/        reject.json and, where one could be made, preview.png
-  index.sqlite  library.json  ATTRIBUTION.md  report.html
+  library.json  ATTRIBUTION.md  report.html
   .casa/                cache/ (results by content) staging/ (half-written, swept at the start) lock
 """
 

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import json
 import os
-import statistics
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import StrEnum
 from functools import cached_property
 from pathlib import Path
@@ -23,7 +22,6 @@ from casa_assets.pipeline.dedup.library_report import LibraryReport
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.entry_table import EntryTable
 from casa_assets.pipeline.library.identity import suffix_of
-from casa_assets.pipeline.library.run_times import Cost, read_costs, read_times
 from casa_assets.pipeline.reports.entry import Entry
 from casa_assets.pipeline.reports.gate import Condition, Outcome, judge
 from casa_assets.pipeline.reports.page_template import Words
@@ -33,10 +31,6 @@ RANKS = (Decision.REJECTED, Decision.REVIEW, Decision.ACCEPTED)
 REPORT = "report.json"
 # Of the form of report.json, see docs/reference/report.md; raised where a reader of an older one would go wrong.
 SCHEMA_VERSION = 1
-# Entries that a stage took longest for, which are named.
-SLOWEST = 5
-# The part of the inputs that took longest, whose share of the time is told, and the part that is quicker than `p95`.
-TAIL, QUICKER = 0.05, 0.95
 # An asset that was made as large as is usual at most may be larger by what float32 rounds off.
 TOLERANCE = 1.001
 
@@ -249,8 +243,7 @@ class Findings:
 
     Attributes:
         library: name of it. root: its folder relative to that of the report, POSIX. entries: of it.
-        fits: sizes and masses against the usual ones. seconds: by id and stage. costs: by id.
-        whole: checks on all assets together.
+        fits: sizes and masses against the usual ones. whole: checks on all assets together.
         compared: None where there is no earlier run. outcomes: of the conditions that were set.
     """
 
@@ -258,11 +251,9 @@ class Findings:
     root: str
     entries: Sequence[Entry]
     fits: Sequence[PriorFit]
-    seconds: Mapping[str, Mapping[str, float]]
     whole: LibraryReport | None
     compared: Compared | None = None
     outcomes: Sequence[Outcome] = ()
-    costs: Mapping[str, Cost] = field(default_factory=dict)
 
     @cached_property
     def totals(self) -> Totals:
@@ -285,11 +276,9 @@ def findings_of(
         Path(os.path.relpath(root, target.parent)).as_posix(),
         entries,
         fitting,
-        read_times(disk.Library(root)),
         library_report.read_library_report(root),
         compared,
         judge(conditions, counts(totals, fitting, compared), totals.codes),
-        read_costs(disk.Library(root)),
     )
 
 
@@ -322,65 +311,8 @@ def reasons(totals: Totals, words: Words) -> list[dict[str, Any]]:
     ]
 
 
-def stage_times(seconds: Mapping[str, Mapping[str, float]], ids: Iterable[str]) -> list[dict[str, Any]]:
-    """Each stage with its seconds: sum, median, tail, the slowest entries; of what is known of these entries."""
-    stages: dict[str, list[tuple[float, str]]] = {}
-    for name in ids:
-        for stage, value in seconds.get(name, {}).items():
-            stages.setdefault(stage, []).append((value, name))
-    rows = []
-    for stage, timed in stages.items():
-        values = sorted(value for value, _ in timed)
-        slowest = sorted(timed, key=lambda one: (-one[0], one[1]))[:SLOWEST]
-        rows.append(
-            {
-                "stage": stage,
-                "entries": len(values),
-                "seconds": significant(sum(value for value, _ in timed), 6),
-                "median_s": significant(statistics.median(values), 4),
-                "p95_s": significant(values[min(len(values) - 1, int(QUICKER * len(values)))], 4),
-                "tail_share": significant(tail_share(values), 3),
-                "slowest": [{"id": name, "seconds": value} for value, name in slowest],
-            }
-        )
-    return rows
-
-
-def tail_share(values: Sequence[float]) -> float:
-    """Share of the sum that the largest twentieth of some values has, at least one of them; 0 where there is none."""
-    largest = sorted(values, reverse=True)[: _tail_count(len(values))]
-    return sum(largest) / sum(values) if sum(values) > 0.0 else 0.0
-
-
-def tail_words(count: int) -> str:
-    """What `tail_share` of so many values is of, in a sentence."""
-    return "the slowest of them" if _tail_count(count) == 1 else "the slowest twentieth of them"
-
-
-def _tail_count(count: int) -> int:
-    return max(1, round(TAIL * count))
-
-
-def cost(costs: Mapping[str, Cost], ids: Iterable[str]) -> dict[str, Any] | None:
-    """What the work on these entries took, of those for which it is known; None where it is known of none."""
-    known = [(costs[name], name) for name in ids if name in costs]
-    if not known:
-        return None
-    longest, id_of_longest = max(known, key=lambda one: (one[0].cpu_s, one[1]))
-    largest, id_of_largest = max(known, key=lambda one: (one[0].peak_bytes, one[1]))
-    return {
-        "inputs": len(known),
-        "core_hours": significant(sum(one.cpu_s for one, _ in known) / 3600, 4),
-        "tail_share": significant(tail_share([one.cpu_s for one, _ in known]), 3),
-        "written_bytes": sum(one.written_bytes for one, _ in known),
-        "longest": {"id": id_of_longest, "cpu_s": longest.cpu_s},
-        "largest": {"id": id_of_largest, "peak_bytes": largest.peak_bytes},
-    }
-
-
 def content(found: Findings, words: Words) -> dict[str, Any]:
     """What stands in report.json; plain data."""
-    ids = [entry.id for entry in found.entries]
     return {
         "schema_version": SCHEMA_VERSION,
         "library": found.library,
@@ -390,15 +322,13 @@ def content(found: Findings, words: Words) -> dict[str, Any]:
         "sources": by_verdict(found.totals.sources),
         "reasons": reasons(found.totals, words),
         "priors": [_prior(fit) for fit in found.fits],
-        "times": stage_times(found.seconds, ids),
-        "cost": cost(found.costs, ids),
         "library_checks": found.whole.report.model_dump(mode="json") if found.whole else None,
         "baseline": _baseline(found.compared) if found.compared else None,
         "conditions": [
             {"condition": one.condition.text, "measured": significant(one.measured, 6), "holds": one.holds}
             for one in found.outcomes
         ],
-        "entries": [_entry(entry, found.seconds.get(entry.id, {})) for entry in found.entries],
+        "entries": list(map(_entry, found.entries)),
     }
 
 
@@ -429,7 +359,7 @@ def _baseline(compared: Compared) -> dict[str, Any]:
     }
 
 
-def _entry(entry: Entry, seconds: Mapping[str, float]) -> dict[str, Any]:
+def _entry(entry: Entry) -> dict[str, Any]:
     return {
         "id": entry.id,
         "category": entry.category,
@@ -447,7 +377,6 @@ def _entry(entry: Entry, seconds: Mapping[str, float]) -> dict[str, Any]:
             "not_run": entry.checks.not_run,
             "advice": entry.checks.advice,
         },
-        "seconds": dict(seconds),
     }
 
 

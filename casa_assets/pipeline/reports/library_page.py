@@ -44,15 +44,12 @@ from casa_assets.pipeline.reports.findings import (
     by_verdict,
     codes_of,
     content,
-    cost,
     counts,
     findings_of,
     link_before,
     outlying,
     read_run,
     reasons,
-    stage_times,
-    tail_words,
 )
 from casa_assets.pipeline.reports.gate import Condition, Outcome, junit, sarif
 from casa_assets.pipeline.reports.page_template import MAX_ROWS, Words, all_words, relative_link, render_template
@@ -178,8 +175,6 @@ def render(
     whole, totals = found.whole, found.totals
     quiet = quiet_codes(found.entries, words)
     loud = sum(any(code not in quiet for code in entry.advice) for entry in found.entries if entry.accepted)
-    ids = [entry.id for entry in found.entries]
-    spent = cost(found.costs, ids)
     data = {
         "rows": rows,
         "picture": PICTURE,
@@ -197,9 +192,6 @@ def render(
         conditions=[(f"{one.mark} {one}", one.holds) for one in found.outcomes],
         groups=_groups(totals),
         reasons=_reasons(totals, words),
-        cost=spent,
-        tail_words=tail_words(spent["inputs"]) if spent else "",
-        times=stage_times(found.seconds, ids),
         whole=render_library_section(whole.report, words.explanations, whole.weights) if whole else NO_SECTION,
         fits=[_fit(fit) for fit in found.fits],
         compared=_changes(found.compared, links or {}) if found.compared else None,
@@ -453,10 +445,8 @@ def _details(entry: Entry, context: RowContext) -> dict[str, Any]:
     """What the page tells of an entry that is opened."""
     is_left_out = {Status.PASSED, Status.NOT_APPLICABLE} if context.is_brief else set()
     shown = [result for result in entry.results if result.status not in is_left_out]
-    seconds = context.found.seconds.get(entry.id, {})
     told: dict[str, Any] = {
         "results": [[r.code, _status_number(r), _short(r.number), _short(r.limit), r.unit, r.reason] for r in shown],
-        "seconds": {stage: _short(value) for stage, value in seconds.items()},
     }
     if entry.decision is Decision.REJECTED:
         told["reason"], told["fix"] = context.words.reason_and_fix(entry)

@@ -1,50 +1,58 @@
-"""Conditions on rows of the table of entries, such as `category=mug`, `size<=0.3` or `reason=FLT005`.
+"""Conditions on entries, such as `category=mug`, `size<=0.3` or `reason=FLT005`.
 
     CONDITION  = FIELD OPERATOR VALUE [ "," VALUE ... ]
     OPERATOR   = "=" | "!=" | ">" | ">=" | "<" | "<="
 
-Values of words are compared as they are written; several are alternatives. Each condition is told to SQLite and to
-Arrow in their own terms, so that only what fits is ever read.
+Values of words are compared as they are written; several are alternatives.
 """
 
 from __future__ import annotations
 
 import difflib
 import math
+import operator
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import reduce
 from typing import TYPE_CHECKING, Any
 
 from casa_assets.errors import CasaError
 from casa_assets.model.issue import Decision
 
 if TYPE_CHECKING:
-    from pyarrow.compute import Expression
+    from casa_assets.pipeline.reports.entry import Entry
 
-# Field of a condition -> columns that it is about.
-WORDS: Mapping[str, str] = {
-    "category": "category",
-    "verdict": "status",
-    "reason": "code",
-    "decide": "decide",
-    "source": "source",
-    "licence": "licence",
-    "author": "author",
-    "split": "split",
-    "producer": "producer",
-    "id": "id",
+# Field of a condition -> the words of an entry that it is about.
+WORDS: Mapping[str, Callable[[Entry], Sequence[str]]] = {
+    "category": lambda entry: (entry.category,),
+    "verdict": lambda entry: (entry.decision.value,),
+    "reason": lambda entry: (entry.code, *entry.advice),
+    "decide": lambda entry: entry.to_decide,
+    "source": lambda entry: (entry.source,),
+    "licence": lambda entry: (entry.licence,),
+    "author": lambda entry: (entry.author,),
+    "split": lambda entry: (entry.split,),
+    "producer": lambda entry: (entry.producer,),
+    "id": lambda entry: (entry.id,),
 }
-NUMBERS: Mapping[str, tuple[str, ...]] = {
-    "size": ("size_x_m", "size_y_m", "size_z_m"),
-    "mass": ("mass_kg",),
-    "faces": ("faces",),
-    "colliders": ("colliders",),
-    "warnings": ("warnings",),
+# Field of a condition -> the number of an entry that it is about; None where it has none.
+NUMBERS: Mapping[str, Callable[[Entry], float | None]] = {
+    "size": lambda entry: max(entry.summary.extents) if entry.summary else None,
+    "mass": lambda entry: entry.summary.mass if entry.summary else None,
+    "faces": lambda entry: entry.summary.faces if entry.summary else None,
+    "colliders": lambda entry: entry.summary.colliders if entry.summary else None,
+    "warnings": lambda entry: entry.warning_count,
 }
-# Column of several words -> whether a word of it is looked for beside the column of the field.
-LISTS: Mapping[str, str] = {"reason": "advice", "decide": "decide"}
+# Fields whose values are codes or subjects, and have no blanks.
+CODES = frozenset({"reason", "decide"})
+_COMPARE: Mapping[str, Callable[[Any, Any], bool]] = {
+    "=": operator.eq,
+    "!=": operator.ne,
+    ">": operator.gt,
+    ">=": operator.ge,
+    "<": operator.lt,
+    "<=": operator.le,
+}
 # Fields whose conditions look among rejected inputs, too; all others are about assets.
 OF_REJECTED = frozenset({"verdict", "reason", "id"})
 _FORM = re.compile(r"\s*([a-z]+)\s*(!=|>=|<=|=|>|<)\s*(.*\S)\s*", re.DOTALL)
@@ -74,7 +82,7 @@ def parse(text: str) -> Condition:
         raise BadCondition(f"--where {text!r} is no condition; {GRAMMAR}")
     name, compare, said = found.groups()
     if name in NUMBERS:
-        if len(NUMBERS[name]) > 1 and compare in ("=", "!="):
+        if name == "size" and compare in ("=", "!="):
             raise BadCondition(f"--where {text!r}: {name} is compared with >, >=, < or <=; {GRAMMAR}")
         return Condition(name, compare, (_number(text, said),))
     if name not in WORDS:
@@ -86,7 +94,7 @@ def parse(text: str) -> Condition:
     values = tuple(value.strip() for value in said.split(","))
     if name == "verdict" and (wrong := set(values) - set(Decision)):
         raise BadCondition(f"--where {text!r}: {min(wrong)!r} is no verdict; they are {', '.join(Decision)}")
-    if name in LISTS and (odd := [value for value in values if not re.fullmatch(r"[A-Za-z0-9_]+", value)]):
+    if name in CODES and (odd := [value for value in values if not re.fullmatch(r"[A-Za-z0-9_]+", value)]):
         raise BadCondition(f"--where {text!r}: {odd[0]!r} is no {name}; {GRAMMAR}")
     return Condition(name, compare, values)
 
@@ -108,69 +116,13 @@ def with_default(conditions: Sequence[Condition]) -> tuple[Condition, ...]:
     return (*conditions, Condition("verdict", "!=", (Decision.REJECTED.value,)))
 
 
-def to_sql(conditions: Sequence[Condition]) -> tuple[str, list[str | float]]:
-    """The conditions as an expression of SQL with question marks, and the values in their places."""
-    parts: list[str] = []
-    values: list[str | float] = []
-    for one in conditions:
-        if one.field in NUMBERS:
-            sides = [f"{column} {one.compare} ?" for column in NUMBERS[one.field]]
-            parts.append(f"({(' OR ' if _is_any(one) else ' AND ').join(sides)})")
-            values += one.values * len(sides)
-            continue
-        column, several = WORDS[one.field], LISTS.get(one.field)
-        sides = []
-        for value in one.values:
-            if column != several:
-                sides.append(f"{column} = ?")
-                values.append(value)
-            if several is not None:
-                sides.append(f"instr(' ' || {several} || ' ', ?) > 0")
-                values.append(f" {value} ")
-        parts.append(f"{'NOT ' if one.compare == '!=' else ''}({' OR '.join(sides)})")
-    return " AND ".join(parts) or "1", values
+def meets(entry: Entry, conditions: Sequence[Condition]) -> bool:
+    """True if an entry meets all conditions. A number that an entry lacks meets none."""
+    return all(_holds(entry, one) for one in conditions)
 
 
-def to_arrow(conditions: Sequence[Condition]) -> Expression | None:
-    """The conditions as an expression of Arrow; None where there is none."""
-    found = [_arrow(one) for one in conditions]
-    return reduce(lambda a, b: a & b, found) if found else None
-
-
-def _arrow(one: Condition) -> Expression:
-    import pyarrow.compute as pc
-
+def _holds(entry: Entry, one: Condition) -> bool:
     if one.field in NUMBERS:
-        sides = [_compared(pc.field(column), one.compare, one.values[0]) for column in NUMBERS[one.field]]
-        return reduce((lambda a, b: a | b) if _is_any(one) else (lambda a, b: a & b), sides)
-    options = list(_alternatives(one))
-    found = reduce(lambda a, b: a | b, options)
-    return ~found if one.compare == "!=" else found
-
-
-def _alternatives(one: Condition) -> Iterator[Expression]:
-    import pyarrow.compute as pc
-
-    column, several = WORDS[one.field], LISTS.get(one.field)
-    if column != several:
-        yield pc.field(column).isin(list(one.values))
-    if several is not None:
-        words = "|".join(map(str, one.values))
-        yield pc.match_substring_regex(pc.field(several), f"(^| )({words})( |$)")
-
-
-def _compared(field: Any, compare: str, value: str | float) -> Expression:
-    expression: Expression = {
-        "=": field == value,
-        "!=": field != value,
-        ">": field > value,
-        ">=": field >= value,
-        "<": field < value,
-        "<=": field <= value,
-    }[compare]
-    return expression
-
-
-def _is_any(one: Condition) -> bool:
-    """True where one of several columns is enough: the longest side is over a bound if any side is."""
-    return one.compare in (">", ">=")
+        number = NUMBERS[one.field](entry)
+        return number is not None and _COMPARE[one.compare](number, one.values[0])
+    return set(WORDS[one.field](entry)).isdisjoint(one.values) is (one.compare == "!=")

@@ -1,4 +1,4 @@
-"""Rows as Parquet: one file, or the parts of a folder over any number of libraries, written and read in streams.
+"""Entries as Parquet: the parts of a folder over any number of libraries, written in a stream.
 
     FOLDER/index.json                        which parts there are, of which library
     FOLDER/<library>_<hash>_<number>_<digest>.parquet    up to PART_ROWS rows of one library, by category and id
@@ -15,37 +15,71 @@ import json
 import os
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
 from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from pydantic import Field, ValidationError
+from pydantic import Field
 
 from casa_assets.errors import OutputError
 from casa_assets.model.record import Record, Sha256
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
 from casa_assets.pipeline.library import library as disk
-from casa_assets.pipeline.library.entry_files import file_inside
 from casa_assets.pipeline.library.entry_table import stream_entries
 from casa_assets.pipeline.optional_packages import require
 from casa_assets.pipeline.reports.entry import Entry
-from casa_assets.pipeline.tables.row import COLUMNS, TableRow, Value, values_of
 
 if TYPE_CHECKING:
     import pyarrow
-    from pyarrow.compute import Expression
 
+Value = str | float | int | None
+# Columns with their types in Arrow; a number is null where an entry has none.
+COLUMNS: dict[str, str] = {
+    "id": "string",
+    "status": "string",
+    "category": "string",
+    "code": "string",
+    "message": "string",
+    "path": "string",
+    "size_x_m": "float64",
+    "size_y_m": "float64",
+    "size_z_m": "float64",
+    "mass_kg": "float64",
+    "colliders": "int64",
+    "hull_vertices": "int64",
+    "faces": "int64",
+    "warnings": "int64",
+    "checks": "int64",
+    "checks_passed": "int64",
+    "checks_not_run": "int64",
+    "checks_not_applicable": "int64",
+    "source": "string",
+    "source_path": "string",
+    "source_sha256": "string",
+    "title": "string",
+    "author": "string",
+    "licence": "string",
+    "split": "string",
+    "digest": "string",
+    "producer": "string",
+    "cache_key": "string",
+    "portion": "string",
+    "uri": "string",
+    "prompt": "string",
+    "generator": "string",
+    "advice": "string",
+    "decide": "string",
+    "colors": "string",
+}
 NAME = "index.json"
 STATES = "table_states.json"
 # Rows that are sorted in memory at once, and that a reader has to have in memory at once.
 PART_ROWS, GROUP_ROWS = 200_000, 20_000
-# Rows that are turned into Arrow, or out of it, at once.
+# Rows that are turned into Arrow at once.
 BATCH_ROWS = 10_000
 COMPRESSION = "zstd"
-_ARROW_TYPES = {"TEXT": "string", "REAL": "float64", "INTEGER": "int64"}
 _PART_NAME = re.compile(r"[a-z0-9_]+_[0-9a-f]{8}_[0-9]{5}_[0-9a-f]{8}\.parquet")
 
 
@@ -139,6 +173,47 @@ def write_index(
     return WrittenParts(index, tuple(kept))
 
 
+def values_of(entry: Entry) -> tuple[Value, ...]:
+    """The values of COLUMNS of an entry."""
+    summary, checks = entry.summary, entry.checks
+    size: Sequence[float | None] = summary.extents if summary else (None, None, None)
+    return (
+        entry.id,
+        entry.decision.value,
+        entry.category,
+        entry.code,
+        entry.message,
+        entry.path,
+        *size,
+        summary.mass if summary else None,
+        summary.colliders if summary else None,
+        summary.hull_vertices if summary else None,
+        summary.faces if summary else None,
+        entry.warning_count,
+        checks.applying,
+        checks.passed,
+        checks.not_run,
+        checks.not_applicable,
+        entry.source,
+        entry.source_path,
+        entry.sha256,
+        entry.title,
+        entry.author,
+        entry.licence,
+        entry.split,
+        entry.digest,
+        entry.producer,
+        entry.cache_key,
+        entry.portion,
+        entry.uri,
+        entry.prompt,
+        entry.generator,
+        " ".join(entry.advice),
+        " ".join(entry.to_decide),
+        " ".join(f"{name}={share}" for name, share in entry.colors),
+    )
+
+
 def _write_parts(rows: Iterable[Sequence[Value]], own: disk.Library, library: str) -> Iterator[PartFile]:
     """Write rows of one library as parts; yields each once it is there.
 
@@ -165,78 +240,6 @@ def _write_parts(rows: Iterable[Sequence[Value]], own: disk.Library, library: st
         number += 1
 
 
-def write_file(rows: Iterable[Sequence[Value]], target: Path) -> int:
-    """Write rows of one library as one file, in their order; returns their number. Raises OutputError."""
-    require_parquet()
-    import pyarrow.parquet
-
-    fresh, count = target.with_name(f".{target.name}.{os.getpid()}"), 0
-    try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        with pyarrow.parquet.ParquetWriter(fresh, _schema(), compression=COMPRESSION) as writer:
-            stream = iter(rows)
-            while batches := list(_batches(islice(stream, GROUP_ROWS), "")):
-                table = pyarrow.Table.from_batches(batches)
-                writer.write_table(table)
-                count += len(table)
-        fresh.replace(target)
-    except OSError as error:
-        with suppress(OSError):
-            fresh.unlink()
-        raise OutputError(str(target), f"cannot be written: {error}") from error
-    return count
-
-
-def read_index(folder: Path) -> PartsIndex:
-    """The parts that a folder holds. Raises OutputError where it holds none, or the file is damaged."""
-    path = folder / NAME
-    if not os.path.lexists(path):
-        message = f"holds no {NAME}; give the folder that `casa-assets library index` wrote"
-        raise OutputError(str(folder), message)
-    file_inside(folder, NAME, path, "the file itself")
-    try:
-        index = PartsIndex.model_validate_json(path.read_bytes())
-    except ValidationError as error:
-        first = error.errors(include_url=False)[0]
-        place = ".".join(map(str, first["loc"]))
-        raise OutputError(str(path), f"is damaged at {place}: {first['msg']}; write the table again") from error
-    if list(index.columns) != _schema().names:
-        message = "was written by another version of casa-assets; write it again with `casa-assets library index`"
-        raise OutputError(str(path), message)
-    for part in _files(index):
-        file_inside(folder, part.name, path, "parts")
-    return index
-
-
-def read_rows(folder: Path, index: PartsIndex, condition: Expression | None = None) -> Iterator[TableRow]:
-    """The rows of all parts that meet a condition, part by part; few are in memory at once.
-
-    Args:
-        condition: row groups that cannot meet it are not read.
-    Raises:
-        OutputError: a part is damaged.
-    """
-    import pyarrow
-    import pyarrow.dataset
-
-    if not index.rows:
-        return
-    try:
-        found = pyarrow.dataset.dataset([str(folder / part.name) for part in _files(index)], schema=_schema())
-        # Threads would read ahead, which takes memory and, where a disk is what one waits for, no less time.
-        scanner = found.scanner(
-            filter=condition, batch_size=BATCH_ROWS, batch_readahead=1, fragment_readahead=1, use_threads=False
-        )
-        for batch in scanner.to_batches():
-            yield from _rows(batch)
-    except (pyarrow.ArrowException, OSError) as error:
-        raise OutputError(str(folder), f"cannot be read: {error}; write the table again") from error
-
-
-def _rows(batch: pyarrow.RecordBatch) -> Iterator[TableRow]:
-    return map(TableRow, *(batch.column(name).to_pylist() for name in _schema().names))
-
-
 def _batches(rows: Iterator[Sequence[Value]], library: str) -> Iterator[pyarrow.RecordBatch]:
     import pyarrow
 
@@ -252,12 +255,8 @@ def _batches(rows: Iterator[Sequence[Value]], library: str) -> Iterator[pyarrow.
 def _schema() -> pyarrow.Schema:
     import pyarrow
 
-    types = {name: pyarrow.type_for_alias(_ARROW_TYPES[kind.split()[0]]) for name, kind in COLUMNS.items()}
+    types = {name: pyarrow.type_for_alias(kind) for name, kind in COLUMNS.items()}
     return pyarrow.schema([*types.items(), ("library", pyarrow.string())])
-
-
-def _files(index: PartsIndex) -> list[PartFile]:
-    return [part for library in index.libraries for part in library.parts]
 
 
 def _relative(root: Path, folder: Path) -> str:
@@ -277,8 +276,8 @@ def _known(own: disk.Library) -> dict[str, tuple[str, LibraryParts]]:
     """The parts of each library and the state in which they were written; of those that are known."""
     try:
         said: Mapping[str, str] = json.loads((own.cache / STATES).read_text(encoding="utf-8"))
-        index = read_index(own.root)
-    except (OSError, ValueError, OutputError):
+        index = PartsIndex.model_validate_json((own.root / NAME).read_bytes())
+    except (OSError, ValueError):
         return {}
     if not isinstance(said, dict) or said.get("") != index.digest:  # the index is of another run
         return {}
@@ -292,7 +291,7 @@ def _publish(own: disk.Library, index: PartsIndex, states: Mapping[str, str]) ->
     _replace(own.cache / STATES, "{}")
     _replace(own.root / NAME, text)
     _replace(own.cache / STATES, json.dumps({**states, "": index.digest}))
-    named = {part.name for part in _files(index)}
+    named = {part.name for library in index.libraries for part in library.parts}
     for path in own.root.glob("*.parquet"):
         if path.name not in named and _PART_NAME.fullmatch(path.name):
             path.unlink(missing_ok=True)

@@ -20,7 +20,7 @@ main()
 def test_parquet_without_pyarrow(tmp_path: Path) -> None:
     library = tmp_path / "library"
     (library / ".casa").mkdir(parents=True)
-    command = ["index", "--library", str(library), "--parquet", str(tmp_path / "rows.parquet")]
+    command = ["library", "index", str(library), "--out", str(tmp_path / "tables")]
     done = subprocess.run(
         [sys.executable, "-c", WITHOUT_PYARROW, *command], capture_output=True, text=True, check=False
     )
@@ -28,4 +28,4 @@ def test_parquet_without_pyarrow(tmp_path: Path) -> None:
     assert "extra 'parquet'" in done.stderr
     assert "-m pip install" in done.stderr
     assert "Traceback" not in done.stderr
-    assert not (library / "index.sqlite").exists()
+    assert not (tmp_path / "tables").exists()

@@ -26,7 +26,7 @@ VERBS = [
     "scenes sample 1 --no-pictures --out {out}",
     "articulate {microwave} --up +z --front=-y --library {out}",
     "preview {library} --out {out}",
-    "index --library {library} --parquet {out}/rows.parquet",
+    "library index {library} --out {out}/tables",
     "export robocasa {library} --out {out}",
 ]
 

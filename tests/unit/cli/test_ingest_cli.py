@@ -34,7 +34,7 @@ def test_json_lines(boxes: Path) -> None:
         ("milk_carton.obj", "accepted", ""),
         ("twin.obj", "rejected", "RUN006"),
     ]
-    keys = {"status", "to_decide", "kept", "path", "id", "code", "message", "warnings", "count", "seconds", "dry_run"}
+    keys = {"status", "to_decide", "kept", "path", "id", "code", "message", "warnings", "count", "dry_run"}
     keys |= {"verdict", "folder", "mass", "size"}
     assert all(set(row) == keys for row in rows)
     for row in rows:
@@ -62,13 +62,10 @@ def test_all_accepted_is_exit_0(inputs: Path, tmp_path: Path) -> None:
     library = tmp_path / "library"
     assert called("ingest", inputs / "milk_carton.obj", "--library", library).returncode == 0
     assert called("report", "--library", library).returncode == 0
-    done = called("index", "--library", library, "--parquet", tmp_path / "rows.parquet")
-    assert done.returncode == 0
-    assert (tmp_path / "rows.parquet").exists()
     (certificate,) = library.glob("*/*/asset.json")
     certificate.write_text("{", encoding="utf-8")
-    for verb in ("index", "report"):
-        done = called(verb, "--library", library)
+    for words in (("find", "carton"), ("report",)):
+        done = called(*words, "--library", library)
         assert done.returncode == 2
         assert str(certificate) in done.stderr
 

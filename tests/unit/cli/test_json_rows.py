@@ -51,7 +51,6 @@ CASES = [
     Case("library push {library} {new}", MADE),
     Case("library pull {library} {new}", MADE),
     Case("fetch --lvis Mug --out {new}", MADE),
-    Case("index --library {library}", MADE),
     Case("report --library {library}", MADE),
     Case("library index {library} --out {new}", MADE),
     Case("find box --library {library}", MADE, measured=True),

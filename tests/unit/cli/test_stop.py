@@ -50,8 +50,7 @@ VERBS = {
     "scenes new galley --style rustic --out {out}": "pipeline.kitchens.scene_folders:build_with_options",
     "preview {folder} --out {out}": "pipeline.reports.pictures:draw",
     "report --library {folder}": "pipeline.reports.library_page:write",
-    "index --library {folder}": "pipeline.tables.index:rebuild",
-    "find mug --library {folder}": "pipeline.dedup.search:search_rows",
+    "find mug --library {folder}": "pipeline.dedup.search:search_entries",
     "export robocasa {folder} --out {out}": "pipeline.export_robocasa:export",
 }
 # One that works in workers and one that works in the program's own process; one of each signal.

@@ -6,12 +6,9 @@ import ast
 import json
 import re
 import shlex
-import sqlite3
 import subprocess
 from pathlib import Path
 
-from casa_assets.pipeline.library.library import Library
-from casa_assets.pipeline.tables import index
 from tests.architecture.test_commands import unknown
 from tests.documents import LANGUAGES, REASONS, ROOT, Block, blocks, indented, pages
 
@@ -61,13 +58,3 @@ def test_what_no_reader_of_the_pages_runs_parses() -> None:
             ast.parse(block.code, filename=str(block))
         if block.language == "json":
             assert json.loads(block.code), block
-
-
-def test_sql_runs_on_an_index(tmp_path: Path) -> None:
-    library = Library(tmp_path)
-    with library.locked():
-        index.rebuild(library)
-    (block,) = (b for b in BLOCKS if b.language == "sql")
-    with sqlite3.connect(next(tmp_path.glob("*.sqlite"))) as base:
-        for query in filter(None, map(str.strip, block.code.split(";"))):
-            base.execute(query)

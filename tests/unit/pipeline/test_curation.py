@@ -1,11 +1,10 @@
-"""Runs for curators: nothing written, one kind of reject again, folders that are watched, times of stages."""
+"""Runs for curators: nothing written, one kind of reject again, and inputs that have changed."""
 
 from __future__ import annotations
 
 import os
 import shutil
 from collections.abc import Callable
-from itertools import islice
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -14,9 +13,6 @@ import pytest
 from casa_assets.pipeline.ingest import survey_table
 from casa_assets.pipeline.ingest.job import Event
 from casa_assets.pipeline.ingest.run import Options, ingest
-from casa_assets.pipeline.ingest.stage_times import StageTimes, throughput
-from casa_assets.pipeline.ingest.stages import STAGES
-from casa_assets.pipeline.ingest.watch import settled_changes
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.entry_table import EntryTable
 from tests.libraries import BOXES, box_obj, tree
@@ -82,32 +78,17 @@ def test_rejects_and_reviews_are_worked_on_again(made: Made) -> None:
     assert made.again(again=frozenset({"MSH002"})) == [*KEPT[:2], ("sheet.obj", "rejected", "MSH002"), KEPT[3]]
 
 
-def test_times_of_stages_are_told_once(made: Made) -> None:
-    (seconds,) = (event.seconds for event in made.wet if event.path == "milk_carton.obj")
-    assert list(seconds) == [
-        "read",
-        *(stage.name for stage in STAGES),
-        "write",
-        "load MJCF",
-        "load USD",
-        "check",
-        "certify",
-    ]
-    assert all(value >= 0 for value in seconds.values())
-    assert [event.seconds for event in run(made.folder / "in", made.folder / "library")] == [{}] * 4
-
-
 def test_what_a_person_has_taken_away_or_decided_is_made_anew(made: Made) -> None:
     library = made.folder / "library"
     ids = {event.path: event.asset_id for event in made.wet}
     (layer,) = library.glob(f"*/*/usd/{ids['milk_carton.obj']}.usda")
     before = layer.read_bytes()
     layer.unlink()
-    (library / "index.sqlite").unlink()
+    (library / "ATTRIBUTION.md").unlink()
     EntryTable(disk.Library(library))  # another command looks at the library in the meantime
     assert made.again() == [("milk_carton.obj", "accepted", ""), *KEPT[1:]]
     assert layer.read_bytes() == before
-    assert (library / "index.sqlite").is_file()
+    assert (library / "ATTRIBUTION.md").is_file()
     shutil.rmtree(layer.parents[1])
     shutil.rmtree(library / "rejected" / ids["sheet.obj"])
     rows = (library / "review.csv").read_text(encoding="utf-8").splitlines()
@@ -121,16 +102,6 @@ def test_what_a_person_has_taken_away_or_decided_is_made_anew(made: Made) -> Non
     (box,) = (e for e in EntryTable(disk.Library(library)).entries if e.source_path == "qwxz.obj")
     assert box.category == "bread"
     assert {kind for _, kind, _ in made.again()} == {"kept"}
-
-
-def test_throughput_sums_up_over_inputs() -> None:
-    rows = throughput([{"load": 1.0, "clean": 0.5}, {"load": 3.0}, {}])
-    assert [(row.stage, row.inputs, row.seconds) for row in rows] == [("load", 2, 4.0), ("clean", 1, 0.5)]
-    assert rows[0].per_second == 0.5
-    times = StageTimes()
-    with pytest.raises(ValueError, match="x"), times.of("load"):
-        raise ValueError("x")
-    assert times.seconds["load"] >= 0
 
 
 @pytest.fixture
@@ -190,57 +161,3 @@ def test_a_table_of_surveys_that_is_none_is_made_anew(tmp_path: Path) -> None:
     (disk.Library(library).cache / survey_table.NAME).write_bytes(b"no table at all" * 100)
     (event,) = run(source, library)
     assert event.kind == "kept"
-
-
-def test_a_folder_is_watched_until_its_files_settle(tmp_path: Path) -> None:
-    source = tmp_path / "in"
-    (source / "library").mkdir(parents=True)
-    (source / "a.obj").write_text("v", encoding="ascii")
-    looks = 0
-
-    def pause() -> None:
-        """What happens between two looks: a file grows over three of them, then the library is written to."""
-        nonlocal looks
-        looks += 1
-        if looks in (3, 4, 5):
-            (source / "b.obj").write_text("v" * looks, encoding="ascii")
-        if looks > 5:
-            (source / "library" / "made.json").write_text("x" * looks, encoding="ascii")
-        if looks > 30:
-            raise KeyboardInterrupt
-
-    found: list[tuple[int, int]] = []
-
-    def watch() -> None:
-        for time_ns in settled_changes([source], source / "library", pause):
-            found.append((looks, time_ns))
-
-    with pytest.raises(KeyboardInterrupt):
-        watch()
-    assert [look for look, _ in found] == [1, 6]
-    assert all(state.stat().st_ctime_ns <= found[1][1] for state in (source / "a.obj", source / "b.obj"))
-    assert len(list(islice(settled_changes([source / "a.obj"], source / "library", lambda: None), 1))) == 1
-
-
-def test_what_has_changed_since_a_time_waits_for_the_next_run(tmp_path: Path) -> None:
-    (tmp_path / "in").mkdir()
-    for name in ("first", "second"):
-        (tmp_path / "in" / f"{name}.glb").write_bytes(b"glTF" + name.encode())
-        age(tmp_path / "in")
-    time_ns = (tmp_path / "in" / "first.glb").stat().st_ctime_ns
-    events = run(tmp_path / "in", tmp_path / "library", not_after_ns=time_ns)
-    assert [event.path for event in events] == ["first.glb"]
-    assert {event.path: event.kind for event in run(tmp_path / "in", tmp_path / "library")} == {
-        "first.glb": "kept",
-        "second.glb": "rejected",
-    }
-
-
-def test_an_input_waits_with_the_youngest_of_its_files(tmp_path: Path) -> None:
-    (tmp_path / "in" / "textures").mkdir(parents=True)
-    mesh = tmp_path / "in" / "milk_carton.obj"
-    mesh.write_text("mtllib milk_carton.mtl\n" + box_obj(BOXES["milk_carton"]), encoding="ascii")
-    age(tmp_path / "in")
-    (tmp_path / "in" / "milk_carton.mtl").write_text("newmtl a\n", encoding="ascii")
-    assert run(tmp_path / "in", tmp_path / "library", not_after_ns=mesh.stat().st_ctime_ns) == []
-    assert not list((tmp_path / "library").glob("*/*/*.json"))

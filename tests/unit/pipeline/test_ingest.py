@@ -223,7 +223,7 @@ def test_very_many_bad_rows_cost_one_file(tmp_path: Path) -> None:
     assert (events[-1].count, events[-1].code, events[-1].total) == (5000 - MAX_ROWS_PER_FILE, "SRC020", 5000)
     assert tally(events) == {"rejected": 5000, "kept": 0, "all": 5000}
     files = [path for path in library.rglob("*") if path.is_file() and ".casa" not in path.parts]
-    assert {path.name for path in files} == {"rows.jsonl", "index.sqlite", "library.json", "ATTRIBUTION.md"}
+    assert {path.name for path in files} == {"rows.jsonl", "library.json", "ATTRIBUTION.md"}
     assert (library / "rejected" / "rows.jsonl").stat().st_size < 50_000
     listed = list(entries(Library(library)))
     assert len(listed) == MAX_ROWS_PER_FILE + 1

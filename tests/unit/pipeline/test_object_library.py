@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
-import sqlite3
 from collections import Counter
-from contextlib import closing
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +12,7 @@ import pytest
 
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.provenance import split_of
+from casa_assets.pipeline.dedup.search import entries_that
 from casa_assets.pipeline.export_robocasa import ExportResult, export
 from casa_assets.pipeline.families.loose_objects import PROPORTION_STEP, shape_digest
 from casa_assets.pipeline.families.run import (
@@ -52,14 +51,13 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 class TestLibrary:
-    def test_every_member_is_an_entry_and_a_row_of_the_index(self, library: Path) -> None:
+    def test_every_member_is_an_entry_and_a_row(self, library: Path) -> None:
         folders = list(disk.Library(library).accepted())
         assert Counter(f.parent.name for f in folders) == dict.fromkeys(NAMES, COUNT)
-        with closing(sqlite3.connect(library / "index.sqlite")) as index:
-            rows = index.execute("SELECT id, producer, split FROM entries ORDER BY id").fetchall()
-        assert [row[0] for row in rows] == sorted(f.name for f in folders)
-        assert {row[1] for row in rows} == {"family"}
-        assert {row[2] for row in rows} <= {"train", "test"}
+        rows = list(entries_that(disk.Library(library), ()))
+        assert sorted(row.id for row in rows) == sorted(f.name for f in folders)
+        assert {row.producer for row in rows} == {"family"}
+        assert {row.split for row in rows} <= {"train", "test"}
         assert json.loads((library / "library.json").read_text())["report"]["subject"]
 
     def test_what_is_missing_is_made_anew_to_the_same_bytes(self, library: Path, tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from casa_assets.ingest.sources.stores.address import root_of
+from casa_assets.ingest.sources.places import root_of
 from casa_assets.pipeline.ingest.run import Options, ingest
 from casa_assets.pipeline.ingest.shards.record import NAME as SHARD_RECORD
 from casa_assets.pipeline.ingest.shards.shard import Shard

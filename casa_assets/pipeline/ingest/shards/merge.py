@@ -35,7 +35,6 @@ from casa_assets.pipeline.library.copy_entry import copy_accepted, copy_refused
 from casa_assets.pipeline.library.derived_files import write_reports
 from casa_assets.pipeline.library.entry_table import EntryTable, stream_entries
 from casa_assets.pipeline.library.identity import Identity, Producer
-from casa_assets.pipeline.library.run_times import read_costs, read_times
 
 
 def merge(
@@ -114,11 +113,8 @@ class ShardAnswers:
         shards = {shard.root: shard for shard in self._made_in.values()}
         keys = {root: _keys(shard) for root, shard in shards.items()}
         folders = [self._folder(job, keys[self._made_in[job.survey.sha256].root]) for job in jobs]
-        seconds = {root: read_times(shard) for root, shard in shards.items()}
-        costs = {root: read_costs(shard) for root, shard in shards.items()}
         for number, (job, folder) in enumerate(zip(jobs, folders, strict=True)):
-            outcome = self._staged(job, folder, seconds[folder.parents[1]].get(job.asset_id, {}))
-            yield number, replace(outcome, cost=costs[folder.parents[1]].get(job.asset_id))
+            yield number, self._staged(job, folder)
 
     def _folder(self, job: Job, keys: dict[str, str]) -> Path:
         """Folder of the entry of an input in its shard."""
@@ -132,21 +128,21 @@ class ShardAnswers:
             raise OutputError(str(root), f"{message}; copy {self._library.root / review.NAME} there, run it again")
         raise OutputError(str(root), f"holds no whole entry of {path}; run this shard again")
 
-    def _staged(self, job: Job, folder: Path, seconds: dict[str, float]) -> Outcome:
+    def _staged(self, job: Job, folder: Path) -> Outcome:
         """The outcome of an input with a copy of its entry. Raises OutputError where the entry is another's."""
         wanted = Identity(Producer.INGEST, job.survey.sha256)
         if folder.parent.name == disk.REJECTED:
             refusal = disk.read_refusal(folder)
             _check_identity(folder, Identity(refusal.producer, refusal.sha256), wanted)
             staged = copy_refused(folder, self._library)
-            return Outcome(False, refusal.code, refusal.message, staged=staged, seconds=seconds)
+            return Outcome(False, refusal.code, refusal.message, staged=staged)
         manifest = disk.read_manifest(folder)
         _check_identity(folder, manifest.identity, wanted)
         staged = copy_accepted(folder, manifest.certificate, self._library)
         warnings = tuple(i for i in manifest.certificate.report.issues if i.severity is Severity.WARNING)
         # All that is asked about the entry from here on is told by what was read once.
         manifest = replace(manifest, folder=staged)
-        return Outcome(True, warnings=warnings, staged=staged, seconds=seconds, manifest=manifest)
+        return Outcome(True, warnings=warnings, staged=staged, manifest=manifest)
 
 
 def _check_identity(folder: Path, found: Identity | None, wanted: Identity) -> None:

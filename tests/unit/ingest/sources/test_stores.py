@@ -14,15 +14,14 @@ import pytest
 
 from casa_assets.errors import CasaError, Rejected
 from casa_assets.ingest import rejection_codes as codes
-from casa_assets.ingest.sources import Found, Refused, collect, discover
-from casa_assets.ingest.sources.stores import client, folder
-from casa_assets.ingest.sources.stores.address import StoreRoot, hide_secrets, root_of
+from casa_assets.ingest.sources import Found, Refused, collect, discover, stores
+from casa_assets.ingest.sources.places import StoreRoot, hide_secrets, root_of
 from casa_assets.pipeline.cache import cache_key
+from casa_assets.pipeline.dedup import library_report
 from casa_assets.pipeline.ingest.discover_inputs import LIBRARY_FILES, discover_inputs
 from casa_assets.pipeline.ingest.refused_rows import is_below
 from casa_assets.pipeline.ingest.survey import state_of
 from casa_assets.pipeline.reports import attribution
-from casa_assets.pipeline.tables import index
 from tests.format_files import tarred, zipped
 from tests.mesh_files import LIMITS, OBJ_TRIANGLE, QUARTERS, Gltf, png
 from tests.source_stores import PROTOCOL, TrialSystem, put, web_server
@@ -37,7 +36,7 @@ ROOT = f"{PROTOCOL}://data/things"
 @pytest.fixture(autouse=True)
 def sound(monkeypatch: pytest.MonkeyPatch) -> None:
     TrialSystem.begin()
-    monkeypatch.setattr(client, "PAUSE_S", 0.001)
+    monkeypatch.setattr(stores, "PAUSE_S", 0.001)
 
 
 def make_tree(root: Path) -> Path:
@@ -171,8 +170,7 @@ def test_one_object_that_fails_takes_no_other_with_it(error: Exception, code: st
 def test_a_call_without_an_answer_ends(monkeypatch: pytest.MonkeyPatch) -> None:
     write(a__obj=OBJ)
     (one,) = found_on()
-    monkeypatch.setattr(client.steady, "__defaults__", (0.05,))
-    monkeypatch.setattr(folder._Store.ask, "__defaults__", (0.05,))
+    monkeypatch.setattr(stores, "REQUEST_S", 0.05)
     TrialSystem.before = staticmethod(lambda name, _path: time.sleep(0.3 if name == "cat_file" else 0))
     begin = time.monotonic()
     with pytest.raises(Rejected, match="no answer within") as refused:
@@ -211,7 +209,7 @@ def test_no_more_is_read_than_an_input_may_have() -> None:
 
 
 def test_large_objects_come_in_pieces(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(folder, "PIECE_BYTES", 1000)
+    monkeypatch.setattr(stores, "PIECE_BYTES", 1000)
     for size in (999, 1000, 1001, 2000, 3500):
         write(a__obj=OBJ.ljust(size, b"#"))
         (one,) = found_on()
@@ -325,7 +323,7 @@ def test_the_state_of_objects_changes_with_them() -> None:
     write(a__obj=OBJ)
     (one,) = found_on()
     assert states(one)[f"{ROOT}/a.obj"] != before[f"{ROOT}/a.obj"]
-    assert state_of(f"{PROTOCOL}://elsewhere/x") == folder.UNKNOWN
+    assert state_of(f"{PROTOCOL}://elsewhere/x") == stores.UNKNOWN
 
 
 def test_refused_rows_are_known_by_their_file(tmp_path: Path) -> None:
@@ -337,7 +335,7 @@ def test_refused_rows_are_known_by_their_file(tmp_path: Path) -> None:
 
 
 def test_a_library_on_a_store_is_no_source_below_a_root() -> None:
-    assert LIBRARY_FILES == (index.NAME, attribution.NAME)
+    assert LIBRARY_FILES == (library_report.NAME, attribution.NAME)
     write(a__obj=OBJ)
     for name in (*LIBRARY_FILES, "mug/mug_1/meshes/b.obj", "near.obj"):
         TrialSystem().pipe_file(f"{ROOT}/library/{name}", OBJ)

@@ -19,7 +19,7 @@ from casa_assets.ingest.load import load
 from casa_assets.ingest.sources import Found, Refused, collect, discover
 from casa_assets.ingest.sources.containers import table, tabled
 from casa_assets.ingest.sources.containers.place import place_of
-from casa_assets.ingest.sources.stores.address import root_of
+from casa_assets.ingest.sources.places import root_of
 from casa_assets.model.ingest.source import SourceKind
 from tests.mesh_files import LIMITS, OBJ_TRIANGLE
 from tests.source_stores import TrialSystem, put

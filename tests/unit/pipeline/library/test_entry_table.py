@@ -34,7 +34,7 @@ from tests.unit.pipeline.test_alike import COPY, FIRST, LARGE, OTHER
 
 pytestmark = pytest.mark.content("code", "pipeline.library", keep=0)
 
-BOOKS = ("index.sqlite", "library.json", "ATTRIBUTION.md")
+BOOKS = ("library.json", "ATTRIBUTION.md")
 
 
 @pytest.fixture

@@ -13,7 +13,6 @@ from casa_assets.pipeline.ingest import unreadable_inputs
 from casa_assets.pipeline.library.identity import Producer
 from casa_assets.pipeline.library.library import Library, Refusal, read_refusal, write_refusal
 from casa_assets.pipeline.reports.entry import entries
-from casa_assets.pipeline.tables import index
 
 HOSTILE = 'new\nline "quoted" <b>bold</b> [red]red[/] | \x1b[31m \u202e'
 
@@ -67,7 +66,7 @@ def test_the_last_entry_takes_its_folder_along(library: Library) -> None:
 def test_sweep_leaves_entries_and_cache(library: Library) -> None:
     target = publish(library, refusal())
     (library.cache / "ab").mkdir(parents=True)
-    (library.private / "index.sqlite.77-wal").write_bytes(b"half")
+    (library.private / "review.csv.77").write_bytes(b"half")
     library.stage("mug_0123456789")
     library.sweep()
     assert sorted(p.name for p in library.private.iterdir()) == ["cache", "lock", "staging"]
@@ -100,7 +99,7 @@ def test_a_damaged_refusal_is_named(library: Library, text: str) -> None:
 def test_hostile_words_survive(library: Library) -> None:
     target = publish(library, refusal(message=HOSTILE, path=HOSTILE))
     assert read_refusal(target) == refusal(message=HOSTILE, path=HOSTILE)
-    assert index.rebuild(library) == 1
+    assert [entry.message for entry in entries(library)] == [HOSTILE]
 
 
 def test_bytes_that_are_no_text_are_escaped() -> None:

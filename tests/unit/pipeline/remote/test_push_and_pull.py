@@ -12,14 +12,9 @@ import pytest
 
 from casa_assets.errors import OutputError
 from casa_assets.pipeline.library import library as disk
-from casa_assets.pipeline.library import review
-from casa_assets.pipeline.library.remote import remote_folder
-from casa_assets.pipeline.library.remote.change import Change, Extra
-from casa_assets.pipeline.library.remote.pull import pull
-from casa_assets.pipeline.library.remote.push import push
-from casa_assets.pipeline.library.remote.remote_folder import RemoteFolder
-from casa_assets.pipeline.library.remote.remote_library import UNFINISHED, RemoteLibrary
-from casa_assets.pipeline.library.remote.writer_lock import WriterLock
+from casa_assets.pipeline.library import remote_folder, review
+from casa_assets.pipeline.library.remote import UNFINISHED, Change, Extra, RemoteLibrary, pull, push
+from casa_assets.pipeline.library.remote_folder import RemoteFolder, WriterLock
 from tests.faulty_stores import ROOT, FaultyStore, Killed
 from tests.libraries import entries_of
 from tests.sharded_inputs import public_differences
@@ -254,7 +249,7 @@ def test_a_manifest_that_was_cut_off_takes_no_place(library: disk.Library, tmp_p
     store.pipe_file(f"{ROOT}/{path}", store.content[path][:200])
     assert "failed" in kinds(pulled(store, library, Extra.KEEP))
     assert files_of(library) == whole
-    with pytest.raises(OutputError, match="is damaged; push the entry again"):
+    with pytest.raises(OutputError, match="is damaged; make or push the entry again"):
         pulled(store, disk.Library(tmp_path / "other"))
     pushed(library, store)
     assert public(store) == whole
@@ -312,7 +307,7 @@ def test_an_unfinished_library_is_not_pulled_unasked(library: disk.Library, tmp_
         pulled(store, other)
     pulled(store, other, is_partial=True)
     assert 0 < len(entries_of(other.root)) < len(entries_of(library.root))
-    assert (other.root / "index.sqlite").is_file()
+    assert (other.root / "ATTRIBUTION.md").is_file()
 
 
 def test_no_decision_is_lost_unasked(library: disk.Library, tmp_path: Path) -> None:

@@ -12,12 +12,9 @@ import pytest
 from casa_assets.errors import OutputError
 from casa_assets.pipeline.ingest.job import Event
 from casa_assets.pipeline.library import library as disk
-from casa_assets.pipeline.library.remote import remote_folder
-from casa_assets.pipeline.library.remote.entry_list import manifest_name
-from casa_assets.pipeline.library.remote.push import books_at
-from casa_assets.pipeline.library.remote.remote_library import UNFINISHED
-from casa_assets.pipeline.library.remote.stored_run import StoredRun
-from casa_assets.pipeline.library.remote.writer_lock import WriterLock
+from casa_assets.pipeline.library import remote_folder
+from casa_assets.pipeline.library.remote import UNFINISHED, StoredRun, books_at, manifest_name
+from casa_assets.pipeline.library.remote_folder import WriterLock
 from tests.faulty_stores import FaultyStore, Killed
 from tests.libraries import BOXES
 from tests.sharded_inputs import public_differences

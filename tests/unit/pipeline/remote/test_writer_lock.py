@@ -10,9 +10,8 @@ from pathlib import Path
 import pytest
 
 from casa_assets.errors import OutputError
-from casa_assets.pipeline.library.remote import writer_lock
-from casa_assets.pipeline.library.remote.remote_folder import RemoteFolder
-from casa_assets.pipeline.library.remote.writer_lock import FOLDER, Writer, WriterLock, hold
+from casa_assets.pipeline.library import remote_folder
+from casa_assets.pipeline.library.remote_folder import WRITERS, RemoteFolder, Writer, WriterLock, hold
 from tests.faulty_stores import ROOT, FaultyStore
 
 SILENCE_S = 0.4
@@ -29,7 +28,7 @@ def quick(folder: RemoteFolder) -> WriterLock:
 def leave(store: FaultyStore, **words: object) -> None:
     """What a run of another machine left."""
     writer = Writer.own().replace(**{"boot": "another", "host": "node7", **words})
-    store.pipe_file(f"{ROOT}/{FOLDER}/0000.json", writer.model_dump_json().encode())
+    store.pipe_file(f"{ROOT}/{WRITERS}/0000.json", writer.model_dump_json().encode())
 
 
 def test_a_second_writer_is_refused_and_the_first_goes_on() -> None:
@@ -82,7 +81,7 @@ def test_a_silent_run_of_another_machine_is_waited_for_by_the_own_clock() -> Non
     leave(store, beat=10**9)
     folder = folder_on(store)
     with hold(folder, told.append, quick(folder)):
-        assert f"{FOLDER}/0000.json" not in store.content
+        assert f"{WRITERS}/0000.json" not in store.content
     assert "node7" in told[0]
 
 
@@ -103,15 +102,15 @@ def test_a_run_of_another_machine_that_goes_on_is_not_disturbed() -> None:
         pass
     ended.set()
     thread.join()
-    assert list(store.content) == [f"{FOLDER}/0000.json"]
+    assert list(store.content) == [f"{WRITERS}/0000.json"]
 
 
 def test_what_is_no_writer_is_removed_after_the_same_time() -> None:
     store = FaultyStore()
-    store.pipe_file(f"{ROOT}/{FOLDER}/0000.json", b"{")
+    store.pipe_file(f"{ROOT}/{WRITERS}/0000.json", b"{")
     folder = folder_on(store)
     with hold(folder, lock=quick(folder)):
-        assert f"{FOLDER}/0000.json" not in store.content
+        assert f"{WRITERS}/0000.json" not in store.content
 
 
 def test_a_run_that_stood_still_finds_that_it_was_replaced(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -122,8 +121,8 @@ def test_a_run_that_stood_still_finds_that_it_was_replaced(monkeypatch: pytest.M
         lock.check()
         for path in store.content:
             store.rm_file(f"{ROOT}/{path}")
-        clock = writer_lock._clock
-        monkeypatch.setattr(writer_lock, "_clock", lambda: clock() + SILENCE_S)
+        clock = remote_folder._clock
+        monkeypatch.setattr(remote_folder, "_clock", lambda: clock() + SILENCE_S)
         with pytest.raises(OutputError, match="another run has taken the library over"):
             lock.check()
     assert store.content == {}

@@ -19,7 +19,6 @@ from casa_assets.model.asset.provenance import Guess
 from casa_assets.model.issue import CheckResult, Issue, Report, Severity, Status, tally
 from casa_assets.pipeline.library.entry_files import thumbnail_of
 from casa_assets.pipeline.library.library import Summary
-from casa_assets.pipeline.library.run_times import Cost
 from casa_assets.pipeline.reports import findings as told_of
 from casa_assets.pipeline.reports import library_page
 from casa_assets.pipeline.reports.entry import Entry
@@ -83,7 +82,7 @@ def findings(entries: Sequence[Entry], before: Sequence[Entry] | None = None, *c
     totals = told_of.Totals(entries)
     counts = told_of.counts(totals, fits, compared)
     outcomes = judge([parse(text, {"SRC003"}) for text in conditions], counts, totals.codes)
-    return Findings("Run", ".", tuple(entries), fits, {}, None, compared, outcomes)
+    return Findings("Run", ".", tuple(entries), fits, None, compared, outcomes)
 
 
 def render(found: Findings, words: Words = WORDS, links: dict[str, str] | None = None) -> str:
@@ -158,8 +157,7 @@ def test_a_mark_that_nearly_all_assets_have_is_no_mark() -> None:
 
 
 def test_details_tell_advice_from_failure() -> None:
-    one = entry(word="why")
-    found = row_of(one, dataclasses.replace(findings([one]), seconds={one.id: {"load": 0.25}}))["more"]
+    found = row_of(entry(word="why"))["more"]
     assert [(r[0], r[1]) for r in found["results"]] == [
         ("AST001", 1),
         ("AST002", 0),
@@ -169,7 +167,6 @@ def test_details_tell_advice_from_failure() -> None:
     ]
     assert found["results"][0] == ["AST001", 1, 0.123457, 1.0, "m", ""]
     assert found["files"][0] == ["MJCF", "./model.xml"]
-    assert found["seconds"] == {"load": 0.25}
     assert found["guesses"] == [["scale", "why", 0.8, "why"]]
 
 
@@ -320,33 +317,3 @@ def test_what_is_said_of_the_library_as_a_whole_is_text() -> None:
     assert [e.text for e in found.xpath(".//em")] == ["1 found", "passed", "not run: no weights"]
     assert found.xpath(".//script | .//img") == []
     assert render_library_section(None, {}) == render_library_section(Report(subject="library"), {}) == ""
-
-
-def test_the_cost_and_its_tail() -> None:
-    entries = [entry(f"mug_{number}") for number in range(40)]
-    costs = {one.id: Cost(1.0, 10**9, 10**6, 1.5) for one in entries}
-    costs[entries[3].id] = Cost(61.0, 2 * 10**9, 10**6, 1.5)
-    seconds = {one.id: {"load": costs[one.id].cpu_s} for one in entries}
-    found = dataclasses.replace(findings(entries), costs=costs, seconds=seconds)
-    content = told_of.content(found, WORDS)
-    assert content["cost"] == {
-        "inputs": 40,
-        "core_hours": pytest.approx(100 / 3600, rel=1e-3),
-        "tail_share": 0.62,
-        "written_bytes": 40 * 10**6,
-        "longest": {"id": entries[3].id, "cpu_s": 61.0},
-        "largest": {"id": entries[3].id, "peak_bytes": 2 * 10**9},
-    }
-    (stage,) = content["times"]
-    assert (stage["p95_s"], stage["tail_share"], stage["slowest"][0]["id"]) == (1.0, 0.62, entries[3].id)
-    text = render(found)
-    assert "0.0278 core-hours for 40 inputs" in text
-    assert "the slowest twentieth of them took 62 % of it" in " ".join(text.split())
-
-
-def test_of_few_entries_the_slowest_one_is_the_tail() -> None:
-    entries = [entry(f"mug_{number}") for number in range(4)]
-    costs = {one.id: Cost(1.0, 10**9, 10**6, 1.5) for one in entries}
-    text = render(dataclasses.replace(findings(entries), costs=costs))
-    assert "the slowest of them took 25 % of it" in " ".join(text.split())
-    assert told_of.content(findings(entries), WORDS)["cost"] is None

@@ -16,7 +16,6 @@ from casa_assets.pipeline.library.library import Library
 from casa_assets.pipeline.reports import (
     catalogue,
     findings,
-    home,
     kitchen_report,
     kitchens,
     library_page,
@@ -33,7 +32,6 @@ PAGES = {
     "kitchens/report.html": kitchen_report,
     "kitchens/index.html": kitchens,
     "catalogue/catalogue.html": catalogue,
-    "home/page.html": home,
     "articulate/review.html": review_page,
     "review/page.html": review,
     "view/page.html": server,
@@ -44,7 +42,7 @@ APPLE = catalogue.DrawnCategory("apple", HOSTILE, (0.15, 0.2), (0.07, 0.08), (90
 
 def pages() -> dict[str, str]:
     row = kitchens.SceneRow("galley__rustic", "galley", "rustic")
-    found = findings.Findings(HOSTILE, ".", (), (), {}, None)
+    found = findings.Findings(HOSTILE, ".", (), (), None)
     return {
         "library": library_page.render(found, Words({}, {}), []),
         "kitchens": kitchens.index_page([kitchens.SceneCard(row, 1, 1)], HOSTILE),

@@ -93,7 +93,6 @@ def test_three_shards_are_one_run(made: Made, tmp_path: Path) -> None:
     events = list(merge(made.shards, tmp_path / "library"))
     assert public_differences(made.one, tmp_path / "library") == []
     assert {event.total for event in events} == {len(events)} == {16}
-    assert all(event.seconds for event in events if event.kind == "accepted"), "times of stages are taken along"
     before = {path: path.stat().st_mtime_ns for path in (tmp_path / "library").rglob("*") if ".casa" not in path.parts}
     again = list(merge(made.shards[::-1], tmp_path / "library"))
     assert {event.kind for event in again} == {"kept"}
@@ -418,8 +417,6 @@ def test_the_command_line(bare: Made, tmp_path: Path) -> None:
     done = casa_here("ingest", bare.source, "--shard", "3/2", "--library", tmp_path / "x")
     assert done.returncode == 2
     assert "i from 1 to n" in done.stderr
-    done = casa_here("ingest", bare.source, "--shard", "1/2", "--watch", "--library", tmp_path / "x")
-    assert done.returncode == 2
     many = next(f"{i}/50" for i in range(1, 51) if all(index_of(f"{n}.glb", 50) != i for n in range(4, 8)))
     done = casa_here("ingest", bare.source, "--shard", many, "--library", tmp_path / "x", "--jobs", 1)
     assert (done.returncode, f"shard {many} has none of the inputs" in done.stdout) == (0, True), done.stderr

@@ -1,4 +1,4 @@
-"""Tables of entries in SQLite and in Parquet parts: the same answers, the same bytes, kept where nothing changed."""
+"""Conditions on entries, and their tables in Parquet parts: the same bytes, kept where nothing changed."""
 
 from __future__ import annotations
 
@@ -6,18 +6,18 @@ import json
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 import pyarrow.parquet
 import pytest
 
 from benchmarks.books import synthetic_entries
 from casa_assets.errors import CasaError, OutputError
-from casa_assets.pipeline.dedup.search import search_rows
+from casa_assets.pipeline.dedup.search import entries_that, search_entries
 from casa_assets.pipeline.library.library import Library
 from casa_assets.pipeline.reports.entry import Entry
-from casa_assets.pipeline.tables import index, parquet
-from casa_assets.pipeline.tables.conditions import BadCondition, Condition, parse, to_arrow, with_default
-from casa_assets.pipeline.tables.row import TableRow
+from casa_assets.pipeline.tables import parquet
+from casa_assets.pipeline.tables.conditions import BadCondition, Condition, meets, parse, with_default
 from tests.assets import ball, rigid_mug
 from tests.built_libraries import keep
 
@@ -39,20 +39,15 @@ CONDITIONS = [
 ]
 
 
-@pytest.fixture(scope="module")
-def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A library with an index, and a table of it; only to read."""
-    folder = tmp_path_factory.mktemp("tables")
-    library = Library(folder / "library")
-    library.private.mkdir(parents=True)
-    index.rebuild(library, synthetic_entries(COUNT))
-    parquet.write_index([library], folder / "tables", entries_of=lambda _: synthetic_entries(COUNT))
-    return folder
+def rows_in(tables: Path) -> list[dict[str, Any]]:
+    """The rows of a table, in the order of its parts; read by pyarrow, as others do."""
+    said = json.loads((tables / "index.json").read_text(encoding="utf-8"))
+    names = [part["name"] for library in said["libraries"] for part in library["parts"]]
+    return [row for name in names for row in pyarrow.parquet.read_table(tables / name).to_pylist()]
 
 
-def of_parts(made: Path, conditions: Sequence[Condition] = ()) -> list[TableRow]:
-    tables = made / "tables"
-    return list(parquet.read_rows(tables, parquet.read_index(tables), to_arrow(conditions)))
+def fitting(conditions: Sequence[Condition] = ()) -> list[Entry]:
+    return [entry for entry in synthetic_entries(COUNT) if meets(entry, conditions)]
 
 
 def expected(texts: Sequence[str]) -> set[str]:
@@ -82,51 +77,43 @@ def expected(texts: Sequence[str]) -> set[str]:
     return {e.id for e in entries if all(tests[text](e) for text in texts)}
 
 
-def test_both_tables_find_what_fits(subtests: pytest.Subtests, made: Path) -> None:
+def test_conditions_find_what_fits(subtests: pytest.Subtests) -> None:
     for texts in CONDITIONS:
         with subtests.test(texts=texts):
-            conditions = with_default([parse(text) for text in texts])
-            rows = list(index.rows(Library(made / "library"), conditions))
-            assert {row.id for row in rows} == expected(texts)
-            assert rows, "a condition that nothing meets tells nothing"
-            assert sorted((row.id, row.message, row.summary) for row in of_parts(made, conditions)) == sorted(
-                (row.id, row.message, row.summary) for row in rows
-            )
+            found = fitting(with_default([parse(text) for text in texts]))
+            assert {entry.id for entry in found} == expected(texts)
+            assert found, "a condition that nothing meets tells nothing"
 
 
-def test_a_row_says_what_its_entry_says(made: Path) -> None:
-    rows = {row.id: row for row in of_parts(made)}
+def test_a_row_says_what_its_entry_says(tmp_path: Path) -> None:
+    library = Library(tmp_path / "library")
+    library.private.mkdir(parents=True)
+    parquet.write_index([library], tmp_path / "tables", entries_of=lambda _: synthetic_entries(COUNT))
+    rows = {row["id"]: row for row in rows_in(tmp_path / "tables")}
     assert len(rows) == COUNT
     for entry in synthetic_entries(COUNT):
-        row = rows[entry.id]
-        for name in ("category", "path", "code", "message", "colors"):
-            assert getattr(row, name) == getattr(entry, name), name
-        assert (row.status, row.warnings) == (entry.decision.value, entry.warning_count)
-        assert (row.advice_codes.split(), row.decide.split()) == ([*entry.advice], [*entry.to_decide])
-        checks = (row.checks_passed, row.checks_applying, row.checks_not_run, row.checks_not_applicable)
-        told = entry.checks
-        assert checks == (told.passed, told.applying, told.not_run, told.not_applicable)
-        if entry.summary is None:
-            assert row.summary is None
-        else:
-            assert row.summary is not None
-            assert (row.summary.extents, row.summary.mass) == (entry.summary.extents, entry.summary.mass)
+        row, told, summary = rows[entry.id], entry.checks, entry.summary
+        same = ("category", "path", "code", "message", "title", "author", "licence", "split", "source", "digest")
+        assert {name: row[name] for name in same} == {name: getattr(entry, name) for name in same}
+        assert (row["status"], row["warnings"]) == (entry.decision.value, entry.warning_count)
+        assert (row["advice"].split(), row["decide"].split()) == ([*entry.advice], [*entry.to_decide])
+        assert row["colors"] == " ".join(f"{name}={share}" for name, share in entry.colors)
+        checks = [row[name] for name in ("checks_passed", "checks", "checks_not_run", "checks_not_applicable")]
+        assert checks == [told.passed, told.applying, told.not_run, told.not_applicable]
+        sizes = [row[name] for name in ("size_x_m", "size_y_m", "size_z_m", "mass_kg", "faces", "colliders")]
+        numbers = (*summary.extents, summary.mass, summary.faces, summary.colliders) if summary else (None,) * 6
+        assert sizes == [*numbers]
 
 
-def test_words_find_the_same_in_both(subtests: pytest.Subtests, made: Path) -> None:
+def test_words_find_the_best_and_tell_how_many_fit(subtests: pytest.Subtests, tmp_path: Path) -> None:
     for words in ["", "red mugs", "fruit", "antique"]:
         with subtests.test(words=words):
-            conditions = with_default([parse("mass>0.01")])
-            found = [
-                search_rows(rows, made, words, 7)
-                for rows in (index.rows(Library(made / "library"), conditions), of_parts(made, conditions))
-            ]
-            told = [[(hit.id, hit.score, hit.reason) for hit in one.hits] for one in found]
-            assert told[0] == told[1]
-            assert len(told[0]) == 7
-            assert found[0].count == found[1].count > 7
+            some = fitting(with_default([parse("mass>0.01")]))
+            found, every = (search_entries(some, tmp_path, words, most) for most in (7, COUNT))
+            assert found.hits == every.hits[:7]
+            assert found.count == every.count == len(every.hits) > 7
             if not words:
-                assert told[0] == sorted(told[0])
+                assert [hit.id for hit in every.hits] == sorted(entry.id for entry in some)
 
 
 def test_what_is_no_condition_is_told(subtests: pytest.Subtests) -> None:
@@ -144,11 +131,9 @@ def test_what_is_no_condition_is_told(subtests: pytest.Subtests) -> None:
             parse(text)
 
 
-def test_hostile_values_are_only_compared(made: Path) -> None:
+def test_hostile_values_are_only_compared() -> None:
     for text in ("category=x' OR '1'='1", 'author="; DROP TABLE entries', "id=%"):
-        conditions = [parse(text)]
-        assert list(index.rows(Library(made / "library"), conditions)) == of_parts(made, conditions) == []
-    assert len(list(index.rows(Library(made / "library")))) == COUNT
+        assert fitting([parse(text)]) == []
 
 
 def files(folder: Path) -> dict[str, bytes]:
@@ -168,10 +153,14 @@ class TestParts:
         parquet.write_index(libraries, tmp_path / "tables")
         first = files(tmp_path / "tables")
         assert len(first) == 3
+        schema = pyarrow.parquet.read_schema(next((tmp_path / "tables").glob("*.parquet")))
+        types = {field.name: str(field.type) for field in schema}
+        assert list(types) == [*parquet.COLUMNS, "library"]
+        assert (types["mass_kg"], types["faces"], types["message"]) == ("double", "int64", "string")
         parquet.write_index(libraries[::-1], tmp_path / "tables", force=True)
         assert files(tmp_path / "tables") == first
-        rows = of_parts(tmp_path)
-        assert {(row.id, row.library) for row in rows} == {
+        rows = rows_in(tmp_path / "tables")
+        assert {(row["id"], row["library"]) for row in rows} == {
             (rigid_mug().id, "../a/library"),
             (ball().id, "../b/library"),
         }
@@ -189,17 +178,17 @@ class TestParts:
         keep(libraries[1].root, [rigid_mug()])
         assert parquet.write_index(libraries, tables, entries_of=noted).kept == ("../a/library",)
         assert read == ["b"]
-        assert Counter(row.library for row in of_parts(tmp_path)) == {"../a/library": 1, "../b/library": 2}
+        assert Counter(row["library"] for row in rows_in(tables)) == {"../a/library": 1, "../b/library": 2}
         assert len(list(tables.glob("*.parquet"))) == 2, "the part of before has gone"
         next(tables.glob("*.parquet")).unlink()
         parquet.write_index(libraries, tables)
-        assert len(of_parts(tmp_path)) == 3, "a part that is missing is written again"
+        assert len(rows_in(tables)) == 3, "a part that is missing is written again"
 
     def test_a_library_that_is_not_named_goes(self, libraries: list[Library], tmp_path: Path) -> None:
         parquet.write_index(libraries, tmp_path / "tables")
         (tmp_path / "tables" / "mine.parquet").write_bytes(b"of somebody else")
         parquet.write_index(libraries[:1], tmp_path / "tables")
-        assert [row.id for row in of_parts(tmp_path)] == [rigid_mug().id]
+        assert [row["id"] for row in rows_in(tmp_path / "tables")] == [rigid_mug().id]
         assert sorted(path.suffix for path in (tmp_path / "tables").iterdir()) == ["", ".json", ".parquet", ".parquet"]
 
     def test_killed_before_the_end_it_is_what_it_was(
@@ -216,9 +205,9 @@ class TestParts:
             patch.setattr(parquet, "_publish", killed)
             with pytest.raises(Killed):
                 parquet.write_index(libraries, tmp_path / "tables")
-        assert [row.id for row in of_parts(tmp_path)] == [rigid_mug().id]
+        assert [row["id"] for row in rows_in(tmp_path / "tables")] == [rigid_mug().id]
         parquet.write_index(libraries, tmp_path / "tables")
-        assert len(of_parts(tmp_path)) == 2
+        assert len(rows_in(tmp_path / "tables")) == 2
 
     def test_large_parts_are_divided_and_sorted(
         self, libraries: list[Library], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -231,7 +220,7 @@ class TestParts:
         assert [part.rows for part in one.parts] == [1_000, 1_000, 500]
         file = pyarrow.parquet.ParquetFile(tables / one.parts[0].name)
         assert file.metadata.num_row_groups == 5
-        found = [(row.category, row.id) for row in parquet.read_rows(tables, written.index)]
+        found = [(row["category"], row["id"]) for row in rows_in(tables)]
         keys = [key for i in range(0, 2_500, 1_000) for key in sorted(found[i : i + 1_000])]
         assert found == keys  # each part is sorted
         assert len(keys) == 2_500
@@ -240,32 +229,23 @@ class TestParts:
         library = Library(tmp_path / "library")
         library.private.mkdir(parents=True)
         assert parquet.write_index([library], tmp_path / "tables").index.rows == 0
-        assert of_parts(tmp_path) == []
+        assert rows_in(tmp_path / "tables") == []
 
     def test_what_is_wrong_is_told(self, libraries: list[Library], tmp_path: Path) -> None:
         tables = tmp_path / "tables"
-        with pytest.raises(OutputError, match=r"no index\.json; give the folder that `casa-assets library index`"):
-            parquet.read_index(tmp_path)
         with pytest.raises(OutputError, match="one library twice"):
             parquet.write_index([libraries[0], libraries[0]], tables)
         with Library(tables).locked(), pytest.raises(OutputError, match="another run is writing"):
             parquet.write_index(libraries, tables)
+
+    def test_a_damaged_table_is_written_again(self, libraries: list[Library], tmp_path: Path) -> None:
+        tables = tmp_path / "tables"
         parquet.write_index(libraries, tables)
-        told = json.loads((tables / "index.json").read_text(encoding="utf-8"))
-        name = told["libraries"][0]["parts"][0]["name"]
-        (tables / name).write_bytes(b"PAR1 and no more")
-        with pytest.raises(OutputError, match="write the table again"):
-            of_parts(tmp_path)
-        told["libraries"][0]["parts"][0]["name"] = "../a/library/mug"
-        (tables / "index.json").write_text(json.dumps(told), encoding="utf-8")
-        with pytest.raises(OutputError, match="leaves the folder"):
-            parquet.read_index(tables)
-        (tables / "index.json").write_text(json.dumps({**told, "columns": ["id"]}), encoding="utf-8")
-        with pytest.raises(OutputError, match="was written by another version"):
-            parquet.read_index(tables)
-        (tables / "index.json").write_text("{}", encoding="utf-8")
-        with pytest.raises(OutputError, match="is damaged at columns"):
-            parquet.read_index(tables)
+        before = files(tables)
+        for text in ("", "{}", before["index.json"].decode().replace("a/library", "c/library"), '{"columns": ["id"]}'):
+            (tables / "index.json").write_text(text, encoding="utf-8")
+            assert parquet.write_index(libraries, tables).kept == ()
+            assert files(tables) == before
 
     def test_without_pyarrow_the_extra_is_named(
         self, libraries: list[Library], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -278,11 +258,9 @@ class TestParts:
             parquet.write_index(libraries, tmp_path / "tables")
 
 
-def test_an_index_that_is_behind_is_not_believed(tmp_path: Path) -> None:
+def test_entries_are_those_that_the_library_has_now(tmp_path: Path) -> None:
     library = Library(keep(tmp_path / "library", [rigid_mug()]))
-    index.rebuild(library)
-    assert [row.id for row in index.rows(library)] == [rigid_mug().id]
+    assert [entry.id for entry in entries_that(library, ())] == [rigid_mug().id]
     keep(library.root, [ball()])
-    assert {row.id for row in index.rows(library)} == {rigid_mug().id, ball().id}
-    (library.root / index.NAME).unlink()
-    assert {row.id for row in index.rows(library)} == {rigid_mug().id, ball().id}
+    assert {entry.id for entry in entries_that(library, ())} == {rigid_mug().id, ball().id}
+    assert [entry.id for entry in entries_that(library, [parse("category=mug")])] == [rigid_mug().id]

@@ -87,8 +87,7 @@ function details(row, place) {
   const more = row.more;
   told([["Colliders", row.colliders === null ? "" : row.colliders + (more.hull ? ", at most " + more.hull + " vertices each" : "")], ["Faces", row.faces === null ? "" : show(row.faces)],
     ["Address", more.uri], ["Prompt", more.prompt], ["Generator", more.generator], ["By its pictures", more.looks],
-    ["Checks", row.applying ? row.passed + " of " + row.applying + " that apply passed" : ""],
-    ["Seconds", Object.keys(more.seconds).map(function (stage) { return stage + " " + show(more.seconds[stage]); }).join(", ")]]);
+    ["Checks", row.applying ? row.passed + " of " + row.applying + " that apply passed" : ""]]);
   if (more.files.length) {
     place.append(make("div", { "class": "links" }, ...more.files.map(function (file) { return make("a", { href: row.folder + "/" + file[1], text: file[0] }); })));
   }

@@ -1,0 +1,571 @@
+"""Folders on stores (S3, web servers, all that fsspec opens), read by the same calls and bounds as those on a disk.
+
+fsspec finds the client of an address, and that its credentials (environment, configuration files). What it does not
+promise is here: a request is repeated and ends, no more bytes are taken than were asked for, a server that is away is
+not taken for a file that is missing, and no password is shown.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib
+import io
+import os
+import posixpath
+import re
+import time
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import Future
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import cached_property, partial
+from itertools import islice
+from threading import Thread
+from typing import IO, TYPE_CHECKING, Any, TypeVar
+from urllib.parse import quote, unquote, urlsplit
+
+from casa_assets.errors import CasaError, Rejected
+from casa_assets.ingest import rejection_codes as codes
+from casa_assets.ingest.load.formats import PACKED_SUFFIXES, SUFFIXES, UNREAD_SUFFIXES, suffix_of
+from casa_assets.ingest.load.notes import printable
+from casa_assets.ingest.sources.containers.archive import archive_suffix
+from casa_assets.ingest.sources.found import Refused
+from casa_assets.ingest.sources.places import Entry, StoreRoot
+
+if TYPE_CHECKING:
+    from _typeshed import WriteableBuffer as Buffer
+
+T = TypeVar("T")
+# How often a request is made before its object is given up, and how long it and the pauses may take; choices. Together
+# they stay below the time after which a worker that does nothing is ended (pipeline/workers/limits.py).
+TRIES = 3
+REQUEST_S = 60.0
+PAUSE_S = 0.5
+_S3_TIMES = {"connect_timeout": 10.0, "read_timeout": 50.0}
+# The listing of a whole bucket is one call of many requests: a thousand names in each, a fifth of a second.
+LISTING_S = 3600.0
+PIECE_BYTES = 16 << 20  # of one request
+# A page that lists more than a hundred thousand files is none that a server makes.
+MAX_PAGE_BYTES = 16 << 20
+DEEPEST_FOLDER = 64
+# A run holds this many inputs in memory at most (manifest.MAX_ROWS), and each may have a few files beside it.
+MAX_OBJECTS = 2_000_000
+FILE_SUFFIXES = SUFFIXES | UNREAD_SUFFIXES.keys() | PACKED_SUFFIXES | {".json", ".jsonl", ".parquet"}
+UNKNOWN = "?"  # state of an object of which the store says nothing that would change with it
+_LINK = re.compile(rb"""<a\s[^>]*?href\s*=\s*["']([^"']+)["']""", re.IGNORECASE)
+# What changes when an object is written anew, best first, by the names that the file systems give it.
+_TAGS = ("ETag", "etag", "md5Hash", "content_md5", "Content-MD5", "checksum")
+_TIMES = ("LastModified", "last_modified", "Last-Modified", "mtime", "updated", "modified", "created")
+
+
+@dataclass(frozen=True)
+class Info:
+    """A file or folder of a store.
+
+    Attributes:
+        size: bytes, as the store says; None if it does not. state: changes when it is written anew; empty: unknown.
+    """
+
+    is_folder: bool
+    size: int | None = None
+    state: str = ""
+
+
+def warm() -> None:
+    """Load what reads from S3 and web servers, as far as it is installed, once for all workers; nothing connects."""
+    for protocol in ("s3", "https"):
+        with suppress(ImportError):
+            _fsspec().get_filesystem_class(protocol)
+
+
+def _fsspec() -> Any:
+    """The package.
+
+    Not by `import`: keys of results count the versions of what is imported (pipeline/cache/cache_key.py). What carries
+    the bytes of a mesh takes no part in what is made of them; their digest is in the key.
+    """
+    importlib.import_module("fsspec.core")
+    importlib.import_module("fsspec.asyn")
+    return importlib.import_module("fsspec")
+
+
+def _opened(root: StoreRoot) -> _Objects | _Pages:
+    """The client of a root, whatever its path. Raises CasaError: no installed package reads such an address."""
+    # Listings that a file system keeps by itself would be those of an earlier run.
+    options: dict[str, Any] = {"use_listings_cache": False, "skip_instance_cache": True}
+    if root.is_web:
+        # Bytes as they are: what a server packs would be unpacked without a bound.
+        options |= {"headers": {"Accept-Encoding": "identity"}, "client_kwargs": {"auto_decompress": False}}
+    if re.match(r"s3a?://", root.base):
+        # Requests are repeated by `_ask`, and not by botocore too, whose times would multiply. Servers that give the
+        # checksum of a whole object with a part of it (rclone) would be taken to give wrong bytes.
+        options["config_kwargs"] = {"retries": {"mode": "standard", "total_max_attempts": 1}, **_S3_TIMES}
+        os.environ.setdefault("AWS_RESPONSE_CHECKSUM_VALIDATION", "when_required")
+    try:
+        system, base = _fsspec().core.url_to_fs(root.base, **options)
+    except (ImportError, ValueError) as error:
+        why = root.hide(" ".join(str(error).split()))
+        raise CasaError(f"{root}: {why}; `casa-assets doctor` says how to install what reads s3 and https") from None
+    return _Pages(system, root) if root.is_web else _Objects(system, base.rstrip("/"))
+
+
+@dataclass(frozen=True)
+class _Objects:
+    """Buckets, and all else that lists its names with their sizes. Paths are POSIX, from `base` on."""
+
+    system: Any
+    base: str
+
+    def info(self, path: str) -> Info:
+        return _info(self.system.info(self._at(path)))
+
+    def scan(self, folder: str) -> dict[str, Info]:
+        found = self.system.ls(self._at(folder), detail=True)
+        return {posixpath.basename(one["name"].rstrip("/")): _info(one) for one in found}
+
+    def walk(self) -> Iterator[tuple[str, Info | None]]:
+        prefix = f"{self.base}/"
+        for name, one in self.system.find(self.base, detail=True).items():
+            if one["type"] != "directory" and name.startswith(prefix) and not name.endswith("/"):
+                yield name[len(prefix) :], _info(one)
+
+    def part(self, path: str, start: int, end: int) -> bytes:
+        data: bytes = self.system.cat_file(self._at(path), start=start, end=end)
+        return data[: end - start]
+
+    def _at(self, path: str) -> str:
+        return f"{self.base}/{path}" if path else self.base
+
+
+@dataclass(frozen=True)
+class _Pages:
+    """Web servers: a folder is a page of links, and a file may have no more than its bytes.
+
+    fsspec's own calls read without a bound, and tell of any failure as of a file that is not there.
+    """
+
+    system: Any
+    root: StoreRoot
+
+    def info(self, path: str) -> Info:
+        size, tag = _fsspec().asyn.sync(self.system.loop, self._head, self._at(path))
+        return Info(False, size, f"store {tag} {size}" if tag else "")
+
+    def scan(self, folder: str) -> dict[str, Info]:
+        here = f"{self._at(folder).removesuffix(self.root.query).rstrip('/')}/"
+        parts = urlsplit(here)
+        found: dict[str, Info] = {}
+        for link in _LINK.findall(self._get(here + self.root.query, 0, MAX_PAGE_BYTES)):
+            text = link.decode("utf-8", "replace")
+            if text.startswith("/") and not text.startswith("//"):
+                text = f"{parts.scheme}://{parts.netloc}{text}"
+            name = text.removeprefix(here).removeprefix("./")
+            if name.rstrip("/") not in ("", ".", "..") and not re.search(r"[?#:]|/.", name):
+                found[unquote(name.rstrip("/"))] = Info(name.endswith("/"))
+        return found
+
+    def walk(self) -> Iterator[tuple[str, Info | None]]:
+        """Path of all files, and what is known of them; None for a folder that gave no listing."""
+        waiting = [""]
+        for folder in waiting:
+            try:
+                found = _ask(self.root / folder, partial(self.scan, folder))
+            except Rejected:
+                if not folder:
+                    raise
+                yield folder, None
+                continue
+            for name, one in sorted(found.items()):
+                path = f"{folder}/{name}" if folder else name
+                if not one.is_folder:
+                    yield path, one
+                elif path.count("/") < DEEPEST_FOLDER:
+                    waiting.append(path)
+
+    def part(self, path: str, start: int, end: int) -> bytes:
+        return self._get(self._at(path), start, end)
+
+    async def _head(self, url: str) -> tuple[int | None, str]:
+        """Size of a file, and its tag or time; a signed address may allow nothing but to get the file."""
+        session = await self.system.set_session()
+        headers = {"Accept-Encoding": "identity"}
+        for ask in (session.head, session.get):
+            async with ask(self.system.encode_url(url), headers=headers, allow_redirects=True) as response:
+                if response.status >= 400 and ask == session.head and response.status != 404:
+                    continue
+                response.raise_for_status()
+                said = response.headers
+                size = said.get("Content-Length", "") if not said.get("Content-Encoding") else ""
+                return int(size) if size.isdecimal() else None, said.get("ETag") or said.get("Last-Modified") or ""
+        raise AssertionError
+
+    def _get(self, url: str, start: int, end: int) -> bytes:
+        data: bytes = _fsspec().asyn.sync(self.system.loop, self._fetch, url, start, end)
+        return data
+
+    async def _fetch(self, url: str, start: int, end: int) -> bytes:
+        """A part of a file; what a server sends beyond it is not read."""
+        session = await self.system.set_session()
+        headers = {"Accept-Encoding": "identity"}
+        if start or end < MAX_PAGE_BYTES:
+            headers["Range"] = f"bytes={start}-{end - 1}"
+        async with session.get(self.system.encode_url(url), headers=headers) as response:
+            if response.status == 416:
+                return b""
+            response.raise_for_status()
+            if start and response.status != 206:
+                place = printable(self.root.hide(url), 200)
+                message = f"{place}: its server gives no parts of files; download it and name the file"
+                raise Rejected(codes.STORE_FAILED, message)
+            data = bytearray()
+            while len(data) < end - start and (chunk := await response.content.read(1 << 20)):
+                data += chunk
+            return bytes(data[: end - start])
+
+    def _at(self, path: str) -> str:
+        return f"{self.root.base}/{quote(path)}{self.root.query}" if path else f"{self.root.base}{self.root.query}"
+
+
+def _info(one: Mapping[str, Any]) -> Info:
+    changes = next((str(one[key]) for key in (*_TAGS, *_TIMES) if one.get(key)), "")
+    size = one.get("size")
+    state = f"store {changes} {size}" if changes else ""
+    return Info(one.get("type") == "directory", size if isinstance(size, int) else None, state)
+
+
+def _ask(place: StoreRoot, call: Callable[[], T], seconds: float = 0.0) -> T:
+    """The answer of a store to a call that may be made again.
+
+    Args:
+        place: what it is about. seconds: that it may take each time; 0: REQUEST_S.
+    Raises:
+        Rejected: MISSING_FILE, UNREADABLE; STORE_FAILED: it failed each time. CasaError: as `call` raises it.
+    """
+    name, why = printable(str(place), 200), ""
+    for number in range(TRIES):
+        try:
+            return _within(seconds or REQUEST_S, call)
+        except (CasaError, MemoryError):
+            raise
+        except Exception as error:  # noqa: BLE001  each client of a store raises classes of its own
+            # Errors are not chained: their words may hold passwords.
+            status = getattr(error, "status", 0)
+            if isinstance(error, FileNotFoundError | NotADirectoryError) or status in (404, 410):
+                message = f"{name}: there is no such object; add it or fix the name"
+                raise Rejected(codes.MISSING_FILE, message) from None
+            if isinstance(error, PermissionError) or status in (401, 403):
+                message = f"{name}: may not be read; give the credentials for it to the store's client"
+                raise Rejected(codes.UNREADABLE, message) from None
+            why = place.hide(" ".join(str(error).split()))[:200] or type(error).__name__
+        if number < TRIES - 1:
+            time.sleep(PAUSE_S * 2**number)
+    message = f"{place}: {why} ({TRIES} times); check the store and the network, then run again"
+    raise Rejected(codes.STORE_FAILED, printable(message, 400))
+
+
+def _within(seconds: float, call: Callable[[], T]) -> T:
+    """The answer of a call; TimeoutError if it takes longer, and its thread is left to itself."""
+    answer: Future[T] = Future()
+
+    def work() -> None:
+        try:
+            answer.set_result(call())
+        except BaseException as error:  # noqa: BLE001  raised again by `result`
+            answer.set_exception(error)
+
+    Thread(target=work, daemon=True).start()
+    try:
+        return answer.result(seconds)
+    except TimeoutError:
+        if answer.done():  # the call's own
+            raise
+        raise TimeoutError(f"no answer within {seconds:.0f} s") from None
+
+
+class _Store:
+    """What this process knows of one store: its client, and what it has said of its objects.
+
+    Attributes:
+        listing: the names in each folder, once all of it was listed.
+    """
+
+    def __init__(self, root: StoreRoot) -> None:
+        self.root = root
+        self.listing: dict[str, dict[str, Info]] | None = None
+        self._known: dict[str, Info | None] = {}
+        self._scanned: dict[str, dict[str, Info]] = {}
+
+    @cached_property
+    def client(self) -> _Objects | _Pages:
+        """Opened once; its first call may connect."""
+        return _opened(self.root)
+
+    def knows(self, path: str) -> bool:
+        """True if the state of a path can be told without asking the store, or was asked for before."""
+        return self.listing is not None or path in self._known or path in self._scanned
+
+    def info(self, path: str) -> Info | None:
+        """A file or folder; None if there is none. Raises Rejected as `_ask`."""
+        if self.listing is not None:
+            if path in self.listing:
+                return Info(is_folder=True)
+            folder, name = posixpath.split(path)
+            found = self.listing.get(folder, {}).get(name)
+            if found is None or found.size is not None or not self.root.is_web:
+                return found
+        if path not in self._known:
+            try:
+                self._known[path] = _ask(self.root / path, lambda: self.client.info(path))
+            except Rejected as error:
+                if error.code != codes.MISSING_FILE:
+                    raise
+                self._known[path] = None
+        return self._known[path]
+
+    def scan(self, folder: str) -> dict[str, Info]:
+        """What is in a folder, by name. Raises Rejected as `_ask`."""
+        if self.listing is not None:
+            return self.listing.get(folder, {})
+        if folder not in self._scanned:
+            self._scanned[folder] = _ask(self.root / folder, lambda: self.client.scan(folder))
+        return self._scanned[folder]
+
+    def part(self, path: str, start: int, end: int, size: int | None) -> bytes:
+        """Bytes of an object, no more than asked for. Raises Rejected, also if there are fewer than its size says."""
+
+        def read() -> bytes:
+            data = self.client.part(path, start, end)
+            if size is not None and len(data) < min(end, size) - start:
+                raise OSError(f"gave {len(data)} of {min(end, size) - start} bytes from byte {start} on")
+            return data
+
+        return _ask(self.root / path, read)
+
+    def state(self, path: str) -> str:
+        """Text that changes when an object is written anew; empty if there is none, UNKNOWN if nobody says."""
+        try:
+            info = Info(is_folder=True) if path in self._scanned else self.info(path)
+            if info is None:
+                return ""
+            if not info.is_folder:
+                return info.state or UNKNOWN
+            names = "\0".join(sorted(self.scan(path)))
+        except Rejected:
+            return UNKNOWN
+        return f"store {hashlib.sha256(names.encode('utf-8', 'surrogateescape')).hexdigest()}"
+
+
+# By process, base and query: a client does not outlive a fork, so each process has its own.
+_STORES: dict[tuple[int, str, str], _Store] = {}
+
+
+def _store(root: StoreRoot) -> _Store:
+    """The store of a root, whatever the path."""
+    return _STORES.setdefault((os.getpid(), root.base, root.query), _Store(StoreRoot(root.base, root.query)))
+
+
+def state_at(address: str) -> str:
+    """State of an object at an address that this process has looked at, see `_Store.state`.
+
+    Args:
+        address: as it is written down, without secrets.
+    """
+    for (process, _, _), store in _STORES.items():
+        below = "" if address == str(store.root) else address.removeprefix(f"{store.root}/")
+        if process == os.getpid() and below != address and store.knows(below):
+            return store.state(below)
+    return UNKNOWN
+
+
+class StoreFolder:
+    """A folder on a store; see places.Folder.
+
+    Args:
+        looked_at: takes up the addresses of all objects that are looked at, missing ones too.
+    Raises:
+        CasaError: fsspec, or what it needs for the address, is not installed; from all methods.
+    """
+
+    def __init__(self, root: StoreRoot, looked_at: set[str] | None = None) -> None:
+        self._root, self._looked_at = root, looked_at
+        self._store = _store(root)
+
+    def read(self, path: str, max_bytes: float) -> bytes:
+        """See Place."""
+        size = self._file(self._look(path)).size
+        whole, name = self._at(path), printable(posixpath.basename(path))
+        if size is not None and size > max_bytes:
+            message = (
+                f"{name}: {size} bytes, more than the {max(0, int(max_bytes))} left of --max-size; simplify it first"
+            )
+            raise Rejected(codes.TOO_LARGE, message)
+        most = int(max_bytes) if size is None else size
+        data = bytearray()
+        while size != 0 and len(data) <= most:
+            start = len(data)
+            # One byte more than there should be, in the last request, tells an object that has grown.
+            end = most + 1 if size is None or most - start <= PIECE_BYTES else start + PIECE_BYTES
+            data += self._store.part(whole, start, end, size)
+            if len(data) < end:
+                break
+        if len(data) > max_bytes:
+            raise Rejected(codes.TOO_LARGE, f"{name}: more than the {most} bytes left of --max-size; simplify it first")
+        if size is not None and len(data) != size:
+            raise Rejected(codes.STORE_FAILED, f"{self._root / path}: changed while it was being read; run again")
+        return bytes(data)
+
+    def has(self, path: str) -> bool:
+        """See Place."""
+        return self._store.info(self._at(self._look(path))) is not None
+
+    def is_inside(self, folder: str) -> bool:
+        """See Place. There are no links on a store."""
+        return True
+
+    def listing(self, folder: str) -> list[str]:
+        """See Place."""
+        try:
+            return [entry.name for entry in self.scan(self._look(folder))]
+        except Rejected:
+            return []
+
+    def scan(self, folder: str) -> list[Entry]:
+        """See Folder."""
+        found = self._store.scan(self._at(folder))
+        return [
+            Entry(name, found[name].is_folder, not found[name].is_folder) for name in sorted(found, key=os.fsencode)
+        ]
+
+    def check(self, path: str) -> None:
+        """See Folder."""
+        self._file(path)
+
+    def open(self, path: str, block: int) -> IO[bytes]:
+        """See Folder."""
+        if (size := self._file(path).size) is None:
+            message = f"{self._root / path}: its server does not say how large it is; download it and name the file"
+            raise Rejected(codes.STORE_FAILED, message)
+        return io.BufferedReader(_Object(self._store, self._at(path), size), block)
+
+    def identity(self, path: str) -> str:
+        """See Folder."""
+        return str(self._root / path)
+
+    def is_file(self) -> bool:
+        """True if the root is a file; what earlier runs of this process knew of it is forgotten.
+
+        Raises:
+            CasaError: there is nothing, or the store does not answer.
+        """
+        for root in (self._root, self._root.parent):
+            _STORES.pop((os.getpid(), root.base, root.query), None)
+        self._store = _store(self._root)
+        name = self._root.name
+        if self._root.is_web and not archive_suffix(name) and suffix_of(name) not in FILE_SUFFIXES:
+            return False
+        try:
+            info = self._store.info("")
+        except Rejected as error:
+            raise CasaError(error.message) from error
+        if info is None:
+            raise CasaError(f"{self._root}: there is nothing at this address; fix it, or put meshes there")
+        return not info.is_folder
+
+    def list_all(self) -> Iterator[Refused]:
+        """List all below the root, for this process; yields what no folder could hold, or was not listed.
+
+        Raises:
+            CasaError: the store does not answer, or holds more than a run can.
+        """
+        try:
+            found = dict(_ask(self._root, lambda: list(islice(self._store.client.walk(), MAX_OBJECTS + 1)), LISTING_S))
+        except Rejected as error:
+            raise CasaError(error.message) from error
+        if len(found) > MAX_OBJECTS:
+            message = f"holds more than {MAX_OBJECTS} objects; name a folder of it, or pack them into shards"
+            raise CasaError(f"{self._root}: {message}")
+        folders: dict[str, dict[str, Info]] = {"": {}}
+        faults: dict[str, tuple[str, str]] = {}
+        for path, info in found.items():
+            if info is None:
+                faults[path] = codes.UNREADABLE, "the folder cannot be listed; check the store, then run again"
+            elif fault := _fault(path):
+                faults[path] = fault
+            else:
+                _put(folders, path, info)
+        for path in found.keys() & folders.keys():
+            faults[path] = codes.BAD_NAME, "an object with the name of a folder; rename one of them"
+        self._store.listing = folders
+        for path, (code, why) in sorted(faults.items()):
+            yield Refused(printable(path, 400), code, f"{printable(path, 200)}: {why}")
+
+    def _file(self, path: str) -> Info:
+        """What a store says of a file. Raises Rejected: MISSING_FILE, NOT_A_FILE, and as `_ask`."""
+        info = self._store.info(self._at(path))
+        name = printable(posixpath.basename(path))
+        if info is None:
+            raise Rejected(codes.MISSING_FILE, f"{name}: there is no such file; add it or fix the name")
+        if info.is_folder:
+            raise Rejected(codes.NOT_A_FILE, f"{name}: a folder, not a regular file; put the file itself there")
+        return info
+
+    def _at(self, path: str) -> str:
+        return posixpath.normpath(posixpath.join(self._root.path, path)) if path else self._root.path
+
+    def _look(self, path: str) -> str:
+        if self._looked_at is not None:
+            self._looked_at.add(str(self._root / path))
+        return path
+
+
+class _Object(io.RawIOBase):
+    """An object as a file to seek in; what is read is what was there when it was opened, or an error."""
+
+    def __init__(self, store: _Store, path: str, size: int) -> None:
+        self._store, self._path, self._size, self._at = store, path, size, 0
+
+    def readable(self) -> bool:
+        return True
+
+    def seekable(self) -> bool:
+        return True
+
+    def tell(self) -> int:
+        return self._at
+
+    def seek(self, offset: int, whence: int = io.SEEK_SET) -> int:
+        self._at = max(0, offset + {io.SEEK_SET: 0, io.SEEK_CUR: self._at, io.SEEK_END: self._size}[whence])
+        return self._at
+
+    def readinto(self, buffer: Buffer) -> int:
+        view = memoryview(buffer).cast("B")
+        end = min(self._at + min(len(view), PIECE_BYTES), self._size)
+        if end <= self._at:
+            return 0
+        data = self._store.part(self._path, self._at, end, self._size)
+        view[: len(data)] = data
+        self._at += len(data)
+        return len(data)
+
+
+def _fault(path: str) -> tuple[str, str] | None:
+    """Code and reason if no folder could hold the name of an object; else None."""
+    parts = path.split("/")
+    if len(parts) > DEEPEST_FOLDER + 1:
+        return codes.UNREADABLE, "folders nested too deep; move it"
+    if ".." in parts or "." in parts:
+        return codes.PATH_TRAVERSAL, "the name of this object leaves its folder; rename it"
+    if "" in parts or "\0" in path:
+        return codes.BAD_NAME, "a name that no file can have; rename it"
+    return None
+
+
+def _put(folders: dict[str, dict[str, Info]], path: str, info: Info) -> None:
+    """Enter an object into the listing of its folder, and that folder into the one around it."""
+    folder, name = posixpath.split(path)
+    is_new = folder not in folders
+    names = folders.setdefault(folder, {})
+    if name not in names or info.is_folder:
+        names[name] = info
+    if is_new:
+        _put(folders, folder, Info(is_folder=True))

@@ -1,1 +1,0 @@
-"""Libraries on object stores: push, pull, and runs that keep their library there, entry by entry."""
