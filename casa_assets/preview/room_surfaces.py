@@ -183,7 +183,7 @@ class ShadowMap:
         most, scale = len(self.heights) - 1, np.float32(1.0 / self.pixel)
         column, row = (((at - least) * scale).astype(np.int32) for at, least in zip((x, y), self.corner, strict=True))
         flat = np.clip(row, 0, most) * len(self.heights) + np.clip(column, 0, most)
-        found = self.heights.ravel()[flat].astype(np.float32)
+        found: Singles = self.heights.ravel()[flat].astype(np.float32)
         found *= np.float32(self.step)
         found += np.float32(self.least)
         return found

@@ -11,7 +11,7 @@ from PIL import Image
 from casa_assets.model.registry.finish import Surface
 from casa_assets.pipeline import review as review_page
 from casa_assets.pipeline.families.run import FamilyRequest
-from casa_assets.pipeline.reports import catalogue, kitchens, library_page
+from casa_assets.pipeline.reports import catalogue, home, kitchens, library_page
 from casa_assets.pipeline.reports.catalogue import MemberPictures
 from casa_assets.pipeline.viewer import page_models
 from tests.browser import Browser, Page
@@ -101,7 +101,7 @@ def kinds(library: Path, rooms: Path, tmp_path_factory: pytest.TempPathFactory) 
         Image.new("RGB", (320, 320)).save(folder / name)
     for name, text in pages.items():
         (folder / f"{name}.html").write_text(text, encoding="utf-8")
-    found = {name: folder / f"{name}.html" for name in pages} | {"kitchens": rooms}
+    found = {name: folder / f"{name}.html" for name in pages} | {"home": home.write(folder), "kitchens": rooms}
     (folder / "articulated").mkdir()
     found["articulated"] = reviewed_page(folder / "articulated")
     states = {"list": "", "numbers": "#tab=numbers", "changes": "#tab=changes", "details": f"#{FIRST.id}"}
@@ -239,3 +239,12 @@ def test_filters_of_kitchens_count_what_they_would_leave(browser: Browser, rooms
     page.click('#facets button[data-place="plan=l_small"]')
     page.wait("text=401 of 601")
     assert address(page) == "#plan=galley&plan=l_small"
+
+
+def test_the_page_about_a_folder_is_clean(browser: Browser, library: Path, tmp_path: Path) -> None:
+    shutil.copytree(library.parent, tmp_path / "library")
+    for width in (1280, 390):
+        page = browser.open(home.write(tmp_path), width=width)
+        page.wait("text=was rejected")
+        page.assert_clean()
+        assert is_wide_enough(page)

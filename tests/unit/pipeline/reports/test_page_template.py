@@ -16,6 +16,7 @@ from casa_assets.pipeline.library.library import Library
 from casa_assets.pipeline.reports import (
     catalogue,
     findings,
+    home,
     kitchen_report,
     kitchens,
     library_page,
@@ -32,6 +33,7 @@ PAGES = {
     "kitchens/report.html": kitchen_report,
     "kitchens/index.html": kitchens,
     "catalogue/catalogue.html": catalogue,
+    "home/page.html": home,
     "articulate/review.html": review_page,
     "review/page.html": review,
     "view/page.html": server,
