@@ -79,7 +79,7 @@ def find(
 
 
 def _check(query: str, index: Path | None, conditions: Sequence[Condition], clip_weights: str) -> None:
-    """Raise what is wrong with the options beside each other."""
+    """Check that the options go together. Raises typer.BadParameter."""
     if not query.strip() and (clip_weights or not conditions):
         raise typer.BadParameter("there are no words to look for", param_hint="QUERY")
     if clip_weights and (index is not None or conditions):

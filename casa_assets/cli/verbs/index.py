@@ -1,4 +1,4 @@
-"""casa-assets index: the table of the entries of a library, made anew from them."""
+"""casa-assets index: the table of the entries of a library, rebuilt from them."""
 
 from __future__ import annotations
 
