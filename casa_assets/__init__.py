@@ -133,9 +133,9 @@ _SOURCES = {
 class _Package(ModuleType):
     """The type of this package: `casa_assets.ingest` is the function, though there is a folder of that name too.
 
-    Importing `casa_assets.ingest.load` makes Python set the folder as an attribute of the package; that is passed over
-    where the package offers a function of the same name. `import casa_assets.ingest.load` and `from casa_assets.ingest
-    import load` find folders by sys.modules and work as ever.
+    Importing `casa_assets.ingest.load` makes Python set the subpackage as an attribute of the package. This is ignored
+    if the package offers a function of the same name. `import casa_assets.ingest.load` and `from casa_assets.ingest
+    import load` find subpackages in sys.modules and work as usual.
     """
 
     def __setattr__(self, name: str, value: object) -> None:
@@ -149,7 +149,7 @@ sys.modules[__name__].__class__ = _Package
 if not TYPE_CHECKING:  # else type checkers would take every misspelt name for one that is there
 
     def __getattr__(name: str) -> Any:
-        """What the package offers is imported when it is first asked for."""
+        """Import a name that the package offers when it is first used."""
         if name not in _SOURCES:
             raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
         value = getattr(import_module(_SOURCES[name]), name)

@@ -10,7 +10,7 @@ CasaError
 +-- PlanConflict       a plan and a style cannot be made into a kitchen: plan, pointer, expected, got
 +-- StyleConflict      a style names a model that does not suit its role: style, pointer, expected, got
 
-BatchFault stands beside the tree: some items of a batch met a fault of the program, the others are done.
+BatchFault is not in the tree: some items of a batch failed because of a bug in the program; the others are done.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ class CasaError(Exception):
 
 
 class RegistryError(CasaError):
-    """A registry file does not say what its schema asks for."""
+    """The content of a registry file violates its schema."""
 
     def __init__(self, file: str, line: int, pointer: str, expected: str, got: str) -> None:
         self.file, self.line, self.pointer, self.expected, self.got = (file, line, pointer, expected, got)
@@ -36,8 +36,10 @@ class UnknownId(CasaError):
     """A name that does not exist; carries the nearest names that do.
 
     Args:
-        kind: what it should have been the name of. wanted: the name. known: the names that exist.
-        listed_by: what lists them, for whoever asked for something like none of them where there are many or none.
+        kind: kind of the name.
+        wanted: the name.
+        known: the names that exist.
+        listed_by: hint on how to list the names, shown if no name is similar and there are many or no names.
     """
 
     def __init__(self, kind: str, wanted: str, known: Iterable[str], listed_by: str = "") -> None:
@@ -49,7 +51,7 @@ class UnknownId(CasaError):
 
 
 def _nearest(wanted: str, names: list[str], count: int = 3) -> tuple[str, ...]:
-    """Names like the one that was wanted; if there are none, those of which one word is like it."""
+    """Return names similar to the wanted one, or else names that contain a similar word."""
     if whole := difflib.get_close_matches(wanted, names, n=count, cutoff=0.6):
         return tuple(whole)
     words = {name: re.split("[_/]+", name) for name in names}
@@ -58,7 +60,7 @@ def _nearest(wanted: str, names: list[str], count: int = 3) -> tuple[str, ...]:
 
 
 def _some(names: list[str], listed_by: str, count: int = 6, most: int = 12) -> str:
-    """What exists; of more than `most` names what lists them, or only how many there are."""
+    """Text that lists the names; for more than `most` names, how to list them, or only their number."""
     if not names:
         return listed_by or "there are none"
     if len(names) > most:
@@ -83,7 +85,7 @@ class Rejected(CasaError):
 
 
 class DegenerateShape(Rejected):
-    """Points that span no volume where a volume is needed."""
+    """Points that span no volume although a volume is needed."""
 
     def __init__(self, message: str, code: str = "GEO001") -> None:
         super().__init__(code, message)
@@ -93,10 +95,11 @@ class DegenerateShape(Rejected):
 
 
 class PluginFailure(CasaError):
-    """Code of a plug-in has failed on one thing; the others go on.
+    """The code of a plug-in failed on one item; the other items go on.
 
     Attributes:
-        plugin: its name. trace: where it failed, as Python prints it.
+        plugin: its name.
+        trace: the Python traceback.
     """
 
     def __init__(self, plugin: str, message: str, trace: str) -> None:
@@ -113,13 +116,14 @@ class OutputError(CasaError):
 
 
 class PlanConflict(CasaError):
-    """What a plan asks for does not go together, or not with the style.
+    """The requirements of a plan contradict each other or the style.
 
     Args:
         plan: id of the plan.
         pointer: path inside the plan's file, such as `("runs", "main", "base", 2)`.
-        expected: what would fit. got: what the plan has.
-        wanted_m: the length that would fit, where a mend is made from it: of a height, a knee or a slope, metres.
+        expected: a value that would fit.
+        got: the value in the plan.
+        wanted_m: the length (m) of a height, a knee or a slope that would fit, if a correction can be made from it.
     """
 
     def __init__(
@@ -135,7 +139,8 @@ class StyleConflict(CasaError):
     Args:
         style: id of the style.
         pointer: path inside the style's file, such as `("models", "range")`.
-        expected: what would suit. got: what the style has.
+        expected: a value that would suit.
+        got: the value in the style.
     """
 
     def __init__(self, style: str, pointer: tuple[str | int, ...], expected: str, got: str) -> None:
@@ -144,10 +149,11 @@ class StyleConflict(CasaError):
 
 
 class BatchFault(Exception):
-    """Some items of a batch failed by a fault of the program; all the others were worked on.
+    """Some items of a batch failed because of a bug in the program; all others were processed.
 
     Args:
-        items: names of those that failed. traces: of them, where they were not told as they failed.
+        items: names of the failed items.
+        traces: their tracebacks, if they were not reported when they occurred.
     """
 
     def __init__(self, items: Iterable[str], traces: str = "") -> None:

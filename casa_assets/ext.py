@@ -1,4 +1,4 @@
-"""What plug-ins and add-ons may import: records and functions to add families, objects, checks, textures and formats.
+"""The interface for plug-ins and add-ons: records and functions for families, objects, checks, textures and formats.
 
     import casa_assets as casa
     from casa_assets import ext
@@ -6,7 +6,7 @@
     PLUGIN = ext.Plugin(name="tea", version="1.0", families=(...,))
 
 The names in `__all__` are stable within a version; every other module of the package may change at any time. Each name
-has one path: what users of the package need (`casa.Asset`, `casa.build`, `casa.check`) is in `casa_assets` alone.
+has one path: names for users of the package (`casa.Asset`, `casa.build`, `casa.check`) are only in `casa_assets`.
 """
 
 from __future__ import annotations

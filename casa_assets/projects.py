@@ -1,8 +1,8 @@
-"""Which project is in use, and the folders that registry files are read from: the package's, and the project's over it.
+"""The project in use, and the folders of registry files: the package's, and the project's merged over it.
 
-A project is a folder with a file `casa.yaml`. The plans, styles, categories and so on in it are laid over those of the
-package (`registry/layered.py`). It is named by an environment variable, so that all processes of a run have the same.
-This module is imported at the start of every command and by the completion of shells: it imports nothing large.
+A project is a folder with a file `casa.yaml`. Its plans, styles, categories and so on are merged over those of the
+package (`registry/layered.py`). It is set by an environment variable, so that all processes of a run use the same one.
+This module is imported at the start of every command and by shell completion, so it imports nothing large.
 """
 
 from __future__ import annotations
@@ -27,7 +27,11 @@ R = TypeVar("R")
 
 
 class PluginUse(StrEnum):
-    """Which plug-ins run: of installed packages and of trusted projects, those of the project in use too, or none."""
+    """The plug-ins that run.
+
+    INSTALLED: those of installed packages and of trusted projects. ALL: those of the project in use, too. NONE: no
+    plug-ins.
+    """
 
     INSTALLED = "installed"
     ALL = "all"
@@ -41,29 +45,33 @@ _chosen = [0]
 
 
 def data_root() -> Path:
-    """Folder of the package's registry: `registry_data` inside an installed package, `registry` beside a checkout's."""
+    """Folder of the package's registry.
+
+    `registry_data` inside an installed package, `registry` next to the package in a checkout.
+    """
     package = Path(__file__).parent
     inside = package / "registry_data"
     return inside if inside.is_dir() else package.parent / "registry"
 
 
 def project_folder() -> Path | None:
-    """Folder of the project in use, absolute; None where there is none."""
+    """Absolute path of the folder of the project in use, or None without a project."""
     named = os.environ.get(VARIABLE, "")
     return Path(named) if named and named != NO_PROJECT else None
 
 
 def find_project(below: Path) -> Path | None:
-    """The nearest folder with a `casa.yaml`, this one or above it; None where there is none."""
+    """Return the nearest folder with a `casa.yaml`, this one or above it, or None if there is no such folder."""
     at = below.absolute()
     return next((folder for folder in (at, *at.parents) if (folder / SETTINGS).is_file()), None)
 
 
 def use_project(folder: str | Path | None, *, plugins: bool = False) -> None:
-    """Have this process, and those that it starts, use a project, or none. Its files are read again.
+    """Make this process, and those that it starts, use a project, or no project. Its files are read again.
 
     Args:
-        folder: with a `casa.yaml`. plugins: run the code in its `plugins/`, which can do whatever you can.
+        folder: folder with a `casa.yaml`; None: no project.
+        plugins: run the code in its `plugins/`, which can do whatever you can.
     Raises:
         CasaError: the folder has no `casa.yaml`.
     """
@@ -78,19 +86,19 @@ def use_project(folder: str | Path | None, *, plugins: bool = False) -> None:
 
 
 def plugin_use() -> PluginUse:
-    """Which plug-ins run."""
+    """Return which plug-ins run."""
     named = os.environ.get(PLUGINS, "")
     return PluginUse(named) if named in set(PluginUse) else PluginUse.INSTALLED
 
 
 def choose_plugins(use: PluginUse) -> None:
-    """Have this process, and those that it starts, run these plug-ins."""
+    """Make this process, and those that it starts, run these plug-ins."""
     os.environ[PLUGINS] = use.value
     _chosen[0] += 1
 
 
 def user_settings() -> Path:
-    """The user's own configuration, which need not be there: `casa-assets/config.yaml` in XDG_CONFIG_HOME."""
+    """Path of the user's configuration, which need not exist: `casa-assets/config.yaml` in XDG_CONFIG_HOME."""
     # As platformdirs does where HOME is not set and the system does not know the user: `~` stays as it is.
     folder = os.environ.get("XDG_CONFIG_HOME", "") or os.path.expanduser("~/.config")  # noqa: PTH111
     return Path(folder) / "casa-assets" / "config.yaml"
@@ -103,13 +111,13 @@ def user_environment(program: str) -> Path:
 
 
 def layers() -> tuple[Path, ...]:
-    """Folders of registry files, the lowest first."""
+    """Folders of registry files, the lowest layer first."""
     project = project_folder()
     return (data_root(),) if project is None else (data_root(), project)
 
 
 class read_once(Generic[P, R]):  # noqa: N801  a decorator
-    """Keep what a function has made of registry files, as long as no other project is used."""
+    """Decorator that caches the result of reading registry files until another project is used."""
 
     def __init__(self, function: Callable[P, R]) -> None:
         update_wrapper(self, function)
@@ -118,7 +126,7 @@ class read_once(Generic[P, R]):  # noqa: N801  a decorator
         self._of: tuple[Path | None, int] | None = None
 
     def __call__(self, *args: P.args, **kwargs: P.kwargs) -> R:
-        """What the function returns, made once for these arguments."""
+        """Return the cached result for these arguments, calling the function the first time."""
         now = (project_folder(), _chosen[0])
         if now != self._of:
             self._kept, self._of = {}, now
@@ -128,5 +136,5 @@ class read_once(Generic[P, R]):  # noqa: N801  a decorator
         return self._kept[key]
 
     def cache_clear(self) -> None:
-        """Forget what was kept."""
+        """Clear the cache."""
         self._kept.clear()

@@ -1,4 +1,4 @@
-"""Assets one at a time: built from numbers, checked, written and read."""
+"""Single assets: built from parameters, checked, written and read."""
 
 from __future__ import annotations
 
@@ -34,13 +34,14 @@ from casa_assets.registry.objects import object_family
 
 
 def build(family: str, preset: str = "", params: Params | Mapping[str, Any] | None = None) -> Asset:
-    """A member of a family.
+    """Build a member of a family.
 
     Args:
-        family: name, see `families()`. preset: name of a ready member; the first of the family where none is named.
+        family: name, see `families()`.
+        preset: name of a ready member; if empty, the first of the family.
         params: numbers and choices that differ from the preset's, or all of them as `sample` returns them.
     Raises:
-        UnknownId: no such family, preset or finish. CasaError: the numbers are out of bounds or do not go together.
+        UnknownId: no such family, preset or finish. CasaError: the numbers are out of bounds or contradict each other.
     """
     found = family_of(family)
     if isinstance(params, Params):
@@ -60,7 +61,7 @@ def build(family: str, preset: str = "", params: Params | Mapping[str, Any] | No
 
 
 def sample(family: str, seed: int = 0, index: int = 0) -> Params:
-    """The numbers of draw `index` of a seed, to be given to `build`; the same pair gives the same numbers.
+    """Return random parameters for `build`: draw `index` of a seed; the same pair gives the same parameters.
 
     Raises:
         UnknownId: no such family.
@@ -69,12 +70,12 @@ def sample(family: str, seed: int = 0, index: int = 0) -> Params:
 
 
 def build_object(category: str, seed: int = 0, index: int = 0) -> Asset:
-    """A loose object, such as an apple: the one that `casa-assets objects build` makes as draw `index` of a seed.
+    """Build a loose object, such as an apple, as `casa-assets objects build` does for draw `index` of a seed.
 
     Args:
-        category: one of those of which there are objects; `casa-assets objects list` prints them.
+        category: a category that has objects; `casa-assets objects list` prints them.
     Raises:
-        UnknownId: there are no objects of that category; it names the nearest.
+        UnknownId: there are no objects of that category; the error names the nearest.
     """
     member = object_family(category)
     store = AssetStore(cache_dir())
@@ -87,9 +88,9 @@ def write(asset: Asset, folder: str | Path) -> Path:
     """Write an asset as MJCF and USD with a picture, and `asset.json`, which `read_asset` reads back.
 
     Args:
-        folder: made where it is missing.
+        folder: created if missing.
     Returns:
-        `<folder>/<id of the asset>`, written anew where it is there already.
+        `<folder>/<id of the asset>`, which is overwritten if it exists.
     Raises:
         OutputError: the folder cannot be written to, or another run is writing to it.
     """
@@ -106,7 +107,7 @@ def write(asset: Asset, folder: str | Path) -> Path:
 
 
 def read_asset(folder: str | Path) -> Asset:
-    """The asset in a folder of a library or one that `write` made, meshes and textures included.
+    """Return the asset in a folder of a library or one that `write` made, including meshes and textures.
 
     Raises:
         OutputError: a file is missing or damaged.
@@ -118,10 +119,10 @@ def check(subject: Asset | Kitchen | str | Path) -> Report:
     """Run every check that applies; about a second for an asset, ten to twenty for a kitchen.
 
     Args:
-        subject: an asset or a kitchen, which is written to a temporary folder for it; or the folder of an asset or of a
-            scene, which is only read.
+        subject: an asset or a kitchen, which is written to a temporary folder for the checks; or the folder of an asset
+            or of a scene, which is only read.
     Raises:
-        OutputError: the folder holds neither an asset nor a scene, or is damaged.
+        OutputError: the folder contains neither an asset nor a scene, or is damaged.
     """
     if isinstance(subject, Asset):
         with tempfile.TemporaryDirectory(prefix="casa-assets-") as place:
@@ -142,6 +143,6 @@ def check(subject: Asset | Kitchen | str | Path) -> Report:
 
 
 def _check_scene(kitchen: KitchenRequest, scene: Scene, folder: Path) -> Report:
-    """Every check on a scene in its folder."""
+    """Run every check on a scene in its folder."""
     report, _ = run_checks_on_scene(scene, design_of(kitchen, scene), folder)
     return report

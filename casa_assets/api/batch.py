@@ -38,9 +38,10 @@ class BatchKitchen:
     """A kitchen of a batch.
 
     Attributes:
-        id: of the kitchen. model: compiled, in the structure that all kitchens of the batch share.
+        id: id of the kitchen.
+        model: compiled model, in the structure that all kitchens of the batch share.
         bodies, joints, geoms, sites, cameras: name in the kitchen -> id in `model` and in the engine.
-        rows: states at rest, of which a reset takes one.
+        rows: states at rest, one of which a reset takes.
     """
 
     id: str
@@ -53,7 +54,7 @@ class BatchKitchen:
     rows: StartRows
 
     def address(self, joint: str) -> int:
-        """Where the first number of a joint stands in qpos. Raises CasaError where there is no such joint."""
+        """Index in qpos of the first number of a joint. Raises CasaError if the joint does not exist."""
         if joint not in self.joints:
             raise CasaError(f"{self.id}: its batch form has no joint {joint!r}; batch.json lists those that are locked")
         return int(self.model.jnt_qposadr[self.joints[joint]])
@@ -63,10 +64,12 @@ class Batch:
     """Worlds in one engine, made by `batch(...)`; world w is a copy of kitchen `w % len(kitchens)`.
 
     Attributes:
-        engine: its name. kitchens: in their order. kitchen_of_world: (worlds,) ints.
-        sizes: of the engine's buffers for a world.
-        states: (worlds,) number of the start state that each world was put into; -1: the kitchen as it is built.
-        base: (worlds, 3) where the middle of a robot's base parks in it: x, y (m), yaw (rad).
+        engine: its name.
+        kitchens: the kitchens in their order.
+        kitchen_of_world: (worlds,) ints.
+        sizes: sizes of the engine's buffers for a world.
+        states: (worlds,) number of the start state of the last reset of each world; -1: the kitchen as it is built.
+        base: (worlds, 3) parking pose of the middle of a robot's base in each world: x, y (m), yaw (rad).
     """
 
     def __init__(
@@ -80,7 +83,7 @@ class Batch:
         self.reset(seed=None)
 
     def __len__(self) -> int:
-        """How many worlds there are."""
+        """Number of worlds."""
         return len(self.kitchen_of_world)
 
     @property
@@ -99,22 +102,22 @@ class Batch:
 
     @property
     def control(self) -> Any:
-        """What drives the joints: Newton's Control; for other engines it is in `data`."""
+        """Inputs that drive the joints: Newton's Control; for other engines they are in `data`."""
         return self._engine.control
 
     @property
     def axes(self) -> Any:
-        """Of MJX: which arrays of `model` have a row per world, as `jax.vmap` wants it in `in_axes`. Else None."""
+        """For MJX, the arrays of `model` that have a row per world, as `in_axes` of `jax.vmap`. Otherwise None."""
         return getattr(self._engine, "axes", None)
 
     @property
     def bytes_per_world(self) -> int:
-        """Memory of the state of a world in the engine, without the model and without what a step needs, bytes."""
+        """Memory for the state of a world in the engine, without the model and without buffers for a step, bytes."""
         return self._engine.bytes_per_world
 
     @cached_property
     def fields(self) -> dict[str, Floats]:
-        """Array of a MuJoCo model in which the kitchens differ -> (kitchens, ...) its values."""
+        """Name of a MuJoCo model array that differs between the kitchens -> its values, (kitchens, ...)."""
         models = [kitchen.model for kitchen in self.kitchens]
         found = {}
         for name in dir(models[0]):
@@ -128,23 +131,24 @@ class Batch:
 
     @property
     def qpos(self) -> Floats:
-        """(worlds, nq) a copy of the positions, as MuJoCo orders them."""
+        """(worlds, nq) copy of the positions, in MuJoCo's order."""
         return self._engine.qpos
 
     @property
     def qvel(self) -> Floats:
-        """(worlds, nv) a copy of the velocities, as the engine orders them."""
+        """(worlds, nv) copy of the velocities, in the engine's order."""
         return self._engine.qvel
 
     def step(self, count: int = 1) -> None:
-        """Step all worlds so many times, 2 ms each."""
+        """Run `count` steps of 2 ms in all worlds."""
         self._engine.step(count)
 
     def reset(self, worlds: Sequence[int] | Ints | None = None, seed: int | None = None) -> None:
-        """Put worlds into start states, at rest, with a robot where it parks.
+        """Put worlds into start states, at rest, with the robot at its parking place.
 
         Args:
-            worlds: their numbers; None: all. seed: draws the state of each; None: the first state of each kitchen.
+            worlds: their numbers; None: all.
+            seed: seed that draws the state of each world; None: the first state of each kitchen.
         """
         chosen = np.arange(len(self)) if worlds is None else np.asarray(worlds, dtype=np.int64)
         random = None if seed is None else np.random.default_rng(seed)
@@ -173,24 +177,24 @@ def batch(
     device: str | None = None,
     textures: bool = False,
 ) -> Batch:
-    """Kitchens side by side in one engine: their batch forms in one structure, at rest in their start states.
+    """Run several kitchens in one engine: their batch forms in one structure, at rest in their start states.
 
-    Engines want the same bodies, joints and shapes in each world and let numbers differ. So all kitchens get as many
-    of each as the one with the most; what a kitchen lacks is parked out of the way.
+    Engines require the same bodies, joints and shapes in each world but allow different numbers. So all kitchens get as
+    many of each as the kitchen with the most; surplus ones are parked out of the way.
 
     Args:
-        kitchens: ids, folders of scenes, or what `kitchen()` made; plans and styles may differ.
-        engine: `mujoco` steps with threads of the processor; `mujoco_warp`, `mjx` and `newton` have to be installed.
-        worlds: how many; None: one of each kitchen.
-        robot: MJCF file or MjSpec of a robot; it stands in each world where the start state says, its names begin with
-            `robot_`. Not with `newton`.
-        states: at most so many start states of each kitchen are kept for resets, where `casa-assets scenes states` drew
-            some; else there is one, the kitchen as it is built.
+        kitchens: ids, folders of scenes, or results of `kitchen()`; plans and styles may differ.
+        engine: `mujoco` steps with threads on the processor; `mujoco_warp`, `mjx` and `newton` have to be installed.
+        worlds: number of worlds; None: one for each kitchen.
+        robot: MJCF file or MjSpec of a robot; in each world it is placed as the start state says, and its names begin
+            with `robot_`. Not with `newton`.
+        states: maximum number of start states of each kitchen to keep for resets, if `casa-assets scenes states` drew
+            some; otherwise there is one, the kitchen as it is built.
         out: folder of scenes; None: `out/scenes` of the working folder.
-        sizes: nconmax, njmax, nccdmax and nvmax of a world in place of those in `batch.json`; a robot may need more.
+        sizes: nconmax, njmax, nccdmax and nvmax of a world that replace those in `batch.json`; a robot may need more.
         device: such as `cuda:0` or `cpu`; None: the engine's own choice.
-        textures: for pictures: the model holds the materials of all kitchens, and `geom_matid` differs from world to
-            world. Else geoms are in plain colours, which differ too. Not with `newton`.
+        textures: for rendering: the model holds the materials of all kitchens, and `geom_matid` differs from world to
+            world. Otherwise geoms have plain colours, which differ too. Not with `newton`.
     Raises:
         UnknownId: no such engine or kitchen. CasaError: no kitchen or fewer worlds than kitchens, the engine is not
             installed, a kitchen cannot be built, or a robot does not load.
@@ -225,7 +229,7 @@ def batch(
 
 
 def _refuse_what_newton_lacks(has_robot: bool, textures: bool) -> None:
-    """Raises CasaError."""
+    """Raise CasaError for options that Newton does not support."""
     if has_robot:
         raise CasaError("newton: a robot is added with newton.ModelBuilder; leave robot out")
     if textures:
@@ -240,7 +244,7 @@ def _put_together(
     sizes: Mapping[str, int],
     textures: bool,
 ) -> tuple[list[SharedModel], list[StartRows], dict[str, int]]:
-    """Kitchens in one structure, with a robot; their states at rest; sizes of the buffers of a world."""
+    """Return the kitchens in one structure, with a robot; their states at rest; sizes of the buffers of a world."""
     specs = [source.spec for source in sources]
     # States are settled without a robot, which would move; its bodies and joints come after the kitchen's.
     shared = share(specs, cylinders=engine != "mjx", textures=textures)
@@ -263,10 +267,10 @@ def _put_together(
 
 @dataclass(frozen=True)
 class _Source:
-    """What a kitchen of a batch is made of.
+    """Input for one kitchen of a batch.
 
     Attributes:
-        folder: of its scene; what it lacks is not used.
+        folder: folder of its scene; missing files are not used.
     """
 
     id: str
@@ -283,19 +287,19 @@ class _Source:
 
     @property
     def sizes(self) -> dict[str, int]:
-        """Sizes of buffers that `batch.json` tells; empty where there is none."""
+        """Sizes of buffers from `batch.json`; empty if the file does not exist."""
         found = read_batch(self.folder)
         return {} if found is None else {name: getattr(found.engine, name) for name in COMMON_SIZES}
 
     def rows(self, shared: SharedModel, most: int) -> StartRows:
-        """States at rest, of start states that were drawn for this very scene."""
+        """States at rest, from the start states that were drawn for exactly this scene."""
         path, scene = self.folder / START_STATES, self.folder / FILES["full"]
         drawn = read_current_states(self.folder, scene) if path.is_file() and scene.is_file() else None
         return start_rows(shared, drawn, most, self.parks or (0.0, 0.0, 0.0))
 
     @cached_property
     def parks(self) -> tuple[float, float, float] | None:
-        """Where a robot parks in the kitchen as it is built: before the first fixture; None where nothing says so."""
+        """Parking pose of a robot in the kitchen as built, in front of the first fixture, or None if not stated."""
         path = self.folder / SCENE_JSON
         if self.kitchen is not None:
             facts = self.kitchen.facts
@@ -308,7 +312,7 @@ class _Source:
 
 
 def _placed(robot: Robot, mounts: Floats) -> Floats:
-    """(worlds, nq of the robot) its positions; a free one stands where it parks and looks ahead."""
+    """(worlds, nq of the robot) positions; a free robot is at its parking place and looks ahead."""
     rows = np.tile(robot.qpos, (len(mounts), 1))
     if robot.floats:
         rows[:, :2] = mounts[:, :2]

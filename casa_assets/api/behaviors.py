@@ -1,6 +1,6 @@
-"""Run the state machines of fixtures beside a simulation, and tell the named states of their joints.
+"""Run the state machines of fixtures along with a simulation, and report the named states of their joints.
 
-All of it is in the texts of a model (`docs/reference/formats.md`), so nothing is needed but a compiled model.
+All data are in the texts of a model (`docs/reference/formats.md`), so only a compiled model is needed.
 """
 
 from __future__ import annotations
@@ -31,7 +31,8 @@ class _JointStates:
     """Named states of one joint.
 
     Attributes:
-        address: in `qpos`. end: its position when fully open, rad or m.
+        address: index in `qpos`.
+        end: its position when fully open, rad or m.
         intervals: value -> interval of the share of the way from zero to `end`.
     """
 
@@ -40,7 +41,7 @@ class _JointStates:
     intervals: Mapping[str, tuple[float, float]]
 
     def value(self, qpos: Floats) -> str | None:
-        """The state that it is in; None between two of them."""
+        """Return its current state, or None between two states."""
         # The stops of a joint are soft: a closed drawer may stand a little below zero.
         share = min(max(float(qpos[self.address]) / self.end, 0.0), 1.0)
         return next((value for value, (low, high) in self.intervals.items() if low <= share <= high), None)
@@ -52,13 +53,13 @@ class Behaviors:
     Works on whole kitchens and on single assets, full or light, alone or with a robot attached.
 
     Attributes:
-        values: fixture -> name -> values that it can have. A name is that of a variable of the fixture's state machine
-            (such as `power`: off, on) or of one of its joints (such as `door_joint`: closed, open). An asset that was
-            loaded by itself is called `object`.
+        values: fixture -> name -> possible values. A name is that of a variable of the fixture's state machine (such as
+            `power`: off, on) or of one of its joints (such as `door_joint`: closed, open). The fixture of an asset that
+            was loaded by itself is called `object`.
     """
 
     def __init__(self, model: mujoco.MjModel) -> None:
-        """Reads the texts of a compiled model. Raises CasaError where a text names what the model does not have."""
+        """Read the texts of a compiled model. Raises CasaError if a text names a joint that the model lacks."""
         self._model = model
         self._root = model.body_rootid[model.geom_bodyid]
         self._machines: dict[str, BehaviorState] = {}
@@ -88,7 +89,7 @@ class Behaviors:
                 self._keys[geom] = fixture, collider
 
     def _add_state(self, prefix: str, text: str) -> None:
-        """Add a state; a text names the joint as the file did, to which a merged model may have added a prefix."""
+        """Add a state; its text has the joint name of the file, to which a merged model may have added a prefix."""
         written, value, low, high = text.split()
         joint = written.rpartition(_JOINER)[2]
         address = self._address(prefix + joint)
@@ -115,9 +116,10 @@ class Behaviors:
         return MappingProxyType({fixture: MappingProxyType(found[fixture]) for fixture in sorted(found)})
 
     def reset(self, data: mujoco.MjData) -> FixtureStates:
-        """Put every variable at its initial value and look at `data` for the first time.
+        """Set every variable to its initial value and read `data` for the first time.
 
-        Call it after every reset of `data`. What is touched here already has not just been pressed.
+        Call it after every reset of `data`. Anything that is already touched at this time does not count as just
+        pressed.
         """
         for fixture, machine in self._machines.items():
             self._machines[fixture] = behavior_interpreter.start(machine.behavior)
@@ -125,13 +127,13 @@ class Behaviors:
         return self.update(data)
 
     def update(self, data: mujoco.MjData) -> FixtureStates:
-        """Go on to the time of `data` and return fixture -> variable or joint -> value.
+        """Advance to the time of `data` and return fixture -> variable or joint -> value.
 
-        Call it once per control step (0.05 s and less): a touch that begins and ends between two calls is not seen. A
+        Call it once per control step (0.05 s or less): a touch that begins and ends between two calls is not seen. A
         joint between two of its named states has the value None.
 
         Raises:
-            CasaError: the time of `data` lies before that of the last call; `reset` was forgotten.
+            CasaError: the time of `data` is before that of the last call; `reset` was forgotten.
         """
         elapsed = 0.0 if self._time is None else data.time - self._time
         if elapsed < 0:
@@ -147,7 +149,7 @@ class Behaviors:
         return self.states(data)
 
     def states(self, data: mujoco.MjData) -> FixtureStates:
-        """What the last `update` found, with joints as they stand now; nothing goes on."""
+        """Return the values from the last `update`, with current states of joints; state machines do not advance."""
         found: dict[str, dict[str, str | None]] = {name: dict(m.values) for name, m in self._machines.items()}
         for fixture, joints in self._joints.items():
             found.setdefault(fixture, {}).update((name, joint.value(data.qpos)) for name, joint in joints.items())
@@ -159,7 +161,7 @@ class Behaviors:
         return {fixture: machine.effects for fixture, machine in self._machines.items() if machine.effects}
 
     def _touched(self, data: mujoco.MjData) -> dict[str, set[str]]:
-        """Fixture -> its watched colliders that something touches which is no part of it."""
+        """Fixture -> its watched colliders that are touched by something outside the fixture."""
         found: dict[str, set[str]] = {}
         pairs = data.contact.geom
         for first, second in pairs[self._is_key[pairs].any(axis=1)].tolist():
@@ -170,9 +172,9 @@ class Behaviors:
         return found
 
     def _is_same_thing(self, geom: int, other: int) -> bool:
-        """Whether two geoms belong to one asset: by name, and by body where names have no prefix.
+        """Whether two geoms belong to one asset: by name, or by body if names have no prefix.
 
-        In a light kitchen what is fixed belongs to the world's body.
+        In a light kitchen all fixed objects belong to the world body.
         """
         if other < 0:
             return False
@@ -182,5 +184,5 @@ class Behaviors:
 
 
 def _fixture(prefix: str) -> str:
-    """Name of what a prefix belongs to."""
+    """Name of the fixture that a prefix belongs to."""
     return prefix.rstrip("_") or _ALONE

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Bounds:
-    """Lowest and highest value of a number, both allowed; None where there is no bound. SI units."""
+    """Minimum and maximum of a number, both allowed; None if there is no bound. SI units."""
 
     low: float | None
     high: float | None
@@ -26,8 +26,10 @@ class PlanInfo:
     """A floor plan.
 
     Attributes:
-        name: as `kitchen` takes it. title: what a person calls it, one line.
-        defaults: length that varies -> metres, as the plan has it. bounds: the same length -> what a seed may draw.
+        name: name for `kitchen`.
+        title: name for people, one line.
+        defaults: variable length -> its value in the plan, metres.
+        bounds: variable length -> bounds within which a seed draws it.
     """
 
     name: str
@@ -38,7 +40,7 @@ class PlanInfo:
 
 @dataclass(frozen=True)
 class StyleInfo:
-    """A style of kitchens: name as `kitchen` takes it, title, and what makes it recognisable in one line."""
+    """A style of kitchens: name for `kitchen`, title, and what makes it recognisable in one line."""
 
     name: str
     title: str
@@ -50,9 +52,12 @@ class FamilyInfo:
     """A parametric family of assets.
 
     Attributes:
-        name: as `build` and `sample` take it. title: what a person calls it, one line.
-        group: cabinets, counters, cooking, cold, small, decor or room. category: id of the kind of thing that it makes.
-        presets: names of ready members. params: type of the numbers that `build` takes.
+        name: name for `build` and `sample`.
+        title: name for people, one line.
+        group: cabinets, counters, cooking, cold, small, decor or room.
+        category: category id of the assets that it makes.
+        presets: names of ready members.
+        params: type of the parameters of `build`.
         bounds: number -> its bounds; numbers inside a part are named `part.number`.
     """
 
@@ -97,7 +102,7 @@ def surfaces() -> Mapping[str, tuple[str, ...]]:
 
 
 def plugins() -> Mapping[str, Plugin]:
-    """The plug-ins in use, by name: of installed packages, and of the project where its code may run (`use_project`).
+    """The plug-ins in use, by name: of installed packages, and of the project if its code may run (`use_project`).
 
     Raises:
         CasaError: one cannot be imported, or offers a name that is taken.
@@ -126,7 +131,7 @@ def _family(family: Family[Any], group: str) -> FamilyInfo:
 
 
 def _bounds(params: type[Params], at: str = "") -> list[tuple[str, Bounds]]:
-    """Name and bounds of every number of a type of Params, those of nested Params included."""
+    """Name and bounds of every number of a type of Params, including those of nested Params."""
     from casa_assets.families.family import Params
 
     found: list[tuple[str, Bounds]] = []
@@ -142,5 +147,5 @@ def _bounds(params: type[Params], at: str = "") -> list[tuple[str, Bounds]]:
 
 
 def _bound(marks: list[Any], names: tuple[str, ...]) -> float | None:
-    """The number of the first mark of a field that has one of these names, as pydantic's Field leaves them."""
+    """Number of the first constraint in a field's metadata that has one of these names, as in pydantic's Field."""
     return next((float(getattr(mark, name)) for mark in marks for name in names if hasattr(mark, name)), None)

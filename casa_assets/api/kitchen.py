@@ -1,4 +1,4 @@
-"""A plan in a style as an object that is loaded into MuJoCo or written to disk."""
+"""A plan in a style as an object that can be loaded into MuJoCo or written to disk."""
 
 from __future__ import annotations
 
@@ -48,16 +48,19 @@ _ID = re.compile(r"[a-z][a-z0-9]*(_{1,2}[a-z0-9]+)*")
 
 
 class Kitchen:
-    """A kitchen, made by `kitchen(...)`; it is composed when something of it is first asked for.
+    """A kitchen, made by `kitchen(...)`; it is composed when one of its parts is first used.
 
     Attributes:
         id: such as `galley__rustic__s7`; the same id gives the same scene files with one version of the program.
-        plan, style: names. seed: that drew the lengths, or None. closed: whether open walls are drawn too.
-        surfaces: surface -> texture, and models: role -> model, where they differ from the style's.
+        plan, style: names.
+        seed: seed that drew the lengths, or None.
+        closed: whether open walls are drawn too.
+        surfaces: surface -> texture, for those that differ from the style's.
+        models: role -> model, for those that differ from the style's.
     """
 
     def __init__(self, recipe: SceneRecipe) -> None:
-        """Raises CasaError where the plan and the style do not go together."""
+        """Check the recipe. Raises CasaError if the plan and the style do not fit together."""
         self._recipe = recipe
         resolve(recipe)
         self.id, self.plan, self.style = recipe.scene_id, recipe.plan, recipe.style
@@ -75,12 +78,12 @@ class Kitchen:
 
     @property
     def scene(self) -> Scene:
-        """The resolved scene: assets, placements, cameras, lights. Metres, z up, frame of the world."""
+        """The resolved scene: assets, placements, cameras, lights. Metres, z up, world frame."""
         return self._built[1]
 
     @property
     def resolved(self) -> Resolved:
-        """The plan in metres: room, openings, runs, units and what is wanted where."""
+        """The plan in metres: room, openings, runs, units and the position of each requested item."""
         return self._built[0]
 
     @property
@@ -90,21 +93,21 @@ class Kitchen:
 
     @property
     def assets(self) -> Mapping[str, Asset]:
-        """Every asset that stands in it, by id, each once."""
+        """Every asset that is used in it, by id, each once."""
         return {asset.id: asset for asset in self.scene.assets}
 
     @cached_property
     def facts(self) -> dict[str, Any]:
-        """The content of `scene.json`: fixtures, joints, regions in the world frame, tasks, where a robot parks."""
+        """The content of `scene.json`: fixtures, joints, regions in the world frame, tasks, parking places."""
         return describe(self._recipe, *self._built)
 
     def to_mjmodel(self, weight: Weight = "full", sleep: bool = False) -> mujoco.MjModel:
-        """A compiled model with the keyframes `start`, `closed` and `open`; nothing but the cache is written.
+        """Compile a model with the keyframes `start`, `closed` and `open`; nothing is written except to the cache.
 
         Args:
-            weight: `full`; `light`: primitive shapes in plain colours; or `batch`: fewer of them, merged across
-                fixtures, some joints locked, what is at rest asleep, for thousands of copies at once.
-            sleep: let MuJoCo leave out what is at rest until something moves it; the batch form always does.
+            weight: `full`; `light`: primitive shapes in plain colours; or `batch`: fewer primitives, merged across
+                fixtures, some joints locked, bodies at rest asleep, for thousands of copies at once.
+            sleep: let MuJoCo skip bodies at rest until something moves them; the batch form always does.
         Raises:
             UnknownId: no such weight. CasaError: a part cannot be built.
         """
@@ -115,21 +118,22 @@ class Kitchen:
         return spec_of(self._mjcf(weight), sleep)
 
     def textures_of(self, model: mujoco.MjModel) -> SurfaceTextures:
-        """Its pictures in a compiled model: others take their place at once, without compiling.
+        """Return the surface pictures in a compiled model, which can then be replaced without recompiling it.
 
         Args:
-            model: made of this kitchen in full, with whatever was added to its spec; it is changed in place.
+            model: compiled from this kitchen in its full form, including anything that was added to its spec; it is
+                changed in place.
         """
         return SurfaceTextures(model, surface_finishes(self.resolved.style), cache_dir())
 
     def write(self, folder: str | Path, picture: bool = False) -> Path:
-        """Write it as `casa-assets scenes new` does, MJCF (full and light), USD and scene.json.
+        """Write MJCF (full and light), USD and scene.json, as `casa-assets scenes new` does.
 
         Args:
-            folder: of scenes, made where it is missing; what scenes share is put into `assets` in it.
+            folder: folder of scenes, created if missing; files shared by scenes are put into `assets` in it.
             picture: draw `overview.png` too.
         Returns:
-            `<folder>/<id>`. What is there already and is up to date stays as it is.
+            `<folder>/<id>`. If it exists already and is up to date, it is left unchanged.
         Raises:
             OutputError: the folder cannot be written to, or another run is writing to it.
         """
@@ -166,25 +170,25 @@ def kitchen(
     mixed: bool = False,
     models: Mapping[str, str] | None = None,
 ) -> Kitchen:
-    """A floor plan in a style.
+    """Return a floor plan in a style.
 
     Args:
         plan: name of a floor plan, see `plans()`.
         style: name of a style, see `styles()`.
-        seed: draws the lengths of the plan within their bounds; None: as the plan has them.
-        surfaces: wall, floor, counter or cabinet -> texture, see `surfaces()`; `random`: drawn by the seed, each by
-            itself.
+        seed: seed that draws the lengths of the plan within their bounds; None: the lengths of the plan.
+        surfaces: wall, floor, counter or cabinet -> texture, see `surfaces()`; `random`: each drawn independently by
+            the seed.
         closed: draw the walls too that a plan leaves open.
-        objects: how many things are put where people keep them: plates in cupboards, food in the refrigerator. There
-            are fewer where there is no room for so many; `facts["objects"]` lists them.
-        objects_seed: draws which things, and where.
-        mixed: fronts, appliances, furniture and small things are drawn out of all styles, by the seed.
-        models: role of a style, such as `range` or `fridge` -> what takes the place of the style's model: a preset of
-            a family (`range/pro_six`), or an asset of a library of the project (`library:<id>`).
+        objects: number of objects to put where people keep them: plates in cupboards, food in the refrigerator. If
+            there is not enough room, there are fewer; `facts["objects"]` lists them.
+        objects_seed: seed that draws the objects and their places.
+        mixed: draw fronts, appliances, furniture and small objects from all styles, by the seed.
+        models: role of a style, such as `range` or `fridge` -> model that replaces the style's: a preset of a family
+            (`range/pro_six`), or an asset of a library of the project (`library:<id>`).
     Raises:
         UnknownId: no such plan, style, surface, texture, role or model; the error names the nearest.
-        CasaError: a number of objects is negative, a model does not suit its role or the plan has nothing of it, or
-            the plan does not fit together with these lengths or this style.
+        CasaError: a number of objects is negative, a model does not suit its role, its role is not in the plan, or the
+            plan does not fit together with these lengths or this style.
     """
     for name, number in (("objects", objects), ("objects_seed", objects_seed)):
         if number < 0:
@@ -195,7 +199,7 @@ def kitchen(
 
 
 def _pairs(surfaces: Mapping[str, str]) -> Iterator[tuple[Surface, str]]:
-    """Surfaces with their textures. Raises UnknownId."""
+    """Pairs of a surface and its texture. Raises UnknownId."""
     for name, texture in surfaces.items():
         if name not in list(Surface):
             raise UnknownId("surface", name, [s.value for s in Surface])
@@ -248,24 +252,25 @@ def load_scene(
     sleep: bool = False,
     seed: int | None = None,
 ) -> mujoco.MjModel | mujoco.MjSpec:
-    """A kitchen by its id or from its folder, loaded into MuJoCo.
+    """Load a kitchen into MuJoCo, by its id or from its folder.
 
     An id is looked for in `out`, or in `out/scenes` of the working folder. A scene that an older version of this
-    package made there is not loaded: it is made again, in `out` where that is given, else in memory.
+    package wrote there is not loaded but made again: in `out` if that is given, else in memory.
 
     Args:
-        scene: id such as `l_small__coastal`, or what `casa-assets scenes new` printed, such as
+        scene: id such as `l_small__coastal`, or an id printed by `casa-assets scenes new`, such as
             `galley__rustic__s7__t5c1d2e3f`; or the path of a scene's folder or of one of its XML files, which is loaded
             as it is.
         textures: pictures that differ from the scene's, by surface: wall, floor, counter, cabinet. Not for specs.
         weight: `full`; `light`: primitive shapes in plain colours; or `batch`: at most 300 of them, for thousands of
-            copies at once, as `casa-assets scenes batch` writes it. Of an XML file that is named it is what the file
-            holds.
-        out: folder of scenes, written to where the scene is missing.
-        as_spec: an MjSpec to add a robot and objects to, instead of a compiled MjModel.
-        sleep: let MuJoCo leave out what is at rest until something moves it, which is some times as fast; the batch
-            form always does.
-        seed: draws the lengths of the plan, as `kitchen()` and `casa-assets scenes new` do; with an id that has none.
+            copies at once, as `casa-assets scenes batch` writes it. For the path of an XML file, the form that it holds
+            is used.
+        out: folder of scenes; the scene is written to it if missing.
+        as_spec: return an MjSpec, to which a robot and objects can be added, instead of a compiled MjModel.
+        sleep: let MuJoCo skip bodies at rest until something moves them, which is several times as fast; the batch form
+            always does.
+        seed: seed that draws the lengths of the plan, as for `kitchen()` and `casa-assets scenes new`; for an id
+            without a seed.
     Returns:
         MjModel or MjSpec. Keyframes: start, closed, open.
     Raises:
@@ -287,15 +292,15 @@ def load_scene(
 
 
 def start_states(scene: str | Path, model: mujoco.MjModel, out: Path | str | None = None) -> StartStates:
-    """The start states that `casa-assets scenes states` drew for a kitchen, ready to reset simulations of it.
+    """Return the start states that `casa-assets scenes states` drew for a kitchen, to reset simulations of it.
 
     Args:
         scene: id, looked for in `out` or in `out/scenes` of the working folder; or the path of a scene's folder.
-        model: compiled of that kitchen, in full or light, with whatever was added to its spec.
+        model: compiled from that kitchen in its full or light form, including anything that was added to its spec.
         out: folder of scenes.
     Raises:
-        CasaError: there are none, the file is damaged, they are of another scene.xml than stands beside them, or the
-            model lacks a joint of theirs.
+        CasaError: there are no start states, the file is damaged, they belong to another scene.xml than the one next to
+            them, or the model lacks one of their joints.
     """
     folder = Path(scene) if _is_path(scene) else (SCENES_FOLDER if out is None else Path(out)) / str(scene)
     found = read_current_states(folder, folder / FILES["full"])
@@ -320,7 +325,10 @@ def _found(scene: str | Path, weight: Weight, out: Path | None) -> tuple[Path | 
 
 
 def folder_or_kitchen(scene: str | Path, weight: Weight, out: Path) -> Path | Kitchen:
-    """The path that is named, the folder of an id where its file of a weight is up to date in `out`, or its kitchen."""
+    """Return the path of a scene, or its kitchen if there is no up-to-date file on disk.
+
+    A path is returned unchanged. For an id it is the scene's folder in `out` if its file of this weight is up to date.
+    """
     if _is_path(scene):
         return Path(scene)
     recipe = recipe_of(str(scene), (out,))
@@ -345,7 +353,7 @@ def _is_path(scene: str | Path) -> bool:
 
 
 def _covers(folder: Path) -> Mapping[str, list[str]]:
-    """Finishes that cover the surfaces of a scene on disk; empty where it does not say."""
+    """Finishes that cover the surfaces of a scene on disk; empty if its scene.json does not state them."""
     try:
         covers = json.loads((folder / SCENE_JSON).read_text(encoding="utf-8"))["covers"]
         return {str(surface): [str(name) for name in names] for surface, names in covers.items()}

@@ -1,4 +1,4 @@
-"""Meshes into assets: one at a time in memory, or many into a library on disk."""
+"""Convert meshes to assets: one at a time in memory, or many into a library on disk."""
 
 from __future__ import annotations
 
@@ -48,17 +48,17 @@ class IngestResult:
     """Outcome of one input of `Library.ingest`.
 
     Attributes:
-        source: path of the input as its source calls it, or the name of a mesh in memory.
-        status: `accepted`: there is a new asset. `review`: there is one, and `Library.in_review` says what a person
-            has to decide about it. `skipped`: an earlier run made the asset of the same bytes, and it stays as it is.
-            `rejected`: no asset can be made of it, now or in an earlier run. `failed`: the work on it
-            ended without a verdict (its limits on time or memory, a crash); the next run tries again.
-        asset_id: None where it was rejected or failed.
-        folder: of the asset, or of what is kept of the rejected input; None for inputs without a mesh, such as a
-            broken row of a manifest.
-        reasons: why it was rejected or failed, the first one decided; empty where there is an asset.
+        source: path of the input as its source states it, or the name of a mesh in memory.
+        status: `accepted`: there is a new asset. `review`: there is one, and `Library.in_review` lists what a person
+            has to decide about it. `skipped`: an earlier run made the asset from the same bytes, and it is unchanged.
+            `rejected`: no asset can be made of it, now or in an earlier run. `failed`: the work on it ended without a
+            verdict (its limits on time or memory, a crash); the next run tries again.
+        asset_id: None if it was rejected or failed.
+        folder: folder of the asset, or of the kept data of the rejected input; None for inputs without a mesh, such as
+            a broken row of a manifest.
+        reasons: why it was rejected or failed, the decisive one first; empty if there is an asset.
         warnings: faults that do not keep an asset out.
-        count: inputs that it stands for; more than 1 for rows of a manifest that are broken in the same way.
+        count: number of inputs that it represents; more than 1 for rows of a manifest that are broken in the same way.
     """
 
     source: str
@@ -75,10 +75,12 @@ class Ingested:
     """Outcome of ingesting one mesh.
 
     Attributes:
-        source: path of the input. asset: accepted or in review; None where it was rejected.
-        rejection: None where it was accepted. warnings: faults that do not keep it out.
-        report: every check, with its number or why it has none; None where it was rejected before the checks.
-        folder: of the entry in the library; None where no library was named.
+        source: path of the input.
+        asset: accepted or in review, or None if it was rejected.
+        rejection: None if there is an asset.
+        warnings: faults that do not keep it out.
+        report: every check, with its number or why it has no number; None if it was rejected before the checks.
+        folder: folder of the entry in the library; None without a library.
     """
 
     source: str
@@ -90,12 +92,12 @@ class Ingested:
 
     @property
     def to_decide(self) -> tuple[str, ...]:
-        """What was told on thin evidence and a person has to decide, such as `scale` and `mass`."""
+        """Properties, such as `scale`, that were decided on weak evidence and that a person has to confirm."""
         return subjects_to_decide(self.warnings)
 
     @property
     def accepted(self) -> bool:
-        """True if there is an asset and nothing about it is for a person to decide."""
+        """True if there is an asset and a person has nothing to decide about it."""
         return self.asset is not None and not self.to_decide
 
 
@@ -104,13 +106,15 @@ class Articulated:
     """Outcome of searching one mesh for doors, drawers and controls.
 
     Attributes:
-        source: path of the input. asset: accepted or in review; None where it was rejected.
-        rejection: None where there is an asset; ART001 where nothing moves.
-        report: every check; None where it was rejected before the checks.
-        category, size: what it was taken to be and how large, and why.
-        missing: what keeps it from what RoboCasa's fixture class of its kind reads; empty where nothing does.
-        folder: of the entry in the library, with `decisions.yaml` in it; None where no library was named.
-        reason_kept: why this is the accepted asset that the library had, and not the new result; empty otherwise.
+        source: path of the input.
+        asset: accepted or in review, or None if it was rejected.
+        rejection: None if there is an asset; ART001 if no part moves.
+        report: every check; None if it was rejected before the checks.
+        category, size: its assumed category and size, with the reasons.
+        missing: requirements of RoboCasa's fixture class of its kind that it does not meet; empty if it meets them all.
+        folder: folder of the entry in the library, with `decisions.yaml` in it; None without a library.
+        reason_kept: why this is the accepted asset that was already in the library, and not the new result; empty
+            otherwise.
     """
 
     source: str
@@ -125,20 +129,20 @@ class Articulated:
 
     @property
     def to_decide(self) -> tuple[str, ...]:
-        """What is too uncertain and a person has to decide: `frame`, `plan`, `contacts`; the report says why."""
+        """Uncertain properties that a person has to decide: `frame`, `plan`, `contacts`; the report says why."""
         return self.report.to_decide if self.asset is not None and self.report is not None else ()
 
     @property
     def accepted(self) -> bool:
-        """True if there is an asset and nothing about it is for a person to decide."""
+        """True if there is an asset and a person has nothing to decide about it."""
         return self.asset is not None and not self.to_decide
 
 
 class Library:
-    """A folder of assets, as `casa-assets ingest` writes it; it need not exist before something is ingested.
+    """A folder of assets, as `casa-assets ingest` writes it; it need not exist before the first ingest.
 
     Iterating gives the records of its accepted assets, sorted by category and id: id, category, size and mass, guesses,
-    results of checks, source. `len` counts them. What a person has to decide about first is told by `in_review`.
+    results of checks, source. `len` counts them. `in_review` gives the assets that a person has to decide about first.
     """
 
     def __init__(self, path: str | Path) -> None:
@@ -150,7 +154,7 @@ class Library:
         return f"<Library {self.path}>"
 
     def __iter__(self) -> Iterator[Entry]:
-        """Records of the accepted assets. Raises OutputError where one is damaged."""
+        """Records of the accepted assets. Raises OutputError if one is damaged."""
         return (entry for entry in entries(self._disk) if entry.decision is Decision.ACCEPTED)
 
     def __len__(self) -> int:
@@ -158,7 +162,7 @@ class Library:
         return sum(entry.decision is Decision.ACCEPTED for entry in EntryTable(self._disk).entries)
 
     def in_review(self) -> Iterator[Entry]:
-        """Records of assets about which a person has to decide something, in review.csv; `to_decide` says what."""
+        """Records of assets about which a person has to decide something, in review.csv; `to_decide` lists it."""
         return (entry for entry in entries(self._disk) if entry.decision is Decision.REVIEW)
 
     def __contains__(self, asset_id: object) -> bool:
@@ -166,7 +170,7 @@ class Library:
         return any(folder.name == asset_id for folder in self._disk.accepted())
 
     def rejected(self) -> Iterator[Entry]:
-        """Records of the inputs that were turned away, each with a code and a reason."""
+        """Records of the rejected inputs, each with a code and a reason."""
         return (entry for entry in entries(self._disk) if not entry.accepted)
 
     def folder(self, asset_id: str) -> Path:
@@ -177,11 +181,11 @@ class Library:
         return found[asset_id]
 
     def get(self, asset_id: str) -> Asset:
-        """An asset, accepted or in review, with meshes and textures. Raises UnknownId, or OutputError where damaged."""
+        """Return an asset, accepted or in review, with its data. Raises UnknownId, or OutputError if damaged."""
         return disk.read_asset(self.folder(asset_id))
 
     def search(self, words: str, limit: int = 20) -> list[SearchHit]:
-        """Assets whose category, title, path or colours have most of the words, best first."""
+        """Assets whose category, title, path or colours match most of the words, best first."""
         return search_by_words(words, self._disk, limit)
 
     def ingest(
@@ -193,26 +197,27 @@ class Library:
         jobs: int = 0,
         force: bool = False,
     ) -> Iterator[IngestResult]:
-        """Bring files, folders, manifests and meshes in memory in; each is read in a process with limits of its own.
+        """Ingest files, folders, manifests and meshes in memory; each is read in a separate process with limits.
 
-        What an earlier run made of the same bytes stays, and so does an accepted asset where the new result would be in
-        review or rejected; both are told as `skipped`. Nothing happens before the first result is asked for: write
-        `list(library.ingest(...))` where no result is of interest.
+        Assets that an earlier run made from the same bytes are kept. An accepted asset is also kept if the new result
+        would be in review or rejected. Both are reported as `skipped`. Nothing is done before the first result is
+        requested: use `list(library.ingest(...))` if you do not need the results.
 
         Args:
             inputs: paths; addresses on stores, such as `s3://bucket/meshes`; trimesh.Trimesh or trimesh.Scene;
-                MeshInput, a mesh with a name, category and up axis of its own; or lists of these.
-            category: id for all of them; else names and sources tell.
-            name: of meshes that are not in a MeshInput. Where none is given it is the mesh's own (its metadata), or
-                `mesh`; several of one name are numbered.
-            up: axis that points up, of meshes that are not in a MeshInput; else their metadata tell, or it is guessed.
-            jobs: inputs at once; 0: one per core.
-            force: work on all inputs, and replace accepted assets whatever the new result is.
+                MeshInput, a mesh with its own name, category and up axis; or lists of these.
+            category: category id for all of them; if empty, names and sources decide.
+            name: name of meshes that are not in a MeshInput. If it is not given, it is the mesh's own name (from its
+                metadata), or `mesh`; meshes with the same name are numbered.
+            up: axis that points up, for meshes that are not in a MeshInput; if empty, it is read from their metadata or
+                guessed.
+            jobs: number of inputs processed at once; 0: one per core.
+            force: process all inputs, and replace accepted assets whatever the new result is.
         Yields:
-            The result of each input as it is done.
+            The result of each input when it is done.
         Raises:
             UnknownId: no such category. OutputError: there is no such file, the library cannot be written to, or
-            another run is writing to it. CasaError: this machine cannot make assets.
+                another run is writing to it. CasaError: this machine cannot make assets.
         """
         words, meshes = _sorted_inputs(inputs, name, up)
         paths, refused = roots_of(words, self.path)
@@ -224,7 +229,7 @@ class Library:
 
 
 def _result(event: Event) -> IngestResult:
-    """The public record of an event of the pipeline."""
+    """Convert an event of the pipeline to its public record."""
     if not event.was_rejected:
         status: Literal["accepted", "review"] = "review" if event.is_in_review else "accepted"
         return IngestResult(
@@ -244,14 +249,14 @@ def _result(event: Event) -> IngestResult:
 
 
 def _refusal_report(folder: Path | None) -> Report | None:
-    """The report of the checks that a rejected input did not pass; None where it was rejected before the checks."""
+    """Report of the checks that a rejected input failed, or None if it was rejected before the checks."""
     return None if folder is None else disk.read_refusal(folder).report
 
 
 def _sorted_inputs(
     inputs: Sequence[Input | Sequence[Input]], name: str, up: UpAxis
 ) -> tuple[list[str | Path], list[MeshInput]]:
-    """Paths and addresses, and meshes in memory under names that differ."""
+    """Separate paths and addresses from meshes in memory, and give the meshes distinct names."""
     paths: list[str | Path] = []
     meshes: list[MeshInput] = []
     for item in chain.from_iterable([item] if isinstance(item, Input) else item for item in inputs):
@@ -279,19 +284,18 @@ def ingest(
 ) -> Ingested:
     """Turn one mesh into an asset: upright, in metres, with collision shapes, mass and friction, and checked.
 
-    A file is read in a child process with limits on time and memory, so that nothing in it can harm the caller. So is
-    a mesh in memory that is put into a library; where none is named it is worked on in this process.
+    A file is read in a child process with limits on time and memory, so that nothing in it can harm the caller. The
+    same applies to a mesh in memory that is put into a library; without a library it is processed in this process.
 
     Args:
-        mesh: path of a GLB, glTF, OBJ, PLY, STL, DAE or another file that is read; or a trimesh.Trimesh or
-            trimesh.Scene.
-        category: id of what it is; else its name tells.
-        library: folder to write the asset to; None: it is returned and kept nowhere.
-        name: what a mesh in memory is called.
-        up: axis of a mesh in memory that points up; else its metadata tell, or it is guessed.
+        mesh: path of a GLB, glTF, OBJ, PLY, STL, DAE or another supported file; or a trimesh.Trimesh or trimesh.Scene.
+        category: category id; if empty, it is taken from the name.
+        library: folder to write the asset to; None: the asset is only returned.
+        name: name of a mesh in memory.
+        up: axis of a mesh in memory that points up; if empty, it is read from the metadata or guessed.
     Raises:
         CasaError: there is no such file, it is not one mesh, or this machine cannot make assets. UnknownId: no such
-            category. What is wrong with the mesh itself is in the result's `rejection`.
+            category. Faults of the mesh itself are in the result's `rejection`.
     """
     if isinstance(mesh, str | Path):
         if up or name != "mesh":
@@ -340,18 +344,18 @@ def articulate(
     The file is read in a child process with limits on time and memory.
 
     Args:
-        mesh: OBJ, GLB, glTF, PLY, STL or DAE of one thing.
-        category: what it is, such as `microwave`; else its name, then its shape tells.
-        up: axis of the file that points up, such as `+z`; guessed where it is empty.
-        front: axis of the file that points to whoever stands before it, such as `-y`; guessed where it is empty.
+        mesh: OBJ, GLB, glTF, PLY, STL or DAE of one object.
+        category: such as `microwave`; if empty, it is taken from the name, or else from the shape.
+        up: axis of the file that points up, such as `+z`; guessed if empty.
+        front: axis of the file that points to a person in front of the object, such as `-y`; guessed if empty.
         size_m: longest side in metres; 0: by the file's unit and the category.
-        decisions: a `decisions.yaml` of an earlier run, changed by hand.
-        complete: build an interior where a door or a drawer opens onto nothing.
-        library: folder to write the asset to; None: it is returned and kept nowhere.
-        force: replace an accepted asset of the library also by a result that is in review, was rejected or has fewer
-            moving parts, and work on the mesh though nothing has changed.
+        decisions: a `decisions.yaml` of an earlier run, edited by hand.
+        complete: build an interior if a door or a drawer opens onto nothing.
+        library: folder to write the asset to; None: the asset is only returned.
+        force: replace an accepted asset of the library even if the result is in review, was rejected or has fewer
+            moving parts, and process the mesh even if nothing has changed.
     Raises:
-        CasaError: there is no such file, what is asked for does not go together, or this machine cannot make assets.
+        CasaError: there is no such file, the arguments contradict each other, or this machine cannot make assets.
     """
     from casa_assets.articulate.decisions import Decisions, parse_direction
     from casa_assets.pipeline.articulate.batch import articulate as run_articulate

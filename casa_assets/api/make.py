@@ -1,4 +1,4 @@
-"""All that a project describes, made by one call."""
+"""Make everything that a project describes with one call."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ class MadeRun:
 
     Attributes:
         command: such as `casa-assets scenes build --out=out/scenes -- loft__workshop`.
-        exit_code: 0: all is well; 1: something was rejected or failed; 4: a person has to decide something.
-        rows: what it tells with `--json`, a row for each thing that it made or kept: `id`, `verdict`, `folder` and
-            more; none of a command that has no `--json`.
+        exit_code: 0: success; 1: something was rejected or failed; 4: a person has to decide something.
+        rows: its output with `--json`, a row for each item that it made or kept: `id`, `verdict`, `folder` and more;
+            empty for a command without `--json`.
     """
 
     command: str
@@ -35,24 +35,25 @@ class MadeRun:
 
     @property
     def passed(self) -> bool:
-        """True if nothing was rejected or failed, and nothing is for a person to decide."""
+        """True if nothing was rejected or failed, and a person has nothing to decide."""
         return self.exit_code == 0
 
 
 def make(project: str | Path | None = None, *, plugins: bool = False) -> tuple[MadeRun, ...]:
-    """Make all that the casa.yaml of a project lists under `runs`, as `casa-assets make` does.
+    """Run everything that the casa.yaml of a project lists under `runs`, as `casa-assets make` does.
 
-    The commands are called one after the other in processes of their own, in the folder of the project. What an
-    earlier call made and has not changed is kept. Nothing is printed until all have ended.
+    The commands are run one after the other in separate processes, in the folder of the project. Results of an earlier
+    call that are unchanged are kept. Nothing is printed until all have ended.
 
     Args:
-        project: its folder; None: the project in use. plugins: run the code in its `plugins/`, which can do whatever
-            you can; that of a project in use with its plug-ins runs in any case.
+        project: its folder; None: the project in use.
+        plugins: run the code in its `plugins/`, which can do whatever you can; a project that is in use with its
+            plug-ins runs them in any case.
     Returns:
         Each run, in the order of casa.yaml.
     Raises:
-        CasaError: there is no project, a run is wrong (before the first is called), or a command cannot do its work;
-            the runs behind it are not made then. BatchFault: a fault of the program.
+        CasaError: there is no project, a run is wrong (before the first is started), or a command cannot do its work;
+            the runs after it are then not made. BatchFault: a bug in the program.
     """
     folder = project_folder() if project is None else Path(project).absolute()
     if folder is None or not (folder / SETTINGS).is_file():
@@ -73,7 +74,7 @@ def make(project: str | Path | None = None, *, plugins: bool = False) -> tuple[M
 
 
 def _runs(printed: str) -> Iterator[MadeRun]:
-    """The runs in what `casa-assets make --json` printed: rows of each, then a row on the run itself."""
+    """Parse the output of `casa-assets make --json`: the rows of each run, then a row about the run itself."""
     rows: list[Mapping[str, Any]] = []
     for line in printed.splitlines():
         try:

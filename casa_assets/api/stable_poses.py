@@ -1,4 +1,4 @@
-"""Poses in which an asset rests on a plane, for those who put it down or drop it."""
+"""Poses in which an asset rests on a plane, for placing or dropping it."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class StablePose:
 
     Attributes:
         pose: world_from_asset: the lowest point is at z = 0, the centre of mass above the origin.
-        probability: that it is this one when the asset is put down turned at random, and only tips over edges.
+        probability: probability of this pose if the asset is put down in a random orientation and only tips over edges.
     """
 
     pose: Pose
@@ -29,12 +29,12 @@ class StablePose:
 
 
 def stable_poses(asset: Asset, least: float = 0.02) -> list[StablePose]:
-    """The poses in which an asset can rest on a plane, the most likely first, told from its collision shapes.
+    """Return the poses in which an asset can rest on a plane, from its collision shapes, the most likely first.
 
-    Joints are closed. Rolling is not looked at, so that something round rests in many poses, each of which is unlikely.
+    Joints are closed. Rolling is ignored, so that a round object rests in many poses, each of which is unlikely.
 
     Args:
-        least: probability below which a pose is left out.
+        least: poses with a lower probability are left out.
     """
     masses = np.array([link.inertial.mass for link in asset.links])
     centers = [

@@ -1,4 +1,4 @@
-"""Pictures of one's own as textures of kitchens."""
+"""Use the user's own pictures as textures of kitchens."""
 
 from __future__ import annotations
 
@@ -24,24 +24,27 @@ def ingest_textures(
     substance: str = "",
     library: str | Path | None = None,
 ) -> PackReport:
-    """Take pictures in as a texture pack, as `casa-assets textures ingest` does.
+    """Import pictures as a texture pack, as `casa-assets textures ingest` does.
 
-    In a project the pack is written to its `textures/`, and `kitchen(..., surfaces={"wall": id})` takes its pictures
-    from then on. What is said here holds for each picture about which a `pack.yaml` in the folder says nothing else.
+    In a project the pack is written to its `textures/`, and from then on `kitchen(..., surfaces={"wall": id})` accepts
+    its pictures. The values given here apply to each picture for which a `pack.yaml` in the folder does not state
+    another.
 
     Args:
         source: folder of pictures.
-        pack: name, with which the ids of the pictures begin; else that of the folder.
-        surface: wall, floor, counter or cabinet. tile_m: width and height of what a picture shows, metres.
-        licence: SPDX id, or the text of the licence. generator: program or model that made the pictures.
+        pack: name of the pack, which is the prefix of the ids of the pictures; if empty, the name of the folder.
+        surface: wall, floor, counter or cabinet.
+        tile_m: width and height of the area that a picture shows, metres.
+        licence: SPDX id, or the text of the licence.
+        generator: program or model that made the pictures.
         substance: id of a substance.
-        library: folder to write to, in place of the project in use.
+        library: folder to write to, instead of the project in use.
     Returns:
         Folder of the pack, its `pictures`, those that were `refused` with the reasons, and whether it `changed`.
     Raises:
-        UnknownId: no such surface. CasaError: there is no such folder, an id is taken, or nothing is said of where
-            to write to. RegistryError: `pack.yaml` is wrong.
-        OutputError: the folder cannot be written to.
+        UnknownId: no such surface. CasaError: there is no such folder, an id is taken, or there is neither a project
+            nor a `library` to write to. RegistryError: `pack.yaml` is wrong. OutputError: the folder cannot be written
+            to.
     """
     place = project_folder() if library is None else Path(library)
     if place is None:

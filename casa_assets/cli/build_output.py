@@ -1,4 +1,4 @@
-"""What commands print that build kitchens, fixtures or objects: each as it is done, tables, counts, the exit code."""
+"""Output of commands that build kitchens, fixtures or objects: each as it is done, tables, counts, the exit code."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def follow(
 
     Args:
         word: what is done with them, for the bar.
-        lean: without the reports of those that passed, which stand on the disk: thousands would fill the memory.
+        lean: drop the reports of scenes that passed, which are on disk: thousands would fill the memory.
     """
     results: list[SceneResult] = []
     with working_on(output.console, word, [recipe.scene_id for recipe in recipes]) as done:
@@ -125,7 +125,7 @@ def print_sample(
 ) -> None:
     """Print what became of draws, and write rejected.json and diversity.json.
 
-    Tables tell why some were refused, how diverse those are that passed, and what a kitchen cost.
+    Tables show why some were refused, how diverse those are that passed, and what a kitchen cost.
     """
     from casa_assets.pipeline.ingest.job import writing
     from casa_assets.pipeline.kitchens.sampling import outcome
@@ -197,7 +197,7 @@ def print_batch_forms(results: list[SceneResult], output: Output) -> None:
 
 
 def _scene_row(result: SceneResult) -> dict[str, Any]:
-    """What `--json` tells of a scene."""
+    """The row that `--json` prints for a scene."""
     verdict = "failed" if not result.passed else "made" if result.report is None else "passed"
     return {
         "id": result.recipe.scene_id,
@@ -250,7 +250,7 @@ def follow_members(
 
 
 def _member_row(result: FamilyResult) -> dict[str, object]:
-    """What `--json` tells of a member."""
+    """The row that `--json` prints for a member."""
     return {
         "member": result.request.title,
         "id": result.asset_id,
@@ -306,7 +306,7 @@ def print_together(report: Report, titles: Mapping[str, str], output: Output) ->
     """Print what the checks of all members together found, the first few problems of each.
 
     Args:
-        report: of a library. titles: code -> title of the checks that are told.
+        report: of a library. titles: code -> title of the checks to print.
     """
     for result in report.results:
         if result.code not in titles:

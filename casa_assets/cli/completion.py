@@ -34,14 +34,14 @@ def styles(incomplete: str) -> list[str]:
 
 
 def kitchens(ctx: typer.Context, incomplete: str) -> list[str]:
-    """Ids of kitchens: every plan in every style, and what stands in the folder of scenes already."""
+    """Ids of kitchens: every plan in every style, and those that are already in the folder of scenes."""
     place = ctx.params.get("scenes_folder") or ctx.params.get("out") or SCENES
     ids = {f"{plan}__{style}" for plan in _files("plans") for style in _files("styles")}
     return _starting(incomplete, sorted({*ids, *built_kitchens(Path(place))}))
 
 
 def built_kitchens(place: Path) -> list[str]:
-    """Ids of the kitchens that stand in a folder, sorted."""
+    """Ids of the kitchens in a folder, sorted."""
     return sorted(path.parent.name for path in place.glob("*__*/scene.json"))
 
 
@@ -51,7 +51,7 @@ def families(incomplete: str) -> list[str]:
 
 
 def presets(ctx: typer.Context, incomplete: str) -> list[str]:
-    """Names of the presets of the families named before; of all where none is."""
+    """Names of the presets of the families named earlier on the line; of all families if none are named."""
     known = _files("families")
     # While an option waits for its value, the words before it are not bound to arguments yet.
     named = [word for word in ctx.params.get("names") or ctx.args if word in known]
@@ -101,7 +101,7 @@ def _assets_of(place: Path, incomplete: str) -> list[str]:
 
 
 def _folders(place: Path) -> list[Path]:
-    """Folders right below one, by name; none where it is not there."""
+    """Folders directly in a folder, by name; empty if it does not exist."""
     try:
         with os.scandir(place) as found:
             return sorted(Path(one.path) for one in found if one.is_dir())
@@ -166,7 +166,7 @@ def _presets(family: str) -> Iterator[str]:
 
 
 def _paths(incomplete: str) -> list[str]:
-    """What stands below the folder that a path begins with; folders end with a slash."""
+    """Files and folders in the folder that a path begins with; folders end with a slash."""
     folder, start = Path(incomplete).parent if not incomplete.endswith("/") else Path(incomplete), incomplete
     if not folder.is_dir():
         return []

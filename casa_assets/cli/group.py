@@ -89,7 +89,7 @@ def parameter_name(parameter: Any) -> str:
 
 
 def value_name(parameter: Any) -> str:
-    """What stands for the value of an option, such as `N`, `DIR` or `local|ray`; empty for a flag."""
+    """Placeholder for the value of an option, such as `N`, `DIR` or `local|ray`; empty for a flag."""
     if getattr(parameter, "is_flag", False):
         return ""
     if parameter.metavar:
@@ -108,7 +108,7 @@ def value_name(parameter: Any) -> str:
 
 
 def default_text(parameter: Any) -> str:
-    """The default of a parameter as a user would write it; empty where there is none to speak of."""
+    """The default of a parameter as a user would write it; empty if there is no default worth showing."""
     shown = getattr(parameter, "show_default", True)
     if isinstance(shown, str):
         return shown
@@ -125,7 +125,7 @@ def _in_usage(parameter: Any) -> str:
 
 
 def _option(parameter: Any) -> str:
-    """The names of an option with what stands for its value: `-q, --quiet`, `--jobs N`, `--[no-]pictures`."""
+    """The names of an option with the placeholder of its value: `-q, --quiet`, `--jobs N`, `--[no-]pictures`."""
     word = parameter_name(parameter).removeprefix("--")
     if parameter.secondary_opts == [f"--no-{word}"]:
         return f"--[no-]{word}"
@@ -246,7 +246,7 @@ class Group(TyperGroup):
 
 
 def misuse(error: Any) -> str:
-    """What was wrong in the words of a command, and on a second line where its help is."""
+    """A description of what was wrong in the words of a command, and a second line that names its help."""
     message, hint = _what(error), ""
     if error.ctx is not None:
         hint = f"\nhint: {error.ctx.command_path} --help"
@@ -279,7 +279,7 @@ def _sentence(text: str) -> str:
 
 
 def _said(cause: Any, parameter: Any) -> str:
-    """What pydantic, by which Typer reads values, found wrong with one; empty where it did not."""
+    """The fault that pydantic, by which Typer reads values, found in a value; empty if it found none."""
     if not hasattr(cause, "errors") or parameter is None:
         return ""
     first = cause.errors()[0]

@@ -1,4 +1,4 @@
-"""What commands print that bring inputs into a library or copy one: each input, tables, counts and the exit code."""
+"""Output of commands that bring inputs into a library or copy one: each input, tables, counts and the exit code."""
 
 from __future__ import annotations
 
@@ -71,10 +71,10 @@ def print_codes(codes: Counter[str], output: Output) -> None:
 
 
 def print_review(count: int, asks_category: bool, library: Path, output: Output) -> None:
-    """Print how to decide about the inputs in review; nothing where there are none.
+    """Print how to decide about the inputs in review; nothing if there are no such inputs.
 
     Args:
-        asks_category: of some nobody knows what they are.
+        asks_category: the category of some of them is unknown.
     """
     if not count:
         return
@@ -181,7 +181,7 @@ def _print_event(event: Event, output: Output, dry_run: bool) -> None:
 
 
 def _json_row(event: Event, dry_run: bool) -> dict[str, object]:
-    """What `--json` tells of an input."""
+    """The row that `--json` prints for an input."""
     return {
         "status": event.decision.value,
         "verdict": event.decision.value,
@@ -322,7 +322,8 @@ def print_changes(changes: Iterator[Change], word: str, output: Output, rows_in:
     """Show a bar while entries are copied; returns how many were copied, kept and removed, in words.
 
     Args:
-        word: what is done, such as `pushing`. rows_in: library whose entries are told as rows of --json; None: none.
+        word: what is done, such as `pushing`.
+        rows_in: library whose entries are printed as rows of --json; None: no rows.
     """
     counts: Counter[str] = Counter()
     sent = 0
@@ -351,7 +352,7 @@ def print_changes(changes: Iterator[Change], word: str, output: Output, rows_in:
 
 
 def waiting(output: Output) -> Callable[[str], None]:
-    """What tells the user, once, what is waited for."""
+    """A function that prints, once, what is being waited for."""
     told: set[str] = set()
 
     def tell(text: str) -> None:

@@ -54,7 +54,7 @@ def source(text: str) -> str:
 
 
 def _is_of_plugin(text: str) -> bool:
-    """True for an address whose scheme a plug-in has; what has no colon is told without looking for plug-ins."""
+    """True for an address with the scheme of a plug-in; plug-ins are only looked for if the text has a colon."""
     if ":" not in text:
         return False
     from casa_assets.pipeline.ingest.plugin_sources import is_of_plugin

@@ -50,14 +50,14 @@ ROOM_LAYER = "room"
 
 
 class Output:
-    """What a verb prints through.
+    """Prints the output of a verb.
 
     Attributes:
         as_json: one JSON object per item goes to standard output, and all other words to standard error.
         quiet: nothing but errors, what failed, and JSON is printed.
         verbose: also what went well is printed, item by item.
-        console: for what is told on the way and at the end; prints nothing where the verb is to be quiet.
-        failures: for items that failed and what is wrong with them; standard error where the verb is to be quiet.
+        console: for messages on the way and at the end; prints nothing if the verb is to be quiet.
+        failures: for items that failed and what is wrong with them; standard error if the verb is to be quiet.
         errors: for why there is no result at all; always standard error.
     """
 
@@ -80,12 +80,12 @@ class Output:
         verdict: str = "made",
         **more: Any,
     ) -> None:
-        """Print a thing that was made as a line of JSON, if JSON is asked for.
+        """Print an object that was made as a line of JSON, if JSON is asked for.
 
         Args:
-            name: id of the thing, or what a page or picture shows. folder: that it is in.
-            measured: `mass` and `size`, see `measures`; null where there are none.
-            more: what the verb has to say besides.
+            name: id of the object, or what a page or picture shows. folder: that it is in.
+            measured: `mass` and `size`, see `measures`; null if they are not given.
+            more: further fields of the line.
         """
         self.row({"id": name, "folder": str(folder), "verdict": verdict, **(measured or measures(None)), **more})
 
@@ -106,7 +106,7 @@ class Output:
         """Print the command that shows what was made, the last line of a verb, on standard error for people alone.
 
         Args:
-            words: what `casa-assets view` takes; nothing is printed where there are none, or JSON is asked for.
+            words: arguments of `casa-assets view`; nothing is printed if there are no words, or JSON is asked for.
         """
         if words and not self.as_json and not self.quiet:
             self.error(f"Look at it: casa-assets view {shlex.join(terminal_safe(str(word)) for word in words)}")
@@ -130,16 +130,16 @@ class Output:
 
 
 def measures(summary: Summary | None) -> dict[str, Any]:
-    """Mass in kg and size in metres, x, y and z, of an item of `--json`; null where there is no asset."""
+    """Mass in kg and size in metres, x, y and z, of an item of `--json`; null if there is no asset."""
     if summary is None:
         return {"mass": None, "size": None}
     return {"mass": summary.mass, "size": list(summary.extents)}
 
 
 def measures_at(folder: str | Path | None) -> dict[str, Any]:
-    """The same of the asset or kitchen in a folder; null where none is named, or no library has taken the asset.
+    """The same of the asset or kitchen in a folder; null if no folder is named, or no library has taken the asset.
 
-    The mass of a kitchen is that of all that stands in the room, its size that of the room.
+    The mass of a kitchen is that of all objects in the room, its size that of the room.
     """
     from casa_assets.pipeline.kitchens.scene_files import SCENE_JSON
     from casa_assets.pipeline.library.library import find_summary
@@ -170,9 +170,8 @@ HEAD_LINES = 2  # of a table: the headings and the rule below them
 class TextTable:
     """A table that rich draws without ever cutting a cell.
 
-    Where the output is no terminal, each row is one line, as long as it has to be. In a terminal sentences are wrapped
-    between words. Where a word, such as a path, is too long for that, the last column stands on a line of its own below
-    the others.
+    If the output is not a terminal, each row is one line, as long as it has to be. In a terminal, sentences are wrapped
+    between words. If a word, such as a path, is too long for that, the last column goes on a separate line below.
 
     Attributes:
         columns: their headings.
@@ -192,7 +191,7 @@ class TextTable:
         self.rows.append(tuple(cell if isinstance(cell, Text) else Text(cell.replace("\n", " ")) for cell in cells))
 
     def add_from(self, *cells: str | Text) -> None:
-        """Add a row whose last cell says where it comes from, which is told where a project is in use."""
+        """Add a row whose last cell says where it comes from; that cell is only shown if a project is in use."""
         self.add(*cells[: len(self.columns)])
 
     def print(self, console: Console) -> None:

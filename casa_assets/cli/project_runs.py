@@ -32,7 +32,7 @@ def steps_of(project: Project, document: Document, group: Any) -> tuple[Step, ..
     Args:
         group: the command of commands, of `typer.main.get_command`.
     Raises:
-        RegistryError: with file and line, where a command, an argument or an option is none, or has no such value.
+        RegistryError: with file and line, if a command, an argument or an option does not exist, or has no such value.
     """
     known = dict(_commands(group))
     found = []
@@ -58,7 +58,7 @@ def _commands(group: Any, before: str = "") -> Iterator[tuple[str, Any]]:
 
 
 def _words(command: Any, values: Mapping[str, Any], document: Document, at: KeyPath) -> Iterator[str]:
-    """Options, then what stands behind them."""
+    """Options, then the arguments behind them."""
     own = [p for p in command.params if not p.hidden and p.name not in OF_ALL]
     parameters = {name: p for p in own for name in _names(p)}
     behind: list[str] = []
@@ -87,7 +87,7 @@ def _words(command: Any, values: Mapping[str, Any], document: Document, at: KeyP
 
 
 def _names(parameter: Any) -> list[str]:
-    """What a parameter may be called in a project: an argument by its name, an option by each of its long names."""
+    """Names that a parameter has in a project: an argument by its name, an option by each of its long names."""
     if parameter.param_type_name == "argument":
         return [str(parameter.name).rstrip("_").replace("_", "-")]
     return [name.removeprefix("--") for name in parameter.opts if name.startswith("--")]

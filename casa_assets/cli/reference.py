@@ -91,7 +91,7 @@ def _section(path: str, command: Any, common: set[str], usual: set[str]) -> list
 
 
 def _help(text: str) -> list[str]:
-    """Paragraphs of a help text; example calls stand together in one block."""
+    """Paragraphs of a help text; example calls are kept together in one block."""
     lines: list[str] = []
     for paragraph in re.split(r"\n\s*\n", _EXIT_CODES.sub("", _plain(text)).strip()):
         said = " ".join(paragraph.split("\n")).strip() if "casa-assets " not in paragraph else paragraph.strip()

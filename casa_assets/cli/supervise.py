@@ -1,8 +1,8 @@
 """A small process that starts the one that works, passes signals on to it, and sees that nothing of it is left.
 
 A handler of Python waits for the native call that is under way, which may take minutes. So the verbs run in a child of
-a process that does nothing but wait: told to stop, it passes that on, and ends the child with all that it started
-where they have not ended by themselves soon after.
+a process that does nothing but wait: if it is asked to stop, it passes the signal on. It then ends the child, with all
+processes that the child started, if they have not ended by themselves soon after.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class StopRequested(BaseException):
 
 
 def supervised(work: Callable[[], int], tell: Callable[[str, str], None]) -> int:
-    """Run `work` in a child process and end with its exit code, or 128 + number where a signal stopped it.
+    """Run `work` in a child process and end with its exit code, or 128 + signal number if a signal stopped it.
 
     Args:
         work: returns its exit code; it takes care of the signals itself, which are blocked when it is called.

@@ -1,4 +1,4 @@
-"""Interpreter of behaviours: steps their variables as joints move and colliders are touched."""
+"""Interpreter of behaviours: updates their variables as joints move and colliders are touched."""
 
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ class BehaviorState:
     Attributes:
         behavior: its rules.
         values: variable -> value.
-        before: which conditions of which rules held in the last step, None before the first.
-        held_s: for each rule, how long it has held, seconds.
+        before: which conditions of which rules held in the last step, or None before the first step.
+        held_s: for each rule, how long its conditions have held, seconds.
     """
 
     behavior: Behavior
@@ -52,9 +52,10 @@ def start(behavior: Behavior) -> BehaviorState:
 
 
 def step(state: BehaviorState, stimulus: Stimulus, dt: float) -> BehaviorState:
-    """One control step of `dt` seconds: of each variable the first rule that applies; all see the values of before.
+    """Run one control step of `dt` seconds: for each variable, the first rule that applies sets the new value.
 
-    A condition that holds in the very first step has not begun: the runtime has not seen it otherwise.
+    All rules see the values from before the step. A condition that holds in the very first step does not count as just
+    begun, since the runtime has not seen it false.
     """
     values, decided = dict(state.values), set[str]()
     now: list[tuple[bool, ...]] = []
@@ -83,7 +84,7 @@ def _applies(rule: Rule, raw: tuple[bool, ...], was: tuple[bool, ...], value: st
 
 
 def _holds(condition: Condition, stimulus: Stimulus, values: Mapping[str, str]) -> bool:
-    """The bare fact, before `begins` and `negated`."""
+    """Whether a condition holds, without regard to `begins` and `negated`."""
     if condition.joint is not None:
         assert condition.interval is not None, "the record has looked"
         low, high = condition.interval

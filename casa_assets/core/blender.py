@@ -1,4 +1,4 @@
-"""Find the Blender that is installed: the program, or a Python that has its module bpy."""
+"""Find an installed Blender: the program, or a Python that has its module bpy."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ _CHECKOUT = Path(__file__).parents[2] / ".venv-blender" / "bin" / "python"
 
 
 def find_blender() -> str:
-    """Path of a Blender, or of a Python with bpy; empty where there is none.
+    """Path of a Blender, or of a Python with bpy; empty if neither is found.
 
-    As CASA_BLENDER says, and no other where it says something; else of the checkout (`.venv-blender`), of the user
-    (see `how_to_install`), or `blender` on the PATH.
+    If CASA_BLENDER is set, only that one. Otherwise the one of the checkout (`.venv-blender`), of the user (see
+    `how_to_install`), or `blender` on the PATH.
     """
     named = os.environ.get(VARIABLE, "")
     if named:
@@ -33,7 +33,7 @@ def find_blender() -> str:
 
 
 def how_to_install() -> str:
-    """What a user does where `find_blender` finds none: a clause that follows "Blender, "."""
+    """Advice to the user if `find_blender` finds no Blender: a clause that follows "Blender, "."""
     named = os.environ.get(VARIABLE, "")
     if named:
         return f"{VARIABLE} names {named!r}, which is no program: correct it, or unset it"
@@ -53,6 +53,6 @@ def command(program: str, script: Path, *arguments: str) -> list[str]:
 
 
 def environment(folder: Path) -> dict[str, str]:
-    """Environment of that process: nothing of the user's but what a program needs; what it keeps goes into `folder`."""
+    """Environment of that process: only the variables that a program needs; its settings and files go into `folder`."""
     kept = {key: os.environ[key] for key in ("PATH", "LANG", "LD_LIBRARY_PATH") if key in os.environ}
     return {**kept, "HOME": str(folder), "TMPDIR": str(folder), "BLENDER_USER_RESOURCES": str(folder / "user")}

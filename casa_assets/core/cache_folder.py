@@ -1,4 +1,4 @@
-"""The folder that keeps what is costly to make between runs."""
+"""The folder that keeps expensive results between runs."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def max_cache_bytes() -> int:
 
 
 def kept_json(path: Path) -> Any:
-    """The value that `keep_json` put into a file; None if there is none or it is damaged."""
+    """Return the value that `keep_json` wrote to a file, or None if the file is missing or damaged."""
     try:
         return json.loads(path.read_bytes())
     except (OSError, ValueError):
@@ -90,7 +90,7 @@ def kept_json(path: Path) -> Any:
 
 
 def keep_json(path: Path, value: Any) -> None:
-    """Write a value to a file whole or, if the cache cannot be written to or JSON lacks such a value, not at all."""
+    """Write a value to a file atomically; write nothing if the cache is not writable or the value is not JSON."""
     draft = path.with_name(f".{path.name}.{os.getpid()}")
     with suppress(OSError, TypeError):
         text = json.dumps(value)

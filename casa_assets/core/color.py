@@ -1,7 +1,7 @@
-"""Display values (sRGB) to linear light and back.
+"""Conversion from display values (sRGB) to linear light and back.
 
-One channel and arrays have functions of their own: numpy's power differs from Python's in the last bit, and colours
-that were written once keep their digits. Ref: IEC 61966-2-1.
+There are separate functions for one channel and for arrays: numpy's power differs from Python's in the last bit, and
+colours that were written before must keep their digits. Ref: IEC 61966-2-1.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Evaluate a forest of decision trees that a script in benchmarks/ has fitted: probabilities of classes."""
+"""Evaluate a forest of decision trees, fitted by a script in benchmarks/, to get class probabilities."""
 
 from __future__ import annotations
 
@@ -16,10 +16,13 @@ class Forest:
     """Decision trees, each of which gives the probability of each class; the forest gives their mean.
 
     Attributes:
-        features: names of the numbers that it is given, K of them. classes: names of what it tells apart, C of them.
+        features: names of the K input features.
+        classes: names of the C classes.
         roots: (T,) first node of each tree.
-        feature: (N,) number that a node looks at, -1 for a leaf. threshold: (N,) a row with at most this goes left.
-        left, right: (N,) next node. chances: (N, C) probabilities at a leaf.
+        feature: (N,) feature that a node compares, -1 for a leaf.
+        threshold: (N,) a row with at most this value goes left.
+        left, right: (N,) next node.
+        chances: (N, C) class probabilities at a leaf.
     """
 
     features: tuple[str, ...]
@@ -45,11 +48,11 @@ class Forest:
 def forest_from_dict(data: Mapping[str, Any]) -> Forest:
     """Return the forest of a mapping with `features`, `classes` and `trees`.
 
-    Each tree is a list of nodes, the root first: [feature, threshold, left, right], indices of nodes within the tree,
-    or of a leaf the C probabilities in percent as [[p, ...]].
+    Each tree is a list of nodes, the root first. An inner node is [feature, threshold, left, right], with indices of
+    nodes within the tree; a leaf is [[p, ...]], the C probabilities in percent.
 
     Raises:
-        ValueError: something is missing, or an index points nowhere.
+        ValueError: something is missing, or an index is out of range.
     """
     try:
         features, classes = tuple(map(str, data["features"])), tuple(map(str, data["classes"]))

@@ -1,9 +1,9 @@
 """Friction, damping and springs of joints, from forces of a hand that a spring scale measures.
 
-A real hinge, runner or knob resists by friction, which is what a hand feels when it starts, and by grease or a damper,
-which sets how fast a push of full strength takes it along. Both are chosen here from two numbers that can be measured
-with a spring scale: the force that starts the part, and the time in which the strongest allowed pull opens it. What
-families build and what is found in a mesh is given its joints here, so that the same door feels the same.
+A real hinge, runner or knob resists by friction, which a hand feels when it starts to move the part, and by grease or a
+damper, which limits the speed under a push of full strength. Both are chosen here from two numbers that can be measured
+with a spring scale: the force that starts the part, and the time in which the strongest allowed pull opens it. Joints
+of families and joints found in meshes both get their values here, so that the same door feels the same.
 """
 
 from __future__ import annotations
@@ -45,13 +45,13 @@ class Feel:
 
 
 def feel(inertia: float, lever: float, way: float, start_n: float, push_n: float = PULL_N) -> Feel:
-    """Friction that a hand of `start_n` overcomes, and damping under which `push_n` opens the part in time.
+    """Friction that a hand of `start_n` overcomes, and damping with which `push_n` opens the part in time.
 
     Args:
-        inertia: of all that moves, about the axis (kg*m^2), or mass (kg) with lever 1.
-        lever: from the axis to the hand, metres; 1 for a slide.
+        inertia: inertia of everything that moves, about the axis (kg*m^2), or mass (kg) with lever 1.
+        lever: distance from the axis to the hand, metres; 1 for a slide.
         way: whole range, rad or m.
-        start_n: force at the hand that just moves it, N.
+        start_n: force at the hand that just moves the part, N.
         push_n: the strongest force that is used, N.
     """
     loss = start_n * lever
@@ -67,16 +67,17 @@ def feel(inertia: float, lever: float, way: float, start_n: float, push_n: float
 def feel_against(
     spring: Spring | None, inertia: float, lever: float, way: float, start_n: float = START_N, push_n: float = PULL_N
 ) -> Feel:
-    """As `feel`, where a spring that holds the part shut takes its share of the push.
+    """As `feel`, for a part with a spring that holds it shut and takes up a share of the push.
 
-    What gravity leaves over of a spring that carries a weight may take as much again.
+    The holding force is subtracted twice: the surplus of a weight-carrying spring over gravity may take up as much
+    again.
     """
     held = abs(spring.stiffness * spring.rest) / lever if spring else 0.0
     return feel(inertia, lever, way, start_n, max(push_n - 2 * held, start_n + LEAST_PULL_N))
 
 
 def _time(inertia: float, damping: float, drive: float, way: float) -> float:
-    """Seconds in which a constant drive moves a damped part over its way, from rest."""
+    """Seconds that a constant drive needs to move a damped part over its way, from rest."""
     fastest, settle = drive / damping, inertia / damping
     # way = fastest * (t - settle * (1 - exp(-t / settle))), solved by halving.
     low, high = 0.0, way / fastest + settle + 1e-9
@@ -90,24 +91,24 @@ def _time(inertia: float, damping: float, drive: float, way: float) -> float:
 
 @dataclass(frozen=True)
 class Spring:
-    """Stiffness N*m/rad (N/m) and the position at which it pushes no more, rad (m)."""
+    """Stiffness, N*m/rad (N/m), and rest position, at which the force is zero, rad (m)."""
 
     stiffness: float
     rest: float
 
 
 def press(stroke: float, full_n: float, preload_n: float, sign: float = 1.0) -> Spring:
-    """The spring of a button: `preload_n` at rest, `full_n` at the end of its stroke (metres, > 0)."""
+    """Spring of a button: `preload_n` at rest, `full_n` at the end of its stroke (metres, > 0)."""
     stiffness = (full_n - preload_n) / stroke
     return Spring(_tidy(stiffness), _tidy(-sign * preload_n / stiffness))
 
 
 def carry(moment: float, way: float) -> Spring:
-    """The spring of a door or flap that would fall open: it carries most of the weight, and holds it shut.
+    """Spring of a door or flap that would fall open: it carries most of the weight, and holds the door shut.
 
     Args:
-        moment: of its weight about the hinge where it is open, N*m, > 0. way: rad from shut to open; its sign is that
-            of the opening turn.
+        moment: moment of its weight about the hinge when open, N*m, > 0.
+        way: angle from shut to open, rad, with the sign of the opening rotation.
     """
     stiffness = CARRIED * moment / abs(way)
     return Spring(_tidy(stiffness), _tidy(-math.copysign(SHUT * moment / stiffness, way)))
@@ -118,5 +119,5 @@ KEY = Feel(damping=2.0, frictionloss=0.05, armature=0.02)
 
 
 def _tidy(value: float) -> float:
-    """Three digits: more would be noise of the arithmetic."""
+    """Round to three significant digits, since more would be numerical noise."""
     return significant(value, 3)

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 
 def significant(value: float, digits: int) -> float:
-    """`value` to so many significant digits."""
+    """`value` rounded to `digits` significant digits."""
     return float(f"{value:.{digits}g}")
 
 
 def seven_digits(value: float) -> float:
-    """`value` with seven significant digits, which both formats carry; 0 below 1e-9."""
+    """`value` rounded to seven significant digits, which both formats can represent; 0 below 1e-9."""
     return significant(value, 7) if abs(value) > 1e-9 else 0.0
 
 
 def decimals(value: float, places: int) -> float:
-    """`value` to so many digits after the point, as Python or numpy rounds its type; -0.0 becomes 0.0."""
+    """`value` rounded to `places` decimals, as Python or numpy rounds its type; -0.0 becomes 0.0."""
     return round(value, places) + 0.0

@@ -1,4 +1,4 @@
-"""Names of the array types that most modules use. Shapes stand in the docstrings of those who take or give them."""
+"""Names of the array types that most modules use. Shapes are documented by the functions that take or return them."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Writers: each takes an Asset and returns Files, deciding nothing."""
+"""Writers: each takes an Asset and returns Files, without making any choices."""

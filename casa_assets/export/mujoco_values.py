@@ -10,12 +10,14 @@ from casa_assets.model.asset.shape import Shape, Sphere
 
 @dataclass(frozen=True)
 class Groups:
-    """MuJoCo's groups of geoms: a viewer or a renderer with nothing set shows 0, 1 and 2 and hides the others.
+    """MuJoCo's groups of geoms: by default, a viewer or a renderer shows 0, 1 and 2 and hides the others.
 
     Attributes:
-        colliders: what touches. What touches and is seen at once, as in the light form, is in the group of visuals.
-        visuals: what is seen. shell: of it, the ceiling of a room and the faces of its walls that look out of it.
-        regions: volumes that have a name and are neither seen nor touched.
+        colliders: collision geoms. Geoms that both collide and are drawn, as in the light form, are in the group of
+            visuals.
+        visuals: drawn geoms.
+        shell: drawn geoms of the ceiling of a room and of the faces of its walls that look out of it.
+        regions: named volumes that are neither drawn nor collide.
     """
 
     colliders: int = 3
@@ -45,5 +47,5 @@ def contact_dimensions(shape: Shape) -> int:
 
 
 def site_group(site: Site) -> int:
-    """Group of a site: one that is fully transparent is an effect."""
+    """Group of a site: a fully transparent site is an effect."""
     return SITE_GROUP if site.color[3] else EFFECT_GROUP

@@ -59,7 +59,7 @@ def _sheets(ids: Ints, count: int, visibility: Visibility) -> Mask:
 
 
 def _with_backs(mesh: Mesh, rows: Mask) -> Mesh:
-    """The mesh and reversed copies of some of its faces, with vertices of their own."""
+    """The mesh with reversed copies of some of its faces added; the copies use separate vertices."""
     complete = mesh if mesh.normals is not None else with_normals(mesh)
     assert complete.normals is not None
     used, local = np.unique(complete.faces[rows], return_inverse=True)

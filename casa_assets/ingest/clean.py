@@ -38,9 +38,10 @@ def clean(model: RawModel, category: Category | None = None) -> Draft:
     """Repair what can be repaired without changing the looks; a sound mesh stays as it is.
 
     Args:
-        category: its proportions tell a stand from a foot, and its build whether the inside is solid; None if unknown.
+        category: its proportions distinguish a pedestal from a foot, and its build decides whether the inside is solid;
+            None if unknown.
     Raises:
-        Rejected: nothing is left (MSH001), or what is left is flat (MSH002).
+        Rejected: no faces are left (MSH001), or the remaining surface is flat (MSH002).
     """
     draft = Draft(
         parts=model.parts,
@@ -107,7 +108,10 @@ def _wound_outward(draft: Draft) -> Draft:
 
 
 def _without_wrong_normals(draft: Draft) -> Draft:
-    """The parts without normals that contradict the faces, which are wound outwards by now; they are made anew."""
+    """The parts, without normals that contradict the faces; those normals are computed again later.
+
+    The faces must be wound outwards already.
+    """
     wrong = [_normals_are_wrong(part.mesh) for part in draft.parts]
     if not any(wrong):
         return draft

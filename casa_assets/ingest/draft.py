@@ -108,7 +108,7 @@ class Draft(Record):
         return copy
 
     def __getstate__(self) -> dict[Any, Any]:
-        """State for pickling, without the surface: it is large and can be computed anew."""
+        """State for pickling, without `surface`: it is large and can be computed again."""
         state = super().__getstate__()
         fields = {name: value for name, value in state["__dict__"].items() if name != "surface"}
         return {**state, "__dict__": fields}

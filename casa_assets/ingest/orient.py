@@ -44,7 +44,7 @@ def orient(
         category: its usual shape and resting pose are the evidence.
         generated: from a text-to-3D generator; these write y up whatever the format.
         override: what a person decided; `up` and `turn_deg` count here.
-        failed_ups: ways up, as guesses tell them, in which the thing was built and fell over or could not be fitted.
+        failed_ups: ways up, named as in guesses, in which the object was built and fell over or could not be fitted.
     """
     try:
         cloud = sample_surface(draft.surface.vertices, draft.surface.faces)
@@ -76,7 +76,7 @@ def orient(
 
 
 def _told(name: str, rotation: Floats) -> str:
-    """A way up as a guess tells it: the axis, or where it is none, its direction in the axes of the file."""
+    """Name of a way up for a guess: the axis, or a direction in the axes of the file if it is not along an axis."""
     return name if name in UP_ROTATIONS else " ".join(f"{v:.3f}" for v in rotation[2])
 
 
@@ -122,10 +122,10 @@ def _best_candidate(
 
 
 def _same_poses(rotations: Sequence[Floats], on_either_side: bool) -> Mask:
-    """(N, N) whether two ways up are told as one: a slight tilt is no doubt about how a thing rests.
+    """(N, N) whether two ways up count as the same: a slight tilt leaves no doubt about the resting pose.
 
     Args:
-        on_either_side: a banana lies as well on one side as on the other; which one is up is no doubt either.
+        on_either_side: opposite ways up count as the same too: a banana rests equally well on either side.
     """
     ups = np.array([rotation[2] for rotation in rotations])
     cosine = ups @ ups.T
@@ -134,7 +134,7 @@ def _same_poses(rotations: Sequence[Floats], on_either_side: bool) -> Mask:
 
 
 def _front(samples: Floats, category: Category, draft: Draft, name: str, override: UserOverride) -> Facing:
-    """The turn to the front; where none is needed, a pose off the axes is straightened.
+    """The turn to the front; if no turn is needed, a pose off the axes is straightened.
 
     Args:
         samples: (N, 3) in the chosen pose. name: of that pose.

@@ -124,14 +124,14 @@ def _distinct(mesh: Mesh) -> tuple[Ints, dict[str, Floats], Ints]:
 
 
 def _sides(ids: Ints) -> tuple[Ints, Ints]:
-    """Faces with three points of their own, each once, and the face at the same place that looks the other way.
+    """Faces with three different points, each once, and the face at the same place that looks the other way.
 
-    A sheet whose faces are there in both directions has four faces at each edge, over which nothing could collapse.
+    A sheet with faces in both directions has four faces at each edge, over which nothing could collapse.
 
     Args:
         ids: (F, 3) points of the faces.
     Returns:
-        (N,) faces; (N,) the face behind each, -1 where there is none.
+        (N,) faces; (N,) the face behind each, or -1 if there is no such face.
     """
     ordered = np.sort(ids, axis=1)
     rows = np.flatnonzero((ordered[:, 1:] != ordered[:, :-1]).all(axis=1))
@@ -145,7 +145,7 @@ def _sides(ids: Ints) -> tuple[Ints, Ints]:
 
 
 def _vertices_behind(corners: Ints, point: Ints, front: Ints, back: Ints) -> Ints:
-    """(N,) for each vertex the one that a face behind has at its place; itself where there is no such face."""
+    """(N,) for each vertex, the vertex of a face behind at its place; the vertex itself if there is no such face."""
     found = np.arange(len(point))
     ahead, behind = (
         np.take_along_axis(corners[rows], np.argsort(point[corners[rows]], axis=1), axis=1) for rows in (front, back)

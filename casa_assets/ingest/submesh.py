@@ -1,4 +1,4 @@
-"""Some faces of a mesh as a mesh of their own."""
+"""Some faces of a mesh as a separate mesh."""
 
 from __future__ import annotations
 

@@ -57,7 +57,7 @@ def painted(mesh: Mesh, material: Material) -> tuple[Mesh, Material]:
     """Vertex colours as a texture: two triangles share a square patch, one in each corner of it.
 
     Returns:
-        The mesh with three vertices of its own per face, and the material with the texture.
+        The mesh with three separate vertices per face, and the material with the texture.
     """
     assert mesh.colors is not None
     count = len(mesh.faces)

@@ -16,7 +16,7 @@ class Files(Record):
     """An immutable set of files.
 
     Attributes:
-        entries: path to content; paths are relative, POSIX, ASCII, without `..`, and distinct without regard to case.
+        entries: path -> content; paths are relative, POSIX, ASCII, without `..`, and differ by more than case.
     """
 
     entries: dict[str, bytes] = Field(default_factory=dict)
@@ -42,7 +42,7 @@ class Files(Record):
         return cls(entries=dict(entries))
 
     def __or__(self, other: Files) -> Files:
-        """Union. Raises ValueError where both hold a path with different bytes."""
+        """Union. Raises ValueError if both have a path with different bytes."""
         clash = [p for p in self.entries.keys() & other.entries.keys() if self.entries[p] != other.entries[p]]
         if clash:
             raise ValueError(f"two contents for {sorted(clash)[0]!r}")

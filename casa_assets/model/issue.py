@@ -27,9 +27,9 @@ class Severity(StrEnum):
 
 
 class Decision(StrEnum):
-    """What became of an input.
+    """Verdict on an input.
 
-    REVIEW: an asset was made, and a person has to decide something about it that was told on thin evidence.
+    REVIEW: an asset was made, but one of its properties was decided on weak evidence, and a person has to confirm it.
     """
 
     ACCEPTED = "accepted"
@@ -43,8 +43,8 @@ class Issue(Record):
     Attributes:
         code: of the check or rejection, such as `AST002`.
         severity: error or warning.
-        pointer: where in the subject, such as `links/base/inertial`.
-        message: what is wrong and what to do, one sentence.
+        pointer: location in the subject, such as `links/base/inertial`.
+        message: the fault and its remedy, one sentence.
     """
 
     code: Code
@@ -56,7 +56,7 @@ class Issue(Record):
 class Status(StrEnum):
     """Outcome of a check on one subject: passed, failed, not applicable or not run.
 
-    NOT_APPLICABLE: the subject has nothing of the kind that the check is about, such as a joint.
+    NOT_APPLICABLE: the subject has no part of the kind that the check is about, such as a joint.
     NOT_RUN: the check applies, but nothing was measured: a file cannot be read, a tool is missing, or it is waived.
     """
 
@@ -71,14 +71,14 @@ class CheckResult(Record):
 
     Attributes:
         code: of the check.
-        status: what became of it.
-        severity: of the check; a failed error keeps the subject out, a failed warning is advice.
-        reason: why it does not apply or was not run, a part of a sentence; empty for the other two.
-        waived: it was not run, which is not held against the subject: registry/waivers.yaml says so, or what the check
-            needs is optional and not installed.
-        number: what was measured (the worst value where there are several), or None.
-        limit: what it was held against, as registry/limits.yaml has it, or None.
-        unit: of number and limit, such as `m` or `kg/m^3`; empty for counts and ratios.
+        status: outcome.
+        severity: of the check; a failed error keeps the subject out of the library, a failed warning is advice.
+        reason: why it does not apply or was not run, as a clause; empty if it passed or failed.
+        waived: it was not run, which does not count against the subject: registry/waivers.yaml waives it, or it needs
+            an optional dependency that is not installed.
+        number: measured value (the worst one if there are several), or None.
+        limit: limit for the value, from registry/limits.yaml, or None.
+        unit: unit of number and limit, such as `m` or `kg/m^3`; empty for counts and ratios.
     """
 
     code: Code
@@ -92,12 +92,12 @@ class CheckResult(Record):
 
     @property
     def passed(self) -> bool:
-        """It applies, was run, and found no problem."""
+        """True if it applies, was run and found no problem."""
         return self.status is Status.PASSED
 
     @property
     def applies(self) -> bool:
-        """It is about something that the subject has, whether it was run or not."""
+        """True if the subject has something that the check is about, whether the check was run or not."""
         return self.status is not Status.NOT_APPLICABLE
 
     @model_validator(mode="after")
@@ -115,7 +115,8 @@ class Tally:
     """Counts of checks by status.
 
     Attributes:
-        passed, failed, not_run, not_applicable: by status. advice: of the failed ones, those of severity warning.
+        passed, failed, not_run, not_applicable: number of checks with this status.
+        advice: number of failed checks of severity warning.
     """
 
     passed: int = 0
@@ -126,11 +127,11 @@ class Tally:
 
     @property
     def applying(self) -> int:
-        """All but those that do not apply."""
+        """Number of checks that apply."""
         return self.passed + self.failed + self.not_run
 
     def __str__(self) -> str:
-        """Such as `74 of 74 that apply`, with what was not run where there is any."""
+        """Text such as `74 of 74 that apply`, followed by the number of checks that were not run, if any."""
         counts = f"{self.passed:,} of {self.applying:,} that apply"
         return f"{counts}, {self.not_run:,} not run" if self.not_run else counts
 
@@ -146,16 +147,16 @@ def tally(results: Iterable[CheckResult]) -> Tally:
 
 
 def subjects_to_decide(issues: Iterable[Issue]) -> tuple[str, ...]:
-    """What a person has to decide according to warnings, such as `scale`."""
+    """Return the properties that a person has to decide, according to warnings, such as `scale`."""
     return tuple(issue.pointer for issue in issues if issue.code == REVIEW_CODE)
 
 
 class Report(Record):
-    """All that was checked on one subject, and all that was found.
+    """All results and issues of the checks on one subject.
 
     Attributes:
         subject: id of the asset or scene.
-        results: one per check whose subject this is, in table order, also for those that do not apply or were not run.
+        results: one per check of this subject, in table order, including those that do not apply or were not run.
         issues: every fault, in table order.
     """
 
@@ -174,10 +175,11 @@ class Report(Record):
 
     @property
     def errors(self) -> tuple[Issue, ...]:
-        """Errors that keep the subject out of the library; where none failed, errors that were not run.
+        """Errors that keep the subject out of the library; if no check failed, the error checks that were not run.
 
-        A check that cannot look because another one found the cause (a file that does not compile) adds nothing to
-        that. Where nothing was found, a check that should have run and did not is an error itself, unless it is waived.
+        If an error was found, checks that could not run are not reported, since they usually have the same cause (such
+        as a file that does not compile). If no error was found, an error check that should have run and did not is
+        itself an error, unless it is waived.
         """
         found = tuple(i for i in self.issues if i.severity is Severity.ERROR)
         unrun = (r for r in self.results if r.status is Status.NOT_RUN and not r.waived)
@@ -189,12 +191,12 @@ class Report(Record):
 
     @property
     def passed(self) -> bool:
-        """Every check of severity error that applies was run, or is waived, and found nothing; warnings may have."""
+        """True if every check of severity error that applies was run, or is waived, and found no error."""
         return not self.errors
 
     @property
     def to_decide(self) -> tuple[str, ...]:
-        """What a person has to decide, such as `scale`."""
+        """Properties that a person has to decide, such as `scale`."""
         return subjects_to_decide(self.issues)
 
     @property
@@ -208,7 +210,7 @@ class Report(Record):
 
 
 def _current_result(old: dict[str, Any], warned: set[str]) -> dict[str, Any]:
-    """A result as it is written now; one that passed without a number is taken for one that did not apply."""
+    """Convert a result of schema version 1; one that passed without a number becomes one that did not apply."""
     kept = {key: value for key, value in old.items() if key != "passed"}
     if not old["passed"]:
         severity = Severity.WARNING if old["code"] in warned else Severity.ERROR

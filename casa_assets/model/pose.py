@@ -40,7 +40,7 @@ class Pose(Record):
 
     @classmethod
     def from_matrix(cls, matrix: Matrix) -> Self:
-        """Pose of a (4, 4) or (3, 3) rigid matrix. Raises ValueError where it is not a rotation."""
+        """Pose of a (4, 4) or (3, 3) rigid matrix. Raises ValueError if it is not a rotation."""
         matrix = np.asarray(matrix, dtype=np.float64)
         r = matrix[:3, :3]
         if np.abs(r @ r.T - np.eye(3)).max() > 1e-6 or np.linalg.det(r) < 0:
@@ -102,6 +102,6 @@ class Pose(Record):
         return Pose(position=(float(p[0]), float(p[1]), float(p[2])), quaternion=(w, -x, -y, -z))
 
     def apply(self, points: Matrix) -> Matrix:
-        """(N, 3) points of frame b, in frame a, metres."""
+        """Transform (N, 3) points from frame b to frame a, metres."""
         moved: Matrix = np.asarray(points) @ self.rotation.T + np.array(self.position)
         return moved

@@ -76,10 +76,10 @@ Colors = Annotated[npt.NDArray[np.uint8], ArrayOf("uint8", (-1, 4))]
 
 
 class Record(BaseModel):
-    """Frozen value. Two records are equal where their canonical JSON is equal.
+    """Immutable value. Two records are equal if their canonical JSON is equal.
 
-    What validates a record is made when the first one is: a command uses a few of the 350 classes, and to make it for
-    all took a fifth of the start of the program.
+    The validator of a class is built when its first record is made: a command uses only a few of the 350 classes, and
+    building all validators took a fifth of the start-up time of the program.
     """
 
     model_config = ConfigDict(
@@ -94,7 +94,7 @@ class Record(BaseModel):
     @field_validator("*")
     @classmethod
     def _no_minus_zero(cls, value: Any) -> Any:
-        """0.0 for -0.0, alone or in a tuple: values that are equal have equal digests."""
+        """Replace -0.0 by 0.0, alone or in a tuple: equal values have equal digests."""
         if type(value) is float:
             return value + 0.0
         if type(value) is tuple:
@@ -108,7 +108,7 @@ class Record(BaseModel):
 
     @classmethod
     def from_json(cls, text: str | bytes) -> Self:
-        """The record that `to_json` wrote. Raises pydantic.ValidationError with the place of each fault."""
+        """Return the record that `to_json` wrote. Raises pydantic.ValidationError with the location of each fault."""
         return cls.model_validate_json(text)
 
     def replace(self, **changes: Any) -> Self:
@@ -118,7 +118,7 @@ class Record(BaseModel):
 
     @cached_property
     def digest(self) -> str:
-        """sha256 of the canonical JSON, 64 hex digits: the same on every machine."""
+        """sha256 of the canonical JSON, 64 hex digits: identical on every machine."""
         return hashlib.sha256(self.to_json().encode("utf-8")).hexdigest()
 
     def __eq__(self, other: object) -> bool:
@@ -129,12 +129,12 @@ class Record(BaseModel):
 
 
 def without_blanks(data: dict[str, Any], names: tuple[str, ...]) -> dict[str, Any]:
-    """The JSON form of a record without some fields where they are empty, so that older records keep their digests."""
+    """JSON form of a record without the named fields if they are empty, so that older records keep their digests."""
     return {name: value for name, value in data.items() if name not in names or value}
 
 
 def complete_records() -> None:
-    """Make what validates records for all classes that are there: for a process that forks many which would need it."""
+    """Build the validators of all record classes now: for a process that forks many others which need them."""
     waiting: list[type[Record]] = [Record]
     for record in waiting:  # in the order in which they were defined, since a class needs what its fields need
         record.model_rebuild()

@@ -39,11 +39,11 @@ _OPAQUE = 0.999  # alpha from which on nothing is seen through
 
 @dataclass(frozen=True)
 class PictureSettings:
-    """Size of a picture in pixels, how many drawings it is the mean of, and what they spend on light.
+    """Size of a picture in pixels, the number of drawings that it is the mean of, and their lighting.
 
     Attributes:
-        directions: that light comes from in each drawing, beside the key light.
-        shadow_px: side of the map of the shadows of a direction.
+        directions: number of directions that light comes from in each drawing, in addition to the key light.
+        shadow_px: side of the shadow map of a direction.
     """
 
     width_px: int = 960
@@ -105,7 +105,7 @@ def render_cameras(
     An eye in the room sees the ceiling, and a plain wall where the room is open; from outside the ceiling is left out.
 
     Args:
-        cameras: names of those of the scene, or views of one's own.
+        cameras: names of cameras of the scene, or other views.
     Raises:
         CannotDraw: there is no such camera. NoRenderer: there is no OpenGL.
     """
@@ -124,7 +124,7 @@ def render_cameras(
 
 
 def _lens(made: LoadedScene, camera: str | View, frame: PictureSettings, far: float) -> tuple[str, CameraFrustum]:
-    """Name and frustum of a camera of the scene, or of one that stands elsewhere."""
+    """Name and frustum of a camera of the scene, or of a separate view."""
     aspect, near, rise = frame.width_px / frame.height_px, 0.02, 0.0
     if isinstance(camera, View):
         half_width, turn = math.tan(camera.fov_x / 2), np.empty(9)
@@ -143,7 +143,7 @@ def _lens(made: LoadedScene, camera: str | View, frame: PictureSettings, far: fl
 
 
 def _light(canvas: renderer.Canvas, made: LoadedScene, room: Room, frame: PictureSettings) -> list[list[_Beam]]:
-    """Where the light of each drawing comes from, and what stands in its way."""
+    """Directions and weights of the light of each drawing, with the shadow map of each direction."""
     model = made.model
     with _groups_restored(model) as groups:
         for geom in range(model.ngeom):
@@ -218,7 +218,7 @@ def _groups_restored(model: Any) -> Iterator[Any]:
 
 
 def _hide_walls_before(model: Any, data: Any, eye: Floats) -> None:
-    """Hide walls that stand between the eye and the room, and what hangs on them."""
+    """Hide walls that are between the eye and the room, and everything that hangs on them."""
     for wall in range(1, model.nbody):
         if not model.body(wall).name.startswith(_WALL_PREFIX):
             continue
@@ -235,7 +235,7 @@ def room_of(model: Any, data: Any, bounds: Bounds) -> Room:
     """The room of a compiled kitchen after `mj_forward`: its floor, its ceiling, its walls and the glass in them.
 
     Args:
-        bounds: of all that is seen, which stand in for what is missing.
+        bounds: of everything that is visible; they replace a floor or ceiling that is missing.
     """
     lower, upper = (corner.copy() for corner in bounds)
     bodies = {model.body(i).name: i for i in range(1, model.nbody)}

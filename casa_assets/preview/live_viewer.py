@@ -76,7 +76,7 @@ def require_screen() -> None:
 
 
 def reset_to(model: Any, data: Any, pose: str, name: str) -> Callable[[], None]:
-    """Put the data into a pose, and return what does so again. Raises CannotDraw where there is no such keyframe."""
+    """Put the data into a pose, and return a function that repeats it. Raises CannotDraw if the keyframe is missing."""
 
     def start() -> None:
         if pose:

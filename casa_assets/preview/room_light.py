@@ -1,8 +1,8 @@
-"""Light on the surfaces of a room, from many directions, each with shadows of its own.
+"""Light on the surfaces of a room, from many directions, each with its own shadows.
 
-The room is a box that shines: ceiling, walls, open sides and floor throw light back, windows let it in. A direction
-sends what the room shows there wherever nothing stands between. What stands near hides all of it; what stands far gives
-some light of its own instead, as things in a room do. Brightness is a fraction of what makes white look white, linear.
+The room is a glowing box: ceiling, walls, open sides and floor reflect light, windows let it in. A direction brings the
+light that the room shows there, unless something is between. Near objects block all of it; far ones give some light
+themselves instead, as objects in a room do. Brightness is linear, as a fraction of what makes white look white.
 """
 
 from __future__ import annotations
@@ -124,7 +124,7 @@ class Room:
         return np.abs(ways), ahead + np.array([[0], [2], [4]])
 
     def is_bare(self, places: Singles, sides: Ints) -> Mask:
-        """(N,) whether no wall stands at (3, N) places in the sides with the (N,) numbers; not of floor and ceiling."""
+        """(N,) True for (3, N) places without a wall, on the sides with (N,) numbers; False on floor and ceiling."""
         bare = sides < 4
         for wall in self.walls:
             along = places[1 - wall.side // 2]
@@ -169,7 +169,7 @@ def grey_sections(seen: Surfaces, room: Room) -> None:
 def beams(number: int, passes: int, per_pass: int) -> Iterator[tuple[Floats, float]]:
     """Directions of drawing `number` of `passes`: one of the key light, then `per_pass` all over the sphere.
 
-    Each is a (3,) unit vector to the light and the share of the light of its drawing that it stands for.
+    Each is a (3,) unit vector to the light and the weight of that light in the drawing.
     """
     spread, turn = _KEY_SOFTNESS * math.sqrt((number + 0.5) / passes), 2.0 * math.pi * GOLDEN * number
     side = np.cross((0.0, 0.0, 1.0), _KEY)
@@ -224,9 +224,9 @@ class Receiver:
         self._light[lit] += shown
 
     def image(self) -> Singles:
-        """(H, W, 3) of the light, 0 where nothing is seen, averaged over neighbours that lie in the same plane.
+        """(H, W, 3) light, 0 where nothing is seen, averaged over neighbours that lie in the same plane.
 
-        The ceiling and what stands in for missing walls shine by themselves; they are shown as bright as that.
+        The ceiling and the plain surfaces in place of missing walls emit light; they are shown with that brightness.
         """
         is_ceiling = (self._normals[2] < -0.9) & (self._places[2] > self._room.upper[2] - 0.05)
         self._light[is_ceiling] += _ON_CEILING
@@ -237,9 +237,9 @@ class Receiver:
 
 
 def shadowing(places: Singles, shadow: ShadowMap, tilt: Singles) -> Singles:
-    """(N,) how far away, metres, what hides each place stands; 0 where nothing does.
+    """(N,) distance, metres, from each place to the object that hides it from the light; 0 if nothing hides it.
 
-    The first look finds how far off it stands, the second looks as far aside as a soft light does at that distance.
+    The first lookup finds the distance; the second is shifted sideways by as much as a soft light spreads over it.
 
     Args:
         places: (3, N) metres. tilt: (2, N) of the way to the light, along right and up of the map.

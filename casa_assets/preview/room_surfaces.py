@@ -1,4 +1,4 @@
-"""What a camera sees, pixel by pixel: where it is, how it is turned, its colour, how it shines; and maps of shadows."""
+"""Surfaces that a camera sees, pixel by pixel: position, normal, colour and gloss; and shadow maps."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ def plain_scene(scene: Any, paint: Callable[[int], tuple[float, float, float]] |
     """Take lights, shadows, sky and highlights out of an MjvScene, and return it.
 
     Args:
-        paint: RGB of a geom in place of its own colour and picture, from the number of its material (-1: none).
+        paint: RGB of a geom, used instead of its colour and picture, from the number of its material (-1: none).
     """
     flags = mujoco.mjtRndFlag
     for flag in (flags.mjRND_SHADOW, flags.mjRND_REFLECTION, flags.mjRND_SKYBOX, flags.mjRND_HAZE, flags.mjRND_FOG):
@@ -115,7 +115,7 @@ def plain_scene(scene: Any, paint: Callable[[int], tuple[float, float, float]] |
 
 
 def _veil_scene(scene: Any, is_white: bool) -> Any:
-    """What is see-through before black, in its own colours, or white: then it shows its opacity."""
+    """Paint opaque geoms black; see-through ones keep their colours or become white, to show their opacity."""
     for geom in scene.geoms[: scene.ngeom]:
         if geom.rgba[3] >= _OPAQUE:
             geom.rgba, geom.matid = [0.0, 0.0, 0.0, 1.0], -1
@@ -162,13 +162,13 @@ def _rays(eye: Any, width_px: int, height_px: int) -> Singles:
 
 @dataclass(frozen=True)
 class ShadowMap:
-    """How far things reach towards a light that is far away.
+    """Height of objects towards a light that is far away.
 
     Attributes:
         frame: (3, 3) unit vectors right, up and towards the light, one in each row, world frame.
         corner: (2,) least coordinates along right and up, metres. pixel: width of a pixel, metres.
         heights: (S, S) greatest coordinate towards the light in each pixel; rows go up.
-        least, step: coordinate that 0 stands for, and one step, metres.
+        least, step: coordinate that a height of 0 means, and size of one step, metres.
     """
 
     frame: Singles

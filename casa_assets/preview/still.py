@@ -40,14 +40,14 @@ class CannotDraw(CasaError):
 
 
 def render(model_xml: Path, view: View = _DEFAULT_VIEW, collision: bool = False, pose: str = "") -> bytes:
-    """PNG of one asset as it stands, seen from the front and a little from its right and above.
+    """PNG of one asset in its pose, seen from the front and a little from its right and above.
 
     Args:
         model_xml: MJCF with visual geoms in group 1 and collision geoms in group 0, or USD with 2 and 3; regions are
             called `reg_*`.
         view: direction and size.
-        collision: show each collider in a colour of its own, see-through, over the thing in grey.
-        pose: keyframe of the model that it stands in; empty: joints at zero.
+        collision: show each collider in a different colour, see-through, over the asset in grey.
+        pose: keyframe of the model to show; empty: joints at zero.
     Raises:
         CannotDraw: MuJoCo cannot read the model, it has no such keyframe, or nothing in it is visible.
         NoRenderer: there is no OpenGL.
@@ -86,7 +86,7 @@ def load_into_studio(
         model_xml: as for `render`.
         size_px: of the picture to be taken.
         paint: RGBA for everything, instead of its materials.
-        groups: of the geoms to be shown; colliders get colours of their own.
+        groups: of the geoms to be shown; each collider gets a different colour.
         pose: keyframe, or empty.
     Raises:
         CannotDraw: MuJoCo cannot read the model, or it has no geom to show.
@@ -148,8 +148,8 @@ def _phong_terms(metallic: float, roughness: float, rgba: Any, textures: Any) ->
 def _keep_groups(spec: Any, groups: tuple[int, ...], paint: tuple[float, ...] | None) -> None:
     """Delete all geoms of other groups and all regions (`reg_*`), then the meshes that no geom uses.
 
-    Colliders get colours of their own, and everything gets `paint` where it is given. What stays goes into the group
-    that the studio draws. Raises ValueError where nothing stays.
+    Each collider gets a different colour, and everything gets `paint` if it is given. The remaining geoms are put into
+    the group that the studio draws. Raises ValueError if no geoms remain.
     """
     for geom in list(spec.geoms):
         if geom.group not in groups or geom.name.startswith("reg_"):
@@ -237,7 +237,7 @@ _LARGEST_PX = 1024  # of an image
 
 
 def render_model(model: RawModel, view: View = _RAW_VIEW) -> bytes:
-    """PNG of a raw model, stood up by the axis that its file declares (glTF: y), else z.
+    """PNG of a raw model, turned upright by the axis that its file declares (glTF: y), else z.
 
     Raises:
         CasaError: it has no triangle, or nothing can draw.

@@ -33,7 +33,7 @@ class MovingJoint:
     """A joint to be shown: its name in the model, and two lines under its picture.
 
     Attributes:
-        alone: it gets a picture of its own, open; what moves a few millimetres shows nothing there.
+        alone: it gets a separate picture, open; a joint that moves a few millimetres would show nothing there.
     """
 
     joint: str
@@ -80,7 +80,7 @@ def strip_corners(moving: Sequence[MovingJoint]) -> dict[str, tuple[int, int]]:
 
 
 def _behind(model: Any) -> dict[str, tuple[str, ...]]:
-    """Joint -> joints that stand open before it can move, as the texts `behind__<joint>` have it."""
+    """Joint -> joints that must be open before it can move, from the texts `behind__<joint>` of the model."""
     found: dict[str, tuple[str, ...]] = {}
     for i in range(model.ntext):
         name = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_TEXT, i)
@@ -127,7 +127,7 @@ def _apart(model: Any, data: Any, names: Sequence[str]) -> bytes:
 
 
 def _painted(model: Any, data: Any, names: Sequence[str]) -> bytes:
-    """Every part in a colour of its own, see the axes drawn over it; the model keeps its looks."""
+    """Picture with every part in a different colour and the axes drawn over it; the model keeps its looks."""
     kept = model.geom_matid.copy(), model.geom_rgba.copy()
     points = _stand(model, data, {})
     colour = {int(model.jnt_bodyid[model.joint(n).id]): part_color(i) for i, n in enumerate(names)}

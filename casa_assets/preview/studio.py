@@ -134,7 +134,7 @@ _DISTANCE, _SHADOW_REACH = 4.0, 2.2  # of the lights, and half the width of the 
 
 
 def add_studio(spec: Any, size_px: int) -> None:
-    """Add the studio (floor, lights, frame buffer size) to an MjSpec, in place of its own lights and cameras."""
+    """Add the studio (floor, lights, frame buffer size) to an MjSpec, replacing the lights and cameras that it has."""
     for item in [*spec.lights, *spec.cameras]:
         spec.delete(item)
     set_quality(spec.visual, size_px, size_px, shadow_px=1024)
@@ -170,7 +170,7 @@ def place_floor(model: Any, data: Any) -> Floats:
 
 
 def render(model: Any, data: Any, points: Floats, camera: Camera, view: View, both_sides: bool = False) -> Pixels:
-    """Render a model that stands on the studio's floor.
+    """Render a model that is on the studio's floor.
 
     Args:
         model, data: as `place_floor` left them.

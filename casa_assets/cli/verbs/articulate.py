@@ -183,7 +183,7 @@ def _follow(
 
 
 def _json_row(outcome: ArticulateOutcome) -> dict[str, object]:
-    """Return what --json tells of an outcome."""
+    """The row that `--json` prints for an outcome."""
     has_asset = outcome.folder is not None and not outcome.code
     return {
         "status": outcome.decision.value,

@@ -97,7 +97,7 @@ def look(ids: Sequence[str], source: Path | None, output: Output) -> None:
     """Print the command that shows the first of what was exported.
 
     Args:
-        ids: of assets, or of kitchens where there is no source. source: library, or the folder of one asset.
+        ids: of assets, or of kitchens if there is no source. source: library, or the folder of one asset.
     """
     from casa_assets.pipeline.library.library import CERTIFICATE
 
@@ -121,7 +121,7 @@ def folders_by_id(source: Path) -> dict[str, Path]:
 
 
 def measures_in(known: dict[str, Path], asset_id: str) -> dict[str, Any]:
-    """Mass and size of an asset; null where it is none of those known."""
+    """Mass and size of an asset; null if it is not among those known."""
     return measures_at(known[asset_id]) if asset_id in known else measures(None)
 
 

@@ -189,7 +189,7 @@ def _builders() -> dict[str, tuple[str, ...]]:
 
 
 def _row(category: Category, builders: tuple[str, ...]) -> dict[str, Any]:
-    """What `--json` tells of a category."""
+    """The row that `--json` prints for a category."""
     from casa_assets import registry
     from casa_assets.registry.look_alikes import look_alikes
     from casa_assets.registry.project import origin_of_row

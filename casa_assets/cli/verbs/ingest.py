@@ -158,7 +158,7 @@ def ingest(
 
 
 def _ingest(sources: list[Path | StoreRoot], options: Options, output: Output, explain: bool, store: str) -> None:
-    """Run once, tell what became of the inputs, and end with the exit code for it."""
+    """Run once, print what became of the inputs, and end with the exit code for it."""
     with on_store(store, options.library, output) as sending:
         events = _run_once(sources, options, output, explain, sending)
     if not options.dry_run:
@@ -169,7 +169,7 @@ def _ingest(sources: list[Path | StoreRoot], options: Options, output: Output, e
 def _run_once(
     sources: list[Path | StoreRoot], options: Options, output: Output, explain: bool, sending: Sending
 ) -> list[Event]:
-    """Run once, and tell what became of the inputs."""
+    """Run once, and print what became of the inputs."""
     from casa_assets.pipeline.ingest.run import ingest as run
     from casa_assets.pipeline.ingest.shards.record import NAME as SHARD_RECORD
 

@@ -1,4 +1,4 @@
-"""casa-assets objects: list, show and build things that stand about in a kitchen and can be moved."""
+"""casa-assets objects: list, show and build loose objects of a kitchen, which can be moved."""
 
 from __future__ import annotations
 

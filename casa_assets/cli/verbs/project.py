@@ -1,4 +1,4 @@
-"""`casa-assets init` and `casa-assets make`: a project of one's own, and all that it makes."""
+"""`casa-assets init` and `casa-assets make`: a user's project, and all that it makes."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ def make(
 
 
 def _call(step: Step, output: Output) -> int:
-    """Call a command in a process of its own, in the folder of the project; its exit code."""
+    """Call a command in a separate process, in the folder of the project; returns its exit code."""
     extra = [*(["--json"] if output.as_json and step.takes_json else []), *(["--quiet"] if output.quiet else [])]
     folder = project_folder()
     end = step.words.index("--") if "--" in step.words else len(step.words)

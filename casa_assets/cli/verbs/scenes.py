@@ -71,7 +71,7 @@ EyeLevel = Annotated[
 
 
 def _recipes(scenes: list[str] | None, all_: bool, out: Path) -> list[SceneRecipe]:
-    """The scenes that a user names. Raises typer.BadParameter where none is, UnknownId."""
+    """The scenes that a user names. Raises typer.BadParameter if no scenes are named, UnknownId."""
     from casa_assets.pipeline.kitchens.scene_ids import all_recipes, recipes_named
 
     if not scenes and not all_:

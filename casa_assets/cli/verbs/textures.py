@@ -270,7 +270,7 @@ def _print_pack(pack: Pack, folder: Path, output: Output) -> None:
 
 
 def _size(tile_m: tuple[float, float]) -> dict[str, Any]:
-    """What `--json` tells of the size of a texture: width and height; it has no mass."""
+    """The `mass` and `size` of a texture in `--json`: no mass; width and height, metres."""
     return {"mass": None, "size": list(tile_m)}
 
 

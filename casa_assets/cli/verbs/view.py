@@ -228,7 +228,7 @@ def _serve(subject: Subject, pose: str, port: int, browser: bool) -> None:
 
 
 def _tell_where(subject: Subject, server: ViewServer) -> None:
-    """The address on standard output, where a program can read it; what people have to know beside it."""
+    """Print the address to standard output, where a program can read it, and notes for people to standard error."""
     from casa_assets.pipeline.view.server import tunnel_line
 
     typer.echo(server.address)

@@ -1,6 +1,6 @@
-"""Asset or Scene -> one binary glTF file (GLB) to look at: what is seen, and on request colliders and regions.
+"""Asset or Scene -> one binary glTF file (GLB) for viewing: visuals, and on request colliders and regions.
 
-A GLB has no physics. What a viewer needs to move the parts stands in the `extras` of its nodes; `document` lists them.
+A GLB has no physics. The data that a viewer needs to move the parts are in the `extras` of its nodes; see `document`.
 """
 
 from casa_assets.export.gltf.document import asset_glb

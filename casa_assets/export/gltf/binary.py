@@ -1,4 +1,4 @@
-"""Arrays and pictures -> binary chunk of a GLB, its buffer views and accessors; equal content stands there once.
+"""Arrays and pictures -> binary chunk of a GLB, its buffer views and accessors; equal content is written once.
 
 Ref: glTF 2.0 specification, 3.6 (binary data storage) and 4.4 (GLB file format).
 """
@@ -24,10 +24,11 @@ TYPE_OF_WIDTH = {1: "SCALAR", 2: "VEC2", 3: "VEC3"}
 
 @dataclass
 class Binary:
-    """The binary chunk as it grows.
+    """The binary chunk while it is being built.
 
     Attributes:
-        data: its bytes, every part aligned. views, accessors: as glTF lists them.
+        data: its bytes, every part aligned.
+        views, accessors: as glTF lists them.
     """
 
     data: bytearray = field(default_factory=bytearray)
@@ -37,7 +38,7 @@ class Binary:
     _accessor_of: dict[tuple[int, str, int, int, bool], int] = field(default_factory=dict)
 
     def view(self, content: bytes, target: int | None = None) -> int:
-        """Index of the buffer view of some bytes; `target` says what vertex data they are, None for a picture."""
+        """Index of the buffer view of some bytes; `target`: kind of the vertex data, None for a picture."""
         key = hashlib.sha256(f"{target} ".encode() + content).digest()
         if key not in self._view_of:
             self.data += bytes(-len(self.data) % ALIGNMENT)
@@ -48,7 +49,7 @@ class Binary:
         return self._view_of[key]
 
     def vectors(self, rows: npt.NDArray[np.float64], with_bounds: bool = False) -> int:
-        """Index of the accessor of (N, 2) or (N, 3) numbers, rounded to float32; positions come with their bounds."""
+        """Index of the accessor of (N, 2) or (N, 3) numbers, rounded to float32; `with_bounds`: for positions."""
         values = np.ascontiguousarray(rows, dtype=np.float32) + np.float32(0.0)  # no negative zero
         row = {"componentType": FLOAT, "count": len(values), "type": TYPE_OF_WIDTH[values.shape[1]]}
         if with_bounds:
@@ -72,7 +73,7 @@ class Binary:
 
 
 def glb(document: dict[str, Any], binary: Binary) -> bytes:
-    """The file: a document without its buffers, views and accessors, which are those of `binary`."""
+    """Return the file of a document without buffers, views and accessors, which are taken from `binary`."""
     body = bytes(binary.data) + bytes(-len(binary.data) % ALIGNMENT)
     parts = {"buffers": [{"byteLength": len(body)}], "bufferViews": binary.views, "accessors": binary.accessors}
     parts = {} if not body else parts

@@ -21,7 +21,7 @@ class Nodes:
     rows: list[dict[str, Any]] = field(default_factory=list)
 
     def add(self, row: dict[str, Any], below: int | None = None) -> int:
-        """Index of a new node, a child of the node `below`."""
+        """Add a node as a child of the node `below`, and return its index."""
         self.rows.append(row)
         index = len(self.rows) - 1
         if below is not None:
@@ -34,9 +34,9 @@ class Copy:
     """One copy of an asset in a document.
 
     Attributes:
-        prefix: what the names of its nodes and joints begin with: empty, or the placement's name and a slash.
-        layer: of what is seen.
-        positions: joint name -> where it stands in the file, rad or m; others stand at zero.
+        prefix: prefix of the names of its nodes and joints: empty, or the placement's name and a slash.
+        layer: layer of its visuals.
+        positions: joint name -> position in the file, rad or m; joints that are not named are at zero.
     """
 
     asset: Asset
@@ -46,7 +46,7 @@ class Copy:
 
 
 def add_all(nodes: Nodes, meshes: Meshes, copy: Copy, below: int, wanted: Layers) -> dict[str, int]:
-    """Add a node for each link below the node `below`; returns name of a link -> its node."""
+    """Add a node for each link below the node `below`; return link name -> index of its node."""
     asset = copy.asset
     looks = {material.id: material for material in asset.materials}
     found: dict[str, int] = {}
@@ -65,7 +65,7 @@ def add_all(nodes: Nodes, meshes: Meshes, copy: Copy, below: int, wanted: Layers
 
 
 def joint_facts(asset: Asset, joint: Joint, copy: Copy) -> dict[str, Any]:
-    """`extras.joint` of the link that a joint moves; `rest` is where it stands in the file."""
+    """`extras.joint` of the link that a joint moves; `rest` is the position of the joint in the file."""
     states = {s.value: rounded(s.interval) for s in asset.states if s.joint == joint.name}
     behind = {} if joint.behind is None else {"behind": copy.prefix + joint.behind}
     return {
@@ -81,7 +81,7 @@ def joint_facts(asset: Asset, joint: Joint, copy: Copy) -> dict[str, Any]:
 
 
 def _add_visuals(nodes: Nodes, meshes: Meshes, link: Link, looks: dict[str, Any], copy: Copy, below: int) -> None:
-    """One node for what is seen of a link, another for faces that look out of the room."""
+    """Add one node for the visuals of a link, and another for faces that look out of the room."""
     groups: dict[LayerName, list[Visual]] = {}
     for visual in link.visuals:
         group = LayerName.OUTSIDE if visual.label == OUTER_FACE else copy.layer

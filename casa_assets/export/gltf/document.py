@@ -1,17 +1,17 @@
 """Asset -> GLB.
 
-Metres. One root node turns our z up into glTF's y up; below it every node has the frames of the record. `extras` hold:
+Metres. One root node turns our z up into glTF's y up; below it all frames are those of the record. `extras`:
 
 | node | `extras` |
 |---|---|
 | root | `casa_assets` (version of this table), `id`, `kind` (`asset` or `scene`), `poses`: name -> joint -> position |
 | copy of an asset in a scene | `placement`: `name`, `asset`, `category`, `layer` |
-| link | `link`, and where a joint moves it `joint`: `name`, `type` (`hinge` or `slide`), `axis` and `anchor` in the |
-| | frame of the link, `range`, `rest` (where it stands in the file), `states` (value -> share of the range), `behind` |
-| what is shown | `layer` (see LayerName); a collider and a region come with their names and kinds |
+| link | `link`, and if a joint moves it `joint`: `name`, `type` (`hinge` or `slide`), `axis` and `anchor` in the |
+| | frame of the link, `range`, `rest` (position in the file), `states` (value -> share of the range), `behind` |
+| drawn node | `layer` (see LayerName); for a collider or a region also its name and kind |
 
 A link moves by `motion(position - rest)` after the pose of its node: about the axis through the anchor (rad), or along
-the axis (m). Names are paths: `door`, in a scene `fridge/door`; that of a joint is `fridge/door_joint`.
+the axis (m). Names are paths: `door`, or in a scene `fridge/door`; the name of its joint is `fridge/door_joint`.
 """
 
 from __future__ import annotations
@@ -37,10 +37,10 @@ Y_UP = Pose(quaternion=(0.5**0.5, -(0.5**0.5), 0.0, 0.0))
 
 
 class Document:
-    """A GLB as it grows: one root node, and what is put below it."""
+    """A GLB while it is being built: one root node, and the nodes below it."""
 
     def __init__(self, name: str, kind: str, picture_px: int) -> None:
-        """Only the root node; `kind` is `asset` or `scene`, `picture_px` the most pixels along a side of a picture."""
+        """Start with the root node; `kind`: `asset` or `scene`; `picture_px`: maximum pixels along a picture's side."""
         self.binary = Binary()
         self.meshes = Meshes(self.binary, Materials(self.binary, picture_px))
         self.nodes = Nodes()
@@ -49,7 +49,7 @@ class Document:
         self.cameras: list[dict[str, Any]] = []
 
     def bytes(self) -> bytes:
-        """The file."""
+        """Return the file."""
         members: dict[str, Any] = {
             "asset": {"version": "2.0", "generator": "casa-assets"},
             "scene": 0,
@@ -63,10 +63,13 @@ class Document:
 
 
 def asset_glb(asset: Asset, layers: Layers = SEEN_ALONE, picture_px: int = PICTURE_PX) -> bytes:
-    """The GLB of an asset, its joints at the first of its named poses or at zero; the same asset is the same bytes.
+    """Return the GLB of an asset; the same asset gives the same bytes.
+
+    Its joints are in the first of its named poses, or at zero.
 
     Args:
-        layers: what it holds besides what is seen. picture_px: most pixels along a side of a picture.
+        layers: layers in addition to the visuals.
+        picture_px: maximum pixels along a side of a picture.
     """
     document = Document(asset.id, "asset", picture_px)
     document.extras["poses"] = {key.name: values(key.joints) for key in asset.keyframes}

@@ -1,4 +1,4 @@
-"""Colliders and regions of a link -> nodes of their own, each in a layer that a viewer shows or hides."""
+"""Colliders and regions of a link -> separate nodes, each in a layer that a viewer shows or hides."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class LayerName(StrEnum):
 
 @dataclass(frozen=True)
 class Layers:
-    """What a file holds besides what is seen: collision shapes, regions. A viewer hides both at first."""
+    """Layers of a file in addition to the visuals: collision shapes, regions. A viewer hides both at first."""
 
     colliders: bool = False
     regions: bool = False
@@ -54,10 +54,10 @@ REGION_COLOR = (0.05, 0.65, 0.30, 0.22)
 
 
 def nodes(link: Link, regions: tuple[Region, ...], meshes: Meshes, wanted: Layers) -> Iterator[dict[str, Any]]:
-    """A node for each collider and region of a link that is wanted.
+    """Yield a node for each collider and region of a link, if they are wanted.
 
     Args:
-        regions: of the asset.
+        regions: all regions of the asset.
     """
     if wanted.colliders:
         for number, collider in enumerate(link.colliders):
@@ -91,7 +91,7 @@ def _region(region: Region, meshes: Meshes) -> dict[str, Any]:
 
 
 def _shown(shape: Shape, pose: Pose, meshes: Meshes, material: int) -> dict[str, Any]:
-    """Mesh, place and scale of a shape: primitives are one mesh of unit size, scaled by their nodes."""
+    """Mesh, pose and scale of a shape: primitives share one mesh of unit size, scaled by their nodes."""
     unit, scale = _unit(shape)
     points, faces = tessellate(unit, Pose(), STEPS)
     used = np.unique(faces)
@@ -101,7 +101,7 @@ def _shown(shape: Shape, pose: Pose, meshes: Meshes, material: int) -> dict[str,
 
 
 def _unit(shape: Shape) -> tuple[Shape, Vec3]:
-    """A shape of unit size and the scale that makes it the one given."""
+    """A shape of unit size, and the scale that turns it into the given one."""
     if isinstance(shape, Box):
         return Box(size=(1.0, 1.0, 1.0)), shape.size
     if isinstance(shape, Sphere):

@@ -1,4 +1,4 @@
-"""Material -> metallic-roughness material of glTF, whose model is that of the record; its pictures, made small."""
+"""Material -> metallic-roughness material of glTF, the same model as in the record, with reduced pictures."""
 
 from __future__ import annotations
 
@@ -26,10 +26,11 @@ _MOST_KEPT = 512
 
 @dataclass
 class Materials:
-    """Materials, textures and images as glTF lists them; equal ones stand there once.
+    """Materials, textures and images as glTF lists them; equal ones are written once.
 
     Attributes:
-        binary: takes the pictures. picture_px: most pixels along a side.
+        binary: receives the pictures.
+        picture_px: maximum pixels along a side.
     """
 
     binary: Binary
@@ -50,7 +51,7 @@ class Materials:
         return self._add(name, lambda: {"name": name, "pbrMetallicRoughness": pbr, "doubleSided": True, **mode})
 
     def document(self) -> dict[str, Any]:
-        """Members of the document."""
+        """Members of the glTF document."""
         found: dict[str, Any] = {"materials": self.rows} if self.rows else {}
         if self.images:
             textures = [{"sampler": 0, "source": i} for i in range(len(self.images))]
@@ -87,7 +88,7 @@ class Materials:
         return row if mode == "OPAQUE" else {**row, "alphaMode": mode}
 
     def _texture(self, texture: Texture) -> tuple[dict[str, int], str]:
-        """Reference to a picture, and the alpha mode that it asks for."""
+        """Reference to a picture, and the alpha mode that it requires."""
         key = f"{texture.file_name} {texture.color_space.value}"
         if key not in self._image_of:
             content, kind, mode = self._encoded(key, texture)
@@ -98,7 +99,7 @@ class Materials:
         return {"index": index}, mode
 
     def _encoded(self, key: str, texture: Texture) -> tuple[bytes, str, str]:
-        """The same as `encoded`; kitchens of a style have the same pictures, which are kept."""
+        """As `encoded`, cached: kitchens of a style have the same pictures."""
         place = f"{key} {self.picture_px}"
         if place not in _KEPT:
             if len(_KEPT) >= _MOST_KEPT:
@@ -108,10 +109,10 @@ class Materials:
 
 
 def encoded(texture: Texture, most_px: int) -> tuple[bytes, str, str]:
-    """A picture made no larger than `most_px` along a side.
+    """Encode a picture, scaled down to at most `most_px` along a side.
 
     Returns:
-        Its bytes; `image/png` where it has alpha, else `image/jpeg`; and the alpha mode of glTF that it asks for.
+        Its bytes; `image/png` if it has alpha, else `image/jpeg`; and the glTF alpha mode that it requires.
     """
     out = io.BytesIO()
     with Image.open(io.BytesIO(texture.png)) as opened:

@@ -10,7 +10,7 @@ from casa_assets.model.pose import Pose
 
 
 def rounded(values: Iterable[float]) -> list[float]:
-    """Numbers with the digits that the other writers give them."""
+    """Numbers rounded to the same digits as in the other writers."""
     return [float(number.number(value)) for value in values]
 
 

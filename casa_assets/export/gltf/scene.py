@@ -1,4 +1,4 @@
-"""Scene -> GLB: a node for each placement, what rests in a drawer below the link that carries it, and the cameras."""
+"""Scene -> GLB: a node for each placement (below a moving link for objects that rest in a drawer), and the cameras."""
 
 from __future__ import annotations
 
@@ -19,13 +19,14 @@ NEAR_M = 0.01
 
 
 def scene_glb(scene: Scene, layers: Layers = SEEN_ALONE, picture_px: int = PICTURE_PX) -> bytes:
-    """The GLB of a scene as it begins; the same scene is the same bytes.
+    """Return the GLB of a scene as it begins; the same scene gives the same bytes.
 
-    What the assets of several placements have in common stands there once. Named poses are those of the scene (`start`,
-    `closed`, `open`) and those that any asset has besides (`on`), in which the others are closed.
+    Content that the assets of several placements have in common is written once. Named poses are those of the scene
+    (`start`, `closed`, `open`) and any others that an asset has (`on`), in which all other assets are closed.
 
     Args:
-        layers: what it holds besides what is seen. picture_px: most pixels along a side of a picture.
+        layers: layers in addition to the visuals.
+        picture_px: maximum pixels along a side of a picture.
     """
     document = Document(scene.id, "scene", picture_px)
     document.extras["poses"] = _poses(scene)
@@ -52,7 +53,7 @@ def _add(
     links: dict[str, dict[str, int]],
     layers: Layers,
 ) -> None:
-    """Add a placement after what carries it; `links` gets its links' nodes by name."""
+    """Add a placement, after the placement that carries it; `links` gets the nodes of its links by name."""
     asset, below, pose = assets[place.name], document.root, place.pose
     rest = place.resting
     if rest is not None and assets[rest.placement].is_moved(rest.link):
@@ -70,7 +71,7 @@ def _add(
 
 
 def _poses(scene: Scene) -> dict[str, dict[str, float]]:
-    """Name of a pose -> name of a joint in the file -> position; joints that are not named stand at zero."""
+    """Pose name -> joint name in the file -> position; joints that are not named are at zero."""
     found: dict[str, dict[str, float]] = {}
     assets = scene.asset_of
     extra = dict.fromkeys(key.name for asset in scene.assets for key in asset.keyframes)

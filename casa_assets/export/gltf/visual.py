@@ -19,7 +19,7 @@ from casa_assets.model.asset.mesh import Mesh
 
 @dataclass
 class Meshes:
-    """Meshes as glTF lists them; equal ones stand there once, however many nodes show them."""
+    """Meshes as glTF lists them; equal ones are written once, however many nodes show them."""
 
     binary: Binary
     materials: Materials
@@ -27,7 +27,7 @@ class Meshes:
     _index: dict[str, int] = field(default_factory=dict)
 
     def of_visuals(self, visuals: Sequence[Visual], looks: dict[str, Material]) -> int | None:
-        """Index of the mesh of some visuals of one link; None where they have no face."""
+        """Index of the mesh of some visuals of one link, or None if they have no faces."""
         primitives = []
         for material in dict.fromkeys(visual.material for visual in visuals):
             joined = _joined([visual.mesh for visual in visuals if visual.material == material])
@@ -58,7 +58,10 @@ class Meshes:
 
 
 def _joined(meshes: Sequence[Mesh]) -> tuple[Floats, Floats, Floats | None, Ints] | None:
-    """Points, unit normals, texture coordinates (v down, as glTF has it; None where no mesh has any) and faces."""
+    """Join meshes into points, unit normals, texture coordinates and faces, or None if there are no faces.
+
+    Texture coordinates have v down, as in glTF, and are None if no mesh has any.
+    """
     filled = [_with_normals(mesh) for mesh in meshes if len(mesh.faces)]
     if not filled:
         return None
@@ -73,7 +76,7 @@ def _joined(meshes: Sequence[Mesh]) -> tuple[Floats, Floats, Floats | None, Ints
 
 
 def _with_normals(mesh: Mesh) -> tuple[Mesh, Floats]:
-    """The mesh and (V, 3) unit normals; one without normals has vertices of its own for each face."""
+    """Return the mesh and (V, 3) unit normals; a mesh without normals gets separate vertices for each face."""
     if mesh.normals is None:
         normals, areas = measure.face_normals(mesh.vertices, mesh.faces.astype(np.int64))
         normals[areas == 0] = (0.0, 0.0, 1.0)

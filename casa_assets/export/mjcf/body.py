@@ -1,4 +1,4 @@
-"""Link -> `<body>` with explicit mass properties; links nest as they are carried."""
+"""Link -> `<body>` with explicit mass properties; bodies are nested like the links that carry each other."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ class BodyContext:
     """Names, meshes and groups that every body of a document shares.
 
     Attributes:
-        asset: whose links are written.
+        asset: asset whose links are written.
         meshes: its mesh files.
         materials: material id -> name in the document.
-        groups: of geoms.
-        placement: name of the copy in a document that holds several: that of its root body, and with `__` the prefix
-            of all other names. None where the names stay as they are.
-        collider_colors: collider name -> `rgba`, where colliders are drawn in place of visuals.
+        groups: groups of geoms.
+        placement: name of the copy in a document that holds several: the name of its root body, and with `__` the
+            prefix of all other names. None to keep the names unchanged.
+        collider_colors: collider name -> `rgba`, if colliders are drawn instead of visuals.
     """
 
     asset: Asset
@@ -41,7 +41,7 @@ class BodyContext:
 
     @property
     def prefix(self) -> str:
-        """Prefix of all names but that of the root body."""
+        """Prefix of all names except that of the root body."""
         return "" if self.placement is None else f"{self.placement}__"
 
     def body_name(self, link: str) -> str:
@@ -87,7 +87,7 @@ def add(parent: etree._Element, link: Link, context: BodyContext) -> etree._Elem
 
 
 def full_inertia(inertial: Inertial) -> list[float]:
-    """(xx, yy, zz, xy, xz, yz), kg*m^2, such that nine digits of it are still the inertia of a body."""
+    """(xx, yy, zz, xy, xz, yz), kg*m^2, adjusted so that nine digits of it are still a valid inertia."""
     moments = np.linalg.eigvalsh(inertial.tensor)
     trace = float(moments.sum())
     is_plate = moments[0] + moments[1] - moments[2] < 2 * PLATE_MARGIN * trace

@@ -18,17 +18,17 @@ def add(contact: etree._Element, exclusion: Exclusion, context: BodyContext | No
 
 
 def exclude(contact: etree._Element, first: str, second: str) -> None:
-    """`<exclude>` of two bodies of a scene, called after both."""
+    """`<exclude>` for two bodies of a scene, named after both."""
     etree.SubElement(contact, "exclude", {"name": f"{first}__beside__{second}", "body1": first, "body2": second})
 
 
 def exclude_from_world(body: etree._Element, is_moved: bool = False) -> None:
-    """Exclude contacts between what is fixed to the world and what moves on it, below a fixed body.
+    """Exclude contacts between parts that are fixed to the world and moving parts on them, below a fixed body.
 
     A door is always near the frames, walls and worktops around it, so that half of all collision tests would be spent
-    on pairs that never touch: that no joint runs into anything over its whole range is checked for every scene. Doors
-    still collide with doors, and everything collides with robots and loose things, whose contype and conaffinity are 1
-    as MuJoCo has them by default.
+    on pairs that never touch: a check of every scene makes sure that no joint runs into anything over its whole range.
+    Doors still collide with doors, and everything collides with robots and loose objects, whose contype and conaffinity
+    are 1, MuJoCo's default.
 
     Args:
         body: a fixed body, or with `is_moved` a body that a joint carries.

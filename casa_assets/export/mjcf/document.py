@@ -12,14 +12,14 @@ from casa_assets.model.files import Files
 
 
 def write(asset: Asset, groups: Groups = ROBOSUITE_GROUPS) -> Files:
-    """The MJCF package of an asset; the same asset is the same bytes.
+    """Return the MJCF package of an asset; the same asset gives the same bytes.
 
     Args:
-        groups: of the geoms of `model.xml`.
+        groups: groups of the geoms of `model.xml`.
     Returns:
-        `model.xml` (body `object` inside an unnamed body, no floor, no free joint: what robosuite and robocasa merge),
-        `scene.xml` (the same body on a floor, free to move where its base is free), `meshes/*.obj` and
-        `textures/*.png`, and `behavior.json` where the asset has one. Paths are relative to the XML.
+        `model.xml` (body `object` inside an unnamed body, no floor, no free joint, for robosuite and robocasa to
+        merge), `scene.xml` (the same body on a floor, with a free joint if its base is free), `meshes/*.obj` and
+        `textures/*.png`, and `behavior.json` if the asset has a behaviour. Paths are relative to the XML.
     """
     meshes = visual.gather_meshes(asset)
     entries = {file.path: file.data for file in meshes.files}

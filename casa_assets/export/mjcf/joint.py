@@ -9,7 +9,7 @@ from casa_assets.model.asset.asset import Joint
 
 
 def add(body: etree._Element, joint: Joint, prefix: str = "") -> None:
-    """`<joint>` below the body that it moves; radians and metres, body frame. `prefix` begins its name."""
+    """`<joint>` below the body that it moves; radians and metres, body frame; `prefix`: prefix of its name."""
     drive = joint.drive
     attributes = {
         "name": prefix + joint.name,

@@ -1,4 +1,4 @@
-"""Labels, states, grips, behaviour and the kind of base -> `<custom>` texts, which MuJoCo keeps and leaves alone."""
+"""Labels, states, grips, behaviour and the kind of base -> `<custom>` texts, which MuJoCo stores but does not use."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ def add_all(root: etree._Element, asset: Asset) -> None:
 
 
 def texts(asset: Asset, prefix: str = "") -> dict[str, str]:
-    """Texts that a model carries, by name.
+    """Texts of an asset in a model, by name.
 
-    Always `base`, `class` (from the category upwards) and `qcode`; where the asset has them `portion`, `contract`,
+    Always `base`, `class` (from the category upwards) and `qcode`; if the asset has them `portion`, `contract`,
     `state__<name>`, `label__<label>` (names of geoms), `grip__<joint>` (name of a geom), `behind__<joint>` (name of a
     joint) and `behavior` (JSON).
 
     Args:
-        prefix: of the names of its geoms and joints in the document; the JSON names them without it.
+        prefix: prefix of the names of its geoms and joints in the document; names in the JSON have no prefix.
     """
     found = {
         "base": asset.base.value,

@@ -1,8 +1,8 @@
 """Material -> `<texture>` and `<material>`.
 
 MuJoCo's own renderer draws one colour image per material. Maps of roughness and normals would have to be `<layer>`
-elements, which MuJoCo refuses beside the `texture` attribute, and robosuite knows only that attribute. So the colour
-image is written, the maps are left to USD, and metallic and roughness are one number for the whole surface.
+elements, which MuJoCo does not accept together with the `texture` attribute, the only one that robosuite knows. So only
+the colour image is written, metallic and roughness are one number each for the whole surface; only USD has the maps.
 """
 
 from __future__ import annotations
@@ -41,12 +41,12 @@ def add_all(assets: etree._Element, asset: Asset) -> None:
 
 
 def add_texture(assets: etree._Element, image: Texture, path: str) -> None:
-    """`<texture>` of an image that lies at `path`, relative to the document."""
+    """`<texture>` of an image whose file is at `path`, relative to the document."""
     etree.SubElement(assets, "texture", {"name": _stem(image), "type": "2d", "file": path})
 
 
 def add(assets: etree._Element, material: Material, name: str) -> None:
-    """`<material>` called `name`; it names the texture of its colour image."""
+    """`<material>` named `name`, with a reference to the texture of its colour image."""
     etree.SubElement(assets, "material", _attributes(material, name))
 
 
@@ -78,7 +78,7 @@ def _mean_metallic_roughness(material: Material) -> tuple[float, float]:
 
 
 def _specular(metallic: float, roughness: float) -> float:
-    """Strength of the highlight, 0..1: none where rough, full on polished metal. Chosen by eye."""
+    """Strength of the highlight, 0..1: zero on rough surfaces, full on polished metal. Chosen by eye."""
     return (1.0 - roughness) * (0.4 + 0.6 * metallic)
 
 
@@ -92,7 +92,7 @@ def _shininess(roughness: float) -> float:
 
 
 def path(image: Texture) -> str:
-    """Where an image is put, relative to model.xml or to the folder that scenes share."""
+    """Path of an image, relative to model.xml or to the folder that scenes share."""
     return f"{FOLDER}/{image.file_name}"
 
 

@@ -31,7 +31,7 @@ def srgb(color: Sequence[float]) -> str:
 
 
 def place(pose: Pose) -> dict[str, str]:
-    """Attributes `pos` and, where it turns anything, `quat` of parent_from_element."""
+    """Attributes `pos` and, unless there is no rotation, `quat` of parent_from_element."""
     attributes = {"pos": numbers(pose.position)}
     if any(pose.quaternion[1:]):
         attributes["quat"] = numbers(pose.quaternion)

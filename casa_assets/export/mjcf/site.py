@@ -1,4 +1,4 @@
-"""Sites, and regions: named volumes that robocasa reads from massless geoms called `reg_...`."""
+"""Sites, and regions: named volumes that robocasa reads from massless geoms with names `reg_...`."""
 
 from __future__ import annotations
 
@@ -37,9 +37,9 @@ def _half_size(kind: str, size: Vec3) -> str:
 
 
 def add_corners(body: etree._Element, region: Region, prefix: str = "") -> None:
-    """The four sites from which robocasa v0.2 takes a fixture's outer (`main`) and inner (`int`) size.
+    """Add the four sites from which robocasa v0.2 reads a fixture's outer (`main`) and inner (`int`) size.
 
-    `p0` is a corner; `px`, `py` and `pz` are the next ones along each axis.
+    `p0` is a corner; `px`, `py` and `pz` are its neighbours along each axis.
     """
     corner_prefix = CORNER_PREFIXES.get(region.name)
     if corner_prefix is None or region.kind != "box":
@@ -69,7 +69,10 @@ def add_region(body: etree._Element, region: Region, group: int, prefix: str = "
 
 
 def outer_region(asset: Asset) -> Region | None:
-    """Bounding box of all colliders (of visuals where there are none), unless the asset has such a region."""
+    """Bounding box of all colliders (of visuals if there are no colliders).
+
+    None if the asset already has such a region.
+    """
     if any(region.name in OUTER_REGIONS for region in asset.regions):
         return None
     lower, upper = collision_bounds(asset)
@@ -77,13 +80,16 @@ def outer_region(asset: Asset) -> Region | None:
 
 
 def collision_bounds(asset: Asset) -> npt.NDArray[np.float64]:
-    """(2, 3) corners of all colliders, asset frame, joints at zero, metres; of visuals where there are none."""
+    """(2, 3) corners of all colliders, asset frame, joints at zero, metres.
+
+    If the asset has no colliders, the corners of its visuals.
+    """
     boxes = [b for k in asset.links if (b := link_bounds(k, asset.asset_from_link(k.name))) is not None]
     return np.array([np.min(boxes, axis=0)[0], np.max(boxes, axis=0)[1]]) if boxes else asset.bounds
 
 
 def add_size_sites(outer: etree._Element, asset: Asset) -> None:
-    """The three sites that robocasa v0.2 takes an object's size from, and BESIDE_OBJECT; in its own frame."""
+    """Add the three sites from which robocasa v0.2 reads an object's size, and BESIDE_OBJECT; in the object's frame."""
     lower, upper = asset.bounds
     half_x, half_y = (upper[:2] - lower[:2]) / 2
     points = {

@@ -1,4 +1,4 @@
-"""Visual -> geom that is seen and weighs, touches and stops nothing; mesh -> OBJ file and `<mesh>` element."""
+"""Visual -> geom that is only drawn, without mass and contacts; mesh -> OBJ file and `<mesh>` element."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class Meshes:
 
 
 def add(body: etree._Element, visual: Visual, file: MeshFile, material: str, group: int, prefix: str = "") -> None:
-    """`<geom>` below `<body>`; `material` is the name of a `<material>`, `prefix` begins its own name."""
+    """`<geom>` below `<body>`; `material`: name of a `<material>`; `prefix`: prefix of the geom's name."""
     attributes = {
         "name": prefix + visual.name,
         "type": "mesh",
@@ -78,7 +78,7 @@ def gather_meshes(asset: Asset) -> Meshes:
 
 
 def mesh_uses(asset: Asset) -> list[tuple[str, Mesh, MeshUse]]:
-    """(name of the visual or collider, its mesh, its use) of everything in an asset that is a mesh."""
+    """(name of the visual or collider, its mesh, its use) of every visual and collider that is a mesh."""
     items: list[tuple[str, Mesh, MeshUse]] = []
     for link in asset.links:
         items += [(v.name, v.mesh, MeshUse.SURFACE) for v in link.visuals]
@@ -90,7 +90,7 @@ def mesh_uses(asset: Asset) -> list[tuple[str, Mesh, MeshUse]]:
 
 
 def add_mesh(assets: etree._Element, file: MeshFile, folder: str = "") -> None:
-    """`<mesh>` below `<asset>`; `folder` leads from the document to its files, empty where they lie beside it."""
+    """`<mesh>` below `<asset>`; `folder`: path from the document to the mesh files, empty if they are next to it."""
     path = f"{folder}/{file.path}" if folder else file.path
     attributes = {"name": file.name, "file": path, "inertia": file.use.value}
     if file.use is MeshUse.HULL:
@@ -99,7 +99,7 @@ def add_mesh(assets: etree._Element, file: MeshFile, folder: str = "") -> None:
 
 
 def obj_text(mesh: Mesh, bare: bool = False) -> bytes:
-    """OBJ text, values rounded to float32; one index names position, texture coordinate and normal.
+    """OBJ text with values rounded to float32; one index is used for position, texture coordinate and normal.
 
     Args:
         mesh: triangles, metres.

@@ -1,4 +1,4 @@
-"""Runs the tasks of RoboCasa v1.0 in the kitchens of this folder; nothing of RoboCasa's source is changed.
+"""Runs the tasks of RoboCasa v1.0 in the kitchens of this folder, without changes to RoboCasa's source.
 
     import sys
 
@@ -11,9 +11,10 @@
     pairs = casa_kitchens.layout_and_style_ids("l_small__coastal")  # without an id: all, and RoboCasa draws one
     env = robosuite.make("OpenDrawer", robots="PandaOmron", layout_and_style_ids=pairs, seed=0, ...)
 
-RoboCasa knows a kitchen by one number, as layout and as style. `register` replaces three names in modules of RoboCasa:
-the arena, the sampler of fixtures and the path of a layout. Each asks whether a kitchen is one of these and otherwise
-does what it did; `unregister` puts the old ones back. Nothing but RoboCasa and the standard library is needed.
+RoboCasa identifies a kitchen by one number, as layout and as style. `register` replaces three names in modules of
+RoboCasa: the arena, the sampler of fixtures and the path of a layout. Each replacement handles the kitchens of this
+folder and calls the original for all others; `unregister` restores the originals. Only RoboCasa and the standard
+library are needed.
 """
 
 from __future__ import annotations
@@ -63,7 +64,7 @@ _begin: list[int | str] = []  # what `begin_with` was given; empty for None
 
 
 def register(root: Path | str = HERE) -> tuple[str, ...]:
-    """Let RoboCasa open the kitchens of an export. May be called again, and for several exports.
+    """Let RoboCasa open the kitchens of an export. May be called repeatedly, and for several exports.
 
     Returns:
         Ids of the kitchens of this export.
@@ -82,7 +83,7 @@ def register(root: Path | str = HERE) -> tuple[str, ...]:
 
 
 def unregister() -> None:
-    """Put back what `register` replaced and forget all kitchens."""
+    """Restore the names that `register` replaced, and forget all kitchens."""
     while _replaced:
         module, name, original = _replaced.pop()
         setattr(module, name, original)
@@ -91,14 +92,14 @@ def unregister() -> None:
 
 
 def patch_robosuite() -> tuple[str, ...]:
-    """Add to robosuite what RoboCasa v1.0 needs of it and the release 1.5.2 on PyPI lacks; its main branch has it.
+    """Add to robosuite the features that RoboCasa v1.0 needs and release 1.5.2 on PyPI lacks; its main branch has them.
 
     RoboCasa v1.0 calls robosuite with `load_model_on_init`, `enable_multiccd` and the controller
-    `JOINT_VELOCITY_LEGACY`: without these, `robosuite.make` raises a TypeError. Each is added only where it is missing,
-    in memory: no file is changed, and calling this twice does no harm. Call it before the first environment is made.
+    `JOINT_VELOCITY_LEGACY`: without these, `robosuite.make` raises a TypeError. Each is added only if it is missing, in
+    memory: no file is changed, and it is safe to call this twice. Call it before the first environment is made.
 
     Returns:
-        Names of what was added; empty if robosuite had it all.
+        Names of the added features; empty if robosuite had them all.
     """
     environment = _module("robosuite.environments.manipulation.manipulation_env").ManipulationEnv
     task = _module("robosuite.models.tasks").ManipulationTask
@@ -119,7 +120,7 @@ def patch_robosuite() -> tuple[str, ...]:
 
 
 def _loading_on_reset(original: Any) -> Any:
-    """`load_model_on_init=False`: the constructor makes no model, `reset` does."""
+    """Support `load_model_on_init=False`: the model is made by `reset` and not by the constructor."""
 
     def init(self: Any, *arguments: Any, load_model_on_init: bool = True, **keywords: Any) -> None:
         if not load_model_on_init:
@@ -133,7 +134,7 @@ def _loading_on_reset(original: Any) -> Any:
 
 
 def _with_multiccd(original: Any) -> Any:
-    """`enable_multiccd`: several contacts between two meshes. MuJoCo 3.3.1 has no islands that sleep."""
+    """Support `enable_multiccd`: several contacts between two meshes. MuJoCo 3.3.1 has no sleeping islands."""
 
     def init(
         self: Any,
@@ -153,7 +154,7 @@ def _with_multiccd(original: Any) -> Any:
 
 
 def _with_legacy_base(original: Any) -> Any:
-    """`JOINT_VELOCITY_LEGACY` is the new name of what robosuite 1.5.2 calls `JOINT_VELOCITY`."""
+    """Accept `JOINT_VELOCITY_LEGACY`, the new name of robosuite 1.5.2's `JOINT_VELOCITY`."""
 
     def mobile_base_controller_factory(name: str, params: Any) -> Any:
         return original("JOINT_VELOCITY" if name == "JOINT_VELOCITY_LEGACY" else name, params)
@@ -162,14 +163,14 @@ def _with_legacy_base(original: Any) -> Any:
 
 
 def ids() -> tuple[str, ...]:
-    """Ids of all kitchens that are registered."""
+    """Ids of all registered kitchens."""
     return tuple(_numbers)
 
 
 def layout_and_style_ids(*names: str) -> list[list[int]]:
-    """What RoboCasa's argument of this name is for some kitchens, by their ids; for all of them where none is named.
+    """Return RoboCasa's argument of this name for some kitchens, by their ids, or for all kitchens if no id is given.
 
-    Of several RoboCasa draws one at each reset, by the seed of the environment.
+    If there are several, RoboCasa draws one at each reset, by the seed of the environment.
 
     Raises:
         KeyError: a kitchen is not registered.
@@ -181,7 +182,7 @@ def layout_and_style_ids(*names: str) -> list[list[int]]:
 
 
 def tasks_of(name: str) -> tuple[str, ...]:
-    """The atomic tasks of RoboCasa that a kitchen has all fixtures for, as `scene.json` says, by their names.
+    """Names of the atomic tasks of RoboCasa for which a kitchen has all fixtures, according to `scene.json`.
 
     Raises:
         KeyError: the kitchen is not registered.
@@ -191,17 +192,17 @@ def tasks_of(name: str) -> tuple[str, ...]:
 
 
 def kitchen_of(env: Any) -> str:
-    """Id of the kitchen in which an environment is. Raises KeyError where it is none of these."""
+    """Id of the kitchen of an environment. Raises KeyError if it is not a registered kitchen."""
     return _kitchens[int(env.layout_id)].name
 
 
 def start_states(name: str) -> dict[str, Any]:
-    """The start states of a kitchen that was exported with them: of each `qpos`, `base`, `notes` and more.
+    """Return the start states of a kitchen that was exported with them: `qpos`, `base`, `notes` and more.
 
     Names of joints are those of RoboCasa's model. Fields: docs/howto/kitchens/start_states.md of casa_assets.
 
     Raises:
-        KeyError: the kitchen is not registered, or has none.
+        KeyError: the kitchen is not registered, or has no start states.
     """
     [[number, _]] = layout_and_style_ids(name)
     path = _kitchens[number] / STATES
@@ -215,13 +216,14 @@ def start_states(name: str) -> dict[str, Any]:
 
 
 def begin_with(number: int | str | None) -> None:
-    """Let each reset put the loose things of a kitchen where they are in one of its start states.
+    """Let each reset put the loose objects of a kitchen where they are in one of its start states.
 
-    RoboCasa then places its own objects beside them, and parks its robot where the task wants it. Doors begin closed.
+    RoboCasa then places its own objects around them, and parks its robot where the task requires it. Doors begin
+    closed.
 
     Args:
-        number: of the state; "random": drawn by the environment's seed; None: as the kitchen has them. A kitchen
-            without start states stays as it is.
+        number: number of the state; "random": drawn by the environment's seed; None: the poses in the kitchen. A
+            kitchen without start states is not changed.
     """
     _begin.clear()
     if number is not None:
@@ -231,13 +233,14 @@ def begin_with(number: int | str | None) -> None:
 def reset_to(env: Any, number: int, parks: bool = True) -> None:
     """Put a kitchen into one of its start states; call it after `env.reset()`.
 
-    Objects that a task brought stay where they are, which may be where something of the state now stands:
-    `begin_with` lets RoboCasa find other places for them.
+    Objects of a task are not moved, so they may now overlap with objects of the state: `begin_with` lets RoboCasa find
+    other places for them.
 
     Args:
-        number: of the state. parks: put the base of a robot that has wheels where the state has it, too.
+        number: number of the state.
+        parks: also move the base of a robot with wheels to the pose in the state.
     Raises:
-        KeyError: the kitchen has no start states, or is none of these. IndexError: there is no such state.
+        KeyError: the kitchen has no start states, or is not a registered kitchen. IndexError: there is no such state.
     """
     name = kitchen_of(env)
     states = start_states(name)
@@ -250,7 +253,7 @@ def reset_to(env: Any, number: int, parks: bool = True) -> None:
 
 
 def _columns_of(env: Any, name: str, states: dict[str, Any]) -> tuple[list[int], list[int]]:
-    """Which numbers of a row the model of an environment has, and where in its qpos; looked up once for a model."""
+    """Columns of a row that the model of an environment has, and their indices in its qpos; cached per model."""
     model = env.sim.model
     kept = getattr(env, "_casa_columns", None)
     if kept is not None and kept[0] is model:
@@ -272,7 +275,7 @@ def _columns_of(env: Any, name: str, states: dict[str, Any]) -> tuple[list[int],
 
 
 def _park(env: Any, x: float, y: float, yaw: float) -> None:
-    """Put the frame of a mobile base, which lies in its middle, to x, y (m), turned by `yaw` (rad)."""
+    """Move the frame of a mobile base, which is in its middle, to x, y (m), rotated by `yaw` (rad)."""
     array, model = _module("numpy").array, env.sim.model
     forward, side, turning = (model.joint_name2id(f"mobilebase0_joint_mobile_{way}") for way in MOBILE_JOINTS)
     root = model.body_parentid[model.jnt_bodyid[turning]]
@@ -292,7 +295,7 @@ def _park(env: Any, x: float, y: float, yaw: float) -> None:
 
 
 def _begun(rows: list[dict[str, Any]], folder: Path, rng: Any) -> list[dict[str, Any]]:
-    """Rows of fixtures with loose things where a start state has them, and told to the sampler of objects."""
+    """Rows of fixtures, with loose objects in the poses of a start state and marked for the sampler of objects."""
     if not _begin or not (folder / STATES).is_file():
         return rows
     states = start_states(folder.name)
@@ -315,14 +318,14 @@ def _module(name: str) -> Any:
 
 
 def _replace(module: Any, name: str, make: Callable[[Any], Any]) -> None:
-    """Put what `make` makes of the original in its place."""
+    """Replace a name in a module by the result of `make` for the original."""
     original = getattr(module, name)
     _replaced.append((module, name, original))
     setattr(module, name, make(original))
 
 
 def _folder_of(layout_id: Any) -> Path | None:
-    """Folder of one of these kitchens, None where a layout is RoboCasa's."""
+    """Folder of a registered kitchen, or None for a layout of RoboCasa."""
     return None if isinstance(layout_id, dict) else _kitchens.get(int(layout_id))
 
 
@@ -359,13 +362,13 @@ def _layout_path_for(original: Any) -> Any:
 
 
 class _Standing:
-    """In place of a sampler: fixtures stay where the kitchen has them; what stands on worktops is told to RoboCasa."""
+    """Replaces a sampler: fixtures keep their poses, and RoboCasa gets the list of those that are on worktops."""
 
     def __init__(self, fixtures: Sequence[Any]) -> None:
         self.fixtures = [fixture for fixture in fixtures if fixture.casa["is_standing"]]
 
     def sample(self, placed_objects: Any = None, **_: Any) -> dict[str, Any]:
-        """Name -> (position, quaternion (w, x, y, z), fixture), whatever else is placed."""
+        """Name -> (position, quaternion (w, x, y, z), fixture), regardless of other placed objects."""
         array = _module("numpy").array
         return {f.name: (tuple(f.casa["position"]), array(f.casa["quaternion"]), _foot_of(f)) for f in self.fixtures}
 
@@ -384,10 +387,10 @@ def _foot_of(fixture: Any) -> Any:
 
 
 class _ArenaParts:
-    """Reads the arena and the fixtures of a kitchen; mixed with robosuite's Arena."""
+    """Reads the arena and the fixtures of a kitchen; a mixin for robosuite's Arena."""
 
     def __init__(self, folder: Path, rng: Any, lids: dict[str, Any]) -> None:
-        """`lids` is what a task asks of the lids of blenders: none, beside the blender, or else on it."""
+        """`lids`: a task's options for the lids of blenders: left out, next to the blender, or else on it."""
         _module("robosuite.models.arenas").Arena.__init__(self, str(folder / "arena.xml"))
         description = json.loads((folder / "kitchen.json").read_text(encoding="ascii"))
         root = folder.parent.parent
@@ -400,12 +403,12 @@ class _ArenaParts:
             lid.blender = blender if lids.get("placement") == "parent_region" else None
 
     def get_fixture_cfgs(self) -> list[dict[str, Any]]:
-        """Rows as RoboCasa's own arena has them."""
+        """Rows as in RoboCasa's own arena."""
         return [{"name": name, "model": made, "type": "fixture"} for name, made in self.fixtures.items()]
 
 
 def _fixture(row: dict[str, Any], root: Path, rng: Any) -> Any:
-    """A fixture of a description, at its place."""
+    """A fixture of a description, in its pose."""
     options: dict[str, Any] = {"joints": [dict(FREE_JOINT)]} if row["is_free"] else {}
     kind = _class(row["class"])
     made = kind(xml=str(root / row["model"]), name=row["name"], rng=rng, casa=row, **options)
@@ -419,19 +422,19 @@ def _fixture(row: dict[str, Any], root: Path, rng: Any) -> Any:
 
 
 class _SharedAssets:
-    """Meshes, images and materials of our files are named by their content: fixtures share them in one model."""
+    """Mixin for fixtures that share meshes, images and materials in one model, since these are named by content."""
 
     def __init__(self, *args: Any, casa: dict[str, Any], **kwargs: Any) -> None:
         self.casa = casa
         super().__init__(*args, **kwargs)
 
     def set_euler(self, euler: Any) -> None:
-        """What lies or leans keeps the quaternion that it has: RoboCasa's order of angles is not MuJoCo's."""
+        """Set the angles, unless the fixture has a quaternion: RoboCasa's order of angles differs from MuJoCo's."""
         if self.get_obj().get("quat") is None:  # type: ignore[attr-defined]
             super().set_euler(euler)  # type: ignore[misc]
 
     def exclude_from_prefixing(self, inp: Any) -> bool:
-        """True for the elements and names of such assets."""
+        """True for the elements and names of these assets."""
         if not isinstance(inp, str):
             return inp.tag in ("mesh", "texture", "material")
         if "_asset_names" not in self.__dict__:
@@ -440,7 +443,7 @@ class _SharedAssets:
 
 
 class _FromFile(_SharedAssets):
-    """Loads a file in place of a class of RoboCasa that builds itself."""
+    """Loads a file instead of a class of RoboCasa that builds its own geometry."""
 
     def __init__(self, xml: str, name: str, rng: Any, casa: dict[str, Any], joints: Any = None) -> None:
         self.casa = casa
@@ -451,25 +454,25 @@ class _FromFile(_SharedAssets):
         )
 
     def _add_init_elements(self) -> None:
-        """The file has all regions."""
+        """Do nothing: the file has all regions."""
 
     @property
     def width(self) -> Any:
-        """Of the region `main`, m, as of every fixture out of a file."""
+        """Width of the region `main`, m, as for every fixture that is loaded from a file."""
         return _module("robocasa.models.fixtures").Fixture.width.fget(self)
 
     @property
     def depth(self) -> Any:
-        """Of the region `main`, m."""
+        """Depth of the region `main`, m."""
         return _module("robocasa.models.fixtures").Fixture.depth.fget(self)
 
     @property
     def height(self) -> Any:
-        """Of the region `main`, m."""
+        """Height of the region `main`, m."""
         return _module("robocasa.models.fixtures").Fixture.height.fget(self)
 
     def _get_counter_geoms(self) -> dict[str, list[Any]]:
-        """Free surfaces of a worktop under names that begin with `top`, as a counter asks for them."""
+        """Free surfaces of a worktop with names that begin with `top`, as a counter expects them."""
         element = _module("xml.etree.ElementTree").Element
         found = {}
         for number, row in enumerate(self.casa["facts"]["surfaces"]):
@@ -480,7 +483,7 @@ class _FromFile(_SharedAssets):
 
 
 class _RoomPart(_FromFile):
-    """A floor or a wall out of a file. RoboCasa's are generated boxes, whose names are made otherwise."""
+    """A floor or a wall from a file. RoboCasa's own are generated boxes with another naming scheme."""
 
     def _get_object_properties(self) -> None:
         objects, tools = _module("robosuite.models.objects"), _module("robosuite.utils.mjcf_utils")
@@ -489,7 +492,7 @@ class _RoomPart(_FromFile):
 
 
 def _class(name: str) -> Any:
-    """A class of ours, called like the one of RoboCasa that it stands for: RoboCasa tells some by their names."""
+    """Return our class with the name of the RoboCasa class that it replaces: RoboCasa recognises some by name."""
     if name not in _classes:
         fixtures = _module("robocasa.models.fixtures")
         if name == "Arena":

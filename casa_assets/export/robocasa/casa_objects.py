@@ -8,8 +8,8 @@
     casa_objects.register()  # ('casa', 'casa_test', 'casa_train')
     env = robosuite.make(..., obj_registries=("casa_train",), obj_instance_split=None)
 
-Models stay where they are. The folder has to be writable: RoboCasa copies each XML to a file beside it while it loads.
-Nothing but RoboCasa and the standard library is needed.
+Models are not moved. The folder has to be writable: RoboCasa copies each XML to a file next to it while it loads.
+Only RoboCasa and the standard library are needed.
 """
 
 from __future__ import annotations
@@ -32,7 +32,9 @@ GROUPS = {
 
 
 def register(root: Path | str = HERE) -> tuple[str, ...]:
-    """Put every category of the export into RoboCasa's tables; categories that it has keep their other registries.
+    """Add every category of the export to RoboCasa's tables.
+
+    Categories that RoboCasa already has keep their other registries.
 
     Returns:
         Names for `obj_registries`.
@@ -43,7 +45,11 @@ def register(root: Path | str = HERE) -> tuple[str, ...]:
 
 
 def fill(kind: Any, categories: dict[str, Any], groups: dict[str, list[str]], root: Path) -> tuple[str, ...]:
-    """Add to tables that are given. `kind` is RoboCasa's class of a category; what it accepts tells the generation."""
+    """Add the categories of an export to the given tables.
+
+    Args:
+        kind: RoboCasa's class of a category; its parameters show the generation.
+    """
     known = inspect.signature(kind).parameters
     generation = "v1_0" if "fridgable" in known else "v0_2"
     entries = json.loads((root / f"categories_{generation}.json").read_text(encoding="ascii"))
@@ -68,9 +74,10 @@ def fill(kind: Any, categories: dict[str, Any], groups: dict[str, list[str]], ro
 
 
 def _group(groups: dict[str, list[str]], name: str, types: tuple[str, ...]) -> None:
-    """Put a category that is new to RoboCasa where its types belong; those it has are in their groups.
+    """Add a category that is new to RoboCasa to the groups of its types.
 
-    What has no type (a shoe, a microwave) is found by its own name alone: `all` is what kitchens are strewn with.
+    RoboCasa's own categories are already in their groups. A category without types (a shoe, a microwave) is only found
+    by its own name: `all` is the group of objects that are scattered in kitchens.
     """
     wanted = [name, *types, *(group for group, any_of in GROUPS.items() if set(any_of) & set(types))]
     for group in [*wanted, "all"] if types else wanted:

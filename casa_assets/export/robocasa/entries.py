@@ -1,9 +1,9 @@
 """RoboCasa's entries for our object categories (OBJ_CATEGORIES), one table per release.
 
-An entry holds the types and attributes of a category and, per object registry, where its models are. Ours are three
-registries: all instances, those to train with and those to test with. RoboCasa's own splits follow the order of file
-names, so that a new instance may move another to the other split; ours follow the digest of the instance's
-source or shape.
+An entry has the types and attributes of a category and, per object registry, the folders of its models. We have three
+registries: all instances, those for training and those for testing. RoboCasa's own splits depend on the order of file
+names, so that a new instance may move another one to the other split; ours depend on the digest of the source or shape
+of the instance.
 """
 
 from __future__ import annotations
@@ -36,7 +36,9 @@ class Instance(Record):
     """One object of the export.
 
     Attributes:
-        id: of the asset, and name of its folder. category: id. split: training or test.
+        id: id of the asset, and name of its folder.
+        category: id.
+        split: training or test.
     """
 
     id: Id
@@ -50,7 +52,7 @@ def instance_folder(instance: Instance, registry: str) -> str:
 
 
 def registry_splits(registry: str) -> dict[str, Split | None]:
-    """Object registry -> which instances it has (None: all)."""
+    """Object registry -> split of its instances (None: all)."""
     return {registry: None, **{f"{registry}_{split.value}": split for split in Split}}
 
 
@@ -59,8 +61,8 @@ def category_tables(
 ) -> dict[RobocasaRelease, dict[str, Any]]:
     """For each generation: category -> entry, sorted.
 
-    Registries in which a category has no instance are left out of its entry, since RoboCasa cannot draw from an
-    empty one.
+    Registries in which a category has no instance are left out of its entry, since RoboCasa cannot draw from an empty
+    one.
     """
     return {
         generation: {

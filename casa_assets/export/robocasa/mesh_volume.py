@@ -1,4 +1,4 @@
-"""Meshes in which the MuJoCo of every RoboCasa finds a volume.
+"""Make meshes that have a volume for the MuJoCo version of every RoboCasa release.
 
 MuJoCo refuses a mesh without volume, even a visual one without mass, unless its `inertia` is `shell`. RoboCasa v0.2
 needs MuJoCo 3.2.6, which does not know that value.
@@ -19,9 +19,10 @@ DEPTH_SHARE, MAX_DEPTH_M = 0.1, 0.0005
 
 
 def has_volume(mesh: Mesh) -> bool:
-    """True if MuJoCo's oldest way of measuring finds a volume in a mesh (metres), closed or not.
+    """True if MuJoCo's oldest method finds a volume in a mesh (metres), closed or not.
 
-    Ref: MuJoCo XML reference, asset/mesh/inertia, `legacy`: tetrahedra to the middle of all faces, without their signs.
+    Ref: MuJoCo XML reference, asset/mesh/inertia, `legacy`: tetrahedra from the middle to all faces, without their
+    signs.
     """
     corners = mesh.vertices[mesh.faces]
     areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)

@@ -1,9 +1,9 @@
-"""Asset -> the model.xml of an object as RoboCasa's loaders of both generations read it, with its meshes and images.
+"""Asset -> model.xml of an object for RoboCasa's loaders of both generations, with its meshes and images.
 
-One file serves both: v0.2 takes sizes from three sites beside the body `object`, v1.0 from the geom `reg_bbox` in it.
-What the loaders drop (exclusions, keyframes, options) is not written; what they need of every geom (group, pos, and
-size of three or two numbers) is written on the geom itself. Lids are shut for good: RoboCasa sets the pose of an object
-through the first of its joints, and robosuite adds the free joint after those that are written.
+One file serves both: v0.2 reads sizes from three sites next to the body `object`, v1.0 from the geom `reg_bbox` in it.
+Elements that the loaders drop (exclusions, keyframes, options) are not written; attributes that they need on every geom
+(group, pos, and size of three or two numbers) are written on the geom itself. Lids are always shut: RoboCasa sets the
+pose of an object through its first joint, and robosuite adds the free joint after those in the file.
 """
 
 from __future__ import annotations
@@ -30,15 +30,15 @@ FILE, UPRIGHT_FILE = "model.xml", "model_upright.xml"
 
 
 def write(asset: Asset, stood_up: bool = False) -> Files:
-    """The files of one object; the same asset is the same bytes.
+    """Return the files of one object; the same asset gives the same bytes.
 
     Args:
         asset: free to move; z up, origin under the middle of its footprint.
-        stood_up: also write `model_upright.xml`, the same object turned to stand on end or on its edge.
+        stood_up: also write `model_upright.xml`, the same object turned upright onto its end or its edge.
     Returns:
         `model.xml`, `visual/*.obj`, `visual/*.png`, `collision/*.obj`; paths are relative to the XML. The origin is at
-        half the height: RoboCasa asks of the origin alone whether an object is in a sink or on a shelf, and
-        one on its foot sinks out of there by a hair.
+        half the height: RoboCasa tests only the origin to decide whether an object is in a sink or on a shelf, and an
+        origin at the foot would sink slightly out of it.
     """
     asset = moved(_without_joints(asset), np.array((0.0, 0.0, asset.bounds[:, 2].mean())))
     thick = thickened(asset)
@@ -58,12 +58,12 @@ def write(asset: Asset, stood_up: bool = False) -> Files:
 
 
 def _without_joints(asset: Asset) -> Asset:
-    """The asset as it is with all joints at zero, in one piece."""
+    """The asset with all joints fixed at zero, as one rigid object."""
     return asset.replace(joints=(), states=(), keyframes=(), exclusions=(), behavior=None)
 
 
 def _gather(asset: Asset) -> visual.Meshes:
-    """The mesh files of an asset in the folders that RoboCasa has."""
+    """The mesh files of an asset in the folders that RoboCasa uses."""
     meshes = visual.gather_meshes(asset)
     visual_paths = {meshes.of[v.name].path for link in asset.links for v in link.visuals}
     moved = {}
@@ -102,14 +102,14 @@ def _document(asset: Asset, meshes: visual.Meshes) -> etree._Element:
 
 
 def _add_bbox_region(root_body: etree._Element, asset: Asset) -> None:
-    """The region `bbox`, last of all geoms, where the asset calls its outer volume otherwise."""
+    """Add the region `bbox` as the last geom, if the asset has another name for its outer volume."""
     if root_body.find(f"geom[@name='reg_{site.OUTER_REGIONS[0]}']") is None:
         outer = next(region for region in asset.regions if region.name in site.OUTER_REGIONS)
         site.add_region(root_body, outer.replace(name=site.OUTER_REGIONS[0]), ROBOSUITE_GROUPS.regions)
 
 
 def _add_liquid_site(root_body: etree._Element, asset: Asset) -> None:
-    """The site `liquid` of a vessel, which tasks color: an upright cylinder within its sides, not seen until then."""
+    """Add the site `liquid` of a vessel, which tasks colour: an upright cylinder inside it, invisible until then."""
     if asset.labels.category not in HOLD_LIQUID:
         return
     lower, upper = asset.bounds

@@ -1,4 +1,4 @@
-"""Objects that the 65 atomic tasks of RoboCasa v1.0 draw when they are reset, and which of them a set of objects lacks.
+"""Objects that the 65 atomic tasks of RoboCasa v1.0 draw when they are reset, and which of them are missing in a set.
 
 Ref: robocasa v1.0.1, `_get_obj_cfgs` of the tasks, `create_obj` (env_utils.py) and `sample_kitchen_object`. If no
 category suits a draw, the reset fails with "a cannot be empty"; if no object is small enough, it never ends.
@@ -31,8 +31,10 @@ class Draw:
     """One object that a task asks for.
 
     Attributes:
-        groups: categories, types of categories or groups of RoboCasa; it is of one of them, and of none in `without`.
-        uses: what it affords. max_size: most that it measures along x, y and z, metres.
+        groups: categories, types of categories or groups of RoboCasa, to one of which the object belongs.
+        uses: required affordances.
+        without: groups to which it must not belong.
+        max_size: maximum size along x, y and z, metres.
     """
 
     groups: tuple[str, ...] = (EVERYTHING,)
@@ -41,7 +43,7 @@ class Draw:
     max_size: Vec3 = (math.inf, math.inf, math.inf)
 
     def __str__(self) -> str:
-        """Such as `tool or utensil, graspable, at most 0.1 m high`."""
+        """Text such as `tool or utensil, graspable, at most 0.1 m high`."""
         parts = [" or ".join(self.groups).replace(EVERYTHING, "anything"), *(use.value for use in self.uses)]
         if self.without:
             parts.append(f"no {' or '.join(self.without)}")
@@ -52,7 +54,7 @@ class Draw:
         return ", ".join(parts)
 
     def suits(self, category: Category, size: Vec3) -> bool:
-        """True if an object of a category and a size (along x, y and z, metres) may be drawn."""
+        """True if an object of this category and size (along x, y and z, metres) may be drawn."""
         return (
             any(_is_in(category, group) for group in self.groups)
             and not any(_is_in(category, group) for group in self.without)
@@ -141,7 +143,7 @@ TASK_DRAWS: Mapping[str, tuple[Draw, ...]] = {
 
 
 def missing_draws(things: Collection[tuple[Category, Vec3]]) -> dict[str, tuple[Draw, ...]]:
-    """Task -> what it draws that none of some objects suits; tasks that can be reset are left out.
+    """Task -> its draws that none of the given objects suits; tasks that can be reset are left out.
 
     Args:
         things: category and size (along x, y and z, metres) of each object.
@@ -153,9 +155,10 @@ def missing_draws(things: Collection[tuple[Category, Vec3]]) -> dict[str, tuple[
 
 
 def categories_for(missing: Mapping[str, tuple[Draw, ...]], known: Collection[Category]) -> tuple[str, ...]:
-    """A few categories, of those known, whose objects suit all draws that are missing, sorted.
+    """Choose a few of the known categories whose objects suit all missing draws, sorted.
 
-    Each is the one that suits most of what is left; a draw that none of them suits is left out.
+    Greedy: each choice is the category that suits most of the remaining draws; draws that no category suits are
+    ignored.
     """
     left = {draw for draws in missing.values() for draw in draws}
     chosen: list[str] = []

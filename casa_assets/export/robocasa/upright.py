@@ -1,6 +1,6 @@
-"""Turn the document of a lying object by a quarter, so that it stands, as in a toaster or a cup.
+"""Turn the document of a lying object upright by a quarter turn, as in a toaster or a cup.
 
-Ref: robocasa v1.0 reads `model_upright.xml` beside `model.xml` where a task asks for it (slices of bread, straws).
+Ref: robocasa v1.0 reads `model_upright.xml` next to `model.xml` if a task asks for it (slices of bread, straws).
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ AROUND_Y = np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])  # x g
 
 
 def turn_of(asset: Asset) -> Pose:
-    """stood_from_lying: quarter turns, and the move that brings the middle of the object back to the origin.
+    """stood_from_lying: quarter turns, and the translation that moves the middle of the object back to the origin.
 
     An object that is taller than wide is not turned.
     """
@@ -40,7 +40,7 @@ def turn_of(asset: Asset) -> Pose:
 
 
 def stand_up(root: etree._Element, asset: Asset) -> None:
-    """Turn everything in the document of an object in place; meshes and their files stay as they are."""
+    """Turn all elements in the document of an object in place; meshes and their files are not changed."""
     turn = turn_of(asset)
     if turn == Pose():
         return
@@ -91,7 +91,7 @@ def _turn_pose(element: etree._Element, turn: Pose) -> None:
 
 
 def _turn_box(element: etree._Element, turn: Pose) -> None:
-    """A box along the axes stays one: runtimes do not look whether a region is turned."""
+    """Turn an axis-aligned box so that it stays one: runtimes ignore the rotation of a region."""
     pose = turn @ _pose(element)
     half = np.abs(pose.rotation) @ np.array(_numbers(element.get("size", "")))
     element.set("pos", _text(pose.position))
@@ -110,5 +110,5 @@ def _turn_inertial(element: etree._Element, turn: Pose) -> None:
 
 
 def _text(values: Iterable[float]) -> str:
-    """Twelve decimals: a quarter turn must not leave rounding errors such as 1e-17."""
+    """Text with twelve decimals: a quarter turn must not leave rounding errors such as 1e-17."""
     return number.numbers(round(float(value), 12) for value in values)

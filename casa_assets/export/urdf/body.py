@@ -18,12 +18,13 @@ INERTIA = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 
 @dataclass(frozen=True)
 class BodyContext:
-    """What every link of an asset shares in a document.
+    """Data that all links of an asset share in a document.
 
     Attributes:
-        asset: whose links are written. meshes: its mesh files.
-        placement: name of the copy in a document that holds several: that of its root link, and with `__` the prefix
-            of all other names. None where the names stay as they are.
+        asset: asset whose links are written.
+        meshes: its mesh files.
+        placement: name of the copy in a document that holds several: the name of its root link, and with `__` the
+            prefix of all other names. None to keep the names unchanged.
     """
 
     asset: Asset
@@ -32,7 +33,7 @@ class BodyContext:
 
     @property
     def prefix(self) -> str:
-        """Prefix of all names but that of the root link."""
+        """Prefix of all names except that of the root link."""
         return "" if self.placement is None else f"{self.placement}__"
 
     def link_name(self, link: str) -> str:
@@ -41,18 +42,18 @@ class BodyContext:
 
 
 def link_name(asset: Asset, link: str, placement: str) -> str:
-    """Name of a link of a placement: the root is called like the placement."""
+    """Name of a link of a placement: the root has the name of the placement."""
     return placement if link == asset.root.name else f"{placement}__{link}"
 
 
 def link_from_urdf(asset: Asset, link: str) -> Pose:
-    """Where the frame that a link has in URDF stands in its own frame: at the anchor of its joint."""
+    """Pose of a link's URDF frame in the link's own frame: at the anchor of its joint."""
     moved_by = asset.joint_of(link)
     return Pose() if moved_by is None else Pose(position=moved_by.anchor)
 
 
 def add_all(robot: etree._Element, context: BodyContext) -> None:
-    """Every `<link>` of an asset below `<robot>`, parents first, each after the root followed by its `<joint>`."""
+    """Add every `<link>` of an asset below `<robot>`, parents first, each non-root link followed by its `<joint>`."""
     asset = context.asset
     for link in asset.links:
         _add_link(robot, link, context)

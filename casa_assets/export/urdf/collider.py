@@ -1,4 +1,4 @@
-"""Collider -> `<collision>`; URDF has no capsule, which becomes a cylinder with a sphere at either end."""
+"""Collider -> `<collision>`; URDF has no capsule, so it becomes a cylinder with a sphere at each end."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def add_all(link: etree._Element, collider: Collider, meshes: Meshes, urdf_from_
 
 
 def _elements(collider: Collider) -> Iterator[tuple[str, Box | Sphere | Cylinder | None, Pose]]:
-    """(name, primitive or None for a mesh, link_from_shape) of each element that stands for a collider."""
+    """Yield (name, primitive or None for a mesh, link_from_shape) of each element that represents a collider."""
     shape, pose = collider.shape, collider.pose
     if isinstance(shape, Capsule):
         yield collider.name, Cylinder(radius=shape.radius, height=shape.height), pose

@@ -1,4 +1,4 @@
-"""Asset -> `<id>.urdf`, what URDF cannot say as JSON beside it, and the meshes and images that it names."""
+"""Asset -> `<id>.urdf`, `<id>.json` with data that URDF cannot represent, and the meshes and images of both."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from casa_assets.model.files import Files
 
 
 def write(asset: Asset) -> Files:
-    """The URDF package of an asset; the same asset is the same bytes.
+    """Return the URDF package of an asset; the same asset gives the same bytes.
 
     Returns:
-        `<id>.urdf` (root link `object`, not tied to anything), `<id>.json`, and `meshes/` with OBJ, MTL and PNG
+        `<id>.urdf` (root link `object`, not attached to anything), `<id>.json`, and `meshes/` with OBJ, MTL and PNG
         files. Paths are plain and relative to the URDF, without `package://`.
     """
     meshes = visual.gather_meshes(asset)
@@ -21,7 +21,7 @@ def write(asset: Asset) -> Files:
 
 
 def texts(asset: Asset, meshes: visual.Meshes) -> dict[str, bytes]:
-    """`<id>.urdf` and `<id>.json`, which lie beside the folders of the meshes."""
+    """`<id>.urdf` and `<id>.json`, which are in the same folder as the folders of the meshes."""
     root = robot(asset.id)
     body.add_all(root, body.BodyContext(asset, meshes))
     return {
@@ -36,12 +36,12 @@ def urdf_name(asset: str) -> str:
 
 
 def json_name(asset: str) -> str:
-    """Name of the JSON beside the URDF of an asset."""
+    """Name of the JSON file that accompanies the URDF of an asset."""
     return f"{asset}.json"
 
 
 def robot(name: str) -> etree._Element:
-    """`<robot>`, with the settings under which MuJoCo reads all of it; other programs pass over them."""
+    """`<robot>`, with the settings with which MuJoCo reads all of it; other programs ignore them."""
     root = etree.Element("robot", {"name": name})
     settings = {"strippath": "false", "discardvisual": "false", "fusestatic": "false"}
     etree.SubElement(etree.SubElement(root, "mujoco"), "compiler", settings)
@@ -49,5 +49,5 @@ def robot(name: str) -> etree._Element:
 
 
 def document_text(root: etree._Element) -> bytes:
-    """The file."""
+    """Return the file."""
     return etree.tostring(root, encoding="us-ascii", pretty_print=True, xml_declaration=True)

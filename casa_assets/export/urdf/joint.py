@@ -21,10 +21,13 @@ FIXED = "__fixed"
 def add(
     robot: etree._Element, joint: Joint | None, parent: str, child: str, parent_from_child: Pose, prefix: str = ""
 ) -> None:
-    """`<joint>` between two links of the URDF, whose origin is on the axis; None where nothing moves the child.
+    """Add the `<joint>` between two links of the URDF, with its origin on the axis.
 
-    Damping holds that of a drive too, since the drive is a spring that no motor switches off; its stiffness and rest
-    have no place in URDF.
+    The damping includes that of a drive, since the drive is a spring that no motor switches off; its stiffness and rest
+    position cannot be written to URDF.
+
+    Args:
+        joint: None adds a fixed joint.
     """
     if joint is None:
         element = etree.SubElement(robot, "joint", {"name": child + FIXED, "type": "fixed"})

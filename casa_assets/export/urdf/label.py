@@ -1,4 +1,4 @@
-"""What URDF has no words for -> JSON beside it: springs, friction of surfaces, sites, states, labels, named poses."""
+"""Data that URDF cannot represent -> JSON: springs, friction of surfaces, sites, states, labels, named poses."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def json_text(data: Any) -> bytes:
 
 
 def facts_beside(asset: Asset, urdf: str) -> dict[str, Any]:
-    """All that the asset holds and its URDF cannot say; poses are in the frames of the URDF's links.
+    """All data of the asset that its URDF cannot represent; poses are in the frames of the URDF's links.
 
     Args:
         urdf: name of the URDF file.
@@ -54,12 +54,12 @@ def pose(value: Pose) -> dict[str, list[float]]:
 
 
 def rounded(values: tuple[float, ...]) -> list[float]:
-    """Numbers as the URDF has them, nine digits."""
+    """Numbers with nine digits, as in the URDF."""
     return [float(number.number(value)) for value in values]
 
 
 def _joint(joint: Joint) -> dict[str, Any]:
-    """Armature, stiffness of dry friction, the spring, the collider that a hand takes, the joint that opens first."""
+    """Armature, stiffness of dry friction, spring, collider that a hand takes hold of, joint that opens first."""
     spring = joint.drive and {"stiffness": joint.drive.stiffness, "rest": joint.drive.target}
     return {
         "armature": joint.armature,
@@ -91,7 +91,7 @@ def _site(asset: Asset, site: Site) -> dict[str, Any]:
 
 
 def _place(asset: Asset, item: Site | Region) -> dict[str, Any]:
-    """Name, link, kind, pose in the frame of the URDF's link, full size."""
+    """Name, link, kind, pose in the frame of the URDF's link, and full size."""
     inside = link_from_urdf(asset, item.link).inverse() @ item.pose
     size = list(item.size) if item.size is not None else []
     return {"name": item.name, "link": item.link, "kind": item.kind, "size": size, **pose(inside)}

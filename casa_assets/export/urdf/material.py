@@ -1,8 +1,8 @@
-"""Material -> MTL file beside the meshes, and `<material>` where a plain colour is all of it.
+"""Material -> MTL file next to the meshes, and `<material>` if it has a plain colour only.
 
-A `<material>` takes the place of what a mesh file says of its look, and a `<texture>` in it is read by few programs. So
-a visual with a picture has none: the MTL file names the picture. It lies beside the MTL file, since trimesh leaves out
-pictures of other folders.
+A `<material>` overrides the material in a mesh file, and few programs read a `<texture>` in it. So a visual with a
+picture has no `<material>`: the MTL file names the picture. The picture is in the folder of the MTL file, since trimesh
+ignores pictures in other folders.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ def file_name(material: Material) -> str:
 
 
 def add(visual: etree._Element, material: Material) -> None:
-    """`<material>` below `<visual>`, where the material has no picture; its name is unique per content."""
+    """`<material>` below `<visual>`, unless the material has a picture; its name is unique per content."""
     if material.base_color_texture is None:
         element = etree.SubElement(visual, "material", {"name": file_name(material).removesuffix(".mtl")})
         etree.SubElement(element, "color", {"rgba": number.srgb(material.base_color)})
 
 
 def mtl_text(material: Material) -> bytes:
-    """MTL text: colour and light given off as display values, opacity, roughness and metallic, and the picture."""
+    """MTL text: colour and emitted light as display values, opacity, roughness and metallic, and the picture."""
     lines = [
         f"newmtl {material.id}",
         f"Kd {number.srgb(material.base_color[:3])}",

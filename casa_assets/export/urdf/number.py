@@ -21,9 +21,10 @@ def add_origin(element: etree._Element, pose: Pose) -> None:
 
 
 def roll_pitch_yaw(pose: Pose) -> Vec3:
-    """Angles about the fixed axes x, y, z, applied in this order, radians; the pitch lies in -pi/2..pi/2.
+    """Angles about the fixed axes x, y, z, applied in this order, radians; the pitch is in -pi/2..pi/2.
 
-    The yaw is found from what the roll leaves, so that the three give the rotation back near a pitch of 90 degrees too.
+    The yaw is computed from the rotation that remains after the roll, so that the three angles reproduce the rotation
+    near a pitch of 90 degrees too.
     """
     r = [[float(v) for v in row] for row in pose.rotation]
     across = math.hypot(r[0][0], r[1][0])

@@ -1,4 +1,4 @@
-"""Visual -> `<visual>` and its OBJ file, with an MTL file beside it; the mesh of a collider -> bare OBJ file."""
+"""Visual -> `<visual>` and its OBJ and MTL files; the mesh of a collider -> OBJ file without material."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def add_mesh(element: etree._Element, path: str) -> None:
 
 
 def gather_meshes(asset: Asset) -> Meshes:
-    """Files of every visual and of every collider that is a mesh; equal ones are one file."""
+    """Files of every visual and of every collider that is a mesh; equal ones share a file."""
     looks = {item.id: item for item in asset.materials}
     shown = {visual.name: looks[visual.material] for link in asset.links for visual in link.visuals}
     of: dict[str, str] = {}

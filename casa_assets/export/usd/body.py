@@ -18,7 +18,7 @@ JACOBI_SWEEPS = 16  # Jacobi on 3x3 converges quadratically; six sweeps reach th
 
 
 def define(stage: Usd.Stage, path: Sdf.Path, asset: Asset, link: Link, materials: MaterialPrims) -> Usd.Prim:
-    """Body prim at `path` with its visuals and colliders. Bodies are siblings, so its pose is asset_from_link."""
+    """Body prim at `path` with its visuals and colliders. Bodies are siblings, so the pose is asset_from_link."""
     prim = UsdGeom.Xform.Define(stage, path).GetPrim()
     number.place(prim, asset.asset_from_link(link.name))
     UsdPhysics.RigidBodyAPI.Apply(prim)
@@ -35,8 +35,8 @@ def define(stage: Usd.Stage, path: Sdf.Path, asset: Asset, link: Link, materials
 def principal_axes(tensor: npt.NDArray[np.float64]) -> tuple[Vec3, Pose]:
     """Moments and axes of a symmetric tensor by cyclic Jacobi rotations.
 
-    Not LAPACK: its last bits depend on the processor and its axes flip where moments are equal. Rotations compose to a
-    proper rotation, and a tensor that is diagonal already keeps its axes and their order.
+    LAPACK is not used: its last bits depend on the processor, and its axes flip if moments are equal. Rotations compose
+    to a proper rotation, and a tensor that is already diagonal keeps its axes and their order.
 
     Args:
         tensor: (3, 3) symmetric, kg*m^2.
@@ -67,7 +67,7 @@ def principal_axes(tensor: npt.NDArray[np.float64]) -> tuple[Vec3, Pose]:
 def float32_moments(moments: Vec3) -> Vec3:
     """Moments rounded to float32 that still belong to a body: none exceeds the sum of the other two.
 
-    Rounding the moments of a flat plate, where the largest is that sum, may break it by one unit in the last place.
+    Rounding the moments of a flat plate, whose largest is that sum, may break this by one unit in the last place.
     """
     values = [np.float32(m) for m in moments]
     largest = max(range(3), key=lambda i: values[i])

@@ -2,13 +2,13 @@
 
 <id>/
   usd/<id>.usda
-  usd/nested/<id>.usda         the same with bodies below the bodies that carry them, where there are several
+  usd/nested/<id>.usda         the same with bodies below the bodies that carry them, if there are several
   usd/textures/                the pictures; model.xml may refer to them here
   usd/.thumbs/256x256/<id>.usda.png
 
 /<id>                          kind component, labels
   /visualMaterials /physicsMaterials /physicsJoints
-  /object                      rigid body, base of the articulation where there are joints
+  /object                      rigid body, base of the articulation if there are joints
     /visual /collision /sites
   /door                        rigid body, a sibling of `object`: bodies are connected by joints, not by paths
 """
@@ -31,14 +31,14 @@ UNKNOWN = "unknown"  # SimReady refuses an empty string
 
 
 def write(asset: Asset, thumbnail: bytes) -> Files:
-    """The USD package of an asset, paths relative to the asset's folder.
+    """Return the USD package of an asset, paths relative to the asset's folder.
 
     Args:
-        asset: what to write.
+        asset: the asset.
         thumbnail: PNG, 256 x 256, of the asset.
     Returns:
         `usd/<id>.usda`, its thumbnail, `usd/textures/<file name>` for every picture that the layer refers to, and
-        `usd/nested/<id>.usda` where there are several links.
+        `usd/nested/<id>.usda` if there are several links.
     """
     name = f"{asset.id}.usda"
     entries = {
@@ -53,11 +53,11 @@ def write(asset: Asset, thumbnail: bytes) -> Files:
 
 
 def layer_text(asset: Asset, textures: str = f"./{TEXTURES}") -> str:
-    """The root layer as usda text: the same text for the same asset, whatever was written before.
+    """Return the root layer as usda text: the same asset gives the same text, whatever was written before.
 
     Args:
-        asset: what to write.
-        textures: leads from the layer to the folder of the pictures.
+        asset: the asset.
+        textures: path from the layer to the folder of the pictures.
     """
     layer = Sdf.Layer.CreateAnonymous(".usda")
     stage = Usd.Stage.Open(layer)
@@ -80,7 +80,7 @@ def layer_text(asset: Asset, textures: str = f"./{TEXTURES}") -> str:
 
 
 def set_stage(stage: Usd.Stage, root: Usd.Prim) -> None:
-    """z up, metres, kilograms, `root` as the default prim."""
+    """Set z up, metres, kilograms, and `root` as the default prim."""
     UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.z)
     UsdGeom.SetStageMetersPerUnit(stage, 1.0)
     UsdPhysics.SetStageKilogramsPerUnit(stage, 1.0)

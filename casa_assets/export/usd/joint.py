@@ -49,9 +49,9 @@ def define_all(stage: Usd.Stage, root: Sdf.Path, asset: Asset) -> None:
 
 
 def axis_and_rotation(axis: Vec3) -> tuple[str, Vec4]:
-    """Token and child_from_joint rotation that turn the token's axis onto a unit vector.
+    """Axis token and child_from_joint rotation that turns the token's axis onto a unit vector.
 
-    Any direction but the six exact ones is Z turned by the shortest arc.
+    For any direction other than the six exact ones, the token is Z and the rotation is the shortest arc.
     """
     if axis in EXACT_AXES:
         return EXACT_AXES[axis]
@@ -100,7 +100,7 @@ def _attach(
 
 
 def _drive(prim: Usd.Prim, drive: Drive, is_hinge: bool) -> None:
-    """A spring as PhysX and Newton read it; per degree where it turns."""
+    """A spring as PhysX and Newton read it; per degree for a hinge."""
     api = UsdPhysics.DriveAPI.Apply(prim, "angular" if is_hinge else "linear")
     per_unit = math.pi / 180 if is_hinge else 1.0
     api.CreateTypeAttr(UsdPhysics.Tokens.force)
@@ -110,7 +110,7 @@ def _drive(prim: Usd.Prim, drive: Drive, is_hinge: bool) -> None:
 
 
 def _set_dynamics(prim: Usd.Prim, joint: Joint, is_hinge: bool) -> None:
-    """Friction, damping and armature, and for MuJoCo the drive as the joint's own spring."""
+    """Friction, damping and armature, and for MuJoCo the drive as a spring of the joint."""
     float_type, double_type = Sdf.ValueTypeNames.Float, Sdf.ValueTypeNames.Double
     per_unit = math.pi / 180 if is_hinge else 1.0
     drive = joint.drive or Drive(stiffness=0.0, damping=0.0)

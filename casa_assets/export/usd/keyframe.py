@@ -15,9 +15,9 @@ XFORM_OPS = ("xformOp:translate", "xformOp:orient")
 
 
 def define_all(stage: Usd.Stage, root: Usd.Prim, asset: Asset) -> None:
-    """The variant set `pose`, `closed` selected; the layer's own opinions are those of joints at zero.
+    """Add the variant set `pose`, with `closed` selected; the layer itself has the joints at zero.
 
-    A variant is weaker than what the layer says outside of it, so poses of links that move are only set in variants.
+    A variant is weaker than opinions of the layer outside of it, so poses of links that move are only set in variants.
     """
     if not asset.keyframes:
         return
@@ -43,7 +43,7 @@ def define_all(stage: Usd.Stage, root: Usd.Prim, asset: Asset) -> None:
 
 
 def _prepare_prims(stage: Usd.Stage, root: Usd.Prim, asset: Asset, moving: list[str]) -> None:
-    """Outside of the variants: xform ops without values, and the joint state schema."""
+    """Set up, outside of the variants, xform ops without values and the joint state schema."""
     for link in moving:
         xform = UsdGeom.Xformable(stage.GetPrimAtPath(root.GetPath().AppendChild(link)))
         xform.ClearXformOpOrder()

@@ -14,12 +14,12 @@ PART = "part"
 
 
 def attach(prim: Usd.Prim, taxonomy: str, labels: Sequence[str]) -> None:
-    """Labels of one taxonomy on a prim."""
+    """Set the labels of one taxonomy on a prim."""
     UsdSemantics.LabelsAPI.Apply(prim, taxonomy).CreateLabelsAttr(list(labels))
 
 
 def attach_all(root: Usd.Prim, asset: Asset) -> None:
-    """Classes from the category upwards, the Wikidata item, and what portion of a thing it is."""
+    """Attach classes from the category upwards, the Wikidata item, and the portion of a cut object."""
     attach(root, "class", asset.labels.classes)
     attach(root, "wikidata_qcode", [asset.labels.qcode.id])
     if asset.labels.portion is not None:

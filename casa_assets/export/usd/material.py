@@ -29,7 +29,7 @@ class MaterialPrims:
 
 
 def define_all(stage: Usd.Stage, root: Sdf.Path, asset: Asset, textures: str) -> MaterialPrims:
-    """Every material and substance of the asset below its root; `textures` leads from the layer to the pictures."""
+    """Define every material and substance below the asset's root; `textures`: path from the layer to the pictures."""
     surfaces: dict[str, UsdShade.Material] = {}
     if asset.materials:
         scope = UsdGeom.Scope.Define(stage, root.AppendChild(SURFACES)).GetPath()
@@ -76,9 +76,10 @@ class _Surface:
     """Inputs of one UsdPreviewSurface.
 
     Attributes:
-        path: of the material prim.
-        shader: the UsdPreviewSurface. uv_reader: reader of the primvar `st`, None where there are no pictures.
-        textures: leads from the layer to the folder of the pictures.
+        path: path of the material prim.
+        shader: the UsdPreviewSurface.
+        uv_reader: reader of the primvar `st`, or None if the material has no pictures.
+        textures: path from the layer to the folder of the pictures.
     """
 
     stage: Usd.Stage
@@ -89,7 +90,7 @@ class _Surface:
     textures: str
 
     def define(self) -> None:
-        """Every input, in the order in which a layer lists them."""
+        """Define every input, in the order in which a layer lists them."""
         self._color()
         self._metallic_roughness()
         if self.material.normal_texture is not None:
@@ -130,7 +131,7 @@ class _Surface:
             self._set_float("opacity", alpha)
 
     def _emission(self) -> None:
-        """A share of the base colour; where that is a picture (a display), of the picture."""
+        """A share of the base colour; if that is a picture (a display), of the picture."""
         red, green, blue = (self.material.glow * c for c in self.material.base_color[:3])
         if self.material.base_color_texture is None:
             self._set_color("emissiveColor", red, green, blue)
@@ -165,7 +166,7 @@ class _Surface:
 
 
 def _scale(node: UsdShade.Shader, scale: Vec4) -> None:
-    """Factors of a picture's channels; left out where all are 1."""
+    """Set the factors of a picture's channels, unless all are 1."""
     if scale != (1, 1, 1, 1):
         node.CreateInput("scale", Sdf.ValueTypeNames.Float4).Set(Gf.Vec4f(*scale))
 

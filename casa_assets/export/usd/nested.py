@@ -1,8 +1,8 @@
-"""Asset or scene -> a second layer, in which every body stands below the body that carries it.
+"""Asset or scene -> a second layer, in which every body is below the body that carries it.
 
-The flat layer holds everything, its bodies side by side, as SimReady asks. Newton and MuJoCo think in trees. The nested
-layer refers to the flat one and relocates bodies: `/oven/door` is found at `/oven/object/door`, and whatever names it
-(joints, filters) names it there. All that has to be said anew is where a body stands, relative to the one above it.
+The flat layer has all content, with bodies side by side, as SimReady requires. Newton and MuJoCo use trees of bodies.
+The nested layer refers to the flat one and relocates bodies: `/oven/door` becomes `/oven/object/door`, and everything
+that refers to it (joints, filters) follows. Only the pose of each body relative to its parent has to be written again.
 
 Needs OpenUSD 25.11: older versions do not parse bodies below bodies.
 """
@@ -26,7 +26,7 @@ Poses = Mapping[str, Mapping[str, float]]
 
 
 def asset_text(asset: Asset) -> str:
-    """The nested layer of an asset that has several links, to lie in `FOLDER` beside the flat one, as usda text."""
+    """Return the nested layer of an asset with several links as usda text, for `FOLDER` next to the flat layer."""
     root = Sdf.Path.absoluteRootPath.AppendChild(asset.id)
     layer = _layer(root, f"../{asset.id}.usda")
     poses: Poses = {CLOSED_POSE: {}, **{key.name: joint_positions(key.joints) for key in asset.keyframes}}
@@ -36,10 +36,12 @@ def asset_text(asset: Asset) -> str:
 
 
 def scene_text(scene: Scene, flat: str, world: str) -> str:
-    """The nested layer of a scene, to lie beside its flat one, as usda text.
+    """Return the nested layer of a scene as usda text, for the folder of its flat layer.
 
     Args:
-        scene: what the flat layer was written from. flat: its file name. world: name of the prim that holds it all.
+        scene: the scene of the flat layer.
+        flat: file name of the flat layer.
+        world: name of the prim that contains everything.
     """
     root = Sdf.Path.absoluteRootPath.AppendChild(world)
     layer = _layer(root, f"./{flat}")
@@ -69,10 +71,11 @@ def _layer(root: Sdf.Path, flat: str) -> Sdf.Layer:
 
 
 def _nest(layer: Sdf.Layer, root: Sdf.Path, copies: Iterable[tuple[Sdf.Path, Asset, Poses]]) -> None:
-    """Relocate the links of assets below the links that carry them, and place them there.
+    """Relocate the links of assets below the links that carry them, and set their poses there.
 
     Args:
-        layer: that refers to the flat one. root: the prim that has the variants of poses.
+        layer: layer that refers to the flat one.
+        root: the prim that has the variants of poses.
         copies: prim of an asset, the asset, its named poses.
     """
     moves = []
@@ -93,7 +96,7 @@ def _nest(layer: Sdf.Layer, root: Sdf.Path, copies: Iterable[tuple[Sdf.Path, Ass
 
 
 def _variant(layer: Sdf.Layer, root: Sdf.Path, pose: str) -> Sdf.Path:
-    """Path of a variant of `pose`, made where it is missing; the flat layer says which is selected."""
+    """Return the path of a variant of `pose`, created if missing; the flat layer selects the variant."""
     prim = layer.GetPrimAtPath(root)
     if keyframe.VARIANT_SET not in prim.variantSets:
         prim.variantSetNameList.prependedItems = [keyframe.VARIANT_SET]
@@ -105,7 +108,7 @@ def _variant(layer: Sdf.Layer, root: Sdf.Path, pose: str) -> Sdf.Path:
 
 
 def _place(spec: Sdf.PrimSpec, asset: Asset, link: str, positions: Mapping[str, float]) -> None:
-    """Write where a link stands in the frame of the link that carries it."""
+    """Write the pose of a link in the frame of the link that carries it."""
     pose, kinds = asset.parent_from_link(link, positions), Sdf.ValueTypeNames
     translate, orient = keyframe.XFORM_OPS
     Sdf.AttributeSpec(spec, translate, kinds.Double3).default = number.vec3d(pose.position)

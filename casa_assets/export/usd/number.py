@@ -1,4 +1,4 @@
-"""Numbers -> the value types of USD. What USD stores as float is rounded to float32 here and nowhere else."""
+"""Numbers -> the value types of USD. Values that USD stores as float are rounded to float32 only here."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def degrees(radians: float) -> float:
 
 
 def place(prim: Usd.Prim, pose: Pose, scale: Sequence[float] | None = None) -> None:
-    """Author translate, orient and scale, in double precision; what is identity is left out.
+    """Author translate, orient and scale, in double precision; identity ops are left out.
 
     Args:
         prim: an Xformable without ops.

@@ -32,7 +32,7 @@ def define_all(stage: Usd.Stage, body: Sdf.Path, link: Link, materials: Material
 
 
 def define_mesh(stage: Usd.Stage, path: Sdf.Path, mesh: Mesh) -> Usd.Prim:
-    """Triangles as they are: no subdivision, normals per vertex where the mesh has them, else per face."""
+    """Triangles without subdivision; normals per vertex if the mesh has them, else per face."""
     geom = UsdGeom.Mesh.Define(stage, path)
     geom.CreatePointsAttr(number.points(mesh.vertices))
     geom.CreateFaceVertexCountsAttr(Vt.IntArray(len(mesh.faces), 3))
@@ -52,7 +52,7 @@ def define_mesh(stage: Usd.Stage, path: Sdf.Path, mesh: Mesh) -> Usd.Prim:
 
 
 def face_normals(mesh: Mesh) -> npt.NDArray[np.float64]:
-    """(F, 3) unit normals; z where a face has no area, so that every normal has length one."""
+    """(F, 3) unit normals; z for faces without area, so that every normal has length one."""
     normals, areas = measure.face_normals(mesh.vertices, mesh.faces.astype(np.int64))
     normals[areas == 0] = (0.0, 0.0, 1.0)
     return normals

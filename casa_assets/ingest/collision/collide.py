@@ -116,7 +116,7 @@ def _closed_room_note(closed_share: float, name: str, params: CollideParams) -> 
 
 
 def _best(task: CollisionTask, notes: list[Issue]) -> Candidate | None:
-    """The result of the strategy to be taken; None where no result covers the surface."""
+    """The result of the best strategy, or None if no result covers the surface."""
     best: Candidate | None = None
     for strategy, good_enough in STRATEGIES:
         if best is not None and best.errors.is_sound and best.errors.normalized_error <= good_enough:
@@ -151,7 +151,7 @@ def _candidate(shapes: Sequence[PlacedShape], name: str, task: CollisionTask) ->
 
 
 def _open_rooms(points: Floats, faces: Ints) -> OpenRooms:
-    """The open rooms of a surface; none where it spans no volume."""
+    """The open rooms of a surface, or no rooms if it spans no volume."""
     used, compact = np.unique(faces, return_inverse=True)
     try:
         return open_rooms(points[used], compact.reshape(-1, 3))

@@ -57,7 +57,7 @@ class AssembledSolid:
 
 
 def assemble_solid(points: Floats, faces: Ints, grid: Grid) -> AssembledSolid | None:
-    """Build the solid of a surface from its components; None where there are too many, or no volume.
+    """Build the solid of a surface from its components; None if there are too many, or if they span no volume.
 
     Args:
         points: (P, 3) welded, metres. faces: (F, 3), any winding.

@@ -54,7 +54,7 @@ def connected_parts(points: Floats, ids: Ints, max_parts: int) -> list[Connected
 
 
 def measure_part(points: Floats, faces: Ints, close_gaps: bool) -> ConnectedPart | None:
-    """Measure a part; a flat one is given a thickness. None where it has no extent."""
+    """Measure a part; a flat one is given a thickness. Return None if it has no extent."""
     if thickness(points) < SHEET_M / 4:
         normals, areas = face_normals(points, faces)
         normal = (

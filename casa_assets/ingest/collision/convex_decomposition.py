@@ -1,4 +1,4 @@
-"""Convex decomposition in a child process of its own, since the libraries that do it may abort, hang or eat memory.
+"""Convex decomposition in a separate child process, since the libraries that do it may abort, hang or exhaust memory.
 
 Run as a program (`python -m casa_assets.ingest.collision.convex_decomposition METHOD`) it reads a mesh from standard
 input and writes hulls to standard output, both as npz. `decompose` is the parent's side.

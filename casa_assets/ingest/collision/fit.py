@@ -53,7 +53,7 @@ class FitReference:
     Attributes:
         solid: proxy of the mesh. surface: of that solid. samples: (N, 3) points on the mesh itself, metres.
         box: (2, 3) lower and upper corner of the mesh.
-        opening_points: (M, 3) points in the opening of a vessel; none where there is no opening.
+        opening_points: (M, 3) points in the opening of a vessel; empty if it has no opening.
         bound: largest error that shapes may have.
         rooms: open rooms of the mesh. kept_rooms: indices of those that shapes have to leave open.
     """
@@ -70,12 +70,12 @@ class FitReference:
 
 @dataclass(frozen=True)
 class FitErrors:
-    """Errors of collision shapes: deviations, share of the opening left open, and the errors over their bounds.
+    """Errors of collision shapes: deviations, share of the opening left open, and the largest error over its bound.
 
     Attributes:
-        bare_share: share of the mesh that lies farther outside of the shapes than `reach_m`, 0..1.
-        open_share: share of the opening that is left open, None where there is none.
-        closed_share: largest share of an open room that is filled or closed off; 0 where there is none.
+        bare_share: share of the mesh that lies farther outside of the shapes than the limit `error_m`, 0..1.
+        open_share: share of the opening that is left open; None if the mesh has no opening.
+        closed_share: largest share of an open room that is filled or closed off; 0 if the mesh has no open room.
         is_sound: the checks on bounding boxes and on open rooms will accept the shapes.
         normalized_error: largest of all errors, each divided by its bound; 1 or less is good enough.
     """
@@ -123,7 +123,7 @@ def _touchable(surface: ReferenceSurface, points: Floats, faces: Ints, is_full: 
 
 
 def _opening_points(points: Floats, faces: Ints) -> Floats:
-    """(M, 3) points of the volume that would hold water, evenly picked; none where that is small."""
+    """(M, 3) evenly picked points of the volume that would hold water; empty if that volume is small."""
     grid = voxelise(points, faces, OPENING_CELLS)
     is_filled = fillable_volume(grid.solid)
     if float(is_filled.sum()) * grid.cell**3 < MIN_OPENING_SHARE * hull_volume(points):
@@ -133,12 +133,12 @@ def _opening_points(points: Floats, faces: Ints) -> Floats:
 
 
 def measure_fit(clouds: Sequence[Floats], reference: FitReference, limits: CollideParams) -> FitErrors:
-    """Measure how well convex shapes stand for a mesh.
+    """Measure how well convex shapes approximate a mesh.
 
     Args:
-        clouds: vertices of each.
+        clouds: vertices of each shape.
     Raises:
-        DegenerateShape: a cloud spans no volume, or there are none.
+        DegenerateShape: a cloud spans no volume, or there are no clouds.
     """
     outside = distances_outside_hulls(reference.samples, clouds).round(6)
     surface_deviation = deviation(clouds, reference.surface, outside)

@@ -32,14 +32,14 @@ ANGLES = 12
 
 
 def on_flat_foot(shapes: Sequence[PlacedShape], solid: Solid | None) -> tuple[PlacedShape, ...]:
-    """Shapes with a box under hulls that stand on a flat foot; the same shapes where they do not.
+    """Shapes with a box added under hulls that rest on a flat foot, or the same shapes if no such box fits.
 
-    MuJoCo 3.3 finds now and then a single corner of a hull on a plane, and what stands on it rocks and creeps. A box
-    stands on its four corners in every version.
+    MuJoCo 3.3 occasionally finds only a single corner of a hull in contact with a plane, so that the object rocks and
+    creeps. A box rests on its four corners in every version.
 
     Args:
-        shapes: metres, z up, standing on their lowest point.
-        solid: that they stand for; None where it fills its hull.
+        shapes: metres, z up, resting on their lowest point.
+        solid: the solid that they approximate; None if it fills its hull.
     """
     bounds = np.array([shape_bounds(s.shape, s.pose) for s in shapes])
     lowest, size = float(bounds[:, 0, 2].min()), np.ptp(bounds.reshape(-1, 3), axis=0)
@@ -72,10 +72,12 @@ def _area(polygon: Floats) -> float:
 
 
 def _box_within(foot: Floats, around_m2: float, filled_m2: float, lowest: float, height: float) -> PlacedShape | None:
-    """The largest of some boxes about the middle of a foot, within its outline; None where the foot is not flat.
+    """The largest of some rotated boxes about the middle of a foot, within its outline.
+
+    Return None if the outline is too small, if too little of it is filled, or if the box covers too little of it.
 
     Args:
-        foot: (N, 2) points that stand on the floor. around_m2: area of the box around the thing, seen from above.
+        foot: (N, 2) points on the floor. around_m2: area of the object's bounding box, seen from above.
         filled_m2: area of the matter just above the foot. lowest, height: of the foot, metres.
     """
     outline = outline_of(foot)
@@ -110,7 +112,7 @@ def _box_within(foot: Floats, around_m2: float, filled_m2: float, lowest: float,
 
 
 def _raised(placed: PlacedShape, level: float) -> PlacedShape | None:
-    """A hull whose points are nowhere below a level; None where nothing of it is left."""
+    """A hull with all points below a level raised to it, or None if no volume is left."""
     assert isinstance(placed.shape, Hull), "hulls alone are raised"
     points = placed.pose.apply(placed.shape.mesh.vertices)
     points[:, 2] = points[:, 2].clip(level)

@@ -57,7 +57,7 @@ class CutVessel:
 def cut_vessel(
     solid: Solid, min_error_m: float, hollow_error_m: float, foot_height_m: float, max_parts: int
 ) -> CutVessel | None:
-    """A vessel as a floor, rings of sectors and handles; None where no such cut stays within `max_parts` parts.
+    """A vessel as a floor, rings of sectors and handles; None if no such cut stays within `max_parts` parts.
 
     Args:
         solid: metres, z up, simplified.

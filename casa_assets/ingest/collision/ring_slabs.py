@@ -32,7 +32,7 @@ class SlabCosts:
     Attributes:
         bend: distance of the walls from their chords. filled_height: height of the opening that a hull would fill.
         hollow_below: height of the hollow below the floor that a hull would fill. has_floor: the axis is in the solid.
-        radius: largest radius of the inner wall, times the sine of its steepness; 0 where there is no wall.
+        radius: largest radius of the inner wall, times the sine of its steepness; 0 if there is no wall.
     """
 
     bend: Floats
@@ -88,7 +88,7 @@ def _largest_within(bends: Floats) -> Floats:
 
 
 def _interpolated(column: Floats) -> Floats:
-    """The column with missing (nan) radii interpolated between their neighbours; all nan where there are none."""
+    """The column with missing (nan) radii interpolated between their neighbours; all nan if no radius is known."""
     known = np.flatnonzero(np.isfinite(column))
     if not len(known):
         return column
@@ -96,7 +96,7 @@ def _interpolated(column: Floats) -> Floats:
 
 
 def median_radius(row: Floats) -> float:
-    """Median of the finite radii, nan where there are none."""
+    """Median of the finite radii; nan if there are no finite radii."""
     known = row[np.isfinite(row)]
     return float(np.median(known)) if len(known) else np.nan
 
@@ -104,7 +104,7 @@ def median_radius(row: Floats) -> float:
 def choose_slabs(
     costs: SlabCosts, chord: float, bend: float, sector_count: int | None, foot_height_m: float
 ) -> list[Slab] | None:
-    """Choose slabs, bottom to top, with as few parts as keep the walls within the errors; None where none do.
+    """Choose slabs, bottom to top, with the fewest parts that keep the walls within the errors; None if no choice does.
 
     Args:
         chord: error around the axis, metres. bend: error along it, metres.

@@ -1,4 +1,4 @@
-"""Classify a surface (solid, walled, double walled, sheet) and build the solid that stands for it."""
+"""Classify a surface (solid, walled, double walled, sheet) and build the solid that represents it."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ LATTICE_HALF_CELLS = 0.25
 
 
 class SurfaceKind(StrEnum):
-    """Kind of surface that a solid stands for."""
+    """Kind of surface that a solid represents."""
 
     SOLID = "solid"
     WALLED = "walled"
@@ -65,13 +65,13 @@ class SurfaceKind(StrEnum):
 
 @dataclass(frozen=True)
 class SolidProxy:
-    """Solid that stands for a surface.
+    """Solid that represents a surface.
 
     Attributes:
         solid: closed, outward, metres, without sealed cavities.
         kind: of the surface. message: the measurements behind it and the steps that were taken, in words.
         mean_wall_m: mean thickness, metres: twice the volume over the area.
-        exact: the surface itself, or with small holes closed; else made on a grid.
+        is_exact: the surface itself, or with small holes closed; else made on a grid.
     """
 
     solid: Solid
@@ -82,7 +82,7 @@ class SolidProxy:
 
 
 def solid_proxy(points: Floats, faces: Ints, is_full: bool) -> SolidProxy | None:
-    """Build the solid that a surface stands for; None where there is none.
+    """Build the solid that represents a surface, or return None if no volume can be made of it.
 
     Args:
         points: (P, 3) welded, metres. faces: (F, 3).
@@ -115,7 +115,8 @@ def solid_proxy(points: Floats, faces: Ints, is_full: bool) -> SolidProxy | None
 def without_windows(points: Floats, faces: Ints) -> SolidProxy | None:
     """Build the solid of a lattice (a basket, a colander, a grille) with its windows closed: walls in place of bars.
 
-    A window is what a ball does not pass whose diameter is 8 % of the longest side. None where few of them are found.
+    A window is an opening that a ball with a diameter of 8 % of the longest side cannot pass. Return None if few
+    windows are found.
 
     Args:
         points: (P, 3) welded, metres. faces: (F, 3).
@@ -145,7 +146,7 @@ def _within(solid: Solid, points: Floats) -> Solid:
 
 
 def _closed(points: Floats, faces: Ints, grid: Grid) -> AssembledSolid | None:
-    """The surface as a solid, small holes filled; None where it is not closed otherwise."""
+    """The surface as a solid, small holes filled; None if it is not closed even then."""
     solid = solid_of(points, faces)
     if solid is not None:
         return AssembledSolid(solid, ())
@@ -157,10 +158,10 @@ def _closed(points: Floats, faces: Ints, grid: Grid) -> AssembledSolid | None:
 def _classified(
     solid: Solid, raw: Solid | None, area: float, longest: float, steps: list[str], is_exact: bool
 ) -> SolidProxy:
-    """The proxy with its kind: by the share of the hull that it fills, its wall thickness and what was sealed in.
+    """The proxy with its kind, which follows from the share of the hull filled, wall thickness and sealed volume.
 
     Args:
-        raw: the solid before sealed cavities were filled; None where the surface bounds none.
+        raw: the solid before sealed cavities were filled; None if the surface does not bound a solid.
     """
     volume = float(solid.volume())
     hull_fill = volume / max(volume_of_hull([solid]), 1e-30)

@@ -94,7 +94,7 @@ class CollisionTask:
     Attributes:
         points, faces: (P, 3) welded, metres, and (F, 3).
         is_full: solid all through, so that holes in the surface are closed. hull_fill: share of its hull, 0..1.
-        rests_any_way: it has no resting pose of its own. is_packed: goods in a can, a box and the like.
+        rests_any_way: it has no preferred resting pose. is_packed: goods in a can, a box and the like.
         proxy: solid of the surface. reference: what shapes are measured against.
         params: limits. decomposer: runs CoACD or V-HACD out of process.
     """
@@ -166,7 +166,7 @@ def _by_one(task: CollisionTask) -> tuple[list[PlacedShape], str]:
 
 
 def _by_parts(task: CollisionTask) -> tuple[list[PlacedShape], str]:
-    """One shape for each connected part; none where one of them is not convex."""
+    """One shape for each connected part; empty if there is only one part, or if parts are not convex or are nested."""
     pieces = connected_parts(task.points, task.faces, task.params.hull_count)
     if len(pieces) < 2 or any(p.hull_fill < task.params.hull_ratio for p in pieces) or any_nested(pieces):
         return [], ""
@@ -174,7 +174,7 @@ def _by_parts(task: CollisionTask) -> tuple[list[PlacedShape], str]:
 
 
 def _by_rings(task: CollisionTask) -> tuple[list[PlacedShape], str]:
-    """A vessel as floor, rings of sectors and handles; none where there is no opening, or no such cut."""
+    """A vessel as floor, rings of sectors and handles; empty if there is no opening, or no such cut."""
     return _rings(task) if len(task.reference.opening_points) else ([], "")
 
 
@@ -242,7 +242,7 @@ def _by_cuts(task: CollisionTask) -> tuple[list[PlacedShape], str]:
 
 
 def _by_closed_windows(task: CollisionTask) -> tuple[list[PlacedShape], str]:
-    """The walls of a basket or a colander: a lattice is cut as if its windows were closed; none where it has none."""
+    """The walls of a basket or a colander: a lattice cut as if its windows were closed; empty if it has no windows."""
     proxy = None if task.is_full else without_windows(task.points, task.faces)
     if proxy is None:
         return [], ""
@@ -256,7 +256,7 @@ def _by_closed_windows(task: CollisionTask) -> tuple[list[PlacedShape], str]:
 
 
 def _by_coacd(task: CollisionTask) -> tuple[list[PlacedShape], str]:
-    """CoACD of a closed manifold; none where its connected components, which get a hull each, are too many."""
+    """CoACD of a closed manifold; empty if it has too many connected components, since each gets a hull."""
     solid = simplified_solid(*surface_of(task.proxy.solid), COACD_FACES)
     if solid is None or len(solid[1]) > MAX_COACD_FACES:
         return [], ""
@@ -311,7 +311,7 @@ def _primitives_or_hulls(clouds: list[Floats], task: CollisionTask) -> list[Plac
 
 
 def _shape_or_none(cloud: Floats, task: CollisionTask) -> PlacedShape | None:
-    """The primitive around a cloud where it fits as well as the hull, else the hull; None where it has no volume."""
+    """The primitive around a cloud if it fits as well as the hull, else the hull; None if the cloud has no volume."""
     try:
         placed = one_shape(cloud, task.params.replace(primitive_ratio=PART_PRIMITIVE_FILL))
     except DegenerateShape:

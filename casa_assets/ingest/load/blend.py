@@ -20,7 +20,11 @@ _SCRIPT = Path(__file__).with_name("blend_convert.py")
 
 
 def references(data: bytes, name: str) -> list[Reference]:
-    """None: what a Blender file names elsewhere is left out. Raises Rejected NEEDS_BLENDER where there is none."""
+    """No references: other files that a Blender file refers to are left out.
+
+    Raises:
+        Rejected: NEEDS_BLENDER if there is no Blender.
+    """
     _program(name)
     return []
 

@@ -1,7 +1,7 @@
-"""Run by Blender's own Python, away from this package: `in.blend` of a folder -> `out.glb` and `out.json`.
+"""Run by Blender's own Python, outside this package: converts `in.blend` of a folder to `out.glb` and `out.json`.
 
-Nothing of the file is run. What other files hold is left out: linked libraries, and pictures that are not packed,
-since a file may name any place on the machine.
+Nothing in the file is executed. Contents of other files are left out (linked libraries, and pictures that are not
+packed), since a file may refer to any place on the machine.
 """
 
 from __future__ import annotations

@@ -1,6 +1,7 @@
 """OFF, 3MF and XAML bundles -> RawModel: read by trimesh, bounded before and after.
 
-What could make a small file large (archives, copies of copies, long lists of words) is counted before trimesh sees it.
+Anything that could make a small file large (archives, copies of copies, long lists of words) is counted before trimesh
+sees it.
 """
 
 from __future__ import annotations

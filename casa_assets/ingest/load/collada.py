@@ -98,7 +98,7 @@ class Surfaces:
     _read: dict[str, Surface] = field(default_factory=dict)
 
     def surface(self, url: str | None) -> Surface:
-        """Surface of the material that `#id` names; a grey one where there is none."""
+        """Surface of the material that `#id` refers to, or a grey one if it does not exist."""
         key = url or ""
         if key not in self._read:
             node = self.document.target(url)
@@ -211,7 +211,7 @@ class Surfaces:
 
 
 def image_file(image: Element | None) -> str:
-    """File name of an <image>, as written; empty where there is none."""
+    """File name of an <image>, as written; empty if it has no file name."""
     place = find_path(image, "init_from")
     inner = find_path(place, "ref")
     return text_of(inner if inner is not None else place)
@@ -338,7 +338,7 @@ def _inputs(document: Document, primitive: Element) -> list[_Input]:
 
 
 def _table(source: Element | None) -> Floats:
-    """(N, stride) rows of a <source>; none where it is missing or empty."""
+    """(N, stride) rows of a <source>; no rows if it is missing or empty."""
     if source is None:
         return np.zeros((0, 3))
     flat = floats_of(find_path(source, "float_array"))

@@ -18,7 +18,7 @@ MAX_REFERENCES = 500
 
 
 class Reader(Protocol):
-    """What the module of a format offers."""
+    """Functions that the module of a format provides."""
 
     def references(self, data: bytes, name: str) -> list[Reference]:
         """Other files that a file names, as written there; `name` is for messages. Raises Rejected."""
@@ -68,10 +68,10 @@ def _meant(bundle: Bundle, model: RawModel) -> RawModel:
 
 
 def references(file_format: Format, data: bytes, name: str) -> list[Reference]:
-    """What a main file refers to, as written there, each once, in file order.
+    """Files that a main file refers to, as written there, each once, in file order.
 
     Raises:
-        Rejected: where the file is so broken that they cannot be told.
+        Rejected: the file is too broken to list them.
     """
     found = reader_of(file_format).references(data, name)
     return told_once(r for r in found if not r.name.startswith("data:"))

@@ -149,14 +149,14 @@ class _Reader:
         )
 
     def _picture(self, texture: Any) -> tuple[str, bytes] | None:
-        """Key and bytes of a picture: packed into the file, or beside it."""
+        """Key and bytes of a picture: packed into the file, or next to it."""
         name = _file_name(texture)
         content = bytes(texture.content) or self._files.get(name, b"")
         return (name or texture.name or f"picture {texture.element_id}", content) if content else None
 
 
 def _held(elements: Any) -> Iterator[Any]:
-    """The elements of a list of ufbx, each with a reference of its own."""
+    """The elements of a list of ufbx, with a reference counted for each."""
     for number in range(len(elements)):
         element = elements[number]
         _count_reference(element)
@@ -181,7 +181,7 @@ def _in_order(spans: Ints) -> Ints:
 
 
 def _corner_values(attribute: Any, count: int, width: int) -> Floats | None:
-    """(count, width) values of each corner, or None where there are none or too few."""
+    """(count, width) values of each corner, or None if they are missing or too few."""
     if not attribute.exists:
         return None
     values = np.array(attribute.values, dtype=np.float64).reshape(-1, width)

@@ -143,7 +143,7 @@ _MAGIC: tuple[tuple[bytes, Format], ...] = (
 
 
 def suffix_of(name: str) -> str:
-    """Suffix in lower case with its dot, such as `.glb`; empty where there is none."""
+    """Suffix in lower case with its dot, such as `.glb`; empty if the name has no suffix."""
     return PurePosixPath(name).suffix.lower()
 
 

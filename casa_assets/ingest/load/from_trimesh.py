@@ -51,11 +51,12 @@ def raw_from_trimesh(
     """RawModel of a mesh or scene, node transforms applied; the same content gives the same model.
 
     Args:
-        thing: units as trimesh states them (none: told by its size and kind later). PBR and simple materials, vertex
-            and face colours (display values), texture coordinates and pictures are taken over.
+        thing: its units are those that trimesh states; if it states none, they are inferred later from size and kind.
+            PBR and simple materials, vertex and face colours (display values), texture coordinates and pictures are
+            taken over.
         limits: input_faces, input_texture_px, input_texture_pixels; none by default.
         name: for messages.
-        up: the axis that points up; None: what the metadata say under `up_axis`, y where it came from a glTF file.
+        up: the axis that points up; None: the `up_axis` of the metadata, or y if it came from a glTF file.
     Raises:
         Rejected: NO_GEOMETRY, NO_FACES, NON_FINITE, TOO_LARGE, OUT_OF_BOUNDS, or MIXED_UNITS.
     """

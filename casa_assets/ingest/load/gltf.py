@@ -205,7 +205,7 @@ def with_instances(
 
 
 def _attributes(document: JsonObject, placed: MeshInstance) -> JsonObject | None:
-    """What the extension says of a placed mesh; None where it has none."""
+    """Attributes that the instancing extension gives a placed mesh, or None if its node does not use the extension."""
     if placed.node is None:
         return None
     extensions = document.pick(placed.node, "nodes").child("extensions")
@@ -221,7 +221,7 @@ def rest_vertices(
     used: npt.NDArray[np.int64],
     vertices: Floats,
 ) -> Floats | None:
-    """(V, 3) vertices moved by their joints at rest, file frame; None where the mesh is not rigged or not readably so.
+    """(V, 3) vertices moved by their joints at rest, file frame; None if the mesh is not rigged, or not readably so.
 
     Ref: glTF 2.0, 3.7.3: the node of a skinned mesh does not move it, its joints do.
     """
@@ -248,14 +248,14 @@ def rest_vertices(
 
 
 def joint_count(document: JsonObject, graph: SceneGraph) -> int:
-    """Joints of the largest skin that moves a placed mesh; 0 where none does."""
+    """Number of joints of the largest skin that moves a placed mesh; 0 if no skin does."""
     nodes = [document.pick(placed.node, "nodes") for placed in graph.placed if placed.node is not None]
     skins = {node.count("skin") for node in nodes if node.has("skin")}
     return max((len(document.pick(skin, "skins").array("joints")) for skin in skins), default=0)
 
 
 def _joint_matrices(document: JsonObject, accessors: Accessors, graph: SceneGraph, skin: JsonObject) -> Floats | None:
-    """(J, 4, 4) file_from_bind of every joint, or None where a joint stands outside the scene."""
+    """(J, 4, 4) file_from_bind of every joint, or None if a joint is outside the scene."""
     joints = [j for j in skin.array("joints") if isinstance(j, int) and j in graph.world_from_node]
     if not joints or len(joints) != len(skin.array("joints")):
         return None
@@ -407,7 +407,7 @@ def _from_mode(flat: Ints, mode: int) -> Ints:
 
 
 def references(data: bytes, name: str) -> list[Reference]:
-    """Buffers and pictures that lie in files of their own. Raises Rejected as `open_document`."""
+    """Buffers and pictures that are separate files. Raises Rejected as `open_document`."""
     document, _ = open_document(data, name)
     buffers = [Reference(b.text("uri"), Role.BUFFER) for b in document.items("buffers")]
     return buffers + [Reference(i.text("uri"), Role.IMAGE) for i in document.items("images")]

@@ -80,7 +80,7 @@ class JsonObject:
 
     Attributes:
         value: the object.
-        place: where it stands, for messages.
+        place: path to it in the document, for messages.
     """
 
     value: Json
@@ -96,7 +96,7 @@ class JsonObject:
         return self.value.get(key) is not None
 
     def child(self, key: str) -> JsonObject:
-        """Object at `key`; an empty one where there is none."""
+        """Object at `key`; an empty one if the key is missing or null."""
         value = self.value.get(key)
         if value is None:
             return JsonObject({}, f"{self.place}/{key}")
@@ -105,7 +105,7 @@ class JsonObject:
         return JsonObject(value, f"{self.place}/{key}")
 
     def items(self, key: str) -> list[JsonObject]:
-        """Objects of the array at `key`; none where it is missing."""
+        """Objects of the array at `key`; empty if it is missing."""
         out = []
         for i, value in enumerate(self.array(key)):
             if not isinstance(value, dict):
@@ -171,7 +171,7 @@ class JsonObject:
         return number
 
     def pick(self, index: int, key: str) -> JsonObject:
-        """Object `index` of the array at `key`. Raises OUT_OF_BOUNDS where there is none."""
+        """Object `index` of the array at `key`. Raises OUT_OF_BOUNDS if the array is shorter."""
         values = self.array(key)
         if not 0 <= index < len(values):
             message = f"glTF {self.place}/{key}: index {index} of {len(values)}; export the file again"
@@ -404,10 +404,10 @@ class Accessors:
         self._check_element_count(accessor.count("count"), accessor)
 
     def supply(self, index: int, array: Raw) -> None:
-        """Hand over the (count, width) elements of an accessor that is compressed by means of its own.
+        """Provide the (count, width) elements of an accessor whose data a mesh compression extension has decoded.
 
         Raises:
-            Rejected: LENGTH_MISMATCH where the accessor claims another shape.
+            Rejected: LENGTH_MISMATCH if the accessor claims another shape.
         """
         accessor = self._document.pick(index, "accessors")
         shape = (accessor.count("count"), self._layout(accessor)[1])

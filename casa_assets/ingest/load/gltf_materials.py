@@ -50,7 +50,7 @@ class Mapping2D:
 
 @dataclass(frozen=True)
 class Surface:
-    """A material and the mapping of its pictures (None where it has none)."""
+    """A material and the mapping of its pictures (None if they have no mapping)."""
 
     material: Material
     mapping: Mapping2D | None = None

@@ -84,7 +84,7 @@ def local_name(element: Element) -> str:
 
 
 def children(element: Element | None, *names: str) -> Iterator[Element]:
-    """Children with one of these names, in order; all where none is given."""
+    """Children with one of these names, in order; all children if no names are given."""
     for child in element if element is not None else ():
         if not names or local_name(child) in names:
             yield child
@@ -98,7 +98,7 @@ def find_path(element: Element | None, *path: str) -> Element | None:
 
 
 def text_of(element: Element | None) -> str:
-    """Text, stripped; empty where there is none."""
+    """Text, stripped; empty if there is no element or no text."""
     return (element.text or "").strip() if element is not None else ""
 
 
@@ -110,7 +110,7 @@ def floats_of(element: Element | None) -> Floats:
 
 
 def integers_of(element: Element | None) -> npt.NDArray[np.int64]:
-    """(N,) whole numbers of an element's text; what is none becomes -1."""
+    """(N,) whole numbers of an element's text; other words, and numbers of 2**53 or more, become -1."""
     flat = floats_of(element)
     good = np.isfinite(flat) & (np.abs(flat) < 2**53)
     return np.where(good, np.where(good, flat, 0.0), -1.0).astype(np.int64)

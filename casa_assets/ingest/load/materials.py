@@ -191,7 +191,7 @@ class Look:
 
     Attributes:
         name: of the material.
-        color: linear RGB, 0..1, beside a picture its tint.
+        color: linear RGB, 0..1; if there is a picture, its tint.
         opacity: 0..1.
         metallic, roughness: 0..1.
         picture: key and bytes of the colour picture, or None.
@@ -214,7 +214,7 @@ class Materials:
         self._made: dict[object, Material] = {}
 
     def material(self, key: object, look: Look) -> Material:
-        """The material of a look; `key` tells the looks of one file apart."""
+        """The material of a look; `key` identifies the look within one file."""
         if key not in self._made:
             self._made[key] = self._make(look)
         return self._made[key]
@@ -243,7 +243,7 @@ class Materials:
 
 
 def _unit(value: float, default: float) -> float:
-    """A number brought into 0..1; the default where it is none."""
+    """A number clamped to 0..1; the default if it is not finite."""
     return min(1.0, max(0.0, value)) if math.isfinite(value) else default
 
 

@@ -181,7 +181,7 @@ def _color(chunks: _Chunks, start: int, end: int) -> tuple[float, float, float] 
 
 
 def _share(chunks: _Chunks, start: int, end: int) -> float:
-    """A share in 0..1 of a percent chunk; 0 where there is none."""
+    """A share in 0..1 of a percent chunk; 0 if there is no such chunk."""
     for kind, first, last in chunks.inside(start, end):
         if kind == _PERCENT and last - first >= 2:
             return float(min(1.0, max(0.0, struct.unpack_from("<h", chunks.data, first)[0] / 100.0)))

@@ -173,7 +173,7 @@ class Materials:
         return None if data is None or file is None else self.images.pixels(file, data)
 
     def _normal_map(self, entry: MtlEntry, name: str) -> Texture | None:
-        """`norm` is a normal map; `bump` may be one or a height map, which only its colours tell."""
+        """The normal map: `norm`, or `bump`, which may be a height map instead; only its colours show which."""
         for key in ("norm", "map_norm", "map_kn", "map_bump", "bump"):
             pixels = self._pixels(entry.maps.get(key))
             if pixels is None:
@@ -480,7 +480,7 @@ def _read_part(
 
 
 def _colors(vertices: Floats, notes: Notes) -> npt.NDArray[np.uint8] | None:
-    """(V, 4) sRGB bytes of `v x y z r g b [a]`, in 0..1 or 0..255; None where lines have no colours."""
+    """(V, 4) sRGB bytes of `v x y z r g b [a]`, in 0..1 or 0..255; None if the lines have no colours."""
     if not len(vertices) or np.isnan(vertices[:, 5]).all():
         return None
     rgb = vertices[:, 3:6]

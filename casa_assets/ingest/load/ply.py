@@ -191,7 +191,7 @@ def _binary_rows(data: bytes, at: int, element: Element, order: str, name: str) 
 
 
 def _first_lengths(data: bytes, at: int, element: Element, order: str) -> dict[int, int] | None:
-    """Length of each list in the first row; None where that row is not all there."""
+    """Length of each list in the first row; None if the data ends within that row."""
     out: dict[int, int] = {}
     for i, p in enumerate(element.properties):
         size = np.dtype(p.dtype).itemsize

@@ -62,7 +62,7 @@ def _area_vectors(points: Floats) -> Floats:
 
 
 def _is_convex(points: Floats) -> npt.NDArray[np.bool_]:
-    """(P,) whether all corners of a polygon turn the same way; true where that cannot be told."""
+    """(P,) whether all corners of a polygon turn the same way; True if that cannot be determined."""
     with np.errstate(invalid="ignore", over="ignore"):
         local = points - points[:, :1]
         normal = _area_vectors(local)
@@ -74,7 +74,7 @@ def _is_convex(points: Floats) -> npt.NDArray[np.bool_]:
 
 
 def _clip(points: Floats, most_tests: int) -> tuple[Ints | None, int]:
-    """(n-2, 3) triangles of one concave polygon by ear clipping, or None where it crosses itself or takes too long.
+    """(n-2, 3) triangles of one concave polygon by ear clipping, or None if it crosses itself or takes too long.
 
     Returns:
         The triangles, and how many corners were tested for being ears.
@@ -204,7 +204,7 @@ def part_of_corners(
     normals: Floats | None = None,
     colors: Bytes | None = None,
 ) -> ReadPart:
-    """ReadPart of triangles whose corners have texture coordinates, normals and colours of their own.
+    """ReadPart of triangles whose texture coordinates, normals and colours are given per corner.
 
     Args:
         points: (P, 3). corners: (C,) point of each corner. triangles: (T, 3) places in `corners`.

@@ -167,7 +167,7 @@ def _part(part: ReadPart, is_usable: npt.NDArray[np.bool_], names: UniqueNames, 
 
 
 def used_vertices(faces: Ints, count: int) -> tuple[Ints, Ints]:
-    """Vertices that faces use, sorted, and the faces counted anew over them: (U,) and (F, 3)."""
+    """Vertices that faces use, sorted, and the faces renumbered over them: (U,) and (F, 3)."""
     if faces.size * 4 < count:
         used, inverse = np.unique(faces, return_inverse=True)
         return used, inverse.reshape(faces.shape)
@@ -189,7 +189,7 @@ def _finite_uv(uv: Floats, name: str, notes: Notes) -> Floats:
 
 
 def _unit(normals: Floats, vertices: Floats, faces: Ints, name: str, notes: Notes) -> Floats | None:
-    """(V, 3) unit normals; a few bad ones are replaced, None where many are (all are computed anew later)."""
+    """(V, 3) unit normals; a few bad ones are replaced. None if many are bad, so that all are recomputed later."""
     with np.errstate(invalid="ignore", over="ignore"):
         length = np.linalg.norm(normals, axis=1)
         is_bad = np.asarray(~(np.isfinite(length) & (length > SHORT_NORMAL)))
@@ -232,7 +232,7 @@ def transformed(vertices: Floats, normals: Floats | None, matrix: Floats) -> tup
 
 
 def turn(axis: Floats, angle: float) -> Floats:
-    """(3, 3) rotation about an axis of any length, angle in rad; none where the axis has no length or is absurd."""
+    """(3, 3) rotation about an axis of any length, angle in rad; identity if the length is zero, huge or not finite."""
     length = float(np.linalg.norm(axis))
     return about_axis(axis / length, angle) if 1e-12 < length < 1e12 and math.isfinite(angle) else np.eye(3)
 

@@ -25,7 +25,7 @@ def references(data: bytes, name: str) -> list[Reference]:
 
 
 def load(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawModel:
-    """RawModel of an STL; it declares neither unit nor up axis, and its facet normals are computed anew.
+    """RawModel of an STL; it declares neither unit nor up axis, and its facet normals are recomputed.
 
     Raises:
         Rejected: TRUNCATED, LENGTH_MISMATCH, BAD_NUMBER, TOO_LARGE, NO_FACES, NO_GEOMETRY, NON_FINITE.

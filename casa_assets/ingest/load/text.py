@@ -84,7 +84,7 @@ def _slow_numbers(lines: list[bytes], min_columns: int, max_columns: int, keywor
 
 
 def parsed_numbers(text: bytes) -> Floats | None:
-    """All numbers of a text, or None where something in it is not a number."""
+    """All numbers of a text, or None if any word in it is not a number."""
     if not text.strip():
         return np.zeros(0)
     with warnings.catch_warnings():

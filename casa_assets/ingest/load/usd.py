@@ -291,7 +291,7 @@ class UsdMaterials:
 
 
 def named_values(prim: Usd.Prim, name: str, width: int, corners: Ints, counts: Ints) -> Floats | None:
-    """(C, width) values of a primvar at each corner, or None where it is missing or has another number of values.
+    """(C, width) values of a primvar at each corner, or None if it is missing or has another number of values.
 
     Args:
         corners: (C,) point of each corner. counts: (F,) corners of each face.
@@ -348,7 +348,7 @@ def _source(shader: UsdShade.Shader, entry: str) -> UsdShade.Shader | None:
 
 
 def _value(shader: UsdShade.Shader, entry: str, default: Any) -> Any:
-    """Value of an input, through interfaces of materials; the default where none is given."""
+    """Value of an input, through interfaces of materials; the default if no value is given."""
     connected = shader.GetInput(entry)
     if not connected:
         return default
@@ -530,7 +530,7 @@ class _Reader:
 
 
 def _array(values: object, width: int) -> Floats:
-    """(N, width) numbers of an attribute; none where it has no value, or one of another shape."""
+    """(N, width) numbers of an attribute; no rows if it has no value, or one of another shape."""
     if values is None:
         return np.zeros((0, width))
     try:

@@ -179,7 +179,7 @@ class _Words:
             self._add(node, field, self._value_node(depth))
 
     def _value_node(self, depth: int) -> Node | None:
-        """The node of a field with one; NULL is none. Another field's name is left where it is."""
+        """Read the node of a field; None for NULL, or if another field's name follows, which is not consumed."""
         if self._next == "NULL":
             self._take()
             return None
@@ -193,7 +193,7 @@ class _Words:
         return word.startswith('"') or word in ("TRUE", "FALSE") or _NUMBER.match(word) is not None
 
     def _skip_brackets(self) -> None:
-        """Read over what stands in one pair of brackets, or over words up to them."""
+        """Skip one pair of brackets and all that is in it, or words up to them."""
         while self._next and self._next not in ("{", "["):
             if not self._next.startswith('"'):
                 return
@@ -353,7 +353,7 @@ class _Reader:
         return np.column_stack((uv[:, 0], 1.0 - uv[:, 1]))
 
     def _cut(self, geometry: Node) -> tuple[Faces, Ints] | None:
-        """Faces of a geometry, and its triangles as places in their corners; None where it has no surface."""
+        """Faces of a geometry, and its triangles as places in their corners; None if it has no surface."""
         faces = faces_of(geometry)
         if faces is None:
             if geometry.kind in LEFT_OUT:

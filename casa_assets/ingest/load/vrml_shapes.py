@@ -65,7 +65,7 @@ class Node:
             return np.array([_number(word) for word in words])
 
     def integers(self, name: str) -> Ints:
-        """(N,) whole numbers; what is none becomes -2, which names no point."""
+        """(N,) whole numbers; other words, and numbers of 2**31 or more, become -2, which is no point's index."""
         values = self.floats(name)
         is_whole = np.isfinite(values) & (np.abs(values) < 2**31)
         return np.where(is_whole, np.where(is_whole, values, 0.0), -2.0).astype(np.int64)
@@ -112,7 +112,7 @@ class Faces:
 
 
 def faces_of(node: Node) -> Faces | None:
-    """Polygons of a geometry node; None where it is no surface that is read."""
+    """Polygons of a geometry node; None if it is not a surface that is read."""
     if node.kind == "IndexedFaceSet":
         return _indexed(node, *_rows(node.integers("coordIndex")))
     if node.kind in _SETS:
@@ -140,10 +140,10 @@ def _rows(index: Ints) -> tuple[Ints, Ints, Ints]:
 
 
 def _indexed(node: Node, corners: Ints, counts: Ints, places: Ints, is_plain: bool = False) -> Faces:
-    """Polygons with what the node says of their corners.
+    """Polygons with the texture coordinates, normals and colours that the node gives for their corners.
 
     Args:
-        places: (C,) where each corner stands among the numbers of `coordIndex`. is_plain: there is no other index.
+        places: (C,) position of each corner among the numbers of `coordIndex`. is_plain: there is no other index.
     """
 
     def spread(kind: tuple[str, ...], field: str, width: int, index: str, per: str) -> Floats | None:

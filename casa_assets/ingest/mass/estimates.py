@@ -146,7 +146,7 @@ def _by_volume(
 
 
 def _is_bulk(category: Category, substance: Substance) -> bool:
-    """True if the category tells the density."""
+    """True if the category determines the density."""
     return substance.id in BULK_DENSITY_SUBSTANCES - {"water_filled"} and category.build in OUTLINE_FILL
 
 
@@ -207,10 +207,11 @@ def _by_usual_mass(extents: Floats, category: Category) -> Estimate:
 def combine_estimates(estimates: Sequence[Estimate], category: Category, agreement_ratio: float) -> CombinedMass:
     """Combine estimates into one mass.
 
-    The mass by volume is taken as it is where it is usual and the others agree; else the result is the mean of the
-    logarithms, weighted by the spreads. Where that is no mass that the category has, it counts a third beside the usual
-    mass of a thing of this size; where even that is none, volumes and walls say nothing, and the usual mass is taken.
-    The confidence is low then.
+    The mass by volume is taken as it is if it is usual for the category and the others agree with it. Otherwise the
+    result is the mean of the logarithms of all estimates, weighted by the inverse squares of their spreads. If that
+    mean lies outside the mass range of the category, it counts one third, and the usual mass of an object of this size
+    two thirds; if the result is still outside, volumes and walls are ignored and the usual mass is taken. The
+    confidence is low if the mean lies outside.
 
     Args:
         estimates: at least the usual one. agreement_ratio: up to which two estimates agree, > 1.

@@ -67,7 +67,7 @@ CONFIDENCE, CONFIDENCE_WITH_SUBSTANCE = 0.3, 0.4
 
 
 def form_of(points: Floats, faces: Ints, solid: tuple[Floats, Ints] | None) -> MatterFill:
-    """Whether a thing that stands as it is, z up, is an open vessel, solid, or mostly air inside.
+    """Whether an object in its pose, z up, is an open vessel, solid, or mostly air inside.
 
     Args:
         points: (P, 3) welded. faces: (F, 3). solid: `closed_solid` of them.
@@ -80,7 +80,7 @@ def form_of(points: Floats, faces: Ints, solid: tuple[Floats, Ints] | None) -> M
 
 
 def apparent_substance(parts: Sequence[RawPart]) -> tuple[str, float] | None:
-    """Substance, and its density, that most of the surface seems to be of; None where nothing says so."""
+    """Substance, and its density, that most of the surface seems to be of; None if there is no sign of one."""
     areas: dict[tuple[str, float], float] = {}
     total = 0.0
     for part in parts:

@@ -192,13 +192,16 @@ def pose_score(pose: Stance, category: Category) -> float:
 
 
 def balance_score(pose: Stance, category: Category) -> float:
-    """Log likelihood, which no doubt divides, that what stands was modelled in a pose in which it would fall."""
+    """Log likelihood that an object that rests upright was modelled in a pose in which it would fall.
+
+    It is not divided by `doubts`.
+    """
     stands = category.upright is RestingPose.STANDS and category.id != FALLBACK
     return FALLING_NATS if stands and (not pose.is_stable or pose.foot_area < LEAST_FOOT) else 0.0
 
 
 def doubts(stances: Sequence[Stance], category: Category) -> float:
-    """What `pose_score` of these poses of one thing has to be divided by before it is told as a probability."""
+    """The divisor of `pose_score` for these poses of one object, before it is converted to a probability."""
     if category.id == FALLBACK:
         return 1.0
     if category.upright is RestingPose.LIES and category.build is not MatterFill.VESSEL:

@@ -99,7 +99,7 @@ def candidates(cloud: SurfaceSample) -> list[tuple[str, Floats]]:
 
 
 def _hull_sides(cloud: SurfaceSample) -> list[Floats]:
-    """Up directions if the hull stands on one of its larger sides, or has it on top, largest side first.
+    """Up directions in which the hull rests on one of its larger sides, or has it on top, largest side first.
 
     Both, because the largest side of a bowl's hull is its rim.
     """

@@ -42,7 +42,7 @@ class Components:
         return self.points[used], local.reshape(-1, 3)
 
     def extents_of(self, rows: Mask) -> Floats:
-        """(3,) sides of the box around some components; zero where there are none."""
+        """(3,) sides of the box around some components; zero if no components are given."""
         if not rows.any():
             return np.zeros(3)
         sides: Floats = self.upper[rows].max(axis=0) - self.lower[rows].min(axis=0)

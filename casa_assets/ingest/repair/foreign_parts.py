@@ -1,4 +1,4 @@
-"""Find components that do not belong to the object: ground planes, backdrops, stands, sky domes, floating specks."""
+"""Find components that do not belong to the object: ground planes, backdrops, pedestals, sky domes, floating specks."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def foreign_parts(components: Components, category: Category | None) -> tuple[Ma
     """(N,) True for components that do not belong to the object, and notes on them.
 
     Args:
-        category: its usual proportions tell a stand from a foot; without one no stand is found.
+        category: its usual proportions distinguish a pedestal from a foot; without one, pedestals are not looked for.
     """
     is_foreign = np.zeros(components.count, dtype=bool)
     if components.count == 1 or components.count > MAX_COMPONENTS:
@@ -97,7 +97,7 @@ def foreign_parts(components: Components, category: Category | None) -> tuple[Ma
 
 
 def separate_objects(components: Components, is_foreign: Mask) -> list[Issue]:
-    """A note if large components stand apart from each other."""
+    """A note if large components form groups that are apart from each other."""
     if is_foreign.all():
         return []
     largest = float(components.longest_side[~is_foreign].max())
@@ -165,7 +165,7 @@ def _is_corner(normals: Floats, share: Floats) -> bool:
 
 
 def _sky(components: Components, is_foreign: Mask) -> int | None:
-    """The component that is a convex shell far around all others and faces inwards; None where there is none."""
+    """The component that is a convex shell far around all others and faces inwards; None if there is no such shell."""
     for component in np.argsort(-components.longest_side, kind="stable")[:3]:
         others = ~is_foreign & (np.arange(components.count) != component)
         if is_foreign[component] or not others.any():

@@ -51,10 +51,10 @@ def close_holes(draft: Draft, cut: Floats | None = None) -> Draft:
 
 
 def close_missing_sides(draft: Draft) -> Draft:
-    """Close flat sides that are missing altogether, such as the one that a thing stood on when it was scanned.
+    """Close flat sides that are missing altogether, such as the side that an object rested on when it was scanned.
 
-    For things that are full by their kind alone: a box without its lid may be meant to be open. With a note where there
-    were some; the new faces are coloured as the rim is.
+    Only for objects that are full by their kind: a box without its lid may be meant to be open. A note is added if
+    sides were closed; the new faces have the colours of the rim.
     """
     points, place = draft.surface.points, draft.surface.point_of_vertex
     rims = [
@@ -158,7 +158,7 @@ def _is_missing_side(rim: Floats, points: Floats) -> bool:
 
 
 def _fan_normal(rim: Floats) -> Floats | None:
-    """Mean normal of the fan that closes a rim, (K, 3) points; None where the fan would fold."""
+    """Mean normal of the fan that closes a rim of (K, 3) points; None if the fan would fold."""
     fronts = _fronts(np.stack([rim, np.roll(rim, -1, axis=0)], axis=1), rim.mean(axis=0))
     mean = _mean_direction(fronts)
     if mean is None:
@@ -170,8 +170,8 @@ def _fan_normal(rim: Floats) -> Floats | None:
 def _with_fan(mesh: Mesh, edges: Ints, middle: Floats) -> Mesh:
     """The mesh with a face from each of the (K, 2) edges to a new vertex.
 
-    Where a normal of the rim looks away from the new faces, as on a rim between two sides of a thing, these get
-    vertices and normals of their own.
+    If a normal of the rim looks away from the new faces, as on a rim between two sides of an object, the new faces get
+    separate vertices and normals.
     """
     rim = edges.ravel()
     if mesh.normals is not None and not _looks_along(mesh, edges, middle):
@@ -217,7 +217,7 @@ def _flat_normal(edges: Floats, middle: Floats) -> Floats:
 
 
 def _mean_direction(vectors: Floats) -> Floats | None:
-    """Unit vector along the sum of (K, 3) vectors; None where they cancel out."""
+    """Unit vector along the sum of (K, 3) vectors; None if they cancel out."""
     total = vectors.sum(axis=0)
     length = float(np.linalg.norm(total))
     if length <= 0:

@@ -1,4 +1,4 @@
-"""Take away faces at edges where more than two meet: fins that stand off a closed surface, and tangles."""
+"""Remove faces at edges where more than two meet: fins that stick out of a closed surface, and tangles."""
 
 from __future__ import annotations
 
@@ -78,9 +78,9 @@ def _without(parts: tuple[RawPart, ...], bad: Mask) -> tuple[RawPart, ...]:
 
 
 def sheet_fins(ids: Ints) -> tuple[Mask, list[Issue]]:
-    """(F,) True for fins: a few faces that hang by an edge on a closed surface, and a note where there are some.
+    """(F,) True for fins, a few faces that hang by an edge on a closed surface, and a note if any were found.
 
-    There are none if the rest would stay open: then a single face may be all that is left of a wall.
+    No face counts as a fin if the rest would stay open: then a single face may be all that is left of a wall.
 
     Args:
         ids: (F, 3) indices of welded points.

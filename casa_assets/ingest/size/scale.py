@@ -64,7 +64,7 @@ class ScaleDecision:
     """Metres per unit, the name of the unit or method, confidence 0..1, and the reason.
 
     Attributes:
-        category_confidence: in the category, once the size is weighed too; None where it says nothing about it.
+        category_confidence: in the category, once the size is weighed too; None if the size says nothing about it.
         is_overruled: the file states another unit.
     """
 
@@ -200,7 +200,7 @@ def _belief(vertices: Floats, extents: Floats, category: Category, stated: State
 def _stated_size(
     vertices: Floats, extents: Floats, category: Category, stated: StatedSize, category_prior: SizePrior
 ) -> SizePrior | None:
-    """Prior from lengths and volumes in words; None where none of them makes a usual size."""
+    """Prior from lengths and volumes in words; None if none of them makes a usual size."""
     options = [(log(length / float(side)), LENGTH_SPREAD) for length in stated.lengths for side in extents if side > 0]
     if stated.volumes:
         try:

@@ -178,7 +178,7 @@ class _Collector:
         return None
 
     def _existing(self, path: str, reference: Reference) -> str | None:
-        """The path, or its spelling in another case, where something stands there."""
+        """The path, or its spelling in another case; None if neither exists."""
         try:
             if self._files.has(path):
                 return path
@@ -195,7 +195,7 @@ class _Collector:
         return posixpath.join(folder, fits[0])
 
     def _listing(self, folder: str) -> list[str]:
-        """Names in a folder of the package, sorted; none where it cannot be read."""
+        """Names in a folder of the package, sorted; empty if it cannot be read."""
         if folder not in self._names:
             self._names[folder] = self._files.listing(folder)
         return self._names[folder]

@@ -37,7 +37,7 @@ class Found:
 
 @dataclass(frozen=True)
 class Refused:
-    """Something that stands where an input should be and cannot be used.
+    """An entry that is in the place of an input and cannot be used.
 
     Attributes:
         path: POSIX, relative to the folder that the user named; of a manifest row, the manifest.

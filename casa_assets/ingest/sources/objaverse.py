@@ -161,7 +161,7 @@ def _plain(data: bytes, name: str) -> bytes:
 
 
 def read_xl(package: Package, name: str) -> Iterator[Found | Refused] | None:
-    """Inputs of an Objaverse-XL list (its rows have `fileIdentifier`); None where the file is no such list."""
+    """Inputs of an Objaverse-XL list (its rows have `fileIdentifier`); None if the file is not such a list."""
     try:
         rows = parse_json(_plain(package.read(name), name), name)
     except Rejected:

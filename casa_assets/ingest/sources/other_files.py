@@ -1,4 +1,4 @@
-"""What a file is that is no mesh, told by its name: counted, or refused where it holds a mesh that is not read."""
+"""Classify files that are not meshes by name: counted, or refused if they hold a mesh in a format that is not read."""
 
 from __future__ import annotations
 
@@ -33,10 +33,10 @@ TWINS = "other forms of a mesh beside it"
 
 
 def kind_of_other(name: str, names: Set[str]) -> str:
-    """What a file is that is no input; empty where it is one, or holds a mesh that is not read.
+    """Kind of a file that is not an input; empty if it is an input, or holds a mesh that is not read.
 
-    A mesh in a format of second choice (a file of a modeller, a format that many programs read in many ways) is none
-    where one of first choice has the same name: it is the same thing.
+    A mesh in a format of second choice (a modeller's own file, a format that programs read in different ways) is not an
+    input if a file of first choice has the same name, as both hold the same object.
 
     Args:
         name: of the file. names: of all files of the folder, in lower case.
@@ -57,7 +57,7 @@ def kind_of_other(name: str, names: Set[str]) -> str:
 
 
 def unread(path: str) -> Refused | None:
-    """The refusal of a mesh in a format that is not read; None where it is read."""
+    """The refusal of a mesh in a format that is not read; None if it is read."""
     suffix = suffix_of(path)
     if suffix not in UNREAD_SUFFIXES:
         return None

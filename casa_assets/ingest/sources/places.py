@@ -102,7 +102,7 @@ class Place(Protocol):
         ...
 
     def has(self, path: str) -> bool:
-        """True where something stands there."""
+        """True if a file or folder exists there."""
         ...
 
     def is_inside(self, folder: str) -> bool:
@@ -110,13 +110,13 @@ class Place(Protocol):
         ...
 
     def listing(self, folder: str) -> list[str]:
-        """Names in a folder, sorted; none where it cannot be read."""
+        """Names in a folder, sorted; empty if it cannot be read."""
         ...
 
 
 @dataclass(frozen=True)
 class Entry:
-    """What stands in a folder; a link is neither a folder nor a file."""
+    """An entry of a folder; a link is neither a folder nor a file."""
 
     name: str
     is_folder: bool

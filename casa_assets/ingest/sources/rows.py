@@ -1,4 +1,4 @@
-"""What a row (of a manifest, a table, a shard of WebDataset) says of a mesh, read without trust."""
+"""Read the description of a mesh in a row (of a manifest, a table, a shard of WebDataset), without trusting it."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ TEXTS = ("prompt", "category", "generator", "license", "licence", "name", "title
 
 
 def check_types(row: Mapping[str, object], place: str) -> None:
-    """Check the fields of a row. Raises Rejected: BAD_ROW where one that has to be text is none."""
+    """Check the fields of a row. Raises Rejected: BAD_ROW if a field that has to be text is not text."""
     for key in TEXTS:
         value = row.get(key)
         if value is not None and not isinstance(value, str):
@@ -27,7 +27,7 @@ def check_types(row: Mapping[str, object], place: str) -> None:
 
 
 def remarks(place: str, row: Mapping[str, object]) -> tuple[Issue, ...]:
-    """Numbers that are none; nothing here is read from a number, but whoever wrote it meant something."""
+    """Notes on values that are NaN or infinite: they are ignored, but whoever wrote them meant something."""
     notes = Notes()
     for key, value in row.items():
         if isinstance(value, float) and not math.isfinite(value):

@@ -26,11 +26,11 @@ COLLECTIVE = frozenset({"stack", "set", "bunch", "pack", "pile", "pair"})
 def guess_of_things(
     model: RawModel, source: Source, category: Category, vocabulary: Vocabulary, words: OtherThingsWords
 ) -> Guess | None:
-    """The guess that a file holds one object, with the signs against it; None where there are next to none.
+    """The guess that a file holds one object, with the signs against it; None if they hardly speak against it.
 
     Args:
-        model: as read. source: the name and title it has. category: what it is taken for.
-        vocabulary: names of categories. words: names of what is no household object.
+        model: as read. source: its name and title. category: what it is taken for.
+        vocabulary: names of categories. words: names of things that are not household objects.
     """
     signs = signs_of_words(source, vocabulary, words)
     if model.instances > 1:

@@ -57,7 +57,7 @@ def sign_of_nodes(nodes: Iterable[Sequence[str]], source: Source, vocabulary: Vo
 
 
 def _texts(source: Source) -> list[str]:
-    """What names the thing: the node of a file taken apart, else the name of the file and the title."""
+    """Texts that name the object: the node of a file taken apart, else the name of the file and the title."""
     if source.node:
         return [source.node]
     stem = posixpath.splitext(posixpath.basename(source.path))[0]
@@ -91,7 +91,7 @@ def _signs_of(
 
 
 def _is_plural(word: str, vocabulary: Vocabulary) -> bool:
-    """True for the plural of a word that names a category, or a portion; names that are plurals themselves are none."""
+    """True for the plural of a word that names a category or a portion; False for names that are plurals themselves."""
     if word in vocabulary.words:
         return False
     return any(one != word and one in vocabulary.words for one in singulars(word))

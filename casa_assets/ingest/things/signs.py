@@ -39,14 +39,17 @@ MIN_IN_CORNER, MIN_IN_ROOM = 3, 12
 
 
 class Sign(NamedTuple):
-    """Something that speaks against a single object: how probable it then is that it is none, 0..1, and why."""
+    """Evidence against a single object: the probability, 0..1, that it is not one in this case, and the reason."""
 
     probability: float
     reason: str
 
 
 def signs_of_form(model: RawModel) -> list[Sign]:
-    """Signs in the surfaces of a model; none where it is one piece, or of more pieces than can be looked at."""
+    """Signs in the surfaces of a model; empty if it is one piece.
+
+    If it has too many pieces to compare, their number is the only sign.
+    """
     surface = merge_parts(model.parts)
     if not len(surface.faces):
         return []
@@ -92,9 +95,9 @@ def _apart(contacts: Contacts, groups: Sequence[Ints], ups: Sequence[int]) -> Si
 
 
 def _beside(contacts: Contacts, groups: Sequence[Ints], ups: Sequence[int]) -> Sign | None:
-    """Smaller groups of pieces that lie on the floor beside the largest one, such as men beside a chess board.
+    """Smaller groups of pieces on the floor around the largest one, such as the men next to a chess board.
 
-    They differ in form, or in how they lie: wheels, feet and knobs that hang in the air next to a thing do not.
+    They differ in form, or in how they lie: wheels, feet and knobs that hang in the air next to an object do not.
     """
     lower = np.array([contacts.components.lower[rows].min(axis=0) for rows in groups])
     upper = np.array([contacts.components.upper[rows].max(axis=0) for rows in groups])
@@ -113,7 +116,7 @@ def _beside(contacts: Contacts, groups: Sequence[Ints], ups: Sequence[int]) -> S
 
 
 def _alike(components: Components, ups: Sequence[int]) -> Sign | None:
-    """Compact pieces of one form, or pieces of one form that are all there is; not the legs that a thing stands on."""
+    """Compact pieces of one form, or a model made of pieces of one form only; legs of an object do not count."""
     same, is_all = alike_pieces(components)
     if not len(same) or any(_are_legs(components, same, up) for up in ups):
         return None
@@ -123,7 +126,7 @@ def _alike(components: Components, ups: Sequence[int]) -> Sign | None:
 
 
 def _are_legs(components: Components, same: Ints, up: int) -> bool:
-    """True if pieces alike are what all stands on, and one other piece rests on all of them."""
+    """True if everything rests on these pieces of one form, and one other piece rests on all of them."""
     slack = LEG_SLACK * float(np.ptp(components.points, axis=0).max())
     lower, upper = components.lower, components.upper
     if (lower[same, up] > lower[:, up].min() + slack).any():
@@ -137,7 +140,10 @@ def _are_legs(components: Components, same: Ints, up: int) -> bool:
 
 
 def alike_pieces(components: Components) -> tuple[Ints, bool]:
-    """(K,) components of one form that are things of their own: all there is (True), or compact ones; or none."""
+    """(K,) components of one form that are separate objects, and whether they make up the whole model.
+
+    If they do not, only compact ones count. Empty if there are no such components.
+    """
     spread, area = _spreads(components)
     longest = float(np.ptp(components.points, axis=0).max())
     for sample in np.argsort(-components.longest_side, kind="stable"):

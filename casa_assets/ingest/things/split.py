@@ -72,10 +72,10 @@ def things_of(model: RawModel) -> Things:
 
 
 def model_of_thing(model: RawModel, name: str, file: str) -> RawModel:
-    """One thing of a model as a model of its own, with a note on what it was taken from.
+    """One object of a model as a separate model, with a note on what it was taken from.
 
     Raises:
-        Rejected: the file holds no thing of that name.
+        Rejected: the file holds no object of that name.
     """
     things = things_of(model)
     thing = next((one for one in things.taken if one.name == name), None)
@@ -129,7 +129,7 @@ def _thing_of_component(model: RawModel, components: Components, owner: Ints) ->
 
 
 def _with_crumbs(components: Components, label: Ints, copy: Ints) -> Ints:
-    """The labels with groups that are small beside the largest given to the nearest large one, numbered anew."""
+    """The labels, renumbered, with groups that are small compared with the largest given to the nearest large one."""
     count = int(label.max()) + 1
     lower, upper = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
     np.minimum.at(lower, label, components.lower)
@@ -149,9 +149,9 @@ def _with_crumbs(components: Components, label: Ints, copy: Ints) -> Ints:
 
 
 def _groups_of_nodes(model: RawModel) -> Ints:
-    """(K,) group of each part: what the file keeps in different groups of nodes is not joined by contact.
+    """(K,) group of each part: parts that the file keeps in different groups of nodes are not joined by contact.
 
-    These are the children of the node that holds all, where some of them hold several nodes of their own. A flat list
+    The groups are the children of the node that holds all, if some of them hold several nodes themselves. A flat list
     of nodes says nothing: they may as well be the legs and the seat of a chair.
     """
     paths = [part.nodes for part in model.parts]

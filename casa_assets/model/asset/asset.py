@@ -1,4 +1,4 @@
-"""Asset record: links, joints, sites, regions, named poses, labels and provenance of one thing.
+"""Asset record: links, joints, sites, regions, named poses, labels and provenance of one object.
 
 A rigid apple is an Asset with one link; a microwave is an Asset with joints. There is no subclass.
 Frame of an asset: z up, x right, y back (a fixture faces -y), origin at the centre of its footprint on the ground.
@@ -44,22 +44,23 @@ __all__ = [
 
 
 class Base(StrEnum):
-    """Attachment of the root link to the world: free to move, or welded where it is placed."""
+    """Attachment of the root link to the world: free to move, or fixed in place."""
 
     FREE = "free"
     FIXED = "fixed"
 
 
 class Asset(Record):
-    """One simulation-ready thing. Holds everything that the MJCF and USD writers need; they choose nothing.
+    """One simulation-ready object. Holds everything that the MJCF and USD writers need; they make no choices.
 
     Attributes:
-        id: `<category>_<10 hex digits>`; the same id is the same bytes.
+        id: `<category>_<10 hex digits>`; equal ids mean identical bytes.
         links: parents before children; the first is the root and is called `object`.
-        materials: looks, referenced by visuals. substances: matter, referenced by colliders.
-        keyframes: named poses, `closed` first where there are any.
-        behavior: its state machine, None where its joints are its only state.
-        contract: id of a file in registry/contracts, which a runtime's classes read; None for loose objects.
+        materials: visual materials, referenced by visuals.
+        substances: physical materials, referenced by colliders.
+        keyframes: named poses, `closed` first if there are any.
+        behavior: its state machine, or None if it has no state other than that of its joints.
+        contract: id of a file in registry/contracts, which the classes of a runtime read; None for loose objects.
     """
 
     id: Id
@@ -127,11 +128,11 @@ class Asset(Record):
         return self.links[0]
 
     def link(self, name: str) -> Link:
-        """The link of that name. Raises KeyError."""
+        """Return the link of that name. Raises KeyError."""
         return {k.name: k for k in self.links}[name]
 
     def carried_by(self, roots: Collection[str]) -> frozenset[str]:
-        """Names of links and of all that they carry."""
+        """Names of some links and of all links that they carry."""
         found = set(roots)
         for link in self.links:  # parents come before what they carry
             if link.parent in found:
@@ -139,14 +140,14 @@ class Asset(Record):
         return frozenset(found)
 
     def joint_of(self, link: str) -> Joint | None:
-        """The joint that moves a link, or None where it is the root or rigidly attached."""
+        """Return the joint that moves a link, or None if the link is the root or rigidly attached."""
         return {j.child: j for j in self.joints}.get(link)
 
     def asset_from_link(self, name: str, positions: Mapping[str, float] | None = None) -> Pose:
         """Pose of a link in the asset frame.
 
         Args:
-            positions: of joints, rad or m; those not named are at zero. None: every joint is at zero.
+            positions: joint positions, rad or m; joints that are not named are at zero. None: every joint is at zero.
         """
         link = self.link(name)
         if link.parent is None:
@@ -158,10 +159,10 @@ class Asset(Record):
         return pose @ (Pose() if joint is None else joint.motion(positions.get(joint.name, 0.0)))
 
     def parent_from_link(self, name: str, positions: Mapping[str, float] | None = None) -> Pose:
-        """Pose of a link in the frame of the link that carries it; of the root in the asset frame.
+        """Pose of a link in the frame of its parent link; for the root, in the asset frame.
 
         Args:
-            positions: of joints, rad or m; those not named are at zero. None: every joint is at zero.
+            positions: joint positions, rad or m; joints that are not named are at zero. None: every joint is at zero.
         """
         joint, pose = self.joint_of(name), self.link(name).pose
         return pose if joint is None else pose @ joint.motion((positions or {}).get(joint.name, 0.0))
@@ -172,7 +173,7 @@ class Asset(Record):
         return self.joint_of(name) is not None or (parent is not None and self.is_moved(parent))
 
     def substance(self, name: str) -> Substance:
-        """The substance of that id. Raises KeyError."""
+        """Return the substance of that id. Raises KeyError."""
         return {s.id: s for s in self.substances}[name]
 
     @property

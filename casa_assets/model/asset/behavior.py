@@ -1,9 +1,9 @@
 """State machine of a fixture as data: joint or contact -> state -> effect.
 
-A simulation reads it without this package. Once per control step it goes through `rules` in order. The first rule of a
-variable whose `from_values` hold its value and whose conditions all hold, for `after_s` on end, sets the variable to
-`to`; its other rules wait for the next step. All conditions of a step see the values that the step before left. Then
-every effect whose variable has its value acts on its target.
+A simulation can run it without this package. Once per control step it goes through `rules` in order. For each variable,
+the first rule whose `from_values` include the current value and whose conditions have all held for `after_s` without
+interruption sets the variable to `to`; the variable's other rules wait for the next step. All conditions of a step see
+the values at the end of the previous step. Then each effect acts on its target if its variable has its value.
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ from casa_assets.model.record import Id, MixedCaseId, Record, Vec2, Vec4
 
 
 class Condition(Record):
-    """One thing that a runtime can measure; exactly one of joint, contact and variable is named.
+    """One condition that a runtime can measure; exactly one of joint, contact and variable is given.
 
     Attributes:
-        joint: its position lies within `interval`, rad or m, both ends included.
-        contact: something that is no part of the asset touches this collider.
+        joint: its position is within `interval`, rad or m, both ends included.
+        contact: something that is not part of the asset touches this collider.
         variable: it has the value `equals`.
         begins: holds only in the step in which it becomes true (a press, not a hold).
-        negated: holds where the rest does not.
+        negated: holds if the rest does not.
     """
 
     joint: Id | None = None
@@ -47,7 +47,7 @@ class Condition(Record):
 
 
 class Variable(Record):
-    """Something that has one of a few values; `initial` is the one at the start."""
+    """A variable with a small set of values; `initial` is the value at the start."""
 
     name: Id
     values: Annotated[tuple[Id, ...], Field(min_length=2)]
@@ -64,10 +64,10 @@ class Rule(Record):
     """One transition of a variable: its source values, its conditions and its new value.
 
     Attributes:
-        from_values: values that it may have before; any where empty.
-        to: the value that it gets.
-        when: conditions that all hold; one or more.
-        after_s: seconds for which they have held.
+        from_values: values that it may have before; empty: any value.
+        to: the new value.
+        when: one or more conditions, all of which have to hold.
+        after_s: time for which they have to hold before the transition, seconds.
     """
 
     variable: Id
@@ -125,15 +125,15 @@ class Behavior(Record):
 
     @property
     def joints(self) -> tuple[str, ...]:
-        """Names of the joints that conditions look at."""
+        """Names of the joints that conditions depend on."""
         return tuple(c.joint for r in self.rules for c in r.when if c.joint)
 
     @property
     def contacts(self) -> tuple[str, ...]:
-        """Names of the colliders that conditions look at."""
+        """Names of the colliders that conditions depend on."""
         return tuple(c.contact for r in self.rules for c in r.when if c.contact)
 
     @property
     def targets(self) -> tuple[str, ...]:
-        """Names of what effects act on."""
+        """Names of the targets of effects."""
         return tuple(e.target for e in self.effects)

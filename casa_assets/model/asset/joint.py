@@ -41,18 +41,20 @@ class Joint(Record):
         axis: unit vector, child frame.
         anchor: a point on the axis, metres, child frame.
         range: (low, high), rad or m; low < high.
-        damping: N*m*s/rad or N*s/m. frictionloss: N*m or N. armature: kg*m^2 or kg.
-        friction_impedance: stiffness of dry friction as in MuJoCo: impedance at both ends, width, midpoint, power. At
-            MuJoCo's default of 0.9 a light lever creeps under its own weight; with this value it does not.
-            Ref: MuJoCo XML reference, solimpfriction.
-        limit_impedance: stiffness of the ends of the range as in MuJoCo. At MuJoCo's default a spring presses a key
-            0.8 mm out of its range of 3 mm; with this value some micrometres.
-            Ref: MuJoCo XML reference, solimplimit.
-        limit_margin: where there is a drive, the ends push back from so far within the range, rad or m, so that what is
-            pressed against them stands inside. Ref: MuJoCo XML reference, margin.
+        damping: N*m*s/rad or N*s/m.
+        frictionloss: N*m or N.
+        armature: kg*m^2 or kg.
+        friction_impedance: stiffness of dry friction as in MuJoCo: impedance at both ends, width, midpoint, power. With
+            MuJoCo's default of 0.9 a light lever creeps under its own weight; with this value it does not. Ref: MuJoCo
+            XML reference, solimpfriction.
+        limit_impedance: stiffness of the ends of the range as in MuJoCo. With MuJoCo's default a spring presses a key
+            0.8 mm out of its range of 3 mm; with this value, a few micrometres. Ref: MuJoCo XML reference, solimplimit.
+        limit_margin: for joints with a drive, distance from the ends of the range at which they begin to push back, rad
+            or m, so that a part that is pressed against an end comes to rest within the range. Ref: MuJoCo XML
+            reference, margin.
         drive: spring to a target, or None.
-        grip: collider that a hand takes, on the moved link or on one that it carries rigidly; None where unknown.
-        behind: joint that has to be open before this one can move: the door before a rack.
+        grip: collider that a hand takes hold of, on the moved link or on one that it carries rigidly; None if unknown.
+        behind: joint that has to be open before this one can move: the door in front of a rack.
     """
 
     name: Id
@@ -89,7 +91,7 @@ class Joint(Record):
         return span
 
     def motion(self, position: float) -> Pose:
-        """Pose of the child at a joint position (rad or m), in its own frame at zero."""
+        """Pose of the child at a joint position (rad or m), relative to its frame at position zero."""
         x, y, z = self.axis
         if self.kind is JointKind.SLIDE:
             return Pose(position=(x * position, y * position, z * position))
@@ -100,7 +102,7 @@ class Joint(Record):
 
 
 class State(Record):
-    """A named interval of a joint, as fractions of its way from closed (0) to open (1): `open` is (0.9, 1)."""
+    """A named interval of a joint, as fractions of the way from closed (0) to open (1): `open` is (0.9, 1)."""
 
     name: Id
     joint: Id
@@ -121,7 +123,7 @@ def joint_positions(values: Iterable[JointValue]) -> dict[str, float]:
 
 
 class Keyframe(Record):
-    """A named pose of the whole asset: `closed`, `open`, `on`. Joints that are not named stand at zero."""
+    """A named pose of the whole asset: `closed`, `open`, `on`. Joints that are not named are at zero."""
 
     name: Id
     joints: tuple[JointValue, ...] = ()

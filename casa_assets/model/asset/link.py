@@ -47,7 +47,7 @@ class Visual(Record):
 
     Attributes:
         material: id in Asset.materials.
-        label: what part it is (`handle`, `door`, `shelf`, `burner`, `button`), None where it is the thing itself.
+        label: part that it shows (`handle`, `door`, `shelf`, `burner`, `button`), or None for the object itself.
     """
 
     name: Id

@@ -61,9 +61,9 @@ class Material(Record):
         base_color_texture: sRGB image or None.
         metallic_roughness_texture: raw image, green roughness and blue metallic, or None.
         normal_texture: raw tangent-space normals, y up, or None.
-        tile_m: width and height in metres of one copy of its images where they repeat, None where a picture is made for
-            one mesh or there is none. Texture coordinates of meshes are metres over this.
-        glow: 0..1, share of the base colour that it gives off by itself (a lamp, a display).
+        tile_m: width and height in metres of one copy of its images if they repeat; None if an image is made for one
+            mesh, or without images. Texture coordinates of meshes are metres divided by this.
+        glow: 0..1, share of the base colour that it emits (a lamp, a display).
         substance: id of the substance that it shows, used as a semantic label.
     """
 
@@ -93,13 +93,14 @@ class Material(Record):
 
 
 class Density(Record):
-    """Mean density of a part that is drawn solid and is not: hollow, thin, porous, or full of other things.
+    """Mean density of a part that is modelled as a solid but is not: hollow, thin, porous, or full of other objects.
 
     Attributes:
         id: such as `hood_body`.
-        kg_m3: of the drawn volume; None where a substance and its share of that volume are given.
-        substance, fill: id of a substance, and the share of the drawn volume that it takes, 0..1.
-        why: what is really there, and the source of the number where one is known.
+        kg_m3: mean density of the modelled volume, kg/m^3; None if a substance and its share of that volume are given.
+        substance: id of a substance.
+        fill: share of the modelled volume that the substance takes, 0..1.
+        why: its real contents, and the source of the number if one is known.
     """
 
     id: Id
@@ -125,7 +126,7 @@ class Substance(Record):
         density: kg/m^3 of the material itself.
         static_friction, dynamic_friction: Coulomb coefficients against a dry worktop, > 0.
         torsional_friction, rolling_friction: metres, as in MuJoCo's geom friction.
-        metallic, roughness: appearance where a source has none.
+        metallic, roughness: appearance if a source states none.
     """
 
     id: Id

@@ -45,5 +45,5 @@ class Mesh(Record):
         return np.array([self.vertices.min(axis=0), self.vertices.max(axis=0)])
 
     def with_vertices(self, vertices: npt.NDArray[np.float64], normals: npt.NDArray[np.float64] | None = None) -> Mesh:
-        """Copy with moved vertices; normals are replaced, or dropped where None."""
+        """Copy with moved vertices; normals are replaced, or dropped if None."""
         return Mesh(vertices=vertices, faces=self.faces, uv=self.uv, normals=normals, colors=self.colors)

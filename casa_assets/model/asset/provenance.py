@@ -25,9 +25,10 @@ class Split(StrEnum):
 
 
 def split_of(sha256: str) -> Split:
-    """Split of the asset made from an input of this digest, or of an object whose shape has this digest.
+    """Split of the asset made from an input with this digest, or of an object whose shape has this digest.
 
-    It hangs on nothing else, so that no instance changes sides when others come or go, or when it is made anew.
+    It depends on nothing else, so that no instance changes its split when others are added or removed, or when it is
+    made again.
     """
     return Split.TEST if int(sha256[:8], 16) % TEST_SHARE == 0 else Split.TRAIN
 
@@ -38,10 +39,10 @@ class Labels(Record):
     Attributes:
         category: id in registry/categories.yaml.
         classes: from the category upwards, such as (`mug`, `tableware`).
-        qcode: Wikidata item and how sure we are of it.
-        split: `split_of` its input, or of an object out of numbers its shape, so that two that differ in colour alone
-            are on one side; None for fixtures and articulation.
-        portion: what is left of a thing that was cut; None for a whole one.
+        qcode: Wikidata item and its certainty.
+        split: `split_of` its input. For a procedural object, of its shape, so that two objects that differ only in
+            colour are in the same split; None for fixtures and articulation.
+        portion: portion of a cut object, or None for a whole one.
     """
 
     category: Id
@@ -64,7 +65,7 @@ class Guess(Record):
 
     Attributes:
         subject: such as `scale` or `up_axis`.
-        value: what was decided, as text.
+        value: the decision, as text.
         confidence: 0..1.
         reason: the evidence.
     """
@@ -81,11 +82,11 @@ class Provenance(Record):
     Attributes:
         source: kind of source: folder, objaverse, objaverse_xl, text_to_3d, manifest, family.
         path: file, relative to the source's root.
-        sha256: of the main source file and all files that it refers to.
+        sha256: digest of the main source file and of all files that it refers to.
         title, author, licence, uri: as the source states them; licence is an SPDX id or `unknown`.
         uid: id within the source.
         prompt, generator: for generated meshes.
-        node: of a file that was taken apart: the name of the thing in it; empty for a whole file.
+        node: name of the object within the file, for a file that was split; empty for a whole file.
         guesses: everything that was decided without being stated.
     """
 
@@ -108,10 +109,10 @@ class Provenance(Record):
 
     @property
     def place(self) -> str:
-        """The path, and behind `#` the name of the thing in the file where it was taken apart."""
+        """The path, followed by `#` and the name of the object if the file was split."""
         return place_of(self.path, self.node)
 
 
 def place_of(path: str, node: str) -> str:
-    """A file, and behind `#` the thing in it that is meant, where it is not the whole."""
+    """A file, followed by `#` and the name of an object in it, unless the whole file is meant."""
     return f"{path}#{node}" if node else path

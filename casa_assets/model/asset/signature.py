@@ -35,8 +35,8 @@ class ColorHistogram(Record):
 
     Attributes:
         tones: means of equal shares along each axis of colour in turn, CIELAB units.
-        names: plain words for the colours with the share of the surface that each has, the largest first.
-        stated: whether the source has colours; plain light grey and white all over is what readers fill in.
+        names: plain colour names, each with its share of the surface, the largest first.
+        stated: whether the source has colours; readers fill in uniform light grey and white if it has none.
     """
 
     tones: Annotated[tuple[float, ...], Field(min_length=TONES * TONE_SHARES, max_length=TONES * TONE_SHARES)]
@@ -45,7 +45,7 @@ class ColorHistogram(Record):
 
 
 class Signature(Record):
-    """Shape descriptor and colours of one thing."""
+    """Shape descriptor and colours of one object."""
 
     shape: ShapeDescriptor
     color: ColorHistogram

@@ -12,7 +12,7 @@ from casa_assets.model.record import Id, MixedCaseId, Record, Vec3, Vec4
 
 
 class Site(Record):
-    """A named place in a link that touches nothing: where a mug goes, a flame, a stream of water.
+    """A named, massless place in a link without contacts: the place of a mug, a flame, a stream of water.
 
     Attributes:
         kind: a sphere of `radius` (metres), or a box or a cylinder about z of the full `size` (metres).

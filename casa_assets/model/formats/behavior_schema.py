@@ -1,4 +1,4 @@
-"""behavior.json beside an asset: its state machine, the named states of its joints, and its named poses."""
+"""behavior.json of an asset: its state machine, the named states of its joints, and its named poses."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from casa_assets.model.record import Record
 
 
 class BehaviorFile(Record):
-    """behavior.json: how a fixture answers to hands, as data. Radians, metres, seconds.
+    """behavior.json: how a fixture reacts to hands, as data. Radians, metres, seconds.
 
     Attributes:
         behavior: state machine.

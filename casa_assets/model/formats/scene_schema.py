@@ -1,4 +1,4 @@
-"""scene.json of a kitchen: what stands where, with names of bodies, joints and sites as scene.xml has them."""
+"""scene.json of a kitchen: its contents and their poses, with names of bodies, joints and sites as in scene.xml."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Length = Annotated[float, Field(ge=0)]
 
 
 class PoseRow(Record):
-    """Place of a frame in another one.
+    """Pose of a frame in another frame.
 
     Attributes:
         position: metres.
@@ -31,7 +31,7 @@ class PoseRow(Record):
 
 
 class WallRow(Record):
-    """A wall, as a line on the floor; whoever looks from `from` to `to` has the room on the right.
+    """A wall, as a line on the floor; the room is to the right of the direction from `from` to `to`.
 
     Attributes:
         id: name in the plan.
@@ -51,11 +51,11 @@ class OpeningRow(Record):
 
     Attributes:
         id: name in the plan.
-        kind: what it is.
-        wall: id of its wall; of a window in the back of a niche, of the wall that the niche is in.
+        kind: kind of opening.
+        wall: id of its wall; for a window in the back of a niche, the wall of the niche.
         start: lower left corner, metres.
         end: upper right corner, metres.
-        closet: whether it leads to a closet, and not out.
+        closet: whether it leads to a closet, and not outside.
     """
 
     id: str
@@ -86,11 +86,11 @@ class JointRow(Record):
     """A joint of a fixture.
 
     Attributes:
-        name: of the joint in scene.xml, `<fixture>__<joint>`.
+        name: name of the joint in scene.xml, `<fixture>__<joint>`.
         kind: hinge or slide.
         range: lower and upper end, radians or metres; zero is closed.
-        grip: collision shape that a hand takes; null where there is none.
-        behind: region that it opens; null where there is none.
+        grip: collision shape that a hand takes hold of, or null if it has no grip.
+        behind: name in scene.xml of the joint that has to be open before this one can move, or null.
     """
 
     name: str
@@ -101,12 +101,12 @@ class JointRow(Record):
 
 
 class RegionRow(PoseRow):
-    """A named volume, in the world, while all joints are at zero.
+    """A named volume, in the world frame, with all joints at zero.
 
     Attributes:
         link: link of the asset that it moves with.
         kind: box or cylinder.
-        size: width, depth, height, metres; of a cylinder the first two are its diameter.
+        size: width, depth, height, metres; for a cylinder the first two are its diameter.
     """
 
     link: str
@@ -115,11 +115,11 @@ class RegionRow(PoseRow):
 
 
 class SiteRow(Record):
-    """A named place.
+    """A named point.
 
     Attributes:
         site: its name in scene.xml.
-        kind: what it is for.
+        kind: its purpose.
     """
 
     site: str
@@ -127,19 +127,19 @@ class SiteRow(Record):
 
 
 class FixtureRow(PoseRow):
-    """A thing that is part of the kitchen: a cabinet, an appliance, a worktop, a wall; its pose is that of its frame.
+    """An object that is part of the kitchen: a cabinet, an appliance, a worktop, a wall; its pose is that of its frame.
 
     Attributes:
-        name: of its body in scene.xml.
-        role: what it is in this kitchen, such as `sink` or `counter`.
+        name: name of its body in scene.xml.
+        role: purpose in this kitchen, such as `sink` or `counter`.
         unit: unit of the plan that it comes from.
-        run: row of units that it stands in.
+        run: row of units that it belongs to.
         layer: `things`, `room` (walls, floor) or `ceiling`.
         asset: id of the asset.
         family: family that builds it.
         preset: preset of that family.
         category: row of registry/categories.yaml.
-        contract: file of registry/contracts/ that it meets; null where there is none.
+        contract: file of registry/contracts/ that it meets, or null if it meets no contract.
         base: `fixed` or `free`.
         mass_kg: kilograms.
         joints: name in the asset -> joint.
@@ -169,7 +169,7 @@ class FixtureRow(PoseRow):
 
 
 class HolderRow(Record):
-    """What an object rests in.
+    """Support of an object.
 
     Attributes:
         placement: name of the fixture.
@@ -183,14 +183,14 @@ class HolderRow(Record):
 
 
 class ObjectRow(PoseRow):
-    """An object that was put into a kitchen that is lived in.
+    """An object that was put into a kitchen to make it look lived in.
 
     Attributes:
-        name: of its body in scene.xml.
+        name: name of its body in scene.xml.
         asset: id of the asset.
         category: row of registry/categories.yaml.
         mass_kg: kilograms.
-        holder: what it rests in.
+        holder: its support.
     """
 
     name: str
@@ -201,7 +201,7 @@ class ObjectRow(PoseRow):
 
 
 class SpacePoses(Record):
-    """Middle of the floor of a space; x along the front, y to the back.
+    """Poses of the middle of the floor of a space; x along the front, y to the back.
 
     Attributes:
         world: in the frame of the kitchen.
@@ -213,11 +213,11 @@ class SpacePoses(Record):
 
 
 class FreeBox(Record):
-    """The largest box that is free in a space.
+    """The largest free box in a space.
 
     Attributes:
         size: width, depth, height, metres.
-        x: of the middle of its floor, in the frame of the space, metres.
+        x: position of the middle of its floor, in the frame of the space, metres.
         y: the same.
     """
 
@@ -233,14 +233,14 @@ class SpaceRow(Record):
         placement: name of the fixture.
         link: link of its asset.
         region: region of its asset.
-        kinds: kinds of spaces of registry/habits.yaml that it is.
+        kinds: kinds of spaces of registry/habits.yaml that it belongs to.
         moves: it moves with a door or drawer.
-        shape: of its floor.
+        shape: shape of its floor.
         size: width, depth, height, metres.
-        pose: where it is.
+        pose: its pose.
         bounds: lower and upper corner in the world, metres.
-        largest_box: what fits into it.
-        things: how many cubes of 10 cm stand on what is free.
+        largest_box: largest box that fits into it.
+        things: number of 10 cm cubes that fit on the free floor.
         objects: categories that people put there.
     """
 
@@ -262,8 +262,8 @@ class TextureRow(Record):
     """A picture of a texture pack.
 
     Attributes:
-        id: of its finish.
-        licence, author, generator: as its pack states them, `unknown` where nothing was said.
+        id: id of its finish.
+        licence, author, generator: as its pack states them, `unknown` if not stated.
     """
 
     id: str
@@ -273,16 +273,16 @@ class TextureRow(Record):
 
 
 class CreditRow(Record):
-    """Makers of an asset of a library that stands in the kitchen, as its provenance states them.
+    """Makers of an asset of a library that is used in the kitchen, as its provenance states them.
 
     Attributes:
         asset: id of the asset.
-        title: of the work, or the name of its file.
+        title: title of the work, or the name of its file.
         licence: SPDX id, or `unknown`.
-        author: empty where nobody stated one.
-        uri: address of its source; empty as well.
-        generator: program that made it; empty as well.
-        sha256: of its source.
+        author: empty if not stated.
+        uri: address of its source; empty if not stated.
+        generator: program that made it; empty if not stated.
+        sha256: digest of its source.
     """
 
     asset: str
@@ -298,7 +298,7 @@ class CameraRow(PoseRow):
     """A camera; it looks along -z of its frame, y is up.
 
     Attributes:
-        name: in scene.xml.
+        name: name in scene.xml.
         fov_y_deg: vertical field of view, degrees.
     """
 
@@ -307,13 +307,13 @@ class CameraRow(PoseRow):
 
 
 class ParkingRow(Record):
-    """Where the middle of a robot's base stands.
+    """Position of the middle of a robot's base.
 
     Attributes:
         x: metres.
         y: metres.
-        yaw: direction that the robot looks to, radians from the x axis to the left.
-        side: side of the fixture that it stands at.
+        yaw: direction in which the robot looks, radians from the x axis to the left.
+        side: side of the fixture at which it is parked.
     """
 
     x: float
@@ -323,7 +323,7 @@ class ParkingRow(Record):
 
 
 class ParkingRows(Record):
-    """Parking places of a fixture; null where the base does not get to.
+    """Parking places of a fixture; null if the base cannot get there.
 
     Attributes:
         shut: with all doors closed.
@@ -338,15 +338,15 @@ class TaskRow(Record):
     """Whether a kitchen affords a task of RoboCasa.
 
     Attributes:
-        afforded: it does.
-        wants: what is missing, where it does not.
-        fixtures: with which it can be done.
-        joints: of v0.2: that it moves.
-        sites: of v0.2.
-        regions: of v0.2.
-        counter_m2: of v0.2: free worktop beside the fixtures, m^2.
-        floor_m2: of v0.2: floor around the parking places that the base gets to, m^2.
-        rate: of v0.2: share of drawn boxes for which a place was found; null where nothing is put.
+        afforded: the task is possible.
+        wants: missing part, if the task is not possible.
+        fixtures: fixtures with which it can be done.
+        joints: for v0.2, joints that it moves.
+        sites: for v0.2.
+        regions: for v0.2.
+        counter_m2: for v0.2, free worktop next to the fixtures, m^2.
+        floor_m2: for v0.2, floor around the parking places that the base can reach, m^2.
+        rate: for v0.2, share of the sampled boxes for which a place was found; null if nothing is placed.
     """
 
     afforded: bool
@@ -361,32 +361,34 @@ class TaskRow(Record):
 
 
 class SceneFile(Record):
-    """scene.json: what stands where in a kitchen. Metres, radians, quaternions (w, x, y, z), z up, frame of the world.
+    """scene.json: the contents of a kitchen and their poses.
+
+    Metres, radians, quaternions (w, x, y, z), z up, world frame.
 
     Attributes:
         format: number of this format.
         id: of the scene.
         plan: floor plan.
         style: style.
-        seed: that drew the lengths; null where they are those of the plan.
+        seed: seed that drew the lengths; null if they are those of the plan.
         parameters: lengths of the plan, metres.
         surfaces: surface -> its main texture.
         covers: surface -> all finishes that cover it.
-        models: role -> model in place of the style's, `family/preset` or `library:<id>`; left out where there are none.
-        textures: pictures of texture packs that it shows, and their makers; left out where there are none.
-        credits: makers of the assets of libraries in it; left out where there are none.
-        generator: what wrote the file.
+        models: role -> model that replaces the style's, `family/preset` or `library:<id>`; left out if empty.
+        textures: pictures of texture packs that it shows, and their makers; left out if empty.
+        credits: makers of the assets of libraries in it; left out if empty.
+        generator: program that wrote the file.
         room: walls and openings.
-        fixtures: all that is part of the kitchen.
-        objects: what was put into it; left out where nothing was.
+        fixtures: all objects that are part of the kitchen.
+        objects: objects that were put into it; left out if empty.
         spawn: spaces that take objects.
-        cameras: in scene.xml.
-        base_radius: of the robot that the parking places are for, metres.
-        parking: fixture -> parking places before it.
+        cameras: cameras in scene.xml.
+        base_radius: radius of the robot that the parking places are for, metres.
+        parking: fixture -> parking places in front of it.
         tasks: the 25 atomic tasks of RoboCasa v0.2.
         robocasa_v1: the 65 atomic tasks of RoboCasa v1.0.
-        key: digest of all that decides the files of the scene.
-        picture_key: digest of all that decides its pictures; left out where there are none.
+        key: digest of everything that determines the files of the scene.
+        picture_key: digest of everything that determines its pictures; left out if it has no pictures.
     """
 
     format: Literal[1]

@@ -1,4 +1,4 @@
-"""Inputs of ingest: the description that the source gives of a mesh, its bytes, and the parts read from them."""
+"""Inputs of ingest: the source's description of a mesh, its bytes, and the parts read from them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from casa_assets.model.record import Id, Record, without_blanks
 
 
 class SourceKind(StrEnum):
-    """Kind of place that a mesh was found in."""
+    """Kind of source that a mesh was found in."""
 
     FOLDER = "folder"
     OBJAVERSE = "objaverse"
@@ -30,13 +30,13 @@ class Source(Record):
     """One input, as its source describes it; nothing here was guessed.
 
     Attributes:
-        kind: what kind of source it stands in.
+        kind: kind of source that it was found in.
         path: main file, POSIX, relative to the folder that the user named (its base name for a single file).
-        uid, title, author, licence, uri: as stated; licence is an SPDX id where the source's word maps to one.
+        uid, title, author, licence, uri: as stated; licence is an SPDX id if the source's word maps to one.
         prompt, generator: for generated meshes.
-        category: the source's own word for what it is, not yet looked up; empty where it says nothing.
+        category: the source's own word for the object, not yet looked up; empty if it states no category.
         hints: further words that may name the category, best first (file stem, folder names, tags, title).
-        node: of a file that was taken apart: the name of the thing in it; empty for a whole file.
+        node: name of the object within the file, for a file that was split; empty for a whole file.
     """
 
     kind: SourceKind
@@ -58,7 +58,7 @@ class Source(Record):
 
     @property
     def place(self) -> str:
-        """The path, and behind `#` the name of the thing in the file where it was taken apart."""
+        """The path, followed by `#` and the name of the object if the file was split."""
         return place_of(self.path, self.node)
 
     def provenance(self, sha256: str, guesses: tuple[Guess, ...]) -> Provenance:
@@ -88,12 +88,13 @@ class Up(StrEnum):
 
 
 class RawPart(Record):
-    """One mesh with one material. Vertices are in file units and file axes, node transforms already baked.
+    """One mesh with one material. Vertices are in file units and file axes, with node transforms applied.
 
     Attributes:
-        name: an id, each once. nodes: names of the nodes from the root down to the one that carries it, as far as the
-            file has any; parts of one node have the same.
-        copy_number: from 1,, of the copy that a list of places makes of the mesh; 0 where there is no such list.
+        name: a unique id.
+        nodes: names of the nodes from the root down to the one that carries it, as far as the file names them; parts of
+            one node have the same names.
+        copy_number: number, from 1, of this copy of the mesh in a list of instances; 0 if the file has no such list.
     """
 
     name: str
@@ -112,12 +113,12 @@ class RawModel(Record):
 
     Attributes:
         parts: at least one, in file order.
-        metres_per_unit: as the format or file declares it (glTF: 1), None where it does not.
-        up: as the format or file declares it (glTF: y), None where it does not.
+        metres_per_unit: as declared by the format or file (glTF: 1), or None if not declared.
+        up: as declared by the format or file (glTF: y), or None if not declared.
         format: id of the format, such as `glb`.
-        notes: what was odd, repaired or ignored while reading, as warnings.
-        joints: bones of the largest rig that moves a mesh; 0 where nothing is rigged.
-        instances: copies of meshes that a list of places makes (EXT_mesh_gpu_instancing), all read.
+        notes: warnings about unusual, repaired or ignored content.
+        joints: number of bones of the largest rig that moves a mesh; 0 if the file has no rig.
+        instances: number of copies of meshes from lists of instances (EXT_mesh_gpu_instancing), all of which were read.
     """
 
     parts: Annotated[tuple[RawPart, ...], Field(min_length=1)]
@@ -134,14 +135,14 @@ class RawModel(Record):
 
 
 class Bundle(Record):
-    """The bytes of one input: its main file and every file it refers to; or what was handed over in memory.
+    """The bytes of one input: its main file and every file it refers to; or a model that was passed in memory.
 
     Attributes:
         main: name of the main file.
-        files: name as referred to -> content, `main` among them; none where `model` is given.
-        notes: references that were missing or refused, as warnings.
-        model: what a reader would make of the files, where a caller has it in memory already.
-        thing: name of the one thing of the file that is meant; empty for the whole file.
+        files: name as referred to -> content, including `main`; empty if `model` is given.
+        notes: warnings about references that were missing or refused.
+        model: the result that a reader would make of the files, if a caller already has it in memory.
+        thing: name of one object of the file, if only that object is meant; empty for the whole file.
     """
 
     main: str
@@ -152,16 +153,16 @@ class Bundle(Record):
 
     @cached_property
     def sha256(self) -> str:
-        """Digest of names (but the main one) and contents, sorted by name: moving a package changes nothing.
+        """Digest of names (except the main one) and contents, sorted by name: moving a package changes nothing.
 
-        Of a thing in a file, a digest of the file's and of the thing's name.
+        For one object of a file: a digest of the file's digest and the object's name.
         """
         whole = self.whole_sha256
         return hashlib.sha256(f"{whole}\0{self.thing}".encode()).hexdigest() if self.thing else whole
 
     @cached_property
     def whole_sha256(self) -> str:
-        """Digest of all files, whichever thing of them is meant."""
+        """Digest of all files, regardless of `thing`."""
         if self.model is not None:
             return self.model.digest
         whole = hashlib.sha256()

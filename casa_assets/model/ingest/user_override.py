@@ -22,21 +22,22 @@ class UpAxis(StrEnum):
 
 
 class Word(StrEnum):
-    """What a person decides about an asset in review as it stands."""
+    """A person's decision about an asset in review, in its current form."""
 
     ACCEPT = "accept"
     REJECT = "reject"
 
 
 class UserOverride(Record):
-    """Values that a person sets for one input; a field that is left empty is guessed.
+    """Values that a person sets for one input; empty fields are guessed.
 
     Attributes:
         category: id, or empty.
         up: axis of the file that points up.
-        turn_deg: turn about z, counter-clockwise from above, in place of the search for the front; degrees.
-        decision: accept it as it is guessed, or reject it; None: neither.
-        size_m: longest side, metres; 0: guessed. mass_kg: 0: guessed.
+        turn_deg: turn about z, counter-clockwise from above, instead of the search for the front; degrees.
+        decision: accept the asset with its guesses, or reject it; None: no decision.
+        size_m: longest side, metres; 0: guessed.
+        mass_kg: mass, kg; 0: guessed.
     """
 
     category: str = ""

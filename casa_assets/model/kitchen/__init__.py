@@ -1,1 +1,1 @@
-"""Records of kitchens: floor plans, styles, what they are filled with, and the resolved scene."""
+"""Records of kitchens: floor plans, styles, contents, and the resolved scene."""

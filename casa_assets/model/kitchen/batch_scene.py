@@ -16,12 +16,13 @@ PICTURE_PX = 256
 
 
 class WorldCollider(Record):
-    """A primitive that never moves and stands for colliders of one or several placements.
+    """A primitive that never moves and replaces colliders of one or more placements.
 
     Attributes:
-        placement: name of that to which the largest of these colliders belongs.
-        collider: called like that one, its pose in the world; its substance is one of that placement's asset.
-        is_overhead: so high that only a robot can touch it.
+        placement: name of the placement that has the largest of these colliders.
+        collider: named like that largest collider, with its pose in the world frame; its substance is one of that
+            placement's asset.
+        is_overhead: whether it is so high that only a robot can touch it.
     """
 
     placement: Id
@@ -37,17 +38,22 @@ class PlacedJoint(Record):
 
 
 class EngineSizes(Record):
-    """Sizes of the buffers that a GPU engine needs for a world of a batch form, and what they were found from.
+    """Buffer sizes that a GPU engine needs for one world of a batch form, and the measurements that they are based on.
 
     Attributes:
-        nconmax: contacts to make room for, one and a half times `contacts`; arguments of mujoco_warp's `make_data`
-            are called so, as are the next three.
-        njmax: constraint rows to make room for. nccdmax: convex pairs. nvmax: degrees of freedom awake.
-        contacts: the most at once in the trials. rows: constraint rows. awake: degrees of freedom awake.
-        convex_pairs: pairs of shapes that go through the general convex algorithm, such as a cylinder and a box.
-        awake_in_use: degrees of freedom awake with a stand-in of a robot and one fixture in use, and nothing dropped.
-        fixtures: how many were used in the trials, one after the other.
-        mujoco_bytes: memory of an MjData of MuJoCo's own: its buffer, and the most of its arena that was used.
+        nconmax: number of contacts to allocate, 1.5 times `contacts`; mujoco_warp's `make_data` has arguments of this
+            name and of the next three.
+        njmax: number of constraint rows to allocate.
+        nccdmax: number of convex pairs to allocate.
+        nvmax: number of awake degrees of freedom to allocate.
+        contacts: maximum number at once in the trials.
+        rows: maximum number of constraint rows in the trials.
+        awake: maximum number of awake degrees of freedom in the trials.
+        convex_pairs: pairs of shapes that need the general convex algorithm, such as a cylinder and a box.
+        awake_in_use: awake degrees of freedom with a placeholder robot and one fixture in use, and no object
+            dropped.
+        fixtures: number of fixtures that were used in the trials, one after the other.
+        mujoco_bytes: memory of an MjData in MuJoCo itself: its buffer, and the largest part of its arena that was used.
     """
 
     nconmax: int
@@ -64,17 +70,17 @@ class EngineSizes(Record):
 
 
 class BatchScene(Record):
-    """A scene with fewer primitives, fewer joints, and the contacts left out that cannot be.
+    """A scene with fewer primitives and fewer joints, and without contacts that are impossible.
 
     Attributes:
-        scene: the full one.
-        forms: the asset of each placement, in their order. What never moves has no colliders there. Joints that are
-            locked are not there: what they moved stands as in the start pose.
-        world: the colliders of what never moves.
-        meeting: sets of links of two or more fixtures that could touch each other; other links of fixtures never do.
-        locked: the joints that the scene has and the forms do not.
-        filled: names of the loose things that are solid here and hollow in the scene, and of the fixtures whose bins in
-            doors are.
+        scene: the full scene.
+        forms: the batch form of the asset of each placement, in the order of the placements. Parts that never move have
+            no colliders in them. Locked joints are left out; the parts that they moved stay in the start pose.
+        world: the colliders of everything that never moves.
+        meeting: sets of links of two or more fixtures that could touch each other; no other links of fixtures ever do.
+        locked: joints of the scene that the forms do not have.
+        filled: names of loose objects that are solid here but hollow in the scene, and of fixtures whose door bins are
+            filled.
     """
 
     scene: Scene
@@ -100,9 +106,9 @@ class BatchScene(Record):
 
     @property
     def pair_count(self) -> int:
-        """Number of pairs of its primitives that an engine has to look at.
+        """Number of pairs of primitives that an engine has to check for contacts.
 
-        They are of loose things with all that is not overhead, and of parts of fixtures that can meet.
+        These are pairs of a loose object with anything that is not overhead, and pairs of fixture parts that can meet.
         """
         things = [sum(len(link.colliders) for link in form.links) for form in self.forms if form.base is Base.FREE]
         fixed = sum(len(link.colliders) for form in self.forms for link in form.links) - sum(things)

@@ -1,7 +1,7 @@
-"""Fixtures of a kitchen seen from above: position, swept areas of their doors, regions for things.
+"""Fixtures of a kitchen seen from above: position, swept areas of their doors, regions for objects.
 
-Everything is in the frame of the world (z up, metres). A fixture has its own x axis to the right of somebody who stands
-before it, and faces -y; `yaw` is the turn to the left that takes the world's axes to it, radians.
+Everything is in the world frame (z up, metres). The x axis of a fixture points to the right of a person who looks at
+its front, and the fixture faces -y; `yaw` is its counter-clockwise rotation relative to the world axes, radians.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ APPLIANCES = (
 
 
 class Footprint(Record):
-    """Rectangle on the floor: centre, full size along its own x and y, and yaw."""
+    """Rectangle on the floor: centre, full size along its own x and y axes, and yaw."""
 
     center: Vec2
     size: Vec2
@@ -66,29 +66,29 @@ class Footprint(Record):
 
     @property
     def right_axis(self) -> Vec2:
-        """Unit vector to the right, for a person in front of it."""
+        """Unit vector to the right, as seen by a person in front of it."""
         return (math.cos(self.yaw), math.sin(self.yaw))
 
     @property
     def front_axis(self) -> Vec2:
-        """Unit vector that it faces along."""
+        """Unit vector in the direction that it faces."""
         return (math.sin(self.yaw), -math.cos(self.yaw))
 
     def at(self, across: float, before: float) -> Vec2:
-        """World point at a distance to the right of its centre, and a distance before its front; metres."""
+        """World point at a distance to the right of the centre and a distance in front of the front; metres."""
         (a, b), (c, d) = self.right_axis, self.front_axis
         v = before + self.size[1] / 2
         return (self.center[0] + across * a + v * c, self.center[1] + across * b + v * d)
 
     def to_local(self, point: Vec2) -> Vec2:
-        """Distances of a world point to the right of the centre, and before the front; metres."""
+        """Distances of a world point to the right of the centre and in front of the front; metres."""
         (a, b), (c, d) = self.right_axis, self.front_axis
         x, y = point[0] - self.center[0], point[1] - self.center[1]
         return (x * a + y * b, x * c + y * d - self.size[1] / 2)
 
     @property
     def corners(self) -> Corners:
-        """Counter-clockwise."""
+        """The four corners, counter-clockwise."""
         w, d = self.size[0] / 2, self.size[1]
         return (self.at(-w, 0.0), self.at(w, 0.0), self.at(w, -d), self.at(-w, -d))
 
@@ -97,9 +97,10 @@ class SweptArea(Record):
     """Area that a door, flap or drawer passes through, seen from above.
 
     Attributes:
-        outline: convex outline of the swept area. open_outline: of the moving part when open. Counter-clockwise.
+        outline: convex outline of the swept area, counter-clockwise.
+        open_outline: outline of the moving part when open, counter-clockwise.
         bottom, top: heights between which it moves, metres.
-        sweeps_front: whether it is a drawer or a flap, which lies before the fixture when open; False for side hinges.
+        sweeps_front: True for a drawer or a flap, which lies in front of the fixture when open; False for side hinges.
     """
 
     outline: Corners
@@ -113,9 +114,11 @@ class FixtureJoint(Record):
     """A joint of a placed fixture, with the area that it sweeps.
 
     Attributes:
-        name: in its asset. range: rad or m. behind: joint that has to be open before this one can move.
-        grip_point: middle of the grip with every joint at zero, None where there is none.
-        swept_area: None for what stays within the fixture, such as knobs and racks.
+        name: name in its asset.
+        range: lower and upper end, rad or m.
+        behind: joint that has to be open before this one can move.
+        grip_point: middle of the grip with every joint at zero, or None if the joint has no grip.
+        swept_area: None if the part stays within the fixture, such as a knob or a rack.
     """
 
     name: Id
@@ -127,7 +130,7 @@ class FixtureJoint(Record):
 
 
 class FixtureRegion(Record):
-    """Box or cylinder of a fixture where things can be put, joints at zero; `bottom` and `top` are heights, metres."""
+    """Box or cylinder of a fixture that holds objects, joints at zero; `bottom` and `top`: heights, metres."""
 
     name: MixedCaseId
     footprint: Footprint
@@ -138,20 +141,23 @@ class FixtureRegion(Record):
 
 
 class FixtureSite(Record):
-    """Named point of a placed fixture: where a pan or a mug goes, a flame, a button."""
+    """Named point of a placed fixture: the place of a pan or a mug, a flame, a button."""
 
     name: Id
     position: Vec3
 
 
 class Fixture(Record):
-    """Something in the kitchen.
+    """A placed asset of the kitchen.
 
     Attributes:
-        name: of its placement. category: of its asset. unit, run: of the plan, empty where it belongs to none.
-        footprint: without handles. bottom, top: heights above the floor, metres.
+        name: name of its placement.
+        category: category of its asset.
+        unit, run: its unit and run in the plan, or empty if it belongs to none.
+        footprint: without handles.
+        bottom, top: heights above the floor, metres.
         is_movable: whether it can be pushed away.
-        buttons: centres of colliders that are pressed.
+        buttons: centres of the colliders that are pressed.
     """
 
     name: Id
@@ -169,5 +175,5 @@ class Fixture(Record):
     buttons: tuple[FixtureSite, ...] = ()
 
     def joint(self, name: str) -> FixtureJoint | None:
-        """Its joint of that name, if it has one."""
+        """Return the joint of that name, or None if it does not exist."""
         return next((j for j in self.joints if j.name == name), None)

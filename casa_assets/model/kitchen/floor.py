@@ -1,4 +1,4 @@
-"""Floor plan of a finished kitchen: walls, runs, fixtures, aisles, and where a robot parks.
+"""Floor plan of a finished kitchen: walls, runs, fixtures, aisles, and parking places of a robot.
 
 Everything is in the frame of the world (z up, metres).
 """
@@ -47,7 +47,7 @@ __all__ = [
 
 
 class RoomWall(Record):
-    """Inner face of a wall from its left end to its right end, the room to the right of that direction."""
+    """Inner face of a wall from its left end to its right end; the room is to the right of that direction."""
 
     id: Id
     start: Vec2
@@ -59,10 +59,12 @@ class WallOpening(Record):
     """A window, door or passage in a wall of the room.
 
     Attributes:
-        start, end: of the hole on the inner face of the wall, from left to right. bottom, top: heights, metres.
-        clear_width: free width with the door open; of windows the width of the hole; metres.
-        can_open: whether it has joints. swept_area: of a door's leaf.
+        start, end: ends of the hole on the inner face of the wall, from left to right.
+        bottom, top: heights, metres.
+        clear_width: free width with the door open; for windows the width of the hole; metres.
+        can_open: whether it has joints.
         leads_out: whether it leads out of the kitchen, and not into a closet.
+        swept_area: area that a door's leaf sweeps.
     """
 
     id: Id
@@ -82,7 +84,9 @@ class PlacedUnit(Record):
     """A unit of a run on the floor: left and right end along the run, front and height; metres.
 
     Attributes:
-        kind: as the plan has it. has_worktop: whether it carries one. front: distance from the line of the run, metres.
+        kind: kind in the plan.
+        has_worktop: whether it carries a worktop.
+        front: distance from the line of the run, metres.
     """
 
     name: Id
@@ -95,7 +99,7 @@ class PlacedUnit(Record):
 
 
 class RunEnd(StrEnum):
-    """Neighbour at an end of a run: nothing, a wall, or another run round a corner."""
+    """Neighbour at an end of a run: nothing, a wall, or another run around a corner."""
 
     FREE = "free"
     WALL = "wall"
@@ -106,12 +110,16 @@ class PlacedRun(Record):
     """A run of units in the frame of the room.
 
     Attributes:
-        origin: left end of its line. yaw: of a fixture in it, radians. length: of the line, metres.
-        depth_behind, depth_before: how far its worktop reaches behind and before the line. height: of the worktop.
-        at_wall: whether the line is a wall's face. is_island: whether it stands free on all sides.
-        next_run: the run that begins where it ends, round a corner.
-        corner_left, corner_right: lengths that corners take of it, metres.
-        overhang: of the worktop on the seating side, metres.
+        origin: left end of its line.
+        yaw: yaw of the fixtures in it, radians.
+        length: length of the line, metres.
+        depth_behind, depth_before: depth of its worktop behind and in front of the line.
+        height: height of the worktop.
+        at_wall: whether the line is on the face of a wall.
+        is_island: whether it is free on all sides.
+        next_run: the run that begins at its end, around a corner.
+        corner_left, corner_right: lengths that the corners take up, metres.
+        overhang: overhang of the worktop on the seating side, metres.
     """
 
     id: Id
@@ -132,19 +140,19 @@ class PlacedRun(Record):
     units: tuple[PlacedUnit, ...] = ()
 
     def at(self, along: float, before: float) -> Vec2:
-        """World point at a distance along the line, and a distance before it; metres."""
+        """World point at a distance along the line and a distance in front of it; metres."""
         c, s = math.cos(self.yaw), math.sin(self.yaw)
         return (self.origin[0] + along * c + before * s, self.origin[1] + along * s - before * c)
 
     def to_local(self, point: Vec2) -> Vec2:
-        """Distances of a world point along the line, and before it; metres."""
+        """Distances of a world point along the line and in front of it; metres."""
         c, s = math.cos(self.yaw), math.sin(self.yaw)
         x, y = point[0] - self.origin[0], point[1] - self.origin[1]
         return (x * c + y * s, x * s - y * c)
 
     @property
     def span(self) -> Vec2:
-        """First and last position along the line that units take up, corners included; metres."""
+        """First and last position along the line that is taken up by units, including corners; metres."""
         first = 0.0 if self.left_end is not RunEnd.FREE or not self.units else self.units[0].left
         last = self.length if self.right_end is not RunEnd.FREE or not self.units else self.units[-1].right
         return first, last
@@ -164,14 +172,14 @@ class PlacedRun(Record):
 
 
 class AisleKind(StrEnum):
-    """Between two fronts at which people work, or for people to pass."""
+    """Purpose of an aisle: between two fronts where people work, or for people to walk through."""
 
     WORK = "work"
     WALK = "walk"
 
 
 class Aisle(Record):
-    """A passage and its least width, metres; `first` and `second`: ids of the runs or walls that bound it."""
+    """A passage and its minimum width, metres; `first` and `second`: ids of the runs or walls that bound it."""
 
     kind: AisleKind
     first: str
@@ -181,7 +189,7 @@ class Aisle(Record):
 
 
 class ParkingSide(StrEnum):
-    """Side of a fixture that a robot stands at, as seen by who looks at the fixture's front."""
+    """Side of a fixture at which a robot is parked, as seen by a person who looks at the fixture's front."""
 
     FRONT = "front"
     LEFT = "left"
@@ -190,12 +198,15 @@ class ParkingSide(StrEnum):
 
 
 class ParkingPlace(Record):
-    """Position of a robot's base that works at a fixture.
+    """Position of the base of a robot that works at a fixture.
 
     Attributes:
-        fixture: its name. open_joint: joint of the door or drawer that is open meanwhile, empty where all is closed.
-        position: centre of the base. yaw: direction in which the robot looks, radians to the left of the x axis.
-        side: before the fixture, or beside or behind the open door. offset: to the right of the fixture's centre, m.
+        fixture: name of the fixture.
+        open_joint: joint of the door or drawer that is open meanwhile; empty if everything is closed.
+        position: centre of the base.
+        yaw: direction in which the robot looks, radians to the left of the x axis.
+        side: in front of the fixture, or next to or behind the open door.
+        offset: distance to the right of the fixture's centre, m.
     """
 
     fixture: Id
@@ -210,10 +221,13 @@ class KitchenFacts(Record):
     """Floor plan of one finished kitchen.
 
     Attributes:
-        id: of the scene. plan: of the plan. compact: whether the plan says that it is a small one.
+        id: id of the scene.
+        plan: id of the plan.
+        compact: whether the plan says that it is a small kitchen.
         all_tasks: whether the plan says that it is for all 25 atomic tasks of RoboCasa v0.2.
-        outline: of the room, clockwise. height: of the room.
-        fixtures: all that was placed, in the order of the scene.
+        outline: outline of the room, clockwise.
+        height: height of the room.
+        fixtures: all placed assets, in the order of the scene.
     """
 
     id: SceneId
@@ -233,5 +247,5 @@ class KitchenFacts(Record):
         return tuple(f for f in self.fixtures if f.role in roles)
 
     def run(self, name: str) -> PlacedRun | None:
-        """The run of that id, if there is one."""
+        """Return the run of that id, or None if it does not exist."""
         return next((r for r in self.runs if r.id == name), None)

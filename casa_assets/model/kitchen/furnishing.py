@@ -1,4 +1,4 @@
-"""Furnishings of a plan besides its units: on worktops, at walls, under the ceiling, on the floor."""
+"""Furnishings of a plan in addition to its units: on worktops, at walls, under the ceiling, on the floor."""
 
 from __future__ import annotations
 
@@ -14,13 +14,15 @@ MOST_SEATS = 6  # at one run
 
 
 class WorktopItem(Record):
-    """Something that stands on a worktop or shelf.
+    """An item on a worktop or shelf.
 
     Attributes:
-        id: role of the styles, such as `coffee_machine`; any name where `model` is given.
-        on: id of the unit below. at: position along the unit, 0 left to 1 right.
-        back: gap between it and the wall, metres. turn_deg: yaw, counter-clockwise from above.
-        model: as a style names it, such as `library:<id>`; None: the style's for the role.
+        id: role of the styles, such as `coffee_machine`; any name if `model` is given.
+        on: id of the unit below.
+        at: position along the unit, from 0 (left) to 1 (right).
+        back: gap between the item and the wall, metres.
+        turn_deg: yaw, counter-clockwise from above.
+        model: model in the notation of the styles, such as `library:<id>`; None: the style's model for the role.
     """
 
     id: Id
@@ -32,21 +34,23 @@ class WorktopItem(Record):
 
 
 class SeatRow(Record):
-    """Stools along the side of an island or peninsula that is turned away from the cook."""
+    """Stools along the side of an island or peninsula that faces away from the cook."""
 
     run: Id
     count: Annotated[int, Field(ge=1, le=MOST_SEATS)]
 
 
 class DiningTable(Record):
-    """A table to eat at, with chairs round it: the style's, as long as its chairs need.
+    """A dining table with chairs around it: the style's model, as long as its chairs need.
 
     Attributes:
         id: unique.
-        wall: from which its place is measured. at: distance of its middle from the wall's left end. from_wall: distance
-            of its middle from the wall. Metres.
-        chairs: how many stand at it, along its long sides, the odd one at its left end; evenly round a round one.
-        turn_deg: yaw, counter-clockwise from above; at 0 its long sides run along the wall.
+        wall: wall from which the position is measured.
+        at: distance of the table's middle from the wall's left end, metres.
+        from_wall: distance of the table's middle from the wall, metres.
+        chairs: number of chairs, placed along the long sides, with an odd one at the left end; evenly spaced around a
+            round table.
+        turn_deg: yaw, counter-clockwise from above; at 0 the long sides are parallel to the wall.
     """
 
     id: Id
@@ -58,12 +62,16 @@ class DiningTable(Record):
 
 
 class WallItem(Record):
-    """Something on a wall.
+    """An item on a wall.
 
     Attributes:
-        id: unique. item: role of the styles. wall: id.
-        at: distance of its centre from the wall's left end, metres; or over: the unit it is centred on.
-        height: of its centre above the floor, metres. shift: to the right, metres.
+        id: unique.
+        item: role of the styles.
+        wall: id of the wall.
+        at: distance of its centre from the wall's left end, metres.
+        over: unit that it is centred on, instead of `at`.
+        height: height of its centre above the floor, metres.
+        shift: offset to the right, metres.
     """
 
     id: Id
@@ -85,7 +93,8 @@ class CeilingLamps(Record):
     """Lamps under the ceiling.
 
     Attributes:
-        item: role of the styles. over: run or table along which they hang; None: over the free floor.
+        item: role of the styles.
+        over: run or table along which they hang; None: over the free floor.
     """
 
     item: Id
@@ -94,7 +103,7 @@ class CeilingLamps(Record):
 
 
 class FloorItem(Record):
-    """Something on the floor, its centre `from_wall` metres from a wall and `at` metres from the wall's left end."""
+    """An item on the floor, its centre `from_wall` metres from a wall and `at` metres from the wall's left end."""
 
     id: Id
     item: Id

@@ -14,11 +14,12 @@ from casa_assets.model.record import Id, Record
 
 
 class Arrangement(StrEnum):
-    """How the objects of a group stand to each other.
+    """How the objects of a group are placed relative to each other.
 
-    STACK: alike, one on top of the other. ROW: side by side, facing the same way. LENGTHWISE: side by side, their
-    longest sides from front to back. LOOSE: side by side, each turned by chance. HEAP: in the first, which is a vessel.
-    HANDLE_FRONT: one alone, its handle to the front, as a pan on a hob. ON_EDGE: in slots of the first, a dish rack.
+    STACK: identical objects, one on top of the other. ROW: side by side, facing the same way. LENGTHWISE: side by side,
+    longest side from front to back. LOOSE: side by side, each with a random yaw. HEAP: inside the first object, which
+    is a vessel. HANDLE_FRONT: a single object with its handle to the front, such as a pan on a hob. ON_EDGE: in the
+    slots of the first object, such as a dish rack.
     """
 
     STACK = "stack"
@@ -31,18 +32,19 @@ class Arrangement(StrEnum):
 
 
 class SpaceKind(Record):
-    """Which regions of which things in a kitchen are a kind of space.
+    """A kind of space for objects: which regions of which assets are of this kind, and how they are filled.
 
     Attributes:
-        assets: globs of the categories of assets, such as `wall_cabinet`.
-        regions: globs of names of their regions, or of sites, on which one thing stands.
-        from_m, to_m: bounds of the height of its floor above that of the room, metres.
-        min_size_m: least width, depth and height, metres; less is no such space.
-        gap_m: between groups, and between them and what else stands there.
-        is_open: whether people see it as a worktop, on which anything may stand beside anything; what is closed has one
-            theme. from_back: whether it is filled from the back, as worktops are, or from the front.
-        together: how many times as readily something comes where there is something of its theme already.
-        reach_m: how far behind its front edge things stand at most.
+        assets: globs of asset categories, such as `wall_cabinet`.
+        regions: globs of names of regions of these assets, or of sites that hold a single object.
+        from_m, to_m: minimum and maximum height of the region's floor above the floor of the room, metres.
+        min_size_m: minimum width, depth and height, metres; smaller regions are not of this kind.
+        gap_m: distance between groups, and between a group and other objects in the space, metres.
+        is_open: whether people see it as a worktop, where objects of any theme may be next to each other; any other
+            space holds objects of one theme only.
+        from_back: whether it is filled from the back, as worktops are, or from the front.
+        together: factor by which a space is more likely to be chosen if it already holds objects of the same theme.
+        reach_m: maximum distance behind the front edge at which objects are placed, metres.
     """
 
     assets: Annotated[tuple[str, ...], Field(min_length=1)]
@@ -57,7 +59,7 @@ class SpaceKind(Record):
     reach_m: Positive = 1.0
 
     def holds(self, category: str, region: str, floor: float) -> bool:
-        """True if the region of that name of an asset of that category, with its floor at that height, is one."""
+        """True if a region is of this kind, given its asset's category, its name and the height of its floor (m)."""
         return (
             any(fnmatchcase(category, glob) for glob in self.assets)
             and any(fnmatchcase(region, glob) for glob in self.regions)
@@ -70,12 +72,15 @@ class Habit(Record):
 
     Attributes:
         about: one sentence.
-        objects: category -> how likely it is; the weights need not sum to one.
-        spaces: kind of space -> how likely it is.
-        vessel: categories of what the objects lie or stand in (HEAP, ON_EDGE) -> how likely.
-        arrangement: how they stand to each other. count: fewest and most objects of a group, a vessel not counted.
-        alike: whether all of a group are the same member. most: groups in a kitchen. weight: how likely a group is.
-        theme: what shares a closed space with it; a shelf has one theme.
+        objects: category -> relative probability; the weights need not sum to one.
+        spaces: kind of space -> relative probability.
+        vessel: category of the vessel that holds the objects (HEAP, ON_EDGE) -> relative probability.
+        arrangement: how the objects are placed relative to each other.
+        count: minimum and maximum number of objects in a group, not counting the vessel.
+        alike: whether all objects of a group are the same member of a category.
+        most: maximum number of groups in a kitchen.
+        weight: relative probability of the group.
+        theme: groups of the same theme may share a closed space; a shelf has one theme.
     """
 
     about: str
@@ -101,7 +106,7 @@ class Habit(Record):
 
     @property
     def fewest(self) -> int:
-        """Fewest objects of a group, its vessel counted."""
+        """Minimum number of objects in a group, including its vessel."""
         return self.count[0] + bool(self.vessel)
 
 
@@ -125,6 +130,6 @@ class Habits(Record):
         return self.kept_in(self.spaces)
 
     def kept_in(self, kinds: Collection[str]) -> tuple[str, ...]:
-        """Categories of what people keep in a space of these kinds, sorted."""
+        """Sorted categories of the objects that people keep in spaces of these kinds."""
         habits = [habit for habit in self.habits.values() if not habit.spaces.keys().isdisjoint(kinds)]
         return tuple(sorted({category for habit in habits for category in (*habit.objects, *habit.vessel)}))

@@ -6,7 +6,7 @@ from enum import StrEnum
 
 
 class JointWord(StrEnum):
-    """What a joint moves, as a hand takes it."""
+    """Kind of part that a joint moves, as a hand uses it."""
 
     DOORS = "doors"
     DRAWERS = "drawers"

@@ -13,13 +13,16 @@ Count = Annotated[int, Field(ge=1, le=4)]
 
 
 class Harmony(Record):
-    """Which finishes of the four surfaces go together.
+    """Rules for finishes of the four surfaces that may be combined.
 
     Attributes:
-        patterned, wooden: kinds of textures. most_patterned, most_wooden: how many surfaces may be so.
-        dark_below: mean lightness in Oklab below which a finish is dark. most_dark: how many surfaces may be.
-        strong_from: mean chroma in Oklab from which a colour is strong. earth_hues_deg: lower and upper hue, in degrees
-            of Oklab, of colours that count as neutral all the same. most_hue_deg: between two strong colours.
+        patterned, wooden: kinds of textures that count as patterned or wooden.
+        most_patterned, most_wooden: maximum number of surfaces with such a texture.
+        dark_below: mean lightness in Oklab below which a finish is dark.
+        most_dark: maximum number of dark surfaces.
+        strong_from: mean chroma in Oklab from which a colour is strong.
+        earth_hues_deg: lower and upper Oklab hue, degrees, of strong colours that count as neutral nevertheless.
+        most_hue_deg: maximum difference in hue between two strong colours, degrees.
     """
 
     patterned: tuple[Id, ...]
@@ -34,12 +37,12 @@ class Harmony(Record):
 
 
 class Mixing(Record):
-    """Rules by which a kitchen is drawn.
+    """Rules for drawing a kitchen at random.
 
     Attributes:
-        own_share: chance that a part is that of the kitchen's own style, before one of all styles is drawn.
+        own_share: probability that a part is taken from the kitchen's own style; otherwise one of all styles is drawn.
         suites: name -> roles of styles that are drawn together.
-        finishes: which finishes go together.
+        finishes: which finishes may be combined.
     """
 
     own_share: Annotated[float, Field(ge=0, le=1)]

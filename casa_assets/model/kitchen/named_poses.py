@@ -13,13 +13,13 @@ from casa_assets.model.pose import Pose
 def own_pose(place: Placement, name: str) -> str:
     """Named pose that the asset of a placement has in a named pose of the scene.
 
-    An object stays closed where the kitchen is open: the lids of jars in a cupboard stay on.
+    An object stays closed in the open pose of the kitchen: lids of jars in a cupboard stay on.
     """
     return CLOSED_POSE if place.resting is not None and name == OPEN_POSE else name
 
 
 def key_positions(place: Placement, asset: Asset) -> dict[str, dict[str, float]]:
-    """Name of each pose of a scene -> positions of the joints of a placement, rad or m; others stand at zero."""
+    """Name of each scene pose -> joint positions of a placement, rad or m; joints that are not named are at zero."""
     keyframes = {key.name: joint_positions(key.joints) for key in asset.keyframes}
     closed = keyframes.get(CLOSED_POSE, {})
     return {
@@ -32,10 +32,11 @@ def key_positions(place: Placement, asset: Asset) -> dict[str, dict[str, float]]
 def carried_pose(
     place: Placement, placements: Mapping[str, Placement], assets: Mapping[str, Asset], name: str
 ) -> Pose | None:
-    """world_from_asset of an object in a named pose; None where it stands as the scene begins.
+    """Return world_from_asset of an object in a named pose, or None if it is in its start pose.
 
     Args:
-        place: of the object; what rests in nothing stays. placements, assets: of the scene, by name of placement.
+        place: placement of the object; one without a support stays in place.
+        placements, assets: of the scene, by name of the placement.
     """
     rest = place.resting
     if rest is None:

@@ -1,4 +1,4 @@
-"""A floor plan as a designer writes it: walls, openings, rows of units, and what stands where. No coordinates.
+"""A floor plan as a designer writes it: walls, openings, rows of units and furnishings. No coordinates.
 
 Lengths are metres, or the name of a parameter of the plan. Walls follow each other clockwise as seen from above,
 beginning at the back left corner, which is the origin of the room (x right, y back, z up). `left` and `right` of a wall
@@ -67,12 +67,13 @@ class Parameter(Record):
 
 
 class Wall(Record):
-    """A side of the room. An `open` one is drawn only where a closed room is asked for.
+    """A side of the room. An `open` wall is only drawn if a closed room is requested.
 
     Attributes:
-        heading: direction from its left to its right end, seen from above: a word, or, of a wall that stands aslant,
-            degrees clockwise from `right`; 45 lies between `right` and `front`.
-        length: metres. One wall across the room and one along it may have None: they are as long as closes the outline.
+        heading: direction from its left to its right end, seen from above: a word, or, for an oblique wall, degrees
+            clockwise from `right`; 45 is between `right` and `front`.
+        length: metres. One wall across the room and one along it may have None: they get the length that closes the
+            outline.
     """
 
     id: Id
@@ -83,7 +84,7 @@ class Wall(Record):
     @field_validator("heading")
     @classmethod
     def _in_words(cls, value: Heading | float) -> Heading | float:
-        """A quarter turn has a name."""
+        """Replace the degrees of a quarter turn by its word."""
         return next((word for word, degrees in _DEGREES.items() if degrees == value), value)
 
     @property
@@ -97,7 +98,7 @@ WINDOW_SILL_M = 1.12
 
 
 class OpeningKind(StrEnum):
-    """Kind of an opening in a wall: window, door, passage, or a niche, which has a back of its own."""
+    """Kind of an opening in a wall: window, door, passage, or a niche, which is closed at the back."""
 
     WINDOW = "window"
     DOOR = "door"
@@ -109,14 +110,14 @@ class PlanOpening(Record):
     """A window, a door, a passage without a leaf, or a niche: a recess for a refrigerator, a seat or a shelf.
 
     Attributes:
-        wall: id of the wall that it is in; of a window also that of a niche before it, in whose back it is.
+        wall: id of its wall; a window in the back of a niche names the wall of the niche.
         at, over: either the distance of its centre from the wall's left end, or the unit that it is centred on.
-        width, height: of the hole; a niche over a unit is as wide as that where its width is not stated.
-        sill: height of its lower edge; doors, passages, and niches that state none begin
-            at the floor. All metres.
+        width, height: size of the hole; a niche over a unit is as wide as the unit if its width is not stated.
+        sill: height of its lower edge; doors and passages, and niches that do not state it, begin at the floor. All
+            metres.
         hinge: side of a door's hinges.
-        depth: of a niche, from the face of the wall, metres.
-        closet: small room that a door or a passage leads to; None: it leads out.
+        depth: depth of a niche, from the face of the wall, metres.
+        closet: small room that a door or a passage leads to; None: it leads outside.
     """
 
     id: Id
@@ -151,7 +152,10 @@ class PlanOpening(Record):
 
 
 class IslandSide(StrEnum):
-    """Side of a run that an island stands at: where one works at it, or, of another island, the one behind that."""
+    """Side of a run at which an island is placed.
+
+    The working side, or, for a run that is itself an island, the side behind it.
+    """
 
     FRONT = "front"
     BACK = "back"
@@ -161,9 +165,11 @@ class IslandPosition(Record):
     """Position of an island: in front of a run, or behind another island; turned to it.
 
     Attributes:
-        run: id of the run that it faces. side: of that run. aisle: from worktop to worktop, metres.
+        run: id of the run that it faces.
+        side: side of that run.
+        aisle: distance from worktop to worktop, metres.
         in_front_of: unit of that run that it is centred on; None: the middle of the run.
-        shift: of its centre to the right, for a person in front of the run, metres.
+        shift: offset of its centre to the right, for a person in front of the run, metres.
     """
 
     run: Id
@@ -184,13 +190,13 @@ class Run(Record):
     """A row of units.
 
     Attributes:
-        on, faces, joins: exactly one of: the wall that it stands at, the position of an island, the position of a
-            peninsula.
+        on, faces, joins: exactly one of: the wall of the run, the position of an island, the position of a peninsula.
         start, end: distances of its ends from those of the wall, metres.
-        length: of an island or peninsula; None: the sum of the usual widths of its units. Of a run at a wall: replaces
-            what `start` and `end` leave, measured from its corner if it has one at one end, else from its left end.
+        length: length of an island or peninsula; None: the sum of the usual widths of its units. For a run at a wall it
+            replaces the length that `start` and `end` leave, measured from its corner if it has one at one end, else
+            from its left end.
         base, upper: units from left to right.
-        overhang: of the worktop behind the run, for seats, metres; 0 at a wall.
+        overhang: overhang of the worktop behind the run, for seats, metres; 0 at a wall.
     """
 
     id: Id
@@ -226,8 +232,8 @@ class Run(Record):
 class CornerKind(StrEnum):
     """Kind of corner between two runs.
 
-    BLIND: one cabinet reaches into the corner and has its door beside it. DIAGONAL: one cabinet has its front across
-    the corner. DEAD: the corner holds no cabinet and stays closed.
+    BLIND: one cabinet reaches into the corner, and its door is next to the corner. DIAGONAL: one cabinet has its front
+    across the corner. DEAD: the corner holds no cabinet and stays closed.
     """
 
     BLIND = "blind"
@@ -240,7 +246,8 @@ class RunCorner(Record):
 
     Attributes:
         runs: the two runs, clockwise seen from above.
-        base: kind of the base units. upper: of the wall units, or None where one of the runs has none there.
+        base: kind of the base units.
+        upper: kind of the wall units, or None if one of the runs has no wall units there.
         owner: run whose cabinet fills the corner; None: the first.
     """
 
@@ -254,10 +261,11 @@ class Plan(Record):
     """A floor plan.
 
     Attributes:
-        id, title: name, and what a person calls it.
+        id: name of the plan.
+        title: name for people.
         parameters: lengths that may vary.
-        height: of the room, metres; of one with slopes where its ceiling is level.
-        worktop_items, seats, tables, wall_items, lamps, floor_items: furnishings besides the units.
+        height: height of the room, metres; for a room with slopes, the height where its ceiling is level.
+        worktop_items, seats, tables, wall_items, lamps, floor_items: furnishings in addition to the units.
         compact: whether it is a small kitchen, in which aisles may be 0.914 m wide, as walkways are.
         all_tasks: whether each of the 25 atomic tasks of RoboCasa v0.2 has to find what it needs (check TSK001).
     """

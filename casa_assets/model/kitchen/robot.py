@@ -1,4 +1,4 @@
-"""What a robot is made of, and what it can reach in a kitchen."""
+"""Records of robots, and of the joints that they can reach in a kitchen."""
 
 from __future__ import annotations
 
@@ -16,8 +16,9 @@ class RobotPart(Record):
     """One MJCF file of a robot, such as its base, its arm or its gripper.
 
     Attributes:
-        name: put before the names of all that the file holds, with an underscore.
-        file: path in the folder of robot models. onto: body of an earlier part that carries it; empty for the first.
+        name: prefix, followed by an underscore, of all names in the file.
+        file: path in the folder of robot models.
+        onto: body of an earlier part that carries it; empty for the first part.
     """
 
     name: str
@@ -26,12 +27,13 @@ class RobotPart(Record):
 
 
 class Hand(Record):
-    """How fingers are held, and where a thing is between them.
+    """Finger positions of a hand, and the position of an object between the fingers.
 
     Attributes:
         fingers: joint -> angle or position, radians or metres.
-        point: middle of what is held, or the tip that presses, in the frame of the hand's body.
-        approach: direction in which the hand moves towards a thing. closing: direction in which its fingers close.
+        point: middle of the held object, or the tip that presses, in the frame of the hand's body.
+        approach: direction in which the hand moves towards an object.
+        closing: direction in which the fingers close.
     """
 
     fingers: dict[str, float] = Field(default_factory=dict)
@@ -44,11 +46,13 @@ class Arm(Record):
     """An arm with its hand.
 
     Attributes:
-        body: of the hand, in whose frame its points are. touching: bodies and meshes that may touch what is held.
-        opening: widest thing that goes between the fingers, m.
-        grasp: open, for handles, knobs and levers. press: for keys.
-        closed: joint -> where a finger is once nothing is left between it and its opposite, so that a hand comes to a
-            thin handle with its fingers half closed; empty for a hand that always comes with them open.
+        body: body of the hand, in whose frame the points of the hand are given.
+        touching: bodies and meshes that may touch the held object.
+        opening: width of the widest object that fits between the fingers, m.
+        grasp: hand when open, for handles, knobs and levers.
+        press: hand for pressing keys.
+        closed: joint -> position of a finger when it meets the opposite one, so that a hand can approach a thin handle
+            with its fingers half closed; empty for a hand that always approaches with open fingers.
     """
 
     name: str
@@ -61,13 +65,14 @@ class Arm(Record):
 
 
 class Legs(Record):
-    """Legs that bend and stretch together: the trunk stays level and rises or sinks over feet that stay where they are.
+    """Legs that bend and stretch together: the trunk stays level and moves up or down while the feet stay in place.
 
-    A thigh leans as far one way as the shank below it leans the other; both count as equally long.
+    A thigh leans as far in one direction as the shank below it leans in the other; both are taken to be equally long.
 
     Attributes:
-        angles: joint -> its angle where nothing leans, and by how much it turns for each radian of lean.
-        length: of a thigh and a shank together, m. lean: least and most, rad.
+        angles: joint -> its angle when nothing leans, and its change per radian of lean.
+        length: length of a thigh plus a shank, m.
+        lean: minimum and maximum, rad.
     """
 
     angles: dict[str, Vec2]
@@ -76,16 +81,20 @@ class Legs(Record):
 
 
 class Robot(Record):
-    """A robot that stands on the floor.
+    """A robot whose base is on the floor.
 
     Attributes:
-        id: its name in robosuite. shape: in words.
-        parts: its files, from the base outwards. arms: that it works with.
-        centre: of its base in the frame of the first part, which is put on a parking place; x ahead, y to the left.
-        drives: whether the base can go along with a door that is being opened.
-        home: joint -> where it is at rest; these are the joints that move. fixed: joint -> where it stays; the others
-            stay at zero. legs: how they bend; its home then names `trunk`, the height of the trunk, m, below that
-            over legs with least lean. None where nothing bends.
+        id: its name in robosuite.
+        shape: description in words.
+        parts: its files, from the base outwards.
+        arms: arms that it works with.
+        centre: centre of its base in the frame of the first part, which is placed on a parking place; x ahead, y to the
+            left.
+        drives: whether the base can move along with a door that is being opened.
+        home: joint -> position at rest; these are the joints that move.
+        fixed: joint -> position at which it stays; all other joints stay at zero.
+        legs: how the legs bend, or None if the robot has no legs that bend. With legs, `home` also names `trunk`: the
+            distance (m) of the trunk below its height at minimum lean.
     """
 
     id: str
@@ -100,7 +109,7 @@ class Robot(Record):
 
 
 class Following(StrEnum):
-    """How a robot goes along with what it opens."""
+    """How the base of a robot behaves while the hand opens a joint."""
 
     STANDING = "standing"
     DRIVING = "driving"
@@ -108,7 +117,7 @@ class Following(StrEnum):
 
 
 class Miss(StrEnum):
-    """Why a hand does not get to something."""
+    """Why a hand does not reach something."""
 
     FAR = "out of reach"
     BLOCKED = "in the way"
@@ -116,19 +125,22 @@ class Miss(StrEnum):
 
 
 class JointReach(Record):
-    """What a robot can do at one joint of a kitchen.
+    """Result for one robot at one joint of a kitchen.
 
     Attributes:
-        fixture, joint: of the scene; the joint by its name in the MJCF.
-        reached: its hand gets to the handle, knob, key or lever, and nothing else of the robot touches anything.
-        followed: whether the hand stays on it along the whole opening, the base standing or driving along.
-        share: of the opening that the hand followed, 0 to 1.
-        margin: smallest distance of any hinge of the robot to an end of its range, along all that was reached and
-            followed, as a share of half the range: 0 at an end, 1 where all are in their middle.
-        arm: that did it; empty where none reached. base: where the base stood when the hand got there: x, y of its
-            centre and its direction, m and radians.
-        missed: why it is not reached; None where it is. Out of reach: no posture was found even where the robot may
-            pass through all else. In the way: one was found then. Too thick: it does not go between the fingers.
+        fixture: fixture of the scene.
+        joint: name of the joint in the MJCF.
+        reached: the hand gets to the handle, knob, key or lever, and nothing else of the robot touches anything.
+        followed: whether the hand keeps hold of it during the whole opening, with the base standing still or driving
+            along.
+        share: share of the opening that the hand followed, 0 to 1.
+        margin: smallest distance of any hinge of the robot from an end of its range, over everything that was reached
+            and followed, as a share of half the range: 0 at an end, 1 if all hinges are in the middle of their ranges.
+        arm: arm that reached it; empty if no arm did.
+        base: pose of the base when the hand got there: x, y of its centre (m) and its direction (rad).
+        missed: why it is not reached, or None if it is. Out of reach: no posture was found even if the robot may pass
+            through everything else. In the way: a posture was found only then. Too thick: it does not fit between the
+            fingers.
     """
 
     fixture: str
@@ -143,7 +155,7 @@ class JointReach(Record):
 
 
 class RobotCertificate(Record):
-    """What one robot can do in one kitchen."""
+    """Result for one robot in one kitchen: each joint that was tried."""
 
     robot: str
     shape: str
@@ -162,19 +174,20 @@ class RobotCertificate(Record):
 
     @property
     def margin(self) -> float | None:
-        """Median of the margins of the joints that it reaches; None where it reaches none."""
+        """Median margin of the joints that it reaches, or None if it reaches no joint."""
         found = [j.margin for j in self.joints if j.margin is not None]
         return round(median(found), 3) if found else None
 
 
 class SceneRobots(Record):
-    """What robots can do in one kitchen.
+    """Results of all robots in one kitchen.
 
     Attributes:
-        key: of all that it was made from. scene_key: of the files of the scene that it was found on.
-        without_parking: joints of fixtures that a scene has no parking place for, such as switches and windows; no
-            robot is tried on them.
-        only: globs of the joints that were tried; empty where all were.
+        key: digest of everything that it was made from.
+        scene_key: digest of the files of the scene that was used.
+        without_parking: joints of fixtures for which the scene has no parking place, such as switches and windows; they
+            are not tried with any robot.
+        only: globs of the joints that were tried; empty if all were.
     """
 
     format: Literal[1] = 1

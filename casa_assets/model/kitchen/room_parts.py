@@ -1,4 +1,4 @@
-"""Parts of a room besides its walls: columns, slopes of the ceiling, and closets behind doors."""
+"""Parts of a room in addition to its walls: columns, slopes of the ceiling, and closets behind doors."""
 
 from __future__ import annotations
 
@@ -22,9 +22,10 @@ class Column(Record):
     """A column from floor to ceiling, at a wall or free in the room; units and tables keep clear of it.
 
     Attributes:
-        wall: from which its place is measured. at: distance of its middle from the wall's left end. from_wall: gap
-            between the wall and the column; 0: it stands at the wall. Metres.
-        width, depth: along the wall and away from it, metres; a round one has its width as diameter.
+        wall: wall from which its position is measured.
+        at: distance of its middle from the wall's left end, metres.
+        from_wall: gap between the wall and the column, metres; 0: it touches the wall.
+        width, depth: size along the wall and away from it, metres; the diameter of a round column is its width.
     """
 
     id: Id
@@ -37,11 +38,12 @@ class Column(Record):
 
 
 class Slope(Record):
-    """A slope of the ceiling, as under a roof: it rises from a wall to the room's height.
+    """A slope of the ceiling, as under a roof: it rises from a wall to the height of the room.
 
     Attributes:
-        wall: that it begins at, which is as high as `knee`.
-        knee: height of the lower edge, metres. pitch_deg: angle with the floor.
+        wall: wall at which it begins, whose height is `knee`.
+        knee: height of the lower edge, metres.
+        pitch_deg: angle to the floor.
     """
 
     wall: Id

@@ -1,4 +1,4 @@
-"""A resolved scene: assets and where they stand. Nothing is left to look up, draw or default."""
+"""A resolved scene: assets and their placements. Nothing is left to look up, to draw at random or to default."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Layer(StrEnum):
 
 
 class Resting(Record):
-    """What an object rests in or on: a link of another placement, and the name of the region or site there."""
+    """The support of an object: a link of another placement, and the name of the region or site there."""
 
     placement: Id
     link: Id
@@ -49,8 +49,8 @@ class Placement(Record):
         asset: id in Scene.assets.
         pose: world_from_asset.
         joints: starting positions, rad or m; joints that are not named start at zero.
-        layer: what it belongs to.
-        resting: of an object that was put into the kitchen, what holds it: it goes along with a drawer that opens.
+        layer: group that it belongs to.
+        resting: support of an object that was put into the kitchen; the object moves along if its drawer opens.
     """
 
     name: Id
@@ -70,7 +70,7 @@ class Camera(Record):
 
 
 class LightKind(StrEnum):
-    """From everywhere along one direction (the sun), from a point to all sides (a bulb), or from a point in a cone."""
+    """Along one direction from everywhere (the sun), from a point to all sides (a bulb), or from a point in a cone."""
 
     DIRECTIONAL = "directional"
     POINT = "point"
@@ -81,11 +81,12 @@ class Light(Record):
     """A light at `position` shining along `direction`, world frame, metres.
 
     Attributes:
-        direction: need not have length one; a point shines to all sides all the same.
-        color: linear RGB, >= 0: how bright a white surface that faces it looks, before attenuation; 1 is white.
-        castshadow: whether what it does not reach is darker.
-        attenuation: (a, b, c): at d metres it is 1 / (a + b d + c d^2) as bright. Not of directional ones.
-        radius: of the bulb, metres: the larger, the softer the shadows.
+        direction: need not have length one; a point light shines to all sides regardless.
+        color: linear RGB, >= 0: brightness of a white surface that faces the light, before attenuation; 1 is white.
+        castshadow: whether it casts shadows.
+        attenuation: (a, b, c): brightness is multiplied by 1 / (a + b d + c d^2) at d metres. Not for directional
+            lights.
+        radius: radius of the bulb, metres: the larger, the softer the shadows.
         cone_deg: angle between the axis of a spot and the edge of its light, degrees.
         softness: 0..1, how early a spot fades towards that edge.
     """
@@ -137,14 +138,16 @@ class Scene(Record):
     """Everything in a room. World frame: z up, metres.
 
     Attributes:
-        id: legal name.
+        id: valid scene name.
         assets: each asset once, however often it is placed.
-        placements, cameras, lights: what stands where.
-        ambient: linear RGB, >= 0, of light that comes evenly from all sides; 1 makes a white surface white by itself.
-        sky: None where nothing is seen beyond the room.
+        placements: copies of the assets, each with its pose.
+        cameras: cameras in the room.
+        lights: lights in the room.
+        ambient: linear RGB, >= 0, of light that comes evenly from all sides; 1 alone makes a white surface white.
+        sky: None if nothing is visible beyond the room.
         gravity: m/s^2.
-        exclusions: pairs of links of two placements, or of one, that never collide with each other, besides those that
-            an asset excludes by itself.
+        exclusions: pairs of links, of two placements or of one, that never collide with each other, in addition to
+            those that an asset itself excludes.
     """
 
     id: SceneId
@@ -159,7 +162,7 @@ class Scene(Record):
 
     @property
     def objects(self) -> tuple[Placement, ...]:
-        """What was put into the kitchen and is no part of its plan and style: plates, food, tools."""
+        """Objects that were put into the kitchen and are not part of its plan and style: plates, food, tools."""
         return tuple(place for place in self.placements if place.resting is not None)
 
     @property
@@ -191,10 +194,11 @@ class Scene(Record):
 
 
 class LightScene(Record):
-    """A scene with the light form of each of its assets: boxes, cylinders and spheres that stand for its colliders.
+    """A scene with the light form of each of its assets: boxes, cylinders and spheres that replace its colliders.
 
     Attributes:
-        scene: the full one. light_assets: light forms of its assets, in the same order, under the same ids.
+        scene: the full scene.
+        light_assets: light forms of its assets, in the same order, under the same ids.
     """
 
     scene: Scene
@@ -202,12 +206,12 @@ class LightScene(Record):
 
     @staticmethod
     def part_name(collider: str, number: int) -> str:
-        """Name of a further primitive that stands for a collider, counted from 1."""
+        """Name of an additional primitive that represents a collider, counted from 1."""
         return f"{collider}{_PART}{number}"
 
     @staticmethod
     def collider_of(name: str) -> str:
-        """Name of the collider that a primitive of a light form stands for."""
+        """Name of the collider that a primitive of a light form represents."""
         head, sign, tail = name.rpartition(_PART)
         return head if sign and tail.isdigit() else name
 

@@ -1,4 +1,4 @@
-"""States of a kitchen at rest from which episodes begin: where every joint and every loose thing is, and the robot."""
+"""States of a kitchen at rest from which episodes begin: poses of all joints and loose objects, and of the robot."""
 
 from __future__ import annotations
 
@@ -21,7 +21,9 @@ class StateJoint(Record):
     """A joint of the kitchen.
 
     Attributes:
-        name: in scene.xml. address: of its first number in a row. width: how many it has: 1, or 7 where it is free.
+        name: name in scene.xml.
+        address: index of its first number in a row.
+        width: count of its numbers: 1, or 7 for a free joint.
     """
 
     name: str
@@ -30,11 +32,12 @@ class StateJoint(Record):
 
 
 class StateNotes(Record):
-    """What is known of one state besides its numbers.
+    """Notes on one state, in addition to its numbers.
 
     Attributes:
-        placed: loose thing that was put somewhere -> where: `<fixture>/<region>`.
-        parked: fixture that the robot stands before. opened: joints that are not where they rest.
+        placed: loose object that was put somewhere -> its place as `<fixture>/<region>`.
+        parked: fixture in front of which the robot is parked.
+        opened: joints that are not in their rest position.
     """
 
     placed: dict[str, str]
@@ -43,19 +46,24 @@ class StateNotes(Record):
 
 
 class StartStates(Record):
-    """Start states of one scene. Metres, radians, quaternions (w, x, y, z), frame of the world.
+    """Start states of one scene. Metres, radians, quaternions (w, x, y, z), world frame.
 
     Attributes:
-        key: of all that they were made from. scene: id. scene_xml: digest of the bytes of its scene.xml.
-        mujoco: version in which they were settled. seed: that drew them.
-        limits: depth and motion (m) that each stays within.
-        envelope: boxes that are kept free for the robot where it parks: least and largest corner of each, in the frame
-            of the middle of its base, x ahead (m).
-        joints: of the scene, in the order of qpos. notes: of each state.
-        qpos: (states, nq). base: (states, 3) x, y and yaw of the middle of the robot's base.
-        depth: (states,) deepest contact at the start and in the 2 s after it, m. motion: (states,) farthest that any
-            part goes in these 2 s, m.
-        refused: reason -> how many draws were given up for it.
+        key: digest of everything that they were made from.
+        scene: id of the scene.
+        scene_xml: digest of the bytes of its scene.xml.
+        mujoco: version of MuJoCo with which they were settled.
+        seed: seed that drew them.
+        limits: maximum depth and motion (m) of each state.
+        envelope: boxes that are kept free for the robot at its parking place: lower and upper corner of each, in the
+            frame of the middle of its base, x ahead (m).
+        joints: joints of the scene, in the order of qpos.
+        notes: notes on each state.
+        qpos: (states, nq).
+        base: (states, 3) x, y and yaw of the middle of the robot's base.
+        depth: (states,) deepest contact at the start and in the 2 s after it, m.
+        motion: (states,) greatest distance that any part moves in these 2 s, m.
+        refused: reason -> number of draws that were rejected for it.
     """
 
     format: Literal[1] = 1
@@ -79,7 +87,7 @@ class StartStates(Record):
 
     @property
     def header(self) -> dict[str, Any]:
-        """All but the arrays, as JSON has it."""
+        """Everything except the arrays, as JSON data."""
         return self.model_dump(mode="json", exclude=set(ARRAYS))
 
     @model_validator(mode="after")

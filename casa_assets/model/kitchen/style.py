@@ -1,6 +1,6 @@
-"""A style: which fronts, finishes and models a kitchen of any plan has.
+"""A style: fronts, finishes and models for a kitchen of any plan.
 
-Names of finishes and presets, no numbers of rooms.
+It names finishes and presets, and holds no dimensions of rooms.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ class PresetChoice(Record):
 
     Attributes:
         preset: `family/preset`, such as `range/pro_six`; or `library:<id>`, an asset of a library of the project.
-        params: numbers and choices of the family that differ from the preset's. Of an asset of a library: `scale`, by
-            which it is made larger or smaller, in place of the one that fits it to its place; `base`, fixed or free;
-            `reach`, how far its doors may reach beside it as they turn, metres.
+        params: numbers and choices of the family that differ from the preset's. For an asset of a library: `scale`, a
+            size factor that replaces the one that fits it to its place; `base`, fixed or free; `reach`, how far its
+            doors may reach out sideways as they turn, metres.
     """
 
     preset: PresetName
@@ -37,7 +37,7 @@ class PresetChoice(Record):
     @model_validator(mode="before")
     @classmethod
     def _short(cls, value: Any) -> Any:
-        """`range/pro_six`, `library:<id>`, or a mapping with `preset` and the params beside it."""
+        """Accept `range/pro_six`, `library:<id>`, or a mapping with `preset` and the params next to it."""
         if isinstance(value, str):
             return {"preset": _in_library(value)}
         if isinstance(value, Mapping) and "params" not in value:
@@ -64,7 +64,7 @@ class PresetChoice(Record):
 
     @property
     def is_library(self) -> bool:
-        """True if it is an asset of a library, and no member of a family."""
+        """True if it is an asset of a library and not a member of a family."""
         return self.family == LIBRARY
 
     @property
@@ -85,7 +85,7 @@ def _in_library(preset: Any) -> Any:
 
 
 class FrontStyle(Record):
-    """Look of a group of cabinets; None: as the base cabinets have it. Fields as in CabinetLook of the families."""
+    """Look of a group of cabinets; None: as for the base cabinets. Fields as in CabinetLook of the families."""
 
     front: Id | None = None
     handle: Id | None = None
@@ -103,13 +103,14 @@ class FrontStyle(Record):
 
 
 class CabinetStyle(Record):
-    """Fronts by group, and what goes with them.
+    """Fronts of the cabinets by group, with glass, shelves and cornice.
 
     Attributes:
-        base: every field is required. upper, tall, island: fields that differ from it.
-        glass: front of wall units that the plan wants glazed.
+        base: every field is required.
+        upper, tall, island: fields that differ from it.
+        glass: front of wall units that are glazed in the plan.
         shelf: finish of open shelves.
-        cornice: profile over the wall units; None for none.
+        cornice: profile above the wall units, or None for no cornice.
     """
 
     base: FrontStyle
@@ -168,11 +169,15 @@ class Style(Record):
     """Style of a kitchen: finishes, fronts and fixture presets for a plan of any shape.
 
     Attributes:
-        id, title: name, and what a person calls it. description: what makes it recognisable, one line.
-        counter, island: worktops along walls, and of islands. backsplash: None for none.
+        id: name of the style.
+        title: name for people.
+        description: what makes it recognisable, one line.
+        counter, island: worktops along walls, and of islands.
+        backsplash: None for no backsplash.
         models: role -> member of a family. Roles are the words of the plans: range, hob, oven, microwave,
-            microwave_built_in, hood, sink, fridge, dishwasher, window, door, stool, and what stands and hangs.
-        props: members that may be scattered on worktops and shelves, the likeliest first.
+            microwave_built_in, hood, sink, fridge, dishwasher, window, door, stool, and other items on surfaces and
+            walls.
+        props: members that may be scattered on worktops and shelves, the most likely first.
         lamp_kelvin, daylight_kelvin: colour temperature of the lamps, and of the sun.
     """
 

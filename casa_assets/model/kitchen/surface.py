@@ -1,4 +1,4 @@
-"""The surfaces of a kitchen that are covered with pictures. Light to import: the command line offers the names."""
+"""The surfaces of a kitchen that are textured. Cheap to import, since the command line offers their names."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from enum import StrEnum
 
 
 class Surface(StrEnum):
-    """The four surfaces of a kitchen whose pictures are chosen independently."""
+    """The four surfaces of a kitchen whose textures are chosen independently."""
 
     WALL = "wall"
     FLOOR = "floor"

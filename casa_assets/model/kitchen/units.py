@@ -1,4 +1,4 @@
-"""Units of a row: what stands on the floor and hangs on the wall of a run, from left to right."""
+"""Units of a row: base units on the floor and wall units of a run, from left to right."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class RunSide(StrEnum):
 
 
 class BaseKind(StrEnum):
-    """Kind of a unit that stands on the floor."""
+    """Kind of a unit on the floor."""
 
     DOORS = "doors"
     DRAWERS = "drawers"
@@ -44,7 +44,7 @@ class BaseKind(StrEnum):
 
 
 class UpperKind(StrEnum):
-    """Kind of a unit that hangs on the wall."""
+    """Kind of a unit on the wall."""
 
     DOORS = "doors"
     GLASS = "glass"
@@ -65,9 +65,11 @@ class Unit(Record):
     """Fields that every unit of a row has.
 
     Attributes:
-        id: unique in the plan; where it is not given, the kind and a number.
-        width: metres, or (minimum, maximum) of a unit that shares what others leave; None for the usual width.
-        model: of its appliance, as a style names it (`range/pro_six`, `library:<id>`); None: the style's.
+        id: unique in the plan; if it is not given, the kind and a number.
+        width: metres, or (minimum, maximum) for a unit that shares the width that the others leave; None for the usual
+            width.
+        model: model of its appliance in the notation of the styles (`range/pro_six`, `library:<id>`); None: the
+            style's.
     """
 
     id: Id
@@ -85,11 +87,11 @@ class BaseUnit(Unit):
     """A unit on the floor.
 
     Attributes:
-        drawers: number of drawers in a drawer unit, or over the doors of a cabinet (0 or 1).
+        drawers: number of drawers in a drawer unit, or above the doors of a cabinet (0 or 1).
         hinge: side of a single door's hinges; None: chosen by the layout, away from a corner.
-        housing: whether a fridge stands between panels.
-        oven: whether a hob has a wall oven under it.
-        microwave: whether a tower has a microwave over its oven.
+        housing: whether a fridge is placed between panels.
+        oven: whether there is a wall oven under a hob.
+        microwave: whether there is a microwave above the oven of a tower.
     """
 
     kind: BaseKind
@@ -101,7 +103,11 @@ class BaseUnit(Unit):
 
 
 class UpperUnit(Unit):
-    """A unit on the wall; `over`: the unit below whose middle it shares, and whose width it takes where it has none."""
+    """A unit on the wall.
+
+    Attributes:
+        over: unit below on which it is centred, and whose width it takes if it has no width itself.
+    """
 
     kind: UpperKind
     over: Id | None = None
@@ -110,7 +116,10 @@ class UpperUnit(Unit):
 
 
 def with_ids(units: list[Any], run: str, row: str) -> Iterator[Any]:
-    """Units in their short forms -> mappings with a kind and an id; what is no unit is passed on for validation."""
+    """Convert units in their short forms to mappings with a kind and an id.
+
+    Values that are no unit are passed on unchanged, for validation.
+    """
     counts: dict[str, int] = {}
     for unit in units:
         if isinstance(unit, str):

@@ -92,7 +92,7 @@ class ObjectType(StrEnum):
 
 
 class Portion(StrEnum):
-    """What is left of a thing that was cut; a closed set."""
+    """Remaining part of an object that was cut; a closed set."""
 
     HALF = "half"  # one of two about equal parts, cut along or across
     WEDGE = "wedge"  # what lies between two cuts through the middle
@@ -123,7 +123,7 @@ class QCode(Record):
     Attributes:
         id: such as `Q89`.
         label: English label of the item.
-        certainty: certain or likely for the category's own item, parent where the class above is used instead.
+        certainty: certain or likely for the category's own item, parent if the class above is used instead.
     """
 
     id: Annotated[str, StringConstraints(pattern=r"^Q[1-9][0-9]*$")]
@@ -145,19 +145,20 @@ class SizeRange(Record):
         return self
 
     def beyond(self, value: float) -> float:
-        """Factor between a value > 0 and the nearer end; below 1 inside."""
+        """Ratio between a value > 0 and the nearer end of the range; below 1 inside the range."""
         return max(self.low / value, value / self.high)
 
     def scaled(self, factor: float) -> SizeRange:
-        """All three times a factor > 0."""
+        """Copy with all three values multiplied by a factor > 0."""
         return SizeRange(low=self.low * factor, typical=self.typical * factor, high=self.high * factor)
 
 
 class PortionRange(Record):
-    """Size and mass of a portion of a thing, where they are not those of a whole one.
+    """Size and mass of a portion of an object, if they differ from those of a whole one.
 
     Attributes:
-        longest_m: longest side of its bounding box, metres. mass_kg: kg.
+        longest_m: longest side of its bounding box, metres.
+        mass_kg: kg.
     """
 
     longest_m: SizeRange
@@ -174,19 +175,19 @@ class Category(Record):
         longest_m: longest side of the bounding box of a real one, metres.
         mass_kg: mass of a real one, kg.
         shape: typical extents (x, y, z) as it rests, relative to the longest; z is up.
-        size_m: extents along x, y and z as it rests, metres; None where they are `longest_m` times `shape`.
-        upright, front: how it rests, and which way it is turned: its canonical pose.
+        size_m: extents along x, y and z as it rests, metres; None if they are `longest_m` times `shape`.
+        upright, front: its canonical pose: how it rests, and which way it faces.
         build: how matter fills it.
         substance: id of its main substance.
         aliases: other names that sources use.
         fixed: built in or too heavy to move (an oven): its base is welded to the world.
-        types: what tasks may ask for instead of its name.
-        affords: what may be done with it.
+        types: groups by which tasks may ask for it instead of its name.
+        affords: its affordances.
         runtime: releases of the reference runtime that have an object category of this name.
-        lvis: names that LVIS, and so Objaverse's annotations, have for it.
-        prompts: noun phrases for a model that compares pictures with words; where there are none, see `phrases`.
-        basis: where its numbers come from.
-        portions: size and mass of what is cut of it; of a portion that is not named they are those of a whole one.
+        lvis: its names in LVIS, and so in Objaverse's annotations.
+        prompts: noun phrases for a vision-language model; if empty, see `phrases`.
+        basis: sources of its numbers.
+        portions: size and mass of its portions; for portions that are not listed, those of a whole one apply.
     """
 
     id: Id
@@ -237,11 +238,11 @@ class Category(Record):
         return self.prompts or (f"{'an' if name[0] in 'aeiou' else 'a'} {name}",)
 
     def called(self, portion: Portion | None) -> str:
-        """A whole one or a portion of it, for messages: `a bell_pepper`, `a half of a bell_pepper`."""
+        """Text for messages: `a bell_pepper`, or `a half of a bell_pepper` for a portion."""
         return f"a {self.id}" if portion is None else f"a {portion} of a {self.id}"
 
     def usual(self, portion: Portion | None) -> PortionRange:
-        """Size and mass of a portion; None is a whole one."""
+        """Size and mass of a portion, or of a whole one if None."""
         whole = PortionRange(longest_m=self.longest_m, mass_kg=self.mass_kg)
         return whole if portion is None else self.portions.get(portion, whole)
 

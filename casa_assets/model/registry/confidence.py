@@ -14,12 +14,13 @@ from casa_assets.model.record import Record
 
 
 class Curve(Record):
-    """Share of guesses that are right, by the confidence that the code gives them; straight between the points.
+    """Share of guesses that are right, as a piecewise linear function of the confidence that the code gives them.
 
-    Before the first point it is straight from nothing: few of the cases that it is fitted on are that doubtful.
+    Below the first point it is a straight line from (0, 0), since few of the fitted cases have such a low confidence.
 
     Attributes:
-        given: confidences of the code, ascending. right: share that is right at each, never falling.
+        given: confidences of the code, ascending.
+        right: share of right guesses at each, never decreasing.
     """
 
     given: tuple[Confidence, ...]
@@ -34,27 +35,29 @@ class Curve(Record):
         return self
 
     def at(self, confidence: float) -> float:
-        """Return the share that is right at a confidence."""
+        """Return the share of right guesses at a confidence."""
         return round(float(np.interp(confidence, (0.0, *self.given), (0.0, *self.right))), 3)
 
 
 class Weights(Record):
-    """A logistic model: the probability is that of `intercept` plus the weighted sum of the features, as log odds."""
+    """A logistic model: its log odds are `intercept` plus the weighted sum of the features."""
 
     intercept: float
     weights: dict[str, float]
 
     def at(self, features: Mapping[str, float]) -> float:
-        """Return the probability for some features. Raises KeyError where one is missing."""
+        """Return the probability for some features. Raises KeyError if one is missing."""
         log_odds = self.intercept + sum(weight * features[name] for name, weight in self.weights.items())
         return round(1.0 / (1.0 + math.exp(-min(max(log_odds, -30.0), 30.0))), 3)
 
 
 class Bars(Record):
-    """Least confidence that is sure enough.
+    """Minimum confidence for accepting a guess without review.
 
     Attributes:
-        frame: of up and front. plan: of all parts together. front: of a door or drawer behind which is built.
+        frame: of up and front.
+        plan: of all parts together.
+        front: of a door or drawer behind which an interior is built.
     """
 
     frame: Annotated[float, Field(ge=0, le=1)]
@@ -63,13 +66,13 @@ class Bars(Record):
 
 
 class ConfidenceModel(Record):
-    """What turns the confidences of the code into shares of cases that are right.
+    """Calibration from confidences of the code to shares of cases that are right.
 
     Attributes:
-        frame, part: curves of the guesses of the axes, and of one part with its joint.
-        kinds: curves of parts of one kind, of kinds with enough examples; `part` is for all others.
+        frame, part: curves for the guesses of the axes, and of one part with its joint.
+        kinds: curves for kinds of parts with enough examples; `part` is for all other kinds.
         plan: weights of all parts together.
-        bars: below them a person has to look.
+        bars: below these confidences a person has to check the result.
     """
 
     frame: Curve
@@ -79,5 +82,5 @@ class ConfidenceModel(Record):
     bars: Bars
 
     def part_at(self, kind: str, confidence: float) -> float:
-        """Return the share of parts of a kind that is right at a confidence."""
+        """Return the share of right guesses for parts of a kind at a confidence."""
         return self.kinds.get(kind, self.part).at(confidence)

@@ -62,7 +62,7 @@ class OpeningSide(StrEnum):
 
 
 def _named(row: Any) -> Any:
-    """A row that is only a name stands for itself."""
+    """Return a row that is only a name as a mapping with that name."""
     return {"name": row} if isinstance(row, str) else row
 
 
@@ -90,7 +90,7 @@ class NamePattern(Record):
 
 
 class LinkRule(NamePattern):
-    """A link; `depth` counts from `object` (0), which a runtime's fixed paths do too."""
+    """A link; `depth` is counted from `object` (0), as in the fixed paths of a runtime."""
 
     depth: Count | None = None
 
@@ -99,10 +99,10 @@ class JointRule(NamePattern):
     """A joint.
 
     Attributes:
-        kind, axis, opens: None where any will do.
+        kind, axis, opens: required values, or None to allow any.
         reach: (lower, upper) positions that the range has to contain, rad or m.
         travel: (minimum, maximum) of the width of the range, rad or m.
-        depth: of the link that it moves: 1 is a child of `object`.
+        depth: depth of the link that it moves: 1 is a child of `object`.
         link: pattern of that link's name.
     """
 
@@ -116,7 +116,7 @@ class JointRule(NamePattern):
 
 
 class ShapeRule(NamePattern):
-    """A collider (or a visual) of that name; `link` and `label` where they matter."""
+    """A collider (or a visual) of that name; `link` and `label` are given if they matter."""
 
     link: Pattern | None = None
     label: Id | None = None
@@ -130,20 +130,21 @@ class SiteRule(NamePattern):
 
 
 class RegionRule(NamePattern):
-    """A region; `inside` of the region `main`; `link` where it has to move with one."""
+    """A region; `inside`: within the region `main`; `link`: link that it has to move with, if any."""
 
     inside: bool = True
     link: Pattern | None = None
 
 
 class PlaceRule(Record):
-    """Regions in which a runtime puts things, by heights and sizes as it reads them from the file.
+    """Regions in which a runtime places objects, by heights and sizes as the runtime reads them from the file.
 
     Attributes:
-        regions: pattern of their names. min_count: how many of them there have to be.
-        stands_m: height of the lower end of `main` above the floor of a kitchen, or of the upper end where `let_in`.
-        heights_m: of a region's lower side above the floor; None where any will do.
-        min_height_m: of a region; lower ones are left out.
+        regions: pattern of their names.
+        min_count: minimum number of such regions.
+        stands_m: height above the floor of a kitchen of the lower end of `main`, or of its upper end if `let_in`.
+        heights_m: allowed height of a region's lower side above the floor, or None to allow any.
+        min_height_m: minimum height of a region; lower ones are ignored.
         fixed: they have to be on the root link.
     """
 
@@ -197,10 +198,10 @@ class ForEach(Record):
 
     Attributes:
         key: `loc`, written `{loc}` in patterns.
-        values: what it may stand for.
-        used_by: a value is in use where one of these matches the name of a joint, site, collider or region.
-        min_count: how many values have to be in use.
-        needs: requirements of each.
+        values: values that the key may have.
+        used_by: a value is in use if one of these patterns matches the name of a joint, site, collider or region.
+        min_count: minimum number of values in use.
+        needs: requirements for each value.
     """
 
     key: Id
@@ -216,7 +217,7 @@ class Threshold(Record):
     Attributes:
         joint: pattern.
         at: rad or m.
-        share: of the range, from its end that is nearer to zero (the lower one where both are as near).
+        share: share of the range, from the end that is nearer to zero (the lower one if both are equally near).
     """
 
     name: Id
@@ -246,7 +247,7 @@ class KeyRule(Record):
     Attributes:
         joint_shares: joint pattern -> minimum position of every such joint, as a share of its way from zero.
         values: variable pattern -> pattern of the value that every such variable gets in this pose.
-        min_count: 0 where the pose may be missing.
+        min_count: 0 if the pose may be missing.
     """
 
     name: Id
@@ -261,12 +262,12 @@ class KeyRule(Record):
 
 
 class Step(Record):
-    """One move of a trial, and what has to be true after it.
+    """One move of a trial, and the conditions that have to hold after it.
 
     Attributes:
-        move: joint pattern -> position as a share of its way from zero to the end that is farther from zero, the upper
-            one where both are as far; negative: towards the other end.
-        press: pattern of the colliders that are touched in this step alone.
+        move: joint pattern -> position as a share of the way from zero to the end that is farther from zero (the upper
+            one if both are equally far); negative: towards the other end.
+        press: pattern of the colliders that are touched in this step only.
         wait_s: seconds to wait after that.
         expect: variable pattern -> pattern of the value that every such variable then has.
     """
@@ -291,15 +292,16 @@ class Contract(Requirements):
         id: such as `microwave`; the name of its file.
         title: for people.
         read_by: release -> classes that read these names.
-        one_of: alternatives. for_each: requirements of each burner, drawer, ... in use.
+        one_of: alternatives.
+        for_each: requirements of each burner, drawer, ... in use.
         forbidden_joints, forbidden_geoms: patterns of names that a runtime would mistake for something else.
         labels: each has to be the label of a visual or collider.
         outside: labels of parts that may stick out of the region `main`: handles, a faucet.
-        places: regions in which RoboCasa puts things.
+        places: regions in which RoboCasa places objects.
         beside: sites of model.xml that have to be in the body around `object`.
         falls_into: site -> pattern of regions; the site is above one of them.
-        by_subclass: the classes of RoboCasa v1.0 build themselves and load no file: it takes a subclass that calls
-            `Fixture.__init__`, as those of `export robocasa --scenes` do.
+        by_subclass: whether the classes of RoboCasa v1.0 build their geometry themselves and load no file: then a
+            subclass that calls `Fixture.__init__` is needed, like those of `export robocasa --scenes`.
         main_margin_m: how far `main` may extend beyond the visuals, metres.
     """
 

@@ -1,4 +1,4 @@
-"""A parsed YAML file, or one laid over another, that remembers where each value was written."""
+"""A parsed YAML file, or one merged over another, that keeps the line of each value."""
 
 from __future__ import annotations
 
@@ -14,11 +14,13 @@ KeyPath = tuple[str | int, ...]
 
 @dataclass(frozen=True)
 class Document:
-    """A parsed YAML file that remembers the line of every value by its path, such as `("mug", "longest_m")`.
+    """A parsed YAML file that keeps the line of every value by its path, such as `("mug", "longest_m")`.
 
     Attributes:
-        file: its name in messages. value: what YAML makes of it. lines: by path, counted from 1.
-        files: of values that another file has laid over it, the name of that file, by path.
+        file: its name in messages.
+        value: the parsed content.
+        lines: line by path, counted from 1.
+        files: for values that come from a file merged over this one, the name of that file, by path.
     """
 
     file: str
@@ -27,10 +29,10 @@ class Document:
     files: Mapping[KeyPath, str] = field(default_factory=lambda: MappingProxyType({}))
 
     def overlaid(self, upper: Document) -> Document:
-        """This document with another one laid over it.
+        """This document with another one merged over it.
 
-        Mappings are joined key by key, at every depth; of two lists on the top level the second follows the first;
-        anything else in `upper` takes the place of what was there. A file without a value changes nothing.
+        Mappings are merged key by key, at every depth; a list on the top level is appended to the list below it;
+        anything else in `upper` replaces the value below. A file without a value changes nothing.
         """
         if upper.value in ({}, [], None):
             return self
@@ -48,7 +50,7 @@ class Document:
         return replace(self, value=value, lines=MappingProxyType(lines), files=MappingProxyType(files))
 
     def file_of(self, path: KeyPath) -> str:
-        """Name of the file that states the value at a path, or has a say in it."""
+        """Name of the file that states the value at a path, or a part of it."""
         below = (file for at, file in self.files.items() if at[: len(path)] == path)
         return self.files.get(path) or next(below, self.file)
 
@@ -61,7 +63,7 @@ class Document:
         return RegistryError(file, self.lines.get(at, 1), ".".join(map(str, path)), expected, got)
 
     def _written(self, path: KeyPath) -> KeyPath:
-        """The path as the file has it: lists of records may be written as mappings of ids to rows."""
+        """The path as written in the file, where lists of records may be mappings of ids to rows."""
         out, here = [], self.value
         for step in path:
             key = list(here)[step] if isinstance(here, dict) and isinstance(step, int) and step < len(here) else step
@@ -71,7 +73,7 @@ class Document:
 
 
 def _joined(lower: Any, upper: Any, at: KeyPath, lines: dict[KeyPath, int]) -> Any:
-    """Two values as one; the lines of what is replaced are taken out of `lines`."""
+    """Merge two values; the lines of replaced values are removed from `lines`."""
     if not isinstance(lower, dict) or not isinstance(upper, dict):
         for path in [path for path in lines if len(path) > len(at) and path[: len(at)] == at]:
             del lines[path]

@@ -10,7 +10,7 @@ from pydantic import BaseModel
 
 
 def fields_at(kind: type[BaseModel], path: Sequence[str | int]) -> tuple[str, ...]:
-    """Names that a record takes at a path into it, such as `("runs", 0, "base")`; empty where no record is there."""
+    """Field names of the record at a path, such as `("runs", 0, "base")`; empty if there is no record at the path."""
     found: list[type[BaseModel]] = [kind]
     for step in path:
         below: list[type[BaseModel]] = []
@@ -23,7 +23,7 @@ def fields_at(kind: type[BaseModel], path: Sequence[str | int]) -> tuple[str, ..
 
 
 def expected_one_of(names: Sequence[str], got: str) -> str:
-    """`one of a, b, c`, with the name nearest to what was written first."""
+    """Text such as `one of a, b, c`, starting with the name nearest to the one that was written."""
     near = difflib.get_close_matches(got, names, n=1, cutoff=0.5)
     hint = f"{near[0]!r}, or another " if near else ""
     return f"{hint}one of {', '.join(names)}"

@@ -20,11 +20,11 @@ class Plain(Record):
 
     Attributes:
         id: such as `brushed_steel`.
-        color: sRGB, `#rrggbb`, as a colour card shows it.
+        color: sRGB, `#rrggbb`, as on a colour card.
         metallic, roughness: 0..1.
         opacity: 0..1; below 1 it is see-through.
         substance: id in registry/substances.yaml.
-        glow: 0..1, share of the colour that it gives off by itself (a lamp, a display).
+        glow: 0..1, share of the colour that it emits (a lamp, a display).
     """
 
     id: Id
@@ -40,10 +40,10 @@ class Finish(Record):
     """A surface, resolved.
 
     Attributes:
-        id: of the plain finish or of the texture recipe or pack picture.
-        material: how it looks; its id is that of the finish. Its `tile_m` is the true size of its picture; the grain
-            of a wood runs along the height (v) of the picture.
-        substance: what it is made of.
+        id: id of the plain finish, texture recipe or pack picture.
+        material: its appearance, with the id of the finish. Its `tile_m` is the real size of its picture; wood grain
+            runs along the height (v) of the picture.
+        substance: its physical material.
     """
 
     id: Id
@@ -52,5 +52,5 @@ class Finish(Record):
 
     @property
     def tile_m(self) -> Vec2 | None:
-        """Width and height in metres of one copy of the picture, None where it has none."""
+        """Width and height in metres of one copy of the picture, or None without a picture."""
         return self.material.tile_m

@@ -1,4 +1,4 @@
-"""What `casa.yaml` of a project says."""
+"""The content of a project's `casa.yaml`."""
 
 from __future__ import annotations
 
@@ -16,12 +16,13 @@ Values = Mapping[str, Any]
 
 
 class Project(Record):
-    """A folder of plans, styles, categories and so on of one's own, laid over those of the package.
+    """A folder with a user's plans, styles, categories and so on, merged over those of the package.
 
     Attributes:
-        name: what lists call it. about: one sentence.
+        name: name in lists.
+        about: one sentence.
         libraries: folders of libraries, relative to the project, whose assets styles may name as `library:<id>`.
-        runs: what `casa-assets make` does, in this order: a command -> the values of its arguments and options.
+        runs: steps of `casa-assets make`, in this order: a command -> the values of its arguments and options.
     """
 
     name: Id

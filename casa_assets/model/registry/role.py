@@ -1,4 +1,4 @@
-"""Rows of registry/roles.yaml: what an asset of a library has to be like to stand where a plan has a role."""
+"""Rows of registry/roles.yaml: requirements on an asset of a library that fills a role of a plan."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from casa_assets.model.record import Id, Record, Vec2
 
 
 class RoleRule(Record):
-    """A role of plans and styles, and the assets of libraries that suit it.
+    """A role of plans and styles, and the requirements on assets of libraries that fill it.
 
     Attributes:
         id: word of plans and styles, such as `range`.
-        categories: of assets that suit; any where it is empty.
-        width, depth, height: least and greatest size of the asset without its handles, metres; None: any.
-        level: heights between which its largest level face should be, which is the cooktop of a range, metres; it is
-            scaled to that as far as the sizes allow. None: it stays as large as it is where that fits.
-        base: how it is attached there; None: as the asset has it.
-        refused: why no asset of a library can stand there; empty where one can.
+        categories: categories of suitable assets; empty: any.
+        width, depth, height: minimum and maximum size of the asset without its handles, metres; None: any.
+        level: allowed heights of its largest horizontal face, which is the cooktop of a range, metres; the asset is
+            scaled to them as far as the sizes allow. None: it keeps its size if that fits.
+        base: how it is attached there; None: as in the asset.
+        refused: why no asset of a library can fill this role; empty if one can.
     """
 
     id: Id
@@ -42,6 +42,6 @@ class RoleRule(Record):
 
     @property
     def sizes(self) -> dict[str, Vec2]:
-        """Least and greatest width, depth and height, metres, of those that are bounded."""
+        """Minimum and maximum width, depth and height, metres, of those that are bounded."""
         spans = {"width": self.width, "depth": self.depth, "height": self.height}
         return {name: span for name, span in spans.items() if span is not None}

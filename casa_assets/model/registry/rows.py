@@ -16,7 +16,7 @@ class TaxonomyClass(Record):
 
 
 class Limit(Record):
-    """A number that something is held against, with its unit (empty for counts and ratios) and one line of why."""
+    """A limit for measured values, with its unit (empty for counts and ratios) and its reason in one line."""
 
     id: Id
     value: float
@@ -42,18 +42,26 @@ class Waiver(Record):
 
 
 class MisleadingWords(Record):
-    """Words that mislead a look-up: `weak` ones yield to any other, `separators` end the name of a thing in a text."""
+    """Words that mislead a look-up.
+
+    Attributes:
+        weak: words that yield to any other word.
+        separators: words that end the name of the object in a text.
+    """
 
     weak: tuple[str, ...]
     separators: tuple[str, ...]
 
 
 class OtherThingsWords(Record):
-    """Words in names which tell that a mesh is no single household object, singular; see registry/other_things.yaml.
+    """Words in names which show that a mesh is not a single household object; see registry/other_things.yaml.
+
+    All words are in the singular.
 
     Attributes:
-        always: count beside the name of any category. parts: count as the last word of a name.
-        figures, places, shapes, outdoors, arms: count where the name speaks of no category.
+        always: count even if the name contains a category.
+        parts: count as the last word of a name.
+        figures, places, shapes, outdoors, arms: count if the name contains no category.
     """
 
     always: tuple[str, ...]

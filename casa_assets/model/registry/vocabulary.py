@@ -29,7 +29,7 @@ class VocabularyEntry(NamedTuple):
 
 
 class VocabularyMatch(NamedTuple):
-    """Id that a text names, with confidence 0..1, the words that say so, and whether they are weak."""
+    """Id found in a text, with confidence 0..1, the words that are evidence, and whether they are weak."""
 
     id: str
     confidence: float
@@ -39,12 +39,12 @@ class VocabularyMatch(NamedTuple):
 
 @dataclass(frozen=True)
 class Vocabulary:
-    """Names and what they stand for.
+    """Names and the ids that they refer to.
 
     Attributes:
         phrases: joined words of every name (`coffeemug`) -> entry.
         words: the single words that names are made of.
-        separators: words such as `with`, which end the part of a text that names the thing.
+        separators: words such as `with`, which end the part of a text that names the object.
     """
 
     phrases: Mapping[str, VocabularyEntry]
@@ -53,7 +53,7 @@ class Vocabulary:
 
     @classmethod
     def of(cls, names: Iterable[tuple[str, str]], weak: Iterable[str], separators: Iterable[str]) -> Self:
-        """Build from (name, id) pairs. Raises ValueError(name) where two ids claim a name or it has no letter."""
+        """Build from (name, id) pairs. Raises ValueError(name) if two ids claim a name or it has no letter."""
         yields = {"".join(split_words(word)) for word in weak}
         phrases: dict[str, VocabularyEntry] = {}
         words: set[str] = set()
@@ -68,12 +68,12 @@ class Vocabulary:
         return cls(phrases, frozenset(words), frozenset(separators))
 
     def find(self, hints: Sequence[str]) -> VocabularyMatch | None:
-        """The match of the first hint that has one; a weak match only where no hint has a better one."""
+        """The match of the first hint that has one; a weak match only if no hint has a better one."""
         found = [match for rank, hint in enumerate(hints) if (match := self._match(hint, 0.95**rank))]
         return next((match for match in found if not match.weak), found[0] if found else None)
 
     def _match(self, hint: str, trust: float) -> VocabularyMatch | None:
-        """The best match in one hint: the hint as a whole, else its longest phrase, of equals the last."""
+        """The best match in one hint: the whole hint, else its longest phrase (the last one of equal length)."""
         whole = self._phrase(split_words(hint))
         if whole:
             confidence = IS_THE_ID if hint == whole.id else IS_A_NAME
@@ -93,7 +93,7 @@ class Vocabulary:
         return None
 
     def _parts(self, hint: str) -> list[list[str]]:
-        """The words of the hint, cut at punctuation and at separators: the part that names the thing comes first."""
+        """The words of the hint, split at punctuation and separators: the part that names the object comes first."""
         parts: list[list[str]] = []
         for clause in re.split(r"[,;:|()\[\]{}]|\s[-–—]\s", hint):
             parts.append([])
@@ -105,14 +105,14 @@ class Vocabulary:
         return [part for part in parts if part]
 
     def _phrase(self, tokens: Sequence[str]) -> VocabularyEntry | None:
-        """What these words name together, the last one in singular or plural."""
+        """Return the entry for these words, with the last one in singular or plural, or None if unknown."""
         if not tokens:
             return None
         stem = "".join(tokens[:-1])
         return next((self.phrases[stem + last] for last in singulars(tokens[-1]) if stem + last in self.phrases), None)
 
     def _compound(self, word: str) -> str | None:
-        """What a word grown together from two known ones (`teajar`) names: the second."""
+        """Return the id named by the second part of a compound of two known words (`teajar`), or None."""
         for cut in range(3, len(word) - 2):
             head = self._phrase([word[cut:]])
             if head and not head.weak and word[:cut] in self.words:
@@ -129,7 +129,7 @@ def split_words(text: str) -> list[str]:
 
 
 def singulars(word: str) -> list[str]:
-    """The word as it is, then what it may be the plural of."""
+    """The word itself, then the words that it may be the plural of."""
     forms = [word]
     if len(word) > 3 and word.endswith("s") and not word.endswith(("ss", "us")):
         forms.append(word[:-1])

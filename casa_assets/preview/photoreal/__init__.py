@@ -1,1 +1,1 @@
-"""Path-traced stills of kitchens and assets: Blender's Cycles, in a process of its own, draws their USD."""
+"""Path-traced stills of kitchens and assets: Blender's Cycles, in a separate process, draws their USD."""

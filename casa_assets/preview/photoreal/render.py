@@ -1,4 +1,4 @@
-"""Path-traced stills of a kitchen's or an asset's USD, by Cycles in a process of its own, and their faults."""
+"""Path-traced stills of a kitchen's or an asset's USD, by Cycles in a separate process, and its errors."""
 
 from __future__ import annotations
 
@@ -67,12 +67,12 @@ class Still:
 def scene_stills(
     folder: Path, cameras: Sequence[str] = (), settings: StillSettings | None = None, pose: str = "closed"
 ) -> Iterator[Still]:
-    """Stills of a kitchen in its folder, through its own cameras, `eye` or `cutaway`; these two where none is named.
+    """Stills of a kitchen in its folder, through its own cameras, `eye` or `cutaway`; by default the last two.
 
     Args:
         folder: holds scene.usda and scene.json. pose: of the variant set `pose`.
     Raises:
-        NoPathTracer: see there; also where there is no such camera.
+        NoPathTracer: see the class; also if there is no such camera.
     """
     frame = settings or StillSettings()
     told = json.loads((folder / "scene.json").read_text(encoding="utf-8"))

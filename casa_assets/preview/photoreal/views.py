@@ -1,6 +1,6 @@
-"""Where a photographer of kitchens would stand, and where the sun, so that its patches lie where the camera sees them.
+"""Viewpoint of a kitchen photographer, and a sun whose patches of light lie where the camera sees them.
 
-The photographer stands at eye level, where most is seen and no wall fills the view.
+The photographer is at eye level, at the point that shows most of the kitchen and where no wall fills the view.
 """
 
 from __future__ import annotations
@@ -53,8 +53,8 @@ class View:
         position, quaternion: world_from_camera, metres and (w, x, y, z); it looks along its -z, its y is up.
         fov_x: angle that it sees from left to right, radians.
         shift_y: of the lens upwards, as a share of the picture's width.
-        fit: the camera is moved so that it just sees these points, or, where there are none, whatever is in the scene;
-            None: it stays where it is.
+        fit: the camera is moved so that it just sees these points, or everything in the scene if `fit` is empty;
+            None: it is not moved.
     """
 
     name: str
@@ -67,9 +67,9 @@ class View:
 
 @dataclass(frozen=True)
 class _Fixtures:
-    """Axis-aligned boxes (N, 3) of what is to be seen, the direction (N, 2) that each faces, and what each is worth.
+    """Axis-aligned boxes (N, 3) of fixtures to be shown, the direction (N, 2) that each faces, and the weight of each.
 
-    `room_m` (N,) is how far from each one stands: out of the swing of a door.
+    `room_m` (N,) is the distance that the photographer keeps from each: out of the swing of a door.
     """
 
     lower: Floats
@@ -80,7 +80,7 @@ class _Fixtures:
 
 
 def named_view(scene: Mapping[str, Any], name: str, aspect: float) -> View | None:
-    """A camera of a scene's scene.json, for pictures of `aspect` (width over height); None where it has none such."""
+    """A camera of a scene's scene.json, for pictures of `aspect` (width over height); None if it has no such camera."""
     for camera in scene["cameras"]:
         if camera["name"] == name:
             half = math.tan(math.radians(camera["fov_y_deg"]) / 2) * aspect
@@ -89,10 +89,10 @@ def named_view(scene: Mapping[str, Any], name: str, aspect: float) -> View | Non
 
 
 def eye_view(scene: Mapping[str, Any], name: str, aspect: float, beyond_m: float = 0.0) -> View:
-    """The view at eye level of a scene.json that shows most: level, its uprights upright.
+    """The view at eye level of a scene.json that shows most; the camera is level, so that verticals stay vertical.
 
     Args:
-        beyond_m: depth of what is built beyond open sides, where the photographer may stand.
+        beyond_m: depth of what is built beyond open sides, where the photographer may be too.
     """
     fixtures, outline = _fixtures(scene), np.array(scene["room"]["outline"])
     walls = [(np.array(w["from"][:2]), np.array(w["to"][:2]), bool(w["open"])) for w in scene["room"]["walls"]]
@@ -131,7 +131,7 @@ def _fixtures(scene: Mapping[str, Any]) -> _Fixtures:
 def _places(
     outline: Floats, walls: Sequence[tuple[Floats, Floats, bool]], fixtures: _Fixtures, beyond_m: float
 ) -> list[tuple[float, float]]:
-    """Points of the floor where somebody has room to stand."""
+    """Points of the floor with room for the photographer; a default point if there are no such points."""
     low, high = outline.min(axis=0), outline.max(axis=0)
     on_floor = fixtures.lower[:, 2] < EYE_M
     boxes = np.concatenate([fixtures.lower[on_floor, :2], fixtures.upper[on_floor, :2]], axis=1)
@@ -169,7 +169,7 @@ def _is_beyond(point: Floats, walls: Sequence[tuple[Floats, Floats, bool]], beyo
 
 
 def _walls_beyond(walls: Sequence[tuple[Floats, Floats, bool]], beyond_m: float) -> list[tuple[Floats, Floats, bool]]:
-    """Walls that carry on those beside an open side."""
+    """Walls that continue those next to an open side."""
     found = []
     for k, (start, end, is_open) in enumerate(walls):
         if is_open:
@@ -183,7 +183,7 @@ def _walls_beyond(walls: Sequence[tuple[Floats, Floats, bool]], beyond_m: float)
 
 
 def _inside(point: Floats, start: Floats, end: Floats) -> float:
-    """Metres on the inner side of a wall's line, where the wall is beside the point; far where it is not."""
+    """Metres from a wall's line to the point, positive inside, if the wall is next to the point; 99 if it is not."""
     along = (end - start) / np.linalg.norm(end - start)
     at = float((point - start) @ along)
     depth = float((point - start) @ np.array([along[1], -along[0]]))
@@ -217,7 +217,7 @@ def _scores(eye: Floats, fixtures: _Fixtures, walls: Sequence[tuple[Floats, Floa
 
 
 def _seen(eye: Floats, points: Floats, fixtures: _Fixtures, walls: Sequence[tuple[Floats, Floats, bool]]) -> Floats:
-    """(N,) 1 where nothing tall and no wall stands between the eye and a fixture."""
+    """(N,) 1 for fixtures that no tall fixture and no wall hides from the eye, else 0."""
     tall = (fixtures.upper[:, 2] > TALL_M) & (fixtures.lower[:, 2] < EYE_M - 0.3)
     low, high = fixtures.lower[tall, :2], fixtures.upper[tall, :2]
     entry, leave = _crossings(eye, points - eye, low, high)
@@ -241,9 +241,9 @@ def _crossings(eye: Floats, rays: Floats, low: Floats, high: Floats) -> tuple[Fl
 
 
 def _reach(eye: Floats, rays: Floats, start: Floats, end: Floats) -> Floats:
-    """Length, in units of each ray (R, 2), at which it meets the inner side of a wall; infinite where it does not.
+    """Length, in units of each ray (R, 2), at which it meets the inner side of a wall; infinite if it does not meet it.
 
-    From the inner side alone: who stands beyond an open side looks in through it.
+    Only the inner side counts: somebody beyond an open side looks in through it.
     """
     along, offset = end - start, start - eye
     cross = rays[:, 0] * along[1] - rays[:, 1] * along[0]
@@ -300,7 +300,7 @@ NOT_SOLID = (
 
 
 def sun_direction(scene: Mapping[str, Any], view: View, aspect: float) -> tuple[float, float, float] | None:
-    """Unit direction of sunlight through the first window or, where there is none, the first open side; None: neither.
+    """Unit direction of sunlight through the first window, or else the first open side; None if there is neither.
 
     Args:
         scene: of scene.json. view: of the camera. aspect: of its picture, width over height.

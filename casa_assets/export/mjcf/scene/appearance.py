@@ -1,4 +1,4 @@
-"""Material or colour of each primitive of a batch form: pictures of what it stands for, made small, or one colour."""
+"""Material or colour of each primitive of a batch form: reduced pictures of the parts it represents, or one colour."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ KEPT_PICTURES = 64
 
 
 class Look(NamedTuple):
-    """How a primitive looks.
+    """Appearance of a primitive.
 
     Attributes:
-        collider: the same solid; a box with a picture is described such that the side which shows it is its top.
-        attributes: of its geom.
+        collider: the same solid; a box with a picture is described so that the side which shows the picture is its top.
+        attributes: attributes of its geom.
     """
 
     collider: Collider
@@ -44,10 +44,11 @@ class Look(NamedTuple):
 
 
 class Appearance:
-    """Looks of the primitives of a kitchen, and the pictures and materials that they name.
+    """Looks of the primitives of a kitchen, and the pictures and materials that they use.
 
     Attributes:
-        world: of what never moves, in the order of the batch form. parts: (placement, collider) -> of all else.
+        world: looks of the static primitives, in the order of the batch form.
+        parts: (placement, collider) -> look of each other primitive.
     """
 
     def __init__(self, batch: BatchScene) -> None:
@@ -74,13 +75,13 @@ class Appearance:
 
     @property
     def resources(self) -> SceneResources:
-        """Every picture and material that was named."""
+        """Every picture and material that is used."""
         images = [item.base_color_texture for _, item in sorted(self._materials.items())]
         pictures = {material.path(image): image for image in images if image is not None}
         return SceneResources({}, pictures, dict(sorted(self._materials.items())))
 
     def add_resources(self, assets: etree._Element, folder: str) -> None:
-        """Add them below `<asset>`; `folder` leads to the one that scenes share."""
+        """Add the pictures and materials below `<asset>`; `folder`: path to the folder that scenes share."""
         add_all(assets, self.resources, folder)
         for element in assets.iterchildren("material"):
             tile = self._materials[element.get("name", "")].tile_m
@@ -105,7 +106,7 @@ class Appearance:
         return Look(collider.replace(shape=box, pose=pose), {"material": name})
 
     def _mean(self, asset: str, name: str) -> str:
-        """Mean colour of the visuals that a collider, or the one that it is a piece of, stands for."""
+        """Mean colour of the visuals that a collider represents; a further piece has the colour of its collider."""
         if asset not in self._colors:
             self._colors[asset] = light_colors(self._assets[asset], self._assets[asset])
         known = self._colors[asset]
@@ -113,7 +114,7 @@ class Appearance:
 
 
 class _PlacedVisuals:
-    """What the visuals of a placement show, in the world and in its links, as the kitchen begins."""
+    """Materials shown by the visuals of a placement, in the world and in its links, as the kitchen begins."""
 
     def __init__(self, place: Placement, asset: Asset, middle_of_room: Floats) -> None:
         positions = joint_positions(place.joints)
@@ -126,12 +127,12 @@ class _PlacedVisuals:
 
     @cached_property
     def in_world(self) -> ShownMaterials:
-        """Of all links."""
+        """Materials of all links, in the world frame."""
         visuals = [(visual, self._poses[link.name]) for link in self._asset.links for visual in link.visuals]
         return ShownMaterials.of(visuals, self._asset.materials, self._middle, self._is_room)
 
     def of_link(self, name: str) -> ShownMaterials:
-        """Of one link, in its frame."""
+        """Materials of one link, in its frame."""
         if name not in self._links:
             visuals = [(visual, Pose()) for visual in self._asset.link(name).visuals]
             middle = self._poses[name].inverse().apply(self._middle[None])[0]
@@ -140,7 +141,7 @@ class _PlacedVisuals:
 
 
 def _solids(batch: BatchScene) -> Iterator[tuple[Shape, Pose]]:
-    """Every primitive in the world as the kitchen begins: what never moves, then the parts of each placement."""
+    """Yield every primitive in the world as the kitchen begins: static ones, then the parts of each placement."""
     for item in batch.world:
         yield item.collider.shape, item.collider.pose
     for place, form in zip(batch.scene.placements, batch.forms, strict=True):
@@ -153,7 +154,7 @@ def _solids(batch: BatchScene) -> Iterator[tuple[Shape, Pose]]:
 
 @lru_cache(maxsize=KEPT_PICTURES)
 def _reduced(picture: Texture) -> Texture:
-    """A picture with fewer pixels."""
+    """A picture scaled down to at most PICTURE_PX along a side."""
     longer = max(picture.width_px, picture.height_px)
     if longer <= PICTURE_PX:
         return picture

@@ -1,15 +1,15 @@
-"""Batch form of a scene -> one flat scene_batch.xml of primitives that sleep at rest, with no pair that cannot touch.
+"""Batch form of a scene -> one flat scene_batch.xml of primitives that sleep at rest, without impossible pairs.
 
-Names are those of the other forms. Bits of `contype` and `conaffinity`, of which geom A touches geom B where one's
-contype has a bit of the other's conaffinity:
+Names are those of the other forms. Two geoms can touch if the contype of one has a bit of the conaffinity of the other.
+The bits of `contype` and `conaffinity` are:
 
 | | contype | conaffinity |
 |---|---|---|
-| robots and things that are added, as MuJoCo has them by default | 1 | 1 |
-| what stands still | 1, THINGS | |
-| what stands still overhead | 1 | |
-| loose things | 1, THINGS | THINGS |
-| parts of fixtures that move | 1, THINGS, bit of those that they can meet | bit of those that they can meet |
+| added robots and objects, with MuJoCo's defaults | 1 | 1 |
+| static parts | 1, THINGS | |
+| static parts overhead | 1 | |
+| loose objects | 1, THINGS | THINGS |
+| moving parts of fixtures | 1, THINGS, bit of the set of parts that can meet | bit of that set |
 """
 
 from __future__ import annotations
@@ -40,12 +40,12 @@ GROUPS = replace(VIEWER_GROUPS, colliders=VIEWER_GROUPS.visuals)
 
 
 def write(batch: BatchScene, sleeps: bool = True, shared: str = "../assets") -> Files:
-    """The MJCF of the batch form of a scene; the same form is the same bytes.
+    """Return the MJCF of the batch form of a scene; the same form gives the same bytes.
 
     Args:
-        sleeps: what is at rest is left out of a step until something touches or drives it. False for engines that do
-            not know sleep. Nothing is asleep in the file itself: mujoco_warp 4.0 refuses a model that begins so.
-        shared: leads from the folder of scene_batch.xml to the one that scenes share.
+        sleeps: let the engine skip bodies at rest until something touches or drives them. False for engines without
+            sleep. No body is asleep in the file itself: mujoco_warp 4.0 rejects a model that begins so.
+        shared: path from the folder of scene_batch.xml to the one that scenes share.
     Returns:
         `scene_batch.xml`, and the pictures of the shared folder as `assets/textures/<name>_<hash>.png`.
     """
@@ -92,7 +92,7 @@ def write(batch: BatchScene, sleeps: bool = True, shared: str = "../assets") -> 
 
 
 def _turned(form: Asset, looks: Mapping[str, Look]) -> Asset:
-    """A form whose boxes are described as their looks want it."""
+    """A form whose boxes are described as their looks require."""
     links = [
         link.replace(colliders=tuple(looks[collider.name].collider for collider in link.colliders))
         for link in form.links
@@ -101,14 +101,14 @@ def _turned(form: Asset, looks: Mapping[str, Look]) -> Asset:
 
 
 def _paint(geom: etree._Element, look: Look) -> None:
-    """Give a geom its look. MuJoCo would take a colour of the geom in place of that of its material."""
+    """Apply a look to a geom. Its colour is removed, since MuJoCo would use it instead of the material's."""
     del geom.attrib["rgba"]
     for name, value in look.attributes.items():
         geom.set(name, value)
 
 
 def _add_world(world: etree._Element, batch: BatchScene, assets: Mapping[str, Asset], appearance: Appearance) -> None:
-    """Add what never moves to the world body."""
+    """Add everything that never moves to the world body."""
     places = {place.name: place for place in batch.scene.placements}
     for item, look in zip(batch.world, appearance.world, strict=True):
         place = places[item.placement]
@@ -121,7 +121,7 @@ def _add_world(world: etree._Element, batch: BatchScene, assets: Mapping[str, As
 
 
 def _meeting_bits(batch: BatchScene) -> dict[tuple[str, str], int]:
-    """(placement, link) -> bit of the set of links that it can meet; sets share the last bit where there are many."""
+    """(placement, link) -> bit of the set of links that it can meet; if there are too many, sets share the last bit."""
     bits = {}
     for number_, group in enumerate(batch.meeting):
         bit = 1 << min(FIRST_MEETING + number_, LAST_MEETING)
@@ -130,12 +130,12 @@ def _meeting_bits(batch: BatchScene) -> dict[tuple[str, str], int]:
 
 
 def _body(root: etree._Element, name: str) -> etree._Element:
-    """The body of that name, `root` or one below it."""
+    """Return the body of that name: `root` or one below it."""
     return next(body for body in root.iter("body") if body.get("name") == name)
 
 
 def _set_bits(body: etree._Element, contype: int, conaffinity: int) -> None:
-    """Set the bits of the geoms of a body that touch anything; of a loose thing those of all that it carries."""
+    """Set the bits of the colliding geoms of a body; for a loose object, also of all bodies that it carries."""
     everything = conaffinity == THINGS
     for geom in body.iter("geom") if everything else body.findall("geom"):
         if geom.get("contype") == "1":

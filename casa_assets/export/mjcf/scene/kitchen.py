@@ -1,7 +1,7 @@
-"""Scene -> one flat scene.xml, and the meshes and images that it names in a folder that many scenes share.
+"""Scene -> one flat scene.xml, and its meshes and images in a folder that many scenes share.
 
-Names: the root body of a placement is called like it, everything else in it `<placement>__<name>`; the joint of a free
-base is `<placement>__free`.
+Names: the root body of a placement has the placement's name, everything else in it `<placement>__<name>`; the joint of
+a free base is `<placement>__free`.
 """
 
 from __future__ import annotations
@@ -42,16 +42,16 @@ def write(
     shared: str = "../assets",
     groups: Groups = VIEWER_GROUPS,
 ) -> Files:
-    """The MJCF of a scene; the same scene is the same bytes.
+    """Return the MJCF of a scene; the same scene gives the same bytes.
 
     The light form has no images and no meshes: its colliders are drawn, in the mean colour of the visuals that they
-    stand for. In it no contact is possible between what is fixed and what moves on a fixed base. In the full form only
-    the pairs that the scene excludes never collide, as in the USD.
+    represent. In it, no contact is possible between fixed bodies and bodies that move on a fixed base. In the full
+    form, only the pairs that the scene excludes never collide, as in the USD.
 
     Args:
-        scene: what to write, whole or in its light form.
-        shared: leads from the folder of scene.xml to the shared folder.
-        groups: of geoms; ROBOSUITE_GROUPS for what robosuite merges into a model of its own.
+        scene: the scene, in its full or light form.
+        shared: path from the folder of scene.xml to the shared folder.
+        groups: groups of geoms; ROBOSUITE_GROUPS for files that robosuite merges into its own model.
     Returns:
         `scene.xml`, and the files of the shared folder as `assets/meshes/<hash>.obj` and
         `assets/textures/<name>_<hash>.png`.
@@ -67,7 +67,7 @@ def write(
 
 
 def light_colors(asset: Asset, light: Asset) -> dict[str, str]:
-    """Collider of an asset of the light form -> `rgba`, three digits: colour of the visuals of the full one there."""
+    """Collider of a light form -> `rgba`, three digits: colour of the full asset's visuals at that collider."""
     known = {name: number.numbers(round(c, 3) for c in color) for name, color in collider_colors(asset).items()}
     names = [collider.name for link in light.links for collider in link.colliders]
     return {name: known[name] if name in known else known[LightScene.collider_of(name)] for name in names}
@@ -127,7 +127,7 @@ def world_from_root(place: Placement, asset: Asset) -> Pose:
 
 
 def add_placement(world: etree._Element, place: Placement, context: BodyContext) -> etree._Element:
-    """`<body>` of a placement below the world, with a free joint where its base is free."""
+    """`<body>` of a placement below the world, with a free joint if its base is free."""
     root = context.asset.root.replace(pose=world_from_root(place, context.asset))
     root_body = body.add(world, root, context)
     if context.asset.base is Base.FREE:
@@ -138,7 +138,7 @@ def add_placement(world: etree._Element, place: Placement, context: BodyContext)
 def _add_exclusions(
     root: etree._Element, contexts: list[BodyContext], scene_pairs: Sequence[tuple[PlacedLink, PlacedLink]]
 ) -> None:
-    """Add the contact exclusions of each asset, and those of the scene, each pair once."""
+    """Add the contact exclusions of each asset and those of the scene, each pair once."""
     block = etree.SubElement(root, "contact")
     for context in contexts:
         for exclusion in context.asset.exclusions:
@@ -152,7 +152,7 @@ def _add_exclusions(
 
 
 def add_texts(root: etree._Element, scene: Scene, contexts: list[BodyContext]) -> None:
-    """The texts of each asset, and for each placement its asset and its layer."""
+    """Add the texts of each asset, and the asset and layer of each placement."""
     custom = etree.SubElement(root, "custom")
     for place, context in zip(scene.placements, contexts, strict=True):
         texts = {"asset": place.asset, "layer": place.layer.value, **label.texts(context.asset, context.prefix)}
@@ -161,9 +161,9 @@ def add_texts(root: etree._Element, scene: Scene, contexts: list[BodyContext]) -
 
 
 def add_poses(root: etree._Element, scene: Scene, contexts: list[BodyContext]) -> None:
-    """Keyframes `start`, `closed` and `open`: joints that an asset's own keyframe does not name are at zero.
+    """Add the keyframes `start`, `closed` and `open`: joints that an asset's own keyframe does not name are at zero.
 
-    What rests in a drawer goes along with it.
+    Objects that rest in a drawer move along with it.
     """
     qpos: dict[str, list[float]] = {START_POSE: [], CLOSED_POSE: [], OPEN_POSE: []}
     placements, assets = {place.name: place for place in scene.placements}, scene.asset_of

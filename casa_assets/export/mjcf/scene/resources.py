@@ -1,4 +1,4 @@
-"""Assets of a scene -> the meshes, images and materials that it names, each once, in a folder that scenes share."""
+"""Assets of a scene -> its meshes, images and materials, each once, in a folder that scenes share."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class SceneResources:
 
 
 def gather(assets: Sequence[Asset]) -> SceneResources:
-    """Collect meshes, images and materials of assets; meshes are named by content, so equal ones are one file."""
+    """Collect meshes, images and materials of assets; meshes are named by content, so equal ones share a file."""
     textures: dict[str, Texture] = {}
     materials: dict[str, Material] = {}
     for asset in assets:
@@ -61,7 +61,7 @@ def material_name(asset: str, item: str) -> str:
 
 
 def add_all(assets: etree._Element, resources: SceneResources, folder: str) -> None:
-    """Every `<texture>`, `<material>` and `<mesh>` below `<asset>`; `folder` leads from the document to the files."""
+    """Every `<texture>`, `<material>` and `<mesh>` below `<asset>`; `folder`: path from the document to the files."""
     for path, image in resources.textures.items():
         material.add_texture(assets, image, f"{folder}/{path}")
     for name, item in resources.materials.items():

@@ -35,9 +35,9 @@ OFFSCREEN_SIZE = {"offwidth": "1920", "offheight": "1440"}
 
 @dataclass(frozen=True, eq=False)
 class FirstView:
-    """Where the free camera starts: (3,) point that it looks at and distance from it, metres; angles in degrees.
+    """Initial view of the free camera: (3,) target point and distance from it, metres; angles in degrees.
 
-    `reach` is how far the scene goes from its middle, metres.
+    `reach` is the distance of the corners of the scene from its middle, metres.
     """
 
     reach: float
@@ -68,7 +68,7 @@ def add_frame(root: etree._Element, scene: Scene) -> None:
 
 
 def _first_view(scene: Scene) -> FirstView:
-    """Of the camera `overview`, where there is one, so that the free camera starts as our pictures are taken."""
+    """View of the camera `overview` if it exists, so that the free camera starts where our pictures are taken."""
     lower, upper = scene_bounds(scene)
     middle, reach = (lower + upper) / 2, max(float(np.linalg.norm(upper - lower)) / 2, 0.1)
     for camera in scene.cameras:
@@ -83,7 +83,7 @@ def _first_view(scene: Scene) -> FirstView:
 
 
 def add_sky(assets: etree._Element, scene: Scene) -> None:
-    """The skybox below `<asset>`, where there is a sky."""
+    """Add the skybox below `<asset>` if the scene has a sky."""
     if scene.sky is None:
         return
     colors = {"rgb1": number.srgb(scene.sky.zenith), "rgb2": number.srgb(scene.sky.horizon)}
@@ -100,7 +100,7 @@ def add_lights_and_cameras(world: etree._Element, scene: Scene) -> None:
 
 
 def scene_bounds(scene: Scene) -> npt.NDArray[np.float64]:
-    """(2, 3) corners of everything in the scene but a ceiling, joints at zero, world frame, metres."""
+    """(2, 3) corners of everything in the scene except a ceiling, joints at zero, world frame, metres."""
     boxes = {asset.id: collision_bounds(asset) for asset in scene.assets}
     corners = []
     for place in scene.placements:

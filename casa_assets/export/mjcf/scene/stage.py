@@ -1,4 +1,4 @@
-"""Asset -> scene.xml: the asset on a floor under a soft light, to look at and to drop."""
+"""Asset -> scene.xml: the asset on a floor under a soft light, for viewing and drop tests."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ LIGHTS = (
 
 
 def add_frame(root: etree._Element, asset: Asset) -> None:
-    """`<statistic>` and `<visual>`: where the viewer looks from, and its light."""
+    """`<statistic>` and `<visual>`: initial view of the viewer, and its light."""
     center, diagonal = _center_and_diagonal(asset)
     etree.SubElement(root, "statistic", {"center": number.numbers(center), "extent": number.number(diagonal)})
     view = etree.SubElement(root, "visual")
@@ -48,7 +48,7 @@ def add_frame(root: etree._Element, asset: Asset) -> None:
 
 
 def add_stage(assets: etree._Element, world: etree._Element, asset: Asset) -> None:
-    """Sky, floor and lights. The floor is a plane to look at and a box to stand on."""
+    """Add sky, floor and lights. The floor is a plane for viewing and a box for contacts."""
     etree.SubElement(assets, "texture", SKY)
     etree.SubElement(assets, "material", FLOOR_MATERIAL)
     center, diagonal = _center_and_diagonal(asset)
@@ -74,10 +74,10 @@ def add_stage(assets: etree._Element, world: etree._Element, asset: Asset) -> No
 
 
 def add_object(world: etree._Element, context: body.BodyContext) -> tuple[float, ...]:
-    """Put the asset on the floor: free to move where its base is free, else welded to the world.
+    """Put the asset on the floor: with a free joint if its base is free, else welded to the world.
 
     Returns:
-        Position of the free joint (x, y, z, w, x, y, z); none where it is welded.
+        Position of the free joint (x, y, z, w, x, y, z); empty if it is welded.
     """
     asset = context.asset
     object_body = body.add(world, asset.root, context)
@@ -90,7 +90,7 @@ def add_object(world: etree._Element, context: body.BodyContext) -> tuple[float,
 
 
 def _center_and_diagonal(asset: Asset) -> tuple[npt.NDArray[np.float64], float]:
-    """Centre of the visuals, as the asset stands in the scene, and the diagonal of their bounds, metres."""
+    """Centre of the visuals in the pose of the scene, and the diagonal of their bounds, metres."""
     lower, upper = asset.bounds
     center = (lower + upper) / 2
     center[2] += _lift(asset)
@@ -98,5 +98,5 @@ def _center_and_diagonal(asset: Asset) -> tuple[npt.NDArray[np.float64], float]:
 
 
 def _lift(asset: Asset) -> float:
-    """Height to raise the asset by for its lowest collider to touch z = 0, metres."""
+    """Height by which to raise the asset so that its lowest collider touches z = 0, metres."""
     return -float(site.collision_bounds(asset)[0, 2])

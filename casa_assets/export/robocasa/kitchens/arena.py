@@ -1,6 +1,6 @@
-"""Scene -> arena.xml: sky, lights and cameras of a kitchen, and which bodies of its fixtures never collide.
+"""Scene -> arena.xml: sky, lights and cameras of a kitchen, and pairs of fixture bodies that never collide.
 
-RoboCasa merges only bodies and assets of fixtures, but the `<contact>` of the arena too.
+From fixtures RoboCasa merges only bodies and assets; from the arena it also merges `<contact>`.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ FILE = "arena.xml"
 
 
 def write(scene: Scene, exclusions: Iterable[tuple[str, str]]) -> bytes:
-    """The arena of a scene; the same scene is the same bytes.
+    """Return the arena of a scene; the same scene gives the same bytes.
 
     Args:
-        exclusions: pairs of names of bodies as they are once RoboCasa has merged the fixtures.
+        exclusions: pairs of body names, as they are after RoboCasa has merged the fixtures.
     """
     root = etree.Element("mujoco", {"model": scene.id})
     etree.SubElement(root, "compiler", {"angle": "radian", "autolimits": "true"})
@@ -35,7 +35,7 @@ def write(scene: Scene, exclusions: Iterable[tuple[str, str]]) -> bytes:
 
 
 def _add_ambient(world: etree._Element, scene: Scene) -> None:
-    """Even light from all sides. It is the headlight's in scene.xml, which RoboCasa does not merge."""
+    """Add even light from all sides. In scene.xml it is the headlight's, which RoboCasa does not merge."""
     light = world.find("light")
     if light is None:
         down = {"name": "ambient", "dir": "0 0 -1", "diffuse": "0 0 0", "specular": "0 0 0", "castshadow": "false"}

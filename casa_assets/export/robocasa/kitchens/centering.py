@@ -1,9 +1,8 @@
-"""Move an asset so that its frame, and that of every body that is not turned, is the middle of its region `main`.
+"""Move an asset so that its frame, and that of every body that is not rotated, is in the middle of its region `main`.
 
-RoboCasa v1.0 places a fixture by the frame of its body `object`, and takes the position of a region for one in that
-frame whichever body the region belongs to. It also takes half of a fixture's size to either side of the frame
-(counters), and tells a top drawer by the height of the frame. All of this holds where frames are in the middle of
-`main`.
+RoboCasa v1.0 places a fixture by the frame of its body `object`, and interprets the position of a region in that frame,
+whichever body the region belongs to. It also assumes half of a fixture's size on each side of the frame (counters), and
+recognises a top drawer by the height of the frame. All of this is correct if frames are in the middle of `main`.
 """
 
 from __future__ import annotations
@@ -26,7 +25,7 @@ T = TypeVar("T", Site, Region, Collider)
 
 
 def main_region(asset: Asset) -> Region:
-    """The region `main` of an asset. Raises KeyError where it has none."""
+    """The region `main` of an asset. Raises KeyError if it does not exist."""
     return {region.name: region for region in asset.regions}[MAIN]
 
 
@@ -37,12 +36,12 @@ def main_center(asset: Asset) -> Vec3:
 
 
 def centered(asset: Asset) -> Asset:
-    """The asset with its origin in the middle of `main`; bodies that are not turned have their frames there too."""
+    """The asset with its origin in the middle of `main`; bodies that are not rotated have their frames there too."""
     return moved(asset, np.array(main_center(asset)))
 
 
 def moved(asset: Asset, center: Offset) -> Asset:
-    """The asset with its origin, and the frames of bodies that are not turned, at a point of it, metres."""
+    """The asset with its origin, and the frames of bodies that are not rotated, at a given point, metres."""
     frames: dict[str, Pose] = {}  # link -> its new frame in the centred asset
     links, offsets = [], {}
     for link in asset.links:
@@ -91,6 +90,6 @@ def _moved(thing: T, offset: Offset) -> T:
 
 
 def _vec3(values: Offset) -> Vec3:
-    """Ten decimals: sums of lengths in metres must not leave errors such as 1e-17."""
+    """Round to ten decimals: sums of lengths in metres must not leave errors such as 1e-17."""
     x, y, z = (decimals(float(v), 10) for v in values)
     return x, y, z

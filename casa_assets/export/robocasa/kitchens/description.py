@@ -1,6 +1,6 @@
-"""Scene -> what RoboCasa is told about a kitchen: each fixture's file, class, place and facts, in one JSON document.
+"""Scene -> description of a kitchen for RoboCasa: file, class, pose and facts of each fixture, in one JSON document.
 
-Fixtures are called like the placements of the scene; those divided off a placement have the part's name added.
+Fixtures have the names of the placements of the scene; those divided off a placement have the part's name added.
 """
 
 from __future__ import annotations
@@ -47,8 +47,11 @@ class Placed:
     """A fixture of a kitchen.
 
     Attributes:
-        name: unique in the kitchen. placement: of the scene. part: of its asset.
-        centered: the part's asset, ready to be written. type: class of RoboCasa that operates it.
+        name: unique in the kitchen.
+        placement: placement of the scene.
+        part: part of its asset.
+        centered: the part's asset, ready to be written.
+        type: class of RoboCasa that operates it.
         pose: world_from_centered.
     """
 
@@ -61,18 +64,18 @@ class Placed:
 
     @property
     def folder(self) -> str:
-        """Folder of its file below that of all fixtures."""
+        """Name of its folder in the folder of all fixtures."""
         return f"{self.placement.asset}__{self.part.name}" if self.part.name else self.placement.asset
 
 
 def number_of(scene_id: str) -> int:
-    """The number by which RoboCasa knows a kitchen, as layout and as style: a digest of its id."""
+    """Number by which RoboCasa identifies a kitchen, as layout and as style: a digest of its id."""
     digest = int(hashlib.sha256(scene_id.encode()).hexdigest()[:15], 16)
     return FIRST_NUMBER + digest % NUMBERS
 
 
 def fixtures_of(scene: Scene, classes: Mapping[str, str]) -> tuple[Placed, ...]:
-    """Every fixture of a scene, in the order of the placements.
+    """Return every fixture of a scene, in the order of the placements.
 
     Args:
         classes: contract of an asset -> name of the class of RoboCasa that reads it.
@@ -97,14 +100,14 @@ def fixtures_of(scene: Scene, classes: Mapping[str, str]) -> tuple[Placed, ...]:
 
 
 def _origin(asset: Asset) -> Vec3:
-    """Where a fixture gets its frame: in the middle of `main`; that of a lid lies at a site of its blender as it is."""
+    """Origin of a fixture's frame: the middle of `main`; a lid keeps its own frame, at a site of its blender."""
     return (0.0, 0.0, 0.0) if asset.contract == LID_CONTRACT else centering.main_center(asset)
 
 
 def _is_in_a_corner(item: Placed, worktops: Collection[Placed]) -> bool:
-    """Whether open shelves hang where a robot that RoboCasa parks for them would stand in another row of units.
+    """Whether a robot that RoboCasa parks for open shelves would be inside another row of units.
 
-    RoboCasa sends robots to the only shelves of a kitchen, wherever they hang.
+    RoboCasa sends robots to the only shelves of a kitchen, wherever they are.
     """
     if item.type != OPEN_CABINET:
         return False
@@ -122,14 +125,14 @@ def _half_size(item: Placed) -> Sequence[float]:
 
 
 def _outside(item: Placed, at: Pose) -> float:
-    """How far a point in the frame of a fixture is outside it along x or y, the greater of both, metres."""
+    """Distance of a point in the frame of a fixture from the fixture along x or y, the greater of both, metres."""
     return max(abs(place) - half for place, half in zip(at.position[:2], _half_size(item)[:2], strict=True))
 
 
 def _is_corner_of_side(scene: Scene, worktop: Placement) -> bool:
-    """Whether a cabinet in the corner of an L-shaped worktop faces as the second arm does.
+    """Whether a cabinet in the corner of an L-shaped worktop faces the same way as the second arm.
 
-    RoboCasa parks a robot before the worktop below or above a fixture, on that worktop's front side.
+    RoboCasa parks a robot in front of the worktop below or above a fixture, on that worktop's front side.
     """
     asset = scene.asset_of[worktop.name]
     side = next((region for region in asset.regions if region.name == parts.SIDE_TOP), None)
@@ -149,7 +152,7 @@ def _is_corner_of_side(scene: Scene, worktop: Placement) -> bool:
 
 
 def _with_main(asset: Asset) -> Asset:
-    """An asset with a region `main`, which objects do not have by themselves: all that is touched of them."""
+    """An asset with a region `main`; for objects, which do not have one, it is the bounding box."""
     if any(region.name == centering.MAIN for region in asset.regions):
         return asset
     low, high = asset.bounds
@@ -157,7 +160,10 @@ def _with_main(asset: Asset) -> Asset:
 
 
 def _worktop_without_upstand(asset: Asset) -> Asset:
-    """A worktop whose `main` ends at its surface: RoboCasa puts things on the upper end of it, not on an upstand's."""
+    """A worktop whose `main` ends at its surface.
+
+    RoboCasa puts objects on the upper end of `main`, which must not be that of an upstand.
+    """
     tops = [r for r in asset.regions if asset.contract == parts.COUNTER and r.name.startswith("top")]
     if not tops:
         return asset
@@ -170,11 +176,11 @@ def _worktop_without_upstand(asset: Asset) -> Asset:
 
 
 def _fixture_name(placement: str, part: str, asset: Asset, taken: Collection[str]) -> str:
-    """A name that RoboCasa can take off the names of a fixture's regions again, and that says nothing untrue to it.
+    """Return a name that RoboCasa can strip from the names of a fixture's regions, and that does not mislead it.
 
-    It splits names at `<fixture>_`, adds no prefix to names that begin so, leaves out counters with `corner` and
-    cabinets with `stack` in their names, and pairs a `blender` or a `jar` with a lid of that name. Its tasks call
-    their objects by the kind, such as `kettle`, and no object may be called like a fixture.
+    RoboCasa splits names at `<fixture>_`, adds no prefix to names that begin so, leaves out counters with `corner` and
+    cabinets with `stack` in their names, and pairs a `blender` or a `jar` with a lid of that name. Its tasks name their
+    objects by kind, such as `kettle`, and an object must not have the name of a fixture.
     """
     name = f"{placement}_{part}" if part else placement
     if asset.contract == parts.COUNTER:
@@ -216,13 +222,15 @@ def _bottom(pose: Pose, region: Any) -> float:
 
 
 def describe(scene: Scene, fixtures: Collection[Placed], folder: str) -> dict[str, Any]:
-    """The content of kitchen.json. World frame, metres, radians, quaternions (w, x, y, z).
+    """Return the content of kitchen.json. World frame, metres, radians, quaternions (w, x, y, z).
 
-    Refrigerators come first: RoboCasa parks a robot before the first fixture in which it finds the middle of another,
-    and a refrigerator stands out of the housing around it. Lids come last, after what they may lie beside.
+    Refrigerators come first: RoboCasa parks a robot in front of the first fixture that contains the middle of another,
+    and a refrigerator protrudes from the housing around it. Lids come last, after the fixtures that they may be placed
+    next to.
 
     Args:
-        fixtures: of the scene. folder: leads from the root of the export to the fixtures.
+        fixtures: of the scene.
+        folder: path from the root of the export to the fixtures.
     """
     counters = [item for item in fixtures if item.type == COUNTER]
     standing = [item for item in fixtures if item not in counters and any(_stands_on(item, c) for c in counters)]
@@ -251,7 +259,7 @@ def describe(scene: Scene, fixtures: Collection[Placed], folder: str) -> dict[st
 
 
 def _lid_of(item: Placed, fixtures: Collection[Placed]) -> str:
-    """The blender that a lid belongs to, the nearest one; empty for what is no lid, and where there is no blender."""
+    """Name of the nearest blender, to which a lid belongs; empty if it is not a lid, or if there is no blender."""
     if item.type != LID:
         return ""
     near = [
@@ -265,7 +273,7 @@ def _has_joint(item: Placed, joint: str) -> bool:
 
 
 def _solid_height(item: Placed) -> float:
-    """How far above its foot nothing is put into it, metres: up to its lowest shelf, tray or slot."""
+    """Height above its foot below which nothing can be put into it, metres: up to its lowest shelf, tray or slot."""
     main = centering.main_region(item.centered)
     foot = main.pose.position[2] - main.size[2] / 2
     floors = [r.pose.position[2] - r.size[2] / 2 - foot for r in item.centered.regions if r.name != main.name]
@@ -273,12 +281,12 @@ def _solid_height(item: Placed) -> float:
 
 
 def is_free(item: Placed) -> bool:
-    """Whether it may be moved: RoboCasa's appliances are fixed to where they stand, its accessories are not."""
+    """Whether it may be moved: RoboCasa's appliances are fixed in place, its accessories are not."""
     return item.centered.base is Base.FREE and item.type in (PLAIN, "Accessory")
 
 
 def _stands_on(item: Placed, counter: Placed) -> bool:
-    """Whether it stands on a worktop, so that nothing else may be put there."""
+    """Whether an item is on a worktop, so that nothing else may be put there."""
     if item.placement.layer is not Layer.THINGS:
         return False
     half = np.array(centering.main_region(counter.centered).size) / 2
@@ -288,7 +296,7 @@ def _stands_on(item: Placed, counter: Placed) -> bool:
 
 
 def _facts(item: Placed, standing: Collection[Placed]) -> dict[str, Any]:
-    """Attributes that the classes of RoboCasa have by what they build themselves from."""
+    """Attributes that RoboCasa's own classes would derive from the parts that they build."""
     if item.type in ("HingeCabinet", "SingleCabinet", "OpenCabinet", "HousingCabinet", "PanelCabinet", "Drawer"):
         levels = sum(bool(re.fullmatch(r"level\d+", region.name)) for region in item.centered.regions)
         facts: dict[str, Any] = {
@@ -307,7 +315,7 @@ def _facts(item: Placed, standing: Collection[Placed]) -> dict[str, Any]:
 
 
 def _footprint(item: Placed, counter: Placed) -> surfaces.Footprint:
-    """What an item covers of a worktop: x and y of two corners in the frame of the worktop, metres."""
+    """Footprint of an item on a worktop: x and y of two corners in the frame of the worktop, metres."""
     x, y, _ = np.array(centering.main_region(item.centered).size) / 2
     corners = np.array([(i * x, j * y, 0.0) for i in (-1, 1) for j in (-1, 1)])
     local = counter.pose.inverse().apply(item.pose.apply(corners))
@@ -316,7 +324,7 @@ def _footprint(item: Placed, counter: Placed) -> surfaces.Footprint:
 
 
 def layout(fixtures: Collection[Placed]) -> dict[str, Any]:
-    """What RoboCasa reads of a layout by its path: which counters make an island, and which way stools face."""
+    """Data that RoboCasa reads from a layout file: the counters of an island, and the directions that stools face."""
     suffix = f"_{ISLAND_GROUP}"
     islands = [item.name for item in fixtures if item.type == COUNTER and item.name.endswith(suffix)]
     stools = [item for item in fixtures if item.type == "Stool"]
@@ -327,7 +335,7 @@ def layout(fixtures: Collection[Placed]) -> dict[str, Any]:
 
 
 def yaw(pose: Pose) -> float:
-    """Turn about the vertical, radians."""
+    """Rotation about the vertical axis, radians."""
     rotation = pose.rotation
     return float(np.arctan2(rotation[1, 0], rotation[0, 0]))
 

@@ -20,10 +20,11 @@ CEILING = "ceiling"
 
 
 def write_kitchen(scene: Scene, fixtures: tuple[Placed, ...], tasks: Sequence[str] = ()) -> Files:
-    """`kitchen.json`, `arena.xml` and `layout.yaml` of a scene.
+    """Return `kitchen.json`, `arena.xml` and `layout.yaml` of a scene.
 
     Args:
-        fixtures: those of `fixtures_of`. tasks: atomic tasks of RoboCasa v1.0 that the kitchen affords.
+        fixtures: result of `fixtures_of`.
+        tasks: atomic tasks of RoboCasa v1.0 that the kitchen affords.
     """
     facts = {**description.describe(scene, fixtures, FIXTURES), "tasks": list(tasks)}
     return Files.of(
@@ -37,9 +38,9 @@ def write_kitchen(scene: Scene, fixtures: tuple[Placed, ...], tasks: Sequence[st
 
 
 def write_fixture(asset: Asset) -> Files:
-    """`model.xml` of a centred fixture with the meshes and images that it names.
+    """Return `model.xml` of a centred fixture with its meshes and images.
 
-    A ceiling and the outer faces of walls are in a group that the cameras of robosuite do not show, so that these see
+    A ceiling and the outer faces of walls are in a group that robosuite's cameras do not show, so that the cameras see
     into the room from outside.
     """
     visuals = VIEWER_GROUPS.shell if asset.labels.category == CEILING else ROBOSUITE_GROUPS.visuals

@@ -1,8 +1,8 @@
 """Divide an asset into the fixtures that RoboCasa knows: each drawer, each pair of doors, each arm of a worktop.
 
-RoboCasa v1.0 has one joint `slidejoint` to a Drawer, one pair of doors to a HingeCabinet, one door to a SingleCabinet.
-A unit of ours may hold several of them. What is divided off takes its moving links, their joints under RoboCasa's
-names, and the regions behind them; the rest keeps the carcass.
+RoboCasa v1.0 has one joint `slidejoint` per Drawer, one pair of doors per HingeCabinet, one door per SingleCabinet.
+One of our units may have several of them. A part that is divided off gets its moving links, their joints with
+RoboCasa's names, and the regions behind them; the rest keeps the carcass.
 """
 
 from __future__ import annotations
@@ -42,13 +42,13 @@ SAME = Pose()
 
 @dataclass(frozen=True)
 class Part:
-    """One fixture out of an asset.
+    """One fixture made from an asset.
 
     Attributes:
-        name: added to the name of the placement; empty for the asset itself or what remains of it.
-        asset: what the fixture consists of; its front looks along -y, and its `contract` says what it is now.
-        links: link of the whole -> name of its body in the part, as far as they are in it.
-        whole_from_part: frame of `asset` in that of the whole.
+        name: added to the name of the placement; empty for the asset itself or the rest of it.
+        asset: content of the fixture; its front faces -y, and its `contract` is that of the part.
+        links: link of the whole -> name of its body in the part, for links that are in the part.
+        whole_from_part: pose of the frame of `asset` in the frame of the whole.
     """
 
     name: str
@@ -67,7 +67,7 @@ class _Group:
 
 
 def divide(asset: Asset, is_corner_of_side: bool = False) -> tuple[Part, ...]:
-    """The fixtures of an asset, what remains of it first; most are one.
+    """Divide an asset into fixtures, the rest of it first; most assets are one fixture.
 
     Args:
         is_corner_of_side: whether the corner of an L-shaped worktop goes to its second arm.
@@ -128,7 +128,7 @@ def _children(asset: Asset, joints: Collection[str]) -> list[str]:
 
 
 def _regions_of(asset: Asset, group: _Group, links: Collection[str]) -> list[tuple[Region, str]]:
-    """Regions that belong to a group, each with its new name: those on its links, and levels behind its doors."""
+    """Regions of a group, each with its new name: those on its links, and levels behind its doors."""
     own = [region for region in asset.regions if region.link in links]
     if group.contract == DRAWER:
         return [(region, "int" if region.name.endswith("int") else region.name) for region in own]
@@ -142,7 +142,7 @@ def _regions_of(asset: Asset, group: _Group, links: Collection[str]) -> list[tup
 
 
 def _renumbered(regions: Iterable[Region]) -> tuple[Region, ...]:
-    """Levels counted from 0 without gaps, since RoboCasa counts them so; the other regions as they are."""
+    """Levels renumbered from 0 without gaps, as RoboCasa expects; the other regions unchanged."""
     out, count = [], 0
     for region in regions:
         if re.fullmatch(r"level\d+", region.name):
@@ -162,7 +162,7 @@ def _span(asset: Asset, links: Collection[str]) -> npt.NDArray[np.float64]:
 
 
 def _front_box(asset: Asset, links: Collection[str]) -> Region:
-    """Region `main` of what is divided off: as wide and as deep as the whole, as high as its fronts."""
+    """Region `main` of a part that is divided off: as wide and as deep as the whole, as high as its fronts."""
     main = main_region(asset)
     center, half = _middle(asset, main), np.array(main.size) / 2
     span = _span(asset, links)
@@ -172,7 +172,7 @@ def _front_box(asset: Asset, links: Collection[str]) -> Region:
 
 
 def box_region(name: str, lower: npt.NDArray[np.float64], upper: npt.NDArray[np.float64]) -> Region:
-    """A region of the root between two corners, metres."""
+    """A region of the root link between two corners, metres."""
     return Region(name=name, pose=Pose(position=_vec3((lower + upper) / 2)), size=_vec3(upper - lower))
 
 
@@ -183,10 +183,11 @@ def _empty_root(asset: Asset) -> Link:
 def _selected(
     asset: Asset, name: str, links: Iterable[Link], regions: Iterable[Region], joints: Mapping[str, str]
 ) -> Asset:
-    """An asset of some links of another, with what belongs to them.
+    """An asset with some links of another, and the joints, sites, materials and so on that belong to them.
 
     Args:
-        name: added to the id. joints: old name -> new one, of those that are renamed.
+        name: added to the id.
+        joints: old name -> new name, for joints that are renamed.
     """
     links = tuple(links)
     names = {link.name for link in links}
@@ -228,9 +229,9 @@ def _within(pair: Exclusion, names: Collection[str]) -> bool:
 
 
 def _divide_worktop(asset: Asset, is_corner_of_side: bool) -> tuple[Part, ...]:
-    """An L-shaped worktop as two rectangles: one along the back wall, one along the side wall.
+    """Divide an L-shaped worktop into two rectangles: one along the back wall, one along the side wall.
 
-    `main` of one of them covers the corner, for things above and below it.
+    `main` of one of them covers the corner, for objects above and below it.
     """
     regions = {region.name: region for region in asset.regions}
     side, main = regions[SIDE_TOP], regions[MAIN]
@@ -263,7 +264,7 @@ def _divide_worktop(asset: Asset, is_corner_of_side: bool) -> tuple[Part, ...]:
 
 
 def _turned(asset: Asset, turn: Pose) -> Asset:
-    """An asset of one link without joints in a frame that is turned by a quarter turn about z."""
+    """An asset with one link and no joints, in a frame rotated by a quarter turn about z."""
     back = turn.inverse()
     rotation = np.round(back.rotation)
     root = asset.root
@@ -287,9 +288,10 @@ def _turned(asset: Asset, turn: Pose) -> Asset:
 
 
 def _cut(link: Link, edge: float) -> tuple[Link, Link]:
-    """A link that never moves as two: what lies beyond y = `edge`, metres, and what lies before it.
+    """Cut a static link in two: the part beyond y = `edge`, metres, and the part in front of it.
 
-    A face goes where its middle is: both are drawn where they were, so that no seam is seen.
+    A face belongs to the part that contains its middle: both parts are drawn in their old place, so that no seam is
+    visible.
     """
     beyond: list[Visual] = []
     before: list[Visual] = []
@@ -306,7 +308,7 @@ def _cut(link: Link, edge: float) -> tuple[Link, Link]:
 
 
 def _with_faces(mesh: Mesh, faces: npt.NDArray[np.int32]) -> Mesh:
-    """A mesh of some of the faces of another, with the vertices that they use."""
+    """A mesh with some faces of another, and the vertices that they use."""
     used, numbers = np.unique(faces, return_inverse=True)
     return Mesh(
         vertices=mesh.vertices[used],

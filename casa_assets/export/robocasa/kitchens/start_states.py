@@ -1,4 +1,4 @@
-"""Start states of a scene as RoboCasa's model of the kitchen names its joints and places its bodies."""
+"""Start states of a scene, converted to the joint names and body frames of RoboCasa's model of the kitchen."""
 
 from __future__ import annotations
 
@@ -18,12 +18,13 @@ Column = tuple[str, Floats]
 
 
 def translated(states: StartStates, scene: Scene, fixtures: Collection[Placed]) -> StartStates:
-    """The states for a model of RoboCasa; joints that it does not have are left out.
+    """Convert the states to a model of RoboCasa; joints that it does not have are left out.
 
-    Appliances that stand loose in the scene are fixed in RoboCasa to where the scene has them.
+    Appliances that are loose in the scene are fixed in RoboCasa, at their pose in the scene.
 
     Args:
-        scene: that the states are of. fixtures: those of `fixtures_of`.
+        scene: scene of the states.
+        fixtures: result of `fixtures_of`.
     """
     columns = [*_hinges(states, scene, fixtures), *_bodies(states, scene, fixtures)]
     joints, address = [], 0
@@ -35,7 +36,7 @@ def translated(states: StartStates, scene: Scene, fixtures: Collection[Placed]) 
 
 
 def _values(states: StartStates, name: str) -> Floats | None:
-    """(states, width) numbers of a joint of the scene; None where the states do not have it."""
+    """(states, width) numbers of a joint of the scene, or None if the states do not have it."""
     found = next((joint for joint in states.joints if joint.name == name), None)
     if found is None:
         return None
@@ -54,7 +55,7 @@ def _hinges(states: StartStates, scene: Scene, fixtures: Collection[Placed]) -> 
 
 
 def _bodies(states: StartStates, scene: Scene, fixtures: Collection[Placed]) -> Iterator[Column]:
-    """Poses of what may be moved, of the frame in which RoboCasa has it."""
+    """Poses of movable fixtures, in terms of the frames that they have in RoboCasa."""
     for item in fixtures:
         values = _values(states, f"{item.placement.name}__{FREE_JOINT}") if is_free(item) else None
         if values is None:

@@ -1,7 +1,7 @@
-"""Where on a worktop RoboCasa may put things: its free surfaces, without what lies before a deep appliance.
+"""Free surfaces of a worktop on which RoboCasa may put objects, without shallow areas in front of deep appliances.
 
-RoboCasa v1.0 puts a task's plate before the microwave, as near to the front edge as it can, and gives up where there
-is no room. A part of the surface that is too shallow there is left out, so that it takes the part beside it.
+RoboCasa v1.0 puts a task's plate in front of the microwave, as near to the front edge as it can, and gives up if there
+is no room. An area that is too shallow there is left out, so that RoboCasa uses the area next to it.
 """
 
 from __future__ import annotations
@@ -28,10 +28,11 @@ class Surface:
 
 
 def free(counter: Asset, things: Iterable[Footprint]) -> tuple[Surface, ...]:
-    """The free surfaces of a worktop, whose front is at its least y.
+    """Return the free surfaces of a worktop, whose front is at its minimum y.
 
     Args:
-        counter: the worktop, centred. things: what stands on it, in its frame.
+        counter: the worktop, centred.
+        things: footprints of the objects on it, in its frame.
     """
     things = sorted(things)
     out: list[Surface] = []
@@ -42,7 +43,7 @@ def free(counter: Asset, things: Iterable[Footprint]) -> tuple[Surface, ...]:
 
 
 def _without(region: Region, things: Iterable[Footprint]) -> list[Surface]:
-    """A region cut across at what leaves too little room; whole where nothing large enough would be left."""
+    """Cut a region at footprints that leave too little room; uncut if no large enough part would remain."""
     (x, y, z), (width, depth, height) = region.pose.position, region.size
     left, right, front, back = x - width / 2, x + width / 2, y - depth / 2, y + depth / 2
     spans = [(left, right)]
@@ -57,5 +58,5 @@ def _without(region: Region, things: Iterable[Footprint]) -> list[Surface]:
 
 
 def _outside(span: Corner, low: float, high: float) -> list[Corner]:
-    """What of a span lies outside `low` to `high`."""
+    """Parts of a span that are outside `low` to `high`."""
     return [(a, b) for a, b in ((span[0], min(span[1], low)), (max(span[0], high), span[1])) if b > a]

@@ -1,1 +1,1 @@
-"""Scene -> URDF: the kitchen as one tree of links, its assets one by one, and the list of what stands where."""
+"""Scene -> URDF: the kitchen as one tree of links, its assets one by one, and the list of placements."""

@@ -1,7 +1,7 @@
-"""Scene -> `scene.urdf` with all that stands fixed, a URDF of every asset, and `scene.json`: what stands where.
+"""Scene -> `scene.urdf` with all fixed objects, a URDF of every asset, and `scene.json` with all placements.
 
-Names in `scene.urdf`: the root link of a placement is called like it, everything else in it `<placement>__<name>`. What
-is loose is in no tree of links that begins at the world: few programs read the floating joints that this would take.
+Names in `scene.urdf`: the root link of a placement has the placement's name, everything else in it
+`<placement>__<name>`. Loose objects are not in `scene.urdf`: they would need floating joints, which few programs read.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ FILE, LIST = "scene.urdf", "scene.json"
 
 
 def write(scene: Scene) -> Files:
-    """The URDF files of a scene, flat in one folder; the same scene is the same bytes.
+    """Return the URDF files of a scene, flat in one folder; the same scene gives the same bytes.
 
     Returns:
         `scene.urdf`, `scene.json`, `<asset>.urdf` and `<asset>.json` of every asset, and `meshes/`.
@@ -80,5 +80,5 @@ def _placement(place: Placement, asset: Asset) -> dict[str, Any]:
 
 
 def _camera(camera: Camera) -> dict[str, Any]:
-    """It looks along its -z, y up."""
+    """One camera; it looks along its -z, y up."""
     return {"name": camera.name, "fov_y_deg": camera.fov_y_deg, **label.pose(camera.pose)}

@@ -1,7 +1,7 @@
-"""Scene -> isaac_lab.py, which tells Isaac Lab what moves in scene.usda, and how hard.
+"""Scene -> isaac_lab.py, which describes the moving parts of scene.usda and their dynamics for Isaac Lab.
 
-Isaac Lab was not run with it: a test compiles the file and compares its numbers with the scene. Its own names and units
-are those of Isaac Lab 2.3 with Isaac Sim 5: quaternions (w, x, y, z), dry friction of a joint as an effort.
+It was not run with Isaac Lab: a test compiles the file and compares its numbers with the scene. Its names and units are
+those of Isaac Lab 2.3 with Isaac Sim 5: quaternions (w, x, y, z), dry friction of a joint as an effort.
 
 Ref: Isaac Lab, isaaclab.assets.ArticulationCfg, isaaclab.actuators.ImplicitActuatorCfg.
 """
@@ -104,10 +104,11 @@ class KitchenSceneCfg(InteractiveSceneCfg):
 
 
 def scene_text(scene: Scene, usd: str) -> str:
-    """The configuration as Python source; the same scene is the same text.
+    """Return the configuration as Python source; the same scene gives the same text.
 
     Args:
-        scene: what the USD was written from. usd: its file name.
+        scene: the scene of the USD.
+        usd: file name of the USD.
     """
     assets = scene.asset_of
     rests = {
@@ -144,11 +145,11 @@ def _fixture(place: Placement, asset: Asset) -> Iterator[str]:
 
 
 def _stands(pose: Pose) -> tuple[str, str]:
-    """The two arguments that place a body, to twelve digits: the last ones differ from processor to processor."""
+    """The two arguments for the pose of a body, to twelve digits: the last ones differ between processors."""
     position, rotation = (tuple(decimals(c, 12) for c in row) for row in (pose.position, pose.quaternion))
     return f"pos={position!r}", f"rot={rotation!r}"
 
 
 def _table(rows: dict[str, dict[str, float]]) -> str:
-    """A dictionary of dictionaries, a row for each."""
+    """Source of a dictionary of dictionaries, one row for each."""
     return "{\n" + "".join(f'    "{name}": {json.dumps(row)},\n' for name, row in rows.items()) + "}" if rows else "{}"

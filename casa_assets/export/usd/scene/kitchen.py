@@ -3,7 +3,7 @@
 /World                         kind assembly; variant sets pose (start, closed, open), room and ceiling (shown, hidden)
   /physicsScene /ambientLight
   /<light> /<camera>
-  /<placement>                 a reference to ../assets/usd/<asset>/<asset>.usda, standing where it is placed
+  /<placement>                 a reference to ../assets/usd/<asset>/<asset>.usda, with the pose of the placement
 """
 
 from __future__ import annotations
@@ -36,16 +36,16 @@ LAYER = "casa:layer"
 def write(
     scene: Scene, shared: str = "../assets", layer_text: Callable[[Asset, str], str] = document.layer_text
 ) -> Files:
-    """The USD of a scene; the same scene is the same bytes.
+    """Return the USD of a scene; the same scene gives the same bytes.
 
     Args:
-        scene: what to write.
-        shared: leads from the folder of scene.usda to the shared folder.
-        layer_text: `document.layer_text`, or what gives the same faster.
+        scene: the scene.
+        shared: path from the folder of scene.usda to the shared folder.
+        layer_text: `document.layer_text`, or a faster function with the same result.
     Returns:
         `scene.usda`, `scene_nested.usda`, `isaac_lab.py`, and the files of the shared folder as
-        `assets/usd/<asset>/<asset>.usda` and `assets/textures/<name>_<hash>.png`, which are those that the MJCF of the
-        scene names.
+        `assets/usd/<asset>/<asset>.usda` and `assets/textures/<name>_<hash>.png`, the same pictures that the MJCF of
+        the scene uses.
     """
     entries = {
         FILE: scene_text(scene, shared).encode("utf-8"),
@@ -61,7 +61,7 @@ def write(
 
 
 def scene_text(scene: Scene, shared: str = "../assets") -> str:
-    """The root layer as usda text: nothing of an asset is copied into it."""
+    """Return the root layer as usda text; no content of assets is copied into it."""
     layer = Sdf.Layer.CreateAnonymous(".usda")
     _define(Usd.Stage.Open(layer), scene)
     # Below this line without a stage, which would look for layers that are not on disk yet.
@@ -83,7 +83,7 @@ def scene_text(scene: Scene, shared: str = "../assets") -> str:
 
 
 def _define(stage: Usd.Stage, scene: Scene) -> None:
-    """Everything that refers to no other layer."""
+    """Define everything that refers to no other layer."""
     root = UsdGeom.Xform.Define(stage, WORLD).GetPrim()
     document.set_stage(stage, root)
     Usd.ModelAPI(root).SetKind(Kind.Tokens.assembly)
@@ -100,9 +100,9 @@ def _define(stage: Usd.Stage, scene: Scene) -> None:
 
 
 def _add_pose_variants(layer: Sdf.Layer, scene: Scene) -> None:
-    """The variant set `pose`, `closed` selected: each asset's own variant, and the start pose, which no asset has.
+    """Add the variant set `pose`, `closed` selected: each asset's own variant, and the start pose, which no asset has.
 
-    What rests in a drawer goes along with it.
+    Objects that rest in a drawer move along with it.
     """
     poses = (START_POSE, CLOSED_POSE, OPEN_POSE)
     variants = _variants(layer, keyframe.VARIANT_SET, poses, CLOSED_POSE)
@@ -127,7 +127,7 @@ def _add_pose_variants(layer: Sdf.Layer, scene: Scene) -> None:
 
 
 def _set_start_pose(layer: Sdf.Layer, variants: str, place: Placement, asset: Asset) -> None:
-    """Write the start pose where it differs from the closed pose, stronger than a variant of the asset."""
+    """Write the start pose if it differs from the closed pose, stronger than a variant of the asset."""
     positions = joint_positions(place.joints)
     closed = next((joint_positions(key.joints) for key in asset.keyframes if key.name == CLOSED_POSE), {})
     if all(positions.get(joint.name, 0.0) == closed.get(joint.name, 0.0) for joint in asset.joints):
@@ -137,7 +137,7 @@ def _set_start_pose(layer: Sdf.Layer, variants: str, place: Placement, asset: As
 
 
 def _add_visibility_variants(layer: Sdf.Layer, name: str, places: list[Placement]) -> None:
-    """A variant set that makes some placements invisible; they collide all the same."""
+    """Add a variant set that makes some placements invisible; they still collide."""
     if not places:
         return
     variants = _variants(layer, name, (SHOWN, HIDDEN), SHOWN)
@@ -148,7 +148,7 @@ def _add_visibility_variants(layer: Sdf.Layer, name: str, places: list[Placement
 
 
 def _variants(layer: Sdf.Layer, name: str, options: tuple[str, ...], chosen: str) -> str:
-    """A variant set of the world; its name."""
+    """Add a variant set to the world, and return its name."""
     world = layer.GetPrimAtPath(WORLD)
     world.variantSetNameList.prependedItems = [*world.variantSetNameList.prependedItems, name]
     world.variantSelections[name] = chosen

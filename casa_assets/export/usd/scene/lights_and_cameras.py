@@ -23,7 +23,7 @@ CLIPPING_RANGE_M = (0.015, 60.0)
 
 
 def define_all(stage: Usd.Stage, world: Sdf.Path, scene: Scene) -> None:
-    """Lights, light from all sides and cameras below the prim of the world."""
+    """Define lights, ambient light and cameras below the prim of the world."""
     if any(scene.ambient):
         dome = UsdLux.DomeLight.Define(stage, world.AppendChild(AMBIENT))
         dome.CreateColorAttr(Gf.Vec3f(*scene.ambient))
@@ -72,7 +72,7 @@ def _camera(stage: Usd.Stage, path: Sdf.Path, camera: Camera) -> None:
 
 
 def pose_looking_along(direction: Vec3) -> Pose:
-    """Rotation that takes -z, along which lights shine, to a direction by the shortest arc."""
+    """Rotation by the shortest arc from -z, along which lights shine, to a direction."""
     length = math.sqrt(sum(d * d for d in direction))
     x, y, z = (d / length for d in direction)
     if z > 1.0 - 1e-12:  # straight up: any axis in the plane will do

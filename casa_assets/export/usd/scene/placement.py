@@ -12,14 +12,14 @@ from casa_assets.model.pose import Pose
 
 
 def variant(asset: Asset, pose: str) -> str | None:
-    """The asset's own variant that comes nearest to a pose of the scene; None where it has no variants."""
+    """Return the asset's variant that is nearest to a pose of the scene, or None if it has no variants."""
     if not asset.keyframes:
         return None
     return pose if pose in {key.name for key in asset.keyframes} and pose != START_POSE else CLOSED_POSE
 
 
 def set_pose(spec: Sdf.PrimSpec, pose: Pose) -> None:
-    """Override where a link stands in the frame of its asset."""
+    """Override the pose of a link in the frame of its asset."""
     translate, orient = keyframe.XFORM_OPS
     kinds = Sdf.ValueTypeNames
     Sdf.AttributeSpec(spec, translate, kinds.Double3).default = number.vec3d(pose.position)
@@ -43,10 +43,10 @@ def set_joints(layer: Sdf.Layer, root: Sdf.Path, asset: Asset, positions: dict[s
 
 
 def fix_base(layer: Sdf.Layer, root: Sdf.Path, world: Sdf.Path, world_from_base: Pose) -> None:
-    """The joint that holds a fixed base, from the world of the scene to the base of the copy at `root`.
+    """Write the joint that holds a fixed base, from the world of the scene to the base of the copy at `root`.
 
-    An asset by itself fixes its base to its own root prim. In a scene that is no longer the default prim of the stage,
-    and MuJoCo would not take it for the world and let the base float.
+    An asset by itself fixes its base to its own root prim. In a scene that prim is not the default prim of the stage,
+    so MuJoCo would not treat it as the world and would let the base float.
     """
     spec = Sdf.CreatePrimInLayer(layer, root.AppendChild(SCOPE).AppendChild(BASE_TO_WORLD))
     Sdf.RelationshipSpec(spec, "physics:body0", custom=False).targetPathList.explicitItems = [world]

@@ -57,7 +57,7 @@ _FAULTS = (
 
 
 def archive_suffix(name: str) -> str:
-    """Suffix of an archive that is read, in lower case, `.tar.gz` among them; empty where it is none."""
+    """Suffix, in lower case, of an archive that is read (`.tar.gz` counts as one); empty for other names."""
     lower = name.lower()
     return next((s for s in (".tar.gz", *SUFFIXES) if lower.endswith(s) and lower != s), "")
 
@@ -193,7 +193,7 @@ class Archive:
                 packed_tar.members = []  # type: ignore[attr-defined]  # the library keeps all that it has seen
 
     def _content(self, path: str, most: int) -> bytes | None:
-        """Bytes of a member, at most so many; None where there is none."""
+        """Bytes of a member, at most `most`; None if there is no such member."""
         if self._is_zip:
             with self._zip() as packed:
                 for info in packed.infolist():
@@ -210,7 +210,7 @@ class Archive:
         return None
 
     def _content_at(self, path: str, most: int, at: int) -> bytes | None:
-        """Bytes of the member of a tar whose header begins at a byte, at most so many; None where another one does."""
+        """Bytes, at most `most`, of the member of a tar whose header begins at byte `at`; None if another one does."""
         with self._tar(SEEK_BLOCK, at) as (packed_tar, bounded):
             one = packed_tar.next()
             if one is None or not one.isfile() or one.issparse() or _plain(one.name) != path:

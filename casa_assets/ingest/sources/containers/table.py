@@ -37,8 +37,8 @@ class MeshColumn:
     """Column that holds the files.
 
     Attributes:
-        name: in the table. is_struct: its values have fields `bytes` and, it may be, `path`.
-        suffix: that its name stands for, such as `.obj`; empty where it names no format.
+        name: in the table. is_struct: its values have a field `bytes` and possibly a field `path`.
+        suffix: file suffix that its name implies, such as `.obj`; empty if it names no format.
     """
 
     name: str
@@ -62,7 +62,7 @@ def is_table(name: str) -> bool:
 
 
 def mesh_column(table: ParquetFile) -> MeshColumn | None:
-    """The column that holds mesh files; None where there is none by any name that people use."""
+    """The column that holds mesh files; None if no column has one of the usual names."""
     types = importlib.import_module("pyarrow.types")
     found: dict[str, MeshColumn] = {}
     for field in table.schema_arrow:

@@ -1,4 +1,4 @@
-"""Print what a table says of its rows, but for the files in them: a program of its own, as tables are read by C++.
+"""Print the fields of a table's rows, except the files in them; a separate program, as tables are read by C++ code.
 
 Standard input: pickled folder and path. Standard output: JSON lines, see `main`. It is started by `tabled`.
 """

@@ -147,7 +147,7 @@ def _is_safe(value: object, place: str) -> bool:
 
 
 def _suffix(row: Mapping[str, Any]) -> str:
-    """Suffix of the file in a row, such as `.obj`, as far as the row tells one."""
+    """Suffix of the file in a row, such as `.obj`; empty if the row does not say it."""
     for column in FORMATS:
         word = f".{str(row.get(column, '')).lower().strip().removeprefix('.')}"
         if word in SUFFIXES:

@@ -21,7 +21,7 @@ from casa_assets.ingest.sources.untrusted_fields import parse_json, safe_id
 
 
 class ShardRows:
-    """What the JSON members of one tar say of its meshes; ids must differ.
+    """Descriptions of meshes in the JSON members of one tar; ids must differ.
 
     Args:
         package: folder of the tar. name: of its file.
@@ -34,7 +34,7 @@ class ShardRows:
         self._ids: dict[str, str] = {}
 
     def described(self, found: Found) -> Found | Refused:
-        """A mesh with what its JSON says of it; as it is where there is none; refused where anything in it is wrong."""
+        """A mesh with the description in its JSON; unchanged if it has no JSON; refused if the JSON is wrong."""
         path = next((p for p in _paths(found.main) if p in self._texts), None)
         if path is None:
             return found
@@ -61,7 +61,7 @@ class ShardRows:
         return row
 
     def _uid(self, row: Mapping[str, object], place: str) -> str:
-        """The id that a row states, as text; empty where it states none, for the key tells samples apart."""
+        """The id that a row states, as text; empty if it states none, since the key distinguishes samples."""
         value = row.get("uid", row.get("id"))
         if value is None:
             return ""

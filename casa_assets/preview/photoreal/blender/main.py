@@ -209,9 +209,9 @@ def render(path: Path) -> np.ndarray:
 
 
 def falling_light(folder: Path) -> np.ndarray:
-    """(N, 3) linear light that falls on what the camera sees: what a white card before it would show.
+    """(N, 3) linear light that falls on the visible surfaces: what a white card in front of them would show.
 
-    Cycles tells the light that surfaces scatter apart from their colours; metal and glass, which scatter none, are left
+    Cycles separates the light that surfaces scatter from their colours; metal and glass, which do not scatter, are left
     out.
     """
     scene, layer = bpy.context.scene, bpy.context.view_layer

@@ -1,7 +1,7 @@
-"""What UsdPreviewSurface cannot say of a finish: glass, the grain of brushed metal, clear coats, lamps that are on.
+"""Finishes that UsdPreviewSurface cannot express: glass, the grain of brushed metal, clear coats, lamps that are on.
 
-A material of our USD is named by its finish, and its numbers tell the rest: what is see-through is glass or a liquid,
-what is metallic and not polished is brushed, what gives off light is a lamp, a display or a flame.
+A material of our USD is named after its finish, and its numbers decide the rest: see-through materials are glass or
+liquids, metallic ones that are not polished are brushed, and those that emit light are lamps, displays or flames.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""What is round a room: sky through its windows and open sides, a low sun, the lamps, and what is seen outside.
+"""Surroundings of a room: sky through its windows and open sides, a low sun, the lamps, and the view outside.
 
-Where a plan leaves a room open, the room goes on, up to a wall with glazed doors to a garden. The floor, the ceiling
-and the walls beside the opening are continued with their own pattern, so that a photographer who steps back out of the
-kitchen still stands in a room.
+If a plan leaves a room open, the room continues there, up to a wall with glazed doors to a garden. The floor, the
+ceiling and the walls next to the opening are continued with their own pattern, so that a photographer who steps back
+out of the kitchen is still in a room.
 """
 
 from __future__ import annotations
