@@ -18,7 +18,7 @@ from statistics import median
 
 from casa_assets.cli.build_output import print_member, print_members
 from casa_assets.cli.output import Output
-from casa_assets.core.cache_folder import VARIABLE as CACHE
+from casa_assets.core.system import CACHE_VARIABLE as CACHE
 from casa_assets.pipeline.families.run import FamilyResult, build_all, requests_for
 
 

@@ -18,12 +18,11 @@ import trimesh
 from scipy.spatial.transform import Rotation
 
 from casa_assets import registry
-from casa_assets.core.rotation import about_axis
-from casa_assets.core.typing import Floats, Ints
+from casa_assets.core.numeric import Floats, Ints, about_axis
 from casa_assets.errors import Rejected
-from casa_assets.geometry.mesh.measure import signed_volume, solid_moments
+from casa_assets.geometry.mesh.surface import signed_volume, solid_moments
 from casa_assets.geometry.mesh.topology import consistent_winding, face_components, is_closed, weld
-from casa_assets.geometry.solid.hull import hull_volume
+from casa_assets.geometry.solid.solids import hull_volume
 from casa_assets.ingest.load import load
 from casa_assets.ingest.sources import Found, collect, discover
 

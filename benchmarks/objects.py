@@ -25,7 +25,7 @@ from statistics import median
 
 from casa_assets.cli.build_output import print_member
 from casa_assets.cli.output import Output, TextTable
-from casa_assets.core.cache_folder import VARIABLE as CACHE
+from casa_assets.core.system import CACHE_VARIABLE as CACHE
 from casa_assets.pipeline.families.run import FamilyResult, build_all, object_requests
 from casa_assets.pipeline.ingest.run import Options, ingest
 from casa_assets.pipeline.library.library import Library, read_certificate

@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image, ImageOps
 
-from casa_assets.core.cache_folder import cache_dir
+from casa_assets.core.system import cache_dir
 from casa_assets.export import mjcf
 from casa_assets.pipeline.families.run import FamilyRequest, build_asset, family_of, params_of
 from casa_assets.pipeline.kitchens.recipe import SceneRecipe

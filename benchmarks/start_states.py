@@ -28,8 +28,8 @@ import numpy as np
 
 import casa_assets as casa
 from casa_assets.checks.start_states.draw import StateRequest
+from casa_assets.pipeline.kitchens.recipe import recipes_named
 from casa_assets.pipeline.kitchens.scene_folders import build_one
-from casa_assets.pipeline.kitchens.scene_ids import recipes_named
 from casa_assets.pipeline.kitchens.start_states import draw_now, verdict
 
 REPEATS = 2000

@@ -12,15 +12,27 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from casa_assets.api.assets import build, build_object, check, read_asset, sample, write
+    from casa_assets.api.assets import (
+        StablePose,
+        build,
+        build_object,
+        check,
+        ingest_textures,
+        read_asset,
+        sample,
+        stable_poses,
+        write,
+    )
     from casa_assets.api.batch import Batch, BatchKitchen, batch
-    from casa_assets.api.behaviors import Behaviors, FixtureStates
+    from casa_assets.api.behaviors import Behaviors, FixtureStates, StartStates
     from casa_assets.api.catalogue import (
         Bounds,
         FamilyInfo,
+        MadeRun,
         PlanInfo,
         StyleInfo,
         families,
+        make,
         plans,
         plugins,
         styles,
@@ -28,18 +40,14 @@ if TYPE_CHECKING:
     )
     from casa_assets.api.kitchen import Kitchen, Weight, kitchen, load_scene, start_states
     from casa_assets.api.library import Articulated, Ingested, IngestResult, Library, Rejection, articulate, ingest
-    from casa_assets.api.make import MadeRun, make
-    from casa_assets.api.stable_poses import StablePose, stable_poses
-    from casa_assets.api.start_states import StartStates
-    from casa_assets.api.textures import ingest_textures
-    from casa_assets.core.cache_folder import cache_dir
+    from casa_assets.core.system import cache_dir
     from casa_assets.errors import CasaError, OutputError, RegistryError, Rejected, UnknownId
     from casa_assets.geometry.mesh.trimesh_exchange import to_trimesh
     from casa_assets.model.asset.asset import Asset
     from casa_assets.model.issue import Issue, Report
     from casa_assets.pipeline.dedup.search import SearchHit
     from casa_assets.pipeline.ingest.in_memory import MeshInput
-    from casa_assets.pipeline.kitchens.surface_textures import SurfaceTextures
+    from casa_assets.pipeline.kitchens.load_scene import SurfaceTextures
     from casa_assets.pipeline.reports.entry import Entry
     from casa_assets.pipeline.textures.packs.ingest import PackReport
     from casa_assets.projects import use_project
@@ -109,22 +117,22 @@ _SOURCES = {
     **dict.fromkeys(("PlanInfo", "StyleInfo", "FamilyInfo", "Bounds"), "casa_assets.api.catalogue"),
     **dict.fromkeys(("Behaviors", "FixtureStates"), "casa_assets.api.behaviors"),
     **dict.fromkeys(("Kitchen", "Weight", "kitchen", "load_scene", "start_states"), "casa_assets.api.kitchen"),
-    "StartStates": "casa_assets.api.start_states",
+    "StartStates": "casa_assets.api.behaviors",
     **dict.fromkeys(("Batch", "BatchKitchen", "batch"), "casa_assets.api.batch"),
-    "ingest_textures": "casa_assets.api.textures",
-    **dict.fromkeys(("MadeRun", "make"), "casa_assets.api.make"),
+    "ingest_textures": "casa_assets.api.assets",
+    **dict.fromkeys(("MadeRun", "make"), "casa_assets.api.catalogue"),
     "PackReport": "casa_assets.pipeline.textures.packs.ingest",
-    **dict.fromkeys(("StablePose", "stable_poses"), "casa_assets.api.stable_poses"),
+    **dict.fromkeys(("StablePose", "stable_poses"), "casa_assets.api.assets"),
     **dict.fromkeys(("Library", "ingest", "articulate"), "casa_assets.api.library"),
     **dict.fromkeys(("Ingested", "IngestResult", "Articulated", "Rejection"), "casa_assets.api.library"),
     **dict.fromkeys(("CasaError", "UnknownId", "RegistryError", "OutputError", "Rejected"), "casa_assets.errors"),
-    "SurfaceTextures": "casa_assets.pipeline.kitchens.surface_textures",
+    "SurfaceTextures": "casa_assets.pipeline.kitchens.load_scene",
     "Asset": "casa_assets.model.asset.asset",
     **dict.fromkeys(("Issue", "Report"), "casa_assets.model.issue"),
     "Entry": "casa_assets.pipeline.reports.entry",
     "SearchHit": "casa_assets.pipeline.dedup.search",
     "MeshInput": "casa_assets.pipeline.ingest.in_memory",
-    "cache_dir": "casa_assets.core.cache_folder",
+    "cache_dir": "casa_assets.core.system",
     "use_project": "casa_assets.projects",
     "to_trimesh": "casa_assets.geometry.mesh.trimesh_exchange",
 }

@@ -23,19 +23,16 @@ from casa_assets.checks.check import (
     not_applicable,
 )
 from casa_assets.families.family import Family, FinishId, Params
+from casa_assets.families.kit.assemble import ParametricModel
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
-from casa_assets.families.kit.solids.blocks import ball, board, box, lathe, rod
-from casa_assets.families.kit.solids.boolean import intersect, subtract, union
-from casa_assets.families.kit.solids.loft import loft
+from casa_assets.families.kit.solids.blocks import ball, board, box, intersect, lathe, rod, subtract, union
 from casa_assets.families.kit.solids.solid import Solid
-from casa_assets.families.kit.solids.sweep import circle, prism, rectangle, tube
-from casa_assets.families.parametric_model import ParametricModel
+from casa_assets.families.kit.solids.sweep import circle, loft, prism, rectangle, tube
 from casa_assets.model.asset.asset import Base
 from casa_assets.model.issue import Severity
 from casa_assets.model.record import Record
 from casa_assets.registry.plugins.plugin import Exporter, Plugin, Source
-from casa_assets.textures.canvas import Canvas, Layers, blend, rgb, smoothstep
-from casa_assets.textures.kind import TextureKind
+from casa_assets.textures.canvas import Canvas, Layers, TextureKind, blend, rgb, smoothstep
 
 __all__ = [
     # a plug-in, and what it may bring that is no data

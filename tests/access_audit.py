@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from casa_assets.core.cache_folder import cache_dir
+from casa_assets.core.system import cache_dir
 from tests.libraries import ROOT
 
 # Python reads `sitecustomize` at its start; children of the program find it on the same PYTHONPATH. One line per event,

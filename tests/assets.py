@@ -9,7 +9,7 @@ import numpy as np
 
 from casa_assets.model.asset.asset import Asset, Base, Collider, Inertial, Link, Site, Visual
 from casa_assets.model.asset.material import ColorSpace, Material
-from casa_assets.model.asset.shape import Box, Capsule, Cylinder, Hull, Sphere
+from casa_assets.model.asset.parts import Box, Capsule, Cylinder, Hull, Sphere
 from casa_assets.model.files import Files
 from casa_assets.model.pose import Pose
 from casa_assets.model.registry.category import Category, MatterFill, RestingPose, SizeRange

@@ -6,11 +6,10 @@ import math
 
 import numpy as np
 
-from casa_assets.geometry.solid.hull import convex_hull
+from casa_assets.geometry.solid.solids import convex_hull
 from casa_assets.model.asset.asset import Asset, Collider, Inertial, Link, Visual
 from casa_assets.model.asset.material import Material
-from casa_assets.model.asset.mesh import Mesh
-from casa_assets.model.asset.shape import Box, Cylinder, Hull
+from casa_assets.model.asset.parts import Box, Cylinder, Hull, Mesh
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 from tests.asset_parts import CARDBOARD, PROVENANCE, box_inertial, labels

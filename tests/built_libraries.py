@@ -11,9 +11,8 @@ from casa_assets.export import mjcf
 from casa_assets.export.usd.document import write as write_usd
 from casa_assets.model.asset.asset import Asset, Collider, Link, Visual
 from casa_assets.model.asset.material import Material
-from casa_assets.model.asset.mesh import Mesh
+from casa_assets.model.asset.parts import Box, Mesh
 from casa_assets.model.asset.provenance import split_of
-from casa_assets.model.asset.shape import Box
 from casa_assets.model.issue import Report
 from casa_assets.model.pose import Pose
 from casa_assets.pipeline.library import library as disk

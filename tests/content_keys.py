@@ -36,10 +36,10 @@ import pytest
 
 from casa_assets import registry
 from casa_assets.families.catalog import MODELS
+from casa_assets.families.kit.assemble import ParametricModel
 from casa_assets.families.objects import FORMS
-from casa_assets.families.parametric_model import ParametricModel
 from casa_assets.model.registry.category import Category
-from casa_assets.model.registry.finish import Surface
+from casa_assets.model.registry.rows import Surface
 from casa_assets.pipeline.cache.cache_key import SHOWN, digest_of, modules_holding, reach
 from casa_assets.pipeline.cache.code_index import PACKAGE, is_ours, package_files, package_root, scan, target
 from casa_assets.pipeline.families.run import FAMILIES_PACKAGE

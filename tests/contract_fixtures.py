@@ -23,7 +23,7 @@ from casa_assets.model.asset.asset import (
 )
 from casa_assets.model.asset.behavior import Behavior, Condition, Effect, EffectKind, Rule, Variable
 from casa_assets.model.asset.material import Material
-from casa_assets.model.asset.shape import Box, Cylinder
+from casa_assets.model.asset.parts import Box, Cylinder
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 from casa_assets.model.registry.contract import Contract

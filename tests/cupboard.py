@@ -22,8 +22,7 @@ from casa_assets.model.asset.asset import (
     Visual,
 )
 from casa_assets.model.asset.material import Material
-from casa_assets.model.asset.mesh import Mesh
-from casa_assets.model.asset.shape import Box, Cylinder, Shape, Sphere
+from casa_assets.model.asset.parts import Box, Cylinder, Mesh, Shape, Sphere
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 from tests.asset_parts import CARDBOARD, PROVENANCE, STEEL, box_inertial, labels

@@ -9,24 +9,31 @@ from typing import Any
 import numpy as np
 
 from casa_assets import registry
-from casa_assets.checks.runtime import contract_names
+from casa_assets.checks.runtime.contract import (
+    links_and_joints,
+    missing_requirements,
+    regions,
+    shapes,
+    site_faults,
+    variables,
+)
 from casa_assets.families.family import AvailableFinishes, Family, Params, Supplies
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.provenance import Labels
 from casa_assets.model.registry.contract import Contract
-from casa_assets.model.registry.finish import Finish, Surface
+from casa_assets.model.registry.rows import Finish, Surface
 from casa_assets.registry.families import family, look_samplers
 
 WOODS = ("oak_natural", "walnut_natural")
 MANY = ("cherry", "oak_natural", "paint_navy", "walnut_natural")
 TILE_M = (0.9, 1.8)  # size of the picture that a finish of a recipe would have, metres
 _NAMES = (
-    contract_names.links_and_joints,
-    contract_names.sites,
-    contract_names.shapes,
-    contract_names.regions,
-    contract_names.variables,
+    links_and_joints,
+    site_faults,
+    shapes,
+    regions,
+    variables,
 )
 
 
@@ -75,8 +82,4 @@ def drawn(name: str, seed: int, surfaces: Sequence[str] = WOODS) -> Params:
 
 def unmet(asset: Asset, contract: Contract) -> list[str]:
     """What the names of an asset's parts lack of its contract."""
-    return [
-        f"{look.__name__}: {wanting}"
-        for look in _NAMES
-        for wanting in contract_names.missing_requirements(asset, contract, look)
-    ]
+    return [f"{look.__name__}: {wanting}" for look in _NAMES for wanting in missing_requirements(asset, contract, look)]

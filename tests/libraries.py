@@ -17,7 +17,7 @@ from unittest.mock import patch
 
 from casa_assets.cli import main as program
 from casa_assets.model.record import Vec3
-from casa_assets.pipeline.ingest import survey_table
+from casa_assets.pipeline.ingest import answers
 from casa_assets.pipeline.library import entry_table
 from tests.meshes import box_mesh
 
@@ -139,7 +139,7 @@ def tree(root: Path) -> dict[str, bytes | None]:
     return {
         path.relative_to(root).as_posix(): None if path.is_dir() else path.read_bytes()
         for path in sorted(root.rglob("*"))
-        if path.name not in (entry_table.NAME, survey_table.NAME)
+        if path.name not in (entry_table.NAME, answers.NAME)
     }
 
 

@@ -12,14 +12,14 @@ import trimesh
 from lxml import etree
 from scipy.spatial import cKDTree
 
-from casa_assets.core.color import srgb_from_linear
+from casa_assets.core.numeric import srgb_from_linear
 from casa_assets.geometry.mesh.trimesh_exchange import placed_meshes
 from casa_assets.ingest import rejection_codes
 from casa_assets.ingest.load import load
 from casa_assets.ingest.load.ply import read_header, read_tables
 from casa_assets.ingest.sources import Found, collect, discover
 from casa_assets.model.asset.material import Material
-from casa_assets.model.ingest.source import RawModel
+from casa_assets.model.source import RawModel
 
 Floats = npt.NDArray[np.float64]
 

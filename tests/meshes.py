@@ -10,7 +10,7 @@ import numpy.typing as npt
 from PIL import Image
 
 from casa_assets.model.asset.material import ColorSpace, Texture
-from casa_assets.model.asset.mesh import Mesh
+from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.record import Vec3
 
 

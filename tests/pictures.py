@@ -11,8 +11,8 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image
 
-from casa_assets.core.sampling import rng_for
-from casa_assets.textures import noise
+from casa_assets.core.numeric import rng_for
+from casa_assets.textures import canvas
 
 Pixels = npt.NDArray[np.uint8]
 
@@ -86,7 +86,7 @@ def write_pictures(folder: Path, count: int, name: str = "stone") -> Path:
 
 
 def _tone(seed: int, width: int, height: int) -> npt.NDArray[np.floating]:
-    return np.asarray(noise.fbm((height, width), (9, 9), rng_for(seed, "stone"), 5))
+    return np.asarray(canvas.fbm((height, width), (9, 9), rng_for(seed, "stone"), 5))
 
 
 def _colored(tone: npt.NDArray[np.floating], color: tuple[int, int, int]) -> Pixels:

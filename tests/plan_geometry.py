@@ -9,13 +9,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from casa_assets.geometry.outline import penetration_depth
+from casa_assets.geometry.planar import penetration_depth
 from casa_assets.layouts.order.request import KitchenRequest, request_kitchen
 from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.runs import RunLine, UnitSlot
 from casa_assets.layouts.plan.style_models import StyleModels
-from casa_assets.model.kitchen.plan import Plan
-from casa_assets.model.kitchen.units import BaseKind
+from casa_assets.model.kitchen.plan import BaseKind, Plan
 from casa_assets.pipeline.kitchens.resolve import preset_params
 from casa_assets.registry.kitchens import load_plan, load_style
 

@@ -11,11 +11,11 @@ from casa_assets import registry
 from casa_assets.ingest.draft import Draft
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.material import Material
-from casa_assets.model.asset.mesh import Mesh
-from casa_assets.model.ingest.source import RawModel, RawPart, Source, SourceKind, Up
+from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.issue import Issue
 from casa_assets.model.record import Vec3
 from casa_assets.model.registry.category import Category
+from casa_assets.model.source import RawModel, RawPart, Source, SourceKind, Up
 from casa_assets.pipeline.ingest.stages import STAGES, BuildContext
 from tests.meshes import box_mesh, lathe
 

@@ -7,7 +7,7 @@ import math
 from casa_assets import registry
 from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.checks.run import run
-from casa_assets.model.asset.joint import JointKind
+from casa_assets.model.asset.parts import JointKind
 from casa_assets.model.issue import Report
 from casa_assets.model.kitchen.floor import (
     Aisle,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from casa_assets.geometry.planar import outline_of
-from casa_assets.model.asset.joint import JointKind
+from casa_assets.model.asset.parts import JointKind
 from casa_assets.model.kitchen.floor import (
     Corners,
     FixtureJoint,

@@ -16,7 +16,7 @@ from casa_assets.geometry.inertia import ready_to_simulate
 from casa_assets.geometry.lightweight import light_scene
 from casa_assets.model.asset.asset import Asset, Base, Collider, Link, Visual
 from casa_assets.model.asset.material import Material
-from casa_assets.model.asset.shape import Box, Shape
+from casa_assets.model.asset.parts import Box, Shape
 from casa_assets.model.issue import Report
 from casa_assets.model.kitchen.scene import Layer, Placement, Scene
 from casa_assets.model.pose import Pose

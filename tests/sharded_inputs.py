@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from casa_assets.pipeline.ingest.run import Options, ingest
-from casa_assets.pipeline.ingest.shards.shard import Shard
+from casa_assets.pipeline.ingest.shards.record import Shard
 from tests.libraries import BOXES, box_obj, differences
 
 # One box of cereal in three heights: each is a copy of its neighbour, and the first and the last are none.

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from casa_assets.checks.library.duplicates import ShapePair
+from casa_assets.checks.library import ShapePair
 from casa_assets.pipeline.cache.store import Store
-from casa_assets.pipeline.dedup.entries import AssetRow
-from casa_assets.pipeline.dedup.pairs import measure_pair, nearby_pairs
+from casa_assets.pipeline.dedup.pairs import AssetRow, measure_pair, nearby_pairs
 
 
 def similar_pairs(rows: Sequence[AssetRow], store: Store) -> Iterator[ShapePair]:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from casa_assets.checks.start_states.draw import StateRequest, Wanted
-from casa_assets.export.mjcf.scene import kitchen as mjcf
+from casa_assets.export.mjcf.scene import kitchen
 from casa_assets.model.asset.asset import Base
 from casa_assets.model.kitchen.scene import Scene
 from tests.cupboard import cupboard
@@ -70,7 +70,7 @@ def facts(boxes: int = 3, parked: Mapping[str, Any] = PARKED) -> dict[str, Any]:
 def scene_folder(root: Path, boxes: int = 3, parked: Mapping[str, Any] = PARKED, stacked: bool = False) -> Path:
     """The small kitchen as `scenes build` writes one, without USD; its folder."""
     scene = small_kitchen(boxes, stacked)
-    folder = put(mjcf.write(scene), root, scene)
+    folder = put(kitchen.write(scene), root, scene)
     (folder / "scene.json").write_text(json.dumps(facts(boxes, parked)), encoding="utf-8")
     return folder
 

@@ -9,9 +9,8 @@ import numpy as np
 from casa_assets import registry
 from casa_assets.model.asset.asset import Asset, Collider, Link, Visual
 from casa_assets.model.asset.material import Material
-from casa_assets.model.asset.mesh import Mesh
+from casa_assets.model.asset.parts import Box, Mesh
 from casa_assets.model.asset.provenance import split_of
-from casa_assets.model.asset.shape import Box
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 from casa_assets.model.registry.category import Category

@@ -23,9 +23,8 @@ import numpy.typing as npt
 from scipy.optimize import minimize
 
 from casa_assets import registry
-from casa_assets.articulate.confidence import part_score
-from casa_assets.articulate.plan import Articulation
-from casa_assets.model.registry.confidence import Bars, ConfidenceModel, Curve, Weights
+from casa_assets.articulate.plan import Articulation, part_score
+from casa_assets.model.registry.rows import Bars, ConfidenceModel, Curve, Weights
 
 Floats = npt.NDArray[np.float64]
 # Features of a plan that its confidence is fitted on; the weights of the first are kept from being negative.

@@ -25,11 +25,10 @@ from benchmarks.articulate.scoring.score import load_score, looked_at, unpacked
 from benchmarks.train import controls, fronts, hinges
 from benchmarks.train.control_cases.samples import cached
 from benchmarks.train.forest_file import forest_of
-from casa_assets.articulate.controls.classify import CONTROL_CLASSES
-from casa_assets.articulate.controls.features import CONTROL_FEATURES
+from casa_assets.articulate.controls.classify import CONTROL_CLASSES, CONTROL_FEATURES
 from casa_assets.articulate.fronts.front_hypotheses import CONTEXT, FEATURES
-from casa_assets.articulate.joints import hinges as hinge_weights
-from casa_assets.articulate.models import Models
+from casa_assets.articulate.joints import joints as hinge_weights
+from casa_assets.articulate.plan import Models
 
 NOTHING = "nothing left out"
 SCENES, DRAWINGS = 1500, 20

@@ -19,9 +19,9 @@ from PIL import Image, ImageDraw
 from benchmarks.articulate.cases.labelled import LabelledMesh, read_case
 from benchmarks.articulate.scoring.score import frame_is_right, one
 from casa_assets.articulate.plan import Articulation
-from casa_assets.articulate.segment.raster import render_depth
-from casa_assets.core.typing import Floats, Ints
-from casa_assets.geometry.mesh.measure import face_normals
+from casa_assets.articulate.segment.orthographic import render_depth
+from casa_assets.core.numeric import Floats, Ints
+from casa_assets.geometry.mesh.surface import face_normals
 from casa_assets.preview.strip import part_color
 
 # Size of a view and of the words above it, pixels.

@@ -26,7 +26,7 @@ from casa_assets.articulate.choose_plan import best_score, candidate_plans, need
 from casa_assets.articulate.frame.axes import guess_frame
 from casa_assets.articulate.segment.segmentations import Segmentation
 from casa_assets.articulate.segment.welded_mesh import weld_triangles
-from casa_assets.pipeline.articulate.models import load_models
+from casa_assets.pipeline.articulate.build import load_models
 
 Case = dict[str, Any]
 # Constants of the choice that --margins tries.

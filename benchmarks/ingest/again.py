@@ -33,9 +33,9 @@ import numpy as np
 from benchmarks.ingest.judging.copies import copied_entry
 from casa_assets import registry
 from casa_assets.ingest.sources.found import Found
-from casa_assets.pipeline.ingest.discover_inputs import discover_inputs
+from casa_assets.pipeline.ingest.answers import SurveyTable
+from casa_assets.pipeline.ingest.inputs import discover_inputs
 from casa_assets.pipeline.ingest.survey import Survey, survey
-from casa_assets.pipeline.ingest.survey_table import SurveyTable
 from casa_assets.pipeline.library.identity import DIGITS
 from casa_assets.pipeline.library.library import Library
 from tests.libraries import BOXES, box_obj, casa

@@ -24,8 +24,7 @@ from benchmarks.ingest.judging.inputs import dump
 from benchmarks.ingest.judging.spoilt import WAYS
 from casa_assets import registry
 from casa_assets.checks.check import Check
-from casa_assets.checks.filters.cost import FACES_MS, PIXELS_MS
-from casa_assets.checks.filters.kind import UNKNOWN, misfit
+from casa_assets.checks.filters.kind import FACES_MS, PIXELS_MS, UNKNOWN, misfit
 from casa_assets.checks.package.package import Package
 from casa_assets.checks.table.table import TABLE
 from casa_assets.model.asset.asset import Asset

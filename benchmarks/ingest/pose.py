@@ -24,7 +24,7 @@ from benchmarks.ingest.judging.pose_report import parity, report
 from benchmarks.ingest.judging.pose_sheet import draw
 from casa_assets import registry
 from casa_assets.errors import CasaError
-from casa_assets.geometry.solid.manifold import closed_solid
+from casa_assets.geometry.solid.solids import closed_solid
 from casa_assets.ingest.clean import clean
 from casa_assets.ingest.draft import Draft
 from casa_assets.ingest.load import load

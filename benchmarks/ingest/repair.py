@@ -29,7 +29,7 @@ from casa_assets.ingest.load import load
 from casa_assets.ingest.sources.bundle import collect
 from casa_assets.ingest.sources.discover import discover
 from casa_assets.ingest.sources.found import Found
-from casa_assets.model.ingest.source import RawModel
+from casa_assets.model.source import RawModel
 from casa_assets.pipeline.ingest.survey import find_category
 from casa_assets.preview.still import render_model
 

@@ -25,7 +25,7 @@ from scipy.spatial import cKDTree
 
 from benchmarks.ingest.judging.distance import distances, ruler, sample
 from casa_assets import registry
-from casa_assets.core.typing import Floats, Ints
+from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import CasaError
 from casa_assets.geometry.mesh.topology import edge_counts, weld
 from casa_assets.ingest.clean import clean
@@ -34,8 +34,8 @@ from casa_assets.ingest.simplify import TARGET_ERROR, simplified
 from casa_assets.ingest.sources.bundle import collect
 from casa_assets.ingest.sources.discover import discover
 from casa_assets.ingest.sources.found import Found
-from casa_assets.model.asset.mesh import Mesh
-from casa_assets.model.ingest.source import RawPart
+from casa_assets.model.asset.parts import Mesh
+from casa_assets.model.source import RawPart
 
 LEAST_FACES, SAMPLES, COLOURED, PICTURE_PX = 3000, 20_000, 400_000, 384
 WRONG = 10.0  # percent of full scale, by which a colour is off that is not that of a neighbour

@@ -24,7 +24,7 @@ from pathlib import Path
 import numpy as np
 
 from casa_assets import registry
-from casa_assets.ingest.pose.ups import UP_ROTATIONS
+from casa_assets.ingest.pose.up import UP_ROTATIONS
 from casa_assets.pipeline.ingest.run import Options, ingest
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.reports.entry import Entry, entries

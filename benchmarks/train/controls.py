@@ -35,9 +35,8 @@ from benchmarks.train.control_cases.samples import (
 )
 from benchmarks.train.control_cases.scenes import KEY, KNOB, NEITHER
 from benchmarks.train.forest_file import write_forest
-from casa_assets.articulate.controls.classify import CONTROL_CLASSES, decided, pooled
+from casa_assets.articulate.controls.classify import CONTROL_CLASSES, CONTROL_FEATURES, decided, pooled
 from casa_assets.articulate.controls.controls import classify_control
-from casa_assets.articulate.controls.features import CONTROL_FEATURES
 from casa_assets.articulate.plan import PartKind
 
 Floats = npt.NDArray[np.float64]

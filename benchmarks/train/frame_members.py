@@ -12,9 +12,9 @@ import numpy as np
 import numpy.typing as npt
 
 from casa_assets.articulate.frame.axes import FRAME_IMAGE_PX, given_frame
-from casa_assets.articulate.segment.fragment_measures import MeasuredFragments, measure_fragments
+from casa_assets.articulate.segment.fragments import MeasuredFragments, measure_fragments
 from casa_assets.articulate.segment.welded_mesh import weld_triangles
-from casa_assets.geometry.grid.voxel import boundary, voxelise
+from casa_assets.geometry.grid.voxels import boundary, voxelise
 from casa_assets.geometry.mesh.topology import weld
 from casa_assets.model.asset.asset import Asset
 

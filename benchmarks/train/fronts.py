@@ -28,7 +28,6 @@ from sklearn.ensemble import ExtraTreesClassifier
 from benchmarks.articulate.scoring.score import load_score, truth, unpacked
 from benchmarks.train.forest_file import write_forest
 from casa_assets.articulate.frame.axes import given_frame
-from casa_assets.articulate.fronts.bulging_fronts import merge_stairs
 from casa_assets.articulate.fronts.front_hypotheses import (
     CONTEXT,
     FEATURES,
@@ -38,9 +37,9 @@ from casa_assets.articulate.fronts.front_hypotheses import (
     log_odds,
     propose_fronts,
 )
-from casa_assets.articulate.fronts.rectangles import find_front_rectangles
+from casa_assets.articulate.fronts.relief import find_front_rectangles, merge_stairs
 from casa_assets.articulate.segment.creases import SideRelief, measure_relief
-from casa_assets.articulate.segment.fragment_measures import FRONT
+from casa_assets.articulate.segment.fragments import FRONT
 from casa_assets.articulate.segment.welded_mesh import weld_triangles
 
 Floats = npt.NDArray[np.float64]

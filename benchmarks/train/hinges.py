@@ -27,25 +27,26 @@ from scipy.optimize import minimize
 
 from benchmarks.articulate.scoring.score import load_score, truth
 from casa_assets.articulate.frame.axes import given_frame
-from casa_assets.articulate.frame.kind import kind_named, kinds_known
+from casa_assets.articulate.frame.category import kind_named, kinds_known
 from casa_assets.articulate.fronts.fronts import select_opening_panels
 from casa_assets.articulate.infer import PartCollector, look_at_front, traits_of_views
-from casa_assets.articulate.joints.front_view import (
+from casa_assets.articulate.joints.front_features import (
     DRAWER_FEATURES,
     EDGE_FEATURES,
     EDGES,
     drawer_features,
+    drawer_share,
     edge_features,
+    edge_shares,
     view_fronts,
 )
-from casa_assets.articulate.joints.hinges import kind_log_odds
-from casa_assets.articulate.joints.kind_habits import drawer_share, edge_shares
+from casa_assets.articulate.joints.joints import kind_log_odds
 from casa_assets.articulate.plan import HingeEdge
-from casa_assets.articulate.segment.fragment_measures import FRONT, measure_fragments, render_sides
+from casa_assets.articulate.segment.fragments import FRONT, measure_fragments, render_sides
 from casa_assets.articulate.segment.segmentations import segmentations
 from casa_assets.articulate.segment.shell_segments import fragment_mesh
 from casa_assets.articulate.segment.welded_mesh import Bools, weld_triangles
-from casa_assets.core.typing import Floats
+from casa_assets.core.numeric import Floats
 
 # Strength of the pull of the weights to zero, per front of the training set. Ref: of 0.001, 0.0003, 0.0001, 0.00003 and
 # 0.00001 it has the least loss on fronts whose source is left out, of edges (0.135) and of drawers (0.088).

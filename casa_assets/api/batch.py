@@ -13,17 +13,14 @@ import mujoco
 import numpy as np
 
 from casa_assets.api.kitchen import SCENES_FOLDER, Kitchen, folder_or_kitchen, load_scene
-from casa_assets.core.typing import Floats, Ints
+from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import CasaError
-from casa_assets.pipeline.batches.awake_sizes import awake_sizes, near_pairs
-from casa_assets.pipeline.batches.engine import COMMON_SIZES, TRIAL_ROBOT_FREEDOMS, Engine, Parts
-from casa_assets.pipeline.batches.engines import engine_named
-from casa_assets.pipeline.batches.robot import Robot, robot_of
-from casa_assets.pipeline.batches.shared_model import SharedModel, share
-from casa_assets.pipeline.batches.start_rows import StartRows, start_rows
+from casa_assets.pipeline.batches.engines import COMMON_SIZES, TRIAL_ROBOT_FREEDOMS, Engine, Parts, engine_named
+from casa_assets.pipeline.batches.shared_model import Robot, SharedModel, robot_of, share
+from casa_assets.pipeline.batches.start_rows import StartRows, awake_sizes, near_pairs, start_rows
 from casa_assets.pipeline.kitchens.batch_form import read_batch
 from casa_assets.pipeline.kitchens.load_scene import FILES
-from casa_assets.pipeline.kitchens.scene_files import SCENE_JSON, START_STATES
+from casa_assets.pipeline.kitchens.recipe import SCENE_JSON, START_STATES
 from casa_assets.pipeline.kitchens.state_file import read_current_states
 
 EngineName = Literal["mujoco", "mujoco_warp", "mjx", "newton"]

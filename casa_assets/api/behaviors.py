@@ -1,12 +1,10 @@
-"""Run the state machines of fixtures along with a simulation, and report the named states of their joints.
-
-All data are in the texts of a model (`docs/reference/formats.md`), so only a compiled model is needed.
-"""
+"""Run the state machines of fixtures beside a simulation, and begin episodes from start states at rest."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from types import MappingProxyType
 
 import mujoco
@@ -15,10 +13,85 @@ import numpy as np
 from casa_assets.checks.readers import mujoco_facts
 from casa_assets.core import behavior_interpreter
 from casa_assets.core.behavior_interpreter import BehaviorState, Stimulus
-from casa_assets.core.typing import Floats
+from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import CasaError
 from casa_assets.model.asset.behavior import Behavior, Effect
+from casa_assets.model.kitchen import scene
 from casa_assets.model.kitchen.scene import LightScene
+
+# Start states ---------------------------------------------------------------------------------------------------------
+# Start states of a kitchen for a compiled model: episodes begin in states that are known to be at rest.
+
+
+class StartStates:
+    """Start states that fit a model: the kitchen in its full or light form, alone or with a robot and more in it.
+
+    They are certified for the full kitchen alone: no contact deeper than 1 mm, nothing moves by more than 5 mm in 2 s,
+    and the space of a robot with its arm at rest is free at its parking place.
+
+    Attributes:
+        base: (states, 3) parking pose of the middle of the robot's base: x, y (m), yaw (rad); read-only.
+        envelope: boxes that are free there, lower and upper corner (m) in the frame of the base, x ahead.
+        depth, motion: (states,) deepest contact and greatest motion of each, m; read-only.
+        notes: for each state, which objects are `placed` where, in front of which fixture the robot is `parked`, and
+            which joints are `opened`.
+    """
+
+    def __init__(self, states: scene.StartStates, model: mujoco.MjModel, source: Path) -> None:
+        """Made by `start_states(...)`. Raises CasaError if the model lacks a joint of the states."""
+        self._rows: Floats = states.qpos.astype(np.float64)
+        self._at = _addresses(states, model, source)
+        self.base, self.depth, self.motion = (a.astype(np.float64) for a in (states.base, states.depth, states.motion))
+        for array in (self._rows, self.base, self.depth, self.motion):
+            array.setflags(write=False)
+        self.envelope, self.notes = states.envelope, states.notes
+
+    def __len__(self) -> int:
+        """Number of states."""
+        return len(self._rows)
+
+    @property
+    def qpos(self) -> Floats:
+        """(states, numbers) positions of the kitchen's joints, in the order of `addresses`; read-only."""
+        return self._rows
+
+    @property
+    def addresses(self) -> Ints:
+        """(numbers,) index in `data.qpos` of the model for each number of a row."""
+        return self._at
+
+    def reset(self, data: mujoco.MjData, number: int) -> None:
+        """Put the joints of the kitchen into one state, with everything at rest.
+
+        It takes microseconds: poses and contacts are computed by the next `mj_forward` or `mj_step`. Joints of a robot
+        are not changed; `base[number]` is its parking pose.
+        """
+        data.qpos[self._at] = self._rows[number]
+        data.qvel[:] = 0.0
+        data.qacc_warmstart[:] = 0.0
+        data.time = 0.0
+
+
+def _addresses(states: scene.StartStates, model: mujoco.MjModel, source: Path) -> Ints:
+    """(numbers,) index in qpos of a model for each number of a row."""
+    found = np.empty(states.qpos.shape[1], dtype=np.int64)
+    for joint in states.joints:
+        number = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, joint.name)
+        is_free = number >= 0 and model.jnt_type[number] == mujoco.mjtJoint.mjJNT_FREE
+        if number < 0 or is_free != (joint.width == scene.FREE_WIDTH):
+            raise CasaError(
+                f"{source}: the model has no joint {joint.name!r} as the start states know it; they are of the kitchen "
+                f"{states.scene}, whose model casa_assets.load_scene gives"
+            )
+        first = int(model.jnt_qposadr[number])
+        found[joint.address : joint.address + joint.width] = range(first, first + joint.width)
+    return found
+
+
+# Behaviors ------------------------------------------------------------------------------------------------------------
+# Run the state machines of fixtures along with a simulation, and report the named states of their joints.
+#
+# All data are in the texts of a model (`docs/reference/formats.md`), so only a compiled model is needed.
 
 FixtureStates = Mapping[str, Mapping[str, str | None]]
 # Name of what stands by itself in a file, as the name of its body.

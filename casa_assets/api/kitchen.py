@@ -14,30 +14,27 @@ from typing import Any, Literal, overload
 
 import mujoco
 
-from casa_assets.api.start_states import StartStates
-from casa_assets.core.cache_folder import cache_dir
+from casa_assets.api.behaviors import StartStates
+from casa_assets.core.system import cache_dir
 from casa_assets.errors import CasaError, UnknownId
-from casa_assets.export.mjcf.scene import batch as batch_mjcf
+from casa_assets.export.mjcf.scene import batch
 from casa_assets.export.mjcf.scene import kitchen as mjcf
 from casa_assets.geometry.lightweight import light_scene
 from casa_assets.layouts.order.request import KitchenRequest as Resolved
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.files import Files
+from casa_assets.model.kitchen.choices import Surface
 from casa_assets.model.kitchen.scene import Placement, Scene
-from casa_assets.model.kitchen.surface import Surface
 from casa_assets.pipeline.cache.asset_store import AssetStore
 from casa_assets.pipeline.ingest.job import writing
 from casa_assets.pipeline.kitchens.batch_form import batch_of
 from casa_assets.pipeline.kitchens.kept import is_drawn, is_whole
-from casa_assets.pipeline.kitchens.load_scene import FILES, model_of, spec_of
-from casa_assets.pipeline.kitchens.recipe import SceneRecipe
+from casa_assets.pipeline.kitchens.load_scene import FILES, SurfaceTextures, model_of, spec_of
+from casa_assets.pipeline.kitchens.recipe import SCENE_JSON, START_STATES, SceneRecipe, recipe_of
 from casa_assets.pipeline.kitchens.resolve import build_scene, draw_surfaces, ordered_models, ordered_surfaces, resolve
-from casa_assets.pipeline.kitchens.scene_files import SCENE_JSON, START_STATES
 from casa_assets.pipeline.kitchens.scene_folders import BuildOptions, is_current, publish_scene, scene_key
-from casa_assets.pipeline.kitchens.scene_ids import recipe_of
 from casa_assets.pipeline.kitchens.scene_json import describe, surface_finishes
 from casa_assets.pipeline.kitchens.state_file import read_current_states
-from casa_assets.pipeline.kitchens.surface_textures import SurfaceTextures
 from casa_assets.pipeline.library import library as disk
 from casa_assets.registry.kitchens import plan_names
 
@@ -150,8 +147,8 @@ class Kitchen:
         if weight not in FILES:
             raise UnknownId("weight", weight, FILES)
         if weight == "batch":
-            entries = dict(batch_mjcf.write(batch_of(self.scene, cache_dir()), shared="assets").entries)
-            return Files.of({mjcf.FILE: entries.pop(batch_mjcf.FILE), **entries})
+            entries = dict(batch.write(batch_of(self.scene, cache_dir()), shared="assets").entries)
+            return Files.of({mjcf.FILE: entries.pop(batch.FILE), **entries})
         store = AssetStore(cache_dir())
         form = self.scene if weight == "full" else light_scene(self.scene, store.lightened)
         files = mjcf.write(form, shared="assets")

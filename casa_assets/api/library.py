@@ -15,13 +15,13 @@ from casa_assets.errors import CasaError, OutputError, Rejected, UnknownId
 from casa_assets.geometry.mesh.trimesh_exchange import MeshOrScene
 from casa_assets.ingest.sources.places import StoreRoot
 from casa_assets.model.asset.asset import Asset
-from casa_assets.model.ingest.source import Up
 from casa_assets.model.issue import Decision, Issue, Report, subjects_to_decide
+from casa_assets.model.source import Up
 from casa_assets.pipeline.dedup.search import SearchHit, search_by_words
 from casa_assets.pipeline.ingest.answers import FAILURE_CODES
 from casa_assets.pipeline.ingest.in_memory import MeshInput, UpAxis, ingest_mesh
+from casa_assets.pipeline.ingest.inputs import roots_of
 from casa_assets.pipeline.ingest.job import Event, first_error
-from casa_assets.pipeline.ingest.plugin_sources import roots_of
 from casa_assets.pipeline.ingest.run import Options
 from casa_assets.pipeline.ingest.run import ingest as run_ingest
 from casa_assets.pipeline.library import library as disk
@@ -360,7 +360,7 @@ def articulate(
     from casa_assets.articulate.decisions import Decisions, parse_direction
     from casa_assets.pipeline.articulate.batch import articulate as run_articulate
     from casa_assets.pipeline.articulate.build import ArticulateRequest
-    from casa_assets.pipeline.articulate.sidecar import read as read_decisions
+    from casa_assets.pipeline.articulate.decisions import read_decisions
 
     path = Path(mesh)
     _check_exist([path])

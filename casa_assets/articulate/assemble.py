@@ -10,29 +10,145 @@ import numpy as np
 import numpy.typing as npt
 
 from casa_assets.articulate.colliders.build_colliders import build_colliders, part_label
-from casa_assets.articulate.double_faces import SHEET_GAP_M, corner_directions, drawn_faces
-from casa_assets.articulate.joints.joint_dynamics import build_joint, open_closed_states
-from casa_assets.articulate.plan import ADDED_MESH_NAMES, Articulation, PartPlan, StorageSpace
+from casa_assets.articulate.joints.joints import build_joint, open_closed_states
+from casa_assets.articulate.plan import (
+    ADDED_MESH_NAMES,
+    Articulation,
+    FaceIndex,
+    PartPlan,
+    StorageSpace,
+    round7,
+    round7_vec3,
+)
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh
-from casa_assets.articulate.vectors import round7, round7_vec3
-from casa_assets.core.typing import Floats, Ints
-from casa_assets.geometry.mesh.inside_out import inside_out_faces
-from casa_assets.geometry.mesh.measure import shell_moments
-from casa_assets.geometry.mesh.normals import with_normals
-from casa_assets.geometry.mesh.topology import weld
-from casa_assets.geometry.solid.hull import hull_volume
-from casa_assets.geometry.solid.tessellate import tessellate
+from casa_assets.core.numeric import Floats, Ints
+from casa_assets.geometry.mesh.surface import shell_moments, with_normals
+from casa_assets.geometry.mesh.topology import inside_out_faces, merge_rows, weld
+from casa_assets.geometry.solid.primitive import tessellate
+from casa_assets.geometry.solid.solids import hull_volume
 from casa_assets.model.asset.asset import Asset, Base, Exclusion, Inertial, Link, Visual
-from casa_assets.model.asset.link import Collider
 from casa_assets.model.asset.material import Material, Substance
-from casa_assets.model.asset.mesh import Mesh
+from casa_assets.model.asset.parts import Collider, Mesh, Region
 from casa_assets.model.asset.provenance import UNFOUND_PARTS, Guess, Labels, Provenance
-from casa_assets.model.asset.site import Region
-from casa_assets.model.ingest.source import RawModel
 from casa_assets.model.pose import Pose
 from casa_assets.model.registry.category import Category
+from casa_assets.model.source import RawModel
+
+# Drop empty links -----------------------------------------------------------------------------------------------------
+# Drop parts that no surface belongs to: a link of an asset has to have something that is seen and that weighs.
+
+
+def drop_empty_links(articulation: Articulation, mesh: WeldedMesh) -> Articulation:
+    """Return the articulation without parts that have no area, and with a body that has some.
+
+    A face that two parts claim belongs to the later one. A part loses all faces if others take them, or if cuts along
+    its border leave it without any. If all faces belong to parts, the largest part on the body becomes the body. Parts
+    carried by a dropped part are then carried by the parent of that part.
+
+    Args:
+        mesh: in the frame; the faces of the parts are those of this mesh.
+    """
+    owner = articulation.face_owner(len(mesh.faces))
+    parts = tuple(_with_own_faces(part, np.flatnonzero(owner == i)) for i, part in enumerate(articulation.parts))
+    area = {part.name: float(mesh.areas[part.faces].sum()) for part in parts}
+    parts = _without(parts, {name for name, share in area.items() if share <= 0.0})
+    if parts and float(mesh.areas[owner < 0].sum()) <= 0.0:
+        largest = max((p for p in parts if not p.parent), key=lambda p: area[p.name])
+        parts = _without(parts, {largest.name})
+    return articulation.replace(parts=parts)
+
+
+def _with_own_faces(part: PartPlan, own: FaceIndex) -> PartPlan:
+    """Return a part with the faces that no later part takes."""
+    if len(own) == len(np.unique(part.faces)):
+        return part
+    return part.replace(faces=own, grip=np.intersect1d(part.grip, own))
+
+
+def _without(parts: tuple[PartPlan, ...], names: set[str]) -> tuple[PartPlan, ...]:
+    """Return parts without some of them; their children hang on the nearest part that is left, else on the body."""
+    carrier = {part.name: part.parent for part in parts}
+
+    def kept_carrier(name: str) -> str:
+        while name in names:
+            name = carrier[name]
+        return name
+
+    return tuple(p.replace(parent=kept_carrier(p.parent)) for p in parts if p.name not in names)
+
+
+# Double faces ---------------------------------------------------------------------------------------------------------
+# Find the faces of a link that its maker modelled twice, once for each side, and those that are copies of another.
+#
+# Two faces over the same three points fight for each pixel in renderers that draw backs, and shade each other's
+# vertices. Both sides stay, since it is not known for every sheet which of them is visible; the second is drawn a hair
+# off the first, towards the side that it faces, so that each hides the other from its own side.
 
 Bools = npt.NDArray[np.bool_]
+
+# Distance between the two sides of a sheet, metres: more than the depth of an image resolves at the length of a room,
+# less than is seen. A choice.
+SHEET_GAP_M = 0.0002
+
+
+@dataclass(frozen=True)
+class DrawnFaces:
+    """Faces of a link that are drawn; what is in neither is a copy of another face.
+
+    Attributes:
+        front: (F,) drawn where they are. second: (F,) second sides of sheets, drawn SHEET_GAP_M along their normals.
+    """
+
+    front: Bools
+    second: Bools
+
+
+def drawn_faces(faces: Ints) -> DrawnFaces:
+    """Return which faces of a link are drawn, of those on the same three points the first of each side.
+
+    Args:
+        faces: (F, 3) welded, of the link alone, all with some area.
+    """
+    rows = np.arange(len(faces))
+    none = np.zeros(len(faces), dtype=bool)
+    if not len(faces):
+        return DrawnFaces(none, none.copy())
+    _, triangle = merge_rows(np.sort(faces, axis=1).astype(np.float64))
+    start = np.argmin(faces, axis=1)
+    turns_left = faces[rows, (start + 1) % 3] < faces[rows, (start + 2) % 3]
+    is_first = _is_first(triangle)
+    return DrawnFaces(is_first, _is_first(2 * triangle + turns_left) & ~is_first)
+
+
+def corner_directions(faces: Ints, normals: Floats) -> Floats:
+    """Return (F, 3, 3) how far each corner goes so that all faces at it move by 1 along their normals, and stay joined.
+
+    At sharp edges it goes no farther than twice that.
+
+    Args:
+        faces: (F, 3). normals: (F, 3) unit.
+    """
+    used, corner = np.unique(faces, return_inverse=True)
+    corner = corner.reshape(-1)
+    mean = np.zeros((len(used), 3))
+    np.add.at(mean, corner, np.repeat(normals, 3, axis=0))
+    mean /= np.maximum(np.linalg.norm(mean, axis=1, keepdims=True), 1e-12)
+    least = np.ones(len(used))
+    np.minimum.at(least, corner, np.einsum("ij,ij->i", mean[corner], np.repeat(normals, 3, axis=0)))
+    found: Floats = (mean / np.maximum(least, 0.5)[:, None])[corner].reshape(-1, 3, 3)
+    return found
+
+
+def _is_first(group: Ints) -> Bools:
+    """Return whether each row is the first of its group."""
+    _, first = np.unique(group, return_index=True)
+    found = np.zeros(len(group), dtype=bool)
+    found[first] = True
+    return found
+
+
+# Assemble -------------------------------------------------------------------------------------------------------------
+# one link per part with visuals, colliders, inertia and joint.
 
 ROOT = "object"
 # Thickness of the sheet that inertia is computed with, as a share of the longest side of a link: thinner ones vanish in

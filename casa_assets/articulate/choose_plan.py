@@ -8,9 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from casa_assets.articulate.infer import articulate_fragments
-from casa_assets.articulate.models import Models
-from casa_assets.articulate.plan import Articulation, Frame, PartKind
-from casa_assets.articulate.segment.fragment_measures import measure_fragments, render_sides
+from casa_assets.articulate.plan import Articulation, Frame, Models, PartKind
+from casa_assets.articulate.segment.fragments import measure_fragments, render_sides
 from casa_assets.articulate.segment.segmentations import Segmentation, segmentations
 from casa_assets.articulate.segment.shell_segments import Fragmentation, fragment_mesh
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh

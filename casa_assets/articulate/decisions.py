@@ -9,16 +9,24 @@ import numpy as np
 from pydantic import AliasChoices, Field, model_validator
 
 from casa_assets.articulate.fronts.panels import Panel
-from casa_assets.articulate.joints import hinges
-from casa_assets.articulate.plan import Articulation, FaceIndex, HingeEdge, InteriorKind, JointPlan, PartKind, PartPlan
-from casa_assets.articulate.segment.fragment_measures import FRONT, SIDES, TOP
+from casa_assets.articulate.joints import joints
+from casa_assets.articulate.plan import (
+    Articulation,
+    FaceIndex,
+    HingeEdge,
+    InteriorKind,
+    JointPlan,
+    PartKind,
+    PartPlan,
+    to_vec3,
+)
+from casa_assets.articulate.segment.fragments import FRONT, SIDES, TOP
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh
-from casa_assets.articulate.vectors import to_vec3
-from casa_assets.core.typing import Floats
+from casa_assets.core.numeric import Floats
 from casa_assets.errors import CasaError, UnknownId
-from casa_assets.model.asset.joint import JointKind
-from casa_assets.model.ingest.user_override import Word
+from casa_assets.model.asset.parts import JointKind
 from casa_assets.model.record import Id, Record, Vec3
+from casa_assets.model.source import Word
 
 Angle = Annotated[float, Field(gt=0, le=360)]
 Length = Annotated[float, Field(gt=0, le=3)]
@@ -326,7 +334,7 @@ def _default_joint(kind: PartKind, edge: HingeEdge | None, part: PartPlan, mesh:
         return _default_hinge(edge or (HingeEdge.TOP if kind is PartKind.LID else HingeEdge.LEFT), kind, lower, upper)
     base = JointPlan(kind=JointKind.HINGE, axis=(0.0, -1.0, 0.0), anchor=middle, range=(0.0, 1.0)).replace(**confidence)
     if kind in (PartKind.DRAWER, PartKind.TRAY):
-        travel = hinges.DRAWER_TRAVEL_SHARE * float(upper[1] - lower[1])
+        travel = joints.DRAWER_TRAVEL_SHARE * float(upper[1] - lower[1])
         return base.replace(kind=JointKind.SLIDE, range=(0.0, travel))
     if kind is PartKind.BUTTON:
         return base.replace(kind=JointKind.SLIDE, axis=(0.0, 1.0, 0.0), range=(0.0, BUTTON_TRAVEL))
@@ -341,12 +349,12 @@ def _default_hinge(edge: HingeEdge, kind: PartKind, lower: Floats, upper: Floats
     side = TOP if kind is PartKind.LID else FRONT
     a, b = lower @ SIDES[side].T, upper @ SIDES[side].T
     panel = Panel([], np.minimum(a, b), np.maximum(a, b))
-    axis, point = hinges.hinge_line(panel, edge)
+    axis, point = joints.hinge_line(panel, edge)
     return JointPlan(
         kind=JointKind.HINGE,
         axis=to_vec3(axis[0] * SIDES[side][0] + axis[1] * SIDES[side][1]),
         anchor=to_vec3(point @ SIDES[side]),
-        range=(0.0, hinges.DOOR_RANGE_RAD),
+        range=(0.0, joints.DOOR_RANGE_RAD),
         edge=edge,
         confidence=1.0,
         reason=GIVEN_REASON,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -16,11 +17,9 @@ from casa_assets.articulate.controls.controls import (
     has_finger_room,
 )
 from casa_assets.articulate.controls.faucets import find_faucet_parts
-from casa_assets.articulate.controls.levers import Lever, find_bar_levers, find_levers
+from casa_assets.articulate.controls.levers_and_switches import Lever, find_bar_levers, find_levers, find_switch_parts
 from casa_assets.articulate.controls.round_controls import button_joint, drop_burner_caps, find_single_button
-from casa_assets.articulate.controls.switches import find_switch_parts
-from casa_assets.articulate.frame.form_traits import form_traits
-from casa_assets.articulate.frame.kind import FORM_TRAITS, kinds_known
+from casa_assets.articulate.frame.category import FORM_TRAITS, kinds_known
 from casa_assets.articulate.frame.side_views import count_slots
 from casa_assets.articulate.fronts.fronts import (
     DOUBTFUL,
@@ -29,30 +28,98 @@ from casa_assets.articulate.fronts.fronts import (
     find_handle_spots,
     select_opening_panels,
 )
-from casa_assets.articulate.fronts.known_fronts import NO_FRONTS, KnownFronts
-from casa_assets.articulate.fronts.panel_merge import find_slats, merge_bridged_panels, merge_framed_panels
-from casa_assets.articulate.fronts.panels import Panel, find_panels
-from casa_assets.articulate.fronts.round_doors import find_round_door, fragments_around
-from casa_assets.articulate.interior.inner_parts import InnerPart, find_inner_parts
-from casa_assets.articulate.joints import hinges
-from casa_assets.articulate.joints.front_view import FrontView, view_fronts
-from casa_assets.articulate.joints.kind_habits import share_with_fronts
-from casa_assets.articulate.joints.lids import Lid, find_box_lid, find_lids, is_chest
-from casa_assets.articulate.joints.sliding_doors import sliding_direction
-from casa_assets.articulate.plan import Articulation, Frame, HingeEdge, JointPlan, PartKind, PartPlan
-from casa_assets.articulate.segment.fragment_measures import (
-    FRONT,
-    SIDES,
-    TOP,
-    MeasuredFragments,
-    corners_from_side,
+from casa_assets.articulate.fronts.panels import (
+    Panel,
+    find_panels,
+    find_slats,
+    merge_bridged_panels,
+    merge_framed_panels,
 )
-from casa_assets.articulate.segment.shell_segments import MIN_BOXINESS, boxiness
-from casa_assets.articulate.vectors import to_vec3
+from casa_assets.articulate.fronts.unusual_fronts import find_round_door, fragments_around
+from casa_assets.articulate.interior.inner_parts import InnerPart, find_inner_parts
+from casa_assets.articulate.joints import joints
+from casa_assets.articulate.joints.front_features import FrontView, share_with_fronts, view_fronts
+from casa_assets.articulate.joints.joints import sliding_direction
+from casa_assets.articulate.joints.lids import Lid, find_box_lid, find_lids, is_chest
+from casa_assets.articulate.plan import Articulation, Frame, HingeEdge, JointPlan, PartKind, PartPlan, to_vec3
+from casa_assets.articulate.segment.fragments import FRONT, SIDES, TOP, MeasuredFragments, corners_from_side
+from casa_assets.articulate.segment.shell_segments import MIN_BOXINESS, NO_FRONTS, KnownFronts, boxiness
 from casa_assets.core.forest import Forest
-from casa_assets.core.typing import Floats
-from casa_assets.model.asset.joint import JointKind
+from casa_assets.core.numeric import Floats
+from casa_assets.model.asset.parts import JointKind
 from casa_assets.model.record import Vec3
+
+# Form traits ----------------------------------------------------------------------------------------------------------
+# Detect by form alone, before any joint is decided, whether an object has fronts, controls or legs, and which.
+
+# Width to height of a wide front, and of a tall one; share of the side that one covering front has at least.
+MIN_WIDE_RATIO, MAX_TALL_RATIO, MIN_COVERING_SHARE = 1.2, 0.8, 0.4
+# Knobs in a row, and keys of a key pad, at least.
+MIN_ROW, MIN_KEYS = 3, 6
+# Fronts that differ by less in size and height are a pair, diagonals.
+PAIR_TOLERANCE = 0.015
+# A thing stands on legs where, in the stretch of its height between these shares, at most so much of its width is seen.
+LEGS_STRETCH, MAX_LEGS_SHARE = (0.03, 0.1), 0.5
+
+
+def form_traits(
+    measured: MeasuredFragments,
+    panels: Sequence[Panel],
+    controls: Sequence[PartKind],
+    beside: float,
+    has_top_knobs: bool,
+) -> dict[str, bool]:
+    """Return traits of KIND_TRAITS (frame/kind.py), and whether the object has each.
+
+    Args:
+        panels: those that open.
+        controls: types of the controls of the front. beside: share of them that lie next to the largest front.
+        has_top_knobs: whether there are knobs on its top.
+    """
+    extent = np.ptp(measured.mesh.points, axis=0)
+    largest = max(panels, key=lambda p: p.width * p.height, default=None)
+    ratio = largest.width / max(largest.height, 1e-9) if largest is not None else 1.0
+    share = largest.width * largest.height / float(extent[0] * extent[2]) if largest is not None else 0.0
+    knobs = sum(c is PartKind.KNOB for c in controls)
+    buttons = sum(c is PartKind.BUTTON for c in controls)
+    return {
+        **({"fronts": len(panels) > 1} if panels else {"door": False, "drawer": False}),
+        "knobs": knobs > 0 or has_top_knobs,
+        "above": has_top_knobs,
+        "buttons": buttons > 0,
+        "beside": beside > 0.5,
+        "row": knobs >= MIN_ROW,
+        "keys": buttons >= MIN_KEYS,
+        "pair": any(_are_pair(a, b) for i, a in enumerate(panels) for b in panels[:i]),
+        "wide": largest is not None and ratio > MIN_WIDE_RATIO,
+        "tall": largest is not None and ratio < MAX_TALL_RATIO,
+        "covers": share > MIN_COVERING_SHARE,
+        "legs": stands_on_legs(measured),
+        "round": any(p.is_round for p in panels),
+    }
+
+
+def _are_pair(a: Panel, b: Panel) -> bool:
+    """Return whether two panels of the same size lie side by side."""
+    away = np.abs([a.lower[1] - b.lower[1], a.upper[1] - b.upper[1], a.width - b.width]).max()
+    return float(away) < PAIR_TOLERANCE
+
+
+def stands_on_legs(measured: MeasuredFragments) -> bool:
+    """Return whether one sees past a thing near the floor, between its legs."""
+    seen = measured.depth_images[FRONT].face >= 0
+    rows = np.flatnonzero(seen.any(axis=1))
+    columns = np.flatnonzero(seen.any(axis=0))
+    if not len(rows):
+        return False
+    high = len(rows)
+    first, last = (rows[-1] + 1 - round(s * high) for s in reversed(LEGS_STRETCH))
+    band = seen[first : max(last, first + 1), columns[0] : columns[-1] + 1]
+    return bool(band.mean() < MAX_LEGS_SHARE) if band.size else False
+
+
+# Infer ----------------------------------------------------------------------------------------------------------------
+# fronts, controls, inner parts, faucets and lids.
 
 # Travel of a button in diagonals, capped by its protrusion. Ref: 2 to 5 mm on an object of 0.8 m.
 MAX_BUTTON_TRAVEL = 0.004
@@ -281,11 +348,11 @@ def _fronts(collector: PartCollector, seen: FrontLook, category: str) -> dict[st
     views = view_fronts(measured, FRONT, [p for p, _, _ in chosen], seen.panels, seen.controls)
     traits = traits_of_views(measured, views, seen)
     x, y, z = (float(v) for v in np.ptp(measured.mesh.points, axis=0))
-    kinds = kinds_known((x, y, z), traits, hinges.kind_log_odds(views), category)
+    kinds = kinds_known((x, y, z), traits, joints.kind_log_odds(views), category)
     for view, (panel, confidence, reason) in zip(views, chosen, strict=True):
         if confidence <= DOUBTFUL and share_with_fronts(kinds) < 0.5:
             continue
-        is_drawer, joint_confidence, joint_reason = hinges.choose_drawer(view, kinds)
+        is_drawer, joint_confidence, joint_reason = joints.choose_drawer(view, kinds)
         is_sure = is_drawer and joint_confidence >= SURE_DRAWER
         slide_sign = None if panel.box or is_sure else sliding_direction(measured, FRONT, panel, view.handle)
         is_drawer &= slide_sign is None
@@ -295,7 +362,7 @@ def _fronts(collector: PartCollector, seen: FrontLook, category: str) -> dict[st
                 others = {f for p in seen.panels if p is not panel for f in p.everything}
                 panel.box = find_box_boards(measured, FRONT, panel, collector.taken | others)
             depth = float(measured.upper[panel.everything, 1].max() - panel.lower[2])
-            travel = hinges.DRAWER_TRAVEL_SHARE * depth if depth > 0.15 * view.extent[2] else 0.7 * view.extent[2]
+            travel = joints.DRAWER_TRAVEL_SHARE * depth if depth > 0.15 * view.extent[2] else 0.7 * view.extent[2]
             joint = JointPlan(
                 kind=JointKind.SLIDE,
                 axis=_unit_vec3(-SIDES[FRONT][2]),
@@ -310,7 +377,7 @@ def _fronts(collector: PartCollector, seen: FrontLook, category: str) -> dict[st
             collector.fronts.append((name, panel, None))
         else:
             panel.box = []
-            opening = hinges.choose_hinge(view, kinds)
+            opening = joints.choose_hinge(view, kinds)
             joint = _hinge_joint(panel, opening) if slide_sign is None else _sliding_joint(panel, slide_sign)
             name = collector.add(
                 PartKind.DOOR, panel.everything, grip_fragments, joint, "", (confidence * joint_confidence, reason)
@@ -345,14 +412,14 @@ def _sliding_joint(panel: Panel, sign: float) -> JointPlan:
     )
 
 
-def _hinge_joint(panel: Panel, opening: hinges.HingeChoice) -> JointPlan:
+def _hinge_joint(panel: Panel, opening: joints.HingeChoice) -> JointPlan:
     """Return the hinge of a door."""
-    axis, point = hinges.hinge_line(panel, opening.edge)
+    axis, point = joints.hinge_line(panel, opening.edge)
     return JointPlan(
         kind=JointKind.HINGE,
         axis=_unit_vec3(axis[0] * SIDES[FRONT][0] + axis[1] * SIDES[FRONT][1]),
         anchor=_point(FRONT, point),
-        range=(0.0, hinges.DOOR_RANGE_RAD),
+        range=(0.0, joints.DOOR_RANGE_RAD),
         edge=opening.edge,
         confidence=opening.confidence,
         reason=opening.reason,
@@ -429,7 +496,7 @@ def _tray(collector: PartCollector, door: Panel, tray: InnerPart) -> None:
             kind=JointKind.HINGE, axis=(0.0, 0.0, 1.0), anchor=middle, range=(0.0, 2 * math.pi), endless=True
         )
     else:
-        travel = hinges.DRAWER_TRAVEL_SHARE * float(upper[1] - lower[1])
+        travel = joints.DRAWER_TRAVEL_SHARE * float(upper[1] - lower[1])
         joint = JointPlan(kind=JointKind.SLIDE, axis=(0.0, -1.0, 0.0), anchor=middle, range=(0.0, travel))
     joint = joint.replace(confidence=tray.confidence, reason=tray.reason)
     kind = PartKind.DRAWER if tray.is_drawer else PartKind.TRAY

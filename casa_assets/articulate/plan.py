@@ -1,20 +1,83 @@
-"""Records of an articulation: the frame, the moving parts, their joints, and the confidence of each decision.
-
-Lengths are in units of the analysed mesh, whose diagonal is 1; the frame maps them to the file and to metres.
-"""
+"""Records of an articulation: frame, moving parts, joints, learned models, and the confidence of each decision."""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from enum import StrEnum
 from typing import Annotated
 
 import numpy as np
 import numpy.typing as npt
 
-from casa_assets.core.typing import Floats
-from casa_assets.model.asset.joint import JointKind
+from casa_assets.core.forest import Forest
+from casa_assets.core.numeric import Floats, significant
+from casa_assets.model.asset.parts import JointKind
 from casa_assets.model.asset.provenance import Confidence
 from casa_assets.model.record import ArrayOf, Id, Record, Vec2, Vec3
+from casa_assets.model.registry.rows import ConfidenceModel
+
+# Vectors --------------------------------------------------------------------------------------------------------------
+# Convert arrays to the tuples of three numbers that records hold, rounded where they are written to files.
+
+
+def to_vec3(values: Iterable[float]) -> Vec3:
+    """Return three numbers, unrounded."""
+    x, y, z = (float(v) for v in values)
+    return (x, y, z)
+
+
+def round7(value: float) -> float:
+    """Round a number to seven significant digits."""
+    return significant(float(value), 7)
+
+
+def round7_vec3(values: Iterable[float]) -> Vec3:
+    """Return three numbers rounded to seven significant digits; what is nearer to zero than 1e-9 becomes zero."""
+    x, y, z = (round7(v) if abs(v) > 1e-9 else 0.0 for v in values)
+    return (x, y, z)
+
+
+def round_mm(value: float) -> float:
+    """Round metres to a tenth of a millimetre."""
+    return round(float(value), 4)
+
+
+def round_mm_vec3(values: Iterable[float]) -> Vec3:
+    """Round a point or a size, metres, to tenths of a millimetre."""
+    x, y, z = (round_mm(v) for v in values)
+    return (x, y, z)
+
+
+# Models ---------------------------------------------------------------------------------------------------------------
+# The models learned from labelled cases, which the caller reads from the registry and hands in.
+
+
+@dataclass(frozen=True)
+class Models:
+    """Decision forests, used where rules decide less well.
+
+    Attributes:
+        controls: distinguishes knobs, keys and neither, from CONTROL_FEATURES; None to look at each control alone.
+        fronts_alone, fronts: decide whether a rectangle of a fused shell is a door or drawer, from FEATURES of
+            fronts/front_hypotheses.py alone, and with CONTEXT; None if rules decide.
+    """
+
+    controls: Forest | None = None
+    fronts_alone: Forest | None = None
+    fronts: Forest | None = None
+
+    @property
+    def front_forests(self) -> tuple[Forest, Forest] | None:
+        """Return the two forests of fronts, or None if one is missing."""
+        return None if self.fronts_alone is None or self.fronts is None else (self.fronts_alone, self.fronts)
+
+
+# Plan -----------------------------------------------------------------------------------------------------------------
+# the frame, the moving parts, their joints, and the confidence of each decision.
+#
+# Lengths are in units of the analysed mesh, whose diagonal is 1; the frame maps them to the file and to metres.
 
 FaceIndex = Annotated[npt.NDArray[np.int64], ArrayOf("int64", (-1,))]
 Matrix3 = Annotated[npt.NDArray[np.float64], ArrayOf("float64", (3, 3))]
@@ -213,3 +276,57 @@ class Articulation(Record):
         for i, part in enumerate(self.parts):
             owner[part.faces] = i
         return owner
+
+
+# Confidence -----------------------------------------------------------------------------------------------------------
+# Calibrate the confidences of parts, and compute the probability that the parts of a mesh are all right.
+
+# Confidence of what nobody had to guess.
+CERTAIN = 1.0
+
+
+def calibrate_parts(articulation: Articulation, model: ConfidenceModel) -> Articulation:
+    """Return the articulation with the confidence of each part as the share of such parts that are right.
+
+    A part is right where its surface, its type and its joint are, so its joint gets the same number.
+    """
+    return articulation.replace(parts=tuple(_calibrated(part, model) for part in articulation.parts))
+
+
+def _calibrated(part: PartPlan, model: ConfidenceModel) -> PartPlan:
+    """Return a part with one calibrated confidence for it and its joint."""
+    confidence = model.part_at(part.kind.value, part_score(part))
+    return part.replace(confidence=confidence, joint=part.joint.replace(confidence=confidence))
+
+
+def part_score(part: PartPlan) -> float:
+    """Return how sure the code is of a part together with its joint."""
+    return min(part.confidence, part.joint.confidence)
+
+
+def plan_confidence(articulation: Articulation, model: ConfidenceModel) -> float:
+    """Return how likely it is that all parts of a mesh are right, or all but one small fault.
+
+    Args:
+        articulation: with calibrated confidences of frame and parts.
+    """
+    return model.plan.at(plan_features(articulation))
+
+
+def plan_features(articulation: Articulation) -> Mapping[str, float]:
+    """Return what the confidence of a plan is computed from; all but `log_count` are between 0 and 1."""
+    own = [p.confidence for p in articulation.parts if not p.added] or [0.0]
+    return {
+        "weakest": min(own),
+        "mean": sum(own) / len(own),
+        "all_right": math.prod(own),
+        "log_count": math.log(len(own)),
+        "frame": articulation.frame.confidence,
+        "named": float(bool(articulation.category)),
+    }
+
+
+def weakest_part(articulation: Articulation) -> PartPlan | None:
+    """Return the part with the lowest confidence, ignoring added parts; None if there are no others."""
+    own = [p for p in articulation.parts if not p.added]
+    return min(own, key=lambda p: p.confidence) if own else None

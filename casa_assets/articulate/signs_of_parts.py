@@ -11,26 +11,29 @@ from itertools import combinations
 import numpy as np
 
 from casa_assets.articulate.controls.controls import find_controls
-from casa_assets.articulate.frame.kind import KIND_TRAITS
+from casa_assets.articulate.frame.category import KIND_TRAITS
 from casa_assets.articulate.fronts.front_hypotheses import find_fronts
-from casa_assets.articulate.fronts.rectangles import is_handle
-from casa_assets.articulate.models import Models
-from casa_assets.articulate.segment.contacts import Axis, Piece, PieceGraph, piece_graph
+from casa_assets.articulate.fronts.relief import is_handle
+from casa_assets.articulate.plan import Models
 from casa_assets.articulate.segment.creases import SideRelief, measure_relief
-from casa_assets.articulate.segment.fragment_measures import (
+from casa_assets.articulate.segment.fragments import (
     BACK,
     FRONT,
     LEFT,
     RIGHT,
     TOP,
+    Axis,
     MeasuredFragments,
+    Piece,
+    PieceGraph,
     measure_fragments,
+    piece_graph,
     render_sides,
 )
 from casa_assets.articulate.segment.shell_segments import MIN_BOXINESS, boxiness
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh
-from casa_assets.core.typing import Floats
-from casa_assets.model.registry.vocabulary import split_words
+from casa_assets.core.numeric import Floats
+from casa_assets.model.registry.category import split_words
 
 # Kinds of KIND_TRAITS that are also made without any moving part.
 OFTEN_STILL = frozenset({"table"})

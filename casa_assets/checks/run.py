@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from contextlib import AbstractContextManager, nullcontext
 
 from casa_assets.checks.check import Check, Measurement, not_run
-from casa_assets.core.rounding import significant
+from casa_assets.core.numeric import significant
 from casa_assets.model.issue import CheckResult, Issue, Report, Status
 
 # What is waived where nothing is; shared and never written to.

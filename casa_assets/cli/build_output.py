@@ -128,20 +128,24 @@ def print_sample(
     Tables show why some were refused, how diverse those are that passed, and what a kitchen cost.
     """
     from casa_assets.pipeline.ingest.job import writing
-    from casa_assets.pipeline.kitchens.sampling import outcome
-    from casa_assets.pipeline.kitchens.sampling.diversity import table_rows, write_diversity
-    from casa_assets.pipeline.kitchens.sampling.traits import diversity_of_recipes, diversity_of_reference
+    from casa_assets.pipeline.kitchens.sampling import run
+    from casa_assets.pipeline.kitchens.sampling.draws import (
+        diversity_of_recipes,
+        diversity_of_reference,
+        table_rows,
+        write_diversity,
+    )
 
     passed = {r.recipe.scene_id for r in results if r.passed}
     drawn = diversity_of_recipes(recipe for recipe in recipes if recipe.scene_id in passed)
     reference = diversity_of_reference()
     with writing(out):
-        rejected = outcome.write_rejected(out, seed, recipes, results)
+        rejected = run.write_rejected(out, seed, recipes, results)
         measured = write_diversity(out, drawn, reference)
     if len(results) <= MAX_LISTED:
         print_numbers(results, out, output)
     why = TextTable(("refused for", "plan", "style", "draws", "such as"), sentences=("such as",), right=("draws",))
-    for row in outcome.refusals(results):
+    for row in run.refusals(results):
         why.add(row.reason, row.plan, row.style, str(row.count), row.example[:EXAMPLE_CHARACTERS])
     why.print(output.console)
     heads = (f"these {len(passed)}", f"the {reference.kitchens} of plan x style")
@@ -149,7 +153,7 @@ def print_sample(
     for cells in table_rows(drawn, reference)[1:]:
         told.add(*cells)
     told.print(output.console)
-    cost = outcome.cost_of(results)
+    cost = run.cost_of(results)
     steps = ", ".join(f"{step} {seconds:.1f}" for step, seconds in cost.steps.items())
     output.line(f"{cost.total:.1f} core-seconds per kitchen ({steps}), the mean of {pluralize(cost.kitchens, 'draw')}")
     share = f"{len(passed) / len(results):.1%}" if results else "none"
@@ -161,7 +165,7 @@ def print_sample(
 
 def print_states(results: list[SceneResult], output: Output) -> None:
     """Print for each scene its start states: how many, the deepest contact, the farthest motion, what was refused."""
-    from casa_assets.pipeline.kitchens.scene_files import START_STATES
+    from casa_assets.pipeline.kitchens.recipe import START_STATES
     from casa_assets.pipeline.kitchens.state_file import read_states
 
     heads = ("states", "deepest mm", "moved mm", "kB")

@@ -57,7 +57,7 @@ def _is_of_plugin(text: str) -> bool:
     """True for an address with the scheme of a plug-in; plug-ins are only looked for if the text has a colon."""
     if ":" not in text:
         return False
-    from casa_assets.pipeline.ingest.plugin_sources import is_of_plugin
+    from casa_assets.pipeline.ingest.inputs import is_of_plugin
 
     return is_of_plugin(text)
 

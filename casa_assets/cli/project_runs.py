@@ -6,11 +6,11 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from casa_assets.model.registry.fields import expected_one_of
+from casa_assets.model.registry.document import expected_one_of
 
 if TYPE_CHECKING:
     from casa_assets.model.registry.document import Document, KeyPath
-    from casa_assets.model.registry.project import Project
+    from casa_assets.model.registry.rows import Project
 
 # Options that hold for all runs, and are given to `make`.
 OF_ALL = ("project", "plugins")

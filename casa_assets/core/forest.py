@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from casa_assets.core.typing import Floats, Ints
+from casa_assets.core.numeric import Floats, Ints
 
 
 @dataclass(frozen=True)

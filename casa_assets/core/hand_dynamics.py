@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from casa_assets.core.rounding import significant
+from casa_assets.core.numeric import significant
 
 # Force that starts a door, a drawer or a lid, N: enough that it stays shut, and well under the 5 pounds-force (22.2 N)
 # that operable parts may need. Ref: ADA Standards 2010, 309.4.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from casa_assets.model.asset.asset import Site
-from casa_assets.model.asset.shape import Shape, Sphere
+from casa_assets.model.asset.parts import Shape, Sphere
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from casa_assets.families.fixtures import cabinets, cold, cooking, counters, decor, room, small
-from casa_assets.families.parametric_model import ParametricModel
+from casa_assets.families.kit.assemble import ParametricModel
 
 GROUPS: dict[str, tuple[ParametricModel[Any], ...]] = {
     "cabinets": cabinets.MODELS,

@@ -13,7 +13,7 @@ from casa_assets.errors import UnknownId
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.provenance import Labels
 from casa_assets.model.record import Id, Record
-from casa_assets.model.registry.finish import Finish, Surface
+from casa_assets.model.registry.rows import Finish, Surface
 
 
 class IsFinish:

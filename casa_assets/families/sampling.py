@@ -19,9 +19,8 @@ from pydantic import TypeAdapter, ValidationError
 from pydantic.fields import FieldInfo
 
 from casa_assets.families.family import AvailableFinishes, Params, between, pick
-from casa_assets.model.registry.document import Document, KeyPath
-from casa_assets.model.registry.fields import expected_one_of
-from casa_assets.model.registry.finish import Surface
+from casa_assets.model.registry.document import Document, KeyPath, expected_one_of
+from casa_assets.model.registry.rows import Surface
 
 P = TypeVar("P", bound=Params)
 NOTHING_FIXED: Mapping[str, Any] = MappingProxyType({})

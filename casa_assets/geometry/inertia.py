@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from casa_assets.core.typing import Floats
-from casa_assets.geometry.solid.bounds import link_bounds
+from casa_assets.core.numeric import Floats
+from casa_assets.geometry.solid.primitive import link_bounds
 from casa_assets.model.asset.asset import Asset, Base, Joint, JointKind, Link
 from casa_assets.model.kitchen.scene import PlacedLink, Scene
 

@@ -9,12 +9,11 @@ import numpy as np
 from scipy.optimize import Bounds, LinearConstraint, milp
 from scipy.sparse import block_diag
 
-from casa_assets.core.rounding import decimals, significant
-from casa_assets.core.typing import Floats
+from casa_assets.core.numeric import Floats, decimals, significant
 from casa_assets.errors import DegenerateShape
-from casa_assets.geometry.solid.hull import hull_planes, hull_volume
+from casa_assets.geometry.solid.solids import hull_planes, hull_volume
 from casa_assets.model.asset.asset import Asset, Base, Collider, Link
-from casa_assets.model.asset.shape import Box, Capsule, Cylinder, Hull, MeshShape, Shape, Sphere
+from casa_assets.model.asset.parts import Box, Capsule, Cylinder, Hull, MeshShape, Shape, Sphere
 from casa_assets.model.kitchen.scene import LightScene, Scene
 from casa_assets.model.pose import Pose
 

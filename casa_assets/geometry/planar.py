@@ -1,12 +1,53 @@
-"""Outlines in a plane: signed area; of convex ones hull, distance, length of a line inside."""
+"""Outlines in a plane: area, hull, distance, overlap; and whether a thing stands on the outline of its foot."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
-from casa_assets.core.typing import Floats, Ints
-from casa_assets.geometry.outline import Outline, edge_normals
+from casa_assets.core.numeric import Floats, Ints
+from casa_assets.geometry.solid.primitive import tessellate
+from casa_assets.model.asset.asset import Asset
+
+# Outline --------------------------------------------------------------------------------------------------------------
+# Whether a point lies in an outline, and how deep convex outlines overlap.
+#
+# Without scipy: a plan is checked in less time than it takes to load.
+
+Outline = Sequence[tuple[float, float]] | Floats
+
+
+def contains_point(outline: Outline, point: tuple[float, float]) -> bool:
+    """True where a point lies in an outline, which need not be convex."""
+    x, y = point
+    odd = False
+    corners = [(float(a), float(b)) for a, b in outline]
+    for (ax, ay), (bx, by) in zip(corners, (*corners[1:], corners[0]), strict=True):
+        if (ay > y) != (by > y) and x < ax + (y - ay) / (by - ay) * (bx - ax):
+            odd = not odd
+    return odd
+
+
+def penetration_depth(one: Outline, other: Outline) -> float:
+    """Least translation that parts two convex outlines, metres; negative for a gap between them."""
+    a, b = np.asarray(one, dtype=np.float64), np.asarray(other, dtype=np.float64)
+    normals = np.concatenate([edge_normals(a), edge_normals(b)])
+    p, q = normals @ a.T, normals @ b.T
+    return float(np.minimum(p.max(axis=1) - q.min(axis=1), q.max(axis=1) - p.min(axis=1)).min())
+
+
+def edge_normals(outline: Floats) -> Floats:
+    """(M, 2) outward unit normals of the edges of a counter-clockwise outline."""
+    edge = np.roll(outline, -1, axis=0) - outline
+    normals = np.stack([edge[:, 1], -edge[:, 0]], axis=1)
+    found: Floats = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
+    return found
+
+
+# Planar ---------------------------------------------------------------------------------------------------------------
+# signed area; of convex ones hull, distance, length of a line inside.
 
 
 def signed_area(outline: Floats) -> float:
@@ -63,3 +104,34 @@ def length_inside(outline: Outline, start: tuple[float, float], end: tuple[float
         else:
             low = max(low, -here / step)
     return max(0.0, high - low) * float(np.linalg.norm(q - p))
+
+
+# Standing -------------------------------------------------------------------------------------------------------------
+# Whether a thing stands by itself on its collision shapes.
+
+# What ends so near above the lowest point stands there, too, metres: a thing rocks by no more.
+LEVEL_M = 0.002
+# The middle of mass has to be so far inside of what it stands on, metres.
+MARGIN_M = 0.004
+
+
+def stands_by_itself(asset: Asset) -> bool:
+    """True if the centre of mass of an asset, joints at zero, is over the footprint of its collision shapes."""
+    points, mass, middle = [np.empty((0, 3))], 0.0, np.zeros(3)
+    for link in asset.links:
+        pose = asset.asset_from_link(link.name)
+        points += [pose.apply(tessellate(c.shape, c.pose)[0]) for c in link.colliders]
+        mass += link.inertial.mass
+        middle = middle + link.inertial.mass * pose.apply(np.array([link.inertial.center_of_mass]))[0]
+    every = np.concatenate(points)
+    if not len(every):
+        return False
+    foot = every[every[:, 2] < every[:, 2].min() + LEVEL_M]
+    corners = outline_of(foot[:, :2])
+    if len(corners) < 3:
+        return False
+    edges = np.roll(corners, -1, axis=0) - corners
+    to_middle = (middle / mass)[:2] - corners
+    # Counter-clockwise: what is inside is on the left of every edge.
+    left = (edges[:, 0] * to_middle[:, 1] - edges[:, 1] * to_middle[:, 0]) / np.linalg.norm(edges, axis=1)
+    return bool(left.min() >= MARGIN_M)

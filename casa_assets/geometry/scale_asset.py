@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from casa_assets.core.rounding import seven_digits, significant
-from casa_assets.core.typing import Floats
+from casa_assets.core.numeric import Floats, seven_digits, significant
 from casa_assets.model.asset.asset import Asset, Collider, Drive, Joint, JointKind, JointValue, Link, Visual
 from casa_assets.model.asset.behavior import Behavior, Condition
-from casa_assets.model.asset.mesh import Mesh
-from casa_assets.model.asset.shape import Box, Capsule, Cylinder, Hull, MeshShape, Shape, Sphere
+from casa_assets.model.asset.parts import Box, Capsule, Cylinder, Hull, Mesh, MeshShape, Shape, Sphere
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec2, Vec3
 

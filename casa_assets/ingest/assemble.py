@@ -1,4 +1,4 @@
-"""Build the Asset from a finished draft: origin under its middle, names, labels, provenance."""
+"""Build the Asset from a finished draft: origin under its middle, grasps, names, labels, provenance."""
 
 from __future__ import annotations
 
@@ -6,22 +6,40 @@ from contextlib import suppress
 
 import numpy as np
 
-from casa_assets.core.rounding import seven_digits
-from casa_assets.core.typing import Floats
+from casa_assets.core.numeric import Floats, seven_digits
 from casa_assets.errors import DegenerateShape, Rejected
-from casa_assets.geometry.mesh.hand_grasps import grasp_site
-from casa_assets.geometry.mesh.normals import with_normals
-from casa_assets.geometry.solid.bounds import shape_bounds
-from casa_assets.geometry.solid.hull import convex_hull
+from casa_assets.geometry.mesh.grasps import choose_grasps, grasp_site
+from casa_assets.geometry.mesh.surface import with_normals
+from casa_assets.geometry.solid.primitive import shape_bounds
+from casa_assets.geometry.solid.solids import convex_hull
 from casa_assets.ingest.draft import Draft, PlacedShape
 from casa_assets.model.asset.asset import Asset, Base, Collider, Inertial, Link, Region, Visual
 from casa_assets.model.asset.material import Material, Substance
-from casa_assets.model.asset.mesh import Mesh
+from casa_assets.model.asset.parts import Box, Capsule, Cylinder, Hull, Mesh, MeshShape, Shape, Sphere
 from casa_assets.model.asset.provenance import Labels, split_of
-from casa_assets.model.asset.shape import Box, Capsule, Cylinder, Hull, MeshShape, Shape, Sphere
-from casa_assets.model.ingest.source import Source
 from casa_assets.model.pose import Pose
 from casa_assets.model.registry.category import Category
+from casa_assets.model.source import Source
+
+# Grasp ----------------------------------------------------------------------------------------------------------------
+# Choose where a hand takes an ingested mesh.
+
+
+def grasp(draft: Draft, category: Category, opening_m: float) -> Draft:
+    """The best grasp of each kind that is possible.
+
+    Args:
+        draft: metres, z up, as it rests, with its mass.
+        category: vessels have a rim; some categories have a handle.
+        opening_m: largest opening of the gripper.
+    """
+    assert draft.inertial is not None, "the mass stage ran"
+    surface, center = draft.surface, draft.inertial.center_of_mass
+    return draft.replace(grasps=choose_grasps(surface.points, surface.welded_faces, center, category, opening_m))
+
+
+# Assemble -------------------------------------------------------------------------------------------------------------
+# origin under its middle, names, labels, provenance.
 
 
 def assemble(

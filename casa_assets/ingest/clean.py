@@ -4,27 +4,26 @@ from __future__ import annotations
 
 import numpy as np
 
-from casa_assets.core.typing import Floats, Ints, Mask
+from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.errors import Rejected
-from casa_assets.geometry.mesh.measure import backward_share
+from casa_assets.geometry.mesh.surface import backward_share
 from casa_assets.geometry.mesh.topology import edge_counts
 from casa_assets.ingest.draft import Draft, Surface, warning
-from casa_assets.ingest.repair.components import split_components
-from casa_assets.ingest.repair.cracks import close_cracks
-from casa_assets.ingest.repair.degenerate_faces import valid_faces
-from casa_assets.ingest.repair.enclosed_parts import enclosed_parts, transparent_parts
+from casa_assets.ingest.repair.components import (
+    enclosed_parts,
+    intersecting_components,
+    solidity,
+    split_components,
+    transparent_parts,
+)
+from casa_assets.ingest.repair.faces import cut_nonmanifold_faces, orient_outward, sheet_fins, valid_faces
 from casa_assets.ingest.repair.foreign_parts import foreign_parts, separate_objects
-from casa_assets.ingest.repair.holes import close_missing_sides
-from casa_assets.ingest.repair.intersecting_components import intersecting_components
-from casa_assets.ingest.repair.nonmanifold import cut_nonmanifold_faces, sheet_fins
-from casa_assets.ingest.repair.solidity import solidity
-from casa_assets.ingest.repair.t_junctions import split_t_junctions
-from casa_assets.ingest.repair.winding import orient_outward
-from casa_assets.ingest.submesh import submesh
-from casa_assets.model.asset.mesh import Mesh
-from casa_assets.model.ingest.source import RawModel, RawPart
+from casa_assets.ingest.repair.gaps import close_cracks, close_missing_sides, split_t_junctions
+from casa_assets.ingest.texture import submesh
+from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.issue import Issue
 from casa_assets.model.registry.category import Category, MatterFill
+from casa_assets.model.source import RawModel, RawPart
 
 # Category of what could not be named.
 UNKNOWN = "object"

@@ -10,16 +10,15 @@ from typing import Annotated, Any, Self
 import numpy as np
 from pydantic import Field
 
-from casa_assets.core.typing import Floats, Ints
+from casa_assets.core.numeric import Floats, Ints
 from casa_assets.geometry.mesh.topology import weld
 from casa_assets.model.asset.asset import Inertial
-from casa_assets.model.asset.grasp import Grasp
+from casa_assets.model.asset.parts import Grasp, Shape
 from casa_assets.model.asset.provenance import Guess
-from casa_assets.model.asset.shape import Shape
-from casa_assets.model.ingest.source import RawPart
 from casa_assets.model.issue import Issue, Severity
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Record
+from casa_assets.model.source import RawPart
 
 
 class PlacedShape(Record):

@@ -7,16 +7,24 @@ from dataclasses import replace
 
 import numpy as np
 
-from casa_assets.core.typing import Floats, Mask
+from casa_assets.core.numeric import Floats, Mask
 from casa_assets.errors import DegenerateShape, Rejected
 from casa_assets.ingest.draft import Draft
-from casa_assets.ingest.pose.evidence import balance_score, doubts, pose_score, stance
 from casa_assets.ingest.pose.front import Facing, facing, straightened
-from casa_assets.ingest.pose.surface_sample import SurfaceSample, sample_surface
-from casa_assets.ingest.pose.ups import UP_ROTATIONS, candidates, origin_evidence, priors
-from casa_assets.model.ingest.source import RawPart
-from casa_assets.model.ingest.user_override import NO_OVERRIDE, UserOverride
+from casa_assets.ingest.pose.up import (
+    UP_ROTATIONS,
+    SurfaceSample,
+    balance_score,
+    candidates,
+    doubts,
+    origin_evidence,
+    pose_score,
+    priors,
+    sample_surface,
+    stance,
+)
 from casa_assets.model.registry.category import FALLBACK, Category, MatterFill, RestingPose
+from casa_assets.model.source import NO_OVERRIDE, RawPart, UserOverride
 
 # Smallest confidence in a pose if the category rests in any pose.
 MIN_CONFIDENCE_ANY_POSE = 0.9

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image
 
-from casa_assets.core.typing import Floats
+from casa_assets.core.numeric import Floats
 from casa_assets.errors import CasaError
 from casa_assets.model.asset.asset import Asset
 from casa_assets.pipeline.library import library as disk

@@ -22,10 +22,11 @@ from casa_assets import registry
 from casa_assets.articulate.decisions import Decisions
 from casa_assets.errors import CasaError, OutputError
 from casa_assets.export.gltf import EVERYTHING, asset_glb
-from casa_assets.model.ingest.user_override import UpAxis
-from casa_assets.pipeline.articulate import review_file, review_page
+from casa_assets.model.source import UpAxis
+from casa_assets.pipeline.articulate import review_page
+from casa_assets.pipeline.articulate.decisions import check_category, keep
+from casa_assets.pipeline.articulate.run import NAME as STRIP
 from casa_assets.pipeline.articulate.run import outcome_of_entry
-from casa_assets.pipeline.articulate.strip import NAME as STRIP
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library import review
 from casa_assets.pipeline.library.entry_files import PICTURE, file_inside, picture_of
@@ -145,8 +146,8 @@ class _Handler(LocalHandler):
         """Write the decisions on one articulated mesh into review.json. Raises likewise, and UnknownId."""
         entry = next(entry for entry in self.server.articulated if entry.sha256 == said["sha256"])
         decisions = Decisions.model_validate(said["decisions"])
-        review_file.check_category(decisions)
-        review_file.keep(self.server.library, {entry.sha256: decisions})
+        check_category(decisions)
+        keep(self.server.library, {entry.sha256: decisions})
 
     def _name(self) -> str | None:
         """What is asked for, below the address; None where somebody does not know it or came by another name."""

@@ -14,13 +14,10 @@ from pydantic_core import core_schema
 
 from casa_assets.errors import UnknownId
 from casa_assets.model.asset.asset import Asset
-from casa_assets.model.formats.batch_schema import BatchFile
-from casa_assets.model.formats.behavior_schema import BehaviorFile
-from casa_assets.model.formats.scene_schema import SceneFile
-from casa_assets.model.kitchen.plan import Plan
+from casa_assets.model.kitchen.plan import BaseKind, Plan, UpperKind
 from casa_assets.model.kitchen.style import Style
-from casa_assets.model.kitchen.units import BaseKind, UpperKind
 from casa_assets.model.record import Record
+from casa_assets.model.written_formats import BatchFile, BehaviorFile, SceneFile
 from casa_assets.pipeline.kitchens.scene_page import SceneReport
 from casa_assets.pipeline.library.asset_json import SLOTS
 from casa_assets.pipeline.library.library import Certificate

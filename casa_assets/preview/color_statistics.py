@@ -7,15 +7,13 @@ import io
 import numpy as np
 from PIL import Image
 
-from casa_assets.core.color import linear_from_srgb_array
-from casa_assets.core.rounding import decimals
-from casa_assets.core.typing import Floats
-from casa_assets.geometry.mesh.measure import face_normals
-from casa_assets.geometry.mesh.shape_descriptor import quantile_means
-from casa_assets.geometry.solid.coverage import barycentric_samples
+from casa_assets.core.numeric import Floats, decimals, linear_from_srgb_array
+from casa_assets.geometry.mesh.registration import quantile_means
+from casa_assets.geometry.mesh.surface import face_normals
+from casa_assets.geometry.solid.deviation import barycentric_samples
 from casa_assets.model.asset.asset import Asset, Visual
 from casa_assets.model.asset.material import Material
-from casa_assets.model.asset.signature import TONE_SHARES, ColorHistogram
+from casa_assets.model.asset.provenance import TONE_SHARES, ColorHistogram
 
 # Places on all surfaces together whose colour is looked up.
 PLACES = 6000

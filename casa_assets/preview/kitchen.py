@@ -19,7 +19,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from casa_assets.core.typing import Floats
+from casa_assets.core.numeric import Floats
 from casa_assets.preview import pictures, renderer
 from casa_assets.preview.photoreal.views import View
 from casa_assets.preview.pictures import Pixels

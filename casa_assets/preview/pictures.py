@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image, ImageDraw, ImageFont, ImageOps
 
-from casa_assets.core.typing import Floats, Mask
+from casa_assets.core.numeric import Floats, Mask
 
 Pixels = npt.NDArray[np.uint8]
 

@@ -19,7 +19,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from casa_assets.core.typing import Floats, Singles
+from casa_assets.core.numeric import Floats, Singles
 from casa_assets.errors import CasaError
 from casa_assets.preview.backends import BACKENDS, MUJOCO_GL, chosen_backend, install_line, why_not
 from casa_assets.preview.pictures import Pixels

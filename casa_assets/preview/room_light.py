@@ -13,8 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from casa_assets.core.color import linear_from_srgb_array, srgb_from_linear_array
-from casa_assets.core.typing import Floats, Ints, Mask, Singles
+from casa_assets.core.numeric import Floats, Ints, Mask, Singles, linear_from_srgb_array, srgb_from_linear_array
 from casa_assets.preview.renderer import GOLDEN, PLASTIC
 from casa_assets.preview.room_surfaces import ShadowMap, Surfaces
 

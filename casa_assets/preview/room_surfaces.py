@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from casa_assets.core.typing import Floats, Mask, Singles
+from casa_assets.core.numeric import Floats, Mask, Singles
 from casa_assets.preview import renderer
 from casa_assets.preview.renderer import CameraFrustum
 

@@ -13,12 +13,11 @@ import mujoco
 import numpy as np
 from PIL import Image
 
-from casa_assets.core.color import srgb_from_linear_array
-from casa_assets.core.typing import Floats
+from casa_assets.core.numeric import Floats, srgb_from_linear_array
 from casa_assets.errors import CasaError
 from casa_assets.model.asset.material import Material, Texture
-from casa_assets.model.asset.mesh import Mesh
-from casa_assets.model.ingest.source import RawModel, RawPart, Up
+from casa_assets.model.asset.parts import Mesh
+from casa_assets.model.source import RawModel, RawPart, Up
 from casa_assets.preview import pictures, studio
 from casa_assets.preview.pictures import Pixels
 from casa_assets.preview.studio import View, fit

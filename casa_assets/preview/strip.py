@@ -13,7 +13,7 @@ import mujoco
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from casa_assets.core.typing import Floats
+from casa_assets.core.numeric import Floats
 from casa_assets.preview import pictures, studio
 from casa_assets.preview.pictures import Pixels, SheetCell, cell_corner, contact_sheet
 from casa_assets.preview.still import load_into_studio

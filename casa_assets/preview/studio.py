@@ -15,7 +15,7 @@ import mujoco
 import numpy as np
 from PIL import Image, ImageFilter
 
-from casa_assets.core.typing import Floats, Mask
+from casa_assets.core.numeric import Floats, Mask
 from casa_assets.preview import pictures, renderer
 from casa_assets.preview.pictures import Pixels
 from casa_assets.preview.renderer import (

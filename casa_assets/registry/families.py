@@ -12,17 +12,16 @@ import numpy as np
 from casa_assets.errors import CasaError, RegistryError, UnknownId
 from casa_assets.families.catalog import GROUPS, MODELS
 from casa_assets.families.family import AvailableFinishes, Family, Params
-from casa_assets.families.parametric_model import ParametricModel
-from casa_assets.families.parts.appliance.look import ApplianceLook
-from casa_assets.families.parts.fronts.look import CabinetLook
+from casa_assets.families.kit.assemble import ParametricModel
+from casa_assets.families.parts.appliance.front import ApplianceLook
+from casa_assets.families.parts.fronts.fronts import CabinetLook
 from casa_assets.families.sampling import read_sample_rules
 from casa_assets.model.record import Id, Record
-from casa_assets.model.registry.document import Document, KeyPath
-from casa_assets.model.registry.fields import expected_one_of
+from casa_assets.model.registry.document import Document, KeyPath, expected_one_of
 from casa_assets.projects import read_once
 from casa_assets.registry import load, read_record
 from casa_assets.registry.layered import names_in, read_table_file
-from casa_assets.registry.plugins.families import plugin_families
+from casa_assets.registry.plugins.added import plugin_families
 
 FOLDER = "families"
 PLUGIN_GROUP = "plug-ins"  # of families that plug-ins add

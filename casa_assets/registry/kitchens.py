@@ -11,8 +11,7 @@ from casa_assets.errors import RegistryError, UnknownId
 from casa_assets.model.kitchen.plan import Plan
 from casa_assets.model.kitchen.style import Style
 from casa_assets.model.record import Record
-from casa_assets.model.registry.document import Document
-from casa_assets.model.registry.fields import expected_one_of
+from casa_assets.model.registry.document import Document, expected_one_of
 from casa_assets.projects import project_folder
 from casa_assets.registry import read_document, read_record
 from casa_assets.registry.layered import names_in, read_topmost, stated_in

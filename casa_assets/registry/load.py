@@ -11,16 +11,20 @@ from typing import Any
 
 from casa_assets.errors import UnknownId
 from casa_assets.model.asset.material import Density, Substance
-from casa_assets.model.registry.category import FALLBACK, Category, Certainty, QCode
+from casa_assets.model.registry.category import FALLBACK, Category, Certainty, QCode, Vocabulary
 from casa_assets.model.registry.contract import Contract
-from casa_assets.model.registry.document import Document, KeyPath
-from casa_assets.model.registry.fields import expected_one_of
-from casa_assets.model.registry.finish import Plain
-from casa_assets.model.registry.rows import Limit, MisleadingWords, OtherThingsWords, Rejection, TaxonomyClass, Waiver
-from casa_assets.model.registry.vocabulary import Vocabulary
+from casa_assets.model.registry.document import Document, KeyPath, expected_one_of
+from casa_assets.model.registry.rows import (
+    Limit,
+    MisleadingWords,
+    OtherThingsWords,
+    Plain,
+    Rejection,
+    TaxonomyClass,
+    Waiver,
+)
 from casa_assets.projects import data_root, read_once
-from casa_assets.registry.layered import names_in, read_table_file, stated_in
-from casa_assets.registry.project import load_project
+from casa_assets.registry.layered import load_project, names_in, read_table_file, stated_in
 from casa_assets.registry.read import read_record, read_table
 
 FILES = (

@@ -13,13 +13,12 @@ from casa_assets.errors import UnknownId
 from casa_assets.families.family import Family, Params
 from casa_assets.families.sampling import read_fixed, read_sample_rules
 from casa_assets.model.record import Id, Record
-from casa_assets.model.registry.document import Document
-from casa_assets.model.registry.fields import expected_one_of
+from casa_assets.model.registry.document import Document, expected_one_of
 from casa_assets.projects import read_once
 from casa_assets.registry import load, read_record
 from casa_assets.registry.layered import names_in, read_table_file
 from casa_assets.registry.plugins import or_of_ignored
-from casa_assets.registry.plugins.families import forms
+from casa_assets.registry.plugins.added import forms
 
 FOLDER = "objects"
 

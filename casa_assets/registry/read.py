@@ -15,11 +15,10 @@ from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
-from casa_assets.core.cache_folder import cache_dir, keep_json, kept_json
+from casa_assets.core.system import cache_dir, keep_json, kept_json
 from casa_assets.errors import RegistryError
 from casa_assets.model.record import Record
-from casa_assets.model.registry.document import Document, KeyPath
-from casa_assets.model.registry.fields import expected_one_of, fields_at
+from casa_assets.model.registry.document import Document, KeyPath, expected_one_of, fields_at
 
 KEPT_IN = "registry"  # folder of the cache
 R = TypeVar("R", bound=Record)

@@ -10,10 +10,10 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image
 
-from casa_assets.core.rounding import significant
+from casa_assets.core.numeric import significant
 from casa_assets.model.asset.material import Texture
 from casa_assets.model.issue import CheckResult, Issue, Report, Severity, Status
-from casa_assets.model.registry.finish import Finish
+from casa_assets.model.registry.rows import Finish
 from casa_assets.textures.distance import TextureDescriptor, closest_pairs, oklab
 from casa_assets.textures.seam import seam
 

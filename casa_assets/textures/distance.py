@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from casa_assets.core.color import linear_from_srgb_array
+from casa_assets.core.numeric import linear_from_srgb_array
 
 Array = npt.NDArray[np.float64]
 

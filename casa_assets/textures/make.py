@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from casa_assets.core.sampling import rng_for
+from casa_assets.core.numeric import rng_for
 from casa_assets.errors import UnknownId
-from casa_assets.model.registry.texture_recipe import TextureRecipe
-from casa_assets.textures.canvas import Canvas, Layers
-from casa_assets.textures.kind import TextureKind
+from casa_assets.model.registry.rows import TextureRecipe
+from casa_assets.textures.canvas import Canvas, Layers, TextureKind
 from casa_assets.textures.kinds import KINDS
 
 SIZE_PX = 1024

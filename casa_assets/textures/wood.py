@@ -1,16 +1,305 @@
-"""Wood textures: grain maps and a palette become colour, relief and gloss."""
+"""Wood textures: growth rings, fibres, pores, rays and knots, and the palette that colours them."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from enum import StrEnum
 from typing import Annotated
 
 import numpy as np
+import numpy.typing as npt
 from pydantic import Field
+from scipy import ndimage
 
 from casa_assets.model.record import Record
-from casa_assets.model.registry.finish import HexColor
-from casa_assets.textures.canvas import Canvas, Layers, Map, Share, blend, rgb, smoothstep
-from casa_assets.textures.wood_grain import GrainMaps, SawCut, WoodSpecies, grain_maps
+from casa_assets.model.registry.rows import HexColor
+from casa_assets.textures.canvas import (
+    Canvas,
+    Layers,
+    Map,
+    Share,
+    blend,
+    line_coverage,
+    periodic_curve,
+    rgb,
+    smoothstep,
+    stratified,
+)
+
+# Wood grain -----------------------------------------------------------------------------------------------------------
+# Grain maps of a sawn board: growth rings, fibres, pores, rays and knots, without colours.
+
+# A glued joint is a hair line; it is drawn as wide as it looks from arm's length.
+_JOINT_M = 0.001
+
+
+class SawCut(StrEnum):
+    """Cut of the board out of the log, which decides the figure on its face."""
+
+    FLAT = "flat"  # arches
+    QUARTER = "quarter"  # straight lines, and rays where the species has them
+    RIFT = "rift"  # straight lines, a little wider, no rays
+    ROTARY = "rotary"  # peeled: wide clouds and islands
+
+
+class GrowthRings(StrEnum):
+    """Appearance of one growth ring from earlywood to latewood."""
+
+    RING_POROUS = "ring_porous"  # oak, ash: a row of large pores, then plain wood
+    CONIFER = "conifer"  # pine, larch: pale, darker, a sharp end
+    DIFFUSE = "diffuse"  # maple, beech: plain but for a thin line
+    BANDED = "banded"  # walnut, rosewood, zebrano: broad bands of pigment
+
+
+class WoodSpecies(Record):
+    """Anatomy of a wood, as far as it can be seen on a board.
+
+    Attributes:
+        rings: course of one year.
+        ring_m: usual width of a year in metres.
+        unevenness: 0..1, how much years differ in width and in strength.
+        contrast: 0..1, of the rings.
+        pores: 0..1, how open the grain is; `pore_m` is the length of a pore line in metres.
+        rays: 0..1, flecks on a quartered face, small dashes on a flat one.
+        ribbon: 0..1, stripes of interlocked grain, `ribbon_m` wide.
+        curl: 0..1, waves across the grain.
+        fibre: 0..1, strength of the fine lines.
+        clouds: 0..1, strength of broad changes of tone.
+        knots_per_m2: of the size of a thumb nail.
+    """
+
+    rings: GrowthRings = GrowthRings.DIFFUSE
+    ring_m: Annotated[float, Field(gt=0.0005, lt=0.1)] = 0.0025
+    unevenness: Share = 0.4
+    contrast: Share = 0.5
+    pores: Share = 0.3
+    pore_m: Annotated[float, Field(gt=0.001, lt=0.1)] = 0.008
+    rays: Share = 0.0
+    ribbon: Share = 0.0
+    ribbon_m: Annotated[float, Field(gt=0.002, lt=0.1)] = 0.012
+    curl: Share = 0.0
+    fibre: Share = 0.5
+    clouds: Share = 0.4
+    knots_per_m2: Annotated[float, Field(ge=0, le=60)] = 0.0
+
+
+@dataclass(frozen=True)
+class GrainMaps:
+    """Maps of a board face, each (H, W) float32.
+
+    Attributes:
+        ring: 0..1, how dark the year is here.
+        early: 0..1, the porous start of a year (ring porous woods), else 1.
+        fibre: about -1..1, fine lines along the grain.
+        zone: about -1..1, broad changes of tone that follow the years.
+        pore: 0..1, open pores.
+        fleck: 0..1, rays on a quartered face.
+        dash: 0..1, ends of rays on a flat face.
+        sheen: about -1..1, ribbon and curl.
+        knot: 0..1, knots.
+        tone: about -1..1, one value for each leaf.
+        joint: 0..1, 1 on the line between two leaves.
+        edge_m: metres to the nearest joint; large without joints.
+    """
+
+    ring: Map
+    early: Map
+    fibre: Map
+    zone: Map
+    pore: Map
+    fleck: Map
+    dash: Map
+    sheen: Map
+    knot: Map
+    tone: Map
+    joint: Map
+    edge_m: Map
+
+
+def grain_maps(canvas: Canvas, species: WoodSpecies, cut: SawCut, leaves: int, rng: np.random.Generator) -> GrainMaps:
+    """Maps of a face made of `leaves` boards or veneers side by side; 1 is one piece without a joint.
+
+    Args:
+        sheet: pixels and metres.
+        species: anatomy.
+        cut: of every leaf.
+        leaves: number of pieces across the width; a flat-cut face without joints is not possible, so 1 gives 1 joint.
+        rng: all of the randomness; the maps depend on it and on metres, not on the number of pixels.
+    """
+    x, y = canvas.axes()
+    leaf, edge, left, wide = _leaves(canvas, x, leaves, rng)
+    seeds = rng.uniform(0.0, 1.0, (6, leaves)).astype(np.float32)
+    wander = 0.010 * canvas.noise(0.9, 0.35, rng) + 0.0006 * canvas.noise(0.15, 0.05, rng)
+    # Tones are stratified out, not drawn: a face of few leaves is as dark as one of many.
+    tones = stratified(leaves, rng).astype(np.float32)
+    # A leaf of its own has bends of its own: what is drawn once for the sheet is read at another height for each.
+    drop = seeds[0][leaf] * canvas.tile_m[1] if leaves > 1 else np.zeros_like(x)
+    wander = canvas.shifted(wander, np.zeros_like(x), drop)
+    knot, push = _knots(canvas, x, y, species, rng)
+    across = wander + push
+    radius = _radius(canvas, cut, x + across - (left + wide * (0.25 + 0.5 * seeds[1][leaf])), y + drop, rng)
+    if cut in (SawCut.QUARTER, SawCut.RIFT):
+        radius = x + across * (0.5 if cut is SawCut.QUARTER else 1.2) + seeds[2][leaf] * (leaves > 1)
+    jagged = min(0.1 * species.ring_m, 0.0003) * canvas.resolved(0.06, 0.0025)
+    radius = radius + jagged * canvas.noise(0.06, 0.0025, rng)
+    ring, early, zone = ring_maps(canvas, species, radius, rng)
+    fine = canvas.shifted(
+        canvas.resolved(0.06, 0.0016) * canvas.noise(0.06, 0.0016, rng) + 0.7 * canvas.noise(0.22, 0.005, rng),
+        across,
+        drop,
+    )
+    # Two sizes that share no lattice: pores of one noise would stand in rows.
+    pores = canvas.noise(species.pore_m, 0.0017, rng) + 0.9 * canvas.noise(1.7 * species.pore_m, 0.0027, rng)
+    pores = canvas.shifted(pores, across, drop)
+    clouds = 0.6 * zone + 0.8 * canvas.shifted(canvas.noise(0.5, 0.06, rng, 2), across, drop)
+    clouds = clouds - clouds.mean()  # a board is neither paler nor darker than its palette says
+    return GrainMaps(
+        ring=ring,
+        early=early,
+        fibre=fine / 1.6,
+        zone=clouds,
+        pore=_kept(smoothstep(0.4, 2.6, pores), canvas.resolved(species.pore_m, 0.0017)),
+        fleck=_flecks(canvas, across, rng) if cut is SawCut.QUARTER else np.zeros_like(ring),
+        dash=_dashes(canvas, across, rng),
+        sheen=_sheen(canvas, species, across, rng),
+        knot=knot,
+        tone=np.broadcast_to(tones[leaf], ring.shape),
+        joint=np.broadcast_to(line_coverage(edge, _JOINT_M, canvas.pixel_width_m), ring.shape),
+        edge_m=np.broadcast_to(edge, ring.shape),
+    )
+
+
+def _kept(mask: Map, seen: float) -> Map:
+    """A mask of features too small to be seen one by one, faded into their mean."""
+    return np.asarray(mask.mean() + (mask - mask.mean()) * seen, dtype=np.float32)
+
+
+def _leaves(canvas: Canvas, x: Map, count: int, rng: np.random.Generator) -> tuple[npt.NDArray[np.intp], Map, Map, Map]:
+    """Number of the leaf, metres to its nearer edge, its left edge and its width, each (1, W)."""
+    widths = rng.uniform(0.75, 1.25, count)
+    edges = np.concatenate([[0.0], np.cumsum(widths / widths.sum())]) * canvas.tile_m[0]
+    leaf = np.clip(np.searchsorted(edges, x, side="right") - 1, 0, count - 1)
+    near = np.abs(x[..., None] - edges).min(axis=-1) if count > 1 else np.ones_like(x)
+    return (
+        leaf,
+        near.astype(np.float32),
+        edges[leaf].astype(np.float32),
+        (edges[leaf + 1] - edges[leaf]).astype(np.float32),
+    )
+
+
+def _radius(canvas: Canvas, cut: SawCut, x: Map, y: Map, rng: np.random.Generator) -> Map:
+    """Distance from the pith in metres: flat and rotary cuts."""
+    tall = canvas.tile_m[1]
+    warp = 0.0016 * canvas.noise(0.35, 0.06, rng) + 0.0007 * canvas.noise(0.09, 0.02, rng)
+    if cut is SawCut.ROTARY:
+        field = canvas.noise(0.6, 0.16, rng) + 0.25 * canvas.noise(0.2, 0.06, rng)
+        return np.asarray(0.03 * field + warp, dtype=np.float32)
+    # The pith leans and the trunk tapers, so the face comes nearer to it and leaves it again: that makes the arches.
+    depth = 0.045 + 0.05 * periodic_curve(y, tall, 0.8, rng) + 0.006 * periodic_curve(y, tall, 0.2, rng)
+    depth = 0.004 + 0.012 * np.logaddexp(0.0, depth / 0.012)
+    return np.asarray(np.hypot(x, depth) + warp, dtype=np.float32)
+
+
+def ring_maps(canvas: Canvas, species: WoodSpecies, radius: Map, rng: np.random.Generator) -> tuple[Map, Map, Map]:
+    """Darkness of the year, its porous part, and the slow change of tone over the years, each (H, W).
+
+    Args:
+        sheet: the years repeat over its width.
+        species: anatomy.
+        radius: (H, W) metres from the pith.
+        rng: draws the widths and strengths of the years.
+    """
+    length = canvas.tile_m[0]  # years repeat over the width, so that straight grain closes at the border
+    count = max(4, round(length / species.ring_m))
+    widths = np.exp(species.unevenness * (rng.normal(0, 0.45, count) + 0.8 * _slow(count, rng)))
+    edges = np.concatenate([[0.0], np.cumsum(widths / widths.sum())]) * length
+    at = np.mod(radius, np.float32(length))
+    index = np.interp(at, edges, np.arange(count + 1.0)).astype(np.float32)
+    year = np.minimum(index.astype(np.intp), count - 1)
+    part = index - year
+    strength = (1.0 - species.unevenness * rng.uniform(0.0, 0.9, count)).astype(np.float32)[year]
+    # Years narrower than two pixels would flicker: they fade into their mean.
+    across = np.abs(np.gradient(radius, axis=1)), np.abs(np.gradient(radius, axis=0))
+    narrow = np.hypot(*across) * (count / length) / (widths / widths.mean()).astype(np.float32)[year]
+    shown = np.clip(1.5 - 1.6 * narrow, 0.0, 1.0)
+    dark, mean = _course(species.rings, part)
+    ring = strength * (mean + (dark - mean) * shown)
+    porous = species.rings is GrowthRings.RING_POROUS
+    early = 0.25 + shown * (1.0 - smoothstep(0.15, 0.45, part) - 0.25) if porous else np.ones_like(ring)
+    tones = _slow(count, rng) + 0.5 * rng.normal(0, 1, count)
+    zone = np.interp(at, (edges[:-1] + edges[1:]) / 2.0, tones, period=length)
+    return np.asarray(ring, dtype=np.float32), np.asarray(early, dtype=np.float32), zone.astype(np.float32)
+
+
+def _course(rings: GrowthRings, part: Map) -> tuple[Map, float]:
+    """Darkness 0..1 over one year and its mean."""
+    if rings is GrowthRings.CONIFER:
+        return smoothstep(0.25, 0.9, part) * (1.0 - smoothstep(0.95, 1.0, part)), 0.36
+    if rings is GrowthRings.RING_POROUS:
+        return np.maximum(1.0 - smoothstep(0.1, 0.42, part), 0.35 * smoothstep(0.55, 1.0, part)), 0.33
+    if rings is GrowthRings.BANDED:
+        return smoothstep(0.3, 0.72, part) * (1.0 - smoothstep(0.88, 1.0, part)), 0.4
+    return smoothstep(0.55, 0.97, part) * (1.0 - smoothstep(0.97, 1.0, part)), 0.22
+
+
+def _slow(count: int, rng: np.random.Generator) -> npt.NDArray[np.float64]:
+    """(count,) periodic values that change over about eight years, deviation about 1."""
+    coarse = rng.normal(0.0, 1.0, max(2, count // 8))
+    where = np.arange(count) / count * len(coarse)
+    return np.asarray(ndimage.map_coordinates(coarse, [where], order=3, mode="grid-wrap"))
+
+
+def _sheen(canvas: Canvas, species: WoodSpecies, across: Map, rng: np.random.Generator) -> Map:
+    """Stripes of interlocked grain, and waves across it."""
+    ribbon = canvas.shifted(canvas.noise(0.4, species.ribbon_m, rng), across)
+    curl = canvas.noise(0.013, 0.14, rng) * smoothstep(-1.2, 1.0, canvas.noise(0.5, 0.2, rng))
+    bent = canvas.shifted(curl, np.zeros_like(across), 0.0018 * canvas.noise(0.2, 0.05, rng))
+    return np.asarray(species.ribbon * ribbon + species.curl * canvas.resolved(0.006, 1.0) * bent)
+
+
+def _dashes(canvas: Canvas, across: Map, rng: np.random.Generator) -> Map:
+    """Ends of rays on a flat face: dashes of a few millimetres."""
+    dashes = canvas.shifted(canvas.noise(0.004, 0.0016, rng), across)
+    return _kept(smoothstep(1.1, 1.7, dashes), canvas.resolved(0.004, 0.0016))
+
+
+def _flecks(canvas: Canvas, across: Map, rng: np.random.Generator) -> Map:
+    """Rays of a quartered face: short level ribbons that lean and break off."""
+    lean = 0.05 * canvas.noise(0.05, 0.2, rng)
+    rays = canvas.noise(0.006, 0.022, rng) + 0.7 * canvas.noise(0.0035, 0.009, rng)
+    rays = canvas.shifted(rays, np.zeros_like(across), 0.12 * lean + 0.001 * canvas.noise(0.02, 0.006, rng))
+    patch = canvas.noise(0.35, 0.04, rng)
+    return _kept(smoothstep(0.7, 2.2, rays + 0.6 * patch), canvas.resolved(0.003, 0.01))
+
+
+def _knots(canvas: Canvas, x: Map, y: Map, species: WoodSpecies, rng: np.random.Generator) -> tuple[Map, Map]:
+    """Darkness of the knots, and how far the grain gives way to them in metres."""
+    wide, tall = canvas.tile_m
+    dark = np.zeros(canvas.size_px, dtype=np.float32)
+    push = np.zeros(canvas.size_px, dtype=np.float32)
+    count = round(species.knots_per_m2 * wide * tall)
+    # One to a cell of a jittered grid: knots that touch look like a fault of the picture.
+    columns = max(1, round(np.sqrt(count * wide / tall)))
+    rows = max(1, round(count / columns)) if count else 0
+    rough = 0.16 * canvas.noise(0.02, 0.01, rng) if rows else dark
+    for cell in range(rows * columns):
+        spot = (np.array(divmod(cell, columns)) + rng.uniform(0.15, 0.85, 2)) / (rows, columns)
+        size = 0.008 * np.exp(rng.normal(0.0, 0.4))
+        dx = np.mod(x - spot[1] * wide + wide / 2.0, wide) - wide / 2.0
+        dy = np.mod(y - spot[0] * tall + tall / 2.0, tall) - tall / 2.0
+        distance = np.hypot(dx, dy / 1.25) / size * (1.0 + rough)
+        rim = np.exp(-(((distance - 1.0) / 0.22) ** 2))
+        heart = (0.62 + 0.2 * np.sin(9.0 * distance)) * (1.0 - smoothstep(0.85, 1.1, distance))
+        dark = np.maximum(dark, np.maximum(rim, heart)).astype(np.float32)
+        # Lines close to the middle are led around: they are drawn where they stand pushed out by one knot.
+        reach = (dx / (2.2 * size)) ** 2 + (dy / (5.5 * size)) ** 2
+        push = push - dx * np.exp(-reach)
+    return dark, push.astype(np.float32)
+
+
+# Wood -----------------------------------------------------------------------------------------------------------------
+# grain maps and a palette become colour, relief and gloss.
 
 # Between the deepest pore and the face of a planed board. Ref: about the vessel diameter of open woods, 0.1 to 0.3 mm.
 _PORE_DEPTH_M = 0.00018

@@ -9,15 +9,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from casa_assets.core.blender import VARIABLE
+from casa_assets.core.system import BLENDER_VARIABLE
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
-from casa_assets.model.ingest.source import Up
+from casa_assets.model.source import Up
 from tests.libraries import ROOT
 from tests.mesh_files import QUARTERS, codes_of, load_path, png
 
 pytestmark = pytest.mark.consumers
-PYTHON = ROOT / os.environ.get(VARIABLE, ".venv-blender/bin/python")
+PYTHON = ROOT / os.environ.get(BLENDER_VARIABLE, ".venv-blender/bin/python")
 
 
 @pytest.fixture(scope="module")
@@ -39,7 +39,7 @@ def blends(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(autouse=True)
 def blender(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv(VARIABLE, str(PYTHON))
+    monkeypatch.setenv(BLENDER_VARIABLE, str(PYTHON))
 
 
 def test_a_blend_is_read_with_its_unit_axis_and_packed_picture(blends: Path) -> None:

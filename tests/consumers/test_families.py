@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from casa_assets.families.catalog import MODELS
-from casa_assets.model.registry.finish import Surface
+from casa_assets.model.registry.rows import Surface
 from casa_assets.pipeline.families.run import build_all, requests_for
 from casa_assets.pipeline.textures.check import check_recipes, check_sets, select_recipes
 

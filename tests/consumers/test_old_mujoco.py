@@ -17,9 +17,9 @@ from lxml import etree
 from casa_assets.export.mjcf import write
 from casa_assets.export.mjcf.scene import kitchen
 from casa_assets.families.catalog import GROUPS
-from casa_assets.geometry.solid.bounds import shape_bounds
+from casa_assets.geometry.solid.primitive import shape_bounds
 from casa_assets.model.asset.asset import Asset, Base
-from casa_assets.model.asset.shape import Hull
+from casa_assets.model.asset.parts import Hull
 from casa_assets.registry.families import family
 from tests.assets import EVERY, microwave, write_to
 from tests.family_members import preset

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
-from casa_assets.model.registry.finish import Surface
+from casa_assets.model.registry.rows import Surface
 from casa_assets.pipeline import review as review_page
 from casa_assets.pipeline.families.run import FamilyRequest
 from casa_assets.pipeline.reports import catalogue, home, kitchens, library_page

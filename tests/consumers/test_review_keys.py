@@ -11,8 +11,8 @@ from typing import Any
 import pytest
 
 from casa_assets.articulate.decisions import Decisions
-from casa_assets.checks.motion.joint_travel import JointTravel
-from casa_assets.pipeline.articulate import review_file, review_page
+from casa_assets.checks.motion.joints import JointTravel
+from casa_assets.pipeline.articulate import decisions, review_page
 from casa_assets.pipeline.articulate.build import ArticulateRequest, build
 from casa_assets.pipeline.articulate.run import ArticulateOutcome
 from tests.unit.articulate.blocks import microwave
@@ -50,7 +50,7 @@ def press(page: Path, *keys: str) -> Decisions:
     done = subprocess.run(words, capture_output=True, text=True, check=True)
     file = page.with_name("review.json")
     file.write_text(done.stdout, encoding="utf-8")
-    return review_file.read(file).get(SHA256, Decisions())
+    return decisions.read_review(file).get(SHA256, Decisions())
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from casa_assets.pipeline.export_robocasa import export
+from casa_assets.pipeline.export.robocasa import export
 from tests.built_libraries import keep, loose_and_fixed
 from tests.libraries import BOXES, box_obj, casa
 

@@ -13,15 +13,14 @@ import numpy as np
 import pytest
 
 from casa_assets.checks.readers import asset_facts, urdf_facts
-from casa_assets.core.cache_folder import cache_dir
-from casa_assets.core.typing import Floats
+from casa_assets.core.numeric import Floats
+from casa_assets.core.system import cache_dir
 from casa_assets.export.urdf import document
-from casa_assets.export.urdf.scene import kitchen
 from casa_assets.model.asset.asset import Asset, Base
-from casa_assets.model.asset.joint import JointValue, Keyframe
+from casa_assets.model.asset.parts import JointValue, Keyframe
 from casa_assets.model.kitchen.scene import Scene
 from casa_assets.model.pose import Pose
-from casa_assets.pipeline.export.form import SCENES
+from casa_assets.pipeline.export.forms import SCENES
 from casa_assets.pipeline.kitchens.recipe import SceneRecipe
 from casa_assets.pipeline.kitchens.resolve import build_scene
 from tests.assets import EVERY, microwave, write_to
@@ -137,7 +136,7 @@ def scenes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, tuple[Scene, P
     root = tmp_path_factory.mktemp("out") / "out" / "urdf_kitchens" / SCENES
     found = {}
     for scene in (corner(), whole):
-        found[scene.id] = scene, write_to(kitchen.write(scene), root / scene.id) / kitchen.FILE
+        found[scene.id] = scene, write_to(document.write_scene(scene), root / scene.id) / document.FILE
     return found
 
 
@@ -172,13 +171,13 @@ sapien.Scene = functools.partial(sapien.Scene, [sapien.physx.PhysxCpuSystem()])
 # After it: a second passes; prints how many parts there are and how far each joint and each loose thing went.
 A_SECOND = """
 import numpy as np
-loose = [one for one in scene.entities if one not in [link.entity for link in kitchen.links]]
-before, stood = kitchen.get_qpos(), [one.pose.p for one in loose]
+loose = [one for one in scene.entities if one not in [link.entity for link in document.links]]
+before, stood = document.get_qpos(), [one.pose.p for one in loose]
 scene.set_timestep(0.002)
 for _ in range(500):
     scene.step()
-went = np.abs(kitchen.get_qpos() - before)
-ways = {joint.name: float(way) for joint, way in zip(kitchen.active_joints, went)}
+went = np.abs(document.get_qpos() - before)
+ways = {joint.name: float(way) for joint, way in zip(document.active_joints, went)}
 ways |= {f"{i} {one.name}": float(np.linalg.norm(one.pose.p - at)) for i, (one, at) in enumerate(zip(loose, stood))}
 print(json.dumps({"parts": len(scene.entities), "ways": ways}))
 """

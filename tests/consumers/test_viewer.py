@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 from PIL import Image
 
-from casa_assets.core.cache_folder import cache_dir
+from casa_assets.core.system import cache_dir
 from casa_assets.export.gltf import EVERYTHING, asset_glb, scene_glb
 from casa_assets.model.asset.asset import Asset
 from casa_assets.pipeline.kitchens.check import check_one

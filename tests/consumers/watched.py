@@ -71,7 +71,7 @@ _STORES = Watched(("stores",), _package("pipeline/library", "ingest/sources"))
 
 _OWN = Watched((), _package("cli/project_runs.py", "pipeline/project", "projects.py", "registry"))
 _ROBOCASA = Watched(
-    ("robocasa",), _package("checks/design/robot", "core/robocasa.py", "export/robocasa", "pipeline/export_robocasa.py")
+    ("robocasa",), _package("checks/design/robot", "core/robocasa.py", "export/robocasa", "pipeline/export/robocasa.py")
 )
 
 # By path relative to this folder.
@@ -86,9 +86,9 @@ WATCHED = {
     "test_batch_forms.py": _BATCHES,
     "test_batches.py": _BATCHES,
     "test_blend_files.py": Watched(
-        ("blender",), _package("core/blender.py", "ingest/load/blend.py", "ingest/load/blend_convert.py")
+        ("blender",), _package("core/system.py", "ingest/load/blend.py", "ingest/load/blend_convert.py")
     ),
-    "test_clip.py": Watched(("clip",), _package("pipeline/clip.py", "pipeline/dedup", "articulate/frame/kind.py")),
+    "test_clip.py": Watched(("clip",), _package("pipeline/clip.py", "pipeline/dedup", "articulate/frame/category.py")),
     "test_kitchens.py": Watched(
         ("blender", "mujoco331", "mujoco337", "newton", "robosuite"), (*_MJCF, *_package("export/usd"))
     ),
@@ -96,7 +96,7 @@ WATCHED = {
     "test_notebook.py": Watched((), ("docs/quickstart.ipynb", "casa_assets/api", "casa_assets/__init__.py")),
     "test_old_mujoco.py": Watched(("mujoco331", "mujoco337"), _MJCF),
     "test_pages_of_many.py": _PAGES_IN_A_BROWSER,
-    "test_photoreal.py": Watched(("blender",), _package("core/blender.py", "preview/photoreal")),
+    "test_photoreal.py": Watched(("blender",), _package("core/system.py", "preview/photoreal")),
     "test_review_keys.py": _PAGES_IN_A_BROWSER,
     "test_robocasa_tasks.py": _ROBOCASA,
     "test_robots.py": Watched(

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from casa_assets.errors import Rejected
 from casa_assets.ingest.clean import clean
 from casa_assets.ingest.load import load
-from casa_assets.model.ingest.source import Bundle
+from casa_assets.model.source import Bundle
 from tests import fuzz_run
 from tests.fuzz_corpus import specimens
 from tests.fuzz_jobs import case

@@ -13,8 +13,8 @@ from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes
 from casa_assets.ingest.load import load, polygons
 from casa_assets.ingest.load import obj as obj_reader
-from casa_assets.ingest.repair.cracks import MAX_PAIRS, _within
-from casa_assets.model.ingest.source import Bundle
+from casa_assets.ingest.repair.gaps import MAX_PAIRS, _within
+from casa_assets.model.source import Bundle
 from tests.mesh_files import LIMITS
 
 CORNERS = 60_000

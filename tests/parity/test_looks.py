@@ -11,7 +11,7 @@ import pytest
 from PIL import Image
 
 from casa_assets.checks.readers.usd_facts import missing_importer
-from casa_assets.model.ingest.source import RawModel, RawPart, Up
+from casa_assets.model.source import RawModel, RawPart, Up
 from casa_assets.preview.still import render, render_mesh
 from casa_assets.preview.studio import View
 from tests.mesh_files import QUARTERS, Gltf, load_bytes, png

@@ -8,15 +8,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from casa_assets.errors import DegenerateShape
-from casa_assets.geometry.mesh.measure import face_normals, signed_volume
+from casa_assets.geometry.mesh.surface import face_normals, signed_volume
 from casa_assets.geometry.mesh.topology import is_closed
-from casa_assets.geometry.solid.bounds import shape_bounds
-from casa_assets.geometry.solid.coverage import distances_outside_hulls, surface_samples
-from casa_assets.geometry.solid.hull import convex_hull, hull_planes, hull_volume, small_hull
-from casa_assets.geometry.solid.primitive import best_primitive
-from casa_assets.geometry.solid.tessellate import tessellate
-from casa_assets.model.asset.mesh import Mesh
-from casa_assets.model.asset.shape import Box, Capsule, Cylinder, Hull, Shape, Sphere
+from casa_assets.geometry.solid.deviation import distances_outside_hulls, surface_samples
+from casa_assets.geometry.solid.primitive import best_primitive, shape_bounds, tessellate
+from casa_assets.geometry.solid.solids import convex_hull, hull_planes, hull_volume, small_hull
+from casa_assets.model.asset.parts import Box, Capsule, Cylinder, Hull, Mesh, Shape, Sphere
 from casa_assets.model.pose import Pose
 from tests.properties.strategies import Floats, Ints, closed, cloud, lengths, poses, quick, seeds
 

@@ -9,7 +9,7 @@ import pytest
 
 from casa_assets import registry
 from casa_assets.errors import RegistryError
-from casa_assets.registry.look_alikes import FILE, look_alikes
+from casa_assets.registry.tables import LOOK_ALIKES_FILE, look_alikes
 
 
 def test_shipped_rows_are_of_categories_of_objects_and_few() -> None:
@@ -29,7 +29,7 @@ def test_shipped_rows_are_of_categories_of_objects_and_few() -> None:
 def test_a_broken_row_is_refused_with_its_place(tmp_path: Path, text: str, expected: str) -> None:
     folder = tmp_path / "registry"
     shutil.copytree(registry.data_root(), folder)
-    (folder / FILE).write_text(text + "\n", encoding="utf-8")
+    (folder / LOOK_ALIKES_FILE).write_text(text + "\n", encoding="utf-8")
     with pytest.raises(RegistryError, match=expected) as caught:
         look_alikes(folder)
-    assert FILE in str(caught.value)
+    assert LOOK_ALIKES_FILE in str(caught.value)

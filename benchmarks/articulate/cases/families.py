@@ -19,9 +19,9 @@ import numpy.typing as npt
 
 from benchmarks.articulate.cases.fuse import fused
 from benchmarks.articulate.cases.labelled import LabelledMesh, write_case
-from casa_assets.articulate.segment.fragment_measures import corners_of_labels
+from casa_assets.articulate.segment.fragments import corners_of_labels
 from casa_assets.articulate.segment.welded_mesh import weld_triangles
-from casa_assets.core.typing import Floats, Ints, Mask
+from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.model.asset.asset import Asset, Joint, JointKind
 from casa_assets.pipeline.families.run import FamilyRequest, build_asset, family, params_of
 

@@ -13,9 +13,9 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from benchmarks.articulate.cases.labelled import LabelledMesh
-from casa_assets.articulate.segment.raster import render_depth
-from casa_assets.core.typing import Floats, Ints, Mask
-from casa_assets.geometry.mesh.measure import face_normals
+from casa_assets.articulate.segment.orthographic import render_depth
+from casa_assets.core.numeric import Floats, Ints, Mask
+from casa_assets.geometry.mesh.surface import face_normals
 from casa_assets.geometry.mesh.topology import face_components, weld
 from casa_assets.geometry.mesh.visibility import fibonacci_directions
 

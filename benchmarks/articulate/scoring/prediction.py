@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from casa_assets.articulate.plan import Frame, JointPlan, PartPlan
-from casa_assets.core.typing import Ints
+from casa_assets.core.numeric import Ints
 
 
 def part_row(part: PartPlan, joint: JointPlan, frame: Frame, faces: Ints) -> dict[str, Any]:

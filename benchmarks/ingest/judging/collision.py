@@ -11,11 +11,8 @@ import numpy.typing as npt
 from scipy import ndimage
 
 from benchmarks.ingest.judging import distance
-from casa_assets.geometry.grid.fillable_volume import fillable_volume
-from casa_assets.geometry.grid.open_room import OpenRooms, closed_shares, open_rooms
-from casa_assets.geometry.grid.voxel import Grid, voxelise
-from casa_assets.geometry.solid.hull import convex_hull, hull_volume
-from casa_assets.geometry.solid.manifold import closed_solid, union
+from casa_assets.geometry.grid.voxels import Grid, OpenRooms, closed_shares, fillable_volume, open_rooms, voxelise
+from casa_assets.geometry.solid.solids import closed_solid, convex_hull, hull_volume, union
 
 Floats = npt.NDArray[np.float64]
 Cubes = npt.NDArray[np.bool_]

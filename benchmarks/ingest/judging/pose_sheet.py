@@ -10,7 +10,7 @@ from PIL import Image, ImageDraw
 
 from casa_assets.errors import CasaError
 from casa_assets.ingest.draft import Draft
-from casa_assets.model.ingest.source import Up
+from casa_assets.model.source import Up
 from casa_assets.preview.still import render_mesh
 from casa_assets.preview.studio import View
 

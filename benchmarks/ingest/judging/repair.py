@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial import cKDTree
 
-from casa_assets.geometry.mesh.measure import face_normals
+from casa_assets.geometry.mesh.surface import face_normals
 from casa_assets.geometry.mesh.topology import edge_counts, face_components, weld
 from casa_assets.geometry.mesh.visibility import measure_visibility
 

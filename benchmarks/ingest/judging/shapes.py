@@ -10,11 +10,10 @@ import numpy as np
 import numpy.typing as npt
 
 from benchmarks.ingest.judging import distance
-from casa_assets.geometry.mesh.measure import signed_volume
-from casa_assets.geometry.solid.hull import convex_hull
-from casa_assets.geometry.solid.manifold import union
-from casa_assets.geometry.solid.tessellate import tessellate
-from casa_assets.model.asset.shape import Box, Capsule, Cylinder, Sphere
+from casa_assets.geometry.mesh.surface import signed_volume
+from casa_assets.geometry.solid.primitive import tessellate
+from casa_assets.geometry.solid.solids import convex_hull, union
+from casa_assets.model.asset.parts import Box, Capsule, Cylinder, Sphere
 from casa_assets.model.pose import Pose
 
 Floats = npt.NDArray[np.float64]

@@ -10,12 +10,12 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image
 
-from casa_assets.geometry.mesh.measure import face_normals
-from casa_assets.geometry.solid.hull import convex_hull
+from casa_assets.geometry.mesh.surface import face_normals
+from casa_assets.geometry.solid.solids import convex_hull
 from casa_assets.ingest.texture import png_bytes
 from casa_assets.model.asset.asset import Asset, Visual
 from casa_assets.model.asset.material import Material, Texture
-from casa_assets.model.asset.mesh import Mesh
+from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.registry.category import Category, MatterFill, RestingPose
 
 Floats = npt.NDArray[np.float64]

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from casa_assets.geometry.solid.tessellate import tessellate
+from casa_assets.geometry.solid.primitive import tessellate
 from casa_assets.ingest.draft import PlacedShape
-from casa_assets.model.asset.shape import Box, Capsule, Cylinder, Sphere
+from casa_assets.model.asset.parts import Box, Capsule, Cylinder, Sphere
 
 TABLE_M = (1.6, 1.2, 0.05)  # full size
 HEIGHT_M = 0.03

@@ -13,7 +13,7 @@ from pathlib import Path
 from benchmarks.ingest.judging import shapes
 from benchmarks.ingest.judging.inputs import Input, write_obj
 from casa_assets.errors import CasaError
-from casa_assets.geometry.solid.hull import convex_hull, hull_volume
+from casa_assets.geometry.solid.solids import convex_hull, hull_volume
 from casa_assets.ingest.collision.convex_decomposition import Budget, DecompositionFailed, decompose
 from casa_assets.pipeline.ingest.job import Event
 from casa_assets.pipeline.ingest.run import Options, ingest

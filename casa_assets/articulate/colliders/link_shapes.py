@@ -7,15 +7,14 @@ import numpy.typing as npt
 from scipy import ndimage
 from scipy.spatial import ConvexHull, QhullError
 
-from casa_assets.articulate.segment.raster import render_depth
-from casa_assets.articulate.vectors import round7
-from casa_assets.core.typing import Floats, Ints
+from casa_assets.articulate.plan import round7
+from casa_assets.articulate.segment.orthographic import render_depth
+from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import DegenerateShape
-from casa_assets.geometry.grid.voxel import Grid, voxelise
-from casa_assets.geometry.solid.coverage import surface_samples
-from casa_assets.geometry.solid.hull import hull_planes, hull_volume, small_hull
-from casa_assets.model.asset.mesh import Mesh
-from casa_assets.model.asset.shape import Box, Hull, Shape
+from casa_assets.geometry.grid.voxels import Grid, voxelise
+from casa_assets.geometry.solid.deviation import surface_samples
+from casa_assets.geometry.solid.solids import hull_planes, hull_volume, small_hull
+from casa_assets.model.asset.parts import Box, Hull, Mesh, Shape
 from casa_assets.model.pose import Pose
 
 Bools = npt.NDArray[np.bool_]

@@ -13,12 +13,21 @@ from dataclasses import dataclass
 import numpy as np
 
 from casa_assets.articulate.controls.controls import MIN_STICK_RATIO
-from casa_assets.articulate.plan import JointPlan, PartKind
-from casa_assets.articulate.segment.contacts import STRAIGHT_COS, TOUCH_DISTANCE, Axis, Piece, PieceGraph, piece_graph
-from casa_assets.articulate.segment.fragment_measures import FRONT, LEFT, TOP, MeasuredFragments
-from casa_assets.articulate.vectors import to_vec3
-from casa_assets.core.typing import Floats
-from casa_assets.model.asset.joint import JointKind
+from casa_assets.articulate.plan import JointPlan, PartKind, to_vec3
+from casa_assets.articulate.segment.fragments import (
+    FRONT,
+    LEFT,
+    STRAIGHT_COS,
+    TOP,
+    TOUCH_DISTANCE,
+    Axis,
+    MeasuredFragments,
+    Piece,
+    PieceGraph,
+    piece_graph,
+)
+from casa_assets.core.numeric import Floats
+from casa_assets.model.asset.parts import JointKind
 
 # A faucet has this many fragments. Its picture fills at most this share of its rectangle, mean of front, left and top.
 MIN_FRAGMENTS, MAX_FRAGMENTS, MAX_FILLED = 3, 120, 0.66

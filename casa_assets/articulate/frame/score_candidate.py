@@ -9,10 +9,10 @@ import numpy as np
 
 from casa_assets.articulate.infer import articulate_fragments
 from casa_assets.articulate.plan import Articulation, Frame, HingeEdge, PartKind, PartPlan
-from casa_assets.articulate.segment.fragment_measures import FRONT, SIDES, MeasuredFragments
-from casa_assets.articulate.segment.raster import DepthImage
-from casa_assets.core.typing import Floats
-from casa_assets.model.asset.joint import JointKind
+from casa_assets.articulate.segment.fragments import FRONT, SIDES, MeasuredFragments
+from casa_assets.articulate.segment.orthographic import DepthImage
+from casa_assets.core.numeric import Floats
+from casa_assets.model.asset.parts import JointKind
 
 # Scores of a candidate; the sign of its weight in SCORE_WEIGHTS (frame/axes.py) tells whether a score speaks for it.
 SCORE_NAMES = (

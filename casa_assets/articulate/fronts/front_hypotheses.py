@@ -7,20 +7,23 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from casa_assets.articulate.fronts.bulging_fronts import merge_stairs
-from casa_assets.articulate.fronts.rectangles import (
+from casa_assets.articulate.fronts.relief import (
     MIN_BAR_PROTRUSION,
     FrontRectangle,
+    LineTable,
     find_front_rectangles,
+    find_lines,
     is_bar,
+    line_table,
     measure_rectangle,
+    merge_stairs,
+    seam_maps,
 )
-from casa_assets.articulate.fronts.seam_evidence import LineTable, find_lines, line_table, seam_maps
 from casa_assets.articulate.segment.creases import BACKGROUND_DEPTH, Protrusion, SideRelief
-from casa_assets.articulate.segment.fragment_measures import SIDES
+from casa_assets.articulate.segment.fragments import SIDES
 from casa_assets.articulate.segment.welded_mesh import Bools, WeldedMesh
 from casa_assets.core.forest import Forest
-from casa_assets.core.typing import Floats, Ints
+from casa_assets.core.numeric import Floats, Ints
 
 # Least side of a front, diagonals, and least share of its rectangle that is surface.
 MIN_SIDE, MIN_COVERAGE = 0.035, 0.6

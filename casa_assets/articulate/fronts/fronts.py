@@ -8,10 +8,9 @@ import numpy as np
 
 from casa_assets.articulate.controls.classify import TellControl
 from casa_assets.articulate.controls.controls import MAX_KEY_RATIO, Control
-from casa_assets.articulate.fronts.known_fronts import NO_FRONTS, KnownFronts
-from casa_assets.articulate.fronts.panel_layers import find_backing_plates, find_door_bins
+from casa_assets.articulate.fronts.moves_with_front import find_backing_plates, find_door_bins
 from casa_assets.articulate.fronts.panels import INSIDE_TOLERANCE, Panel
-from casa_assets.articulate.fronts.tiled_fronts import detergent_drawers, door_beside_controls, tiled_fronts
+from casa_assets.articulate.fronts.unusual_fronts import detergent_drawers, door_beside_controls, tiled_fronts
 from casa_assets.articulate.interior.hollow_parts import (
     PIXELS,
     free_share_behind,
@@ -20,7 +19,7 @@ from casa_assets.articulate.interior.hollow_parts import (
     view_from_above,
 )
 from casa_assets.articulate.interior.inner_parts import GROUPING_GAPS, group_touching, is_shelf
-from casa_assets.articulate.segment.fragment_measures import (
+from casa_assets.articulate.segment.fragments import (
     BACK,
     BOTTOM,
     LEFT,
@@ -30,10 +29,10 @@ from casa_assets.articulate.segment.fragment_measures import (
     MeasuredFragments,
     corners_from_side,
 )
-from casa_assets.articulate.segment.raster import render_depth
-from casa_assets.articulate.segment.shell_segments import MIN_BOXINESS, boxiness
+from casa_assets.articulate.segment.orthographic import render_depth
+from casa_assets.articulate.segment.shell_segments import MIN_BOXINESS, NO_FRONTS, KnownFronts, boxiness
 from casa_assets.articulate.segment.welded_mesh import Bools
-from casa_assets.core.typing import Floats
+from casa_assets.core.numeric import Floats
 
 # A small thing alone on a panel is its pull, unless it is a knob or a key with this confidence.
 MIN_SURE_CONTROL = 0.85

@@ -9,9 +9,9 @@ from typing import Protocol
 import numpy as np
 
 from casa_assets.articulate.plan import PartPlan
-from casa_assets.articulate.segment.rays import RayCrossings, cross_rays, sample_grid
+from casa_assets.articulate.segment.orthographic import RayCrossings, cross_rays, sample_grid
 from casa_assets.articulate.segment.welded_mesh import Bools, WeldedMesh
-from casa_assets.core.typing import Floats, Ints
+from casa_assets.core.numeric import Floats, Ints
 
 # Distance outside the edges of a front at which the body is looked for, diagonals.
 BORDER_DISTANCE = 0.008

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from casa_assets.articulate.segment.fragment_measures import SIDES, TOP, MeasuredFragments
-from casa_assets.articulate.segment.raster import render_depth
-from casa_assets.core.typing import Floats
-from casa_assets.geometry.solid.coverage import surface_samples
+from casa_assets.articulate.segment.fragments import SIDES, TOP, MeasuredFragments
+from casa_assets.articulate.segment.orthographic import render_depth
+from casa_assets.core.numeric import Floats
+from casa_assets.geometry.solid.deviation import surface_samples
 
 PIXELS = 96
 # Least depth of a cavity, diagonals.

@@ -8,12 +8,12 @@ import numpy as np
 import numpy.typing as npt
 from scipy import ndimage
 
-from casa_assets.articulate.segment.fragment_measures import FRONT, SIDES, TOP
-from casa_assets.articulate.segment.raster import DepthImage, render_depth
-from casa_assets.articulate.vectors import round_mm, round_mm_vec3
-from casa_assets.core.typing import Floats
+from casa_assets.articulate.plan import round_mm, round_mm_vec3
+from casa_assets.articulate.segment.fragments import FRONT, SIDES, TOP
+from casa_assets.articulate.segment.orthographic import DepthImage, render_depth
+from casa_assets.core.numeric import Floats
 from casa_assets.model.asset.asset import Asset
-from casa_assets.model.asset.shape import Box
+from casa_assets.model.asset.parts import Box
 from casa_assets.model.pose import Pose
 
 Bools = npt.NDArray[np.bool_]

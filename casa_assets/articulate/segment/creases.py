@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import binary_dilation, find_objects, grey_closing, grey_opening, label, maximum_filter1d
 
-from casa_assets.articulate.segment.fragment_measures import SIDES
-from casa_assets.articulate.segment.raster import DepthImage, render_depth
+from casa_assets.articulate.segment.fragments import SIDES
+from casa_assets.articulate.segment.orthographic import DepthImage, render_depth
 from casa_assets.articulate.segment.welded_mesh import Bools, WeldedMesh
-from casa_assets.core.typing import Floats, Ints
+from casa_assets.core.numeric import Floats, Ints
 
 # Pixels along the longer side of a relief.
 PIXELS = 640

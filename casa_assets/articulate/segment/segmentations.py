@@ -1,20 +1,204 @@
-"""List the ways in which a mesh may fall into fragments; each is followed to a plan before one is chosen.
-
-No single rule fits all makers: some export each part as a separate piece that shares positions with the body, so that
-welding by position joins door and body; others split one board into many pieces, and welding puts it together again.
-"""
+"""List the ways in which a mesh may fall into fragments; each is followed to a plan before one is chosen."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
+from scipy.spatial import cKDTree
 
-from casa_assets.articulate.segment.flat_sheets import FlatSheets, find_flat_sheets, split_at_holes
-from casa_assets.articulate.segment.fragment_measures import corners_of_labels
-from casa_assets.articulate.segment.welded_mesh import Bools, WeldedMesh, weld_by_edges
-from casa_assets.core.typing import Ints
+from casa_assets.articulate.plan import Articulation, Frame, PartKind
+from casa_assets.articulate.segment.cutting import CapFaces, CutPlane, close_cuts, cut_triangles
+from casa_assets.articulate.segment.fragments import FRONT, SIDES, corners_of_labels
+from casa_assets.articulate.segment.shell_segments import Fragmentation, FusedShell, shell_cut_planes, shell_zones
+from casa_assets.articulate.segment.welded_mesh import Bools, WeldedMesh, weld_by_edges, weld_model
+from casa_assets.core.numeric import Ints
 from casa_assets.geometry.mesh.topology import connected_groups, merge_rows
+from casa_assets.model.asset.parts import Mesh
+from casa_assets.model.source import RawModel, RawPart
+
+# Flat sheets ----------------------------------------------------------------------------------------------------------
+# Find flat sheets with holes in a mesh, and split it where an object protrudes from such a hole or goes into it.
+#
+# Programs in which faces are pushed and pulled leave a knob or a door as a part of the body: the flat face that it was
+# pulled out of has a hole, and its walls begin at the rim of that hole.
+
+# Neighbouring faces are one flat sheet up to this angle: cosine of 1 degree.
+FLAT_COS = 0.99985
+
+
+@dataclass(frozen=True)
+class FlatSheets:
+    """The flat sheets of a mesh: faces that share edges and one plane.
+
+    Attributes:
+        sheet: (F,) number of the sheet of each face. has_hole: (F,) by number, whether its outline is several loops.
+        edges: (E,) keys of all edges, ascending. rims: keys of sheet and edge of all loops but the longest of a sheet.
+    """
+
+    sheet: Ints
+    has_hole: Bools
+    edges: Ints
+    rims: Ints
+
+    def rim_keys(self, faces: Ints, edge: Ints) -> Ints:
+        """Return the (N,) keys of the sheets of some faces and of an edge of each."""
+        return _rim_keys(self.sheet[faces], edge, self.edges)
+
+
+def split_at_holes(mesh: WeldedMesh, sheets: FlatSheets) -> Ints:
+    """Return the (F,) number of what is connected without crossing the rim of a hole of a flat sheet."""
+    left, right = mesh.solid_neighbors
+    edge = _shared_edges(mesh, left, right)
+    cut = np.isin(sheets.rim_keys(left, edge), sheets.rims) | np.isin(sheets.rim_keys(right, edge), sheets.rims)
+    return connected_groups(len(mesh.faces), left[~cut], right[~cut])[mesh.duplicate_of]
+
+
+def find_flat_sheets(mesh: WeldedMesh) -> FlatSheets:
+    """Return the flat sheets of a mesh, and the rims of their holes."""
+    left, right = mesh.solid_neighbors
+    flat = (mesh.normals[left] * mesh.normals[right]).sum(axis=1) >= FLAT_COS
+    sheet = connected_groups(len(mesh.faces), left[flat], right[flat])
+    alive = np.flatnonzero((mesh.duplicate_of == np.arange(len(mesh.faces))) & (mesh.areas > 0.0))
+    faces, count = mesh.faces[alive], len(mesh.points)
+    ends = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
+    edge, owner = ends[:, 0] * count + ends[:, 1], np.tile(sheet[alive], 3)
+    edges = np.unique(edge)
+    keys, first, times = np.unique(_rim_keys(owner, edge, edges), return_index=True, return_counts=True)
+    keys, first = keys[times == 1], first[times == 1]
+    ends, owner = ends[first], owner[first]
+    # A point that two sheets share belongs to the outline of each.
+    nodes, place = np.unique(np.concatenate([owner, owner]) * count + ends.T.reshape(-1), return_inverse=True)
+    a, b = place.reshape(2, -1)
+    loop_of_node = connected_groups(len(nodes), a, b)
+    loop = loop_of_node[a]
+    sheet_of_loop = np.zeros(len(nodes), dtype=np.int64)
+    sheet_of_loop[loop] = owner
+    length = np.bincount(loop, np.linalg.norm(mesh.points[ends[:, 0]] - mesh.points[ends[:, 1]], axis=1), len(nodes))
+    longest = np.zeros(len(mesh.faces))
+    np.maximum.at(longest, sheet_of_loop, length)
+    is_inner = (length > 0.0) & (length < longest[sheet_of_loop])
+    has_hole = np.zeros(len(mesh.faces), dtype=bool)
+    has_hole[sheet_of_loop[is_inner]] = True
+    return FlatSheets(sheet, has_hole, edges, keys[is_inner[loop]])
+
+
+def _rim_keys(sheet: Ints, edge: Ints, edges: Ints) -> Ints:
+    """Return the (N,) keys of sheets and edges."""
+    found: Ints = sheet * len(edges) + np.searchsorted(edges, edge)
+    return found
+
+
+def _shared_edges(mesh: WeldedMesh, left: Ints, right: Ints) -> Ints:
+    """Return the (N,) key of the edge that each pair of faces shares."""
+    a, b = mesh.faces[left], mesh.faces[right]
+    lone = np.argmin((a[:, :, None] == b[:, None, :]).any(axis=2), axis=1)
+    rows = np.arange(len(a))
+    ends = np.sort(np.column_stack([a[rows, (lone + 1) % 3], a[rows, (lone + 2) % 3]]), axis=1)
+    found: Ints = ends[:, 0] * len(mesh.points) + ends[:, 1]
+    return found
+
+
+# Shell cuts -----------------------------------------------------------------------------------------------------------
+# Cut the model of a one-piece shell along the borders of the parts found on it, and close the cuts.
+
+_BOARDS = frozenset({PartKind.DOOR, PartKind.DRAWER})
+
+
+def cut_shell_parts(
+    model: RawModel, fragmentation: Fragmentation, articulation: Articulation
+) -> tuple[RawModel, WeldedMesh, Articulation]:
+    """Cut a model along the borders of the parts found on its shell; unchanged if there is no shell.
+
+    Args:
+        model: as read; its faces, part by part, are those of the fragmented mesh.
+
+    Returns:
+        The model with its triangles cut and the faces that close the cuts as a last part, the same as a welded mesh in
+        the frame, and the parts in terms of the faces of that mesh.
+    """
+    placed, shell = fragmentation.mesh, fragmentation.shell
+    if shell is None or not articulation.parts:
+        return model, placed, articulation
+    owner = articulation.face_owner(len(placed.faces))
+    zone = shell_zones(shell, placed, np.arange(len(owner)))
+    part_of = _parts_of_zones(placed, zone, owner, shell)
+    if not len(part_of):
+        return model, placed, articulation  # controls stand on the shell, and nothing is cut out of it
+    planes = shell_cut_planes(shell, placed, np.flatnonzero(part_of >= 0).tolist())
+    model, parent = _cut(model, articulation.frame, planes)
+    mesh = weld_model(model).in_frame(articulation.frame)
+    fresh = shell_zones(shell, mesh, parent)
+    parted = np.bincount(parent, minlength=len(owner))[parent] > 1
+    new = owner[parent]
+    new = np.where(parted & (fresh >= 0), part_of[np.maximum(fresh, 0)], new)
+    new = np.where(parted & (fresh < 0) & (zone[parent] >= 0), -1, new)
+    nearest = float((mesh.points @ SIDES[FRONT][2]).min())
+    backs = {
+        int(part_of[i]): nearest + back
+        for i, (_, back) in enumerate(shell.fronts)
+        if part_of[i] >= 0 and articulation.parts[part_of[i]].kind in _BOARDS
+    }
+    closing = close_cuts(mesh, new, articulation.parts, backs)
+    articulation = _over(articulation, parent, new, closing)
+    if len(closing.faces):
+        model = model.replace(parts=(*model.parts, _cap_part(model, articulation.frame, closing)))
+        mesh = weld_model(model).in_frame(articulation.frame)
+    return model, mesh, articulation
+
+
+def _parts_of_zones(mesh: WeldedMesh, zone: Ints, owner: Ints, shell: FusedShell) -> Ints:
+    """Return the (Z,) part that has most of the area of each zone, -1 for the body."""
+    count = len(shell.fronts) + len(shell.front.blobs) + len(shell.top.blobs)
+    share = np.zeros((count, int(owner.max()) + 2))
+    rows = zone >= 0
+    np.add.at(share, (zone[rows], owner[rows] + 1), mesh.areas[rows])
+    found: Ints = np.argmax(share, axis=1) - 1
+    return found
+
+
+def _cut(model: RawModel, frame: Frame, planes: list[CutPlane]) -> tuple[RawModel, Ints]:
+    """Cut the triangles of a model; also return the triangle that each was part of."""
+    parts, parents = [], []
+    start = 0
+    for raw in model.parts:
+        mesh = raw.mesh
+        place = (mesh.vertices - np.array(frame.origin)) @ frame.rotation.T * frame.scale
+        done = cut_triangles(place, mesh.faces.astype(np.int64), planes)
+        parts.append(raw.replace(mesh=done.interpolate_mesh(mesh, done.faces)))
+        parents.append(done.parent + start)
+        start += len(mesh.faces)
+    return model.replace(parts=tuple(parts)), np.concatenate(parents)
+
+
+def _over(articulation: Articulation, parent: Ints, owner: Ints, closing: CapFaces) -> Articulation:
+    """Return the parts over the cut faces and their closing faces, which are numbered after all others."""
+    parts = []
+    for i, part in enumerate(articulation.parts):
+        own = np.flatnonzero(owner == i)
+        held = np.isin(parent[own], part.grip)
+        more = len(parent) + np.flatnonzero(closing.owner == i)
+        parts.append(part.replace(faces=np.concatenate([own, more]), grip=own[held]))
+    return articulation.replace(parts=tuple(parts))
+
+
+def _cap_part(model: RawModel, frame: Frame, closing: CapFaces) -> RawPart:
+    """Return the closing faces as a part with the material and nearest texture coordinates of its surroundings."""
+    largest = max(model.parts, key=lambda p: len(p.mesh.faces))
+    points = frame.to_file(closing.points)
+    uv = None
+    if largest.mesh.uv is not None:
+        _, near = cKDTree(largest.mesh.vertices).query(points)
+        uv = largest.mesh.uv[near]
+    mesh = Mesh(vertices=points, faces=closing.faces.astype(np.int32), uv=uv)
+    return RawPart(name="cut_faces", mesh=mesh, material=largest.material)
+
+
+# Segmentations --------------------------------------------------------------------------------------------------------
+# No single rule fits all makers: some export each part as a separate piece that shares positions with the body, so
+# that welding by position joins door and body; others split one board into many pieces, and welding puts it together
+# again.
 
 # A file of more pieces than this, or of pieces with fewer faces than this in the mean, is split at every crease: its
 # pieces say nothing about its parts.

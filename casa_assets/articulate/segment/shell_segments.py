@@ -2,32 +2,57 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from casa_assets.articulate.fronts.bulging_fronts import merge_stairs
-from casa_assets.articulate.fronts.drawer_boxes import find_drawer_box
 from casa_assets.articulate.fronts.front_hypotheses import find_fronts
-from casa_assets.articulate.fronts.known_fronts import NO_FRONTS, KnownFronts
-from casa_assets.articulate.fronts.rectangles import (
+from casa_assets.articulate.fronts.moves_with_front import find_drawer_box
+from casa_assets.articulate.fronts.relief import (
     FLAT_MARGIN,
     FrontRectangle,
     find_front_rectangles,
     is_handle,
     is_surrounded,
+    merge_stairs,
     rectangle_corners,
 )
-from casa_assets.articulate.models import Models
+from casa_assets.articulate.plan import Models
 from casa_assets.articulate.segment.creases import BACKGROUND_DEPTH, SideRelief, dilate, measure_relief
-from casa_assets.articulate.segment.cut_planes import CutPlane
-from casa_assets.articulate.segment.fragment_measures import BACK, BOTTOM, FRONT, LEFT, RIGHT, SIDES, TOP
-from casa_assets.articulate.segment.raster import DepthImage, render_depth
+from casa_assets.articulate.segment.cutting import CutPlane
+from casa_assets.articulate.segment.fragments import BACK, BOTTOM, FRONT, LEFT, RIGHT, SIDES, TOP
+from casa_assets.articulate.segment.orthographic import DepthImage, render_depth
 from casa_assets.articulate.segment.welded_mesh import Bools, WeldedMesh
-from casa_assets.core.typing import Floats, Ints
+from casa_assets.core.numeric import Floats, Ints
+
+# Known fronts ---------------------------------------------------------------------------------------------------------
+# Fragments of a one-piece shell that segmentation has already found to be fronts, with their probabilities.
+
+
+@dataclass(frozen=True)
+class KnownFronts:
+    """Fragments that are fronts.
+
+    Attributes:
+        chances: the probability that each is a front, if a forest decided it. boxes: the fragment behind each that is
+            the box of a drawer.
+    """
+
+    chances: Mapping[int, float]
+    boxes: Mapping[int, int]
+
+    def chance_of(self, fragments: Iterable[int]) -> float | None:
+        """Return the highest probability of some fragments, None if none of them is known."""
+        return max((self.chances[f] for f in fragments if f in self.chances), default=None)
+
+
+NO_FRONTS = KnownFronts({}, {})
+
+# Shell segments -------------------------------------------------------------------------------------------------------
+# find the fronts and small protrusions that are parts of it.
 
 # A shell that may hold fused parts is a fragment with these shares of all surface, of each extent, and of what is
 # visible from the front. A body whose parts are fragments of their own is visible only between them.

@@ -15,11 +15,11 @@ import numpy as np
 import numpy.typing as npt
 
 from casa_assets.articulate.plan import Frame
-from casa_assets.core.typing import Floats, Ints
-from casa_assets.geometry.mesh.measure import face_normals
+from casa_assets.core.numeric import Floats, Ints
+from casa_assets.geometry.mesh.surface import face_normals
 from casa_assets.geometry.mesh.topology import connected_groups, face_components, merge_rows, weld
-from casa_assets.model.asset.mesh import Mesh
-from casa_assets.model.ingest.source import RawModel
+from casa_assets.model.asset.parts import Mesh
+from casa_assets.model.source import RawModel
 
 Bools = npt.NDArray[np.bool_]
 

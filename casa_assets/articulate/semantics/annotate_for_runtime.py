@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 import numpy.typing as npt
 
-from casa_assets.articulate.controls.burners import Burner, burner_faces
+from casa_assets.articulate.controls.round_controls import Burner, burner_faces
 from casa_assets.articulate.interior.niches import Niche, find_cup_niche, find_toaster_slots, niche_floor
 from casa_assets.articulate.interior.regions import (
     closing_link,
@@ -26,10 +26,9 @@ from casa_assets.articulate.interior.regions import (
     split_by_shelves,
 )
 from casa_assets.articulate.semantics.state_machines import behavior_for
-from casa_assets.core.typing import Floats
+from casa_assets.core.numeric import Floats
 from casa_assets.model.asset.asset import Asset, Collider, Joint, JointKind, JointValue, Keyframe, Region, Site
-from casa_assets.model.asset.link import Visual
-from casa_assets.model.asset.mesh import Mesh
+from casa_assets.model.asset.parts import Mesh, Visual
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec4
 

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.behavior import Behavior, Condition, Effect, EffectKind, Rule, Variable
-from casa_assets.model.asset.joint import Joint
+from casa_assets.model.asset.parts import Joint
 from casa_assets.model.record import Vec4
 
 # Share of its range up to which a door counts as shut. Ref: RoboCasa v1.0, is_closed.

@@ -1,4 +1,4 @@
-"""Find implausible sizes, masses, densities, collision shapes and joint ranges in the asset record."""
+"""Find implausible sizes, masses and joint ranges, surfaces without collision shapes, and rooms that shapes fill."""
 
 from __future__ import annotations
 
@@ -7,27 +7,103 @@ from functools import lru_cache
 
 import numpy as np
 
-from casa_assets.checks.asset.applicability import NO_COLLIDERS, NO_JOINTS, NO_VISUALS, colliders_of, is_from_family
 from casa_assets.checks.check import (
+    NO_COLLIDERS,
+    NO_JOINTS,
+    NO_VISUALS,
     Measurement,
     all_at_least,
     all_at_most,
     at_most,
+    colliders_of,
     count,
+    is_from_family,
+    is_loose_mesh,
     largest,
+    merged_mesh,
     no_fault,
     not_applicable,
     not_run,
 )
 from casa_assets.checks.package.package import Package
-from casa_assets.core.typing import Floats
-from casa_assets.geometry.mesh.measure import face_normals, signed_volume
-from casa_assets.geometry.mesh.topology import is_closed
-from casa_assets.geometry.solid.bounds import link_bounds
-from casa_assets.geometry.solid.manifold import union
-from casa_assets.geometry.solid.tessellate import tessellate
+from casa_assets.core.numeric import Floats
+from casa_assets.geometry.grid.voxels import closed_shares, open_rooms
+from casa_assets.geometry.mesh.surface import face_normals, signed_volume
+from casa_assets.geometry.mesh.topology import is_closed, weld
+from casa_assets.geometry.solid.deviation import distances_outside_hulls, surface_samples
+from casa_assets.geometry.solid.primitive import link_bounds, tessellate
+from casa_assets.geometry.solid.solids import union
 from casa_assets.model.asset.asset import Asset, Base, Collider, Inertial, Link
-from casa_assets.model.asset.shape import Hull
+from casa_assets.model.asset.parts import Hull
+
+# Collider coverage ----------------------------------------------------------------------------------------------------
+# Find visible surfaces that no collision shape covers (AST016).
+
+# Points of the visible surface that are looked at. Our choice.
+SAMPLES = 4000
+# A point is uncovered where it is farther than this from every collision shape: metres, or this part of the longest
+# side of the link where that is more. Both are twice what the boxes around the two may differ by (AST009).
+REACH_M = 0.008
+REACH_RATIO = 0.04
+
+
+def visible_surface_is_covered(asset: Asset, limit: float) -> Measurement:
+    """AST016: largest share of a link's visible surface that is away from every collision shape, 0..1."""
+    shares = {f"links/{k.name}/colliders": _uncovered_share(k) for k in asset.links if k.visuals and k.colliders}
+    message = "{:.0%} of what is seen lies outside every collision shape; add shapes, or close the holes of the mesh"
+    return all_at_most(shares, limit, message, "none of its links is both seen and touched")
+
+
+def _uncovered_share(link: Link) -> float:
+    vertices, faces = merged_mesh(link.visuals)
+    reach = max(REACH_M, REACH_RATIO * float(np.ptp(vertices, axis=0).max()))
+    uncovered = surface_samples(vertices, faces, SAMPLES)
+    for collider in link.colliders:
+        # What one shape covers need not be held against the others.
+        hull = tessellate(collider.shape, collider.pose)[0]
+        uncovered = uncovered[distances_outside_hulls(uncovered, [hull]) > reach]
+        if not len(uncovered):
+            break
+    return len(uncovered) / SAMPLES
+
+
+# Open room ------------------------------------------------------------------------------------------------------------
+# Find open rooms of what is seen that collision shapes fill or close off (AST018).
+
+NOT_LOOSE = "it did not come as one loose mesh; what is built or taken apart gives each part its own shapes"
+NO_ROOM = "no open room takes a share of its hull that matters"
+
+
+def open_rooms_stay_open(asset: Asset, limit: float) -> Measurement:
+    """AST018: largest share of an open room that collision shapes fill or close off, 0..1, whatever the category.
+
+    Rooms into which only the backs of faces look are gaps in a surface and do not count.
+    """
+    if not is_loose_mesh(asset):
+        return not_applicable(NOT_LOOSE)
+    link = asset.root
+    if not link.visuals or not link.colliders:
+        return not_applicable("it is not both seen and touched")
+    vertices, faces = merged_mesh(link.visuals)
+    used, compact = np.unique(faces, return_inverse=True)
+    points, places = weld(vertices[used])
+    rooms = open_rooms(points, places[compact.reshape(-1, 3)])
+    kept = rooms.kept(with_gaps=False)
+    if not kept:
+        return not_applicable(NO_ROOM)
+    shapes = [tessellate(c.shape, c.pose) for c in link.colliders]
+    starts = np.cumsum([0, *(len(p) for p, _ in shapes)])
+    shape_faces = np.concatenate([f + start for (_, f), start in zip(shapes, starts, strict=False)])
+    shares = closed_shares(rooms, np.concatenate([p for p, _ in shapes]), shape_faces)
+    message = "collision shapes fill or close off {:.0%} of an open room that takes {:.0%} of the hull; fit them again"
+    problems = [
+        (f"links/{link.name}/colliders", message.format(shares[k], rooms.shares[k])) for k in kept if shares[k] > limit
+    ]
+    return largest([shares[k] for k in kept], problems, NO_ROOM)
+
+
+# Plausibility ---------------------------------------------------------------------------------------------------------
+# Find implausible sizes, masses, densities, collision shapes and joint ranges in the asset record.
 
 NO_HULLS = "none of its collision shapes is a hull"
 NO_VOLUME = "its collision shapes enclose no volume"

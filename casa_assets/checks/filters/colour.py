@@ -10,9 +10,8 @@ import numpy as np
 from PIL import Image
 
 from casa_assets.checks.check import Measurement, at_least, not_applicable
-from casa_assets.checks.filters.welded_surface import welded_surface
-from casa_assets.core.color import linear_from_srgb_array, srgb_from_linear_array
-from casa_assets.core.typing import Floats, Ints
+from casa_assets.checks.filters.surface import welded_surface
+from casa_assets.core.numeric import Floats, Ints, linear_from_srgb_array, srgb_from_linear_array
 from casa_assets.model.asset.asset import Asset, Visual
 from casa_assets.model.asset.material import Material, Texture
 

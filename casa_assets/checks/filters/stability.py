@@ -10,14 +10,13 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from casa_assets.checks.asset.applicability import NO_COMPILE, is_loose_mesh
-from casa_assets.checks.check import Measurement, at_most, not_applicable, not_run
-from casa_assets.checks.filters.welded_surface import NOT_LOOSE
+from casa_assets.checks.check import NO_COMPILE, Measurement, at_most, is_loose_mesh, not_applicable, not_run
+from casa_assets.checks.filters.surface import NOT_LOOSE
 from casa_assets.checks.motion.simulation import collision_spec, tilt_deg
 from casa_assets.checks.package.package import Package
 from casa_assets.checks.readers import mujoco_load
 from casa_assets.checks.readers.mujoco_facts import free_bodies
-from casa_assets.core.typing import Floats
+from casa_assets.core.numeric import Floats
 from casa_assets.model.asset.asset import Asset, Base
 from casa_assets.model.registry.category import Affordance, RestingPose
 

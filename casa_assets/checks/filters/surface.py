@@ -2,16 +2,70 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import lru_cache
+
 import numpy as np
 from scipy import ndimage
 
-from casa_assets.checks.check import Measurement, at_most, not_applicable
-from casa_assets.checks.filters.welded_surface import WeldedSurface, welded_surface
+from casa_assets.checks.check import NO_VISUALS, Measurement, at_most, is_loose_mesh, merged_mesh, not_applicable
 from casa_assets.checks.package.package import Package
-from casa_assets.core.typing import Floats, Mask
-from casa_assets.geometry.mesh.topology import edge_counts
-from casa_assets.model.asset.asset import Asset
+from casa_assets.core.numeric import Floats, Ints, Mask
+from casa_assets.geometry.mesh.surface import face_normals
+from casa_assets.geometry.mesh.topology import edge_counts, face_components, weld
+from casa_assets.geometry.mesh.visibility import Visibility, measure_visibility
+from casa_assets.model.asset.asset import Asset, Visual
 from casa_assets.model.registry.category import Category, MatterFill, RestingPose
+
+# Welded surface -------------------------------------------------------------------------------------------------------
+# Weld the visible mesh of an ingested asset into one surface, and view it from all around.
+
+NOT_LOOSE = "it did not come as one loose mesh"
+
+
+@dataclass(frozen=True)
+class WeldedSurface:
+    """A surface.
+
+    Attributes:
+        points, faces: (P, 3) welded, metres, and (F, 3); faces in the order of the visuals.
+        component: (F,) connected component of each face. areas: (F,) square metres.
+        visibility: what pictures from all around show of it.
+    """
+
+    points: Floats
+    faces: Ints
+    component: Ints
+    areas: Floats
+    visibility: Visibility
+
+    @property
+    def longest(self) -> float:
+        """Longest side of the box around it, metres."""
+        return float(np.ptp(self.visibility.samples, axis=0).max())
+
+
+def welded_surface(asset: Asset) -> WeldedSurface | Measurement:
+    """The surface of a loose mesh, or the result of a filter that has none to look at."""
+    if not is_loose_mesh(asset):
+        return not_applicable(NOT_LOOSE)
+    surface = _weld_visuals(asset.root.visuals) if asset.root.visuals else None
+    return not_applicable(NO_VISUALS) if surface is None else surface
+
+
+@lru_cache(maxsize=4)
+def _weld_visuals(visuals: tuple[Visual, ...]) -> WeldedSurface | None:
+    vertices, faces = merged_mesh(visuals)
+    points, welded = weld(vertices)
+    faces = welded[faces]
+    _, areas = face_normals(points, faces)
+    if areas.sum() <= 0:
+        return None
+    component = face_components(faces, len(points))
+    return WeldedSurface(points, faces, component, areas, measure_visibility(points, faces))
+
+
+# Surface --------------------------------------------------------------------------------------------------------------
 
 # All lengths are parts of another length. Choices, tried on spoilt meshes by benchmarks/ingest/filters.py.
 # A component thinner than this part of its own width is flat.

@@ -9,14 +9,21 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from casa_assets.checks.asset.applicability import NO_COMPILE, NO_JOINTS, NOT_BUILT, is_fixture_like
-from casa_assets.checks.check import Measurement, not_applicable, not_run
+from casa_assets.checks.check import (
+    NO_COMPILE,
+    NO_JOINTS,
+    NOT_BUILT,
+    Measurement,
+    is_fixture_like,
+    not_applicable,
+    not_run,
+)
 from casa_assets.checks.motion.simulation import collision_spec
 from casa_assets.checks.motion.sweep import with_margins
 from casa_assets.checks.package.package import Package
 from casa_assets.checks.readers import mujoco_load
-from casa_assets.core.typing import Floats
-from casa_assets.geometry.solid.bounds import shape_bounds
+from casa_assets.core.numeric import Floats
+from casa_assets.geometry.solid.primitive import shape_bounds
 from casa_assets.model.asset.asset import Asset, Collider, Joint, JointKind
 from casa_assets.model.files import Files
 from casa_assets.model.pose import Pose

@@ -9,7 +9,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from casa_assets.core.typing import Floats, Ints, Mask
+from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.model.files import Files
 
 # Key of a scene as it begins.

@@ -11,7 +11,7 @@ import numpy as np
 
 from casa_assets.checks.motion.simulation import box_around, collision_spec, find_contacts, geom_boxes, subtree
 from casa_assets.checks.readers import mujoco_facts, mujoco_load
-from casa_assets.core.typing import Floats, Ints, Mask
+from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.model.files import Files
 
 # How far the part of a joint that moves fastest goes between two poses. A corner that swings past an edge on an arm of

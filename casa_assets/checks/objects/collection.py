@@ -1,4 +1,4 @@
-"""All members of categories together: which are alike, and which are nearer to another kind than to their own."""
+"""All members of categories together: which are alike, and categories that are taken for others (OBJ005 to OBJ007)."""
 
 from __future__ import annotations
 
@@ -9,11 +9,15 @@ from functools import cached_property
 
 import numpy as np
 
-from casa_assets.checks.library.duplicates import SAME_COLORS, SAME_SIZE
-from casa_assets.core.typing import Floats
-from casa_assets.geometry.mesh.shape_descriptor import descriptor_distances
-from casa_assets.model.asset.signature import Signature
+from casa_assets.checks.check import Measurement, least, not_applicable
+from casa_assets.checks.library import SAME_COLORS, SAME_SIZE
+from casa_assets.core.numeric import Floats
+from casa_assets.geometry.mesh.registration import descriptor_distances
+from casa_assets.model.asset.provenance import Signature
 from casa_assets.model.record import Vec3
+
+# Collection -----------------------------------------------------------------------------------------------------------
+# which are alike, and which are nearer to another kind than to their own.
 
 # Descriptors of one shape under two triangulations are this far apart at most.
 SAME_SHAPE = 0.02
@@ -147,3 +151,47 @@ def _nearest(places: Floats) -> Iterator[int]:
         far = cdist(places[start : start + BLOCK], places)
         far[np.arange(len(far)), start + np.arange(len(far))] = np.inf
         yield from far.argmin(axis=1).tolist()
+
+
+# Kinds ----------------------------------------------------------------------------------------------------------------
+# Find members of a category that are alike, and categories that are taken for others (OBJ005 to OBJ007).
+
+TOO_FEW = f"there are no two categories of at least {MIN_MEMBERS} members"
+# Categories that a message names.
+NAMED = 4
+
+
+def members_differ(collection: ObjectCollection, limit: float) -> Measurement:
+    """OBJ005: distance of the two most alike members of a category, over what copies of one thing may differ by."""
+    near = collection.nearest_alike
+    problems = [
+        (own, f"is like {other} in shape, sides and colours ({distance:.2f}); widen what its category draws from")
+        for own, other, distance in near
+        if distance <= limit
+    ]
+    return least([distance for _, _, distance in near], problems, "no category has two members")
+
+
+def members_are_told_apart(collection: ObjectCollection, limit: float) -> Measurement:
+    """OBJ006: share of all members whose nearest neighbour is of the same kind."""
+    rows = collection.confusions
+    if not rows:
+        return not_applicable(TOO_FEW)
+    share = sum(row.right for row in rows) / sum(row.count for row in rows)
+    message = f"{share:.1%} of the members are nearest to their own kind; make those of OBJ007 more like themselves"
+    return Measurement(share, () if share >= limit else (("library", message),))
+
+
+def categories_are_told_apart(collection: ObjectCollection, limit: float) -> Measurement:
+    """OBJ007: the same share of each category, the worst; what it is taken for is named."""
+    rows = collection.confusions
+    problems = [(row.category, in_words(row)) for row in rows if row.right < limit * row.count]
+    return least([row.right / row.count for row in rows], problems, TOO_FEW)
+
+
+def in_words(row: CategoryConfusion) -> str:
+    """The kinds that members of a category are confused with, as a clause for messages."""
+    named = ", ".join(f"{name} ({count})" for name, count in row.others[:NAMED])
+    return (
+        f"{row.count - row.right} of {row.count} are nearer to another kind: {named}; tell them apart by form or colour"
+    )

@@ -17,8 +17,8 @@ from casa_assets.checks.package.facts import (
     VisualFacts,
 )
 from casa_assets.checks.readers.mujoco_facts import three
-from casa_assets.core.rotation import about_axis
-from casa_assets.geometry.solid.bounds import link_bounds
+from casa_assets.core.numeric import about_axis
+from casa_assets.geometry.solid.primitive import link_bounds
 from casa_assets.model.asset.asset import Asset, Joint, JointKind, Link, Region, Site
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3

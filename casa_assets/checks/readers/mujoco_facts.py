@@ -26,8 +26,7 @@ from casa_assets.checks.package.facts import (
     VisualFacts,
 )
 from casa_assets.checks.readers import mujoco_load
-from casa_assets.core.color import linear_from_srgb
-from casa_assets.core.typing import Floats
+from casa_assets.core.numeric import Floats, linear_from_srgb
 from casa_assets.model.asset.asset import Base, JointKind
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3, Vec4

@@ -25,13 +25,11 @@ from casa_assets.checks.package.facts import (
     VisualFacts,
 )
 from casa_assets.checks.readers.mujoco_facts import three
-from casa_assets.core.color import linear_from_srgb
-from casa_assets.core.rotation import about_axis
-from casa_assets.core.typing import Floats
-from casa_assets.geometry.solid.bounds import shape_bounds
+from casa_assets.core.numeric import Floats, about_axis, linear_from_srgb
+from casa_assets.geometry.solid.primitive import shape_bounds
 from casa_assets.model.asset.asset import Base, JointKind
 from casa_assets.model.asset.behavior import Behavior
-from casa_assets.model.asset.shape import Box, Cylinder, Sphere
+from casa_assets.model.asset.parts import Box, Cylinder, Sphere
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 

@@ -1,4 +1,4 @@
-"""Reach of one robot at one joint: bring its hand to the handle, and move along until the joint is fully open."""
+"""What one robot can do at one joint: get its hand to the handle, and go along with it until all is open."""
 
 from __future__ import annotations
 
@@ -11,13 +11,11 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from casa_assets.checks.robots.assemble import BASE_JOINTS
 from casa_assets.checks.robots.grips import Grasp, Grip, pinches, presses
-from casa_assets.checks.robots.inverse_kinematics import Bounds, Solver
-from casa_assets.checks.robots.seeds import Seed, Seeds
+from casa_assets.checks.robots.inverse_kinematics import Bounds, Seed, Seeds, Solver
 from casa_assets.checks.robots.tasks import Task
-from casa_assets.checks.robots.workspace import Workspace
-from casa_assets.core.typing import Floats
+from casa_assets.checks.robots.workspace import BASE_JOINTS, Workspace
+from casa_assets.core.numeric import Floats
 from casa_assets.model.kitchen.robot import Arm, Following, JointReach, Miss, Robot
 from casa_assets.model.record import Vec2, Vec3
 

@@ -1,4 +1,7 @@
-"""Joints of a kitchen that robots are tried on, from its scene.json: what is gripped, and where a robot parks."""
+"""Joints of a kitchen that robots are tried on, from its scene.json, and the check of what was found.
+
+Light to import: inverse kinematics (mink) is in `reach`, which is imported only where robots are tried.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +9,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from casa_assets.checks.check import Measurement, not_applicable, not_run
+from casa_assets.model.kitchen.robot import SceneRobots
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 
@@ -65,3 +70,27 @@ def _places(parking: Mapping[str, Any], joint: str, door: str) -> tuple[Vec3, ..
     rows = [opened.get(door)] if door else [parking["shut"], opened.get(joint)]
     found = [(float(row["x"]), float(row["y"]), float(row["yaw"])) for row in rows if row is not None]
     return tuple(dict.fromkeys(found))
+
+
+# Verdict --------------------------------------------------------------------------------------------------------------
+# Check that robots can work a kitchen, from what was found with inverse kinematics.
+
+FLOOR_ROBOT = "PandaOmron"  # RoboCasa's own robot; for the others numbers are told and nothing is asked
+
+
+def joints_are_reached(subject: SceneRobots, least: float) -> Measurement:
+    """Share of the joints with a handle, knob, key or lever that PandaOmron reaches."""
+    found = next((r for r in subject.robots if r.robot == FLOOR_ROBOT), None)
+    if found is None:
+        return not_run(f"{FLOOR_ROBOT} is not among the robots that were tried")
+    if subject.only:
+        return not_run(f"only some joints were tried: {', '.join(subject.only)}")
+    if not found.joints:
+        return not_applicable("nothing with a parking place has a handle, knob, key or lever")
+    share = found.reached / len(found.joints)
+    missed = [joint for joint in found.joints if not joint.reached]
+    problems = [
+        (f"{j.fixture}/{j.joint}", f"{FLOOR_ROBOT} does not get its hand there: {j.missed or 'unknown'}")
+        for j in missed
+    ]
+    return Measurement(share, tuple(problems) if share < least else ())

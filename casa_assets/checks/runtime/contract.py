@@ -3,16 +3,321 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
+from lxml import etree
 
 from casa_assets.checks.check import Measurement, Problem, count, not_applicable, not_run
 from casa_assets.checks.package.package import Package
-from casa_assets.checks.runtime import contract_names as names
-from casa_assets.checks.runtime import contract_paths, loader_places
-from casa_assets.model.asset.asset import Asset, Collider, Joint, Region, Visual
-from casa_assets.model.registry.contract import Contract, KeyRule
+from casa_assets.checks.runtime import loader_places
+from casa_assets.model.asset.asset import Asset, Collider, Joint, Region, Site, Visual
+from casa_assets.model.registry.contract import (
+    Axis,
+    Contract,
+    JointRule,
+    KeyRule,
+    LinkRule,
+    NamePattern,
+    OpeningSide,
+    Requirements,
+    ShapeRule,
+    SiteRule,
+)
+
+# Contract names -------------------------------------------------------------------------------------------------------
+# Compare the requirements of a contract with an asset: what is missing or wrong.
+
+RuleCheck = Callable[[Asset, Requirements], list[Problem]]
+Rule = TypeVar("Rule", bound=NamePattern)
+# How far an axis may be off and a range from zero: what nine written digits leave, rad or m.
+ROUNDING = 1e-6
+
+
+def missing_requirements(asset: Asset, contract: Contract, check: RuleCheck) -> list[Problem]:
+    """Problems of all requirements that apply to an asset.
+
+    Args:
+        check: finds the problems of one set of requirements. Of the sets of a choice the one counts that comes nearest
+            to being met.
+    """
+    problems = check(asset, contract)
+    for choice in contract.one_of:
+        nearest: list[Problem] = min([check(asset, needs) for needs in choice.any_of], key=len)
+        problems += nearest
+    for each in contract.for_each:
+        for value in in_use(asset, contract, each.key):
+            problems += check(asset, each.needs.filled(each.key, value))
+    return problems
+
+
+def in_use(asset: Asset, contract: Contract, key: str) -> list[str]:
+    """Values of a `for_each` that the asset makes use of, in the order of the contract."""
+    each = next(e for e in contract.for_each if e.key == key)
+    names = [j.name for j in asset.joints] + [s.name for s in asset.sites] + [r.name for r in asset.regions]
+    names += [c.name for k in asset.links for c in k.colliders]
+    used = []
+    for value in each.values:
+        patterns = [p.replace("{" + key + "}", value) for p in each.used_by]
+        if any(re.fullmatch(p, name) for p in patterns for name in names):
+            used.append(value)
+    return used
+
+
+def links_and_joints(asset: Asset, needs: Requirements) -> list[Problem]:
+    """Rules on links and on joints."""
+    faults = list(_counted("links", needs.links, [k.name for k in asset.links]))
+    for link_rule in needs.links:
+        for link in asset.links:
+            if link_rule.matches(link.name):
+                faults += _depth(f"links/{link.name}", link_rule, depth_of(asset, link.name))
+    faults += _counted("joints", needs.joints, [j.name for j in asset.joints])
+    for rule in needs.joints:
+        for joint in asset.joints:
+            if rule.matches(joint.name):
+                faults += [(f"joints/{joint.name}", message) for message in _joint(asset, joint, rule)]
+    return faults
+
+
+def site_faults(asset: Asset, needs: Requirements) -> list[Problem]:
+    """Rules on sites."""
+    faults = list(_counted("sites", needs.sites, [s.name for s in asset.sites]))
+    for rule, site in _pairs(needs.sites, asset.sites):
+        pointer = f"sites/{site.name}"
+        faults += _depth(pointer, rule, depth_of(asset, site.link))
+        if rule.kind is not None and site.kind != rule.kind:
+            faults.append((pointer, f"is a {site.kind}; it should be a {rule.kind}"))
+    return faults
+
+
+def shapes(asset: Asset, needs: Requirements) -> list[Problem]:
+    """Rules on colliders and visuals."""
+    faults: list[Problem] = []
+    for kind, rules in (("colliders", needs.colliders), ("visuals", needs.visuals)):
+        found: list[tuple[str, Collider | Visual]] = [
+            (k.name, s) for k in asset.links for s in (k.colliders if kind == "colliders" else k.visuals)
+        ]
+        faults += _counted(kind, rules, [shape.name for _, shape in found])
+        for rule in rules:
+            for link, shape in found:
+                if rule.matches(shape.name):
+                    faults += [(f"{kind}/{shape.name}", message) for message in _shape(link, shape, rule)]
+    return faults
+
+
+def regions(asset: Asset, needs: Requirements) -> list[Problem]:
+    """Rules on regions: that they are there, and on which link."""
+    faults = list(_counted("regions", needs.regions, [r.name for r in asset.regions]))
+    for rule, region in _pairs(needs.regions, asset.regions):
+        if rule.link is not None and not re.fullmatch(rule.link, region.link):
+            faults.append((f"regions/{region.name}", f"is on link {region.link!r}, not on {rule.link!r}"))
+    return faults
+
+
+def variables(asset: Asset, needs: Requirements) -> list[Problem]:
+    """Rules on the variables of the behaviour."""
+    found = asset.behavior.variables if asset.behavior else ()
+    faults = list(_counted("behavior/variables", needs.variables, [v.name for v in found]))
+    for rule in needs.variables:
+        for variable in found:
+            missing = [v for v in rule.values if v not in variable.values]
+            if rule.matches(variable.name) and missing:
+                faults.append((f"behavior/variables/{variable.name}", f"has no value {missing[0]!r}"))
+    return faults
+
+
+def depth_of(asset: Asset, link: str) -> int:
+    """Number of links that carry this one; 0 for `object`."""
+    parent = asset.link(link).parent
+    return 0 if parent is None else 1 + depth_of(asset, parent)
+
+
+def axis_of(asset: Asset, joint: Joint) -> str:
+    """`+x`, `-z`, ...: direction of the axis in the asset frame, or `askew`."""
+    axis = asset.asset_from_link(joint.child).rotation @ np.array(joint.axis)
+    k = int(np.argmax(np.abs(axis)))
+    if abs(abs(axis[k]) - 1.0) > ROUNDING:
+        return "askew"
+    return ("+" if axis[k] > 0 else "-") + "xyz"[k]
+
+
+def opening(joint: Joint) -> OpeningSide | None:
+    """Side of zero that the range lies on; None if zero is neither an end of it nor within it."""
+    low, high = joint.range
+    if abs(low) <= ROUNDING:
+        return OpeningSide.POSITIVE
+    if abs(high) <= ROUNDING:
+        return OpeningSide.NEGATIVE
+    return OpeningSide.BOTH if low < 0.0 < high else None
+
+
+def _counted(kind: str, rules: Iterable[NamePattern], names: Sequence[str]) -> Iterator[Problem]:
+    for rule in rules:
+        count = sum(rule.matches(name) for name in names)
+        if count < rule.min_count:
+            there = ", ".join(names) or "none"
+            yield (
+                f"{kind}/{rule.name}",
+                f"there are {count} of that name, {rule.min_count} wanted; there are: {there:.160}",
+            )
+        elif rule.max_count is not None and count > rule.max_count:
+            yield f"{kind}/{rule.name}", f"there are {count} of that name, at most {rule.max_count} wanted"
+
+
+T = TypeVar("T", Site, Region)
+
+
+def _pairs(rules: Iterable[Rule], things: Iterable[T]) -> list[tuple[Rule, T]]:
+    listed = list(things)
+    return [(rule, thing) for rule in rules for thing in listed if rule.matches(thing.name)]
+
+
+def _depth(pointer: str, rule: LinkRule | SiteRule, depth: int) -> list[Problem]:
+    if rule.depth is None or rule.depth == depth:
+        return []
+    return [(pointer, f"is {depth} links below object, not {rule.depth}: RoboCasa looks at a fixed depth")]
+
+
+def _joint(asset: Asset, joint: Joint, rule: JointRule) -> Iterator[str]:
+    low, high = joint.range
+    if rule.kind is not None and joint.kind is not rule.kind:
+        yield f"is a {joint.kind.value}, not a {rule.kind.value}"
+    if rule.axis is not None and not _along(axis_of(asset, joint), rule.axis):
+        yield f"turns or slides along {axis_of(asset, joint)}, not along {rule.axis.value}"
+    found = opening(joint)
+    if rule.opens is not None and (found is None or rule.opens not in _ways(found)):
+        yield f"has the range {low:.4g}..{high:.4g}; it should open {rule.opens.value}, zero is closed"
+    if rule.reach is not None and (low > rule.reach[0] + ROUNDING or high < rule.reach[1] - ROUNDING):
+        yield f"has the range {low:.4g}..{high:.4g}, which does not reach {rule.reach[0]:.4g}..{rule.reach[1]:.4g}"
+    if rule.travel is not None and not rule.travel[0] - ROUNDING <= high - low <= rule.travel[1] + ROUNDING:
+        yield f"travels {high - low:.4g}, not {rule.travel[0]:.4g}..{rule.travel[1]:.4g}"
+    if rule.depth is not None and depth_of(asset, joint.child) != rule.depth:
+        depth = depth_of(asset, joint.child)
+        yield f"moves a link {depth} below object, not {rule.depth}: RoboCasa looks at a fixed path"
+    if rule.link is not None and not re.fullmatch(rule.link, joint.child):
+        yield f"moves link {joint.child!r}, not {rule.link!r}"
+
+
+def _along(found: str, wanted: Axis) -> bool:
+    return found == wanted.value or (len(wanted.value) == 1 and found[1:] == wanted.value)
+
+
+def _ways(found: OpeningSide) -> tuple[OpeningSide, ...]:
+    return (found,) if found is OpeningSide.BOTH else (found, OpeningSide.EITHER)
+
+
+def _shape(link: str, shape: Collider | Visual, rule: ShapeRule) -> Iterator[str]:
+    if rule.link is not None and not re.fullmatch(rule.link, link):
+        yield f"is on link {link!r}, not on {rule.link!r}"
+    if rule.label is not None and shape.label != rule.label:
+        yield f"is labelled {shape.label!r}, not {rule.label!r}"
+
+
+# Contract paths -------------------------------------------------------------------------------------------------------
+# Find elements of a model.xml that the reference runtime would miss: literal paths, fixed depths.
+#
+# Ref: RoboCasa v0.2 and v1.0, models/fixtures: Stove.knob_joints and burner_sites, Sink.handle_joint and water_site,
+# CoffeeMachine; Fixture reads `ext_*` sites (v0.2) or `reg_*` geoms (v1.0); ranges are read from the element.
+
+OBJECT = "./worldbody/body/body[@name='object']"
+CORNERS = ("p0", "px", "py", "pz")
+TOUCHED = "0"  # group of what collides
+
+
+def path_faults(path: Path, asset: Asset, contract: Contract) -> Iterator[Problem]:
+    """(pointer, message) of everything that a runtime would not find.
+
+    The file is well-formed and compiles: see MJC001.
+    """
+    root = _read(path)
+    body = None if root is None else root.find(OBJECT)
+    if root is None or body is None:
+        yield "model.xml", "has no worldbody/body/body called object"
+        return
+    if any(float(n) != 0.0 for n in body.get("pos", "0").split()) or body.get("quat") is not None:
+        yield "model.xml/object", "is moved or turned; RoboCasa takes places on it as places on the fixture"
+    if root.find("actuator") is not None:
+        yield "model.xml/actuator", "should not be there: RoboCasa would hand it to the robot's controller"
+    for needs in met(asset, contract):
+        yield from _joints(root, asset, needs)
+        yield from _sites(root, asset, needs)
+        yield from _geoms(root, asset, needs)
+    yield from _regions(root, body, asset)
+
+
+def met(asset: Asset, contract: Contract) -> list[Requirements]:
+    """All needs that apply to the asset: its own, the nearest set of each choice, and those of each value in use."""
+    found: list[Requirements] = [contract]
+    looks = (links_and_joints, site_faults, shapes, regions)
+    for choice in contract.one_of:
+        found.append(min(choice.any_of, key=lambda needs: sum(len(look(asset, needs)) for look in looks)))
+    for each in contract.for_each:
+        found += [each.needs.filled(each.key, value) for value in in_use(asset, contract, each.key)]
+    return found
+
+
+def _read(path: Path) -> etree._Element | None:
+    try:
+        return etree.parse(str(path)).getroot()
+    except etree.XMLSyntaxError:
+        return None
+
+
+def _joints(root: etree._Element, asset: Asset, needs: Requirements) -> Iterator[Problem]:
+    for rule in needs.joints:
+        for joint in asset.joints:
+            if not rule.matches(joint.name) or rule.depth is None:
+                continue
+            where = "./worldbody/body/body" + "/body" * rule.depth + "/joint"
+            element = root.find(f"{where}[@name='{joint.name}']")
+            if element is None:
+                yield f"model.xml/joint/{joint.name}", f"is not at {where[2:]}, where RoboCasa looks"
+            elif len(element.get("range", "").split()) != 2:
+                yield f"model.xml/joint/{joint.name}", "says no range; RoboCasa reads it from the element"
+
+
+def _sites(root: etree._Element, asset: Asset, needs: Requirements) -> Iterator[Problem]:
+    for rule in needs.sites:
+        for site in asset.sites:
+            if not rule.matches(site.name) or rule.depth is None:
+                continue
+            where = "./worldbody/body/body" + "/body" * rule.depth + "/site"
+            element = root.find(f"{where}[@name='{site.name}']")
+            if element is None:
+                yield f"model.xml/site/{site.name}", f"is not at {where[2:]}, where RoboCasa looks"
+            elif element.get("pos") is None or element.get("size") is None:
+                yield f"model.xml/site/{site.name}", "should say pos and size; RoboCasa reads them from the element"
+
+
+def _geoms(root: etree._Element, asset: Asset, needs: Requirements) -> Iterator[Problem]:
+    """Named colliders are geoms that touch; names of contacts and handles are looked up as geoms."""
+    groups = {g.get("name", ""): g.get("group") for g in root.iter("geom")}
+    for rule in needs.colliders:
+        for name in _colliders(asset, rule):
+            if groups.get(name) != TOUCHED:
+                yield f"model.xml/geom/{name}", f"should be a geom of group {TOUCHED}, which is touched"
+
+
+def _colliders(asset: Asset, rule: ShapeRule) -> list[str]:
+    return [c.name for k in asset.links for c in k.colliders if rule.matches(c.name)]
+
+
+def _regions(root: etree._Element, body: etree._Element, asset: Asset) -> Iterator[Problem]:
+    geoms = {g.get("name") for g in root.iter("geom")}
+    for region in asset.regions:
+        if f"reg_{region.name}" not in geoms:
+            yield f"model.xml/geom/reg_{region.name}", "is not there: v1.0 reads regions from geoms"
+    if any(region.name == "main" for region in asset.regions):
+        sites = {s.get("name") for s in body.findall("site")}
+        missing = [f"ext_{end}" for end in CORNERS if f"ext_{end}" not in sites]
+        if missing:
+            yield f"model.xml/site/{missing[0]}", "is not on object: v0.2 reads the outer size from sites"
+
+
+# Contract -------------------------------------------------------------------------------------------------------------
 
 Bounds = npt.NDArray[np.float64]
 UNNAMED = "it names no contract: no runtime looks things of its kind up by name"
@@ -31,9 +336,9 @@ def links_and_joints_meet_contract(package: Package) -> Measurement:
     if contract is None or contract.id != package.asset.contract:
         message = f"there is no contract {package.asset.contract!r} in registry/contracts"
         return Measurement(1.0, (("contract", message),))
-    faults = names.missing_requirements(package.asset, contract, names.links_and_joints)
+    faults = missing_requirements(package.asset, contract, links_and_joints)
     for each in contract.for_each:
-        used = names.in_use(package.asset, contract, each.key)
+        used = in_use(package.asset, contract, each.key)
         if len(used) < each.min_count:
             message = f"{len(used)} in use, {each.min_count} wanted: {', '.join(each.values)}"
             faults.append((f"contract/for_each/{each.key}", message))
@@ -47,9 +352,7 @@ def links_and_joints_meet_contract(package: Package) -> Measurement:
 def sites_meet_contract(package: Package) -> Measurement:
     """CON002: number of sites that are missing or on another link than RoboCasa expects."""
     contract = _contract(package)
-    return (
-        count(names.missing_requirements(package.asset, contract, names.sites)) if contract else _no_contract(package)
-    )
+    return count(missing_requirements(package.asset, contract, site_faults)) if contract else _no_contract(package)
 
 
 def colliders_and_visuals_meet_contract(package: Package) -> Measurement:
@@ -57,7 +360,7 @@ def colliders_and_visuals_meet_contract(package: Package) -> Measurement:
     contract, asset = _contract(package), package.asset
     if contract is None:
         return _no_contract(package)
-    faults = names.missing_requirements(asset, contract, names.shapes)
+    faults = missing_requirements(asset, contract, shapes)
     shown: list[Collider | Visual] = []
     for link in asset.links:
         shown += [*link.colliders, *link.visuals]
@@ -75,7 +378,7 @@ def regions_meet_contract(package: Package, limit: float) -> Measurement:
     contract, asset = _contract(package), package.asset
     if contract is None:
         return _no_contract(package)
-    faults = names.missing_requirements(asset, contract, names.regions)
+    faults = missing_requirements(asset, contract, regions)
     main = next((r for r in asset.regions if r.name == "main"), None)
     if main is None:
         return Measurement(0.0, tuple(faults))
@@ -111,7 +414,7 @@ def xml_paths_meet_contract(package: Package) -> Measurement:
         return _no_contract(package)
     if not package.mjcf.is_file():
         return not_run(NO_FILE)
-    return count(list(contract_paths.faults(package.mjcf, package.asset, contract)))
+    return count(list(path_faults(package.mjcf, package.asset, contract)))
 
 
 def thresholds_meet_contract(package: Package) -> Measurement:

@@ -5,8 +5,7 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
-from casa_assets.checks.asset.applicability import NO_COMPILE, NOT_BUILT, is_fixture_like
-from casa_assets.checks.check import Measurement, not_applicable, not_run
+from casa_assets.checks.check import NO_COMPILE, NOT_BUILT, Measurement, is_fixture_like, not_applicable, not_run
 from casa_assets.checks.motion.motion_model import STEP_S
 from casa_assets.checks.motion.simulation import collision_spec, find_contacts
 from casa_assets.checks.package.package import Package

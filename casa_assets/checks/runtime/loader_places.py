@@ -19,7 +19,7 @@ from lxml import etree
 
 from casa_assets.checks.check import Problem
 from casa_assets.checks.readers.mujoco_load import load_mjcf
-from casa_assets.core.typing import Floats
+from casa_assets.core.numeric import Floats
 from casa_assets.model.registry.contract import Contract, PlaceRule
 
 PREFIX = "reg_"

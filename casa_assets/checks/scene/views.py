@@ -15,7 +15,7 @@ from casa_assets.checks.check import Measurement, all_at_least, all_at_most, not
 from casa_assets.checks.motion.simulation import reset_to_start
 from casa_assets.checks.scene.placement.support import WALL
 from casa_assets.checks.scene.subject import SceneSubject
-from casa_assets.core.typing import Floats
+from casa_assets.core.numeric import Floats
 from casa_assets.model.kitchen.scene import Camera
 
 Pixels = npt.NDArray[np.uint8]

@@ -14,7 +14,7 @@ import numpy as np
 import usd_validation_nvidia
 from pxr import Usd, UsdGeom
 
-from casa_assets.core.typing import Floats
+from casa_assets.core.numeric import Floats
 
 REQUIREMENT = "com.nvidia.simready.VG.008"
 # What the rule rounds to the same number is no farther apart than the step of its rounding; 1 % for the floats' sake.

@@ -9,12 +9,10 @@ from dataclasses import dataclass, field
 import mujoco
 import numpy as np
 
-from casa_assets.checks.start_states.stage import ENVELOPE, Kind, LooseThing, Parking, Place, Stage
-from casa_assets.checks.start_states.trial import settle, watch
-from casa_assets.core.sampling import rng_for
-from casa_assets.core.typing import Floats
+from casa_assets.checks.start_states.stage import ENVELOPE, Kind, LooseThing, Parking, Place, Stage, settle, watch
+from casa_assets.core.numeric import Floats, rng_for
 from casa_assets.errors import CasaError
-from casa_assets.model.kitchen.start_states import FREE_WIDTH, StartStates, StateJoint, StateNotes
+from casa_assets.model.kitchen.scene import FREE_WIDTH, StartStates, StateJoint, StateNotes
 
 RANDOM_LANE = "start_states"
 # How often a thing is put into each kind of place, where there is one.

@@ -1,4 +1,4 @@
-"""A written kitchen in MuJoCo, with what start states are drawn from: loose things, places for them, parking places."""
+"""A written kitchen in MuJoCo, with what start states are drawn from, and trials whether a state stays at rest."""
 
 from __future__ import annotations
 
@@ -16,15 +16,24 @@ import mujoco
 import numpy as np
 from lxml import etree
 
-from casa_assets.checks.motion.simulation import box_around, geom_boxes, reset_to_start, subtree, vertices_of
+from casa_assets.checks.motion.simulation import (
+    box_around,
+    geom_boxes,
+    reset_to_start,
+    simulation_warnings,
+    subtree,
+    vertices_of,
+)
 from casa_assets.checks.scene.subject import FILE, AllPairs, Contents, body_name, boxes_meet, collision_model
-from casa_assets.core.typing import Floats, Ints
+from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import CasaError
-from casa_assets.model.asset.joint import JointKind
-from casa_assets.model.kitchen.scene import CLOSED_POSE, FREE_JOINT, OPEN_POSE, START_POSE
-from casa_assets.model.kitchen.start_states import FREE_WIDTH, StateJoint
+from casa_assets.model.asset.parts import JointKind
+from casa_assets.model.kitchen.scene import CLOSED_POSE, FREE_JOINT, FREE_WIDTH, OPEN_POSE, START_POSE, StateJoint
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
+
+# Stage ----------------------------------------------------------------------------------------------------------------
+# loose things, places for them, parking places.
 
 SCENE_JSON = "scene.json"
 FOOTPRINT = "robot_footprint"  # a body without contacts, whose distance to things is measured
@@ -334,3 +343,54 @@ def _footprint() -> etree._Element:
         sizes = {"pos": " ".join(map(str, middle.tolist())), "size": " ".join(map(str, half.tolist()))}
         etree.SubElement(body, "geom", {"type": "box", "contype": "0", "conaffinity": "0", **sizes})
     return body
+
+
+# Trial ----------------------------------------------------------------------------------------------------------------
+# Let a state settle, and measure what happens to it when nobody touches it.
+
+WATCHED_S, LOOK_S = 2.0, 0.1
+SETTLE_S = 4.0  # what still moves after that is given up
+STILL_M = 0.00005  # farthest that any corner goes in `LOOK_S` while a state counts as at rest
+
+
+@dataclass(frozen=True)
+class Watched:
+    """Behaviour of a state in 2 s of simulation.
+
+    Attributes:
+        depth: deepest contact at the start and at every look, m; at the start of all pairs, else as simulated.
+        motion: largest distance that any corner of a shape moved, m. warnings: of the simulator.
+    """
+
+    depth: float
+    motion: float
+    warnings: tuple[str, ...]
+
+
+def settle(stage: Stage, qpos: Floats) -> Floats | None:
+    """A state in which nothing moves any more, rounded to float32; None if it does not come to rest in 4 s."""
+    model, data = stage.model, stage.data
+    stage.show(qpos)
+    steps, last = round(LOOK_S / model.opt.timestep), stage.corners()
+    for _ in range(round(SETTLE_S / LOOK_S)):
+        mujoco.mj_step(model, data, nstep=steps)
+        now = stage.corners()
+        if float(np.linalg.norm(now - last, axis=1).max(initial=0.0)) < STILL_M:
+            rounded: Floats = data.qpos.astype(np.float32).astype(np.float64)
+            return rounded
+        last = now
+    return None
+
+
+def watch(stage: Stage, qpos: Floats) -> Watched:
+    """Begin with a state at rest and look on for 2 s."""
+    model, data = stage.model, stage.data
+    depth = stage.depth_of_all_pairs(qpos)
+    stage.show(qpos)
+    before, motion = stage.corners(), 0.0
+    steps = round(LOOK_S / model.opt.timestep)
+    for _ in range(round(WATCHED_S / LOOK_S)):
+        mujoco.mj_step(model, data, nstep=steps)
+        depth = max(depth, stage.depth())
+        motion = max(motion, float(np.linalg.norm(stage.corners() - before, axis=1).max(initial=0.0)))
+    return Watched(depth, motion, tuple(simulation_warnings(data)))

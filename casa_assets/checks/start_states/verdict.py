@@ -9,10 +9,9 @@ from functools import cached_property
 import numpy as np
 
 from casa_assets.checks.check import Measurement, all_at_most, count, not_applicable, not_run
-from casa_assets.checks.start_states.stage import Stage
-from casa_assets.checks.start_states.trial import Watched, watch
-from casa_assets.core.typing import Floats
-from casa_assets.model.kitchen.start_states import StartStates
+from casa_assets.checks.start_states.stage import Stage, Watched, watch
+from casa_assets.core.numeric import Floats
+from casa_assets.model.kitchen.scene import StartStates
 
 MM_PER_M = 1000.0
 NO_STATES, OTHER_SCENE = "it holds no state", "they are of another scene.xml (STA001)"

@@ -2,19 +2,10 @@
 
 from __future__ import annotations
 
-from casa_assets.checks.asset import (
-    coincident_faces,
-    collider_coverage,
-    finger_room,
-    grip,
-    open_room,
-    plausibility,
-    texture_scale,
-    visual,
-)
+from casa_assets.checks.asset import grip, plausibility, visual
 from casa_assets.checks.check import Check
-from casa_assets.checks.filters import colour, cost, graspable, kind, stability, surface
-from casa_assets.checks.motion import clearance, hand_force, joint_travel
+from casa_assets.checks.filters import colour, kind, stability, surface
+from casa_assets.checks.motion import joints
 from casa_assets.checks.package import mjcf, parity, usd
 from casa_assets.checks.package.package import Package
 from casa_assets.checks.runtime import behavior, contract, hollow_regions
@@ -77,14 +68,14 @@ ROWS: tuple[Check, ...] = (
     Check("AST015", "Closed at zero", ERROR, Asset, plausibility.joints_are_closed_at_zero, None, "",
           "The range of every joint contains zero; of a joint with named states (closed, open) zero is an end of the "
           "range; shift the range so that zero is closed."),
-    Check("AST016", "Collider coverage", ERROR, Asset, collider_coverage.visible_surface_is_covered,
+    Check("AST016", "Collider coverage", ERROR, Asset, plausibility.visible_surface_is_covered,
           "collider_bare", "",
           "At most {limit:.0%} of a link's visible surface lies away from every collision shape; add shapes, or close "
           "the holes of the mesh."),
     Check("AST017", "Inertia of the shapes", ERROR, Asset, grip.inertia_matches_colliders, "gyration_share", "",
           "The radius of gyration of a link is at most {limit:g} of half the diagonal of its shapes, and at least 15 "
           "% of that, with the centre of mass inside them; compute the inertia from the shapes."),
-    Check("AST018", "Open rooms", WARNING, Asset, open_room.open_rooms_stay_open, "room_closed", "",
+    Check("AST018", "Open rooms", WARNING, Asset, plausibility.open_rooms_stay_open, "room_closed", "",
           "Collision shapes fill or close off at most {limit:.0%} of each open room of a mesh, such as the inside of a "
           "vessel or a compartment; fit the shapes again, or decide in review.csv, where ingest puts such assets."),
     Check("VIS001", "Degenerate triangles", ERROR, Asset, visual.triangles_have_area, None, "",
@@ -109,32 +100,32 @@ ROWS: tuple[Check, ...] = (
           "mesh."),
     Check("VIS008", "Duplicate meshes", ERROR, Asset, visual.meshes_are_unique, None, "",
           "No visible mesh lies exactly on another one, which would flicker; leave one of the two out."),
-    Check("VIS009", "Texture scale", ERROR, Asset, texture_scale.texture_scale_is_true, "uv_stretch", "",
+    Check("VIS009", "Texture scale", ERROR, Asset, visual.texture_scale_is_true, "uv_stretch", "",
           "Pictures that repeat are shown at true size, to {limit:.0%} over 99 % of a mesh's area; texture "
           "coordinates are metres divided by the size of the picture."),
-    Check("VIS010", "Coplanar faces", ERROR, Asset, coincident_faces.coplanar_faces_do_not_overlap, "flicker_m2", "m^2",
+    Check("VIS010", "Coplanar faces", ERROR, Asset, visual.coplanar_faces_do_not_overlap, "flicker_m2", "m^2",
           "Two meshes of different looks share at most {mm2:g} mm^2 of coplanar surface, which would flicker; set one "
           "of them back by 0.2 mm."),
 
     # Motion, behaviour and contracts.
-    Check("KIN001", "Opens by hand", ERROR, Package, hand_force.joints_open_by_hand, "reach_share", "",
+    Check("KIN001", "Opens by hand", ERROR, Package, joints.joints_open_by_hand, "reach_share", "",
           "Each joint covers {limit:.0%} of its range in both directions within 2 s under 20 N at its grip, with "
           "contacts on; ease friction, or clear what the part meets."),
-    Check("KIN002", "Joint resistance", ERROR, Package, hand_force.joints_open_by_hand_without_contacts,
+    Check("KIN002", "Joint resistance", ERROR, Package, joints.joints_open_by_hand_without_contacts,
           "reach_share", "",
           "Each joint covers {limit:.0%} of its range in both directions within 2 s under 20 N at its grip, with "
           "contacts off; lower its friction, damping or spring."),
-    Check("KIN003", "Starting force", ERROR, Package, hand_force.starting_force_is_moderate, "hand_force_n", "N",
+    Check("KIN003", "Starting force", ERROR, Package, joints.starting_force_is_moderate, "hand_force_n", "N",
           "The force at the grip that starts each closed joint is between {hand_force_least_n:g} N and {limit:g} N "
           "(ADA 309.4); adjust its friction or spring.", ("hand_force_least_n",)),
-    Check("KIN004", "Buttons spring back", ERROR, Package, hand_force.keys_spring_back, "spring_back_share", "",
+    Check("KIN004", "Buttons spring back", ERROR, Package, joints.keys_spring_back, "spring_back_share", "",
           "A button with a spring that was pressed and let go is back to {limit:.0%} of its stroke within 2 s; "
           "stiffen the "
           "spring, or lower friction."),
-    Check("KIN005", "Clearance of moving parts", ERROR, Package, clearance.moving_parts_keep_clear, "clearance_m", "m",
+    Check("KIN005", "Clearance of moving parts", ERROR, Package, joints.moving_parts_keep_clear, "clearance_m", "m",
           "No part goes deeper than {mm:g} mm into another over the whole range of a joint, alone and beside each "
           "other open joint; make room between them."),
-    Check("KIN006", "Joints stay put", ERROR, Package, hand_force.joints_stay_put, "drift_share", "",
+    Check("KIN006", "Joints stay put", ERROR, Package, joints.joints_stay_put, "drift_share", "",
           "Left alone for 5 s, closed and in each named pose, no joint drifts by more than {limit:.0%} of its range; "
           "raise friction, or balance the part."),
     Check("KIN007", "Grips fit a gripper", ERROR, Asset, grip.grips_fit_a_gripper, "gripper_m", "m",
@@ -143,15 +134,15 @@ ROWS: tuple[Check, ...] = (
     Check("KIN008", "Axis-aligned joints", ERROR, Asset, grip.joint_axes_are_aligned, "axis_off_rad", "rad",
           "Joint axes of built things lie along x, y or z to {limit:g} rad, as loaders that scale fixtures expect; "
           "turn the part straight."),
-    Check("KIN009", "Travel of found joints", WARNING, Package, joint_travel.joints_reach_full_range,
+    Check("KIN009", "Travel of found joints", WARNING, Package, joints.joints_reach_full_range,
           "travel_share", "",
           "The share of joints of an articulated mesh that go through their whole range under 20 N without collision "
           "is at least {limit:.0%}; shorten the ranges, or clear what the parts meet."),
-    Check("KIN010", "Joints rest in range", ERROR, Package, hand_force.joints_rest_in_range, "range_excess",
+    Check("KIN010", "Joints rest in range", ERROR, Package, joints.joints_rest_in_range, "range_excess",
           "rad or m",
           "Left alone for 2 s, closed, no joint stands more than {limit:g} rad or m outside its range; stiffen its "
           "limit, or ease the spring that presses it there."),
-    Check("KIN011", "Room for fingers", ERROR, Asset, finger_room.fingers_have_room, "finger_m", "m",
+    Check("KIN011", "Room for fingers", ERROR, Asset, grip.fingers_have_room, "finger_m", "m",
           "Fingers of {limit:g} m find room on both sides of each handle and knob of what a family built; let it stand "
           "out, or deepen the recess behind it."),
     Check("HOL001", "Usable interiors", ERROR, Package, hollow_regions.interiors_hold_a_ball, "hollow_m", "m",
@@ -277,10 +268,10 @@ ROWS: tuple[Check, ...] = (
     Check("FLT012", "Texture sharpness", WARNING, Asset, colour.textures_are_sharp, "picture_points", "",
           "Along the longest side, at least {limit:g} points of the picture can be told apart; bring a larger or "
           "sharper picture."),
-    Check("FLT013", "Load time", WARNING, Asset, cost.load_time_is_bounded, "load_ms", "ms",
+    Check("FLT013", "Load time", WARNING, Asset, kind.load_time_is_bounded, "load_ms", "ms",
           "Loading takes at most {limit:g} ms, estimated from triangles and pixels; simplify the mesh, or scale its "
           "pictures down."),
-    Check("FLT014", "Plausible inertia", ERROR, Asset, cost.inertia_is_plausible, "inertia_factor", "",
+    Check("FLT014", "Plausible inertia", ERROR, Asset, kind.inertia_is_plausible, "inertia_factor", "",
           "Moments of inertia are within a factor {limit:g} of those of the collision shapes filled evenly; measure "
           "the inertia again."),
     Check("FLT015", "Lies still", ERROR, Package, stability.lies_still, "wander_m", "m",
@@ -292,7 +283,7 @@ ROWS: tuple[Check, ...] = (
     Check("FLT017", "Stacks on another", WARNING, Package, stability.stacks_on_another, "stack_off", "",
           "A second one let down on a stackable thing stays within {limit:g} widths of its middle; correct the pose, "
           "the foot or the rim."),
-    Check("FLT018", "Fits a gripper", WARNING, Package, graspable.fits_a_gripper, "gripper_m", "m",
+    Check("FLT018", "Fits a gripper", WARNING, Package, kind.fits_a_gripper, "gripper_m", "m",
           "A thing that is said to be graspable has a body, rim or handle at most {limit:g} m wide; correct its size, "
           "or do not call it graspable."),
 )

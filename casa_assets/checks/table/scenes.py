@@ -6,7 +6,7 @@ from casa_assets.checks.check import Check
 from casa_assets.checks.design import subject
 from casa_assets.checks.design.rules import appliances, doorways, grade
 from casa_assets.checks.design.subject import DesignSubject
-from casa_assets.checks.robots.verdict import joints_are_reached
+from casa_assets.checks.robots.tasks import joints_are_reached
 from casa_assets.checks.scene import views
 from casa_assets.checks.scene.batch import engine_sizes, form, surfaces
 from casa_assets.checks.scene.batch.form import BatchSubject
@@ -20,8 +20,8 @@ from casa_assets.checks.scene.views import PreviewImages
 from casa_assets.checks.start_states import verdict
 from casa_assets.checks.start_states.verdict import StatesSubject
 from casa_assets.model.issue import Severity
-from casa_assets.model.kitchen.batch_scene import EngineSizes
 from casa_assets.model.kitchen.robot import SceneRobots
+from casa_assets.model.kitchen.scene import EngineSizes
 
 ERROR, WARNING = Severity.ERROR, Severity.WARNING
 

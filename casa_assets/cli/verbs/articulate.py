@@ -264,16 +264,16 @@ def _read_decisions(path: Path | None, sources: Sequence[Path]) -> tuple[Decisio
     Raises typer.BadParameter where decisions on one mesh are given for more.
     """
     from casa_assets.articulate.decisions import Decisions
-    from casa_assets.pipeline.articulate import review_file, sidecar
+    from casa_assets.pipeline.articulate.decisions import read_decisions, read_review
 
     if path is None:
         return Decisions(), {}
     if path.suffix.lower() == ".json":
-        return Decisions(), review_file.read(path)
+        return Decisions(), read_review(path)
     if len(sources) > 1 or sources[0].is_dir():
         message = "a decisions.yaml is that of one mesh; for many, give the review.json of the page of --review"
         raise typer.BadParameter(message, param_hint="--decisions")
-    return sidecar.read(path), {}
+    return read_decisions(path), {}
 
 
 def _axis(word: str, option: str) -> Vec3 | None:

@@ -28,10 +28,9 @@ from casa_assets.cli.options import (
 from casa_assets.cli.output import Output, TextTable, bar, measures, measures_at, pluralize, terminal_safe
 
 if TYPE_CHECKING:
-    from casa_assets.pipeline.export.form import ExportResult, Form
-    from casa_assets.pipeline.export.robocasa_kitchens import KitchenResult
-    from casa_assets.pipeline.export_robocasa import ExportResult as ExportedObject
-    from casa_assets.pipeline.export_robocasa import TaskReport
+    from casa_assets.pipeline.export.forms import ExportResult, Form
+    from casa_assets.pipeline.export.robocasa import ExportResult as ExportedObject
+    from casa_assets.pipeline.export.robocasa import KitchenResult, TaskReport
 
 ExportOut = Annotated[
     Path, typer.Option("--out", help=more(OUT_HELP, "a folder: missing, empty, or an earlier export."))
@@ -63,7 +62,7 @@ def export_as(
     Args:
         word: name of the form in a sentence.
     """
-    from casa_assets.pipeline.export.form import export_assets, export_scenes
+    from casa_assets.pipeline.export.forms import export_assets, export_scenes
 
     if (source is None) == (not scenes):
         raise typer.BadParameter("give either a library or an asset's folder, or --scenes")
@@ -165,7 +164,7 @@ def glb(
       casa-assets export glb --scenes l_small__coastal --out kitchens
       casa-assets export glb lib --out all --layers          # collision shapes
     """
-    from casa_assets.pipeline.export.gltf import glb_form
+    from casa_assets.pipeline.export.written_forms import glb_form
 
     export_as(glb_form(layers), "GLB", source, scenes or [], out, jobs, with_review, Output(json_, quiet, verbose))
 
@@ -190,7 +189,7 @@ def urdf(
       casa-assets export urdf --scenes 'l_small__*' --out kitchens
       casa-assets export urdf lib --out urdf --json > rows.jsonl
     """
-    from casa_assets.pipeline.export.urdf import URDF
+    from casa_assets.pipeline.export.written_forms import URDF
 
     export_as(URDF, "URDF", source, scenes or [], out, jobs, with_review, Output(json_, quiet, verbose))
 
@@ -219,7 +218,7 @@ def plugin(
 
     Example:  casa-assets export plugin blocks out/library --out out/blocks --plugins
     """
-    from casa_assets.pipeline.export.by_plugin import form_of
+    from casa_assets.pipeline.export.written_forms import form_of
 
     export_as(form_of(name), name, source, [], out, 1, with_review, Output(json_, quiet, verbose))
 
@@ -265,8 +264,8 @@ def robocasa(
       casa-assets export robocasa lib --out ours --json > rows.jsonl
       casa-assets export robocasa lib --scenes 'l_small__*' --out ours
     """
-    from casa_assets.pipeline.export_robocasa import export, report_tasks
-    from casa_assets.pipeline.kitchens.scene_ids import recipes_named
+    from casa_assets.pipeline.export.robocasa import export, report_tasks
+    from casa_assets.pipeline.kitchens.recipe import recipes_named
 
     if source is None and not scenes:
         raise typer.BadParameter("give a library, --scenes, or both")
@@ -291,7 +290,7 @@ def _watch(
     running: Generator[ExportedObject | KitchenResult, None, None], output: Output
 ) -> tuple[list[ExportedObject], list[KitchenResult]]:
     """Let an export run to its end under a bar; its objects and its kitchens."""
-    from casa_assets.pipeline.export.robocasa_kitchens import KitchenResult
+    from casa_assets.pipeline.export.robocasa import KitchenResult
 
     results: list[ExportedObject] = []
     kitchens: list[KitchenResult] = []

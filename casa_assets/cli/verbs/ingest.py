@@ -52,7 +52,7 @@ if TYPE_CHECKING:
     from casa_assets.ingest.sources.places import StoreRoot
     from casa_assets.pipeline.ingest.job import Event
     from casa_assets.pipeline.ingest.run import Options
-    from casa_assets.pipeline.ingest.shards.shard import Shard
+    from casa_assets.pipeline.ingest.shards.record import Shard
 
 
 # An option that bounds an input; 0 stands for the default, which its help names.
@@ -138,7 +138,7 @@ def ingest(
       casa-assets ingest ~/meshes --store s3://bucket/library
       casa-assets ingest ~/meshes --shard 3/16 --library shards/3
     """
-    from casa_assets.pipeline.ingest.plugin_sources import roots_of
+    from casa_assets.pipeline.ingest.inputs import roots_of
     from casa_assets.pipeline.ingest.run import Options
 
     where = workers(engine, address, jobs)
@@ -208,7 +208,7 @@ def _codes(words: list[str] | None) -> frozenset[str]:
 
 def _shard(words: str) -> Shard | None:
     """The shard that a user named."""
-    from casa_assets.pipeline.ingest.shards.shard import Shard
+    from casa_assets.pipeline.ingest.shards.record import Shard
 
     try:
         return Shard.parse(words) if words else None

@@ -50,8 +50,8 @@ def list_objects(json_: AsJson = False) -> None:
 
     Example:  casa-assets objects list
     """
+    from casa_assets.registry.layered import origin_of_row
     from casa_assets.registry.objects import object_family, object_files
-    from casa_assets.registry.project import origin_of_row
 
     output = Output(json_)
     table = TextTable(("category", "group", "form", "about", *from_column()), sentences=("about",))

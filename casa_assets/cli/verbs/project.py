@@ -65,7 +65,7 @@ def make(
     from casa_assets.cli.project_runs import steps_of
     from casa_assets.errors import CasaError
     from casa_assets.projects import SETTINGS
-    from casa_assets.registry.project import load_project
+    from casa_assets.registry.layered import load_project
 
     output, found = Output(json_, quiet, verbose), load_project()
     if found is None:

@@ -40,8 +40,7 @@ from casa_assets.cli.options import (
 )
 from casa_assets.cli.output import Output, TextTable, from_column, measures_at
 from casa_assets.cli.verbs.plans import check_plan, fit
-from casa_assets.model.kitchen.joint_word import JointWord
-from casa_assets.model.kitchen.surface import Surface
+from casa_assets.model.kitchen.choices import JointWord, Surface
 
 if TYPE_CHECKING:
     from casa_assets.pipeline.kitchens.recipe import SceneRecipe
@@ -72,7 +71,7 @@ EyeLevel = Annotated[
 
 def _recipes(scenes: list[str] | None, all_: bool, out: Path) -> list[SceneRecipe]:
     """The scenes that a user names. Raises typer.BadParameter if no scenes are named, UnknownId."""
-    from casa_assets.pipeline.kitchens.scene_ids import all_recipes, recipes_named
+    from casa_assets.pipeline.kitchens.recipe import all_recipes, recipes_named
 
     if not scenes and not all_:
         raise typer.BadParameter("name scenes, or give --all")
@@ -88,7 +87,7 @@ def list_scenes(json_: AsJson = False) -> None:
     Example:  casa-assets scenes list
     """
     from casa_assets.registry.kitchens import load_plan, load_style, plan_names, style_names
-    from casa_assets.registry.project import origin
+    from casa_assets.registry.layered import origin
 
     output = Output(json_)
     plans = TextTable(
@@ -269,8 +268,8 @@ def preview(
     """
     from casa_assets.errors import OutputError, UnknownId
     from casa_assets.pipeline.ingest.job import writing
+    from casa_assets.pipeline.kitchens.recipe import LISTED_BY, all_recipes
     from casa_assets.pipeline.kitchens.scene_folders import draw_cameras
-    from casa_assets.pipeline.kitchens.scene_ids import LISTED_BY, all_recipes
     from casa_assets.pipeline.reports.pictures import draw_scene
     from casa_assets.preview.kitchen import PictureSettings
     from casa_assets.preview.photoreal.render import StillSettings
@@ -326,7 +325,7 @@ def robots(
     Example:  casa-assets scenes robots l_small__coastal --robot PandaOmron
     """
     from casa_assets.pipeline.kitchens.robots import certify_all, find_robot_models
-    from casa_assets.registry.robots import robot_names
+    from casa_assets.registry.tables import robot_names
 
     recipes, output = _recipes(scenes, all_, out), Output(json_, quiet, verbose)
     done = certify_all(recipes, out, robot or robot_names(), models or find_robot_models(), jobs, force, joint or ())

@@ -12,11 +12,11 @@ from casa_assets.cli import completion
 from casa_assets.cli.group import Group, Verb
 from casa_assets.cli.options import WIDTH_HELP, AsJson, Jobs, LibraryOut, Out, Quiet, Verbose, more
 from casa_assets.cli.output import Output, TextTable, from_column, pluralize, working_on
-from casa_assets.model.kitchen.surface import Surface
+from casa_assets.model.kitchen.choices import Surface
 
 if TYPE_CHECKING:
     from casa_assets.model.issue import Report
-    from casa_assets.model.registry.texture_recipe import TextureRecipe
+    from casa_assets.model.registry.rows import TextureRecipe
     from casa_assets.textures.packs.entry import Pack
 
 app = typer.Typer(
@@ -80,10 +80,9 @@ def make(
       casa-assets textures make subway_white_running oak_natural_plank
       casa-assets textures make --set wall --out walls
     """
-    from casa_assets.core.cache_folder import cache_for
+    from casa_assets.core.system import cache_for
     from casa_assets.pipeline.ingest.job import writing
-    from casa_assets.pipeline.textures.check import select_recipes
-    from casa_assets.pipeline.textures.sheet import write_finish
+    from casa_assets.pipeline.textures.check import select_recipes, write_finish
 
     recipes, output = select_recipes(names or [], surfaces or []), Output(json_, quiet, verbose)
     paths: list[str] = []
@@ -116,10 +115,9 @@ def sheet(
 
     Example:  casa-assets textures sheet --set floor --side 2
     """
-    from casa_assets.core.cache_folder import cache_for
+    from casa_assets.core.system import cache_for
     from casa_assets.pipeline.ingest.job import writing
-    from casa_assets.pipeline.textures.check import select_recipes
-    from casa_assets.pipeline.textures.sheet import pages, shots
+    from casa_assets.pipeline.textures.check import pages, select_recipes, shots
 
     recipes, output = select_recipes(names or [], surfaces or []), Output(json_, quiet, verbose)
     first: Path | None = None
@@ -162,7 +160,7 @@ def check(
 
     Example:  casa-assets textures check --set wall
     """
-    from casa_assets.core.cache_folder import cache_for
+    from casa_assets.core.system import cache_for
     from casa_assets.pipeline.ingest.job import writing
     from casa_assets.pipeline.textures.check import CheckedTexture, check_recipes, check_sets, select_recipes
 

@@ -3,8 +3,6 @@
 A GLB has no physics. The data that a viewer needs to move the parts are in the `extras` of its nodes; see `document`.
 """
 
-from casa_assets.export.gltf.document import asset_glb
-from casa_assets.export.gltf.layer import EVERYTHING, SEEN_ALONE, Layers
-from casa_assets.export.gltf.scene import scene_glb
+from casa_assets.export.gltf.document import EVERYTHING, SEEN_ALONE, Layers, asset_glb, scene_glb
 
 __all__ = ["EVERYTHING", "SEEN_ALONE", "Layers", "asset_glb", "scene_glb"]

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from casa_assets.model.asset.asset import Asset
-from casa_assets.model.asset.mesh import Mesh
+from casa_assets.model.asset.parts import Mesh
 
 # A hundred times what MuJoCo calls too small, m^3. Ref: MuJoCo 3.2, mjMINVAL in its compiler of meshes.
 MIN_VOLUME_M3 = 1e-13

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 from lxml import etree
 
-from casa_assets.export.mjcf import body, label, material, number, site, visual
+from casa_assets.export.mjcf import document, shapes
 from casa_assets.export.mujoco_values import ROBOSUITE_GROUPS
 from casa_assets.export.robocasa import upright
 from casa_assets.export.robocasa.kitchens.centering import moved
@@ -44,12 +44,12 @@ def write(asset: Asset, stood_up: bool = False) -> Files:
     thick = thickened(asset)
     meshes = _gather(thick)
     entries = {file.path: file.data for file in meshes.files}
-    images = material.textures(asset).values()
+    images = shapes.texture_files(asset).values()
     entries |= {f"{VISUAL_FOLDER}/{image.file_name}": image.png for image in images}
     root = _document(thick, meshes)
     outer = root.find("worldbody/body")
     assert outer is not None, "the document has one"
-    site.add_size_sites(outer, asset)
+    shapes.add_size_sites(outer, asset)
     entries[FILE] = _text(root)
     if stood_up:
         upright.stand_up(root, asset)
@@ -62,9 +62,9 @@ def _without_joints(asset: Asset) -> Asset:
     return asset.replace(joints=(), states=(), keyframes=(), exclusions=(), behavior=None)
 
 
-def _gather(asset: Asset) -> visual.Meshes:
+def _gather(asset: Asset) -> shapes.Meshes:
     """The mesh files of an asset in the folders that RoboCasa uses."""
-    meshes = visual.gather_meshes(asset)
+    meshes = shapes.gather_meshes(asset)
     visual_paths = {meshes.of[v.name].path for link in asset.links for v in link.visuals}
     moved = {}
     for file in meshes.files:
@@ -72,40 +72,40 @@ def _gather(asset: Asset) -> visual.Meshes:
         moved[file.name, file.use] = replace(
             file, path=f"{VISUAL_FOLDER if file.path in visual_paths else COLLISION_FOLDER}/{name}"
         )
-    return visual.Meshes(
+    return shapes.Meshes(
         files=tuple(moved[file.name, file.use] for file in meshes.files),
         of={name: moved[file.name, file.use] for name, file in meshes.of.items()},
     )
 
 
-def _document(asset: Asset, meshes: visual.Meshes) -> etree._Element:
+def _document(asset: Asset, meshes: shapes.Meshes) -> etree._Element:
     root = etree.Element("mujoco", {"model": asset.id})
     etree.SubElement(root, "compiler", {"angle": "radian", "autolimits": "true"})
     assets = etree.SubElement(root, "asset")
-    for image in material.textures(asset).values():
-        material.add_texture(assets, image, f"{VISUAL_FOLDER}/{image.file_name}")
-    names = material.names(asset)
+    for image in shapes.texture_files(asset).values():
+        shapes.add_texture(assets, image, f"{VISUAL_FOLDER}/{image.file_name}")
+    names = shapes.material_names(asset)
     for look in asset.materials:
-        material.add(assets, look, names[look.id])
-    with_volume = {meshes.of[name].name for name, shape, _ in visual.mesh_uses(asset) if has_volume(shape)}
+        shapes.add_material(assets, look, names[look.id])
+    with_volume = {meshes.of[name].name for name, shape, _ in shapes.mesh_uses(asset) if has_volume(shape)}
     for file in meshes.files:
-        visual.add_mesh(assets, file)
-        if file.use is visual.MeshUse.SURFACE and file.name in with_volume:
+        shapes.add_mesh(assets, file)
+        if file.use is shapes.MeshUse.SURFACE and file.name in with_volume:
             assets[-1].set("inertia", "legacy")  # MuJoCo 3.2.6 does not know `shell`
     world = etree.SubElement(root, "worldbody")
     outer = etree.SubElement(world, "body")
-    root_body = body.add(outer, asset.root, body.BodyContext(asset, meshes, names, ROBOSUITE_GROUPS))
+    root_body = document.add_body(outer, asset.root, document.BodyContext(asset, meshes, names, ROBOSUITE_GROUPS))
     _add_bbox_region(root_body, asset)
     _add_liquid_site(root_body, asset)
-    label.add_all(root, asset)
+    document.add_labels(root, asset)
     return root
 
 
 def _add_bbox_region(root_body: etree._Element, asset: Asset) -> None:
     """Add the region `bbox` as the last geom, if the asset has another name for its outer volume."""
-    if root_body.find(f"geom[@name='reg_{site.OUTER_REGIONS[0]}']") is None:
-        outer = next(region for region in asset.regions if region.name in site.OUTER_REGIONS)
-        site.add_region(root_body, outer.replace(name=site.OUTER_REGIONS[0]), ROBOSUITE_GROUPS.regions)
+    if root_body.find(f"geom[@name='reg_{shapes.OUTER_REGIONS[0]}']") is None:
+        outer = next(region for region in asset.regions if region.name in shapes.OUTER_REGIONS)
+        shapes.add_region(root_body, outer.replace(name=shapes.OUTER_REGIONS[0]), ROBOSUITE_GROUPS.regions)
 
 
 def _add_liquid_site(root_body: etree._Element, asset: Asset) -> None:
@@ -114,7 +114,7 @@ def _add_liquid_site(root_body: etree._Element, asset: Asset) -> None:
         return
     lower, upper = asset.bounds
     radius, half_height = LIQUID_SHARE * min(upper[:2] - lower[:2]) / 2, LIQUID_SHARE * (upper[2] - lower[2]) / 2
-    at, size = number.numbers((0.0, 0.0, (lower[2] + upper[2]) / 2)), number.numbers((radius, half_height))
+    at, size = shapes.numbers((0.0, 0.0, (lower[2] + upper[2]) / 2)), shapes.numbers((radius, half_height))
     etree.SubElement(
         root_body, "site", {"name": "liquid", "type": "cylinder", "pos": at, "size": size, "rgba": "0 0 0 0"}
     )

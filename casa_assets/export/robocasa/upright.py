@@ -10,7 +10,7 @@ from collections.abc import Iterable
 import numpy as np
 from lxml import etree
 
-from casa_assets.export.mjcf import number
+from casa_assets.export.mjcf import shapes
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.pose import Pose
 
@@ -106,9 +106,9 @@ def _turn_inertial(element: etree._Element, turn: Pose) -> None:
     rotated = np.rint(turn.rotation) @ tensor @ np.rint(turn.rotation).T  # a quarter turn only changes places and signs
     element.set("pos", _text(turn.apply(np.array([_point(element)]))[0]))
     inertia = (rotated[0, 0], rotated[1, 1], rotated[2, 2], rotated[0, 1], rotated[0, 2], rotated[1, 2])
-    element.set("fullinertia", number.numbers(inertia))
+    element.set("fullinertia", shapes.numbers(inertia))
 
 
 def _text(values: Iterable[float]) -> str:
     """Text with twelve decimals: a quarter turn must not leave rounding errors such as 1e-17."""
-    return number.numbers(round(float(value), 12) for value in values)
+    return shapes.numbers(round(float(value), 12) for value in values)

@@ -1,27 +1,312 @@
-"""Asset -> USD package.
-
-<id>/
-  usd/<id>.usda
-  usd/nested/<id>.usda         the same with bodies below the bodies that carry them, if there are several
-  usd/textures/                the pictures; model.xml may refer to them here
-  usd/.thumbs/256x256/<id>.usda.png
-
-/<id>                          kind component, labels
-  /visualMaterials /physicsMaterials /physicsJoints
-  /object                      rigid body, base of the articulation if there are joints
-    /visual /collision /sites
-  /door                        rigid body, a sibling of `object`: bodies are connected by joints, not by paths
-"""
+"""Asset -> USD package: links, joints, filtered pairs, poses as variants, and the nested layer."""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+import numpy.typing as npt
 from pxr import Gf, Kind, Sdf, Usd, UsdGeom, UsdPhysics
 
-from casa_assets.export.usd import body, contact, joint, keyframe, label, material, nested, site
-from casa_assets.model.asset.asset import Asset
+from casa_assets.export.usd import number, shapes
+from casa_assets.export.usd.joint import SCOPE, attach_labels, define_behavior, define_joints
+from casa_assets.export.usd.shapes import MaterialPrims
+from casa_assets.model.asset.asset import Asset, Base, Inertial, Joint, JointKind, Link
+from casa_assets.model.asset.parts import joint_positions
 from casa_assets.model.files import Files
+from casa_assets.model.kitchen.scene import CLOSED_POSE, Scene, key_positions
+from casa_assets.model.pose import Pose
+from casa_assets.model.record import Vec3
 
-FOLDER = "usd"
+# Contact --------------------------------------------------------------------------------------------------------------
+# Exclusions -> filtered pairs.
+
+
+def filter_exclusions(stage: Usd.Stage, root: Sdf.Path, asset: Asset) -> None:
+    """Filter each excluded pair, on its first link."""
+    for pair in asset.exclusions:
+        api = UsdPhysics.FilteredPairsAPI.Apply(stage.GetPrimAtPath(root.AppendChild(pair.first)))
+        api.CreateFilteredPairsRel().AddTarget(root.AppendChild(pair.second))
+
+
+def filter_pair(layer: Sdf.Layer, first: Sdf.Path, second: Sdf.Path) -> None:
+    """Filter the contacts of two bodies of referenced assets, in addition to the assets' own filters."""
+    spec = Sdf.CreatePrimInLayer(layer, first)
+    if not spec.HasInfo("apiSchemas"):
+        spec.SetInfo("apiSchemas", Sdf.TokenListOp.Create(prependedItems=["PhysicsFilteredPairsAPI"]))
+    path = first.AppendProperty("physics:filteredPairs")
+    pairs = layer.GetRelationshipAtPath(path) or Sdf.RelationshipSpec(spec, "physics:filteredPairs", custom=False)
+    pairs.targetPathList.prependedItems = [*pairs.targetPathList.prependedItems, second]
+
+
+# Keyframe -------------------------------------------------------------------------------------------------------------
+# Keyframe -> variant of the root prim: link poses and joint states.
+
+VARIANT_SET = "pose"
+XFORM_OPS = ("xformOp:translate", "xformOp:orient")
+
+
+def define_poses(stage: Usd.Stage, root: Usd.Prim, asset: Asset) -> None:
+    """Add the variant set `pose`, with `closed` selected; the layer itself has the joints at zero.
+
+    A variant is weaker than opinions of the layer outside of it, so poses of links that move are only set in variants.
+    """
+    if not asset.keyframes:
+        return
+    variants = root.GetVariantSets().AddVariantSet(VARIANT_SET)
+    poses = {CLOSED_POSE: {}, **{key.name: joint_positions(key.joints) for key in asset.keyframes}}
+    moving = [link.name for link in asset.links if asset.is_moved(link.name)]
+    _prepare_prims(stage, root, asset, moving)
+    for name, positions in poses.items():
+        variants.AddVariant(name)
+        variants.SetVariantSelection(name)
+        with variants.GetVariantEditContext():
+            for link in moving:
+                prim = stage.OverridePrim(root.GetPath().AppendChild(link))
+                pose = asset.asset_from_link(link, positions)
+                prim.GetAttribute(XFORM_OPS[0]).Set(number.vec3d(pose.position))
+                prim.GetAttribute(XFORM_OPS[1]).Set(number.quatd(pose.quaternion))
+            for joint in asset.joints:
+                attribute = state_attribute(joint)
+                prim = stage.OverridePrim(_path(root, joint))
+                position = state_position(joint, positions.get(joint.name, 0.0))
+                number.author(prim, attribute, Sdf.ValueTypeNames.Float, position, uniform=False)
+    variants.SetVariantSelection(CLOSED_POSE)
+
+
+def _prepare_prims(stage: Usd.Stage, root: Usd.Prim, asset: Asset, moving: list[str]) -> None:
+    """Set up, outside of the variants, xform ops without values and the joint state schema."""
+    for link in moving:
+        xform = UsdGeom.Xformable(stage.GetPrimAtPath(root.GetPath().AppendChild(link)))
+        xform.ClearXformOpOrder()
+        for op in XFORM_OPS:
+            xform.GetPrim().RemoveProperty(op)
+        xform.AddTranslateOp(UsdGeom.XformOp.PrecisionDouble)
+        xform.AddOrientOp(UsdGeom.XformOp.PrecisionDouble)
+    for joint in asset.joints:
+        stage.GetPrimAtPath(_path(root, joint)).AddAppliedSchema(state_schema(joint))
+
+
+def state_schema(joint: Joint) -> str:
+    """Applied schema of the joint state that PhysX reads. Ref: PhysxSchema, PhysicsJointStateAPI."""
+    return f"PhysicsJointStateAPI:{_axis(joint)}"
+
+
+def state_attribute(joint: Joint) -> str:
+    """Attribute of the position in that schema."""
+    return f"state:{_axis(joint)}:physics:position"
+
+
+def state_position(joint: Joint, position: float) -> float:
+    """Joint position (rad or m) in the units of that schema: degrees or metres."""
+    return number.degrees(position) if joint.kind is JointKind.HINGE else position
+
+
+def _axis(joint: Joint) -> str:
+    return "angular" if joint.kind is JointKind.HINGE else "linear"
+
+
+def _path(root: Usd.Prim, joint: Joint) -> Sdf.Path:
+    return root.GetPath().AppendChild(SCOPE).AppendChild(joint.name)
+
+
+# Body -----------------------------------------------------------------------------------------------------------------
+# Link -> rigid body prim with explicit mass properties.
+
+JACOBI_SWEEPS = 16  # Jacobi on 3x3 converges quadratically; six sweeps reach the last bit
+
+
+def define_body(stage: Usd.Stage, path: Sdf.Path, asset: Asset, link: Link, materials: MaterialPrims) -> Usd.Prim:
+    """Body prim at `path` with its visuals and colliders. Bodies are siblings, so the pose is asset_from_link."""
+    prim = UsdGeom.Xform.Define(stage, path).GetPrim()
+    number.place(prim, asset.asset_from_link(link.name))
+    UsdPhysics.RigidBodyAPI.Apply(prim)
+    _mass(prim, link.inertial)
+    if link is asset.root and (len(asset.links) > 1 or asset.base is Base.FIXED):
+        # Newton refuses joints, even fixed ones, outside an articulation. Only on the base body do SimReady, MuJoCo and
+        # Newton all accept its root.
+        UsdPhysics.ArticulationRootAPI.Apply(prim)
+    shapes.define_visuals(stage, path, link, materials)
+    shapes.define_colliders(stage, path, link, materials)
+    return prim
+
+
+def principal_axes(tensor: npt.NDArray[np.float64]) -> tuple[Vec3, Pose]:
+    """Moments and axes of a symmetric tensor by cyclic Jacobi rotations.
+
+    LAPACK is not used: its last bits depend on the processor, and its axes flip if moments are equal. Rotations compose
+    to a proper rotation, and a tensor that is already diagonal keeps its axes and their order.
+
+    Args:
+        tensor: (3, 3) symmetric, kg*m^2.
+    Returns:
+        Moments along the axes, and body_from_principal as a pose without translation.
+    """
+    a = [[float(tensor[i, j]) for j in range(3)] for i in range(3)]
+    v = [[float(i == j) for j in range(3)] for i in range(3)]
+    for _ in range(JACOBI_SWEEPS):
+        for p, q in ((0, 1), (0, 2), (1, 2)):
+            if abs(a[p][q]) <= 1e-18 * (abs(a[p][p]) + abs(a[q][q])):
+                a[p][q] = a[q][p] = 0.0
+                continue
+            # Ref: Golub and Van Loan, Matrix Computations, algorithm 8.4.1: the smaller of the two angles.
+            tau = (a[q][q] - a[p][p]) / (2.0 * a[p][q])
+            t = math.copysign(1.0, tau) / (abs(tau) + math.sqrt(1.0 + tau * tau))
+            c = 1.0 / math.sqrt(1.0 + t * t)
+            s = t * c
+            for k in range(3):
+                a[k][p], a[k][q] = c * a[k][p] - s * a[k][q], s * a[k][p] + c * a[k][q]
+            for k in range(3):
+                a[p][k], a[q][k] = c * a[p][k] - s * a[q][k], s * a[p][k] + c * a[q][k]
+            for k in range(3):
+                v[k][p], v[k][q] = c * v[k][p] - s * v[k][q], s * v[k][p] + c * v[k][q]
+    return (a[0][0], a[1][1], a[2][2]), Pose.from_matrix(np.array(v))
+
+
+def float32_moments(moments: Vec3) -> Vec3:
+    """Moments rounded to float32 that still belong to a body: none exceeds the sum of the other two.
+
+    Rounding the moments of a flat plate, whose largest is that sum, may break this by one unit in the last place.
+    """
+    values = [np.float32(m) for m in moments]
+    largest = max(range(3), key=lambda i: values[i])
+    others = [float(values[i]) for i in range(3) if i != largest]
+    while float(values[largest]) > sum(others):
+        values[largest] = np.nextafter(values[largest], np.float32(0.0))
+    x, y, z = (float(m) for m in values)
+    return x, y, z
+
+
+def _mass(prim: Usd.Prim, inertial: Inertial) -> None:
+    moments, axes = principal_axes(inertial.tensor)
+    mass = UsdPhysics.MassAPI.Apply(prim)
+    mass.CreateMassAttr(inertial.mass)
+    mass.CreateCenterOfMassAttr(number.vec3f(inertial.center_of_mass))
+    mass.CreateDiagonalInertiaAttr(number.vec3f(float32_moments(moments)))
+    mass.CreatePrincipalAxesAttr(number.quatf(axes.quaternion))
+
+
+# Nested ---------------------------------------------------------------------------------------------------------------
+# Asset or scene -> a second layer, in which every body is below the body that carries it.
+#
+# The flat layer has all content, with bodies side by side, as SimReady requires. Newton and MuJoCo use trees of
+# bodies. The nested layer refers to the flat one and relocates bodies: `/oven/door` becomes `/oven/object/door`, and
+# everything that refers to it (joints, filters) follows. Only the pose of each body relative to its parent has to be
+# written again.
+#
+# Needs OpenUSD 25.11: older versions do not parse bodies below bodies.
+
+# In the folder of the flat layer of an asset, where SimReady allows no second layer.
+NESTED_FOLDER = "nested"
+# Positions of the joints of an asset, by the name of a pose.
+Poses = Mapping[str, Mapping[str, float]]
+
+
+def asset_text(asset: Asset) -> str:
+    """Return the nested layer of an asset with several links as usda text, for `FOLDER` next to the flat layer."""
+    root = Sdf.Path.absoluteRootPath.AppendChild(asset.id)
+    layer = _layer(root, f"../{asset.id}.usda")
+    poses: Poses = {CLOSED_POSE: {}, **{key.name: joint_positions(key.joints) for key in asset.keyframes}}
+    _nest(layer, root, [(root, asset, poses if asset.keyframes else {})])
+    text: str = layer.ExportToString()
+    return text
+
+
+def scene_text(scene: Scene, flat: str, world: str) -> str:
+    """Return the nested layer of a scene as usda text, for the folder of its flat layer.
+
+    Args:
+        scene: the scene of the flat layer.
+        flat: file name of the flat layer.
+        world: name of the prim that contains everything.
+    """
+    root = Sdf.Path.absoluteRootPath.AppendChild(world)
+    layer = _layer(root, f"./{flat}")
+    assets = scene.asset_of
+    copies = [(root.AppendChild(p.name), assets[p.name], key_positions(p, assets[p.name])) for p in scene.placements]
+    _nest(layer, root, copies)
+    text: str = layer.ExportToString()
+    return text
+
+
+def nested_path(root: Sdf.Path, asset: Asset, link: str) -> Sdf.Path:
+    """Path of a link below the prim of its asset: through all links that carry it."""
+    parent = asset.link(link).parent
+    return (root if parent is None else nested_path(root, asset, parent)).AppendChild(link)
+
+
+def _layer(root: Sdf.Path, flat: str) -> Sdf.Layer:
+    """A layer whose default prim refers to that of the flat one, in the same units and axes."""
+    layer = Sdf.Layer.CreateAnonymous(".usda")
+    prim = Sdf.CreatePrimInLayer(layer, root)
+    prim.specifier, prim.typeName = Sdf.SpecifierDef, "Xform"
+    prim.referenceList.prependedItems = [Sdf.Reference(flat)]
+    layer.defaultPrim = root.name
+    for name, value in (("upAxis", "Z"), ("metersPerUnit", 1.0), ("kilogramsPerUnit", 1.0)):
+        layer.pseudoRoot.SetInfo(name, value)
+    return layer
+
+
+def _nest(layer: Sdf.Layer, root: Sdf.Path, copies: Iterable[tuple[Sdf.Path, Asset, Poses]]) -> None:
+    """Relocate the links of assets below the links that carry them, and set their poses there.
+
+    Args:
+        layer: layer that refers to the flat one.
+        root: the prim that has the variants of poses.
+        copies: prim of an asset, the asset, its named poses.
+    """
+    moves = []
+    for prim, asset, poses in copies:
+        for link in asset.links[1:]:
+            path = nested_path(prim, asset, link.name)
+            moves.append((prim.AppendChild(link.name), path))
+            spec = Sdf.CreatePrimInLayer(layer, path)
+            order = Sdf.AttributeSpec(spec, "xformOpOrder", Sdf.ValueTypeNames.TokenArray, Sdf.VariabilityUniform)
+            order.default = list(XFORM_OPS)
+            if not poses or not asset.is_moved(link.name):
+                _place(spec, asset, link.name, {})
+                continue
+            for pose, positions in poses.items():
+                variant = _variant(layer, root, pose)
+                _place(Sdf.CreatePrimInLayer(layer, path.ReplacePrefix(root, variant)), asset, link.name, positions)
+    layer.relocates = moves
+
+
+def _variant(layer: Sdf.Layer, root: Sdf.Path, pose: str) -> Sdf.Path:
+    """Return the path of a variant of `pose`, created if missing; the flat layer selects the variant."""
+    prim = layer.GetPrimAtPath(root)
+    if VARIANT_SET not in prim.variantSets:
+        prim.variantSetNameList.prependedItems = [VARIANT_SET]
+        Sdf.VariantSetSpec(prim, VARIANT_SET)
+    found = prim.variantSets[VARIANT_SET]
+    if pose not in found.variants:
+        Sdf.VariantSpec(found, pose)
+    return root.AppendVariantSelection(VARIANT_SET, pose)
+
+
+def _place(spec: Sdf.PrimSpec, asset: Asset, link: str, positions: Mapping[str, float]) -> None:
+    """Write the pose of a link in the frame of the link that carries it."""
+    pose, kinds = asset.parent_from_link(link, positions), Sdf.ValueTypeNames
+    translate, orient = XFORM_OPS
+    Sdf.AttributeSpec(spec, translate, kinds.Double3).default = number.vec3d(pose.position)
+    Sdf.AttributeSpec(spec, orient, kinds.Quatd).default = number.quatd(pose.quaternion)
+
+
+# Document -------------------------------------------------------------------------------------------------------------
+# <id>/
+#   usd/<id>.usda
+#   usd/nested/<id>.usda         the same with bodies below the bodies that carry them, if there are several
+#   usd/textures/                the pictures; model.xml may refer to them here
+#   usd/.thumbs/256x256/<id>.usda.png
+#
+# /<id>                          kind component, labels
+#   /visualMaterials /physicsMaterials /physicsJoints
+#   /object                      rigid body, base of the articulation if there are joints
+#     /visual /collision /sites
+#   /door                        rigid body, a sibling of `object`: bodies are connected by joints, not by paths
+
+USD_FOLDER = "usd"
 TEXTURES = "textures"  # inside the folder of the layer: SimReady refuses paths with `..`
 # The day on which this writer's output last changed, not the day of the run, which would make two runs over the same
 # asset differ. Change it whenever the bytes that the writer makes change.
@@ -42,13 +327,13 @@ def write(asset: Asset, thumbnail: bytes) -> Files:
     """
     name = f"{asset.id}.usda"
     entries = {
-        f"{FOLDER}/{name}": layer_text(asset).encode("utf-8"),
-        f"{FOLDER}/.thumbs/256x256/{name}.png": thumbnail,
+        f"{USD_FOLDER}/{name}": layer_text(asset).encode("utf-8"),
+        f"{USD_FOLDER}/.thumbs/256x256/{name}.png": thumbnail,
     }
     if len(asset.links) > 1:
-        entries[f"{FOLDER}/{nested.FOLDER}/{name}"] = nested.asset_text(asset).encode("utf-8")
+        entries[f"{USD_FOLDER}/{NESTED_FOLDER}/{name}"] = asset_text(asset).encode("utf-8")
     for look in asset.materials:
-        entries |= {f"{FOLDER}/{TEXTURES}/{t.file_name}": t.png for t in look.textures}
+        entries |= {f"{USD_FOLDER}/{TEXTURES}/{t.file_name}": t.png for t in look.textures}
     return Files.of(entries)
 
 
@@ -66,15 +351,15 @@ def layer_text(asset: Asset, textures: str = f"./{TEXTURES}") -> str:
     set_stage(stage, root)
     _set_model(root, asset)
     _set_provenance(layer, asset)
-    label.attach_all(root, asset)
-    materials = material.define_all(stage, path, asset, textures)
+    attach_labels(root, asset)
+    materials = shapes.define_materials(stage, path, asset, textures)
     for link in asset.links:
-        body.define(stage, path.AppendChild(link.name), asset, link, materials)
-    joint.define_all(stage, path, asset)
-    site.define_all(stage, path, asset)
-    contact.filter_all(stage, path, asset)
-    label.define_behavior(stage, root, asset)
-    keyframe.define_all(stage, root, asset)
+        define_body(stage, path.AppendChild(link.name), asset, link, materials)
+    define_joints(stage, path, asset)
+    shapes.define_sites(stage, path, asset)
+    filter_exclusions(stage, path, asset)
+    define_behavior(stage, root, asset)
+    define_poses(stage, root, asset)
     text: str = layer.ExportToString()
     return text
 

@@ -1,16 +1,19 @@
-"""Joint -> revolute, prismatic or fixed joint prim."""
+"""Joint -> revolute, prismatic or fixed joint prim; labels, behaviour and contract -> semantics and attributes."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
-from pxr import Sdf, Usd, UsdGeom, UsdPhysics, Vt
+from pxr import Sdf, Usd, UsdGeom, UsdPhysics, UsdSemantics, Vt
 
 from casa_assets.export.usd import number
 from casa_assets.model.asset.asset import Asset, Base, Drive, Joint, JointKind, State
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3, Vec4
+
+# Joint ----------------------------------------------------------------------------------------------------------------
 
 # camelCase, which no joint or link id is.
 SCOPE = "physicsJoints"
@@ -28,7 +31,7 @@ EXACT_AXES: dict[Vec3, tuple[str, Vec4]] = {
 }
 
 
-def define_all(stage: Usd.Stage, root: Sdf.Path, asset: Asset) -> None:
+def define_joints(stage: Usd.Stage, root: Sdf.Path, asset: Asset) -> None:
     """Joints of the asset below `<root>/physicsJoints`; links without a joint are fixed to their parent."""
     if len(asset.links) == 1 and asset.base is Base.FREE:
         return
@@ -134,3 +137,40 @@ def _set_states(prim: Usd.Prim, states: list[State]) -> None:
     if states:
         named = {s.name: {"value": s.value, "from": s.interval[0], "to": s.interval[1]} for s in states}
         prim.SetCustomDataByKey("states", named)
+
+
+# Label ----------------------------------------------------------------------------------------------------------------
+# Labels -> UsdSemantics; behaviour, contract and grips -> attributes in the namespace `casa`.
+
+# The taxonomy of the part of an asset that a visual or collider is: handle, door, shelf.
+PART = "part"
+
+
+def attach_label(prim: Usd.Prim, taxonomy: str, labels: Sequence[str]) -> None:
+    """Set the labels of one taxonomy on a prim."""
+    UsdSemantics.LabelsAPI.Apply(prim, taxonomy).CreateLabelsAttr(list(labels))
+
+
+def attach_labels(root: Usd.Prim, asset: Asset) -> None:
+    """Attach classes from the category upwards, the Wikidata item, and the portion of a cut object."""
+    attach_label(root, "class", asset.labels.classes)
+    attach_label(root, "wikidata_qcode", [asset.labels.qcode.id])
+    if asset.labels.portion is not None:
+        attach_label(root, "portion", [asset.labels.portion.value])
+
+
+def define_behavior(stage: Usd.Stage, root: Usd.Prim, asset: Asset) -> None:
+    """`casa:behavior` (JSON) and `casa:contract` on the root, `casa:grip` and `casa:behind` on joints."""
+    if asset.contract is not None:
+        _set_text(root, "contract", asset.contract)
+    if asset.behavior is not None:
+        _set_text(root, "behavior", asset.behavior.to_json())
+    for joint in asset.joints:
+        prim = stage.GetPrimAtPath(root.GetPath().AppendChild(SCOPE).AppendChild(joint.name))
+        for name, value in (("grip", joint.grip), ("behind", joint.behind)):
+            if value is not None:
+                _set_text(prim, name, value)
+
+
+def _set_text(prim: Usd.Prim, name: str, value: str) -> None:
+    prim.CreateAttribute(f"casa:{name}", Sdf.ValueTypeNames.String, True, Sdf.VariabilityUniform).Set(value)

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 from pxr import Gf, Sdf, Usd, UsdGeom, Vt
 
-from casa_assets.core.rounding import decimals
+from casa_assets.core.numeric import decimals
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec4
 

@@ -1,20 +1,122 @@
-"""Builder of articulated assets: collects links, solids, joints, sites and regions; `assemble` makes the Asset."""
+"""Builder of articulated assets: collects links, solids, joints, sites, regions and a state machine."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from casa_assets.core import hand_dynamics
+from casa_assets.core.numeric import Floats
 from casa_assets.families.family import Supplies
-from casa_assets.families.kit.behavior_builder import BehaviorBuilder
-from casa_assets.families.kit.mass_properties import RigidMass, solid_mass
 from casa_assets.families.kit.solids.solid import Solid
+from casa_assets.geometry.mesh.surface import solid_moments
 from casa_assets.model.asset.asset import Base, Collider, JointKind, JointValue, Keyframe, Region, Site, State
+from casa_assets.model.asset.behavior import Behavior, Condition, Effect, EffectKind, Rule, Variable
 from casa_assets.model.pose import Pose
-from casa_assets.model.record import Vec2, Vec3
+from casa_assets.model.record import Vec2, Vec3, Vec4
 from casa_assets.model.registry.category import Portion
+
+# Mass properties ------------------------------------------------------------------------------------------------------
+# Mass, centre and inertia of solids, and of several of them as one rigid body.
+
+
+@dataclass(frozen=True)
+class RigidMass:
+    """A mass (kg) at `center` ((3,) metres, link frame) with its inertia ((3, 3) kg*m^2) about that point."""
+
+    mass: float
+    center: Floats
+    inertia: Floats
+
+
+def solid_mass(solid: Solid, density: float) -> RigidMass:
+    """Mass properties of a closed solid of a density in kg/m^3. Raises ValueError where its volume is not positive."""
+    volume, center, inertia = solid_moments(solid.points, solid.faces)
+    if volume <= 0:
+        raise ValueError(f"a solid of volume {volume:.3g} m^3 has no weight")
+    return RigidMass(volume * density, np.array(center), np.array(inertia) * density)
+
+
+def combine_masses(masses: list[RigidMass]) -> RigidMass:
+    """Combine masses into one rigid body. Raises ValueError where the total is not positive."""
+    mass = sum(m.mass for m in masses)
+    if mass <= 0:
+        raise ValueError("nothing that weighs anything")
+    center: Floats = sum((m.mass * m.center for m in masses), np.zeros(3)) / mass
+    tensor = np.zeros((3, 3))
+    for m in masses:
+        offset = m.center - center
+        tensor += m.inertia + m.mass * (float(offset @ offset) * np.eye(3) - np.outer(offset, offset))
+    return RigidMass(mass, center, tensor)
+
+
+# Behavior builder -----------------------------------------------------------------------------------------------------
+# Builder of an asset's state machine (`model/asset/behavior.py`).
+
+
+@dataclass
+class BehaviorBuilder:
+    """Variables, rules and effects in the order in which they were added."""
+
+    variables: list[Variable] = field(default_factory=list)
+    rules: list[Rule] = field(default_factory=list)
+    effects: list[Effect] = field(default_factory=list)
+
+    def variable(self, name: str, *values: str) -> None:
+        """Add a variable; its first value is the one at the start. Without values it is `off` and `on`."""
+        values = values or ("off", "on")
+        self.variables.append(Variable(name=name, values=values, initial=values[0]))
+
+    def rule(self, variable: str, to: str, *when: Condition, before: str = "", after_s: float = 0.0) -> None:
+        """Set a variable to a value where all conditions hold; `before`: only where it has that value, else any."""
+        from_values = (before,) if before else ()
+        self.rules.append(Rule(variable=variable, from_values=from_values, to=to, when=when, after_s=after_s))
+
+    def follow_joint(self, name: str, joint: str, intervals: Mapping[str, Vec2]) -> None:
+        """Add a variable that takes the value whose interval contains the joint's position.
+
+        Args:
+            intervals: value -> interval, rad or m; the first value is the initial one.
+        """
+        self.variable(name, *intervals)
+        for value, interval in intervals.items():
+            self.rule(name, value, Condition(joint=joint, interval=interval))
+
+    def effect(
+        self,
+        kind: EffectKind,
+        variable: str,
+        target: str,
+        *,
+        value: str = "on",
+        color: Vec4 = (1.0, 1.0, 1.0, 1.0),
+        strength: float = 1.0,
+    ) -> None:
+        """Add what happens to a target while a variable has a value."""
+        self.effects.append(
+            Effect(variable=variable, value=value, kind=kind, target=target, color=color, strength=strength)
+        )
+
+    def light(self, variable: str, target: str, color: Vec4) -> None:
+        """Let a target glow in a colour while a variable is `on`."""
+        self.effect(EffectKind.LIGHT, variable, target, color=color)
+
+    def build(self) -> Behavior | None:
+        """The state machine, or None if there are no variables."""
+        if not self.variables:
+            return None
+        return Behavior(variables=tuple(self.variables), rules=tuple(self.rules), effects=tuple(self.effects))
+
+
+def negated(condition: Condition) -> Condition:
+    """A condition that holds where the given one does not."""
+    return condition.replace(negated=not condition.negated)
+
+
+# Asset builder --------------------------------------------------------------------------------------------------------
+# collects links, solids, joints, sites and regions; `assemble` makes the Asset.
 
 ROOT = "object"
 

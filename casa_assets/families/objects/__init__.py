@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
+from casa_assets.families.kit.assemble import ParametricModel
 from casa_assets.families.objects.containers import container
-from casa_assets.families.objects.food import crustacean, dough, slab, stacked
+from casa_assets.families.objects.food import bodies, dough, slab, stacked
 from casa_assets.families.objects.grown import cluster, produce
 from casa_assets.families.objects.packages import block, package
-from casa_assets.families.objects.tools import dish_rack, utensil
-from casa_assets.families.objects.vessels import blender_jug, board, electric_kettle, lids, pocket_tray, vessel
-from casa_assets.families.parametric_model import ParametricModel
+from casa_assets.families.objects.tools import utensil
+from casa_assets.families.objects.vessels import fittings, fixtures, flat, vessel
 
 FORMS: dict[str, ParametricModel[Any]] = {
     form.name: form
@@ -20,16 +20,16 @@ FORMS: dict[str, ParametricModel[Any]] = {
         container.FORM,
         produce.FORM,
         slab.FORM,
-        crustacean.FORM,
+        bodies.FORM,
         stacked.FORM,
         utensil.FORM,
-        dish_rack.FORM,
+        fixtures.DISH_RACK,
         vessel.FORM,
-        lids.FORM,
-        blender_jug.FORM,
-        electric_kettle.FORM,
-        board.FORM,
-        pocket_tray.FORM,
+        fittings.FORM,
+        fixtures.BLENDER_JUG,
+        fixtures.ELECTRIC_KETTLE,
+        flat.BOARD,
+        flat.POCKET_TRAY,
         package.FORM,
         block.FORM,
     )

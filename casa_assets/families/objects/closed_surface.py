@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
-from casa_assets.core.typing import Floats, Ints
+from casa_assets.core.numeric import Floats, Ints
 from casa_assets.families.kit.solids.solid import Solid
-from casa_assets.families.parts.decor.leaves import GOLDEN_ANGLE
+from casa_assets.families.parts.decor.jars import GOLDEN_ANGLE
 from casa_assets.model.record import Vec2
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import manifold3d
 import numpy as np
 
-from casa_assets.core.typing import Floats, Ints
+from casa_assets.core.numeric import Floats, Ints
 from casa_assets.families.kit.solids.solid import Solid
 from casa_assets.geometry.planar import counter_clockwise, signed_area
 
@@ -21,7 +21,7 @@ ON_PLANE = 1e-7
 # Points of an outline nearer than this to the one before are left out, m: what is written is rounded to a tenth of it.
 SAME = 1e-7
 # Radius of the circle in the picture of a section that is the rim of the face, by the width of the picture; as in
-# textures/kinds/objects/section.py.
+# textures/kinds/objects/food.py.
 PICTURE_RIM = 0.49
 
 

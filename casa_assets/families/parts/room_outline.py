@@ -8,8 +8,8 @@ from enum import StrEnum
 import manifold3d
 import numpy as np
 
-from casa_assets.core.typing import Floats, Ints
-from casa_assets.families.kit.solids import cells
+from casa_assets.core.numeric import Floats, Ints
+from casa_assets.families.kit.solids import blocks
 from casa_assets.families.kit.solids.solid import Placed, Solid, box_shape
 from casa_assets.geometry.planar import counter_clockwise, signed_area
 from casa_assets.model.record import Vec2, Vec3
@@ -31,7 +31,7 @@ class LayDirection(StrEnum):
         return (1.0, 0.0, 0.0) if self is LayDirection.X else (0.0, 1.0, 0.0)
 
 
-def outline_cells(outline: Outline) -> cells.Cells:
+def outline_cells(outline: Outline) -> blocks.Cells:
     """The cells within a room's outline.
 
     Args:
@@ -48,7 +48,7 @@ def outline_cells(outline: Outline) -> cells.Cells:
             raise ValueError(f"side {k} of the outline runs aslant: {x:g} by {y:g} m")
         if max(abs(x), abs(y)) < MIN_SIDE:
             raise ValueError(f"side {k} of the outline is shorter than {MIN_SIDE:g} m")
-    grid = cells.cells_inside(outline)
+    grid = blocks.cells_inside(outline)
     perimeter = float(np.abs(run).sum())
     if (
         abs(grid.area - abs(signed_area(points))) > LENGTH_TOLERANCE * perimeter
@@ -88,7 +88,7 @@ class RoomSlab:
         shell: its surface; `side` distinguishes lower face, upper face and rim. shapes: convex pieces that fill it.
     """
 
-    shell: cells.Shell
+    shell: blocks.Shell
     shapes: tuple[Placed, ...]
 
 
@@ -96,8 +96,8 @@ def room_slab(outline: Outline, lower: float, upper: float) -> RoomSlab:
     """The slab of an outline between two heights, metres. Raises ValueError as `check_outline` does."""
     if is_rectilinear(outline):
         grid = outline_cells(outline)
-        shapes = tuple(box_shape((*lo, lower), (*hi, upper)) for lo, hi in cells.rectangles(grid))
-        return RoomSlab(cells.cell_shell(grid, lower, upper), shapes)
+        shapes = tuple(box_shape((*lo, lower), (*hi, upper)) for lo, hi in blocks.rectangles(grid))
+        return RoomSlab(blocks.cell_shell(grid, lower, upper), shapes)
     check_outline(outline)
     loop = outline_loop(outline)
     n = len(loop)
@@ -107,8 +107,10 @@ def room_slab(outline: Outline, lower: float, upper: float) -> RoomSlab:
     after = np.roll(ring, -1)
     rim = np.concatenate([np.stack([ring, after, after + n], axis=1), np.stack([ring, after + n, ring + n], axis=1)])
     faces: Ints = np.concatenate([triangles[:, ::-1], triangles + n, rim])
-    side = np.repeat([cells.FRONT_FACES, cells.BACK_FACES, cells.RIM_FACES], [len(triangles), len(triangles), len(rim)])
-    shell = cells.Shell(points, faces, side, np.zeros((len(faces), 2), dtype=np.int64))
+    side = np.repeat(
+        [blocks.FRONT_FACES, blocks.BACK_FACES, blocks.RIM_FACES], [len(triangles), len(triangles), len(rim)]
+    )
+    shell = blocks.Shell(points, faces, side, np.zeros((len(faces), 2), dtype=np.int64))
     pieces = [
         Solid(np.concatenate([points[piece], points[[k + n for k in piece]]]), np.zeros((0, 3), dtype=np.int64))
         for piece in convex_pieces(loop, triangles)
@@ -159,14 +161,14 @@ def _is_convex(points: Floats) -> bool:
 
 def outline_loop(outline: Outline) -> Floats:
     """(N, 2) corners, counter-clockwise, none within a straight side. Metres."""
-    points: Floats = np.round(np.array(outline, dtype=np.float64), cells.LINE_DECIMALS).astype(np.float64)
+    points: Floats = np.round(np.array(outline, dtype=np.float64), blocks.LINE_DECIMALS).astype(np.float64)
     points = counter_clockwise(points)
     before, after = points - np.roll(points, 1, axis=0), np.roll(points, -1, axis=0) - points
     turns = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
     return np.asarray(points[np.abs(turns) > LENGTH_TOLERANCE])
 
 
-def interior_spans(grid: cells.Cells, lower: float, upper: float) -> list[Vec2]:
+def interior_spans(grid: blocks.Cells, lower: float, upper: float) -> list[Vec2]:
     """(from, to) along u of what is inside over the whole breadth low..high of v, metres."""
     rows = (grid.vs[:-1] < upper - LENGTH_TOLERANCE) & (grid.vs[1:] > lower + LENGTH_TOLERANCE)
     inside_all = grid.solid[:, rows].all(axis=1)
@@ -179,7 +181,7 @@ def spans_inside(outline: Outline, direction: LayDirection, lower: float, upper:
     """(from, to) along a direction of what is inside an outline over a whole breadth across it, metres."""
     if is_rectilinear(outline):
         grid = outline_cells(outline)
-        along = grid if direction is LayDirection.X else cells.Cells(grid.vs, grid.us, grid.solid.T)
+        along = grid if direction is LayDirection.X else blocks.Cells(grid.vs, grid.us, grid.solid.T)
         return interior_spans(along, lower, upper)
     points = outline_loop(outline)[:, :: 1 if direction is LayDirection.X else -1]
     # Between two levels at which the outline has no corner its sides are straight.

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from itertools import combinations
+from itertools import combinations, product
 
 import numpy as np
 
-from casa_assets.core.typing import Floats
-from casa_assets.geometry.merging.colliders import (
+from casa_assets.core.numeric import Floats
+from casa_assets.geometry.merging.fit_primitives import (
     SIZE_STEP_M,
+    FitLimits,
     box_between,
     fitted_colliders,
     is_aligned,
@@ -19,17 +20,121 @@ from casa_assets.geometry.merging.colliders import (
     replaced,
     touched_colliders,
 )
-from casa_assets.geometry.merging.cover_boxes import cover_boxes
-from casa_assets.geometry.merging.fit_primitives import FitLimits
-from casa_assets.geometry.merging.joint_words import joint_word
-from casa_assets.geometry.merging.reachable_space import TOLERANCE_M, ReachableSpace
-from casa_assets.geometry.solid.bounds import shape_bounds
+from casa_assets.geometry.merging.reachable_space import TOLERANCE_M, ReachableSpace, cover_boxes
+from casa_assets.geometry.solid.primitive import link_bounds, shape_bounds
 from casa_assets.model.asset.asset import Asset, Base, Collider, Exclusion, Joint, JointKind, Link, Region
-from casa_assets.model.asset.joint import joint_positions
-from casa_assets.model.asset.shape import Box, Cylinder, Shape
-from casa_assets.model.kitchen.joint_word import JointWord
+from casa_assets.model.asset.parts import Box, Cylinder, Shape, joint_positions
+from casa_assets.model.kitchen.choices import JointWord
 from casa_assets.model.kitchen.scene import Placement
 from casa_assets.model.pose import Pose
+
+# Joint words ----------------------------------------------------------------------------------------------------------
+# Joint of an asset -> the word by which one chooses it: a door, a drawer, a knob.
+
+# Label of the collider that a hand takes -> word.
+WORD_OF_GRIP = {
+    "knob": JointWord.KNOBS,
+    "button": JointWord.BUTTONS,
+    "key": JointWord.BUTTONS,
+    "lever": JointWord.LEVERS,
+    "spout": JointWord.LEVERS,
+    "rack": JointWord.RACKS,
+    "tray": JointWord.RACKS,
+    "lid": JointWord.LIDS,
+}
+# Links of a tap that a hand takes by their own handle, which is no door.
+TAP_LINKS = ("handle", "handle_temp")
+# Links that are racks also where a hand takes them by a handle.
+SLIDING_SHELVES = ("rack", "tray")
+
+
+def joint_word(asset: Asset, joint: Joint) -> JointWord:
+    """The word of a joint."""
+    labels = {collider.name: collider.label for link in asset.links for collider in link.colliders}
+    label = labels.get(joint.grip or "")
+    if label in WORD_OF_GRIP:
+        return WORD_OF_GRIP[label]
+    if joint.child.rstrip("0123456789") in SLIDING_SHELVES:
+        return JointWord.RACKS
+    if joint.child in TAP_LINKS:
+        return JointWord.LEVERS
+    return JointWord.DOORS if joint.kind is JointKind.HINGE else JointWord.DRAWERS
+
+
+# Swept bounds ---------------------------------------------------------------------------------------------------------
+# Links of fixtures -> which of them can touch each other, from the boxes that they pass through.
+
+# Positions of each joint that are looked at, both ends of its range among them.
+POSITIONS = 9
+# Links whose boxes come as close as this may touch, metres.
+NEAR_M = 0.003
+
+Ref = tuple[str, str]  # name of a placement, and of a link of it
+
+
+def meeting_links(placements: Sequence[Placement], forms: Sequence[Asset]) -> list[tuple[Ref, ...]]:
+    """Sets of moving links of fixtures that can touch each other, each of two links or more.
+
+    Two links can where the boxes that they pass through over the ranges of their joints come near each other, unless
+    one carries the other or the asset says that they never collide.
+
+    Args:
+        forms: the asset of each placement.
+    """
+    swept: dict[Ref, Floats] = {}
+    apart: set[frozenset[Ref]] = set()
+    for place, form in zip(placements, forms, strict=True):
+        if form.base is not Base.FIXED:
+            continue
+        for link in form.links:
+            if link.colliders and form.is_moved(link.name):
+                swept[place.name, link.name] = _swept(place, form, link.name)
+            if link.parent is not None:
+                apart.add(frozenset({(place.name, link.name), (place.name, link.parent)}))
+        apart |= {frozenset({(place.name, e.first), (place.name, e.second)}) for e in form.exclusions}
+    groups = {ref: {ref} for ref in swept}
+    for first, second in _near(swept):
+        if frozenset({first, second}) not in apart and groups[first] is not groups[second]:
+            groups[first] |= groups[second]
+            for ref in groups[second]:
+                groups[ref] = groups[first]
+    whole = {id(group): group for group in groups.values() if len(group) > 1}
+    return sorted(tuple(sorted(group)) for group in whole.values())
+
+
+def _near(swept: dict[Ref, Floats]) -> Iterator[tuple[Ref, Ref]]:
+    """Pairs of links whose boxes come near each other."""
+    names, boxes = list(swept), np.array(list(swept.values())).reshape(-1, 2, 3)
+    for i, name in enumerate(names):
+        near = (boxes[i + 1 :, 0] <= boxes[i, 1] + NEAR_M).all(axis=1)
+        near &= (boxes[i + 1 :, 1] >= boxes[i, 0] - NEAR_M).all(axis=1)
+        for k in np.flatnonzero(near):
+            yield name, names[i + 1 + int(k)]
+
+
+def _swept(place: Placement, form: Asset, name: str) -> Floats:
+    """(2, 3) corners of the box that a link passes through, world frame, metres."""
+    chain = []
+    link = form.link(name)
+    while True:
+        joint = form.joint_of(link.name)
+        if joint is not None:
+            chain.append(joint)
+        if link.parent is None:
+            break
+        link = form.link(link.parent)
+    found = []
+    for values in product(*(np.linspace(*joint.range, POSITIONS) for joint in chain)):
+        positions = {joint.name: float(value) for joint, value in zip(chain, values, strict=True)}
+        bounds = link_bounds(form.link(name), place.pose @ form.asset_from_link(name, positions))
+        assert bounds is not None
+        found.append(bounds)
+    corners = np.array(found)
+    return np.array([corners[:, 0].min(axis=0), corners[:, 1].max(axis=0)])
+
+
+# Moving parts ---------------------------------------------------------------------------------------------------------
+# doors, drawers, loose things.
 
 # Primitives of a loose thing at most, of one that is solid, of a seat that is; and how much of each may be empty.
 MOST_OF_THING, MOST_OF_SOLID, MOST_OF_SEAT, EMPTY_SHARE = 6, 3, 2, 0.35

@@ -7,24 +7,23 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from casa_assets.core.typing import Floats
-from casa_assets.geometry.merging.colliders import (
+from casa_assets.core.numeric import Floats
+from casa_assets.geometry.merging.fit_primitives import (
+    FitLimits,
     box_between,
+    fit_primitives,
     fitted_colliders,
     is_aligned,
     points_around,
     replaced,
     touched_colliders,
 )
-from casa_assets.geometry.merging.cover_boxes import cover_boxes
-from casa_assets.geometry.merging.fit_primitives import FitLimits, fit_primitives
 from casa_assets.geometry.merging.moving_parts import EMPTY_SHARE, PIECES_PER_GROUP, WHOLE
-from casa_assets.geometry.merging.reachable_space import TOLERANCE_M, ReachableSpace
-from casa_assets.geometry.solid.bounds import shape_bounds
+from casa_assets.geometry.merging.reachable_space import TOLERANCE_M, ReachableSpace, cover_boxes
+from casa_assets.geometry.solid.primitive import shape_bounds
 from casa_assets.model.asset.asset import Asset, Base, Collider
-from casa_assets.model.asset.shape import Box, Shape
-from casa_assets.model.kitchen.batch_scene import WorldCollider
-from casa_assets.model.kitchen.scene import Layer, LightScene, Placement
+from casa_assets.model.asset.parts import Box, Shape
+from casa_assets.model.kitchen.scene import Layer, LightScene, Placement, WorldCollider
 from casa_assets.model.pose import Pose
 
 # Strips and brackets as thin as this, and this share of the largest piece, are left out, metres.

@@ -1,20 +1,116 @@
-"""Align one surface with another by rotation, translation and scale, and measure the distance that remains."""
+"""Align one surface with another, and describe shapes so that pose, scale and triangulation do not matter."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
-from casa_assets.core.typing import Floats, Ints
-from casa_assets.geometry.mesh.measure import face_normals
-from casa_assets.geometry.mesh.shape_descriptor import principal_spread
-from casa_assets.geometry.solid.coverage import samples_with_faces
+from casa_assets.core.numeric import Floats, Ints, decimals, significant
+from casa_assets.errors import DegenerateShape
+from casa_assets.geometry.mesh.surface import face_normals, shell_moments
+from casa_assets.geometry.solid.deviation import samples_with_faces
+from casa_assets.model.asset.provenance import CENTER_SHARES, PAIR_SHARES, ShapeDescriptor
+
+# Shape descriptor -----------------------------------------------------------------------------------------------------
+# Shape descriptors that pose, scale, vertex order and triangulation do not change, and the distance between two.
+
+# Places on a surface whose distances to each other are measured: a million pairs.
+SURFACE_SAMPLES = 1500
+
+
+def shape_descriptor(points: Floats, faces: Ints) -> ShapeDescriptor:
+    """Shape descriptor of a surface.
+
+    Ref: distances between random pairs of places, the D2 of Osada et al. 2002.
+
+    Args:
+        points: (P, 3) metres. faces: (F, 3).
+    Raises:
+        DegenerateShape: the surface has no area.
+    """
+    # Here and below, since a run without new shapes does without SciPy, which loads slowly.
+    from scipy.spatial.distance import pdist
+
+    from casa_assets.geometry.solid.deviation import surface_samples
+
+    center, radius, axes, _ = principal_spread(points, faces)
+    places = (surface_samples(points, faces, SURFACE_SAMPLES) - center) / radius
+    x, y, z = (_short(float(side)) for side in axes / radius)
+    return ShapeDescriptor(
+        radius=significant(radius, 6),
+        pair_distances=tuple(_short(v) for v in quantile_means(pdist(places), PAIR_SHARES)),
+        center_distances=tuple(_short(v) for v in quantile_means(np.linalg.norm(places, axis=1), CENTER_SHARES)),
+        axis_spread=(x, y, z),
+    )
+
+
+def principal_spread(points: Floats, faces: Ints) -> tuple[Floats, float, Floats, Floats]:
+    """Centre, radius and principal axes of a surface, weighted by area.
+
+    Returns:
+        (3,) centre of area, m; root mean square distance from it, m; (3,) the same along the principal axes, the widest
+        first, m; (3, 3) these axes as columns, right-handed.
+    Raises:
+        DegenerateShape: the surface has no area.
+    """
+    corners = points[faces]
+    if (
+        not len(faces)
+        or not np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])).sum()
+    ):
+        raise DegenerateShape("a surface without an area has no form")
+    area, center, inertia = shell_moments(points, faces)
+    covariance = (np.trace(inertia) / 2 * np.eye(3) - inertia) / area
+    values, vectors = np.linalg.eigh(covariance)
+    sides, frame = np.sqrt(np.maximum(values[::-1], 0.0)), vectors[:, ::-1]
+    if np.linalg.det(frame) < 0:
+        frame = frame * np.array([1.0, 1.0, -1.0])
+    return center, float(np.sqrt(np.maximum(values, 0.0).sum())), sides, frame
+
+
+def quantile_means(values: Floats, count: int) -> list[float]:
+    """Means of `count` equal shares of the values, ascending.
+
+    The distance between two such lists is about that of Wasserstein, which one value more or less hardly moves.
+    """
+    return [float(part.mean()) for part in np.array_split(np.sort(values), count)]
+
+
+def descriptor_distance(one: ShapeDescriptor, other: ShapeDescriptor) -> float:
+    """Distance between two shape descriptors, relative to the radius; copies stay below some hundredths."""
+    pairs = np.abs(np.subtract(one.pair_distances, other.pair_distances)).mean()
+    reach = np.abs(np.subtract(one.center_distances, other.center_distances)).mean()
+    axes = np.abs(np.subtract(one.axis_spread, other.axis_spread)).max()
+    return float(max(pairs, reach, axes))
+
+
+def descriptor_distances(ones: Sequence[ShapeDescriptor], others: Sequence[ShapeDescriptor]) -> Floats:
+    """(N, M) distances of N shape descriptors to M others, each as `descriptor_distance` has it."""
+    from scipy.spatial.distance import cdist
+
+    def table(field: str, metric: str) -> Floats:
+        one, other = (np.array([getattr(d, field) for d in group], dtype=np.float64) for group in (ones, others))
+        return np.asarray(cdist(one, other, metric), dtype=np.float64)
+
+    pairs = table("pair_distances", "cityblock") / PAIR_SHARES
+    reach = table("center_distances", "cityblock") / CENTER_SHARES
+    return np.maximum(np.maximum(pairs, reach), table("axis_spread", "chebyshev"))
+
+
+def _short(value: float) -> float:
+    """Four digits: more would be noise of the places that were picked."""
+    return decimals(value, 4)
+
+
+# Registration ---------------------------------------------------------------------------------------------------------
+# Align one surface with another by rotation, translation and scale, and measure the distance that remains.
 
 # Places that are looked up, that a first look takes, that a fit takes, and that are measured at the end.
-SURFACE_SAMPLES, START_SAMPLES, FIT_SAMPLES, ERROR_SAMPLES = 8000, 100, 400, 1500
+ALIGNMENT_SAMPLES, START_SAMPLES, FIT_SAMPLES, ERROR_SAMPLES = 8000, 100, 400, 1500
 # Spreads along two axes that differ by less than this share do not tell the axes apart.
 EQUAL_SPREAD_SHARE = 0.12
 # Turns that are tried: about one axis, and of all kinds.
@@ -66,10 +162,10 @@ def sampled_surface(points: Floats, faces: Ints) -> SampledSurface:
     """Sample and normalise a surface; (P, 3) points, (F, 3) faces. Raises DegenerateShape where it has no area."""
     center, radius, axes, frame = principal_spread(points, faces)
     normals, areas = face_normals(points, faces)
-    places, face = samples_with_faces(points, faces, SURFACE_SAMPLES)
+    places, face = samples_with_faces(points, faces, ALIGNMENT_SAMPLES)
     # The places follow the order of the faces; fixed jumps through them make any part of them a fair sample.
-    order = np.arange(SURFACE_SAMPLES) * 4801 % SURFACE_SAMPLES
-    spacing = float(np.sqrt(areas.sum() / SURFACE_SAMPLES)) / radius
+    order = np.arange(ALIGNMENT_SAMPLES) * 4801 % ALIGNMENT_SAMPLES
+    spacing = float(np.sqrt(areas.sum() / ALIGNMENT_SAMPLES)) / radius
     local = (places[order] - center) / radius
     return SampledSurface(local, normals[face[order]], cKDTree(local), spacing, axes / radius, frame)
 

@@ -19,8 +19,8 @@ from trimesh.poses import compute_stable_poses
 from trimesh.visual import ColorVisuals, TextureVisuals
 from trimesh.visual.material import MultiMaterial, PBRMaterial, SimpleMaterial
 
-from casa_assets.core.typing import Floats, Ints
-from casa_assets.geometry.solid.tessellate import tessellate
+from casa_assets.core.numeric import Floats, Ints
+from casa_assets.geometry.solid.primitive import tessellate
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.material import Material, Texture
 from casa_assets.model.pose import Pose

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from casa_assets.core.typing import Floats, Ints, Mask
-from casa_assets.geometry.mesh.measure import face_normals
-from casa_assets.geometry.solid.coverage import samples_with_faces
+from casa_assets.core.numeric import Floats, Ints, Mask
+from casa_assets.geometry.mesh.surface import face_normals
+from casa_assets.geometry.solid.deviation import samples_with_faces
 
 # Points that are strewn, pixels along the longest side, and directions from which the pictures are taken besides those
 # along the axes: so many points fall into a pixel that next to no gap shows what lies behind.

@@ -1,15 +1,102 @@
-"""The smallest box, sphere, cylinder or capsule around a convex cloud, and how well it fits."""
+"""Primitives: the smallest around points, their bounds at a pose, and their closed triangle surfaces."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
-from casa_assets.core.typing import Floats
-from casa_assets.geometry.solid.hull import hull_volume
-from casa_assets.model.asset.shape import Box, Capsule, Cylinder, Sphere
+from casa_assets.core.numeric import Floats, Ints
+from casa_assets.geometry.solid.solids import convex_hull, hull_volume
+from casa_assets.model.asset.asset import Link
+from casa_assets.model.asset.parts import Box, Capsule, Cylinder, Hull, MeshShape, Shape, Sphere
 from casa_assets.model.pose import Pose
+
+# Tessellate -----------------------------------------------------------------------------------------------------------
+# Primitives as closed triangle surfaces, for unions and pictures.
+
+
+def tessellate(shape: Shape, pose: Pose, steps: int = 32) -> tuple[Floats, Ints]:
+    """(P, 3) points and (F, 3) outward faces of a shape, in the frame that `pose` leads to, metres.
+
+    Args:
+        steps: points around a circle.
+    """
+    if isinstance(shape, Hull | MeshShape):
+        return pose.apply(shape.mesh.vertices), shape.mesh.faces.astype(np.int64)
+    if isinstance(shape, Box | Cylinder):
+        # All boxes have the same faces, and all cylinders.
+        return pose.apply(_outline(shape, steps)), _faces(type(shape), steps)
+    points, faces = convex_hull(_outline(shape, steps))
+    return pose.apply(points), faces
+
+
+@lru_cache
+def _faces(kind: type[Box] | type[Cylinder], steps: int) -> Ints:
+    """(F, 3) outward faces of the outline of a box or a cylinder; read-only."""
+    shape = Box(size=(1.0, 1.0, 1.0)) if kind is Box else Cylinder(radius=1.0, height=1.0)
+    _, faces = convex_hull(_outline(shape, steps))
+    faces.setflags(write=False)
+    return faces
+
+
+def _outline(shape: Box | Sphere | Cylinder | Capsule, steps: int) -> Floats:
+    if isinstance(shape, Box):
+        signs = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=np.float64)
+        corners: Floats = signs * np.array(shape.size) / 2
+        return corners
+    around = np.arange(steps) * 2 * np.pi / steps
+    ring = np.stack([np.cos(around), np.sin(around), np.zeros(steps)], axis=1) * shape.radius
+    if isinstance(shape, Cylinder):
+        return np.concatenate([ring + np.array([0, 0, s * shape.height / 2]) for s in (-1, 1)])
+    rise = np.linspace(0, np.pi / 2, steps // 4 + 1)
+    half = shape.height / 2 if isinstance(shape, Capsule) else 0.0
+    domes = []
+    for tilt in rise:
+        level = ring * np.cos(tilt)
+        lift = np.array([0, 0, shape.radius * np.sin(tilt) + half])
+        domes += [level + lift, level - lift]
+    return np.concatenate(domes)
+
+
+# Bounds ---------------------------------------------------------------------------------------------------------------
+# Axis-aligned bounds of collision shapes at a pose: exact for each kind, not the bounds of bounds.
+
+
+def shape_bounds(shape: Shape, pose: Pose) -> Floats:
+    """(2, 3) lower and upper corner of a shape, metres, in the frame that `pose` (frame_from_shape) leads to."""
+    center, axis = np.array(pose.position), pose.rotation[:, 2]
+    if isinstance(shape, Box):
+        half = np.abs(pose.rotation) @ (np.array(shape.size) / 2)
+    elif isinstance(shape, Sphere):
+        half = np.full(3, shape.radius)
+    elif isinstance(shape, Capsule):
+        half = np.abs(axis) * shape.height / 2 + shape.radius
+    elif isinstance(shape, Cylinder):
+        # A disc of radius r with unit normal n reaches r * sqrt(1 - n_i^2) along axis i.
+        half = np.abs(axis) * shape.height / 2 + shape.radius * np.sqrt(np.clip(1.0 - axis**2, 0.0, 1.0))
+    else:
+        points = pose.apply(shape.mesh.vertices)
+        return np.array([points.min(axis=0), points.max(axis=0)])
+    return np.array([center - half, center + half])
+
+
+def link_bounds(link: Link, pose: Pose | None = None) -> Floats | None:
+    """(2, 3) corners of all colliders of a link, metres; in link frame, or in the frame of `pose` (frame_from_link).
+
+    Returns:
+        None if the link has no colliders.
+    """
+    frame = pose or Pose()
+    corners = [shape_bounds(c.shape, frame @ c.pose) for c in link.colliders]
+    if not corners:
+        return None
+    return np.array([np.min([c[0] for c in corners], axis=0), np.max([c[1] for c in corners], axis=0)])
+
+
+# Primitive ------------------------------------------------------------------------------------------------------------
+# The smallest box, sphere, cylinder or capsule around a convex cloud, and how well it fits.
 
 
 @dataclass(frozen=True)

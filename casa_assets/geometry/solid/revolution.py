@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from casa_assets.core.typing import Floats, Ints
-from casa_assets.geometry.mesh.measure import face_normals
-from casa_assets.geometry.solid.cutting import Solid, section_contours
+from casa_assets.core.numeric import Floats, Ints
+from casa_assets.geometry.mesh.surface import face_normals
+from casa_assets.geometry.solid.solids import Solid, section_contours
 
 # A face belongs to a turned surface where its normal misses the axis by less than this sine.
 AXIS_MISS_SINE = 0.17

@@ -10,8 +10,8 @@ import numpy.typing as npt
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from casa_assets.core.typing import Floats, Ints
-from casa_assets.geometry.mesh.measure import face_normals
+from casa_assets.core.numeric import Floats, Ints
+from casa_assets.geometry.mesh.surface import face_normals
 from casa_assets.geometry.mesh.topology import directed_edges
 
 # With more pieces than these on one side that side is taken as one.

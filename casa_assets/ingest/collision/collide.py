@@ -7,19 +7,22 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from casa_assets.core.typing import Floats, Ints
+from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import DegenerateShape, Rejected
-from casa_assets.geometry.grid.open_room import (
-    NO_ROOMS,
-    OpenRooms,
-    open_rooms,
-)
-from casa_assets.geometry.solid.coverage import surface_samples
+from casa_assets.geometry.grid.voxels import NO_ROOMS, OpenRooms, open_rooms
+from casa_assets.geometry.solid.deviation import surface_samples
 from casa_assets.ingest.collision.components import measure_part
 from casa_assets.ingest.collision.convex_decomposition import DecompositionFailed, decompose
-from casa_assets.ingest.collision.fit import SAMPLES, SOUND_SHARE, FitErrors, describe_fit, fit_reference, measure_fit
-from casa_assets.ingest.collision.foot import on_flat_foot
-from casa_assets.ingest.collision.params import CollideParams
+from casa_assets.ingest.collision.fit import (
+    SAMPLES,
+    SOUND_SHARE,
+    CollideParams,
+    FitErrors,
+    describe_fit,
+    fit_reference,
+    measure_fit,
+    on_flat_foot,
+)
 from casa_assets.ingest.collision.solid_proxy import solid_proxy
 from casa_assets.ingest.collision.strategies import (
     STRATEGIES,

@@ -1,18 +1,22 @@
-"""Split a mesh into connected parts, and measure how much of its hull each fills."""
+"""Split a mesh into connected parts, and build one solid from them: open ones get lids, sheets a thickness."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
+import manifold3d
 import numpy as np
 
-from casa_assets.core.typing import Floats, Ints
+from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import DegenerateShape
-from casa_assets.geometry.grid.voxel import voxelise
-from casa_assets.geometry.mesh.measure import face_normals, signed_volume
-from casa_assets.geometry.mesh.topology import face_components
-from casa_assets.geometry.solid.hull import convex_hull
-from casa_assets.geometry.solid.manifold import closed_solid
+from casa_assets.geometry.grid.voxels import Grid, voxelise
+from casa_assets.geometry.mesh.surface import face_normals, signed_volume
+from casa_assets.geometry.mesh.topology import consistent_winding, face_components, fill_holes
+from casa_assets.geometry.solid.deviation import distances_outside, reference_surface, surface_samples
+from casa_assets.geometry.solid.solids import Solid, closed_solid, convex_hull, solid_of, surface_of, without_voids
+
+# Components -----------------------------------------------------------------------------------------------------------
+# Split a mesh into connected parts, and measure how much of its hull each fills.
 
 # Thickness that a flat part is given, metres: about the thinnest that contacts hold.
 SHEET_M = 0.001
@@ -101,3 +105,166 @@ def any_nested(pieces: list[ConnectedPart]) -> bool:
         for i, (low, high, fill) in enumerate(boxes)
         for j, inner in enumerate(boxes)
     )
+
+
+# Component solids -----------------------------------------------------------------------------------------------------
+# Build one solid from the components of a surface: open ones get lids, sheets get a thickness.
+
+# All numbers below are choices.
+# With more components than this assemble_solid gives up, and its caller makes the solid on a grid.
+MAX_COMPONENTS = 200
+# With more faces in sheets than this assemble_solid gives up as well.
+MAX_SHEET_FACES = 600
+# Thickness that a sheet is given where that is larger, as a share of the longest side.
+SHEET_RATIO = 0.008
+# A lid is accepted if the grid is filled at this share of its samples.
+FILLED_LID_SHARE = 0.9
+# A solid is a sheet with two faces if its mean wall thickness, 2 V / A (V its volume, A the area of its surface), is
+# less than this share of the longest side.
+FLAT_WALL_RATIO = 1e-3
+# Smallest share of the voxels enclosed by the surface that the solid has to cover.
+MIN_ENCLOSED_SHARE = 0.8
+# With fewer enclosed voxels than this they are not compared.
+FEW_VOXELS = 50
+# Samples on a surface.
+SAMPLES = 2000
+# Largest share of the samples that may lie far from the solid.
+MAX_FAR_SHARE = 0.01
+# A sample lies far from the solid if its distance is more than this share of the longest side.
+FAR_RATIO = 0.012
+
+
+@dataclass(frozen=True)
+class AssembledSolid:
+    """Solid that a surface was made into.
+
+    Attributes:
+        steps: what was done for that, in words.
+        sheet_share: share of the surface area that belonged to sheets, which enclose no volume.
+    """
+
+    solid: Solid
+    steps: tuple[str, ...]
+    sheet_share: float = 0.0
+
+
+def assemble_solid(points: Floats, faces: Ints, grid: Grid) -> AssembledSolid | None:
+    """Build the solid of a surface from its components; None if there are too many, or if they span no volume.
+
+    Args:
+        points: (P, 3) welded, metres. faces: (F, 3), any winding.
+        grid: voxels of the surface; a lid is put on an opening only where the grid is filled.
+    """
+    longest = float(np.ptp(points, axis=0).max())
+    component = face_components(faces, len(points))
+    count = int(component.max()) + 1
+    if count > MAX_COMPONENTS:
+        return None
+    # Sort the faces by component and cut the list where the component changes: one array of face rows for each.
+    order = np.argsort(component, kind="stable")
+    solids: list[Solid] = []
+    sheets: list[Ints] = []
+    lidded_count = 0
+    for face_rows in np.split(order, np.flatnonzero(np.diff(component[order])) + 1):
+        used, local = np.unique(faces[face_rows], return_inverse=True)
+        found = _component_solid(points[used], local.reshape(-1, 3), grid, longest)
+        if found is None:
+            sheets.append(faces[face_rows])
+        else:
+            solid, has_lids = found
+            solids.append(solid)
+            lidded_count += has_lids
+    sheet_faces = _unique_faces(np.concatenate(sheets)) if sheets else np.zeros((0, 3), dtype=np.int64)
+    if len(sheet_faces) > MAX_SHEET_FACES:
+        return None
+    sheet_thickness_m = max(SHEET_M, SHEET_RATIO * longest)
+    solids += _plates(points, sheet_faces, sheet_thickness_m)
+    if not solids:
+        return None
+    united = without_voids(manifold3d.Manifold.batch_boolean(solids, manifold3d.OpType.Add))
+    steps = [f"put together from {count} pieces"] if count > 1 else []
+    steps += [f"lids on {lidded_count}"] if lidded_count else []
+    steps += [f"{1000 * sheet_thickness_m:.2g} mm for {len(sheet_faces)} lone faces"] if len(sheet_faces) else []
+    sheet_share = sum(float(face_normals(points, face_rows)[1].sum()) for face_rows in sheets) / float(
+        face_normals(points, faces)[1].sum()
+    )
+    return AssembledSolid(united, tuple(steps), sheet_share) if united.volume() > 0 else None
+
+
+def covers_surface(solid: Solid, points: Floats, faces: Ints, grid: Grid | None) -> bool:
+    """True if the surface lies on or in a solid, and the solid covers the voxels that the surface encloses."""
+    surface = reference_surface(*surface_of(solid))
+    samples = surface_samples(points, faces, SAMPLES)
+    if float((distances_outside(samples, surface) > FAR_RATIO * surface.longest).mean()) > MAX_FAR_SHARE:
+        return False
+    inner = np.zeros((0, 3)) if grid is None else np.argwhere(grid.solid & ~grid.skin)
+    if grid is None or len(inner) < FEW_VOXELS:
+        return True
+    enclosed_points = grid.origin + inner[:: max(1, len(inner) // SAMPLES)] * grid.cell
+    return float((distances_outside(enclosed_points, surface) < grid.cell).mean()) >= MIN_ENCLOSED_SHARE
+
+
+def _component_solid(points: Floats, faces: Ints, grid: Grid, longest: float) -> tuple[Solid, bool] | None:
+    """A component as a solid, and whether it got lids; None if it is a sheet, or a lid is not accepted."""
+    solid = _solid_either_way(points, faces, longest)
+    if solid is not None:
+        return solid, False
+    single_sided = consistent_winding(_unique_faces(faces))[0]
+    # An opening of any width may get a lid, and any share of the edges may be open: the grid decides below.
+    filled = fill_holes(points, single_sided, np.inf, most_torn=1.0)
+    if filled is None:
+        return None
+    solid = _solid_either_way(*filled, longest)
+    return (
+        (solid, True)
+        if solid is not None and _is_filled(filled[0], _new_faces(filled[1], single_sided), grid)
+        else None
+    )
+
+
+def _solid_either_way(points: Floats, faces: Ints, longest: float) -> Solid | None:
+    """A closed surface as a solid, whichever way its faces are wound; None if it is open or has no thickness."""
+    for wound in (faces, faces[:, ::-1]):
+        solid = solid_of(points, wound)
+        if solid is not None and not _is_flat(solid, longest):
+            return solid
+    return None
+
+
+def _is_flat(solid: Solid, longest: float) -> bool:
+    return 2 * float(solid.volume()) < FLAT_WALL_RATIO * longest * float(solid.surface_area())
+
+
+def _new_faces(faces: Ints, old: Ints) -> Ints:
+    """Faces whose three points, in any order, are not those of an old face."""
+    base = int(max(faces.max(), old.max())) + 1
+    keys = [(np.sort(f, axis=1) * np.array([base * base, base, 1])).sum(axis=1) for f in (faces, old)]
+    return faces[~np.isin(*keys)]
+
+
+def _is_filled(points: Floats, lids: Ints, grid: Grid) -> bool:
+    """True if the grid is filled where the lids are."""
+    if not len(lids):
+        return True
+    samples = surface_samples(points, lids, SAMPLES)
+    at = np.clip(np.round((samples - grid.origin) / grid.cell).astype(int), 0, np.array(grid.solid.shape) - 1)
+    return float(grid.solid[tuple(at.T)].mean()) >= FILLED_LID_SHARE
+
+
+def _unique_faces(faces: Ints) -> Ints:
+    """Faces over the same three points once."""
+    _, first = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)
+    return faces[np.sort(first)]
+
+
+def _plates(points: Floats, faces: Ints, thickness_m: float) -> list[Solid]:
+    """Each face as a plate of a thickness, with the face in its middle."""
+    normals, areas = face_normals(points, faces)
+    plates = []
+    for corners, normal, area in zip(points[faces], normals, areas, strict=True):
+        if area > 0:
+            corners_of_plate = np.concatenate([corners + normal * thickness_m / 2, corners - normal * thickness_m / 2])
+            hull = manifold3d.Manifold.hull_points(corners_of_plate)
+            if not hull.is_empty() and hull.volume() > 0:
+                plates.append(hull)
+    return plates

@@ -16,8 +16,8 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from casa_assets.core.process_limits import lower_limit
-from casa_assets.core.typing import Floats, Ints
+from casa_assets.core.numeric import Floats, Ints
+from casa_assets.core.system import lower_limit
 
 
 @dataclass(frozen=True)

@@ -7,18 +7,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from casa_assets.core.typing import Floats
+from casa_assets.core.numeric import Floats
 from casa_assets.errors import DegenerateShape
-from casa_assets.geometry.solid.cutting import (
+from casa_assets.geometry.solid.deviation import ReferenceSurface, burial_depths, protrusion
+from casa_assets.geometry.solid.solids import (
     Solid,
     connected_parts,
+    hull_planes,
     hull_points,
+    hull_volume,
     split_by_plane,
     surface_of,
     volume_of_hull,
 )
-from casa_assets.geometry.solid.deviation import ReferenceSurface, burial_depths, protrusion
-from casa_assets.geometry.solid.hull import hull_planes, hull_volume
 from casa_assets.geometry.solid.split_planes import Plane, concave_edge_planes, edge_graph, split_hull_volume
 
 # All numbers below are choices.

@@ -8,13 +8,12 @@ from enum import StrEnum
 import numpy as np
 from scipy import ndimage
 
-from casa_assets.core.typing import Floats, Ints
-from casa_assets.geometry.grid.implicit_field import signed_distance_field
-from casa_assets.geometry.grid.isosurface import isosurface
-from casa_assets.geometry.grid.voxel import Grid, voxelise
-from casa_assets.geometry.mesh.hole_filling import fill_holes
-from casa_assets.geometry.mesh.measure import face_normals
-from casa_assets.geometry.solid.cutting import (
+from casa_assets.core.numeric import Floats, Ints
+from casa_assets.geometry.grid.isosurface import isosurface, signed_distance_field
+from casa_assets.geometry.grid.voxels import Grid, voxelise
+from casa_assets.geometry.mesh.surface import face_normals
+from casa_assets.geometry.mesh.topology import fill_holes
+from casa_assets.geometry.solid.solids import (
     Solid,
     simplify_solid,
     solid_of,
@@ -23,7 +22,7 @@ from casa_assets.geometry.solid.cutting import (
     volume_of_hull,
     without_voids,
 )
-from casa_assets.ingest.collision.component_solids import AssembledSolid, assemble_solid, covers_surface
+from casa_assets.ingest.collision.components import AssembledSolid, assemble_solid, covers_surface
 
 # Voxels along the longest side of the grid on which a broken surface is made solid; a choice, as all numbers here.
 CELLS = 72

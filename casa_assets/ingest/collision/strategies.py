@@ -7,28 +7,34 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from casa_assets.core.typing import Floats, Ints
+from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import DegenerateShape
-from casa_assets.geometry.mesh.measure import solid_moments
+from casa_assets.geometry.mesh.surface import solid_moments
 from casa_assets.geometry.mesh.topology import face_components
-from casa_assets.geometry.solid.bounds import shape_bounds
-from casa_assets.geometry.solid.cutting import (
+from casa_assets.geometry.solid.deviation import protrusion
+from casa_assets.geometry.solid.primitive import best_primitive, shape_bounds, tessellate
+from casa_assets.geometry.solid.solids import (
     Solid,
+    convex_hull,
     hull_points,
+    hull_volume,
     hull_with_volume,
     hull_within_tolerance,
+    simplified_solid,
     simplify_solid,
+    small_hull,
     surface_of,
 )
-from casa_assets.geometry.solid.deviation import protrusion
-from casa_assets.geometry.solid.hull import convex_hull, hull_volume, small_hull
-from casa_assets.geometry.solid.manifold import simplified_solid
-from casa_assets.geometry.solid.primitive import best_primitive
-from casa_assets.geometry.solid.tessellate import tessellate
 from casa_assets.ingest.collision.components import any_nested, connected_parts, thickness
 from casa_assets.ingest.collision.convex_decomposition import Budget
-from casa_assets.ingest.collision.fit import SOUND_SHARE, FitReference, box_gap, fit_reference, measure_fit
-from casa_assets.ingest.collision.params import CollideParams
+from casa_assets.ingest.collision.fit import (
+    SOUND_SHARE,
+    CollideParams,
+    FitReference,
+    box_gap,
+    fit_reference,
+    measure_fit,
+)
 from casa_assets.ingest.collision.plane_splits import (
     ErrorBound,
     merge_within_bound,
@@ -36,11 +42,10 @@ from casa_assets.ingest.collision.plane_splits import (
     split_to_bound,
     split_to_volume,
 )
-from casa_assets.ingest.collision.ring_sectors import cut_vessel
+from casa_assets.ingest.collision.rings import cut_vessel
 from casa_assets.ingest.collision.solid_proxy import SolidProxy, without_windows
 from casa_assets.ingest.draft import PlacedShape
-from casa_assets.model.asset.mesh import Mesh
-from casa_assets.model.asset.shape import Box, Cylinder, Hull
+from casa_assets.model.asset.parts import Box, Cylinder, Hull, Mesh
 
 Decomposer = Callable[[str, Floats, Ints, Budget], list[Floats]]
 

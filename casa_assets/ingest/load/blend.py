@@ -8,13 +8,13 @@ import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 
-from casa_assets.core import blender
+from casa_assets.core import system
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load import gltf
 from casa_assets.ingest.load.formats import Format, Reference
 from casa_assets.ingest.load.notes import Notes, printable
-from casa_assets.model.ingest.source import Bundle, RawModel, Up
+from casa_assets.model.source import Bundle, RawModel, Up
 
 _SCRIPT = Path(__file__).with_name("blend_convert.py")
 
@@ -57,9 +57,9 @@ def load(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawModel:
 
 def _program(name: str) -> str:
     """Path of a Blender, or of a Python with bpy: see `core.blender`. Raises Rejected NEEDS_BLENDER."""
-    program = blender.find_blender()
+    program = system.find_blender()
     if not program:
-        said = f"{name}: a Blender file is read by Blender, {blender.how_to_install()}"
+        said = f"{name}: a Blender file is read by Blender, {system.how_to_install()}"
         raise Rejected(codes.NEEDS_BLENDER, said)
     return program
 
@@ -67,7 +67,7 @@ def _program(name: str) -> str:
 def _run(program: str, folder: Path, name: str) -> None:
     """Convert `in.blend` of a folder into `out.glb` and `out.json`. Raises Rejected BLENDER_FAILED."""
     # No limit by the clock: a busy machine would change the outcome. The worker pool ends what hangs.
-    command, around = blender.command(program, _SCRIPT, str(folder)), blender.environment(folder)
+    command, around = system.command(program, _SCRIPT, str(folder)), system.environment(folder)
     done = subprocess.run(command, cwd=folder, env=around, capture_output=True, check=False)
     if done.returncode:
         words = done.stderr.decode("utf-8", "replace").strip().splitlines()[-1:]

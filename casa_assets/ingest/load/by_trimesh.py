@@ -24,7 +24,7 @@ from casa_assets.ingest.load.guarded_xml import broken_xml, check_xml, local_nam
 from casa_assets.ingest.load.notes import Notes, printable
 from casa_assets.ingest.load.raw_parts import check_face_count
 from casa_assets.ingest.load.text import normalize_text
-from casa_assets.model.ingest.source import Bundle, RawModel, Up
+from casa_assets.model.source import Bundle, RawModel, Up
 
 # Components may name components, so a small file can ask for endless copies.
 MAX_COPIES = 20_000

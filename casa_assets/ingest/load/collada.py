@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-from casa_assets.core.typing import Floats, Ints
+from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.formats import Format, Reference, Role
@@ -38,7 +38,7 @@ from casa_assets.ingest.load.raw_parts import (
 )
 from casa_assets.ingest.load.text import UniqueNames
 from casa_assets.model.asset.material import ColorSpace, Material, Texture
-from casa_assets.model.ingest.source import Bundle, RawModel, Up
+from casa_assets.model.source import Bundle, RawModel, Up
 
 _SHADERS = ("phong", "lambert", "blinn", "constant")
 _BLACK = 0.02

@@ -11,7 +11,7 @@ from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.formats import ALIASES, SUFFIX_OF, Format, Reference, sniff, suffix_of
 from casa_assets.ingest.load.notes import Notes, printable
 from casa_assets.ingest.load.raw_parts import check_face_count
-from casa_assets.model.ingest.source import Bundle, RawModel
+from casa_assets.model.source import Bundle, RawModel
 
 # A hostile file may name thousands of files.
 MAX_REFERENCES = 500

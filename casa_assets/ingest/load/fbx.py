@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import ufbx
 
-from casa_assets.core.typing import Floats, Ints
+from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.formats import Format, Reference, Role
@@ -18,7 +18,7 @@ from casa_assets.ingest.load.notes import Notes, printable
 from casa_assets.ingest.load.polygons import cut_polygons, part_of_corners
 from casa_assets.ingest.load.raw_parts import ReadPart, check_face_count, raw_model, rgba, transformed
 from casa_assets.model.asset.material import Material
-from casa_assets.model.ingest.source import Bundle, RawModel, Up
+from casa_assets.model.source import Bundle, RawModel, Up
 
 _UPS = {0: Up.X, 2: Up.Y, 4: Up.Z}
 _TURNED = {1: Up.X, 3: Up.Y, 5: Up.Z}

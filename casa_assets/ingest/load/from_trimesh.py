@@ -33,7 +33,7 @@ from casa_assets.ingest.load.notes import Notes
 from casa_assets.ingest.load.raw_parts import ReadPart, check_face_count, raw_model
 from casa_assets.ingest.load.text import UniqueNames
 from casa_assets.model.asset.material import ColorSpace, Material, Texture
-from casa_assets.model.ingest.source import Bundle, RawModel, Up
+from casa_assets.model.source import Bundle, RawModel, Up
 
 _BLACK = 0.02
 WHITE = (1.0, 1.0, 1.0, 1.0)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from casa_assets.core.typing import Floats, Ints
+from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.formats import Format, Reference, Role
@@ -24,7 +24,7 @@ from casa_assets.ingest.load.materials import Images, srgb_bytes_from_linear
 from casa_assets.ingest.load.notes import Notes, printable
 from casa_assets.ingest.load.polygons import fan, strip
 from casa_assets.ingest.load.raw_parts import ReadPart, check_face_count, raw_model, transformed, used_vertices
-from casa_assets.model.ingest.source import Bundle, RawModel, Up
+from casa_assets.model.source import Bundle, RawModel, Up
 
 MAX_NAMES = 16
 # A quaternion shorter than this states no rotation.

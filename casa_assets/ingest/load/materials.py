@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image, UnidentifiedImageError
 
-from casa_assets.core import color
+from casa_assets.core import numeric
 from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.notes import Notes, printable
 from casa_assets.ingest.load.text import UniqueNames
@@ -176,13 +176,13 @@ def _with_alpha(pixels: Pixels, alpha: str | float) -> Pixels:
 
 def linear_from_srgb(value: float) -> float:
     """One channel, display value, brought into 0..1 -> linear light in 0..1."""
-    return color.linear_from_srgb(min(1.0, max(0.0, value)))
+    return numeric.linear_from_srgb(min(1.0, max(0.0, value)))
 
 
 def srgb_bytes_from_linear(values: npt.NDArray[np.float64]) -> Pixels:
     """Linear light in 0..1, any shape -> sRGB bytes."""
     clipped = np.clip(np.nan_to_num(values, nan=1.0), 0.0, 1.0)
-    return np.rint(color.srgb_from_linear_array(clipped) * 255.0).astype(np.uint8)
+    return np.rint(numeric.srgb_from_linear_array(clipped) * 255.0).astype(np.uint8)
 
 
 @dataclass(frozen=True)

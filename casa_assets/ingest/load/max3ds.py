@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from casa_assets.core.typing import Floats, Ints
+from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.formats import Format, Reference, Role
@@ -18,7 +18,7 @@ from casa_assets.ingest.load.notes import Notes, printable
 from casa_assets.ingest.load.raw_parts import ReadPart, check_face_count, raw_model
 from casa_assets.ingest.load.text import decode
 from casa_assets.model.asset.material import Material
-from casa_assets.model.ingest.source import Bundle, RawModel, Up
+from casa_assets.model.source import Bundle, RawModel, Up
 
 _MAIN, _EDITOR, _OBJECT, _MESH, _MATERIAL = 0x4D4D, 0x3D3D, 0x4000, 0x4100, 0xAFFF
 _POINTS, _FACES, _FACE_MATERIAL, _UV = 0x4110, 0x4120, 0x4130, 0x4140

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-from casa_assets.core.typing import Floats, Ints
+from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.formats import Format, Reference, Role
@@ -20,7 +20,7 @@ from casa_assets.ingest.load.polygons import triangulate
 from casa_assets.ingest.load.raw_parts import ReadPart, check_face_count, merged_corners, raw_model, rgba
 from casa_assets.ingest.load.text import UniqueNames, decode, normalize_text, numbers, parsed_numbers
 from casa_assets.model.asset.material import ColorSpace, Material, Texture
-from casa_assets.model.ingest.source import Bundle, RawModel
+from casa_assets.model.source import Bundle, RawModel
 
 # Options before a file name and the most arguments each takes. Ref: Wavefront MTL specification, texture map options
 _OPTIONS = {

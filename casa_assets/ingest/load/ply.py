@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-from casa_assets.core.typing import Floats, Ints
+from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.formats import Format, Reference, Role
@@ -20,7 +20,7 @@ from casa_assets.ingest.load.polygons import cut_whole
 from casa_assets.ingest.load.raw_parts import ReadPart, check_face_count, raw_model, rgba
 from casa_assets.ingest.load.text import decode
 from casa_assets.model.asset.material import Material
-from casa_assets.model.ingest.source import Bundle, RawModel
+from casa_assets.model.source import Bundle, RawModel
 
 _TYPES = {
     "char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4", "float": "f4",

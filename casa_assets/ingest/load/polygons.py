@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 import numpy.typing as npt
 
-from casa_assets.core.typing import Floats, Ints
+from casa_assets.core.numeric import Floats, Ints
 from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.notes import Notes
 from casa_assets.ingest.load.raw_parts import Bytes, ReadPart, check_face_count, merged_corners

@@ -9,16 +9,15 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from casa_assets.core.rotation import about_axis
-from casa_assets.core.typing import Floats, Ints
+from casa_assets.core.numeric import Floats, Ints, about_axis
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.formats import Format
 from casa_assets.ingest.load.notes import Notes
 from casa_assets.ingest.load.text import UniqueNames
 from casa_assets.model.asset.material import Material
-from casa_assets.model.asset.mesh import Mesh
-from casa_assets.model.ingest.source import RawModel, RawPart, Up
+from casa_assets.model.asset.parts import Mesh
+from casa_assets.model.source import RawModel, RawPart, Up
 
 Bytes = npt.NDArray[np.uint8]
 

@@ -14,7 +14,7 @@ from casa_assets.ingest.load.notes import Notes, printable
 from casa_assets.ingest.load.raw_parts import ReadPart, check_face_count, raw_model
 from casa_assets.ingest.load.text import decode, normalize_text, numbers
 from casa_assets.model.asset.material import Material
-from casa_assets.model.ingest.source import Bundle, RawModel
+from casa_assets.model.source import Bundle, RawModel
 
 _TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 from pxr import Sdf, Tf, Usd, UsdGeom, UsdShade
 
-from casa_assets.core.typing import Floats, Ints
+from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.formats import Format, Reference, Role
@@ -29,7 +29,7 @@ from casa_assets.ingest.load.notes import Notes, printable
 from casa_assets.ingest.load.polygons import cut_polygons, part_of_corners
 from casa_assets.ingest.load.raw_parts import Bytes, ReadPart, check_face_count, raw_model, transformed
 from casa_assets.model.asset.material import Material
-from casa_assets.model.ingest.source import Bundle, RawModel, Up
+from casa_assets.model.source import Bundle, RawModel, Up
 
 MAGIC = b"PXR-USDC"
 # A crate has six sections; others may come.

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from casa_assets.core.typing import Floats, Ints
+from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.formats import Format, Reference, Role
@@ -24,7 +24,7 @@ from casa_assets.ingest.load.raw_parts import ReadPart, check_face_count, raw_mo
 from casa_assets.ingest.load.text import decode
 from casa_assets.ingest.load.vrml_shapes import DEEPEST, LEFT_OUT, Faces, Node, faces_of
 from casa_assets.model.asset.material import Material
-from casa_assets.model.ingest.source import Bundle, RawModel, Up
+from casa_assets.model.source import Bundle, RawModel, Up
 
 _WORD = re.compile(r'"(?:[^"\\]|\\.)*"|[\[\]{}]|[^\s,"\[\]{}#]+|#[^\n]*')
 _NUMBER = re.compile(r"[-+]?(\d|\.\d|inf|nan)", re.IGNORECASE)

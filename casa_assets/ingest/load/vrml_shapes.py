@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from casa_assets.core.typing import Floats, Ints
+from casa_assets.core.numeric import Floats, Ints
 from casa_assets.ingest.load.polygons import fan, strip
 from casa_assets.ingest.load.raw_parts import Bytes, rgba
 

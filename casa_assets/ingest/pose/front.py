@@ -7,9 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from casa_assets.core.typing import Floats
-from casa_assets.ingest.pose.evidence import FOOT_SHARE
-from casa_assets.ingest.pose.surface_sample import smallest_rectangle
+from casa_assets.core.numeric import Floats
+from casa_assets.ingest.pose.up import FOOT_SHARE, smallest_rectangle
 from casa_assets.model.registry.category import Category, FrontRule
 
 # Smaller turns are not made, so that meshes which lie along their axes stay as they are. A choice, as all numbers here.

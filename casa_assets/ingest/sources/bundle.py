@@ -17,7 +17,7 @@ from casa_assets.ingest.load.obj import material_references
 from casa_assets.ingest.sources.containers.place import place_of
 from casa_assets.ingest.sources.found import Found
 from casa_assets.ingest.sources.places import Place
-from casa_assets.model.ingest.source import Bundle, RawModel
+from casa_assets.model.source import Bundle, RawModel
 
 _SCHEME = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+:")
 _DRIVE = re.compile(r"[A-Za-z]:[\\/]")

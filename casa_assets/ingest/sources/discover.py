@@ -24,7 +24,7 @@ from casa_assets.ingest.sources.other_files import HIDDEN, kind_of_other, unread
 from casa_assets.ingest.sources.package import Package
 from casa_assets.ingest.sources.places import StoreRoot, folder_of
 from casa_assets.ingest.sources.untrusted_fields import unique_hints
-from casa_assets.model.ingest.source import Source, SourceKind
+from casa_assets.model.source import Source, SourceKind
 
 DEEPEST_FOLDER = 64
 # Folders of the Gazebo and ROS layout, whose textures lie beside the folder: ../materials/textures

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from casa_assets.ingest.sources.places import StoreRoot
-from casa_assets.model.ingest.source import Source
 from casa_assets.model.issue import Issue
+from casa_assets.model.source import Source
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from casa_assets.ingest.sources.found import Found, Refused
 from casa_assets.ingest.sources.package import Package
 from casa_assets.ingest.sources.rows import check_types, remarks, source_of
 from casa_assets.ingest.sources.untrusted_fields import parse_json, safe_id
-from casa_assets.model.ingest.source import Source
+from casa_assets.model.source import Source
 
 # Names that announce a manifest, whatever the state of its content.
 NAMES = frozenset({"manifest.jsonl", "manifest.json"})

@@ -20,7 +20,7 @@ from casa_assets.ingest.sources.licence import spdx_id
 from casa_assets.ingest.sources.package import MAX_INDEX_BYTES, Package
 from casa_assets.ingest.sources.places import Folder
 from casa_assets.ingest.sources.untrusted_fields import parse_json, safe_id, text_field, text_list, unique_hints
-from casa_assets.model.ingest.source import Source, SourceKind
+from casa_assets.model.source import Source, SourceKind
 
 INDEX_FILES = frozenset(
     f"{stem}.json{end}" for stem in ("object-paths", "annotations", "lvis-annotations") for end in ("", ".gz")

@@ -14,7 +14,7 @@ from casa_assets.ingest.load.notes import printable
 from casa_assets.ingest.sources.bounded_reads import utf8_escaped
 from casa_assets.ingest.sources.found import Found, Refused
 from casa_assets.ingest.sources.places import Folder, StoreRoot, folder_of
-from casa_assets.model.ingest.source import Source
+from casa_assets.model.source import Source
 
 # The largest index in the wild (Objaverse 1.0 object paths) is 80 MB unpacked.
 MAX_INDEX_BYTES = 128 * 1024 * 1024

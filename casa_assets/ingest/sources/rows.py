@@ -10,8 +10,8 @@ from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.notes import Notes, printable
 from casa_assets.ingest.sources.licence import spdx_id
 from casa_assets.ingest.sources.untrusted_fields import text_field, text_list, unique_hints
-from casa_assets.model.ingest.source import Source, SourceKind
 from casa_assets.model.issue import Issue
+from casa_assets.model.source import Source, SourceKind
 
 # Fields that have to be text where there are any; `tags` may be a list of texts.
 TEXTS = ("prompt", "category", "generator", "license", "licence", "name", "title", "author", "uri")

@@ -1,19 +1,82 @@
-"""Signs in the form of a mesh that it is more than one object: pieces apart, many alike, things on a ground, a room."""
+"""Signs that a file holds no single household object, in its names and in its form."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+import posixpath
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
+from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
 
-from casa_assets.core.typing import Floats, Ints, Mask
-from casa_assets.geometry.mesh.measure import face_normals
+from casa_assets.core.numeric import Floats, Ints, Mask
+from casa_assets.geometry.mesh.surface import face_normals
+from casa_assets.geometry.solid.deviation import samples_with_faces
 from casa_assets.ingest.draft import merge_parts
 from casa_assets.ingest.repair.components import Components, box_gaps, split_components
-from casa_assets.ingest.things.contact import Contacts
-from casa_assets.model.ingest.source import RawModel, Up
+from casa_assets.model.asset.provenance import Guess
+from casa_assets.model.registry.category import Category, Vocabulary, VocabularyMatch, singulars, split_words
+from casa_assets.model.registry.rows import OtherThingsWords
+from casa_assets.model.source import RawModel, Source, Up
+
+# Contact --------------------------------------------------------------------------------------------------------------
+# Find which components of a surface touch each other, and the groups that do.
+
+# Surfaces nearer than this share of the longest side touch; a choice, above the distance of the samples.
+TOUCH_SHARE = 0.012
+SAMPLES = 40_000
+FEW_SAMPLES = 300
+
+
+class Contacts:
+    """Contacts between the components of a surface.
+
+    Attributes:
+        components: of the surface. pairs: (K, 2) components that touch, each pair once.
+    """
+
+    def __init__(self, components: Components, touch_share: float = TOUCH_SHARE) -> None:
+        self.components = components
+        reach = touch_share * float(np.ptp(components.points, axis=0).max())
+        samples, face = samples_with_faces(components.points, components.faces, SAMPLES)
+        # A small component may have got few samples or none: corners of so many of its faces join them.
+        few = np.bincount(components.label[face], minlength=components.count) < FEW_SAMPLES
+        faces = np.bincount(components.label, minlength=components.count)
+        by_label = np.argsort(components.label, kind="stable")
+        rank = np.empty_like(by_label)
+        rank[by_label] = np.arange(len(by_label)) - np.repeat(np.cumsum(faces) - faces, faces)
+        step = np.maximum(1, faces // FEW_SAMPLES)[components.label]
+        corners = few[components.label] & (rank % step == 0)
+        places = np.concatenate((samples, components.points[components.faces[corners]].reshape(-1, 3)))
+        label = np.concatenate((components.label[face], np.repeat(components.label[corners], 3)))
+        cells = np.column_stack((np.round(places / max(reach / 2, 1e-30)).astype(np.int64), label))
+        first = np.unique(cells, axis=0, return_index=True)[1]
+        places, label = places[first], label[first]
+        near = cKDTree(places).query_pairs(reach, output_type="ndarray")
+        touching = np.sort(label[near], axis=1)
+        self.pairs: Ints = np.unique(touching[touching[:, 0] != touching[:, 1]], axis=0)
+
+    def groups(self, among: Mask) -> list[Ints]:
+        """Components that hang together by contact, without those that are not `among` (N,); largest group first."""
+        count = self.components.count
+        kept = self.pairs[among[self.pairs].all(axis=1)]
+        graph = coo_matrix((np.ones(len(kept), dtype=np.int8), (kept[:, 0], kept[:, 1])), shape=(count, count))
+        label = connected_components(graph, directed=False)[1]
+        found = [np.flatnonzero(among & (label == k)) for k in np.unique(label[among])]
+        return sorted(found, key=lambda rows: (-float(self.extents(rows).max()), int(rows[0])))
+
+    def extents(self, rows: Ints) -> Floats:
+        """(3,) sides of the box around some components."""
+        lower, upper = self.components.lower[rows], self.components.upper[rows]
+        sides: Floats = upper.max(axis=0) - lower.min(axis=0)
+        return sides
+
+
+# Signs ----------------------------------------------------------------------------------------------------------------
+# Signs in the form of a mesh that it is more than one object: pieces apart, many alike, things on a ground, a room.
 
 # All numbers are choices, fitted on sound meshes and on half of others. Sizes are shares of the
 # longest side of the whole.
@@ -274,3 +337,135 @@ def components_of(model: RawModel) -> tuple[Components, Ints]:
     surface = merge_parts(model.parts)
     owner = np.repeat(np.arange(len(model.parts)), [len(p.mesh.faces) for p in model.parts])
     return split_components(surface.vertices, surface.faces, surface.point_of_vertex), owner
+
+
+# Names ----------------------------------------------------------------------------------------------------------------
+# Signs in names and titles that a mesh is no single household object: plurals, figures, places, parts of something.
+
+# Probabilities are choices, fitted like those of signs.py. A category told less sure than this is told by a weak word.
+ALWAYS, OTHER, PART, PLURAL, MANY_KINDS, OWN_KINDS = 0.65, 0.6, 0.65, 0.4, 0.7, 0.2
+WEAKLY_TOLD = 0.62
+# Nodes named after so many categories are several things.
+MIN_KINDS = 3
+_WHAT = {
+    "figures": "a person or an animal",
+    "places": "a place",
+    "shapes": "a shape to test with",
+    "outdoors": "something from outdoors",
+    "arms": "a weapon",
+}
+# What exporters and authors put behind a name, besides single letters.
+_ENDINGS = frozenset({"low", "high", "lod", "visual", "mesh", "model", "obj", "textured", "simple", "left", "right"})
+
+
+def signs_of_words(source: Source, vocabulary: Vocabulary, words: OtherThingsWords) -> list[Sign]:
+    """Signs in the name of the file, or of the node, and in the title; each kind of sign once."""
+    found: dict[str, Sign] = {}
+    for text in _texts(source):
+        match = vocabulary.find([text])
+        for key, sign in _signs_of(text, match, vocabulary, words):
+            found.setdefault(key, sign)
+    return list(found.values())
+
+
+def sign_of_nodes(nodes: Iterable[Sequence[str]], source: Source, vocabulary: Vocabulary) -> Sign | None:
+    """A sign if nodes are named after several categories: a table, a lamp and a vase are no parts of one thing.
+
+    It says little where the file itself is named after a category: a hamburger is made of a bun, cheese and tomatoes.
+    """
+    kinds: dict[str, str] = {}
+    for name in sorted({name for path in nodes for name in path}):
+        match = vocabulary.find([name])
+        if match is not None and not match.weak and match.confidence >= WEAKLY_TOLD:
+            kinds.setdefault(match.id, name)
+    if len(kinds) < MIN_KINDS:
+        return None
+    named = ", ".join(repr(name[:40]) for name in list(kinds.values())[:4])
+    own = [vocabulary.find([text]) for text in _texts(source)]
+    is_named = any(match is not None and not match.weak and match.confidence >= WEAKLY_TOLD for match in own)
+    return Sign(
+        OWN_KINDS if is_named else MANY_KINDS, f"its nodes are named after {len(kinds)} kinds of things ({named})"
+    )
+
+
+def _texts(source: Source) -> list[str]:
+    """Texts that name the object: the node of a file taken apart, else the name of the file and the title."""
+    if source.node:
+        return [source.node]
+    stem = posixpath.splitext(posixpath.basename(source.path))[0]
+    return [text for text in (stem, source.title) if text]
+
+
+def _signs_of(
+    text: str, match: VocabularyMatch | None, vocabulary: Vocabulary, words: OtherThingsWords
+) -> list[tuple[str, Sign]]:
+    every = split_words(text)
+    while len(every) > 1 and (len(every[-1]) == 1 or every[-1] in _ENDINGS):
+        every.pop()
+    if not every:
+        return []
+    found: list[tuple[str, Sign]] = []
+    stems = {singular for word in every for singular in singulars(word)}
+    if hit := sorted(stems & set(words.always)):
+        found.append(("always", Sign(ALWAYS, f"{hit[0]!r} in {text[:60]!r} is no household object")))
+    last = every[-1]
+    covers_last = vocabulary.find([last]) is not None
+    if not covers_last and last in words.parts and len(every) > 1:
+        found.append(("part", Sign(PART, f"{last!r} in {text[:60]!r} is a part of something")))
+    if _is_plural(last, vocabulary):
+        found.append(("plural", Sign(PLURAL, f"{text[:60]!r} speaks of several things")))
+    if match is None or match.weak or match.confidence < WEAKLY_TOLD:
+        for group, what in _WHAT.items():
+            if hit := sorted(stems & set(getattr(words, group))):
+                found.append(("other", Sign(OTHER, f"{hit[0]!r} in {text[:60]!r} speaks of {what}")))
+                break
+    return found
+
+
+def _is_plural(word: str, vocabulary: Vocabulary) -> bool:
+    """True for the plural of a word that names a category or a portion; False for names that are plurals themselves."""
+    if word in vocabulary.words:
+        return False
+    return any(one != word and one in vocabulary.words for one in singulars(word))
+
+
+# Guess ----------------------------------------------------------------------------------------------------------------
+# Guess whether a file holds one household object, from all signs that it does not.
+
+SUBJECT = "things"
+ONE = "one object"
+# Below this probability nothing is said.
+MIN_PROBABILITY = 0.25
+# Bones from which on a rig is that of a figure, and how probable that is; a choice.
+MIN_JOINTS, FIGURE = 5, 0.8
+MANY_COPIES = 0.95
+# A category whose name has one of these words is several things, and rightly so.
+COLLECTIVE = frozenset({"stack", "set", "bunch", "pack", "pile", "pair"})
+
+
+def guess_of_things(
+    model: RawModel, source: Source, category: Category, vocabulary: Vocabulary, words: OtherThingsWords
+) -> Guess | None:
+    """The guess that a file holds one object, with the signs against it; None if they hardly speak against it.
+
+    Args:
+        model: as read. source: its name and title. category: what it is taken for.
+        vocabulary: names of categories. words: names of things that are not household objects.
+    """
+    signs = signs_of_words(source, vocabulary, words)
+    if model.instances > 1:
+        signs.append(Sign(MANY_COPIES, f"a list of places puts {model.instances} copies of meshes"))
+    elif not COLLECTIVE & set(split_words(category.id)):
+        signs += signs_of_form(model)
+    if model.joints >= MIN_JOINTS:
+        signs.append(Sign(FIGURE, f"a rig of {model.joints} bones moves it, as it does a figure"))
+    named = sign_of_nodes([part.nodes or (part.name,) for part in model.parts], source, vocabulary)
+    if named is not None:
+        signs.append(named)
+    alone = math.prod(1 - sign.probability for sign in signs)
+    if 1 - alone < MIN_PROBABILITY:
+        return None
+    ordered = sorted(signs, key=lambda sign: -sign.probability)
+    return Guess(
+        subject=SUBJECT, value=ONE, confidence=round(alone, 2), reason="; ".join(sign.reason for sign in ordered)
+    )

@@ -9,16 +9,23 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from casa_assets.core.typing import Ints
+from casa_assets.core.numeric import Ints
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.draft import warning
 from casa_assets.ingest.load.text import UniqueNames
 from casa_assets.ingest.repair.components import Components
-from casa_assets.ingest.submesh import submesh
-from casa_assets.ingest.things.contact import Contacts
-from casa_assets.ingest.things.signs import MAX_COMPONENTS, alike_pieces, components_of, grounds, up_axes, walls_of
-from casa_assets.model.ingest.source import RawModel, RawPart
+from casa_assets.ingest.texture import submesh
+from casa_assets.ingest.things.signs import (
+    MAX_COMPONENTS,
+    Contacts,
+    alike_pieces,
+    components_of,
+    grounds,
+    up_axes,
+    walls_of,
+)
+from casa_assets.model.source import RawModel, RawPart
 
 # Things that are taken out of one file, the largest first; a choice.
 MAX_THINGS = 256

@@ -10,8 +10,8 @@ import numpy as np
 from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.layouts.plan.room import WallLine
 from casa_assets.layouts.plan.runs import UnitSlot
+from casa_assets.model.kitchen.plan import BaseKind
 from casa_assets.model.kitchen.scene import Camera
-from casa_assets.model.kitchen.units import BaseKind
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec2, Vec3
 

@@ -7,12 +7,10 @@ from collections.abc import Iterable, Iterator, Mapping
 
 import numpy as np
 
-from casa_assets.core.rounding import decimals
-from casa_assets.layouts.compose.compose import box_of
-from casa_assets.layouts.compose.swept_areas import AssetOutlines, door_leaf_widths
+from casa_assets.core.numeric import decimals
+from casa_assets.layouts.compose.compose import AssetOutlines, box_of, door_leaf_widths
 from casa_assets.layouts.order.build_order import OrderItem
-from casa_assets.layouts.order.placed_runs import placed_run
-from casa_assets.layouts.order.request import KitchenRequest
+from casa_assets.layouts.order.request import KitchenRequest, placed_run
 from casa_assets.layouts.plan.aisles import find_aisles
 from casa_assets.layouts.plan.room import WallHole
 from casa_assets.model.asset.asset import Asset, Base

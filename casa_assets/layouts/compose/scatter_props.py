@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from casa_assets.core.sampling import rng_for
+from casa_assets.core.numeric import rng_for
 from casa_assets.layouts.compose.compose import pose_at_spot
 from casa_assets.layouts.order.build_order import DepthReference, OrderItem, Spot
 from casa_assets.layouts.order.request import KitchenRequest

@@ -8,10 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from casa_assets.core.rotation import about_axis
-from casa_assets.core.typing import Floats
-from casa_assets.layouts.lived_in.silhouette import CELL_M, Silhouette
-from casa_assets.layouts.lived_in.spaces import box_in_world
+from casa_assets.core.numeric import Floats, about_axis
+from casa_assets.layouts.lived_in.spaces import CELL_M, Silhouette, box_in_world
 from casa_assets.model.kitchen.habit import Arrangement
 from casa_assets.model.pose import Pose
 

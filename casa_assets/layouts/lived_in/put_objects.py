@@ -9,11 +9,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from casa_assets.core.rounding import decimals
-from casa_assets.core.typing import Floats
+from casa_assets.core.numeric import Floats, decimals
 from casa_assets.layouts.lived_in.groups import Group, arrange
-from casa_assets.layouts.lived_in.silhouette import Silhouette, silhouette
-from casa_assets.layouts.lived_in.spaces import Rect, Space, box_in_world, taken_by
+from casa_assets.layouts.lived_in.spaces import Rect, Silhouette, Space, box_in_world, silhouette, taken_by
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.kitchen.habit import Habit, Habits, SpaceKind
 from casa_assets.model.kitchen.scene import Placement, Resting

@@ -1,20 +1,145 @@
-"""Find the spaces of a kitchen in which people keep things, and what of each is taken already."""
+"""Find the spaces of a kitchen in which people keep things, and what of each is free."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from casa_assets.core.typing import Floats
-from casa_assets.layouts.compose.swept_areas import AssetOutlines
-from casa_assets.layouts.lived_in.silhouette import outline_points
+from casa_assets.core.numeric import Floats, Mask
+from casa_assets.geometry.solid.solids import hull_planes
+from casa_assets.layouts.compose.compose import AssetOutlines
 from casa_assets.model.asset.asset import Asset
-from casa_assets.model.asset.site import Region
+from casa_assets.model.asset.parts import Box, Capsule, Cylinder, Hull, MeshShape, Region, Shape, Sphere
 from casa_assets.model.kitchen.habit import SpaceKind
 from casa_assets.model.kitchen.scene import Layer, Placement, Scene
 from casa_assets.model.pose import Pose
+
+# Silhouette -----------------------------------------------------------------------------------------------------------
+# Heights of an object's collision shapes over the ground, cell by cell, to set things on and into each other.
+
+CELL_M = 0.003
+# Two of the same shape, one lifted by `pitch`, may still touch between the centres of cells.
+CELL_SLACK_M = 0.0006
+# What has a handle at one side is so much longer than wide, and the middle of its area so far from that of its length.
+LONG_SHARE, OFF_SHARE = 1.15, 0.04
+# Regions of a rack that take one plate each.
+SLOT = "slot_"
+_ROUND = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
+_CUBE = np.array([[i & 1, i >> 1 & 1, i >> 2 & 1] for i in range(8)]) - 0.5
+
+
+@dataclass(frozen=True)
+class Silhouette:
+    """Space that an object takes up, seen from above; frame of the asset, joints at zero, metres.
+
+    Attributes:
+        box: (2, 3) bounds of its collision shapes.
+        low, high: (X, Y) lowest and highest point over each cell of `CELL_M`, the first at `box[0]`; inf and -inf in
+            empty cells.
+        slots: (S, 2, 3) bounds of the regions `slot_<n>`, each of which takes one plate on its edge.
+    """
+
+    box: Floats
+    low: Floats
+    high: Floats
+    slots: Floats = field(default_factory=lambda: np.empty((0, 2, 3)))
+
+    @property
+    def pitch(self) -> float:
+        """Height by which a second one is raised if stacked on the first, both facing the same way; metres."""
+        filled = np.isfinite(self.low)
+        return float((self.high[filled] - self.low[filled]).max()) + CELL_SLACK_M
+
+    @property
+    def body(self) -> Floats:
+        """(2,) middle of the body without the handle that reaches out of it to one side; frame of the asset, metres.
+
+        The body is taken to be as long as it is wide.
+        """
+        middle: Floats = self.box[:, :2].mean(axis=0)
+        handle = self.handle
+        size = np.ptp(self.box[:, :2], axis=0)
+        return middle if handle is None else middle - handle * (size.max() - size.min()) / 2
+
+    @property
+    def handle(self) -> Floats | None:
+        """(2,) direction along x or y in which a handle extends; None without a handle, or with two."""
+        size = np.ptp(self.box[:, :2], axis=0)
+        axis = int(np.argmax(size))
+        centers = self.box[0, :2] + (np.argwhere(np.isfinite(self.low)) + 0.5) * CELL_M
+        off = float((self.box[:, :2].mean(axis=0) - centers.mean(axis=0))[axis])
+        if size[axis] < LONG_SHARE * size[1 - axis] or abs(off) < OFF_SHARE * size[axis]:
+            return None
+        direction = np.zeros(2)
+        direction[axis] = np.sign(off)
+        return direction
+
+
+def silhouette(asset: Asset) -> Silhouette:
+    """Heights of an object's collision shapes."""
+    clouds = [
+        asset.asset_from_link(link.name).apply(c.pose.apply(outline_points(c.shape)))
+        for link in asset.links
+        for c in link.colliders
+    ]
+    every = np.concatenate(clouds)
+    box = np.array([every.min(axis=0), every.max(axis=0)])
+    counts = np.maximum(1, np.ceil((box[1, :2] - box[0, :2]) / CELL_M).astype(int))
+    low, high = np.full(counts, np.inf), np.full(counts, -np.inf)
+    x, y = (box[0, k] + (np.arange(counts[k]) + 0.5) * CELL_M for k in (0, 1))
+    for cloud in clouds:
+        _raster(hull_planes(cloud), x, y, low, high)
+    return Silhouette(box, low, high, _slots(asset))
+
+
+def _slots(asset: Asset) -> Floats:
+    found = [r for r in asset.regions if r.name.startswith(SLOT)]
+    corners = [asset.asset_from_link(r.link).apply(r.pose.apply(_CUBE * np.array(r.size))) for r in found]
+    return np.array([[c.min(axis=0), c.max(axis=0)] for c in corners]).reshape(-1, 2, 3)
+
+
+def outline_points(shape: Shape) -> Floats:
+    """(N, 3) points whose hull is a shape, or a little less where it is round; frame of the shape, metres."""
+    if isinstance(shape, Hull | MeshShape):
+        return np.asarray(shape.mesh.vertices)
+    if isinstance(shape, Box):
+        points: Floats = _CUBE * np.array(shape.size)
+        return points
+    ring = np.stack([np.cos(_ROUND), np.sin(_ROUND)], axis=1)
+    if isinstance(shape, Cylinder):
+        half = shape.height / 2
+        return np.concatenate([np.column_stack([shape.radius * ring, np.full(len(ring), z)]) for z in (-half, half)])
+    half = shape.height / 2 if isinstance(shape, Capsule) else 0.0
+    assert isinstance(shape, Sphere | Capsule)
+    tilt = np.linspace(0.0, np.pi / 2, 7)[:, None, None]
+    level = np.broadcast_to(np.sin(tilt), (len(tilt), len(ring), 1))
+    dome = shape.radius * np.concatenate([np.cos(tilt) * ring, level], axis=-1).reshape(-1, 3)
+    dome[:, 2] += half
+    return np.concatenate([dome, dome * np.array([1.0, 1.0, -1.0])])
+
+
+def _raster(planes: Floats, x: Floats, y: Floats, low: Floats, high: Floats) -> None:
+    """Widen the heights in the cells over which a convex body lies.
+
+    Args:
+        planes: (F, 4) outward normals and offsets. x, y: centres of the cells.
+    """
+    across, along, offset = (planes[:, k, None, None] for k in (0, 1, 3))
+    at = across * x[None, :, None] + along * y[None, None, :] + offset
+    slope = planes[:, 2]
+    below, above, upright = slope < -1e-9, slope > 1e-9, np.abs(slope) <= 1e-9
+    bottom = (at[below] / -slope[below, None, None]).max(axis=0)
+    top = (-at[above] / slope[above, None, None]).min(axis=0)
+    inside = (bottom <= top) & (at[upright] <= 0.0).all(axis=0)
+    low[inside] = np.minimum(low[inside], bottom[inside])
+    high[inside] = np.maximum(high[inside], top[inside])
+
+
+# Spaces ---------------------------------------------------------------------------------------------------------------
+# Find the spaces of a kitchen in which people keep things, and what of each is taken already.
 
 Rect = tuple[float, float, float, float]  # x0, y0, x1, y1 in the frame of a space, metres
 
@@ -26,7 +151,7 @@ FLOOR_SLACK_M = 0.004
 # A thing whose joints move it through less than this is no door: a knob, a key.
 MIN_SWEEP_M = 0.03
 _NOTHING = np.empty((0, 2, 3))
-_CUBE = np.array([[i & 1, i >> 1 & 1, i >> 2 & 1] for i in range(8)])
+_SPACE_CUBE = np.array([[i & 1, i >> 1 & 1, i >> 2 & 1] for i in range(8)])
 
 
 @dataclass(frozen=True)
@@ -126,17 +251,103 @@ def box_around(points: Floats) -> Floats:
 
 def box_in_world(world_from_frame: Pose, box: Floats) -> Floats:
     """(2, 3) bounds in the world of a (2, 3) box given in another frame."""
-    return box_around(world_from_frame.apply(np.where(_CUBE, box[1], box[0])))
+    return box_around(world_from_frame.apply(np.where(_SPACE_CUBE, box[1], box[0])))
 
 
 def taken_by(space: Space, boxes: Floats) -> tuple[Rect, ...]:
     """What (N, 2, 3) boxes of the world take of a space, each where it reaches into it."""
     if not len(boxes):
         return ()
-    corners = np.where(_CUBE, boxes[:, 1, None], boxes[:, 0, None])
+    corners = np.where(_SPACE_CUBE, boxes[:, 1, None], boxes[:, 0, None])
     local = space.pose.inverse().apply(corners.reshape(-1, 3)).reshape(-1, 8, 3)
     low, high, half = local.min(axis=1), local.max(axis=1), np.array(space.size) / 2
     reaches = (low[:, 2] < space.size[2]) & (high[:, 2] > FLOOR_SLACK_M)
     reaches &= (low[:, :2] < half[:2]).all(axis=1) & (high[:, :2] > -half[:2]).all(axis=1)
     rects = np.concatenate([low[:, :2], high[:, :2]], axis=1)[reaches].tolist()
     return tuple((x0, y0, x1, y1) for x0, y0, x1, y1 in rects)
+
+
+# Free room ------------------------------------------------------------------------------------------------------------
+# Measure what is free in a space: the largest box that fits, and how many small things.
+
+FREE_CELL_M = 0.01
+THING_M, THING_GAP_M = 0.1, 0.02
+
+
+def free_cells(space: Space) -> Mask:
+    """(X, Y) which cells of `CELL_M` of a space's floor are free over its whole height, from its left front corner."""
+    width, depth, _ = space.size
+    counts = [max(1, math.floor(side / FREE_CELL_M + 1e-6)) for side in (width, depth)]
+    x, y = (-side / 2 + (np.arange(n) + 0.5) * FREE_CELL_M for side, n in zip((width, depth), counts, strict=True))
+    free = np.ones(counts, dtype=bool)
+    half = FREE_CELL_M / 2 - 1e-6  # what ends where a cell begins takes none of it
+    for x0, y0, x1, y1 in space.taken:
+        over_x, over_y = (x + half > x0) & (x - half < x1), (y + half > y0) & (y - half < y1)
+        free &= ~(over_x[:, None] & over_y[None, :])
+    if space.is_round:
+        free &= np.hypot(np.abs(x)[:, None] + half, np.abs(y)[None, :] + half) <= width / 2
+    return free
+
+
+def largest_box(space: Space) -> tuple[tuple[float, float, float], tuple[float, float]]:
+    """Size of the box over the largest free rectangle of the floor, and its middle in the frame of the space, metres.
+
+    The height is that of the space. The size is zero if nothing is free.
+    """
+    free = free_cells(space)
+    best, found = 0, (0, 0, 0, 0)
+    runs = np.zeros(free.shape[1], dtype=int)
+    for i, row in enumerate(free):
+        runs = np.where(row, runs + 1, 0)
+        area, (start, end, length) = _largest_under([*runs.tolist(), 0])
+        if area > best:
+            best, found = area, (i + 1 - length, start, i + 1, end)
+    i0, j0, i1, j1 = found
+    width, depth, height = space.size
+    size = ((i1 - i0) * FREE_CELL_M, (j1 - j0) * FREE_CELL_M, height if best else 0.0)
+    return size, ((i0 + i1) / 2 * FREE_CELL_M - width / 2, (j0 + j1) / 2 * FREE_CELL_M - depth / 2)
+
+
+def _largest_under(heights: list[int]) -> tuple[int, tuple[int, int, int]]:
+    """Area of the largest rectangle under a histogram that ends in 0, and its first column, the one after, its height.
+
+    Columns that may still grow to the right are kept on a stack, each with where it begins, the lowest first.
+    """
+    best, found = 0, (0, 0, 0)
+    growing: list[tuple[int, int]] = []
+    for j, height in enumerate(heights):
+        start = j
+        while growing and growing[-1][1] >= height:
+            start, tall = growing.pop()
+            if tall * (j - start) > best:
+                best, found = tall * (j - start), (start, j, tall)
+        growing.append((start, height))
+    return best, found
+
+
+def count_of_things(space: Space) -> int:
+    """Number of 10 cm cubes that fit on its floor in rows, 2 cm apart; 0 if it is lower than a cube, 1 for a site."""
+    if space.size[2] < THING_M:
+        return 0
+    if space.is_site:
+        return 1
+    free = free_cells(space)
+    side, pitch = round(THING_M / FREE_CELL_M), round((THING_M + THING_GAP_M) / FREE_CELL_M)
+    count, j = 0, 0
+    while j + side <= free.shape[1]:
+        i, row = 0, 0
+        while i + side <= free.shape[0]:
+            if free[i : i + side, j : j + side].all():
+                row, i = row + 1, i + pitch
+            else:
+                i += 1
+        count += row
+        j += pitch if row else 1
+    return count
+
+
+def world_bounds(space: Space) -> Floats:
+    """(2, 3) bounds of a space in the world, metres."""
+    width, depth, height = space.size
+    box = np.array([(-width / 2, -depth / 2, 0.0), (width / 2, depth / 2, height)])
+    return box_in_world(space.pose, box)

@@ -15,8 +15,8 @@ from casa_assets.layouts.order.build_order import (
 from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.runs import CornerPart, UnitSlot
 from casa_assets.layouts.plan.style_models import StyleModel, StyleModels
+from casa_assets.model.kitchen.plan import BaseKind, BaseUnit, UpperKind, UpperUnit
 from casa_assets.model.kitchen.style import FrontStyle, PresetChoice
-from casa_assets.model.kitchen.units import BaseKind, BaseUnit, UpperKind, UpperUnit
 
 NICHE_PLAY_M = 0.004  # gap over an appliance in a niche
 OVEN_NICHE_FROM_M, MICROWAVE_NICHE_FROM_M = 0.74, 1.08  # heights of the niches in tall units

@@ -1,7 +1,8 @@
-"""Order trim: cornices over rows of cabinets, and curtains at windows."""
+"""Order trim: cornices, curtains, backsplashes, and panels for the backs of islands."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -13,14 +14,160 @@ from casa_assets.layouts.order.build_order import (
     Spot,
     preset_with,
 )
-from casa_assets.layouts.order.cabinets import face_of, is_under_cabinet
+from casa_assets.layouts.order.cabinets import face_of, front_look, group_of, is_under_cabinet
+from casa_assets.layouts.order.worktops import MAX_SLAB_M
 from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.room import WallHole
 from casa_assets.layouts.plan.runs import CornerPart, RunLine, UnitSlot
 from casa_assets.layouts.plan.style_models import StyleModels
 from casa_assets.model.kitchen.floor import RunEnd
-from casa_assets.model.kitchen.plan import CornerKind
-from casa_assets.model.kitchen.units import TALL, BaseKind, BaseUnit, UpperKind, UpperUnit
+from casa_assets.model.kitchen.plan import TALL, BaseKind, BaseUnit, CornerKind, RunSide, UpperKind, UpperUnit
+
+# Back panels ----------------------------------------------------------------------------------------------------------
+# Order panels for the backs of islands and peninsulas that are made of ordinary units.
+
+MAX_PANEL_M = 1.2  # metres of one panel
+FIELD_WIDTH_M = 0.5  # metres of one field of it
+PLAY_M = 0.0005
+
+
+def order_back_panels(
+    order: BuildOrder, lines: Mapping[str, RunLine], slots: Mapping[str, Sequence[UnitSlot]], models: StyleModels
+) -> None:
+    """Panels along the back of every free-standing run, from the wall that a peninsula begins at to its free end."""
+    for name, line in lines.items():
+        floor = [s for s in slots[name] if not s.is_upper]
+        if not line.has_back or not floor:
+            continue
+        low, high = floor[0].left, floor[-1].right
+        if line.run.joins is not None:
+            low, high = (0.0, high) if line.run.joins.end is RunSide.RIGHT else (low, line.length)
+        count = math.ceil((high - low) / MAX_PANEL_M)
+        width = (high - low) / count
+        fronts = front_look(models, group_of(floor[0]))
+        params = {
+            "width": round(width - PLAY_M, 4),
+            "height": floor[0].top,
+            "thick": standard_sizes.END_PANEL,
+            "columns": max(1, min(4, round(width / FIELD_WIDTH_M))),
+            "front": fronts["front"],
+            "face": fronts["face"],
+        }
+        for k in range(count):
+            spot = Spot(line.frame, low + (k + 0.5) * width, -standard_sizes.END_PANEL - PLAY_M, 0.0, 180.0)
+            stem = f"{name}_back" if k == 0 else f"{name}_back_{k + 1}"
+            order.add(OrderItem(stem, "panel", preset_with("cabinet_panel/slab_oak", params), spot, "", name))
+
+
+# Backsplash -----------------------------------------------------------------------------------------------------------
+# Order backsplash panels for the walls between worktops and wall units.
+
+THICKNESS_M = 0.01
+SILL_OVERHANG_M = 0.02  # of a sill beside the casing, at each end
+MIN_PANEL_M = 0.3
+
+
+def order_backsplash(
+    order: BuildOrder,
+    lines: Mapping[str, RunLine],
+    slots: Mapping[str, Sequence[UnitSlot]],
+    holes: Sequence[WallHole],
+    models: StyleModels,
+) -> None:
+    """Order panels between worktops and wall units, lower under windows."""
+    splash = models.style.backsplash
+    if splash is None:
+        return
+    for name, line in lines.items():
+        if not line.at_wall:
+            continue
+        for k, (a, b, high) in enumerate(_panels(line, slots[name], holes, window_reach(models))):
+            params = {
+                "width": round(b - a, 4),
+                "height": round(high - standard_sizes.WORKTOP_HEIGHT, 4),
+                "thickness": THICKNESS_M,
+                "face": splash.face,
+            }
+            spot = Spot(line.frame, (a + b) / 2, 0.0, standard_sizes.WORKTOP_HEIGHT + 5e-4)
+            order.add(
+                OrderItem(
+                    f"{name}_splash_{k + 1}", "backsplash", preset_with("backsplash/subway", params), spot, "", name
+                )
+            )
+
+
+def window_reach(models: StyleModels) -> float:
+    """Distance by which a window's casing and sill extend to the sides of its hole and below it, metres."""
+    casing = float(models.for_role("window").params.get("casing", 0.0)) if models.has("window") else 0.0
+    return round(max(casing + SILL_OVERHANG_M, 0.03) + 0.002, 4)
+
+
+def _panels(
+    line: RunLine, slots: Sequence[UnitSlot], holes: Sequence[WallHole], reach: float
+) -> Iterator[tuple[float, float, float]]:
+    """Left, right and upper edge of the panels of a run."""
+    floor = [s for s in slots if not s.is_upper]
+    parts: list[tuple[float, float]] = []
+    for slot in floor:
+        if slot.kind in (*TALL, BaseKind.GAP) or slot.top > standard_sizes.WORKTOP_HEIGHT:
+            continue
+        if parts and slot.left - parts[-1][1] < 0.01:
+            parts[-1] = (parts[-1][0], slot.right)
+        else:
+            parts.append((slot.left, slot.right))
+    if line.left.kind is RunEnd.CORNER and parts:
+        parts[0] = (THICKNESS_M, parts[0][1])
+    if line.right.kind is RunEnd.CORNER and parts:
+        parts[-1] = (parts[-1][0], line.length)
+    for a, b in parts:
+        for c, d, high in _up_to_hoods(_under_windows(line, a, b, holes, reach), slots):
+            while d - c > MAX_SLAB_M:
+                yield c, c + MAX_SLAB_M, high
+                c += MAX_SLAB_M
+            if d - c >= MIN_PANEL_M and high - standard_sizes.WORKTOP_HEIGHT >= 0.1:
+                yield round(c, 4), round(d, 4), high
+
+
+def _up_to_hoods(
+    panels: Iterator[tuple[float, float, float]], slots: Sequence[UnitSlot]
+) -> Iterator[tuple[float, float, float]]:
+    """Panels raised behind a hob or range; one whole panel if the rest next to the raised part would be too narrow."""
+    hoods = sorted((s.left, s.right) for s in slots if s.kind is UpperKind.HOOD)
+    for a, b, high in panels:
+        at = a
+        for left, right in hoods:
+            fits = left - at >= MIN_PANEL_M or abs(left - at) < 0.002
+            ends = b - right >= MIN_PANEL_M or abs(b - right) < 0.002
+            if high < standard_sizes.UPPER_FROM or left < at - 0.002 or right > b + 0.002 or not (fits and ends):
+                continue
+            if left - at >= MIN_PANEL_M:
+                yield at, left, high
+            yield left, right, standard_sizes.HOOD_FROM
+            at = right
+        if b - at > 0.002:
+            yield at, b, high
+
+
+def _under_windows(
+    line: RunLine, a: float, b: float, holes: Sequence[WallHole], casing: float
+) -> Iterator[tuple[float, float, float]]:
+    full = standard_sizes.UPPER_FROM
+    at = a
+    for hole in sorted((h for h in holes if h.wall.id == line.run.on), key=lambda h: h.left):
+        shift = line.frame.to_local(*hole.wall.frame.at(0.0, 0.0)[:2])[0]
+        left, right = hole.left + shift - casing, hole.right + shift + casing
+        if right <= at or left >= b or hole.bottom - casing >= full:
+            continue
+        if left > at:
+            yield at, left, full
+        yield max(at, left), min(b, right), round(hole.bottom - casing, 4)
+        at = right
+    if at < b:
+        yield at, b, full
+
+
+# Trim -----------------------------------------------------------------------------------------------------------------
+# cornices over rows of cabinets, and curtains at windows.
 
 CORNICE_HEIGHT_M = 0.07
 CORNICE_DEPTH_M = 0.04  # projection before the fronts
@@ -30,7 +177,6 @@ NO_RETURN_M = CORNICE_DEPTH_M + NEAR_M  # distance from a wall at which a return
 BESIDE_M = 2 * CORNICE_DEPTH_M + NEAR_M  # gap that two returns do not go into
 SAME_ROW_M = BESIDE_M  # a cornice runs on over a smaller gap between units of one depth
 MIN_CORNICE_M = 0.4
-PLAY_M = 0.0005
 LONG_CURTAINS = ("drapes", "tied", "cafe")  # curtains that hang down to worktops and taps
 # Distance of a curtain's back from the wall: where the window has a casing, and where it has none.
 CURTAIN_FROM_WALL_M, CURTAIN_FROM_BARE_WALL_M = 0.0235, 0.004

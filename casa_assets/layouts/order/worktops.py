@@ -12,9 +12,8 @@ from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.runs import RunLine, UnitSlot
 from casa_assets.layouts.plan.style_models import StyleModel, StyleModels
 from casa_assets.model.kitchen.floor import RunEnd
-from casa_assets.model.kitchen.plan import RunCorner
+from casa_assets.model.kitchen.plan import TALL, BaseKind, BaseUnit, RunCorner
 from casa_assets.model.kitchen.style import PresetChoice, WorktopStyle
-from casa_assets.model.kitchen.units import TALL, BaseKind, BaseUnit
 
 MAX_SLAB_M = 3.9
 MIN_ARM_M, MIN_WIDTH_M = 0.72, 0.2  # of a corner worktop; of a part of a straight one that a seam ends

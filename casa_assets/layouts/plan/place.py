@@ -10,8 +10,7 @@ from casa_assets.layouts.plan.room import Room, WallLine, resolve_length, wall_o
 from casa_assets.layouts.plan.runs import TOUCH_M, LineEnd, RunLine, base_slots
 from casa_assets.layouts.plan.style_models import StyleModels
 from casa_assets.model.kitchen.floor import RunEnd
-from casa_assets.model.kitchen.plan import CornerKind, IslandSide, Plan, Run, RunCorner
-from casa_assets.model.kitchen.units import BaseKind, RunSide
+from casa_assets.model.kitchen.plan import BaseKind, CornerKind, IslandSide, Plan, Run, RunCorner, RunSide
 
 MIN_LENGTH_M = 0.3  # of a run at a wall
 

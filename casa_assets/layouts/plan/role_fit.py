@@ -11,7 +11,7 @@ from typing import Any
 from casa_assets.errors import CasaError
 from casa_assets.model.asset.asset import Base
 from casa_assets.model.kitchen.style import LIBRARY, PresetChoice
-from casa_assets.model.registry.role import RoleRule
+from casa_assets.model.registry.rows import RoleRule
 
 SIDES = ("width", "depth", "height")
 SCALE_DIGITS = 4

@@ -7,11 +7,19 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from casa_assets.errors import PlanConflict
-from casa_assets.geometry.outline import contains_point
+from casa_assets.geometry.planar import contains_point
 from casa_assets.layouts.plan.wall_frame import WallFrame, frame_with_heading
-from casa_assets.model.kitchen.plan import Heading, OpeningKind, Plan, PlanOpening, Wall, degrees_of
-from casa_assets.model.kitchen.room_parts import Column, ColumnShape
-from casa_assets.model.kitchen.units import Length
+from casa_assets.model.kitchen.plan import (
+    Column,
+    ColumnShape,
+    Heading,
+    Length,
+    OpeningKind,
+    Plan,
+    PlanOpening,
+    Wall,
+    degrees_of,
+)
 from casa_assets.model.record import Vec2
 
 WALL_THICKNESS_M = 0.12

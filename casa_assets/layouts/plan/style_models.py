@@ -9,11 +9,9 @@ from typing import Any
 from casa_assets.errors import CasaError, PlanConflict, StyleConflict, UnknownId
 from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.role_fit import ModelMisfit, Place, fitted_choice
-from casa_assets.model.kitchen.furnishing import WorktopItem
-from casa_assets.model.kitchen.plan import Plan
+from casa_assets.model.kitchen.plan import BaseKind, BaseUnit, Plan, UpperKind, UpperUnit, WorktopItem
 from casa_assets.model.kitchen.style import PresetChoice, Style
-from casa_assets.model.kitchen.units import BaseKind, BaseUnit, UpperKind, UpperUnit
-from casa_assets.model.registry.role import RoleRule
+from casa_assets.model.registry.rows import RoleRule
 
 # family -> preset -> its parameters, as JSON has them.
 FamilyPresets = Mapping[str, Mapping[str, Mapping[str, Any]]]

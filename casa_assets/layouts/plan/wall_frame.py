@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from casa_assets.core.rounding import decimals
+from casa_assets.core.numeric import decimals
 from casa_assets.model.kitchen.plan import Heading, degrees_of
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec2, Vec3, Vec4

@@ -16,11 +16,23 @@ import numpy.typing as npt
 from pydantic import Field, model_validator
 
 from casa_assets.model.asset.behavior import Behavior
-from casa_assets.model.asset.joint import Drive, Exclusion, Joint, JointKind, JointValue, Keyframe, State
-from casa_assets.model.asset.link import Collider, Inertial, Link, Visual
 from casa_assets.model.asset.material import Material, Substance
+from casa_assets.model.asset.parts import (
+    Collider,
+    Drive,
+    Exclusion,
+    Inertial,
+    Joint,
+    JointKind,
+    JointValue,
+    Keyframe,
+    Link,
+    Region,
+    Site,
+    State,
+    Visual,
+)
 from casa_assets.model.asset.provenance import Labels, Provenance
-from casa_assets.model.asset.site import Region, Site
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Id, Record
 

@@ -1,4 +1,4 @@
-"""Labels and origin of an asset: classes, source, licence, and every guess with its confidence."""
+"""Labels and origin of an asset, and the signature by which duplicates are found."""
 
 from __future__ import annotations
 
@@ -7,8 +7,11 @@ from typing import Annotated, Any
 
 from pydantic import Field, SerializerFunctionWrapHandler, model_serializer
 
-from casa_assets.model.record import Id, Record, Sha256, without_blanks
+from casa_assets.model.record import Id, Record, Sha256, Vec3, without_blanks
 from casa_assets.model.registry.category import Portion, QCode
+
+# Provenance -----------------------------------------------------------------------------------------------------------
+# classes, source, licence, and every guess with its confidence.
 
 Confidence = Annotated[float, Field(ge=0.0, le=1.0)]
 
@@ -116,3 +119,49 @@ class Provenance(Record):
 def place_of(path: str, node: str) -> str:
     """A file, followed by `#` and the name of an object in it, unless the whole file is meant."""
     return f"{path}#{node}" if node else path
+
+
+# Signature ------------------------------------------------------------------------------------------------------------
+# Signatures for finding duplicates: a shape descriptor and a colour histogram per asset.
+
+# Numbers per distribution: each is the mean of an equal share of the sorted values (a quantile function).
+PAIR_SHARES, CENTER_SHARES, TONE_SHARES = 32, 16, 9
+# Axes of colour: lightness, red-green, yellow-blue, and the two diagonals of the last two.
+TONES = 5
+
+
+class ShapeDescriptor(Record):
+    """Shape of a surface as numbers that do not change with rotation, translation or triangulation.
+
+    Attributes:
+        radius: root mean square distance of the surface from its centre, metres.
+        pair_distances: distances between two points of the surface over `radius`, as means of equal shares, ascending.
+        center_distances: distances of points from the centre, likewise.
+        axis_spread: root mean square spread along the principal axes over `radius`, the widest first.
+    """
+
+    radius: Annotated[float, Field(gt=0.0)]
+    pair_distances: Annotated[tuple[float, ...], Field(min_length=PAIR_SHARES, max_length=PAIR_SHARES)]
+    center_distances: Annotated[tuple[float, ...], Field(min_length=CENTER_SHARES, max_length=CENTER_SHARES)]
+    axis_spread: Vec3
+
+
+class ColorHistogram(Record):
+    """Distribution of the colours of a surface, by area.
+
+    Attributes:
+        tones: means of equal shares along each axis of colour in turn, CIELAB units.
+        names: plain colour names, each with its share of the surface, the largest first.
+        stated: whether the source has colours; readers fill in uniform light grey and white if it has none.
+    """
+
+    tones: Annotated[tuple[float, ...], Field(min_length=TONES * TONE_SHARES, max_length=TONES * TONE_SHARES)]
+    names: tuple[tuple[str, float], ...]
+    stated: bool
+
+
+class Signature(Record):
+    """Shape descriptor and colours of one object."""
+
+    shape: ShapeDescriptor
+    color: ColorHistogram

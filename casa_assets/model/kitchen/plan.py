@@ -1,29 +1,311 @@
-"""A floor plan as a designer writes it: walls, openings, rows of units and furnishings. No coordinates.
-
-Lengths are metres, or the name of a parameter of the plan. Walls follow each other clockwise as seen from above,
-beginning at the back left corner, which is the origin of the room (x right, y back, z up). `left` and `right` of a wall
-or a run are as seen by a person in front of it.
-"""
+"""A floor plan as a designer writes it: walls, openings, rows of units, furnishings. No coordinates."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from enum import StrEnum
 from typing import Annotated, Any, Self
 
 from pydantic import Field, field_validator, model_validator
 
-from casa_assets.model.kitchen.furnishing import (
-    CeilingLamps,
-    DiningTable,
-    FloorItem,
-    SeatRow,
-    WallItem,
-    WorktopItem,
-)
-from casa_assets.model.kitchen.room_parts import Closet, Column, Slope
-from casa_assets.model.kitchen.units import BaseUnit, Length, RunSide, UpperUnit, with_ids
+from casa_assets.model.kitchen.style import PresetChoice
 from casa_assets.model.record import Id, Record
+
+# Units ----------------------------------------------------------------------------------------------------------------
+# Units of a row: base units on the floor and wall units of a run, from left to right.
+
+# Metres, or the name of a parameter of the plan.
+Length = Annotated[float, Field(ge=0, le=20)] | Id
+Width = Annotated[float, Field(gt=0, le=6)] | tuple[Annotated[float, Field(gt=0)], Annotated[float, Field(gt=0)]]
+
+
+class RunSide(StrEnum):
+    """An end of a run."""
+
+    LEFT = "left"
+    RIGHT = "right"
+
+
+class BaseKind(StrEnum):
+    """Kind of a unit on the floor."""
+
+    DOORS = "doors"
+    DRAWERS = "drawers"
+    SINK = "sink"
+    DISHWASHER = "dishwasher"
+    RANGE = "range"
+    HOB = "hob"
+    SHELF = "shelf"
+    PANEL = "panel"
+    FILLER = "filler"
+    GAP = "gap"
+    ISLAND = "island"
+    PANTRY = "pantry"
+    OVEN = "oven"
+    MICROWAVE = "microwave"
+    FRIDGE = "fridge"
+
+
+class UpperKind(StrEnum):
+    """Kind of a unit on the wall."""
+
+    DOORS = "doors"
+    GLASS = "glass"
+    SHELF = "shelf"
+    BOARDS = "boards"
+    HOOD = "hood"
+    MICROWAVE = "microwave"
+    FILLER = "filler"
+    GAP = "gap"
+
+
+# Units that are as high as the wall units, and end the worktop.
+COOKERS = (BaseKind.RANGE, BaseKind.HOB)
+TALL = (BaseKind.PANTRY, BaseKind.OVEN, BaseKind.MICROWAVE, BaseKind.FRIDGE)
+
+
+class Unit(Record):
+    """Fields that every unit of a row has.
+
+    Attributes:
+        id: unique in the plan; if it is not given, the kind and a number.
+        width: metres, or (minimum, maximum) for a unit that shares the width that the others leave; None for the usual
+            width.
+        model: model of its appliance in the notation of the styles (`range/pro_six`, `library:<id>`); None: the
+            style's.
+    """
+
+    id: Id
+    width: Width | None = None
+    model: PresetChoice | None = None
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Self:
+        if isinstance(self.width, tuple) and self.width[0] > self.width[1]:
+            raise ValueError(f"the minimum width {self.width[0]} is more than the maximum {self.width[1]}")
+        return self
+
+
+class BaseUnit(Unit):
+    """A unit on the floor.
+
+    Attributes:
+        drawers: number of drawers in a drawer unit, or above the doors of a cabinet (0 or 1).
+        hinge: side of a single door's hinges; None: chosen by the layout, away from a corner.
+        housing: whether a fridge is placed between panels.
+        oven: whether there is a wall oven under a hob.
+        microwave: whether there is a microwave above the oven of a tower.
+    """
+
+    kind: BaseKind
+    drawers: Annotated[int | None, Field(ge=0, le=5)] = None
+    hinge: RunSide | None = None
+    housing: bool = True
+    oven: bool = False
+    microwave: bool = False
+
+
+class UpperUnit(Unit):
+    """A unit on the wall.
+
+    Attributes:
+        over: unit below on which it is centred, and whose width it takes if it has no width itself.
+    """
+
+    kind: UpperKind
+    over: Id | None = None
+    hinge: RunSide | None = None
+    height: Annotated[float | None, Field(gt=0.2, le=1.4)] = None
+
+
+def with_ids(units: list[Any], run: str, row: str) -> Iterator[Any]:
+    """Convert units in their short forms to mappings with a kind and an id.
+
+    Values that are no unit are passed on unchanged, for validation.
+    """
+    counts: dict[str, int] = {}
+    for unit in units:
+        if isinstance(unit, str):
+            unit = {unit: {}}
+        if not isinstance(unit, Mapping) or len(unit) != 1:
+            yield unit
+            continue
+        kind, value = next(iter(unit.items()))
+        fields = dict(value) if isinstance(value, Mapping) else {} if value is None else {"width": value}
+        counts[kind] = counts.get(kind, 0) + 1
+        stem = f"{run}_{kind}" if row == "base" else f"{run}_upper_{kind}"
+        fields.setdefault("id", stem if counts[kind] == 1 else f"{stem}_{counts[kind]}")
+        yield {"kind": kind, **fields}
+
+
+# Furnishing -----------------------------------------------------------------------------------------------------------
+# Furnishings of a plan in addition to its units: on worktops, at walls, under the ceiling, on the floor.
+
+MOST_SEATS = 6  # at one run
+
+
+class WorktopItem(Record):
+    """An item on a worktop or shelf.
+
+    Attributes:
+        id: role of the styles, such as `coffee_machine`; any name if `model` is given.
+        on: id of the unit below.
+        at: position along the unit, from 0 (left) to 1 (right).
+        back: gap between the item and the wall, metres.
+        turn_deg: yaw, counter-clockwise from above.
+        model: model in the notation of the styles, such as `library:<id>`; None: the style's model for the role.
+    """
+
+    id: Id
+    on: Id
+    at: Annotated[float, Field(ge=0, le=1)] = 0.5
+    back: Annotated[float, Field(ge=0.0, le=0.5)] = 0.06
+    turn_deg: Annotated[float, Field(ge=-180, le=180)] = 0.0
+    model: PresetChoice | None = None
+
+
+class SeatRow(Record):
+    """Stools along the side of an island or peninsula that faces away from the cook."""
+
+    run: Id
+    count: Annotated[int, Field(ge=1, le=MOST_SEATS)]
+
+
+class DiningTable(Record):
+    """A dining table with chairs around it: the style's model, as long as its chairs need.
+
+    Attributes:
+        id: unique.
+        wall: wall from which the position is measured.
+        at: distance of the table's middle from the wall's left end, metres.
+        from_wall: distance of the table's middle from the wall, metres.
+        chairs: number of chairs, placed along the long sides, with an odd one at the left end; evenly spaced around a
+            round table.
+        turn_deg: yaw, counter-clockwise from above; at 0 the long sides are parallel to the wall.
+    """
+
+    id: Id
+    wall: Id
+    at: Length
+    from_wall: Length
+    chairs: Annotated[int, Field(ge=1, le=8)] = 4
+    turn_deg: Annotated[float, Field(ge=-180, le=180)] = 0.0
+
+
+class WallItem(Record):
+    """An item on a wall.
+
+    Attributes:
+        id: unique.
+        item: role of the styles.
+        wall: id of the wall.
+        at: distance of its centre from the wall's left end, metres.
+        over: unit that it is centred on, instead of `at`.
+        height: height of its centre above the floor, metres.
+        shift: offset to the right, metres.
+    """
+
+    id: Id
+    item: Id
+    wall: Id
+    at: Length | None = None
+    over: Id | None = None
+    height: Annotated[float, Field(ge=0.1, le=3)]
+    shift: float = 0.0
+
+    @model_validator(mode="after")
+    def _placed(self) -> Self:
+        if (self.at is None) == (self.over is None):
+            raise ValueError("give either `at` or `over`")
+        return self
+
+
+class CeilingLamps(Record):
+    """Lamps under the ceiling.
+
+    Attributes:
+        item: role of the styles.
+        over: run or table along which they hang; None: over the free floor.
+    """
+
+    item: Id
+    over: Id | None = None
+    count: Annotated[int, Field(ge=1, le=8)] = 1
+
+
+class FloorItem(Record):
+    """An item on the floor, its centre `from_wall` metres from a wall and `at` metres from the wall's left end."""
+
+    id: Id
+    item: Id
+    wall: Id
+    at: Length
+    from_wall: Length = 0.4
+    turn_deg: float = 0.0
+
+
+# Room parts -----------------------------------------------------------------------------------------------------------
+# Parts of a room in addition to its walls: columns, slopes of the ceiling, and closets behind doors.
+
+
+class ColumnShape(StrEnum):
+    """Section of a column."""
+
+    SQUARE = "square"
+    ROUND = "round"
+
+
+class Column(Record):
+    """A column from floor to ceiling, at a wall or free in the room; units and tables keep clear of it.
+
+    Attributes:
+        wall: wall from which its position is measured.
+        at: distance of its middle from the wall's left end, metres.
+        from_wall: gap between the wall and the column, metres; 0: it touches the wall.
+        width, depth: size along the wall and away from it, metres; the diameter of a round column is its width.
+    """
+
+    id: Id
+    wall: Id
+    at: Length
+    from_wall: Length = 0.0
+    shape: ColumnShape = ColumnShape.SQUARE
+    width: Annotated[float, Field(ge=0.1, le=0.8)] = 0.3
+    depth: Annotated[float, Field(ge=0.1, le=0.8)] = 0.3
+
+
+class Slope(Record):
+    """A slope of the ceiling, as under a roof: it rises from a wall to the height of the room.
+
+    Attributes:
+        wall: wall at which it begins, whose height is `knee`.
+        knee: height of the lower edge, metres.
+        pitch_deg: angle to the floor.
+    """
+
+    wall: Id
+    knee: Annotated[float, Field(ge=0.8, le=3.0)] = 1.6
+    pitch_deg: Annotated[float, Field(ge=15, le=70)] = 40.0
+
+
+class Closet(Record):
+    """A small room behind a door or a passage, such as a walk-in pantry, with shelves along its back.
+
+    Attributes:
+        width, depth: inside, along the wall and away from it, metres. shelves: boards over each other in the shelves.
+    """
+
+    width: Annotated[float, Field(ge=0.9, le=3.0)] = 1.5
+    depth: Annotated[float, Field(ge=0.6, le=2.4)] = 1.2
+    shelves: Annotated[int, Field(ge=0, le=5)] = 4
+
+
+# Plan -----------------------------------------------------------------------------------------------------------------
+# walls, openings, rows of units and furnishings. No coordinates.
+#
+# Lengths are metres, or the name of a parameter of the plan. Walls follow each other clockwise as seen from above,
+# beginning at the back left corner, which is the origin of the room (x right, y back, z up). `left` and `right` of a
+# wall or a run are as seen by a person in front of it.
 
 
 class Heading(StrEnum):

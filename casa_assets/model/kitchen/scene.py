@@ -1,17 +1,23 @@
-"""A resolved scene: assets and their placements. Nothing is left to look up, to draw at random or to default."""
+"""A resolved scene (assets and where they stand), its batch form, its named poses and its start states."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from enum import StrEnum
-from typing import Annotated, Self
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
+import numpy.typing as npt
 from pydantic import Field, StringConstraints, field_validator, model_validator
 
-from casa_assets.model.asset.asset import Asset, JointValue
+from casa_assets.model.asset.asset import Asset, Base, Collider, JointValue
 from casa_assets.model.asset.material import Positive, Unit
+from casa_assets.model.asset.parts import joint_positions
 from casa_assets.model.pose import Pose
-from casa_assets.model.record import Id, MixedCaseId, Record, Vec3
+from casa_assets.model.record import ArrayOf, Id, MixedCaseId, Record, Sha256, Vec3
+
+# Scene ----------------------------------------------------------------------------------------------------------------
+# assets and their placements. Nothing is left to look up, to draw at random or to default.
 
 # `<plan>__<style>`, and more parts for what differs from them.
 SceneId = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9]*(_{1,2}[a-z0-9]+)*$", max_length=160)]
@@ -236,3 +242,261 @@ def _check_joints(place: Placement, asset: Asset) -> None:
         low, high = joints[at.joint].range
         if not low <= at.value <= high:
             raise ValueError(f"placement {place.name!r}: {at.joint} = {at.value} is outside {low}..{high}")
+
+
+# Batch scene ----------------------------------------------------------------------------------------------------------
+# The batch form of a kitchen: a scene with few primitives, for engines that step thousands of copies at once.
+
+# Pixels along the longer side of a picture: about 5 mm of a floor, and cameras of policies have some hundred.
+PICTURE_PX = 256
+
+
+class WorldCollider(Record):
+    """A primitive that never moves and replaces colliders of one or more placements.
+
+    Attributes:
+        placement: name of the placement that has the largest of these colliders.
+        collider: named like that largest collider, with its pose in the world frame; its substance is one of that
+            placement's asset.
+        is_overhead: whether it is so high that only a robot can touch it.
+    """
+
+    placement: Id
+    collider: Collider
+    is_overhead: bool = False
+
+
+class PlacedJoint(Record):
+    """A joint of a placement."""
+
+    placement: Id
+    joint: Id
+
+
+class EngineSizes(Record):
+    """Buffer sizes that a GPU engine needs for one world of a batch form, and the measurements that they are based on.
+
+    Attributes:
+        nconmax: number of contacts to allocate, 1.5 times `contacts`; mujoco_warp's `make_data` has arguments of this
+            name and of the next three.
+        njmax: number of constraint rows to allocate.
+        nccdmax: number of convex pairs to allocate.
+        nvmax: number of awake degrees of freedom to allocate.
+        contacts: maximum number at once in the trials.
+        rows: maximum number of constraint rows in the trials.
+        awake: maximum number of awake degrees of freedom in the trials.
+        convex_pairs: pairs of shapes that need the general convex algorithm, such as a cylinder and a box.
+        awake_in_use: awake degrees of freedom with a placeholder robot and one fixture in use, and no object
+            dropped.
+        fixtures: number of fixtures that were used in the trials, one after the other.
+        mujoco_bytes: memory of an MjData in MuJoCo itself: its buffer, and the largest part of its arena that was used.
+    """
+
+    nconmax: int
+    njmax: int
+    nccdmax: int
+    nvmax: int
+    contacts: int
+    rows: int
+    convex_pairs: int
+    awake: int
+    awake_in_use: int
+    fixtures: int
+    mujoco_bytes: int
+
+
+class BatchScene(Record):
+    """A scene with fewer primitives and fewer joints, and without contacts that are impossible.
+
+    Attributes:
+        scene: the full scene.
+        forms: the batch form of the asset of each placement, in the order of the placements. Parts that never move have
+            no colliders in them. Locked joints are left out; the parts that they moved stay in the start pose.
+        world: the colliders of everything that never moves.
+        meeting: sets of links of two or more fixtures that could touch each other; no other links of fixtures ever do.
+        locked: joints of the scene that the forms do not have.
+        filled: names of loose objects that are solid here but hollow in the scene, and of fixtures whose door bins are
+            filled.
+    """
+
+    scene: Scene
+    forms: tuple[Asset, ...]
+    world: tuple[WorldCollider, ...]
+    meeting: tuple[tuple[PlacedLink, ...], ...] = ()
+    locked: tuple[PlacedJoint, ...] = ()
+    filled: tuple[Id, ...] = ()
+
+    @model_validator(mode="after")
+    def _whole(self) -> Self:
+        if [form.id for form in self.forms] != [place.asset for place in self.scene.placements]:
+            raise ValueError("a batch form has a form of the asset of each placement, in their order")
+        names = {place.name for place in self.scene.placements}
+        if any(item.placement not in names for item in self.world):
+            raise ValueError("each collider of the world belongs to a placement")
+        return self
+
+    @property
+    def collider_count(self) -> int:
+        """Number of its primitives."""
+        return len(self.world) + sum(len(link.colliders) for form in self.forms for link in form.links)
+
+    @property
+    def pair_count(self) -> int:
+        """Number of pairs of primitives that an engine has to check for contacts.
+
+        These are pairs of a loose object with anything that is not overhead, and pairs of fixture parts that can meet.
+        """
+        things = [sum(len(link.colliders) for link in form.links) for form in self.forms if form.base is Base.FREE]
+        fixed = sum(len(link.colliders) for form in self.forms for link in form.links) - sum(things)
+        low = sum(not item.is_overhead for item in self.world)
+        counts = {
+            (place.name, link.name): len(link.colliders)
+            for place, form in zip(self.scene.placements, self.forms, strict=True)
+            for link in form.links
+        }
+        meeting = (_pairs_of([counts[ref.placement, ref.link] for ref in group]) for group in self.meeting)
+        return sum(things) * (low + fixed) + _pairs_of(things) + sum(meeting)
+
+
+def _pairs_of(counts: Sequence[int]) -> int:
+    """Number of pairs of members of different groups."""
+    return (sum(counts) ** 2 - sum(count**2 for count in counts)) // 2
+
+
+# Named poses ----------------------------------------------------------------------------------------------------------
+# Joints and objects of a scene in its named poses: as it begins, closed, open.
+
+
+def own_pose(place: Placement, name: str) -> str:
+    """Named pose that the asset of a placement has in a named pose of the scene.
+
+    An object stays closed in the open pose of the kitchen: lids of jars in a cupboard stay on.
+    """
+    return CLOSED_POSE if place.resting is not None and name == OPEN_POSE else name
+
+
+def key_positions(place: Placement, asset: Asset) -> dict[str, dict[str, float]]:
+    """Name of each scene pose -> joint positions of a placement, rad or m; joints that are not named are at zero."""
+    keyframes = {key.name: joint_positions(key.joints) for key in asset.keyframes}
+    closed = keyframes.get(CLOSED_POSE, {})
+    return {
+        START_POSE: joint_positions(place.joints),
+        CLOSED_POSE: closed,
+        OPEN_POSE: keyframes.get(own_pose(place, OPEN_POSE), closed),
+    }
+
+
+def carried_pose(
+    place: Placement, placements: Mapping[str, Placement], assets: Mapping[str, Asset], name: str
+) -> Pose | None:
+    """Return world_from_asset of an object in a named pose, or None if it is in its start pose.
+
+    Args:
+        place: placement of the object; one without a support stays in place.
+        placements, assets: of the scene, by name of the placement.
+    """
+    rest = place.resting
+    if rest is None:
+        return None
+    holder, asset = placements[rest.placement], assets[rest.placement]
+    positions = key_positions(holder, asset)
+    if not asset.is_moved(rest.link) or positions[name] == positions[START_POSE]:
+        return None
+    at_start, now = (asset.asset_from_link(rest.link, positions[key]) for key in (START_POSE, name))
+    return holder.pose @ now @ at_start.inverse() @ holder.pose.inverse() @ place.pose
+
+
+# Start states ---------------------------------------------------------------------------------------------------------
+# States of a kitchen at rest from which episodes begin: poses of all joints and loose objects, and of the robot.
+
+FREE_WIDTH = 7  # numbers in qpos of a free joint: x, y, z, quaternion (w, x, y, z)
+Rows = Annotated[npt.NDArray[np.float32], ArrayOf("float32", (-1, -1))]
+Bases = Annotated[npt.NDArray[np.float32], ArrayOf("float32", (-1, 3))]
+Numbers = Annotated[npt.NDArray[np.float32], ArrayOf("float32", (-1,))]
+
+
+class StateJoint(Record):
+    """A joint of the kitchen.
+
+    Attributes:
+        name: name in scene.xml.
+        address: index of its first number in a row.
+        width: count of its numbers: 1, or 7 for a free joint.
+    """
+
+    name: str
+    address: Annotated[int, Field(ge=0)]
+    width: Literal[1, 7]
+
+
+class StateNotes(Record):
+    """Notes on one state, in addition to its numbers.
+
+    Attributes:
+        placed: loose object that was put somewhere -> its place as `<fixture>/<region>`.
+        parked: fixture in front of which the robot is parked.
+        opened: joints that are not in their rest position.
+    """
+
+    placed: dict[str, str]
+    parked: str
+    opened: tuple[str, ...] = ()
+
+
+class StartStates(Record):
+    """Start states of one scene. Metres, radians, quaternions (w, x, y, z), world frame.
+
+    Attributes:
+        key: digest of everything that they were made from.
+        scene: id of the scene.
+        scene_xml: digest of the bytes of its scene.xml.
+        mujoco: version of MuJoCo with which they were settled.
+        seed: seed that drew them.
+        limits: maximum depth and motion (m) of each state.
+        envelope: boxes that are kept free for the robot at its parking place: lower and upper corner of each, in the
+            frame of the middle of its base, x ahead (m).
+        joints: joints of the scene, in the order of qpos.
+        notes: notes on each state.
+        qpos: (states, nq).
+        base: (states, 3) x, y and yaw of the middle of the robot's base.
+        depth: (states,) deepest contact at the start and in the 2 s after it, m.
+        motion: (states,) greatest distance that any part moves in these 2 s, m.
+        refused: reason -> number of draws that were rejected for it.
+    """
+
+    format: Literal[1] = 1
+    key: str
+    scene: SceneId
+    scene_xml: Sha256
+    mujoco: str
+    seed: Annotated[int, Field(ge=0)]
+    limits: tuple[float, float]
+    envelope: tuple[tuple[Vec3, Vec3], ...]
+    joints: tuple[StateJoint, ...]
+    notes: tuple[StateNotes, ...]
+    qpos: Rows
+    base: Bases
+    depth: Numbers
+    motion: Numbers
+    refused: dict[str, int] = Field(default_factory=dict)
+
+    def __len__(self) -> int:
+        return len(self.notes)
+
+    @property
+    def header(self) -> dict[str, Any]:
+        """Everything except the arrays, as JSON data."""
+        return self.model_dump(mode="json", exclude=set(ARRAYS))
+
+    @model_validator(mode="after")
+    def _fits(self) -> Self:
+        counts = {name: len(getattr(self, name)) for name in (*ARRAYS, "notes")}
+        if len(set(counts.values())) != 1:
+            raise ValueError(f"as many rows are expected of each: {counts}")
+        ends = [0, *(joint.address + joint.width for joint in self.joints)]
+        if [joint.address for joint in self.joints] != ends[:-1] or self.qpos.shape[1] != ends[-1]:
+            raise ValueError(f"joints follow each other and fill a row of {self.qpos.shape[1]} numbers")
+        return self
+
+
+ARRAYS = ("qpos", "base", "depth", "motion")

@@ -1,7 +1,4 @@
-"""A style: fronts, finishes and models for a kitchen of any plan.
-
-It names finishes and presets, and holds no dimensions of rooms.
-"""
+"""A style (fronts, finishes and models of any plan), and how kitchens are drawn at random."""
 
 from __future__ import annotations
 
@@ -11,8 +8,13 @@ from typing import Annotated, Any, Self
 from pydantic import Field, StringConstraints, model_validator
 
 from casa_assets.model.asset.asset import Base
-from casa_assets.model.kitchen.surface import Surface
-from casa_assets.model.record import Id, Record
+from casa_assets.model.kitchen.choices import Surface
+from casa_assets.model.record import Id, Record, Vec2
+
+# Style ----------------------------------------------------------------------------------------------------------------
+# fronts, finishes and models for a kitchen of any plan.
+#
+# It names finishes and presets, and holds no dimensions of rooms.
 
 # In place of a family: `library:<id>` names an asset of a library of the project, and is kept as `library/<id>`.
 LIBRARY = "library"
@@ -208,3 +210,55 @@ class Style(Record):
             groups = {k: getattr(cabinets, k).replace(face=None) for k in ("upper", "tall", "island")}
             style = style.replace(cabinets=cabinets.replace(base=cabinets.base.replace(face=name), **groups))
         return style
+
+
+# Mixing ---------------------------------------------------------------------------------------------------------------
+# the content of registry/mixing.yaml.
+
+Count = Annotated[int, Field(ge=1, le=4)]
+
+
+class Harmony(Record):
+    """Rules for finishes of the four surfaces that may be combined.
+
+    Attributes:
+        patterned, wooden: kinds of textures that count as patterned or wooden.
+        most_patterned, most_wooden: maximum number of surfaces with such a texture.
+        dark_below: mean lightness in Oklab below which a finish is dark.
+        most_dark: maximum number of dark surfaces.
+        strong_from: mean chroma in Oklab from which a colour is strong.
+        earth_hues_deg: lower and upper Oklab hue, degrees, of strong colours that count as neutral nevertheless.
+        most_hue_deg: maximum difference in hue between two strong colours, degrees.
+    """
+
+    patterned: tuple[Id, ...]
+    wooden: tuple[Id, ...]
+    most_patterned: Count
+    most_wooden: Count
+    dark_below: Annotated[float, Field(ge=0, le=1)]
+    most_dark: Count
+    strong_from: Annotated[float, Field(ge=0, le=0.4)]
+    earth_hues_deg: Vec2
+    most_hue_deg: Annotated[float, Field(ge=0, le=180)]
+
+
+class Mixing(Record):
+    """Rules for drawing a kitchen at random.
+
+    Attributes:
+        own_share: probability that a part is taken from the kitchen's own style; otherwise one of all styles is drawn.
+        suites: name -> roles of styles that are drawn together.
+        finishes: which finishes may be combined.
+    """
+
+    own_share: Annotated[float, Field(ge=0, le=1)]
+    suites: Mapping[Id, tuple[Id, ...]]
+    finishes: Harmony
+
+    @model_validator(mode="after")
+    def _each_once(self) -> Self:
+        roles = [role for suite in self.suites.values() for role in suite]
+        twice = sorted({role for role in roles if roles.count(role) > 1})
+        if twice:
+            raise ValueError(f"{', '.join(twice)}: a role stands in one suite at most")
+        return self

@@ -11,8 +11,8 @@ from typing import Annotated, Any, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
-from casa_assets.model.asset.joint import JointKind
 from casa_assets.model.asset.material import Positive
+from casa_assets.model.asset.parts import JointKind
 from casa_assets.model.record import Id, Record, Vec2
 
 

@@ -18,26 +18,18 @@ from casa_assets import registry
 from casa_assets.articulate.decisions import Decisions
 from casa_assets.errors import CasaError, Rejected
 from casa_assets.ingest.sources.found import Found, Refused
-from casa_assets.model.ingest.user_override import NO_OVERRIDE
-from casa_assets.pipeline.articulate import review_file, strip
-from casa_assets.pipeline.articulate.build import ArticulateRequest
-from casa_assets.pipeline.articulate.overrides import with_override
-from casa_assets.pipeline.articulate.run import (
-    ArticulateOutcome,
-    EntryKey,
-    entry_key,
-    kept_outcome,
-    publish_refusal,
-)
+from casa_assets.model.source import NO_OVERRIDE
+from casa_assets.pipeline.articulate import decisions as review_file
+from casa_assets.pipeline.articulate import run
+from casa_assets.pipeline.articulate.build import ArticulateRequest, with_override
+from casa_assets.pipeline.articulate.run import ArticulateOutcome, EntryKey, entry_key, kept_outcome, publish_refusal
 from casa_assets.pipeline.cache.store import Store
-from casa_assets.pipeline.ingest.answers import FAILURE_CODES
-from casa_assets.pipeline.ingest.discover_inputs import discover_inputs
+from casa_assets.pipeline.ingest.answers import FAILURE_CODES, SurveyTable
+from casa_assets.pipeline.ingest.inputs import UnreadableInputs, discover_inputs, write_if_changed
 from casa_assets.pipeline.ingest.job import RunAborted, writing
 from casa_assets.pipeline.ingest.refused_rows import RefusedRows, is_below
 from casa_assets.pipeline.ingest.run import DUPLICATE_CODE, inputs_with_mesh
 from casa_assets.pipeline.ingest.survey import Survey
-from casa_assets.pipeline.ingest.survey_table import SurveyTable
-from casa_assets.pipeline.ingest.unreadable_inputs import UnreadableInputs, write_if_changed
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library import review
 from casa_assets.pipeline.library.entry_table import EntryTable
@@ -160,7 +152,7 @@ def _known_or_due(
             key = entry_key(request, answer.sha256, one.source)
             entries = older.get(key.identity.suffix, ())
             kept = None if request.anew else kept_outcome(request, key, entries, known)
-            is_due = kept is None or (request.preview and strip.is_missing(kept))
+            is_due = kept is None or (request.preview and run.is_missing(kept))
             yield _Job(one, request, key) if kept is None or is_due else kept
             continue
         if isinstance(answer, Survey):

@@ -2,27 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Set
+from collections.abc import Callable, Mapping, Set
 from dataclasses import dataclass, field, replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
 
 from casa_assets import registry
-from casa_assets.articulate.assemble import AssetSpec, assemble
+from casa_assets.articulate.assemble import AssetSpec, assemble, drop_empty_links
 from casa_assets.articulate.choose_plan import choose_plan
-from casa_assets.articulate.confidence import CERTAIN, calibrate_parts
+from casa_assets.articulate.controls.classify import check_forest
 from casa_assets.articulate.decisions import GIVEN_REASON, Decisions, apply_decisions, axis_word, parse_direction
-from casa_assets.articulate.drop_empty_links import drop_empty_links
-from casa_assets.articulate.frame.axes import guess_frame
-from casa_assets.articulate.frame.unit_scale import metres_per_unit
-from casa_assets.articulate.interior.pieces_in_the_way import with_pieces_in_the_way
-from casa_assets.articulate.plan import Articulation, Frame, JointPlan
-from casa_assets.articulate.segment.fragment_measures import TOP
-from casa_assets.articulate.segment.shell_cuts import cut_shell_parts
+from casa_assets.articulate.frame.axes import guess_frame, metres_per_unit
+from casa_assets.articulate.frame.category import kind_by_parts, kind_named
+from casa_assets.articulate.fronts.front_hypotheses import check_front_forest
+from casa_assets.articulate.interior.inner_parts import with_pieces_in_the_way
+from casa_assets.articulate.plan import CERTAIN, Articulation, Frame, JointPlan, Models, calibrate_parts
+from casa_assets.articulate.segment.fragments import TOP
+from casa_assets.articulate.segment.segmentations import cut_shell_parts
 from casa_assets.articulate.segment.shell_segments import Fragmentation
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_model
-from casa_assets.articulate.semantics.rename import rename_for_runtime
+from casa_assets.articulate.semantics.part_names import rename_for_runtime
 from casa_assets.articulate.signs_of_parts import signs_of_parts
 from casa_assets.errors import CasaError, Rejected, UnknownId
 from casa_assets.ingest.load import load
@@ -31,16 +32,108 @@ from casa_assets.ingest.sources.discover import discover
 from casa_assets.ingest.sources.found import Found, Refused
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.provenance import Guess
-from casa_assets.model.ingest.source import RawModel, Source, Up
-from casa_assets.model.ingest.user_override import Word
 from casa_assets.model.record import Vec3
 from casa_assets.model.registry.category import Category
+from casa_assets.model.source import RawModel, Source, Up, UpAxis, UserOverride, Word
 from casa_assets.pipeline.articulate.interiors import add_interiors
-from casa_assets.pipeline.articulate.kind import NAMING_CONFIDENCE, CategoryGuess, guess_category, stated_category
-from casa_assets.pipeline.articulate.models import load_models
-from casa_assets.pipeline.clip import classify_by_look, load_scorer
+from casa_assets.pipeline.clip import NO_WEIGHTS, classify_by_look, load_scorer
 from casa_assets.pipeline.library.identity import Identity, Producer
 from casa_assets.pipeline.library.review import REJECTED_CODE
+
+# Models ---------------------------------------------------------------------------------------------------------------
+# Load what was learned from labelled cases, for the search of moving parts.
+
+
+@cache
+def load_models() -> Models:
+    """Return the forests of registry/learned/. Raises RegistryError, or ValueError where one fits other features."""
+    return Models(
+        controls=check_forest(registry.learned_forest("controls")),
+        fronts_alone=check_front_forest(registry.learned_forest("fronts_alone"), with_context=False),
+        fronts=check_front_forest(registry.learned_forest("fronts"), with_context=True),
+    )
+
+
+# Kind -----------------------------------------------------------------------------------------------------------------
+# Guess the category of a mesh: by the user's word, by CLIP, by its name, else by its shape and parts.
+
+# A guess that is no surer than this names nothing: sizes and names stay those of any thing.
+MIN_CONFIDENCE = 0.2
+# Parts of a thing whose kind is no surer than this keep their own names.
+NAMING_CONFIDENCE = 0.5
+# Id of a kind or nothing, how sure, and why.
+ImageClassifier = Callable[[], tuple[str, float, str]]
+
+
+@dataclass(frozen=True)
+class CategoryGuess:
+    """A category with confidence and reason."""
+
+    category: Category
+    confidence: float
+    reason: str
+
+    @property
+    def id(self) -> str:
+        """Return the id of the category; empty where the guess is too uncertain."""
+        return self.category.id if self.confidence > MIN_CONFIDENCE else ""
+
+
+def guess_category(
+    one: Found,
+    extent: Vec3,
+    articulation: Articulation,
+    stated: str = "",
+    classify_by_image: ImageClassifier | None = None,
+) -> CategoryGuess:
+    """Return the category of an input.
+
+    A category given by the user that repeats a confident guess leaves it a guess: the same decisions make the same
+    asset.
+
+    Args:
+        extent: width, depth, height, any unit. articulation: its moving parts.
+        stated: category given by the user, or empty. classify_by_image: classifier by appearance, where there is one.
+    Raises:
+        UnknownId: there is no such category.
+    """
+    guessed = _guess_without_user(one, extent, articulation, classify_by_image)
+    if not stated or (stated == guessed.category.id and guessed.confidence >= NAMING_CONFIDENCE):
+        return guessed
+    known = registry.load()
+    return CategoryGuess(known.fixtures.get(stated) or known.category(stated), 1.0, GIVEN_REASON)
+
+
+def stated_category(one: Found, stated: str = "") -> str:
+    """Return the category that the user or the file name states; empty where neither does."""
+    if stated:
+        return stated
+    named = kind_named([h for h in (one.source.category, *one.source.hints) if h])
+    return named.id if named is not None and named.confidence >= NAMING_CONFIDENCE else ""
+
+
+def _guess_without_user(
+    one: Found, extent: Vec3, articulation: Articulation, classify_by_image: ImageClassifier | None
+) -> CategoryGuess:
+    """Guess the category without the user's word."""
+    known = registry.load()
+    look = NO_WEIGHTS
+    if classify_by_image is not None:
+        kind, confidence, look = classify_by_image()
+        if kind:
+            return CategoryGuess(known.fixtures[kind], confidence, look)
+    hints = [h for h in (one.source.category, *one.source.hints) if h]
+    named = kind_named(hints)
+    if named is not None:
+        return CategoryGuess(known.fixtures[named.id], named.confidence, f"by its name: {named.evidence}")
+    kind, confidence = kind_by_parts(extent, articulation)
+    if confidence > MIN_CONFIDENCE:
+        return CategoryGuess(known.fixtures[kind], confidence, f"by its shape and parts; nothing names it, and {look}")
+    message = f"nothing names it, {look}, and its shape and parts are like no one kind's"
+    return CategoryGuess(known.category(registry.FALLBACK), 0.1, message)
+
+
+# Build ----------------------------------------------------------------------------------------------------------------
 
 NOTHING_MOVES, MISFIT = "ART001", "ART002"
 # Side of the frame guess that a stated up axis makes the top.
@@ -305,3 +398,21 @@ def find_input(request: ArticulateRequest) -> Found:
             raise Rejected(source_file.code, source_file.message)
         return source_file
     raise Rejected("SRC001", "no mesh")
+
+
+# Overrides ------------------------------------------------------------------------------------------------------------
+# Apply what a person wrote about an input into review.csv of a library to the request to articulate it.
+
+_UP_WORDS = {axis: ("-" if axis.startswith("minus_") else "+") + axis[-1] for axis in UpAxis}
+
+
+def with_override(request: ArticulateRequest, override: UserOverride) -> ArticulateRequest:
+    """Return the request with what review.csv says; what the request or its decisions say themselves goes before it."""
+    said = request.decisions
+    decisions = said.replace(
+        category=said.category or override.category or None,
+        up=said.up if said.up is not None else _UP_WORDS.get(override.up) if override.up is not None else None,
+        size_m=said.size_m or override.size_m or None,
+        decision=said.decision or override.decision,
+    )
+    return request if decisions == said else replace(request, decisions=decisions)

@@ -11,9 +11,8 @@ import numpy as np
 from casa_assets import registry
 from casa_assets.articulate.decisions import GIVEN_REASON, Decisions
 from casa_assets.articulate.interior.cavities import find_cavities
-from casa_assets.articulate.interior.choose_interiors import apply_cavity_decisions
-from casa_assets.articulate.interior.hollow_out import hollow_out
-from casa_assets.articulate.joints import hinges
+from casa_assets.articulate.interior.hollow_out import apply_cavity_decisions, hollow_out
+from casa_assets.articulate.joints import joints
 from casa_assets.articulate.plan import (
     ADDED_MESH_NAMES,
     AddedGeometry,
@@ -25,21 +24,20 @@ from casa_assets.articulate.plan import (
     PartKind,
     PartPlan,
     StorageSpace,
+    to_vec3,
 )
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_model
-from casa_assets.articulate.vectors import to_vec3
-from casa_assets.core.typing import Floats, Ints
+from casa_assets.core.numeric import Floats, Ints
 from casa_assets.families.family import Supplies
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder, JointBuilder, LinkBuilder
-from casa_assets.families.kit.solids.skin import solid_mesh
+from casa_assets.families.kit.solids.solid import solid_mesh
 from casa_assets.families.parts.carcass import interiors
 from casa_assets.families.parts.carcass.interiors import Interior
-from casa_assets.geometry.solid.tessellate import tessellate
-from casa_assets.model.asset.joint import JointKind
-from casa_assets.model.asset.mesh import Mesh
+from casa_assets.geometry.solid.primitive import tessellate
+from casa_assets.model.asset.parts import JointKind, Mesh
 from casa_assets.model.asset.provenance import Labels
-from casa_assets.model.ingest.source import RawModel, RawPart
 from casa_assets.model.record import Vec3
+from casa_assets.model.source import RawModel, RawPart
 from casa_assets.pipeline.families import finishes as palette
 
 # Finish of the walls of an interior, and of the boxes of drawers beside it.
@@ -183,7 +181,7 @@ def _door_clearance(cavity: Cavity, articulation: Articulation, placed: WeldedMe
 def _limit_travel(articulation: Articulation, drawer: PartPlan, depth: float) -> Articulation:
     """Limit a drawer's travel to what its box allows, unless the user gave it."""
     joint = drawer.joint
-    max_travel = hinges.DRAWER_TRAVEL_SHARE * depth
+    max_travel = joints.DRAWER_TRAVEL_SHARE * depth
     if joint.reason == GIVEN_REASON or joint.range[1] <= max_travel:
         return articulation
     limited = drawer.replace(joint=joint.replace(range=(0.0, max_travel)))

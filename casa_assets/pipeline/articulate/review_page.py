@@ -1,7 +1,7 @@
 """Write review.html: a page on which a person looks at articulated meshes, the least certain first, and corrects them.
 
 The page lies beside the pictures and models that it shows, loads nothing else, and writes a review.json (see
-`review_file.py`).
+`decisions.py`).
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from PIL import Image
 from casa_assets import registry
 from casa_assets.articulate.plan import HingeEdge, PartKind
 from casa_assets.model.issue import Decision
-from casa_assets.pipeline.articulate import review_file, strip
+from casa_assets.pipeline.articulate import decisions, run
 from casa_assets.pipeline.articulate.run import ArticulateOutcome
 from casa_assets.pipeline.cache.cache_key import digest_of
 from casa_assets.pipeline.library.entry_files import PICTURE
@@ -87,7 +87,7 @@ def _least(done: ArticulateOutcome) -> float:
 
 def _data(done: Sequence[ArticulateOutcome], library: Library, models: PageModels | None) -> dict[str, Any]:
     """Return all that the page shows: `rows` of meshes, and the words that a person can choose from."""
-    decided = review_file.decided(library)
+    decided = decisions.decided(library)
     rows = []
     for one in done:
         said = decided.get(one.sha256)
@@ -121,14 +121,14 @@ def _row(done: ArticulateOutcome, root: Path, models: PageModels | None) -> dict
         "parts": [],
         "corners": {},
     }
-    for name, file in (("strip", strip.NAME), ("picture", PICTURE)):
+    for name, file in (("strip", run.NAME), ("picture", PICTURE)):
         row[name] = relative_link(f"{place}/{file}") if folder is not None and (folder / file).exists() else ""
-    row["strip_px"] = _png_size(folder / strip.NAME) if folder is not None and row["strip"] else (0, 0)
+    row["strip_px"] = _png_size(folder / run.NAME) if folder is not None and row["strip"] else (0, 0)
     has_model = models is not None and folder is not None and done.decision is not Decision.REJECTED
     row["model"] = vars(models.of(folder.name)) if has_model and models is not None and folder is not None else None
     if done.articulation is None:
         return row
-    moving = strip.moving_joints(done)
+    moving = run.moving_joints(done)
     corners = strip_corners(moving)
     frame = done.articulation.frame
     held = f"holds the contract {done.contract}" if done.contract else "; ".join(done.unmet_checks[:2])

@@ -8,28 +8,26 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from casa_assets import registry
 from casa_assets.articulate.assemble import assemble
 from casa_assets.articulate.choose_plan import choose_plan
 from casa_assets.articulate.frame.axes import guess_frame
-from casa_assets.articulate.plan import Articulation
-from casa_assets.checks.motion.joint_travel import JointTravel, joint_travels
+from casa_assets.articulate.plan import Articulation, PartKind
+from casa_assets.checks.motion.joints import JointTravel, joint_travels
 from casa_assets.errors import CasaError, Rejected
 from casa_assets.export import mjcf
 from casa_assets.ingest import rejection_codes
 from casa_assets.ingest.load import load
 from casa_assets.ingest.sources.bundle import collect
-from casa_assets.model.ingest.source import Source
-from casa_assets.model.ingest.user_override import Word
 from casa_assets.model.issue import Decision, Report
-from casa_assets.pipeline.articulate import sidecar, strip
+from casa_assets.model.source import Source, Word
+from casa_assets.pipeline.articulate import decisions
+from casa_assets.pipeline.articulate.acceptance import doubts, explanation, unmet_checks, without_contract
 from casa_assets.pipeline.articulate.build import ArticulateRequest, ArticulateResult, build, find_input
-from casa_assets.pipeline.articulate.contract import explanation, unmet_checks, without_contract
-from casa_assets.pipeline.articulate.doubts import doubts
 from casa_assets.pipeline.articulate.interiors import add_interiors
-from casa_assets.pipeline.articulate.limit_ranges import limit_ranges
-from casa_assets.pipeline.articulate.mend import mend
+from casa_assets.pipeline.articulate.repairs import limit_ranges, mend
 from casa_assets.pipeline.cache.cache_key import CodeRef, digest_of, key_of, versions_of
 from casa_assets.pipeline.cache.store import Store
 from casa_assets.pipeline.clip import weights_digest
@@ -37,20 +35,82 @@ from casa_assets.pipeline.ingest.job import RunAborted, first_error, writing
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.asset_package import WRITING, certify, check_package, write_package
 from casa_assets.pipeline.library.identity import Identity, Producer
-from casa_assets.pipeline.library.keep_accepted import (
+from casa_assets.pipeline.library.resume import (
+    NOTHING_KNOWN,
     AcceptedAsset,
     NewResult,
+    cached_outcome,
     find_accepted,
     reason_to_keep,
     remember,
     remembered,
 )
-from casa_assets.pipeline.library.resume import NOTHING_KNOWN, cached_outcome
 from casa_assets.pipeline.library.resume import RETRIED_CODES as RETRIED_BY_INGEST
+from casa_assets.pipeline.process_name import process_name
 from casa_assets.pipeline.reports.entry import Entry
 from casa_assets.preview.renderer import NoRenderer
 from casa_assets.preview.still import CannotDraw, render_model
+from casa_assets.preview.strip import MovingJoint, joint_strip
 from casa_assets.projects import read_once
+
+if TYPE_CHECKING:
+    from casa_assets.pipeline.library.library import Library
+
+# Strip ----------------------------------------------------------------------------------------------------------------
+# The strip of pictures of an articulated mesh: closed, coloured by part, taken apart, and parts open one by one.
+#
+# It is no part of what is certified: it can be drawn later, and its absence changes no other file of the entry.
+
+NAME = "strip.png"
+# Parts whose motion is too small to see, or that look the same all the way round, have no picture of their own.
+_WITHOUT_PICTURE = frozenset({PartKind.KNOB, PartKind.BUTTON})
+
+
+def write(outcome: ArticulateOutcome, folder: Path) -> None:
+    """Draw the strip of an outcome into a folder that holds its model.
+
+    Raises:
+        CannotDraw, NoRenderer: no picture can be made of it, or on this machine.
+    """
+    (folder / NAME).write_bytes(joint_strip(folder / "model.xml", moving_joints(outcome), _heading(outcome)))
+
+
+def is_missing(outcome: ArticulateOutcome) -> bool:
+    """Return whether an entry that an earlier run made has moving parts and no strip."""
+    return bool(outcome.travels) and outcome.folder is not None and not (outcome.folder / NAME).exists()
+
+
+def add(outcome: ArticulateOutcome, library: Library) -> None:
+    """Draw the strip of an entry that an earlier run made, and put it there by one rename. Raises as `write`."""
+    assert outcome.folder is not None
+    picture = joint_strip(outcome.folder / "model.xml", moving_joints(outcome), _heading(outcome))
+    fresh = library.staging / f"{outcome.folder.name}.{process_name()}.png"
+    fresh.write_bytes(picture)
+    fresh.replace(outcome.folder / NAME)
+
+
+def moving_joints(outcome: ArticulateOutcome) -> list[MovingJoint]:
+    """Return the joints of the moving parts, in their order, with their captions."""
+    found = []
+    for part in outcome.articulation.parts if outcome.articulation is not None else ():
+        joint, travel = part.joint, outcome.travels[part.name]
+        how = joint.kind.value + (f" {joint.edge.value}" if joint.edge else "")
+        other = f", else {joint.runner_up}" if joint.runner_up else ""
+        message = f"{how}, {part.confidence:.0%} sure{other}" + (
+            "" if travel.free_share >= 1.0 else f"; runs into {travel.blocked_by}"
+        )
+        found.append(MovingJoint(travel.joint, part.name, message, alone=part.kind not in _WITHOUT_PICTURE))
+    return found
+
+
+def _heading(outcome: ArticulateOutcome) -> str:
+    """Return the heading of the strip."""
+    assert outcome.articulation is not None
+    frame = outcome.articulation.frame
+    return f"{outcome.mesh}: {outcome.category}; frame {frame.confidence:.0%} sure"
+
+
+# Run ------------------------------------------------------------------------------------------------------------------
 
 # The limits of ingest are options of a run; those of `articulate` stand in the registry and so in the key of an entry.
 # What broke one of them breaks it again.
@@ -131,8 +191,8 @@ def articulate_one(request: ArticulateRequest) -> ArticulateOutcome | RunAborted
             kept = None if request.anew else kept_outcome(request, key, entries)
             if kept is None:
                 return _made(request, key)
-            if request.preview and strip.is_missing(kept):
-                strip.add(kept, disk.Library(request.out))
+            if request.preview and is_missing(kept):
+                add(kept, disk.Library(request.out))
             return kept
     except Rejected as error:
         return ArticulateOutcome(request.mesh, code=error.code, message=error.message)
@@ -382,7 +442,7 @@ def _publish(request: ArticulateRequest, result: ArticulateResult, key: EntryKey
         outcome = replace(outcome, folder=library.refusal_folder(asset.id), code=worst.code, message=worst.message)
     assert outcome.folder is not None
     if request.preview:
-        strip.write(outcome, staged)
+        write(outcome, staged)
     # The record comes first: once the entry is in place, a run that was killed has nothing left to do for this mesh.
     Store(library.cache).put(_record_key(key), to_json(outcome))
     library.publish(staged, outcome.folder)
@@ -443,7 +503,7 @@ def _write_and_check(
     """Write both formats, a picture and decisions; return the report of every check, and the travel of each part."""
     asset = result.asset
     write_package(asset, staged)
-    (staged / sidecar.NAME).write_text(sidecar.text(result, request.decisions), encoding="utf-8")
+    (staged / decisions.DECISIONS_NAME).write_text(decisions.text(result, request.decisions), encoding="utf-8")
     by_joint = {t.joint: t for t in joint_travels(asset, staged / "model.xml")}
     travel = {part: by_joint[joint] for part, joint in result.joints.items()}
     is_decided = request.decisions.decision is Word.ACCEPT

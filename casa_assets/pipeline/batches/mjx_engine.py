@@ -13,9 +13,9 @@ import mujoco
 import numpy as np
 from mujoco import mjx
 
-from casa_assets.core.typing import Floats, Ints
+from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import CasaError
-from casa_assets.pipeline.batches.engine import ITERATIONS, Parts
+from casa_assets.pipeline.batches.engines import ITERATIONS, Parts
 
 # MJX does not know it, and batch forms switch it on.
 _SLEEP = int(mujoco.mjtEnableBit.mjENBL_SLEEP)

@@ -9,10 +9,10 @@ import newton
 import numpy as np
 import warp as wp
 
-from casa_assets.core.typing import Floats, Ints
-from casa_assets.model.kitchen.start_states import FREE_WIDTH
-from casa_assets.pipeline.batches.engine import ITERATIONS, Parts
-from casa_assets.pipeline.batches.warp_arrays import assign_rows, bytes_of
+from casa_assets.core.numeric import Floats, Ints
+from casa_assets.model.kitchen.scene import FREE_WIDTH
+from casa_assets.pipeline.batches.engines import ITERATIONS, Parts
+from casa_assets.pipeline.batches.mujoco_warp_engine import assign_rows, bytes_of
 
 # Quaternions: (w, x, y, z) here, (x, y, z, w) in Newton.
 _TO_NEWTON, _FROM_NEWTON = (1, 2, 3, 0), (3, 0, 1, 2)

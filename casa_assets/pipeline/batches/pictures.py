@@ -9,8 +9,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from casa_assets.core.color import linear_from_srgb_array, srgb_from_linear
-from casa_assets.core.typing import Floats
+from casa_assets.core.numeric import Floats, linear_from_srgb_array, srgb_from_linear
 
 _COLOR = int(mujoco.mjtTextureRole.mjTEXROLE_RGB)
 

@@ -1,7 +1,8 @@
-"""Start states of a kitchen -> rows of positions in the shared structure, settled in it and asleep."""
+"""Start states of a kitchen -> rows of positions in the shared structure, and sizes of buffers where all is awake."""
 
 from __future__ import annotations
 
+import math
 import os
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -11,10 +12,14 @@ from dataclasses import dataclass, field
 import mujoco
 import numpy as np
 
-from casa_assets.core.typing import Floats, Ints
+from casa_assets.checks.scene.batch.form import candidate_pairs
+from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import CasaError
-from casa_assets.model.kitchen.start_states import StartStates
+from casa_assets.model.kitchen.scene import StartStates
 from casa_assets.pipeline.batches.shared_model import SharedModel, addresses
+
+# Start rows -----------------------------------------------------------------------------------------------------------
+# Start states of a kitchen -> rows of positions in the shared structure, settled in it and asleep.
 
 # A state has to fall asleep within so many steps, looked at this often, and move by no more than this meanwhile, m.
 SETTLE_STEPS, LOOK_STEPS, MOTION_M = 1000, 25, 0.005
@@ -107,3 +112,46 @@ def _settled(
         found = list(pool.map(settle, begun))
     refused.update(one for one in found if isinstance(one, str))
     return [one for one in found if not isinstance(one, str)]
+
+
+# Awake sizes ----------------------------------------------------------------------------------------------------------
+# Sizes of buffers for engines in which nothing is asleep when they begin, so that all contacts at rest count.
+
+# Room for so many times what there is at rest.
+MARGIN = 1.5
+# MJX looks at the pairs whose bounding balls are nearest, and what moves comes near to more of them.
+NEAR_MARGIN = 1.25
+
+
+def awake_sizes(shared: SharedModel, rows: StartRows) -> dict[str, int]:
+    """nconmax, njmax and nccdmax of a kitchen at rest, with a margin."""
+    data = _at_rest(shared, rows)
+    counts = {"nconmax": int(data.ncon), "njmax": int(data.nefc), "nccdmax": int(data.ncon)}
+    return {name: _rounded(count * MARGIN) for name, count in counts.items()}
+
+
+def near_pairs(shared: SharedModel, rows: StartRows) -> int:
+    """Pairs of geoms of two kinds whose bounding balls overlap: the most of any two kinds, with a margin.
+
+    It is what MJX's `max_geom_pairs` has to be, so that no contact is left out: it keeps the nearest of each two kinds.
+    """
+    model, data = shared.model, _at_rest(shared, rows)
+    pairs = np.argwhere(candidate_pairs(model))
+    first, second = pairs.T
+    apart = np.linalg.norm(data.geom_xpos[first] - data.geom_xpos[second], axis=1)
+    near = pairs[apart < model.geom_rbound[first] + model.geom_rbound[second]]
+    kinds = np.sort(model.geom_type[near], axis=1)
+    _, counts = np.unique(kinds, axis=0, return_counts=True)
+    return _rounded(float(counts.max(initial=1)) * NEAR_MARGIN)
+
+
+def _at_rest(shared: SharedModel, rows: StartRows) -> mujoco.MjData:
+    data = mujoco.MjData(shared.model)
+    data.qpos[:] = rows.qpos[0]
+    mujoco.mj_forward(shared.model, data)
+    return data
+
+
+def _rounded(number: float) -> int:
+    """Up to a multiple of eight."""
+    return 8 * math.ceil(number / 8)

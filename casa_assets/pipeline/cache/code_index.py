@@ -18,7 +18,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from casa_assets.core.cache_folder import cache_dir, keep_json, kept_json
+from casa_assets.core.system import cache_dir, keep_json, kept_json
 
 PACKAGE = __name__.partition(".")[0]
 KEPT_IN = "code"  # folder of the cache

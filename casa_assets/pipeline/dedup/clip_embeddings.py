@@ -9,13 +9,13 @@ from contextlib import suppress
 import numpy as np
 
 from casa_assets import registry
-from casa_assets.checks.library.duplicates import NAMED, CategoryRank
-from casa_assets.core.typing import Floats
+from casa_assets.checks.library import NAMED, CategoryRank
+from casa_assets.core.numeric import Floats
 from casa_assets.model.registry.category import Category, clip_prompts
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
 from casa_assets.pipeline.cache.store import Store
 from casa_assets.pipeline.clip import ClipModel, class_shares, render_model_views
-from casa_assets.pipeline.dedup.entries import AssetRow
+from casa_assets.pipeline.dedup.pairs import AssetRow
 from casa_assets.pipeline.library.entry_files import checked_model
 
 # Smallest cosine between the pictures of a pair that is reported; the limit of the check is stricter.

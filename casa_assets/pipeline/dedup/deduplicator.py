@@ -11,11 +11,10 @@ from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 
-from casa_assets.checks.library.duplicates import SAME_SIZE, ShapePair
+from casa_assets.checks.library import SAME_SIZE, ShapePair
 from casa_assets.errors import OutputError
 from casa_assets.pipeline.cache.store import Store
-from casa_assets.pipeline.dedup.entries import AssetRow, row_of
-from casa_assets.pipeline.dedup.pairs import ShapeIndex, measure_pair
+from casa_assets.pipeline.dedup.pairs import AssetRow, ShapeIndex, measure_pair, row_of
 from casa_assets.pipeline.ingest.job import Outcome, Result
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.entry_table import EntryTable

@@ -11,8 +11,7 @@ from typing import Annotated, Literal
 from pydantic import Field, ValidationError
 
 from casa_assets import registry
-from casa_assets.checks.library.duplicates import CategoryRank, LibraryView
-from casa_assets.checks.library.size_outliers import LibrarySizes
+from casa_assets.checks.library import CategoryRank, LibrarySizes, LibraryView
 from casa_assets.checks.objects.collection import CollectedMember, ObjectCollection
 from casa_assets.checks.run import run
 from casa_assets.checks.table import libraries
@@ -21,10 +20,10 @@ from casa_assets.model.record import Record
 from casa_assets.pipeline.cache.store import Store
 from casa_assets.pipeline.clip import NO_WEIGHTS, ClipModel
 from casa_assets.pipeline.dedup.clip_embeddings import image_embeddings, likenesses, similar_looking_pairs
-from casa_assets.pipeline.dedup.entries import AssetRow
+from casa_assets.pipeline.dedup.pairs import AssetRow
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.entry_table import EntryTable
-from casa_assets.registry.look_alikes import look_alikes
+from casa_assets.registry.tables import look_alikes
 
 NAME = "library.json"
 

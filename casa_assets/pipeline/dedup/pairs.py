@@ -1,31 +1,120 @@
-"""Find pairs of assets with the same surface: candidates by signature, confirmed by registering one onto the other."""
+"""Find pairs of assets with the same surface: candidates by signature, confirmed by registration."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from casa_assets.checks.library.duplicates import ShapePair
-from casa_assets.geometry.mesh.shape_descriptor import descriptor_distance
-from casa_assets.model.asset.signature import CENTER_SHARES, PAIR_SHARES, ShapeDescriptor
+from casa_assets.checks.library import ShapePair
+from casa_assets.core.numeric import Floats, Ints
+from casa_assets.errors import DegenerateShape
+from casa_assets.geometry.mesh.registration import descriptor_distance, shape_descriptor
+from casa_assets.model.asset.asset import Asset
+from casa_assets.model.asset.provenance import CENTER_SHARES, PAIR_SHARES, ShapeDescriptor, Signature
+from casa_assets.model.record import Vec3
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
 from casa_assets.pipeline.cache.store import Store
-from casa_assets.pipeline.dedup.entries import AssetRow
-from casa_assets.pipeline.dedup.signature import surface
+from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library import library as library_files
-from casa_assets.preview.color_statistics import color_distance
+from casa_assets.pipeline.library.identity import Producer
+from casa_assets.preview.color_statistics import color_distance, color_histogram
 
-# SciPy and what needs it are imported where they are used: most runs have nothing to compare, and it loads slowly.
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
 
     from casa_assets.geometry.mesh.registration import SampledSurface
+
+# Signature ------------------------------------------------------------------------------------------------------------
+# Compute the signature that an asset is compared by, and its surface for registration with another.
+
+
+def signature(asset: Asset) -> Signature | None:
+    """Form and colours of all that is seen of an asset, joints at zero; None where nothing with an area is."""
+    try:
+        return Signature(shape=shape_descriptor(*surface(asset)), color=color_histogram(asset))
+    except DegenerateShape:
+        return None
+
+
+def surface(asset: Asset) -> tuple[Floats, Ints]:
+    """(P, 3) points and (F, 3) faces of all that is seen of an asset, asset frame, joints at zero, metres."""
+    points, faces, start = [np.zeros((0, 3))], [np.zeros((0, 3), dtype=np.int64)], 0
+    for link in asset.links:
+        pose = asset.asset_from_link(link.name)
+        for visual in link.visuals:
+            points.append(pose.apply(visual.mesh.vertices))
+            faces.append(visual.mesh.faces.astype(np.int64) + start)
+            start += len(visual.mesh.vertices)
+    return np.concatenate(points), np.concatenate(faces)
+
+
+# Entries --------------------------------------------------------------------------------------------------------------
+# The accepted assets of a library with what a comparison needs, read from their JSON alone.
+
+
+@dataclass(frozen=True)
+class AssetRow:
+    """One accepted asset.
+
+    Attributes:
+        id, category: of the asset. folder: where it stands. path, sha256: of its source.
+        digest: of the asset with its meshes and pictures. extents: of the box around it, metres.
+        signature: None where it has none. from_numbers: a family built it.
+    """
+
+    id: str
+    category: str
+    folder: Path
+    path: str
+    sha256: str
+    digest: str
+    extents: Vec3
+    signature: Signature | None
+    from_numbers: bool = False
+
+    @property
+    def longest(self) -> float:
+        """Longest side of the box around it, metres."""
+        return max(self.extents)
+
+
+def read_rows(library: disk.Library) -> Iterator[AssetRow]:
+    """Every accepted asset, sorted by category and id. Raises OutputError where one is damaged."""
+    for folder in library.accepted():
+        yield read_row(folder)
+
+
+def read_row(folder: Path) -> AssetRow:
+    """The asset that stands in a folder. Raises OutputError where it is damaged."""
+    return row_of(disk.read_manifest(folder))
+
+
+def row_of(manifest: disk.Manifest) -> AssetRow:
+    """The asset of a manifest that was read."""
+    folder, certificate = manifest.folder, manifest.certificate
+    origin = manifest.asset.get("provenance", {})
+    return AssetRow(
+        id=folder.name,
+        category=folder.parent.name,
+        folder=folder,
+        path=str(origin.get("path", "")),
+        sha256=str(origin.get("sha256", "")),
+        digest=certificate.asset_digest,
+        extents=certificate.summary.extents,
+        signature=certificate.signature,
+        from_numbers=certificate.producer is Producer.FAMILY,
+    )
+
+
+# Pairs ----------------------------------------------------------------------------------------------------------------
+# candidates by signature, confirmed by registering one onto the other.
 
 # Shapes whose descriptors differ by more than this are not registered, see benchmarks/ingest/duplicates.py.
 MAX_DESCRIPTOR_DISTANCE = 0.035

@@ -6,7 +6,7 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
-from casa_assets.core.cache_folder import cache_for
+from casa_assets.core.system import cache_for
 from casa_assets.export import mjcf
 from casa_assets.export.gltf import EVERYTHING, asset_glb
 from casa_assets.model.record import Vec3

@@ -15,8 +15,8 @@ from casa_assets import registry
 from casa_assets.checks.run import load_table
 from casa_assets.checks.run import run as run_checks
 from casa_assets.checks.simready.validator import load_rules
-from casa_assets.core.cache_folder import cache_for
-from casa_assets.core.sampling import rng_for
+from casa_assets.core.numeric import rng_for
+from casa_assets.core.system import cache_for
 from casa_assets.errors import UnknownId
 from casa_assets.families.catalog import MODELS
 from casa_assets.families.family import Family, Params, Supplies
@@ -28,8 +28,7 @@ from casa_assets.model.issue import Issue, Report
 from casa_assets.model.registry.category import Category
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of, modules_holding, versions_of
 from casa_assets.pipeline.families.finishes import available_finishes, finishes, finishes_key
-from casa_assets.pipeline.families.loose_objects import complete
-from casa_assets.pipeline.families.member_checks import check_member
+from casa_assets.pipeline.families.objects import check_member, complete
 from casa_assets.pipeline.ingest.job import writing
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.asset_package import (
@@ -47,12 +46,35 @@ from casa_assets.pipeline.textures.recipes import skins
 from casa_assets.pipeline.workers.batch import attempt, run_batch
 from casa_assets.pipeline.workers.limits import WorkerFailure
 from casa_assets.pipeline.workers.pool import Workers
+from casa_assets.preview.still import poses, render
 from casa_assets.preview.studio import View
 from casa_assets.projects import read_once
 from casa_assets.registry.families import family, family_names
 from casa_assets.registry.objects import object_family, object_names
 from casa_assets.registry.plugins import LoadedPlugin
-from casa_assets.registry.plugins.families import plugin_families, plugin_forms
+from casa_assets.registry.plugins.added import plugin_families, plugin_forms
+
+# Showcase -------------------------------------------------------------------------------------------------------------
+# Pictures of a built member: closed, in each of its named poses, and as it is touched.
+
+
+def pictures(folder: Path, out: Path, stem: str, size_px: int) -> Iterator[Path]:
+    """Write `<stem>_closed.png`, one picture for each named pose, and `<stem>_touch.png`.
+
+    Args:
+        folder: of the asset. out: for the pictures. size_px: width and height.
+    """
+    model = folder / "model.xml"
+    view = View(size_px=size_px, passes=12)
+    shots = [("closed", "", False), *((p, p, False) for p in poses(model) if p != "closed"), ("touch", "", True)]
+    for name, pose, touched in shots:
+        path = out / f"{stem}_{name}.png"
+        path.write_bytes(render(model, view, touched, pose))
+        yield path
+
+
+# Run ------------------------------------------------------------------------------------------------------------------
+# sample, build, write, render and check each.
 
 # The package that the code of all families is below.
 FAMILIES_PACKAGE = "casa_assets.families"

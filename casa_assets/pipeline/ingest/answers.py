@@ -1,19 +1,143 @@
-"""Ask about the inputs of a run: what they hold, what they are, what becomes of them. Worker processes answer."""
+"""Ask worker processes about the inputs of a run, and remember what earlier runs found out about them."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+import hashlib
+import json
+import sqlite3
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import closing, suppress
+from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Protocol
 
 from casa_assets.errors import CasaError, Rejected
 from casa_assets.ingest.sources.found import Found
+from casa_assets.pipeline.cache.cache_key import key_of
 from casa_assets.pipeline.ingest.job import Job, Outcome, RunAborted
 from casa_assets.pipeline.ingest.split import HeldThings
-from casa_assets.pipeline.ingest.survey import Survey
-from casa_assets.pipeline.ingest.survey_table import SurveyTable
+from casa_assets.pipeline.ingest.survey import Survey, state_of
 from casa_assets.pipeline.workers.limits import WorkerFailure
 from casa_assets.pipeline.workers.pool import Engine
+
+# Survey table ---------------------------------------------------------------------------------------------------------
+# What earlier runs found out about inputs whose files have not changed since, so that they are not read again.
+#
+# It lies in the cache of the library, and deleting it costs time and nothing else.
+
+NAME = "surveys.sqlite"
+_SCHEMA = """
+CREATE TABLE IF NOT EXISTS surveys (input TEXT PRIMARY KEY, made_by TEXT, survey TEXT);
+"""
+# A file that is younger than this when it is read may change again without a trace in its times, which come in steps.
+MIN_AGE_NS = 50_000_000
+
+
+class SurveyTable:
+    """Surveys by input.
+
+    Args:
+        cache: folder of the cache. requested: category that is requested for all inputs, or empty.
+        limits: of the run; those on the bytes of an input count.
+        read_only: write nothing.
+    """
+
+    def __init__(self, cache: Path, requested: str, limits: Mapping[str, float], read_only: bool = False) -> None:
+        self._path, self._read_only = (cache / NAME).absolute(), read_only
+        self._made_by = key_of("casa_assets.pipeline.ingest.survey:survey")
+        self._requested, self._limits = requested, limits
+        self._said = f"{requested}\0{limits['input_bytes']}"
+        self._kept: dict[str, str] = {}
+        with suppress(sqlite3.Error, OSError), closing(self._open()) as database:
+            rows = database.execute("SELECT input, survey FROM surveys WHERE made_by = ?", (self._made_by,))
+            self._kept = dict(rows.fetchall())
+
+    def survey(self, inputs: Sequence[Found], pool: Engine) -> Iterator[tuple[int, Survey | Rejected | WorkerFailure]]:
+        """Yield the number and the survey of every input, those that are known first; what is new is kept at the end.
+
+        Args:
+            pool: whose workers read what is new. Those surveys alone have `looked_at`.
+        """
+        new: list[int] = []
+        for number, one in enumerate(inputs):
+            if (known := self.find(one)) is not None:
+                yield number, known
+            else:
+                new.append(number)
+        fresh: list[tuple[Found, Survey]] = []
+        jobs = [(inputs[number], self._requested, self._limits) for number in new]
+        for place, answer in pool.run("casa_assets.pipeline.ingest.survey:survey", jobs):
+            if isinstance(answer, Survey):
+                fresh.append((inputs[new[place]], answer))
+            yield new[place], answer
+        self.keep(fresh)
+
+    def find(self, found: Found) -> Survey | None:
+        """What an earlier run found out, where every file is as it was then."""
+        text = self._kept.get(self._key(found))
+        if text is None or found.is_model:
+            return None
+        try:
+            sha256, category, confidence, reason, looked_at = json.loads(text)
+            if all(state_of(path) == state for path, state in looked_at):
+                return Survey(sha256, category, confidence, reason)
+        except (ValueError, TypeError):
+            pass  # not what was written there: it is read again
+        return None
+
+    def keep(self, surveys: Iterable[tuple[Found, Survey]]) -> None:
+        """Keep what was found out now, but for files that are so young that they may still change unseen."""
+        newest = time.time_ns() - MIN_AGE_NS
+        rows = [
+            (self._key(found), self._made_by, json.dumps((s.sha256, s.category, s.confidence, s.reason, s.looked_at)))
+            for found, s in surveys
+            if not found.is_model and all(_has_settled(state, newest) for _, state in s.looked_at)
+        ]
+        if not rows or self._read_only:
+            return
+        with suppress(sqlite3.Error, OSError), closing(self._open()) as database, database:
+            database.execute("DELETE FROM surveys WHERE made_by != ?", (self._made_by,))
+            database.executemany("INSERT OR REPLACE INTO surveys VALUES (?, ?, ?)", rows)
+
+    def _key(self, found: Found) -> str:
+        """Key of an input: its place, and what its source says of it."""
+        notes = [note.to_json() for note in found.notes]
+        said = f"{self._said}\0{found.root}\0{found.archive}\0{found.main}\0{found.source.to_json()}\0{notes}"
+        return hashlib.sha256(said.encode("utf-8", "surrogateescape")).hexdigest()
+
+    def _open(self) -> sqlite3.Connection:
+        if self._read_only:
+            return sqlite3.connect(f"{self._path.as_uri()}?mode=ro", uri=True)
+        self._path.parent.mkdir(parents=True, exist_ok=True)
+        database = sqlite3.connect(self._path)
+        try:
+            database.executescript(_SCHEMA)
+        except sqlite3.DatabaseError:  # no table: what a disk fault has left there
+            database.close()
+            self._path.unlink(missing_ok=True)
+            database = sqlite3.connect(self._path)
+            database.executescript(_SCHEMA)
+        return database
+
+
+def _has_settled(state: str, newest_ns: int) -> bool:
+    """True for a state that tells any later change; of a file, its last one was before a time in ns since 1970.
+
+    A store tells of each object by a tag or time of its own, or by nothing.
+    """
+    if not state or state.startswith("store "):
+        return True
+    return state != "?" and int(state.split()[1]) < newest_ns
+
+
+def without_states(survey: Survey) -> Survey:
+    """The survey alone, as the rest of a run needs it."""
+    return replace(survey, looked_at=())
+
+
+# Answers --------------------------------------------------------------------------------------------------------------
+# Ask about the inputs of a run: what they hold, what they are, what becomes of them. Worker processes answer.
 
 # What the pool's own verdicts are called in registry/rejections.yaml.
 CRASH_CODE = "RUN004"  # of the program, not of the input

@@ -13,8 +13,8 @@ from casa_assets.errors import Rejected
 from casa_assets.ingest.sources.bounded_reads import utf8_escaped
 from casa_assets.ingest.sources.found import Found, Refused
 from casa_assets.model.asset.asset import Asset
-from casa_assets.model.ingest.source import Source, SourceKind, Up
 from casa_assets.model.issue import Report
+from casa_assets.model.source import Source, SourceKind, Up
 from casa_assets.pipeline.ingest.survey import Survey, find_category
 
 if TYPE_CHECKING:

@@ -11,8 +11,8 @@ from pathlib import Path
 
 from casa_assets.errors import OutputError, PluginFailure, Rejected
 from casa_assets.ingest.sources.found import Found
-from casa_assets.model.ingest.user_override import NO_OVERRIDE, UserOverride
 from casa_assets.model.issue import Decision, Issue, Report, subjects_to_decide
+from casa_assets.model.source import NO_OVERRIDE, UserOverride
 from casa_assets.pipeline.cache.cache_key import digest_of
 from casa_assets.pipeline.ingest.survey import Survey
 from casa_assets.pipeline.library import library as disk

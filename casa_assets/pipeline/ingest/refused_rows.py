@@ -18,8 +18,8 @@ from casa_assets import registry
 from casa_assets.errors import OutputError
 from casa_assets.ingest.sources.found import Refused
 from casa_assets.ingest.sources.places import StoreRoot, folder_of
-from casa_assets.model.ingest.source import SourceKind
 from casa_assets.model.record import Record
+from casa_assets.model.source import SourceKind
 from casa_assets.pipeline.library.entry_files import file_inside
 from casa_assets.pipeline.library.identity import Producer
 from casa_assets.pipeline.library.library import REJECTED, Library

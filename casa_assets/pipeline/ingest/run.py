@@ -16,17 +16,23 @@ from casa_assets import registry
 from casa_assets.errors import Rejected
 from casa_assets.ingest.sources.found import Found, Refused
 from casa_assets.ingest.sources.places import StoreRoot
-from casa_assets.model.ingest.user_override import NO_OVERRIDE, UserOverride
 from casa_assets.model.issue import Decision, Report, subjects_to_decide
+from casa_assets.model.source import NO_OVERRIDE, UserOverride
 from casa_assets.pipeline import clip
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
 from casa_assets.pipeline.cache.store import Store
 from casa_assets.pipeline.dedup.deduplicator import NEAR_DUPLICATE_CODE as COPY
 from casa_assets.pipeline.dedup.deduplicator import Deduplicator
-from casa_assets.pipeline.ingest import unreadable_inputs
-from casa_assets.pipeline.ingest.answers import FAILURE_CODES, Answers, SurveyAnswer, WorkerAnswers
-from casa_assets.pipeline.ingest.discover_inputs import discover_inputs
+from casa_assets.pipeline.ingest.answers import (
+    FAILURE_CODES,
+    Answers,
+    SurveyAnswer,
+    SurveyTable,
+    WorkerAnswers,
+    without_states,
+)
 from casa_assets.pipeline.ingest.in_memory import MeshInput, stage_meshes
+from casa_assets.pipeline.ingest.inputs import UnreadableInputs, discover_inputs, write_if_changed
 from casa_assets.pipeline.ingest.job import (
     Event,
     Job,
@@ -38,27 +44,25 @@ from casa_assets.pipeline.ingest.job import (
     writing,
 )
 from casa_assets.pipeline.ingest.refused_rows import RefusedRows, is_below, remainder_message, row_id
-from casa_assets.pipeline.ingest.shards.record import ShardHeader, made_by
-from casa_assets.pipeline.ingest.shards.recorder import Recorder, check_is_no_shard
-from casa_assets.pipeline.ingest.shards.shard import Shard
+from casa_assets.pipeline.ingest.shards.record import Recorder, Shard, ShardHeader, check_is_no_shard, made_by
 from casa_assets.pipeline.ingest.split import taken_apart
 from casa_assets.pipeline.ingest.survey import Survey
-from casa_assets.pipeline.ingest.survey_table import SurveyTable, without_states
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library import review
 from casa_assets.pipeline.library.derived_files import write_reports
 from casa_assets.pipeline.library.entry_files import picture_of
 from casa_assets.pipeline.library.entry_table import EntryTable
 from casa_assets.pipeline.library.identity import Identity, Producer
-from casa_assets.pipeline.library.keep_accepted import (
+from casa_assets.pipeline.library.resume import (
+    RETRIED_CODES,
     AcceptedAsset,
     NewResult,
+    cached_outcome,
     find_accepted,
     reason_to_keep,
     remember,
     remembered,
 )
-from casa_assets.pipeline.library.resume import RETRIED_CODES, cached_outcome
 from casa_assets.pipeline.reports.entry import Entry
 from casa_assets.pipeline.workers.limits import Limits, WorkerFailure
 from casa_assets.pipeline.workers.pool import Workers, open_engine
@@ -147,7 +151,7 @@ class _Run:
     total: int = 0
     left_out: set[int] = field(default_factory=set)
     steps: list[Job | Result] = field(default_factory=list)
-    unreadable: unreadable_inputs.UnreadableInputs = field(default_factory=unreadable_inputs.UnreadableInputs)
+    unreadable: UnreadableInputs = field(default_factory=UnreadableInputs)
     overrides: dict[str, UserOverride] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -176,7 +180,7 @@ class _Run:
     def refuse(self, one: Found, code: str, message: str) -> Event:
         """Remember an input that never became a bundle."""
         refusal = self.unreadable.refusal(one, code, message, self.cache_key)
-        is_new = unreadable_inputs.write_if_changed(self.library, refusal, self.before)
+        is_new = write_if_changed(self.library, refusal, self.before)
         kind = "rejected" if is_new else "kept"
         folder = self.library.refusal_folder(refusal.id) if self.library is self.before else None
         return Event(kind, self.total, refusal.source.place, refusal.id, code, message, REJECTED, folder=folder)

@@ -28,7 +28,7 @@ def things_held(job: tuple[Found, Mapping[str, float]]) -> HeldThings | None:
     What is more probably one thing is left whole: the boards of a shelf and the legs of a table are none.
     """
     # Here, since most runs take nothing apart, and this loads slowly.
-    from casa_assets.ingest.things.guess import guess_of_things
+    from casa_assets.ingest.things.signs import guess_of_things
     from casa_assets.ingest.things.split import things_of
 
     found, limits = job

@@ -9,28 +9,25 @@ from typing import Any
 
 from casa_assets import registry
 from casa_assets.errors import Rejected
-from casa_assets.ingest.add_back_faces import add_back_faces
-from casa_assets.ingest.assemble import assemble
+from casa_assets.ingest.assemble import assemble, grasp
 from casa_assets.ingest.clean import clean
 from casa_assets.ingest.collision.collide import collide
-from casa_assets.ingest.collision.params import CollideParams
+from casa_assets.ingest.collision.fit import CollideParams
 from casa_assets.ingest.draft import Draft
-from casa_assets.ingest.grasp import grasp
 from casa_assets.ingest.load import load
-from casa_assets.ingest.mass.combine import mass
+from casa_assets.ingest.mass.estimates import mass
 from casa_assets.ingest.orient import orient
 from casa_assets.ingest.simplify import simplify
 from casa_assets.ingest.size.scale import scale
-from casa_assets.ingest.texture import texture
-from casa_assets.ingest.things.guess import guess_of_things
+from casa_assets.ingest.texture import add_back_faces, texture
+from casa_assets.ingest.things.signs import guess_of_things
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.material import Substance
 from casa_assets.model.asset.provenance import Guess
-from casa_assets.model.ingest.source import Bundle, RawModel, Source, SourceKind
-from casa_assets.model.ingest.user_override import NO_OVERRIDE, UserOverride, Word
 from casa_assets.model.issue import ASKED_CODE, REVIEW_CODE, Issue
 from casa_assets.model.record import Record
 from casa_assets.model.registry.category import Category
+from casa_assets.model.source import NO_OVERRIDE, Bundle, RawModel, Source, SourceKind, UserOverride, Word
 from casa_assets.pipeline.cache.cache_key import CodeRef, digest_of, key_of
 from casa_assets.pipeline.cache.store import Store
 from casa_assets.pipeline.ingest.job import limits_in_key

@@ -13,9 +13,9 @@ from casa_assets.ingest.load import load
 from casa_assets.ingest.load.dispatch import warm as warm_readers
 from casa_assets.ingest.sources.bundle import collect
 from casa_assets.model.asset.asset import Asset
-from casa_assets.model.ingest.source import Bundle
 from casa_assets.model.issue import Report
 from casa_assets.model.registry.category import Category
+from casa_assets.model.source import Bundle
 from casa_assets.pipeline.cache.cache_key import versions_of
 from casa_assets.pipeline.cache.store import Store
 from casa_assets.pipeline.ingest.job import Job, Outcome, RunAborted, first_error, keep_trace, stage_refusal, writing

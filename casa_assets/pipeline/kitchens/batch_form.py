@@ -15,19 +15,17 @@ from casa_assets import registry
 from casa_assets.checks.run import run
 from casa_assets.checks.scene.batch.engine_sizes import engine_sizes
 from casa_assets.checks.scene.batch.form import BatchSubject, candidate_pairs
-from casa_assets.core.cache_folder import cache_for
-from casa_assets.export.mjcf.scene import batch as mjcf
+from casa_assets.core.system import cache_for
+from casa_assets.export.mjcf.scene import batch
 from casa_assets.geometry.lightweight import light_scene
-from casa_assets.geometry.merging.choose_joints import batch_within
-from casa_assets.model.formats.batch_schema import BatchFile
-from casa_assets.model.kitchen.batch_scene import BatchScene, EngineSizes
-from casa_assets.model.kitchen.joint_word import JointWord
-from casa_assets.model.kitchen.scene import Scene
+from casa_assets.geometry.merging.batch_form import batch_within
+from casa_assets.model.kitchen.choices import JointWord
+from casa_assets.model.kitchen.scene import BatchScene, EngineSizes, Scene
+from casa_assets.model.written_formats import BatchFile
 from casa_assets.pipeline.cache.asset_store import AssetStore
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
-from casa_assets.pipeline.kitchens.recipe import SceneRecipe, SceneResult
+from casa_assets.pipeline.kitchens.recipe import BATCH_FILE, BATCH_JSON, SceneRecipe, SceneResult
 from casa_assets.pipeline.kitchens.resolve import build_scene
-from casa_assets.pipeline.kitchens.scene_files import BATCH_FILE, BATCH_JSON
 from casa_assets.pipeline.kitchens.scene_folders import (
     BuildOptions,
     build_with_options,
@@ -154,7 +152,7 @@ def _judged(form: BatchScene, folder: Path, key: str) -> BatchFile:
 
 def _write(form: BatchScene, folder: Path) -> None:
     """Write scene_batch.xml, after the pictures that are not yet in the folder that scenes share."""
-    entries = dict(mjcf.write(form).entries)
+    entries = dict(batch.write(form).entries)
     text = entries.pop(BATCH_FILE)
     for path, data in entries.items():
         if not (folder.parent / path).exists():

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
+from contextlib import suppress
 from copy import copy
 from dataclasses import replace
 from functools import partial
@@ -27,16 +28,14 @@ from casa_assets.checks.simready.validator import load_rules
 from casa_assets.checks.start_states.stage import Stage
 from casa_assets.checks.start_states.verdict import StatesSubject
 from casa_assets.checks.table.table import UNLOADED, run_scene
-from casa_assets.core.cache_folder import cache_for
+from casa_assets.core.system import cache_for
 from casa_assets.export.mjcf.scene.kitchen import FILE
 from casa_assets.model.issue import Report
 from casa_assets.model.kitchen.scene import Scene
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
 from casa_assets.pipeline.kitchens import scene_folders
-from casa_assets.pipeline.kitchens.passed_layers import PassedLayers
-from casa_assets.pipeline.kitchens.recipe import SceneRecipe, SceneResult
+from casa_assets.pipeline.kitchens.recipe import START_STATES, SceneRecipe, SceneResult
 from casa_assets.pipeline.kitchens.resolve import build_scene
-from casa_assets.pipeline.kitchens.scene_files import START_STATES
 from casa_assets.pipeline.kitchens.scene_folders import (
     BUILD,
     CHECK,
@@ -62,7 +61,34 @@ from casa_assets.pipeline.workers.batch import attempt
 from casa_assets.pipeline.workers.limits import StepClock
 from casa_assets.pipeline.workers.pool import Workers
 from casa_assets.preview import kitchen as room
-from casa_assets.registry.plugins.checks import check_table, with_plugin_limits
+from casa_assets.registry.plugins.added import check_table, with_plugin_limits
+
+# Passed layers --------------------------------------------------------------------------------------------------------
+# Layers of assets that passed SimReady's rules, remembered in the cache by their content.
+
+FOLDER = "simready"
+
+
+class PassedLayers:
+    """Digests of layers that passed, an empty file for each in a folder of the cache."""
+
+    def __init__(self, cache: Path) -> None:
+        self.folder = cache / FOLDER
+
+    def has(self, digest: str) -> bool:
+        """True if a layer of that digest passed."""
+        return (self.folder / digest[:2] / digest).is_file()
+
+    def add(self, digests: Collection[str]) -> None:
+        """Remember layers that passed."""
+        for digest in digests:
+            path = self.folder / digest[:2] / digest
+            with suppress(OSError):  # a cache that cannot be written to: the layer is looked at again
+                path.parent.mkdir(parents=True, exist_ok=True)
+                path.touch()
+
+
+# Check ----------------------------------------------------------------------------------------------------------------
 
 FLOOR_MAP = "floor_map.png"
 # Enough to tell whether a camera shows something, by its shares of black and white pixels.

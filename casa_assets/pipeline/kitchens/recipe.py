@@ -1,13 +1,40 @@
-"""Inputs of a scene, and the outcome of building it."""
+"""Inputs of a scene, its id, and the outcome of building it."""
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable
-from dataclasses import dataclass, field
+import json
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from fnmatch import fnmatchcase
+from itertools import combinations
+from pathlib import Path
 
+from casa_assets.errors import CasaError, UnknownId
 from casa_assets.model.issue import Issue, Report
-from casa_assets.model.kitchen.surface import Surface
+from casa_assets.model.kitchen.choices import Surface
+from casa_assets.registry.kitchens import plan_names, style_names
+
+# Scene files ----------------------------------------------------------------------------------------------------------
+# Names of the files of a scene in its folder, and of the folder that scenes share.
+
+SHARED = "assets"
+# In the shared folder: state machines, a file for each asset that has one.
+BEHAVIOR = "behavior"
+LIGHT_FILE = "scene_light.xml"
+# All that is written of a scene, beside scene.json: MJCF, light MJCF, USD in two forms, and a script for Isaac Lab.
+WRITTEN = ("scene.xml", LIGHT_FILE, "scene.usda", "scene_nested.usda", "isaac_lab.py")
+BATCH_FILE, BATCH_JSON = "scene_batch.xml", "batch.json"
+SCENE_JSON = "scene.json"
+ROBOTS_JSON = "robots.json"
+START_STATES = "start_states.npz"
+OVERVIEW = "overview"
+# Picture at eye level, with doors open.
+EYE_PICTURE = "eye_open.png"
+
+# Recipe ---------------------------------------------------------------------------------------------------------------
+# Inputs of a scene, and the outcome of building it.
 
 
 @dataclass(frozen=True)
@@ -98,3 +125,129 @@ class SceneResult:
     def problems(self) -> tuple[Issue, ...]:
         """Errors of its checks."""
         return () if self.report is None else self.report.errors
+
+
+# Scene ids ------------------------------------------------------------------------------------------------------------
+# Parse ids of kitchens, as `SceneRecipe.scene_id` writes them, back into recipes.
+
+# What names the ids that there are, for errors.
+LISTED_BY = "`casa-assets scenes list` lists plans and styles"
+_OBJECTS = r"(?:__o(?P<objects>\d+)(?:s(?P<objects_seed>\d+))?)?"
+_REST = re.compile(
+    r"(?:__s(?P<seed>\d+))?(?:__t(?P<finishes>[0-9a-f]{8}))?(?:__m(?P<models>[0-9a-f]{8}))?"
+    r"(?P<mixed>__mixed)?(?P<closed>__closed)?" + _OBJECTS
+)
+
+
+def split_objects(name: str) -> tuple[str, int, int]:
+    """Split `<id or glob>__o40s3` into what is before the objects, their number and their seed; 0 and 0 without."""
+    fields = re.fullmatch(r"(?P<before>.*?)" + _OBJECTS, name)
+    assert fields is not None, "an empty end matches every name"
+    return fields["before"], int(fields["objects"] or 0), int(fields["objects_seed"] or 0)
+
+
+def recipe_of(scene_id: str, places: Sequence[Path] = ()) -> SceneRecipe:
+    """Parse the id of a kitchen into its recipe.
+
+    The finishes are only a digest in the id, and so are the models. Finishes are found where the seed drew them
+    (`--textures random`), both where the kitchen stands in one of `places`.
+
+    Args:
+        scene_id: such as `galley__rustic__s7__t5c1d2e3f`. places: folders of scenes, searched in this order.
+    Raises:
+        UnknownId: no such plan or style, or not an id. CasaError: the finishes or the models cannot be found.
+    """
+    plan, _, tail = scene_id.partition("__")
+    style, _, rest = tail.partition("__")
+    fields = _REST.fullmatch(f"__{rest}" if rest else "")
+    if plan not in plan_names() or style not in style_names() or fields is None:
+        raise UnknownId("scene", scene_id, [f"{p}__{s}" for p in plan_names() for s in style_names()], LISTED_BY)
+    seed = None if fields["seed"] is None else int(fields["seed"])
+    _, objects, objects_seed = split_objects(scene_id)
+    is_closed, is_mixed = fields["closed"] is not None, fields["mixed"] is not None
+    bare = SceneRecipe(plan, style, seed, (), is_closed, objects, objects_seed, is_mixed)
+    has_finishes, has_models = fields["finishes"] is not None, fields["models"] is not None
+    for models in _stated_models(scene_id, places) if has_models else [()]:
+        for surfaces in _candidates(scene_id, seed, places) if has_finishes else [()]:
+            recipe = replace(bare, surfaces=surfaces, models=models)
+            if recipe.scene_id == scene_id:
+                return recipe
+    where = ", ".join(str(place) for place in places) or "no folder"
+    told = [("t" + fields["finishes"], "finishes", "surfaces={'wall': ...}")] if has_finishes else []
+    told += [("m" + fields["models"], "models", "models={'range': ...}")] if has_models else []
+    digests = " and ".join(f"'{digits}' is a digest of its {name}" for digits, name, _ in told)
+    raise CasaError(
+        f"{scene_id}: {digests}; which they are cannot be told from that, and no scene of this id stands in {where}. "
+        f"Give the folder that it stands in, or make it anew with "
+        f"casa_assets.kitchen({plan!r}, {style!r}, seed={seed}, {', '.join(option for *_, option in told)})"
+    )
+
+
+def _stated_models(scene_id: str, places: Sequence[Path]) -> Iterator[tuple[tuple[str, str], ...]]:
+    """Models that the scenes of this id in folders of scenes say that they have."""
+    from casa_assets.pipeline.kitchens.resolve import ordered_models  # here and below, since it loads all families
+
+    for place in places:
+        try:
+            found = json.loads((place / scene_id / SCENE_JSON).read_text(encoding="utf-8"))["models"]
+            yield ordered_models((role, str(name)) for role, name in found.items())
+        except (OSError, ValueError, KeyError, TypeError, AttributeError, CasaError):
+            continue
+
+
+def _candidates(scene_id: str, seed: int | None, places: Sequence[Path]) -> Iterator[tuple[tuple[Surface, str], ...]]:
+    """Finishes that the digest may stand for."""
+    from casa_assets.pipeline.kitchens.resolve import draw_surfaces, ordered_surfaces
+
+    yield draw_surfaces(seed or 0)
+    for place in places:
+        try:
+            finishes = json.loads((place / scene_id / SCENE_JSON).read_text(encoding="utf-8"))["surfaces"]
+            pairs = [(Surface(name), str(finish)) for name, finish in finishes.items()]
+        except (OSError, ValueError, KeyError, TypeError, AttributeError):
+            continue
+        # scene.json names the finishes of all surfaces; the id those alone that differ from the style's.
+        for count in range(1, len(pairs) + 1):
+            for some in combinations(pairs, count):
+                try:
+                    yield ordered_surfaces(some)
+                except UnknownId:  # a finish of a pack that is not here, or of an older registry
+                    continue
+
+
+def all_recipes() -> list[SceneRecipe]:
+    """Every plan in every style."""
+    return [SceneRecipe(plan, style) for plan in plan_names() for style in style_names()]
+
+
+def recipes_matching(patterns: Sequence[str]) -> list[SceneRecipe]:
+    """The plain scenes whose ids match one of some globs. Raises UnknownId where one matches nothing."""
+    every = all_recipes()
+    out: list[SceneRecipe] = []
+    for pattern in patterns:
+        found = [r for r in every if fnmatchcase(r.scene_id, pattern)]
+        if not found:
+            raise UnknownId("scene", pattern, [r.scene_id for r in every], LISTED_BY)
+        out += [r for r in found if r not in out]
+    return out
+
+
+def recipes_named(names: Sequence[str], out: Path) -> list[SceneRecipe]:
+    """Scenes by globs of plain ids, with objects or without (`l_*__coastal__o40`), or by whole ids of one's own scenes.
+
+    Args:
+        out: folder of scenes, where finishes are found that an id has as a digest alone.
+    Raises:
+        UnknownId: a glob matches nothing, or an id names no plan or style. CasaError: see `recipe_of`.
+    """
+    found: list[SceneRecipe] = []
+    for name in names:
+        pattern, objects, seed = split_objects(name)
+        is_plain = any(sign in name for sign in "*?[") or pattern.count("__") < 2
+        recipes = (
+            [replace(recipe, objects=objects, objects_seed=seed) for recipe in recipes_matching([pattern])]
+            if is_plain
+            else [recipe_of(name, (out,))]
+        )
+        found += [recipe for recipe in recipes if recipe not in found]
+    return found

@@ -22,8 +22,7 @@ from casa_assets.export.mjcf.scene.kitchen import FILE
 from casa_assets.model.issue import Report
 from casa_assets.model.kitchen.robot import RobotCertificate, SceneRobots
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
-from casa_assets.pipeline.kitchens.recipe import SceneRecipe, SceneResult
-from casa_assets.pipeline.kitchens.scene_files import ROBOTS_JSON, SCENE_JSON
+from casa_assets.pipeline.kitchens.recipe import ROBOTS_JSON, SCENE_JSON, SceneRecipe, SceneResult
 from casa_assets.pipeline.kitchens.scene_folders import (
     BuildOptions,
     build_with_options,
@@ -34,7 +33,7 @@ from casa_assets.pipeline.kitchens.scene_folders import (
 from casa_assets.pipeline.kitchens.scene_page import join_robots
 from casa_assets.pipeline.optional_packages import require
 from casa_assets.pipeline.workers.batch import attempt
-from casa_assets.registry.robots import load_robot
+from casa_assets.registry.tables import load_robot
 
 TESTED_ROBOSUITE = "1.5.2"
 

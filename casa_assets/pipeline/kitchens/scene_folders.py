@@ -20,24 +20,31 @@ from typing import Any
 
 from casa_assets import registry
 from casa_assets.checks.design.subject import DesignSubject
-from casa_assets.core.cache_folder import cache_for
+from casa_assets.core.system import cache_for
 from casa_assets.errors import CasaError
-from casa_assets.export.mjcf import label
+from casa_assets.export.mjcf import document
 from casa_assets.export.mjcf.scene import kitchen as mjcf
 from casa_assets.export.usd.scene import kitchen as usd
 from casa_assets.geometry.lightweight import light_scene
 from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.files import Files
-from casa_assets.model.formats.scene_schema import SceneFile
 from casa_assets.model.issue import Report
 from casa_assets.model.kitchen.scene import Scene
+from casa_assets.model.written_formats import SceneFile
 from casa_assets.pipeline.cache.asset_store import AssetStore
 from casa_assets.pipeline.ingest.job import writing
 from casa_assets.pipeline.kitchens.kept import is_drawn, is_whole, picture_key, written_key
-from casa_assets.pipeline.kitchens.recipe import SceneRecipe, SceneResult
+from casa_assets.pipeline.kitchens.recipe import (
+    BEHAVIOR,
+    LIGHT_FILE,
+    OVERVIEW,
+    SCENE_JSON,
+    SHARED,
+    SceneRecipe,
+    SceneResult,
+)
 from casa_assets.pipeline.kitchens.resolve import build_scene, kitchen_key, preset_params
-from casa_assets.pipeline.kitchens.scene_files import BEHAVIOR, LIGHT_FILE, OVERVIEW, SCENE_JSON, SHARED
 from casa_assets.pipeline.kitchens.scene_json import describe, design_of
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.textures.recipes import every_recipe
@@ -47,7 +54,7 @@ from casa_assets.pipeline.workers.pool import Workers
 from casa_assets.preview import kitchen as room
 from casa_assets.preview import pictures
 from casa_assets.preview.photoreal.views import EYE, eye_view
-from casa_assets.registry.habits import load_habits
+from casa_assets.registry.tables import load_habits
 
 OVERVIEW_FRAME = room.PictureSettings(passes=4, directions=6, shadow_px=512)
 # Of the picture at eye level, with doors open.
@@ -245,7 +252,7 @@ def write_scene(
         root: folder that it stands in. facts: content of scene.json. light_form: of an asset, see `lighten`.
         layer_text: of an asset, see `usd.write`.
     """
-    behaviors = {f"{SHARED}/{BEHAVIOR}/{a.id}.json": label.behavior_file(a) for a in scene.assets if a.behavior}
+    behaviors = {f"{SHARED}/{BEHAVIOR}/{a.id}.json": document.behavior_file(a) for a in scene.assets if a.behavior}
     for files in (mjcf.write(scene), usd.write(scene, layer_text=layer_text), Files.of(behaviors)):
         _put(files, folder, root)
     light = mjcf.write(light_scene(scene, light_form)).entries[mjcf.FILE]

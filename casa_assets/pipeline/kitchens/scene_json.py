@@ -6,20 +6,19 @@ from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 from casa_assets.checks.design.subject import DesignSubject, whereabouts
-from casa_assets.core.rounding import decimals
+from casa_assets.core.numeric import decimals
 from casa_assets.layouts.compose.floor_facts import facts_of
-from casa_assets.layouts.lived_in.free_room import count_of_things, largest_box, world_bounds
-from casa_assets.layouts.lived_in.spaces import Space, find_spaces
+from casa_assets.layouts.lived_in.spaces import Space, count_of_things, find_spaces, largest_box, world_bounds
 from casa_assets.layouts.order.build_order import OrderItem
 from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.model.asset.asset import Asset
-from casa_assets.model.asset.site import Region
+from casa_assets.model.asset.parts import Region
+from casa_assets.model.kitchen.choices import Surface
 from casa_assets.model.kitchen.scene import Placement, Scene
 from casa_assets.model.kitchen.style import Style
-from casa_assets.model.kitchen.surface import Surface
 from casa_assets.model.pose import Pose
-from casa_assets.pipeline.textures.packs.read import credits_of_pictures
-from casa_assets.registry.habits import load_habits
+from casa_assets.pipeline.textures.packs.pictures import credits_of_pictures
+from casa_assets.registry.tables import load_habits
 
 if TYPE_CHECKING:
     from casa_assets.pipeline.kitchens.recipe import SceneRecipe

@@ -9,9 +9,9 @@ import numpy as np
 from pydantic import ValidationError
 
 from casa_assets.errors import OutputError
-from casa_assets.export.mjcf import visual
+from casa_assets.export.mjcf import shapes
 from casa_assets.model.asset.asset import Asset
-from casa_assets.model.asset.mesh import Mesh
+from casa_assets.model.asset.parts import Mesh
 from casa_assets.pipeline.library.entry_files import file_inside
 
 # The USD package holds every image; the MJCF has only those that MuJoCo draws.
@@ -22,7 +22,7 @@ SLOTS = ("base_color_texture", "metallic_roughness_texture", "normal_texture")
 def manifest_of(asset: Asset) -> dict[str, Any]:
     """JSON data of an asset; `{"obj": path}` stands for a mesh, and an image's `png` is its path."""
     data: dict[str, Any] = asset.model_dump(mode="json", exclude={"links": True, "materials": True})
-    files = visual.gather_meshes(asset).of
+    files = shapes.gather_meshes(asset).of
     data["links"] = []
     for link in asset.links:
         row = link.model_dump(mode="json", exclude={"visuals", "colliders"})

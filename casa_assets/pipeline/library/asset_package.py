@@ -13,20 +13,20 @@ from PIL import Image
 from casa_assets import registry
 from casa_assets.checks.package.package import Package
 from casa_assets.checks.run import run as run_checks
-from casa_assets.core.rounding import significant
+from casa_assets.core.numeric import significant
 from casa_assets.errors import OutputError
 from casa_assets.export import mjcf
 from casa_assets.export.usd.document import write as write_usd
 from casa_assets.model.asset.asset import Asset
-from casa_assets.model.asset.shape import Hull
+from casa_assets.model.asset.parts import Hull
 from casa_assets.model.issue import Issue, Report
 from casa_assets.model.registry.category import Category
 from casa_assets.pipeline.cache.cache_key import CodeRef
-from casa_assets.pipeline.dedup.signature import signature
+from casa_assets.pipeline.dedup.pairs import signature
 from casa_assets.pipeline.library import library as disk
 from casa_assets.preview.still import render
 from casa_assets.preview.studio import View
-from casa_assets.registry.plugins.checks import check_table, checks_versions, with_plugin_limits
+from casa_assets.registry.plugins.added import check_table, checks_versions, with_plugin_limits
 
 PREVIEW_PX = 512
 THUMBNAIL_PX = 256

@@ -22,16 +22,14 @@ from typing import Any, TypeVar
 
 from pydantic import TypeAdapter
 
-from casa_assets.checks.library.duplicates import ShapePair
+from casa_assets.checks.library import ShapePair
 from casa_assets.errors import OutputError
-from casa_assets.model.asset.provenance import Guess
-from casa_assets.model.asset.signature import ColorHistogram, ShapeDescriptor, Signature
+from casa_assets.model.asset.provenance import ColorHistogram, Guess, ShapeDescriptor, Signature
 from casa_assets.model.issue import CheckResult, Issue, Severity, Tally
 from casa_assets.model.record import Record
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
 from casa_assets.pipeline.cache.store import Store
-from casa_assets.pipeline.dedup.entries import AssetRow, read_row, row_of
-from casa_assets.pipeline.dedup.pairs import ShapeIndex, measure_pair, nearby_pairs
+from casa_assets.pipeline.dedup.pairs import AssetRow, ShapeIndex, measure_pair, nearby_pairs, read_row, row_of
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.entry_files import PICTURE, thumbnail_of
 from casa_assets.pipeline.reports.entry import Entry, entry_at, entry_of, row_entries

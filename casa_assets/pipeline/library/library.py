@@ -26,11 +26,11 @@ from pydantic import ValidationError
 
 from casa_assets.errors import OutputError
 from casa_assets.model.asset.asset import Asset
-from casa_assets.model.asset.signature import Signature
+from casa_assets.model.asset.provenance import Signature
 from casa_assets.model.files import Files
-from casa_assets.model.ingest.source import Source
 from casa_assets.model.issue import Report
 from casa_assets.model.record import Record
+from casa_assets.model.source import Source
 from casa_assets.pipeline.library.asset_json import asset_from_manifest, manifest_of
 from casa_assets.pipeline.library.entry_files import PICTURE, file_inside
 from casa_assets.pipeline.library.identity import Identity, Producer, suffix_of

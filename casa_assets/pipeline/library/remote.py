@@ -29,7 +29,7 @@ from tempfile import TemporaryDirectory
 from typing import Literal, TypeVar
 
 from casa_assets.errors import OutputError
-from casa_assets.pipeline.articulate import review_file
+from casa_assets.pipeline.articulate import decisions
 from casa_assets.pipeline.ingest.job import Event, writing
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library import review
@@ -43,7 +43,7 @@ T = TypeVar("T")
 R = TypeVar("R")
 UNFINISHED = ".casa/unfinished.json"
 MANIFESTS = (disk.CERTIFICATE, disk.REFUSAL)
-DECISIONS = (review.NAME, review_file.NAME)
+DECISIONS = (review.NAME, decisions.REVIEW_NAME)
 MAX_READ = 3  # times that an entry is read before it is called damaged; it may be replaced meanwhile
 THREADS = 16  # requests at once: most of their time is waiting
 SENDERS = 4  # a run on this machine makes far fewer entries a second than these send
@@ -500,12 +500,12 @@ def _take_over_decisions(library: disk.Library, remote: RemoteLibrary, is_overwr
                     (library.root / name).unlink(missing_ok=True)
         if not is_overwritten:
             review.adopt(library, [there])
-            review_file.keep(library, review_file.decided(there))
+            decisions.keep(library, decisions.decided(there))
 
 
 def _decided(library: disk.Library) -> dict[str, Mapping[str, object]]:
     """What was decided, by the name of the file, then by the digest of the input."""
-    return {review.NAME: review.read_overrides(library), review_file.NAME: review_file.decided(library)}
+    return {review.NAME: review.read_overrides(library), decisions.REVIEW_NAME: decisions.decided(library)}
 
 
 @contextmanager

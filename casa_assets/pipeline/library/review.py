@@ -19,8 +19,8 @@ from pydantic import ValidationError
 from casa_assets import registry
 from casa_assets.errors import OutputError, UnknownId
 from casa_assets.model.asset.provenance import Guess
-from casa_assets.model.ingest.user_override import UserOverride
 from casa_assets.model.issue import ASKED_CODE, REVIEW_CODE, Issue, Severity
+from casa_assets.model.source import UserOverride
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.reports.entry import Entry
 

@@ -16,13 +16,11 @@ from casa_assets.errors import CasaError, PlanConflict, UnknownId
 from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.room import build_room
-from casa_assets.layouts.plan.rows import WidthRange, share_widths
 from casa_assets.layouts.plan.runs import RunLine, UnitSlot, base_slots, room_at_walls
+from casa_assets.layouts.plan.standard_sizes import WidthRange, share_widths
 from casa_assets.layouts.plan.style_models import StyleModels
 from casa_assets.model.kitchen.floor import RunEnd
-from casa_assets.model.kitchen.furnishing import MOST_SEATS
-from casa_assets.model.kitchen.plan import OpeningKind, Plan, Run
-from casa_assets.model.kitchen.units import BaseKind, BaseUnit, UpperKind, UpperUnit
+from casa_assets.model.kitchen.plan import MOST_SEATS, BaseKind, BaseUnit, OpeningKind, Plan, Run, UpperKind, UpperUnit
 from casa_assets.model.registry.document import KeyPath
 from casa_assets.pipeline.plans.draft import Draft
 from casa_assets.pipeline.plans.values import name_faults

@@ -17,15 +17,14 @@ from casa_assets.layouts.plan.room import WallHole, WallLine, build_room
 from casa_assets.layouts.plan.runs import RunLine, UnitSlot
 from casa_assets.layouts.plan.style_models import StyleModels
 from casa_assets.layouts.plan.swings import Leaf, leaves_of
-from casa_assets.model.kitchen.plan import Plan
+from casa_assets.model.kitchen.plan import BaseKind, Plan, UpperKind
 from casa_assets.model.kitchen.style import LIBRARY, Style
-from casa_assets.model.kitchen.units import BaseKind, UpperKind
 from casa_assets.model.record import Vec2
 from casa_assets.model.registry.document import KeyPath
 from casa_assets.projects import read_once
 from casa_assets.registry.edit import Edit, edited_value, value_at
 from casa_assets.registry.layered import names_in, read_table_file, read_topmost
-from casa_assets.registry.roles import load_roles
+from casa_assets.registry.tables import load_roles
 
 # Of openings: what is free beside their holes; what a sill stands out, reaches beyond its hole, and takes up below it;
 # what remains of the wall beside a door, and beside a window, whose sill reaches beyond its casing.

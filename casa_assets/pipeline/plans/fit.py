@@ -11,9 +11,8 @@ from dataclasses import dataclass
 
 from casa_assets.errors import CasaError
 from casa_assets.layouts.plan.room import AXES
-from casa_assets.model.kitchen.plan import Plan
+from casa_assets.model.kitchen.plan import COOKERS, BaseKind, Plan
 from casa_assets.model.kitchen.style import Style
-from casa_assets.model.kitchen.units import COOKERS, BaseKind
 from casa_assets.pipeline.plans.check import check_plan, edited_text, plan_document, plan_id
 from casa_assets.pipeline.plans.draft import Draft
 from casa_assets.registry.edit import Edit, flow_text

@@ -10,8 +10,7 @@ from collections.abc import Iterator, Sequence
 
 from casa_assets.layouts.plan.runs import RunLine, other_side
 from casa_assets.model.kitchen.floor import RunEnd
-from casa_assets.model.kitchen.plan import OpeningKind, Plan
-from casa_assets.model.kitchen.units import BaseKind, BaseUnit, UpperKind, UpperUnit
+from casa_assets.model.kitchen.plan import BaseKind, BaseUnit, OpeningKind, Plan, UpperKind, UpperUnit
 from casa_assets.pipeline.plans.conflicts import HOOD_WIDTHS_M, NO_PLAN, longer_walls, named, resolve
 from casa_assets.pipeline.plans.draft import Draft
 from casa_assets.pipeline.plans.problems import Problem, has_worktop, passage, problems_of

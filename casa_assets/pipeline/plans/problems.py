@@ -14,9 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from casa_assets.geometry.outline import penetration_depth
+from casa_assets.geometry.planar import penetration_depth
 from casa_assets.layouts.order.furnish import worktop_width
-from casa_assets.layouts.order.placed_runs import placed_run
+from casa_assets.layouts.order.request import placed_run
 from casa_assets.layouts.order.worktops import WORKTOP_BREAKS
 from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.aisles import find_aisles
@@ -25,8 +25,7 @@ from casa_assets.layouts.plan.runs import UnitSlot
 from casa_assets.layouts.plan.style_models import APPLIANCE_ROLES
 from casa_assets.layouts.plan.swings import Part, door_width_clear, fronts_of
 from casa_assets.model.kitchen.floor import AisleKind, RoomWall, RunEnd
-from casa_assets.model.kitchen.plan import Run
-from casa_assets.model.kitchen.units import COOKERS, TALL, BaseKind, BaseUnit, UpperKind
+from casa_assets.model.kitchen.plan import COOKERS, TALL, BaseKind, BaseUnit, Run, UpperKind
 from casa_assets.model.record import Vec2
 from casa_assets.model.registry.document import KeyPath
 from casa_assets.pipeline.plans.draft import CLASH_M, ON_FLOOR_M, SILL_BESIDE_M, SILL_M, SILL_UNDER_M, Draft, bounds_of

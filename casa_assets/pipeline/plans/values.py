@@ -13,10 +13,8 @@ from typing import Any
 from pydantic import ValidationError
 
 from casa_assets.layouts.plan.room import AXES, corner_turns, is_corner, lengths_along
-from casa_assets.model.kitchen.plan import Heading, OpeningKind, Plan, Wall
-from casa_assets.model.kitchen.units import BaseKind
-from casa_assets.model.registry.document import KeyPath
-from casa_assets.model.registry.fields import expected_one_of, fields_at
+from casa_assets.model.kitchen.plan import BaseKind, Heading, OpeningKind, Plan, Wall
+from casa_assets.model.registry.document import KeyPath, expected_one_of, fields_at
 from casa_assets.pipeline.plans.draft import Draft
 from casa_assets.registry.edit import NEAR, Edit, Fault, Mend, flow_text, nearest, spelt, value_at
 from casa_assets.registry.kitchens import LIKE

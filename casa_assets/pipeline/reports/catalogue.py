@@ -14,19 +14,19 @@ from typing import Any
 from PIL import Image
 
 from casa_assets import registry
-from casa_assets.core.cache_folder import cache_for
-from casa_assets.core.rounding import significant
+from casa_assets.core.numeric import significant
+from casa_assets.core.system import cache_for
 from casa_assets.errors import BatchFault, UnknownId
 from casa_assets.export import mjcf
 from casa_assets.export.gltf import EVERYTHING, asset_glb
 from casa_assets.model.registry.category import NumberBasis, SizeRange
-from casa_assets.model.registry.finish import Surface
+from casa_assets.model.registry.rows import Surface
 from casa_assets.pipeline.families.object_sheets import DrawnMember, draw_members
 from casa_assets.pipeline.families.run import WORKER_BYTES, FamilyRequest, build_asset, params_of
 from casa_assets.pipeline.library.library import write_files
 from casa_assets.pipeline.reports.page_template import render_template
+from casa_assets.pipeline.textures.check import shots
 from casa_assets.pipeline.textures.recipes import recipes
-from casa_assets.pipeline.textures.sheet import shots
 from casa_assets.pipeline.viewer.model_files import ModelFiles, put_model, put_viewer
 from casa_assets.pipeline.workers.batch import run_batch
 from casa_assets.pipeline.workers.limits import WorkerFailure

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from casa_assets import registry
-from casa_assets.core.rounding import significant
+from casa_assets.core.numeric import significant
 from casa_assets.errors import OutputError
 from casa_assets.model.issue import Decision, Tally
 from casa_assets.model.registry.category import Category, Portion, SizeRange

@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-from casa_assets.core.rounding import significant
+from casa_assets.core.numeric import significant
 from casa_assets.model.issue import CheckResult, Severity, Status, Tally, tally
 from casa_assets.pipeline.reports.page_template import render_template
 from casa_assets.pipeline.viewer.model_files import ModelFiles

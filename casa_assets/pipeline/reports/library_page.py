@@ -21,8 +21,8 @@ from urllib.parse import urlencode
 
 from markupsafe import Markup
 
-from casa_assets.checks.library.duplicates import in_words
-from casa_assets.core.rounding import significant
+from casa_assets.checks.library import in_words
+from casa_assets.core.numeric import significant
 from casa_assets.model.issue import CheckResult, Decision, Issue, Report, Severity, Status, Tally
 from casa_assets.pipeline.dedup import library_report
 from casa_assets.pipeline.ingest.job import writing

@@ -15,7 +15,7 @@ from markupsafe import Markup
 
 from casa_assets import registry
 from casa_assets.model.registry.rows import Rejection
-from casa_assets.pipeline.cache.remembered import recall, remember
+from casa_assets.pipeline.cache.store import recall, remember
 
 if TYPE_CHECKING:
     from casa_assets.pipeline.reports.entry import Entry

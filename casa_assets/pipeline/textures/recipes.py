@@ -1,45 +1,112 @@
-"""Recipes of textures from the registry, and pictures of packs beside them; the finishes of both.
-
-What is painted is kept in the cache; the files of a picture are read where they stand.
-"""
+"""Recipes of textures from the registry and pictures of packs; their finishes, painted ahead in threads."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import contextmanager
+from contextvars import ContextVar
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
 from casa_assets import registry
-from casa_assets.core.cache_folder import max_cache_bytes
+from casa_assets.core.system import max_cache_bytes
 from casa_assets.errors import RegistryError, UnknownId
 from casa_assets.model.registry.document import Document
-from casa_assets.model.registry.finish import Finish, Surface
-from casa_assets.model.registry.texture_recipe import TextureRecipe
+from casa_assets.model.registry.rows import Finish, Surface, TextureRecipe
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of, modules_holding
 from casa_assets.pipeline.cache.store import Store
-from casa_assets.pipeline.textures.ahead import Painting, painted
+from casa_assets.pipeline.process_name import is_worker
 from casa_assets.pipeline.textures.packs.pictures import (
     KIND,
+    PACK,
     check_files,
     finish_of_picture,
     layers_of_picture,
     pack_of,
+    packs_of,
     recipe_of,
     resized_finish,
 )
-from casa_assets.pipeline.textures.packs.read import PACK, packs_of
 from casa_assets.projects import project_folder, read_once
-from casa_assets.registry.layered import names_in, read_table_file
+from casa_assets.registry.layered import load_project, names_in, origin_of_row, read_table_file
 from casa_assets.registry.plugins import or_of_ignored
-from casa_assets.registry.plugins.textures import plugin_kinds, texture_kinds
-from casa_assets.registry.project import load_project, origin_of_row
+from casa_assets.registry.plugins.added import plugin_kinds, texture_kinds
 from casa_assets.textures import kinds
 from casa_assets.textures.canvas import Layers
 from casa_assets.textures.finish import finish
 from casa_assets.textures.make import SIZE_PX, kind_of, paint
 from casa_assets.textures.packs.entry import Pack
+
+# Ahead ----------------------------------------------------------------------------------------------------------------
+# Paint the pictures of a kitchen in threads, while parts of it that need none of them, or have theirs, are built.
+#
+# Painting is work on large arrays, during which Python lets other threads run.
+
+# Paints one finish. What it raises is raised where the finish is asked for.
+Painting = Callable[[], Finish]
+# A painting takes some 100 MB meanwhile.
+THREADS = 2
+
+
+class _Ahead:
+    """Paintings that are begun when the first one of them is missing."""
+
+    def __init__(self, all_missing: Callable[[], Mapping[str, Painting]]) -> None:
+        self._all_missing = all_missing
+        self._begun: dict[str, Future[Finish]] | None = None
+        self._pool: ThreadPoolExecutor | None = None
+
+    def painted(self, key: str, painting: Painting) -> Finish:
+        """The finish of that key, once it is there."""
+        if self._begun is None:
+            self._pool = ThreadPoolExecutor(THREADS)
+            self._begun = {other: self._pool.submit(each) for other, each in self._all_missing().items()}
+        begun = self._begun.get(key)
+        return painting() if begun is None else begun.result()
+
+    def close(self) -> None:
+        """Wait for what is being painted; what was not begun stays so."""
+        if self._pool is not None:
+            self._pool.shutdown(wait=True, cancel_futures=True)
+
+
+_CURRENT: ContextVar[_Ahead | None] = ContextVar("paintings", default=None)
+
+
+@contextmanager
+def painting_ahead(all_missing: Callable[[], Mapping[str, Painting]]) -> Iterator[None]:
+    """Within it, the first finish that has to be painted has all others painted beside it.
+
+    Not in a worker process: there the other cores have workers of their own.
+
+    Args:
+        all_missing: what is going to be asked for and is not in the cache, by key, first what is needed first.
+    """
+    if is_worker():
+        yield
+        return
+    ahead = _Ahead(all_missing)
+    token = _CURRENT.set(ahead)
+    try:
+        yield
+    finally:
+        _CURRENT.reset(token)
+        ahead.close()
+
+
+def painted(key: str, painting: Painting) -> Finish:
+    """A finish, painted in this thread, or by those that have begun with it."""
+    ahead = _CURRENT.get()
+    return painting() if ahead is None else ahead.painted(key, painting)
+
+
+# Recipes --------------------------------------------------------------------------------------------------------------
+# Recipes of textures from the registry, and pictures of packs beside them; the finishes of both.
+#
+# What is painted is kept in the cache; the files of a picture are read where they stand.
 
 FOLDER = "textures"  # of the registry, and within a cache
 SKINS = "skins"  # of the registry

@@ -13,11 +13,11 @@ from pydantic import ConfigDict, Field, ValidationError
 
 from casa_assets.core import behavior_interpreter
 from casa_assets.core.behavior_interpreter import BehaviorState, Stimulus
-from casa_assets.core.rounding import decimals
+from casa_assets.core.numeric import decimals
 from casa_assets.errors import CasaError
 from casa_assets.model.asset.asset import Asset, Visual
 from casa_assets.model.asset.behavior import Behavior, Effect
-from casa_assets.model.asset.site import Region, Site
+from casa_assets.model.asset.parts import Region, Site
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Record
 

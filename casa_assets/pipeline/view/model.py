@@ -13,24 +13,23 @@ from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.errors import CasaError
 from casa_assets.export.gltf import EVERYTHING, asset_glb, scene_glb
 from casa_assets.export.mjcf import document
-from casa_assets.export.mjcf.scene import kitchen as mjcf
+from casa_assets.export.mjcf.scene.kitchen import FILE, write
 from casa_assets.layouts.compose.floor_facts import facts_of
 from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.behavior import Behavior
 from casa_assets.model.files import Files
+from casa_assets.model.kitchen.choices import Surface
 from casa_assets.model.kitchen.floor import ParkingPlace
 from casa_assets.model.kitchen.robot import Following
 from casa_assets.model.kitchen.scene import Scene
-from casa_assets.model.kitchen.surface import Surface
 from casa_assets.pipeline.cache.asset_store import AssetStore
 from casa_assets.pipeline.families.finishes import available_finishes
 from casa_assets.pipeline.families.run import family_of, params_of
 from casa_assets.pipeline.kitchens.load_scene import model_of
-from casa_assets.pipeline.kitchens.recipe import SceneRecipe
+from casa_assets.pipeline.kitchens.recipe import SCENE_JSON, SHARED, SceneRecipe
 from casa_assets.pipeline.kitchens.resolve import build_choice, build_scene, draw_surfaces, resolve
 from casa_assets.pipeline.kitchens.robots import read_certificate
-from casa_assets.pipeline.kitchens.scene_files import SCENE_JSON, SHARED
 from casa_assets.pipeline.kitchens.scene_folders import is_current
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.entry_files import checked_model
@@ -255,11 +254,11 @@ def _source(subject: Subject, cache: Path, tell: Tell) -> Path | Files:
     if isinstance(subject, ModelFile):
         return subject.path
     if isinstance(subject, AssetFolder):
-        on_floor = subject.folder / mjcf.FILE
+        on_floor = subject.folder / FILE
         return checked_model(on_floor if on_floor.is_file() else subject.folder / "model.xml")
     if isinstance(subject, Kitchen):
-        file = subject.folder / mjcf.FILE
+        file = subject.folder / FILE
         if file.is_file() and (subject.is_named_by_path or is_current(subject.recipe, subject.place)):
             return file
-        return mjcf.write(scene_of(subject, cache, tell)[1], shared=SHARED)
+        return write(scene_of(subject, cache, tell)[1], shared=SHARED)
     return document.write(asset_of(subject, cache))

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from casa_assets import registry
-from casa_assets.core.cache_folder import cache_dir, cache_for, unusable
+from casa_assets.core.system import cache_dir, cache_for, unusable
 from casa_assets.errors import CasaError, OutputError, PluginFailure
 from casa_assets.pipeline.ingest.job import RunAborted, keep_trace, writing
 from casa_assets.pipeline.library.library import Library

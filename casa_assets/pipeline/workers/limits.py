@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from time import perf_counter
 
-from casa_assets.core.process_limits import lower_limit
+from casa_assets.core.system import lower_limit
 from casa_assets.errors import OutputError
 
 # A process that competes with others still gets some time; one with less than this part of a core hangs. A choice.

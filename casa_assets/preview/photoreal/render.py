@@ -16,7 +16,7 @@ import numpy as np
 from PIL import Image
 from scipy.ndimage import median_filter, rank_filter
 
-from casa_assets.core import blender
+from casa_assets.core import system
 from casa_assets.errors import CasaError
 from casa_assets.preview import pictures
 from casa_assets.preview.photoreal.views import BEYOND_M, EYE, View, eye_view, named_view, sun_direction
@@ -129,14 +129,14 @@ def asset_still(usd: Path, settings: StillSettings | None = None, pose: str = ""
 
 def _run(job: Mapping[str, Any], views: Sequence[View], frame: StillSettings) -> Iterator[Still]:
     """Draw views in one process of Blender."""
-    program = blender.find_blender()
+    program = system.find_blender()
     if not program:
-        raise NoPathTracer(f"stills by a path tracer need Blender, {blender.how_to_install()}")
+        raise NoPathTracer(f"stills by a path tracer need Blender, {system.how_to_install()}")
     with tempfile.TemporaryDirectory(prefix="casa_photoreal_") as place:
         folder = Path(place)
         text = json.dumps({**job, **asdict(frame), "views": [asdict(view) for view in views]})
         (folder / "job.json").write_text(text, encoding="utf-8")
-        line, around = blender.command(program, _SCRIPT, str(folder)), blender.environment(folder)
+        line, around = system.command(program, _SCRIPT, str(folder)), system.environment(folder)
         done = subprocess.run(line, cwd=folder, env=around, capture_output=True, check=False)
         told = folder / "told.json"
         if done.returncode or not told.is_file():

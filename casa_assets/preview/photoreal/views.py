@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from casa_assets.core.typing import Floats, Mask
+from casa_assets.core.numeric import Floats, Mask
 
 EYE = "eye"  # the view that `eye_view` finds
 EYE_M = 1.45

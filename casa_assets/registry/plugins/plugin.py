@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 if TYPE_CHECKING:
     from casa_assets.checks.check import Check
     from casa_assets.families.family import Family
-    from casa_assets.families.parametric_model import ParametricModel
+    from casa_assets.families.kit.assemble import ParametricModel
     from casa_assets.model.asset.asset import Asset
-    from casa_assets.textures.kind import TextureKind
+    from casa_assets.textures.canvas import TextureKind
 
 
 @runtime_checkable

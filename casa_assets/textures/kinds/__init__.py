@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from casa_assets.textures.kind import TextureKind
+from casa_assets.textures.canvas import TextureKind
 from casa_assets.textures.kinds import cabinets, counters, floors, objects, walls
 
 KINDS: dict[str, TextureKind] = {

@@ -10,7 +10,7 @@ from pydantic import Field
 
 from casa_assets.model.record import Record
 from casa_assets.textures.canvas import Canvas
-from casa_assets.textures.laying import bonds, rubble, shapes
+from casa_assets.textures.laying import patterns
 from casa_assets.textures.laying.pieces import PieceMap, PlacedOutline, raster
 
 
@@ -69,9 +69,9 @@ def lay(laying: Laying, canvas: Canvas, rng: np.random.Generator) -> PieceMap:
     """
     width, length = laying.width_m, laying.length_m
     if laying.pattern is LayingPattern.FIELDSTONE:
-        return rubble.fieldstone(canvas, length, width, rng)
+        return patterns.fieldstone(canvas, length, width, rng)
     if laying.pattern is LayingPattern.LEDGE:
-        return rubble.ledges(canvas, width, length, rng)
+        return patterns.ledges(canvas, width, length, rng)
     return raster(_places(laying, canvas.tile_m, rng), canvas)
 
 
@@ -79,34 +79,34 @@ def _places(laying: Laying, tile_m: tuple[float, float], rng: np.random.Generato
     width, length = laying.width_m, laying.length_m
     match laying.pattern:
         case LayingPattern.RUNNING:
-            return bonds.running(tile_m, width, length, laying.bond, laying.upright)
+            return patterns.running(tile_m, width, length, laying.bond, laying.upright)
         case LayingPattern.PLANKS:
-            return bonds.planks(tile_m, width, length, laying.width_count, laying.upright, laying.ends_m, rng)
+            return patterns.planks(tile_m, width, length, laying.width_count, laying.upright, laying.ends_m, rng)
         case LayingPattern.BASKET:
-            return bonds.basket(tile_m, width, length)
+            return patterns.basket(tile_m, width, length)
         case LayingPattern.HERRINGBONE:
-            return bonds.herringbone(tile_m, width, length, laying.diagonal)
+            return patterns.herringbone(tile_m, width, length, laying.diagonal)
         case LayingPattern.CHEVRON:
-            return bonds.chevron(tile_m, width, length)
+            return patterns.chevron(tile_m, width, length)
         case LayingPattern.ASHLAR:
-            return bonds.ashlar(tile_m, width, rng)
+            return patterns.ashlar(tile_m, width, rng)
         case LayingPattern.PANEL:
-            return bonds.panel(tile_m, width, length)
+            return patterns.panel(tile_m, width, length)
         case LayingPattern.PICKET:
-            return shapes.pickets(tile_m, width, length)
+            return patterns.pickets(tile_m, width, length)
         case LayingPattern.DIAMOND:
-            return shapes.diamonds(tile_m, width, length)
+            return patterns.diamonds(tile_m, width, length)
         case LayingPattern.LANTERN:
-            return shapes.lanterns(tile_m, width, length)
+            return patterns.lanterns(tile_m, width, length)
         case _:
             return _BY_WIDTH[laying.pattern](tile_m, width)
 
 
 _BY_WIDTH = {
-    LayingPattern.HEXAGON: shapes.hexagons,
-    LayingPattern.PENNY: shapes.pennies,
-    LayingPattern.SCALE: shapes.scales,
-    LayingPattern.OCTAGON: shapes.octagons,
-    LayingPattern.STAR: shapes.stars,
-    LayingPattern.CUBE: shapes.cubes,
+    LayingPattern.HEXAGON: patterns.hexagons,
+    LayingPattern.PENNY: patterns.pennies,
+    LayingPattern.SCALE: patterns.scales,
+    LayingPattern.OCTAGON: patterns.octagons,
+    LayingPattern.STAR: patterns.stars,
+    LayingPattern.CUBE: patterns.cubes,
 }

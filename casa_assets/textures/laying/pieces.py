@@ -1,15 +1,23 @@
-"""Rasterize placed outlines to a map of pieces: for every pixel its piece and its position on it."""
+"""A map of pieces: outlines become pixels, with joints and edges between them, cut out of slabs."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from enum import StrEnum
+from typing import Annotated, Any
 
 import numpy as np
 import numpy.typing as npt
+from pydantic import Field
+from scipy import ndimage
 
-from casa_assets.textures.canvas import Canvas, Map
+from casa_assets.model.record import Record
+from casa_assets.model.registry.rows import HexColor
+from casa_assets.textures.canvas import Canvas, Layers, Map, Share, blend, rgb
+
+# Pieces ---------------------------------------------------------------------------------------------------------------
+# Rasterize placed outlines to a map of pieces: for every pixel its piece and its position on it.
 
 Array = npt.NDArray[np.floating[Any]]
 # (u, v) in metres from the middle of the piece -> metres to its nearest edge, positive inside.
@@ -156,3 +164,147 @@ def whole(length_m: float, module_m: float, even: bool = False) -> tuple[int, fl
         fits = f"{count * module_m:.4f}"
         raise ValueError(f"{length_m:g} m holds no whole number of modules of {module_m:.4f} m; {fits} m would")
     return count, true
+
+
+# Joint ----------------------------------------------------------------------------------------------------------------
+# Joints between pieces, and the edges of the adjoining pieces.
+
+
+class TileEdge(StrEnum):
+    """Profile of a piece at its rim."""
+
+    SQUARE = "square"  # broken by half a millimetre
+    BEVEL = "bevel"  # a straight slope
+    PILLOW = "pillow"  # a dome that falls off toward the rim
+
+
+class Joint(Record):
+    """Joint between pieces.
+
+    Attributes:
+        color: of the grout or mortar.
+        width_m: metres; 0 where pieces touch.
+        depth_m: how far it lies below the rim of the pieces, metres.
+        roughness: 0..1.
+        edge: profile of the pieces; `edge_width_m` is how wide it is, `rim_drop_m` how deep it falls, metres.
+        rim_noise_m: how far the rim of a piece strays from its outline, metres.
+        coarseness: 0..1, how coarse the filling is.
+    """
+
+    color: HexColor = "#b8b2a6"
+    width_m: Annotated[float, Field(ge=0, le=0.03)] = 0.003
+    depth_m: Annotated[float, Field(ge=0, le=0.02)] = 0.001
+    roughness: Annotated[float, Field(ge=0.1, le=1)] = 0.88
+    edge: TileEdge = TileEdge.SQUARE
+    edge_width_m: Annotated[float, Field(ge=0.0002, le=0.05)] = 0.001
+    rim_drop_m: Annotated[float, Field(ge=0, le=0.01)] = 0.0004
+    rim_noise_m: Annotated[float, Field(ge=0, le=0.02)] = 0.0
+    coarseness: Share = 0.3
+
+
+def rim(joint: Joint, pieces: PieceMap, canvas: Canvas, rng: np.random.Generator) -> Map:
+    """(H, W) metres from the rim of the piece, positive on it, with the strayings of hand-made pieces."""
+    inside = pieces.inside_m - np.float32(joint.width_m / 2)
+    if joint.rim_noise_m > 0:
+        stray = 0.7 * canvas.noise(0.03, 0.03, rng, 2) + 0.5 * canvas.noise(0.008, 0.008, rng, 2)
+        inside = inside - np.float32(0.5 * joint.rim_noise_m) * np.maximum(stray, -0.6)
+    return np.asarray(inside, dtype=np.float32)
+
+
+def gap(joint: Joint, rim_m: Map, canvas: Canvas) -> Map:
+    """(H, W) 0..1, share of a pixel that the joint covers; thin joints of coarse pictures fade, they do not widen."""
+    pixel, half = np.float32(canvas.pixel_m), np.float32(joint.width_m / 2)
+    to_middle = np.maximum(rim_m + half, 0.0)
+    covered = np.clip((half - to_middle) / pixel + 0.5, 0, 1) - np.clip((-half - to_middle) / pixel + 0.5, 0, 1)
+    return np.asarray(np.where(rim_m + half < -0.5 * pixel, 1.0, covered), dtype=np.float32)
+
+
+def profile(joint: Joint, rim_m: Map) -> Map:
+    """(H, W) metres, 0 in the middle of a piece and -drop_m at its rim."""
+    t = np.clip(rim_m / np.float32(joint.edge_width_m), 0.0, None)
+    if joint.edge is TileEdge.BEVEL:
+        rise = np.minimum(t, 1.0)
+    elif joint.edge is TileEdge.PILLOW:
+        rise = 1.0 - np.exp(-2.5 * t)
+    else:
+        rise = np.sqrt(np.clip(1.0 - (1.0 - np.minimum(t, 1.0)) ** 2, 0.0, 1.0))
+    return np.asarray((rise - 1.0) * joint.rim_drop_m, dtype=np.float32)
+
+
+def fill(face: Layers, joint: Joint, rim_m: Map, canvas: Canvas, rng: np.random.Generator) -> Layers:
+    """The pieces with their rims worked and the joints filled.
+
+    Args:
+        face: colour, relief and gloss of the pieces, everywhere.
+        joint: what lies between. rim_m: of `rim`.
+    """
+    share = gap(joint, rim_m, canvas)
+    sand = canvas.resolved(0.003, 0.003) * canvas.noise(0.003, 0.003, rng) + 0.5 * canvas.noise(0.012, 0.012, rng, 3)
+    stain = canvas.noise(0.3, 0.3, rng, 3)
+    shade = 1.0 + joint.coarseness * 0.06 * sand + 0.03 * stain
+    mortar = rgb(joint.color) * shade[..., None]
+    height = face.height_m + profile(joint, rim_m)
+    low = -joint.rim_drop_m - joint.depth_m + 0.0004 * joint.coarseness * sand
+    return Layers.of(
+        blend(face.albedo, mortar, share),
+        height + (low - height) * share,
+        face.roughness + (joint.roughness - face.roughness) * share,
+        face.metallic,
+    )
+
+
+# Inlay ----------------------------------------------------------------------------------------------------------------
+# Cut pieces out of slab textures: each piece shows another part of the slab.
+
+
+@dataclass(frozen=True)
+class Slab:
+    """A picture that repeats, and its true width and height in metres."""
+
+    face: Layers
+    tile_m: tuple[float, float]
+
+
+def slab_canvas(canvas: Canvas, tile_m: tuple[float, float]) -> Canvas:
+    """A canvas for a slab with pixels as large as those of the surface it is cut for."""
+    width, height = (max(8, round(side / canvas.pixel_m)) for side in tile_m)
+    return Canvas((height, width), tile_m)
+
+
+def inlay(
+    pieces: PieceMap,
+    slabs: tuple[Slab, ...],
+    pick: npt.NDArray[np.int64],
+    middle_u: Array,
+    middle_v: Array,
+    mirrored: Array,
+) -> Layers:
+    """(H, W) face in which every piece shows its own cut.
+
+    Args:
+        pieces: the laid surface.
+        slabs: what is cut; all of one gloss.
+        pick: (N,) number of the slab of each piece.
+        middle_u, middle_v: (N,) metres on the slab under the middle of the piece.
+        mirrored: (N,) 1 or -1, whether it is turned end for end.
+    """
+    shape = pieces.owner.shape
+    albedo = np.zeros((*shape, 3), dtype=np.float32)
+    height, roughness = np.zeros(shape, dtype=np.float32), np.zeros(shape, dtype=np.float32)
+    sign = mirrored.astype(np.float32)[pieces.owner]
+    u = pieces.u_m * sign + middle_u.astype(np.float32)[pieces.owner]
+    v = pieces.v_m * sign + middle_v.astype(np.float32)[pieces.owner]
+    chosen = pick[pieces.owner]
+    for number, slab in enumerate(slabs):
+        here = np.nonzero(chosen == number)
+        rows, columns = slab.face.height_m.shape
+        at = [v[here] * (rows / slab.tile_m[1]) - 0.5, u[here] * (columns / slab.tile_m[0]) - 0.5]
+        for channel in range(3):
+            albedo[..., channel][here] = _read(slab.face.albedo[..., channel], at)
+        height[here] = _read(slab.face.height_m, at)
+        roughness[here] = _read(slab.face.roughness, at)
+    return Layers(albedo=albedo, height_m=height, roughness=roughness, metallic=slabs[0].face.metallic)
+
+
+def _read(image: Map, at: list[Map]) -> Map:
+    return np.asarray(ndimage.map_coordinates(image, at, order=1, mode="grid-wrap"), dtype=np.float32)

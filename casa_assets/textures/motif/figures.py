@@ -1,11 +1,16 @@
-"""Signed figures: distance inside, positive, in the units of the coordinates; and inks from them."""
+"""Signed figures and inks, and the designs of cement tiles that are made of them."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from enum import StrEnum
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+
+# Figures --------------------------------------------------------------------------------------------------------------
+# distance inside, positive, in the units of the coordinates; and inks from them.
 
 Array = npt.NDArray[np.floating[Any]]
 
@@ -72,3 +77,234 @@ def folded(u: Array, v: Array) -> tuple[Array, Array]:
 def ink(depth: Array, soft: float) -> Array:
     """0..1, what a figure covers, its edge as wide as `soft`."""
     return np.asarray(np.clip(depth / max(soft, 1e-6) + 0.5, 0.0, 1.0))
+
+
+# Encaustic ------------------------------------------------------------------------------------------------------------
+# figures in a square about its middle, -0.5 to 0.5 each way. Inks are painted in order.
+
+# (depth of the figure, number of its colour)
+Figures = list[tuple[Array, int]]
+
+
+class TileDesign(StrEnum):
+    """Design of a cement tile."""
+
+    COASTAL = "coastal"
+    QUATREFOIL = "quatrefoil"
+    STAR = "star"
+    MOROCCAN = "moroccan"
+    CIRCLES = "circles"
+    COMPASS = "compass"
+    LACE = "lace"
+    DIAMONDS = "diamonds"
+    ROSETTE = "rosette"
+    BORDERED = "bordered"
+    CUBES = "cubes"
+    TRIANGLES = "triangles"
+    FLEUR = "fleur"
+    CROSSES = "crosses"
+    ARCS = "arcs"
+    WAVES = "waves"
+    OCTAGRAM = "octagram"
+    TULIP = "tulip"
+
+
+def _coastal(u: Array, v: Array) -> Figures:
+    """Four dark petals from the middle, dark arrowheads at the corners, a diamond between."""
+    a, b = folded(u, v)
+    petals = lens(np.abs(u), np.abs(v), 0.19, 0.19, np.pi / 4, 0.46, 0.17)
+    corner = np.minimum(disc(np.abs(u), np.abs(v), 0.5, 0.5, 0.30), -disc(np.abs(u), np.abs(v), 0.36, 0.36, 0.13))
+    side = diamond(a - 0.5, b, 0.13)
+    dots = disc(a, b, 0.30, 0.0, 0.035)
+    return [(petals, 1), (corner, 1), (side, 1), (dots, 1), (disc(u, v, 0, 0, 0.045), 0)]
+
+
+def _quatrefoil(u: Array, v: Array) -> Figures:
+    a, b = folded(u, v)
+    foil = np.maximum(disc(a, b, 0.20, 0.0, 0.21), square(u, v, 0.17))
+    inner = np.maximum(disc(a, b, 0.20, 0.0, 0.15), square(u, v, 0.13))
+    corner = diamond(np.abs(u) - 0.5, np.abs(v) - 0.5, 0.17)
+    return [(foil, 1), (inner, 0), (diamond(u, v, 0.13), 2), (corner, 1), (corner - 0.045, 2)]
+
+
+def _star(u: Array, v: Array) -> Figures:
+    big = star(u, v, 8, 0.47, 0.27)
+    corner = star(np.abs(u) - 0.5, np.abs(v) - 0.5, 4, 0.22, 0.10)
+    return [(big, 1), (star(u, v, 8, 0.30, 0.17, np.pi / 8), 2), (disc(u, v, 0, 0, 0.07), 0), (corner, 2)]
+
+
+def _moroccan(u: Array, v: Array) -> Figures:
+    """Bands that cross about an eight-pointed star."""
+    eight = np.maximum(square(u, v, 0.25), diamond(u, v, 0.25 * np.sqrt(2.0)))
+    band = 0.028 - np.abs(eight - 0.0)
+    a, b = np.abs(u), np.abs(v)
+    rays = np.minimum(0.028 - np.abs(a - b) / np.sqrt(2.0), -eight)
+    far = np.maximum(0.5 - a, 0.5 - b)
+    cross = np.minimum(0.028 - np.abs(np.minimum(0.5 - a, 0.5 - b) - 0.11), far - 0.05)
+    core = star(u, v, 8, 0.17, 0.085)
+    corner = diamond(a - 0.5, b - 0.5, 0.15)
+    return [(eight, 1), (band, 0), (core, 2), (np.minimum(rays, 0.3 - corner), 3), (cross, 3), (corner, 2)]
+
+
+def _circles(u: Array, v: Array) -> Figures:
+    """Circles that overlap: four petals to a tile."""
+    a, b = folded(u, v)
+    petal = lens(a, b, 0.25, 0.0, 0.0, 0.50, 0.2071)
+    side = lens(a - 0.5, b, 0.0, 0.25, np.pi / 2, 0.50, 0.2071)
+    return [(np.maximum(petal, side), 1), (star(u, v, 4, 0.12, 0.05, np.pi / 4), 2)]
+
+
+def _compass(u: Array, v: Array) -> Figures:
+    far, bearing = polar(u, v, 4)
+    long = star(u, v, 4, 0.46, 0.12)
+    short = star(u, v, 4, 0.34, 0.12, np.pi / 4)
+    lit = np.where(bearing > 0, 0.02, -1.0)
+    around = ring(u, v, 0, 0, 0.41, 0.025)
+    corner = disc(np.abs(u), np.abs(v), 0.5, 0.5, 0.14)
+    return [
+        (around, 2),
+        (short, 2),
+        (long, 1),
+        (np.minimum(long, lit), 3),
+        (corner, 1),
+        (corner - 0.05, 0),
+        (0.05 - far, 0),
+    ]
+
+
+def _lace(u: Array, v: Array) -> Figures:
+    a, b = np.abs(u), np.abs(v)
+    edge = flower(a - 0.5, b - 0.5, 16, 0.44, 0.10)
+    rim = 0.016 - np.abs(edge)
+    hearts = flower(u, v, 8, 0.17, 0.45)
+    far, bearing = polar(u, v, 8)
+    dots = disc(far * np.cos(bearing), far * np.sin(bearing), 0.235, 0.0, 0.024)
+    inner = ring(a, b, 0.5, 0.5, 0.29, 0.022)
+    return [(rim, 1), (hearts, 1), (disc(u, v, 0, 0, 0.05), 0), (dots, 2), (inner, 2), (disc(a, b, 0.5, 0.5, 0.16), 1)]
+
+
+def _diamonds(u: Array, v: Array) -> Figures:
+    one = diamond(u, v, 0.5)
+    corner = diamond(np.abs(u) - 0.5, np.abs(v) - 0.5, 0.25)
+    return [(one, 1), (one - 0.10, 0), (one - 0.17, 2), (one - 0.27, 0), (corner, 2), (corner - 0.08, 1)]
+
+
+def _rosette(u: Array, v: Array) -> Figures:
+    far, bearing = polar(u, v, 8)
+    x, y = far * np.cos(bearing), far * np.sin(bearing)
+    petals = lens(x, y, 0.20, 0.0, 0.0, 0.34, 0.11)
+    veins = np.minimum(petals - 0.018, 0.008 - np.abs(y))
+    a, b = np.abs(u), np.abs(v)
+    leaf = lens(a, b, 0.41, 0.41, np.pi / 4, 0.26, 0.10)
+    wing = np.maximum(lens(a, b, 0.47, 0.32, np.pi / 2, 0.2, 0.07), lens(a, b, 0.32, 0.47, 0.0, 0.2, 0.07))
+    return [(petals, 1), (veins, 0), (disc(u, v, 0, 0, 0.065), 2), (leaf, 2), (wing, 3)]
+
+
+def _bordered(u: Array, v: Array) -> Figures:
+    frame = -square(u, v, 0.43)
+    line = 0.010 - np.abs(square(u, v, 0.395))
+    core = np.maximum(square(u, v, 0.18), diamond(u, v, 0.26))
+    corner = square(np.abs(u) - 0.5, np.abs(v) - 0.5, 0.075)
+    return [(frame, 1), (line, 1), (core, 2), (core - 0.05, 0), (star(u, v, 4, 0.1, 0.045), 1), (corner, 2)]
+
+
+def _cubes(u: Array, v: Array) -> Figures:
+    """Blocks in perspective: two to a tile, half a tile apart."""
+    tops: list[Array] = []
+    lefts: list[Array] = []
+    for du, dv in ((0.0, 0.0), (0.5, 0.5), (-0.5, 0.5), (0.5, -0.5), (-0.5, -0.5)):
+        x, y = u - du, v - dv + 0.0
+        top = 0.25 - np.abs(x) * 0.5 - np.abs(y + 0.25) * 1.0
+        tops.append(0.8 * top)
+        slanted = y - x * 0.5
+        lefts.append(np.minimum(np.minimum(-x, x + 0.5), np.minimum(slanted + 0.0, 0.5 - slanted) * 0.9))
+    return [(np.maximum.reduce(lefts), 1), (np.maximum.reduce(tops), 2)]
+
+
+def _triangles(u: Array, v: Array) -> Figures:
+    """Half squares that take turns, four to a tile."""
+    x, y = np.mod(u + 0.5, 0.5) - 0.25, np.mod(v + 0.5, 0.5) - 0.25
+    flip = np.where((u > 0) ^ (v > 0), 1.0, -1.0)
+    half = (x * flip + y) / np.sqrt(2.0)
+    one = np.where(v > 0, half, -half)
+    return [(one, 1), (np.minimum(diamond(u, v, 0.16), 1.0), 2)]
+
+
+def _fleur(u: Array, v: Array) -> Figures:
+    """A cross of lilies."""
+    a, b = folded(u, v)
+    stem = np.minimum(0.022 - b, 0.33 - a)
+    leaf = lens(a, b, 0.34, 0.0, 0.0, 0.26, 0.12)
+    curl = np.minimum(ring(a, b, 0.235, 0.085, 0.06, 0.045), a - 0.17)
+    band = np.minimum(0.018 - np.abs(a - 0.21), 0.075 - b)
+    corner = disc(np.abs(u), np.abs(v), 0.5, 0.5, 0.2)
+    return [(corner, 2), (corner - 0.05, 0), (corner - 0.1, 1), (np.maximum.reduce([stem, leaf, curl, band]), 1)]
+
+
+def _crosses(u: Array, v: Array) -> Figures:
+    """Plus signs with notched ends about small squares."""
+    a, b = folded(u, v)
+    plus = np.maximum(np.minimum(0.36 - a, 0.12 - b), np.minimum(0.12 - a, 0.36 - b))
+    corner = square(np.abs(u) - 0.5, np.abs(v) - 0.5, 0.20)
+    return [(plus, 1), (plus - 0.055, 2), (corner, 2), (corner - 0.07, 0), (corner - 0.13, 1)]
+
+
+def _arcs(u: Array, v: Array) -> Figures:
+    """Quarter rings about two corners."""
+    far = np.minimum(np.hypot(u + 0.5, v + 0.5), np.hypot(u - 0.5, v - 0.5))
+    rings = 0.058 - np.abs(np.mod(far, 0.20) - 0.10)
+    inside = 0.5 - far
+    return [(np.minimum(rings, inside), 1), (far - 0.5, 2)]
+
+
+def _waves(u: Array, v: Array) -> Figures:
+    """Fans in rows, each row half a fan on."""
+    found: Figures = []
+    for dv in (-0.5, -0.25, 0.0, 0.25, 0.5, 0.75):
+        row = round(4 * dv) % 2
+        x = np.mod(u + 0.5 + 0.25 * row, 0.5) - 0.25
+        far = np.hypot(x, v - dv - 0.0)
+        found += [(0.25 - far, 0), (0.235 - far, 1), (0.185 - far, 0), (0.135 - far, 2), (0.07 - far, 0)]
+    return found
+
+
+def _octagram(u: Array, v: Array) -> Figures:
+    a, b = np.abs(u), np.abs(v)
+    outer = star(u, v, 8, 0.5, 0.36)
+    corner = star(a - 0.5, b - 0.5, 8, 0.2, 0.13)
+    line = 0.013 - np.abs(star(u, v, 8, 0.42, 0.30))
+    return [(outer, 1), (line, 3), (star(u, v, 8, 0.3, 0.2), 2), (star(u, v, 8, 0.16, 0.09), 0), (corner, 2)]
+
+
+def _tulip(u: Array, v: Array) -> Figures:
+    """Buds that grow from the corners to the middle."""
+    a, b = np.abs(u), np.abs(v)
+    s, t = (1.0 - a - b) / np.sqrt(2.0), np.abs(a - b) / np.sqrt(2.0)  # along and across the diagonal
+    bud = lens(s, t, 0.38, 0.0, 0.0, 0.34, 0.22)
+    slit = lens(s, t, 0.44, 0.05, 0.25, 0.26, 0.05)
+    stem = np.minimum(0.016 - t, 0.28 - s)
+    leaf = lens(s, t, 0.20, 0.06, 0.75, 0.24, 0.07)
+    heart = star(u, v, 4, 0.15, 0.06)
+    return [(bud, 1), (slit, 0), (stem, 2), (leaf, 2), (heart, 2), (0.09 - s, 1)]
+
+
+DESIGNS: dict[TileDesign, Callable[[Array, Array], Figures]] = {
+    TileDesign.COASTAL: _coastal,
+    TileDesign.QUATREFOIL: _quatrefoil,
+    TileDesign.STAR: _star,
+    TileDesign.MOROCCAN: _moroccan,
+    TileDesign.CIRCLES: _circles,
+    TileDesign.COMPASS: _compass,
+    TileDesign.LACE: _lace,
+    TileDesign.DIAMONDS: _diamonds,
+    TileDesign.ROSETTE: _rosette,
+    TileDesign.BORDERED: _bordered,
+    TileDesign.CUBES: _cubes,
+    TileDesign.TRIANGLES: _triangles,
+    TileDesign.FLEUR: _fleur,
+    TileDesign.CROSSES: _crosses,
+    TileDesign.ARCS: _arcs,
+    TileDesign.WAVES: _waves,
+    TileDesign.OCTAGRAM: _octagram,
+    TileDesign.TULIP: _tulip,
+}

@@ -1,15 +1,34 @@
-"""Records of texture packs: rows of pack.yaml, and pack.json."""
+"""Records of texture packs (pack.yaml, pack.json): rows, ids, maps by file name, and why a picture is left out."""
 
 from __future__ import annotations
 
+import re
+import unicodedata
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import PurePosixPath
+from types import MappingProxyType
 from typing import Annotated
 
 from pydantic import Field, StringConstraints
 
+from casa_assets.errors import Rejected
 from casa_assets.model.asset.material import Positive
 from casa_assets.model.issue import Code
 from casa_assets.model.record import Id, Record, Sha256
-from casa_assets.model.registry.finish import Surface
+from casa_assets.model.registry.rows import Surface
+
+# Limits ---------------------------------------------------------------------------------------------------------------
+# Sizes of pictures and files that a pack accepts.
+
+MIN_SIDE_PX = 512
+MAX_SIDE_PX = 8192
+MAX_ASPECT = 2.0  # long side over short side: a longer strip shows too little of a pattern
+MAX_FILE_BYTES = 256 * 1024 * 1024
+
+# Entry ----------------------------------------------------------------------------------------------------------------
+# rows of pack.yaml, and pack.json.
 
 Text = Annotated[str, StringConstraints(max_length=4000)]
 Share = Annotated[float, Field(ge=0, le=1)]
@@ -129,3 +148,152 @@ class Pack(Record):
     refused: tuple[RejectedPicture, ...] = ()
     alike: tuple[SimilarPair, ...] = ()
     ignored: tuple[str, ...] = ()
+
+
+# Rejections -----------------------------------------------------------------------------------------------------------
+# Why a picture is left out of a pack, and what to do about it.
+
+
+class PictureRejection(StrEnum):
+    """Codes of the reasons."""
+
+    UNREADABLE = "PCK001"
+    NOT_A_PICTURE = "PCK002"
+    BROKEN = "PCK003"
+    TOO_LARGE = "PCK004"
+    TOO_SMALL = "PCK005"
+    TOO_LONG = "PCK006"
+    TRANSPARENT = "PCK007"
+    BLANK = "PCK008"
+    DUPLICATE = "PCK009"
+    SEAM = "PCK010"
+    NOT_DESCRIBED = "PCK011"
+    BAD_ROW = "PCK012"
+    MISSING = "PCK013"
+    NO_COLOR = "PCK015"
+
+
+REMEDIES = {
+    PictureRejection.UNREADABLE: "Replace it with a readable regular file inside the folder.",
+    PictureRejection.NOT_A_PICTURE: ("Save it as PNG, JPEG or WebP, or as TIFF of 8 or 16 bits."),
+    PictureRejection.BROKEN: "Download or generate it again; the file is cut or garbled.",
+    PictureRejection.TOO_LARGE: (
+        f"Scale it down to at most {MAX_SIDE_PX} pixels a side and at most {MAX_FILE_BYTES // 2**20} MiB."
+    ),
+    PictureRejection.TOO_SMALL: f"Generate it with {MIN_SIDE_PX} pixels a side or more; scaling it up adds nothing.",
+    PictureRejection.TOO_LONG: f"Crop it so that the long side is at most {MAX_ASPECT:g} times the short one.",
+    PictureRejection.TRANSPARENT: "Flatten it onto an opaque background.",
+    PictureRejection.BLANK: "Generate it again; one colour from edge to edge is no texture.",
+    PictureRejection.DUPLICATE: "Remove one of the two files.",
+    PictureRejection.SEAM: "Generate it with a tiling option, or choose a picture with an even pattern.",
+    PictureRejection.NOT_DESCRIBED: (
+        "State the surface, tile size and licence in pack.yaml, or for all pictures with --surface, --tile, --licence."
+    ),
+    PictureRejection.BAD_ROW: "Correct that row of pack.yaml.",
+    PictureRejection.MISSING: "Add the file, or remove its row.",
+    PictureRejection.NO_COLOR: "Add the map of the colour (`..._color.jpg`) to the other maps.",
+}
+
+
+def rejection_error(reason: PictureRejection, message: str) -> Rejected:
+    """The error to raise about a picture."""
+    return Rejected(reason.value, message)
+
+
+def rejection_row(source: str, error: Rejected) -> RejectedPicture:
+    """The row of pack.json for an error that `rejection_error` made."""
+    return RejectedPicture(
+        source=source, code=error.code, message=error.message, fix=REMEDIES[PictureRejection(error.code)]
+    )
+
+
+# Naming ---------------------------------------------------------------------------------------------------------------
+# Turn file names of pictures into legal, unique ids.
+
+_LONGEST = 64
+
+
+def slug(text: str) -> str:
+    """Lower case letters, digits and single underscores, starting with a letter; `picture` where nothing is left."""
+    plain = unicodedata.normalize("NFKD", text).encode("ascii", "ignore").decode("ascii").lower()
+    words = re.sub(r"[^a-z0-9]+", "_", plain).strip("_")[:_LONGEST].strip("_")
+    if not words:
+        return "picture"
+    return words if words[0].isalpha() else f"p{words}"
+
+
+def unique_ids(pack: str, names: Sequence[str]) -> tuple[str, ...]:
+    """`<pack>_<name>` for each name, in order; what is there already gets the next free number."""
+    taken: dict[str, None] = {}
+    for name in names:
+        wanted = f"{pack}_{slug(name)}"
+        found, number = wanted, 2
+        while found in taken:
+            found, number = f"{wanted}_{number}", number + 1
+        taken[found] = None
+    return tuple(taken)
+
+
+# Maps -----------------------------------------------------------------------------------------------------------------
+# Recognise by file names which maps of a material a folder holds: `brick_color.jpg`, `brick_normal.png` and so on.
+
+
+class MapRole(StrEnum):
+    """Quantity that a map gives for a surface; its file's name ends with it. Normals have y up, as in OpenGL."""
+
+    COLOR = "color"
+    NORMAL = "normal"
+    ROUGHNESS = "roughness"
+    METALNESS = "metalness"
+    HEIGHT = "height"
+
+
+_SUFFIX = re.compile(rf"^(.+)_({'|'.join(MapRole)})$")
+
+
+@dataclass(frozen=True)
+class MaterialFiles:
+    """The files of one material.
+
+    Attributes:
+        name: of the material, or of a picture that is a single file.
+        maps: role -> file.
+    """
+
+    name: str
+    maps: Mapping[MapRole, str]
+
+
+def name_and_role(path: str) -> tuple[str, MapRole] | None:
+    """The material that a file is a map of, in lower case, and which map; None if its name does not say so."""
+    found = _SUFFIX.match(PurePosixPath(path).stem.lower())
+    return (found[1], MapRole(found[2])) if found else None
+
+
+def group_maps(paths: Iterable[str]) -> tuple[MaterialFiles, ...]:
+    """Materials that files belong to, in the order of their first files.
+
+    Files of one folder are maps of one material if their names say so and at least two do. Any other file is a separate
+    picture. A material without a colour map has no entry for it.
+
+    Args:
+        paths: POSIX; sorted.
+    """
+    listed = list(paths)
+    found: dict[tuple[str, str], dict[MapRole, str]] = {}
+    for path in listed:
+        if named := name_and_role(path):
+            found.setdefault((_folder(path), named[0]), {}).setdefault(named[1], path)
+    out: dict[str, MaterialFiles] = {}
+    for path in listed:
+        named = name_and_role(path)
+        maps = found[_folder(path), named[0]] if named else {}
+        if named and len(maps) > 1:
+            out[next(iter(maps.values()))] = MaterialFiles(named[0], MappingProxyType(maps))
+        else:
+            out[path] = MaterialFiles(PurePosixPath(path).stem, MappingProxyType({MapRole.COLOR: path}))
+    return tuple(out[path] for path in listed if path in out)
+
+
+def _folder(path: str) -> str:
+    return PurePosixPath(path).parent.as_posix()

@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from casa_assets.core.color import linear_from_srgb, srgb_from_hex
+from casa_assets.core.numeric import linear_from_srgb, srgb_from_hex
 from tests.consumers.own.results import TELLING, Checked, by_code, certified, only_entry, told_by
 from tests.documents import saved
 from tests.installed import Environment

@@ -12,7 +12,7 @@ from casa_assets.checks.scene.formats import usd_layer
 from casa_assets.checks.scene.formats.light_form import SceneFiles
 from casa_assets.model.asset.asset import Base
 from casa_assets.model.kitchen.scene import Scene
-from casa_assets.pipeline.kitchens.passed_layers import PassedLayers
+from casa_assets.pipeline.kitchens.check import PassedLayers
 from tests.assets import textured_box
 from tests.cupboard import cupboard
 from tests.packages import tamper

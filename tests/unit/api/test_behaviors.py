@@ -9,11 +9,11 @@ import pytest
 
 import casa_assets as casa
 from casa_assets.export.mjcf import write
-from casa_assets.export.mjcf.scene import kitchen as mjcf
+from casa_assets.export.mjcf.scene import kitchen
 from casa_assets.geometry.inertia import ready_to_simulate
 from casa_assets.geometry.lightweight import light_scene
 from casa_assets.model.asset.behavior import Behavior, Condition, Rule, Variable
-from casa_assets.model.asset.joint import State
+from casa_assets.model.asset.parts import State
 from casa_assets.model.kitchen.scene import Placement, Scene
 from casa_assets.model.pose import Pose
 from casa_assets.pipeline.kitchens.load_scene import spec_of
@@ -46,7 +46,7 @@ class Bench:
     """A room with a ball in it that touches what it is put before; time goes on by hand."""
 
     def __init__(self, light: bool = False, prefix: str = "") -> None:
-        spec = spec_of(mjcf.write(light_scene(room()) if light else room(), shared="assets"))
+        spec = spec_of(kitchen.write(light_scene(room()) if light else room(), shared="assets"))
         if prefix:
             host = mujoco.MjSpec()
             host.attach(spec, frame=host.worldbody.add_frame(), prefix=prefix)

@@ -11,7 +11,7 @@ import pytest
 
 import casa_assets as casa
 from casa_assets import ext
-from casa_assets.core.cache_folder import cache_dir, max_cache_bytes
+from casa_assets.core.system import cache_dir, max_cache_bytes
 from casa_assets.registry.families import family as family_of
 
 ROOT = Path(__file__).parents[3]

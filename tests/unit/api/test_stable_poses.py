@@ -11,7 +11,7 @@ import pytest
 
 import casa_assets as casa
 from casa_assets.export import mjcf
-from casa_assets.model.asset.shape import Cylinder
+from casa_assets.model.asset.parts import Cylinder
 from tests.assets import rigid_mug, write_to
 from tests.box_assets import plain_box
 

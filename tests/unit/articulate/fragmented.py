@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from casa_assets.articulate.infer import articulate_fragments
 from casa_assets.articulate.plan import Articulation, Frame
-from casa_assets.articulate.segment.fragment_measures import measure_fragments
+from casa_assets.articulate.segment.fragments import measure_fragments
 from casa_assets.articulate.segment.shell_segments import Fragmentation
 
 

@@ -11,10 +11,10 @@ import pytest
 from casa_assets.articulate.decisions import CavityDecision, Decisions, PartDecision, axis_word, parse_direction
 from casa_assets.articulate.plan import HingeEdge, PartKind
 from casa_assets.errors import RegistryError, Rejected
-from casa_assets.model.asset.joint import JointKind
-from casa_assets.model.ingest.user_override import Word
-from casa_assets.pipeline.articulate import sidecar
+from casa_assets.model.asset.parts import JointKind
+from casa_assets.model.source import Word
 from casa_assets.pipeline.articulate.build import ArticulateRequest, ArticulateResult, build
+from casa_assets.pipeline.articulate.decisions import read_decisions, text
 from tests.unit.articulate.blocks import microwave
 from tests.unit.articulate.test_assemble import obj
 
@@ -52,8 +52,8 @@ def test_a_sidecar_given_back_unchanged_makes_the_same_asset(mesh: Path, tmp_pat
     wish = ArticulateRequest(mesh, tmp_path)
     first = build(wish)
     path = tmp_path / "d.yaml"
-    path.write_text(sidecar.text(first, Decisions()), encoding="utf-8")
-    again = build(ArticulateRequest(mesh, tmp_path, decisions=sidecar.read(path)))
+    path.write_text(text(first, Decisions()), encoding="utf-8")
+    again = build(ArticulateRequest(mesh, tmp_path, decisions=read_decisions(path)))
     assert again.asset.digest == first.asset.digest
 
 
@@ -69,8 +69,8 @@ def test_a_sidecar_repeats_what_was_decided(mesh: Path, tmp_path: Path) -> None:
     )
     first = build(ArticulateRequest(mesh, tmp_path, decisions=decisions))
     path = tmp_path / "d.yaml"
-    path.write_text(sidecar.text(first, decisions), encoding="utf-8")
-    again = build(ArticulateRequest(mesh, tmp_path, decisions=sidecar.read(path)))
+    path.write_text(text(first, decisions), encoding="utf-8")
+    again = build(ArticulateRequest(mesh, tmp_path, decisions=read_decisions(path)))
     assert again.asset.digest == first.asset.digest
 
 
@@ -172,10 +172,10 @@ def test_a_fault_in_the_file_has_a_line(tmp_path: Path) -> None:
     path = tmp_path / "d.yaml"
     path.write_text("parts:\n  door_0:\n    hinge: middle\n", encoding="utf-8")
     with pytest.raises(RegistryError, match=r"d.yaml:3: parts.door_0.hinge"):
-        sidecar.read(path)
+        read_decisions(path)
     path.write_text("up: sideways\n", encoding="utf-8")
     with pytest.raises(RegistryError, match="sideways"):
-        sidecar.read(path)
+        read_decisions(path)
 
 
 def test_axes_are_read_back(subtests: pytest.Subtests) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial import cKDTree
 
-from casa_assets.articulate.double_faces import SHEET_GAP_M, drawn_faces
+from casa_assets.articulate.assemble import SHEET_GAP_M, drawn_faces
 from casa_assets.pipeline.articulate.build import ArticulateRequest, build
 from tests.unit.articulate.blocks import microwave
 from tests.unit.articulate.test_assemble import GIVEN, obj

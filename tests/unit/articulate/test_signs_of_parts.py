@@ -8,7 +8,7 @@ import pytest
 from casa_assets.articulate.plan import Frame
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_triangles
 from casa_assets.articulate.signs_of_parts import signs_of_parts
-from casa_assets.pipeline.articulate.models import load_models
+from casa_assets.pipeline.articulate.build import load_models
 from tests.unit.articulate.blocks import Part, box, disc, together
 
 pytestmark = pytest.mark.content("code", "articulate", keep=0)

@@ -10,7 +10,7 @@ import pytest
 
 from casa_assets import registry
 from casa_assets.checks.filters.kind import misfit
-from casa_assets.checks.library.size_outliers import LibrarySizes
+from casa_assets.checks.library import LibrarySizes
 from casa_assets.checks.package.package import Package
 from casa_assets.checks.run import run
 from casa_assets.checks.table.table import TABLE

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from casa_assets.articulate.joints.joint_dynamics import build_joint
+from casa_assets.articulate.joints.joints import build_joint
 from casa_assets.articulate.plan import JointPlan, PartKind, PartPlan
 from casa_assets.core import hand_dynamics
 from casa_assets.families.family import Params

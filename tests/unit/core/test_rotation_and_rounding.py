@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from casa_assets.core.rotation import about_axis
-from casa_assets.core.rounding import decimals, significant
+from casa_assets.core.numeric import about_axis, decimals, significant
 
 
 def test_rotation_agrees_with_scipy(subtests: pytest.Subtests) -> None:

@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 
 import casa_assets as casa
 from casa_assets.cli.main import app
-from casa_assets.model.formats.behavior_schema import BehaviorFile
+from casa_assets.model.written_formats import BehaviorFile
 from casa_assets.pipeline.kitchens.recipe import SceneResult
 from casa_assets.pipeline.schemas import SCHEMAS, schema_text
 from tests.documents import ROOT, blocks

@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from casa_assets.export.mjcf.scene import batch as mjcf
+from casa_assets.export.mjcf.scene import batch
 from casa_assets.geometry.lightweight import light_scene
 from casa_assets.geometry.merging.batch_form import batch_form
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.material import Material, Texture
 from casa_assets.model.files import Files
-from casa_assets.model.kitchen.batch_scene import PICTURE_PX, BatchScene
+from casa_assets.model.kitchen.scene import PICTURE_PX, BatchScene
 from casa_assets.model.record import Vec3
 from tests.meshes import texture
 from tests.rooms import at, block, room
@@ -45,7 +45,7 @@ def form(picture: Texture, tile: tuple[float, float] | None = TILE) -> BatchScen
 
 def compiled(files: Files) -> mujoco.MjModel:
     entries = {path.replace("assets/", "../assets/"): data for path, data in files.entries.items()}
-    return mujoco.MjModel.from_xml_string(entries.pop(mjcf.FILE).decode(), assets=entries)
+    return mujoco.MjModel.from_xml_string(entries.pop(batch.FILE).decode(), assets=entries)
 
 
 def corners(model: mujoco.MjModel, geom: int) -> set[tuple[float, ...]]:
@@ -58,7 +58,7 @@ def corners(model: mujoco.MjModel, geom: int) -> set[tuple[float, ...]]:
 
 
 def test_a_picture_repeats_by_its_true_size() -> None:
-    model = compiled(mjcf.write(form(grain())))
+    model = compiled(batch.write(form(grain())))
     geom = model.geom("thing_0__shape_0").id
     material = int(model.geom_matid[geom])
     assert model.mat_texuniform[material]
@@ -69,8 +69,8 @@ def test_a_picture_repeats_by_its_true_size() -> None:
 
 
 def test_the_box_is_where_it_was() -> None:
-    shown = compiled(mjcf.write(form(grain())))
-    plain = compiled(mjcf.write(form(grain(), tile=None)))
+    shown = compiled(batch.write(form(grain())))
+    plain = compiled(batch.write(form(grain(), tile=None)))
     assert plain.nmat == 0
     name = "thing_0__shape_0"
     assert not np.allclose(shown.geom(name).size, plain.geom(name).size)
@@ -78,7 +78,7 @@ def test_the_box_is_where_it_was() -> None:
 
 
 def test_pictures_are_made_small_and_are_one_file_each() -> None:
-    entries = mjcf.write(form(grain())).entries
+    entries = batch.write(form(grain())).entries
     paths = [path for path in entries if path.startswith("assets/textures/grain_")]
     assert len(paths) == 1
     with Image.open(io.BytesIO(entries[paths[0]])) as image:
@@ -88,11 +88,11 @@ def test_pictures_are_made_small_and_are_one_file_each() -> None:
 
 def test_small_pictures_stay_as_they_are() -> None:
     small = grain(60, 40)
-    assert mjcf.write(form(small)).entries[f"assets/textures/{small.file_name}"] == small.png
+    assert batch.write(form(small)).entries[f"assets/textures/{small.file_name}"] == small.png
 
 
 def test_a_picture_that_is_made_for_one_mesh_becomes_its_colour() -> None:
-    model = compiled(mjcf.write(form(grain(), tile=None)))
+    model = compiled(batch.write(form(grain(), tile=None)))
     color = model.geom("thing_0__shape_0").rgba
     assert 0.4 < color[0] < 0.7
     assert color[3] == 1.0

@@ -15,12 +15,12 @@ import trimesh
 from PIL import Image
 
 from casa_assets.export.gltf import EVERYTHING, asset_glb, scene_glb
-from casa_assets.export.gltf.layer import STEPS
-from casa_assets.export.gltf.material import encoded
-from casa_assets.geometry.solid.tessellate import tessellate
+from casa_assets.export.gltf.document import STEPS
+from casa_assets.export.gltf.mesh import encoded
+from casa_assets.geometry.solid.primitive import tessellate
 from casa_assets.model.asset.asset import Asset, Joint, JointKind
-from casa_assets.model.asset.joint import joint_positions
 from casa_assets.model.asset.material import Material, Texture
+from casa_assets.model.asset.parts import joint_positions
 from casa_assets.model.kitchen.scene import Resting
 from casa_assets.model.pose import Pose
 from tests.articulated_assets import grill

@@ -13,7 +13,7 @@ from pxr import Usd, UsdPhysics
 from casa_assets.export.usd.scene import isaac_lab
 from casa_assets.export.usd.scene.kitchen import write
 from casa_assets.model.asset.asset import Base
-from casa_assets.model.asset.joint import joint_positions
+from casa_assets.model.asset.parts import joint_positions
 from casa_assets.model.kitchen.scene import Scene
 from tests.scenes import corner, put
 

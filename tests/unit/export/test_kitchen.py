@@ -15,9 +15,8 @@ import pytest
 from lxml import etree
 
 from casa_assets.export.mjcf import document
-from casa_assets.export.mjcf.scene import room
-from casa_assets.export.mjcf.scene.kitchen import write
-from casa_assets.export.mjcf.scene.resources import FOLDER
+from casa_assets.export.mjcf.scene import kitchen
+from casa_assets.export.mjcf.scene.kitchen import FOLDER, write
 from casa_assets.export.mujoco_values import ROBOSUITE_GROUPS, Groups
 from casa_assets.geometry.inertia import adjacent_links
 from casa_assets.layouts.compose.cameras import look_at
@@ -244,7 +243,7 @@ class TestFirstView:
         assert model.vis.global_.fovy == 47
 
     def test_without_one_sees_the_middle(self, full: mujoco.MjModel) -> None:
-        lower, upper = room.scene_bounds(corner())
+        lower, upper = kitchen.scene_bounds(corner())
         assert full.stat.center == pytest.approx((lower + upper) / 2)
         assert full.stat.extent == pytest.approx(np.linalg.norm(upper - lower) / 2)
 

@@ -17,9 +17,8 @@ from pxr import Sdf, Usd, UsdGeom, UsdLux, UsdPhysics, UsdSemantics, UsdUtils, U
 
 from casa_assets.checks.package.usd import UNAVAILABLE
 from casa_assets.checks.readers.quiet import quiet
-from casa_assets.export.mjcf.scene import kitchen as mjcf
-from casa_assets.export.usd.scene.kitchen import scene_text, write
-from casa_assets.export.usd.scene.lights_and_cameras import REFERENCE_M, pose_looking_along
+from casa_assets.export.mjcf.scene import kitchen
+from casa_assets.export.usd.scene.kitchen import REFERENCE_M, pose_looking_along, scene_text, write
 from casa_assets.model.kitchen.scene import Scene
 from tests.scenes import body, corner, expected, put
 
@@ -110,7 +109,7 @@ class TestStructure:
         assert layers == sorted(f"assets/usd/{a.id}/{a.id}.usda" for a in corner().assets)
         pictures = {p: d for p, d in files.items() if p.startswith("assets/textures/")}
         assert len(pictures) == 3
-        shared = {p: d for p, d in mjcf.write(corner()).entries.items() if p.startswith("assets/textures/")}
+        shared = {p: d for p, d in kitchen.write(corner()).entries.items() if p.startswith("assets/textures/")}
         assert shared.items() <= pictures.items()
 
     def test_every_picture_is_found(self, path: Path) -> None:

@@ -11,11 +11,10 @@ import pytest
 
 from casa_assets.errors import DegenerateShape
 from casa_assets.geometry.lightweight import inscribed_primitives, lighten
-from casa_assets.geometry.solid.hull import convex_hull, hull_planes, hull_volume
-from casa_assets.geometry.solid.tessellate import tessellate
+from casa_assets.geometry.solid.primitive import tessellate
+from casa_assets.geometry.solid.solids import convex_hull, hull_planes, hull_volume
 from casa_assets.model.asset.asset import Asset, Collider
-from casa_assets.model.asset.mesh import Mesh
-from casa_assets.model.asset.shape import Box, Cylinder, Hull, MeshShape
+from casa_assets.model.asset.parts import Box, Cylinder, Hull, Mesh, MeshShape
 from casa_assets.model.kitchen.scene import LightScene
 from casa_assets.model.pose import Pose
 from tests.articulated_assets import drawer_unit, grill

@@ -13,12 +13,12 @@ import numpy as np
 import pytest
 from lxml import etree
 
-from casa_assets.core.color import srgb_from_linear
-from casa_assets.export.mjcf import number, visual, write
-from casa_assets.export.mjcf.body import _inertial
+from casa_assets.core.numeric import srgb_from_linear
+from casa_assets.export.mjcf import shapes, write
+from casa_assets.export.mjcf.document import _inertial
 from casa_assets.model.asset.asset import Asset, Base, Inertial, Region
 from casa_assets.model.asset.material import Material
-from casa_assets.model.asset.mesh import Mesh
+from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.files import Files
 from casa_assets.model.pose import Pose
 from tests.assets import EVERY, ball, drawer_unit, microwave, rigid_mug, textured_box
@@ -166,7 +166,7 @@ class TestMesh:
     def test_values_are_read_back_as_the_same_float32(self) -> None:
         rng = np.random.default_rng(5)
         vertices = rng.normal(size=(200, 3)) * 10.0 ** rng.integers(-6, 3, size=(200, 1))
-        text = visual.obj_text(Mesh(vertices=vertices, faces=np.array([[0, 1, 2]]))).decode()
+        text = shapes.obj_text(Mesh(vertices=vertices, faces=np.array([[0, 1, 2]]))).decode()
         read = [[float(n) for n in line.split()[1:]] for line in text.splitlines() if line.startswith("v ")]
         np.testing.assert_array_equal(np.array(read, dtype=np.float32), vertices.astype(np.float32))
 
@@ -185,7 +185,7 @@ class TestMesh:
                     uv=full.uv if uv else None,
                     normals=full.normals if normals else None,
                 )
-                lines = visual.obj_text(some).decode().splitlines()
+                lines = shapes.obj_text(some).decode().splitlines()
                 assert next(line for line in lines if line.startswith("f ")).split()[1] == corner
                 kinds = {"v": 24, "vt": 24 * uv, "vn": 24 * normals, "f": 12}
                 assert {kind: sum(line.startswith(kind + " ") for line in lines) for kind in kinds} == kinds
@@ -309,7 +309,7 @@ class TestScene:
 
 class TestBytes:
     def test_numbers(self) -> None:
-        assert number.numbers([-0.0, 1.0, 0.1 + 0.2, -1e-12, 1 / 3]) == "0 1 0.3 -1e-12 0.333333333"
+        assert shapes.numbers([-0.0, 1.0, 0.1 + 0.2, -1e-12, 1 / 3]) == "0 1 0.3 -1e-12 0.333333333"
 
     def test_paths_are_relative_and_named_files_exist(self, subtests: pytest.Subtests) -> None:
         for build in EVERY:

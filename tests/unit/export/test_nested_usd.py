@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from pxr import Sdf, Usd, UsdPhysics
 
-from casa_assets.export.usd import nested
+from casa_assets.export.usd import document
 from casa_assets.export.usd.scene.kitchen import write
 from tests.articulated_assets import drawer_unit, grill
 from tests.assets import rigid_mug
@@ -33,7 +33,7 @@ def test_one_link_needs_no_second_layer(tmp_path: Path) -> None:
 
 
 def test_same_asset_and_same_scene_are_same_bytes() -> None:
-    assert nested.asset_text(grill()) == nested.asset_text(grill())
+    assert document.asset_text(grill()) == document.asset_text(grill())
     assert write(corner()).entries["scene_nested.usda"] == write(corner()).entries["scene_nested.usda"]
 
 
@@ -45,7 +45,7 @@ def test_each_placement_of_a_scene_is_nested(tmp_path: Path) -> None:
     for place in corner().placements:
         asset, root = corner().asset_of[place.name], Sdf.Path(f"/World/{place.name}")
         for link in asset.links:
-            path = nested.nested_path(root, asset, link.name)
+            path = document.nested_path(root, asset, link.name)
             assert stage.GetPrimAtPath(path).HasAPI(UsdPhysics.RigidBodyAPI), path
 
 

@@ -21,7 +21,7 @@ from casa_assets.export.robocasa.kitchens import arena, centering, description, 
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.kitchen.scene import Light, Placement, Scene
 from casa_assets.model.pose import Pose
-from casa_assets.pipeline.export.robocasa_kitchens import classes
+from casa_assets.pipeline.export.robocasa import classes
 from casa_assets.registry.families import family
 from tests.assets import write_to
 from tests.family_members import preset

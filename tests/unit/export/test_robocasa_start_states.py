@@ -17,10 +17,9 @@ from casa_assets.export.robocasa import casa_kitchens
 from casa_assets.export.robocasa.kitchens import description
 from casa_assets.export.robocasa.kitchens.start_states import translated
 from casa_assets.model.asset.asset import Base
-from casa_assets.model.kitchen.scene import Placement, Scene
-from casa_assets.model.kitchen.start_states import StartStates
+from casa_assets.model.kitchen.scene import Placement, Scene, StartStates
 from casa_assets.model.pose import Pose
-from casa_assets.pipeline.export.robocasa_kitchens import classes
+from casa_assets.pipeline.export.robocasa import classes
 from casa_assets.pipeline.kitchens.state_file import write_states
 from tests.family_members import preset
 from tests.rooms import at, block

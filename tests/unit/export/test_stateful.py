@@ -12,7 +12,7 @@ import pytest
 from lxml import etree
 from pxr import Sdf, Usd, UsdGeom, UsdPhysics, UsdSemantics, UsdShade
 
-from casa_assets.core.color import srgb_from_linear
+from casa_assets.core.numeric import srgb_from_linear
 from casa_assets.export.mjcf import write
 from casa_assets.export.usd import document
 from casa_assets.model.asset.asset import Asset, Base, Region

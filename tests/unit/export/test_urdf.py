@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 from lxml import etree
 
-from casa_assets.checks.package.urdf import asset_differences
+from casa_assets.checks.package.parity import asset_differences
 from casa_assets.checks.readers import asset_facts, urdf_facts
-from casa_assets.core.rotation import about_axis
+from casa_assets.core.numeric import about_axis
 from casa_assets.export.urdf import document
-from casa_assets.export.urdf.number import roll_pitch_yaw
+from casa_assets.export.urdf.document import roll_pitch_yaw
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.pose import Pose
 from tests.articulated_assets import grill

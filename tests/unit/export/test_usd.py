@@ -17,12 +17,11 @@ from hypothesis import strategies as st
 from pxr import Sdf, Usd, UsdGeom, UsdPhysics, UsdSemantics, UsdShade
 
 from casa_assets.export.usd import document
-from casa_assets.export.usd.body import float32_moments, principal_axes
-from casa_assets.export.usd.document import WRITER_DATE
+from casa_assets.export.usd.document import WRITER_DATE, float32_moments, principal_axes
 from casa_assets.export.usd.joint import axis_and_rotation
-from casa_assets.export.usd.visual import face_normals
+from casa_assets.export.usd.shapes import face_normals
 from casa_assets.model.asset.asset import Asset, Base, Exclusion, Link
-from casa_assets.model.asset.mesh import Mesh
+from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.pose import Pose
 from tests.assets import EVERY, drawer_unit, microwave, rigid_mug, textured_box
 from tests.meshes import box_mesh

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from pydantic import ValidationError
 
-from casa_assets.families.kit.behavior_builder import BehaviorBuilder, negated
+from casa_assets.families.kit.asset_builder import BehaviorBuilder, negated
 from casa_assets.model.asset.behavior import Condition, Effect, EffectKind, Rule, Variable
 
 DOWN = Condition(joint="lever", interval=(-1.0, -0.5))

@@ -12,19 +12,15 @@ from pydantic import ValidationError
 
 from casa_assets.export import mjcf
 from casa_assets.families.family import Params
-from casa_assets.families.fixtures.cabinets.base_cabinet import BaseCabinet
-from casa_assets.families.fixtures.cabinets.drawer_stack import DrawerStack
+from casa_assets.families.fixtures.cabinets.cabinets import BaseCabinet, DrawerStack, WallCabinet
 from casa_assets.families.fixtures.cabinets.island_base import IslandBase, stiles
-from casa_assets.families.fixtures.cabinets.wall_cabinet import WallCabinet
 from casa_assets.families.parts.fronts import fronts
 from casa_assets.families.parts.fronts.doors import DOOR_TRAVEL
-from casa_assets.families.parts.fronts.fronts import FrontEdge, FrontKind
-from casa_assets.families.parts.fronts.look import CabinetLook
+from casa_assets.families.parts.fronts.fronts import CabinetLook, FrontEdge, FrontKind
 from casa_assets.families.parts.hardware import handles
 from casa_assets.families.parts.hardware.handles import HandleKind
 from casa_assets.model.asset.asset import Asset, JointKind
-from casa_assets.model.asset.joint import Joint
-from casa_assets.model.asset.shape import Box, Capsule
+from casa_assets.model.asset.parts import Box, Capsule, Joint
 from casa_assets.registry.families import family_groups
 from tests.family_members import MANY, available, known, made, preset, supplies
 

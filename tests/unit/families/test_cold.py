@@ -6,8 +6,8 @@ import re
 
 import pytest
 
-from casa_assets.families.parts.appliance.handles import AppliancePull, appliance_pull
-from casa_assets.geometry.solid.bounds import shape_bounds
+from casa_assets.families.parts.appliance.front import AppliancePull, appliance_pull
+from casa_assets.geometry.solid.primitive import shape_bounds
 from casa_assets.layouts.plan.standard_sizes import FRIDGE_SIDE
 from casa_assets.model.asset.asset import Asset, Joint, JointKind
 from casa_assets.registry.families import family_groups

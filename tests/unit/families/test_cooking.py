@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from casa_assets.checks.asset.finger_room import fingers_have_room
+from casa_assets.checks.asset.grip import fingers_have_room
 from casa_assets.export import mjcf
 from casa_assets.families.fixtures.cooking.microwave import (
     Microwave,
@@ -19,14 +19,19 @@ from casa_assets.families.fixtures.cooking.microwave import (
 )
 from casa_assets.families.fixtures.cooking.range import DOUBLE_OVEN_WIDTH, Range
 from casa_assets.families.fixtures.cooking.toaster_oven import PanelPlace, ToasterOven
-from casa_assets.families.kit.solids.boolean import intersect
+from casa_assets.families.kit.solids.blocks import intersect
 from casa_assets.families.parts.appliance.oven import OvenHandle
-from casa_assets.families.parts.cooktop.burners import DRIP_BOWL_RATIO, burner_positions
-from casa_assets.families.parts.cooktop.grates import burner_cells
-from casa_assets.families.parts.hardware import knobs
-from casa_assets.families.parts.hardware.knobs import KnobStyle
-from casa_assets.families.parts.hardware.readout import SEGMENTS, KeySign, key_symbol, seven_segment_text
-from casa_assets.geometry.solid.bounds import shape_bounds
+from casa_assets.families.parts.cooktop import DRIP_BOWL_RATIO, burner_cells, burner_positions
+from casa_assets.families.parts.hardware.controls import (
+    SEGMENTS,
+    KeySign,
+    KnobStyle,
+    _pointer,
+    _shape,
+    key_symbol,
+    seven_segment_text,
+)
+from casa_assets.geometry.solid.primitive import shape_bounds
 from casa_assets.model.asset.asset import Asset
 from casa_assets.registry.families import family, family_groups
 from tests.family_members import drawn, known, made, preset, unmet
@@ -175,8 +180,8 @@ def test_a_knob_carries_its_pointer(subtests: pytest.Subtests) -> None:
     for style in list(KnobStyle):
         with subtests.test(style=style):
             radius, depth = 0.02, 0.023
-            body, extra = knobs._shape(style, radius, depth)
-            pointer = knobs._pointer(style, radius, depth)
+            body, extra = _shape(style, radius, depth)
+            pointer = _pointer(style, radius, depth)
             met = sum(intersect(solid, pointer).volume for solid in (body, *extra) if _meet(solid, pointer))
             assert met > 0.05 * pointer.volume
             assert pointer.points[:, 2].max() > max(s.points[:, 2].max() for s in (body, *extra)) - 0.4 * depth

@@ -8,9 +8,9 @@ import pytest
 from casa_assets.families.fixtures.kitchenware import cutting_board
 from casa_assets.families.fixtures.kitchenware.dish_rack import DishRack, DishRackForm
 from casa_assets.families.fixtures.wall_decor import spice_rack, utensil_rack
-from casa_assets.families.parts.decor.hung_tools import HungTool, ToolHandle, hung_tool
 from casa_assets.families.parts.decor.jars import JarLid, jar
-from casa_assets.families.parts.hardware.tubs import open_tub
+from casa_assets.families.parts.decor.tools import HungTool, ToolHandle, hung_tool
+from casa_assets.families.parts.hardware.handles import open_tub
 from casa_assets.model.asset.asset import Asset, Base
 from casa_assets.registry.families import family, family_groups
 from tests.family_members import drawn, known, made, preset, unmet

@@ -11,17 +11,23 @@ from casa_assets.core import hand_dynamics
 from casa_assets.families.family import FinishId, Params, Supplies
 from casa_assets.families.kit.assemble import assemble
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
-from casa_assets.families.kit.solids.blocks import ball, board, box, lathe, rod
-from casa_assets.families.kit.solids.boolean import subtract, union
-from casa_assets.families.kit.solids.loft import basin, inset_rings, loft
-from casa_assets.families.kit.solids.skin import solid_mesh
-from casa_assets.families.kit.solids.slab import slab
-from casa_assets.families.kit.solids.solid import Solid
-from casa_assets.families.kit.solids.sweep import circle, mitred_frame, prism, rectangle, tube
+from casa_assets.families.kit.solids.blocks import ball, board, box, lathe, rod, subtract, union
+from casa_assets.families.kit.solids.solid import Solid, solid_mesh
+from casa_assets.families.kit.solids.sweep import (
+    basin,
+    circle,
+    inset_rings,
+    loft,
+    mitred_frame,
+    prism,
+    rectangle,
+    slab,
+    tube,
+)
 from casa_assets.geometry.mesh.topology import is_closed
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.material import Material, Substance
-from casa_assets.model.registry.finish import Finish
+from casa_assets.model.registry.rows import Finish
 from tests.asset_parts import labels
 
 WOOD = Substance(id="wood", density=600.0, static_friction=0.5, dynamic_friction=0.4)

@@ -10,23 +10,23 @@ import pytest
 from typer.testing import CliRunner
 
 from casa_assets.cli.main import app
-from casa_assets.core.sampling import rng_for
+from casa_assets.core.numeric import rng_for
 from casa_assets.errors import RegistryError, UnknownId
 from casa_assets.families.family import Params, Supplies
 from casa_assets.families.objects import FORMS
 from casa_assets.families.objects.closed_surface import bent, lobed, smooth_profile, turned
 from casa_assets.families.sampling import read_fixed, read_sample_rules
-from casa_assets.geometry.mesh.measure import solid_moments
+from casa_assets.geometry.mesh.surface import solid_moments
 from casa_assets.model.asset.asset import Asset, Base
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.provenance import Labels
 from casa_assets.model.registry.document import Document
-from casa_assets.model.registry.finish import Finish
+from casa_assets.model.registry.rows import Finish
 from casa_assets.pipeline.families.run import object_requests
 from casa_assets.pipeline.textures.recipes import every_recipe
 from casa_assets.registry.objects import object_family, object_names
 from casa_assets.textures.canvas import Canvas
-from casa_assets.textures.kinds.objects.skin import Skin, paint
+from casa_assets.textures.kinds.objects.food import Skin, paint_skin
 from tests.family_members import available, known
 
 pytestmark = pytest.mark.content("code", "families", keep=0)
@@ -154,10 +154,10 @@ def test_furrows_are_as_many_and_as_deep_as_is_said() -> None:
 def test_a_skin_has_its_colors_at_their_ends_and_is_the_same_for_the_same_generator() -> None:
     skin = Skin(colors=("#ff0000", "#00ff00"), mottle=0.0)
     canvas = Canvas((64, 64), (0.1, 0.1))
-    layers = paint(skin, canvas, np.random.default_rng(1))
+    layers = paint_skin(skin, canvas, np.random.default_rng(1))
     assert layers.albedo[0].mean(axis=0)[1] > 0.9, "the upper end is green"
     assert layers.albedo[-1].mean(axis=0)[0] > 0.9, "the lower end is red"
-    assert np.array_equal(layers.albedo, paint(skin, canvas, np.random.default_rng(1)).albedo)
+    assert np.array_equal(layers.albedo, paint_skin(skin, canvas, np.random.default_rng(1)).albedo)
     with pytest.raises(ValueError, match="a place for each of 2 colours"):
         Skin(colors=("#ff0000", "#00ff00"), at=(0.0, 0.5, 1.0))
 

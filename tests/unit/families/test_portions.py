@@ -8,18 +8,16 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from casa_assets.core.sampling import rng_for
-from casa_assets.export.mjcf import label
+from casa_assets.core.numeric import rng_for
+from casa_assets.export.mjcf import document
 from casa_assets.families.kit.solids.solid import Solid
 from casa_assets.families.objects.closed_surface import smooth_profile, turned
 from casa_assets.families.objects.cutting import across, along, cut, sector, shell
-from casa_assets.families.objects.grown.head_leaves import head_leaves
-from casa_assets.families.objects.grown.portion import Face, rest_tilt
-from casa_assets.families.objects.grown.produce import Produce
+from casa_assets.families.objects.grown.produce import Face, Produce, head_leaves, rest_tilt
 from casa_assets.model.registry.category import Portion
 from casa_assets.registry.objects import object_family
 from casa_assets.textures.canvas import Canvas
-from casa_assets.textures.kinds.objects.section import Section, paint
+from casa_assets.textures.kinds.objects.food import Section, paint_section
 from tests.family_members import available, known
 from tests.unit.families.test_objects import supplies
 
@@ -92,7 +90,7 @@ def test_portions_lie_on_the_ground_and_say_what_they_are(subtests: pytest.Subte
                 assert asset.mass < object_family("pear").build(whole, supplies("pear", whole)).mass
                 assert asset.labels.portion is portion
                 assert asset.labels.to_json().count("portion") == 1
-                assert label.texts(asset)["portion"] == portion.value
+                assert document.label_texts(asset)["portion"] == portion.value
                 assert abs(float(asset.bounds[0, 2])) < 1e-6
 
 
@@ -111,7 +109,7 @@ def test_a_portion_needs_a_picture_of_its_section_and_a_whole_thing_says_nothing
         Produce(profile=((0, 0), (1, 0.3), (1, 0.7), (0, 1)), length=0.1, width=0.1, skin="x", portion=Portion.HALF)
     params = object_family("lime").sample(rng_for(0, "objects/lime/0"), available()).replace(portion=None)
     asset = object_family("lime").build(params, supplies("lime", params))
-    assert "portion" not in label.texts(asset)
+    assert "portion" not in document.label_texts(asset)
     assert "portion" not in asset.labels.to_json()
 
 
@@ -134,10 +132,10 @@ def test_leaves_of_a_head_are_closed_and_lie_round_it() -> None:
 def test_a_section_shows_its_skin_at_the_rim_and_its_seeds() -> None:
     canvas = Canvas((96, 96), (0.06, 0.06))
     plain = Section(colors=("#ffffff", "#ffffff", "#ff0000"), at=(0.0, 0.9, 1.0), mottle=0.0, wander=0.0)
-    layers = paint(plain, canvas, np.random.default_rng(1))
+    layers = paint_section(plain, canvas, np.random.default_rng(1))
     assert layers.albedo[48, 48].min() > 0.95
     assert layers.albedo[48, 95, 0] > layers.albedo[48, 95, 1] + 0.5
-    seeded = paint(plain.replace(seeds=8, seed_color="#000000"), canvas, np.random.default_rng(1))
+    seeded = paint_section(plain.replace(seeds=8, seed_color="#000000"), canvas, np.random.default_rng(1))
     dark = (seeded.albedo.max(axis=2) < 0.3).sum()
     assert 0.005 < dark / 96**2 < 0.1
     with pytest.raises(ValueError, match="a place for each of 2 colours"):

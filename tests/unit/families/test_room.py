@@ -13,15 +13,19 @@ import pytest
 from pydantic import ValidationError
 
 from casa_assets.families.family import Params
+from casa_assets.families.fixtures.room.floors import Column, Floor, Recess
 from casa_assets.families.fixtures.room.room_ceiling import Beams, Ceiling, CovingProfile
-from casa_assets.families.fixtures.room.room_column import Column
-from casa_assets.families.fixtures.room.room_floor import Floor
-from casa_assets.families.fixtures.room.room_recess import Recess
 from casa_assets.families.fixtures.room.room_wall import DENSITY, Wall, WallOpening, WallSlope, WallStructure
-from casa_assets.families.fixtures.room.skirting import Skirting, SkirtingEnd, SkirtingProfile, section
-from casa_assets.families.fixtures.room.wall_panelling import Panelling, PanellingStyle
-from casa_assets.families.kit.solids import cells
-from casa_assets.families.kit.solids.moulding import room_moulding, straight_moulding
+from casa_assets.families.fixtures.room.wall_trim import (
+    Panelling,
+    PanellingStyle,
+    Skirting,
+    SkirtingEnd,
+    SkirtingProfile,
+    section,
+)
+from casa_assets.families.kit.solids import blocks
+from casa_assets.families.kit.solids.sweep import room_moulding, straight_moulding
 from casa_assets.families.parts.room_outline import (
     LayDirection,
     Outline,
@@ -31,10 +35,10 @@ from casa_assets.families.parts.room_outline import (
     room_slab,
     spans_inside,
 )
-from casa_assets.geometry.mesh.measure import face_normals
+from casa_assets.geometry.mesh.surface import face_normals
 from casa_assets.geometry.mesh.topology import is_closed, weld
 from casa_assets.model.asset.asset import Asset, Visual
-from casa_assets.model.asset.shape import Box
+from casa_assets.model.asset.parts import Box
 from casa_assets.registry.families import family_groups
 from tests.family_members import MANY, TILE_M, available, known, made
 
@@ -454,9 +458,9 @@ def test_spans_are_where_the_whole_breadth_is_inside() -> None:
 def test_rectangles_tile_any_grid() -> None:
     rng = np.random.default_rng(3)
     for _ in range(40):
-        grid = cells.Cells(np.arange(7.0), np.arange(6.0), rng.random((6, 5)) < 0.7)
+        grid = blocks.Cells(np.arange(7.0), np.arange(6.0), rng.random((6, 5)) < 0.7)
         seen = np.zeros((6, 5), dtype=np.int64)
-        for (a, b), (c, d) in cells.rectangles(grid):
+        for (a, b), (c, d) in blocks.rectangles(grid):
             seen[int(a) : int(c), int(b) : int(d)] += 1
         assert (seen == grid.solid).all()
 

@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from casa_assets.geometry.solid.bounds import link_bounds
+from casa_assets.geometry.solid.primitive import link_bounds
 from casa_assets.model.asset.asset import Asset, Joint, JointKind
 from casa_assets.registry.families import family_groups
 from tests.family_members import drawn, known, made, preset, unmet

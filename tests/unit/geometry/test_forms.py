@@ -8,8 +8,13 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from casa_assets.errors import DegenerateShape
-from casa_assets.geometry.mesh.registration import align, sampled_surface
-from casa_assets.geometry.mesh.shape_descriptor import descriptor_distance, principal_spread, shape_descriptor
+from casa_assets.geometry.mesh.registration import (
+    align,
+    descriptor_distance,
+    principal_spread,
+    sampled_surface,
+    shape_descriptor,
+)
 from tests.meshes import box_mesh, lathe
 
 Floats = npt.NDArray[np.float64]

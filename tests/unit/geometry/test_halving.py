@@ -6,10 +6,10 @@ import manifold3d
 import numpy as np
 import pytest
 
-from casa_assets.geometry.mesh.hole_filling import fill_holes
-from casa_assets.geometry.mesh.measure import signed_volume
-from casa_assets.geometry.mesh.topology import is_closed
-from casa_assets.geometry.solid.cutting import (
+from casa_assets.geometry.mesh.surface import signed_volume
+from casa_assets.geometry.mesh.topology import fill_holes, is_closed
+from casa_assets.geometry.solid.deviation import burial_depths, protrusion, reference_surface, signed_distances
+from casa_assets.geometry.solid.solids import (
     Solid,
     connected_parts,
     solid_of,
@@ -17,9 +17,8 @@ from casa_assets.geometry.solid.cutting import (
     surface_of,
     volume_of_hull,
 )
-from casa_assets.geometry.solid.deviation import burial_depths, protrusion, reference_surface, signed_distances
 from casa_assets.geometry.solid.split_planes import Plane, concave_edge_planes, edge_graph, split_hull_volume
-from casa_assets.model.asset.mesh import Mesh
+from casa_assets.model.asset.parts import Mesh
 from tests.meshes import box_mesh
 
 UP = np.array([0.0, 0.0, 1.0])

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from casa_assets.core.typing import Floats, Ints
-from casa_assets.geometry.grid.open_room import closed_shares, open_rooms
+from casa_assets.core.numeric import Floats, Ints
+from casa_assets.geometry.grid.voxels import closed_shares, open_rooms
 from casa_assets.geometry.mesh.topology import weld
-from casa_assets.geometry.solid.cutting import solid_of, surface_of
-from casa_assets.model.asset.mesh import Mesh
+from casa_assets.geometry.solid.solids import solid_of, surface_of
+from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.record import Vec3
 from tests.meshes import box_mesh
 from tests.raw_models import MUG, turned

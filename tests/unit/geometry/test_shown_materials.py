@@ -8,8 +8,7 @@ import pytest
 from casa_assets.geometry.shown_materials import Shown, ShownMaterials, open_sides
 from casa_assets.model.asset.asset import Visual
 from casa_assets.model.asset.material import Material
-from casa_assets.model.asset.mesh import Mesh
-from casa_assets.model.asset.shape import Box, Cylinder
+from casa_assets.model.asset.parts import Box, Cylinder, Mesh
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 from tests.meshes import box_mesh, texture

@@ -6,17 +6,18 @@ import numpy as np
 import pytest
 
 from casa_assets.errors import DegenerateShape
-from casa_assets.geometry.grid.fillable_volume import fillable_volume
-from casa_assets.geometry.grid.implicit_field import signed_distance_field
-from casa_assets.geometry.grid.isosurface import isosurface
-from casa_assets.geometry.grid.voxel import voxelise
-from casa_assets.geometry.mesh.hole_filling import fill_holes
-from casa_assets.geometry.mesh.measure import signed_volume
-from casa_assets.geometry.mesh.topology import is_closed, weld
-from casa_assets.geometry.solid.cutting import (
+from casa_assets.geometry.grid.isosurface import isosurface, signed_distance_field
+from casa_assets.geometry.grid.voxels import fillable_volume, voxelise
+from casa_assets.geometry.mesh.surface import signed_volume
+from casa_assets.geometry.mesh.topology import fill_holes, is_closed, weld
+from casa_assets.geometry.solid.deviation import deviation, distances_outside, excess, reference_surface
+from casa_assets.geometry.solid.revolution import radius_spread, upright_axis, wall_profile
+from casa_assets.geometry.solid.solids import (
     Solid,
     connected_parts,
+    hull_planes,
     hull_points,
+    hull_volume,
     hull_within_tolerance,
     revolve_profile,
     section_contours,
@@ -26,10 +27,7 @@ from casa_assets.geometry.solid.cutting import (
     volume_of_hull,
     without_voids,
 )
-from casa_assets.geometry.solid.deviation import deviation, distances_outside, excess, reference_surface
-from casa_assets.geometry.solid.hull import hull_planes, hull_volume
-from casa_assets.geometry.solid.revolution import radius_spread, upright_axis, wall_profile
-from casa_assets.model.asset.mesh import Mesh
+from casa_assets.model.asset.parts import Mesh
 from tests.meshes import box_mesh
 from tests.raw_models import MUG, flipped, joined, moved, turned
 

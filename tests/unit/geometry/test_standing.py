@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from casa_assets.geometry.standing import stands_by_itself
+from casa_assets.geometry.planar import stands_by_itself
 from casa_assets.model.asset.asset import Asset, Collider
-from casa_assets.model.asset.shape import Box
+from casa_assets.model.asset.parts import Box
 from casa_assets.model.pose import Pose
 from tests.articulated_assets import microwave
 from tests.box_assets import plain_box, touched

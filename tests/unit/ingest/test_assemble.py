@@ -8,15 +8,14 @@ import numpy as np
 import pytest
 
 from casa_assets.errors import Rejected
-from casa_assets.geometry.mesh.measure import face_normals
-from casa_assets.geometry.solid.bounds import link_bounds
-from casa_assets.geometry.solid.hull import small_hull
+from casa_assets.geometry.mesh.surface import face_normals
+from casa_assets.geometry.solid.primitive import link_bounds
+from casa_assets.geometry.solid.solids import small_hull
 from casa_assets.ingest.assemble import assemble
 from casa_assets.ingest.draft import Draft, PlacedShape
 from casa_assets.model.asset.asset import Asset, Base, Inertial
-from casa_assets.model.asset.mesh import Mesh
+from casa_assets.model.asset.parts import Box, Capsule, Cylinder, Hull, Mesh, Sphere
 from casa_assets.model.asset.provenance import split_of
-from casa_assets.model.asset.shape import Box, Capsule, Cylinder, Hull, Sphere
 from casa_assets.model.pose import Pose
 from tests.meshes import box_mesh
 from tests.raw_models import Floats, brief, draft, moved

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from casa_assets.geometry.mesh.visibility import measure_visibility
-from casa_assets.ingest.add_back_faces import add_back_faces
 from casa_assets.ingest.draft import Draft
+from casa_assets.ingest.texture import add_back_faces
 from casa_assets.model.asset.material import Material
-from casa_assets.model.asset.mesh import Mesh
-from casa_assets.model.ingest.source import RawPart
+from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.registry.category import MatterFill
+from casa_assets.model.source import RawPart
 from tests.meshes import lathe
 from tests.untrusted_inputs import carton, kind_of, loose, without_side
 

@@ -5,19 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from casa_assets.geometry.mesh.antipodal_grasps import antipodal_grasps
+from casa_assets.geometry.mesh.grasps import antipodal_grasps
 from casa_assets.geometry.mesh.visibility import measure_visibility
-from casa_assets.geometry.solid.hull import convex_hull
-from casa_assets.ingest.assemble import assemble
+from casa_assets.geometry.solid.solids import convex_hull
+from casa_assets.ingest.assemble import assemble, grasp
 from casa_assets.ingest.draft import Draft, PlacedShape
-from casa_assets.ingest.grasp import grasp
-from casa_assets.model.asset.grasp import Grasp, GraspFeature
 from casa_assets.model.asset.material import Material
-from casa_assets.model.asset.mesh import Mesh
-from casa_assets.model.asset.shape import Box
-from casa_assets.model.ingest.source import RawPart, Source, SourceKind
+from casa_assets.model.asset.parts import Box, Grasp, GraspFeature, Mesh
 from casa_assets.model.record import Vec3
 from casa_assets.model.registry.category import Category, FrontRule, MatterFill
+from casa_assets.model.source import RawPart, Source, SourceKind
 from tests.asset_parts import CARDBOARD, box_inertial
 from tests.meshes import box_mesh
 from tests.untrusted_inputs import carton, cup, kind_of, loose, without_side

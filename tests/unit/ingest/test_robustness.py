@@ -7,8 +7,8 @@ import pytest
 
 from casa_assets import registry
 from casa_assets.errors import Rejected
-from casa_assets.model.asset.mesh import Mesh
-from casa_assets.model.ingest.source import Up
+from casa_assets.model.asset.parts import Mesh
+from casa_assets.model.source import Up
 from tests.meshes import box_mesh
 from tests.raw_models import MUG, built, codes, flipped, joined, moved, raw, turned
 

@@ -7,9 +7,8 @@ import pytest
 
 from casa_assets.errors import Rejected
 from casa_assets.ingest.draft import Draft
-from casa_assets.ingest.size.scale import UNITS, scale
-from casa_assets.ingest.size.size_phrases import parse_size_phrases
-from casa_assets.model.asset.mesh import Mesh
+from casa_assets.ingest.size.scale import UNITS, parse_size_phrases, scale
+from casa_assets.model.asset.parts import Mesh
 from tests.meshes import box_mesh
 from tests.raw_models import category, codes, draft, moved
 

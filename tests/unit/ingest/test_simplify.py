@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from casa_assets.geometry.mesh.measure import signed_volume
+from casa_assets.geometry.mesh.surface import signed_volume
 from casa_assets.ingest.simplify import simplified, simplify
-from casa_assets.model.asset.mesh import Mesh
+from casa_assets.model.asset.parts import Mesh
 from tests.meshes import box_mesh, lathe
 from tests.raw_models import codes, draft, moved
 

@@ -13,8 +13,8 @@ from casa_assets import registry
 from casa_assets.ingest.draft import Draft
 from casa_assets.ingest.texture import painted, texture
 from casa_assets.model.asset.material import Material, Texture
-from casa_assets.model.asset.mesh import Mesh
-from casa_assets.model.ingest.source import RawPart
+from casa_assets.model.asset.parts import Mesh
+from casa_assets.model.source import RawPart
 from tests.meshes import box_mesh
 from tests.meshes import texture as picture
 from tests.raw_models import codes

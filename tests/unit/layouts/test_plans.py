@@ -17,8 +17,7 @@ from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.runs import CornerPart, UnitSlot
 from casa_assets.layouts.plan.style_models import StyleModels
 from casa_assets.model.kitchen.floor import RunEnd
-from casa_assets.model.kitchen.plan import OpeningKind
-from casa_assets.model.kitchen.units import TALL, BaseKind, UpperKind
+from casa_assets.model.kitchen.plan import TALL, BaseKind, OpeningKind, UpperKind
 from casa_assets.pipeline.kitchens.resolve import preset_params
 from casa_assets.registry.kitchens import load_plan, plan_names, style_names
 from tests.plan_geometry import (

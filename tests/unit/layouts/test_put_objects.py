@@ -8,17 +8,16 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from casa_assets.core.sampling import rng_for
+from casa_assets.core.numeric import rng_for
 from casa_assets.layouts.lived_in.groups import arrange
 from casa_assets.layouts.lived_in.put_objects import PutGroup, put_objects
-from casa_assets.layouts.lived_in.silhouette import Silhouette, silhouette
-from casa_assets.layouts.lived_in.spaces import Space, find_spaces
+from casa_assets.layouts.lived_in.spaces import Silhouette, Space, find_spaces, silhouette
 from casa_assets.model.asset.asset import Asset, Base, Region
 from casa_assets.model.kitchen.habit import Arrangement, Habit, Habits, SpaceKind
 from casa_assets.model.kitchen.scene import Placement, Scene
 from casa_assets.model.pose import Pose
-from casa_assets.registry.habits import load_habits
 from casa_assets.registry.objects import object_names
+from casa_assets.registry.tables import load_habits
 from tests.assets import rigid_mug, textured_box
 from tests.box_assets import plain_box
 

@@ -11,10 +11,10 @@ import pytest
 from casa_assets.errors import PlanConflict, RegistryError
 from casa_assets.layouts.order.request import KitchenRequest, request_kitchen
 from casa_assets.layouts.plan import standard_sizes
-from casa_assets.layouts.plan.rows import WidthRange, share_widths
 from casa_assets.layouts.plan.runs import CornerPart
+from casa_assets.layouts.plan.standard_sizes import WidthRange, share_widths
 from casa_assets.model.kitchen.floor import RunEnd
-from casa_assets.model.kitchen.units import BaseKind
+from casa_assets.model.kitchen.plan import BaseKind
 from casa_assets.pipeline.kitchens.resolve import error_with_line, params_of, preset_params
 from casa_assets.registry.kitchens import load_style, read_plan
 from tests.plan_geometry import STYLE, floor_row

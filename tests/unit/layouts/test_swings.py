@@ -15,7 +15,7 @@ from casa_assets.layouts.plan.swings import HANDLES_M, Leaf, leaves_of
 from casa_assets.model.kitchen.floor import Fixture, FixtureJoint, KitchenFacts
 from casa_assets.pipeline.kitchens.recipe import SceneRecipe
 from casa_assets.pipeline.kitchens.resolve import build_scene, preset_params
-from casa_assets.registry.roles import load_roles
+from casa_assets.registry.tables import load_roles
 
 pytestmark = pytest.mark.content("code", "layouts", keep=0)
 

@@ -13,16 +13,15 @@ from pydantic import ValidationError
 
 from casa_assets.model.asset.asset import Drive, Inertial, Joint, JointKind, Region, Site
 from casa_assets.model.asset.material import Material, Substance, Texture
-from casa_assets.model.asset.mesh import Mesh
+from casa_assets.model.asset.parts import Box, Capsule, Cylinder, Hull, Mesh, MeshShape, Sphere
 from casa_assets.model.asset.provenance import Guess, Labels, Provenance
-from casa_assets.model.asset.shape import Box, Capsule, Cylinder, Hull, MeshShape, Sphere
 from casa_assets.model.files import Files
-from casa_assets.model.ingest.source import Bundle, RawModel, RawPart, Source, SourceKind, Up
 from casa_assets.model.issue import CheckResult, Issue, Report, Severity, Status
 from casa_assets.model.kitchen.scene import Camera, JointValue, Light, Placement, Scene
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Record
 from casa_assets.model.registry.category import Certainty, QCode, SizeRange
+from casa_assets.model.source import Bundle, RawModel, RawPart, Source, SourceKind, Up
 from tests.assets import PROVENANCE, ball, category, drawer_unit, microwave, rigid_mug, textured_box
 from tests.meshes import box_mesh, texture
 

@@ -18,17 +18,16 @@ from casa_assets.errors import Rejected
 from casa_assets.ingest.sources.found import Found
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.material import Material
-from casa_assets.model.ingest.source import Source, SourceKind
 from casa_assets.model.issue import Status
 from casa_assets.model.pose import Pose
+from casa_assets.model.source import Source, SourceKind
 from casa_assets.pipeline.cache.store import Store
 from casa_assets.pipeline.clip import VIEWS, ClipModel
 from casa_assets.pipeline.dedup import library_report
 from casa_assets.pipeline.dedup.clip_embeddings import image_embeddings
 from casa_assets.pipeline.dedup.deduplicator import NEAR_DUPLICATE_CODE, Deduplicator
-from casa_assets.pipeline.dedup.entries import read_rows
+from casa_assets.pipeline.dedup.pairs import read_rows, signature
 from casa_assets.pipeline.dedup.search import search_by_picture, search_by_words, tokens
-from casa_assets.pipeline.dedup.signature import signature
 from casa_assets.pipeline.ingest.job import Job, Outcome, Result, stage_refusal
 from casa_assets.pipeline.ingest.survey import Survey
 from casa_assets.pipeline.library import library as disk

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import pytest
 
-from casa_assets.pipeline.ingest import survey_table
+from casa_assets.pipeline.ingest import answers
 from casa_assets.pipeline.ingest.job import Event
 from casa_assets.pipeline.ingest.run import Options, ingest
 from casa_assets.pipeline.library import library as disk
@@ -108,15 +108,15 @@ def test_what_a_person_has_taken_away_or_decided_is_made_anew(made: Made) -> Non
 def read(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """Names of the inputs that were surveyed, one for each time."""
     names: list[str] = []
-    find: Callable[..., object] = survey_table.SurveyTable.find
+    find: Callable[..., object] = answers.SurveyTable.find
 
-    def counted(self: survey_table.SurveyTable, found: Any) -> object:
+    def counted(self: answers.SurveyTable, found: Any) -> object:
         known = find(self, found)
         if known is None:
             names.append(found.main)
         return known
 
-    monkeypatch.setattr(survey_table.SurveyTable, "find", counted)
+    monkeypatch.setattr(answers.SurveyTable, "find", counted)
     return names
 
 
@@ -126,7 +126,7 @@ def age(folder: Path) -> None:
     probe = folder.parent / "probe"
     while True:
         probe.write_bytes(b"x")
-        if probe.stat().st_ctime_ns > newest + survey_table.MIN_AGE_NS:
+        if probe.stat().st_ctime_ns > newest + answers.MIN_AGE_NS:
             return
 
 
@@ -158,6 +158,6 @@ def test_a_table_of_surveys_that_is_none_is_made_anew(tmp_path: Path) -> None:
     source.mkdir()
     (source / "milk_carton.obj").write_text(box_obj(BOXES["milk_carton"]), encoding="ascii")
     run(source, library)
-    (disk.Library(library).cache / survey_table.NAME).write_bytes(b"no table at all" * 100)
+    (disk.Library(library).cache / answers.NAME).write_bytes(b"no table at all" * 100)
     (event,) = run(source, library)
     assert event.kind == "kept"

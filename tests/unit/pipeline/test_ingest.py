@@ -18,7 +18,7 @@ from casa_assets.errors import CasaError, OutputError, UnknownId
 from casa_assets.ingest.sources.found import Found
 from casa_assets.model.issue import Decision
 from casa_assets.pipeline.ingest.answers import WorkerAnswers
-from casa_assets.pipeline.ingest.discover_inputs import discover_inputs
+from casa_assets.pipeline.ingest.inputs import discover_inputs
 from casa_assets.pipeline.ingest.job import Event, Job, Outcome, writing
 from casa_assets.pipeline.ingest.refused_rows import MAX_ROWS_PER_FILE
 from casa_assets.pipeline.ingest.run import Options, ingest, tally

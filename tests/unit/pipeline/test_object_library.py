@@ -13,8 +13,8 @@ import pytest
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.provenance import split_of
 from casa_assets.pipeline.dedup.search import entries_that
-from casa_assets.pipeline.export_robocasa import ExportResult, export
-from casa_assets.pipeline.families.loose_objects import PROPORTION_STEP, shape_digest
+from casa_assets.pipeline.export.robocasa import ExportResult, export
+from casa_assets.pipeline.families.objects import PROPORTION_STEP, shape_digest
 from casa_assets.pipeline.families.run import (
     FamilyResult,
     build_all,

@@ -8,10 +8,16 @@ from pathlib import Path
 
 import pytest
 
-from casa_assets.model.registry.finish import Finish
+from casa_assets.model.registry.rows import Finish
 from casa_assets.pipeline.process_name import WORKER
-from casa_assets.pipeline.textures.ahead import Painting, painted, painting_ahead
-from casa_assets.pipeline.textures.recipes import every_recipe, finish_of, missing_paintings
+from casa_assets.pipeline.textures.recipes import (
+    Painting,
+    every_recipe,
+    finish_of,
+    missing_paintings,
+    painted,
+    painting_ahead,
+)
 
 pytestmark = pytest.mark.content("code", "pipeline.textures", keep=0)
 

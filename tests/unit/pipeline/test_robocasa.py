@@ -10,7 +10,7 @@ import pytest
 
 from casa_assets.errors import OutputError
 from casa_assets.model.asset.provenance import Split, split_of
-from casa_assets.pipeline.export_robocasa import ExportResult, export
+from casa_assets.pipeline.export.robocasa import ExportResult, export
 from casa_assets.pipeline.library import library as disk
 from tests.built_libraries import TEST, TRAIN, keep, loose_and_fixed, slice_of_bread
 from tests.libraries import differences, tree

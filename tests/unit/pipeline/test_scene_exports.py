@@ -13,11 +13,10 @@ import pytest
 from casa_assets.errors import BatchFault, CasaError
 from casa_assets.export.robocasa.kitchens.parts import box_region
 from casa_assets.layouts.order.request import KitchenRequest
-from casa_assets.model.kitchen.scene import Placement, Scene
-from casa_assets.model.kitchen.start_states import StartStates
+from casa_assets.model.kitchen.scene import Placement, Scene, StartStates
 from casa_assets.model.pose import Pose
-from casa_assets.pipeline import export_robocasa
-from casa_assets.pipeline.export import form, gltf, robocasa_kitchens, scenes, urdf
+from casa_assets.pipeline.export import forms, robocasa, written_forms
+from casa_assets.pipeline.export import robocasa as robocasa_kitchens
 from casa_assets.pipeline.kitchens import resolve as resolve_module
 from casa_assets.pipeline.kitchens.recipe import SceneRecipe
 from casa_assets.pipeline.kitchens.resolve import resolve
@@ -28,7 +27,7 @@ from tests.libraries import casa
 
 GOOD, BAD, LOST = (SceneRecipe(plan, "rustic") for plan in ("l_small", "galley", "u_small"))
 # Where each form looks up what builds a kitchen.
-MODULES = {"urdf": urdf, "glb": resolve_module, "robocasa": robocasa_kitchens}
+MODULES = {"urdf": written_forms, "glb": resolve_module, "robocasa": robocasa_kitchens}
 
 
 def built(recipe: SceneRecipe, cache: Path, errors: dict[SceneRecipe, Exception]) -> tuple[KitchenRequest, Scene]:
@@ -48,14 +47,14 @@ def in_this_process(work: Any, recipes: list[SceneRecipe], *_: Any) -> Iterator[
 
 def run(kind: str, recipes: list[SceneRecipe], out: Path) -> list[Any]:
     if kind != "robocasa":
-        chosen = urdf.URDF if kind == "urdf" else gltf.glb_form()
-        return list(form.export_scenes(chosen, [recipe.scene_id for recipe in recipes], out))
-    return list(export_robocasa.export(None, out, recipes=recipes))
+        chosen = written_forms.URDF if kind == "urdf" else written_forms.glb_form()
+        return list(forms.export_scenes(chosen, [recipe.scene_id for recipe in recipes], out))
+    return list(robocasa.export(None, out, recipes=recipes))
 
 
 @pytest.fixture(params=sorted(MODULES))
 def kind(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
-    monkeypatch.setattr(scenes, "run_batch", in_this_process)
+    monkeypatch.setattr(forms, "run_batch", in_this_process)
     monkeypatch.setattr(robocasa_kitchens, "afforded_tasks", lambda *_: ("OpenDrawer",))
     return str(request.param)
 
@@ -100,7 +99,7 @@ def test_a_fault_of_the_program_is_raised_once_all_are_done(
 def test_two_kitchens_of_one_number_are_not_written_into_one_folder(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(scenes, "run_batch", in_this_process)
+    monkeypatch.setattr(forms, "run_batch", in_this_process)
     monkeypatch.setattr(robocasa_kitchens, "build_scene", partial(built, errors={}))
     monkeypatch.setattr(robocasa_kitchens, "afforded_tasks", lambda *_: ("OpenDrawer",))
     monkeypatch.setattr(robocasa_kitchens.description, "number_of", lambda scene_id: 1_000_000_007)
@@ -122,7 +121,7 @@ class TestStartStates:
 
     @pytest.fixture(autouse=True)
     def _quick(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.setattr(scenes, "run_batch", in_this_process)
+        monkeypatch.setattr(forms, "run_batch", in_this_process)
         monkeypatch.setattr(robocasa_kitchens, "afforded_tasks", lambda *_: ("OpenDrawer",))
         monkeypatch.setattr(robocasa_kitchens, "build_scene", partial(built, errors={}))
         monkeypatch.setattr(robocasa_kitchens, "is_whole", lambda *_: True)
@@ -153,7 +152,7 @@ class TestStartStates:
 
     def export(self, tmp_path: Path) -> Any:
         recipes, states = [GOOD], tmp_path / "scenes"
-        (result,) = export_robocasa.export(None, tmp_path / "out", recipes=recipes, states=states)
+        (result,) = robocasa.export(None, tmp_path / "out", recipes=recipes, states=states)
         return result
 
     def test_they_stand_beside_the_kitchen(self, tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from casa_assets.model.ingest.source import Source
+from casa_assets.model.source import Source
 from casa_assets.pipeline.ingest.job import Event
 from casa_assets.pipeline.ingest.run import Options, ingest
 from casa_assets.pipeline.library import library as disk

@@ -13,7 +13,7 @@ import pytest
 from casa_assets.ingest.sources.places import root_of
 from casa_assets.pipeline.ingest.run import Options, ingest
 from casa_assets.pipeline.ingest.shards.record import NAME as SHARD_RECORD
-from casa_assets.pipeline.ingest.shards.shard import Shard
+from casa_assets.pipeline.ingest.shards.record import Shard
 from tests.format_files import tarred
 from tests.libraries import BOXES, box_obj
 from tests.sharded_inputs import public_differences

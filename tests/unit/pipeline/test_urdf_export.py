@@ -9,14 +9,14 @@ from pathlib import Path
 
 import pytest
 
-from casa_assets.checks.package.urdf import asset_differences
+from casa_assets.checks.package.parity import asset_differences
 from casa_assets.checks.scene.formats.urdf import scene_differences
 from casa_assets.errors import OutputError, UnknownId
 from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.model.kitchen.scene import Scene
-from casa_assets.pipeline.export import scenes, urdf
-from casa_assets.pipeline.export.form import ExportResult, export_assets, export_scenes
-from casa_assets.pipeline.export.urdf import URDF
+from casa_assets.pipeline.export import forms, written_forms
+from casa_assets.pipeline.export.forms import ExportResult, export_assets, export_scenes
+from casa_assets.pipeline.export.written_forms import URDF
 from casa_assets.pipeline.kitchens.recipe import SceneRecipe
 from casa_assets.pipeline.kitchens.resolve import resolve
 from casa_assets.pipeline.library import library as disk
@@ -102,9 +102,9 @@ def built(recipe: SceneRecipe, cache: Path) -> tuple[KitchenRequest, Scene]:
 
 
 def test_a_kitchen_is_written_and_compared(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(urdf, "build_scene", built)
+    monkeypatch.setattr(written_forms, "build_scene", built)
     recipe = SceneRecipe("l_small", "coastal")
-    result = urdf.export_scene(recipe, tmp_path, tmp_path / "cache")
+    result = written_forms.export_scene(recipe, tmp_path, tmp_path / "cache")
     folder = (tmp_path / result.file).parent
     assert result.facts["placements"] == len(corner().placements)
     assert scene_differences(folder, corner().replace(id=recipe.scene_id)) == []
@@ -117,8 +117,8 @@ def in_this_process(work: Callable[[SceneRecipe], ExportResult], recipes: list[S
 
 
 def test_who_made_the_assets_of_kitchens_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(urdf, "build_scene", built)
-    monkeypatch.setattr(scenes, "run_batch", in_this_process)
+    monkeypatch.setattr(written_forms, "build_scene", built)
+    monkeypatch.setattr(forms, "run_batch", in_this_process)
     ids = ["l_small__coastal", "l_small__rustic"]
     assert [one.id for one in export_scenes(URDF, ids, tmp_path / "out", 1)] == ids
     assert {path.name for path in (tmp_path / "out").iterdir()} == {

@@ -13,7 +13,7 @@ import pytest
 from typer.testing import CliRunner
 
 from casa_assets.cli.main import app
-from casa_assets.core import blender
+from casa_assets.core import system
 from casa_assets.errors import CasaError, UnknownId
 from casa_assets.pipeline.reports import pictures
 from casa_assets.preview.photoreal.render import NoPathTracer, StillSettings, picture_faults, scene_stills
@@ -143,8 +143,8 @@ class TestWithoutBlender:
         """A machine on which there is none; its home."""
         monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "share"))
         monkeypatch.setenv("PATH", str(tmp_path))
-        monkeypatch.delenv(blender.VARIABLE, raising=False)
-        monkeypatch.setattr(blender, "_CHECKOUT", tmp_path / "none")
+        monkeypatch.delenv(system.BLENDER_VARIABLE, raising=False)
+        monkeypatch.setattr(system, "_CHECKOUT", tmp_path / "none")
         return tmp_path
 
     @pytest.fixture
@@ -169,14 +169,14 @@ class TestWithoutBlender:
         python = nowhere / "share" / "casa-assets" / "blender" / "bin" / "python"
         python.parent.mkdir(parents=True)
         python.touch(mode=0o755)
-        assert str(python.parent.parent) in blender.how_to_install()
-        assert blender.find_blender() == str(python)
+        assert str(python.parent.parent) in system.how_to_install()
+        assert system.find_blender() == str(python)
 
     def test_no_other_is_taken_where_one_is_named(self, nowhere: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.setenv(blender.VARIABLE, str(nowhere / "gone"))
-        monkeypatch.setattr(blender, "_CHECKOUT", Path(sys.executable))
-        assert blender.find_blender() == ""
-        assert "gone', which is no program" in blender.how_to_install()
+        monkeypatch.setenv(system.BLENDER_VARIABLE, str(nowhere / "gone"))
+        monkeypatch.setattr(system, "_CHECKOUT", Path(sys.executable))
+        assert system.find_blender() == ""
+        assert "gone', which is no program" in system.how_to_install()
 
     def test_an_unknown_pose_is_named(self, kitchen: Path, tmp_path: Path) -> None:
         with pytest.raises(UnknownId, match=r"scene.xml 'opne'; did you mean open\?"):

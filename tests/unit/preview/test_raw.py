@@ -10,8 +10,8 @@ from PIL import Image
 
 from casa_assets.errors import CasaError
 from casa_assets.model.asset.material import Material
-from casa_assets.model.asset.mesh import Mesh
-from casa_assets.model.ingest.source import RawModel, RawPart, Up
+from casa_assets.model.asset.parts import Mesh
+from casa_assets.model.source import RawModel, RawPart, Up
 from casa_assets.preview import still
 from casa_assets.preview.studio import View
 from tests.meshes import box_mesh, texture

@@ -16,8 +16,8 @@ from casa_assets.pipeline.textures.recipes import find_recipe, origin_of
 from casa_assets.projects import find_project, project_folder, use_project
 from casa_assets.registry.families import family
 from casa_assets.registry.kitchens import load_plan, load_style, plan_names, style_names
+from casa_assets.registry.layered import load_project, origin_of_row
 from casa_assets.registry.objects import object_family, object_files
-from casa_assets.registry.project import load_project, origin_of_row
 from casa_assets.registry.read import read_document
 from tests.projects import Project
 
@@ -261,7 +261,7 @@ class TestProject:
 
 class TestCacheKeys:
     def test_a_key_takes_in_what_the_project_states_of_what_the_code_reads(self, project: Project) -> None:
-        habits, load = "casa_assets.registry.habits:load_habits", "casa_assets.registry.load:load"
+        habits, load = "casa_assets.registry.tables:load_habits", "casa_assets.registry.load:load"
         before = key_of(habits), key_of(load)
         project({})
         assert (key_of(habits), key_of(load)) == before

@@ -16,14 +16,13 @@ from casa_assets.geometry.scale_asset import scaled
 from casa_assets.layouts.compose.compose import box_of
 from casa_assets.layouts.compose.floor_facts import facts_of
 from casa_assets.model.asset.asset import Asset, Base
-from casa_assets.model.formats.scene_schema import SceneFile
-from casa_assets.model.kitchen.fixture import Role
+from casa_assets.model.kitchen.floor import Role
 from casa_assets.model.kitchen.style import PresetChoice
+from casa_assets.model.written_formats import SceneFile
 from casa_assets.pipeline.families.run import FamilyRequest, build_all
 from casa_assets.pipeline.kitchens.library_assets import library_asset, placed_asset
-from casa_assets.pipeline.kitchens.recipe import SceneRecipe, SceneResult
+from casa_assets.pipeline.kitchens.recipe import SceneRecipe, SceneResult, recipe_of
 from casa_assets.pipeline.kitchens.resolve import build_scene, kitchen_key, resolve
-from casa_assets.pipeline.kitchens.scene_ids import recipe_of
 from casa_assets.pipeline.kitchens.scene_json import describe
 from casa_assets.pipeline.library.library import Library, read_asset
 from casa_assets.pipeline.plans.check import check_plan

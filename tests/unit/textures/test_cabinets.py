@@ -5,22 +5,25 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from casa_assets.core.sampling import rng_for
-from casa_assets.model.registry.finish import Surface
+from casa_assets.core.numeric import rng_for
+from casa_assets.model.registry.rows import Surface
 from casa_assets.pipeline.textures.recipes import recipes
 from casa_assets.textures.canvas import Canvas, Map, rgb
 from casa_assets.textures.distance import oklab
 from casa_assets.textures.kinds import KINDS, cabinets, counters, floors, objects, walls
-from casa_assets.textures.kinds.cabinets.board import FrontFace, PressedFront
-from casa_assets.textures.kinds.cabinets.board import paint as paint_pressed
-from casa_assets.textures.kinds.cabinets.painted import PaintCoat, PaintedFront
-from casa_assets.textures.kinds.cabinets.painted import paint as paint_painted
-from casa_assets.textures.kinds.cabinets.veneer import Veneer
-from casa_assets.textures.kinds.cabinets.veneer import paint as paint_veneer
+from casa_assets.textures.kinds.cabinets.fronts import (
+    FrontFace,
+    PaintCoat,
+    PaintedFront,
+    PressedFront,
+    Veneer,
+    paint_painted,
+    paint_veneer,
+)
+from casa_assets.textures.kinds.cabinets.fronts import paint_board as paint_pressed
 from casa_assets.textures.make import make
 from casa_assets.textures.seam import seam
-from casa_assets.textures.wood import WoodPalette
-from casa_assets.textures.wood_grain import SawCut, WoodSpecies
+from casa_assets.textures.wood import SawCut, WoodPalette, WoodSpecies
 
 pytestmark = pytest.mark.content("code", "textures", keep=0)
 

@@ -10,17 +10,16 @@ import pytest
 from PIL import Image
 
 from casa_assets import registry
-from casa_assets.core.sampling import rng_for
+from casa_assets.core.numeric import rng_for
 from casa_assets.model.asset.material import Substance
 from casa_assets.model.issue import Status
-from casa_assets.model.registry.finish import Surface
+from casa_assets.model.registry.rows import Surface
 from casa_assets.pipeline.textures.recipes import recipes
-from casa_assets.textures import noise
+from casa_assets.textures import canvas
 from casa_assets.textures.check import TABLE, Pictures, check_pictures, check_set, pictures_of
 from casa_assets.textures.distance import TextureDescriptor, describe_texture
-from casa_assets.textures.finish import finish, normals
+from casa_assets.textures.finish import finish, normals, swatch
 from casa_assets.textures.make import make
-from casa_assets.textures.swatch import swatch
 
 LIMITS = registry.load().limits
 STONE = Substance(id="stone", density=2600, static_friction=0.6, dynamic_friction=0.5)
@@ -29,9 +28,9 @@ SIZE = 512
 
 def good() -> Pictures:
     """A mottled grey of a metre."""
-    cloud = noise.fbm((SIZE, SIZE), (24, 24), rng_for(1, "check"), 4)
+    cloud = canvas.fbm((SIZE, SIZE), (24, 24), rng_for(1, "check"), 4)
     base = np.clip(128 + 30 * cloud, 0, 255).astype(np.uint8)
-    relief = 0.0004 * noise.gradient((256, 256), (40, 40), rng_for(2, "check"))
+    relief = 0.0004 * canvas.gradient((256, 256), (40, 40), rng_for(2, "check"))
     rough = np.clip(150 + 20 * cloud[::2, ::2], 0, 255).astype(np.uint8)
     return Pictures("good", (1.0, 1.0), np.stack([base] * 3, axis=2), normals(relief, (1.0, 1.0)), rough, 900_000)
 

@@ -7,36 +7,46 @@ import itertools
 import numpy as np
 import pytest
 
-from casa_assets.core.sampling import rng_for
-from casa_assets.model.registry.finish import Surface
+from casa_assets.core.numeric import rng_for
+from casa_assets.model.registry.rows import Surface
 from casa_assets.pipeline.textures.recipes import recipes
 from casa_assets.textures.canvas import Canvas, Layers, Map, rgb
 from casa_assets.textures.kinds import counters
-from casa_assets.textures.kinds.counters.butcher import ButcherBlock, EndGrain, paint_blocks, paint_staves
-from casa_assets.textures.kinds.counters.flow import BandedStone
-from casa_assets.textures.kinds.counters.flow import paint as paint_banded
-from casa_assets.textures.kinds.counters.granite import Granite, Mineral, Speck
-from casa_assets.textures.kinds.counters.granite import paint as paint_granite
 from casa_assets.textures.kinds.counters.laid import (
+    ButcherBlock,
+    EndGrain,
     GlazedLava,
     LaminatePattern,
+    MetalTooling,
     PrintedLaminate,
+    SheetMetal,
     TiledCounter,
+    paint_blocks,
     paint_glaze,
+    paint_metal,
     paint_print,
+    paint_staves,
     paint_tiles,
 )
-from casa_assets.textures.kinds.counters.metal import MetalTooling, SheetMetal
-from casa_assets.textures.kinds.counters.metal import paint as paint_metal
-from casa_assets.textures.kinds.counters.speckled import ChipSize, MadeStone
-from casa_assets.textures.kinds.counters.speckled import paint as paint_made
-from casa_assets.textures.kinds.counters.veined import Vein, VeinCourse, VeinedStone
-from casa_assets.textures.kinds.counters.veined import paint as paint_veined
-from casa_assets.textures.kinds.counters.voronoi import voronoi_cells
+from casa_assets.textures.kinds.counters.stone import (
+    BandedStone,
+    ChipSize,
+    Granite,
+    MadeStone,
+    Mineral,
+    Speck,
+    Vein,
+    VeinCourse,
+    VeinedStone,
+    paint_granite,
+    paint_veined,
+    voronoi_cells,
+)
+from casa_assets.textures.kinds.counters.stone import paint_flow as paint_banded
+from casa_assets.textures.kinds.counters.stone import paint_speckled as paint_made
 from casa_assets.textures.make import make
 from casa_assets.textures.seam import seam
-from casa_assets.textures.wood import WoodPalette
-from casa_assets.textures.wood_grain import WoodSpecies
+from casa_assets.textures.wood import WoodPalette, WoodSpecies
 
 pytestmark = pytest.mark.content("code", "textures", keep=0)
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from casa_assets.core.sampling import rng_for
-from casa_assets.model.registry.finish import Surface
+from casa_assets.core.numeric import rng_for
+from casa_assets.model.registry.rows import Surface
 from casa_assets.pipeline.textures.recipes import recipes
-from casa_assets.textures import noise
+from casa_assets.textures import canvas
 from casa_assets.textures.canvas import Map
 from casa_assets.textures.distance import (
     NEARLY_ALIKE,
@@ -28,7 +28,7 @@ def stripes(seed: int = 1, across_m: float = 0.02, color: tuple[float, float, fl
     """Upright streaks about a colour."""
     rng = rng_for(seed, "stripes")
     cells = (2, round(TILE[0] / across_m))
-    tone = 1.0 + 0.25 * noise.gradient((160, 160), cells, rng)
+    tone = 1.0 + 0.25 * canvas.gradient((160, 160), cells, rng)
     return np.asarray(np.clip(np.array(color)[None, None, :] * tone[..., None], 0.0, 1.0), dtype=np.float32)
 
 
@@ -60,7 +60,7 @@ def test_what_is_plainly_different_is_far(subtests: pytest.Subtests) -> None:
 
 def test_gloss_and_relief_count() -> None:
     picture = stripes(1)
-    flat, rough = np.zeros((160, 160)), 0.002 * noise.gradient((160, 160), (20, 20), rng_for(1, "relief"))
+    flat, rough = np.zeros((160, 160)), 0.002 * canvas.gradient((160, 160), (20, 20), rng_for(1, "relief"))
     matt, shiny = np.full((160, 160), 0.8), np.full((160, 160), 0.1)
     plain = describe_texture(picture, TILE, matt, flat)
     assert distance(plain, describe_texture(picture, TILE, shiny, flat)) > NEARLY_ALIKE

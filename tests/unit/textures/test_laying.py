@@ -5,13 +5,23 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from casa_assets.core.sampling import rng_for
+from casa_assets.core.numeric import rng_for
 from casa_assets.textures.canvas import Canvas, Layers, stratified
-from casa_assets.textures.laying import rubble
-from casa_assets.textures.laying.inlay import Slab, inlay
-from casa_assets.textures.laying.joint import Joint, TileEdge, gap, profile
+from casa_assets.textures.laying import patterns
 from casa_assets.textures.laying.laying import Laying, LayingPattern, lay
-from casa_assets.textures.laying.pieces import PieceMap, box, disc, polygon, whole
+from casa_assets.textures.laying.pieces import (
+    Joint,
+    PieceMap,
+    Slab,
+    TileEdge,
+    box,
+    disc,
+    gap,
+    inlay,
+    polygon,
+    profile,
+    whole,
+)
 
 R2, R3 = float(np.sqrt(2.0)), float(np.sqrt(3.0))
 # Pattern -> laying, picture in metres, area of one module in square metres, pieces in the picture.
@@ -112,7 +122,7 @@ def test_pennies_leave_the_gaps_of_circles() -> None:
 
 def test_fieldstones_are_of_the_stated_size() -> None:
     canvas = Canvas((300, 300), (1.5, 1.5))
-    pieces = rubble.fieldstone(canvas, 0.3, 0.25, rng_for(1, "f"))
+    pieces = patterns.fieldstone(canvas, 0.3, 0.25, rng_for(1, "f"))
     assert pieces.count == 5 * 6
     assert len(np.unique(pieces.owner)) == pieces.count
 

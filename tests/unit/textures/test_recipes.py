@@ -9,11 +9,18 @@ import pytest
 
 from casa_assets import registry
 from casa_assets.errors import RegistryError, UnknownId
-from casa_assets.model.registry.finish import Surface
+from casa_assets.model.registry.rows import Surface
 from casa_assets.pipeline.cache.store import Store
-from casa_assets.pipeline.textures.check import check_one, check_recipes, check_sets, select_recipes
+from casa_assets.pipeline.textures.check import (
+    check_one,
+    check_recipes,
+    check_sets,
+    pages,
+    select_recipes,
+    shots,
+    write_finish,
+)
 from casa_assets.pipeline.textures.recipes import find_recipe, finish_of, recipes
-from casa_assets.pipeline.textures.sheet import pages, shots, write_finish
 
 pytestmark = [pytest.mark.content("code", "textures", keep=0), pytest.mark.content("code", "pipeline.textures", keep=0)]
 

@@ -5,15 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from casa_assets.core.sampling import rng_for
-from casa_assets.textures import noise
+from casa_assets.core.numeric import rng_for
+from casa_assets.textures import canvas
 from casa_assets.textures.seam import Picture, jump, repair, seam, smooth_part
 
 
 def clouds(seed: int = 1, size: int = 192) -> Picture:
     """A picture that repeats: coloured noise."""
     rng = rng_for(seed, "clouds")
-    planes = [0.5 + 0.35 * noise.fbm((size, size), (6, 6), rng, 4) for _ in range(3)]
+    planes = [0.5 + 0.35 * canvas.fbm((size, size), (6, 6), rng, 4) for _ in range(3)]
     return np.clip(np.stack(planes, axis=-1), 0.0, 1.0).astype(np.float32)
 
 

@@ -7,30 +7,40 @@ import json
 import numpy as np
 import pytest
 
-from casa_assets.core.sampling import rng_for
-from casa_assets.model.registry.finish import Surface
-from casa_assets.model.registry.texture_recipe import TextureRecipe
+from casa_assets.core.numeric import rng_for
+from casa_assets.model.registry.rows import Surface, TextureRecipe
 from casa_assets.pipeline.textures.recipes import recipes
 from casa_assets.textures.canvas import Canvas, Map
 from casa_assets.textures.kinds import floors, walls
-from casa_assets.textures.kinds.floors.encaustic import Encaustic
-from casa_assets.textures.kinds.floors.encaustic import paint as paint_cement
-from casa_assets.textures.kinds.floors.resilient import ResilientFloor, ResilientSort
-from casa_assets.textures.kinds.floors.resilient import paint as paint_soft
-from casa_assets.textures.kinds.walls.boards import BoardProfile, PaintedBoards
-from casa_assets.textures.kinds.walls.boards import paint as paint_boards
-from casa_assets.textures.kinds.walls.cast import Concrete, Formwork, PressedTin, paint_concrete, paint_tin
-from casa_assets.textures.kinds.walls.ceramic import CeramicTile, ColorAssignment
-from casa_assets.textures.kinds.walls.ceramic import paint as paint_tiles
-from casa_assets.textures.kinds.walls.clay import FiredClay
-from casa_assets.textures.kinds.walls.clay import paint as paint_clay
-from casa_assets.textures.kinds.walls.paper import FoliagePaper, PrintedPaper, paint_foliage, paint_printed
-from casa_assets.textures.kinds.walls.plaster import Plaster, PlasterFinish
-from casa_assets.textures.kinds.walls.plaster import paint as paint_plaster
-from casa_assets.textures.laying.joint import Joint
+from casa_assets.textures.kinds.floors.soft import ResilientFloor, ResilientSort
+from casa_assets.textures.kinds.floors.soft import paint_resilient as paint_soft
+from casa_assets.textures.kinds.floors.tiles import Encaustic
+from casa_assets.textures.kinds.floors.tiles import paint_encaustic as paint_cement
+from casa_assets.textures.kinds.walls.covering import (
+    FoliagePaper,
+    Plaster,
+    PlasterFinish,
+    PrintedPaper,
+    paint_foliage,
+    paint_plaster,
+    paint_printed,
+)
+from casa_assets.textures.kinds.walls.masonry import CeramicTile, ColorAssignment, FiredClay, paint_clay
+from casa_assets.textures.kinds.walls.masonry import paint_ceramic as paint_tiles
+from casa_assets.textures.kinds.walls.panels import (
+    BoardProfile,
+    Concrete,
+    Formwork,
+    PaintedBoards,
+    PressedTin,
+    paint_boards,
+    paint_concrete,
+    paint_tin,
+)
 from casa_assets.textures.laying.laying import Laying, LayingPattern
+from casa_assets.textures.laying.pieces import Joint
 from casa_assets.textures.make import make
-from casa_assets.textures.motif.encaustic import DESIGNS, TileDesign
+from casa_assets.textures.motif.figures import DESIGNS, TileDesign
 from casa_assets.textures.motif.foliage import FoliageKind
 from casa_assets.textures.motif.repeat import REPEATS, PaperRepeat
 from casa_assets.textures.seam import seam

@@ -6,12 +6,11 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from casa_assets.core.sampling import rng_for
+from casa_assets.core.numeric import rng_for
 from casa_assets.textures import wood
 from casa_assets.textures.canvas import Canvas, Layers, Map, rgb
 from casa_assets.textures.seam import seam
-from casa_assets.textures.wood import WoodPalette
-from casa_assets.textures.wood_grain import GrainMaps, GrowthRings, SawCut, WoodSpecies, grain_maps
+from casa_assets.textures.wood import GrainMaps, GrowthRings, SawCut, WoodPalette, WoodSpecies, grain_maps
 
 pytestmark = pytest.mark.content("code", "textures", keep=0)
 

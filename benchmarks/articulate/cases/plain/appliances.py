@@ -31,7 +31,7 @@ from benchmarks.articulate.cases.plain.solids import (
     top_of,
     turned,
 )
-from casa_assets.core.typing import Floats
+from casa_assets.core.numeric import Floats
 
 
 def _corners(wide: float, deep: float, tall: float) -> tuple[Floats, Floats]:

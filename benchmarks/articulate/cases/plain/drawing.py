@@ -24,7 +24,7 @@ from benchmarks.articulate.cases.plain.solids import (
     tube,
     turned,
 )
-from casa_assets.core.typing import Floats
+from casa_assets.core.numeric import Floats
 
 # How a front or a control stands to the surface that it sits in. `gap`: before it, with air between, or reaching into
 # it; `contact`: its back lies on it; `pushed`: no back, its rim is the rim of a hole in the surface; `inset`: inside of

@@ -28,7 +28,7 @@ from benchmarks.articulate.cases.plain.solids import (
     tube,
     turned,
 )
-from casa_assets.core.typing import Floats
+from casa_assets.core.numeric import Floats
 
 
 def faucet(d: Drawing) -> None:

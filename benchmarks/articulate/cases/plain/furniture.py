@@ -29,7 +29,7 @@ from benchmarks.articulate.cases.plain.solids import (
     rectangle,
     top_of,
 )
-from casa_assets.core.typing import Floats
+from casa_assets.core.numeric import Floats
 
 
 def cabinet(d: Drawing) -> None:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import manifold3d
 import numpy as np
 
-from casa_assets.core.typing import Floats, Ints
+from casa_assets.core.numeric import Floats, Ints
 
 Surface = tuple[Floats, Ints]
 

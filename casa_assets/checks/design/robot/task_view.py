@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from casa_assets.checks.design.robot.floor_map import BASE_RADIUS_M, FloorMap, ParkingPlaces, front_of
-from casa_assets.core.typing import Floats
-from casa_assets.model.asset.joint import JointKind
+from casa_assets.core.numeric import Floats
+from casa_assets.model.asset.parts import JointKind
 from casa_assets.model.kitchen.floor import (
     Fixture,
     FixtureJoint,

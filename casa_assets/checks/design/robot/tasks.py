@@ -28,9 +28,9 @@ from casa_assets.checks.design.robot.task_view import (
     names,
     worktop_regions,
 )
+from casa_assets.core.numeric import rng_for
 from casa_assets.core.robocasa import MIN_SURFACE_M, PLATE_DEPTH_M, SHELF_HEIGHTS_M
-from casa_assets.core.sampling import rng_for
-from casa_assets.model.asset.joint import JointKind
+from casa_assets.model.asset.parts import JointKind
 from casa_assets.model.kitchen.floor import Fixture, FixtureRegion, Footprint, KitchenFacts, Role
 
 SAMPLES = 200

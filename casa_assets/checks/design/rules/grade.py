@@ -13,7 +13,7 @@ from functools import lru_cache
 from casa_assets.checks.check import Measurement, not_applicable
 from casa_assets.checks.design.rules import appliances, sizes
 from casa_assets.checks.design.subject import DesignSubject
-from casa_assets.core.rounding import decimals
+from casa_assets.core.numeric import decimals
 from casa_assets.model.kitchen.floor import KitchenFacts
 from casa_assets.model.record import Record
 

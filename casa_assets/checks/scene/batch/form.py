@@ -13,7 +13,7 @@ import mujoco
 import numpy as np
 
 from casa_assets.checks.check import Measurement, Problem, at_most, not_applicable, not_run
-from casa_assets.checks.motion.hand_force import CHUNK_STEPS, PUSH_S, hand_effort
+from casa_assets.checks.motion.joints import CHUNK_STEPS, PUSH_S, hand_effort
 from casa_assets.checks.motion.motion_model import open_before, open_end
 from casa_assets.checks.motion.simulation import START, reset_to_start
 from casa_assets.checks.readers.mujoco_facts import free_bodies
@@ -21,9 +21,9 @@ from casa_assets.checks.readers.mujoco_load import Loaded, load_asset_file
 from casa_assets.checks.scene.formats.light_form import LIGHT_FILE
 from casa_assets.checks.scene.motion.rest import MM_PER_M, NO_FREE_THINGS, SETTLED_S, SIMULATED_S
 from casa_assets.core.hand_dynamics import PULL_N
-from casa_assets.core.typing import Mask
+from casa_assets.core.numeric import Mask
 from casa_assets.model.asset.asset import Asset, Base, Joint
-from casa_assets.model.kitchen.batch_scene import PICTURE_PX, BatchScene
+from casa_assets.model.kitchen.scene import PICTURE_PX, BatchScene
 
 # Subject --------------------------------------------------------------------------------------------------------------
 # The batch form of a scene as MuJoCo has it, beside the light form that it is held against.

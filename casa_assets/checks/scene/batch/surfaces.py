@@ -11,7 +11,7 @@ from casa_assets.checks.check import Measurement, all_at_most, not_applicable, n
 from casa_assets.checks.motion.simulation import START
 from casa_assets.checks.readers.mujoco_facts import free_bodies
 from casa_assets.checks.scene.batch.form import BATCH_FILE, UNREADABLE, BatchSubject, pose_both
-from casa_assets.core.typing import Floats, Ints, Mask
+from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.model.asset.asset import Asset, Base, Region
 from casa_assets.model.kitchen.scene import OPEN_POSE, Placement
 from casa_assets.model.pose import Pose

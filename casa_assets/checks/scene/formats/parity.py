@@ -14,14 +14,14 @@ from pxr import Tf, Usd
 
 from casa_assets.checks.check import Measurement, Problem, count, not_run
 from casa_assets.checks.package import parity
-from casa_assets.checks.package.fact_differences import Difference, numbers, quaternion, text, texts
+from casa_assets.checks.package.facts import Difference, numbers, quaternion, text, texts
 from casa_assets.checks.readers import mujoco_load, scene_facts, usd_facts
 from casa_assets.checks.readers.mujoco_facts import short_name
 from casa_assets.checks.readers.mujoco_load import Loaded
 from casa_assets.checks.readers.quiet import quiet
 from casa_assets.checks.readers.scene_facts import CameraFacts, LightFacts, PlacementFacts, SceneFacts
 from casa_assets.checks.scene.formats.light_form import SceneFiles
-from casa_assets.core.typing import Floats
+from casa_assets.core.numeric import Floats
 
 Posed = PlacementFacts | CameraFacts
 Facts = TypeVar("Facts")

@@ -9,12 +9,12 @@ from pathlib import Path
 
 from casa_assets.checks.check import Problem
 from casa_assets.checks.package import parity
-from casa_assets.checks.package.fact_differences import Difference, numbers, quaternion, text
-from casa_assets.checks.package.urdf import LENGTH_TOLERANCE_M, TOLERANCE, asset_differences, table_differences
+from casa_assets.checks.package.facts import Difference, numbers, quaternion, text
+from casa_assets.checks.package.parity import LENGTH_TOLERANCE_M, TOLERANCE, asset_differences, table_differences
 from casa_assets.checks.readers import urdf_facts
 from casa_assets.checks.readers.urdf_facts import UrdfLink
 from casa_assets.model.asset.asset import Base
-from casa_assets.model.asset.joint import joint_positions
+from casa_assets.model.asset.parts import joint_positions
 from casa_assets.model.kitchen.scene import WORLD, Placement, Scene
 
 FILE, LIST = "scene.urdf", "scene.json"

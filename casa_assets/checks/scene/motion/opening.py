@@ -12,12 +12,12 @@ import mujoco
 import numpy as np
 
 from casa_assets.checks.check import Measurement, not_applicable
-from casa_assets.checks.motion.hand_force import CHUNK_STEPS, PUSH_S, hand_effort
+from casa_assets.checks.motion.joints import CHUNK_STEPS, PUSH_S, hand_effort
 from casa_assets.checks.motion.simulation import box_around, box_corners, boxes_at, geom_boxes, reset_to_start
 from casa_assets.checks.scene.motion.rest import NO_JOINTS
 from casa_assets.checks.scene.subject import AllPairs, SceneJoint, SceneSubject, boxes_meet
 from casa_assets.core.hand_dynamics import PULL_N
-from casa_assets.core.typing import Floats, Ints, Mask
+from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.model.asset.asset import JointKind
 
 # Opening --------------------------------------------------------------------------------------------------------------

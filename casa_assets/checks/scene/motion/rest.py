@@ -12,7 +12,7 @@ import numpy as np
 from casa_assets.checks.check import Measurement, all_at_most, count, not_applicable
 from casa_assets.checks.motion.simulation import reset_to_start, simulation_warnings
 from casa_assets.checks.scene.subject import AllPairs, SceneSubject
-from casa_assets.core.typing import Floats
+from casa_assets.core.numeric import Floats
 from casa_assets.model.asset.asset import JointKind
 
 SETTLED_S, SIMULATED_S = 1.0, 5.0

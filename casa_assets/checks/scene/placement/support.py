@@ -11,7 +11,7 @@ from scipy.spatial import ConvexHull
 from casa_assets.checks.check import Measurement, count, not_applicable
 from casa_assets.checks.motion.simulation import box_around, geom_boxes, turned_vertices_of, vertices_of
 from casa_assets.checks.scene.subject import SceneSubject, boxes_meet
-from casa_assets.core.typing import Floats
+from casa_assets.core.numeric import Floats
 
 # Support --------------------------------------------------------------------------------------------------------------
 # nothing below, above or beside holds them.

@@ -9,8 +9,8 @@ from collections.abc import Iterable
 
 from lxml import etree
 
-from casa_assets.export.mjcf import number
-from casa_assets.export.mjcf.scene import room
+from casa_assets.export.mjcf import shapes
+from casa_assets.export.mjcf.scene import kitchen
 from casa_assets.model.kitchen.scene import Scene
 
 FILE = "arena.xml"
@@ -24,9 +24,9 @@ def write(scene: Scene, exclusions: Iterable[tuple[str, str]]) -> bytes:
     """
     root = etree.Element("mujoco", {"model": scene.id})
     etree.SubElement(root, "compiler", {"angle": "radian", "autolimits": "true"})
-    room.add_sky(etree.SubElement(root, "asset"), scene)
+    kitchen.add_sky(etree.SubElement(root, "asset"), scene)
     world = etree.SubElement(root, "worldbody")
-    room.add_lights_and_cameras(world, scene)
+    kitchen.add_lights_and_cameras(world, scene)
     _add_ambient(world, scene)
     pairs = etree.SubElement(root, "contact")
     for first, second in exclusions:
@@ -40,4 +40,4 @@ def _add_ambient(world: etree._Element, scene: Scene) -> None:
     if light is None:
         down = {"name": "ambient", "dir": "0 0 -1", "diffuse": "0 0 0", "specular": "0 0 0", "castshadow": "false"}
         light = etree.SubElement(world, "light", down)
-    light.set("ambient", number.numbers(scene.ambient))
+    light.set("ambient", shapes.numbers(scene.ambient))

@@ -12,7 +12,7 @@ from typing import TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from casa_assets.core.rounding import decimals
+from casa_assets.core.numeric import decimals
 from casa_assets.model.asset.asset import Asset, Collider, Inertial, Joint, Link, Region, Site, Visual
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3

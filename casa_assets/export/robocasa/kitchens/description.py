@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
+from casa_assets.core.numeric import decimals
 from casa_assets.core.robocasa import SHELF_HEIGHTS_M
-from casa_assets.core.rounding import decimals
 from casa_assets.export.robocasa.kitchens import centering, parts, surfaces
 from casa_assets.export.robocasa.kitchens.parts import Part
 from casa_assets.model.asset.asset import Asset, Base

@@ -16,9 +16,9 @@ import numpy as np
 import numpy.typing as npt
 
 from casa_assets.export.robocasa.kitchens.centering import MAIN, main_region
-from casa_assets.geometry.solid.bounds import link_bounds
+from casa_assets.geometry.solid.primitive import link_bounds
 from casa_assets.model.asset.asset import Asset, Exclusion, Inertial, Joint, Keyframe, Link, Region, State, Visual
-from casa_assets.model.asset.mesh import Mesh
+from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 

@@ -6,10 +6,9 @@ from collections.abc import Collection, Iterator
 
 import numpy as np
 
-from casa_assets.core.typing import Floats
+from casa_assets.core.numeric import Floats
 from casa_assets.export.robocasa.kitchens.description import Placed, is_free
-from casa_assets.model.kitchen.scene import FREE_JOINT, Scene
-from casa_assets.model.kitchen.start_states import StartStates, StateJoint
+from casa_assets.model.kitchen.scene import FREE_JOINT, Scene, StartStates, StateJoint
 from casa_assets.model.pose import Pose
 
 # robosuite numbers the joints that a model is given; those of a fixture out of a file keep their names.

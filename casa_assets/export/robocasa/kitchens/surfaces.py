@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from casa_assets.core.numeric import decimals
 from casa_assets.core.robocasa import MIN_SURFACE_M, PLATE_DEPTH_M
-from casa_assets.core.rounding import decimals
 from casa_assets.model.asset.asset import Asset, Region
 from casa_assets.model.record import Vec3
 

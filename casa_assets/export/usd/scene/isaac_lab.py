@@ -12,9 +12,9 @@ import json
 import keyword
 from collections.abc import Iterator
 
-from casa_assets.core.rounding import decimals
+from casa_assets.core.numeric import decimals
 from casa_assets.model.asset.asset import Asset, Base
-from casa_assets.model.asset.joint import joint_positions
+from casa_assets.model.asset.parts import joint_positions
 from casa_assets.model.kitchen.scene import START_POSE, Placement, Scene
 from casa_assets.model.pose import Pose
 

@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from casa_assets.core.typing import Floats
+from casa_assets.core.numeric import Floats
 from casa_assets.families.kit.solids.solid import Solid
 from casa_assets.model.record import Vec2, Vec3
 

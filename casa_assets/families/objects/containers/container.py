@@ -10,8 +10,9 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from casa_assets.core.typing import Floats
+from casa_assets.core.numeric import Floats
 from casa_assets.families.family import FinishId, Params
+from casa_assets.families.kit.assemble import ParametricModel
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.blocks import board, lathe, rod
 from casa_assets.families.kit.solids.solid import Solid, hull_around
@@ -30,17 +31,19 @@ from casa_assets.families.objects.containers.body import (
 from casa_assets.families.objects.containers.closures import (
     COVERED,
     HINGED,
+    LID,
+    LID_GRIP,
     Closure,
     Mouth,
     Part,
     closure_parts,
+    lift_off,
     loose_skirt,
     lowered,
+    swing_up,
 )
-from casa_assets.families.objects.opening import LID, LID_GRIP, lift_off, swing_up
-from casa_assets.families.parametric_model import ParametricModel
 from casa_assets.model.asset.asset import Base
-from casa_assets.model.asset.shape import Cylinder
+from casa_assets.model.asset.parts import Cylinder
 from casa_assets.model.record import Vec2, Vec3
 
 Metres = Annotated[float, Field(gt=0, le=0.5)]

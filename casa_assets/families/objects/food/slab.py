@@ -10,8 +10,9 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from casa_assets.core.typing import Floats
+from casa_assets.core.numeric import Floats
 from casa_assets.families.family import FinishId, Params
+from casa_assets.families.kit.assemble import ParametricModel
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.blocks import board
 from casa_assets.families.kit.solids.solid import Solid, hull_around
@@ -37,7 +38,6 @@ from casa_assets.families.objects.food.bodies import (
     superellipse,
     uneven_dome,
 )
-from casa_assets.families.parametric_model import ParametricModel
 from casa_assets.geometry.planar import counter_clockwise, outline_of
 from casa_assets.model.asset.asset import Base
 from casa_assets.model.record import Vec2

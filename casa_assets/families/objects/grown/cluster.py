@@ -10,14 +10,14 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from casa_assets.core.typing import Floats
+from casa_assets.core.numeric import Floats
 from casa_assets.families.family import FinishId, Params
+from casa_assets.families.kit.assemble import ParametricModel
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.solid import Solid, concatenate
 from casa_assets.families.kit.solids.sweep import circle, tube
 from casa_assets.families.objects.closed_surface import bumped, capped_rings, smooth_profile, turned
-from casa_assets.families.parametric_model import ParametricModel
-from casa_assets.families.parts.decor.leaves import GOLDEN_ANGLE, golden_angles, leaf
+from casa_assets.families.parts.decor.jars import GOLDEN_ANGLE, golden_angles, leaf
 from casa_assets.model.asset.asset import Base
 from casa_assets.model.record import Vec2
 

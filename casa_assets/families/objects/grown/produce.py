@@ -1,28 +1,192 @@
-"""Fruit, vegetables and other things that grew in one piece: a profile with lobes, a bend, a stem and leaves."""
+"""Fruit and vegetables that grew in one piece: profile, lobes, stem and leaves; halves, wedges and slices."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Annotated
 
 import numpy as np
 from pydantic import Field, model_validator
 
-from casa_assets.core.typing import Floats
+from casa_assets.core.numeric import Floats
 from casa_assets.families.family import FinishId, Params
+from casa_assets.families.kit.assemble import ParametricModel
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.solid import Solid, concatenate, hull_around
 from casa_assets.families.kit.solids.sweep import tube
-from casa_assets.families.objects.closed_surface import bent, bumped, ellipsoid, lobed, smooth_profile, turned, wrapped
-from casa_assets.families.objects.grown.head_leaves import head_leaves
-from casa_assets.families.objects.grown.portion import Cutting, Face, portion_of, rest_tilt
-from casa_assets.families.parametric_model import ParametricModel
-from casa_assets.families.parts.decor.leaves import golden_angles, leaf
+from casa_assets.families.objects.closed_surface import (
+    bent,
+    bumped,
+    ellipsoid,
+    lobed,
+    sheet,
+    smooth_profile,
+    turned,
+    wrapped,
+)
+from casa_assets.families.objects.cutting import Plane, across, along, cut, sector, shell
+from casa_assets.families.parts.decor.jars import golden_angles, leaf
+from casa_assets.geometry.mesh.surface import solid_moments
 from casa_assets.model.asset.asset import Base
 from casa_assets.model.record import Vec2
 from casa_assets.model.registry.category import Portion
+
+# Head leaves ----------------------------------------------------------------------------------------------------------
+# Leaves around a head of cabbage, lettuce or a sprout: sheets along its profile whose rims curl away from it.
+
+# Points across a leaf and from its foot to its tip.
+ACROSS, LENGTHWISE = 9, 9
+
+
+def head_leaves(
+    curve: Floats, count: int, curl: float, ruffle: float, reach: float, clear: float, rng: np.random.Generator
+) -> list[Solid]:
+    """Leaves around a body of revolution, the inner ones first; their picture runs upwards from foot to tip.
+
+    Args:
+        curve: (N, 2) radius and height of the body from its lower end to its upper one, m.
+        count: number of leaves.
+        curl, ruffle: how far the rims curl away, and how far they rise and fall, relative to the largest radius.
+        reach: share of the curve from the foot to the tip of the longest leaf.
+        clear: distance of the innermost leaf from the curve, relative to the largest radius.
+    """
+    size = float(curve[:, 0].max())
+    forward = np.gradient(curve, axis=0)
+    forward /= np.maximum(np.linalg.norm(forward, axis=1, keepdims=True), 1e-9)
+    outward = np.column_stack([forward[:, 1], -forward[:, 0]])
+    run = np.linspace(0.0, 1.0, len(curve))
+    u, v = np.meshgrid(np.linspace(-1, 1, ACROSS), np.linspace(0.0, 1.0, LENGTHWISE), indexing="ij")
+    out = []
+    for k, turn in enumerate(golden_angles(count)):
+        layer = (k + 1) / count
+        long = reach * float(rng.uniform(0.82, 1.0)) * (1.0 - 0.18 * layer)
+        place = 0.04 + (long - 0.04) * v
+        half = float(rng.uniform(0.95, 1.25)) * np.maximum(np.sin(np.pi * (0.12 + 0.78 * v)), 0.25) ** 0.6
+        # Where the body is thin the leaf does not reach round it.
+        angle = turn + u * half
+        edge = (np.abs(u) ** 4 + v**4) ** 0.25
+        off = clear + 0.05 * layer + curl * (0.4 + 0.6 * layer) * edge**4
+        waves = float(rng.integers(4, 7))
+        off = off + ruffle * edge**3 * np.sin(waves * math.pi * (u + 0.8 * v) + float(rng.uniform(0, 6)))
+        base = np.stack([np.interp(place, run, curve[:, i]) for i in (0, 1)], axis=2)
+        normal = np.stack([np.interp(place, run, outward[:, i]) for i in (0, 1)], axis=2)
+        radius, height = np.moveaxis(base + normal * (off * size)[..., None], 2, 0)
+        radius = np.maximum(radius, 0.03 * size)
+        grid = np.stack([radius * np.cos(angle), radius * np.sin(angle), height], axis=2)
+        out.append(sheet(grid, 0.018 * size))
+    return out
+
+
+# Portion --------------------------------------------------------------------------------------------------------------
+# Halves, wedges, slices and pieces of what grew in one piece: where they are cut, and how they lie.
+
+# How far the lining of a hollow reaches to either side of it, by the distance from its middle.
+LINING = 0.015
+# A round side of flat faces is rolled over if the next is lower; half degrees from one to the next.
+FACET = 16
+
+
+class Face(StrEnum):
+    """Where the cut face of a half or a wedge looks."""
+
+    UP = "up"  # it lies on its skin
+    DOWN = "down"  # it lies on a cut face
+    SIDE = "side"  # it lies on the side of its skin, where it comes to rest, and a face across the axis looks to +x
+
+
+@dataclass(frozen=True)
+class Cutting:
+    """How a body about the z axis is cut.
+
+    Attributes:
+        portion: what is left. crosswise: a half is cut across the axis rather than along it.
+        at: height of a cut across the axis, or of the middle of a slice, m.
+        thick, slant: thickness of a slice, m, and how far it is from square, rad. angle: of a wedge, rad.
+        heart: height about which the pictures of faces along the axis lie, m.
+        hollow: size of the hollow by that of the body; 0 for none.
+        face: where the cut face looks.
+    """
+
+    portion: Portion
+    crosswise: bool
+    at: float
+    thick: float
+    slant: float
+    angle: float
+    heart: float
+    hollow: float
+    face: Face
+
+    @property
+    def planes(self) -> list[Plane]:
+        """The planes that cut."""
+        middle = np.array([0.0, 0.0, self.heart])
+        match self.portion:
+            case Portion.SLICE:
+                at = self.at * math.cos(self.slant)
+                low, high = at - self.thick / 2, at + self.thick / 2
+                return [across(high, below=True, slant=self.slant), across(low, below=False, slant=self.slant)]
+            case Portion.WEDGE:
+                return sector(self.angle, middle)
+            case Portion.HALF if not self.crosswise:
+                return [along(0.0, middle)]
+        return [across(self.at, below=True)]
+
+    def laid(self, points: Floats) -> Floats:
+        """Points as the portion rests."""
+        x, y, z = points.T
+        if self.portion is Portion.WEDGE:
+            # On its skin; or turned about the axis until one of its faces lies below.
+            turn = 0.0 if self.face is Face.UP else (self.angle + math.pi) / 2
+            c, s = math.cos(turn), math.sin(turn)
+            return np.column_stack([z, c * y + s * x, s * y - c * x])
+        if self.portion is Portion.SLICE:
+            c, s = math.cos(self.slant), math.sin(self.slant)
+            return np.column_stack([c * x - s * z, y, s * x + c * z])
+        if self.portion is Portion.HALF and not self.crosswise:
+            return np.column_stack([z, x, y] if self.face is Face.UP else [z, -x, -y])
+        if self.face is Face.SIDE:
+            return np.column_stack([z, x, y])
+        return points if self.face is Face.UP else points * (1.0, -1.0, -1.0)
+
+
+def rest_tilt(body: Solid) -> float:
+    """Angle about the y axis by which a body has to be turned from how it lies until it is at rest, rad.
+
+    It rolls downhill: to where the middle of its mass is lowest above the ground of all tilts on the way.
+    """
+    _, middle, _ = solid_moments(body.points, body.faces)
+    tilts = np.radians(np.arange(-90.0, 90.5, 0.5))
+    # Height of the middle of mass above the lowest point, at each tilt.
+    x, z = body.points[:, 0] - middle[0], body.points[:, 2] - middle[2]
+    heights = np.array([-float((z * math.cos(t) - x * math.sin(t)).min()) for t in tilts])
+    place = len(tilts) // 2
+    while True:
+        near = range(max(0, place - FACET), min(len(tilts), place + FACET + 1))
+        lower = min(near, key=lambda k: heights[k])
+        if heights[lower] >= heights[place] - 1e-9:
+            return float(tilts[place])
+        place = lower
+
+
+def portion_of(body: Solid, cutting: Cutting) -> tuple[Solid, list[Solid], Solid | None]:
+    """Cut a body about the z axis; return the rest, the plates on its cut faces, and its hollow's lining or None."""
+    if not cutting.hollow:
+        return *cut(body, cutting.planes), None
+    middle = (body.points.min(axis=0) + body.points.max(axis=0)) / 2
+
+    def scaled(share: float) -> Solid:
+        return replace(body, points=middle + (body.points - middle) * share, picture_uv=None)
+
+    kept, faces = cut(body, cutting.planes, scaled(cutting.hollow))
+    inside, outside = scaled(cutting.hollow - LINING), scaled(cutting.hollow + LINING)
+    return kept, faces, shell(outside, inside, cutting.planes)
+
+
+# Produce --------------------------------------------------------------------------------------------------------------
+# Fruit, vegetables and other things that grew in one piece: a profile with lobes, a bend, a stem and leaves.
 
 Metres = Annotated[float, Field(gt=0, le=0.5)]
 Share = Annotated[float, Field(ge=0, le=1)]

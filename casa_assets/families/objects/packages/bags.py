@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from casa_assets.core.typing import Floats
+from casa_assets.core.numeric import Floats
 from casa_assets.families.kit.solids.blocks import board, rod
 from casa_assets.families.kit.solids.solid import Solid
-from casa_assets.families.objects.packages.part import Part
+from casa_assets.families.objects.packages.tubs import Part
 from casa_assets.families.objects.packages.wrapping import SEALED, round_sides, two_sheets, with_spot, wrapped
 
 if TYPE_CHECKING:

@@ -12,17 +12,16 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from casa_assets.core.typing import Floats
+from casa_assets.core.numeric import Floats
 from casa_assets.families.family import FinishId, Params
+from casa_assets.families.kit.assemble import ParametricModel
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
-from casa_assets.families.kit.solids.blocks import ball
-from casa_assets.families.kit.solids.boolean import subtract
+from casa_assets.families.kit.solids.blocks import ball, subtract
 from casa_assets.families.kit.solids.solid import Solid, concatenate
 from casa_assets.families.objects.closed_surface import bumped
-from casa_assets.families.objects.packages.part import Part
+from casa_assets.families.objects.packages.tubs import Part
 from casa_assets.families.objects.packages.wrapping import Outline, four_sides, round_sides, wrapped
-from casa_assets.families.parametric_model import ParametricModel
-from casa_assets.geometry.mesh.measure import face_normals
+from casa_assets.geometry.mesh.surface import face_normals
 from casa_assets.model.asset.asset import Base
 from casa_assets.model.registry.category import Portion
 

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from casa_assets.core.typing import Floats
+from casa_assets.core.numeric import Floats
 from casa_assets.families.kit.solids.blocks import board, lathe
 from casa_assets.families.kit.solids.solid import Solid, axis_turn
 from casa_assets.families.kit.solids.sweep import tube
 from casa_assets.families.objects.packages.block import SHAPES as BLOCKS
 from casa_assets.families.objects.packages.block import Block
 from casa_assets.families.objects.packages.block import Shape as BlockShape
-from casa_assets.families.objects.packages.part import Part
+from casa_assets.families.objects.packages.tubs import Part
 from casa_assets.families.objects.packages.wrapping import (
     LYING_ALONG,
     SEALED,

@@ -10,17 +10,16 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field, model_validator
 
-from casa_assets.core.typing import Floats
+from casa_assets.core.numeric import Floats
 from casa_assets.families.family import FinishId, Params
+from casa_assets.families.kit.assemble import ParametricModel
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.solid import Solid, box_shape
-from casa_assets.families.objects.opening import LID, LID_GRIP, swing_up
+from casa_assets.families.objects.containers.closures import LID, LID_GRIP, swing_up
 from casa_assets.families.objects.packages.bags import pillow, pouch, twist
 from casa_assets.families.objects.packages.boxes import brick, carton, gable, lid_seam, paper_bag, wrapped_block
-from casa_assets.families.objects.packages.part import Part
-from casa_assets.families.objects.packages.tubs import roll, tub
+from casa_assets.families.objects.packages.tubs import Part, roll, tub
 from casa_assets.families.objects.packages.wrapping import LYING_ALONG, LYING_BACK
-from casa_assets.families.parametric_model import ParametricModel
 from casa_assets.model.asset.asset import Base
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec2

@@ -1,16 +1,16 @@
-"""Tubs and cups of yoghurt, pudding and the like, under foil or a lid; rolls of foil and film."""
+"""Tubs and cups under foil or a lid, rolls of foil and film; what a part of a package is."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from casa_assets.core.typing import Floats
+from casa_assets.core.numeric import Floats
 from casa_assets.families.kit.solids.blocks import lathe
 from casa_assets.families.kit.solids.solid import Solid, concatenate
 from casa_assets.families.objects.closed_surface import smooth_profile
-from casa_assets.families.objects.packages.part import Part
 from casa_assets.families.objects.packages.wrapping import (
     Outline,
     four_sides,
@@ -22,6 +22,32 @@ from casa_assets.families.objects.packages.wrapping import (
 
 if TYPE_CHECKING:
     from casa_assets.families.objects.packages.package import Package
+
+# Part -----------------------------------------------------------------------------------------------------------------
+# a solid, its finish, what it is called, what it weighs.
+
+
+@dataclass(frozen=True)
+class Part:
+    """A part of a package.
+
+    Attributes:
+        solid: in the pose before the package is laid down: its bottom at z = 0, its front to -y.
+        finish: id of a finish. label: what part it is.
+        density: kg/m^3; 0 for no mass. collider: it has a separate collision shape.
+        swings: it is on the link of the lid.
+    """
+
+    solid: Solid
+    finish: str
+    label: str
+    density: float = 0.0
+    collider: bool = False
+    swings: bool = False
+
+
+# Tubs -----------------------------------------------------------------------------------------------------------------
+# Tubs and cups of yoghurt, pudding and the like, under foil or a lid; rolls of foil and film.
 
 FLANGE, FILM = 0.0012, 0.0006
 

@@ -8,9 +8,9 @@ from itertools import pairwise
 import manifold3d
 import numpy as np
 
-from casa_assets.core.typing import Floats, Ints
-from casa_assets.families.kit.solids.slab import ring_walls
+from casa_assets.core.numeric import Floats, Ints
 from casa_assets.families.kit.solids.solid import Solid
+from casa_assets.families.kit.solids.sweep import ring_walls
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec2
 

@@ -9,9 +9,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from casa_assets.core.typing import Floats, Ints
-from casa_assets.families.kit.solids.blocks import box, lathe, rod
-from casa_assets.families.kit.solids.boolean import subtract
+from casa_assets.core.numeric import Floats, Ints
+from casa_assets.families.kit.solids.blocks import box, lathe, rod, subtract
 from casa_assets.families.kit.solids.solid import Solid, concatenate, hull_around
 from casa_assets.families.kit.solids.sweep import circle, prism, rectangle, tube
 from casa_assets.families.objects.closed_surface import smooth_profile, turned

@@ -12,14 +12,14 @@ import numpy as np
 from pydantic import Field
 from scipy.interpolate import PchipInterpolator
 
-from casa_assets.core.typing import Floats
+from casa_assets.core.numeric import Floats
 from casa_assets.errors import DegenerateShape
 from casa_assets.families.family import Params
 from casa_assets.families.kit.solids.solid import Solid, hull_around
 from casa_assets.families.kit.solids.sweep import prism
 from casa_assets.families.objects.closed_surface import smooth_profile
-from casa_assets.geometry.mesh.measure import signed_volume
-from casa_assets.geometry.solid.hull import convex_hull
+from casa_assets.geometry.mesh.surface import signed_volume
+from casa_assets.geometry.solid.solids import convex_hull
 from casa_assets.model.record import Vec2, Vec5
 
 # Rings along a bar, and points round one.

@@ -13,6 +13,7 @@ import numpy as np
 from pydantic import Field
 
 from casa_assets.families.family import FinishId, Params
+from casa_assets.families.kit.assemble import ParametricModel
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.blocks import box, rod
 from casa_assets.families.kit.solids.solid import Solid, axis_turn, concatenate, hull_around
@@ -20,9 +21,8 @@ from casa_assets.families.kit.solids.sweep import prism, rectangle
 from casa_assets.families.objects.tools import heads
 from casa_assets.families.objects.tools.heads import Part
 from casa_assets.families.objects.tools.swept_bar import Bar, Size, bar, drilled, stadium, value_at
-from casa_assets.families.parametric_model import ParametricModel
-from casa_assets.geometry.mesh.measure import solid_moments
-from casa_assets.geometry.solid.hull import convex_hull
+from casa_assets.geometry.mesh.surface import solid_moments
+from casa_assets.geometry.solid.solids import convex_hull
 from casa_assets.model.asset.asset import Base
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec2

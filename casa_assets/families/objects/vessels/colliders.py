@@ -8,7 +8,7 @@ from itertools import combinations, pairwise
 
 import numpy as np
 
-from casa_assets.core.typing import Floats
+from casa_assets.core.numeric import Floats
 from casa_assets.families.kit.solids.blocks import box, rod
 from casa_assets.families.kit.solids.solid import Placed, hull_around
 from casa_assets.families.objects.vessels.surface import Plan, Profile, thinned

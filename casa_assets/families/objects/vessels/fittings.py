@@ -1,20 +1,31 @@
-"""Handles, spouts, knobs and rims of vessels: sections that change along a path."""
+"""Parameters of vessels, and their handles, spouts, knobs, rims and lids."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from typing import Annotated
 
 import numpy as np
+from pydantic import Field
 
-from casa_assets.core.typing import Floats
-from casa_assets.families.kit.solids.blocks import lathe
-from casa_assets.families.kit.solids.boolean import subtract
-from casa_assets.families.kit.solids.loft import loft
+from casa_assets.core.numeric import Floats
+from casa_assets.families.family import FinishId, Params
+from casa_assets.families.kit.assemble import ParametricModel
+from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
+from casa_assets.families.kit.solids.blocks import lathe, subtract
 from casa_assets.families.kit.solids.solid import Solid, concatenate, hull_around
-from casa_assets.families.kit.solids.sweep import circle, prism, tube
+from casa_assets.families.kit.solids.sweep import circle, loft, prism, tube
+from casa_assets.families.objects.closed_surface import ellipsoid
+from casa_assets.families.objects.containers.closures import LID_GRIP
+from casa_assets.families.objects.vessels.surface import Plan, Profile, patched, round_plan, surface
+from casa_assets.model.asset.asset import Base
 from casa_assets.model.record import Vec2, Vec3
+
+# Fittings -------------------------------------------------------------------------------------------------------------
+# Handles, spouts, knobs and rims of vessels: sections that change along a path.
 
 
 def strap(
@@ -204,3 +215,353 @@ def sieve_wires(outside: Floats, count: int, radius: float) -> Solid:
         found.append(rim_bead(ring, radius, 3, math.atan2(high[1] - low[1], high[0] - low[0])))
     plain = [Solid(part.points, part.faces, crease_deg=80.0) for part in found]
     return concatenate(plain)
+
+
+# Lids -----------------------------------------------------------------------------------------------------------------
+# Lids of vessels: a dome or a flat cover with a knob, a bow or a tab.
+
+# Radius of the raised edge of a lid to drink through, metres.
+SIP_EDGE = 0.0028
+
+
+class KnobForm(StrEnum):
+    """Form of the part by which a lid is lifted."""
+
+    NONE = "none"
+    BALL = "ball"
+    FLAT = "flat"  # a wide disc on a neck
+    CONE = "cone"  # tall
+    BOW = "bow"  # a strap
+
+
+@dataclass(frozen=True)
+class Lid:
+    """A lid; lengths in metres.
+
+    Attributes:
+        radius: half its width along x. rise: height of its top over its rim. dome: 2 round, more for flat tops with
+            steep sides. thick: of its sheet. skirt: how far its rim reaches down outside. sip: it has a raised edge and
+            a hole to drink from, as a lid of a paper cup.
+        bead: radius of a ring of metal round it, 0 for none.
+        knob, knob_size: what it is lifted by, and its radius or half length.
+        finish, knob_finish, bead_finish: finishes.
+    """
+
+    radius: float
+    rise: float
+    dome: float
+    thick: float
+    skirt: float
+    sip: bool
+    bead: float
+    knob: KnobForm
+    knob_size: float
+    finish: str
+    knob_finish: str
+    bead_finish: str
+
+
+def add_lid(builder: AssetBuilder, lid: Lid, plan: Plan, z: float, link: str = ROOT) -> None:
+    """Add a lid whose rim lies at height z; `plan` is the outline of the vessel seen from above.
+
+    On a separate link it can be lifted: its collision shapes are then above its rim, and its grip is LID_GRIP.
+    """
+    flat = replace(plan, lip=0.0, lip_rise=0.0, facets=0, flutes=0, weave=0.0, around=min(plan.around, 40))
+    flat = replace(flat, half_x=lid.radius, half_y=plan.half_y + lid.radius - plan.half_x, height=1.0)
+    if plan.corner is not None:
+        flat = replace(flat, corner=plan.corner + lid.radius - plan.half_x)
+    s = np.concatenate([[0.0], np.linspace(0.2, 1.0, 6)])
+    dome = 1 - s**lid.dome
+    inset = lid.thick * (1.2 if lid.skirt > 0 else 1.0)
+    top = np.stack([s * (lid.radius - 0.4 * lid.thick), z + lid.thick + (lid.rise - lid.thick) * dome], axis=1)
+    below = np.stack([s * (lid.radius - inset), z + max(lid.rise - lid.thick, 0.0) * dome], axis=1)[[0, 2, 4, 5, 6]]
+    edge = [(lid.radius, z - lid.skirt), (lid.radius, z + 0.6 * lid.thick)]
+    if lid.skirt > 0:
+        edge = [(lid.radius - 0.6 * lid.thick, z - lid.skirt), *edge]
+    # Its top shows what the picture has between the foot and the rim of a vessel.
+    v = [np.linspace(0.9, 0.6, len(below)), np.linspace(0.46, 0.44, len(edge)), np.linspace(0.43, 0.24, len(top))]
+    body = surface(np.concatenate([below, np.array(edge), top[::-1]]), np.concatenate(v), flat)
+    is_loose = link != ROOT
+    low = z if is_loose else -np.inf
+    above = np.column_stack([body.points[:, :2], body.points[:, 2].clip(low)])
+    body = body.with_colliders_of(replace(body, points=above).with_hull_collider())
+    grip = LID_GRIP if is_loose and lid.knob is KnobForm.NONE else "lid"
+    builder.add(link, body, lid.finish, label="lid", name="lid", collider=grip)
+    if lid.bead > 0:
+        ring = rim_bead(flat.ring(lid.radius, z + 0.3 * lid.thick), lid.bead)
+        builder.add(link, patched(ring), lid.bead_finish, label="lid", collider=False)
+    if lid.sip:
+        _add_sip(builder, lid, flat, z + lid.rise, link)
+    _add_knob(builder, lid, z + lid.rise, link)
+
+
+def _add_sip(builder: AssetBuilder, lid: Lid, plan: Plan, top: float, link: str) -> None:
+    """Add the raised edge of a lid to drink through, and the hole in it at the front."""
+    edge = rim_bead(plan.ring(0.8 * lid.radius, top + 0.2 * SIP_EDGE), SIP_EDGE)
+    builder.add(link, patched(edge), lid.finish, label="lid", collider=False, density=0.0)
+    hole = ellipsoid((0.32 * lid.radius, 0.12 * lid.radius, 0.0016), 16, 5).translated(y=-0.62 * lid.radius, z=top)
+    builder.add(link, patched(hole), "soil", label="hole", collider=False, density=0.0)
+
+
+def _add_knob(builder: AssetBuilder, lid: Lid, top: float, link: str) -> None:
+    """Add what the lid is lifted by; its foot is in the lid."""
+    size = lid.knob_size
+    if lid.knob is KnobForm.NONE:
+        return
+    if lid.knob is KnobForm.BOW:
+        part = arch(size, top - 0.004, top + 0.75 * size, 0.35 * size, 0.18 * size, 0.6)
+    else:
+        shape = {KnobForm.BALL: (1.0, 1.7, 0.5), KnobForm.FLAT: (1.0, 1.0, 0.45), KnobForm.CONE: (0.8, 2.4, 0.55)}
+        wide, tall, slim = shape[lid.knob]
+        part = knob(wide * size, tall * size, slim).translated(z=top - 0.0006)
+    grip = "knob" if link == ROOT else LID_GRIP
+    builder.add(link, patched(part), lid.knob_finish, label="knob", name="knob", collider=grip)
+
+
+class SingleLid(Params):
+    """Parameters of a lid that lies by itself; lengths in metres.
+
+    Attributes: as of `Lid`; width is its diameter.
+    """
+
+    width: Annotated[float, Field(ge=0.06, le=0.4)]
+    rise: Annotated[float, Field(ge=0.004, le=0.12)]
+    dome: Annotated[float, Field(ge=1, le=12)] = 2.5
+    thick: Annotated[float, Field(ge=0.0006, le=0.01)] = 0.003
+    skirt: Annotated[float, Field(ge=0, le=0.03)] = 0.0
+    bead: Annotated[float, Field(ge=0, le=0.006)] = 0.0
+    knob: KnobForm = KnobForm.BALL
+    knob_size: Annotated[float, Field(ge=0.006, le=0.06)] = 0.015
+    skin: FinishId
+    knob_finish: FinishId = "plastic_black"
+    bead_finish: FinishId = "stainless_polished"
+
+
+def build(builder: AssetBuilder, p: SingleLid) -> None:
+    """Build the asset: it lies on z = 0, its rim below."""
+    finishes = (p.skin, p.knob_finish, p.bead_finish)
+    lid = Lid(p.width / 2, p.rise, p.dome, p.thick, p.skirt, False, p.bead, p.knob, p.knob_size, *finishes)
+    low = max(p.skirt, p.bead - 0.3 * p.thick)
+    add_lid(builder, lid, replace(round_plan(p.width / 2, 40), height=p.rise), low)
+
+
+FORM = ParametricModel("vessel_lid", SingleLid, build, base=Base.FREE)
+
+# Params ---------------------------------------------------------------------------------------------------------------
+# their profile, handles, spout, lid, holes and finishes.
+
+Metres = Annotated[float, Field(gt=0, le=0.7)]
+Length = Annotated[float, Field(ge=0, le=0.4)]
+Share = Annotated[float, Field(ge=0, le=1)]
+
+
+class HandleForm(StrEnum):
+    """Where a hand takes it."""
+
+    NONE = "none"
+    EAR = "ear"  # the handle of a mug
+    EARS = "ears"  # two of them
+    LONG = "long"  # the handle of a pan, in one piece
+    GRIP = "grip"  # the same with a grip of another finish
+    LOOPS = "loops"  # level loops on both sides
+    LONG_LOOP = "long_loop"  # a long grip, and a level loop across
+    ARCH = "arch"  # over the top
+
+
+class Vessel(Params):
+    """Parameters of a vessel; lengths in metres.
+
+    Attributes:
+        profile: the outside from the edge of the foot to the rim, (radius, height), relative to half the width and to
+            the height. soft: a smooth curve runs through these points; otherwise corners are rounded by `rounding`.
+        width, height: of the body. across: the width in y relative to that in x. corner: radius of the corners seen
+            from above, relative to half the smaller width; 1 for round or oval.
+        wall: its thickness. floor: thickness of the floor. stem: share of the height that is below the floor of the
+            inside.
+        fillet: radius between floor and wall inside. foot: height of a hollow under the foot.
+        facets, flutes, flute_depth, twist, fluted_from: as in `Plan`. weave, stakes, rows: strands of a basket.
+        lip, lip_width, lip_rise, lip_from: of a spout drawn out of the rim, as in `Plan`.
+        bead: radius of a wire around the rim.
+        handle: kind of handle. handle_reach: how far it projects; the length of a long one; the height of an arch.
+            handle_top, handle_low: ends of an ear, relative to the height. handle_width, handle_thick: of its section.
+            handle_square: 1 for round, less for corners. handle_sag: of an ear. handle_rise: of a long one, rad.
+            handle_hole: radius of a hole in its end.
+        spout: how far a tubular spout projects. spout_from, spout_to: heights of its ends, relative to the height.
+            spout_radius: at the wall. spout_tip: radius at its tip. spout_curve: 0 straight, 1 bent.
+        lid: it has a lid on it. lid_opens: the lid can be lifted off, and the vessel is hollow below it. lid_rise,
+            lid_dome, lid_over: its height, its shape, how far it reaches over the rim. lid_skirt: how far it reaches
+            down outside. lid_thick: of its sheet. lid_sip: it has a raised edge and a hole to drink from. lid_bead:
+            radius of a ring of metal around it. knob, knob_size: the part by which it is lifted.
+        hole: radius of holes in its wall, 0 for no holes. hole_gap: distance between two. holes_from, holes_to: lowest
+            and highest, relative to the height.
+        wires: number of wires of a sieve, from its middle to its rim; its wall is then gauze.
+        content: filling level, relative to the height. marks: lines of a measure. sleeve: a band of card around the
+            middle.
+        matter: share of the wall's volume that is solid material.
+        skin, rim_finish, handle_finish, grip_finish, lid_finish, knob_finish, lid_bead_finish, content_finish,
+            mark_finish: finishes. skin may be a picture for the whole vessel; its height runs from the middle of the
+            underside (0) over the rim (0.5) to the middle of the inside (1).
+    """
+
+    profile: Annotated[tuple[Vec2, ...], Field(min_length=2, max_length=20)]
+    soft: bool = True
+    rounding: Length = 0.004
+    width: Metres
+    height: Metres
+    across: Annotated[float, Field(ge=0.3, le=1)] = 1.0
+    corner: Share = 1.0
+    wall: Annotated[float, Field(ge=0.0006, le=0.02)] = 0.004
+    floor: Annotated[float, Field(ge=0.0006, le=0.04)] = 0.005
+    stem: Share = 0.0
+    fillet: Length = 0.006
+    foot: Annotated[float, Field(ge=0, le=0.03)] = 0.0
+    facets: Annotated[int, Field(ge=0, le=20)] = 0
+    flutes: Annotated[int, Field(ge=0, le=40)] = 0
+    flute_depth: Annotated[float, Field(ge=0, le=0.3)] = 0.03
+    twist: Annotated[float, Field(ge=-3, le=3)] = 0.0
+    fluted_from: Share = 0.0
+    weave: Annotated[float, Field(ge=0, le=0.01)] = 0.0
+    stakes: Annotated[int, Field(ge=8, le=48)] = 32
+    rows: Annotated[int, Field(ge=3, le=20)] = 8
+    lip: Length = 0.0
+    lip_width: Annotated[float, Field(ge=0.1, le=1.5)] = 0.4
+    lip_rise: Annotated[float, Field(ge=-0.05, le=0.1)] = 0.0
+    lip_from: Annotated[float, Field(ge=0, le=0.95)] = 0.55
+    bead: Annotated[float, Field(ge=0, le=0.02)] = 0.0
+    handle: HandleForm = HandleForm.NONE
+    handle_reach: Length = 0.03
+    handle_top: Annotated[float, Field(ge=0, le=1.2)] = 0.85
+    handle_low: Share = 0.2
+    handle_width: Metres = 0.014
+    handle_thick: Metres = 0.008
+    handle_square: Annotated[float, Field(ge=0.3, le=1.2)] = 0.8
+    handle_sag: Annotated[float, Field(ge=-0.5, le=0.5)] = 0.0
+    handle_rise: Annotated[float, Field(ge=-0.3, le=0.9)] = 0.15
+    handle_hole: Annotated[float, Field(ge=0, le=0.012)] = 0.0
+    spout: Length = 0.0
+    spout_from: Share = 0.3
+    spout_to: Annotated[float, Field(ge=0, le=1.4)] = 0.9
+    spout_radius: Metres = 0.016
+    spout_tip: Metres = 0.008
+    spout_curve: Share = 0.6
+    lid: bool = False
+    lid_opens: bool = False
+    lid_rise: Length = 0.02
+    lid_dome: Annotated[float, Field(ge=1, le=12)] = 2.5
+    lid_over: Annotated[float, Field(ge=-0.03, le=0.02)] = 0.002
+    lid_skirt: Length = 0.0
+    lid_thick: Annotated[float, Field(ge=0.0006, le=0.01)] = 0.003
+    lid_sip: bool = False
+    lid_bead: Annotated[float, Field(ge=0, le=0.006)] = 0.0
+    knob: KnobForm = KnobForm.BALL
+    knob_size: Metres = 0.012
+    hole: Annotated[float, Field(ge=0, le=0.02)] = 0.0
+    hole_gap: Metres = 0.02
+    holes_from: Share = 0.2
+    holes_to: Share = 0.85
+    wires: Annotated[int, Field(ge=0, le=40)] = 0
+    content: Share = 0.0
+    marks: Annotated[int, Field(ge=0, le=12)] = 0
+    sleeve: bool = False
+    matter: Annotated[float, Field(ge=0.05, le=1)] = 1.0
+    skin: FinishId
+    rim_finish: FinishId = "stainless_brushed"
+    handle_finish: FinishId | None = None
+    grip_finish: FinishId = "plastic_black"
+    lid_finish: FinishId | None = None
+    knob_finish: FinishId | None = None
+    lid_bead_finish: FinishId = "stainless_polished"
+    content_finish: FinishId = "coffee_dark"
+    mark_finish: FinishId = "plastic_red"
+
+
+# Handles --------------------------------------------------------------------------------------------------------------
+# Handles and spouts of a vessel by its parameters, with their finishes.
+
+# A solid, its finish and its label.
+Part = tuple[Solid, str, str]
+
+
+def seated(part: Solid, p: Vessel, plan: Plan, profile: Profile) -> Solid:
+    """A handle or spout whose end is drawn back into the wall where it would come out on the inside."""
+    x, y, z = part.points.T
+    within = np.array([profile.radius(float(h)) for h in z]) - 0.7 * p.wall
+    if plan.corner is not None:
+        flat = np.column_stack([np.sign(x) * np.maximum(np.abs(x), within), y])
+    else:
+        short = np.maximum(plan.half_y - (plan.half_x - within), 1e-4)
+        far = np.hypot(x, y * within / short)
+        flat = part.points[:, :2] * np.maximum(1.0, within / np.maximum(far, 1e-6))[:, None]
+    below = z < p.height
+    points = np.column_stack([np.where(below[:, None], flat, part.points[:, :2]), z])
+    return replace(part, points=points)
+
+
+def handles(p: Vessel, profile: Profile, plan: Plan) -> list[Part]:
+    """Handles with their finishes and labels."""
+    own = p.handle_finish or p.skin
+    top, low = p.handle_top * p.height, p.handle_low * p.height
+    into = 0.55 * p.wall
+    r = profile.radius(top)
+    reach = p.handle_reach
+    if p.handle in (HandleForm.EAR, HandleForm.EARS):
+        ends = [(profile.radius(z) - into, z) for z in (top, low)]
+        out = max(profile.radius(z) for z in np.linspace(low, top, 5)) + reach
+        part = ear(ends[0], ends[1], out, p.handle_width, p.handle_thick, p.handle_square, p.handle_sag)
+        both = [part] if p.handle is HandleForm.EAR else [part, part.rotated("z", math.pi)]
+        return [(part, own, "handle") for part in both]
+    if p.handle is HandleForm.LOOPS:
+        return [(part, own, "handle") for part in _loops(p, profile, plan, top)]
+    if p.handle is HandleForm.ARCH:
+        part = arch(r - into, top, p.height + reach, p.handle_width, p.handle_thick, p.handle_square, 1.25)
+        return [(part, own, "handle")]
+    if p.handle is HandleForm.NONE:
+        return []
+    w, t = p.handle_width, p.handle_thick
+    if p.handle is HandleForm.LONG:
+        taper = ((0, 1.5 * w, 1.1 * t), (0.12, w, t), (0.55, 0.8 * w, t), (0.9, 1.15 * w, t), (1, 0.7 * w, 0.8 * t))
+        bar = long_handle((r - into, 0.0, top), reach, p.handle_rise, taper, p.handle_hole)
+        return [(bar, own, "handle")]
+    # A strap of metal, and on its end a grip.
+    bare = 0.26 * reach
+    run = p.handle_rise
+    # The strap leaves the wall as steeply as the grip begins.
+    metal = strap(
+        [
+            (r - into, 0.0, top),
+            (r + 0.2 * bare, 0.0, top + 0.3 * bare * math.sin(run)),
+            *((r + s * bare * math.cos(run), 0.0, top + s * bare * math.sin(run) * 1.15) for s in (0.45, 0.8, 1.15)),
+        ],
+        [(1.5 * w, 0.35 * t), (1.1 * w, 0.35 * t), (0.7 * w, 0.45 * t), (0.6 * w, 0.5 * t), (0.6 * w, 0.5 * t)],
+        power=0.7,
+    )
+    start = (r + bare * math.cos(run), 0.0, top + 1.15 * bare * math.sin(run))
+    swell = ((0, 0.72 * w, 0.8 * t), (0.06, 0.85 * w, t), (0.5, w, 1.1 * t), (0.85, 1.1 * w, t), (1, 0.6 * w, 0.6 * t))
+    grip = long_handle(start, reach - bare, run, swell, p.handle_hole)
+    found = [(metal, own, "handle"), (grip, p.grip_finish, "handle")]
+    if p.handle is HandleForm.LONG_LOOP:
+        found.append((_loops(p, profile, plan, top)[1], own, "handle"))
+    return found
+
+
+def _loops(p: Vessel, profile: Profile, plan: Plan, z: float) -> list[Solid]:
+    """Level loops to both sides."""
+    r, half = profile.radius(z), 0.5 * min(0.5 * p.width * p.across, 0.1)
+    short = plan.half_y - (plan.half_x - r)
+    x = r - 0.55 * p.wall
+    if plan.corner is None:
+        # Its ends go in far enough to be covered; `seated` keeps them within the wall.
+        x = r * math.sqrt(max(0.0, 1 - (half / short) ** 2)) - 0.55 * p.wall - p.handle_thick - p.weave
+    reach = r + (0.5 if p.handle is HandleForm.LONG_LOOP and p.handle_reach > 0.08 else 1.0) * min(p.handle_reach, 0.05)
+    part = loop(x, half, z, reach - x, p.handle_thick, min(p.handle_width, 2 * p.handle_thick), p.handle_square)
+    return [part, part.rotated("z", math.pi)]
+
+
+def spouts(p: Vessel, profile: Profile) -> list[Part]:
+    """The tube of a spout."""
+    if p.spout <= 0:
+        return []
+    z = p.spout_from * p.height
+    start = (-(profile.radius(z) - 0.6 * p.wall - 0.3 * p.spout_radius), z)
+    end = (-(max(profile.radius(z), profile.radius(0.5 * p.height)) + p.spout), p.spout_to * p.height)
+    return [(spout(start, end, p.spout_radius, p.spout_tip, p.spout_curve), p.skin, "spout")]

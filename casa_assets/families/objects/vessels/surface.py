@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
-from casa_assets.core.typing import Floats
+from casa_assets.core.numeric import Floats
 from casa_assets.families.kit.solids.solid import Solid
 from casa_assets.families.kit.solids.sweep import rectangle, round_corners
 from casa_assets.model.record import Vec2

@@ -7,16 +7,26 @@ from dataclasses import replace
 
 import numpy as np
 
+from casa_assets.families.kit.assemble import ParametricModel
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
-from casa_assets.families.kit.solids.boolean import subtract
+from casa_assets.families.kit.solids.blocks import subtract
 from casa_assets.families.kit.solids.solid import Solid, concatenate
 from casa_assets.families.kit.solids.sweep import circle, prism
-from casa_assets.families.objects.opening import LID, MOST_LIFT, lift_off
+from casa_assets.families.objects.containers.closures import LID, MOST_LIFT, lift_off
 from casa_assets.families.objects.vessels.colliders import closed_shapes, open_shapes
-from casa_assets.families.objects.vessels.fittings import rim_bead, sieve_wires, strap
-from casa_assets.families.objects.vessels.handles import handles, seated, spouts
-from casa_assets.families.objects.vessels.lids import KnobForm, Lid, add_lid
-from casa_assets.families.objects.vessels.params import HandleForm, Vessel
+from casa_assets.families.objects.vessels.fittings import (
+    HandleForm,
+    KnobForm,
+    Lid,
+    Vessel,
+    add_lid,
+    handles,
+    rim_bead,
+    seated,
+    sieve_wires,
+    spouts,
+    strap,
+)
 from casa_assets.families.objects.vessels.surface import (
     RIM_V,
     Plan,
@@ -28,7 +38,6 @@ from casa_assets.families.objects.vessels.surface import (
     vessel_profile,
     woven,
 )
-from casa_assets.families.parametric_model import ParametricModel
 from casa_assets.model.asset.asset import Base
 
 # The most collision shapes of a vessel with all that is on it.

@@ -10,10 +10,9 @@ import numpy as np
 
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.blocks import board, box, lathe, rod
-from casa_assets.families.kit.solids.loft import loft
 from casa_assets.families.kit.solids.solid import Placed, Solid
-from casa_assets.families.kit.solids.sweep import circle, rectangle, tube
-from casa_assets.families.parts.appliance.case import round_wall_pieces
+from casa_assets.families.kit.solids.sweep import circle, loft, rectangle, tube
+from casa_assets.families.parts.appliance.counter_parts import round_wall_pieces
 from casa_assets.model.record import Vec3
 
 WALL_THICKNESS = 0.004  # metres

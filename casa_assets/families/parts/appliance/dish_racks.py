@@ -5,7 +5,7 @@ from __future__ import annotations
 from casa_assets.families.kit.asset_builder import AssetBuilder
 from casa_assets.families.kit.solids.blocks import board, rod
 from casa_assets.families.kit.solids.solid import Solid, concatenate
-from casa_assets.families.parts.hardware.tubs import wire
+from casa_assets.families.parts.hardware.handles import wire
 from casa_assets.model.record import Vec3
 
 WIRE_RADIUS, RIM_RADIUS = 0.0016, 0.0026  # metres; radius with its coat

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.blocks import board
 from casa_assets.families.parts.appliance import dish_racks, oven
-from casa_assets.families.parts.appliance.case import cavity_walls
-from casa_assets.families.parts.appliance.look import ApplianceLook
-from casa_assets.families.parts.appliance.turntable import add_turntable
+from casa_assets.families.parts.appliance.counter_parts import cavity_walls
+from casa_assets.families.parts.appliance.front import ApplianceLook
+from casa_assets.families.parts.appliance.oven import add_turntable
 from casa_assets.families.parts.refrigerator import case
 from casa_assets.model.record import Vec3
 

@@ -11,10 +11,9 @@ import numpy as np
 
 from casa_assets.core import hand_dynamics
 from casa_assets.core.hand_dynamics import TAP_START_N
-from casa_assets.core.typing import Floats
+from casa_assets.core.numeric import Floats
 from casa_assets.families.family import FinishId, Params
-from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
-from casa_assets.families.kit.behavior_builder import BehaviorBuilder
+from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder, BehaviorBuilder
 from casa_assets.families.kit.solids.blocks import ball, box, lathe, rod
 from casa_assets.families.kit.solids.solid import Solid
 from casa_assets.families.kit.solids.sweep import rectangle, round_corners, tube

@@ -1,4 +1,4 @@
-"""Handles of doors and drawers: bars, cups, knobs, rings and straps on posts that reach the front."""
+"""Handles of doors and drawers, legs of furniture, and the wire and tubs that racks are made of."""
 
 from __future__ import annotations
 
@@ -8,14 +8,137 @@ from enum import StrEnum
 
 import numpy as np
 
+from casa_assets.core.numeric import Floats
 from casa_assets.families.kit.asset_builder import AssetBuilder
-from casa_assets.families.kit.solids.blocks import ball, box, lathe, rod
-from casa_assets.families.kit.solids.boolean import subtract
+from casa_assets.families.kit.solids.blocks import ball, board, box, lathe, rod, subtract
 from casa_assets.families.kit.solids.solid import Placed, Solid, axis_turn, box_shape, concatenate
-from casa_assets.families.kit.solids.sweep import prism, rectangle, round_corners, tube
-from casa_assets.model.asset.shape import Capsule
+from casa_assets.families.kit.solids.sweep import circle, inset_rings, loft, prism, rectangle, round_corners, tube
+from casa_assets.geometry.solid.solids import convex_hull
+from casa_assets.model.asset.parts import Capsule, Cylinder
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
+
+# Legs -----------------------------------------------------------------------------------------------------------------
+# Legs and rails of furniture: bars between two points.
+
+
+def point_between(a: Vec3, b: Vec3, share: float) -> Vec3:
+    """The point at a share of the way from a (0) to b (1)."""
+    return a[0] + (b[0] - a[0]) * share, a[1] + (b[1] - a[1]) * share, a[2] + (b[2] - a[2]) * share
+
+
+def round_bar(a: Vec3, b: Vec3, radius: float) -> Solid:
+    """A round bar from a to b; its collider is a cylinder."""
+    solid = tube([a, b], radius)
+    axis = np.array(b) - np.array(a)
+    length = float(np.linalg.norm(axis))
+    middle = (np.array(a) + np.array(b)) / 2
+    x, y, z = (float(v) for v in middle)
+    shape = Cylinder(radius=radius, height=length)
+    return solid.with_shapes((shape, Pose(position=(x, y, z), quaternion=_onto(axis / length))))
+
+
+def square_bar(a: Vec3, b: Vec3, width: float, depth: float, up: Vec3 = (0.0, 1.0, 0.0)) -> Solid:
+    """A square-edged bar from a to b: `depth` along `up`, `width` across; its collider is a box."""
+    return tube([a, b], rectangle(width, depth, min(width, depth) * 0.12, 1), up=up)
+
+
+def tapered_leg(a: Vec3, b: Vec3, start: float, end: float, sides: int = 20) -> Solid:
+    """A round leg whose radius goes from `start` at a to `end` at b; its collider is a cylinder of the mean radius."""
+    axis = np.array(b) - np.array(a)
+    length = float(np.linalg.norm(axis))
+    ring = circle(1.0, sides)
+    start_ring = np.column_stack([ring * start, np.zeros(sides)])
+    end_ring = np.column_stack([ring * end, np.full(sides, length)])
+    points, faces = convex_hull(np.concatenate([start_ring, end_ring]))
+    x, y, z = a
+    pose = Pose(position=(x, y, z), quaternion=_onto(axis / length))
+    shape = (Cylinder(radius=(start + end) / 2, height=length), Pose(position=(0.0, 0.0, length / 2)))
+    return Solid(points, faces, (shape,), crease_deg=40.0).transformed(pose)
+
+
+def bowed_slat(size: Vec3, at: Vec3, bow: float, steps: int = 8) -> Solid:
+    """A board bowed backwards (+y) in its middle: width x, thickness y, height z; its collider is the bounding box."""
+    w, t, h = size
+    xs = np.linspace(-w / 2, w / 2, steps + 1)
+    ys = bow * (1 - (2 * xs / w) ** 2)
+    front = np.column_stack([xs, ys - t / 2])
+    back = np.column_stack([xs, ys + t / 2])[::-1]
+    outline = np.concatenate([front, back])
+    bottom = np.column_stack([outline, np.full(len(outline), -h / 2)])
+    top = np.column_stack([outline, np.full(len(outline), h / 2)])
+    solid = loft([bottom, top], 40.0)
+    return solid.with_box_collider().translated(*at)
+
+
+def _onto(direction: Floats) -> tuple[float, float, float, float]:
+    """Quaternion that takes z to a unit vector."""
+    x, y, z = (float(v) for v in direction)
+    if z < -1 + 1e-9:
+        return (0.0, 1.0, 0.0, 0.0)
+    w = 1.0 + z
+    n = math.sqrt(w * w + x * x + y * y)
+    return (w / n, -y / n, x / n, 0.0)
+
+
+# Tubs -----------------------------------------------------------------------------------------------------------------
+# Open boxes with rounded corners, and loops and rows of wire: what racks and baskets are made of.
+
+WIRE_SIDES = 6  # of a wire
+
+
+def open_tub(width: float, depth: float, height: float, wall: float, radius: float, floor: float = 0.0) -> Solid:
+    """An open box about x = 0, y = 0 from z = 0 up, its corners rounded; its colliders are a floor and four walls.
+
+    Args:
+        width, depth, height: outside, metres. wall: its thickness. radius: of the upright corners.
+        floor: thickness of the bottom; 0 for that of the walls.
+    """
+    base = floor or wall
+    edge_radius = min(0.004, 0.3 * height)
+    outline = rectangle(width, depth, radius, 5)
+    steps = [(edge_radius, 0.0), (0.0, edge_radius), (0.0, height - 0.001), (0.3 * wall, height), (0.7 * wall, height)]
+    body = loft(inset_rings(outline, [*steps, (wall, height - 0.001), (wall, base)]), 45.0)
+    w, d = width / 2, depth / 2
+    boards = (
+        board((-w, -d, 0.0), (w, d, base), 0.0),
+        board((-w, -d, base), (w, -d + wall, height), 0.0),
+        board((-w, d - wall, base), (w, d, height), 0.0),
+        board((-w, -d + wall, base), (-w + wall, d - wall, height), 0.0),
+        board((w - wall, -d + wall, base), (w, d - wall, height), 0.0),
+    )
+    return body.with_colliders_of(*boards)
+
+
+def wire_loop(width: float, depth: float, z: float, radius: float, corner: float) -> Solid:
+    """A level ring of wire about x = 0, y = 0: `width` by `depth` over the middle of the wire; without collider."""
+    w, d = width / 2, depth / 2
+    path = [(0.0, -d, z), (w, -d, z), (w, d, z), (-w, d, z), (-w, -d, z), (0.0, -d, z)]
+    return tube(path, circle(radius, 8), corner).without_colliders()
+
+
+def wire(path: list[Vec3], radius: float, bend: float = 0.0) -> Solid:
+    """A wire along corner points, bent round with a radius, metres; without collider."""
+    return tube(path, circle(radius, WIRE_SIDES), bend).without_colliders()
+
+
+def wire_grid(width: float, depth: float, z: float, radius: float, across: int, along: int) -> Solid:
+    """Crossed wires about x = 0, y = 0: `across` run from front to back, `along` from left to right just below them."""
+    w, d = width / 2, depth / 2
+    out = [wire([(float(x), -d, z), (float(x), d, z)], radius) for x in np.linspace(-w, w, across)]
+    out += [
+        wire([(-w, float(y), z - 1.6 * radius), (w, float(y), z - 1.6 * radius)], radius) for y in _spread(d, along)
+    ]
+    return concatenate(out)
+
+
+def _spread(half: float, count: int) -> list[float]:
+    """`count` places within -half .. half, evenly, none of them at the ends."""
+    return [float(v) for v in np.linspace(-half, half, count + 2)[1:-1]]
+
+
+# Handles --------------------------------------------------------------------------------------------------------------
+# bars, cups, knobs, rings and straps on posts that reach the front.
 
 LEATHER = "leather_tan"  # finish of leather straps
 EDGE_REACH = 0.024  # metres that an edge pull stands out before the face

@@ -7,11 +7,10 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
-from casa_assets.families.kit.solids.blocks import board, box, rod
-from casa_assets.families.kit.solids.boolean import subtract
+from casa_assets.families.kit.solids.blocks import board, box, rod, subtract
 from casa_assets.families.kit.solids.solid import Placed, box_shape
-from casa_assets.families.parts.appliance.case import add_liner, cavity_colliders
-from casa_assets.families.parts.appliance.look import ApplianceFront, ApplianceKick, ApplianceLook
+from casa_assets.families.parts.appliance.counter_parts import add_liner, cavity_colliders
+from casa_assets.families.parts.appliance.front import ApplianceFront, ApplianceKick, ApplianceLook
 from casa_assets.model.record import Vec3
 
 # Foamed walls, metres.

@@ -1,4 +1,4 @@
-"""Doors of refrigerators: a foamed slab on a hinge at its outer front corner, with gasket, liner, bins and a pull."""
+"""Doors of refrigerators: a foamed slab on a hinge with gasket, liner, bins and a handle."""
 
 from __future__ import annotations
 
@@ -6,18 +6,45 @@ import math
 from dataclasses import dataclass
 
 from casa_assets.families.kit.asset_builder import AssetBuilder
-from casa_assets.families.kit.solids.blocks import board, box
-from casa_assets.families.kit.solids.boolean import subtract
+from casa_assets.families.kit.solids.blocks import board, box, subtract
 from casa_assets.families.kit.solids.solid import Placed, Solid, box_shape
-from casa_assets.families.parts.appliance.case import cavity_walls
-from casa_assets.families.parts.appliance.handles import LATCH_LENGTH, AppliancePull, appliance_pull
-from casa_assets.families.parts.appliance.look import ApplianceFront, ApplianceLook
+from casa_assets.families.kit.solids.sweep import prism, rectangle
+from casa_assets.families.parts.appliance.counter_parts import cavity_walls
+from casa_assets.families.parts.appliance.front import (
+    LATCH_LENGTH,
+    ApplianceFront,
+    ApplianceLook,
+    AppliancePull,
+    appliance_pull,
+)
 from casa_assets.families.parts.fronts import fronts
 from casa_assets.families.parts.fronts.fronts import FrontKind
 from casa_assets.families.parts.hardware import handles
 from casa_assets.families.parts.refrigerator.case import DOOR_GAP, LINER_FINISH, Compartment
-from casa_assets.families.parts.refrigerator.gasket import gasket_frame
 from casa_assets.model.record import Vec2, Vec3
+
+# Gasket ---------------------------------------------------------------------------------------------------------------
+# Gaskets: the dark magnetic seal between a door and what it shuts.
+
+
+def gasket_frame(lower: Vec2, upper: Vec2, y0: float, y1: float, strip_width: float = 0.014) -> Solid:
+    """A frame of rubber between two planes.
+
+    Args:
+        lower, upper: outer corners in x and z, metres. y0, y1: planes between which it lies. strip_width: of its strip.
+    Returns:
+        A solid without collider.
+    """
+    w, h = upper[0] - lower[0], upper[1] - lower[1]
+    outer, inner = rectangle(w, h, 0.01, 2), rectangle(w - 2 * strip_width, h - 2 * strip_width, 0.004, 2)
+    ring = prism(outer, y1 - y0, min(0.0008, 0.2 * (y1 - y0)), (inner,))
+    # Pulled along z, then laid so that z becomes -y: the plane y1 is its foot.
+    upright = ring.rotated("x", 1.5707963267948966)
+    return upright.translated((lower[0] + upper[0]) / 2, y1, (lower[1] + upper[1]) / 2).without_colliders()
+
+
+# Door -----------------------------------------------------------------------------------------------------------------
+# a foamed slab on a hinge at its outer front corner, with gasket, liner, bins and a pull.
 
 DOOR_TRAVEL = math.pi / 2
 BIN_DEPTH = 0.1  # metres that bins reach into the case
@@ -285,3 +312,30 @@ def _bin(builder: AssetBuilder, door: FridgeDoor, look: ApplianceLook, k: int, l
     # Ref: RoboCasa v1.0, Fridge: a region with `fridge` or `freezer` in its name is a shelf, and stays where it is.
     count = sum(region.name.startswith(BIN_REGION) for region in builder.regions)
     builder.region(f"{BIN_REGION}{count}", *corners, link=door.link)
+
+
+# Trim -----------------------------------------------------------------------------------------------------------------
+# Trim on the front of an appliance: a blank badge and a touch panel.
+
+TOUCH_PANEL_HEIGHT = 1.45  # metres above the floor
+
+
+def add_badge(builder: AssetBuilder, door: FridgeDoor, look: ApplianceLook) -> None:
+    """Add a badge near the upper edge of a door, and a touch panel at eye height where the look has one."""
+    w, h = door.width, door.height
+    if look.form is ApplianceFront.PANEL:
+        return
+    if look.badge:
+        size = (0.11, 0.004, 0.022) if look.form is ApplianceFront.ROUND else (0.07, 0.0022, 0.012)
+        plate = box(size, (w / 2, -size[1] / 2 + 0.0004, h - 0.075), 0.45 * size[1], 2)
+        door.add_part(builder, plate, look.metal, "badge")
+    if look.display:
+        z = min(max(TOUCH_PANEL_HEIGHT - door.lower[1], 0.2), h - 0.2)
+        glass = box((0.036, 0.0014, 0.2), (w / 2, -0.0006, z), 0.0005)
+        door.add_part(builder, glass, "display_dark", "display", density=0.0)
+        for k in range(2):
+            digit = box((0.014, 0.0005, 0.018), (w / 2, -0.0016, z + 0.07 - 0.034 * k), 0.0)
+            door.add_part(builder, digit, "display_white", "display", density=0.0)
+        for k in range(3):
+            key = box((0.01, 0.0005, 0.003), (w / 2, -0.0016, z - 0.02 - 0.026 * k), 0.0)
+            door.add_part(builder, key, "plastic_grey_light", "display", density=0.0)

@@ -18,7 +18,7 @@ from casa_assets.ingest.sources.found import Found, Refused
 from casa_assets.ingest.sources.other_files import HIDDEN, kind_of_other, unread
 from casa_assets.ingest.sources.package import Package
 from casa_assets.ingest.sources.untrusted_fields import unique_hints
-from casa_assets.model.ingest.source import Source, SourceKind
+from casa_assets.model.source import Source, SourceKind
 
 
 def archived(package: Package, name: str, others: Counter[str]) -> Iterator[Found | Refused]:

@@ -1,10 +1,4 @@
-"""Join the libraries of shards into the one that a single run over all inputs would have made.
-
-A merge is such a run: the inputs come in the order of their discovery, the same bytes and copies are told in that
-order, entries are published one by one, and what the library holds from earlier runs counts. It differs in who answers
-its questions: the records of the shards, and the entries that they made, which are linked or copied. No input is read
-and no asset is built.
-"""
+"""Join the libraries of shards into the one that a single run over all inputs would have made."""
 
 from __future__ import annotations
 
@@ -23,18 +17,88 @@ from casa_assets.pipeline.ingest.answers import SurveyAnswer
 from casa_assets.pipeline.ingest.job import Event, Job, Outcome
 from casa_assets.pipeline.ingest.refused_rows import is_below
 from casa_assets.pipeline.ingest.run import Options, cache_key, ingest_inputs, open_library
-from casa_assets.pipeline.ingest.shards.check_shards import check_shards
-from casa_assets.pipeline.ingest.shards.record import ShardHeader, ShardLine, ShardRecord, read_record
-from casa_assets.pipeline.ingest.shards.recorder import check_is_no_shard
-from casa_assets.pipeline.ingest.shards.shard import index_of
+from casa_assets.pipeline.ingest.shards.record import (
+    ShardHeader,
+    ShardLine,
+    ShardRecord,
+    check_is_no_shard,
+    index_of,
+    made_by,
+    read_record,
+)
 from casa_assets.pipeline.ingest.split import HeldThings
 from casa_assets.pipeline.ingest.survey import Survey
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library import review
-from casa_assets.pipeline.library.copy_entry import copy_accepted, copy_refused
 from casa_assets.pipeline.library.derived_files import write_reports
 from casa_assets.pipeline.library.entry_table import EntryTable, stream_entries
 from casa_assets.pipeline.library.identity import Identity, Producer
+from casa_assets.pipeline.library.resume import copy_accepted, copy_refused
+
+# Check shards ---------------------------------------------------------------------------------------------------------
+# Check that shards are of one run of this version of the program, and that all of them are there.
+
+# What all shards of one run have in common, and what to say where they do not.
+COMMON = {
+    "count": "is one of another number of shards",
+    "category": "was made with another --category",
+    "split": "was made with another --split",
+    "keep_duplicates": "was made with another --keep-duplicates",
+    "limits": "was made with other limits on inputs",
+    "cache_key": "was made by another version of casa-assets",
+    "made_by": "was made by another version of casa-assets",
+    "inputs_digest": "found other inputs, because the sources have changed in between,",
+}
+# Missing shards that are named.
+MAX_NAMED = 8
+
+
+def check_shards(records: Sequence[ShardRecord], cache_key: str, is_partial: bool) -> None:
+    """Check that shards may be merged.
+
+    Args:
+        cache_key: of a run of this program with their options. is_partial: some may be missing.
+    Raises:
+        OutputError: they are not of one run, one is there twice or missing, or another version made them.
+    """
+    first = records[0]
+    seen: dict[int, Path] = {}
+    for record in records:
+        root, header = record.library.root, record.header
+        for name, words in COMMON.items():
+            if getattr(header, name) != getattr(first.header, name):
+                message = f"{words} than {first.library.root}; run all shards again, with the same options"
+                raise OutputError(str(root), message)
+        if header.index in seen:
+            raise OutputError(str(root), f"holds shard {header.shard}, as {seen[header.index]} does; name one of them")
+        seen[header.index] = root
+    if (first.header.cache_key, first.header.made_by) != (cache_key, made_by()):
+        message = "was made by another version of casa-assets; merge with that one, or run all shards again"
+        raise OutputError(str(first.library.root), message)
+    _check_complete(records, is_partial)
+
+
+def _check_complete(records: Sequence[ShardRecord], is_partial: bool) -> None:
+    header, root = records[0].header, str(records[0].library.root)
+    missing = sorted(set(range(1, header.count + 1)) - {record.header.index for record in records})
+    if missing and not is_partial:
+        few = ", ".join(f"{index}/{header.count}" for index in missing[:MAX_NAMED])
+        more = f" and {len(missing) - MAX_NAMED} more" if len(missing) > MAX_NAMED else ""
+        message = f"is one of {header.count} shards, and these are missing: {few}{more}; name them too, or --partial"
+        raise OutputError(root, message)
+    lines = [line for record in records for line in record.lines]
+    numbers = {line.number for line in lines if line.source is not None}
+    rows = sum(sum(line.refused.counts.values()) for line in lines if line.refused is not None)
+    count = sum(line.source is not None for line in lines)
+    if count != len(numbers) or (not missing and count + rows != header.inputs):
+        raise OutputError(root, f"the shards hold {count + rows} of {header.inputs} inputs; run all of them again")
+
+
+# Merge ----------------------------------------------------------------------------------------------------------------
+# A merge is such a run: the inputs come in the order of their discovery, the same bytes and copies are told in that
+# order, entries are published one by one, and what the library holds from earlier runs counts. It differs in who
+# answers its questions: the records of the shards, and the entries that they made, which are linked or copied. No
+# input is read and no asset is built.
 
 
 def merge(

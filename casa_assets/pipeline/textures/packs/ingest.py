@@ -15,22 +15,25 @@ from casa_assets.model.asset.material import Substance
 from casa_assets.model.files import Files
 from casa_assets.model.issue import Report
 from casa_assets.model.record import Record, Vec2
-from casa_assets.model.registry.finish import Finish, Surface
+from casa_assets.model.registry.rows import Finish, Surface
 from casa_assets.pipeline.cache.store import Store
 from casa_assets.pipeline.library.library import Library, file_digests, write_files
-from casa_assets.pipeline.textures.packs.pictures import pack_of
-from casa_assets.pipeline.textures.packs.read import FOLDER, PACK
-from casa_assets.pipeline.textures.packs.sources import list_files
-from casa_assets.pipeline.textures.packs.survey import AcceptedPicture, PackOptions, read_description, survey
+from casa_assets.pipeline.textures.packs.pictures import FOLDER, PACK, pack_of
+from casa_assets.pipeline.textures.packs.survey import (
+    AcceptedPicture,
+    PackOptions,
+    list_files,
+    read_description,
+    survey,
+)
 from casa_assets.pipeline.textures.recipes import every_recipe, origin_of
 from casa_assets.preview.pictures import SheetCell, contact_sheet
 from casa_assets.projects import SETTINGS, project_folder, use_project
 from casa_assets.textures.check import check_pictures, pictures_of
 from casa_assets.textures.distance import NEARLY_ALIKE, TextureDescriptor, closest_pairs, describe_texture
-from casa_assets.textures.packs import derive
-from casa_assets.textures.packs.derive import TiledPicture, finish_of_tile, pixels_of
-from casa_assets.textures.packs.entry import UNKNOWN, Pack, PackPicture, SimilarPair
-from casa_assets.textures.packs.naming import slug, unique_ids
+from casa_assets.textures.packs import pictures as derive
+from casa_assets.textures.packs.entry import UNKNOWN, Pack, PackPicture, SimilarPair, slug, unique_ids
+from casa_assets.textures.packs.pictures import TiledPicture, finish_of_tile, pixels_of
 
 __all__ = ["PackOptions", "PackReport", "ingest_pack"]
 

@@ -1,23 +1,59 @@
-"""Pictures of packs: those of the project in use as recipes of textures, and their files as finishes."""
+"""Packs of a project or library: their pictures as recipes of textures, and their files as finishes."""
 
 from __future__ import annotations
 
 import hashlib
 import struct
-from collections.abc import Mapping
+from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
+
+from pydantic import ValidationError
 
 from casa_assets.errors import OutputError
 from casa_assets.model.asset.material import ColorSpace, Material, Substance, Texture
 from casa_assets.model.record import Id, Record, Sha256, Vec2
-from casa_assets.model.registry.finish import Finish
-from casa_assets.model.registry.texture_recipe import TextureRecipe
-from casa_assets.pipeline.textures.packs.read import FOLDER, load_pack
+from casa_assets.model.registry.rows import Finish, TextureRecipe
 from casa_assets.projects import project_folder, read_once
 from casa_assets.textures.canvas import Layers
-from casa_assets.textures.packs import derive
-from casa_assets.textures.packs.entry import FileName, PackPicture
-from casa_assets.textures.packs.limits import MAX_FILE_BYTES, MAX_SIDE_PX
+from casa_assets.textures.packs import pictures as derive
+from casa_assets.textures.packs.entry import MAX_FILE_BYTES, MAX_SIDE_PX, FileName, Pack, PackPicture
+
+# Read -----------------------------------------------------------------------------------------------------------------
+# Read the packs of a project, or of a library.
+
+# Folder of packs in a project or a library, and the file in each that says what it holds.
+FOLDER, PACK = "textures", "pack.json"
+
+
+def load_pack(folder: Path) -> Pack:
+    """The pack in a folder. Raises OutputError where pack.json is missing or damaged."""
+    try:
+        return Pack.from_json((folder / PACK).read_text(encoding="utf-8"))
+    except (OSError, ValidationError, ValueError) as error:
+        raise OutputError(
+            str(folder / PACK), f"cannot be read: {str(error).splitlines()[0]}; ingest it again"
+        ) from error
+
+
+def packs_of(project: Path) -> Iterator[tuple[Path, Pack]]:
+    """The packs of a project with their folders, sorted by name. Raises OutputError where a pack.json is damaged."""
+    for path in sorted((project / FOLDER).glob(f"*/{PACK}")):
+        yield path.parent, load_pack(path.parent)
+
+
+def credits_of_pictures(names: Collection[str]) -> list[dict[str, str]]:
+    """What the packs of the project in use say of the makers of pictures: a row for each of these ids that is one."""
+    project = project_folder()
+    pictures = (p for _, pack in (packs_of(project) if project is not None else ()) for p in pack.pictures)
+    found = {p.id: p for p in pictures if p.id in names}
+    return [
+        {"id": name, "licence": p.licence, "author": p.author, "generator": p.generator}
+        for name, p in sorted(found.items())
+    ]
+
+
+# Pictures -------------------------------------------------------------------------------------------------------------
+# Pictures of packs: those of the project in use as recipes of textures, and their files as finishes.
 
 # Kind of a recipe that is not painted, but is a picture of a pack.
 KIND = "picture"

@@ -1,10 +1,11 @@
-"""Survey pictures: what is said of them, those that can be used, and the reasons why others cannot."""
+"""Survey the pictures of a folder: those that can be used, and the reasons why others cannot."""
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -13,13 +14,80 @@ from casa_assets.errors import RegistryError, Rejected
 from casa_assets.model.record import Record
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
 from casa_assets.pipeline.cache.store import Store
-from casa_assets.pipeline.textures.packs.sources import SourceFile
-from casa_assets.textures.packs.decode import SUFFIX_GROUPS, decode, decode_map
-from casa_assets.textures.packs.derive import SIZE_PX, Floats, GivenMaps, TiledPicture, scaled, tile
-from casa_assets.textures.packs.entry import UNKNOWN, PictureDescription, RejectedPicture
-from casa_assets.textures.packs.maps import MapRole, MaterialFiles, group_maps
-from casa_assets.textures.packs.naming import slug
-from casa_assets.textures.packs.rejections import PictureRejection, rejection_error, rejection_row
+from casa_assets.textures.packs.entry import (
+    MAX_FILE_BYTES,
+    UNKNOWN,
+    MapRole,
+    MaterialFiles,
+    PictureDescription,
+    PictureRejection,
+    RejectedPicture,
+    group_maps,
+    rejection_error,
+    rejection_row,
+    slug,
+)
+from casa_assets.textures.packs.pictures import (
+    SIZE_PX,
+    SUFFIX_GROUPS,
+    Floats,
+    GivenMaps,
+    TiledPicture,
+    decode,
+    decode_map,
+    scaled,
+    tile,
+)
+
+# Sources --------------------------------------------------------------------------------------------------------------
+# The files that a pack is made of: those under a folder; every read is bounded.
+
+
+@dataclass(frozen=True)
+class SourceFile:
+    """A file of a source.
+
+    Attributes:
+        path: POSIX, relative to the folder. read: its bytes. Raises Rejected.
+    """
+
+    path: str
+    read: Callable[[], bytes]
+
+    @property
+    def suffix(self) -> str:
+        """In lower case, with its dot."""
+        return Path(self.path).suffix.lower()
+
+
+def list_files(folder: Path) -> tuple[SourceFile, ...]:
+    """Every file under a folder that is not hidden, sorted by path."""
+    found = [SourceFile(path.relative_to(folder).as_posix(), partial(_bytes, path, folder)) for path in _files(folder)]
+    return tuple(sorted(found, key=lambda file: file.path))
+
+
+def _files(folder: Path) -> Iterator[Path]:
+    for path in sorted(folder.rglob("*")):
+        hidden = any(part.startswith(".") for part in path.relative_to(folder).parts)
+        if not hidden and (path.is_symlink() or not path.is_dir()):
+            yield path
+
+
+def _bytes(path: Path, folder: Path) -> bytes:
+    try:
+        if not path.resolve(strict=True).is_relative_to(folder.resolve()):
+            raise rejection_error(PictureRejection.UNREADABLE, "is a link that leaves the folder")
+        if not path.is_file():
+            raise rejection_error(PictureRejection.UNREADABLE, "is no regular file")
+        if path.stat().st_size > MAX_FILE_BYTES:
+            raise rejection_error(PictureRejection.TOO_LARGE, f"has over {MAX_FILE_BYTES // 2**20} MiB")
+        return path.read_bytes()
+    except (OSError, RuntimeError) as error:  # RuntimeError: links in a circle
+        raise rejection_error(PictureRejection.UNREADABLE, f"cannot be read: {error}") from None
+
+
+# Survey ---------------------------------------------------------------------------------------------------------------
+# Survey pictures: what is said of them, those that can be used, and the reasons why others cannot.
 
 MANIFESTS = ("pack.yaml", "pack.yml", "pack.json")
 _KEYS = ("pack", "defaults", "pictures")

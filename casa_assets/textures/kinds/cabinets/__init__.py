@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from casa_assets.textures.kind import TextureKind
-from casa_assets.textures.kinds.cabinets.board import PRESSED
-from casa_assets.textures.kinds.cabinets.painted import PAINTED
-from casa_assets.textures.kinds.cabinets.veneer import VENEER
+from casa_assets.textures.canvas import TextureKind
+from casa_assets.textures.kinds.cabinets.fronts import PAINTED, PRESSED, VENEER
 
 KINDS: tuple[TextureKind, ...] = (VENEER, PAINTED, PRESSED)

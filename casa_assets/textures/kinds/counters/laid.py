@@ -1,18 +1,182 @@
-"""Counters of glazed tiles, glazed lava, and laminates with a printed pattern."""
+"""Worktops of other matter: wooden staves, glazed tiles and lava, printed laminates, sheet metal."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from enum import StrEnum
 from typing import Annotated
 
 import numpy as np
+import numpy.typing as npt
 from pydantic import Field
 
 from casa_assets.model.record import Record
-from casa_assets.model.registry.finish import HexColor
-from casa_assets.textures.canvas import Canvas, Layers, Map, Share, blend, rgb, rgb_table, smoothstep
-from casa_assets.textures.kind import TextureKind
-from casa_assets.textures.kinds.counters.voronoi import voronoi_cells
+from casa_assets.model.registry.rows import HexColor
+from casa_assets.textures import wood
+from casa_assets.textures.canvas import (
+    Canvas,
+    Layers,
+    Map,
+    Share,
+    TextureKind,
+    blend,
+    line_coverage,
+    rgb,
+    rgb_table,
+    smoothstep,
+    stratified,
+)
+from casa_assets.textures.kinds.counters.stone import voronoi_cells
+from casa_assets.textures.wood import GrainMaps, SawCut, WoodPalette, WoodSpecies, ring_maps
+
+# Butcher --------------------------------------------------------------------------------------------------------------
+# Wooden worktops: staves glued edge to edge, and end grain blocks.
+
+Ids = npt.NDArray[np.intp]
+_GLUE_M = 0.001  # as wide as a joint looks from arm's length
+
+
+class ButcherBlock(Record):
+    """Staves along u.
+
+    Attributes:
+        species, palette, cut: of the wood; `palette.variety` is how much staves differ.
+        stave_m: width of a stave in metres.
+        length_m: of the pieces that a stave is joined from, metres.
+    """
+
+    species: WoodSpecies
+    palette: WoodPalette
+    cut: SawCut = SawCut.RIFT
+    stave_m: Annotated[float, Field(gt=0.01, lt=0.4)] = 0.04
+    length_m: Annotated[float, Field(gt=0.05, lt=4)] = 0.5
+
+
+class EndGrain(Record):
+    """Blocks standing on end.
+
+    Attributes:
+        species, palette: of the wood.
+        block_m: side of a block in metres.
+        second: palette of every other block, None if all are of one wood.
+        bond: 0..1, how far every other row is shifted, as a share of a block.
+    """
+
+    species: WoodSpecies
+    palette: WoodPalette
+    block_m: Annotated[float, Field(gt=0.01, lt=0.2)] = 0.045
+    second: WoodPalette | None = None
+    bond: Annotated[float, Field(ge=0, le=1)] = 0.5
+
+
+def paint_staves(params: ButcherBlock, canvas: Canvas, rng: np.random.Generator) -> Layers:
+    """Paint one worktop, grain along u."""
+    return _glued(params, canvas.transposed, rng).transposed
+
+
+def _glued(params: ButcherBlock, canvas: Canvas, rng: np.random.Generator) -> Layers:
+    """The worktop with its grain along v: every piece is read from another place of one sheet of wood."""
+    plain = params.palette.replace(variety=0.0)
+    face = wood.board(canvas, params.species, params.cut, plain, rng)
+    piece, edge_m, count = _pieces(canvas, params.stave_m, params.length_m, rng)
+    dx = rng.uniform(0.0, canvas.tile_m[0], count).astype(np.float32)[piece]
+    dy = rng.uniform(0.0, canvas.tile_m[1], count).astype(np.float32)[piece]
+    moved = [
+        canvas.shifted(plane, dx, dy) for plane in (*np.moveaxis(face.albedo, 2, 0), face.height_m, face.roughness)
+    ]
+    # Most staves are much alike and a few stand out: a cube of the lot keeps it so. Pale ones stand out less.
+    lot = stratified(count, rng)
+    tones = 0.35 * lot + 0.65 * lot**3
+    tones = np.where(tones < 0.0, 0.5 * tones, tones) * params.palette.variety
+    tone = tones.astype(np.float32)[piece]
+    albedo = np.stack(moved[:3], axis=-1)
+    dark, light = rgb(params.palette.dark), rgb(params.palette.light)
+    albedo = albedo + 0.9 * (dark - light) * tone[..., None]
+    albedo = albedo * (1.0 + 0.04 * tone)[..., None]
+    pixel = max(canvas.pixel_width_m, canvas.tile_m[1] / canvas.size_px[0])
+    glue = line_coverage(edge_m, _GLUE_M, pixel)
+    albedo = blend(albedo, rgb(params.palette.heart), 0.42 * glue)
+    return Layers.of(albedo, moved[3] - 0.00004 * glue, moved[4] + 0.04 * glue)
+
+
+def _pieces(canvas: Canvas, stave_m: float, length_m: float, rng: np.random.Generator) -> tuple[Ids, Map, int]:
+    """Number of the piece, metres to its edge, count of pieces. Staves upright, ends at random heights."""
+    x, y = canvas.axes()
+    columns = max(2, round(canvas.tile_m[0] / stave_m))
+    rows = max(1, round(canvas.tile_m[1] / length_m))
+    pitch = canvas.tile_m[0] / columns
+    column = np.minimum((x / pitch).astype(np.intp), columns - 1)
+    # Ends may not come to lie beside those of the next stave: golden steps keep them apart.
+    start = np.mod(np.arange(columns) * 0.618 + rng.uniform(0.0, 0.12, columns), 1.0) / rows
+    ends = np.sort(np.mod(start[:, None] + (np.arange(rows) + rng.uniform(-0.22, 0.22, (columns, rows))) / rows, 1.0))
+    at = np.mod(y / np.float32(canvas.tile_m[1]), 1.0)
+    row = np.zeros(canvas.size_px, dtype=np.intp)
+    off = np.full(canvas.size_px, np.inf, dtype=np.float32)
+    for n in range(rows if rows > 1 else 0):  # a stave as long as the picture has no ends
+        end = ends[:, n][column]
+        row = row + (at >= end)
+        off = np.minimum(off, np.abs(np.mod(at - end + 0.5, 1.0) - 0.5) * canvas.tile_m[1])
+    side = np.abs(np.mod(x / pitch + 0.5, 1.0) - 0.5) * pitch
+    return np.mod(row, rows) + column * rows, np.minimum(off, side).astype(np.float32), rows * columns
+
+
+def paint_blocks(params: EndGrain, canvas: Canvas, rng: np.random.Generator) -> Layers:
+    """Paint one block worktop: years as arcs around piths that lie outside the blocks, pores as dots, rays between."""
+    x, y = canvas.axes()
+    rows = 2 * max(1, round(canvas.tile_m[1] / params.block_m / 2.0))
+    columns = 2 * max(1, round(canvas.tile_m[0] / params.block_m / 2.0))
+    tall, wide = canvas.tile_m[1] / rows, canvas.tile_m[0] / columns
+    row = np.minimum((y / tall).astype(np.intp), rows - 1)
+    along = x / wide + params.bond * np.mod(row, 2)
+    column = np.mod(np.floor(along).astype(np.intp), columns)
+    block = row * columns + column
+    in_x, in_y = (np.mod(along, 1.0) - 0.5) * wide, (np.mod(y / tall, 1.0) - 0.5) * tall
+    angle = rng.uniform(0.0, 2.0 * np.pi, rows * columns)
+    far = rng.uniform(0.6, 3.5, rows * columns) * params.block_m
+    dx = in_x - (far * np.cos(angle)).astype(np.float32)[block]
+    dy = in_y - (far * np.sin(angle)).astype(np.float32)[block]
+    lot = rng.uniform(0.0, canvas.tile_m[0], rows * columns).astype(np.float32)[block]
+    radius = np.hypot(dx, dy) + lot + 0.0006 * canvas.noise(0.015, 0.015, rng)
+    grain = _end_maps(canvas, params.species, radius.astype(np.float32), np.arctan2(dy, dx), rng)
+    grain = replace(grain, tone=rng.uniform(-1.0, 1.0, rows * columns).astype(np.float32)[block])
+    face = wood.finish_wood(grain, params.species, params.palette, canvas, rng)
+    albedo = face.albedo
+    if params.second is not None:
+        other = wood.finish_wood(grain, params.species, params.second, canvas, rng)
+        albedo = np.where((np.mod(row + column, 2) == 1)[..., None], other.albedo, albedo)
+    edge = np.minimum(wide / 2.0 - np.abs(in_x), tall / 2.0 - np.abs(in_y))
+    glue = line_coverage(edge, _GLUE_M, canvas.pixel_width_m)
+    albedo = blend(albedo, rgb(params.palette.heart), 0.5 * glue)
+    return Layers.of(albedo, face.height_m - 0.00004 * glue, face.roughness + 0.04 * glue)
+
+
+def _end_maps(canvas: Canvas, species: WoodSpecies, radius: Map, angle: Map, rng: np.random.Generator) -> GrainMaps:
+    """Maps of wood seen from its end."""
+    ring, early, zone = ring_maps(canvas, species, radius, rng)
+    dots = canvas.noise(0.0012, 0.0012, rng)
+    zero = np.zeros_like(ring)
+    rays = np.cos(angle * 160.0).astype(np.float32)
+    return GrainMaps(
+        ring=ring,
+        early=early,
+        fibre=0.5 * canvas.noise(0.002, 0.002, rng) + 0.25 * rays,
+        zone=zone,
+        pore=smoothstep(0.5, 1.6, dots),
+        fleck=zero,
+        dash=zero,
+        sheen=zero,
+        knot=zero,
+        tone=zero,
+        joint=zero,
+        edge_m=zero + 1.0,
+    )
+
+
+STAVES = TextureKind("butcher_block", ButcherBlock, paint_staves)
+END_GRAIN = TextureKind("end_grain", EndGrain, paint_blocks)
+
+# Laid -----------------------------------------------------------------------------------------------------------------
+# Counters of glazed tiles, glazed lava, and laminates with a printed pattern.
 
 
 class TiledCounter(Record):
@@ -175,3 +339,140 @@ def _figures(params: PrintedLaminate, ink: int, canvas: Canvas, rng: np.random.G
 TILED = TextureKind("tiled_counter", TiledCounter, paint_tiles)
 GLAZED = TextureKind("glazed_lava", GlazedLava, paint_glaze)
 PRINTED = TextureKind("printed_laminate", PrintedLaminate, paint_print)
+
+# Metal ----------------------------------------------------------------------------------------------------------------
+# brushed, swirled, hammered, and how zinc and copper age.
+
+
+class MetalTooling(StrEnum):
+    """Marks of the tool on the metal."""
+
+    ALONG = "along"  # brushed along u
+    UPRIGHT = "upright"  # brushed along v
+    ORBITAL = "orbital"  # many small arcs
+    TURNED = "turned"  # rows of overlapping round swirls
+    HAMMERED = "hammered"
+    ROLLED = "rolled"  # as it left the mill
+    QUILTED = "quilted"  # pressed diamonds, as behind a diner's counter
+
+
+class SheetMetal(Record):
+    """A metal sheet.
+
+    Attributes:
+        color: of the clean metal.
+        patina_color: of its patina.
+        patina: 0..1, how much of the face has it.
+        spots: 0..1, drops and rings that a used counter has.
+        tooling: marks of the tool; `mark_m` is the size of one in metres, where it has one.
+        roughness: 0..1.
+        metallic: 0..1; a thick patina is hardly metal any more.
+    """
+
+    color: HexColor
+    patina_color: HexColor
+    patina: Share = 0.0
+    spots: Share = 0.0
+    tooling: MetalTooling = MetalTooling.ALONG
+    mark_m: Annotated[float, Field(gt=0.003, lt=0.4)] = 0.02
+    roughness: Annotated[float, Field(ge=0.04, le=0.95)] = 0.3
+    metallic: Share = 1.0
+
+
+def paint_metal(params: SheetMetal, canvas: Canvas, rng: np.random.Generator) -> Layers:
+    """Paint one sheet."""
+    tone, height, gloss = _marks(params, canvas, rng)
+    cloud = canvas.noise(0.5, 0.6, rng, 3)
+    albedo = rgb(params.color) * (1.0 + 0.05 * tone + 0.012 * cloud)[..., None]
+    roughness = params.roughness + 0.04 * gloss + 0.015 * cloud
+    if params.patina > 0:
+        field = 0.8 * canvas.noise(0.25, 0.3, rng, 6) + 0.5 * canvas.noise(0.05, 0.06, rng, 5)
+        edge = 1.6 - 3.0 * params.patina
+        share = 0.6 * smoothstep(edge - 2.0, edge + 2.0, field)
+        deep = 1.0 + 0.08 * canvas.noise(0.05, 0.05, rng, 4)
+        albedo = blend(albedo, rgb(params.patina_color) * deep[..., None], share)
+        roughness = roughness + 0.25 * share
+        height = height + 0.000004 * share
+    if params.spots > 0:
+        mark = _spots(params.spots, canvas, rng)
+        albedo = blend(albedo, rgb(params.patina_color), 0.45 * mark)
+        roughness = roughness + 0.1 * mark
+    return Layers.of(albedo, height, np.clip(roughness, 0.06, 1.0), params.metallic)
+
+
+def _marks(params: SheetMetal, canvas: Canvas, rng: np.random.Generator) -> tuple[Map, Map, Map]:
+    """Tone and gloss of deviation about 1, height in metres."""
+    tooling, mark = params.tooling, params.mark_m
+    if tooling in (MetalTooling.ALONG, MetalTooling.UPRIGHT):
+        sizes = ((0.0012, 0.35), (0.0025, 0.9), (0.02, 1.2))
+        pairs = [s if tooling is MetalTooling.ALONG else s[::-1] for s in sizes]
+        lines = sum((w * canvas.noise(*s, rng) for w, s in zip((1.0, 0.7, 0.35), pairs, strict=True)), np.float32(0))
+        lines = np.asarray(lines, dtype=np.float32)
+        return 0.75 * lines, 0.000002 * lines, 0.8 * lines
+    if tooling is MetalTooling.ORBITAL:
+        return _arcs(canvas, mark, rng)
+    if tooling is MetalTooling.TURNED:
+        return _turned(canvas, mark, rng)
+    if tooling is MetalTooling.HAMMERED:
+        dents = voronoi_cells(canvas, mark, rng, bend_m=0.05 * mark)
+        bowl = np.minimum(dents.near_m / mark, 0.62) ** 2
+        rim = 1.0 - smoothstep(0.0, 0.10, dents.border_m / mark)
+        return 3.3 * (bowl - 0.15) + 0.4 * rim, 0.045 * mark * bowl, np.zeros_like(bowl)
+    if tooling is MetalTooling.QUILTED:
+        return _quilted(canvas, mark)
+    cloud, fine = canvas.noise(0.1, 0.2, rng, 4), canvas.noise(0.004, 0.03, rng)
+    return 0.5 * cloud + 0.25 * fine, 0.000001 * fine, 0.6 * cloud
+
+
+def _arcs(canvas: Canvas, size_m: float, rng: np.random.Generator) -> tuple[Map, Map, Map]:
+    """Scratches around many centres, laid over each other."""
+    tone = np.zeros(canvas.size_px, dtype=np.float32)
+    for scale in (1.0, 0.7, 1.4):
+        swirls = voronoi_cells(canvas, size_m * scale, rng, bend_m=0.15 * size_m)
+        off = swirls.near_m + size_m * 3.0 * swirls.random_per_cell(rng)
+        tone = tone + np.sin(off * 2.0 * np.pi / 0.0023) * (0.4 + 0.6 * swirls.random_per_cell(rng))
+        tone = tone + 0.6 * (swirls.random_per_cell(rng) - 0.5)
+    tone = 0.55 * tone + 0.4 * canvas.noise(0.0025, 0.0025, rng)
+    return tone, 0.0000015 * tone, 0.6 * tone
+
+
+def _turned(canvas: Canvas, size_m: float, rng: np.random.Generator) -> tuple[Map, Map, Map]:
+    """Engine turning: each round lies half over the one before it, with a fan of light on it."""
+    x, y = canvas.axes()
+    columns, rows = (max(2, round(t / size_m)) for t in canvas.tile_m)
+    u = np.mod(x * columns / canvas.tile_m[0], 1.0)
+    v = np.mod(y * rows / canvas.tile_m[1], 1.0)
+    tone = np.zeros(canvas.size_px, dtype=np.float32)
+    # The later round hides the earlier: of those that reach a point the one furthest down and right is on top.
+    for step_y in (-1.0, 0.0, 1.0):
+        for step_x in (-1.0, 0.0, 1.0):
+            dx, dy = np.broadcast_arrays(u - 0.5 - step_x, v - 0.5 - step_y)
+            off = np.hypot(dx, dy)
+            fan = 0.8 * np.cos(2.0 * np.arctan2(dy, dx)) + 0.35 * np.sin(off * 70.0)
+            tone = np.where(off < 0.75, fan - 0.8 * smoothstep(0.68, 0.75, off), tone)
+    tone = np.asarray(tone + 0.2 * canvas.noise(0.002, 0.002, rng), dtype=np.float32)
+    return 1.3 * tone, 0.000002 * tone, 0.5 * tone
+
+
+def _quilted(canvas: Canvas, size_m: float) -> tuple[Map, Map, Map]:
+    """Pressed cushions on the diagonal, `size_m` from tip to tip."""
+    x, y = canvas.axes()
+    columns, rows = (max(1, round(t / size_m)) for t in canvas.tile_m)
+    u, v = x * columns / canvas.tile_m[0], y * rows / canvas.tile_m[1]
+    one, two = np.abs(np.sin(np.pi * (u + v))), np.abs(np.sin(np.pi * (u - v)))
+    cushion = np.sqrt(one * two).astype(np.float32)
+    lit = (np.cos(np.pi * (u + v)) * np.sign(np.sin(np.pi * (u + v)))).astype(np.float32)
+    return 3.0 * (cushion - 0.6) + 1.2 * lit * cushion, 0.05 * size_m * cushion, np.zeros_like(cushion)
+
+
+def _spots(share: float, canvas: Canvas, rng: np.random.Generator) -> Map:
+    """Mask 0..1: rings of glasses and dried drops."""
+    drops = voronoi_cells(canvas, 0.11, rng, bend_m=0.004)
+    radius = 0.008 + 0.03 * drops.random_per_cell(rng)
+    ring = np.exp(-(((drops.near_m - radius) / 0.0018) ** 2)) + 0.3 * (drops.near_m < radius)
+    return np.asarray(
+        ring * (drops.random_per_cell(rng) < share) * (0.4 + 0.6 * drops.random_per_cell(rng)), dtype=np.float32
+    )
+
+
+METAL = TextureKind("sheet_metal", SheetMetal, paint_metal)

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from casa_assets.textures.kind import TextureKind
+from casa_assets.textures.canvas import TextureKind
+from casa_assets.textures.kinds.objects.food import SECTION, SKIN
 from casa_assets.textures.kinds.objects.label import LABEL
-from casa_assets.textures.kinds.objects.section import SECTION
-from casa_assets.textures.kinds.objects.skin import SKIN
 
 KINDS: tuple[TextureKind, ...] = (SKIN, LABEL, SECTION)

@@ -15,11 +15,10 @@ import numpy as np
 from PIL import Image, ImageChops, ImageDraw, ImageFont
 from pydantic import Field, model_validator
 
-from casa_assets.core.color import linear_from_srgb_array
+from casa_assets.core.numeric import linear_from_srgb_array
 from casa_assets.model.record import Id, Record
-from casa_assets.model.registry.finish import HexColor
-from casa_assets.textures.canvas import Canvas, Layers, Share, rgb
-from casa_assets.textures.kind import TextureKind
+from casa_assets.model.registry.rows import HexColor
+from casa_assets.textures.canvas import Canvas, Layers, Share, TextureKind, rgb
 from casa_assets.textures.kinds.objects.motifs import MOTIFS, Pen, star
 
 # Letters are drawn this many pixels high and then fitted; a picture is drawn this many times larger than it is kept.

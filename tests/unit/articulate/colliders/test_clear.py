@@ -7,7 +7,7 @@ import pytest
 
 from casa_assets.articulate.colliders.clearance import CLEARANCE_M, LinkSolid, clear_moving_parts
 from casa_assets.articulate.colliders.link_shapes import box_cloud, convex_clouds, fit_shape
-from casa_assets.model.asset.shape import Box, Hull
+from casa_assets.model.asset.parts import Box, Hull
 from tests.unit.articulate.blocks import box, carcass, disc, together
 
 

@@ -6,12 +6,11 @@ import mujoco
 import numpy as np
 import pytest
 
+from casa_assets.articulate.assemble import drop_empty_links
 from casa_assets.articulate.colliders.link_shapes import MIN_THICKNESS_M, fit_shape
-from casa_assets.articulate.drop_empty_links import drop_empty_links
 from casa_assets.articulate.plan import Articulation, Frame, JointPlan, PartKind, PartPlan
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_triangles
-from casa_assets.model.asset.joint import JointKind
-from casa_assets.model.asset.shape import Hull
+from casa_assets.model.asset.parts import Hull, JointKind
 from tests.unit.articulate.blocks import Floats, box, together
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from casa_assets.articulate.colliders.build_colliders import GRIP_WIDTH_M, add_edge_grip
 from casa_assets.articulate.colliders.clearance import LinkSolid, clear_moving_parts, is_empty_region
-from casa_assets.articulate.colliders.edge_grips import GRIP_WIDTH_M, add_edge_grip
 from casa_assets.articulate.colliders.link_shapes import box_cloud, convex_clouds, hull_closes_opening, is_frame
 from casa_assets.articulate.frame.axes import given_frame
 from casa_assets.articulate.plan import PartKind

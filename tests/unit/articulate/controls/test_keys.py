@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from casa_assets.articulate.controls.burners import _discs, find_burners
 from casa_assets.articulate.controls.controls import Control
-from casa_assets.articulate.controls.round_controls import drop_burner_caps, find_single_button
+from casa_assets.articulate.controls.round_controls import _discs, drop_burner_caps, find_burners, find_single_button
 from casa_assets.articulate.frame.axes import given_frame
-from casa_assets.articulate.fronts.rectangles import is_bar
+from casa_assets.articulate.fronts.relief import is_bar
 from casa_assets.articulate.plan import PartKind
 from casa_assets.articulate.segment.creases import Protrusion
-from casa_assets.articulate.segment.fragment_measures import measure_fragments
+from casa_assets.articulate.segment.fragments import measure_fragments
 from casa_assets.articulate.segment.shell_segments import fragment_mesh
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_triangles
-from casa_assets.model.asset.mesh import Mesh
+from casa_assets.model.asset.parts import Mesh
 from tests.assets import textured_box
 from tests.unit.articulate.blocks import Part, box, disc, together
 from tests.unit.articulate.fragmented import articulate_fragmentation

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from casa_assets.articulate.controls.controls import find_controls
-from casa_assets.articulate.controls.levers import Lever, find_levers
+from casa_assets.articulate.controls.levers_and_switches import Lever, find_levers
 from casa_assets.articulate.frame.axes import given_frame
 from casa_assets.articulate.plan import Articulation, PartKind
-from casa_assets.articulate.segment.fragment_measures import FRONT, measure_fragments
+from casa_assets.articulate.segment.fragments import FRONT, measure_fragments
 from casa_assets.articulate.segment.shell_segments import fragment_mesh
 from casa_assets.articulate.segment.welded_mesh import weld_triangles
-from casa_assets.model.asset.joint import JointKind
+from casa_assets.model.asset.parts import JointKind
 from tests.unit.articulate.blocks import Floats, Part, box, carcass, disc, together
 from tests.unit.articulate.fragmented import articulate_fragmentation
 

@@ -9,13 +9,12 @@ import pytest
 
 from casa_assets.articulate.choose_plan import choose_plan
 from casa_assets.articulate.controls.classify import check_forest, decided, pooled, tell_beside_dials
-from casa_assets.articulate.controls.controls import Control
-from casa_assets.articulate.controls.groups import group_controls
+from casa_assets.articulate.controls.controls import Control, group_controls
 from casa_assets.articulate.frame.axes import given_frame
 from casa_assets.articulate.plan import PartKind
 from casa_assets.articulate.segment.welded_mesh import weld_triangles
 from casa_assets.core.forest import forest_from_dict
-from casa_assets.pipeline.articulate.models import load_models
+from casa_assets.pipeline.articulate.build import load_models
 from tests.unit.articulate.blocks import Part, box, carcass, disc, together
 
 

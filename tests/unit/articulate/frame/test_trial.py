@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 
 from casa_assets.articulate.frame.axes import CANDIDATES, candidate_probabilities, given_frame
-from casa_assets.articulate.frame.evidence import FEATURES, frame_features, hidden_area
 from casa_assets.articulate.frame.score_candidate import SCORE_NAMES, candidate_axes, rotate_fragments, score_candidate
-from casa_assets.articulate.frame.side_views import measure_side
-from casa_assets.articulate.segment.fragment_measures import (
+from casa_assets.articulate.frame.side_views import FEATURES, frame_features, hidden_area, measure_side
+from casa_assets.articulate.segment.fragments import (
     BOTTOM,
     FRONT,
     LEFT,

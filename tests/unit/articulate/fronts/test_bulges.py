@@ -7,12 +7,11 @@ import pytest
 
 from casa_assets.articulate.frame.axes import given_frame
 from casa_assets.articulate.frame.side_views import measure_side
-from casa_assets.articulate.fronts.bulging_fronts import merge_stairs
 from casa_assets.articulate.fronts.panels import find_panels
-from casa_assets.articulate.fronts.rectangles import FrontRectangle
+from casa_assets.articulate.fronts.relief import FrontRectangle, merge_stairs
 from casa_assets.articulate.segment.creases import SideRelief
-from casa_assets.articulate.segment.fragment_measures import FRONT, MeasuredFragments, measure_fragments
-from casa_assets.articulate.segment.raster import DepthImage
+from casa_assets.articulate.segment.fragments import FRONT, MeasuredFragments, measure_fragments
+from casa_assets.articulate.segment.orthographic import DepthImage
 from casa_assets.articulate.segment.welded_mesh import weld_triangles
 from tests.unit.articulate.blocks import Floats, Part, box, together
 

@@ -9,7 +9,7 @@ from casa_assets.articulate.frame.axes import given_frame
 from casa_assets.articulate.plan import Articulation, HingeEdge, PartKind, PartPlan
 from casa_assets.articulate.segment.shell_segments import fragment_mesh
 from casa_assets.articulate.segment.welded_mesh import weld_triangles
-from casa_assets.model.asset.joint import JointKind
+from casa_assets.model.asset.parts import JointKind
 from tests.unit.articulate.blocks import Part, box, carcass, disc, together
 from tests.unit.articulate.fragmented import articulate_fragmentation
 

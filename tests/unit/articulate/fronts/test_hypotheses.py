@@ -2,17 +2,16 @@
 
 import numpy as np
 
-from casa_assets.articulate.fronts.drawer_boxes import find_drawer_box
 from casa_assets.articulate.fronts.front_hypotheses import (
     FrontHypotheses,
     choose_fronts,
     context_features,
     propose_fronts,
 )
-from casa_assets.articulate.fronts.rectangles import FrontRectangle
-from casa_assets.articulate.fronts.seam_evidence import LINE_MEASURES, find_lines, line_table, seam_maps
+from casa_assets.articulate.fronts.moves_with_front import find_drawer_box
+from casa_assets.articulate.fronts.relief import LINE_MEASURES, FrontRectangle, find_lines, line_table, seam_maps
 from casa_assets.articulate.segment.creases import measure_relief
-from casa_assets.articulate.segment.fragment_measures import FRONT, SIDES
+from casa_assets.articulate.segment.fragments import FRONT, SIDES
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_triangles
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from casa_assets.articulate.fronts.fronts import select_opening_panels
 from casa_assets.articulate.fronts.panels import Panel, find_panels
 from casa_assets.articulate.plan import Frame
-from casa_assets.articulate.segment.fragment_measures import FRONT, MeasuredFragments, measure_fragments
+from casa_assets.articulate.segment.fragments import FRONT, MeasuredFragments, measure_fragments
 from casa_assets.articulate.segment.welded_mesh import weld_triangles
 from tests.unit.articulate.blocks import box
 

@@ -7,10 +7,10 @@ import numpy as np
 from casa_assets.articulate.frame.axes import given_frame
 from casa_assets.articulate.interior.cavities import find_cavities
 from casa_assets.articulate.plan import Articulation, HingeEdge, JointPlan, PartKind, PartPlan
-from casa_assets.articulate.segment.rays import cross_rays
+from casa_assets.articulate.segment.orthographic import cross_rays
 from casa_assets.articulate.segment.shell_segments import fragment_mesh
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_triangles
-from casa_assets.model.asset.joint import JointKind
+from casa_assets.model.asset.parts import JointKind
 from tests.unit.articulate.blocks import Floats, Ints, Part, box, carcass, disc, together
 from tests.unit.articulate.fragmented import articulate_fragmentation
 from tests.unit.articulate.interior.test_complete import block, door

@@ -10,17 +10,17 @@ import pytest
 from casa_assets.articulate.decisions import CavityDecision, Decisions
 from casa_assets.articulate.interior.hollow_out import hollow_out
 from casa_assets.articulate.plan import Articulation, Frame, InteriorKind, PartKind
-from casa_assets.articulate.segment.rays import cross_rays, sample_grid
+from casa_assets.articulate.segment.orthographic import cross_rays, sample_grid
 from casa_assets.articulate.segment.welded_mesh import weld_triangles
-from casa_assets.checks.motion.joint_travel import joint_travels
+from casa_assets.checks.motion.joints import joint_travels
 from casa_assets.errors import Rejected
 from casa_assets.export import mjcf
-from casa_assets.geometry.solid.tessellate import tessellate
+from casa_assets.geometry.solid.primitive import tessellate
 from casa_assets.model.asset.material import Material
-from casa_assets.model.asset.mesh import Mesh as Triangles
-from casa_assets.model.ingest.source import RawModel, RawPart
-from casa_assets.pipeline.articulate import sidecar
+from casa_assets.model.asset.parts import Mesh as Triangles
+from casa_assets.model.source import RawModel, RawPart
 from casa_assets.pipeline.articulate.build import ArticulateRequest, ArticulateResult, build
+from casa_assets.pipeline.articulate.decisions import read_decisions, text
 from tests.unit.articulate.blocks import Floats, Ints, Part, box, drawers, microwave, together
 from tests.unit.articulate.test_assemble import obj
 
@@ -220,8 +220,8 @@ def test_what_is_carved_is_gone_and_the_rest_is_whole() -> None:
 def test_a_sidecar_with_cavities_makes_the_same_asset(tmp_path: Path) -> None:
     first = made(block(*door()), tmp_path, "wall_oven")
     path = tmp_path / "d.yaml"
-    path.write_text(sidecar.text(first, Decisions()), encoding="utf-8")
-    decisions = sidecar.read(path)
+    path.write_text(text(first, Decisions()), encoding="utf-8")
+    decisions = read_decisions(path)
     assert decisions.cavities["door_0"].build is True
     assert made(block(*door()), tmp_path, "wall_oven", decisions).asset.digest == first.asset.digest
     former = (
@@ -229,10 +229,10 @@ def test_a_sidecar_with_cavities_makes_the_same_asset(tmp_path: Path) -> None:
     )
     assert former != path.read_text(encoding="utf-8")
     path.write_text(former, encoding="utf-8")
-    assert sidecar.read(path) == decisions, "the keys of older files are read"
+    assert read_decisions(path) == decisions, "the keys of older files are read"
     bare = made(block(*door()), tmp_path, "wall_oven", complete=False)
-    path.write_text(sidecar.text(bare, Decisions()), encoding="utf-8")
-    assert made(block(*door()), tmp_path, "wall_oven", sidecar.read(path)).asset.digest == bare.asset.digest
+    path.write_text(text(bare, Decisions()), encoding="utf-8")
+    assert made(block(*door()), tmp_path, "wall_oven", read_decisions(path)).asset.digest == bare.asset.digest
 
 
 def test_a_cavity_is_fixed_in_a_line(tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ import pytest
 
 from casa_assets.articulate.interior.inner_parts import _is_lining
 from casa_assets.articulate.plan import Frame
-from casa_assets.articulate.segment.fragment_measures import FRONT, measure_fragments
+from casa_assets.articulate.segment.fragments import FRONT, measure_fragments
 from casa_assets.articulate.segment.welded_mesh import weld_triangles
 from tests.unit.articulate.blocks import box, carcass, together
 

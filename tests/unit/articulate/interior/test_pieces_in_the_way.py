@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from casa_assets.articulate.interior.pieces_in_the_way import with_pieces_in_the_way
+from casa_assets.articulate.interior.inner_parts import with_pieces_in_the_way
 from casa_assets.articulate.plan import Articulation, Frame, HingeEdge, JointPlan, PartKind, PartPlan
 from casa_assets.articulate.segment.welded_mesh import weld_triangles
-from casa_assets.model.asset.joint import JointKind
+from casa_assets.model.asset.parts import JointKind
 from tests.unit.articulate.blocks import Ints, Part, box, carcass, together
 
 FRONT, BACK = box((0.01, -0.02, 0.01), (0.49, 0.0, 0.29)), box((0.03, 0.4, 0.04), (0.47, 0.42, 0.2))

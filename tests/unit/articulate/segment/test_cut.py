@@ -10,13 +10,12 @@ import pytest
 
 from casa_assets.articulate.frame.axes import given_frame
 from casa_assets.articulate.plan import Articulation, HingeEdge, PartKind, PartPlan
-from casa_assets.articulate.segment.shell_cuts import cut_shell_parts
+from casa_assets.articulate.segment.segmentations import cut_shell_parts
 from casa_assets.articulate.segment.shell_segments import Fragmentation, fragment_mesh
 from casa_assets.articulate.segment.welded_mesh import weld_triangles
-from casa_assets.model.asset.joint import JointKind
 from casa_assets.model.asset.material import Material
-from casa_assets.model.asset.mesh import Mesh
-from casa_assets.model.ingest.source import RawModel, RawPart
+from casa_assets.model.asset.parts import JointKind, Mesh
+from casa_assets.model.source import RawModel, RawPart
 from tests.unit.articulate.blocks import box, disc, microwave
 from tests.unit.articulate.fragmented import articulate_fragmentation
 

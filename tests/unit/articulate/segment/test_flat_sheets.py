@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from casa_assets.articulate.choose_plan import best_score, needed_advantage
-from casa_assets.articulate.segment.flat_sheets import find_flat_sheets, split_at_holes
-from casa_assets.articulate.segment.segmentations import Segmentation, segmentations
+from casa_assets.articulate.segment.segmentations import Segmentation, find_flat_sheets, segmentations, split_at_holes
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_triangles
 from tests.unit.articulate.blocks import box
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from casa_assets.articulate.segment.cut_planes import CutPlane, cut_triangles
-from casa_assets.articulate.segment.fragment_measures import FRONT, TOP
-from casa_assets.geometry.mesh.measure import face_normals
+from casa_assets.articulate.segment.cutting import CutPlane, cut_triangles
+from casa_assets.articulate.segment.fragments import FRONT, TOP
+from casa_assets.geometry.mesh.surface import face_normals
 from casa_assets.geometry.mesh.topology import is_closed
 from tests.unit.articulate.blocks import box
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from casa_assets.articulate.segment import raster
-from casa_assets.articulate.segment.fragment_measures import BACK, FRONT, LEFT, SIDES, TOP
-from casa_assets.articulate.segment.raster import render_depth
+from casa_assets.articulate.segment import orthographic
+from casa_assets.articulate.segment.fragments import BACK, FRONT, LEFT, SIDES, TOP
+from casa_assets.articulate.segment.orthographic import render_depth
 from tests.unit.articulate.blocks import box, together
 
 
@@ -49,7 +49,7 @@ def test_the_picture_does_not_depend_on_how_much_is_written_at_once(monkeypatch:
     vertices, faces, _ = together(box((0, 0, 0), (2, 1, 4)), box((0.3, -0.4, 1.1), (1.1, 0.2, 2.7)))
     turn = np.array([[0.8, -0.6, 0.0], [0.6, 0.8, 0.0], [0.0, 0.0, 1.0]])
     whole = render_depth(vertices @ turn.T, faces, SIDES[FRONT], 64)
-    monkeypatch.setattr(raster, "CHUNK", 150)
+    monkeypatch.setattr(orthographic, "CHUNK", 150)
     parted = render_depth(vertices @ turn.T, faces, SIDES[FRONT], 64)
     assert (whole.face == parted.face).all()
     assert (whole.depth == parted.depth).all()

@@ -7,8 +7,8 @@ import numpy as np
 from casa_assets.articulate.segment.segmentations import Segmentation, segmentations
 from casa_assets.articulate.segment.welded_mesh import weld_model, weld_triangles
 from casa_assets.model.asset.material import Material
-from casa_assets.model.asset.mesh import Mesh
-from casa_assets.model.ingest.source import RawModel, RawPart
+from casa_assets.model.asset.parts import Mesh
+from casa_assets.model.source import RawModel, RawPart
 from tests.meshes import box_mesh
 from tests.unit.articulate.blocks import box, drawers, together
 

@@ -5,16 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from casa_assets.articulate.controls.controls import find_controls
-from casa_assets.articulate.controls.groups import group_controls
+from casa_assets.articulate.controls.controls import find_controls, group_controls
 from casa_assets.articulate.frame.axes import given_frame
 from casa_assets.articulate.fronts.front_hypotheses import find_fronts
 from casa_assets.articulate.segment.creases import measure_relief
-from casa_assets.articulate.segment.fragment_measures import FRONT, measure_fragments
+from casa_assets.articulate.segment.fragments import FRONT, measure_fragments
 from casa_assets.articulate.segment.shell_segments import fragment_mesh
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_triangles
-from casa_assets.geometry.grid.voxel import boundary, voxelise
-from casa_assets.pipeline.articulate.models import load_models
+from casa_assets.geometry.grid.voxels import boundary, voxelise
+from casa_assets.pipeline.articulate.build import load_models
 from tests.unit.articulate.blocks import Part, box, disc, together
 
 

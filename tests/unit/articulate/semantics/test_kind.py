@@ -7,7 +7,7 @@ import pytest
 
 from casa_assets import registry
 from casa_assets.articulate.frame.axes import given_frame
-from casa_assets.articulate.frame.kind import (
+from casa_assets.articulate.frame.category import (
     KIND_NAMES,
     KIND_TRAITS,
     ControlPlacement,
@@ -17,7 +17,7 @@ from casa_assets.articulate.frame.kind import (
 )
 from casa_assets.articulate.frame.side_views import measure_side
 from casa_assets.articulate.plan import Articulation
-from casa_assets.articulate.segment.fragment_measures import BACK, FRONT, measure_fragments
+from casa_assets.articulate.segment.fragments import BACK, FRONT, measure_fragments
 from casa_assets.articulate.segment.shell_segments import fragment_mesh
 from casa_assets.articulate.segment.welded_mesh import weld_triangles
 from tests.unit.articulate.blocks import drawers, microwave, together

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from casa_assets.articulate.controls.burners import Burner
+from casa_assets.articulate.controls.round_controls import Burner
 from casa_assets.articulate.plan import HingeEdge, JointPlan, PartKind, PartPlan
-from casa_assets.articulate.semantics.part_roles import PlacedPart, RuntimeName, runtime_names
-from casa_assets.model.asset.joint import JointKind
+from casa_assets.articulate.semantics.part_names import PlacedPart, RuntimeName, runtime_names
+from casa_assets.model.asset.parts import JointKind
 
 NONE = np.empty(0, dtype=np.int64)
 SLIDES = frozenset({PartKind.DRAWER, PartKind.BUTTON, PartKind.TRAY})

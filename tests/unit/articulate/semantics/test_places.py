@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from casa_assets.articulate.controls.burners import burner_faces, find_burners
+from casa_assets.articulate.controls.round_controls import burner_faces, find_burners
 from casa_assets.articulate.interior.niches import find_cup_niche, find_toaster_slots
 from casa_assets.articulate.interior.regions import (
     floor_collider,
@@ -17,9 +17,7 @@ from casa_assets.articulate.interior.regions import (
 )
 from casa_assets.articulate.semantics.annotate_for_runtime import annotate_for_runtime, contract_for
 from casa_assets.model.asset.asset import Asset, Collider, Joint, JointKind, Link, Region
-from casa_assets.model.asset.link import Visual
-from casa_assets.model.asset.mesh import Mesh
-from casa_assets.model.asset.shape import Box
+from casa_assets.model.asset.parts import Box, Mesh, Visual
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 from tests.articulated_assets import microwave

@@ -9,7 +9,7 @@ import pytest
 from casa_assets.articulate.semantics.state_machines import behavior_for
 from casa_assets.core.behavior_interpreter import BehaviorState, Stimulus, start, step
 from casa_assets.model.asset.asset import Asset, Collider, Joint, JointKind, Link, Region, Site
-from casa_assets.model.asset.shape import Box
+from casa_assets.model.asset.parts import Box
 from casa_assets.model.record import Vec2
 from tests.articulated_assets import microwave
 from tests.asset_parts import box_inertial

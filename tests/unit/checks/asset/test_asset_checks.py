@@ -13,7 +13,7 @@ from casa_assets.checks.package.package import Package
 from casa_assets.checks.run import run
 from casa_assets.checks.table.table import TABLE
 from casa_assets.model.asset.asset import Asset, Collider, State
-from casa_assets.model.asset.shape import Sphere
+from casa_assets.model.asset.parts import Sphere
 from casa_assets.model.issue import Report, Status
 from tests.asset_parts import box_inertial
 from tests.assets import ball, category, microwave, textured_box

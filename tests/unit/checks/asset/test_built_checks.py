@@ -10,11 +10,11 @@ import mujoco
 import numpy as np
 import pytest
 
-from casa_assets.checks.motion import hand_force, motion_model
+from casa_assets.checks.motion import joints, motion_model
 from casa_assets.checks.run import run
 from casa_assets.checks.table.table import TABLE
 from casa_assets.model.asset.asset import Asset, Drive, JointKind
-from casa_assets.model.asset.shape import Box
+from casa_assets.model.asset.parts import Box
 from casa_assets.model.issue import Status
 from casa_assets.model.pose import Pose
 from tests.articulated_assets import drawer_unit, microwave
@@ -141,11 +141,7 @@ class TestForce:
         assert isinstance(motion, motion_model.MotionModel)
         data = mujoco.MjData(motion.contactless)
         joint = {j.name: j for j in asset.joints}[name]
-        effort = (
-            hand_force.starting_force(motion, data, asset, joint)
-            * hand_force.hand_effort(asset, joint)
-            / hand_force.PULL_N
-        )
+        effort = joints.starting_force(motion, data, asset, joint) * joints.hand_effort(asset, joint) / joints.PULL_N
         mujoco.mj_resetData(motion.contactless, data)
         data.qfrc_applied[motion.dof[name]] = math.copysign(share * effort, motion_model.open_end(joint))
         mujoco.mj_step(motion.contactless, data, nstep=500)
@@ -154,14 +150,14 @@ class TestForce:
 
     def test_twenty_newtons_turn_a_door_by_its_lever_and_a_knob_by_its_rim(self) -> None:
         asset = cupboard()
-        efforts = {j.name: hand_force.hand_effort(asset, j) for j in asset.joints}
+        efforts = {j.name: joints.hand_effort(asset, j) for j in asset.joints}
         assert efforts["door_hinge"] == pytest.approx(20 * math.hypot(0.5, 0.048))
         assert efforts["knob_turn"] == pytest.approx(20 * 0.02)
         assert (efforts["drawer_slide"], efforts["key_press"]) == (20.0, 20.0)
 
     def test_nobody_turns_harder_than_the_cap(self) -> None:
         long = with_grip("door_hinge", Box(size=(0.014, 0.014, 0.14)), pose=Pose(position=(1.5, -0.048, 0.0)))
-        assert hand_force.hand_effort(long, long.joints[0]) == hand_force.MAX_TORQUE_NM
+        assert joints.hand_effort(long, long.joints[0]) == joints.MAX_TORQUE_NM
 
     def test_a_key_need_not_stay_pressed(self, tmp_path: Path) -> None:
         """A named pose in which a key is held down is no pose of rest for it."""

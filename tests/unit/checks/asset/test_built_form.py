@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from casa_assets.checks.asset import coincident_faces
+from casa_assets.checks.asset import visual
 from casa_assets.checks.run import run
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.pose import Pose
@@ -111,6 +111,6 @@ class TestLooks:
                         )
                     )
                     moved = asset.replace(links=tuple(turned if k.name == "door" else k for k in asset.links))
-                    assert coincident_faces.coplanar_faces_do_not_overlap(
-                        moved, LIMITS["flicker_m2"]
-                    ).number == pytest.approx(0.4 * 0.02, rel=1e-6)
+                    assert visual.coplanar_faces_do_not_overlap(moved, LIMITS["flicker_m2"]).number == pytest.approx(
+                        0.4 * 0.02, rel=1e-6
+                    )

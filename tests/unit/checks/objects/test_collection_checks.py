@@ -13,12 +13,12 @@ from casa_assets.checks.objects.collection import (
     CategoryConfusion,
     CollectedMember,
     ObjectCollection,
+    in_words,
 )
-from casa_assets.checks.objects.kinds import in_words
 from casa_assets.checks.run import run
 from casa_assets.checks.table.table import TABLE
-from casa_assets.geometry.mesh.shape_descriptor import descriptor_distance, descriptor_distances
-from casa_assets.model.asset.signature import (
+from casa_assets.geometry.mesh.registration import descriptor_distance, descriptor_distances
+from casa_assets.model.asset.provenance import (
     CENTER_SHARES,
     PAIR_SHARES,
     TONE_SHARES,

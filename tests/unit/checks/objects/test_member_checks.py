@@ -9,15 +9,13 @@ import numpy as np
 import pytest
 
 from casa_assets import registry
-from casa_assets.checks.objects.legibility import FOCAL_PX, seen_from
-from casa_assets.checks.objects.member import ObjectMember, PrintedLine
-from casa_assets.checks.objects.print_size import lines_on_surface
+from casa_assets.checks.objects.members import FOCAL_PX, ObjectMember, PrintedLine, lines_on_surface, seen_from
 from casa_assets.checks.run import run
 from casa_assets.checks.table.table import TABLE
-from casa_assets.core.typing import Floats
+from casa_assets.core.numeric import Floats
 from casa_assets.model.asset.asset import Visual
 from casa_assets.model.asset.material import Material
-from casa_assets.model.asset.mesh import Mesh
+from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.issue import Status
 from tests.meshes import texture
 from tests.untrusted_inputs import SIZE, carton, kind_of, loose

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from casa_assets import registry
-from casa_assets.checks.motion import drop
-from casa_assets.checks.package import fact_differences
+from casa_assets.checks.motion import operate
+from casa_assets.checks.package import facts
 from casa_assets.checks.package.package import Package
 from casa_assets.checks.readers import asset_facts, mujoco_facts, mujoco_load
 from casa_assets.checks.run import run
@@ -17,7 +17,7 @@ from casa_assets.checks.table.assets import DROP
 from casa_assets.checks.table.table import TABLE
 from casa_assets.export.mjcf import write
 from casa_assets.model.asset.asset import Asset, Base
-from casa_assets.model.asset.shape import Box
+from casa_assets.model.asset.parts import Box
 from casa_assets.model.issue import Report
 from casa_assets.model.pose import Pose
 from tests.articulated_assets import grill
@@ -181,9 +181,7 @@ class TestFacts:
     @pytest.mark.parametrize("file", ["model.xml", "scene.xml"])
     def test_file_agrees_with_the_asset(self, build: Callable[[], Asset], file: str, tmp_path: Path) -> None:
         package = packed(build(), tmp_path)
-        measured = fact_differences.agree(
-            asset_facts.facts(package.asset), mujoco_facts.facts(package.root / file), COLOR
-        )
+        measured = facts.agree(asset_facts.facts(package.asset), mujoco_facts.facts(package.root / file), COLOR)
         assert measured.problems == ()
 
     def test_turned_frames_are_in_the_table(self) -> None:
@@ -210,24 +208,24 @@ class TestFacts:
 class TestAgreement:
     def test_equal_tables_agree(self) -> None:
         table = asset_facts.facts(microwave())
-        assert fact_differences.agree(table, table, 0.0).problems == ()
+        assert facts.agree(table, table, 0.0).problems == ()
 
     def test_number_is_the_largest_difference(self) -> None:
         table = asset_facts.facts(microwave())
         door = table.bodies[0]
         moved = table.replace(bodies=(door.replace(center_of_mass=(0.19, -0.01, 0.002)), table.bodies[1]))
-        measured = fact_differences.agree(table, moved, 0.001)
+        measured = facts.agree(table, moved, 0.001)
         assert measured.number == pytest.approx(0.002)
         assert [pointer for pointer, _ in measured.problems] == ["bodies/door/center_of_mass"]
 
     def test_a_missing_body_is_a_difference(self) -> None:
         table = asset_facts.facts(microwave())
-        assert fact_differences.agree(table, table.replace(bodies=table.bodies[:1]), 1.0).problems
+        assert facts.agree(table, table.replace(bodies=table.bodies[:1]), 1.0).problems
 
     def test_the_sign_of_a_quaternion_is_none(self) -> None:
         table = asset_facts.facts(drawer_unit())
         flipped = tuple(b.replace(quaternion=tuple(-q for q in b.quaternion)) for b in table.bodies)
-        assert fact_differences.agree(table, table.replace(bodies=flipped), 0.0).problems == ()
+        assert facts.agree(table, table.replace(bodies=flipped), 0.0).problems == ()
 
 
 class TestLoad:
@@ -240,7 +238,7 @@ class TestLoad:
 
     def test_drop_leaves_the_shared_model_alone(self, tmp_path: Path) -> None:
         scene = packed(ball(), tmp_path).scene
-        drop.drop_on_floor(scene, drop.DropProtocol(*(LIMITS[key] for key in DROP)))
+        operate.drop_on_floor(scene, operate.DropProtocol(*(LIMITS[key] for key in DROP)))
         model = mujoco_load.load_mjcf(scene).model
         assert model is not None
         assert model.opt.timestep == 0.002
@@ -248,6 +246,6 @@ class TestLoad:
 
 def test_protocol_of_the_drop_is_that_of_the_reference() -> None:
     """Ref: SimReady Foundation, FET003: from twice its height, at rest within 2 cm for 2 s inside 8 s."""
-    protocol = drop.DropProtocol(*(LIMITS[key] for key in DROP))
+    protocol = operate.DropProtocol(*(LIMITS[key] for key in DROP))
     assert (protocol.height_factor, protocol.min_height_m, protocol.rest_m) == (2.0, 0.1, 0.02)
     assert (protocol.rest_s, protocol.duration_s, protocol.rate_hz) == (2.0, 8.0, 240.0)

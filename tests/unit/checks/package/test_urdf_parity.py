@@ -8,10 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from casa_assets.checks.package.urdf import asset_differences
+from casa_assets.checks.package.parity import asset_differences
 from casa_assets.checks.scene.formats.urdf import scene_differences
 from casa_assets.export.urdf import document
-from casa_assets.export.urdf.scene import kitchen
 from tests.assets import microwave, write_to
 from tests.scenes import corner
 
@@ -81,7 +80,7 @@ def test_a_file_that_is_missing_is_told(subtests: pytest.Subtests, tmp_path_fact
 
 
 def test_a_scene_is_what_was_written(tmp_path: Path) -> None:
-    assert scene_differences(write_to(kitchen.write(corner()), tmp_path), corner()) == []
+    assert scene_differences(write_to(document.write_scene(corner()), tmp_path), corner()) == []
 
 
 @pytest.mark.parametrize(
@@ -93,20 +92,20 @@ def test_a_scene_is_what_was_written(tmp_path: Path) -> None:
     ],
 )
 def test_a_changed_scene_is_told(pattern: str, new: str, cell: str, tmp_path: Path) -> None:
-    folder = write_to(kitchen.write(corner()), tmp_path)
-    text = (folder / kitchen.FILE).read_text()
+    folder = write_to(document.write_scene(corner()), tmp_path)
+    text = (folder / document.FILE).read_text()
     changed, count = re.subn(pattern, new, text, count=1, flags=re.DOTALL)
     assert count == 1
-    (folder / kitchen.FILE).write_text(changed)
+    (folder / document.FILE).write_text(changed)
     assert any(pointer.startswith(cell) for pointer, _ in scene_differences(folder, corner()))
 
 
 def test_a_changed_list_is_told(tmp_path: Path) -> None:
-    folder = write_to(kitchen.write(corner()), tmp_path)
-    listed = json.loads((folder / kitchen.LIST).read_text())
+    folder = write_to(document.write_scene(corner()), tmp_path)
+    listed = json.loads((folder / document.LIST).read_text())
     listed["placements"][0]["joints"] = {"microjoint": -0.5}
     listed["placements"][6]["position"][2] += 0.01
     del listed["placements"][-1]
-    (folder / kitchen.LIST).write_text(json.dumps(listed))
+    (folder / document.LIST).write_text(json.dumps(listed))
     pointers = [pointer for pointer, _ in scene_differences(folder, corner())]
     assert pointers == ["scene.json/placements", "scene.json/oven/joints", "scene.json/mug/position"]

@@ -11,8 +11,7 @@ import pytest
 from casa_assets import registry
 from casa_assets.checks.motion import operate
 from casa_assets.checks.run import run
-from casa_assets.checks.runtime.behavior import position
-from casa_assets.checks.runtime.reachable_values import unreached
+from casa_assets.checks.runtime.behavior import position, unreached
 from casa_assets.checks.table.table import TABLE
 from casa_assets.core.behavior_interpreter import BehaviorState, Stimulus, start, step
 from casa_assets.model.asset.asset import Asset

@@ -11,7 +11,8 @@ import pytest
 from casa_assets import registry
 from casa_assets.checks.package.package import Package
 from casa_assets.checks.run import run
-from casa_assets.checks.runtime import contract_names, loader_places
+from casa_assets.checks.runtime import loader_places
+from casa_assets.checks.runtime.contract import axis_of, in_use, missing_requirements, opening, regions
 from casa_assets.checks.table.table import TABLE
 from casa_assets.model.asset.asset import Asset, JointKind, Keyframe, Region
 from casa_assets.model.pose import Pose
@@ -237,18 +238,16 @@ class TestRules:
             Requirements(regions=tuple(RegionRule(name=n) for n in ns)) for ns in (("basin",), ("left", "right"))
         )
         asked = Contract(id="sink", title="Sink", one_of=(Alternatives(any_of=(one, two)),))
-        look = contract_names.regions
-        assert contract_names.missing_requirements(sink(("basin",)), asked, look) == []
-        assert contract_names.missing_requirements(sink(("left", "right")), asked, look) == []
-        assert [pointer for pointer, _ in contract_names.missing_requirements(sink(("left",)), asked, look)] == [
-            "regions/basin"
-        ]
-        assert len(contract_names.missing_requirements(sink(("bowl",)), asked, look)) == 1
+        look = regions
+        assert missing_requirements(sink(("basin",)), asked, look) == []
+        assert missing_requirements(sink(("left", "right")), asked, look) == []
+        assert [pointer for pointer, _ in missing_requirements(sink(("left",)), asked, look)] == ["regions/basin"]
+        assert len(missing_requirements(sink(("bowl",)), asked, look)) == 1
 
     def test_values_in_use(self) -> None:
         asked = KNOWN.contracts["stovetop"]
-        assert contract_names.in_use(hob(), asked, "loc") == ["left"]
-        assert contract_names.in_use(oven(), asked, "loc") == []
+        assert in_use(hob(), asked, "loc") == ["left"]
+        assert in_use(oven(), asked, "loc") == []
 
     def test_no_burner_at_all(self, tmp_path: Path) -> None:
         bare = hob().replace(links=hob().links[:1], joints=(), sites=(), behavior=None, keyframes=())
@@ -264,14 +263,14 @@ class TestRules:
             ((0.5, 1.0), None),
         ]:
             with subtests.test(span=span, way=way):
-                assert contract_names.opening(hob().joints[0].replace(range=span)) is way
+                assert opening(hob().joints[0].replace(range=span)) is way
 
     def test_axis_is_told_in_the_asset_frame(self) -> None:
         plain = hob()
         turned = Pose(position=(0.0, -0.2, 0.02), quaternion=(math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0))
         askew = Pose(position=(0.0, -0.2, 0.02), quaternion=(math.cos(0.2), math.sin(0.2), 0.0, 0.0))
         found = [
-            contract_names.axis_of(a, a.joints[0])
+            axis_of(a, a.joints[0])
             for pose in (Pose(), turned, askew)
             if (a := plain.replace(links=(plain.root, plain.links[1].replace(pose=pose))))
         ]

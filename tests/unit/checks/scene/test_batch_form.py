@@ -12,13 +12,12 @@ from casa_assets.checks.scene.batch import engine_sizes as sizes_of_engines
 from casa_assets.checks.scene.batch.engine_sizes import engine_sizes
 from casa_assets.checks.scene.batch.form import BATCH_FILE, BatchSubject
 from casa_assets.checks.table.table import TABLE
-from casa_assets.export.mjcf.scene import batch as mjcf
+from casa_assets.export.mjcf.scene import batch
 from casa_assets.geometry.lightweight import light_scene
 from casa_assets.geometry.merging.batch_form import batch_form
 from casa_assets.model.asset.asset import Base
 from casa_assets.model.issue import Report
-from casa_assets.model.kitchen.batch_scene import EngineSizes
-from casa_assets.model.kitchen.scene import Scene
+from casa_assets.model.kitchen.scene import EngineSizes, Scene
 from tests.cupboard import cupboard
 from tests.packages import tamper
 from tests.rooms import LIMITS, at, block, in_all_forms, room
@@ -40,7 +39,7 @@ def forms(folder: Path) -> BatchSubject:
     scene = things()
     root = in_all_forms(scene, folder).scene_subject.root
     form = batch_form(light_scene(scene))
-    (root / BATCH_FILE).write_bytes(mjcf.write(form).entries[BATCH_FILE])
+    (root / BATCH_FILE).write_bytes(batch.write(form).entries[BATCH_FILE])
     return BatchSubject(form, root)
 
 

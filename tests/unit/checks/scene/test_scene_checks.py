@@ -12,10 +12,9 @@ import pytest
 from casa_assets.checks.scene.subject import SceneSubject
 from casa_assets.checks.scene.views import visible_wall_shares
 from casa_assets.checks.table.table import TABLE, UNLOADED, run_scene
-from casa_assets.geometry.solid.hull import convex_hull
+from casa_assets.geometry.solid.solids import convex_hull
 from casa_assets.model.asset.asset import Asset, Base, Drive
-from casa_assets.model.asset.mesh import Mesh
-from casa_assets.model.asset.shape import Box, Hull, Sphere
+from casa_assets.model.asset.parts import Box, Hull, Mesh, Sphere
 from casa_assets.model.issue import Status
 from casa_assets.model.kitchen.scene import Camera, Scene
 from casa_assets.model.record import Vec3

@@ -15,7 +15,7 @@ from casa_assets.checks.scene.placement import support
 from casa_assets.checks.scene.subject import SceneSubject, boxes_meet, collision_model
 from casa_assets.geometry.inertia import adjacent_links
 from casa_assets.model.asset.asset import Asset, Base
-from casa_assets.model.asset.shape import Box
+from casa_assets.model.asset.parts import Box
 from casa_assets.model.kitchen.scene import Scene
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3

@@ -7,18 +7,20 @@ import numpy as np
 import pytest
 
 from casa_assets.checks.scene.batch.form import candidate_pairs
-from casa_assets.export.mjcf.scene import batch as mjcf
+from casa_assets.export.mjcf.scene import batch
 from casa_assets.geometry.lightweight import light_scene
-from casa_assets.geometry.merging.batch_form import BatchForms, batch_form
-from casa_assets.geometry.merging.choose_joints import NEAR_ENOUGH, batch_within
-from casa_assets.geometry.merging.joint_words import joint_word
-from casa_assets.geometry.merging.locked_joints import with_joints_locked
-from casa_assets.geometry.merging.swept_bounds import meeting_links
+from casa_assets.geometry.merging.batch_form import (
+    NEAR_ENOUGH,
+    BatchForms,
+    batch_form,
+    batch_within,
+    with_joints_locked,
+)
+from casa_assets.geometry.merging.moving_parts import joint_word, meeting_links
 from casa_assets.model.asset.asset import Base
-from casa_assets.model.asset.shape import Box
-from casa_assets.model.kitchen.batch_scene import BatchScene
-from casa_assets.model.kitchen.joint_word import JointWord
-from casa_assets.model.kitchen.scene import LightScene
+from casa_assets.model.asset.parts import Box
+from casa_assets.model.kitchen.choices import JointWord
+from casa_assets.model.kitchen.scene import BatchScene, LightScene
 from tests.cupboard import cupboard
 from tests.family_members import preset
 from tests.rooms import at, block, room
@@ -33,7 +35,7 @@ def scene() -> LightScene:
 
 
 def compiled(form: BatchScene) -> mujoco.MjModel:
-    return mujoco.MjModel.from_xml_string(mjcf.write(form).entries[mjcf.FILE].decode())
+    return mujoco.MjModel.from_xml_string(batch.write(form).entries[batch.FILE].decode())
 
 
 def begun(form: BatchScene) -> mujoco.MjData:
@@ -68,7 +70,7 @@ class TestBatchForm:
         assert [link.inertial for link in form.forms[1].links] == [link.inertial for link in cupboard().links]
 
     def test_the_same_scene_is_the_same_bytes(self) -> None:
-        assert mjcf.write(batch_form(scene())) == mjcf.write(batch_form(scene()))
+        assert batch.write(batch_form(scene())) == batch.write(batch_form(scene()))
 
     def test_everything_sleeps_until_it_is_touched(self) -> None:
         model = compiled(batch_form(scene()))
@@ -82,7 +84,7 @@ class TestBatchForm:
         assert data.nv_awake == 1
 
     def test_engines_without_sleep_get_a_file_without_it(self) -> None:
-        assert b"sleep" not in mjcf.write(batch_form(scene()), sleeps=False).entries[mjcf.FILE]
+        assert b"sleep" not in batch.write(batch_form(scene()), sleeps=False).entries[batch.FILE]
 
 
 class TestPairs:
@@ -103,7 +105,7 @@ class TestPairs:
         assert form.pair_count == candidate_pairs(compiled(form)).sum() > 0
 
     def test_a_robot_with_the_default_bits_touches_everything(self) -> None:
-        spec = mujoco.MjSpec.from_string(mjcf.write(batch_form(scene())).entries[mjcf.FILE].decode())
+        spec = mujoco.MjSpec.from_string(batch.write(batch_form(scene())).entries[batch.FILE].decode())
         body = spec.worldbody.add_body(name="robot", pos=[0, -2, 1])
         body.add_freejoint()
         body.add_geom(name="hand", type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[0.05, 0, 0])

@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from casa_assets.core.typing import Floats
-from casa_assets.geometry.merging.colliders import points_around
-from casa_assets.geometry.merging.cover_boxes import cover_boxes
-from casa_assets.geometry.merging.reachable_space import TOLERANCE_M, ReachableSpace
-from casa_assets.model.asset.shape import Box
+from casa_assets.core.numeric import Floats
+from casa_assets.geometry.merging.fit_primitives import points_around
+from casa_assets.geometry.merging.reachable_space import TOLERANCE_M, ReachableSpace, cover_boxes
+from casa_assets.model.asset.parts import Box
 from casa_assets.model.pose import Pose
 
 

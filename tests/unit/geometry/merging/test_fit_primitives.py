@@ -7,8 +7,8 @@ import math
 import numpy as np
 
 from casa_assets.geometry.merging.fit_primitives import FitLimits, fit_primitives
-from casa_assets.geometry.solid.bounds import shape_bounds
-from casa_assets.model.asset.shape import Box, Cylinder, Shape
+from casa_assets.geometry.solid.primitive import shape_bounds
+from casa_assets.model.asset.parts import Box, Cylinder, Shape
 from casa_assets.model.pose import Pose
 
 Placed = tuple[Shape, Pose]

@@ -7,28 +7,31 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from casa_assets.core.typing import Floats, Ints
+from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import Rejected
-from casa_assets.geometry.mesh.measure import signed_volume
+from casa_assets.geometry.mesh.surface import signed_volume
 from casa_assets.geometry.mesh.topology import weld
-from casa_assets.geometry.solid.coverage import distances_outside_hulls
-from casa_assets.geometry.solid.cutting import solid_of, split_by_plane, surface_of
-from casa_assets.geometry.solid.deviation import reference_surface
-from casa_assets.geometry.solid.hull import convex_hull, hull_volume
-from casa_assets.geometry.solid.manifold import intersection_volume, union
-from casa_assets.geometry.solid.tessellate import tessellate
+from casa_assets.geometry.solid.deviation import distances_outside_hulls, reference_surface
+from casa_assets.geometry.solid.primitive import tessellate
+from casa_assets.geometry.solid.solids import (
+    convex_hull,
+    hull_volume,
+    intersection_volume,
+    solid_of,
+    split_by_plane,
+    surface_of,
+    union,
+)
 from casa_assets.ingest.collision import collide as stage
 from casa_assets.ingest.collision.collide import collide
 from casa_assets.ingest.collision.convex_decomposition import Budget, DecompositionFailed
-from casa_assets.ingest.collision.fit import FitErrors, fit_reference, measure_fit
-from casa_assets.ingest.collision.params import CollideParams
+from casa_assets.ingest.collision.fit import CollideParams, FitErrors, fit_reference, measure_fit
 from casa_assets.ingest.collision.plane_splits import ErrorBound
 from casa_assets.ingest.collision.plane_splits import merge_within_bound as joined_up
 from casa_assets.ingest.collision.solid_proxy import SurfaceKind, solid_proxy
 from casa_assets.ingest.collision.strategies import STRATEGIES
 from casa_assets.ingest.draft import Draft
-from casa_assets.model.asset.mesh import Mesh
-from casa_assets.model.asset.shape import Box, Cylinder, Hull, Sphere
+from casa_assets.model.asset.parts import Box, Cylinder, Hull, Mesh, Sphere
 from casa_assets.model.pose import Pose
 from tests.meshes import box_mesh
 from tests.raw_models import MUG, category, codes, draft, flipped, joined, moved, turned, volume

@@ -5,17 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from casa_assets.core.typing import Floats, Ints
-from casa_assets.geometry.grid.voxel import Grid, voxelise
+from casa_assets.core.numeric import Floats, Ints
+from casa_assets.geometry.grid.voxels import Grid, voxelise
 from casa_assets.geometry.mesh.topology import weld
-from casa_assets.geometry.solid.bounds import shape_bounds
+from casa_assets.geometry.solid.primitive import shape_bounds
 from casa_assets.ingest.collision.collide import collide
-from casa_assets.ingest.collision.component_solids import SHEET_RATIO, assemble_solid, covers_surface
-from casa_assets.ingest.collision.foot import FOOT_M
-from casa_assets.ingest.collision.params import CollideParams
+from casa_assets.ingest.collision.components import SHEET_RATIO, assemble_solid, covers_surface
+from casa_assets.ingest.collision.fit import FOOT_M, CollideParams
 from casa_assets.ingest.collision.solid_proxy import CELLS, solid_proxy
-from casa_assets.model.asset.mesh import Mesh
-from casa_assets.model.asset.shape import Hull
+from casa_assets.model.asset.parts import Hull, Mesh
 from tests.meshes import box_mesh
 from tests.raw_models import category, draft, flipped, joined, moved, turned
 

@@ -5,16 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from casa_assets.core.typing import Floats, Ints
+from casa_assets.core.numeric import Floats, Ints
+from casa_assets.geometry.solid.primitive import tessellate
 from casa_assets.geometry.solid.revolution import RAYS, WallProfile
-from casa_assets.geometry.solid.tessellate import tessellate
 from casa_assets.ingest.collision.collide import collide
 from casa_assets.ingest.collision.convex_decomposition import Budget
-from casa_assets.ingest.collision.params import CollideParams
-from casa_assets.ingest.collision.ring_slabs import slab_costs
+from casa_assets.ingest.collision.fit import CollideParams
+from casa_assets.ingest.collision.rings import slab_costs
 from casa_assets.ingest.draft import Draft
-from casa_assets.model.asset.mesh import Mesh
-from casa_assets.model.asset.shape import Box, Cylinder
+from casa_assets.model.asset.parts import Box, Cylinder, Mesh
 from tests.raw_models import category, draft, turned
 
 pytestmark = pytest.mark.content("code", "ingest.collision", keep=0)

@@ -7,11 +7,11 @@ from functools import cache, partial
 import numpy as np
 import pytest
 
-from casa_assets.core.typing import Floats, Ints
+from casa_assets.core.numeric import Floats, Ints
 from casa_assets.geometry.mesh.topology import weld
-from casa_assets.geometry.solid.hull import hull_volume
+from casa_assets.geometry.solid.solids import hull_volume
 from casa_assets.ingest.collision.convex_decomposition import Budget, DecompositionFailed, decompose
-from casa_assets.model.asset.mesh import Mesh
+from casa_assets.model.asset.parts import Mesh
 from tests.meshes import box_mesh
 from tests.raw_models import MUG, joined, moved, turned
 

@@ -5,14 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from casa_assets.core.typing import Floats
-from casa_assets.geometry.solid.bounds import shape_bounds
-from casa_assets.geometry.solid.cutting import Solid, solid_of
-from casa_assets.geometry.solid.hull import convex_hull
-from casa_assets.ingest.collision.foot import FOOT_M, on_flat_foot
+from casa_assets.core.numeric import Floats
+from casa_assets.geometry.solid.primitive import shape_bounds
+from casa_assets.geometry.solid.solids import Solid, convex_hull, solid_of
+from casa_assets.ingest.collision.fit import FOOT_M, on_flat_foot
 from casa_assets.ingest.draft import PlacedShape
-from casa_assets.model.asset.mesh import Mesh
-from casa_assets.model.asset.shape import Box, Hull
+from casa_assets.model.asset.parts import Box, Hull, Mesh
 from casa_assets.model.pose import Pose
 
 

@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from casa_assets.core.typing import Floats, Ints
-from casa_assets.geometry.solid.bounds import shape_bounds
+from casa_assets.core.numeric import Floats, Ints
+from casa_assets.geometry.solid.primitive import shape_bounds
 from casa_assets.ingest.collision.collide import collide
 from casa_assets.ingest.collision.convex_decomposition import Budget, DecompositionFailed
-from casa_assets.ingest.collision.params import CollideParams
+from casa_assets.ingest.collision.fit import CollideParams
 from casa_assets.ingest.collision.solid_proxy import without_windows
 from casa_assets.ingest.draft import Draft
-from casa_assets.model.asset.mesh import Mesh
+from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.issue import REVIEW_CODE
 from tests.meshes import box_mesh
 from tests.raw_models import category, draft, joined, turned

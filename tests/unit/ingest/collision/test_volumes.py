@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from casa_assets.core.typing import Floats
-from casa_assets.geometry.solid.cutting import MAX_GROWTH, Solid, hull_with_volume, solid_of, volume_of_hull
-from casa_assets.geometry.solid.hull import hull_volume
+from casa_assets.core.numeric import Floats
+from casa_assets.geometry.solid.solids import MAX_GROWTH, Solid, hull_volume, hull_with_volume, solid_of, volume_of_hull
 from casa_assets.ingest.collision.plane_splits import split_to_volume
 from tests.meshes import box_mesh
 

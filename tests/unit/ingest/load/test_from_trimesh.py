@@ -15,7 +15,7 @@ from casa_assets.ingest import rejection_codes
 from casa_assets.ingest.clean import clean
 from casa_assets.ingest.load import load
 from casa_assets.ingest.load.from_trimesh import bundle_from_trimesh, raw_from_trimesh
-from casa_assets.model.ingest.source import Up
+from casa_assets.model.source import Up
 from casa_assets.pipeline.ingest.stages import run_stages
 from tests.mesh_files import LIMITS, QUARTERS
 from tests.raw_models import brief

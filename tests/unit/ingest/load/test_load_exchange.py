@@ -14,7 +14,7 @@ import trimesh
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes
 from casa_assets.ingest.sources import Refused, discover
-from casa_assets.model.ingest.source import Up
+from casa_assets.model.source import Up
 from tests.mesh_files import OBJ_TRIANGLE, load_bytes
 
 MESH = (

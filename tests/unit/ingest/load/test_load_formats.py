@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from casa_assets.core import blender
-from casa_assets.core.typing import Floats, Ints
+from casa_assets.core import system
+from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load import load
 from casa_assets.ingest.sources import Found, Refused, collect, discover
-from casa_assets.model.ingest.source import RawModel, Up
+from casa_assets.model.source import RawModel, Up
 from tests import format_files as made
 from tests.mesh_files import LIMITS, OBJ_TRIANGLE, QUARTERS, codes_of, load_bytes, load_path, png
 
@@ -167,10 +167,10 @@ def test_every_file_is_counted(tmp_path: Path) -> None:
 
 def test_a_blend_without_blender_says_how_to_install_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "a.blend").write_bytes(b"BLENDER-v300RENDH")
-    monkeypatch.delenv(blender.VARIABLE, raising=False)
+    monkeypatch.delenv(system.BLENDER_VARIABLE, raising=False)
     monkeypatch.setenv("PATH", str(tmp_path))
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
-    monkeypatch.setattr(blender, "_CHECKOUT", tmp_path / "none")
+    monkeypatch.setattr(system, "_CHECKOUT", tmp_path / "none")
     (one,) = discover([tmp_path])
     assert isinstance(one, Found)
     with pytest.raises(Rejected, match="pip install bpy") as error:

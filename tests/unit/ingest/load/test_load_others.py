@@ -16,7 +16,7 @@ from casa_assets.ingest import rejection_codes
 from casa_assets.ingest.load.materials import Images, ImageUse
 from casa_assets.ingest.load.notes import MAX_NOTES, Notes
 from casa_assets.ingest.load.text import UniqueNames, identifier
-from casa_assets.model.ingest.source import Up
+from casa_assets.model.source import Up
 from tests.mesh_files import LIMITS, QUARTERS, Gltf, codes_of, load_bytes, png, texel
 
 PLY_HEAD = "ply\nformat {} 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n{}"

@@ -5,12 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from casa_assets.geometry.mesh.measure import shifted_inertia
+from casa_assets.geometry.mesh.surface import shifted_inertia
 from casa_assets.ingest.draft import Draft, PlacedShape
-from casa_assets.ingest.mass.combine import mass
+from casa_assets.ingest.mass.estimates import mass
 from casa_assets.model.asset.material import Substance
-from casa_assets.model.asset.mesh import Mesh
-from casa_assets.model.asset.shape import Box, Cylinder, Shape
+from casa_assets.model.asset.parts import Box, Cylinder, Mesh, Shape
 from casa_assets.model.pose import Pose
 from tests.meshes import box_mesh
 from tests.raw_models import MUG, category, codes, draft, flipped, joined, moved, turned, volume

@@ -7,7 +7,7 @@ import pytest
 
 from casa_assets import registry
 from casa_assets.geometry.mesh.topology import weld
-from casa_assets.geometry.solid.manifold import closed_solid
+from casa_assets.geometry.solid.solids import closed_solid
 from casa_assets.ingest.mass.estimates import (
     WALL_THICKNESS_M,
     CombinedMass,
@@ -16,7 +16,7 @@ from casa_assets.ingest.mass.estimates import (
     combine_estimates,
     estimate_masses,
 )
-from casa_assets.model.asset.mesh import Mesh
+from casa_assets.model.asset.parts import Mesh
 from tests.meshes import box_mesh
 from tests.raw_models import MUG, category, flipped, joined, turned, volume
 

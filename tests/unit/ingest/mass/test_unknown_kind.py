@@ -7,13 +7,12 @@ import pytest
 
 from casa_assets import registry
 from casa_assets.geometry.mesh.topology import weld
-from casa_assets.geometry.solid.manifold import closed_solid
-from casa_assets.ingest.mass.estimates import CombinedMass
-from casa_assets.ingest.mass.unknown_kind import SIZE_LAWS, apparent_substance, combine_unknown, form_of
+from casa_assets.geometry.solid.solids import closed_solid
+from casa_assets.ingest.mass.estimates import SIZE_LAWS, CombinedMass, apparent_substance, combine_unknown, form_of
 from casa_assets.model.asset.material import Material
-from casa_assets.model.asset.mesh import Mesh
-from casa_assets.model.ingest.source import RawPart
+from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.registry.category import MatterFill
+from casa_assets.model.source import RawPart
 from tests.meshes import box_mesh
 from tests.raw_models import MUG, flipped, joined, moved, turned
 
@@ -66,7 +65,7 @@ def test_a_word_or_bare_metal_tells_the_substance() -> None:
 
 
 def test_densities_are_those_of_the_registry() -> None:
-    from casa_assets.ingest.mass.unknown_kind import SUBSTANCE_WORDS
+    from casa_assets.ingest.mass.estimates import SUBSTANCE_WORDS
 
     known = registry.load().substances
     assert {name: known[name].density for name, _ in SUBSTANCE_WORDS.values()} == dict(SUBSTANCE_WORDS.values())

@@ -7,8 +7,8 @@ import pytest
 
 from casa_assets.ingest.draft import Draft
 from casa_assets.ingest.orient import UP_ROTATIONS, orient
-from casa_assets.model.asset.mesh import Mesh
-from casa_assets.model.ingest.source import Up
+from casa_assets.model.asset.parts import Mesh
+from casa_assets.model.source import Up
 from tests.meshes import box_mesh
 from tests.raw_models import BOTTLE, MUG, PLATE, category, draft, joined, knife, moved, turned
 

@@ -9,13 +9,20 @@ import pytest
 from casa_assets.errors import Rejected
 from casa_assets.ingest.draft import Draft
 from casa_assets.ingest.orient import orient
-from casa_assets.ingest.pose.evidence import outline_score, rain_volume, stance
 from casa_assets.ingest.pose.front import facing, straightened
-from casa_assets.ingest.pose.surface_sample import sample_surface, smallest_rectangle
-from casa_assets.ingest.pose.ups import UP_ROTATIONS, candidates, priors, rotation_to_z
-from casa_assets.model.asset.mesh import Mesh
-from casa_assets.model.ingest.source import Up
-from casa_assets.model.ingest.user_override import UpAxis, UserOverride
+from casa_assets.ingest.pose.up import (
+    UP_ROTATIONS,
+    candidates,
+    outline_score,
+    priors,
+    rain_volume,
+    rotation_to_z,
+    sample_surface,
+    smallest_rectangle,
+    stance,
+)
+from casa_assets.model.asset.parts import Mesh
+from casa_assets.model.source import Up, UpAxis, UserOverride
 from tests.meshes import box_mesh
 from tests.raw_models import BOTTLE, MUG, PLATE, category, draft, joined, knife, moved, turned
 

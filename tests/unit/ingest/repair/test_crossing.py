@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from casa_assets.geometry.mesh.topology import weld
-from casa_assets.ingest.repair.intersecting_components import intersecting_components
-from casa_assets.model.asset.mesh import Mesh
+from casa_assets.ingest.repair.components import intersecting_components
+from casa_assets.model.asset.parts import Mesh
 from tests.meshes import box_mesh
 from tests.raw_models import MUG, joined, moved, turned
 

@@ -7,16 +7,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from casa_assets.geometry.mesh.measure import backward_share
+from casa_assets.geometry.mesh.surface import backward_share
 from casa_assets.geometry.mesh.topology import edge_counts, weld
 from casa_assets.ingest.clean import clean
 from casa_assets.ingest.collision.solid_proxy import SurfaceKind
 from casa_assets.ingest.draft import Draft
-from casa_assets.ingest.repair.holes import boundary_loops
-from casa_assets.ingest.repair.solidity import Solidity, solidity
+from casa_assets.ingest.repair.components import Solidity, solidity
+from casa_assets.ingest.repair.gaps import boundary_loops
 from casa_assets.model.asset.material import Material
-from casa_assets.model.asset.mesh import Mesh
-from casa_assets.model.ingest.source import RawModel, RawPart
+from casa_assets.model.asset.parts import Mesh
+from casa_assets.model.source import RawModel, RawPart
 from tests.meshes import box_mesh, lathe, texture
 from tests.raw_models import MUG, category, codes, flipped, joined, moved, raw, turned, volume
 

@@ -18,7 +18,7 @@ from casa_assets.ingest.sources import Found, Refused, collect, discover, stores
 from casa_assets.ingest.sources.places import StoreRoot, hide_secrets, root_of
 from casa_assets.pipeline.cache import cache_key
 from casa_assets.pipeline.dedup import library_report
-from casa_assets.pipeline.ingest.discover_inputs import LIBRARY_FILES, discover_inputs
+from casa_assets.pipeline.ingest.inputs import LIBRARY_FILES, discover_inputs
 from casa_assets.pipeline.ingest.refused_rows import is_below
 from casa_assets.pipeline.ingest.survey import state_of
 from casa_assets.pipeline.reports import attribution

@@ -20,7 +20,7 @@ from casa_assets.ingest.sources import Found, Refused, collect, discover
 from casa_assets.ingest.sources.containers import table, tabled
 from casa_assets.ingest.sources.containers.place import place_of
 from casa_assets.ingest.sources.places import root_of
-from casa_assets.model.ingest.source import SourceKind
+from casa_assets.model.source import SourceKind
 from tests.mesh_files import LIMITS, OBJ_TRIANGLE
 from tests.source_stores import TrialSystem, put
 

@@ -16,7 +16,7 @@ from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load import load
 from casa_assets.ingest.sources import Found, Refused, collect, discover
 from casa_assets.ingest.sources.containers import archive, webdataset
-from casa_assets.model.ingest.source import SourceKind
+from casa_assets.model.source import SourceKind
 from tests.mesh_files import LIMITS, OBJ_TRIANGLE
 
 OBJ = OBJ_TRIANGLE.encode()

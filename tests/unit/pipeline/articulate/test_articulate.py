@@ -11,14 +11,14 @@ from PIL import Image
 
 from casa_assets.articulate.decisions import Decisions, PartDecision
 from casa_assets.articulate.plan import PartKind
-from casa_assets.checks.motion.joint_travel import joint_travels
+from casa_assets.checks.motion.joints import joint_travels
 from casa_assets.export import mjcf
-from casa_assets.model.ingest.user_override import Word
+from casa_assets.model.source import Word
 from casa_assets.pipeline.articulate import review_page
 from casa_assets.pipeline.articulate.build import ArticulateRequest, build
-from casa_assets.pipeline.articulate.limit_ranges import limit_ranges
+from casa_assets.pipeline.articulate.repairs import limit_ranges
+from casa_assets.pipeline.articulate.run import NAME as STRIP
 from casa_assets.pipeline.articulate.run import ArticulateOutcome, articulate_one, with_contract
-from casa_assets.pipeline.articulate.strip import NAME as STRIP
 from casa_assets.pipeline.ingest.job import RunAborted
 from casa_assets.pipeline.library import library as disk
 from casa_assets.preview.strip import CELL_PX

@@ -15,7 +15,7 @@ from casa_assets.errors import UnknownId
 from casa_assets.ingest.sources.discover import discover
 from casa_assets.ingest.sources.found import Found
 from casa_assets.model.record import Vec3
-from casa_assets.pipeline.articulate.kind import NAMING_CONFIDENCE, guess_category
+from casa_assets.pipeline.articulate.build import NAMING_CONFIDENCE, guess_category
 from casa_assets.pipeline.clip import NO_WEIGHTS
 from tests.unit.articulate.blocks import drawers
 from tests.unit.articulate.fragmented import articulate_fragmentation

@@ -9,10 +9,10 @@ import pytest
 
 from casa_assets.articulate.decisions import Decisions, PartDecision
 from casa_assets.articulate.plan import PartKind
-from casa_assets.geometry.solid.bounds import link_bounds
+from casa_assets.geometry.solid.primitive import link_bounds
 from casa_assets.model.issue import Decision, Issue, Report, Severity
 from casa_assets.pipeline.articulate.build import ArticulateRequest, build
-from casa_assets.pipeline.articulate.mend import mend
+from casa_assets.pipeline.articulate.repairs import mend
 from casa_assets.pipeline.articulate.run import ArticulateOutcome, articulate_one
 from tests.unit.articulate.blocks import Part, box, carcass, microwave, together
 from tests.unit.articulate.test_assemble import obj

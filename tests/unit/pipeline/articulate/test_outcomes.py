@@ -9,18 +9,17 @@ import typer
 from pydantic import ValidationError
 
 from casa_assets import registry
-from casa_assets.articulate.confidence import calibrate_parts, plan_confidence
 from casa_assets.articulate.decisions import Decisions
+from casa_assets.articulate.plan import calibrate_parts, plan_confidence
 from casa_assets.cli.verbs.articulate import _exit_with
-from casa_assets.model.ingest.user_override import UpAxis, UserOverride, Word
 from casa_assets.model.issue import REVIEW_CODE, Decision
-from casa_assets.model.registry.confidence import Bars, Curve
+from casa_assets.model.registry.rows import Bars, Curve
+from casa_assets.model.source import UpAxis, UserOverride, Word
 from casa_assets.pipeline.articulate import build as building
 from casa_assets.pipeline.articulate import run as running
-from casa_assets.pipeline.articulate import sidecar
-from casa_assets.pipeline.articulate.build import ArticulateRequest, build
-from casa_assets.pipeline.articulate.doubts import doubts
-from casa_assets.pipeline.articulate.overrides import with_override
+from casa_assets.pipeline.articulate.acceptance import doubts
+from casa_assets.pipeline.articulate.build import ArticulateRequest, build, with_override
+from casa_assets.pipeline.articulate.decisions import DECISIONS_NAME, read_decisions
 from casa_assets.pipeline.articulate.run import ArticulateOutcome, articulate_one
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library import review
@@ -176,4 +175,4 @@ def test_a_mesh_with_signs_of_parts_of_which_none_was_found_is_in_review(tmp_pat
     assert done.decision is Decision.REVIEW, done.message
     assert "plan" in done.to_decide
     assert done.folder is not None
-    assert sidecar.read(done.folder / sidecar.NAME).parts == {}
+    assert read_decisions(done.folder / DECISIONS_NAME).parts == {}

@@ -15,8 +15,8 @@ from casa_assets.articulate.decisions import Decisions
 from casa_assets.articulate.plan import HingeEdge
 from casa_assets.cli.main import app
 from casa_assets.errors import RegistryError, UnknownId
-from casa_assets.model.asset.joint import JointKind
-from casa_assets.pipeline.articulate import review_file
+from casa_assets.model.asset.parts import JointKind
+from casa_assets.pipeline.articulate.decisions import decided, keep, read_review
 from casa_assets.pipeline.articulate.review_page import NAME
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.review import ReviewServer
@@ -129,7 +129,7 @@ def test_what_the_page_writes_is_obeyed_by_this_run_and_later_ones(place: Path) 
     file.write_text(json.dumps({"meshes": {sha256: {}}}), encoding="utf-8")
     articulate(place, "--review", "--decisions", str(file))
     assert len(facts(place)["microwave.obj"]["parts"]) == 6
-    assert review_file.decided(disk.Library(place / "lib")) == {}
+    assert decided(disk.Library(place / "lib")) == {}
 
 
 def test_a_strip_is_drawn_for_what_an_earlier_run_made_without(place: Path, tmp_path: Path) -> None:
@@ -146,19 +146,19 @@ def test_a_review_file_that_means_nothing_is_told_with_its_line(tmp_path: Path) 
     path, sha256 = tmp_path / "review.json", "0" * 64
     path.write_text(json.dumps({"meshes": {sha256: {"parts": {"door_0": {"hinge": "middle"}}}}}, indent=1))
     with pytest.raises(RegistryError, match=r"review.json:6: meshes.*hinge"):
-        review_file.read(path)
+        read_review(path)
     path.write_text(json.dumps({"meshes": {sha256: {"category": "no_such_thing"}}}), encoding="utf-8")
     with pytest.raises(UnknownId):
-        review_file.read(path)
+        read_review(path)
 
 
 def test_decisions_on_a_mesh_replace_older_ones(tmp_path: Path) -> None:
     library = disk.Library(tmp_path)
     one, two = "1" * 64, "2" * 64
     with library.locked():
-        review_file.keep(library, {one: Decisions(size_m=0.5), two: Decisions(category="microwave")})
-        kept = review_file.keep(library, {one: Decisions()})
-    assert kept == review_file.decided(library) == {two: Decisions(category="microwave")}
+        keep(library, {one: Decisions(size_m=0.5), two: Decisions(category="microwave")})
+        kept = keep(library, {one: Decisions()})
+    assert kept == decided(library) == {two: Decisions(category="microwave")}
 
 
 def test_a_page_that_is_served_writes_into_the_library(place: Path) -> None:
@@ -183,11 +183,11 @@ def test_a_page_that_is_served_writes_into_the_library(place: Path) -> None:
             assert ask(server, address, {**said, "decisions": {"parts": {"door_0": {"hinge": "middle"}}}})[0] == 400
             assert ask(server, address, {**said, "decisions": {"category": "no_such_thing"}})[0] == 400
             assert ask(server, "/wrong/decide_articulated", said)[0] == 400
-            assert review_file.decided(server.library) == {}
+            assert decided(server.library) == {}
             assert ask(server, address, said)[0] == 200
-            assert review_file.decided(server.library)[row["sha256"]].parts["door_0"].hinge is HingeEdge.TOP
+            assert decided(server.library)[row["sha256"]].parts["door_0"].hinge is HingeEdge.TOP
             assert ask(server, address, {**said, "decisions": {}})[0] == 200
-            assert review_file.decided(server.library) == {}
+            assert decided(server.library) == {}
         finally:
             server.shutdown()
             thread.join()

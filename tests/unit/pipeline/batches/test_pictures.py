@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from casa_assets.core.color import linear_from_srgb_array
+from casa_assets.core.numeric import linear_from_srgb_array
 from casa_assets.pipeline.batches.pictures import materials_of, plain_colors
 from casa_assets.pipeline.batches.shared_model import SharedModel, share
 from tests.unit.pipeline.batches.small_kitchens import painted

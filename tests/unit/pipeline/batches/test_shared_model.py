@@ -10,8 +10,7 @@ import pytest
 
 from casa_assets.checks.scene.batch.form import candidate_pairs
 from casa_assets.errors import CasaError
-from casa_assets.pipeline.batches.robot import robot_of
-from casa_assets.pipeline.batches.shared_model import SharedModel, addresses, share
+from casa_assets.pipeline.batches.shared_model import SharedModel, addresses, robot_of, share
 from tests.unit.pipeline.batches.small_kitchens import DRIVING, FIRST, FLOATING, SECOND, specs
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from casa_assets.errors import CasaError
-from casa_assets.model.kitchen.start_states import StartStates, StateJoint, StateNotes
+from casa_assets.model.kitchen.scene import StartStates, StateJoint, StateNotes
 from casa_assets.pipeline.batches.shared_model import SharedModel, addresses, share
 from casa_assets.pipeline.batches.start_rows import AWAKE, LOCKED, MOVED, start_rows
 from tests.unit.pipeline.batches.small_kitchens import specs

@@ -21,8 +21,15 @@ from casa_assets.families.family import Family, Params, Supplies
 from casa_assets.geometry.lightweight import lighten
 from casa_assets.model.asset.asset import Asset
 from casa_assets.pipeline.cache import asset_store
-from casa_assets.pipeline.cache.asset_bytes import ARRAY_TYPES, DIGEST_BYTES, READ_ERRORS, TREE, pack, unpack
-from casa_assets.pipeline.cache.asset_store import AssetStore
+from casa_assets.pipeline.cache.asset_store import (
+    ARRAY_TYPES,
+    DIGEST_BYTES,
+    READ_ERRORS,
+    TREE,
+    AssetStore,
+    pack,
+    unpack,
+)
 from casa_assets.registry.families import family, family_names
 from tests.assets import rigid_mug, textured_box
 from tests.family_members import preset

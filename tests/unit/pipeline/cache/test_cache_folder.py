@@ -8,7 +8,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from casa_assets.core.cache_folder import cache_for
+from casa_assets.core.system import cache_for
 from casa_assets.pipeline.workers import batch
 
 

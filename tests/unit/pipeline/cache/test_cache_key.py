@@ -136,7 +136,7 @@ class TestOneConstantChanges:
 
     def test_in_a_kind_of_texture(self, copy: Copy) -> None:
         """The textures of that kind, and what shows them."""
-        changed = copy.changed_by("casa_assets/textures/kinds/walls/boards.py", "0.0008 * (rise - 1)", "rise - 1")
+        changed = copy.changed_by("casa_assets/textures/kinds/walls/panels.py", "0.0008 * (rise - 1)", "rise - 1")
         assert {n for n in changed if n.startswith("texture ")} == copy.names("texture", " painted_boards")
         shown = {n for n in changed if n.startswith("asset ")}
         assert 0 < len(shown) < len(copy.names("asset")) / 4
@@ -155,7 +155,7 @@ class TestOneConstantChanges:
 
     def test_in_a_stage(self, copy: Copy) -> None:
         changed = copy.changed_by(
-            "casa_assets/ingest/mass/combine.py", "MIN_THICKNESS_RATIO = 1e-7", "MIN_THICKNESS_RATIO = 1e-6"
+            "casa_assets/ingest/mass/estimates.py", "MIN_THICKNESS_RATIO = 1e-7", "MIN_THICKNESS_RATIO = 1e-6"
         )
         assert changed == {"stage mass", "library ingest"}
 

@@ -10,10 +10,9 @@ import pytest
 from casa_assets.export.mjcf.scene import kitchen as mjcf
 from casa_assets.export.usd.scene import isaac_lab
 from casa_assets.export.usd.scene import kitchen as usd
-from casa_assets.pipeline.cache import remembered
+from casa_assets.pipeline.cache import store
 from casa_assets.pipeline.kitchens import kept
-from casa_assets.pipeline.kitchens.recipe import SceneRecipe
-from casa_assets.pipeline.kitchens.scene_files import LIGHT_FILE, OVERVIEW, SCENE_JSON, WRITTEN
+from casa_assets.pipeline.kitchens.recipe import LIGHT_FILE, OVERVIEW, SCENE_JSON, WRITTEN, SceneRecipe
 
 RECIPE = SceneRecipe("l_small", "coastal")
 
@@ -58,13 +57,13 @@ def test_another_recipe_or_another_state_of_the_program_is_not_known(
     out: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert kept.remembered_kitchen_key(SceneRecipe("l_small", "coastal", seed=1)) == ""
-    monkeypatch.setattr(remembered, "state_of_everything", lambda: "after an edit")
+    monkeypatch.setattr(store, "state_of_everything", lambda: "after an edit")
     assert kept.kept_scene(RECIPE, out, drawn=True) is None
 
 
 def test_what_may_be_older_than_a_change_is_not_remembered(out: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A long run has read the registry at its start; a file that is edited meanwhile must not be taken for read."""
     edited = SceneRecipe("galley", "coastal")
-    monkeypatch.setattr(remembered, "last_change_ns", lambda: remembered.STARTED_NS + 1)
+    monkeypatch.setattr(store, "last_change_ns", lambda: store.STARTED_NS + 1)
     kept.remember_kitchen_key(edited, "of before the edit")
     assert kept.remembered_kitchen_key(edited) == ""

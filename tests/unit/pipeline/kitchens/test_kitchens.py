@@ -17,10 +17,9 @@ import pytest
 
 import casa_assets
 from casa_assets.errors import CasaError, RegistryError, UnknownId
-from casa_assets.model.kitchen.surface import Surface
-from casa_assets.pipeline.kitchens import resolve, scene_folders, scene_ids
-from casa_assets.pipeline.kitchens.recipe import SceneRecipe
-from casa_assets.pipeline.kitchens.scene_ids import recipe_of
+from casa_assets.model.kitchen.choices import Surface
+from casa_assets.pipeline.kitchens import resolve, scene_folders
+from casa_assets.pipeline.kitchens.recipe import SceneRecipe, all_recipes, recipe_of, recipes_matching, recipes_named
 from casa_assets.pipeline.reports import kitchens as book
 from casa_assets.preview import kitchen
 from casa_assets.registry.kitchens import load_plan, plan_names, read_plan, style_names
@@ -341,19 +340,19 @@ class TestPictures:
 def test_sixteen_plans_in_twelve_styles() -> None:
     assert len(plan_names()) == 16
     assert len(style_names()) == 12
-    assert len(scene_ids.all_recipes()) == 192
+    assert len(all_recipes()) == 192
 
 
 def test_globs() -> None:
-    assert [r.scene_id for r in scene_ids.recipes_matching([SCENE, f"{PLAN}__scand*"])] == [SCENE]
+    assert [r.scene_id for r in recipes_matching([SCENE, f"{PLAN}__scand*"])] == [SCENE]
     with pytest.raises(UnknownId):
-        scene_ids.recipes_matching(["no_such__*"])
+        recipes_matching(["no_such__*"])
 
 
 def test_globs_with_objects(tmp_path: Path) -> None:
-    lived_in = scene_ids.recipes_named([f"{PLAN}__scand*__o40s3", f"{SCENE}__o40s3", SCENE], tmp_path)
+    lived_in = recipes_named([f"{PLAN}__scand*__o40s3", f"{SCENE}__o40s3", SCENE], tmp_path)
     assert [r.scene_id for r in lived_in] == [f"{SCENE}__o40s3", SCENE]
-    assert {len(scene_ids.recipes_named([f"*{end}"], tmp_path)) for end in ("", "__o12")} == {192}
+    assert {len(recipes_named([f"*{end}"], tmp_path)) for end in ("", "__o12")} == {192}
     for name in ("no_such__*__o40", f"{SCENE}__o40s", f"{PLAN}__no_such__o40"):
         with pytest.raises(UnknownId):
-            scene_ids.recipes_named([name], tmp_path)
+            recipes_named([name], tmp_path)

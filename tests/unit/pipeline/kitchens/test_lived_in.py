@@ -10,14 +10,12 @@ import pytest
 import casa_assets as casa
 from casa_assets.checks.scene.motion.settling import come_to_rest
 from casa_assets.errors import CasaError
-from casa_assets.export.mjcf.scene import kitchen as mjcf
+from casa_assets.export.mjcf.scene.kitchen import write
 from casa_assets.layouts.compose.floor_facts import facts_of
 from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.model.kitchen.scene import Scene
-from casa_assets.pipeline.kitchens.lived_in import bare
-from casa_assets.pipeline.kitchens.recipe import SceneRecipe
-from casa_assets.pipeline.kitchens.resolve import build_scene, kitchen_key
-from casa_assets.pipeline.kitchens.scene_ids import recipe_of
+from casa_assets.pipeline.kitchens.recipe import SceneRecipe, recipe_of
+from casa_assets.pipeline.kitchens.resolve import bare, build_scene, kitchen_key
 from casa_assets.pipeline.kitchens.scene_json import describe
 
 pytestmark = pytest.mark.content("code", "pipeline.kitchens", keep=0)
@@ -66,7 +64,7 @@ def test_as_many_as_asked_for_are_at_rest(lived_in: tuple[KitchenRequest, Scene]
     scene = lived_in[1]
     names = [place.name for place in scene.objects]
     assert len(names) == COUNT
-    rests = come_to_rest(mjcf.write(bare(scene), shared="assets"), names, 2.0)
+    rests = come_to_rest(write(bare(scene), shared="assets"), names, 2.0)
     assert max(rest.moved for rest in rests.values()) <= 0.005
     assert max(rest.depth for rest in rests.values()) <= 0.001
 

@@ -15,7 +15,7 @@ from casa_assets.checks.scene.formats.light_form import SceneFiles
 from casa_assets.checks.scene.subject import SceneSubject
 from casa_assets.checks.scene.views import PreviewImages
 from casa_assets.checks.table.table import TABLE
-from casa_assets.core.cache_folder import cache_dir
+from casa_assets.core.system import cache_dir
 from casa_assets.errors import PlanConflict
 from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.model.issue import Issue, Report, Severity

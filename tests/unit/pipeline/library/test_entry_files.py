@@ -12,9 +12,9 @@ import pytest
 
 from casa_assets.errors import OutputError
 from casa_assets.model.asset.asset import Asset
-from casa_assets.pipeline.dedup.entries import read_rows
+from casa_assets.pipeline.dedup.pairs import read_rows
 from casa_assets.pipeline.dedup.search import search_by_words
-from casa_assets.pipeline.export_robocasa import export
+from casa_assets.pipeline.export.robocasa import export
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.entry_files import checked_model, file_inside
 from casa_assets.pipeline.reports.library_page import write as write_report

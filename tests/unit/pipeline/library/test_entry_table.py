@@ -13,14 +13,13 @@ import numpy as np
 import pytest
 
 from casa_assets.errors import OutputError
-from casa_assets.geometry.mesh.shape_descriptor import descriptor_distance
+from casa_assets.geometry.mesh.registration import descriptor_distance
 from casa_assets.model.asset.asset import Asset
-from casa_assets.model.asset.signature import ShapeDescriptor
+from casa_assets.model.asset.provenance import ShapeDescriptor
 from casa_assets.model.issue import CheckResult, Status, tally
 from casa_assets.pipeline.cache.store import Store
 from casa_assets.pipeline.dedup import pairs
-from casa_assets.pipeline.dedup.entries import read_rows
-from casa_assets.pipeline.dedup.pairs import MAX_DESCRIPTOR_DISTANCE, ShapeIndex, nearby_pairs
+from casa_assets.pipeline.dedup.pairs import MAX_DESCRIPTOR_DISTANCE, ShapeIndex, nearby_pairs, read_rows
 from casa_assets.pipeline.library import entry_table
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.derived_files import write_reports

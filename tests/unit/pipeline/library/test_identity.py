@@ -9,8 +9,8 @@ import pytest
 
 from casa_assets import registry
 from casa_assets.errors import OutputError
-from casa_assets.model.asset.signature import CENTER_SHARES, PAIR_SHARES, TONE_SHARES, TONES
-from casa_assets.model.ingest.source import Source, SourceKind
+from casa_assets.model.asset.provenance import CENTER_SHARES, PAIR_SHARES, TONE_SHARES, TONES
+from casa_assets.model.source import Source, SourceKind
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.identity import Identity, Producer, suffix_of
 from casa_assets.pipeline.library.library import Library, Refusal, Summary, identity_of

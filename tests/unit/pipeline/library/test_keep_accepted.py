@@ -8,8 +8,8 @@ import pytest
 
 from casa_assets.model.issue import Decision
 from casa_assets.pipeline.library.identity import Identity, Producer
-from casa_assets.pipeline.library.keep_accepted import AcceptedAsset, NewResult, reason_to_keep, remember, remembered
 from casa_assets.pipeline.library.library import Library
+from casa_assets.pipeline.library.resume import AcceptedAsset, NewResult, reason_to_keep, remember, remembered
 
 ASSET = AcceptedAsset(Path("microwave") / "microwave_12", "key", 15)
 KEPT = (

@@ -8,8 +8,8 @@ import pytest
 
 from casa_assets.errors import OutputError
 from casa_assets.ingest.sources.bounded_reads import utf8_escaped
-from casa_assets.model.ingest.source import Source, SourceKind
-from casa_assets.pipeline.ingest import unreadable_inputs
+from casa_assets.model.source import Source, SourceKind
+from casa_assets.pipeline.ingest import inputs
 from casa_assets.pipeline.library.identity import Producer
 from casa_assets.pipeline.library.library import Library, Refusal, read_refusal, write_refusal
 from casa_assets.pipeline.reports.entry import entries
@@ -108,7 +108,7 @@ def test_bytes_that_are_no_text_are_escaped() -> None:
 
 
 def test_a_refusal_that_stands_already_is_not_written_again(library: Library) -> None:
-    assert unreadable_inputs.write_if_changed(library, refusal("unread_0123456789"))
-    assert not unreadable_inputs.write_if_changed(library, refusal("unread_0123456789"))
-    assert unreadable_inputs.write_if_changed(library, refusal("unread_0123456789", message="for another reason"))
+    assert inputs.write_if_changed(library, refusal("unread_0123456789"))
+    assert not inputs.write_if_changed(library, refusal("unread_0123456789"))
+    assert inputs.write_if_changed(library, refusal("unread_0123456789", message="for another reason"))
     assert list(library.staging.iterdir()) == []

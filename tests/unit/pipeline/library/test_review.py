@@ -9,7 +9,7 @@ import pytest
 
 from casa_assets.errors import OutputError
 from casa_assets.model.asset.provenance import Guess
-from casa_assets.model.ingest.user_override import NO_OVERRIDE, UpAxis, UserOverride
+from casa_assets.model.source import NO_OVERRIDE, UpAxis, UserOverride
 from casa_assets.pipeline.ingest.job import Event, with_overrides
 from casa_assets.pipeline.ingest.run import Options, ingest
 from casa_assets.pipeline.library.library import Library

@@ -13,7 +13,7 @@ import pytest
 from lxml import html
 from PIL import Image
 
-from casa_assets.pipeline.kitchens.sampling.diversity import Choices, Traits, diversity_of, write_diversity
+from casa_assets.pipeline.kitchens.sampling.draws import Choices, Traits, diversity_of, write_diversity
 from casa_assets.pipeline.reports import kitchen_report, kitchens
 from casa_assets.pipeline.reports.kitchens import SceneRow
 

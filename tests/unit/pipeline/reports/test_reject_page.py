@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 from PIL import Image
 
-from casa_assets.model.ingest.source import Source, SourceKind
+from casa_assets.model.source import Source, SourceKind
 from casa_assets.pipeline.library import entry_files
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.identity import Producer

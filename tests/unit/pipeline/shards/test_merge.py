@@ -21,8 +21,7 @@ from casa_assets.errors import OutputError
 from casa_assets.pipeline.ingest.job import Event
 from casa_assets.pipeline.ingest.run import Options, ingest
 from casa_assets.pipeline.ingest.shards.merge import merge
-from casa_assets.pipeline.ingest.shards.record import NAME
-from casa_assets.pipeline.ingest.shards.shard import Shard, index_of
+from casa_assets.pipeline.ingest.shards.record import NAME, Shard, index_of
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library import review
 from tests.libraries import BOXES, ROOT, box_obj, casa_here, entries_of

@@ -12,13 +12,12 @@ from hypothesis import strategies as st
 
 from casa_assets.errors import CasaError
 from casa_assets.ingest.sources.found import Found, Refused
-from casa_assets.model.ingest.source import Source, SourceKind
+from casa_assets.model.source import Source, SourceKind
 from casa_assets.pipeline.ingest import refused_rows
-from casa_assets.pipeline.ingest.discover_inputs import discover_inputs
+from casa_assets.pipeline.ingest.inputs import discover_inputs
 from casa_assets.pipeline.ingest.refused_rows import RefusedFile, RefusedRows
 from casa_assets.pipeline.ingest.shards import record
-from casa_assets.pipeline.ingest.shards.record import Discovery
-from casa_assets.pipeline.ingest.shards.shard import Shard, file_of, index_of
+from casa_assets.pipeline.ingest.shards.record import Discovery, Shard, file_of, index_of
 from casa_assets.pipeline.library.library import Library
 from tests.sharded_inputs import make_sharded_inputs
 

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from casa_assets.errors import CasaError
-from casa_assets.model.kitchen.surface import Surface
+from casa_assets.model.kitchen.choices import Surface
 from casa_assets.pipeline.kitchens.recipe import SceneRecipe
 from casa_assets.pipeline.kitchens.resolve import draw_surfaces
 from casa_assets.pipeline.view import server as view_server

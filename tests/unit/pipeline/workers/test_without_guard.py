@@ -19,7 +19,7 @@ pytestmark = [pytest.mark.slow, pytest.mark.content("code", "pipeline.workers", 
 # Every kind of run has workers of the one pool, which are told where to begin by the program that starts them.
 TEXT = """
 from pathlib import Path
-from casa_assets.model.kitchen.surface import Surface
+from casa_assets.model.kitchen.choices import Surface
 from casa_assets.pipeline.textures.check import check_recipes, select_recipes
 
 with Path("started").open("a") as note:

@@ -12,14 +12,11 @@ from PIL import Image
 
 from casa_assets import registry
 from casa_assets.errors import Rejected
-from casa_assets.model.registry.finish import Surface
+from casa_assets.model.registry.rows import Surface
 from casa_assets.pipeline.textures.packs.ingest import PackOptions, ingest_pack
 from casa_assets.textures.finish import normals
-from casa_assets.textures.packs.decode import decode, decode_map
-from casa_assets.textures.packs.derive import GivenMaps, finish_of_tile, pixels_of, png, tile
-from casa_assets.textures.packs.entry import Pack, PackPicture, PictureDescription
-from casa_assets.textures.packs.limits import MAX_SIDE_PX
-from casa_assets.textures.packs.maps import MapRole
+from casa_assets.textures.packs.entry import MAX_SIDE_PX, MapRole, Pack, PackPicture, PictureDescription
+from casa_assets.textures.packs.pictures import GivenMaps, decode, decode_map, finish_of_tile, pixels_of, png, tile
 from tests.pictures import deep_png, encoded, relief, tiff, tiling
 
 pytestmark = [

@@ -14,7 +14,7 @@ import pytest
 import casa_assets as casa
 from casa_assets.cli import completion
 from casa_assets.errors import CasaError, OutputError, RegistryError, UnknownId
-from casa_assets.model.registry.finish import Surface
+from casa_assets.model.registry.rows import Surface
 from casa_assets.pipeline import doctor
 from casa_assets.pipeline.families.finishes import finishes, finishes_key
 from casa_assets.pipeline.kitchens import pack as scene_pack
@@ -22,7 +22,7 @@ from casa_assets.pipeline.kitchens.recipe import SceneRecipe
 from casa_assets.pipeline.kitchens.resolve import draw_surfaces, resolve
 from casa_assets.pipeline.kitchens.sampling.draws import draw_recipes
 from casa_assets.pipeline.textures.check import check_one
-from casa_assets.pipeline.textures.packs import read as pack_files
+from casa_assets.pipeline.textures.packs import pictures as pack_files
 from casa_assets.pipeline.textures.packs.ingest import PackOptions, PackReport, ingest_pack
 from casa_assets.pipeline.textures.recipes import find_recipe, finish_of, origin_of, recipes
 from casa_assets.projects import use_project

@@ -15,17 +15,19 @@ from PIL import Image, PngImagePlugin
 
 from casa_assets import registry
 from casa_assets.errors import CasaError, OutputError, RegistryError, Rejected
-from casa_assets.model.registry.finish import Surface
+from casa_assets.model.registry.rows import Surface
 from casa_assets.pipeline.library.library import file_digests
 from casa_assets.pipeline.textures.packs.ingest import PackOptions, PackReport, ingest_pack
-from casa_assets.pipeline.textures.packs.pictures import load_finishes
-from casa_assets.pipeline.textures.packs.read import load_pack
-from casa_assets.textures.packs.decode import decode
-from casa_assets.textures.packs.derive import GivenMaps, layers, tile
-from casa_assets.textures.packs.entry import PictureDescription
-from casa_assets.textures.packs.limits import MAX_SIDE_PX
-from casa_assets.textures.packs.naming import slug, unique_ids
-from casa_assets.textures.packs.rejections import REMEDIES, PictureRejection
+from casa_assets.pipeline.textures.packs.pictures import load_finishes, load_pack
+from casa_assets.textures.packs.entry import (
+    MAX_SIDE_PX,
+    REMEDIES,
+    PictureDescription,
+    PictureRejection,
+    slug,
+    unique_ids,
+)
+from casa_assets.textures.packs.pictures import GivenMaps, decode, layers, tile
 from casa_assets.textures.seam import seam
 from tests.pictures import encoded, pixels
 
@@ -174,7 +176,7 @@ def test_a_header_that_lies_is_not_unpacked(folder: Path, tmp_path: Path) -> Non
 def test_a_picture_that_cannot_be_fixed_is_refused(
     folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("casa_assets.textures.packs.derive.repair", lambda image, shown: image[..., :shown])
+    monkeypatch.setattr("casa_assets.textures.packs.pictures.repair", lambda image, shown: image[..., :shown])
     refused = taken(folder, tmp_path / "lib").pack.refused
     assert {r.code for r in refused} == {PictureRejection.SEAM.value}
 

@@ -9,12 +9,18 @@ import pytest
 from PIL import Image
 
 from casa_assets.errors import CasaError
-from casa_assets.model.registry.finish import Surface
+from casa_assets.model.registry.rows import Surface
 from casa_assets.pipeline.textures.packs.ingest import PackOptions, ingest_pack
 from casa_assets.textures.finish import normals
-from casa_assets.textures.packs.entry import Pack, PackPicture, PictureDescription
-from casa_assets.textures.packs.maps import MapRole, group_maps, name_and_role
-from casa_assets.textures.packs.rejections import PictureRejection
+from casa_assets.textures.packs.entry import (
+    MapRole,
+    Pack,
+    PackPicture,
+    PictureDescription,
+    PictureRejection,
+    group_maps,
+    name_and_role,
+)
 from tests.pictures import encoded, pixels, relief, tiling
 
 pytestmark = [

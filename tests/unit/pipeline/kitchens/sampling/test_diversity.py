@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from casa_assets.pipeline.kitchens.recipe import SceneRecipe
-from casa_assets.pipeline.kitchens.sampling import diversity, traits
-from casa_assets.pipeline.kitchens.sampling.diversity import Choices, Traits, distance, diversity_of, evenness
+from casa_assets.pipeline.kitchens.sampling import draws
+from casa_assets.pipeline.kitchens.sampling.draws import Choices, Traits, distance, diversity_of, evenness
 from casa_assets.registry.kitchens import plan_names, style_names
 
 SURFACES = {"wall": "brick", "floor": "oak", "counter": "marble", "cabinet": "navy"}
@@ -114,18 +114,18 @@ class TestDiversity:
 
     def test_what_is_written_is_read_back(self, tmp_path: Path) -> None:
         drawn, reference = diversity_of([ONE], POSSIBLE), diversity_of([ONE, replace(ONE, id="b")], POSSIBLE)
-        diversity.write_diversity(tmp_path, drawn, reference)
-        assert diversity.read_diversity(tmp_path) == (drawn, reference)
-        (tmp_path / diversity.DIVERSITY).write_text("{", encoding="utf-8")
-        assert diversity.read_diversity(tmp_path) is None
-        rows = diversity.table_rows(drawn, reference)
+        draws.write_diversity(tmp_path, drawn, reference)
+        assert draws.read_diversity(tmp_path) == (drawn, reference)
+        (tmp_path / draws.DIVERSITY).write_text("{", encoding="utf-8")
+        assert draws.read_diversity(tmp_path) is None
+        rows = draws.table_rows(drawn, reference)
         assert rows[0] == ("kitchens", "1", "2")
         assert ("plans", "", "0.00") in rows
 
 
 class TestTraits:
     def test_they_are_those_of_the_kitchen(self) -> None:
-        told = traits.traits_of(SceneRecipe("one_wall_small", "coastal"))
+        told = draws.traits_of(SceneRecipe("one_wall_small", "coastal"))
         assert (told.plan, told.style, told.fronts) == ("one_wall_small", "coastal", "shaker, boxed")
         assert told.surfaces == {
             "wall": "shiplap_white",
@@ -138,7 +138,7 @@ class TestTraits:
         assert all(0.0 <= share <= 1.0 for share in told.lengths.values())
 
     def test_as_many_values_as_there_are(self) -> None:
-        possible = traits.choices()
+        possible = draws.choices()
         assert (possible.plans, possible.styles) == (len(plan_names()), len(style_names()))
         assert set(possible.surfaces.values()) == {100}
         assert possible.fixtures["fridge"] == 12

@@ -7,18 +7,15 @@ from dataclasses import replace
 
 import pytest
 
-from casa_assets.model.kitchen.mixing import Mixing
-from casa_assets.model.kitchen.style import Style
-from casa_assets.model.kitchen.surface import Surface
-from casa_assets.pipeline.kitchens.recipe import SceneRecipe
+from casa_assets.model.kitchen.choices import Surface
+from casa_assets.model.kitchen.style import Mixing, Style
+from casa_assets.pipeline.kitchens.recipe import SceneRecipe, recipe_of
 from casa_assets.pipeline.kitchens.resolve import draw_surfaces, resolve, with_finishes
 from casa_assets.pipeline.kitchens.sampling import draws
-from casa_assets.pipeline.kitchens.sampling.harmony import goes_together, tone_of
-from casa_assets.pipeline.kitchens.sampling.mix import mixed_style
-from casa_assets.pipeline.kitchens.scene_ids import recipe_of
+from casa_assets.pipeline.kitchens.sampling.mix import goes_together, mixed_style, tone_of
 from casa_assets.pipeline.textures.recipes import find_recipe
 from casa_assets.registry.kitchens import load_style, plan_names, style_names
-from casa_assets.registry.mixing import load_mixing
+from casa_assets.registry.tables import load_mixing
 
 CALM = {
     "wall": "plaster_chalk_white",

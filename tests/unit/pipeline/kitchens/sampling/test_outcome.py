@@ -7,9 +7,9 @@ from pathlib import Path
 
 from casa_assets.model.issue import Issue, Report, Severity
 from casa_assets.pipeline.kitchens.recipe import SceneRecipe, SceneResult
-from casa_assets.pipeline.kitchens.sampling import outcome
+from casa_assets.pipeline.kitchens.sampling import run
 from casa_assets.pipeline.kitchens.sampling.draws import draw_recipes
-from casa_assets.pipeline.kitchens.sampling.outcome import RefusalRow
+from casa_assets.pipeline.kitchens.sampling.run import RefusalRow
 
 
 def report(*codes: str) -> Report:
@@ -26,13 +26,13 @@ def test_refusals_are_counted_by_reason_plan_and_style() -> None:
         SceneResult(wall, message="the run main is too long"),
         SceneResult(wall, message="Traceback ...\nValueError: what", is_fault=True),
     ]
-    assert outcome.refusals(done) == [
+    assert run.refusals(done) == [
         RefusalRow("SCN005", "galley", "rustic", 2, "a/b SCN005 is wrong"),
         RefusalRow("SCN009", "galley", "rustic", 1, "a/b SCN009 is wrong"),
         RefusalRow("cannot be built", "one_wall_small", "rustic", 1, "the run main is too long"),
         RefusalRow("fault of the program", "one_wall_small", "rustic", 1, "ValueError: what"),
     ]
-    assert outcome.refusals(done[:1]) == []
+    assert run.refusals(done[:1]) == []
 
 
 def test_rejected_tells_the_reason_of_each(tmp_path: Path) -> None:
@@ -42,7 +42,7 @@ def test_rejected_tells_the_reason_of_each(tmp_path: Path) -> None:
         SceneResult(wanted[0], "somewhere"),
         SceneResult(wanted[1], report=report("SCN009")),
     ]
-    data = json.loads(outcome.write_rejected(tmp_path, 0, wanted, done).read_text(encoding="utf-8"))
+    data = json.loads(run.write_rejected(tmp_path, 0, wanted, done).read_text(encoding="utf-8"))
     assert (data["drawn"], data["tried"], data["passed"], data["pass_rate"]) == (3, 3, 1, 0.3333)
     assert [r["id"] for r in data["rejected"]] == [wanted[1].scene_id, wanted[2].scene_id]
     assert data["rejected"][0]["issues"][0]["code"] == "SCN009"
@@ -57,8 +57,8 @@ def test_cost_is_the_mean_over_those_whose_cost_is_known() -> None:
         SceneResult(recipe, cpu_s={"build": 3.0, "check": 8.0}),
         SceneResult(recipe, "b", kept=True),
     ]
-    cost = outcome.cost_of(done)
+    cost = run.cost_of(done)
     assert cost.kitchens == 2
     assert cost.steps == {"build": 2.0, "write": 1.0, "draw": 0.0, "check": 7.0, "rest": 0.5}
     assert cost.total == 10.5
-    assert outcome.cost_of([]).total == 0.0
+    assert run.cost_of([]).total == 0.0

@@ -22,7 +22,7 @@ from casa_assets.pipeline.kitchens import check
 from casa_assets.pipeline.kitchens.recipe import SceneRecipe, SceneResult
 from casa_assets.pipeline.kitchens.sampling import run
 from casa_assets.pipeline.kitchens.sampling.draws import draw_recipes
-from casa_assets.pipeline.kitchens.sampling.ledger import FOLDER, keep_draw, read_draw
+from casa_assets.pipeline.kitchens.sampling.run import FOLDER, keep_draw, read_draw
 from tests.libraries import ROOT, command
 
 pytestmark = pytest.mark.content("code", "pipeline.kitchens.sampling", keep=0)

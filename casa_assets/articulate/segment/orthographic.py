@@ -1,0 +1,246 @@
+"""Look at triangles along an axis: depth images, and intersections with axis-parallel lines."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from casa_assets.articulate.segment.welded_mesh import Bools
+from casa_assets.core.numeric import Floats, Ints
+
+# Raster ---------------------------------------------------------------------------------------------------------------
+# Render orthographic depth and face-index images of triangles in NumPy.
+
+# Pixels that are written at once: bounds memory and does not change the result.
+CHUNK = 2_000_000
+# Steps into which the depth of an image is quantised.
+_STEPS = float(2**30)
+
+
+@dataclass(frozen=True)
+class DepthImage:
+    """An orthographic view: the nearest face at each pixel, and its depth.
+
+    Attributes:
+        face: (H, W) index of the visible face, -1 for none; row 0 is at the top.
+        depth: (H, W) distance along the view from the nearest corner of the box, units of the mesh; inf for no face.
+        lower: (2,) corner of the picture in (right, up). pixel: edge of a pixel, units of the mesh.
+    """
+
+    face: Ints
+    depth: Floats
+    lower: Floats
+    pixel: float
+
+    def rows_columns(self, flat: Floats) -> tuple[Ints, Ints]:
+        """Return the row and column of (N, 2) points given in (right, up), clipped to the image."""
+        height, width = self.face.shape
+        column = np.floor((flat[:, 0] - self.lower[0]) / self.pixel).astype(np.int64)
+        row = height - 1 - np.floor((flat[:, 1] - self.lower[1]) / self.pixel).astype(np.int64)
+        return np.clip(row, 0, height - 1), np.clip(column, 0, width - 1)
+
+
+def render_depth(points: Floats, faces: Ints, axes: Floats, size_px: int) -> DepthImage:
+    """Render triangles from outside, looking along `axes[2]`.
+
+    Args:
+        points: (P, 3). faces: (F, 3).
+        axes: (3, 3) rows: right, up, and the direction of the view (into the scene).
+        size_px: pixels along the longer side.
+    """
+    flat = points @ axes.T
+    lower, upper = flat.min(axis=0), flat.max(axis=0)
+    span = np.maximum(upper - lower, 1e-12)
+    pixel = float(max(span[0], span[1])) / size_px
+    width, height = (max(1, int(np.ceil(s / pixel - 1e-9))) for s in span[:2])
+    grid = (flat - lower) / np.array([pixel, pixel, span[2]])
+    buffer = np.full(height * width, np.iinfo(np.int64).max)
+    for start, stop in _chunks(grid[:, 1], faces):
+        _write(buffer, width, height, grid, faces, start, stop)
+    seen = buffer != np.iinfo(np.int64).max
+    face = np.where(seen, buffer & 0xFFFFFFFF, -1).reshape(height, width)[::-1]
+    depth = np.where(seen, (buffer >> 32) / _STEPS * span[2], np.inf).reshape(height, width)[::-1]
+    return DepthImage(face, depth, lower[:2], pixel)
+
+
+def _chunks(rows: Floats, faces: Ints) -> list[tuple[int, int]]:
+    """Return ranges of faces whose boxes together cover a bounded number of rows."""
+    tall = np.ptp(rows[faces], axis=1) + 2
+    at = np.floor(np.cumsum(tall) / (CHUNK / 40)).astype(np.int64)
+    edges = np.flatnonzero(np.diff(at)) + 1
+    ends = [0, *edges.tolist(), len(faces)]
+    return list(pairwise(ends))
+
+
+def _write(buffer: Ints, width: int, height: int, grid: Floats, faces: Ints, start: int, stop: int) -> None:
+    """Rasterise a range of faces into the buffer: the pixels that each covers in each row; in place."""
+    corners = grid[faces[start:stop]]
+    y = corners[:, :, 1]
+    first = np.clip(np.ceil(y.min(axis=1) - 0.5), 0, height).astype(np.int64)
+    last = np.clip(np.floor(y.max(axis=1) - 0.5), -1, height - 1).astype(np.int64)
+    tri, row = _ranges(first, last - first + 1)
+    left, right = _spans(corners[tri], row + 0.5)
+    begin = np.clip(np.ceil(left - 0.5), 0, width).astype(np.int64)
+    count = np.clip(np.floor(right - 0.5), -1, width - 1).astype(np.int64) - begin + 1
+    full = count > 0
+    tri, row, begin, count = tri[full], row[full], begin[full], count[full]
+    near, slope = _depth(corners, tri, begin + 0.5, row + 0.5, count)
+    at = np.searchsorted(np.cumsum(count), np.arange(CHUNK, int(count.sum()), CHUNK))
+    for one, two in pairwise([0, *at.tolist(), len(tri)]):
+        part = slice(one, two)
+        many = count[part]
+        step = np.arange(int(many.sum())) - np.repeat(np.cumsum(many) - many, many)
+        depth = np.repeat(near[part], many) + np.repeat(slope[part], many) * step
+        key = depth.astype(np.int64) << 32 | np.repeat(tri[part] + start, many)
+        np.minimum.at(buffer, np.repeat(row[part] * width + begin[part], many) + step, key)
+
+
+def _ranges(first: Ints, count: Ints) -> tuple[Ints, Ints]:
+    """Expand ranges into the index of each range and its values, one after the other: ((N,), (N,))."""
+    count = np.maximum(count, 0)
+    owner = np.repeat(np.arange(len(first)), count)
+    begin = np.cumsum(count) - count
+    return owner, first[owner] + np.arange(len(owner)) - begin[owner]
+
+
+def _spans(corners: Floats, y: npt.NDArray[np.floating[Any]]) -> tuple[Floats, Floats]:
+    """Return the (N,) coordinates at which a horizontal line enters and leaves each triangle."""
+    left, right = np.full(len(y), np.inf), np.full(len(y), -np.inf)
+    for i in range(3):
+        a, b = corners[:, i], corners[:, (i + 1) % 3]
+        rise = b[:, 1] - a[:, 1]
+        crosses = (np.minimum(a[:, 1], b[:, 1]) <= y) & (y <= np.maximum(a[:, 1], b[:, 1])) & (np.abs(rise) > 1e-12)
+        share = (y - a[:, 1]) / np.where(crosses, rise, 1.0)
+        x = a[:, 0] + share * (b[:, 0] - a[:, 0])
+        left = np.where(crosses, np.minimum(left, x), left)
+        right = np.where(crosses, np.maximum(right, x), right)
+    return np.where(left <= right, left, 1.0), np.where(left <= right, right, 0.0)
+
+
+def _depth(
+    corners: Floats, index: Ints, x: npt.NDArray[np.floating[Any]], y: npt.NDArray[np.floating[Any]], count: Ints
+) -> tuple[Floats, Floats]:
+    """Return the depth of each triangle's plane at its first pixel, and the increment per pixel, in depth steps.
+
+    Depths are clipped to those of the corners; a triangle seen edge-on has the depth of its first corner.
+    """
+    a, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    area = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
+    safe = np.where(np.abs(area) > 1e-9, area, np.inf)
+    right = ((v[:, 1] * u[:, 2] - u[:, 1] * v[:, 2]) / safe)[index]
+    up = ((u[:, 0] * v[:, 2] - v[:, 0] * u[:, 2]) / safe)[index]
+    near = a[index, 2] + (x - a[index, 0]) * right + (y - a[index, 1]) * up
+    lower, upper = (np.clip(f(corners[:, :, 2], axis=1), 0.0, 1.0)[index] for f in (np.min, np.max))
+    far = np.clip(near + right * (count - 1), lower, upper)
+    near = np.clip(near, lower, upper)
+    return near * _STEPS, (far - near) * _STEPS / np.maximum(count - 1, 1)
+
+
+# Rays -----------------------------------------------------------------------------------------------------------------
+# Intersect axis-parallel lines with triangles and say from which side each face is met.
+
+# Faces that are intersected at once: bounds memory and does not change the result.
+LINES_AT_ONCE = 20_000
+# Crossings nearer to each other than this are one sheet, diagonals.
+SAME_SHEET = 0.002
+
+
+@dataclass(frozen=True)
+class RayCrossings:
+    """Crossings of lines with triangles, line by line, sorted along their axis.
+
+    Attributes:
+        line: (N,) which line. at: (N,) coordinate along the axis, ascending for each line.
+        towards: (N,) 1 where the face looks along the axis, -1 where it looks against it. face: (N,) index.
+        count: how many lines there are.
+    """
+
+    line: Ints
+    at: Floats
+    towards: Floats
+    face: Ints
+    count: int
+
+    def select(self, rows: Bools) -> RayCrossings:
+        """Return some of the crossings."""
+        return RayCrossings(self.line[rows], self.at[rows], self.towards[rows], self.face[rows], self.count)
+
+    def first(self) -> Floats:
+        """Return the (L,) smallest coordinate of each line, inf for none."""
+        out = np.full(self.count, np.inf)
+        np.minimum.at(out, self.line, self.at)
+        return out
+
+    def last(self) -> Floats:
+        """Return the (L,) largest coordinate of each line, -inf for none."""
+        out = np.full(self.count, -np.inf)
+        np.maximum.at(out, self.line, self.at)
+        return out
+
+    def beyond(self, start: float, sign: float) -> tuple[Floats, Bools]:
+        """Return the distance to the first sheet from a coordinate along the axis (1) or against it (-1).
+
+        Returns:
+            (L,) way to the first sheet, inf for none, and (L,) whether a face of it looks at who comes.
+        """
+        way = (self.at - start) * sign
+        rows = way >= 0.0
+        near = np.full(self.count, np.inf)
+        np.minimum.at(near, self.line[rows], way[rows])
+        meets = rows & (way <= near[self.line] + SAME_SHEET) & (self.towards * sign < 0)
+        looks: Bools = np.zeros(self.count, dtype=bool)
+        looks[self.line[meets]] = True
+        return near, looks
+
+
+def cross_rays(points: Floats, faces: Ints, axis: int, spots: Floats) -> RayCrossings:
+    """Intersect triangles with lines along an axis.
+
+    Args:
+        points: (P, 3). faces: (F, 3). axis: 0, 1 or 2.
+        spots: (L, 2) places of the lines: the other two coordinates, in their order.
+    """
+    a, b = (k for k in range(3) if k != axis)
+    lines, depths, sides, owners = [], [], [], []
+    for start in range(0, len(faces), LINES_AT_ONCE):
+        corners = points[faces[start : start + LINES_AT_ONCE]]
+        flat = corners[:, :, [a, b]]
+        lower, upper = flat.min(axis=1), flat.max(axis=1)
+        over = (lower[None] <= spots[:, None]).all(axis=2) & (spots[:, None] <= upper[None]).all(axis=2)
+        line, face = np.nonzero(over)
+        p, q, r = (flat[face, k] - spots[line] for k in range(3))
+        u, v, w = _cross(q, r), _cross(r, p), _cross(p, q)
+        total = u + v + w
+        inside = (np.abs(total) > 1e-16) & (np.minimum(np.minimum(u, v), w) * np.sign(total) >= 0)
+        line, face, total = line[inside], face[inside], total[inside]
+        weight = np.stack([u[inside], v[inside], w[inside]], axis=1) / total[:, None]
+        lines.append(line)
+        depths.append((corners[face, :, axis] * weight).sum(axis=1))
+        # Seen along y, right and up turn the other way round.
+        sides.append(np.sign(total) * (-1.0 if axis == 1 else 1.0))
+        owners.append(face + start)
+    if not lines:
+        none = np.empty(0)
+        return RayCrossings(none.astype(np.int64), none, none, none.astype(np.int64), len(spots))
+    line, at = np.concatenate(lines), np.concatenate(depths)
+    order = np.lexsort((np.concatenate(owners), at, line))
+    side, owner = np.concatenate(sides)[order], np.concatenate(owners)[order]
+    return RayCrossings(line[order].astype(np.int64), at[order], side, owner.astype(np.int64), len(spots))
+
+
+def _cross(p: Floats, q: Floats) -> Floats:
+    """Return the (N,) cross products of 2D vectors."""
+    found: Floats = p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]
+    return found
+
+
+def sample_grid(lower: Floats, upper: Floats, count: int, inset: float = 0.0) -> Floats:
+    """Return (count * count, 2) points that fill a rectangle evenly; `inset` of its size stays free on every side."""
+    share = inset + (1 - 2 * inset) * (np.arange(count) + 0.5013) / count
+    x, y = (lower[k] + share * (upper[k] - lower[k]) for k in (0, 1))
+    found: Floats = np.stack(np.meshgrid(x, y, indexing="ij"), axis=2).reshape(-1, 2)
+    return found

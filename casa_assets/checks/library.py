@@ -1,0 +1,190 @@
+"""Checks on all assets of a library together: duplicates, and sizes unlike those of others of their category."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from casa_assets.checks.check import Measurement, largest, no_fault, not_applicable, not_run
+
+# Size outliers --------------------------------------------------------------------------------------------------------
+# Find assets that are far larger or smaller than others of their category.
+
+# With fewer assets of a category nobody can tell which one is odd.
+MIN_ASSETS = 5
+# The least scatter of the sizes of a category, as a ratio: mugs of a set differ by as much.
+MIN_SCATTER = 1.1
+# Standard deviation of a normal distribution over its median absolute deviation.
+SIGMA_PER_MAD = 1.4826
+
+
+@dataclass(frozen=True)
+class LibrarySizes:
+    """Sizes of the assets of a library, by category.
+
+    Attributes:
+        rows: (id, category, longest side in metres) of each.
+    """
+
+    rows: tuple[tuple[str, str, float], ...]
+
+
+def sizes_fit_their_category(sizes: LibrarySizes, limit: float) -> Measurement:
+    """LIB004: robust deviations of the oddest longest side from the median of its category.
+
+    Ref: Iglewicz and Hoaglin 1993, the modified z score, here of logarithms; they call outliers what is beyond 3.5.
+    """
+    by_category: dict[str, list[tuple[str, float]]] = {}
+    for name, category, longest in sizes.rows:
+        by_category.setdefault(category, []).append((name, longest))
+    deviations: list[float] = []
+    problems = []
+    for category, members in sorted(by_category.items()):
+        if len(members) < MIN_ASSETS:
+            continue
+        logs = np.log([longest for _, longest in members])
+        middle = float(np.median(logs))
+        scatter = max(SIGMA_PER_MAD * float(np.median(np.abs(logs - middle))), float(np.log(MIN_SCATTER)))
+        for (name, longest), deviation in zip(members, np.abs(logs - middle) / scatter, strict=True):
+            deviations.append(float(deviation))
+            if deviation > limit:
+                message = f"is {longest:.3g} m long, and {np.exp(middle):.3g} m is usual for a {category} here"
+                problems.append((name, f"{message}; look at its unit and its category"))
+    return largest(deviations, problems, f"no category has {MIN_ASSETS} assets to compare")
+
+
+# Duplicates -----------------------------------------------------------------------------------------------------------
+# Find duplicates in a library by shape or by look, and assets that do not look like their category.
+
+# Of two copies, the 99.5th percentile of the distance is at most so many times the limit for the 95th.
+EVERY_SHARE = 4.0
+# Two copies differ in size by at most this ratio, and in colours by at most this distance in CIELAB.
+SAME_SIZE, SAME_COLORS = 0.03, 4.0
+# Other categories that messages name.
+NAMED = 3
+ALONE = "there are no two assets to compare"
+
+
+@dataclass(frozen=True)
+class ShapePair:
+    """Two assets of nearly one shape.
+
+    Attributes:
+        one, other: their ids, in the order of the library.
+        p95, p995: 95th and 99.5th percentile of the distance from either surface to the other once they are
+            aligned, as a part of the radius.
+        size: of the other over the one. colors: how far their colours are apart, CIELAB units.
+        same_category: they are said to be the same kind of thing.
+    """
+
+    one: str
+    other: str
+    p95: float
+    p995: float
+    size: float
+    colors: float
+    same_category: bool
+
+    def same_form(self, limit: float) -> bool:
+        """One shape at one size or at two."""
+        return self.p95 <= limit and self.p995 <= EVERY_SHARE * limit
+
+    def twins(self, limit: float) -> bool:
+        """One and the same thing: form and colours agree, and so does the size wherever sizes say anything.
+
+        Two names for one mesh give it two sizes where its file states none.
+        """
+        same_size = abs(self.size - 1) <= SAME_SIZE or not self.same_category
+        return self.same_form(limit) and self.colors <= SAME_COLORS and same_size
+
+
+@dataclass(frozen=True)
+class CategoryRank:
+    """Categories that a vision-language model sees in the pictures of an asset.
+
+    Attributes:
+        asset: its id. category: that it has.
+        share: of its category among all, 0..1. rank: of its category, 1 for the likeliest; 0: it has none to compare.
+        others: the likeliest other categories with their shares, best first.
+    """
+
+    asset: str
+    category: str
+    share: float
+    rank: int
+    others: tuple[tuple[str, float], ...]
+
+
+@dataclass(frozen=True)
+class LibraryView:
+    """The accepted assets of a library, as its checks see them.
+
+    Attributes:
+        count: of them. alike: pairs of nearly one form.
+        looks: pairs of ids with the cosine between their pictures, those that are near 1.
+        seen: what each looks like.
+        unseen: why nobody looked at the pictures; empty where somebody did.
+    """
+
+    count: int
+    alike: tuple[ShapePair, ...] = ()
+    looks: tuple[tuple[str, str, float], ...] = ()
+    seen: tuple[CategoryRank, ...] = ()
+    unseen: str = ""
+
+
+def shapes_are_unique(view: LibraryView, limit: float) -> Measurement:
+    """LIB001: distance of the two most alike surfaces, as a part of their radius."""
+    bound = limit
+    problems = []
+    for pair in view.alike:
+        if pair.same_form(bound):
+            message = f"has the form of {pair.one}, {_differs(pair)}; keep one of them, or both if that is meant"
+            problems.append((pair.other, message))
+    if view.count < 2:
+        return not_applicable(ALONE)
+    # Pairs whose forms are far apart are not compared point by point: where all are, there is no number to tell.
+    return Measurement(min(pair.p95 for pair in view.alike), tuple(problems)) if view.alike else no_fault()
+
+
+def looks_are_unique(view: LibraryView, limit: float) -> Measurement:
+    """LIB002: largest cosine between the picture embeddings of two assets."""
+    if view.unseen:
+        return not_run(view.unseen)
+    bound = limit
+    problems = [
+        (other, f"looks like {one} to a model (cosine {near:.3f}); keep one of them, or both if that is meant")
+        for one, other, near in view.looks
+        if near >= bound
+    ]
+    if view.count < 2:
+        return not_applicable(ALONE)
+    return Measurement(max(near for _, _, near in view.looks), tuple(problems)) if view.looks else no_fault()
+
+
+def looks_match_categories(view: LibraryView, limit: float) -> Measurement:
+    """LIB003: rank of an asset's own category among all that CLIP sees in it; the worst."""
+    if view.unseen:
+        return not_run(view.unseen)
+    compared = [one for one in view.seen if one.rank]
+    wrong = [one for one in compared if one.rank > limit]
+    problems = [
+        (one.asset, f"{in_words(one)}; look at the picture, and fix the category or leave it out") for one in wrong
+    ]
+    ranks = [float(one.rank) for one in compared]
+    return largest(ranks, tuple(problems), "no asset has a category to compare its picture with")
+
+
+def in_words(one: CategoryRank) -> str:
+    """The look of an asset as a clause for messages."""
+    named = ", ".join(f"{name} ({share:.0%})" for name, share in one.others[:NAMED])
+    if not one.rank:
+        return f"looks like {named}; it has no category to compare with"
+    return f"is called {one.category} ({one.share:.0%}, number {one.rank} of what it looks like); others: {named}"
+
+
+def _differs(pair: ShapePair) -> str:
+    words = [f"{pair.size:.2f} times as large" if abs(pair.size - 1) > SAME_SIZE else "of the same size"]
+    words.append("in the same colours" if pair.colors <= SAME_COLORS else "in other colours")
+    return ", ".join(words)

@@ -1,1 +1,0 @@
-"""Checks of a whole library: duplicates and outliers of size."""

@@ -1,1 +1,0 @@
-"""Parts of cooktops: burners and grates."""

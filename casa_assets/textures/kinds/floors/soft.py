@@ -1,0 +1,344 @@
+"""Floors that are not stone: linoleum, rubber, cork and vinyl; wooden planks, herringbone, panels, end grain."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from enum import StrEnum
+from typing import Annotated
+
+import numpy as np
+from pydantic import Field
+
+from casa_assets.model.record import Record
+from casa_assets.model.registry.rows import HexColor
+from casa_assets.textures import wood
+from casa_assets.textures.canvas import (
+    Canvas,
+    Layers,
+    Map,
+    Share,
+    TextureKind,
+    blend,
+    rgb,
+    rgb_table,
+    smoothstep,
+    stratified,
+    worley,
+)
+from casa_assets.textures.laying.laying import Laying, lay
+from casa_assets.textures.laying.pieces import Joint, PieceMap, Slab, TileEdge, fill, inlay, rim, slab_canvas, whole
+from casa_assets.textures.wood import SawCut, WoodPalette, WoodSpecies
+
+# Resilient ------------------------------------------------------------------------------------------------------------
+# Soft floors: marbled linoleum, studded and flecked rubber, cork, vinyl with a printed weave.
+
+
+class ResilientSort(StrEnum):
+    """Material of the sheet."""
+
+    MARBLED = "marbled"  # linoleum: streaks of several colours, drawn along v
+    FLECKED = "flecked"  # crumbs of other colours in rubber
+    STUDDED = "studded"  # round studs
+    CORK = "cork"
+    WOVEN = "woven"  # vinyl yarns over and under
+    TREAD = "tread"  # raised bars in pairs, as on plate
+
+
+class ResilientFloor(Record):
+    """A soft floor.
+
+    Attributes:
+        colors: the ground, then what is mixed into it.
+        material: of the sheet.
+        laying, joint: of its tiles; a sheet without joints if `laying` is None. Tiles of a marbled sheet alternate in
+            direction.
+        grain_m: size of streaks, crumbs, studs or yarns, metres.
+        strength: 0..1, how clearly the other colours show.
+        roughness: 0..1.
+    """
+
+    colors: Annotated[tuple[HexColor, ...], Field(min_length=1, max_length=8)]
+    material: ResilientSort
+    laying: Laying | None = None
+    joint: Joint = Joint(color="#4c4a46", width_m=0.001, depth_m=0.0004)
+    grain_m: Annotated[float, Field(gt=0.001, le=0.2)] = 0.02
+    strength: Share = 0.6
+    roughness: Annotated[float, Field(ge=0.05, le=0.95)] = 0.55
+
+
+def paint_resilient(params: ResilientFloor, canvas: Canvas, rng: np.random.Generator) -> Layers:
+    """Paint one floor."""
+    albedo, height, gloss = _SORTS[params.material](params, canvas, rng)
+    face = Layers.of(albedo, height, params.roughness + gloss)
+    if params.laying is None:
+        return face
+    pieces = lay(params.laying, canvas, rng)
+    if params.material is not ResilientSort.STUDDED:
+        jump = rng.random((2, pieces.count)).astype(np.float32)
+        size = np.array(canvas.tile_m, dtype=np.float32)[:, None]
+        dx, dy = (jump * size)[:, pieces.owner]
+        at_x, at_y = pieces.u_m + dx - canvas.axes()[0], pieces.v_m + dy - canvas.axes()[1]
+        tone = stratified(pieces.count, rng).astype(np.float32)[pieces.owner]
+        planes = [canvas.shifted(face.albedo[..., n], at_x, at_y) * (1.0 + 0.04 * tone) for n in range(3)]
+        face = Layers.of(
+            np.stack(planes, axis=2),
+            canvas.shifted(face.height_m, at_x, at_y),
+            canvas.shifted(face.roughness, at_x, at_y),
+        )
+    return fill(face, params.joint, rim(params.joint, pieces, canvas, rng), canvas, rng)
+
+
+_Parts = tuple[Map, Map, Map]
+
+
+def _marbled(params: ResilientFloor, canvas: Canvas, rng: np.random.Generator) -> _Parts:
+    size = params.grain_m
+    albedo: Map = np.broadcast_to(rgb(params.colors[0]), (*canvas.size_px, 3))
+    bend = 0.7 * size * canvas.noise(6 * size, 3 * size, rng, 2)
+    for color in params.colors[1:]:
+        streak = canvas.noise(4.0 * size, 0.45 * size, rng, 3) + 0.6 * canvas.noise(1.2 * size, 0.3 * size, rng, 2)
+        share = smoothstep(0.1, 1.9, canvas.shifted(streak, bend))
+        albedo = blend(albedo, rgb(color), params.strength * share)
+    crumb = canvas.noise(0.004, 0.003, rng, 2)
+    return albedo * (1.0 + 0.015 * crumb)[..., None], 0.000005 * crumb, 0.02 * crumb
+
+
+def _flecked(params: ResilientFloor, canvas: Canvas, rng: np.random.Generator) -> _Parts:
+    albedo: Map = rgb(params.colors[0]) * (1.0 + 0.015 * canvas.noise(0.3, 0.3, rng, 3))[..., None]
+    for n, color in enumerate(params.colors[1:]):
+        size = params.grain_m * (1.0 - 0.18 * n)
+        first, second, owner = worley(canvas.size_px, canvas.cells(size, size), rng, 0.95)
+        lot = rng.random((2, int(owner.max()) + 1)).astype(np.float32)
+        reach = 0.14 + 0.28 * lot[0][owner]
+        crumb = smoothstep(reach, reach - 0.10, first) * (lot[1][owner] < 0.55) * smoothstep(0.0, 0.12, second - first)
+        albedo = blend(albedo, rgb(color), params.strength * crumb)
+    peel = canvas.noise(0.005, 0.005, rng, 2)
+    return albedo, 0.00003 * peel, 0.02 * peel
+
+
+def _studded(params: ResilientFloor, canvas: Canvas, rng: np.random.Generator) -> _Parts:
+    """Round studs with flat tops in a square net."""
+    x, y = canvas.axes()
+    pixel = canvas.pixel_width_m
+    _, wide = whole(canvas.tile_m[0], params.grain_m)
+    _, tall = whole(canvas.tile_m[1], params.grain_m)
+    far = np.hypot((np.mod(x / wide, 1.0) - 0.5) * wide, (np.mod(y / tall, 1.0) - 0.5) * tall)
+    radius = 0.40 * params.grain_m
+    rise = np.clip((radius - far) / max(0.0015, pixel) + 0.5, 0.0, 1.0)
+    scuff = canvas.noise(0.12, 0.12, rng, 5)
+    top, ground = rgb(params.colors[-1]), rgb(params.colors[0])
+    albedo = blend(ground, top, rise)
+    foot = np.exp(-((far - radius - 0.0012) ** 2) / (2.0 * max(0.0014, 0.7 * pixel) ** 2))
+    albedo = albedo * (1.0 - 0.30 * foot + 0.02 * scuff)[..., None]
+    grain = canvas.noise(0.004, 0.004, rng)
+    return albedo, np.asarray(0.0011 * rise + 0.00001 * grain), -0.06 * rise + 0.03 * scuff
+
+
+def _cork(params: ResilientFloor, canvas: Canvas, rng: np.random.Generator) -> _Parts:
+    """Granules of bark pressed together, with dark crumbs between."""
+    size = params.grain_m
+    albedo: Map = np.broadcast_to(rgb(params.colors[0]), (*canvas.size_px, 3))
+    colors = rgb_table(params.colors)
+    height = np.zeros(canvas.size_px, dtype=np.float32)
+    for scale in (1.0, 0.5):
+        first, second, owner = worley(canvas.size_px, canvas.cells(scale * size, scale * size), rng, 0.95)
+        count = int(owner.max()) + 1
+        pick = rng.integers(0, len(colors), count)
+        tone = rng.normal(0.0, 1.0, count).clip(-2, 2).astype(np.float32)
+        bend = 0.25 * scale * size
+        granule = colors[pick][owner] * (1.0 + 0.10 * tone[owner])[..., None]
+        edge = smoothstep(0.02, 0.14, second - first)
+        share = (edge if scale < 1 else np.ones_like(edge)) * (1.0 if scale == 1 else (rng.random(count) < 0.45)[owner])
+        dx, dy = bend * canvas.noise(size, size, rng), bend * canvas.noise(size, size, rng)
+        share = canvas.shifted(np.asarray(share, dtype=np.float32), dx, dy)
+        granule = np.stack([canvas.shifted(granule[..., n], dx, dy) for n in range(3)], axis=2)
+        albedo = blend(albedo, granule, params.strength * share)
+        height = height + np.float32(0.00008 * scale) * canvas.shifted(edge, dx, dy)
+    lenticel = smoothstep(2.0, 2.5, canvas.noise(0.5 * size, 0.16 * size, rng) + 0.5 * canvas.noise(0.2, 0.2, rng))
+    grain = canvas.noise(0.003, 0.003, rng)
+    albedo = albedo * (1.0 - 0.45 * lenticel + 0.02 * grain)[..., None]
+    return albedo, height - 0.0003 * lenticel, 0.1 * lenticel
+
+
+def _woven(params: ResilientFloor, canvas: Canvas, rng: np.random.Generator) -> _Parts:
+    """Round yarns, two over and two under, so that slanting ribs appear."""
+    x, y = canvas.axes()
+    columns, wide = whole(canvas.tile_m[0], params.grain_m)
+    rows, tall = whole(canvas.tile_m[1], params.grain_m)
+    column, row = (x / wide).astype(np.intp) % columns, (y / tall).astype(np.intp) % rows
+    upright = (column + row) % 4 < 2
+    across = np.where(upright, np.mod(x / wide, 1.0) - 0.5 + 0 * y, np.mod(y / tall, 1.0) - 0.5 + 0 * x)
+    yarn = np.sqrt(np.clip(1.0 - (2.0 * across) ** 2, 0.0, 1.0)) * canvas.resolved(params.grain_m, params.grain_m)
+    colors = rgb_table(params.colors)
+    warp, weft = colors[rng.integers(0, len(colors), columns)][column], colors[rng.integers(0, len(colors), rows)][row]
+    albedo = np.where(upright[..., None], warp, weft) * (0.78 + 0.22 * yarn)[..., None]
+    return np.asarray(albedo), np.asarray(0.2 * params.grain_m * yarn), np.asarray(-0.05 * yarn)
+
+
+def _tread(params: ResilientFloor, canvas: Canvas, rng: np.random.Generator) -> _Parts:
+    """Raised lozenges, each at right angles to its neighbours."""
+    x, y = canvas.axes()
+    columns, wide = whole(canvas.tile_m[0], params.grain_m, even=True)
+    rows, tall = whole(canvas.tile_m[1], params.grain_m, even=True)
+    turned = ((x / wide).astype(np.intp) % columns + (y / tall).astype(np.intp) % rows) % 2 == 0
+    a, b = np.mod(x / wide, 1.0) - 0.5, np.mod(y / tall, 1.0) - 0.5
+    s, t = (a + b) / np.sqrt(2.0), (a - b) / np.sqrt(2.0)
+    long, short = np.where(turned, s, t), np.where(turned, t, s)
+    bar = 0.11 * (1.0 - (long / 0.5) ** 2) - np.abs(short)
+    rise = np.clip(bar / 0.05, 0.0, 1.0)
+    scuff = canvas.noise(0.1, 0.1, rng, 5)
+    ground, top = rgb(params.colors[0]), rgb(params.colors[-1])
+    albedo = (blend(ground, top, params.strength * rise)) * (1.0 + 0.025 * scuff)[..., None]
+    return albedo, np.asarray(0.0016 * rise), -0.08 * rise + 0.04 * scuff
+
+
+_SORTS: dict[ResilientSort, Callable[[ResilientFloor, Canvas, np.random.Generator], _Parts]] = {
+    ResilientSort.MARBLED: _marbled,
+    ResilientSort.FLECKED: _flecked,
+    ResilientSort.STUDDED: _studded,
+    ResilientSort.CORK: _cork,
+    ResilientSort.WOVEN: _woven,
+    ResilientSort.TREAD: _tread,
+}
+
+RESILIENT = TextureKind("resilient_floor", ResilientFloor, paint_resilient)
+"""Kind of soft floors."""
+
+# Timber ---------------------------------------------------------------------------------------------------------------
+# Wooden floors and walls: planks, herringbone, chevron, basket weave, panels, end grain.
+
+_SLAB_LONG_M = 1.6
+_SHORTEST_SLAB_M = 0.12
+
+
+class TimberFloor(Record):
+    """A wooden floor.
+
+    Attributes:
+        laying, joint: how boards lie and their edges.
+        species, palette: anatomy of the wood and colours of its finish.
+        saw_cuts: how boards were sawn, in equal parts.
+        variety: 0..1, how much boards differ in tone; warmth: in hue.
+        scraping_m: depth of the hollows that a scraper left, metres.
+        saw_marks: 0..1, strength of marks of the saw across the boards.
+        wear: 0..1, how much dirt and light have marked it.
+    """
+
+    laying: Laying
+    joint: Joint = Joint(
+        color="#2a2019", width_m=0.001, depth_m=0.0012, edge=TileEdge.BEVEL, edge_width_m=0.0015, rim_drop_m=0.0006
+    )
+    species: WoodSpecies
+    palette: WoodPalette
+    saw_cuts: Annotated[tuple[SawCut, ...], Field(min_length=1, max_length=4)] = (SawCut.FLAT, SawCut.FLAT, SawCut.RIFT)
+    variety: Share = 0.4
+    warmth: Share = 0.3
+    scraping_m: Annotated[float, Field(ge=0, le=0.003)] = 0.0
+    saw_marks: Share = 0.0
+    wear: Share = 0.0
+
+
+def paint_timber(params: TimberFloor, canvas: Canvas, rng: np.random.Generator) -> Layers:
+    """Paint one field of boards."""
+    pieces = lay(params.laying, canvas, rng)
+    face = _boards(params, pieces, canvas, rng)
+    tone = stratified(pieces.count, rng).astype(np.float32)[pieces.owner]
+    warm = stratified(pieces.count, rng).astype(np.float32)[pieces.owner]
+    hue = np.stack([1.0 + 0.03 * params.warmth * warm, np.ones_like(warm), 1.0 - 0.07 * params.warmth * warm], axis=2)
+    shade = 1.0 + 0.26 * params.variety * tone
+    albedo = face.albedo * hue * shade[..., None]
+    height: Map = face.height_m
+    roughness: Map = face.roughness
+    if params.scraping_m > 0:
+        hollow = canvas.noise(0.22, 0.22, rng) + 0.6 * pieces.u_m / pieces.half_m[:, 0].astype(np.float32)[pieces.owner]
+        height = height + np.float32(0.4 * params.scraping_m) * hollow
+    if params.saw_marks > 0:
+        phase = rng.uniform(0.0, 1.0, pieces.count).astype(np.float32)[pieces.owner]
+        lines = np.sin(2 * np.pi * (pieces.v_m + 0.6 * pieces.u_m**2 / 0.1) / 0.006 + 20.0 * phase)
+        lines = lines * canvas.resolved(0.003, 1.0) * smoothstep(-0.2, 1.6, canvas.noise(0.2, 0.1, rng, 2) + 1.5 * tone)
+        albedo = albedo * (1.0 - 0.09 * params.saw_marks * np.maximum(lines, -0.4))[..., None]
+        height = height - np.float32(0.00015 * params.saw_marks) * lines
+    if params.wear > 0:
+        dirt = smoothstep(-0.4, 2.2, canvas.noise(0.25, 0.25, rng, 5))
+        rims = np.exp(-np.maximum(pieces.inside_m, 0.0) / 0.006)
+        albedo = albedo * (1.0 - params.wear * (0.22 * dirt + 0.3 * rims))[..., None]
+        roughness = roughness + 0.12 * params.wear * dirt
+    dressed = Layers.of(albedo, height, roughness)
+    return fill(dressed, params.joint, rim(params.joint, pieces, canvas, rng), canvas, rng)
+
+
+def _boards(params: TimberFloor, pieces: PieceMap, canvas: Canvas, rng: np.random.Generator) -> Layers:
+    """Boards cut from a few sawn faces, each at a different place of its face."""
+    wide = 2.0 * float(pieces.half_m[:, 0].max())
+    slabs, roots = [], []
+    for n, cut in enumerate(params.saw_cuts):
+        # A flat-cut face has its heart in the middle and a joint at its border: boards keep clear of it.
+        room = max(_SHORTEST_SLAB_M, 1.35 * wide if cut is SawCut.FLAT else 2.5 * wide)
+        tile_m = (room, _SLAB_LONG_M * (1.0 + 0.11 * n))
+        slabs.append(Slab(wood.board(slab_canvas(canvas, tile_m), params.species, cut, params.palette, rng), tile_m))
+        roots.append(0.5 * room if cut is SawCut.FLAT else 0.0)
+    pick = rng.permutation(np.arange(pieces.count) % len(slabs))
+    rooms = np.array([s.tile_m[0] for s in slabs])[pick]
+    free = np.maximum(rooms - 2.0 * pieces.half_m[:, 0], 0.0) / 2.0
+    flat = np.array(roots)[pick]
+    stray = np.where(flat > 0, free, rooms / 2.0) * rng.uniform(-1.0, 1.0, pieces.count)
+    down = rng.permutation(np.arange(pieces.count)) * 0.6180339887 % 1.0 * _SLAB_LONG_M  # places that keep apart
+    mirrored = rng.permutation(np.arange(pieces.count) % 2) * 2.0 - 1.0
+    return inlay(pieces, tuple(slabs), pick, flat + stray, down, mirrored)
+
+
+class EndGrainFloor(Record):
+    """Blocks that show the end of the trunk.
+
+    Attributes:
+        laying, joint: how they lie.
+        species, palette: rings and colours; pores are dots here.
+        variety: 0..1, how much blocks differ.
+    """
+
+    laying: Laying
+    joint: Joint = Joint(color="#3a2a1c", width_m=0.0015, depth_m=0.001)
+    species: WoodSpecies
+    palette: WoodPalette
+    variety: Share = 0.5
+
+
+def paint_ends(params: EndGrainFloor, canvas: Canvas, rng: np.random.Generator) -> Layers:
+    """Paint one field of blocks: arcs of rings, about a different pith in each block."""
+    pieces = lay(params.laying, canvas, rng)
+    wide = float(pieces.half_m.max())
+    angle = rng.uniform(0.0, 2 * np.pi, pieces.count)
+    far = wide * rng.uniform(0.3, 3.2, pieces.count)
+    pu, pv = (far * np.cos(angle)).astype(np.float32), (far * np.sin(angle)).astype(np.float32)
+    radius = np.hypot(pieces.u_m - pu[pieces.owner], pieces.v_m - pv[pieces.owner])
+    radius = radius + 0.0012 * canvas.noise(0.03, 0.03, rng, 3)
+    part = np.mod(radius / params.species.ring_m + rng.random(pieces.count).astype(np.float32)[pieces.owner], 1.0)
+    seen = np.float32(min(1.0, 0.5 * params.species.ring_m / canvas.pixel_m))
+    ring = 0.4 + (smoothstep(0.2, 0.9, part) * (1.0 - smoothstep(0.94, 1.0, part)) - 0.4) * seen
+    tone = stratified(pieces.count, rng).astype(np.float32)[pieces.owner]
+    check = _checks(pieces, pu, pv, canvas, rng)
+    light, dark = rgb(params.palette.light), rgb(params.palette.dark)
+    fibre = canvas.resolved(0.002, 0.002) * canvas.noise(0.002, 0.002, rng)
+    mix = np.clip(params.species.contrast * ring + 0.35 * params.variety * tone + 0.045 * fibre + 0.2, 0.0, 1.0)
+    albedo = blend(light, dark, mix) * (1.0 - 0.5 * check)[..., None]
+    face = Layers(
+        albedo.astype(np.float32),
+        np.asarray(0.00006 * ring - 0.0008 * check, dtype=np.float32),
+        np.asarray(params.palette.roughness + 0.1 * ring + 0.2 * check, dtype=np.float32),
+    )
+    return fill(face, params.joint, rim(params.joint, pieces, canvas, rng), canvas, rng)
+
+
+def _checks(pieces: PieceMap, pu: Map, pv: Map, canvas: Canvas, rng: np.random.Generator) -> Map:
+    """Mask 0..1: cracks that run out from the pith of some blocks."""
+    bearing = np.arctan2(pieces.v_m - pv[pieces.owner], pieces.u_m - pu[pieces.owner])
+    crack = rng.uniform(-np.pi, np.pi, pieces.count).astype(np.float32)[pieces.owner]
+    has = (rng.random(pieces.count) < 0.35).astype(np.float32)[pieces.owner]
+    off = np.abs(np.mod(bearing - crack + np.pi, 2 * np.pi) - np.pi + 0.02 * canvas.noise(0.03, 0.03, rng, 2))
+    return np.asarray(has * np.clip(1.2 - off / 0.03, 0.0, 1.0), dtype=np.float32)
+
+
+TIMBER = TextureKind("timber", TimberFloor, paint_timber)
+"""Kind of boards."""
+END_GRAIN = TextureKind("end_grain_block", EndGrainFloor, paint_ends)
+"""Kind of wooden blocks."""

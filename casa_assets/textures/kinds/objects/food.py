@@ -1,0 +1,333 @@
+"""Skins and cut faces of fruit, vegetables, bread and meat."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from casa_assets.model.record import Record, Vec2
+from casa_assets.model.registry.rows import HexColor
+from casa_assets.textures.canvas import Canvas, Layers, Map, Share, TextureKind, blend, rgb, ridged, smoothstep, worley
+
+# Section --------------------------------------------------------------------------------------------------------------
+# flesh from the middle to the rim, rings, rays, chambers, seeds.
+
+Count = Annotated[int, Field(ge=0, le=400)]
+Distance = Annotated[float, Field(ge=0, le=1)]
+# The rim of the section lies on this circle, by half the width of the picture.
+RIM = 0.98
+
+
+class Section(Record):
+    """A cut face; the picture holds a disc whose middle is that of the flesh and whose rim is the skin.
+
+    Distances are from the middle, 0, to the rim, 1. Angle 0 is to the right; the axis of a thing cut along points up.
+
+    Attributes:
+        colors: from the middle to the rim; `at` says where each lies, evenly where it is left out.
+        mottle, mottle_mm: how far the lightness wanders, and size of these clouds.
+        wander: how far the figure is from a true circle, 0..1.
+        rings, ring_color, ring_width: lines round the middle, and their width by the distance between two.
+        rays, ray_color, ray_width, ray_at: lines outwards, their width by the radius, and from where to where they go.
+        fibres, fibre_color, fibre_at: fine broken streaks outwards, and from where to where they show.
+        chambers, chamber_color, chamber_at, chamber_size: hollows or gel round the middle, how far out they lie, and
+            how long and wide they are.
+        seeds, seed_color, seed_at, seed_size: seeds that point outwards, from where to where they lie, and how long and
+            wide they are; with chambers they lie in these.
+        turn: angle of the first ray or chamber, rad.
+        relief_mm: depth of an even roughness. roughness: 0..1.
+    """
+
+    colors: Annotated[tuple[HexColor, ...], Field(min_length=1)]
+    at: tuple[Share, ...] = ()
+    mottle: Share = 0.2
+    mottle_mm: Annotated[float, Field(gt=0, le=60)] = 4.0
+    wander: Share = 0.2
+    rings: Count = 0
+    ring_color: HexColor = "#ffffff"
+    ring_width: Share = 0.2
+    rays: Count = 0
+    ray_color: HexColor = "#ffffff"
+    ray_width: Share = 0.03
+    ray_at: Vec2 = (0.08, 0.85)
+    fibres: Count = 0
+    fibre_color: HexColor = "#ffffff"
+    fibre_at: Vec2 = (0.2, 0.9)
+    chambers: Count = 0
+    chamber_color: HexColor = "#c0a040"
+    chamber_at: Distance = 0.5
+    chamber_size: Vec2 = (0.4, 0.3)
+    seeds: Count = 0
+    seed_color: HexColor = "#e8d8a0"
+    seed_at: Vec2 = (0.3, 0.6)
+    seed_size: Vec2 = (0.1, 0.05)
+    turn: Annotated[float, Field(ge=-7, le=7)] = 0.0
+    relief_mm: Annotated[float, Field(ge=0, le=2)] = 0.05
+    roughness: Annotated[float, Field(ge=0.05, le=0.98)] = 0.4
+
+    @model_validator(mode="after")
+    def _places_of_all_colors(self) -> Section:
+        if self.at and len(self.at) != len(self.colors):
+            raise ValueError(f"a place for each of {len(self.colors)} colours is expected, got {len(self.at)}")
+        return self
+
+
+def paint_section(p: Section, canvas: Canvas, rng: np.random.Generator) -> Layers:
+    """Paint one cut face."""
+    x, y = canvas.axes()
+    right = np.asarray((2 * x / canvas.tile_m[0] - 1) / RIM + 0 * y, dtype=np.float32)
+    up = np.asarray((1 - 2 * y / canvas.tile_m[1]) / RIM + 0 * x, dtype=np.float32)
+    clouds = canvas.noise(0.3 * canvas.tile_m[1], 0.3 * canvas.tile_m[0], rng, 3)
+    away = np.minimum(np.hypot(right, up), 1.0)
+    # The rim stays where it is, or the skin would show inside.
+    away = away * (1.0 + 0.05 * p.wander * clouds * (1.0 - away))
+    angle = np.arctan2(up, right) + 0.1 * p.wander * canvas.noise(0.4 * canvas.tile_m[1], 0.4 * canvas.tile_m[0], rng)
+    albedo, height = _flesh(p, away), np.zeros(canvas.size_px, dtype=np.float32)
+    size = p.mottle_mm / 1000
+    mottle = canvas.noise(size, size, rng, 3)
+    albedo = albedo * (1.0 + 0.16 * p.mottle * mottle)[..., None]
+    if p.fibres:
+        albedo = blend(albedo, rgb(p.fibre_color), 0.6 * _fibres(p, away, angle, rng))
+    if p.rings:
+        near = np.abs(np.mod(away * p.rings, 1.0) - 0.5) * 2
+        albedo = blend(albedo, rgb(p.ring_color), 0.85 * smoothstep(1 - p.ring_width, 1 - 0.4 * p.ring_width, near))
+    places = p.turn + 2 * np.pi * np.arange(p.chambers) / max(1, p.chambers)
+    if p.chambers:
+        mask = _chambers(p, away, angle, places)
+        albedo = blend(albedo, rgb(p.chamber_color) * (1.0 + 0.1 * p.mottle * mottle)[..., None], mask)
+        height -= 0.0004 * mask
+    if p.rays:
+        off = np.abs(np.mod((angle - p.turn) * p.rays / (2 * np.pi) + 0.5, 1.0) - 0.5) * 2 * np.pi / p.rays * away
+        line = smoothstep(p.ray_width, 0.4 * p.ray_width, off)
+        line = (
+            line * smoothstep(p.ray_at[0] - 0.03, p.ray_at[0], away) * smoothstep(p.ray_at[1] + 0.04, p.ray_at[1], away)
+        )
+        albedo = blend(albedo, rgb(p.ray_color), 0.9 * line)
+    if p.seeds:
+        mask = _seeds(p, right, up, places, rng)
+        albedo = blend(albedo, rgb(p.seed_color), mask)
+        height += 0.0005 * mask
+    grain = canvas.noise(0.0012, 0.0012, rng, 2)
+    height += 0.001 * p.relief_mm * grain
+    return Layers.of(albedo, height, np.clip(p.roughness + 0.05 * mottle, 0.05, 1.0))
+
+
+def _flesh(p: Section, away: Map) -> Map:
+    """The (H, W, 3) colours from the middle to the rim."""
+    colors = np.array([rgb(c).reshape(3) for c in p.colors], dtype=np.float32)
+    at = np.array(p.at or np.linspace(0.0, 1.0, len(p.colors)))
+    if len(colors) == 1:
+        return np.broadcast_to(colors[0], (*away.shape, 3)).copy()
+    return np.stack([np.interp(away, at, colors[:, k]) for k in range(3)], axis=2).astype(np.float32)
+
+
+def _fibres(p: Section, away: Map, angle: Map, rng: np.random.Generator) -> Map:
+    """The (H, W) share of fine streaks outwards, of several lengths."""
+    row = np.mod(angle / (2 * np.pi), 1.0) * p.fibres
+    number = np.floor(row).astype(np.int64) % p.fibres
+    strength = rng.uniform(0.1, 1.0, p.fibres).astype(np.float32)[number]
+    start = rng.uniform(0.0, 0.3, p.fibres).astype(np.float32)[number] * (p.fibre_at[1] - p.fibre_at[0]) + p.fibre_at[0]
+    line = smoothstep(0.5, 0.15, np.abs(row - np.floor(row) - 0.5))
+    shown = smoothstep(start - 0.04, start + 0.04, away) * smoothstep(p.fibre_at[1] + 0.03, p.fibre_at[1] - 0.1, away)
+    return np.asarray(strength * line * shown, dtype=np.float32)
+
+
+def _chambers(p: Section, away: Map, angle: Map, places: Map) -> Map:
+    """The (H, W) mask of the chambers, 0..1."""
+    long, wide = p.chamber_size
+    mask = np.zeros(away.shape, dtype=np.float32)
+    for place in places:
+        off = (angle - place + np.pi) % (2 * np.pi) - np.pi
+        along, across = (away * np.cos(off) - p.chamber_at) / (long / 2), away * np.sin(off) / (wide / 2)
+        inside = (np.abs(along) ** 2.5 + np.abs(across) ** 2.5) ** 0.4
+        mask = np.maximum(mask, smoothstep(1.06, 0.9, np.where(np.cos(off) > 0, inside, 2.0)))
+    return mask
+
+
+def _seeds(p: Section, right: Map, up: Map, places: Map, rng: np.random.Generator) -> Map:
+    """The (H, W) mask of the seeds, 0..1."""
+    mask = np.zeros(right.shape, dtype=np.float32)
+    for k in range(p.seeds):
+        if len(places):
+            spread = 0.42 * p.chamber_size[1] / max(p.chamber_at, 0.1)
+            angle = places[k % len(places)] + float(rng.uniform(-spread, spread))
+        else:
+            angle = p.turn + 2 * np.pi * (k + float(rng.uniform(-0.25, 0.25))) / p.seeds
+        away = float(rng.uniform(*p.seed_at))
+        long, wide = (0.5 * side * float(rng.uniform(0.85, 1.1)) for side in p.seed_size)
+        c, s = np.cos(angle), np.sin(angle)
+        along, across = right * c + up * s - away, up * c - right * s
+        # A seed is a drop whose point looks to the middle.
+        slim = wide * (1.0 + 0.35 * np.clip(along / long, -1.0, 1.0))
+        mask = np.maximum(mask, smoothstep(1.15, 0.8, np.hypot(along / long, across / slim)))
+    return mask
+
+
+SECTION = TextureKind("section", Section, paint_section)
+
+# Skin -----------------------------------------------------------------------------------------------------------------
+# Skins of fruit, vegetables, bread and the like: colours from end to end, blush, streaks, spots, netting.
+
+Millimetres = Annotated[float, Field(ge=0, le=60)]
+
+
+class Skin(Record):
+    """A skin; the picture's height runs from the lower end of the object to its upper end, its width once around it.
+
+    Attributes:
+        colors: from the lower end to the upper one; `at` says where each lies, 0..1, evenly if it is left out.
+        mottle: how far the lightness wanders, 0..1; mottle_mm: size of these clouds.
+        blush: second colour in large clouds, over blush_share of the surface. blush_at: height about which it lies,
+            0..1, None for anywhere; it fades within blush_reach. blush_edge: how softly its clouds end.
+        streaks: colour of lines from end to end; streak_mm: width of one; streak_share: how much of it shows.
+        spots: colour of spots; spot_mm: distance between two; spot_size: diameter by that distance; spot_share: how
+            much they show. raised_mm: how far they are raised; below 0 they are pits.
+        net: colour of a net of corky lines; net_mm: width of a mesh; net_raised_mm: how far they are raised.
+        ribs: number of grooves from end to end; rib_color: in them.
+        kernels, kernel_color: numbers of rounded grains in rows, once around and from end to end; the colour between
+            them.
+        grain_mm, relief_mm: size and depth of an even roughness.
+        disc: the colours run from the middle of the picture to the circle in it, as on an object seen from above.
+        wander: how far the places of the colours wander to and fro, 0..1.
+        veins: colour of branching lines, as fat in meat; vein_mm: distance between two; vein_share: how broad they are.
+        roughness: 0..1.
+    """
+
+    colors: Annotated[tuple[HexColor, ...], Field(min_length=1)]
+    at: tuple[Share, ...] = ()
+    mottle: Share = 0.15
+    mottle_mm: Millimetres = 8.0
+    blush: HexColor | None = None
+    blush_share: Share = 0.4
+    blush_at: Share | None = None
+    blush_reach: Share = 0.4
+    blush_edge: Annotated[float, Field(ge=0.1, le=4)] = 0.6
+    streaks: HexColor | None = None
+    streak_mm: Millimetres = 1.5
+    streak_share: Share = 0.4
+    spots: HexColor | None = None
+    spot_mm: Millimetres = 4.0
+    spot_size: Share = 0.2
+    spot_share: Share = 0.7
+    raised_mm: Annotated[float, Field(ge=-3, le=3)] = 0.0
+    net: HexColor | None = None
+    net_mm: Millimetres = 6.0
+    net_raised_mm: Annotated[float, Field(ge=0, le=3)] = 0.3
+    ribs: Annotated[int, Field(ge=0, le=40)] = 0
+    rib_color: HexColor | None = None
+    kernels: tuple[Annotated[int, Field(ge=2, le=60)], Annotated[int, Field(ge=2, le=90)]] | None = None
+    kernel_color: HexColor = "#c08a20"
+    grain_mm: Annotated[float, Field(gt=0, le=20)] = 1.5
+    relief_mm: Annotated[float, Field(ge=0, le=2)] = 0.05
+    roughness: Annotated[float, Field(ge=0.05, le=0.98)] = 0.45
+    disc: bool = False
+    wander: Share = 0.0
+    veins: HexColor | None = None
+    vein_mm: Millimetres = 12.0
+    vein_share: Share = 0.3
+
+    @model_validator(mode="after")
+    def _places_of_all_colors(self) -> Skin:
+        if self.at and len(self.at) != len(self.colors):
+            raise ValueError(f"a place for each of {len(self.colors)} colours is expected, got {len(self.at)}")
+        return self
+
+
+def paint_skin(p: Skin, canvas: Canvas, rng: np.random.Generator) -> Layers:
+    """Paint one skin."""
+    x, y = canvas.axes()
+    up = _place(p, canvas, rng)
+    albedo, height = _ends(p, up), np.zeros(canvas.size_px, dtype=np.float32)
+    size = p.mottle_mm / 1000
+    cloud = canvas.noise(size, size, rng, 3)
+    albedo = albedo * (1.0 + 0.16 * p.mottle * cloud)[..., None]
+    if p.blush is not None:
+        albedo = blend(albedo, rgb(p.blush), _blush(p, canvas, up, rng))
+    if p.veins is not None:
+        mesh = canvas.cells(p.vein_mm / 1000, p.vein_mm / 1000)
+        crests = ridged(canvas.size_px, mesh, rng, 3)
+        edge = float(np.quantile(crests, 1.0 - 0.5 * p.vein_share))
+        albedo = blend(albedo, rgb(p.veins), 0.9 * smoothstep(edge - 0.05, edge + 0.05, crests))
+    if p.streaks is not None:
+        lines = canvas.noise(0.5 * canvas.tile_m[1], p.streak_mm / 1000, rng, 2)
+        broken = smoothstep(-1.2, 0.6, canvas.noise(0.2 * canvas.tile_m[1], 4 * p.streak_mm / 1000, rng, 2))
+        albedo = blend(albedo, rgb(p.streaks), p.streak_share * smoothstep(0.1, 1.1, lines) * broken)
+    if p.ribs:
+        groove = np.asarray(np.abs(np.sin(np.pi * p.ribs * x / canvas.tile_m[0])), dtype=np.float32)
+        near = smoothstep(0.35, 0.0, groove) + 0.0 * y
+        albedo = blend(albedo, rgb(p.rib_color or p.colors[0]), 0.8 * near)
+    if p.spots is not None:
+        mask = _spots(p, canvas, rng)
+        albedo = blend(albedo, rgb(p.spots), p.spot_share * mask)
+        height += 0.001 * p.raised_mm * mask
+    if p.net is not None:
+        near, second, _ = worley(canvas.size_px, canvas.cells(p.net_mm / 1000, p.net_mm / 1000), rng)
+        cord = smoothstep(0.16, 0.04, second - near) * (0.75 + 0.25 * smoothstep(-1.0, 1.0, cloud))
+        albedo = blend(albedo, rgb(p.net), 0.9 * cord)
+        height += 0.001 * p.net_raised_mm * cord
+    if p.kernels is not None:
+        tone, rise = _kernels(p.kernels, canvas, rng)
+        albedo = blend(albedo * tone[..., None], rgb(p.kernel_color), 0.8 * smoothstep(0.45, 0.1, rise))
+        height += np.float32(0.0008) * np.sqrt(rise)
+    grain = canvas.noise(p.grain_mm / 1000, p.grain_mm / 1000, rng, 2)
+    height += 0.001 * p.relief_mm * grain
+    rough = np.clip(p.roughness + 0.04 * cloud + 0.02 * grain, 0.05, 1.0)
+    return Layers.of(np.clip(albedo, 0.0, 1.0), height, rough)
+
+
+def _place(p: Skin, canvas: Canvas, rng: np.random.Generator) -> Map:
+    """(H, W) where a point lies between the lower end, 0, and the upper one, 1."""
+    x, y = canvas.axes()
+    up = np.asarray(1.0 - y / canvas.tile_m[1] + 0.0 * x, dtype=np.float32)
+    if p.disc:
+        across, along = x / canvas.tile_m[0] - 0.5, y / canvas.tile_m[1] - 0.5
+        up = np.asarray(np.minimum(np.hypot(across, along) / 0.49, 1.0), dtype=np.float32)
+    if p.wander:
+        clouds = canvas.noise(0.2 * canvas.tile_m[1], 0.2 * canvas.tile_m[0], rng, 4)
+        up = np.asarray(np.clip(up + 0.2 * p.wander * clouds, 0.0, 1.0), dtype=np.float32)
+    return up
+
+
+def _ends(p: Skin, up: Map) -> Map:
+    """The (H, W, 3) colours from the lower end to the upper one."""
+    colors = np.array([rgb(c).reshape(3) for c in p.colors], dtype=np.float32)
+    at = np.array(p.at or np.linspace(0.0, 1.0, len(p.colors)))
+    if len(colors) == 1:
+        return np.broadcast_to(colors[0], (*up.shape, 3)).copy()
+    return np.stack([np.interp(up, at, colors[:, k]) for k in range(3)], axis=2).astype(np.float32)
+
+
+def _blush(p: Skin, canvas: Canvas, up: Map, rng: np.random.Generator) -> Map:
+    """The (H, W) share of the second colour."""
+    size: Vec2 = (0.45 * canvas.tile_m[1], 0.3 * canvas.tile_m[0])
+    field = canvas.noise(size[0], size[1], rng, 4)
+    edge = float(np.quantile(field, 1.0 - p.blush_share))
+    share = smoothstep(edge - p.blush_edge, edge + p.blush_edge, field)
+    if p.blush_at is not None:
+        share = share * smoothstep(p.blush_reach, 0.4 * p.blush_reach, np.abs(up - p.blush_at))
+    return np.asarray(share, dtype=np.float32)
+
+
+def _kernels(counts: tuple[int, int], canvas: Canvas, rng: np.random.Generator) -> tuple[Map, Map]:
+    """(H, W) tone of the grains, about 1, and how far each rises, 0 between them and 1 in its middle."""
+    x, y = canvas.axes()
+    across, along = counts
+    column = x / canvas.tile_m[0] * across + 0.0 * y
+    # Every second row is half a grain further.
+    row = (1.0 - y / canvas.tile_m[1]) * along + 0.5 * (np.floor(column) % 2)
+    off = np.stack([column - np.floor(column), row - np.floor(row)]) * 2 - 1
+    rise = np.clip(1.0 - np.abs(off[0]) ** 3 - np.abs(off[1]) ** 3, 0.0, 1.0).astype(np.float32)
+    tones = rng.uniform(0.9, 1.06, (across, along + 1)).astype(np.float32)
+    return tones[np.floor(column).astype(int) % across, np.floor(row).astype(int) % (along + 1)], rise
+
+
+def _spots(p: Skin, canvas: Canvas, rng: np.random.Generator) -> Map:
+    """The (H, W) mask of the spots, 0..1."""
+    near, _, owner = worley(canvas.size_px, canvas.cells(p.spot_mm / 1000, p.spot_mm / 1000), rng, 0.8)
+    size = rng.uniform(0.6, 1.0, int(owner.max()) + 1).astype(np.float32)[owner] * p.spot_size / 2
+    return np.asarray(smoothstep(1.15 * size, 0.75 * size, near), dtype=np.float32)
+
+
+SKIN = TextureKind("skin", Skin, paint_skin)

@@ -1,0 +1,310 @@
+"""Walls of panels and casts: beadboard, shiplap, slats; concrete, cork, tin, microcement."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from typing import Annotated
+
+import numpy as np
+from pydantic import Field
+
+from casa_assets.model.record import Record
+from casa_assets.model.registry.rows import HexColor
+from casa_assets.textures.canvas import Canvas, Layers, Map, Share, TextureKind, blend, rgb, smoothstep, stratified
+from casa_assets.textures.laying.pieces import Array, whole
+
+# Boards ---------------------------------------------------------------------------------------------------------------
+# Panelled walls: beadboard, shiplap, board and batten, tongue and groove, slats; painted or of bare wood.
+
+
+class BoardProfile(StrEnum):
+    """Profile of the edges of boards, and of the gap between two."""
+
+    BEAD = "bead"  # a half round with a groove on each side
+    SHIPLAP = "shiplap"  # square edges, an open shadow line
+    VEE = "vee"  # tongue and groove with broken edges
+    BATTEN = "batten"  # flat boards, a strip over each joint
+    SLAT = "slat"  # slim strips on a dark ground
+    FLUTED = "fluted"  # half rounds side by side
+    CHANNEL = "channel"  # wide flat grooves
+
+
+class PaintedBoards(Record):
+    """A panelled wall that is painted.
+
+    Attributes:
+        color: of the paint; `ground` what is seen between slats.
+        profile: of the edges.
+        pitch_m: from board to board, metres.
+        gap_m: width of groove, batten or opening, metres; depth_m: its depth.
+        horizontal: boards run along u, not along v.
+        grain: 0..1, how much of the wood shows in the relief of the paint; wear: how far it is rubbed off.
+        bare_color: colour of the wood where it is.
+        variety: 0..1, how much boards differ.
+        roughness: 0..1.
+    """
+
+    color: HexColor
+    ground: HexColor = "#242220"
+    profile: BoardProfile
+    pitch_m: Annotated[float, Field(gt=0.01, le=1)] = 0.1
+    gap_m: Annotated[float, Field(gt=0.001, le=0.2)] = 0.004
+    depth_m: Annotated[float, Field(gt=0, le=0.03)] = 0.004
+    horizontal: bool = False
+    grain: Share = 0.25
+    wear: Share = 0.0
+    bare_color: HexColor = "#a98a63"
+    variety: Share = 0.2
+    roughness: Annotated[float, Field(ge=0.05, le=0.95)] = 0.5
+
+
+def paint_boards(params: PaintedBoards, canvas: Canvas, rng: np.random.Generator) -> Layers:
+    """Paint one wall. Boards are painted upright and turned over where they are level."""
+    if params.horizontal:
+        return _upright(params, canvas.transposed, rng).transposed
+    return _upright(params, canvas, rng)
+
+
+def _upright(params: PaintedBoards, canvas: Canvas, rng: np.random.Generator) -> Layers:
+    count, pitch = whole(canvas.tile_m[0], params.pitch_m)
+    x, _ = canvas.axes()
+    board = np.minimum((x / pitch).astype(np.intp), count - 1)
+    off = np.abs(np.mod(x / pitch, 1.0) - 0.5) * pitch  # 0 in the middle of a board
+    edge = pitch / 2 - off
+    height, groove, open_ = _profile(params, edge, pitch, canvas.pixel_width_m)
+    lines = canvas.noise(0.5, 0.004, rng) + 0.6 * canvas.noise(0.9, 0.012, rng)
+    lines = canvas.shifted(
+        lines, np.zeros_like(x), rng.random(count).astype(np.float32)[board] * np.float32(canvas.tile_m[1])
+    )
+    brush = canvas.noise(0.35, 0.0025, rng) * canvas.resolved(1.0, 0.0025)
+    tone = stratified(count, rng).astype(np.float32)[board]
+    shade = 1.0 + 0.05 * params.variety * tone + 0.010 * lines + 0.006 * brush + 0.012 * canvas.noise(0.5, 0.3, rng, 3)
+    albedo = rgb(params.color) * (shade * (1.0 - 0.28 * groove))[..., None]
+    if params.wear > 0:
+        start = 2.5 - 1.6 * params.wear
+        rubbed = smoothstep(start, start + 0.6, _rubbed(canvas, lines, edge, rng))
+        bare = rgb(params.bare_color) * (1.0 + 0.07 * lines)[..., None]
+        albedo = blend(albedo, bare, rubbed * (1 - groove))
+    albedo = blend(albedo, rgb(params.ground), open_)
+    relief = height + params.grain * (0.00012 * lines + 0.00004 * brush) * (1.0 - open_)
+    rough = params.roughness + 0.02 * lines + 0.25 * open_ + 0.1 * groove
+    return Layers.of(albedo, relief, rough)
+
+
+def _rubbed(canvas: Canvas, lines: Map, edge_m: Array, rng: np.random.Generator) -> Map:
+    """Wear: along the grain, more at the edges of a board."""
+    rims = np.exp(-edge_m / 0.006)
+    return np.asarray(0.9 * canvas.noise(0.3, 0.08, rng, 4) + 0.7 * lines + 1.2 * rims, dtype=np.float32)
+
+
+def _profile(params: PaintedBoards, edge: Array, pitch: float, pixel: float) -> tuple[Array, Array, Array]:
+    """Height in metres, shade of grooves 0..1, and openings 0..1, over the distance from the joint (1, W)."""
+    gap, depth = params.gap_m, params.depth_m
+    none = np.zeros_like(edge)
+
+    def band(half: float) -> Array:
+        # Share of a pixel within `half` of the joint: thin lines fade on coarse pictures.
+        share = np.clip((half - edge) / pixel + 0.5, 0, 1) - np.clip((-half - edge) / pixel + 0.5, 0, 1)
+        return np.asarray(share)
+
+    match params.profile:
+        case BoardProfile.BEAD:
+            bead: Array = np.sqrt(np.clip(1.0 - (edge / (0.5 * gap)) ** 2, 0, 1))
+            line: Array = np.clip(band(0.5 * gap + 0.0018) - band(0.5 * gap), 0, 1)
+            return depth * (0.5 * bead - line), 0.9 * line, none
+        case BoardProfile.SHIPLAP:
+            line = band(gap / 2)
+            return -depth * line + 0.0004 * (np.minimum(edge / 0.003, 1) - 1), 0.85 * line, 0.55 * line
+        case BoardProfile.VEE:
+            broken: Array = np.clip(1.0 - edge / (gap / 2), 0, 1)
+            return -depth * broken, 0.30 * broken + 0.45 * band(0.0008), none
+        case BoardProfile.BATTEN:
+            strip = band(gap / 2)
+            shadow = np.clip(band(gap / 2 + 0.0015) - strip, 0, 1)
+            return depth * strip, 0.55 * shadow, none
+        case BoardProfile.SLAT:
+            line = band(gap / 2)
+            rise: Array = np.minimum(np.maximum(edge - gap / 2, 0) / 0.0015, 1)
+            return -depth * line + 0.0008 * (rise - 1), 0.2 * line, line
+        case BoardProfile.FLUTED:
+            across: Array = np.clip(1.0 - edge / (pitch / 2), 0, 1)
+            crest: Array = np.sqrt(np.clip(1.0 - across**2, 0, 1))
+            return depth * crest, 0.5 * (1 - crest), none
+        case _:
+            slope: Array = np.clip((gap / 2 + 0.003 - edge) / 0.003, 0, 1)
+            return -depth * slope, 0.18 * slope, none
+
+
+BOARDS = TextureKind("painted_boards", PaintedBoards, paint_boards)
+"""Kind of painted panelling."""
+
+# Cast -----------------------------------------------------------------------------------------------------------------
+# Cast and pressed walls: concrete smooth, in panels or from boards; cork; tin ceiling panels; microcement.
+
+
+class Formwork(StrEnum):
+    """Formwork of the concrete."""
+
+    SMOOTH = "smooth"
+    PANELS = "panels"  # large plates with joints and tie holes
+    BOARDS = "boards"  # rough boards that left their grain
+
+
+class Concrete(Record):
+    """Concrete.
+
+    Attributes:
+        color, second: of the cement and of its clouds.
+        formwork: what it was poured against.
+        formwork_unit_m: width of a board or height of a plate, metres; a plate is twice as wide.
+        cloudy: 0..1, how blotchy it is; holes: share of bubbles; trowel_marks: arcs of the trowel, as on a floor.
+        roughness: 0..1.
+    """
+
+    color: HexColor
+    second: HexColor
+    formwork: Formwork = Formwork.SMOOTH
+    formwork_unit_m: Annotated[float, Field(gt=0.05, le=2)] = 0.6
+    cloudy: Share = 0.5
+    holes: Share = 0.3
+    trowel_marks: Share = 0.0
+    roughness: Annotated[float, Field(ge=0.05, le=0.95)] = 0.7
+
+
+def paint_concrete(params: Concrete, canvas: Canvas, rng: np.random.Generator) -> Layers:
+    """Paint one wall or floor."""
+    cloud = 0.7 * canvas.noise(0.5, 0.45, rng, 6) + 0.5 * canvas.noise(0.08, 0.10, rng, 5)
+    fine = canvas.noise(0.006, 0.006, rng, 2)
+    # Trowel arcs: streaks of a noise that is bent round and round.
+    arcs = canvas.shifted(
+        canvas.noise(0.02, 0.24, rng, 2), 0.11 * canvas.noise(0.4, 0.4, rng), 0.11 * canvas.noise(0.4, 0.4, rng)
+    )
+    share = 0.40 * params.cloudy * cloud + 0.06 * fine + 0.28 * params.trowel_marks * arcs
+    hole = _bubbles(params.holes, canvas, rng)
+    height = 0.0001 * cloud + 0.00004 * fine - 0.0018 * hole
+    dark = 0.42 * hole
+    if params.formwork is Formwork.BOARDS:
+        share, height, dark = _board_marks(params, canvas, share, height, dark, rng)
+    elif params.formwork is Formwork.PANELS:
+        joint, tie, tone = _plates(params, canvas, canvas.pixel_m, rng)
+        share, height = share + 0.22 * tone, height - 0.004 * joint - 0.012 * tie
+        dark = np.maximum(dark, np.maximum(0.45 * joint, 0.6 * tie))
+    color, second = rgb(params.color), rgb(params.second)
+    albedo = (blend(color, second, np.clip(share, -0.8, 1.2))) * (1.0 - dark)[..., None]
+    rough = params.roughness + 0.05 * cloud * params.cloudy + 0.15 * (hole > 0.5) + 0.05 * params.trowel_marks * arcs
+    return Layers.of(albedo, height, rough)
+
+
+def _bubbles(share: float, canvas: Canvas, rng: np.random.Generator) -> Map:
+    """Mask 0..1: round holes of a few millimetres that come in swarms."""
+    dots = canvas.noise(0.009, 0.009, rng) + 0.45 * canvas.noise(0.2, 0.3, rng, 2)
+    edge = 3.4 - 1.3 * share
+    return np.asarray(smoothstep(edge, edge + 0.25, dots) * (share > 0), dtype=np.float32)
+
+
+def _board_marks(
+    params: Concrete, canvas: Canvas, share: Map, height: Map, dark: Map, rng: np.random.Generator
+) -> tuple[Map, Map, Map]:
+    """Grain and ridges of a formwork of level boards."""
+    _, y = canvas.axes()
+    count, pitch = whole(canvas.tile_m[1], params.formwork_unit_m)
+    board = np.minimum((y / pitch).astype(np.intp), count - 1)
+    jump = rng.random(count).astype(np.float32)[board] * np.float32(canvas.tile_m[0])
+    lines = canvas.shifted(canvas.noise(0.0055, 0.7, rng) + 0.8 * canvas.noise(0.016, 1.0, rng, 2), jump + 0 * share)
+    edge = (0.5 - np.abs(np.mod(y / pitch, 1.0) - 0.5)) * pitch
+    pixel = canvas.tile_m[1] / canvas.size_px[0]
+    ridge = np.clip(1.4 - edge / max(0.0018, 0.7 * pixel), 0, 1) * min(1.0, 0.004 / pixel)
+    tone, step = stratified(count, rng).astype(np.float32)[board], rng.normal(0, 1, count).astype(np.float32)[board]
+    return (
+        np.asarray(share + 0.09 * lines + 0.30 * tone),
+        np.asarray(height + 0.0005 * lines + 0.0011 * np.clip(step, -2, 2) + 0.0016 * ridge),
+        np.maximum(dark, 0.30 * ridge),
+    )
+
+
+def _plates(params: Concrete, canvas: Canvas, pixel: float, rng: np.random.Generator) -> tuple[Map, Map, Map]:
+    """Joints, tie holes 0..1, and the tone of each plate."""
+    x, y = canvas.axes()
+    rows, tall = whole(canvas.tile_m[1], params.formwork_unit_m)
+    columns, wide = whole(canvas.tile_m[0], 2 * params.formwork_unit_m)
+    row, column = np.minimum((y / tall).astype(np.intp), rows - 1), np.minimum((x / wide).astype(np.intp), columns - 1)
+    in_x, in_y = np.mod(x, wide), np.mod(y, tall)
+    edge = np.minimum(np.minimum(in_x, wide - in_x), np.minimum(in_y, tall - in_y))
+    joint = np.clip((0.003 - edge) / pixel + 0.5, 0, 1) - np.clip((-0.003 - edge) / pixel + 0.5, 0, 1)
+    # Four ties to a plate, a quarter in from its ends and its edges.
+    tx, ty = np.abs(np.abs(in_x - wide / 2) - wide / 4), np.abs(np.abs(in_y - tall / 2) - tall / 4)
+    tie = np.clip((0.012 - np.hypot(tx, ty)) / pixel + 0.5, 0, 1)
+    tone = stratified(rows * columns, rng).astype(np.float32)[row * columns + column]
+    return joint.astype(np.float32), tie.astype(np.float32), tone
+
+
+class PressedTin(Record):
+    """Pressed metal plates.
+
+    Attributes:
+        color: of the metal or of the paint on it; `hollow_color` gathers in the hollows.
+        plate_m: side of a plate, metres. rings: how many mouldings frame its middle; petals: of the flower in it.
+        metallic: 0..1; roughness: 0..1.
+    """
+
+    color: HexColor
+    hollow_color: HexColor
+    plate_m: Annotated[float, Field(gt=0.1, le=1)] = 0.3
+    rings: Annotated[int, Field(ge=1, le=5)] = 2
+    petals: Annotated[int, Field(ge=0, le=16)] = 8
+    metallic: Share = 0.0
+    roughness: Annotated[float, Field(ge=0.05, le=0.95)] = 0.4
+
+
+def paint_tin(params: PressedTin, canvas: Canvas, rng: np.random.Generator) -> Layers:
+    """Paint one field of plates."""
+    x, y = canvas.axes()
+    _, wide = whole(canvas.tile_m[0], params.plate_m)
+    _, tall = whole(canvas.tile_m[1], params.plate_m)
+    u, v = np.mod(x / wide, 1.0) - 0.5, np.mod(y / tall, 1.0) - 0.5
+    side, far = 2.0 * np.maximum(np.abs(u), np.abs(v)), 2.0 * np.hypot(u, v)
+    height = _moulding(side, 0.93, 0.03) + 0.55 * _moulding(side, 0.80, 0.02)
+    for ring in range(params.rings):
+        height = height + 0.8 * _moulding(far, 0.70 - 0.13 * ring, 0.025)
+    if params.petals:
+        height = height + _flower(u, v, params.petals)
+    corner = np.hypot(np.abs(u) - 0.5, np.abs(v) - 0.5)
+    height = height + 1.1 * np.sqrt(np.clip(1.0 - (corner / 0.09) ** 2, 0, 1)) + _scroll(u, v)
+    height = np.asarray(height, dtype=np.float32)
+    seam = np.clip(1.2 - (0.5 - np.maximum(np.abs(u), np.abs(v))) * params.plate_m / 0.0015, 0, 1)
+    dent = canvas.noise(0.12, 0.12, rng, 2)
+    tone = canvas.noise(0.25, 0.25, rng, 4)
+    hollow = smoothstep(0.35, -0.05, height) * (0.6 + 0.25 * tone)
+    color, low = rgb(params.color), rgb(params.hollow_color)
+    albedo = blend(color, low, np.clip(0.7 * hollow, 0, 1))
+    return Layers.of(
+        albedo * (1.0 + 0.025 * tone - 0.3 * seam)[..., None],
+        0.005 * height + 0.00012 * dent - 0.001 * seam,
+        params.roughness + 0.15 * hollow + 0.03 * tone,
+        params.metallic,
+    )
+
+
+def _moulding(at: Array, middle: float, half: float) -> Array:
+    """A half round around a distance."""
+    return np.asarray(np.sqrt(np.clip(1.0 - ((at - middle) / half) ** 2, 0.0, 1.0)))
+
+
+def _flower(u: Array, v: Array, petals: int) -> Array:
+    far, bearing = 2.0 * np.hypot(u, v), np.arctan2(v, u)
+    reach = 0.12 + 0.24 * np.abs(np.cos(bearing * petals / 2.0)) ** 0.7
+    leaf = np.clip(1.0 - (far / reach) ** 2, 0, 1) * smoothstep(0.06, 0.12, far)
+    vein = 0.25 * np.abs(np.sin(bearing * petals / 2.0)) ** 8
+    return np.asarray(0.9 * leaf - vein * leaf + 1.2 * np.sqrt(np.clip(1.0 - (far / 0.08) ** 2, 0, 1)))
+
+
+def _scroll(u: Array, v: Array) -> Array:
+    """A leaf that points at each corner."""
+    a, b = (np.abs(u) + np.abs(v)) / np.sqrt(2.0), np.abs(np.abs(u) - np.abs(v)) / np.sqrt(2.0)
+    t = (a - 0.40) / 0.20
+    half = 0.075 * np.sqrt(np.clip(t * (1.0 - t) * 4.0, 0, 1)) * (t > 0) * (t < 1)
+    return np.asarray(0.8 * np.sqrt(np.clip(1.0 - (b / np.maximum(half, 1e-4)) ** 2, 0, 1)) * (half > 0.002))
+
+
+CONCRETE = TextureKind("concrete", Concrete, paint_concrete)
+TIN = TextureKind("pressed_tin", PressedTin, paint_tin)
