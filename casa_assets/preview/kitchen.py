@@ -269,7 +269,7 @@ def room_of(model: Any, data: Any, bounds: Bounds) -> Room:
 
 def _bounds(model: Any, data: Any) -> Bounds:
     """Bounds of all that is seen."""
-    boxes = [_geom_bounds(model, data, geom) for geom in np.flatnonzero(model.geom_group == _VISUAL_GROUP)]
+    boxes = [_geom_bounds(model, data, geom) for geom in range(model.ngeom) if model.geom_group[geom] == _VISUAL_GROUP]
     if not boxes:
         raise CannotDraw("nothing in the scene is visible")
     return np.min([box[0] for box in boxes], axis=0), np.max([box[1] for box in boxes], axis=0)
@@ -280,7 +280,7 @@ def _boxes(model: Any, data: Any, body: int, all_parts: bool = False) -> Floats:
     parts = np.flatnonzero(model.geom_bodyid == body)
     boxes = parts[model.geom_type[parts] == mujoco.mjtGeom.mjGEOM_BOX]
     shown = parts if all_parts or not len(boxes) else boxes
-    return np.array([_geom_bounds(model, data, geom) for geom in shown]).reshape(-1, 2, 3)
+    return np.array([_geom_bounds(model, data, int(geom)) for geom in shown]).reshape(-1, 2, 3)
 
 
 def _geom_bounds(model: Any, data: Any, geom: int) -> Bounds:

@@ -65,7 +65,8 @@ class Patch:
     def share(self, across: Singles, high: Singles) -> Singles:
         """(N,) 1 within, falling softly to 0 beyond the edges; `across` and `high` are the place in the side."""
         at = np.stack([across, high], axis=1)
-        inwards = np.minimum(at - np.float32(self.lower), np.float32(self.upper) - at)
+        lower, upper = np.array((self.lower, self.upper), dtype=np.float32)
+        inwards = np.minimum(at - lower, upper - at)
         return np.asarray(np.clip((inwards + _WINDOW_BLUR_M) / (2 * _WINDOW_BLUR_M), 0.0, 1.0).prod(axis=1))
 
 
