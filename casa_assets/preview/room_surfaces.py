@@ -186,7 +186,7 @@ class ShadowMap:
         found: Singles = self.heights.ravel()[flat].astype(np.float32)
         found *= np.float32(self.step)
         found += np.float32(self.least)
-        return found
+        return np.asarray(found)
 
 
 def draw_shadow_map(canvas: renderer.Canvas, scene: Any, towards: Floats, corners: Floats, size_px: int) -> ShadowMap:
