@@ -51,7 +51,7 @@ VERBS = {
     "preview {folder} --out {out}": "pipeline.reports.pictures:draw",
     "report --library {folder}": "pipeline.reports.library_page:write",
     "find mug --library {folder}": "pipeline.dedup.search:search_entries",
-    "export robocasa {folder} --out {out}": "pipeline.export_robocasa:export",
+    "export robocasa {folder} --out {out}": "pipeline.export.robocasa:export",
 }
 # One that works in workers and one that works in the program's own process; one of each signal.
 OFTEN = frozenset(
