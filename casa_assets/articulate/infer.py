@@ -213,7 +213,7 @@ class FrontLook:
 
     Attributes:
         panels: of the front, with their handles, trims and boxes. controls: of the front, on none of its panels.
-        top_controls: of the top. tell, tell_top: classify a control of the front, of the top.
+        top_controls: of the top. tell, tell_top: classifiers for controls of the front and of the top.
     """
 
     panels: list[Panel]

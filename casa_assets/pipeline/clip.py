@@ -92,14 +92,14 @@ def require_weights(weights: str) -> None:
 
 
 def load_clip(weights: str) -> ClipModel:
-    """CLIP with these weights, on the processor.
+    """Load CLIP with these weights, on the CPU.
 
     Args:
         weights: a checkpoint of open_clip on this machine, its name beginning with that of the architecture, such as
             `ViT-B-32-laion2b.pt`; or a folder that holds one with `open_clip_config.json`; or, to be downloaded
-            where it is not in the cache yet, `ViT-B-32/laion2b_s34b_b79k` or `hf-hub:...` as open_clip names them.
+            if it is not in the cache yet, `ViT-B-32/laion2b_s34b_b79k` or `hf-hub:...` as open_clip names them.
     Raises:
-        CasaError: there are none of that name, they cannot be loaded, or open_clip is not installed.
+        CasaError: no weights have that name, they cannot be loaded, or open_clip is not installed.
     """
     require_weights(weights)
     import open_clip
@@ -223,7 +223,7 @@ def render_asset_views(asset: Asset) -> list[bytes]:
 
 
 def render_model_views(model: Path) -> list[bytes]:
-    """PNGs of an asset that stands on disk as a model.xml, from the sides of VIEWS."""
+    """Return PNGs of an asset on disk, given by its model.xml, from the sides of VIEWS."""
     from casa_assets.preview.still import render
     from casa_assets.preview.studio import View
 

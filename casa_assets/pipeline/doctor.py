@@ -122,7 +122,7 @@ def findings(output: Path) -> tuple[Finding, ...]:
 
 
 def _registry() -> Finding:
-    """Where the package's own plans, styles, categories and so on stand, to be copied from."""
+    """Report the folder of the package's own plans, styles, categories and so on, to be copied from."""
     return Finding(subject="registry", ok=True, message=f"{data_root()}, which a project is laid over")
 
 
@@ -144,7 +144,7 @@ def _plugins() -> tuple[Finding, ...]:
 
 
 def _project() -> tuple[Finding, ...]:
-    """What the project in use lays over the package; nothing where there is none."""
+    """Report which files of the project in use override or extend those of the package; empty without a project."""
     folder = project_folder()
     if folder is None:
         return ()
@@ -167,7 +167,7 @@ def renderer() -> str | None:
 
 
 def _fix_packages(names: Iterable[str] = ()) -> str:
-    """The command that installs packages again that this one needs; all of them where none is named."""
+    """Return the command that reinstalls the named packages, or all that this one depends on if `names` is empty."""
     if (Path(__file__).parents[2] / "dev").is_file():
         return "./dev setup"
     wanted = set(names)

@@ -1,4 +1,4 @@
-"""What the servers of our pages have in common: they answer this machine alone, and say nothing on the terminal."""
+"""Common parts of the servers of pages: they answer this machine alone, and print nothing on the terminal."""
 
 from __future__ import annotations
 

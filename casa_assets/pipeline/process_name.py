@@ -14,5 +14,5 @@ def process_name() -> str:
 
 
 def is_worker() -> bool:
-    """True in a worker of `pipeline.workers`, beside which others work on the other cores."""
+    """Return True in a worker of `pipeline.workers`, while others work on the other cores."""
     return WORKER in os.environ

@@ -51,9 +51,9 @@ class ReviewServer(ThreadingHTTPServer):
     """A server for one library.
 
     Attributes:
-        address: what to open in a browser. waiting: entries that a person has to decide about, as the library is now.
-        articulated: entries of `casa-assets articulate`, which have a page of their own. written: how often something
-            was decided.
+        address: to be opened in a browser. waiting: entries that a person has to decide about, at present.
+        articulated: entries of `casa-assets articulate`, which have a separate page. written: number of decisions
+            written so far.
     """
 
     daemon_threads = True
@@ -150,7 +150,7 @@ class _Handler(LocalHandler):
         keep(self.server.library, {entry.sha256: decisions})
 
     def _name(self) -> str | None:
-        """What is asked for, below the address; None where somebody does not know it or came by another name."""
+        """Return the requested path below the address, or None if the token or the Host header is wrong."""
         start = f"/{self.server.token}/"
         is_here = self.headers.get("Host") == f"{HOST}:{self.server.server_port}"
         return self.path.removeprefix(start) if is_here and self.path.startswith(start) else None

@@ -101,10 +101,10 @@ def _asset() -> dict[str, Any]:
 
 
 def plan_as_written(made: Schema) -> Schema:
-    """Schema of a plan's file, of that of its record.
+    """Return the schema of a plan's file, given that of its record.
 
-    Walls, openings and so on may be mappings of ids to rows, units may be short, parameters lists of three numbers, and
-    `like` may stand for all that a plan has to state.
+    Walls, openings and so on may be mappings of ids to rows, units may be short, parameters lists of three numbers.
+    With `like`, a plan need not state the keys that are otherwise required.
     """
     definitions: Schema = made["$defs"]
     _write_choices_short(definitions)
@@ -143,7 +143,10 @@ def plan_as_written(made: Schema) -> Schema:
 
 
 def style_as_written(made: Schema) -> Schema:
-    """Schema of a style's file, of that of its record: `range/pro_six` may stand for a choice, `like` for the rest."""
+    """Return the schema of a style's file, given that of its record.
+
+    `range/pro_six` may be written for a choice, and `like` for the parts that are taken from another style.
+    """
     definitions: Schema = made["$defs"]
     _write_choices_short(definitions)
     parts = {"cabinets": "CabinetStyle", "counter": "WorktopStyle", "island": "WorktopStyle", "room": "RoomStyle"}
@@ -154,7 +157,7 @@ def style_as_written(made: Schema) -> Schema:
 
 
 def _write_choices_short(definitions: Schema) -> None:
-    """`range/pro_six` or `library:<id>` stands for a choice, or a mapping with what differs beside it."""
+    """Allow choices as `range/pro_six` or `library:<id>`, or as a mapping with such a preset and its differences."""
     choice = definitions["PresetChoice"]
     name = {**choice["properties"]["preset"], "pattern": r"^([a-z][a-z0-9_]*/|library:)[a-z][a-z0-9_]*$"}
     definitions["PresetChoice"] = {

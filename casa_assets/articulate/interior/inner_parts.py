@@ -1,4 +1,4 @@
-"""Find what slides or turns behind a front (inner drawers, racks, turntables), and what stands in its way."""
+"""Find parts that slide or turn behind a front (inner drawers, racks, turntables), and pieces that are in its way."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Measure how well collision shapes fit a mesh and the opening of a vessel, and stand hulls on a flat foot."""
+"""Measure how well collision shapes fit a mesh and a vessel's opening, and put boxes under hulls with a flat foot."""
 
 from __future__ import annotations
 

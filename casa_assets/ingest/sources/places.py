@@ -25,12 +25,12 @@ def is_url(text: str) -> bool:
 
 @dataclass(frozen=True)
 class StoreRoot:
-    """A folder on a store, or a file where somebody named one.
+    """A folder on a store, or a file that a user named.
 
     Attributes:
-        base: URL as the user named it, with the user and password that may stand in it.
+        base: URL as the user named it, with the user and password that it may contain.
         query: of a web address, with its `?`; it is sent with every request below it. It may be a signature.
-        path: POSIX, from there on.
+        path: POSIX, relative to `base`.
     """
 
     base: str = field(repr=False)
@@ -76,7 +76,7 @@ class StoreRoot:
 
 
 def root_of(text: str) -> Path | StoreRoot:
-    """What a user named: a path, or an address; `file:` addresses are paths."""
+    """Return the path or address that a user named; `file:` addresses are paths."""
     if not is_url(text):
         return Path(text)
     if text.lower().startswith("file://"):

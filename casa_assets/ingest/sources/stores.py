@@ -1,8 +1,8 @@
 """Folders on stores (S3, web servers, all that fsspec opens), read by the same calls and bounds as those on a disk.
 
-fsspec finds the client of an address, and that its credentials (environment, configuration files). What it does not
-promise is here: a request is repeated and ends, no more bytes are taken than were asked for, a server that is away is
-not taken for a file that is missing, and no password is shown.
+fsspec finds the client of an address, and that its credentials (environment, configuration files). This module adds
+guarantees that fsspec does not give: a request is repeated and ends, no more bytes are taken than were asked for, a
+server that is away is not taken for a file that is missing, and no password is shown.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ class Info:
     """A file or folder of a store.
 
     Attributes:
-        size: bytes, as the store says; None if it does not. state: changes when it is written anew; empty: unknown.
+        size: bytes, as the store says; None if it does not. state: changes when it is written again; empty: unknown.
     """
 
     is_folder: bool
@@ -79,10 +79,10 @@ def warm() -> None:
 
 
 def _fsspec() -> Any:
-    """The package.
+    """Return the fsspec package.
 
-    Not by `import`: keys of results count the versions of what is imported (pipeline/cache/cache_key.py). What carries
-    the bytes of a mesh takes no part in what is made of them; their digest is in the key.
+    Not by `import`: keys of results count the versions of imported packages (pipeline/cache/cache_key.py). A package
+    that only transfers the bytes of a mesh does not affect the results made from them; their digest is in the key.
     """
     importlib.import_module("fsspec.core")
     importlib.import_module("fsspec.asyn")
@@ -139,9 +139,9 @@ class _Objects:
 
 @dataclass(frozen=True)
 class _Pages:
-    """Web servers: a folder is a page of links, and a file may have no more than its bytes.
+    """Web servers: a folder is a page of links, and a file may have nothing but its bytes.
 
-    fsspec's own calls read without a bound, and tell of any failure as of a file that is not there.
+    fsspec's own calls read without a bound, and report any failure as a missing file.
     """
 
     system: Any
@@ -283,10 +283,10 @@ def _within(seconds: float, call: Callable[[], T]) -> T:
 
 
 class _Store:
-    """What this process knows of one store: its client, and what it has said of its objects.
+    """State of one store in this process: its client, and the store's answers about its objects.
 
     Attributes:
-        listing: the names in each folder, once all of it was listed.
+        listing: the names in each folder, once all of the store was listed.
     """
 
     def __init__(self, root: StoreRoot) -> None:
@@ -301,11 +301,11 @@ class _Store:
         return _opened(self.root)
 
     def knows(self, path: str) -> bool:
-        """True if the state of a path can be told without asking the store, or was asked for before."""
+        """Return whether the state of a path is known without asking the store, or because it was asked before."""
         return self.listing is not None or path in self._known or path in self._scanned
 
     def info(self, path: str) -> Info | None:
-        """A file or folder; None if there is none. Raises Rejected as `_ask`."""
+        """Return the info of a file or folder, or None if it does not exist. Raises Rejected as `_ask`."""
         if self.listing is not None:
             if path in self.listing:
                 return Info(is_folder=True)
@@ -323,7 +323,7 @@ class _Store:
         return self._known[path]
 
     def scan(self, folder: str) -> dict[str, Info]:
-        """What is in a folder, by name. Raises Rejected as `_ask`."""
+        """Return the content of a folder, by name. Raises Rejected as `_ask`."""
         if self.listing is not None:
             return self.listing.get(folder, {})
         if folder not in self._scanned:
@@ -342,7 +342,7 @@ class _Store:
         return _ask(self.root / path, read)
 
     def state(self, path: str) -> str:
-        """Text that changes when an object is written anew; empty if there is none, UNKNOWN if nobody says."""
+        """Return text that changes when an object is rewritten; empty if there is no object, UNKNOWN if unknown."""
         try:
             info = Info(is_folder=True) if path in self._scanned else self.info(path)
             if info is None:
@@ -500,7 +500,7 @@ class StoreFolder:
             yield Refused(printable(path, 400), code, f"{printable(path, 200)}: {why}")
 
     def _file(self, path: str) -> Info:
-        """What a store says of a file. Raises Rejected: MISSING_FILE, NOT_A_FILE, and as `_ask`."""
+        """Return the store's info of a file. Raises Rejected: MISSING_FILE, NOT_A_FILE, and as `_ask`."""
         info = self._store.info(self._at(path))
         name = printable(posixpath.basename(path))
         if info is None:

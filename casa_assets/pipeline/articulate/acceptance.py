@@ -88,10 +88,10 @@ FRAME, PLAN, CONTACTS = "frame", "plan", "contacts"
 
 
 def doubts(articulation: Articulation, model: ConfidenceModel, contacts: tuple[str, ...] = ()) -> tuple[Issue, ...]:
-    """Return a warning for each thing that is too uncertain to be accepted unseen; none where all is sure enough.
+    """Return a warning for each decision that is too uncertain to be accepted unseen; empty if all are certain enough.
 
     Args:
-        articulation: with calibrated confidences. contacts: what runs into what, or does not go all its way, in words.
+        articulation: with calibrated confidences. contacts: sentences on parts that collide or stop too early.
     """
     issues = []
     if articulation.frame.confidence < model.bars.frame:

@@ -147,13 +147,13 @@ class ArticulateRequest:
     """A user's request to articulate one mesh.
 
     Attributes:
-        mesh: file. out: folder, made where it is missing. category: id, or empty to go by names.
+        mesh: file. out: folder, created if it is missing. category: id, or empty to guess from names.
         up, front: directions in axes of the file, None to guess. size_m: longest side, 0 to guess.
-        decisions: a sidecar; what it says goes before all guesses. The options above go before it.
+        decisions: content of a sidecar file; it overrides all guesses, and the options above override it.
         preview: write a strip of pictures. clip: weights of CLIP, which then names what the user does not.
-        complete: build interiors where doors and drawers open onto nothing.
-        anew: even where an earlier run made the same, or has a better asset of the mesh.
-        source_file: the input, where it was discovered before; None: it is looked up at `mesh`.
+        complete: build interiors if doors and drawers open onto nothing.
+        anew: work even if an earlier run made the same result, or has a better asset of the mesh.
+        source_file: the input, if it was discovered before; None: it is looked up at `mesh`.
     """
 
     mesh: Path

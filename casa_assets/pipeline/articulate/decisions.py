@@ -51,7 +51,7 @@ def check_category(decisions: Decisions) -> None:
 
 
 def decided(library: Library) -> dict[str, Decisions]:
-    """Return what was decided in a library so far; nothing where there is no such file."""
+    """Return the decisions made in a library so far; empty if it has no file of decisions."""
     path = library.root / REVIEW_NAME
     return read_review(path) if path.exists() else {}
 

@@ -157,7 +157,7 @@ def _build_interior(
 
 
 def _box_interior(articulation: Articulation) -> InteriorKind:
-    """Return the kind of interior that drawer boxes are made like: that of the cavities beside them."""
+    """Return the kind of interior for drawer boxes: that of the first cavity that is not a drawer, or else DRAWER."""
     return next(
         (r.interior for r in articulation.cavities if r.interior is not InteriorKind.DRAWER), InteriorKind.DRAWER
     )

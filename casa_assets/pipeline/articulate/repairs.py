@@ -106,7 +106,7 @@ MAX_ROUNDS = 6
 
 
 def mend(built: ArticulateResult, named: ArticulateResult, report: Report) -> ArticulateResult | None:
-    """Return the asset with what its checks complain of mended; None where nothing of it can be.
+    """Return the asset with errors of its checks repaired, or None if none of them can be repaired.
 
     Args:
         built: under the names of its parts. named: the same under the names that runtimes look for, as it was checked.
@@ -141,10 +141,10 @@ def _with_doors_wider(built: ArticulateResult) -> ArticulateResult:
 
 
 def _without_contacts(built: ArticulateResult) -> ArticulateResult:
-    """Return the asset with parts that run into each other left out of contact, and what of it is to be looked at.
+    """Return the asset with contact disabled between parts that collide, and with sentences for a person to review.
 
-    Shapes that overlap where all is closed are coarser than what is seen. What runs into another part on its way does
-    so by its joint, by its kind, or by shapes that cannot tell: a person has to look.
+    Shapes that overlap with all joints closed are coarser than the visible geometry. If a part runs into another one on
+    its way, its joint or its kind may be wrong, or the shapes may be too coarse to decide: a person has to look.
     """
     asset, words = built.asset, list(built.contacts)
     for _ in range(MAX_ROUNDS):
@@ -164,9 +164,9 @@ def _without_contacts(built: ArticulateResult) -> ArticulateResult:
 
 
 def _contacts(asset: Asset) -> Mapping[str, tuple[Penetration, float]]:
-    """Return the deepest contact of each joint that goes deeper into another part than it may, by the joint's name.
+    """Return the deepest contact of each joint that penetrates another part deeper than the limit, by joint name.
 
-    With it stands how deep the two parts are in each other where all is closed, metres.
+    The second value is how deep the two parts penetrate each other with all joints closed, in metres.
     """
     limit = registry.load().limits[CONTACT_LIMIT]
     return {name: row for name, row in contacts_of_files(mjcf.write(asset)).items() if row[0].depth > limit}

@@ -1,6 +1,6 @@
 """Write review.html: a page on which a person looks at articulated meshes, the least certain first, and corrects them.
 
-The page lies beside the pictures and models that it shows, loads nothing else, and writes a review.json (see
+The page is written next to the pictures and models that it shows, loads nothing else, and writes a review.json (see
 `decisions.py`).
 """
 

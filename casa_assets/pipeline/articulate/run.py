@@ -1,4 +1,4 @@
-"""Articulate one static mesh into a library; runs in a child process of its own (see `batch.py`)."""
+"""Articulate one static mesh into a library; runs in a separate child process (see `batch.py`)."""
 
 from __future__ import annotations
 
@@ -134,14 +134,14 @@ class ArticulateOutcome:
     """The outcome for one mesh.
 
     Attributes:
-        mesh: the input. folder: of the entry, under `rejected` where a check found an error; None where there is none.
-        articulation: the decisions. category, size: what it was taken to be, and why. report: of all checks.
-        travels: of each part, by its name. contract: that it holds. unmet_checks: where it does not hold one, a
-            sentence on what that means, then each check that failed.
-        code, message: of a refusal; an asset in review has none. kept: an earlier run made it, and nothing has changed,
-            or it is better than what this run made, and `reason_kept` says why; that is empty otherwise.
-        sha256: of the mesh with all its files; empty where it could not be read.
-        total: inputs of the run. count: inputs that it stands for: many rows of a manifest may be told of at once.
+        mesh: the input. folder: of the entry, under `rejected` if a check found an error; None if there is no entry.
+        articulation: the decisions. category, size: the chosen ones, and why. report: of all checks.
+        travels: of each part, by its name. contract: the one it meets. unmet_checks: if it does not meet one, a
+            sentence on what that means, then each failed check.
+        code, message: of a refusal; empty for an asset in review. kept: an earlier run made it, and either nothing
+            has changed, or it is better than the result of this run and `reason_kept`, empty otherwise, says why.
+        sha256: of the mesh with all its files; empty if it could not be read.
+        total: inputs of the run. count: number of inputs it covers: one outcome may report many rows of a manifest.
     """
 
     mesh: Path
@@ -241,10 +241,10 @@ def _code_key() -> str:
 def kept_outcome(
     request: ArticulateRequest, key: EntryKey, entries: Sequence[Path], known: Mapping[Path, Entry] = NOTHING_KNOWN
 ) -> ArticulateOutcome | None:
-    """Return what an earlier run made, or why it refused, under the same key; None where the mesh has to be worked on.
+    """Return the result or refusal of an earlier run under the same key, or None if the mesh must be processed.
 
     Args:
-        entries: folders of all that was made of the same bytes.
+        entries: folders of all entries made of the same bytes.
         known: entries that were read already, by their folder: their files are not opened again.
     """
     library = disk.Library(request.out)
@@ -272,9 +272,9 @@ def kept_outcome(
 
 
 def outcome_of_entry(library: disk.Library, entry: Entry) -> ArticulateOutcome | None:
-    """Return the outcome that stands behind an entry of a library.
+    """Return the outcome that led to an entry of a library.
 
-    None where nothing tells what moves in it: the cache was deleted, or other code has made the entry.
+    None if it is unknown what moves in the asset: the cache was deleted, or other code has made the entry.
     """
     key = EntryKey(Identity(Producer.ARTICULATE, entry.sha256), entry.cache_key)
     mesh, folder = Path(entry.source_path), library.root / entry.path
@@ -287,9 +287,10 @@ def outcome_of_entry(library: disk.Library, entry: Entry) -> ArticulateOutcome |
 
 
 def _kept_in_place_of(request: ArticulateRequest, key: EntryKey, new: NewResult) -> ArticulateOutcome | None:
-    """Return the outcome of an accepted asset that is better than a new result; None where that is to be published.
+    """Return the outcome of an accepted asset that is better than a new result, or None to publish the new one.
 
-    What a fault of this run or of the machine has rejected is tried again by the next run; other results are noted.
+    The reason is remembered for later runs, except if the new result was rejected because of a fault of this run or of
+    the machine: the next run tries that again.
     """
     library = disk.Library(request.out)
     accepted = None if request.anew else find_accepted(library.entries_of(key.identity), key.cache_key)
@@ -395,9 +396,9 @@ def publish_result(request: ArticulateRequest, result: ArticulateResult) -> Arti
 
 
 def _publish(request: ArticulateRequest, result: ArticulateResult, key: EntryKey) -> ArticulateOutcome:
-    """Write, check and publish an entry; where a check finds an error, it goes to `rejected`, with all its files.
+    """Write, check and publish an entry; if a check finds an error, it goes to `rejected`, with all its files.
 
-    What is in doubt is published as what is accepted, with a warning for each thing that a person has to decide. An
+    A doubtful asset is published like an accepted one, with a warning for each question that a person has to decide. An
     accepted asset of the same mesh that is better is kept instead.
     """
     library = disk.Library(request.out)

@@ -30,13 +30,13 @@ ITERATIONS = 20
 
 @dataclass(frozen=True)
 class Parts:
-    """What an engine is made of.
+    """Inputs from which an engine is made.
 
     Attributes:
-        models: of the kitchens, all of one structure. texts: MJCF of each, empty where they have pictures.
-        kitchen_of_world: (worlds,) which of them each world is.
+        models: of the kitchens, all of one structure. texts: MJCF of each, empty if they have pictures.
+        kitchen_of_world: (worlds,) index of each world's kitchen.
         sizes: nconmax, njmax, nccdmax and nvmax of a world, as in `batch.json`.
-        mounted: whether a robot stands on a mocap body, which a reset moves. ctrl: (nu,) what a reset sets it to.
+        mounted: whether a robot is on a mocap body, which a reset moves. ctrl: (nu,) values that a reset sets.
         device: name of it, such as `cuda:0` or `cpu`; None: the engine's own choice.
     """
 
@@ -61,18 +61,18 @@ class Engine(Protocol):
 
     @property
     def control(self) -> Any:
-        """What drives joints, where that is not in `data`."""
+        """The object with the joint controls: `data`, or a separate one if the engine does not keep them in `data`."""
 
     def reset(self, worlds: Ints, qpos: Floats, asleep: Ints, mounts: Floats) -> None:
         """Put worlds into states at rest.
 
         Args:
             worlds: (n,) their numbers. qpos: (n, nq). asleep: (n, trees of the kitchen) as MuJoCo's `tree_asleep`.
-            mounts: (n, 7) pose of the mocap body that a robot stands on: x, y, z (m), quaternion (w, x, y, z).
+            mounts: (n, 7) pose of the mocap body that carries a robot: x, y, z (m), quaternion (w, x, y, z).
         """
 
     def step(self, count: int) -> None:
-        """Step all worlds so many times."""
+        """Step all worlds `count` times."""
 
     @property
     def qpos(self) -> Floats:
@@ -126,7 +126,7 @@ ENGINES: dict[str, tuple[Callable[[], EngineMaker], str]] = {
 
 
 def engine_named(name: str) -> EngineMaker:
-    """What makes an engine. Raises UnknownId for another name, CasaError where it is not installed."""
+    """Return the maker of an engine. Raises UnknownId for an unknown name, CasaError if the engine is not installed."""
     if name not in ENGINES:
         raise UnknownId("engine", name, ENGINES)
     load, packages = ENGINES[name]
@@ -170,7 +170,7 @@ class MujocoEngine:
             mujoco.mj_forward(model, data)
 
     def step(self, count: int) -> None:
-        """Step all worlds so many times."""
+        """Step all worlds `count` times."""
 
         def step(world: int) -> None:
             mujoco.mj_step(self.model[world], self.data[world], nstep=count)

@@ -62,7 +62,7 @@ class MjxEngine:
         self.data = data.replace(**values)
 
     def step(self, count: int) -> None:
-        """Step all worlds so many times."""
+        """Step all worlds `count` times."""
         self.data = self._step(self.model, self.data, count)
 
     @property
@@ -82,13 +82,13 @@ class MjxEngine:
 
 
 def _steps(axes: Any, model: Any, data: Any, count: Any) -> Any:
-    """All worlds after so many steps."""
+    """Return the data of all worlds after `count` steps."""
     step = jax.vmap(mjx.step, in_axes=(axes, 0))
     return jax.lax.fori_loop(0, count, lambda _, state: step(model, state), data)
 
 
 def _anywhere(tree: Any) -> Any:
-    """The same arrays, bound to no device: what a user puts beside them is not either, and JAX compiles once."""
+    """Return the same arrays, bound to no device, like the arrays that a user adds: JAX then compiles only once."""
     return jax.tree.map(lambda array: jp.asarray(np.asarray(array)), tree)
 
 

@@ -107,7 +107,7 @@ class MujocoWarpEngine:
             array.assign(np.stack([placed[kitchen][number] for kitchen in parts.kitchen_of_world]).astype(np.float32))
 
     def step(self, count: int) -> None:
-        """Step all worlds so many times."""
+        """Step all worlds `count` times."""
         with wp.ScopedDevice(self._device):
             left = count
             if self._device.is_cuda and self._graph is None and left:

@@ -40,7 +40,7 @@ class NewtonEngine:
         self._free = _free_addresses(parts.models[0])
 
     def reset(self, worlds: Ints, qpos: Floats, asleep: Ints, mounts: Floats) -> None:
-        """Put worlds into states at rest; see `Engine`. What is at rest is not asleep."""
+        """Put worlds into states at rest; see `Engine`. Bodies at rest are not put to sleep."""
         rows = wp.array(worlds, dtype=int, device=self.data.joint_q.device)
         speeds = self.data.joint_qd.reshape((self._worlds, -1))
         assign_rows(self.data.joint_q.reshape((self._worlds, -1)), rows, self._turned(qpos, _TO_NEWTON))
@@ -48,7 +48,7 @@ class NewtonEngine:
         newton.eval_fk(self.model, self.data.joint_q, self.data.joint_qd, self.data)
 
     def step(self, count: int) -> None:
-        """Step all worlds so many times."""
+        """Step all worlds `count` times."""
         for _ in range(count):
             self.solver.step(self.data, self._after, self.control, None, self._timestep)
             self.data, self._after = self._after, self.data

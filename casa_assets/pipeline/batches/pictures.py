@@ -29,8 +29,8 @@ class PaintedMaterial(NamedTuple):
     """A material of a compiled model.
 
     Attributes:
-        values: of an MjsMaterial, its name among them: the same in two kitchens where the material is.
-        picture: that covers it, None where it is plain.
+        values: of an MjsMaterial, including its name: equal in two kitchens if the material is the same.
+        picture: its texture, or None if it is plain.
     """
 
     values: Mapping[str, Any]

@@ -38,10 +38,10 @@ class Robot:
     """A robot.
 
     Attributes:
-        make: a new MjSpec of it, for each kitchen one.
-        qpos, ctrl: of its first keyframe; without one as it is built, and zeros.
-        freedoms: of all its joints.
-        floats: its base has a free joint, so that it stands in the world and not on a body that a reset moves.
+        make: returns a new MjSpec of it, called once for each kitchen.
+        qpos, ctrl: of its first keyframe; if there is no keyframe, qpos as built, and zeros for ctrl.
+        freedoms: degrees of freedom of all its joints.
+        floats: its base has a free joint, so that it is placed in the world and not on a body that a reset moves.
     """
 
     make: Callable[[], mujoco.MjSpec]
@@ -127,9 +127,9 @@ def slots_for(structures: Sequence[Structure]) -> Slots:
 
 
 def _seated(structures: Sequence[Structure], found: Sequence[Sequence[Unit]]) -> list[list[Unit | None]]:
-    """For each structure its units of one kind in the order of places, None where it has none.
+    """Return, for each structure, its units of one kind in the order of places, None for places it does not fill.
 
-    One structure after the other, the largest first, is seated so that places grow by as few geoms as can be.
+    Structures are assigned one after the other, the largest first, so that places grow by as few geoms as possible.
     """
     places: list[Counter[tuple[int, GeomKind]]] = [Counter() for _ in range(max(map(len, found)))]
     seated: list[list[Unit | None]] = [[None] * len(places) for _ in structures]
@@ -213,7 +213,7 @@ class SharedSpec:
     """Writes a kitchen into the shared structure.
 
     Attributes:
-        spec: what is written. added: sort of thing -> name in the kitchen -> what stands for it.
+        spec: the MjSpec written so far. added: element type -> name in the kitchen -> the element added for it.
     """
 
     def __init__(self, kitchen: Kitchen, materials: Mapping[str, PaintedMaterial] | None = None) -> None:
@@ -356,7 +356,7 @@ class SharedSpec:
         )
 
     def _add_shapes(self, body: Any, slot: Slot, place: int, source: int | None) -> None:
-        """Add the geoms and sites of a body; those that the kitchen lacks stand in the middle of its largest geom."""
+        """Add the geoms and sites of a body; those that the kitchen lacks go to the centre of its largest geom."""
         geoms = {} if source is None else self._structure.geoms.get(source, {})
         sites = {} if source is None else self._structure.sites.get(source, {})
         middle: Floats = np.zeros(3)
@@ -417,7 +417,7 @@ class SharedSpec:
 
 
 def _emptied(spec: mujoco.MjSpec) -> mujoco.MjSpec:
-    """A kitchen without all that stands in it, and without its materials; options, sky and views stay."""
+    """Return a kitchen without its contents and materials; options, sky and views are kept."""
     # MjSpec takes milliseconds to delete one element, and there are more than a thousand.
     root = etree.fromstring(spec.to_xml())
     for element in [found for tag in _CONTENT for found in root.iterchildren(tag)]:
@@ -474,17 +474,17 @@ def share(
     numerics: Mapping[str, float] = MappingProxyType({}),
     textures: bool = False,
 ) -> list[SharedModel]:
-    """Batch forms in one structure.
+    """Return batch forms in one shared structure.
 
     Args:
         specs: of batch forms.
-        cylinders: False: each becomes a box as high with as large a section, for engines without contacts between
-            cylinders and boxes.
-        robot: stands on the body `robot_mount`, or in the world if its base is free; its names begin with `robot_`.
+        cylinders: False: replace each cylinder by a box of the same height and cross-section area, for engines without
+            contacts between cylinders and boxes.
+        robot: placed on the body `robot_mount`, or in the world if its base is free; its names begin with `robot_`.
         numerics: name of a custom number in the models -> its value.
         textures: each has the materials and pictures of all, so that its geoms can show any; else they are plain.
     Raises:
-        CasaError: a model has something that batch forms do not have, or the structures still differ.
+        CasaError: a model has an element that batch forms do not have, or the structures still differ.
     """
     kitchens = [_read(spec, cylinders) for spec in specs]
     slots = slots_for([kitchen.structure for kitchen in kitchens])
@@ -530,7 +530,7 @@ def _read(spec: mujoco.MjSpec, cylinders: bool) -> Kitchen:
 
 
 def _compiled(shared: SharedSpec, kitchen: mujoco.MjModel, is_plain: bool) -> SharedModel:
-    """What was written for a kitchen, compiled; `is_plain`: without pictures, so that MuJoCo can write its MJCF."""
+    """Compile the spec written for a kitchen; `is_plain`: without pictures, so that MuJoCo can write its MJCF."""
     model = shared.spec.compile()
     for name in _SHORTCUTS:
         getattr(model, name)[:] = 0
@@ -544,7 +544,7 @@ def _compiled(shared: SharedSpec, kitchen: mujoco.MjModel, is_plain: bool) -> Sh
 
 
 def addresses(model: mujoco.MjModel, joint: int) -> slice:
-    """Where the positions of a joint stand in qpos."""
+    """Return the slice of qpos with the positions of a joint."""
     first = int(model.jnt_qposadr[joint])
     return slice(first, first + (FREE_WIDTH if model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_FREE else 1))
 

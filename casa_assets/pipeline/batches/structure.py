@@ -1,4 +1,4 @@
-"""What of a model an engine cannot change from world to world: trees of joints, kinds of shapes, who touches whom."""
+"""Structure of a model that an engine cannot vary between worlds: trees of joints, kinds of shapes, contact pairs."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _BOUNDS = ("__ext_p0", "__ext_px", "__ext_py", "__ext_pz", "__int_p0", "__int_px
 
 
 class GeomKind(NamedTuple):
-    """What two geoms have in common that may take turns in one place of a model."""
+    """Properties that two geoms must share to take turns in one place of a model."""
 
     shape: int
     contype: int

@@ -61,7 +61,7 @@ class Part:
 
 
 def part(module: str, name: str) -> Part:
-    """The part of a module that a function or class at its top level uses. Raises LookupError if there is none."""
+    """Return the part of a module that a top-level function or class uses. Raises LookupError if it does not exist."""
     kept, address, digest = _kept(), f"{module}:{name}", scan(module).sha256
     row = kept.get(address)
     if row is None or row[0] != digest:
@@ -160,7 +160,7 @@ def _names(node: ast.AST) -> list[str]:
 
 
 def _globals(module: str, node: ast.stmt) -> list[str]:
-    """Names of its module that a top-level statement uses; local variables that are called the same are none."""
+    """Return the module-level names that a top-level statement uses, without local variables of the same names."""
     if not isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
         return _names(node)
     outer: list[ast.AST] = list(node.decorator_list)
@@ -391,10 +391,10 @@ def _address(made: CodeRef) -> tuple[str, str]:
 
 
 def _closure(starts: Iterable[str], homes: Iterable[str]) -> list[str]:
-    """Modules reached from some, themselves included, and the packages that these and `homes` stand in.
+    """Return the modules reachable from `starts`, themselves included, and the packages that contain these and `homes`.
 
-    Of a package that is only passed on the way to a module, the text counts and not what it imports in its turn: it
-    may make things when it is imported, but hands none of them to who imports a module below it.
+    A package that is only passed on the way to a module counts with its text, but not with its imports: it may create
+    objects when it is imported, but passes none of them to code that imports a module below it.
     """
     seen: set[str] = set()
     waiting = list(starts)
@@ -414,9 +414,9 @@ def _ancestors(module: str) -> Iterator[str]:
 
 
 def _data_files(texts: Iterable[Scan | Part]) -> tuple[str, ...]:
-    """Files of the package that are no Python, such as style sheets, and that some code names in text.
+    """Return files of the package that are not Python, such as style sheets, and that some code names in text.
 
-    What a template names is among them: the page that it extends, and the macros, styles and scripts that it takes in.
+    Files named by a template count too: the page that it extends, and the macros, styles and scripts that it includes.
     """
     paths = package_files().data
     waiting = {path for text in texts for name in text.words for path in paths.get(name, ())}

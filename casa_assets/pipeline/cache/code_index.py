@@ -1,7 +1,7 @@
 """Index of the source files of this package: digest, imports and the names of files in each, kept between runs.
 
-Reading and searching all sources takes a second. What was found in a file is kept in the cache folder beside the stamp
-of the file (times of change and size), and a file is read again only when its stamp differs.
+Reading and searching all sources takes a second. The results for a file are kept in the cache folder with the stamp of
+the file (times of change and size), and a file is read again only if its stamp differs.
 """
 
 from __future__ import annotations
@@ -41,12 +41,12 @@ _READS_REGISTRY = re.compile(r"\b(?:data_root|read_table_file|read_topmost|names
 
 @dataclass(frozen=True)
 class Scan:
-    """What the text of a module says.
+    """Facts read from the text of a module.
 
     Attributes:
         sha256: of the text. modules: of this package, that it imports or names in text. outside: other modules that it
-            imports. words: its short texts, among which are names of files. reads_registry: it reads files of
-            registry/, those that it names in text.
+            imports. words: its short texts, including names of files. reads_registry: it reads files of registry/,
+            those that it names in text.
     """
 
     sha256: str
@@ -72,7 +72,7 @@ class Files:
 
 
 def scan(module: str) -> Scan:
-    """What the text of a module of this package says. Raises LookupError if there is no such module."""
+    """Return the scan of a module of this package. Raises LookupError if there is no such module."""
     try:
         return _scans()[module]
     except KeyError:

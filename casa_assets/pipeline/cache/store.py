@@ -36,7 +36,7 @@ class Store:
         self._absent: tuple[type[Exception], ...] = (FileNotFoundError, zlib.error, *self._ignored)
 
     def get(self, key: str) -> bytes | None:
-        """The bytes put under a key (64 hex digits), or None if there are none or they are damaged."""
+        """Return the bytes stored under a key (64 hex digits), or None if they are missing or damaged."""
         path = self._path(key)
         try:
             data = zlib.decompress(path.read_bytes())
@@ -100,7 +100,7 @@ KEPT_IN = "remembered"  # folder of the cache
 
 
 def recall(*of: str) -> Any:
-    """The value that was remembered since anything changed; None if there is none."""
+    """Return the remembered value, or None if there is no value or it may be outdated because something has changed."""
     return kept_json(_place(of))
 
 

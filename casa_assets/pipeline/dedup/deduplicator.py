@@ -46,12 +46,12 @@ class Deduplicator:
         self._fresh_forms = ShapeIndex()
 
     def filter(self, results: Iterable[Result]) -> Iterator[Result]:
-        """The results, rejections at once and accepted ones in the order of their inputs, copies made rejections.
+        """Yield results, copies turned into rejections: rejections at once, accepted ones in the order of their inputs.
 
-        Nothing is published here: whoever takes a result has to publish it before asking for the next one.
+        Nothing is published here: the caller has to publish a result before asking for the next one.
 
         Args:
-            results: numbered from 0 without gaps, in any order. What comes after a missing number is judged at the end.
+            results: numbered from 0 without gaps, in any order. Results after a missing number are judged at the end.
         """
         finished: dict[int, Result | None] = {}
         next_number = 0
@@ -139,9 +139,9 @@ class Deduplicator:
                 self._forms.add(row.signature.shape)
 
     def _is_settled(self, folder: Path) -> bool:
-        """True if an earlier run compared an asset with all others, and it is no copy of one of them.
+        """Return whether an earlier run compared an asset with all others, and it is no copy of one of them.
 
-        What has form, size and colours of another one was kept on purpose, and is judged anew.
+        An asset with the form, size and colours of another one was kept on purpose, and is judged again.
         """
         return self._digests.get(folder, "") in self._compared
 

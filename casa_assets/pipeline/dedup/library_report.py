@@ -46,8 +46,9 @@ class LibraryReport(Record):
     """Content of library.json.
 
     Attributes:
-        report: the checks on all assets together. weights: name of the CLIP weights, empty where there were none.
-        seen: id -> what an asset looks like. looks: pairs of ids whose pictures are near each other, and the cosine.
+        report: the checks on all assets together. weights: name of the CLIP weights, empty if CLIP was not used.
+        seen: id -> result of comparing its pictures with all categories. looks: pairs of ids with similar pictures, and
+            their cosine.
     """
 
     schema_version: Literal[1, 2] = 2
@@ -112,7 +113,7 @@ def object_rows(rows: Sequence[AssetRow]) -> list[AssetRow]:
 
 
 def read_library_report(root: Path) -> LibraryReport | None:
-    """Read library.json of a library; None where there is none, or a damaged one, which is made anew."""
+    """Read library.json of a library; None if it is missing or damaged, so that it has to be made again."""
     try:
         return LibraryReport.model_validate_json((root / NAME).read_text(encoding="utf-8"))
     except (OSError, ValidationError, ValueError):

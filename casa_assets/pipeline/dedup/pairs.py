@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 
 def signature(asset: Asset) -> Signature | None:
-    """Form and colours of all that is seen of an asset, joints at zero; None where nothing with an area is."""
+    """Return the shape and colours of all visible geometry of an asset, joints at zero; None if nothing has an area."""
     try:
         return Signature(shape=shape_descriptor(*surface(asset)), color=color_histogram(asset))
     except DegenerateShape:
@@ -64,9 +64,9 @@ class AssetRow:
     """One accepted asset.
 
     Attributes:
-        id, category: of the asset. folder: where it stands. path, sha256: of its source.
-        digest: of the asset with its meshes and pictures. extents: of the box around it, metres.
-        signature: None where it has none. from_numbers: a family built it.
+        id, category: of the asset. folder: of its entry. path, sha256: of its source.
+        digest: of the asset with its meshes and pictures. extents: of its bounding box, metres.
+        signature: None if it has no visible geometry. from_numbers: a family built it.
     """
 
     id: str
@@ -92,7 +92,7 @@ def read_rows(library: disk.Library) -> Iterator[AssetRow]:
 
 
 def read_row(folder: Path) -> AssetRow:
-    """The asset that stands in a folder. Raises OutputError where it is damaged."""
+    """Return the row of the asset in a folder. Raises OutputError if it is damaged."""
     return row_of(disk.read_manifest(folder))
 
 
@@ -127,11 +127,11 @@ MOST_OUTSIDE, NEWEST_SHARE = 2000, 0.25
 
 
 class ShapeIndex:
-    """Shape descriptors that come one by one, among which the few that are similar to a given one are found quickly.
+    """Shape descriptors, added one by one, with a fast search for the few that are similar to a given one.
 
-    Each is a point of few numbers whose largest difference is no more than the distance of the descriptors. Most points
-    lie in a k-d tree; the newest, which no tree holds yet, are looked through one by one. A tree is built anew
-    whenever they have become too many.
+    Each is reduced to a point of few numbers; the largest difference of two points is at most the distance of their
+    descriptors. Most points are in a k-d tree; the newest, which are not in the tree yet, are searched linearly. The
+    tree is built again whenever there are too many of these.
     """
 
     def __init__(self, descriptors: Iterable[ShapeDescriptor] = ()) -> None:
@@ -220,7 +220,7 @@ def _registration_error(one: AssetRow, other: AssetRow, store: Store) -> tuple[f
 
 @lru_cache(maxsize=32)
 def _cloud(folder: Path, digest: str) -> SampledSurface:
-    """The surface of the asset in a folder; the digest tells what stood there before from what stands there now."""
+    """Return the sampled surface of the asset in a folder; `digest` is part of the key of the `lru_cache`."""
     from casa_assets.geometry.mesh.registration import sampled_surface
 
     return sampled_surface(*surface(library_files.read_asset(folder)))

@@ -31,12 +31,12 @@ BY_CATEGORY, BY_CLASS, BY_SOURCE = 1.0, 0.6, 0.5
 
 @dataclass(frozen=True)
 class SearchHit:
-    """An asset that fits.
+    """An asset that matches a search.
 
     Attributes:
-        id, category: of the asset. folder: where it stands.
-        score: how well it fits; a cosine by pictures, a sum over the words else, 0 without words.
-        reason: why, in words. entry: of the asset, where the search was by words or conditions.
+        id, category: of the asset. folder: of its entry.
+        score: how well it matches: a cosine in searches by pictures, else a sum over the words, 0 without words.
+        reason: why, in words. entry: of the asset, if the search was by words or conditions.
     """
 
     id: str
@@ -49,7 +49,7 @@ class SearchHit:
 
 @dataclass(frozen=True)
 class Found:
-    """What a search found. hits: the best ones. count: how many fit in all."""
+    """Result of a search. hits: the best ones. count: number of all matches."""
 
     hits: list[SearchHit]
     count: int

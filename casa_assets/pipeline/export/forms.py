@@ -123,7 +123,7 @@ def check_replaceable(out: Path, required: Collection[str], allowed: Collection[
 
 @contextmanager
 def staging(out: Path) -> Iterator[Path]:
-    """A staging folder beside `out`, removed at the end; what killed runs have left there is removed first."""
+    """Yield a staging folder next to `out`, removed at the end; leftovers of killed runs are removed first."""
     out.parent.mkdir(parents=True, exist_ok=True)
     for leftover in sorted(out.parent.iterdir()):
         match = re.fullmatch(re.escape(f".{out.name}.") + r"(\d+)(\.old)?", leftover.name)
@@ -369,7 +369,7 @@ def export_in_parallel(
 
 
 def measures_of(kitchen: KitchenRequest, scene: Scene) -> dict[str, Any]:
-    """Mass in kg of all that stands in a kitchen, without walls and floor, and size of the room in metres."""
+    """Return the mass in kg of everything in a kitchen but walls and floor, and the size of the room in metres."""
     (x0, y0), (x1, y1) = kitchen.room.bounds()
     assets = scene.asset_of
     standing = [assets[place.name] for place in scene.placements if place.layer is not Layer.ROOM]
@@ -380,7 +380,7 @@ def measures_of(kitchen: KitchenRequest, scene: Scene) -> dict[str, Any]:
 
 
 def export_one(recipe: SceneRecipe, export: Export[R], failed: Failed[R], root: Path, cache: Path) -> R:
-    """Export one scene; what is wrong with it is told in the result."""
+    """Export one scene; errors are reported in the result."""
 
     def make() -> R:
         done = export(recipe, root, cache)

@@ -129,7 +129,7 @@ def export_kitchen(recipe: SceneRecipe, root: Path, cache: Path, states: Path | 
 
 
 def _states_of(recipe: SceneRecipe, folder: Path) -> StartStates:
-    """The start states of a scene that stands in a folder of its own, made by today's code."""
+    """Return the start states of a scene that has a separate folder. Raises CasaError if they are of an older build."""
     found = read_states(folder)
     if not is_whole(folder, scene_key(recipe)) or digest_of_file(folder / SCENE_XML) != found.scene_xml:
         raise CasaError(
@@ -194,9 +194,9 @@ class ExportResult:
     """Outcome of the export of one asset.
 
     Attributes:
-        id, category: of the asset. model: path of its model.xml below the export, empty where it was left out.
+        id, category: of the asset. model: path of its model.xml below the export, empty if it was left out.
         split: train or test. message: why it was left out. total: assets of the library.
-        size: along x, y and z, metres; None where it was left out.
+        size: along x, y and z, metres; None if it was left out.
     """
 
     id: str
@@ -390,7 +390,7 @@ def _splits(instances: Sequence[entries.Instance]) -> Mapping[str, list[str]]:
 
 
 def _readme(run: _Export) -> str:
-    """What the folder holds and how to use it; kitchens first where there are any."""
+    """Return the README of the folder: its contents and how to use them; kitchens first if there are any."""
     parts = ([_readme_of_kitchens(run)] if run.kitchens else []) + ([_readme_of_objects(run)] if run.instances else [])
     return "\n".join(parts)
 

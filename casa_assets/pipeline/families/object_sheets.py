@@ -42,11 +42,11 @@ class DrawnMember:
 def draw_members(
     name: str, cache: Path, count: int, seed: int, size_px: int, models: Path | None = None
 ) -> list[DrawnMember]:
-    """The first members of a category.
+    """Return the first members of a category, with pictures.
 
     Args:
         cache: folder of the store that keeps pictures of finishes. size_px: of a picture. models: folder for their
-            models; None: there are none.
+            models; None: no models are written.
     Raises:
         UnknownId: there is no such category. OutputError, NoRenderer: it cannot be drawn or written.
     """

@@ -87,7 +87,7 @@ def check_member(asset: Asset, category: Category, cache: Path) -> Report:
 
 
 def printed_lines(asset: Asset, cache: Path) -> dict[str, tuple[PrintedLine, ...]]:
-    """Id of each material with a label -> the brand and the first word where they stand in its picture.
+    """Return the printed lines of each material with a label, by its id: brand and first word, placed in its picture.
 
     Args:
         cache: folder of the store that keeps them.

@@ -108,9 +108,9 @@ class FamilyResult:
     """Outcome of building one member of a family.
 
     Attributes:
-        asset_id, folder: empty where building failed.
-        report: of all checks; None where building failed.
-        message: why it failed. is_fault: the program is to blame; then that is a trace.
+        asset_id, folder: empty if building failed.
+        report: of all checks; None if building failed.
+        message: why it failed. is_fault: the failure is a bug in the program; then `message` is a traceback.
         is_kept: an earlier run, or an earlier member of the same numbers, has put it there; then nothing was measured.
         build_s, write_s, draw_s, check_s: wall seconds. cpu_s: processor seconds of all of it. size_bytes: of the
             folder.
@@ -156,7 +156,7 @@ def requests_for(names: Sequence[str], samples: int, seed: int, presets: bool) -
 
 
 def object_requests(names: Sequence[str], count: int, seed: int) -> list[FamilyRequest]:
-    """The first draws of each category of objects; of all where none is named. Raises UnknownId."""
+    """Return the first draws of each category of objects, of all categories if `names` is empty. Raises UnknownId."""
     for name in names:
         object_family(name)
     chosen = names or object_names()
@@ -212,7 +212,7 @@ def _code_key(name: str, form: str) -> str:
 
 
 def _plugin(name: str, form: str) -> LoadedPlugin | None:
-    """The plug-in that a family, or a form of objects, is of; None where it is of the package."""
+    """Return the plug-in that a family, or a form of objects, belongs to; None if it belongs to this package."""
     owner = plugin_forms().get(form) if form else plugin_families().get(name)
     return None if owner is None else owner[0]
 
@@ -236,9 +236,9 @@ def category_of_family(member_family: Family[Any]) -> Category:
 
 
 def build_one(request: FamilyRequest, library: Path, checked: bool = True, drawn: bool = True) -> FamilyResult:
-    """Build, write and check one member; its folder is put in the library where it passes, or left out.
+    """Build, write and check one member; its folder is put in the library if it passes, and left out otherwise.
 
-    A fault of a family is told in `message`, so that the others go on. Starts no process.
+    A fault of a family is reported in `message`, so that the others go on. Starts no process.
 
     Raises:
         OutputError: the library cannot be written to. NoRenderer: this machine cannot draw.
@@ -326,12 +326,12 @@ def summary(results: Sequence[FamilyResult]) -> list[tuple[str, ...]]:
 def build_all(
     wanted: Sequence[FamilyRequest], library: Path, jobs: Workers = 0, drawn: bool = True
 ) -> Iterator[FamilyResult]:
-    """Members in the order in which they are done, each built in a worker; then the reports of the library are written.
+    """Yield members as they are finished, each built in a worker; then the reports of the library are written.
 
-    What an earlier run has put there under the same key is told first and stays as it is.
+    Members that an earlier run has built under the same key are yielded first and stay unchanged.
 
     Args:
-        wanted: what to build. library: folder, made where it is missing. jobs: processes; 0 for one per core.
+        wanted: members to build. library: folder, created if it is missing. jobs: processes; 0 for one per core.
     Raises:
         OutputError: the library is held by another run or cannot be written.
         CasaError: see run_batch.

@@ -74,7 +74,7 @@ class SurveyTable:
         self.keep(fresh)
 
     def find(self, found: Found) -> Survey | None:
-        """What an earlier run found out, where every file is as it was then."""
+        """Return the survey of an earlier run if no file has changed since, or None otherwise."""
         text = self._kept.get(self._key(found))
         if text is None or found.is_model:
             return None
@@ -122,9 +122,10 @@ class SurveyTable:
 
 
 def _has_settled(state: str, newest_ns: int) -> bool:
-    """True for a state that tells any later change; of a file, its last one was before a time in ns since 1970.
+    """Return whether any later change of a file or object would change its state.
 
-    A store tells of each object by a tag or time of its own, or by nothing.
+    A file qualifies if its last change was before `newest_ns`, a time in ns since 1970. A store gives each object a tag
+    or a time, or nothing that would change with it.
     """
     if not state or state.startswith("store "):
         return True
@@ -181,7 +182,7 @@ class WorkerAnswers:
     show_work: Callable[[str], None] | None = None
 
     def things(self, found: Sequence[Found]) -> dict[int, HeldThings]:
-        """See Answers. A file that cannot be read holds none, which its survey tells."""
+        """See Answers. A file that cannot be read holds none; its survey reports the error."""
         jobs = [(one, self.limits) for one in found]
         answers = self.pool.run("casa_assets.pipeline.ingest.split:things_held", jobs)
         return {number: answer for number, answer in answers if isinstance(answer, HeldThings)}

@@ -136,15 +136,15 @@ def roots_of(words: Sequence[str | Path], library: Path) -> tuple[list[Path | St
 
 
 def is_of_plugin(address: str) -> bool:
-    """True for an address whose scheme a plug-in has; a path that is there is none."""
+    """Return whether an address has a scheme of a plug-in. An existing path is no such address."""
     scheme, colon, _ = address.partition(":")
     return bool(colon) and scheme in sources() and not Path(address).exists()
 
 
 def fetch(address: str, library: Path) -> Path | Refused:
-    """The folder with what is at an address of a plug-in; where that fails, the address as an input that was rejected.
+    """Return the folder with the files at a plug-in's address, or the address as a rejected input if fetching fails.
 
-    What an earlier run fetched with the same code is kept.
+    Files that an earlier run fetched with the same code are kept.
     """
     plugin, source = sources()[address.partition(":")[0]]
     key = hashlib.sha256(f"{address}\0{plugin.digest}".encode()).hexdigest()[:16]

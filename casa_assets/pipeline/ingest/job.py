@@ -52,10 +52,10 @@ class Outcome:
     """Outcome of the work on one input.
 
     Attributes:
-        accepted: or rejected, and then code and says. warnings: of an accepted one.
-        staged: the finished entry in the staging folder, for the parent to publish; None where there is none.
-        trace: where a fault of ours lies; told once, not kept.
-        manifest: of the staged entry of an accepted asset, where it was read already, so that it is not read again.
+        accepted: False if rejected; then `code` and `message` say why. warnings: of an accepted one.
+        staged: the finished entry in the staging folder, for the parent to publish; None if there is no such entry.
+        trace: traceback of a bug in this program; reported once, not kept.
+        manifest: of the staged entry of an accepted asset, if it was read already, so that it is not read again.
     """
 
     accepted: bool
@@ -83,17 +83,17 @@ class RunAborted:
 
 @dataclass(frozen=True)
 class Event:
-    """One input is done with.
+    """The work on one input is done.
 
     Attributes:
         kind: accepted, review (accepted, and a person has something to decide), rejected, or kept (was there already).
-            What is kept because it is better than the result of this run has the reason as its message.
-        decision: the first three of these, of what was kept too. total: inputs of the run.
+            If an asset is kept because it is better than the result of this run, `message` says why.
+        decision: accepted, in review or rejected; also known for kept entries. total: inputs of the run.
         path: of the input. asset_id: its name in the library.
         code: of a rejection. message: of a rejection, or why an accepted asset is kept. warnings: of an accepted one.
-        count: inputs that it stands for: the many rows of a manifest that are only counted are told of at once.
-        folder: of its entry; None for inputs that have none of their own, such as rows of a manifest.
-        summary: numbers of an asset, made now or before; None where there is none.
+        count: number of inputs it covers: rows of a manifest that are only counted are reported in one event.
+        folder: of its entry; None for inputs without a separate entry, such as rows of a manifest.
+        summary: numbers of an asset, made now or before; None if there is no asset.
     """
 
     kind: str
@@ -125,7 +125,7 @@ class Event:
 
     @property
     def to_decide(self) -> tuple[str, ...]:
-        """What a person has to decide, such as `scale`."""
+        """Subjects that a person has to decide, such as `scale`."""
         return subjects_to_decide(self.warnings)
 
 
@@ -135,10 +135,10 @@ class Result:
 
     Attributes:
         number: its place among the inputs of the run that could be read.
-        job: the input. outcome: what a worker, or an earlier run, says of it.
-        folder: of an accepted asset: in the staging folder, or, where it was kept, in the library.
+        job: the input. outcome: the verdict of a worker, or of an earlier run.
+        folder: of an accepted asset: in the staging folder, or, if it was kept, in the library.
         is_kept: the library holds this outcome already.
-        twin: folder, relative to the library, of the asset that it is a copy of; empty where it is none.
+        twin: folder, relative to the library, of the asset that it is a copy of; empty if it is no copy.
     """
 
     number: int
@@ -184,7 +184,7 @@ def limits_in_key(limits: Mapping[str, float]) -> dict[str, float]:
 
 
 def with_overrides(key: str, override: UserOverride) -> str:
-    """The cache key of an input about which a person decided something: another decision makes it anew."""
+    """Return the cache key of an input with a person's decisions: a changed decision makes the result again."""
     return key if override.is_empty else digest_of(key, override.digest)
 
 

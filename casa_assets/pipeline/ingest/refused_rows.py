@@ -91,7 +91,7 @@ class RefusedRows:
                 yield file.path, code, count
 
     def write(self, is_looked_at: Callable[[str], bool]) -> None:
-        """Write the file anew, by one rename. Files that this run did not look at keep their lines.
+        """Replace the file by one rename. Files that this run did not look at keep their lines.
 
         Args:
             is_looked_at: True for a file, as its source calls it, that the run looked at.

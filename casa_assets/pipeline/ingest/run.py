@@ -79,19 +79,19 @@ class Options:
     Attributes:
         library: output folder. category: id for all inputs, or empty.
         jobs: processes at once (0: one per core), or a Ray cluster.
-        seconds: processor time for one input, with all that is started for it; 0: what registry/limits.yaml says.
+        seconds: processor time for one input, with all that is started for it; 0: the value of registry/limits.yaml.
         memory_bytes: memory of one input; 0: the same.
         guards: limits on inputs that this run sets in place of those in registry/limits.yaml, by their names there.
-        weights: of CLIP, see pipeline.clip; empty: nobody looks at the pictures.
-        keep_duplicates: what has the form, size and colours of another asset stays too.
-        split: a file that holds several things becomes one asset of each.
-        again: codes of rejections, and subjects of review such as `scale`: what the library has for one of them is
-            worked on again, whatever else is kept. only: the same, and all other inputs are left out.
+        weights: of CLIP, see pipeline.clip; empty: pictures are not checked.
+        keep_duplicates: keep assets with the form, size and colours of another asset, too.
+        split: a file that holds several objects becomes one asset for each.
+        again: codes of rejections, and subjects of review such as `scale`: entries of the library that have one of them
+            are worked on again; all others are kept. only: the same, and all other inputs are left out.
         force: work on all inputs again, and replace accepted assets also by results that are in review or rejected.
         dry_run: say what would become of each input, and write nothing.
         shard: work on the inputs of this part of the run alone, for `shards.merge`; None: on all. Copies stay: which
             of two is the first is known once all inputs are there.
-        refused: inputs that are rejected without being looked for, beside those under the roots.
+        refused: inputs that are rejected without being looked for, in addition to those under the roots.
     """
 
     library: Path
@@ -136,10 +136,10 @@ class _Run:
     """State of one run: its inputs, the work to be done, and the refusals that have no bytes.
 
     Attributes:
-        library: what is written to. before: the one that holds what earlier runs made; they differ in a dry run alone.
-        table: the entries of that one as the run begins. left_out: numbers of inputs that this run leaves as they are,
-            and tells nothing of. steps: inputs that could be read, in their order: what is to
-            be done, or an accepted asset that is there. older: folders of the entries of `before`, see `by_input`.
+        library: written to. before: the library with the results of earlier runs; they differ in a dry run only.
+        table: the entries of `before` as the run begins. left_out: numbers of inputs that this run leaves as they are
+            and does not report. steps: inputs that could be read, in their order: a job to do, or an accepted asset
+            that exists already. older: folders of the entries of `before`, see `by_input`.
     """
 
     library: disk.Library
@@ -253,7 +253,7 @@ def open_library(library: disk.Library, stack: ExitStack) -> None:
 def _recorder(
     library: disk.Library, table: EntryTable, roots: Sequence[Path | StoreRoot], options: Options
 ) -> Recorder | None:
-    """What narrows the run to its shard; None where it works on all inputs. Raises OutputError, see Recorder."""
+    """Return the recorder that limits the run to its shard, or None for a run on all inputs. Raises OutputError."""
     if options.shard is None:
         check_is_no_shard(library)
         return None
@@ -286,11 +286,11 @@ def ingest_inputs(
     options: Options,
     is_looked_at: Callable[[str], bool],
 ) -> Generator[Event, None, None]:
-    """Work on all inputs; yields an Event for each, as it is done with.
+    """Work on all inputs; yields an Event for each when it is done.
 
     Args:
-        library: what is written to. table: entries of the library that holds what earlier runs made: in a dry run it
-            is another one. answers: tell of the inputs what the run asks, and make the assets.
+        library: written to. table: entries of the library with the results of earlier runs: a different one in a dry
+            run. answers: answer the run's questions about the inputs, and make the assets.
         is_looked_at: True for a file, as its source calls it, that the inputs were searched in.
     """
     before = library if table.root == library.root else disk.Library(table.root)
@@ -356,7 +356,7 @@ def _taken_apart(library: disk.Library, found: Sequence[Found], answers: Answers
 
 
 def _survey(run: _Run, answers: Answers, options: Options) -> Generator[Event, None, None]:
-    """Digest every input, tell the same bytes, and yield an event for all that are rejected before any work."""
+    """Digest every input, detect inputs with the same bytes, and yield an event for all rejected before any work."""
     inputs = run.found
     surveys = {
         number: run.heard(without_states(answer) if isinstance(answer, Survey) else answer)
@@ -432,7 +432,7 @@ def _results(run: _Run, answers: Answers, replaces_accepted: bool) -> Iterator[R
 
 
 def _kept_before(run: _Run, job: Job, entries: Sequence[Path]) -> Result | None:
-    """The accepted asset that an earlier run kept in place of what it made under this key; None where there is none."""
+    """Return the accepted asset that an earlier run kept in place of its result under this key, or None."""
     accepted = find_accepted(entries, job.cache_key)
     if accepted is None:
         return None
@@ -466,7 +466,7 @@ def _kept_result(run: _Run, result: Result, accepted: AcceptedAsset, reason: str
 
 
 def _publish_outcome(run: _Run, result: Result) -> Event:
-    """Publish what was decided about an input, and tell of it."""
+    """Publish the decision on an input, and return its event."""
     job, outcome, library = result.job, result.outcome, run.library
     identity = Identity(Producer.INGEST, job.survey.sha256)
     # Entries that a dry run knows of stand in another library, and nothing is taken away there.

@@ -23,9 +23,10 @@ class HeldThings:
 
 
 def things_held(job: tuple[Found, Mapping[str, float]]) -> HeldThings | None:
-    """The things of an input; None where it cannot be read, which the survey of the run tells.
+    """Return the separate objects of an input, or None if it cannot be read, which the survey of the run reports.
 
-    What is more probably one thing is left whole: the boards of a shelf and the legs of a table are none.
+    None too if the input is more probably one object: the boards of a shelf and the legs of a table are not separate
+    objects.
     """
     # Here, since most runs take nothing apart, and this loads slowly.
     from casa_assets.ingest.things.signs import guess_of_things

@@ -40,11 +40,11 @@ class BuildContext(Record):
 
     Attributes:
         asset_id: name of the result. sha256: of the bundle.
-        source: the source's own words. category, classes, substance: what the registry says of its kind.
+        source: the source's own words. category, classes, substance: registry data on its kind.
         limits: numbers of registry/limits.yaml that the stages read.
-        override: what a person decided about this input.
+        override: a person's decisions about this input.
         failed_ups: ways up in which it was built before and failed.
-        kind: the guess of the category; None where it was not guessed.
+        kind: the guess of the category; None if it was not guessed.
     """
 
     asset_id: str
@@ -213,11 +213,11 @@ def build_asset(
     store: Store | None = None,
     failed_ups: tuple[str, ...] = (),
 ) -> tuple[Asset, tuple[Issue, ...]]:
-    """An asset from a bundle with the guess of its category, and warnings, those on doubtful guesses among them.
+    """Build an asset from a bundle with a surveyed category; return it with warnings, including doubtful guesses.
 
     Args:
         survey: category of the bundle. store: keeps results of stages; None: nothing is kept.
-        failed_ups: ways up, as its guesses tell them, in which it was built before and failed.
+        failed_ups: ways up, as in the asset's guesses of `up_axis`, in which it was built before and failed.
     Raises:
         Rejected: a stage cannot accept its input.
     """

@@ -35,7 +35,7 @@ class Survey:
 
 
 def state_of(path: str) -> str:
-    """State of a file or folder that changes whenever it is written anew; empty where there is none.
+    """Return the state of a file or folder, which changes whenever it is written again; empty if it does not exist.
 
     Args:
         path: on the disk, or the address of an object on a store, see `stores.folder.state_at`.

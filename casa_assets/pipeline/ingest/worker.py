@@ -1,4 +1,4 @@
-"""One input from its bytes to a finished entry in the staging folder; runs in a child process of its own."""
+"""Make a finished entry in the staging folder from the bytes of one input; runs in a separate child process."""
 
 from __future__ import annotations
 
@@ -126,7 +126,7 @@ def _built(job: Job, bundle: Bundle, category: Category, library: disk.Library) 
 
 
 def _picture(bundle: Bundle, staged: Path, limits: Mapping[str, float]) -> bytes | None:
-    """Picture of a rejected asset, or of the raw mesh where there is none yet; None where neither can be drawn."""
+    """Return a picture of a rejected asset, or of the raw mesh if it has none yet; None if neither can be drawn."""
     drawn = staged / "preview.png"
     if drawn.exists():
         return drawn.read_bytes()

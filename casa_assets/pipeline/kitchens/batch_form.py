@@ -1,4 +1,4 @@
-"""Make the batch form of kitchens: scene_batch.xml and batch.json beside each, checked."""
+"""Make the batch form of kitchens: scene_batch.xml and batch.json in the folder of each, with checks."""
 
 from __future__ import annotations
 
@@ -42,11 +42,11 @@ SHAPES, PAIRS = "batch_shapes", "batch_pairs"
 
 @dataclass(frozen=True)
 class BatchRequest:
-    """What a batch form keeps.
+    """Options of a batch form: which joints and how many collision primitives it keeps.
 
     Attributes:
-        words: of the joints that stay, where there is room for them.
-        primitives: at most that touch anything; None: as many as check BAT002 allows.
+        words: kinds of joints that are kept, as far as there is room for them.
+        primitives: maximum number of primitives that can touch anything; None: as many as check BAT002 allows.
     """
 
     words: tuple[JointWord, ...] = tuple(JointWord)
@@ -113,7 +113,7 @@ def batch_key(recipe: SceneRecipe, request: BatchRequest) -> str:
 
 
 def read_batch(folder: Path) -> BatchFile | None:
-    """Content of batch.json of a scene; None where it is not there, damaged or of another version."""
+    """Return the content of a scene's batch.json, or None if it is missing, damaged or of another version."""
     try:
         return BatchFile.model_validate_json((folder / BATCH_JSON).read_bytes())
     except (OSError, ValidationError):
@@ -121,7 +121,7 @@ def read_batch(folder: Path) -> BatchFile | None:
 
 
 def _judged(form: BatchScene, folder: Path, key: str) -> BatchFile:
-    """What batch.json says of a form that was written."""
+    """Check a written batch form and return the content of its batch.json."""
     records, subject = registry.load(), BatchSubject(form, folder)
     name = form.scene.id
     waived = records.waived(name)

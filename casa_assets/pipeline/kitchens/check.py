@@ -1,4 +1,4 @@
-"""Run every check of a scene and write the report beside its files."""
+"""Run every check of a scene and write the report into its folder."""
 
 from __future__ import annotations
 

@@ -68,7 +68,7 @@ def is_drawn(folder: Path, key: str) -> bool:
 
 
 def _scene_json_field(folder: Path, name: str) -> Any:
-    """A member of scene.json; None where it is not there or cannot be read."""
+    """Return a member of scene.json, or None if it is missing or the file cannot be read."""
     try:
         facts = json.loads((folder / SCENE_JSON).read_text(encoding="utf-8"))
     except (OSError, ValueError):

@@ -29,12 +29,12 @@ REACH_STEPS, MIN_SHARE = 61, 0.5
 
 
 class LibraryPresets(Mapping[str, Mapping[str, Any]]):
-    """What layouts ask of the assets in the libraries of the project in use, by id; one is read when it is asked for.
+    """Sizes and properties, by id, of the assets in the libraries of the project in use, as layouts need them.
 
-    Width, depth and height are of what an asset takes up without its handles, `size` is the larger of the first two,
-    `level` the height of the face that it works at, `sweep` how far its doors reach beside it as they turn, `drop` how
-    far its flaps and their handles hang below it as they open, metres; `category`; `base`; and `stands`, whether it
-    does by itself.
+    An asset is read when it is first asked for. Keys of each entry, lengths in metres: `width`, `depth` and `height` of
+    the asset without its handles; `size`, the larger of width and depth; `level`, the height of its working surface;
+    `sweep`, how far its doors reach past its sides as they turn; `drop`, how far its flaps and their handles hang below
+    it as they open; `category`; `base`; and stands: True if it can stand by itself.
     """
 
     def __getitem__(self, name: str) -> Mapping[str, Any]:
@@ -77,7 +77,7 @@ def _sizes(name: str) -> Mapping[str, Any]:
 
 
 def _sweep(asset: Asset, middle: float, width: float) -> float:
-    """How far what turns about an upright axis reaches beside the box of an asset at most, metres."""
+    """Return how far parts that turn about an upright axis reach past the sides of an asset's box at most, metres."""
     outlines = AssetOutlines(asset)
     doors = filter(_is_upright, asset.joints)
     reached = (float(np.abs(outlines.swept_points(joint)[..., 0] - middle).max()) for joint in doors)
@@ -93,11 +93,11 @@ def _drop(asset: Asset, foot: float) -> float:
 
 @read_once
 def library_asset(name: str) -> Asset:
-    """The asset of that id, as its library has it.
+    """Return the asset with that id, as it is in its library.
 
     Raises:
-        UnknownId: there is none; with the nearest names.
-        OutputError: it cannot be read, or is not what was checked when it was made.
+        UnknownId: no library has this id; names the nearest ones.
+        OutputError: the asset cannot be read, or differs from the one that was checked when it was made.
     """
     folders = _folders()
     if name not in folders:
@@ -111,9 +111,10 @@ def library_asset(name: str) -> Asset:
 
 
 def placed_asset(choice: PresetChoice) -> Asset:
-    """The asset of a choice as it stands in a kitchen: scaled, free or fixed, its doors kept from reaching too far.
+    """Return the chosen asset as it is placed in a kitchen: scaled, free or fixed, with limited door angles.
 
-    What differs from the library's has an id of its own, `<category>_fitted_<digits>`, and notes in its provenance.
+    An asset that differs from the one in the library gets a separate id, `<category>_fitted_<digits>`, and notes in its
+    provenance.
 
     Raises:
         UnknownId, OutputError: as `library_asset`.
@@ -145,7 +146,7 @@ def _note(subject: str, value: str, reason: str) -> Guess:
 
 
 def _within_reach(asset: Asset, reach: float) -> Asset:
-    """An asset the doors of which open no wider than they reach so far beside its box, metres."""
+    """Return an asset whose doors open only as far as they stay within `reach` metres of the sides of its box."""
     (middle, *_), (width, *_) = box_of(asset)
     outlines, joints = AssetOutlines(asset), []
     for joint in asset.joints:

@@ -74,11 +74,11 @@ KEPT_PICTURES = 64
 
 @dataclass(frozen=True)
 class _Covering:
-    """What shows one finish in a model.
+    """The parts of a model that show one finish.
 
     Attributes:
-        materials, pictures, meshes: numbers in the model.
-        tile_m: true size of the picture that the model was compiled with, metres.
+        materials, pictures, meshes: their numbers in the model.
+        tile_m: true size of the picture that the model was compiled with, in metres.
         coordinates: mesh -> (N, 2) texture coordinates that it was compiled with.
     """
 
@@ -106,9 +106,9 @@ class SurfaceTextures:
         self._changed: set[str] = set()
 
     def show(self, textures: Mapping[str, str]) -> None:
-        """Put other pictures on surfaces, at their true size; those that are not named stay as they are.
+        """Replace the pictures of the named surfaces, at their true size. Other surfaces keep theirs.
 
-        A renderer that was made before has to be told by `upload`.
+        A renderer that already exists has to be updated with `upload`.
 
         Args:
             textures: texture by surface: wall, floor, counter, cabinet.
@@ -128,7 +128,7 @@ class SurfaceTextures:
             self._changed.add(surface.value)
 
     def upload(self, renderer: mujoco.Renderer) -> None:
-        """Tell a renderer what changed since the last upload, some ten times as fast as making it anew."""
+        """Upload the changes since the last call to a renderer: about ten times as fast as creating a new renderer."""
         # MuJoCo's Renderer has no public door to its context, in any version from 3.3 to 4.0.
         context = renderer._mjr_context
         if renderer._gl_context is not None:

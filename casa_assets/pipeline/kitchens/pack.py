@@ -1,8 +1,7 @@
-"""Pack a scene and all that it names into one file, a ZIP or a USDZ, that loads on any machine by itself.
+"""Pack a scene and all files that it refers to into one ZIP or USDZ file, which loads on any machine by itself.
 
-A scene on disk names files of the folder `assets` that stands beside it. In a pack that folder stands inside, so that
-`../assets/` in the files of the scene becomes `assets/`; files of the shared folder name only each other and stay as
-they are.
+A scene on disk refers to files of the folder `assets` next to its own. In a pack that folder is inside, so that
+`../assets/` in the files of the scene becomes `assets/`. Shared files refer only to each other and are not changed.
 """
 
 from __future__ import annotations
@@ -104,12 +103,12 @@ def pack_scene(scene_id: str, scenes: Path, kind: PackKind, out: Path) -> Pack:
 
 
 def members_of(folder: Path) -> dict[str, bytes]:
-    """Files of a pack by path, the folder of shared files inside: those of the scene, then what they name.
+    """Return the files of a pack by path: those of the scene, then those in the shared folder that they refer to.
 
     Args:
-        folder: of a scene, with the folder of shared files beside it.
+        folder: of a scene, with the folder of shared files next to it.
     Raises:
-        OutputError: a file that the scene names is missing, or is outside of the two folders.
+        OutputError: a file that the scene refers to is missing, or is outside of the two folders.
     """
     own = [mjcf.FILE, LIGHT_FILE, usd.FILE, usd.NESTED_FILE, isaac_lab.FILE, SCENE_JSON]
     own += [name for name in (f"{OVERVIEW}.png", "report.json", START_STATES) if (folder / name).is_file()]
@@ -197,7 +196,7 @@ def _read(path: Path) -> bytes:
 
 
 def _credits(members: dict[str, bytes]) -> Iterator[attribution.Credit]:
-    """What the layers of the assets of a scene, and its scene.json of pictures, say of their makers."""
+    """Yield the credits in the layers of a scene's assets, and those of assets and pictures in its scene.json."""
     for path in sorted(p for p in members if p.startswith(f"{SHARED}/{usd.LAYERS}/")):
         licence, author = LICENCE_FIELD.search(members[path]), AUTHOR_FIELD.search(members[path])
         if licence is None:

@@ -86,7 +86,7 @@ class SceneRecipe:
 
 
 def _short_digest(pairs: Iterable[tuple[str, str]]) -> str:
-    """The digits that stand for a choice in the id of a scene."""
+    """Return the digest that represents a choice in the id of a scene: eight hexadecimal digits."""
     text = ",".join(f"{key}={name}" for key, name in pairs)
     return hashlib.sha256(text.encode()).hexdigest()[:8]
 
@@ -96,11 +96,11 @@ class SceneResult:
     """Outcome of building one scene.
 
     Attributes:
-        recipe: of the scene. folder: where it is; empty where it failed.
-        message: why it failed. is_fault: the program is to blame; then that is a trace.
-        report: of all checks; None where they did not run.
-        build_s, write_s, draw_s, check_s: wall seconds. cpu_s: processor seconds by step, as far as they were counted.
-        counts: what the scene holds, by word. kept: an earlier run made it, and nothing has changed.
+        recipe: of the scene. folder: where it is; empty if building failed.
+        message: reason of a failure. is_fault: it is a fault of the program; then the message is a traceback.
+        report: of all checks; None if they did not run.
+        build_s, write_s, draw_s, check_s: wall-clock seconds. cpu_s: processor seconds by step, as far as measured.
+        counts: number of items in the scene, by kind. kept: made by an earlier run, and nothing has changed since.
     """
 
     recipe: SceneRecipe
@@ -149,8 +149,8 @@ def split_objects(name: str) -> tuple[str, int, int]:
 def recipe_of(scene_id: str, places: Sequence[Path] = ()) -> SceneRecipe:
     """Parse the id of a kitchen into its recipe.
 
-    The finishes are only a digest in the id, and so are the models. Finishes are found where the seed drew them
-    (`--textures random`), both where the kitchen stands in one of `places`.
+    The id holds only digests of finishes and models. Finishes are found by drawing them again from the seed
+    (`--textures random`); finishes and models are also found if the kitchen is in one of `places`.
 
     Args:
         scene_id: such as `galley__rustic__s7__t5c1d2e3f`. places: folders of scenes, searched in this order.
@@ -196,7 +196,7 @@ def _stated_models(scene_id: str, places: Sequence[Path]) -> Iterator[tuple[tupl
 
 
 def _candidates(scene_id: str, seed: int | None, places: Sequence[Path]) -> Iterator[tuple[tuple[Surface, str], ...]]:
-    """Finishes that the digest may stand for."""
+    """Yield sets of finishes that may have the digest of the id."""
     from casa_assets.pipeline.kitchens.resolve import draw_surfaces, ordered_surfaces
 
     yield draw_surfaces(seed or 0)
@@ -233,10 +233,10 @@ def recipes_matching(patterns: Sequence[str]) -> list[SceneRecipe]:
 
 
 def recipes_named(names: Sequence[str], out: Path) -> list[SceneRecipe]:
-    """Scenes by globs of plain ids, with objects or without (`l_*__coastal__o40`), or by whole ids of one's own scenes.
+    """Return scenes by globs of plain ids, with or without objects (`l_*__coastal__o40`), or by complete ids.
 
     Args:
-        out: folder of scenes, where finishes are found that an id has as a digest alone.
+        out: folder of scenes, searched for finishes that an id holds only as a digest.
     Raises:
         UnknownId: a glob matches nothing, or an id names no plan or style. CasaError: see `recipe_of`.
     """

@@ -70,10 +70,10 @@ MAX_STILL_RUNS = 4
 
 
 def put_into(scene: Scene, count: int, seed: int, store: AssetStore) -> Scene:
-    """The scene with `count` objects more, or fewer where it has no room for so many; all at rest.
+    """Return the scene with up to `count` more objects, fewer if there is not enough room; all at rest.
 
     Args:
-        seed: draws what is put where. store: keeps built assets.
+        seed: decides which objects are placed, and where. store: keeps built assets.
     """
     habits, objects = load_habits(), ObjectMembers(store)
     rng = rng_for(seed, f"{LANE}/{scene.id}")
@@ -287,7 +287,7 @@ def _choice(role: str, name: str) -> PresetChoice:
 
 
 def draw_surfaces(seed: int) -> tuple[tuple[Surface, str], ...]:
-    """A finish for each surface, each drawn by itself; four that do not go together are drawn anew."""
+    """Draw a finish for each surface independently; all four are drawn again if they do not go together."""
     have = available_finishes()
     generators = {s: rng_for(seed, f"scene/surface/{s.value}") for s in Surface}
     drawn: tuple[tuple[Surface, str], ...] = ()
@@ -348,9 +348,9 @@ def _check_taken(plan: str, chosen: Mapping[str, PresetChoice], kitchen: Kitchen
 
 
 def with_finishes(style: Style, surfaces: Mapping[Surface, str], mixed: bool = False) -> Style:
-    """A style with other finishes of its surfaces, and of what has to match them.
+    """Return a style with other finishes of its surfaces, and of the parts that have to match them.
 
-    Appliances behind cabinet fronts get the fronts of the cabinets; beside cabinets of wood, open shelves are of that
+    Appliances behind cabinet fronts get the fronts of the cabinets. With wooden cabinets, open shelves are of the same
     wood.
 
     Args:

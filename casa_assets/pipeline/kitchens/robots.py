@@ -1,4 +1,4 @@
-"""Certify which joints of a kitchen robots reach and open: robots.json beside the scene, and its line in the report."""
+"""Certify which joints of a kitchen robots reach and open: robots.json in its folder, and a line in the report."""
 
 from __future__ import annotations
 
@@ -39,10 +39,10 @@ TESTED_ROBOSUITE = "1.5.2"
 
 
 def find_robot_models() -> Path:
-    """Folder of robot models of the robosuite that is installed; it is not imported.
+    """Return the folder of robot models in the installed robosuite, without importing it.
 
     Raises:
-        CasaError: there is none.
+        CasaError: robosuite is not installed.
     """
     found = importlib.util.find_spec("robosuite")
     if found is None or found.origin is None:
@@ -63,14 +63,14 @@ def certify_all(
     force: bool = False,
     only: Sequence[str] = (),
 ) -> Iterator[SceneResult]:
-    """Certificates of scenes in the order in which they are done, worked on by several processes.
+    """Yield certificates of scenes in the order in which they are finished; several processes work on them.
 
     Args:
-        out: folder of the scenes; those that are missing are built. robots: ids. models: folder of robosuite's robot
-            models. jobs: processes; 0 for one per core. force: even where nothing has changed.
-            only: globs of joints; all where there is none.
+        out: folder of the scenes; missing ones are built. robots: ids. models: folder of robosuite's robot
+            models. jobs: processes; 0 for one per core. force: even if nothing has changed.
+            only: globs of joints; empty: all joints.
     Raises:
-        CasaError: mink is not installed, a robot's files are not there. OutputError: the folder cannot be written.
+        CasaError: mink is not installed, or a robot's files are missing. OutputError: the folder cannot be written.
         UnknownId: there is no such robot.
     """
     for name in robots:
@@ -129,9 +129,9 @@ def certify_scene(
 
     Args:
         folder: of the scene. robots: ids. models: folder of robot models.
-        key: of the certificate. of_scene: of the files of the scene. only: globs of joints; all where there is none.
+        key: of the certificate. of_scene: key of the files of the scene. only: globs of joints; empty: all joints.
     Raises:
-        CasaError: a robot's file is missing, or does not hold what its description names; no joint is called so.
+        CasaError: a robot's file is missing or lacks what its description names, or no joint matches `only`.
     """
     from casa_assets.checks.robots.reach import Bench
     from casa_assets.checks.robots.workspace import Workspace
@@ -163,7 +163,7 @@ def verdict(found: SceneRobots) -> Report:
 
 
 def read_certificate(folder: Path, key: str = "") -> SceneRobots | None:
-    """The certificate in the folder of a scene; None where there is none, or one with another key than asked for."""
+    """Return the certificate in the folder of a scene, or None if there is no certificate with the key asked for."""
     try:
         data = json.loads((folder / ROBOTS_JSON).read_text(encoding="utf-8"))
         found = SceneRobots.model_validate({k: data[k] for k in SceneRobots.model_fields if k in data})

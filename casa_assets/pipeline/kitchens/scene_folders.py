@@ -1,4 +1,4 @@
-"""Build, draw and check scenes on disk in parallel: a folder for each, with shared files beside them.
+"""Build, draw and check scenes on disk in parallel: one folder per scene, and a folder of shared files next to them.
 
 <out>/assets/{meshes,textures,usd,behavior}/   shared, named by content
 <out>/<id>/scene.xml scene_light.xml scene.usda scene_nested.usda isaac_lab.py scene.json report.json overview.png ...
@@ -70,8 +70,8 @@ class BuildOptions:
     """Options of building scenes.
 
     Attributes:
-        drawn: with a picture. at_eye_level: with one at eye level, doors open, where the scene is made anew.
-        force: even where nothing has changed since they were made.
+        drawn: with a picture. at_eye_level: if the scene is made again, also with a picture at eye level, doors open.
+        force: even if nothing has changed since they were made.
         judge: checks a scene in its folder, writes the report there and returns it; None: scenes are not checked.
         strict: a scene that does not pass is not kept.
         frame: of the overview; None: OVERVIEW_FRAME.
@@ -86,10 +86,10 @@ class BuildOptions:
 
 
 def build_one(recipe: SceneRecipe, out: Path, drawn: bool = True, force: bool = False) -> SceneResult:
-    """Build and write one scene. A fault is told in `message`, so that the others go on.
+    """Build and write one scene. A failure is reported in `message` of the result, so that other scenes continue.
 
     Args:
-        out: folder of the scenes. drawn: with a picture. force: even where nothing has changed since it was made.
+        out: folder of the scenes. drawn: with a picture. force: even if nothing has changed since it was made.
     """
     return build_with_options(recipe, out, BuildOptions(drawn, force=force))
 
@@ -215,7 +215,7 @@ def publish_scene(
 
 @contextmanager
 def _staged(library: disk.Library, scene_id: str) -> Iterator[Path]:
-    """A staging folder for a scene, beside one for the files that scenes share; both are removed at the end."""
+    """Yield a staging folder for a scene, next to one for the files that scenes share; both are removed at the end."""
     folder = library.stage(scene_id)
     try:
         yield folder
@@ -224,10 +224,10 @@ def _staged(library: disk.Library, scene_id: str) -> Iterator[Path]:
 
 
 def _merge(drafts: Path, shared: Path) -> None:
-    """Move files that scenes share into the shared folder, each by one rename; those that are there already stay.
+    """Move files that scenes share into the shared folder, each by one rename; identical files there are kept.
 
-    Most are named by what they hold. The layer of an asset of a library is named by its id, which the asset keeps when
-    it is made anew: it is compared byte by byte.
+    Most are named by their content. The layer of a library asset is named by its id, which the asset keeps when it is
+    made again; therefore files are compared byte by byte.
     """
     for draft in sorted(p for p in drafts.rglob("*") if p.is_file()):
         target = shared / draft.relative_to(drafts)
@@ -245,12 +245,12 @@ def write_scene(
     light_form: Callable[[Asset], Asset],
     layer_text: Callable[[Asset, str], str],
 ) -> None:
-    """Put the files of a scene into its folder, and those that scenes share into the shared folder beside it.
+    """Write the files of a scene into its folder, and those that scenes share into the shared folder.
 
     Args:
         folder: of the scene, empty.
-        root: folder that it stands in. facts: content of scene.json. light_form: of an asset, see `lighten`.
-        layer_text: of an asset, see `usd.write`.
+        root: folder under which the shared folder is written. facts: content of scene.json.
+        light_form: of an asset, see `lighten`. layer_text: of an asset, see `usd.write`.
     """
     behaviors = {f"{SHARED}/{BEHAVIOR}/{a.id}.json": document.behavior_file(a) for a in scene.assets if a.behavior}
     for files in (mjcf.write(scene), usd.write(scene, layer_text=layer_text), Files.of(behaviors)):
@@ -277,10 +277,10 @@ def _put(files: Files, folder: Path, root: Path) -> None:
 def draw_cameras(
     folder: Path, cameras: Sequence[str] = (), frame: room.PictureSettings = OVERVIEW_FRAME, pose: str = "start"
 ) -> tuple[Path, ...]:
-    """Pictures of a scene, one for each camera, as `<camera>.png` (`<camera>_<pose>.png` in another pose) beside it.
+    """Draw a scene from each camera into its folder: `<camera>.png`, or `<camera>_<pose>.png` in another pose.
 
     Args:
-        cameras: names, or `eye` for the view at eye level that shows most; all of the scene where none is given.
+        cameras: names, or `eye` for the view at eye level that shows most; empty: all cameras of the scene.
     Raises:
         CannotDraw, NoRenderer.
     """

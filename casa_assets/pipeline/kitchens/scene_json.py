@@ -27,7 +27,7 @@ FORMAT = 1
 
 
 def design_of(kitchen: KitchenRequest, scene: Scene) -> DesignSubject:
-    """A kitchen as the checks of its design see it, and those who tell where a robot parks and what it can do."""
+    """Return a kitchen as the subject of its design checks, also used to find parking places and tasks of a robot."""
     return DesignSubject(facts_of(kitchen, scene))
 
 
@@ -169,11 +169,11 @@ def _object(placement: Placement, asset: Asset) -> dict[str, Any]:
 
 
 def _spawn(space: Space, scene: Scene) -> dict[str, Any]:
-    """A space that takes objects: where it is, how much of it is free, and what people put there.
+    """Describe a space that takes objects: where it is, how much of it is free, and what people put there.
 
-    `size`: width, depth, height; its `pose`, in the world and in the fixture (joints at zero), is that of the middle
-    of its floor, x along the front, y to the back. `largest_box` is that of the largest free floor, at `x`, `y` in the
-    frame of the space; `things` how many cubes of 10 cm stand on what is free.
+    `size`: width, depth, height. `pose`, in the world and in the fixture (joints at zero), is that of the middle of its
+    floor, x along the front, y to the back. `largest_box` is that of the largest free floor, at `x`, `y` in the frame
+    of the space. `things` is the number of cubes of 10 cm that fit on the free floor.
     """
     holder = next(place for place in scene.placements if place.name == space.placement)
     box, middle = largest_box(space)

@@ -1,8 +1,8 @@
 """report.json of a kitchen, the page that shows it, and the model on the page.
 
-Each of the three hangs on code of its own. The verdict (`key` in report.json) is that of the checks, which take
-minutes; the page (`page_key`) also follows templates and the viewer, the model (`model_key`) the writer of GLB. What is
-outdated is made again alone.
+Each of the three depends on separate code. The verdict (`key` in report.json) is that of the checks, which take
+minutes. The page (`page_key`) also depends on templates and the viewer, the model (`model_key`) on the writer of GLB.
+Only what is outdated is made again.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ REPORT, PAGE = "report.json", "report.html"
 
 
 class SceneReport(Record):
-    """report.json: what the checks of a kitchen said, and what else was measured.
+    """report.json: results of a kitchen's checks, and further measurements.
 
     Attributes:
         subject: id of the scene.
@@ -39,15 +39,15 @@ class SceneReport(Record):
         issues: every fault.
         passed: no check of severity error failed, or was not run without a waiver.
         tally: counts of checks by status; `advice` of the failed ones are warnings.
-        key: digest of all that decides the verdict.
-        page_key: digest of all that decides how the page shows it.
-        model_key: digest of all that decides the model on the page; null where there is none.
+        key: digest of everything that decides the verdict.
+        page_key: digest of everything that decides how the page shows it.
+        model_key: digest of everything that decides the model on the page; null if it has no model.
         grade: findings by the planning guidelines; they are advice.
         tasks: the 25 atomic tasks of RoboCasa v0.2.
         parking: places before fixtures, metres and radians.
         holds: counts of bodies, joints, shapes, and megabytes of pictures.
         speed: seconds and milliseconds that loading and simulating took.
-        robots: robot -> counts, where `scenes robots` has run.
+        robots: robot -> counts, if `scenes robots` has run.
     """
 
     subject: str
@@ -67,12 +67,12 @@ class SceneReport(Record):
 
 
 def page_key() -> str:
-    """Key of the page of a scene, beside what report.json and scene.json hold."""
+    """Return the key of the code that makes a page. Its other inputs, report.json and scene.json, are not included."""
     return key_of(_page_of)
 
 
 def model_key() -> str:
-    """Key of the model of a scene, beside the scene itself."""
+    """Return the key of the code that makes a model. Its other input, the scene, is not included."""
     return key_of(scene_glb, put_model)
 
 
@@ -93,12 +93,12 @@ def put_scene_model(folder: Path, scene: Scene) -> str:
 
 
 def write_report(folder: Path, data: dict[str, Any]) -> None:
-    """Write report.json and report.html of a scene, with the verdict and the counts of what `data` holds.
+    """Write report.json and report.html of a scene, with the verdict and counts derived from `data`.
 
-    The viewer that the page names is put beside the files that scenes share.
+    The viewer that the page uses is put into the folder of files that scenes share.
 
     Args:
-        data: content of report.json, without what is counted here.
+        data: content of report.json, without the verdict and the counts.
     """
     report = _verdict(data)
     tallied = asdict(report.tally) | {"applying": report.tally.applying}
@@ -110,7 +110,7 @@ def write_report(folder: Path, data: dict[str, Any]) -> None:
 
 
 def join_robots(folder: Path) -> None:
-    """Put the certificate of robots, where there is one of this scene, into report.json and report.html beside it."""
+    """Copy the robot certificate of this scene, if any, into report.json and report.html in the same folder."""
     facts, robots, data = _read_json(folder / SCENE_JSON), _read_json(folder / ROBOTS_JSON), read_report(folder)
     if not data or not facts or robots.get("scene_key") != facts.get("key"):
         return
@@ -135,7 +135,7 @@ def read_report(folder: Path) -> dict[str, Any]:
 
 
 def kept_report(folder: Path, key: str) -> Report | None:
-    """The verdict of an earlier run with the same key; None where there is none."""
+    """Return the verdict of an earlier run with the same key, or None if there was no such run."""
     data = read_report(folder)
     return _verdict(data) if data.get("key") == key else None
 

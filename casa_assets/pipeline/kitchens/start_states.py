@@ -1,4 +1,4 @@
-"""Draw start states of kitchens: start_states.npz beside each scene, and its lines in the report."""
+"""Draw start states of kitchens: start_states.npz in the folder of each scene, and lines in its report."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def draw_one(recipe: SceneRecipe, out: Path, request: StateRequest, force: bool 
 
 
 def draw_now(recipe: SceneRecipe, folder: Path, request: StateRequest) -> tuple[StartStates, Stage]:
-    """Draw start states of a scene that was built, and write them beside it. Raises as `draw_states` does.
+    """Draw start states of a scene that was built, and write them into its folder. Raises as `draw_states` does.
 
     Args:
         folder: of the scene.
@@ -84,7 +84,7 @@ def draw_now(recipe: SceneRecipe, folder: Path, request: StateRequest) -> tuple[
 
 
 def verdict(states: StartStates, stage: Stage) -> Report:
-    """Report of the checks of start states, simulated anew."""
+    """Return the report of the checks of start states, which simulate them again."""
     records = registry.load()
     return run(StatesSubject(states, stage), states.scene, records.limits, records.waived(states.scene))
 
@@ -95,7 +95,7 @@ def states_key(recipe: SceneRecipe, request: StateRequest) -> str:
 
 
 def _kept(folder: Path, key: str) -> StartStates | None:
-    """The states of an earlier run with the same key; None where there are none, or they cannot be read."""
+    """Return the states of an earlier run with the same key, or None if they are missing or cannot be read."""
     if not (folder / START_STATES).is_file():
         return None
     try:

@@ -36,7 +36,7 @@ def write_states(folder: Path, states: StartStates) -> Path:
 
 
 def read_states(folder: Path) -> StartStates:
-    """The start states in the folder of a scene. Raises CasaError where there are none, or where they are damaged."""
+    """Return the start states in the folder of a scene. Raises CasaError if they are missing or damaged."""
     path = folder / START_STATES
     try:
         _check_size(path)

@@ -1,4 +1,4 @@
-"""Asset <-> JSON that a person can read: meshes and images stand beside it as files and are named, not copied."""
+"""Asset <-> JSON that a person can read: meshes and images are separate files next to it, named and not copied."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ SLOTS = ("base_color_texture", "metallic_roughness_texture", "normal_texture")
 
 
 def manifest_of(asset: Asset) -> dict[str, Any]:
-    """JSON data of an asset; `{"obj": path}` stands for a mesh, and an image's `png` is its path."""
+    """Return the JSON data of an asset; a mesh is written as `{"obj": path}`, and an image's `png` is its path."""
     data: dict[str, Any] = asset.model_dump(mode="json", exclude={"links": True, "materials": True})
     files = shapes.gather_meshes(asset).of
     data["links"] = []

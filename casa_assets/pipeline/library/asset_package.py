@@ -94,7 +94,7 @@ def certify(asset: Asset, report: Report, folder: Path, made_by: disk.MadeBy) ->
 
 
 def certificate(asset: Asset, report: Report, folder: Path, made_by: disk.MadeBy) -> disk.Certificate:
-    """The certificate of an asset that stands in `folder` and has passed."""
+    """Return the certificate of an asset that is in `folder` and has passed."""
     hulls = [len(c.shape.mesh.vertices) for k in asset.links for c in k.colliders if isinstance(c.shape, Hull)]
     x, y, z = (significant(v, 6) for v in np.ptp(asset.bounds, axis=0))
     return disk.Certificate(

@@ -16,9 +16,9 @@ DERIVED = (attribution.NAME, review.NAME, library_report.NAME, f"{disk.REJECTED}
 
 
 def write_reports(library: disk.Library, weights: str = "", table: EntryTable | None = None) -> None:
-    """Rewrite what is derived from the entries: the attribution file, and what is said of them together.
+    """Rewrite the files derived from the entries: the attribution file, and the reports on all entries together.
 
-    Where all of it stands as it was written for the same entries it stays.
+    If all of them are as they were written for the same entries, they are kept.
 
     Args:
         table: the entries as they were before the run; None: they are read.

@@ -1,8 +1,8 @@
-"""The entries of a library in a table beside it, so that certificates and pictures are opened only when they are new.
+"""A table of a library's entries, so that certificates and pictures are opened only when they are new.
 
-What the table keeps of an entry is found again by the state of its file on disk (time, size, inode) and of the folders
-in it, whose times tell that a file has come or gone. It lies in the cache, and deleting it costs time and nothing else.
-In a library that may only be read it is built in memory.
+The data kept of an entry are found by the state of its file on disk (time, size, inode) and of the folders in it, whose
+times change if a file is added or removed. The table is in the cache; deleting it costs time and nothing else. For a
+read-only library it is built in memory.
 """
 
 from __future__ import annotations
@@ -56,12 +56,12 @@ _results: TypeAdapter[tuple[CheckResult, ...]] = TypeAdapter(tuple[CheckResult, 
 
 
 class EntryTable:
-    """The entries of one library as they stand now.
+    """The entries of one library in their current state.
 
     Args:
         library: whose entries.
-        skip_damaged: leave damaged entries out: a run may be about to make them anew.
-        read_only: write nothing: what is kept is read, and what is new is not added to it.
+        skip_damaged: leave damaged entries out: a run may be about to make them again.
+        read_only: write nothing: kept data are read, and new data are not added to them.
     Raises:
         OutputError: an entry is damaged.
     """
@@ -127,7 +127,7 @@ class EntryTable:
         return found
 
     def _kept(self, database: sqlite3.Connection, column: str, entry: Entry) -> Any:
-        """What the table has of an entry in its state; None where it could not be written, or was written since."""
+        """Return a column of an entry in its state, or None if the row could not be written or was changed since."""
         query = f"SELECT state, {column} FROM entries WHERE folder = ?"  # noqa: S608  a name of ours
         kept = database.execute(query, (entry.path,)).fetchone()
         return kept[1] if kept is not None and _short(kept[0]) == self._states[entry.path] else None
@@ -137,7 +137,7 @@ class EntryTable:
         return self._library.shelf_times() == self._shelf_times
 
     def has_reports(self, made_by: str, files: Iterable[str]) -> bool:
-        """True if `keep_reports` was told of these entries and files, and they are as they were then."""
+        """Return whether `keep_reports` was called for these entries and files, and they have not changed since."""
         with closing(self._open()) as database:
             return database.execute("SELECT state FROM reports").fetchall() == [(self._reports_state(made_by, files),)]
 
@@ -157,7 +157,7 @@ class EntryTable:
         return digest_of(made_by, self._states, written)
 
     def twins(self, is_copy: Callable[[ShapePair], bool]) -> Set[str] | None:
-        """Digests of assets that are copies of another one; None where some were never compared with the others."""
+        """Return digests of assets that are copies of another one; None if some were never compared with the others."""
         with closing(self._open()) as database:
             compared = {digest for (digest,) in database.execute("SELECT digest FROM compared")}
             pairs = database.execute("SELECT * FROM pairs").fetchall()
@@ -280,7 +280,7 @@ def _write(database: sqlite3.Connection, fresh: Sequence[tuple[str, str, str, st
 
 
 def _opened(path: Path, read_only: bool = False) -> sqlite3.Connection:
-    """The table in a file; one in memory where there is none and none can be made."""
+    """Open the table in a file, or one in memory if there is no usable file and none can be made."""
     if read_only:
         with suppress(sqlite3.Error):
             kept = sqlite3.connect(f"{path.as_uri()}?mode=ro", uri=True)
@@ -414,7 +414,7 @@ def _short(state: str) -> str:
 
 
 def _state(path: Path | str) -> str:
-    """State of a file that changes whenever it is written anew."""
+    """Return the state of a file, which changes whenever it is written again."""
     found = os.lstat(path)
     return f"{found.st_mtime_ns} {found.st_ctime_ns} {found.st_size} {found.st_ino}"
 

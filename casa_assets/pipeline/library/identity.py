@@ -1,15 +1,15 @@
 """Derive the id of an asset from its producer and its input.
 
-Two producers may be given one file: `ingest` makes a rigid asset of it, `articulate` one that opens. Both stand in one
+Two producers may be given one file: `ingest` makes a rigid asset of it, `articulate` one that opens. Both are in one
 library, so the producer is part of the id and of the entry. An id is the category and a word for the input, which is
-enough to find all that a producer ever made from an input, under whatever category:
+enough to find all that a producer ever made from an input, under any category:
 
     mug_e1b7e22aee                      ingest: the first 10 hex digits of the sha256 of the input
-    microwave_articulated_a39fd0c2b1    articulate: the same behind a word of its own
+    microwave_articulated_a39fd0c2b1    articulate: the same after an additional word
     microwave_0c6e21fa83                a family: the first 10 hex digits of the digest of its numbers
 
 The digits are those of the input, and not of a digest over producer and input, so that anyone can find a file's assets
-by its sha256, and the split of what was ingested can be told from an id (see `model.asset.provenance.split_of`).
+by its sha256, and the split of ingested assets follows from an id (see `model.asset.provenance.split_of`).
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ class Identity:
 
 
 def suffix_of(asset_id: str) -> str:
-    """The end of an id that tells producer and input, as `Identity.suffix` gives it."""
+    """Return the end of an id, which identifies producer and input, as `Identity.suffix` gives it."""
     before, _, digits = asset_id.rpartition("_")
     for word in _WORDS.values():
         if f"{before}_".endswith(f"_{word}"):

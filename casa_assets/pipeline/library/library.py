@@ -83,10 +83,10 @@ class Certificate(Record):
         producer: what made the asset.
         cache_key: digest of everything that decided the result besides the source.
         versions: stages of the producer with their keys, and the packages that they use.
-        report: every check whose subject it is, with its number or why it did not apply or was not run.
+        report: every check that applies to this subject, with its number or why it did not apply or was not run.
         summary: numbers for tables.
         files: path -> sha256 of everything in the folder but asset.json.
-        signature: what it is compared with others by; None where nothing of it is seen.
+        signature: compared with those of other assets; None if the asset has no visible geometry.
     """
 
     schema_version: Literal[2] = 2
@@ -114,7 +114,7 @@ class Manifest:
 
     @property
     def identity(self) -> Identity | None:
-        """Who made the asset from what; None where the file does not say."""
+        """Producer and input of the asset; None if the file does not say."""
         try:
             return Identity(self.certificate.producer, str(self.asset["provenance"]["sha256"]))
         except (KeyError, TypeError):
@@ -125,7 +125,7 @@ class Refusal(Record):
     """Record of a rejected input in reject.json: the input, the reason, and what was known of it.
 
     Attributes:
-        twin: folder, relative to the library, of the asset that it is a copy of; empty where it is none.
+        twin: folder, relative to the library, of the asset that it is a copy of; empty if it is no copy.
     """
 
     schema_version: Literal[2] = 2
@@ -190,10 +190,10 @@ class Library:
         return path
 
     def stage_refusal(self, refusal: Refusal, picture: bytes = b"") -> Path:
-        """The finished entry of a rejected input, in the staging folder.
+        """Write the finished entry of a rejected input into the staging folder, and return its folder.
 
         Args:
-            picture: PNG of the input; empty where there is none.
+            picture: PNG of the input, or empty if there is no picture.
         """
         staged = self.stage(refusal.id)
         if picture:
@@ -208,15 +208,15 @@ class Library:
         older: Iterable[Path] | None = None,
         identity: Identity | None = None,
     ) -> None:
-        """Put a finished entry in its place by one rename, then remove what its producer made of that input before.
+        """Put a finished entry in its place by one rename, then remove earlier entries of the same producer and input.
 
-        That may stand under another category or among the rejected. Killed in between, the library has two whole
+        Those may be under another category or among the rejected. If killed in between, the library has two whole
         entries of one input; the next run keeps the current one.
 
         Args:
-            older: folders of what the producer may have made of that input before, as `by_input` gives them; None:
-                they are searched for, which takes long for each of very many.
-            identity: of the entry, where it is known; None: it is read.
+            older: folders of earlier entries that the producer may have made of that input, as `by_input` gives them;
+                None: they are searched for, which is slow if it is done for each of very many entries.
+            identity: of the entry, if it is known; None: it is read.
         Raises:
             OutputError: another producer, or another input, has an entry in that place.
         """
@@ -268,7 +268,7 @@ class Library:
             folder.parent.rmdir()
 
     def by_input(self) -> dict[str, tuple[Path, ...]]:
-        """Folders of all entries by `Identity.suffix`, which tells the producer and the input; accepted ones first."""
+        """Folders of all entries by `Identity.suffix`, which identifies producer and input; accepted ones first."""
         found: dict[str, list[Path]] = {}
         for folder in (*self.accepted(), *self.refused()):
             found.setdefault(suffix_of(folder.name), []).append(folder)
@@ -291,7 +291,7 @@ class Library:
 
 
 def _folder_names(place: Path) -> list[str]:
-    """Names of the folders in a folder, sorted; none where there is none."""
+    """Return the names of the folders in a folder, sorted; empty if it does not exist or cannot be read."""
     try:
         with os.scandir(place) as inside:
             return sorted(entry.name for entry in inside if entry.is_dir())
@@ -308,7 +308,7 @@ def _folders_with(place: Path, file: str) -> Iterator[Path]:
 
 
 def identity_of(folder: Path) -> Identity | None:
-    """Who made an entry from what; None where there is none, or it is damaged."""
+    """Return producer and input of an entry, or None if the entry is missing or damaged."""
     try:
         if (folder / CERTIFICATE).is_file():
             return read_manifest(folder).identity
@@ -319,7 +319,7 @@ def identity_of(folder: Path) -> Identity | None:
 
 
 def _may_be(folder: Path, identity: Identity) -> bool:
-    """True if a folder holds an entry of an identity, or a damaged one, which tells of none."""
+    """Return whether a folder holds an entry of an identity, or one whose identity cannot be read."""
     return folder.is_dir() and identity_of(folder) in (identity, None)
 
 
@@ -362,7 +362,7 @@ def file_digests(root: Path) -> dict[str, str]:
 
 
 def write_certificate(root: Path, asset: Asset, certificate: Certificate) -> None:
-    """asset.json: the asset, with meshes and textures as references to the files beside it, and its certificate."""
+    """Write asset.json: the asset, with references to meshes and textures in the same folder, and its certificate."""
     _write_json(root / CERTIFICATE, {"asset": manifest_of(asset), "certificate": certificate.model_dump(mode="json")})
 
 
@@ -387,9 +387,9 @@ def _certificate(folder: Path, data: Mapping[str, Any]) -> Certificate:
 
 
 def find_summary(folder: Path) -> Summary | None:
-    """The numbers of the asset in a folder; None where there is none, or one that no library has taken.
+    """Return the numbers of the asset in a folder, or None if there is no asset, or no library has accepted it.
 
-    Raises OutputError where asset.json is damaged.
+    Raises OutputError if asset.json is damaged.
     """
     path = folder / CERTIFICATE
     return read_certificate(folder).summary if path.is_file() and "certificate" in _json(path) else None

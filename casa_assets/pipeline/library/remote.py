@@ -52,7 +52,7 @@ _ID = re.compile(r"[a-z][a-z0-9]*(_[a-z0-9]+)*")
 
 
 class Extra(Enum):
-    """What becomes of entries that only the side has that is written to."""
+    """How to treat entries that exist only on the side that is written to."""
 
     REFUSE = "refuse"  # they end the run before anything is written
     REMOVE = "remove"
@@ -112,7 +112,7 @@ def _is_safe_name(name: str) -> bool:
 
 
 def _is_book(path: str) -> bool:
-    """True for the path of a file, relative to a library, that is none of an entry and not private."""
+    """Return whether a path relative to a library is that of a file outside all entries that is not private."""
     parts = path.split("/")
     return len(parts) <= 2 and _is_safe_name(path) and not any(part.startswith(".") for part in parts)
 
@@ -504,7 +504,7 @@ def _take_over_decisions(library: disk.Library, remote: RemoteLibrary, is_overwr
 
 
 def _decided(library: disk.Library) -> dict[str, Mapping[str, object]]:
-    """What was decided, by the name of the file, then by the digest of the input."""
+    """Return the decisions of a library, by the name of the file, then by the digest of the input."""
     return {review.NAME: review.read_overrides(library), decisions.REVIEW_NAME: decisions.decided(library)}
 
 

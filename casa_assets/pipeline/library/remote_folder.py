@@ -1,16 +1,17 @@
 """A folder on a store that fsspec opens, such as S3 or a disk, and the lock of its one writer.
 
-A request that fails for a reason that may pass (no answer, an overloaded server) is repeated for a while. What is
-written is looked up again and compared. Addresses are told without the user and password that they may contain.
+A request that fails for a reason that may pass (no answer, an overloaded server) is repeated for a while. After a
+write, the stored file is looked up and compared. Addresses are shown without the user and password that they may
+contain.
 
-Writers are kept apart without comparing the clocks of machines. Each has an object of its own, which it rewrites every
-`BEAT_S` seconds with a higher number. A run that wants to write puts its object there, then lists all: alone, it may
-write. Of two that begin at once each sees the other, and both step back. What another one left is watched for
-`SILENCE_S` seconds by the clock of the watching machine: a number that rises is that of a run which goes on; one that
-does not was killed or lost, and its object is removed. On the machine of the lost run its process is looked for instead
-of waiting. A writer that was stopped for longer than that (a machine that slept) finds its object gone, and ends. This
-takes a store that lists at once what was written, as S3 and its likes do. On one whose lists lag two runs may both
-write; entries stay whole then too, as each has its manifest last.
+Writers are kept apart without comparing the clocks of machines. Each has a separate object, which it rewrites every
+`BEAT_S` seconds with a higher number. A run that wants to write puts its object there, then lists all: if it is alone,
+it may write. If two begin at once, each sees the other, and both step back. The object of another run is watched for
+`SILENCE_S` seconds by the clock of the watching machine: if its number rises, that run goes on; if not, the run was
+killed or lost, and its object is removed. On the machine of the lost run its process is looked for instead of waiting.
+A writer that was stopped for longer than that (a machine that slept) finds its object gone, and ends. This takes a
+store that lists at once what was written, as S3 and its likes do. On a store whose lists lag, two runs may both write;
+entries stay whole then too, as each has its manifest last.
 """
 
 from __future__ import annotations
@@ -72,7 +73,7 @@ class StoredFile:
     """A file as the store lists it.
 
     Attributes:
-        size: in bytes. md5: hex digits, as an object store may give them (ETag); empty if it tells none. They are not
+        size: in bytes. md5: hex digits, as an object store may give them (ETag); empty if it does not. They are not
             always the MD5 of the bytes, such as with encryption, so only equal ones prove something.
     """
 
@@ -80,7 +81,7 @@ class StoredFile:
     md5: str = ""
 
     def surely_holds(self, data: bytes) -> bool:
-        """True if the store says so much of the file that it holds these bytes."""
+        """Return whether the listed size and MD5 prove that the file holds these bytes."""
         return self.size == len(data) and self.md5 == _md5(data)
 
 
@@ -173,7 +174,7 @@ class RemoteFolder:
         raise OutputError(self.url, message)
 
     def holds(self, path: str, data: bytes, stored: StoredFile | None) -> bool:
-        """True if a file holds these bytes; it is read if what the store says of it does not tell.
+        """Return whether a file holds these bytes; it is read if its listed size and MD5 do not decide.
 
         Args:
             stored: the file as it was listed.
@@ -193,7 +194,7 @@ class RemoteFolder:
                     folder = folder.parent
 
     def _put(self, path: str, data: bytes) -> str:
-        """Write a file; returns the MD5 of what was received, empty if the store does not tell."""
+        """Write a file; returns the MD5 of the bytes received, empty if the store does not report it."""
         if not self._is_disk:
             answer = self._system.pipe_file(path, data)
             return _stored(answer).md5 if isinstance(answer, Mapping) else ""
@@ -207,7 +208,7 @@ class RemoteFolder:
         return f"{self._path}/{path}" if path else self._path
 
     def _ask(self, call: Callable[P, T], *args: P.args, **options: P.kwargs) -> T | None:
-        """What a request answers; None if the file or folder is not there. Repeats what may pass.
+        """Return the answer to a request, or None if the file or folder is not there. Repeats after passing errors.
 
         Raises:
             OutputError: the store refuses, or has not answered for as long as the folder is patient.
@@ -238,7 +239,7 @@ class RemoteFolder:
 
 
 def _words(error: BaseException) -> str:
-    """What an exception says, without users and passwords in addresses, on one line."""
+    """Return the message of an exception on one line, without users and passwords in addresses."""
     return hide_secrets(" ".join(str(error).split())) or type(error).__name__
 
 
@@ -276,7 +277,7 @@ class Writer(Record):
 
     @property
     def is_running(self) -> bool | None:
-        """True if it runs on this machine, False if it ran here and does no more, None if that cannot be told."""
+        """True if it runs on this machine, False if it ran here and has ended, None if that is unknown."""
         if not self.boot or (self.boot, self.space) != _machine():
             return None
         return _started(self.process) == self.started
@@ -324,7 +325,7 @@ class WriterLock:
             self._folder.remove([self._path])
 
     def beat_until_released(self) -> None:
-        """Tell others that this run goes on; runs in a thread of its own."""
+        """Keep showing others that this run goes on; runs in a separate thread."""
         while not self._ended.wait(self._beat_s):
             with suppress(OutputError):  # `check` tells; the store may answer again
                 self._beat()
@@ -374,7 +375,7 @@ def hold(
     """Hold a library on a store for writing.
 
     Args:
-        told: called with what is waited for. lock: with other times than usual.
+        told: called with a message on what is waited for. lock: with other times than usual.
     Raises:
         OutputError: another run is writing to it, or the store cannot be written to.
     """
@@ -396,7 +397,7 @@ def _clock() -> float:
 
 @functools.cache
 def _machine() -> tuple[str, str]:
-    """The start of this machine and the space of its process numbers; empty if they are not told."""
+    """Return ids of this machine's boot and of its process number space; empty if the system does not give them."""
     try:
         boot = Path("/proc/sys/kernel/random/boot_id").read_text(encoding="ascii").strip()
         return boot, str(Path("/proc/self/ns/pid").readlink())
@@ -405,7 +406,7 @@ def _machine() -> tuple[str, str]:
 
 
 def _started(process: int) -> int:
-    """Ticks between the start of the machine and that of a process; 0 if there is none. Ref: proc(5), stat."""
+    """Return the ticks from machine start to the start of a process; 0 if it does not run. Ref: proc(5), stat."""
     try:
         fields = Path(f"/proc/{process}/stat").read_text(encoding="utf-8", errors="replace").rpartition(")")[2].split()
     except OSError:

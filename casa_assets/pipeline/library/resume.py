@@ -96,11 +96,11 @@ def cached_outcome(
     known: Mapping[Path, Entry] = NOTHING_KNOWN,
     retried: Set[str] = RETRIED_CODES,
 ) -> tuple[Path, Outcome] | None:
-    """The entry of an earlier run under the same key and what it says; None if the input must be processed.
+    """Return the entry of an earlier run under the same key and its outcome; None if the input must be processed.
 
     Args:
         entries: folders of all that the producer made of the same bytes. cache_key: of this run.
-        asset_id: of this run; None where it is known only once the work is done.
+        asset_id: of this run; None if it is known only once the work is done.
         known: entries that were read already, by their folder: their files are not opened again.
         retried: codes of refusals whose input is tried again.
     """
@@ -179,7 +179,7 @@ class NewResult:
 
     Attributes:
         decision: accepted, in review or rejected. code: of a rejection. to_decide: subjects of review.
-        moving_parts: number of its joints; None where it does not matter how many there are.
+        moving_parts: number of its joints; None if that number does not matter.
     """
 
     decision: Decision
@@ -189,9 +189,9 @@ class NewResult:
 
 
 def find_accepted(entries: Iterable[Path], cache_key: str) -> AcceptedAsset | None:
-    """Return the accepted asset among the entries of one input; None where there is none.
+    """Return the accepted asset among the entries of one input, or None if no entry is accepted.
 
-    Damaged entries, and one that was made under the same key, are passed over.
+    Damaged entries, and one that was made under the same key, are skipped.
     """
     for folder in entries:
         if folder.parent.name == disk.REJECTED:
@@ -228,7 +228,7 @@ def remember(library: disk.Library, identity: Identity, cache_key: str, accepted
 
 
 def remembered(library: disk.Library, identity: Identity, cache_key: str, accepted: AcceptedAsset) -> str:
-    """Return the reason that an earlier run noted for keeping an accepted asset; empty where there is none."""
+    """Return the reason that an earlier run noted for keeping an accepted asset; empty if it noted no reason."""
     return (Store(library.cache).get(_note_key(identity, cache_key, accepted)) or b"").decode()
 
 

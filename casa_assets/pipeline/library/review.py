@@ -1,8 +1,8 @@
-"""review.csv of a library: guesses that are not sure, for a person to confirm or correct; the next run obeys.
+"""review.csv of a library: uncertain guesses, for a person to confirm or correct; the next run applies the answers.
 
-A row is one input. The columns that begin with `set_` are the person's: what stands there is taken in place of the
-guess, with full confidence, by every later run on that library. Rows with such a word are kept, all others are
-written anew from the entries.
+A row is one input. The columns that begin with `set_` are the person's: their values are taken in place of the guess,
+with full confidence, by every later run on that library. Rows with such a value are kept, all others are written
+again from the entries.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ def read_overrides(library: disk.Library) -> dict[str, UserOverride]:
 
 
 def write(library: disk.Library, found: Iterable[Entry]) -> int:
-    """Write the list anew, in place by one rename; it is taken away with its last row. Returns the number of rows.
+    """Rewrite the list by one rename; without rows the file is removed. Returns the number of rows.
 
     Args:
         found: the entries of the library.
@@ -143,9 +143,9 @@ def _write_rows(library: disk.Library, rows: Mapping[str, Mapping[str, str]]) ->
 
 
 def subjects_to_review(entry: Entry) -> list[str]:
-    """What a person should look at: what has to be decided, then what is only asked about.
+    """Return what a person should look at: subjects that have to be decided, then those that are only asked about.
 
-    Of a rejected input its code, where kind or size may be to blame.
+    For a rejected input: its code, if kind or size may be the reason.
     """
     if not entry.accepted:
         return [entry.code] if entry.code in REVIEWABLE_CODES else []

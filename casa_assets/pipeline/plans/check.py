@@ -1,7 +1,7 @@
 """Check a plan without building anything: every fault, each with a correction if one is near, and the corrected plan.
 
-Faults are found in rounds: what is no YAML, then values, names, the walls, and what is in the way of what. The
-corrections of a round are made in a copy of the text before the next round looks at it, so that one call tells all.
+Faults are found in rounds: YAML syntax, then values, names, the walls, and conflicts of space. The corrections of a
+round are made in a copy of the text before the next round looks at it, so that one call reports all faults.
 """
 
 from __future__ import annotations
@@ -40,9 +40,10 @@ TEXT, VALUES, NAMES, WALLS, CONFLICTS, PROBLEMS, FITS = range(7)
 
 @dataclass(frozen=True)
 class ToldFault:
-    """A fault and where it is: file, or that of the plan which it is like, and line of it, counted from 1.
+    """A fault with its location: the file, which may be that of the plan named by `like`, and the line, counted from 1.
 
-    Of what a mend has added, where that was added; `old`: what stands where the edits of its mend are made.
+    For a part that an earlier mend has added, the location is where it was added. `old`: the values that the edits of
+    the fault's mend replace.
     """
 
     fault: Fault
@@ -64,9 +65,9 @@ class ToldFault:
 
 @dataclass(frozen=True)
 class PlanCheck:
-    """What a check found: faults, in the order in which their mends are to be made, and the text with all these made.
+    """Result of a check: faults, in the order in which their mends are to be made, and the text with all these made.
 
-    `kitchen`: of that text; None where a fault is left that has no mend.
+    `kitchen`: of that text; None if a fault without a mend is left.
     """
 
     faults: tuple[ToldFault, ...]
@@ -145,7 +146,7 @@ def plan_id(file: str) -> str:
 
 
 def plan_document(text: str, file: str) -> tuple[Document, Fault | None]:
-    """The document of a text, laid over the plan that it is like; with a fault where there is none of that name."""
+    """Parse a text and lay it over the plan named by `like`; with a fault if there is no plan of that name."""
     document = parse_document(text, file)
     if not isinstance(document.value, dict) or LIKE not in document.value:
         return document, None

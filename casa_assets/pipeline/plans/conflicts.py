@@ -1,7 +1,7 @@
-"""What keeps a plan from being made into a kitchen, with mends that were tried: rows too long, things beyond a wall.
+"""Find conflicts that prevent the layout of a plan, such as rows too long or parts beyond a wall, with tested mends.
 
-Rows are made to fit in the order in which a kitchen designer would give things up. A mend counts where the layout gets
-beyond its conflict, and to a kitchen with the mends of what comes next.
+Rows are made to fit in the order in which a kitchen designer would give units up. A mend is accepted if the layout
+then gets past the conflict and, with the mends of the conflicts that follow, becomes a kitchen.
 """
 
 from __future__ import annotations
@@ -248,12 +248,12 @@ def _changed(draft: Draft, run: str, row: str, units: Units, changes: Changes) -
 def shrunk(
     units: Units, spans: Sequence[WidthRange], available: float, keep_last: int = 1, kept: Sequence[int] = ()
 ) -> Changes | None:
-    """Changes after which the least widths of units take no more than what is available; None where nothing does it.
+    """Return changes after which the minimum widths of units fit into `available`, or None if no changes achieve it.
 
-    Units are narrowed first. Then they are taken out, those that matter least first.
+    Units are narrowed first. Then they are removed, the least important first.
 
     Args:
-        keep_last: how many units have to remain. kept: units that are not taken out.
+        keep_last: minimum number of units that remain. kept: units that are not removed.
     """
     floors = [min(s.minimum, LEAST.get(str(u.kind), s.minimum)) for u, s in zip(units, spans, strict=True)]
     stay = list(range(len(units)))

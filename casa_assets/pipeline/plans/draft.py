@@ -42,13 +42,13 @@ def family_sizes() -> Mapping[str, Mapping[str, Any]]:
 
 
 def bounds_of(family: str, side: str) -> tuple[float, float] | None:
-    """Least and greatest `width` or `height` that a family can be built in, metres; None where none is known."""
+    """Return the bounds of `width` or `height` that a family can be built in, in metres, or None if unknown."""
     found = family_sizes().get(family, {}).get(side)
     return (float(found[0]), float(found[1])) if found else None
 
 
 class PresetSizes(Mapping[str, Presets]):
-    """What layouts ask of presets, by family; a family is read when it is asked for."""
+    """Properties of presets that layouts need, by family; a family is read when it is first asked for."""
 
     def __init__(self) -> None:
         self._read: dict[str, Presets] = {}
@@ -96,7 +96,12 @@ class Draft:
         return cls(raw, Plan.model_validate({**raw, "id": stem}), style)
 
     def after(self, edits: Sequence[Edit]) -> Draft:
-        """The plan after edits. Raises ValidationError, and KeyError, IndexError or TypeError, where there is none."""
+        """Return the plan after edits.
+
+        Raises:
+            ValidationError: the result is not a valid plan.
+            KeyError, IndexError, TypeError: an edit's pointer does not fit the plan.
+        """
         value = self.raw
         for edit in edits:
             value = edited_value(value, edit)
@@ -105,7 +110,7 @@ class Draft:
     # Where parts of the plan stand in its file, and edits of them, whatever form they are written in.
 
     def at(self, pointer: Sequence[str | int]) -> Any:
-        """What stands at a pointer; None where nothing does."""
+        """Return the value at a pointer, or None if it has no value."""
         return value_at(self.raw, pointer)
 
     def row(self, table: str, name: str) -> KeyPath:
@@ -183,13 +188,13 @@ class Draft:
 
     @cached_property
     def solids(self) -> dict[str, tuple[Vec2, ...]]:
-        """Outlines of what stands on the floor: rows of units with their overhang, and columns. Metres."""
+        """Return the outlines of rows of units with their overhang, and of columns, which block the floor. Metres."""
         rows = {name: self.row_outline(name) for name in self.kitchen.lines}
         columns = {c.column.id: c.outline for c in self.kitchen.room.columns}
         return {name: outline for name, outline in rows.items() if outline} | columns
 
     def row_outline(self, name: str, inset: float = 0.0) -> tuple[Vec2, ...]:
-        """Corners of the units of a run that stand on the floor, with its overhang, metres; none where it has none."""
+        """Return the corners of a run's floor units with their overhang, in metres; empty if it has no floor units."""
         row, line = [s for s in self.slots if s.line.id == name and not s.is_upper], self.kitchen.lines[name]
         if not row:
             return ()
@@ -225,7 +230,10 @@ class Draft:
         return float(models.for_role(role).params.get("casing", CASING_WIDTH_M)) if models.has(role) else CASING_WIDTH_M
 
     def beside_casing(self, top: float, is_window: bool) -> float:
-        """What is kept free beside a hole that reaches up to a height: its casing, and cornices beside that. Metres."""
+        """Return the width to keep free at each side of an opening that reaches up to `top`, in metres.
+
+        It is that of the casing, and of the end of a cornice if the opening is high.
+        """
         casing = self.casing_of(is_window)
         is_high = top + casing > standard_sizes.UPPER_TO + 2 * CLASH_M
         has_profile = self.style.cabinets.cornice not in (None, FLAT_PROFILE)

@@ -67,7 +67,7 @@ def _kept(plan: Plan) -> int:
 
 
 def _mends(draft: Draft, problem: Problem) -> Iterator[Mend]:
-    """What may help with a problem, the smallest change first."""
+    """Yield mends that may help with a problem, the smallest change first."""
     yield from problem.mends
     names, plan = sorted(problem.owners, key=lambda n: (n != problem.about, n)), draft.plan
     units = [n for n in names if any(s.name == n for s in draft.slots)]
@@ -126,7 +126,7 @@ def _of_opening(draft: Draft, name: str) -> Iterator[Mend]:
 
 
 def _of_item(draft: Draft, name: str) -> Iterator[Mend]:
-    """Another place for a thing on a worktop, of its own row first and the nearest there; or none of it."""
+    """Yield other places for an object on a worktop, first in the same row and nearest; last, its removal."""
     at, items = draft.row("worktop_items", name), draft.plan.worktop_items
     before = draft.kitchen.slot(next(i.on for i in items if i.id == name))
     for share in (0.0, 1.0):
@@ -156,7 +156,7 @@ def _without(plan: Plan, name: str) -> Iterator[Edit]:
 
 
 def _of_unit(draft: Draft, problem: Problem, name: str) -> Iterator[Mend]:
-    """Another hinge, a strip or a cabinet with one door beside it, another place in its row, or another width."""
+    """Yield another hinge, a strip or a one-door cabinet next to a unit, another place in its row, another width."""
     place = draft.place(name)
     if place is None:
         return
@@ -193,7 +193,7 @@ def _of_unit(draft: Draft, problem: Problem, name: str) -> Iterator[Mend]:
 
 
 def _exchanged(draft: Draft, line: RunLine, k: int) -> Iterator[Mend]:
-    """A unit, or one beside it, changes places with another of its row; or a cabinet is put beside it."""
+    """Yield exchanges of a unit, or of a neighbour, with others of its row; then a cabinet inserted next to it."""
     at, base = (*draft.row("runs", line.id), "base"), line.run.base
     near = [i for i in (k, k - 1, k + 1) if 0 <= i < len(base)]
     pairs = [(i, j) for i in near for j in range(len(base)) if i != j]
@@ -207,7 +207,7 @@ def _exchanged(draft: Draft, line: RunLine, k: int) -> Iterator[Mend]:
 
 
 def _of_run(draft: Draft, problem: Problem, line: RunLine) -> Iterator[Mend]:
-    """A run that stands further from another, begins later, or ends earlier."""
+    """Yield mends that move a run further from another one, or let it begin later or end earlier."""
     run, at, more = line.run, draft.row("runs", line.id), round(problem.excess + 0.02, 2)
     if run.faces is not None:
         for key, change in (("aisle", more), ("shift", more), ("shift", -more), ("aisle", -more)):
@@ -224,7 +224,7 @@ def _of_run(draft: Draft, problem: Problem, line: RunLine) -> Iterator[Mend]:
 
 
 def _smaller(draft: Draft, line: RunLine) -> Iterator[Mend]:
-    """What makes room round an island or a peninsula: in the middle, no overhang, less length, or none of it."""
+    """Yield mends that make room around an island or peninsula: centre it, no overhang, less length, or remove it."""
     run, at, name = line.run, draft.row("runs", line.id), line.id
     for key in ("shift", "in_front_of"):
         if run.faces is not None and getattr(run.faces, key):

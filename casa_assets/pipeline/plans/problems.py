@@ -1,7 +1,7 @@
-"""What the kitchen of a plan would fail its checks by, found on its floor and walls before anything is built.
+"""Predict which checks the kitchen of a plan would fail, from its floor and walls, before anything is built.
 
-The limits are those of registry/limits.yaml, the sizes those of `layouts.plan.swings`. A kitchen of which nothing is
-told here should pass.
+The limits are those of registry/limits.yaml, the sizes those of `layouts.plan.swings`. A kitchen without problems
+here should pass.
 """
 
 from __future__ import annotations
@@ -57,13 +57,13 @@ TABLE_M = 0.9  # height of tables and chairs
 
 @dataclass(frozen=True)
 class Problem:
-    """Something that a check would find.
+    """A fault that a check would find.
 
     Attributes:
-        about: the unit, opening, run or thing that it is told of. others: that it is a matter of too.
-        expected, got: as a fault says it. excess: by how much it misses what is expected, metres.
-        mends: that may help, besides those that suit its owners. kind: the function that finds it.
-        pointer: of what is wrong, where it is not that of `about`.
+        about: the unit, opening, run or object that is reported. others: further ones that are involved.
+        expected, got: as in the text of a fault. excess: by how much it misses what is expected, metres.
+        mends: that may help, in addition to those that suit its owners. kind: the function that finds it.
+        pointer: of the fault, if it is not that of `about`.
     """
 
     about: str
@@ -81,7 +81,7 @@ class Problem:
         return frozenset((self.about, *self.others))
 
     def fault(self, draft: Draft, mend: Mend | None = None) -> Fault:
-        """The fault that it is told as."""
+        """Return the problem as a fault of the plan."""
         return Fault(self.pointer or draft.pointer(self.about), self.expected, self.got, mend)
 
 
@@ -171,7 +171,7 @@ def passage(draft: Draft, name: str) -> Mend:
 
 
 def _rows(draft: Draft) -> Iterator[Problem]:
-    """Runs that overlap, stand outside or too near to a wall, or leave too little between them."""
+    """Yield runs that overlap, are outside the room or too near to a wall, or are too near to each other."""
     kitchen, rows = draft.kitchen, {n: o for n, o in draft.solids.items() if n in draft.kitchen.lines}
     corners, walls = {frozenset(c.runs) for c in draft.plan.corners}, [w.id for w in kitchen.room.walls]
     joined = {frozenset((r.id, r.joins.run)) for r in draft.plan.runs if r.joins}
@@ -204,13 +204,13 @@ def _rows(draft: Draft) -> Iterator[Problem]:
 
 
 def _before(wall: WallLine, outline: Sequence[Vec2]) -> float:
-    """Distance of what stands before a wall from it, metres; infinite for what stands elsewhere."""
+    """Return the distance of an outline from the wall behind it, metres; infinite if it is not in front of the wall."""
     along, before = zip(*(wall.frame.to_local(*p) for p in outline), strict=True)
     return min(before) if max(along) > 0.05 and min(along) < wall.length - 0.05 else math.inf
 
 
 def _face(one: Sequence[Vec2], other: Sequence[Vec2]) -> bool:
-    """True if two outlines lie beside each other along x or y."""
+    """Return True if two outlines face each other: their extents along x or y overlap by more than 0.3 m."""
     spans = [[(min(side), max(side)) for side in zip(*outline, strict=True)] for outline in (one, other)]
     return any(min(a[1], b[1]) - max(a[0], b[0]) > 0.3 for a, b in zip(*spans, strict=True))
 
@@ -231,7 +231,7 @@ def _openings(draft: Draft) -> Iterator[Problem]:
 
 
 def _is_blocked(draft: Draft, hole: WallHole) -> bool:
-    """True if units stand before an opening, its casing or the sill of a window."""
+    """Return True if units are in front of an opening, its casing or the sill of a window."""
     low, casing = max(hole.bottom, ON_FLOOR_M), 0.0 if hole.is_niche else draft.casing_of(hole.is_window)
     beside = -CLASH_M if hole.is_niche else draft.beside_casing(hole.top, hole.is_window)
     parts = [(low, hole.top + casing, beside)]
@@ -316,7 +316,10 @@ def _wall_items(draft: Draft) -> Iterator[Problem]:
 
 
 def _on_the_floor(draft: Draft) -> Iterator[Problem]:
-    """Tables with their chairs, and things on the floor, outside the room or in what stands there."""
+    """Yield tables with their chairs, and floor items, that are outside the room or overlap with units or columns.
+
+    Floor items must not overlap with tables either.
+    """
     kitchen, room = draft.kitchen, draft.kitchen.room
     tables, walls = {n: t.outline for n, t in kitchen.tables.items()}, {w.id: w for w in room.walls}
     for name, outline in tables.items():
@@ -378,7 +381,7 @@ def _aisles(draft: Draft) -> Iterator[Problem]:
 
 
 def _overlaps(draft: Draft) -> Iterator[Problem]:
-    """Wall units that hang where something tall stands, or where those of another run hang."""
+    """Yield wall units that overlap with tall units, or with wall units of another run."""
     uppers = [s for s in draft.slots if s.is_upper]
     others = [s for s in draft.slots if not s.is_upper]
     for upper, other in (*itertools.product(uppers, others), *itertools.combinations(uppers, 2)):
@@ -430,13 +433,16 @@ def _doorways(draft: Draft) -> Iterator[Problem]:
 
 
 def has_worktop(slot: UnitSlot) -> bool:
-    """True if a unit carries a worktop without a hole, on which things can stand."""
+    """Return True if a unit carries a worktop without a hole, on which objects can be placed."""
     is_low = not slot.is_upper and slot.top <= standard_sizes.WORKTOP_HEIGHT
     return is_low and slot.kind not in (*WORKTOP_BREAKS, BaseKind.SINK, BaseKind.HOB)
 
 
 def _sides(draft: Draft, slot: UnitSlot) -> tuple[list[UnitSlot], list[UnitSlot]]:
-    """Units beside one that carry a worktop, on each side, from left to right, up to what is tall or let into it."""
+    """Return the neighbours of a unit that carry a worktop, left and right, each from left to right.
+
+    Each side ends at the first unit that is tall or interrupts the worktop.
+    """
     row = sorted((s for s in draft.kitchen.slots[slot.line.id] if not s.is_upper), key=lambda s: s.left)
     k = row.index(slot)
     left = list(itertools.takewhile(has_worktop, row[:k][::-1]))
@@ -444,7 +450,7 @@ def _sides(draft: Draft, slot: UnitSlot) -> tuple[list[UnitSlot], list[UnitSlot]
 
 
 def _items(draft: Draft) -> Iterator[Problem]:
-    """Things on a cooker, in a sink or in a refrigerator; and those that find no room beside each other."""
+    """Yield objects on a cooker, in a sink or in a refrigerator, and objects that do not fit next to each other."""
     for name in dict.fromkeys(item.on for item in draft.plan.worktop_items):
         slot, items = draft.kitchen.slot(name), [i for i in draft.plan.worktop_items if i.on == name]
         if not has_worktop(slot):
@@ -462,7 +468,7 @@ def _items(draft: Draft) -> Iterator[Problem]:
 
 
 def _landings(draft: Draft) -> Iterator[Problem]:
-    """Sinks and cookers with no worktop beside them on which things can be set down."""
+    """Yield sinks and cookers with too little worktop next to them to set objects down."""
     for slot in (s for s in draft.slots if s.kind in (BaseKind.SINK, *COOKERS)):
         widest = max(round(sum(s.width for s in side), 4) for side in _sides(draft, slot))
         if widest < LEAST_LANDING_M:
@@ -490,9 +496,9 @@ def _crowded(draft: Draft) -> Iterator[Problem]:
 def _too_crowded(
     draft: Draft, about: str, least: float, pieces: Sequence[tuple[Sequence[UnitSlot], tuple[float, float]]]
 ) -> Iterator[Problem]:
-    """Something that has less free worktop than it needs, for the things that stand there.
+    """Yield a problem if the objects on a worktop leave less of it free than `about` needs.
 
-    `pieces`: units under a worktop, from left to right, and between which places along the run it counts.
+    `pieces`: units under a worktop, from left to right, and the range along the run in which it counts.
     """
     places, free, beside = {item.name: item.spot.u for item in draft.kitchen.items}, 0.0, list[str]()
     for top, (low, high) in (piece for piece in pieces if piece[0]):
@@ -510,7 +516,7 @@ def _too_crowded(
 
 
 def _corners(draft: Draft) -> Iterator[Problem]:
-    """Appliances that are too near to an inside corner, and dishwashers before which nobody can stand."""
+    """Yield appliances too near to an inside corner, and dishwashers with no room for a person in front of them."""
     for slot in (s for s in draft.slots if s.kind in NEAR_CORNER):
         line, key = slot.line, "dishwasher_m" if slot.kind is BaseKind.DISHWASHER else "corner_m"
         for end, away in ((line.left, slot.left), (line.right, line.length - slot.right)):

@@ -1,7 +1,7 @@
-"""Faults of what a plan states: values that its records refuse, names of nothing, walls that do not close.
+"""Faults in the statements of a plan: values that its records reject, unknown names, walls that do not close.
 
-A correction is offered where a known name is near, where a number is a little beyond a bound, and where another order
-or length of walls closes the room. All else is told with what was expected.
+A correction is offered if a known name is similar, if a number is a little beyond a bound, and if another order or
+length of walls closes the room. All other faults are reported with what was expected.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ Turned = tuple[Wall, Heading | float]  # a wall and the heading that it would ha
 
 
 def record_faults(plan: Any, stem: str) -> list[Fault]:
-    """What the records of plans refuse, each value once, in the order of the file.
+    """Return the values that the records of plans reject, each value once, in the order of the file.
 
     Args:
         plan: value of the file. stem: the plan's id.
@@ -149,9 +149,9 @@ def _unknown_word(at: KeyPath, got: Any, said: str, known: list[str]) -> Fault:
 
 
 def name_faults(draft: Draft) -> list[Fault]:
-    """Names of walls, runs, units, parameters and roles that nothing answers to, and those that two things have.
+    """Return names of walls, runs, units, parameters and roles that do not exist, and names that are used twice.
 
-    What is over or on a unit that is not there, such as one that was taken out for want of room, is taken out too.
+    An item over or on a missing unit, such as one that was removed for lack of room, is removed too.
     """
     found = [*_orders_of_runs(draft), *_same_names(draft), *_no_roles(draft)]
     for at, got, known, least in _references(draft):
@@ -180,7 +180,7 @@ def _written(at: KeyPath, value: str) -> str:
 
 
 def _references(draft: Draft) -> Iterator[tuple[KeyPath, str | None, Sequence[str], float]]:
-    """Where a name stands, the name, those that are known there, and how similar one has to be to be meant."""
+    """Yield the place of each name, the name, the names known there, and how similar a name has to be to be meant."""
     walls, runs, roles = [w.id for w in draft.plan.walls], [r.id for r in draft.plan.runs], sorted(draft.style.models)
     for table, keys in LENGTH_KEYS.items():
         for row in getattr(draft.plan, table):
@@ -216,7 +216,7 @@ def _references(draft: Draft) -> Iterator[tuple[KeyPath, str | None, Sequence[st
 
 
 def _references_to_units(draft: Draft) -> Iterator[tuple[KeyPath, str, str | None, Mapping[str, str]]]:
-    """Where a row or unit stands, its id, the unit that it names, and those that are known there, with their kinds."""
+    """Yield the place of each row or unit, its id, the unit that it names, and the known units with their kinds."""
     for run in draft.plan.runs:
         for k, unit in enumerate(run.upper):
             yield draft.unit(run.id, "upper", k), unit.id, unit.over, {u.id: u.kind.value for u in run.base}
@@ -237,7 +237,7 @@ def _unit_like(got: str, units: Mapping[str, str]) -> str | None:
 
 
 def _orders_of_runs(draft: Draft) -> Iterator[Fault]:
-    """Runs that stand before the one that they need, and wall units over a run that stands at no wall."""
+    """Yield runs that precede the run they depend on, and wall units over a run that is not at a wall."""
     names = [r.id for r in draft.plan.runs]
     for n, run in enumerate(draft.plan.runs):
         placed, at, rows = run.faces or run.joins, draft.row("runs", run.id), draft.raw["runs"]
@@ -300,7 +300,7 @@ def _free(name: str, taken: set[str]) -> str:
 
 
 def wall_faults(draft: Draft) -> list[Fault]:
-    """What is wrong with the outline of a room; turns first, since lengths follow them."""
+    """Return the faults in the outline of a room; turns first, since lengths depend on them."""
     turned = _turns(draft, draft.plan.walls)
     return [turned] if turned else [*_lengths(draft)]
 
@@ -372,7 +372,7 @@ def _lengths(draft: Draft) -> Iterator[Fault]:
 
 
 def _closing(draft: Draft, known: Mapping[str, float], wall: Wall, headings: tuple[Heading, Heading]) -> float:
-    """The length of a wall that closes the outline, metres; negative where there is none."""
+    """Return the length of a wall that closes the outline, in metres; 0 or less if no length does."""
     others = {name: length for name, length in known.items() if name != wall.id}
     there, back = (lengths_along(draft.plan.walls, others, h) for h in headings)
     return round(back - there if wall.heading is headings[0] else there - back, 4)

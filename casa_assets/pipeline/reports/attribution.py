@@ -20,7 +20,7 @@ _WEB_ADDRESS = re.compile(r"https?://[A-Za-z0-9.-]+(:[0-9]+)?(/[A-Za-z0-9._~/%?=
 
 @dataclass(frozen=True)
 class Credit:
-    """What is said of one asset; what nobody stated is empty.
+    """Attribution of one asset; fields that its provenance does not state are empty.
 
     Attributes:
         id: of the asset. title, author, licence, uri, generator: as its provenance states them. sha256: of its source.
@@ -36,7 +36,7 @@ class Credit:
 
 
 def write(library: disk.Library, found: Iterable[Entry]) -> None:
-    """Write the file anew from the entries, in place by one rename."""
+    """Write the whole file from the entries, replacing it by one rename."""
     target = library.root / NAME
     fresh = library.private / f"{NAME}.{os.getpid()}"
     fresh.write_text(text([e for e in found if e.accepted]), encoding="utf-8")
@@ -77,7 +77,7 @@ def _credit_of_entry(entry: Entry) -> Credit:
 
 
 def _by_licence(found: Iterable[Credit]) -> Iterator[str]:
-    """Lines: a section for each licence, in which assets stand in the order of their ids."""
+    """Yield lines: a section for each licence, with its assets in the order of their ids."""
     by_licence: dict[str, list[Credit]] = defaultdict(list)
     for credit in found:
         by_licence[credit.licence].append(credit)

@@ -55,7 +55,7 @@ class MemberPictures:
     """A preset of a family with its picture files, relative to the page: closed first, then each named pose.
 
     Attributes:
-        model: what shows it in 3D; None where nothing does.
+        model: files that show it in 3D; None without a 3D model.
     """
 
     request: FamilyRequest
@@ -67,12 +67,12 @@ class MemberPictures:
 
 @dataclass(frozen=True)
 class DrawnCategory:
-    """A category of objects with its first members, whose pictures stand side by side in one file.
+    """A category of objects with its first members, whose pictures are side by side in one file.
 
     Attributes:
         strip: path of that file relative to the page.
-        masses, sides: kg, and metres of the longest side, of the whole members; of all where none is whole.
-        faces, shapes: of each member. models: what shows each in 3D; empty where nothing does.
+        masses, sides: kg, and metres of the longest side, of the whole members; of all members if no member is whole.
+        faces, shapes: of each member. models: files that show each in 3D; empty without 3D models.
     """
 
     name: str
@@ -85,10 +85,10 @@ class DrawnCategory:
 
 
 def wanted(names: Sequence[str] = ()) -> list[FamilyRequest | str]:
-    """What the page shows: presets of families, and categories of objects by name; all where no name is given.
+    """Return the items of the page: presets of families, and names of object categories; all if no name is given.
 
     Raises:
-        UnknownId: no family and no category of objects is called so.
+        UnknownId: no family and no category of objects has this name.
     """
     of_families, of_objects = family_names(), object_names()
     for name in names:
@@ -146,7 +146,7 @@ def title_of(request: FamilyRequest | str) -> str:
 
 
 def _draw(request: FamilyRequest | str, out: Path, viewer: str) -> MemberPictures | DrawnCategory:
-    """One of `wanted`; `viewer` is the path of the viewer below `out`, empty where there are no models."""
+    """Draw one of `wanted`; `viewer` is the path of the viewer below `out`, empty if there are no models."""
     return _draw_objects(request, out, viewer) if isinstance(request, str) else _draw_preset(request, out, viewer)
 
 

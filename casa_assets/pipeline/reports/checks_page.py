@@ -1,4 +1,4 @@
-"""What each code of a report means, for those who look one up, and docs/reference/checks.md, printed from it."""
+"""Explain each code of a report, and print docs/reference/checks.md from that."""
 
 from __future__ import annotations
 
@@ -45,12 +45,12 @@ TABLE_HEADER = "| code | what is tested; what to do |\n|---|---|"
 
 @dataclass(frozen=True)
 class CodeFacts:
-    """What a code of a report means.
+    """Meaning of a code of a report.
 
     Attributes:
         code: such as `USD002`. title: what is tested, or why an input was rejected, in a few words.
-        severity: `error`, `warning` or `rejection`. subject: what is looked at.
-        limit: the number that decides, None where there is none. unit: of it.
+        severity: `error`, `warning` or `rejection`. subject: kind of object that is checked.
+        limit: threshold of the check; None if it has no threshold. unit: of it.
         about: what is tested and what to do, sentences.
     """
 

@@ -24,16 +24,16 @@ class Entry:
 
     Attributes:
         id, category: of the asset. path: its folder, relative to the library.
-        accepted: there is an asset, be it in review; and if not, code and says.
-        summary, warnings, results, guesses: of an accepted one (what is known of a rejected one).
-        checks: how many there are by status; the results are left out where only their number is of use.
+        accepted: there is an asset, even if in review; if not, code and message.
+        summary, warnings, results, guesses: of an accepted one (as far as known for a rejected one).
+        checks: number of them by status; the results are left out if only the numbers are needed.
         source, source_path, sha256, title, author, licence, uri, prompt, generator: provenance.
-        split: train or test, as the asset says; empty where it says none.
-        portion: what is left of a thing that was cut, such as `half`; empty for a whole one.
+        split: train or test, as the asset states; empty if not stated.
+        portion: remaining part of an object that was cut, such as `half`; empty for a whole one.
         digest: of the asset, empty for rejected ones. producer: ingest, articulate or family. cache_key: of the entry.
-        is_whole: False where a file of an accepted one is missing.
-        colors: words for the colours of an accepted one, with the share of the surface that each has; where its source
-            states none, there is none.
+        is_whole: False if a file of an accepted one is missing.
+        colors: words for the colours of an accepted one, with the share of the surface that each has; empty if its
+            source states no colours.
     """
 
     id: str
@@ -66,7 +66,7 @@ class Entry:
 
     @property
     def to_decide(self) -> tuple[str, ...]:
-        """What a person has to decide about an asset, such as `scale`; see review.csv."""
+        """Return the subjects that a person has to decide about an asset, such as `scale`; see review.csv."""
         return subjects_to_decide(self.warnings)
 
     @property

@@ -1,4 +1,4 @@
-"""What a report says of a library in numbers, and beside an earlier run: the content of report.json and of its page."""
+"""Findings of a report on a library in numbers, also compared with an earlier run: content of report.json and page."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ TOLERANCE = 1.001
 
 
 class Quantity(StrEnum):
-    """What is held against the registry: the longest side in metres, the mass in kilograms."""
+    """Quantities that are compared with the registry: the longest side in metres, the mass in kilograms."""
 
     SIZE = "size"
     MASS = "mass"
@@ -115,14 +115,14 @@ def outlying(found: Iterable[PriorFit], quantity: Quantity) -> list[str]:
 
 
 def codes_of(entry: Entry) -> tuple[str, ...]:
-    """What an entry was rejected for, or the advice that it has."""
+    """Return the code for which an entry was rejected, or the codes of its advice."""
     if entry.accepted:
         return entry.advice
     return (entry.code,) if entry.code else ()
 
 
 class Change(StrEnum):
-    """How an input does beside the earlier run; one that does as before has none."""
+    """Change of an input compared with the earlier run. An unchanged input has no value here."""
 
     BETTER = "better"
     WORSE = "worse"
@@ -132,11 +132,11 @@ class Change(StrEnum):
 
 @dataclass(frozen=True)
 class Standing:
-    """What became of one input in one run.
+    """Outcome of one input in one run.
 
     Attributes:
         id, category: of the entry. path: of its folder, relative to its library.
-        verdict: what became of it. codes: what it was rejected for, or the advice that it has, sorted.
+        verdict: decision about it. codes: of its rejection, or of the advice that it has, sorted.
         source_path: of the input.
     """
 
@@ -161,7 +161,7 @@ class Run:
     """The standings of one run.
 
     Attributes:
-        name: of the library. root: its folder. page: its report as a page, None where there is none.
+        name: of the library. root: its folder. page: path of its HTML report, or None if it does not exist.
         standings: of all entries, sorted by id.
     """
 
@@ -173,7 +173,7 @@ class Run:
 
 @dataclass(frozen=True)
 class Difference:
-    """An input that does better or worse, is new or gone. before, now: its standings, None where it was not there."""
+    """An input that does better or worse, is new or gone. before, now: its standings, None if not in that run."""
 
     change: Change
     before: Standing | None
@@ -239,12 +239,12 @@ class Totals:
 
 @dataclass(frozen=True)
 class Findings:
-    """All that a report tells.
+    """Content of a report.
 
     Attributes:
         library: name of it. root: its folder relative to that of the report, POSIX. entries: of it.
         fits: sizes and masses against the usual ones. whole: checks on all assets together.
-        compared: None where there is no earlier run. outcomes: of the conditions that were set.
+        compared: None if there is no earlier run. outcomes: of the conditions that were set.
     """
 
     library: str
@@ -264,7 +264,7 @@ class Findings:
 def findings_of(
     root: Path, target: Path, entries: Sequence[Entry], before: Run | None, conditions: Sequence[Condition]
 ) -> Findings:
-    """What a report at `target` tells of the entries of the library at `root`."""
+    """Return the findings of a report at `target` on the entries of the library at `root`."""
     records = registry.load()
     fitting = fits(entries, {**records.categories, **records.fixtures})
     compared = None
@@ -312,7 +312,7 @@ def reasons(totals: Totals, words: Words) -> list[dict[str, Any]]:
 
 
 def content(found: Findings, words: Words) -> dict[str, Any]:
-    """What stands in report.json; plain data."""
+    """Return the content of report.json as plain data."""
     return {
         "schema_version": SCHEMA_VERSION,
         "library": found.library,
@@ -389,7 +389,7 @@ def standing_of(entry: Entry) -> Standing:
 
 
 def read_run(place: Path) -> Run:
-    """An earlier run: the report.json that was written beside its page, or its library.
+    """An earlier run: the report.json that was written next to its page, or its library.
 
     Raises:
         OutputError: there is neither, or the file is damaged.

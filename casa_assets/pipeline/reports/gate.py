@@ -1,4 +1,4 @@
-"""What a build is failed by: conditions on a report, and the report as JUnit XML and SARIF 2.1.0 for code scanning.
+"""Conditions on a report that fail a build, and the report as JUnit XML and SARIF 2.1.0 for code scanning.
 
 A condition is such as `rejected-rate>5%`, `worse` or `FLT005`.
 
@@ -6,12 +6,12 @@ A condition is such as `rejected-rate>5%`, `worse` or `FLT005`.
     NAME       = a count, a count followed by "-rate", or the code of a check or of a rejection
     OPERATOR   = ">" | ">=" | "<" | "<="
 
-A name alone means that there is one at least. A rate is a share of all entries, 0 to 1 or with a percent sign.
+A name alone means that there is at least one. A rate is a share of all entries, 0 to 1 or with a percent sign.
 
 JUnit has one test case for each input and one for each condition. A rejected input is a failure, and one that a person
-has to decide about is skipped. Where conditions are set, only they can fail, so that the file agrees with the exit code
-of the command: rejected inputs are then skipped too. SARIF has a result for each rejected input (error), for each thing
-that a person has to decide (note), for each advice (warning) and for each condition that holds (error).
+has to decide about is skipped. If conditions are set, only they can fail, so that the file agrees with the exit code
+of the command: rejected inputs are then skipped too. SARIF has a result for each rejected input (error), for each input
+that a person has to decide about (note), for each advice (warning) and for each condition that holds (error).
 
 Ref: Apache Ant's JUnit reports; OASIS SARIF 2.1.0.
 """

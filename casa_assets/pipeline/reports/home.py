@@ -1,4 +1,4 @@
-"""One page about all that stands in a folder of output: kitchens, what was articulated, assets, what was rejected."""
+"""One page about all contents of an output folder: kitchens, articulated models, assets, rejected inputs."""
 
 from __future__ import annotations
 

@@ -62,12 +62,12 @@ def page(
     model: ModelFiles | None = None,
     picture: str = "overview.png",
 ) -> str:
-    """HTML of the page.
+    """Return the HTML of the page.
 
     Args:
         facts: content of scene.json. report: content of report.json.
-        explained: code of a check -> its title and what is tested. model: what it shows in 3D, None where nothing is.
-        picture: name of the file that is shown until the model is loaded.
+        explained: code of a check -> its title and what is tested. model: shown in 3D; None: without a 3D model.
+        picture: name of the image file that is shown until the model is loaded.
     """
     results = [CheckResult.model_validate(result) for result in report["results"]]
     joints = sum(len(f["joints"]) for f in facts["fixtures"])

@@ -33,14 +33,14 @@ CELL_PX, CELL_HEIGHT_PX, SHEET_COLUMNS, COLUMNS_OF_MORE = 400, 267, 4, 6
 
 @dataclass(frozen=True)
 class SceneRow:
-    """A scene; numbers are None where no check has run.
+    """A scene; numbers are None if no check has run.
 
     Attributes:
-        id, plan, style: names. passed: verdict. errors: code -> how often.
-        checks: how many passed, such as `76 of 76 that apply`.
-        joints: that were swept through their range. design, access: scores, of 100. tasks: afforded, of 25.
+        id, plan, style: names. passed: verdict. errors: code -> number of occurrences.
+        checks: number that passed, such as `76 of 76 that apply`.
+        joints: number that were swept through their range. design, access: scores, of 100. tasks: afforded, of 25.
         load_ms, real_time_factor: on the machine of the check. check_s: seconds that the check took there.
-        bodies, geoms, nv, texture_mb: what the model holds.
+        bodies, geoms, nv, texture_mb: size of the model.
     """
 
     id: str
@@ -163,11 +163,11 @@ def sentence(found: Sequence[SceneRow]) -> str:
 
 @dataclass(frozen=True)
 class SceneCard:
-    """A scene as the page tells of it.
+    """A scene as the page shows it.
 
     Attributes:
-        row: verdict and numbers. fixtures, joints: how many. objects: loose things in it.
-        families: of its fixtures, but for floor, walls and ceiling. tasks: names of the atomic tasks that it affords.
+        row: verdict and numbers. fixtures, joints: their numbers. objects: number of loose objects.
+        families: of its fixtures, except floor, walls and ceiling. tasks: names of the atomic tasks that it affords.
         surfaces: ids of its floor, walls, worktops and cabinets. floor_m2: area of its room.
         pictures: names of its picture files, the one that shows most of it first.
     """
@@ -237,7 +237,7 @@ def read_cards(out: Path) -> list[SceneCard]:
 
 
 def _state(folder: Path) -> str:
-    """Text that changes whenever a file that a card tells of comes, goes or is written anew."""
+    """Return a text that changes whenever a file that a card is made from is added, removed or rewritten."""
     files = sorted((*folder.glob("*.json"), *folder.glob("*.png")))
     return " ".join(f"{path.name}:{path.stat().st_mtime_ns}:{path.stat().st_size}" for path in files)
 
@@ -277,7 +277,7 @@ def on_sheet(found: Sequence[SceneCard]) -> list[SceneCard]:
 
 
 def best_picture(card: SceneCard) -> str:
-    """Name of the picture that tells most: at the height of eyes with doors open, else the first; empty for none."""
+    """Return the name of the most informative picture: at eye level with doors open, else the first, else empty."""
     first = card.pictures[0] if card.pictures else ""
     return EYE_PICTURE if EYE_PICTURE in card.pictures else first
 
@@ -320,11 +320,11 @@ def _index_row(card: SceneCard, places: Mapping[str, int]) -> dict[str, Any]:
 
 
 def index_page(found: Sequence[SceneCard], heading: str, diversity: tuple[Diversity, Diversity] | None = None) -> str:
-    """HTML of the page that finds a kitchen.
+    """Return the HTML of the page for finding a kitchen.
 
     Args:
-        found: kitchens; of more than MAX_ROWS it lists the first ones.
-        diversity: of kitchens that were drawn at random, and of the reference; None where there are none.
+        found: kitchens; only the first MAX_ROWS are listed.
+        diversity: of kitchens drawn at random, and of the reference; None without such kitchens.
     """
     shown = found[:MAX_ROWS]
     names = _names(shown)

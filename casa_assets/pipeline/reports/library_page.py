@@ -1,8 +1,8 @@
-"""Write the report on a library: one HTML page that opens from disk and needs no network, JSON beside it, files for CI.
+"""Write the report on a library: one HTML page that opens from disk without a network, a JSON file, and files for CI.
 
-Up to MAX_WHOLE inputs all of it stands in the page, so that it can be sent to somebody as one file. Of more inputs,
-pictures are those in the folders of the library, and details leave out what passed; of more than MAX_ROWS the page
-lists the ones that should be looked at first, and the JSON file beside it has all.
+Up to MAX_WHOLE inputs, the page contains everything, so that it can be sent to somebody as one file. With more inputs,
+it shows the pictures in the folders of the library and leaves out details of checks that passed. With more than
+MAX_ROWS, it lists those that most need a look, and the JSON file next to it has all.
 """
 
 from __future__ import annotations
@@ -76,7 +76,7 @@ FILES = (("MJCF", "model.xml"), ("scene", "scene.xml"), ("USD", "usd/{id}.usda")
 
 @dataclass(frozen=True)
 class CiFiles:
-    """Files for continuous integration that are written beside a report; None for those that nobody asked for."""
+    """Files for continuous integration that are written in addition to a report; None for those not requested."""
 
     junit: Path | None = None
     sarif: Path | None = None
@@ -109,12 +109,12 @@ def write(
     models: PageModels | None = None,
     ci_files: CiFiles = NO_CI_FILES,
 ) -> WrittenReport:
-    """Write the page for the library at `root` to `target`, and a JSON file of that name beside it.
+    """Write the page for the library at `root` to `target`, and a JSON file of that name next to it.
 
     Args:
         target: the page, `<name>.html`.
-        baseline: report.json or library of an earlier run. conditions: that are judged.
-        models: where the page finds the models of its assets; None where there are none.
+        baseline: report.json or library of an earlier run. conditions: that are evaluated.
+        models: where the page finds the models of its assets; None: without models.
         ci_files: files for continuous integration that are written too.
     Raises:
         OutputError: an entry of the library is damaged, the page cannot be written, or there is no such earlier run.
@@ -274,7 +274,7 @@ def _tiles(totals: Totals, shown: Mapping[str, int]) -> list[dict[str, str]]:
 
 
 def _applying(checks: Tally) -> str:
-    """Note beside the number of checks that passed."""
+    """Return the note next to the number of checks that passed."""
     return f"of {checks.applying:,} that apply" + (f", {checks.not_run:,} not run" if checks.not_run else "")
 
 
@@ -294,7 +294,7 @@ def _largest(assets: Mapping[str, int]) -> str:
 
 
 def _changes(compared: Compared, links: Mapping[str, str]) -> dict[str, Any]:
-    """What changed since an earlier run, as the template shows it."""
+    """Return the changes since an earlier run, as the template shows them."""
     kinds = []
     for change, title in CHANGE_TITLES.items():
         members = [one for one in compared.differences if one.change is change]
@@ -321,11 +321,11 @@ def _change(one: Difference, link: str) -> dict[str, Any]:
 
 
 def render_library_section(report: Report | None, explanations: Mapping[str, str], weights: str = "") -> Markup:
-    """HTML of the section on the checks of all assets together; empty where no check of the library as a whole has run.
+    """Return the HTML of the section on the checks of the library as a whole; empty if none of them has run.
 
     Args:
         report: on the library. explanations: code of a check -> its title and what is tested.
-        weights: name of the CLIP weights that looked at the pictures; empty where none did.
+        weights: name of the CLIP weights used on the pictures; empty if CLIP was not used.
     """
     if report is None or not report.results:
         return NO_SECTION
@@ -381,11 +381,11 @@ def listed(found: Findings, words: Words, most: int = MAX_ROWS) -> list[Entry]:
 
 @dataclass(frozen=True)
 class RowContext:
-    """What rows tell beside their entries.
+    """Data that rows of the page need in addition to their entries.
 
     Attributes:
         found, words: of the report. pictures: small ones by `Entry.path`; None: the page shows those in the library.
-        odd: quantity -> ids of assets outside the usual range. changes: id -> how it does beside an earlier run.
+        odd: quantity -> ids of assets outside the usual range. changes: id -> change compared with an earlier run.
         is_brief: leave out checks that passed or do not apply.
     """
 
@@ -405,10 +405,10 @@ class RowContext:
 
 
 def row_of(entry: Entry, context: RowContext) -> dict[str, Any]:
-    """A row as the script of the page reads it; size in centimetres, mass in kg, None for a rejected input.
+    """Return a row as the script of the page reads it; size in centimetres, mass in kg, None for a rejected input.
 
-    `codes` are what it was rejected for, or the advice that it has; `decide` what a person has to decide; `more` is
-    shown when it is opened. What the words mean stands in docs/reference/report.md.
+    `codes` are those of its rejection or its advice; `decide` lists the subjects that a person has to decide; `more` is
+    shown when the row is opened. docs/reference/report.md explains the keys.
 
     Args:
         entry: with the results of its checks.
@@ -442,7 +442,7 @@ def row_of(entry: Entry, context: RowContext) -> dict[str, Any]:
 
 
 def _details(entry: Entry, context: RowContext) -> dict[str, Any]:
-    """What the page tells of an entry that is opened."""
+    """Return what the page shows of an entry when its row is opened."""
     is_left_out = {Status.PASSED, Status.NOT_APPLICABLE} if context.is_brief else set()
     shown = [result for result in entry.results if result.status not in is_left_out]
     told: dict[str, Any] = {
@@ -466,7 +466,7 @@ def _details(entry: Entry, context: RowContext) -> dict[str, Any]:
 
 
 def _look(entry: Entry, found: Findings) -> str:
-    """What the pictures of an asset look like to a model; empty where nobody has looked at it as it is now."""
+    """Return, in words, what CLIP sees in the pictures of an asset; empty if its present version was not looked at."""
     seen = found.whole.seen.get(entry.id) if found.whole else None
     if seen is None or seen.content != entry.digest:
         return ""

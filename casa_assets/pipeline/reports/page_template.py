@@ -1,4 +1,4 @@
-"""What all pages have in common: templates of the folder `templates/`, every value escaped, and what codes mean."""
+"""Shared parts of all pages: templates of the folder `templates/`, with every value escaped, and meanings of codes."""
 
 from __future__ import annotations
 
@@ -32,12 +32,12 @@ MODEL_POLICY = Markup("script-src 'unsafe-inline' 'self' file:; connect-src blob
 
 
 def render_template(name: str, **values: Any) -> str:
-    """Text of a template of the folder `templates/`, filled in.
+    """Return the text of a template of the folder `templates/`, filled in.
 
     Args:
-        name: of the template, such as `library/page.html`; it has to stand in the caller's code as text, which makes
-            the template, and what it takes in, a part of the caller's cache key.
-        values: what the template shows; text in it is escaped, only `Markup` goes in as it is.
+        name: of the template, such as `library/page.html`. It has to be a string literal in the caller's code, which
+            makes the template, and the files that it includes, a part of the caller's cache key.
+        values: shown by the template; text in it is escaped, only `Markup` is inserted unchanged.
     Raises:
         jinja2.UndefinedError: a value that the template shows is not given.
     """
@@ -63,7 +63,7 @@ def explanations() -> dict[str, str]:
 
 @dataclass(frozen=True)
 class Words:
-    """What codes mean.
+    """Meanings of codes.
 
     Attributes:
         rejections: reasons of the stages. explanations: code of a check -> its title and what is tested.
@@ -73,17 +73,17 @@ class Words:
     explanations: Mapping[str, str]
 
     def meaning(self, code: str) -> str:
-        """What a code stands for; empty for an unknown one."""
+        """Return the meaning of a code; empty for an unknown code."""
         rejection = self.rejections.get(code)
         return rejection.meaning if rejection else self.explanations.get(code, "")
 
     def needs_nothing(self, code: str) -> bool:
-        """True where a code tells what was done to an input, and its remedy says that nothing has to follow."""
+        """Return True if a code only describes what was done to an input and its remedy requires no action."""
         rejection = self.rejections.get(code)
         return rejection is not None and rejection.remedy.startswith("Nothing")
 
     def reason_and_fix(self, entry: Entry) -> tuple[str, str]:
-        """What was wrong with a rejected input, and what to do about it."""
+        """Return what was wrong with a rejected input, and what to do about it."""
         rejection = self.rejections.get(entry.code)
         if rejection:
             return entry.message, rejection.remedy
@@ -93,7 +93,7 @@ class Words:
 
 
 def all_words() -> Words:
-    """What all codes mean."""
+    """Return the meanings of all codes."""
     return Words(registry.load().rejections, explanations())
 
 
@@ -119,5 +119,5 @@ def _source(name: str) -> str:
 
 
 def _unescaped_source(name: str) -> Markup:
-    """A style sheet or script of ours, as it stands in its file."""
+    """Return a style sheet or script of this package, unescaped."""
     return Markup(_source(name))  # noqa: S704  a file of this package

@@ -1,4 +1,4 @@
-"""Pictures of assets and kitchens that stand on disk already: drawn by MuJoCo, contact sheets, path-traced stills."""
+"""Pictures of assets and kitchens on disk: drawn by MuJoCo, contact sheets, path-traced stills."""
 
 from __future__ import annotations
 
@@ -125,7 +125,9 @@ def draw_stills(
 
 
 def draw_scene(folder: Path, settings: StillSettings, pose: str, cameras: Sequence[str] = ()) -> Iterator[WrittenStill]:
-    """Write stills of a kitchen beside its files, as `photoreal_<camera>.png`, with its pose where that is another.
+    """Write stills of a kitchen into its folder.
+
+    They are named `photoreal_<camera>.png`, or `photoreal_<camera>_<pose>.png` for a pose other than `start`.
 
     Raises:
         OutputError, UnknownId, NoPathTracer: as `draw_stills`.
@@ -144,7 +146,7 @@ def _check_pose(model: Path, pose: str) -> None:
 
 
 def _put(path: Path, data: bytes) -> Path:
-    """The path, once the bytes stand there."""
+    """Write the bytes to a file and return its path."""
     with writing(path.parent):
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(data)

@@ -135,11 +135,11 @@ def write_index(
     force: bool = False,
     entries_of: Callable[[disk.Library], Iterable[Entry]] = stream_entries,
 ) -> WrittenParts:
-    """Write the parts of libraries; those of a library of which no entry came, went or was replaced stay as they are.
+    """Write the parts of libraries; parts of a library with no entry added, removed or replaced are kept.
 
     Args:
-        libraries: all that the folder is to be of; parts of others in it go.
-        force: write all parts anew, also where a file of an entry was edited in its place.
+        libraries: all that the folder is to index; parts of other libraries in it are removed.
+        force: write all parts again, including those of libraries in which only a file was edited in place.
         entries_of: gives the entries of a library.
     Raises:
         CasaError: pyarrow is not installed.

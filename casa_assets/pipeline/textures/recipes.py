@@ -78,12 +78,12 @@ _CURRENT: ContextVar[_Ahead | None] = ContextVar("paintings", default=None)
 
 @contextmanager
 def painting_ahead(all_missing: Callable[[], Mapping[str, Painting]]) -> Iterator[None]:
-    """Within it, the first finish that has to be painted has all others painted beside it.
+    """Context in which the first finish that has to be painted starts the painting of all others in parallel.
 
-    Not in a worker process: there the other cores have workers of their own.
+    It has no effect in a worker process, because other workers use the other cores.
 
     Args:
-        all_missing: what is going to be asked for and is not in the cache, by key, first what is needed first.
+        all_missing: returns the finishes that will be needed and are not in the cache, by key, first needed first.
     """
     if is_worker():
         yield
@@ -242,7 +242,7 @@ def _painted(recipe: TextureRecipe, size_px: int) -> Layers:
 
 
 def layers_of(recipe: TextureRecipe, size_px: int) -> Layers:
-    """What is painted of a recipe, or the picture of a pack, with at most `size_px` pixels on the longer side."""
+    """Return the painted layers of a recipe, or the picture of a pack, at most `size_px` pixels on the longer side."""
     return layers_of_picture(recipe, size_px) if recipe.kind == KIND else _painted(recipe, size_px)
 
 

@@ -1,1 +1,1 @@
-"""Look at one asset or kitchen: what a name stands for, its model and facts, and the server of its page."""
+"""View one asset or kitchen: find it by name, make its model and facts, and serve its page."""

@@ -27,13 +27,13 @@ MAX_STEP_S = 60.0
 
 
 class Step(Record):
-    """What a page says of one fixture.
+    """State of one fixture, as a page sends it for a step of its state machine.
 
     Attributes:
         placement: name of the fixture; empty for an asset by itself.
-        values: variable -> value, as the last answer had them; empty at the start.
-        before, held_s: of BehaviorState, as the last answer had them.
-        joints: name -> position, rad or m, without the name of the placement; those that are not named are at zero.
+        values: variable -> value, as in the last answer; empty at the start.
+        before, held_s: of BehaviorState, as in the last answer.
+        joints: name -> position, rad or m; names without that of the placement. Joints not listed are at zero.
         touched: names of colliders that are being pressed. dt_s: seconds since the last step.
     """
 
@@ -49,7 +49,7 @@ class Step(Record):
 
 
 def parse(data: bytes) -> Step:
-    """A step out of JSON. Raises CasaError where it is none."""
+    """Parse a step from JSON. Raises CasaError if it is not a valid step."""
     try:
         return Step.model_validate_json(data)
     except ValidationError as error:
@@ -105,11 +105,11 @@ def _effect(effect: Effect) -> dict[str, Any]:
 
 
 def describe(asset: Asset, placement: str = "") -> dict[str, Any] | None:
-    """What a page has to know of an asset's state machine to show it; None where it has none.
+    """Return the data with which a page shows an asset's state machine, or None if the asset has no state machine.
 
     Returns:
-        variables: name -> values. joints: names of those it looks at.
-        contacts: rows of `name` and `joint` of colliders that are pressed; the joint is that of the key, null where it
+        variables: name -> values. joints: names of those that it depends on.
+        contacts: rows of `name` and `joint` of colliders that are pressed; the joint is that of the key, null if it
             does not move.
         targets: name of a site, visual or region that effects act on -> `link`, and its `points` and `faces` or its
             `position`, `quaternion` and `size`.

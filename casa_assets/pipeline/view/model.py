@@ -44,13 +44,13 @@ Tell = Callable[[str, int, int], None]
 
 @dataclass(frozen=True)
 class Model:
-    """What the server hands to the page.
+    """A model and its data, as the server sends them to the page.
 
     Attributes:
-        id: of the subject. glb: the model, with colliders and regions in layers of their own.
+        id: of the subject. glb: the model, with colliders and regions in separate layers.
         facts: see `facts` of the functions below; JSON. behaviors: name of a placement (empty for an asset by itself)
             -> its state machine.
-        folder: of the scene or asset on disk, from which its report is served; None where it is on no disk.
+        folder: of the scene or asset on disk, from which its report is served; None if it is not on disk.
     """
 
     id: str
@@ -88,7 +88,7 @@ def make(subject: Subject, cache: Path, tell: Tell) -> Model:
 
 
 def asset_of(subject: Subject, cache: Path) -> Asset:
-    """The record of an asset. Raises CasaError where there is none: of a scene, and of an MJCF of somebody else."""
+    """Return the record of an asset. Raises CasaError if it has no record: a scene, or an MJCF from elsewhere."""
     if isinstance(subject, AssetFolder):
         return disk.read_asset(subject.folder)
     if isinstance(subject, Member):
@@ -105,9 +105,9 @@ def asset_of(subject: Subject, cache: Path) -> Asset:
 
 
 def scene_of(subject: Kitchen, cache: Path, tell: Tell) -> tuple[KitchenRequest, Scene]:
-    """The kitchen and the scene of a recipe, by the functions that `scenes build` uses, told part by part.
+    """Return the kitchen and the scene of a recipe, made by the functions that `scenes build` uses.
 
-    What was built before comes out of the cache.
+    Progress is reported part by part. Parts that were built before come from the cache.
     """
     tell("reading the plan", 0, 0)
     choices = {choice.model_dump_json(): (choice.preset, choice) for choice in _choices(resolve(subject.recipe))}
@@ -181,7 +181,7 @@ def build_command(recipe: SceneRecipe) -> str:
 
 
 def _parking(kitchen: KitchenRequest, scene: Scene) -> dict[str, Any]:
-    """Fixture -> where the middle of a robot's base stands before it: `x`, `y`, `yaw`; None where it cannot go."""
+    """Return, by fixture, the position `x`, `y`, `yaw` of a robot's base in front of it; None if it has no position."""
     found = DesignSubject(facts_of(kitchen, scene)).parking.shut
     return {name: None if place is None else _place(place) for name, place in found.items()}
 
@@ -234,10 +234,12 @@ def with_style(recipe: SceneRecipe, style: str) -> SceneRecipe:
 
 
 def mujoco_model(subject: Subject, cache: Path, tell: Tell) -> Any:
-    """A compiled model of what is to be shown; assets come on a floor.
+    """Return a compiled MuJoCo model of the subject; assets are placed on a floor.
+
+    The last argument is a callback that receives the progress.
 
     Args:
-        cache: folder of the store of built assets. tell: is told how far it is.
+        cache: folder of the store of built assets.
     Raises:
         CasaError: it cannot be built or read.
     """

@@ -1,11 +1,11 @@
-"""Serve the page of what is looked at, its models and the steps of its state machines, to browsers of this machine.
+"""Serve the page of a subject, its models and the steps of its state machines, to browsers on this machine.
 
 Models are made in the background, one at a time; the last few are kept in memory.
 
-One port and relative addresses, so that it works through `ssh -L` as it is. It listens on 127.0.0.1 alone and answers
-no page from elsewhere: the Host header has to name this machine (a name of a stranger that was made to point here does
-not), and what is posted has to come from the page itself. Nobody needs a secret word to ask: what can be asked for is
-the one thing that is looked at, kitchens of the registry, and the report beside them; nothing is written but the cache.
+One port and relative addresses are used, so that it works through `ssh -L` unchanged. The server listens on 127.0.0.1
+alone and refuses requests from other sites: the Host header has to name this machine (which excludes a stranger's name
+that resolves to it), and POST requests have to come from the page itself. No secret token is needed: only the subject,
+kitchens of the registry, and their reports can be requested, and nothing is written except the cache.
 """
 
 from __future__ import annotations
@@ -59,11 +59,11 @@ Maker = Callable[[Subject, Tell], Model]
 
 @dataclass(frozen=True)
 class Progress:
-    """How far a model is.
+    """Progress of a model.
 
     Attributes:
-        doing: what is being done, in words. done, of: how much of it; both 0 where that is not known.
-        seconds: since it was ordered. error: why there is none; empty where nothing went wrong.
+        doing: the present step, in words. done, of: how much of it is done; both 0 if unknown.
+        seconds: since it was ordered. error: why it cannot be made; empty if nothing went wrong.
     """
 
     doing: str = "waiting for another"
@@ -85,10 +85,10 @@ class _Job:
 
 
 class Workshop:
-    """Models by the id of their subject. Any thread may ask.
+    """Models by the id of their subject. Any thread may call it.
 
     Args:
-        make: builds or reads a model; its CasaErrors are told to whoever asks.
+        make: builds or reads a model; its CasaErrors are passed on to all who ask for the model.
     """
 
     def __init__(self, make: Maker) -> None:
@@ -97,7 +97,7 @@ class Workshop:
         self._lock, self._bench = Lock(), Lock()
 
     def order(self, subject: Subject) -> str:
-        """Start to make a model unless it is there or on its way; returns its id. What failed is tried again."""
+        """Start to make a model unless it is ready or being made; return its id. Failed models are tried again."""
         with self._lock:
             job = self._jobs.get(subject.id)
             if job is None or job.progress.error:
@@ -109,7 +109,7 @@ class Workshop:
         return subject.id
 
     def progress(self, model_id: str) -> Progress | None:
-        """How far a model is; None where nobody ordered it, or it was forgotten."""
+        """Return the progress of a model, or None if it was not ordered or was discarded."""
         job = self._find(model_id)
         if job is None:
             return None
@@ -123,12 +123,12 @@ class Workshop:
         return None if job is None else job.model
 
     def subject(self, model_id: str) -> Subject | None:
-        """What a model was ordered for, or None."""
+        """Return the subject that a model was ordered for, or None."""
         job = self._find(model_id)
         return None if job is None else job.subject
 
     def _find(self, model_id: str) -> _Job | None:
-        """The job of a model, which counts as asked for just now; None where there is none, or it was forgotten."""
+        """Return the job of a model and mark it as just used; None if it does not exist or was discarded."""
         with self._lock:
             job = self._jobs.get(model_id)
             if job is not None:
@@ -192,7 +192,7 @@ class ViewServer(ThreadingHTTPServer):
         return self.workshop.order(self._subject)
 
     def handle_error(self, request: Any, client_address: Any) -> None:
-        """Tell of a fault of the program; a browser that went away before its answer was there is none."""
+        """Report a fault of the program, but not a browser that closed the connection before its answer."""
         if not isinstance(sys.exception(), ConnectionError):
             super().handle_error(request, client_address)
 
@@ -275,7 +275,7 @@ class _Handler(LocalHandler):
             self._send_json(asdict(found))
 
     def _ready(self, model_id: str) -> Model | None:
-        """A model, or None once it was said that there is none."""
+        """Return a model, or None after an answer to the browser that it is not ready."""
         found = self.server.workshop.model(model_id)
         if found is None:
             self._refuse(HTTPStatus.NOT_FOUND, f"{model_id} is not ready")
@@ -292,7 +292,10 @@ class _Handler(LocalHandler):
             self.send(HTTPStatus.OK, JSON, to_json(found.facts))
 
     def _report(self, rest: str) -> None:
-        """The report of a scene or asset, a file beside it that it names, or the viewer, of this version for all."""
+        """Send the report of a scene or asset, a file of its folder that the report uses, or the viewer.
+
+        The viewer is that of the present version in all cases.
+        """
         model_id, _, name = rest.rpartition("/")
         if _VIEWER.fullmatch(rest):
             self.send(HTTPStatus.OK, KINDS[".js"], viewer_script())
@@ -352,7 +355,7 @@ def _is_of_report(folder: Path, name: str) -> bool:
 
 
 def _swapped(recipe: SceneRecipe, style: str, surfaces: dict[str, str], seed: Any) -> SceneRecipe:
-    """A recipe in another style, then with random surfaces of a seed, or with some surfaces of its own."""
+    """Return a recipe in another style, then with surfaces drawn from a seed, or with the given surfaces."""
     made = with_style(recipe, style) if style and style != recipe.style else recipe
     if seed is not None:
         if not isinstance(seed, int) or not 0 <= seed < MAX_SEED:

@@ -40,7 +40,7 @@ class AssetFolder:
 
 @dataclass(frozen=True)
 class Member:
-    """A preset of a family, or a draw of a category of objects; it stands in no folder."""
+    """A preset of a family, or a draw of a category of objects; it has no folder."""
 
     request: FamilyRequest
 
@@ -55,8 +55,8 @@ class Kitchen:
     """A kitchen by its recipe.
 
     Attributes:
-        place: the folder of scenes that it stands in, or would be built into.
-        is_named_by_path: its files were named, and not its id, so that MuJoCo shows them whoever made them.
+        place: the folder of scenes that contains it, or into which it would be built.
+        is_named_by_path: its files were named instead of its id, so that MuJoCo shows them whoever made them.
     """
 
     recipe: SceneRecipe
@@ -76,7 +76,7 @@ class Kitchen:
 
 @dataclass(frozen=True)
 class ModelFile:
-    """An MJCF file of which there is no record of ours: MuJoCo can show it, the page cannot. `why`: there is none."""
+    """An MJCF file without a record of this program: MuJoCo can show it, the page cannot. `why`: reason, in words."""
 
     path: Path
     why: str = f"no {SCENE_JSON} of a scene and no {disk.CERTIFICATE} of an asset stands beside it"
@@ -91,15 +91,15 @@ Subject = AssetFolder | Member | Kitchen | ModelFile
 
 
 def find(what: str, scenes: Path, libraries: Sequence[Path] = LIBRARIES) -> Subject:
-    """What a name stands for. A path that exists comes first, then ids of the libraries, kitchens, families, objects.
+    """Return the subject with that name: an existing path first, then library ids, kitchens, families, objects.
 
     Args:
         what: folder of an asset or a scene, `model.xml` or `scene.xml` in it, id of an asset in one of the libraries,
-            id of a kitchen, `microwave` or `microwave/steel` (a preset; the first where none is named), `apple` or
-            `apple/3` (draw number 3 of a category of objects).
-        scenes: folder that kitchens stand in. libraries: folders; those that do not exist are passed over.
+            id of a kitchen, `microwave` or `microwave/steel` (a preset; the first if not named), `apple` or `apple/3`
+            (draw number 3 of a category of objects).
+        scenes: folder of kitchens. libraries: folders; those that do not exist are skipped.
     Raises:
-        OutputError: the path holds no asset and no scene. UnknownId: nothing is called so; it names the nearest.
+        OutputError: the path holds no asset and no scene. UnknownId: nothing has this name; it names the nearest.
         CasaError: the finishes of a kitchen's id cannot be found.
     """
     path = Path(what).expanduser()

@@ -1,8 +1,8 @@
-"""What pages show in 3D: the viewer as one script file beside them, and a script file for each model.
+"""Files with which pages show models in 3D: the viewer as one script file next to them, and a script file per model.
 
-Pages open from a disk, where a browser refuses to fetch. So a model comes as `<name>.glb.js`, which hands over its GLB,
-and is loaded when somebody asks for it, as the viewer is. A model does not depend on the viewer, so that a change of
-the viewer makes no model anew. The template `model.html` says how a page uses them.
+Pages are opened from disk, where a browser refuses to fetch files. So a model comes as `<name>.glb.js`, which hands
+over its GLB; it is loaded on demand, as the viewer is. A model does not depend on the viewer, so that a change of the
+viewer does not require models to be made again. The template `model.html` says how a page uses them.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ def put_viewer(folder: Path) -> str:
 
 @dataclass(frozen=True)
 class ModelFiles:
-    """What a page names to show a model.
+    """Names and paths that a page needs to show a model.
 
     Attributes:
         name: of the model. script: path of its script file, and viewer: of the viewer, both relative to the page.

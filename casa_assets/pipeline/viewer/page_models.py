@@ -1,4 +1,4 @@
-"""Models of the assets of a library, which its page shows in 3D: script files in a folder beside the page."""
+"""Models of the assets of a library, which its page shows in 3D: script files in a folder next to the page."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class PageModels:
     viewer: str
 
     def of(self, asset_id: str) -> ModelFiles:
-        """What the page names to show the model of an asset."""
+        """Return the files with which the page shows the model of an asset."""
         return ModelFiles(asset_id, f"{self.folder}/{asset_id}{SUFFIX}", self.viewer)
 
     @property
@@ -44,7 +44,7 @@ def models_of(target: Path) -> PageModels:
 
 
 def folder_of(target: Path) -> Path:
-    """Folder of the models of a page, such as `report_models` beside `report.html`."""
+    """Return the folder of the models of a page, such as `report_models` next to `report.html`."""
     return target.with_name(f"{target.stem}_models")
 
 

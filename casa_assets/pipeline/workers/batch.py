@@ -1,7 +1,7 @@
 """Run a batch of families, scenes or textures in the worker pool, and report those that fail.
 
 Families, scenes and textures are made from data of the program, not from untrusted files: an error is a fault of the
-program, of the machine, or of the user's request, and these are told apart here.
+program, of the machine, or of the user's request, and this module distinguishes these.
 """
 
 from __future__ import annotations

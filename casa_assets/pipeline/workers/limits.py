@@ -1,6 +1,7 @@
-"""What one job may use, what it uses, and what this machine has left: processor time, memory, temporary files.
+"""Limits of one job, its use of resources, and the resources left on this machine: processor time, memory, disk.
 
-Times and memory are counted as Linux does, of a process with all that it started.
+Processor time and memory are counted as Linux does, for a process with all that it started. Disk means the space for
+temporary files.
 """
 
 from __future__ import annotations
@@ -30,9 +31,9 @@ class Limits:
     """Resources that one job may use, with all processes that it starts.
 
     Attributes:
-        cpu_s: processor seconds. The clock decides nothing: on a busy machine a job takes longer and ends the same.
-        memory_bytes: memory of its own (of its data, not of libraries mapped).
-        idle_s: a job that uses no processor time for so many seconds of the clock hangs, and is ended.
+        cpu_s: processor seconds. Wall time does not count: on a busy machine a job takes longer and ends the same.
+        memory_bytes: private memory (its data, not mapped libraries).
+        idle_s: a job that uses no processor time for this number of wall seconds hangs, and is ended.
     """
 
     cpu_s: float
@@ -133,7 +134,7 @@ class StepClock:
 
 
 def processes() -> Iterator[Process]:
-    """Every process that this one may see. Ref: proc(5), /proc/pid/stat; nothing where there is no such folder."""
+    """Yield every process that this one may see; nothing if there is no /proc. Ref: proc(5), /proc/pid/stat."""
     with suppress(FileNotFoundError):
         for entry in os.scandir(PROC):
             if entry.name.isdigit():
@@ -232,9 +233,9 @@ def plan_workers(
 
 
 def available(proc: Path = PROC, cgroups: Path = CGROUPS) -> int | None:
-    """Bytes that new processes may take: of the machine, and within the limits of its control groups.
+    """Return the bytes that new processes may take, within the limits of the machine and of their control groups.
 
-    None where the system does not say.
+    None if the system does not say.
     """
     free = [value for value in (_of_machine(proc), *_of_groups(proc, cgroups)) if value is not None]
     return max(0, min(free)) if free else None
@@ -251,10 +252,10 @@ def _of_machine(proc: Path) -> int | None:
 
 
 def _of_groups(proc: Path, root: Path) -> Iterator[int]:
-    """Bytes left within each control group that this process is in, and those around it.
+    """Yield the bytes left within each control group that this process is in, and within those around it.
 
     Ref: https://docs.kernel.org/admin-guide/cgroup-v2.html#memory and cgroup-v1/memory.html. Within a container the
-    path of the group may not exist; then its own limits stand at the root.
+    path of the group may not exist; then the limits of the container are at the root.
     """
     with suppress(OSError):
         for line in (proc / "self" / "cgroup").read_text(encoding="utf-8").splitlines():
@@ -292,7 +293,7 @@ LEAST_FREE_BYTES = 64_000_000
 
 
 def full_disk() -> OutputError | None:
-    """Say that the disk for temporary files of this machine is full, and what to do; None where it has room."""
+    """Return an error if the disk for temporary files of this machine is full, with advice; None if it has room."""
     advice = "make room, or set TMPDIR to a folder on another disk"
     try:
         place = tempfile.gettempdir()

@@ -1,4 +1,4 @@
-"""Run every job in a child process of its own with limits on time and memory; no job can take another one down."""
+"""Run every job in a separate child process with limits on time and memory; no job can take another one down."""
 
 from __future__ import annotations
 
@@ -243,7 +243,7 @@ class Pool:
             yield running.job, self._verdict(running, *more)
 
     def _verdict(self, running: _Running, code: int, reason: str = "") -> Any:
-        """The answer of a job whose process is gone, or why there is none."""
+        """Return the answer of a job whose process has ended, or a WorkerFailure if it did not answer."""
         while not running.is_drained and running.channel.poll(0):
             _read(running)
         running.channel.close()
@@ -317,7 +317,7 @@ WAITING_SHARE = 0.125
 
 
 def waiting_jobs(workers: int) -> int:
-    """How many jobs a cluster of so many workers is given beside those that run."""
+    """Return the number of jobs that a cluster with `workers` workers is given in addition to those that run."""
     return math.ceil(WAITING_SHARE * workers)
 
 
@@ -326,7 +326,7 @@ Workers = int | RayCluster
 
 
 class Engine(Protocol):
-    """Runs jobs of one run, each in a process of its own with limits; a context manager."""
+    """Runs the jobs of one run, each in a separate process with limits; a context manager."""
 
     def __enter__(self) -> Self:
         """Nothing is started before the first job."""

@@ -149,7 +149,7 @@ class RayEngine:
         return task.remote(replace(order, limits=replace(self._limits, memory_bytes=memory)), job)
 
     def _fit(self) -> dict[str, str] | None:
-        """What Ray asks of the machine of a job; None where any will do."""
+        """Return the requirement on a job's machine that Ray is given, or None if any machine will do."""
         return {"ray.io/node-id": f"!in({','.join(sorted(self._full))})"} if self._full else None
 
     def _leave_out(self, full: node.Full) -> None:
@@ -169,7 +169,7 @@ class RayEngine:
         return node.Order(function, warm, self._limits, self._least_bytes, Path.cwd(), self._marker, version, *uses)
 
     def _answer(self, reference: Any, number: int, queue: _Queue, memory: int) -> tuple[Any] | None:
-        """The answer of a job that has ended; None where it is put back into the queue. Raises CasaError."""
+        """Return the answer of a job that has ended, or None if it is put back into the queue. Raises CasaError."""
         try:
             answer = ray.get(reference)
         except exceptions.OutOfMemoryError:
@@ -234,7 +234,7 @@ class RayEngine:
             raise CasaError(f"the cluster at {self._cluster.address} has no processors; start workers with `ray start`")
 
     def _connect_again(self, queue: _Queue, error: Exception) -> None:
-        """Connect anew and put all that ran back into the queue: Ray answers every job with an error from now on.
+        """Connect again and put all running jobs back into the queue: Ray answers every job with an error from now on.
 
         Raises:
             CasaError: no cluster answers, the connection keeps breaking, or it is not ours.

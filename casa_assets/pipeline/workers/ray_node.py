@@ -1,7 +1,7 @@
-"""What runs on a machine of a Ray cluster: one job, in a child process of its own with limits, as on one machine.
+"""Run one job on a machine of a Ray cluster, in a separate child process with limits, as on one machine.
 
-A process that Ray starts keeps a pool of one worker from job to job, with what all jobs need loaded once. A job that
-crashes, runs out of memory or hangs ends its child alone, and the answer says so.
+A process that Ray starts keeps a pool of one worker from job to job, with the modules that all jobs need loaded once. A
+job that crashes, runs out of memory or hangs ends its child alone, and the answer says so.
 """
 
 from __future__ import annotations
@@ -41,15 +41,15 @@ PACKAGE = Path(__file__).parents[2]
 
 @dataclass(frozen=True)
 class Order:
-    """What all jobs of a run share.
+    """Settings shared by all jobs of a run.
 
     Attributes:
         function: `module:name` of the function of one argument that does a job. warm: as in Pool, in their order.
-        limits: of each job. least_bytes: memory that a job needs at least.
+        limits: of each job. least_bytes: minimum memory that a job needs.
         folder: working folder of the run, to which paths in jobs are relative.
         marker: file that the run has written on the shared disk.
         version: of the code of the run, see `version`.
-        project: folder of the project in use, on the shared disk; None where there is none.
+        project: folder of the project in use, on the shared disk; None if no project is in use.
         plugins: which plug-ins run.
     """
 

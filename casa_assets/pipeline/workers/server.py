@@ -1,13 +1,13 @@
 """Fork server of the workers: it has imported the heavy libraries once, so that a worker costs little.
 
-`main` is run by workers.pool in a process of its own. They talk over one socket in whole messages, pickled tuples:
+`main` is run by workers.pool in a separate process. They talk over one socket in whole messages, pickled tuples:
 
     pool -> server   ("call", function)  ("fork", number, limits) with the worker's end of a socket
     server -> pool   ("ready", function)  ("failed", function, why)  ("started", number)
-                     ("ended", number, exit code, reason): a reason where the server ended it, as in WorkerFailure
+                     ("ended", number, exit code, reason): a reason if the server ended it, as in WorkerFailure
 
 The server adds up the processor time of each worker and of all that it started, and ends those over their limits.
-Where the socket closes, the server kills its workers with all that they started, and ends.
+If the socket closes, the server kills its workers with all that they started, and ends.
 """
 
 from __future__ import annotations
@@ -242,7 +242,7 @@ def _answer(function: str, job: Any, limits: Limits) -> Any:
 
 
 def _pickled_failure(error: BaseException) -> bytes:
-    """The pickled failure of a job that raised an error; ends the process where there is no memory to make it."""
+    """Return the pickled failure of a job that raised an error; ends the process if there is no memory to pickle it."""
     try:
         return pickle.dumps(OUT_OF_MEMORY if _is_out_of_memory(error) else _failure_of(error))
     except MemoryError:
@@ -255,10 +255,10 @@ def _failure_of(error: BaseException) -> WorkerFailure:
 
 
 def _is_out_of_memory(error: BaseException | None) -> bool:
-    """Tell whether an error, or one that it was raised from or beside, is that the memory limit was met.
+    """Return whether an error, its cause or its context says that the memory limit was reached.
 
-    Where none of them says so, what is left of the memory decides. What the failed job holds is counted, for its frames
-    belong to the error.
+    If none of them says so, the remaining memory decides. Memory that the failed job holds counts as used, because its
+    frames belong to the error.
     """
     while error is not None:
         if isinstance(error, MemoryError) or (isinstance(error, OSError) and error.errno == errno.ENOMEM):

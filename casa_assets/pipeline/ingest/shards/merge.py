@@ -142,7 +142,7 @@ def merge(
 
 
 def _is_looked_at(header: ShardHeader, indices: frozenset[int], path: str) -> bool:
-    """True for a file that the shards had, if it still stands where their sources were."""
+    """Return whether a file belongs to one of the shards, and still exists below the roots of their sources."""
     return index_of(path, header.count) in indices and is_below([Path(root) for root in header.roots], path)
 
 

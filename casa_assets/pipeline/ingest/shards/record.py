@@ -72,7 +72,7 @@ def index_of(path: str, count: int) -> int:
 
 
 def file_of(one: Found | Refused) -> str:
-    """Path, as its source calls it, of the file on the disk that an input stands in: of a member, its archive."""
+    """Return the path, as its source calls it, of the file on disk with an input; of a member, its archive."""
     if isinstance(one, Refused):
         return one.path
     return one.source.path.removesuffix(f"!{utf8_escaped(one.main)}") if one.archive else one.source.path
@@ -136,7 +136,7 @@ class SurveyRecord(Record):
 
     @property
     def answer(self) -> Survey | Rejected:
-        """The survey, or the reason why there is none."""
+        """The survey, or the reason why the input has no survey."""
         if self.code:
             return Rejected(self.code, self.message)
         return Survey(self.sha256, self.category, self.confidence, self.reason)
@@ -166,7 +166,7 @@ class ShardLine(Record):
 
     @property
     def inputs(self) -> Iterator[Found | Refused]:
-        """What was discovered."""
+        """Yield the inputs that were discovered."""
         if self.source is not None:
             yield Found(Path(), "", self.source)
         if self.refused is not None:
@@ -177,7 +177,7 @@ class ShardLine(Record):
 
 @dataclass(frozen=True)
 class ShardRecord:
-    """Content of the file: what a shard's run found out. `library` is the one that it stands in."""
+    """Content of the file: results of a shard's run. `library` is the one that contains the file."""
 
     library: disk.Library
     header: ShardHeader
@@ -237,7 +237,7 @@ def made_by() -> str:
 
 
 def write_record(library: disk.Library, header: ShardHeader, lines: Iterable[ShardLine] = ()) -> None:
-    """Write the file anew, by one rename."""
+    """Replace the file by one rename."""
     ordered = sorted(lines, key=lambda line: line.number)
     fresh = library.private / f"{NAME}.{os.getpid()}"
     with fresh.open("w", encoding="utf-8") as out:
@@ -248,7 +248,7 @@ def write_record(library: disk.Library, header: ShardHeader, lines: Iterable[Sha
 
 
 def read_header(library: disk.Library) -> ShardHeader | None:
-    """First line of the file; None where a library is no shard. Raises OutputError where it is damaged."""
+    """Return the first line of the file, or None if the library is no shard. Raises OutputError if it is damaged."""
     path = library.root / NAME
     if not os.path.lexists(path):
         return None
@@ -258,10 +258,10 @@ def read_header(library: disk.Library) -> ShardHeader | None:
 
 
 def read_record(library: disk.Library, categories: Mapping[str, object]) -> ShardRecord:
-    """What a shard's run found out.
+    """Return the results of a shard's run.
 
     Args:
-        categories: those that there are, by id.
+        categories: all that exist, by id.
     Raises:
         OutputError: the library is no shard, its run has not ended, or the file is damaged.
     """
@@ -304,7 +304,7 @@ def _line(path: Path, number: int, text: bytes, categories: Mapping[str, object]
 
 
 def _fault(line: ShardLine, categories: Mapping[str, object], is_split: bool) -> str:
-    """What is wrong with a line; empty where nothing is."""
+    """Return the error in a line, or an empty text if there is no error."""
     if (line.source is None) == (line.refused is None) or (line.things and not is_split):
         return "it is neither an input nor a file of refused rows"
     if line.source is not None and len(line.surveys) != (len(line.things) or 1):
@@ -410,7 +410,7 @@ class Recorder:
 
 @dataclass(frozen=True)
 class _Noting:
-    """Answers that are told to somebody else, too."""
+    """Answers that are also passed to callbacks."""
 
     answers: Answers
     note_things: Callable[[Mapping[int, HeldThings]], None]

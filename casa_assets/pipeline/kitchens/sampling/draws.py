@@ -52,11 +52,11 @@ class Traits:
 
     Attributes:
         id: of the scene. plan, style: names.
-        lengths: length of the plan -> where it lies between its bounds, 0 to 1.
+        lengths: length of the plan -> its position between its bounds, 0 to 1.
         floor_m2: width times depth of the room.
         surfaces: wall, floor, counter, cabinet -> finish.
         fronts: kind of the base units' fronts and of their handles, such as `shaker, bar`.
-        fixtures: role -> model, `family/preset`, of what stands or hangs in it.
+        fixtures: role -> model, `family/preset`, of the fixture in that role.
     """
 
     id: str
@@ -101,10 +101,10 @@ class Neighbours:
 
 @dataclass(frozen=True)
 class Diversity:
-    """How diverse some kitchens are. Evenness is 0 to 1, None where there is nothing to be spread.
+    """How diverse some kitchens are. Evenness is 0 to 1, or None for fewer than two values or kitchens.
 
     Attributes:
-        kitchens: how many. plans, styles, room_sizes, fronts: evenness.
+        kitchens: their number. plans, styles, room_sizes, fronts: evenness.
         surfaces: evenness of the finishes, by surface. fixtures: mean evenness of the models over all roles.
         roles: evenness of the models, by role.
         neighbours: distances.
@@ -147,10 +147,10 @@ def diversity_of(found: Sequence[Traits], possible: Choices) -> Diversity:
 
 
 def evenness(values: Sequence[Hashable], possible: int) -> float | None:
-    """Entropy of values over that of an even spread; None where there are not two values, or two kitchens.
+    """Return the entropy of values divided by that of an even spread; None for fewer than two values or kitchens.
 
     Args:
-        values: of one trait, one for each kitchen that has it. possible: how many values there are to choose from.
+        values: of one trait, one for each kitchen that has it. possible: number of values to choose from.
     """
     counts = Counter(values)
     most = min(max(possible, len(counts)), len(values))
@@ -194,8 +194,8 @@ class _Table:
     """Traits of kitchens as arrays with a row for each, so that the distances of thousands take seconds.
 
     Attributes:
-        plan, style, fronts: (N,) numbers of names. surfaces: (N, 4). fixtures: (N, roles), ABSENT where there is none.
-        lengths: (N, lengths of all plans), NaN where a plan has no such length.
+        plan, style, fronts: (N,) name numbers. surfaces: (N, 4). fixtures: (N, roles), ABSENT if there is no fixture.
+        lengths: (N, lengths of all plans), NaN if a plan has no such length.
     """
 
     def __init__(self, found: Sequence[Traits]) -> None:
@@ -245,7 +245,7 @@ def write_diversity(out: Path, drawn: Diversity, reference: Diversity) -> Path:
 
 
 def read_diversity(out: Path) -> tuple[Diversity, Diversity] | None:
-    """What diversity.json of a folder of scenes says of the kitchens and of the reference; None where there is none."""
+    """Return the diversity of the kitchens and of the reference from diversity.json, or None if it cannot be read."""
     try:
         data = json.loads((out / DIVERSITY).read_text(encoding="utf-8"))
         return _told.validate_python(data["kitchens"]), _told.validate_python(data["reference"])
@@ -342,12 +342,12 @@ MAX_SEED = 1_000_000  # seeds of kitchens are drawn below this, so that ids stay
 
 
 def draw_recipes(count: int, seed: int, objects: int = 0) -> list[SceneRecipe]:
-    """Draw so many different recipes; a longer list begins with a shorter one.
+    """Draw `count` different recipes. With the same seed, a longer list begins with the shorter one.
 
-    Every draw has a lane of its own, so that it does not depend on who works on which.
+    Every draw has a separate random stream, so that it does not depend on which process works on it.
 
     Args:
-        objects: number of loose objects in each; which ones, and where, is drawn with the lengths of its plan.
+        objects: number of loose objects in each; which ones, and their places, are drawn with the lengths of its plan.
     """
     plans, styles = plan_names(), style_names()
     found: dict[str, SceneRecipe] = {}

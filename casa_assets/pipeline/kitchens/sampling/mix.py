@@ -63,7 +63,7 @@ def is_wooden(name: str) -> bool:
 
 @lru_cache(maxsize=1024)
 def tone_of(recipe: TextureRecipe) -> Tone | None:
-    """Mean of the main colours that a recipe names; None where it names none."""
+    """Return the mean of the main colours that a recipe names, or None if it names no colour."""
     colors = [srgb_from_hex(color) for color in _colors(json.loads(recipe.params))]
     if not colors:
         return None
@@ -107,12 +107,12 @@ LANE = "scene/mix"
 
 
 def mixed_style(style: Style, seed: int, turn: int = 0) -> Style:
-    """A style with fronts, worktop edges, woodwork, models and props of other styles; its finishes stay.
+    """Return a style with fronts, worktop edges, woodwork, models and props of other styles; its finishes stay.
 
     Args:
-        style: whose name, description and light stay, and the finishes of walls, floor, worktops and cabinets.
-        seed: of the draws; every part has a lane of its own.
-        turn: another one draws anew, where what was drawn does not fit into a plan.
+        style: keeps its name, description, light, and the finishes of walls, floor, worktops and cabinets.
+        seed: of the draws; every part has a separate random stream.
+        turn: another number gives another draw, for when the first does not fit into a plan.
     """
     parts = {part: _drawn(style, _styles(), seed, turn, part) for part in ("fronts", "worktops", "woodwork", "props")}
     fronts, tops, room, props = parts.values()

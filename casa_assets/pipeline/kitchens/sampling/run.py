@@ -34,10 +34,10 @@ FOLDER = "draws"
 
 
 class DrawRecord(Record):
-    """What became of one draw.
+    """Outcome of one draw.
 
     Attributes:
-        id: of the scene. key: of the verdict; a record of another key tells of code or data that are no more.
+        id: of the scene. key: of the verdict; a record with another key was made by older code or data.
         passed: whether it was accepted. message, issues: why not.
         cpu_s: processor seconds by step.
     """
@@ -51,7 +51,7 @@ class DrawRecord(Record):
 
 
 def read_draw(out: Path, recipe: SceneRecipe, key: str) -> DrawRecord | None:
-    """The record of a draw under that key; None where there is none, or it is damaged."""
+    """Return the record of a draw under that key, or None if it is missing or damaged."""
     try:
         record = DrawRecord.from_json(_path(out, recipe.scene_id).read_text(encoding="utf-8"))
     except (OSError, ValidationError):
@@ -102,9 +102,9 @@ REST = "rest"  # step of a draw: keys, publishing, what is loaded once per proce
 def sample_all(
     recipes: Sequence[SceneRecipe], out: Path, jobs: Workers = 0, drawn: bool = True, in_3d: bool = False
 ) -> Iterator[SceneResult]:
-    """Draws in the order in which they are done; only kitchens that pass every check are put into the folder.
+    """Yield draws in the order in which they are finished; only kitchens that pass every check are put into the folder.
 
-    A draw that fails, for whatever reason of its own, leaves the others alone.
+    A draw that fails, for whatever reason, does not stop the others.
 
     Args:
         out: folder of the scenes. jobs: processes; 0 for one per core. drawn: with an overview. in_3d: with a model for
@@ -204,7 +204,7 @@ def _reasons(result: SceneResult) -> dict[str, str]:
 
 
 def cost_of(done: Sequence[SceneResult]) -> Cost:
-    """What a kitchen cost on average, as far as it is known."""
+    """Return the mean processor time per kitchen by step, over the results for which it is known."""
     known = [result.cpu_s for result in done if result.cpu_s]
     if not known:
         return Cost(0, {})

@@ -60,14 +60,14 @@ class PackReport:
 
 
 def ingest_pack(source: Path, options: PackOptions) -> PackReport:
-    """Take in every picture of a folder.
+    """Ingest every picture of a folder.
 
-    One bad picture is left out with its reason, the others go on.
+    Unusable pictures are left out with a reason, the others are ingested.
 
     Raises:
-        CasaError: the folder is not there, or an id is taken in the project that is written to.
-        RegistryError: pack.yaml is no YAML or has keys that nobody knows.
-        OutputError: the library cannot be written to, another run holds it, or what stands in its place is no pack.
+        CasaError: the folder does not exist, or an id is already used in the project that is written to.
+        RegistryError: pack.yaml is not valid YAML or has unknown keys.
+        OutputError: the library cannot be written to, another run holds it, or its target folder holds no pack.
     """
     if not source.is_dir():
         raise CasaError(f"{source}: {'is no folder; unpack it first' if source.exists() else 'no such folder'}")

@@ -42,7 +42,7 @@ def packs_of(project: Path) -> Iterator[tuple[Path, Pack]]:
 
 
 def credits_of_pictures(names: Collection[str]) -> list[dict[str, str]]:
-    """What the packs of the project in use say of the makers of pictures: a row for each of these ids that is one."""
+    """Return a row of credits for each of these ids that is a picture in a pack of the project in use."""
     project = project_folder()
     pictures = (p for _, pack in (packs_of(project) if project is not None else ()) for p in pack.pictures)
     found = {p.id: p for p in pictures if p.id in names}
@@ -138,7 +138,7 @@ def finish_of_picture(recipe: TextureRecipe, substance: Substance, folder: Path 
 
 
 def resized_finish(recipe: TextureRecipe, substance: Substance, size_px: int) -> Finish:
-    """As `finish_of_picture`, with pictures scaled down so that the longer side has at most so many pixels."""
+    """Return `finish_of_picture` with its pictures scaled down to at most `size_px` on the longer side."""
     whole = finish_of_picture(recipe, substance)
     textures = []
     for texture in whole.material.textures:
@@ -151,7 +151,7 @@ def resized_finish(recipe: TextureRecipe, substance: Substance, size_px: int) ->
 
 
 def layers_of_picture(recipe: TextureRecipe, size_px: int) -> Layers:
-    """A picture as what is painted of a recipe, at most so many pixels on the longer side; its relief is flat."""
+    """Return a picture as the layers of a recipe, at most `size_px` pixels on the longer side; its relief is flat."""
     base, _, rough = (derive.scaled(derive.pixels_of(data), size_px) for data in read_files(recipe))
     return Layers.of(base, base[..., 0] * 0.0, rough[..., 1])
 

@@ -112,12 +112,12 @@ class PackOptions:
 
 @dataclass(frozen=True)
 class PackDescription:
-    """What is said of the pictures of a source.
+    """Description of the pictures of a source.
 
     Attributes:
         pack: name, or None. defaults: for all pictures.
-        rows: by file, or by name of the material. faults: those whose row is wrong, and how.
-        used: files that are no pictures and were read.
+        rows: by file, or by name of the material. faults: pictures with an invalid row, and the error.
+        used: files that are not pictures and were read.
     """
 
     pack: str | None
@@ -128,7 +128,7 @@ class PackDescription:
 
 
 class PreparedPicture(Record):
-    """The costly part of one picture, as the store keeps it: the tile, and what decoding told."""
+    """The costly part of one picture, as the store keeps it: the tile, and what was learnt by decoding."""
 
     tile: TiledPicture
     prompt: str
