@@ -32,7 +32,7 @@ REASONS = frozenset(
     }
 )
 # Languages that are run, read, or are no code.
-LANGUAGES = frozenset({"sh", "python", "json", "sql", "yaml", "toml", "text"})
+LANGUAGES = frozenset({"sh", "python", "json", "sql", "yaml", "toml", "mermaid", "text"})
 # First line of a block that the reader saves as a file below out/, where it says.
 SAVED = re.compile(r"# (out/\S+\.(?:yaml|py|toml))\n")
 _FENCE = re.compile(r"^```(?P<info>[^\n`]*)\n(?P<code>.*?)^```$", re.MULTILINE | re.DOTALL)
