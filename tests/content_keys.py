@@ -67,7 +67,7 @@ MAKERS = tuple(
 # What is below these and yet judges pictures.
 JUDGES = (f"{PACKAGE}.textures.distance", f"{PACKAGE}.textures.seam")
 # What every member of a family, or of a form of objects, goes through.
-MEMBERS_PASS = (f"{PACKAGE}.families.parametric_model", f"{PACKAGE}.families.sampling")
+MEMBERS_PASS = (f"{PACKAGE}.families.kit.assemble", f"{PACKAGE}.families.sampling")
 PAINTS = f"{PACKAGE}.textures.make"
 ORDERS_KITCHENS = f"{PACKAGE}.layouts.order.request"
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from casa_assets.geometry.planar import penetration_depth
+from casa_assets.geometry.outline import penetration_depth
 from casa_assets.layouts.order.request import KitchenRequest, request_kitchen
 from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.runs import RunLine, UnitSlot

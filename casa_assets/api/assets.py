@@ -30,8 +30,9 @@ from casa_assets.pipeline.families.run import FamilyRequest
 from casa_assets.pipeline.families.run import params_of as drawn
 from casa_assets.pipeline.ingest.job import writing
 from casa_assets.pipeline.kitchens.check import run_checks_on_scene
-from casa_assets.pipeline.kitchens.recipe import SCENE_JSON, recipe_of
+from casa_assets.pipeline.kitchens.recipe import recipe_of
 from casa_assets.pipeline.kitchens.resolve import build_scene, params_of
+from casa_assets.pipeline.kitchens.scene_files import SCENE_JSON
 from casa_assets.pipeline.kitchens.scene_json import design_of
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.asset_json import manifest_of

@@ -20,7 +20,7 @@ from casa_assets.pipeline.batches.shared_model import Robot, SharedModel, robot_
 from casa_assets.pipeline.batches.start_rows import StartRows, awake_sizes, near_pairs, start_rows
 from casa_assets.pipeline.kitchens.batch_form import read_batch
 from casa_assets.pipeline.kitchens.load_scene import FILES
-from casa_assets.pipeline.kitchens.recipe import SCENE_JSON, START_STATES
+from casa_assets.pipeline.kitchens.scene_files import SCENE_JSON, START_STATES
 from casa_assets.pipeline.kitchens.state_file import read_current_states
 
 EngineName = Literal["mujoco", "mujoco_warp", "mjx", "newton"]

@@ -30,8 +30,9 @@ from casa_assets.pipeline.ingest.job import writing
 from casa_assets.pipeline.kitchens.batch_form import batch_of
 from casa_assets.pipeline.kitchens.kept import is_drawn, is_whole
 from casa_assets.pipeline.kitchens.load_scene import FILES, SurfaceTextures, model_of, spec_of
-from casa_assets.pipeline.kitchens.recipe import SCENE_JSON, START_STATES, SceneRecipe, recipe_of
+from casa_assets.pipeline.kitchens.recipe import SceneRecipe, recipe_of
 from casa_assets.pipeline.kitchens.resolve import build_scene, draw_surfaces, ordered_models, ordered_surfaces, resolve
+from casa_assets.pipeline.kitchens.scene_files import SCENE_JSON, START_STATES
 from casa_assets.pipeline.kitchens.scene_folders import BuildOptions, is_current, publish_scene, scene_key
 from casa_assets.pipeline.kitchens.scene_json import describe, surface_finishes
 from casa_assets.pipeline.kitchens.state_file import read_current_states

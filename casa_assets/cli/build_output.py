@@ -165,7 +165,7 @@ def print_sample(
 
 def print_states(results: list[SceneResult], output: Output) -> None:
     """Print for each scene its start states: how many, the deepest contact, the farthest motion, what was refused."""
-    from casa_assets.pipeline.kitchens.recipe import START_STATES
+    from casa_assets.pipeline.kitchens.scene_files import START_STATES
     from casa_assets.pipeline.kitchens.state_file import read_states
 
     heads = ("states", "deepest mm", "moved mm", "kB")

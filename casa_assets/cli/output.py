@@ -141,7 +141,7 @@ def measures_at(folder: str | Path | None) -> dict[str, Any]:
 
     The mass of a kitchen is that of all objects in the room, its size that of the room.
     """
-    from casa_assets.pipeline.kitchens.recipe import SCENE_JSON
+    from casa_assets.pipeline.kitchens.scene_files import SCENE_JSON
     from casa_assets.pipeline.library.library import find_summary
 
     if not folder:

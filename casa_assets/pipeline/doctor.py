@@ -29,9 +29,10 @@ from casa_assets.model.record import Record
 from casa_assets.pipeline.optional_packages import extras, install_command, requirements
 from casa_assets.preview.backends import BACKENDS, install_line, why_not
 from casa_assets.projects import data_root, project_folder
-from casa_assets.registry.layered import files_of, load_project
+from casa_assets.registry.layered import load_project
 from casa_assets.registry.load import load
 from casa_assets.registry.plugins import ignored_files, load_plugins
+from casa_assets.registry.project_files import files_of
 
 RENDERERS = BACKENDS
 CHILD_LIMIT_S = 90.0

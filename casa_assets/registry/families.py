@@ -21,7 +21,7 @@ from casa_assets.model.registry.document import Document, KeyPath, expected_one_
 from casa_assets.projects import read_once
 from casa_assets.registry import load, read_record
 from casa_assets.registry.layered import names_in, read_table_file
-from casa_assets.registry.plugins.added import plugin_families
+from casa_assets.registry.plugins.families import plugin_families
 
 FOLDER = "families"
 PLUGIN_GROUP = "plug-ins"  # of families that plug-ins add

@@ -9,12 +9,12 @@ from typing import TypeVar
 
 from casa_assets.errors import RegistryError, UnknownId
 from casa_assets.model.kitchen.plan import Plan
-from casa_assets.model.kitchen.style import Style
+from casa_assets.model.kitchen.style import Mixing, Style
 from casa_assets.model.record import Record
 from casa_assets.model.registry.document import Document, expected_one_of
-from casa_assets.projects import project_folder
+from casa_assets.projects import project_folder, read_once
 from casa_assets.registry import read_document, read_record
-from casa_assets.registry.layered import names_in, read_topmost, stated_in
+from casa_assets.registry.layered import names_in, read_table_file, read_topmost, stated_in
 
 R = TypeVar("R", bound=Record)
 PLANS, STYLES = "plans", "styles"
@@ -107,3 +107,22 @@ def _without_replaced(lower: Document, upper: Document) -> Document:
     files = {path: file for path, file in lower.files.items() if path[:2] not in replaced}
     value = {**lower.value, MODELS: kept}
     return replace(lower, value=value, lines=MappingProxyType(lines), files=MappingProxyType(files))
+
+
+# Mixing ---------------------------------------------------------------------------------------------------------------
+# registry/mixing.yaml: what is drawn together if kitchens are drawn at random.
+
+MIXING_FILE = "mixing.yaml"
+
+
+@read_once
+def load_mixing() -> Mixing:
+    """The rules. Raises RegistryError where the file is wrong, or names a role that no style has."""
+    document = read_table_file(MIXING_FILE)
+    mixing = read_record(Mixing, document.value, document, ())
+    known = {role for name in style_names() for role in load_style(name)[0].models}
+    for suite, roles in mixing.suites.items():
+        for i, role in enumerate(roles):
+            if role not in known:
+                raise document.fault(("suites", suite, i), "a role of the styles", repr(role))
+    return mixing

@@ -18,7 +18,7 @@ from casa_assets.projects import read_once
 from casa_assets.registry import load, read_record
 from casa_assets.registry.layered import names_in, read_table_file
 from casa_assets.registry.plugins import or_of_ignored
-from casa_assets.registry.plugins.added import forms
+from casa_assets.registry.plugins.families import forms
 
 FOLDER = "objects"
 

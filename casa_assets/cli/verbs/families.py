@@ -52,7 +52,7 @@ def list_families(json_: AsJson = False) -> None:
     """
     from casa_assets.registry.families import family_groups
     from casa_assets.registry.layered import origin_of_row
-    from casa_assets.registry.plugins.added import plugin_families
+    from casa_assets.registry.plugins.families import plugin_families
 
     output = Output(json_)
     table = TextTable(("family", "group", "what", "presets", *from_column()), sentences=("what", "presets"))
@@ -90,7 +90,8 @@ def show(
 
     Example:  casa-assets families show microwave --preset steel --out /tmp/look
     """
-    from casa_assets.pipeline.families.run import FamilyRequest, build_one, params_of, pictures, requests_for
+    from casa_assets.pipeline.families.object_sheets import pictures
+    from casa_assets.pipeline.families.run import FamilyRequest, build_one, params_of, requests_for
     from casa_assets.pipeline.ingest.job import writing
 
     output = Output(json_, quiet, verbose)

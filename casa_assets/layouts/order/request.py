@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from casa_assets.errors import PlanConflict
-from casa_assets.geometry.planar import penetration_depth
+from casa_assets.geometry.outline import penetration_depth
 from casa_assets.layouts.order import furnish, worktops
 from casa_assets.layouts.order.build_order import BuildOrder, OrderItem
 from casa_assets.layouts.order.cabinets import order_unit

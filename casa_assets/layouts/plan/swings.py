@@ -13,7 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
-from casa_assets.geometry.planar import penetration_depth
+from casa_assets.geometry.outline import penetration_depth
 from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.room import WallHole
 from casa_assets.layouts.plan.runs import CornerPart, UnitSlot

@@ -34,8 +34,9 @@ from casa_assets.pipeline.cache.code_index import (
     versions_of_package,
 )
 from casa_assets.projects import data_root, project_folder, read_once
-from casa_assets.registry.layered import files_of, stated_in
+from casa_assets.registry.layered import stated_in
 from casa_assets.registry.plugins.load import load_plugins
+from casa_assets.registry.project_files import files_of
 
 # Code parts -----------------------------------------------------------------------------------------------------------
 # Find what a top-level function or class of a module uses of its own module, and what that imports.

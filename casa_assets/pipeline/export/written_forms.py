@@ -19,7 +19,7 @@ from casa_assets.pipeline.kitchens.recipe import SceneRecipe
 from casa_assets.pipeline.kitchens.resolve import build_scene
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.reports import attribution
-from casa_assets.registry.plugins.added import exporters, guarded
+from casa_assets.registry.plugins.guard import exporters, guarded
 
 # Gltf -----------------------------------------------------------------------------------------------------------------
 # GLB as a form of export: one file for each asset or kitchen, to look at in other programs and on web pages.

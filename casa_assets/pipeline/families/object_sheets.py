@@ -1,8 +1,9 @@
-"""Pictures of the first members of a category of objects, and a sheet of them."""
+"""Pictures of members: one in each pose, or the first of a category of objects on a sheet."""
 
 from __future__ import annotations
 
 import tempfile
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,7 +15,7 @@ from casa_assets.pipeline.families.run import build_asset, family_of, object_req
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.viewer.model_files import put_model
 from casa_assets.preview.pictures import SheetCell, contact_sheet
-from casa_assets.preview.still import render
+from casa_assets.preview.still import poses, render
 from casa_assets.preview.studio import View
 
 COLUMNS = 8
@@ -81,3 +82,18 @@ def write_sheet(name: str, out: Path, count: int, seed: int, size_px: int) -> Pa
     path = out / f"{name}.png"
     path.write_bytes(contact_sheet(cells, name.replace("_", " "), min(COLUMNS, count), size_px))
     return path
+
+
+def pictures(folder: Path, out: Path, stem: str, size_px: int) -> Iterator[Path]:
+    """Write `<stem>_closed.png`, one picture for each named pose, and `<stem>_touch.png`.
+
+    Args:
+        folder: of the asset. out: for the pictures. size_px: width and height.
+    """
+    model = folder / "model.xml"
+    view = View(size_px=size_px, passes=12)
+    shots = [("closed", "", False), *((p, p, False) for p in poses(model) if p != "closed"), ("touch", "", True)]
+    for name, pose, touched in shots:
+        path = out / f"{stem}_{name}.png"
+        path.write_bytes(render(model, view, touched, pose))
+        yield path

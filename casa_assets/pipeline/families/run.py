@@ -46,35 +46,12 @@ from casa_assets.pipeline.textures.recipes import skins
 from casa_assets.pipeline.workers.batch import attempt, run_batch
 from casa_assets.pipeline.workers.limits import WorkerFailure
 from casa_assets.pipeline.workers.pool import Workers
-from casa_assets.preview.still import poses, render
 from casa_assets.preview.studio import View
 from casa_assets.projects import read_once
 from casa_assets.registry.families import family, family_names
 from casa_assets.registry.objects import object_family, object_names
 from casa_assets.registry.plugins import LoadedPlugin
-from casa_assets.registry.plugins.added import plugin_families, plugin_forms
-
-# Showcase -------------------------------------------------------------------------------------------------------------
-# Pictures of a built member: closed, in each of its named poses, and as it is touched.
-
-
-def pictures(folder: Path, out: Path, stem: str, size_px: int) -> Iterator[Path]:
-    """Write `<stem>_closed.png`, one picture for each named pose, and `<stem>_touch.png`.
-
-    Args:
-        folder: of the asset. out: for the pictures. size_px: width and height.
-    """
-    model = folder / "model.xml"
-    view = View(size_px=size_px, passes=12)
-    shots = [("closed", "", False), *((p, p, False) for p in poses(model) if p != "closed"), ("touch", "", True)]
-    for name, pose, touched in shots:
-        path = out / f"{stem}_{name}.png"
-        path.write_bytes(render(model, view, touched, pose))
-        yield path
-
-
-# Run ------------------------------------------------------------------------------------------------------------------
-# sample, build, write, render and check each.
+from casa_assets.registry.plugins.families import plugin_families, plugin_forms
 
 # The package that the code of all families is below.
 FAMILIES_PACKAGE = "casa_assets.families"

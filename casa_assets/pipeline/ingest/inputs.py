@@ -25,7 +25,7 @@ from casa_assets.pipeline.library.identity import Identity, Producer
 from casa_assets.pipeline.library.library import Library
 from casa_assets.pipeline.optional_packages import require
 from casa_assets.pipeline.process_name import process_name
-from casa_assets.registry.plugins.added import guarded, sources
+from casa_assets.registry.plugins.guard import guarded, sources
 
 # Unreadable inputs ----------------------------------------------------------------------------------------------------
 # Refusals of inputs that could not be read: their ids are made from their paths, as their bytes have no digest.

@@ -24,8 +24,9 @@ from casa_assets.model.kitchen.scene import BatchScene, EngineSizes, Scene
 from casa_assets.model.written_formats import BatchFile
 from casa_assets.pipeline.cache.asset_store import AssetStore
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
-from casa_assets.pipeline.kitchens.recipe import BATCH_FILE, BATCH_JSON, SceneRecipe, SceneResult
+from casa_assets.pipeline.kitchens.recipe import SceneRecipe, SceneResult
 from casa_assets.pipeline.kitchens.resolve import build_scene
+from casa_assets.pipeline.kitchens.scene_files import BATCH_FILE, BATCH_JSON
 from casa_assets.pipeline.kitchens.scene_folders import (
     BuildOptions,
     build_with_options,

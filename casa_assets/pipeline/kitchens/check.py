@@ -34,8 +34,9 @@ from casa_assets.model.issue import Report
 from casa_assets.model.kitchen.scene import Scene
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
 from casa_assets.pipeline.kitchens import scene_folders
-from casa_assets.pipeline.kitchens.recipe import START_STATES, SceneRecipe, SceneResult
+from casa_assets.pipeline.kitchens.recipe import SceneRecipe, SceneResult
 from casa_assets.pipeline.kitchens.resolve import build_scene
+from casa_assets.pipeline.kitchens.scene_files import START_STATES
 from casa_assets.pipeline.kitchens.scene_folders import (
     BUILD,
     CHECK,
@@ -61,7 +62,7 @@ from casa_assets.pipeline.workers.batch import attempt
 from casa_assets.pipeline.workers.limits import StepClock
 from casa_assets.pipeline.workers.pool import Workers
 from casa_assets.preview import kitchen as room
-from casa_assets.registry.plugins.added import check_table, with_plugin_limits
+from casa_assets.registry.plugins.checks import check_table, with_plugin_limits
 
 # Passed layers --------------------------------------------------------------------------------------------------------
 # Layers of assets that passed SimReady's rules, remembered in the cache by their content.

@@ -12,7 +12,8 @@ from typing import Any
 
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
 from casa_assets.pipeline.cache.store import recall, remember
-from casa_assets.pipeline.kitchens.recipe import OVERVIEW, SCENE_JSON, WRITTEN, SceneRecipe, SceneResult
+from casa_assets.pipeline.kitchens.recipe import SceneRecipe, SceneResult
+from casa_assets.pipeline.kitchens.scene_files import OVERVIEW, SCENE_JSON, WRITTEN
 
 KITCHEN_KEY = "kitchen key"
 # By name, so that nothing is imported for a key.

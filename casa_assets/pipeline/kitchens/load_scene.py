@@ -21,8 +21,8 @@ from casa_assets.model.files import Files
 from casa_assets.model.kitchen.choices import Surface
 from casa_assets.model.record import Vec2
 from casa_assets.model.registry.rows import TextureRecipe
-from casa_assets.pipeline.kitchens.recipe import BATCH_FILE, LIGHT_FILE
 from casa_assets.pipeline.kitchens.resolve import ordered_surfaces
+from casa_assets.pipeline.kitchens.scene_files import BATCH_FILE, LIGHT_FILE
 from casa_assets.pipeline.textures.recipes import find_recipe, finish_of
 
 # Load scene -----------------------------------------------------------------------------------------------------------

@@ -23,15 +23,8 @@ from casa_assets.export.mjcf.scene import kitchen as mjcf
 from casa_assets.export.usd.scene import isaac_lab
 from casa_assets.export.usd.scene import kitchen as usd
 from casa_assets.pipeline.ingest.job import writing
-from casa_assets.pipeline.kitchens.recipe import (
-    BEHAVIOR,
-    LIGHT_FILE,
-    OVERVIEW,
-    SCENE_JSON,
-    SHARED,
-    START_STATES,
-    recipe_of,
-)
+from casa_assets.pipeline.kitchens.recipe import recipe_of
+from casa_assets.pipeline.kitchens.scene_files import BEHAVIOR, LIGHT_FILE, OVERVIEW, SCENE_JSON, SHARED, START_STATES
 from casa_assets.pipeline.kitchens.scene_folders import BuildOptions, build_all, is_current
 from casa_assets.pipeline.reports import attribution
 

@@ -14,24 +14,8 @@ from pathlib import Path
 from casa_assets.errors import CasaError, UnknownId
 from casa_assets.model.issue import Issue, Report
 from casa_assets.model.kitchen.choices import Surface
+from casa_assets.pipeline.kitchens.scene_files import SCENE_JSON
 from casa_assets.registry.kitchens import plan_names, style_names
-
-# Scene files ----------------------------------------------------------------------------------------------------------
-# Names of the files of a scene in its folder, and of the folder that scenes share.
-
-SHARED = "assets"
-# In the shared folder: state machines, a file for each asset that has one.
-BEHAVIOR = "behavior"
-LIGHT_FILE = "scene_light.xml"
-# All that is written of a scene, beside scene.json: MJCF, light MJCF, USD in two forms, and a script for Isaac Lab.
-WRITTEN = ("scene.xml", LIGHT_FILE, "scene.usda", "scene_nested.usda", "isaac_lab.py")
-BATCH_FILE, BATCH_JSON = "scene_batch.xml", "batch.json"
-SCENE_JSON = "scene.json"
-ROBOTS_JSON = "robots.json"
-START_STATES = "start_states.npz"
-OVERVIEW = "overview"
-# Picture at eye level, with doors open.
-EYE_PICTURE = "eye_open.png"
 
 # Recipe ---------------------------------------------------------------------------------------------------------------
 # Inputs of a scene, and the outcome of building it.

@@ -44,7 +44,8 @@ from casa_assets.pipeline.textures.recipes import missing_paintings, painting_ah
 from casa_assets.projects import read_once
 from casa_assets.registry import kitchens
 from casa_assets.registry.families import families, family
-from casa_assets.registry.tables import load_habits, load_roles
+from casa_assets.registry.habits import load_habits
+from casa_assets.registry.tables import load_roles
 
 # Lived in -------------------------------------------------------------------------------------------------------------
 # Put objects of registry/objects/ into a composed kitchen, and keep those that stay where they were put.

@@ -22,7 +22,8 @@ from casa_assets.export.mjcf.scene.kitchen import FILE
 from casa_assets.model.issue import Report
 from casa_assets.model.kitchen.robot import RobotCertificate, SceneRobots
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
-from casa_assets.pipeline.kitchens.recipe import ROBOTS_JSON, SCENE_JSON, SceneRecipe, SceneResult
+from casa_assets.pipeline.kitchens.recipe import SceneRecipe, SceneResult
+from casa_assets.pipeline.kitchens.scene_files import ROBOTS_JSON, SCENE_JSON
 from casa_assets.pipeline.kitchens.scene_folders import (
     BuildOptions,
     build_with_options,

@@ -35,16 +35,9 @@ from casa_assets.model.written_formats import SceneFile
 from casa_assets.pipeline.cache.asset_store import AssetStore
 from casa_assets.pipeline.ingest.job import writing
 from casa_assets.pipeline.kitchens.kept import is_drawn, is_whole, picture_key, written_key
-from casa_assets.pipeline.kitchens.recipe import (
-    BEHAVIOR,
-    LIGHT_FILE,
-    OVERVIEW,
-    SCENE_JSON,
-    SHARED,
-    SceneRecipe,
-    SceneResult,
-)
+from casa_assets.pipeline.kitchens.recipe import SceneRecipe, SceneResult
 from casa_assets.pipeline.kitchens.resolve import build_scene, kitchen_key, preset_params
+from casa_assets.pipeline.kitchens.scene_files import BEHAVIOR, LIGHT_FILE, OVERVIEW, SCENE_JSON, SHARED
 from casa_assets.pipeline.kitchens.scene_json import describe, design_of
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.textures.recipes import every_recipe
@@ -54,7 +47,7 @@ from casa_assets.pipeline.workers.pool import Workers
 from casa_assets.preview import kitchen as room
 from casa_assets.preview import pictures
 from casa_assets.preview.photoreal.views import EYE, eye_view
-from casa_assets.registry.tables import load_habits
+from casa_assets.registry.habits import load_habits
 
 OVERVIEW_FRAME = room.PictureSettings(passes=4, directions=6, shadow_px=512)
 # Of the picture at eye level, with doors open.

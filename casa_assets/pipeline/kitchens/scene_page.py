@@ -22,7 +22,7 @@ from casa_assets.model.kitchen.floor import ParkingPlace
 from casa_assets.model.kitchen.scene import Scene
 from casa_assets.model.record import Record, Sha256
 from casa_assets.pipeline.cache.cache_key import key_of
-from casa_assets.pipeline.kitchens.recipe import EYE_PICTURE, OVERVIEW, ROBOTS_JSON, SCENE_JSON, SHARED
+from casa_assets.pipeline.kitchens.scene_files import EYE_PICTURE, OVERVIEW, ROBOTS_JSON, SCENE_JSON, SHARED
 from casa_assets.pipeline.reports.kitchen_report import page
 from casa_assets.pipeline.reports.page_template import explanations
 from casa_assets.pipeline.viewer.model_files import SUFFIX, ModelFiles, put_model, put_viewer

@@ -19,7 +19,8 @@ from casa_assets.errors import CasaError
 from casa_assets.model.issue import Report
 from casa_assets.model.kitchen.scene import StartStates
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
-from casa_assets.pipeline.kitchens.recipe import START_STATES, SceneRecipe, SceneResult
+from casa_assets.pipeline.kitchens.recipe import SceneRecipe, SceneResult
+from casa_assets.pipeline.kitchens.scene_files import START_STATES
 from casa_assets.pipeline.kitchens.scene_folders import (
     BuildOptions,
     build_with_options,

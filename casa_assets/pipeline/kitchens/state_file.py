@@ -16,7 +16,7 @@ from pydantic import ValidationError
 
 from casa_assets.errors import CasaError
 from casa_assets.model.kitchen.scene import ARRAYS, StartStates
-from casa_assets.pipeline.kitchens.recipe import START_STATES
+from casa_assets.pipeline.kitchens.scene_files import START_STATES
 
 HEADER = "header"
 LARGEST_BYTES = 1 << 28

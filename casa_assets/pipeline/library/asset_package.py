@@ -26,7 +26,7 @@ from casa_assets.pipeline.dedup.pairs import signature
 from casa_assets.pipeline.library import library as disk
 from casa_assets.preview.still import render
 from casa_assets.preview.studio import View
-from casa_assets.registry.plugins.added import check_table, checks_versions, with_plugin_limits
+from casa_assets.registry.plugins.checks import check_table, checks_versions, with_plugin_limits
 
 PREVIEW_PX = 512
 THUMBNAIL_PX = 256

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from casa_assets.geometry.planar import penetration_depth
+from casa_assets.geometry.outline import penetration_depth
 from casa_assets.layouts.order.furnish import worktop_width
 from casa_assets.layouts.order.request import placed_run
 from casa_assets.layouts.order.worktops import WORKTOP_BREAKS

@@ -10,7 +10,7 @@ from typing import Any
 
 from casa_assets.model.asset.parts import JointKind
 from casa_assets.pipeline.ingest.job import writing
-from casa_assets.pipeline.kitchens.recipe import EYE_PICTURE
+from casa_assets.pipeline.kitchens.scene_files import EYE_PICTURE
 from casa_assets.pipeline.library.entry_files import PICTURE
 from casa_assets.pipeline.library.entry_table import EntryTable
 from casa_assets.pipeline.library.identity import Producer

@@ -17,8 +17,8 @@ from pydantic import TypeAdapter
 
 from casa_assets.model.issue import Report
 from casa_assets.pipeline.cache.cache_key import key_of
-from casa_assets.pipeline.kitchens.recipe import EYE_PICTURE
 from casa_assets.pipeline.kitchens.sampling.draws import Diversity, read_diversity, table_rows
+from casa_assets.pipeline.kitchens.scene_files import EYE_PICTURE
 from casa_assets.pipeline.reports.page_template import MAX_ROWS, relative_link, render_template
 from casa_assets.preview.pictures import SheetCell, contact_sheet
 

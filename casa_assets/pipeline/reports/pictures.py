@@ -12,7 +12,7 @@ from casa_assets.errors import OutputError, UnknownId
 from casa_assets.export.mjcf.scene import kitchen as mjcf
 from casa_assets.export.usd.scene import kitchen as usd
 from casa_assets.pipeline.ingest.job import writing
-from casa_assets.pipeline.kitchens.recipe import SCENE_JSON
+from casa_assets.pipeline.kitchens.scene_files import SCENE_JSON
 from casa_assets.pipeline.library.entry_files import checked_model
 from casa_assets.pipeline.library.library import Library
 from casa_assets.preview.photoreal.render import Still, StillSettings, asset_still, scene_stills

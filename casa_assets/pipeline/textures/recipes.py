@@ -33,7 +33,7 @@ from casa_assets.pipeline.textures.packs.pictures import (
 from casa_assets.projects import project_folder, read_once
 from casa_assets.registry.layered import load_project, names_in, origin_of_row, read_table_file
 from casa_assets.registry.plugins import or_of_ignored
-from casa_assets.registry.plugins.added import plugin_kinds, texture_kinds
+from casa_assets.registry.plugins.textures import plugin_kinds, texture_kinds
 from casa_assets.textures import kinds
 from casa_assets.textures.canvas import Layers
 from casa_assets.textures.finish import finish

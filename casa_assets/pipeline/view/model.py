@@ -27,9 +27,10 @@ from casa_assets.pipeline.cache.asset_store import AssetStore
 from casa_assets.pipeline.families.finishes import available_finishes
 from casa_assets.pipeline.families.run import family_of, params_of
 from casa_assets.pipeline.kitchens.load_scene import model_of
-from casa_assets.pipeline.kitchens.recipe import SCENE_JSON, SHARED, SceneRecipe
+from casa_assets.pipeline.kitchens.recipe import SceneRecipe
 from casa_assets.pipeline.kitchens.resolve import build_choice, build_scene, draw_surfaces, resolve
 from casa_assets.pipeline.kitchens.robots import read_certificate
+from casa_assets.pipeline.kitchens.scene_files import SCENE_JSON, SHARED
 from casa_assets.pipeline.kitchens.scene_folders import is_current
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.entry_files import checked_model

@@ -32,8 +32,9 @@ from markupsafe import Markup
 
 from casa_assets.errors import CasaError, OutputError
 from casa_assets.model.kitchen.choices import Surface
-from casa_assets.pipeline.kitchens.recipe import SHARED, SceneRecipe
+from casa_assets.pipeline.kitchens.recipe import SceneRecipe
 from casa_assets.pipeline.kitchens.resolve import draw_surfaces, ordered_surfaces, resolve
+from casa_assets.pipeline.kitchens.scene_files import SHARED
 from casa_assets.pipeline.library.entry_files import file_inside
 from casa_assets.pipeline.local_server import HOST, LocalHandler
 from casa_assets.pipeline.reports.page_template import render_template

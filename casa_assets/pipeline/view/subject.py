@@ -13,7 +13,8 @@ from casa_assets.errors import CasaError, OutputError, UnknownId
 from casa_assets.export.mjcf.scene.kitchen import FILE as SCENE_XML
 from casa_assets.ingest.load.formats import SUFFIXES
 from casa_assets.pipeline.families.run import FamilyRequest, params_of
-from casa_assets.pipeline.kitchens.recipe import SCENE_JSON, SceneRecipe, recipe_of
+from casa_assets.pipeline.kitchens.recipe import SceneRecipe, recipe_of
+from casa_assets.pipeline.kitchens.scene_files import SCENE_JSON
 from casa_assets.pipeline.library import library as disk
 from casa_assets.registry.families import family, family_names
 from casa_assets.registry.kitchens import plan_names, style_names

@@ -30,8 +30,8 @@ from casa_assets.projects import (
     read_once,
     use_project,
 )
-from casa_assets.registry.layered import files_of
 from casa_assets.registry.plugins.load import load_plugins
+from casa_assets.registry.project_files import files_of
 
 # Seconds that a new file may take to be seen through a shared disk; NFS keeps what it knows of a folder for up to 60 s,
 # but looks again where a name is not known.

@@ -21,8 +21,8 @@ from typing import Any, TypeVar
 
 from casa_assets.errors import CasaError
 from casa_assets.projects import PluginUse, plugin_use, project_folder, read_once, user_settings
-from casa_assets.registry.layered import CODE
 from casa_assets.registry.plugins.plugin import Exporter, Plugin, Source
+from casa_assets.registry.project_files import CODE
 from casa_assets.registry.read import read_document
 
 T = TypeVar("T")

@@ -89,7 +89,6 @@ def test_generated_and_articulated_assets_pass(place: Path) -> None:
     "words",
     [
         ("report", f"--library={LIBRARY}", "--3d"),
-        ("index", f"--library={LIBRARY}"),
         ("find", "apple", f"--library={LIBRARY}"),
         ("export", "glb", "--out=g l b", "--jobs=1", "--", LIBRARY),
         ("export", "urdf", "--out=u r d f", "--jobs=1", "--", LIBRARY),

@@ -31,7 +31,7 @@ def test_wrong_use_is_one_line_and_the_place_of_the_help(
         ("export glb .", "--out is missing"),
         ("ingest nowhere", "SOURCES: path 'nowhere' does not exist"),
         ("ingest . --timeout -1", "--timeout: -1 is less than 0"),
-        ("index --library nowhere", "--library: folder 'nowhere' does not exist"),
+        ("report --library nowhere", "--library: folder 'nowhere' does not exist"),
         ("report --libary x", "no such option: --libary; did you mean --library?"),
         ("ingst", "no such command 'ingst'; did you mean ingest"),
         ("schemas scene plan", "too many words: plan"),

@@ -50,7 +50,6 @@ def test_a_name_like_no_other_is_told_what_there_is() -> None:
         (["report", "--library", "{empty}"], "is no library"),
         (["report", "--library", "{empty}", "--out", "report.json"], "name a file that ends in .html"),
         (["find", "mug", "--library", "{empty}"], "is no library"),
-        (["index", "--library", "{empty}"], "is no library"),
         (["preview", "{file}"], "is no MJCF"),
         (["articulate", "{empty}"], "no mesh found"),
         (["articulate", "{file}", "--up", "sideways"], "--up"),

@@ -16,8 +16,8 @@ from casa_assets.model.asset.asset import Asset, Base, Region
 from casa_assets.model.kitchen.habit import Arrangement, Habit, Habits, SpaceKind
 from casa_assets.model.kitchen.scene import Placement, Scene
 from casa_assets.model.pose import Pose
+from casa_assets.registry.habits import load_habits
 from casa_assets.registry.objects import object_names
-from casa_assets.registry.tables import load_habits
 from tests.assets import rigid_mug, textured_box
 from tests.box_assets import plain_box
 

@@ -11,7 +11,7 @@ import pytest
 from casa_assets.checks.readers import scene_facts
 from casa_assets.checks.scene.formats.parity import scene_parity
 from casa_assets.errors import PlanConflict, RegistryError
-from casa_assets.geometry.planar import contains_point
+from casa_assets.geometry.outline import contains_point
 from casa_assets.layouts.compose.compose import pose_at_spot
 from casa_assets.layouts.order.build_order import OrderItem
 from casa_assets.layouts.order.request import KitchenRequest, request_kitchen

@@ -261,7 +261,7 @@ class TestProject:
 
 class TestCacheKeys:
     def test_a_key_takes_in_what_the_project_states_of_what_the_code_reads(self, project: Project) -> None:
-        habits, load = "casa_assets.registry.tables:load_habits", "casa_assets.registry.load:load"
+        habits, load = "casa_assets.registry.habits:load_habits", "casa_assets.registry.load:load"
         before = key_of(habits), key_of(load)
         project({})
         assert (key_of(habits), key_of(load)) == before

@@ -81,7 +81,7 @@ def test_commands_are_called_in_the_folder_of_the_project(tmp_path: Path, capfd:
     done = casa("make", "--project", folder, "--quiet", folder=tmp_path, PYTHONPATH=str(ROOT))
     assert len(list((folder / "out" / "walls").rglob("*.png"))) == 3
     assert done.returncode == 2, "there is no library in which to find anything"
-    assert "is no library" in capfd.readouterr().err, "each is a process"
+    assert "does not exist" in capfd.readouterr().err, "each is a process"
 
 
 def test_from_python(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -100,7 +100,7 @@ def test_from_python(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert (second.passed, second.exit_code) == (False, 1)
     assert [row["verdict"] for row in second.rows] == ["accepted", "rejected"]
     (folder / "casa.yaml").write_text(f"name: ours\nruns:\n  - find: {{query: mug}}\n{pack}")
-    with pytest.raises(CasaError, match=r"^casa-assets find .*: .*is no library"):
+    with pytest.raises(CasaError, match=r"^casa-assets find .*: .*does not exist"):
         casa_assets.make(folder)
     (folder / "casa.yaml").write_text("name: ours\nruns: [{ingst: {}}]\n")
     with pytest.raises(CasaError, match=r"casa\.yaml:2: runs\.0\.ingst: expected 'ingest'"):

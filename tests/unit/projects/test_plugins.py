@@ -18,7 +18,7 @@ from casa_assets.pipeline.textures.recipes import find_recipe, finish_key, finis
 from casa_assets.projects import PLUGINS, PluginUse, choose_plugins, user_settings
 from casa_assets.registry.families import family, family_names
 from casa_assets.registry.plugins import ignored_files, load_plugins
-from casa_assets.registry.plugins.added import check_table
+from casa_assets.registry.plugins.checks import check_table
 from tests.plugin_code import PLUGIN, PROJECT
 from tests.program import called, no_workers
 from tests.projects import Project

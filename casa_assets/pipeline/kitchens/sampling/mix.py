@@ -17,8 +17,7 @@ from casa_assets.model.kitchen.style import Harmony, PresetChoice, Style
 from casa_assets.model.registry.rows import TextureRecipe
 from casa_assets.pipeline.textures.recipes import find_recipe
 from casa_assets.projects import read_once
-from casa_assets.registry.kitchens import load_style, style_names
-from casa_assets.registry.tables import load_mixing
+from casa_assets.registry.kitchens import load_mixing, load_style, style_names
 from casa_assets.textures.distance import oklab
 
 # Harmony --------------------------------------------------------------------------------------------------------------

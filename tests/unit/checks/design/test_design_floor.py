@@ -30,7 +30,8 @@ from casa_assets.checks.design.robot.task_view import (
 )
 from casa_assets.checks.design.subject import DesignSubject, whereabouts
 from casa_assets.core.numeric import rng_for
-from casa_assets.geometry.planar import contains_point, distance, length_inside, outline_of, penetration_depth
+from casa_assets.geometry.outline import contains_point, penetration_depth
+from casa_assets.geometry.planar import distance, length_inside, outline_of
 from casa_assets.model.kitchen.floor import FixtureRegion, Footprint, KitchenFacts, ParkingSide, Role, RoomWall
 from casa_assets.model.kitchen.plan import OpeningKind
 from casa_assets.model.record import Vec2

@@ -10,7 +10,8 @@ import pytest
 
 from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.checks.run import run
-from casa_assets.geometry.planar import distance, penetration_depth
+from casa_assets.geometry.outline import penetration_depth
+from casa_assets.geometry.planar import distance
 from casa_assets.layouts.compose.floor_facts import facts_of
 from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.model.kitchen.floor import APPLIANCES, KitchenFacts, Role

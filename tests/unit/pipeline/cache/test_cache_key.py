@@ -135,9 +135,11 @@ class TestOneConstantChanges:
         other.communicate()
 
     def test_in_a_kind_of_texture(self, copy: Copy) -> None:
-        """The textures of that kind, and what shows them."""
+        """The textures of that kind and of the others in its module, and what shows them."""
         changed = copy.changed_by("casa_assets/textures/kinds/walls/panels.py", "0.0008 * (rise - 1)", "rise - 1")
-        assert {n for n in changed if n.startswith("texture ")} == copy.names("texture", " painted_boards")
+        kinds = (" painted_boards", " concrete", " pressed_tin")
+        those = {n for kind in kinds for n in copy.names("texture", kind)}
+        assert {n for n in changed if n.startswith("texture ")} == those
         shown = {n for n in changed if n.startswith("asset ")}
         assert 0 < len(shown) < len(copy.names("asset")) / 4
         assert changed.isdisjoint(copy.names("stage") | copy.names("library"))

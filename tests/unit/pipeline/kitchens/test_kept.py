@@ -12,7 +12,8 @@ from casa_assets.export.usd.scene import isaac_lab
 from casa_assets.export.usd.scene import kitchen as usd
 from casa_assets.pipeline.cache import store
 from casa_assets.pipeline.kitchens import kept
-from casa_assets.pipeline.kitchens.recipe import LIGHT_FILE, OVERVIEW, SCENE_JSON, WRITTEN, SceneRecipe
+from casa_assets.pipeline.kitchens.recipe import SceneRecipe
+from casa_assets.pipeline.kitchens.scene_files import LIGHT_FILE, OVERVIEW, SCENE_JSON, WRITTEN
 
 RECIPE = SceneRecipe("l_small", "coastal")
 

@@ -22,7 +22,8 @@ from casa_assets.errors import CasaError
 from casa_assets.model.kitchen.scene import StartStates
 from casa_assets.pipeline.kitchens import state_file
 from casa_assets.pipeline.kitchens.pack import members_of
-from casa_assets.pipeline.kitchens.recipe import START_STATES, SceneResult
+from casa_assets.pipeline.kitchens.recipe import SceneResult
+from casa_assets.pipeline.kitchens.scene_files import START_STATES
 from casa_assets.pipeline.kitchens.state_file import read_states, write_states
 from tests.start_stages import scene_folder, wanted
 

@@ -14,8 +14,7 @@ from casa_assets.pipeline.kitchens.resolve import draw_surfaces, resolve, with_f
 from casa_assets.pipeline.kitchens.sampling import draws
 from casa_assets.pipeline.kitchens.sampling.mix import goes_together, mixed_style, tone_of
 from casa_assets.pipeline.textures.recipes import find_recipe
-from casa_assets.registry.kitchens import load_style, plan_names, style_names
-from casa_assets.registry.tables import load_mixing
+from casa_assets.registry.kitchens import load_mixing, load_style, plan_names, style_names
 
 CALM = {
     "wall": "plaster_chalk_white",

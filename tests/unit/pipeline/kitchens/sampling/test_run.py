@@ -81,10 +81,10 @@ if any(word in ("casa_assets.cli.main",) or "workers.server" in word for word in
     check.check_and_report = judge
     check.kept_report = lambda folder, key: verdict(folder.name) if (folder / "report.json").is_file() else None
     check._shown_in_place = lambda done, *_: done
-    from casa_assets.pipeline.kitchens.sampling import diversity, traits
-    possible = diversity.Choices(1, 1, 1, dict.fromkeys(("wall", "floor", "counter", "cabinet"), 1), {})
-    traits.diversity_of_recipes = lambda recipes: diversity.diversity_of([], possible)
-    traits.diversity_of_reference = lambda: diversity.diversity_of([], possible)
+    from casa_assets.pipeline.kitchens.sampling import draws
+    possible = draws.Choices(1, 1, 1, dict.fromkeys(("wall", "floor", "counter", "cabinet"), 1), {})
+    draws.diversity_of_recipes = lambda recipes: draws.diversity_of([], possible)
+    draws.diversity_of_reference = lambda: draws.diversity_of([], possible)
     from casa_assets.pipeline.reports import kitchens
     kitchens.write = lambda out, heading="": (out / "index.html", out / "contact_sheet.png")
     kitchens.read_rows = lambda out: []

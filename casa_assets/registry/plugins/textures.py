@@ -1,0 +1,28 @@
+"""Kinds of textures that plug-ins add."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from types import MappingProxyType
+
+from casa_assets.projects import read_once
+from casa_assets.registry.plugins.guard import guarded
+from casa_assets.registry.plugins.load import LoadedPlugin, added
+from casa_assets.textures.canvas import TextureKind
+from casa_assets.textures.kinds import KINDS
+
+
+@read_once
+def plugin_kinds() -> Mapping[str, tuple[LoadedPlugin, TextureKind]]:
+    """Kinds of plug-ins by name, each with its plug-in. Raises CasaError where a name is taken."""
+    found: dict[str, tuple[LoadedPlugin, TextureKind]] = {}
+    for one, kind in added("texture kind", lambda plugin: plugin.texture_kinds, lambda thing: thing.name, KINDS):
+        found[kind.name] = one, replace(kind, paint=guarded(one, f"texture kind {kind.name}", kind.paint))
+    return MappingProxyType(found)
+
+
+@read_once
+def texture_kinds() -> Mapping[str, TextureKind]:
+    """Kinds by name, those of the package first."""
+    return MappingProxyType({**KINDS, **{name: kind for name, (_, kind) in plugin_kinds().items()}})
