@@ -148,7 +148,7 @@ def _is_first(group: Ints) -> Bools:
 
 
 # Assemble -------------------------------------------------------------------------------------------------------------
-# one link per part with visuals, colliders, inertia and joint.
+# One link per part with visuals, colliders, inertia and joint.
 
 ROOT = "object"
 # Thickness of the sheet that inertia is computed with, as a share of the longest side of a link: thinner ones vanish in

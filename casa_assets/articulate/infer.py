@@ -119,7 +119,7 @@ def stands_on_legs(measured: MeasuredFragments) -> bool:
 
 
 # Infer ----------------------------------------------------------------------------------------------------------------
-# fronts, controls, inner parts, faucets and lids.
+# Fronts, controls, inner parts, faucets and lids.
 
 # Travel of a button in diagonals, capped by its protrusion. Ref: 2 to 5 mm on an object of 0.8 m.
 MAX_BUTTON_TRAVEL = 0.004

@@ -75,7 +75,7 @@ class Models:
 
 
 # Plan -----------------------------------------------------------------------------------------------------------------
-# the frame, the moving parts, their joints, and the confidence of each decision.
+# The frame, the moving parts, their joints, and the confidence of each decision.
 #
 # Lengths are in units of the analysed mesh, whose diagonal is 1; the frame maps them to the file and to metres.
 

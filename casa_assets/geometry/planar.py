@@ -11,7 +11,7 @@ from casa_assets.geometry.solid.primitive import tessellate
 from casa_assets.model.asset.asset import Asset
 
 # Planar ---------------------------------------------------------------------------------------------------------------
-# signed area; of convex ones hull, distance, length of a line inside.
+# Signed area; of convex ones hull, distance, length of a line inside.
 
 
 def signed_area(outline: Floats) -> float:

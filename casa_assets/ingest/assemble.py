@@ -39,7 +39,7 @@ def grasp(draft: Draft, category: Category, opening_m: float) -> Draft:
 
 
 # Assemble -------------------------------------------------------------------------------------------------------------
-# origin under its middle, names, labels, provenance.
+# Origin under its middle, names, labels, provenance.
 
 
 def assemble(

@@ -16,7 +16,7 @@ from casa_assets.model.issue import Issue
 from casa_assets.model.record import Id, Record, without_blanks
 
 # Source ---------------------------------------------------------------------------------------------------------------
-# the source's description of a mesh, its bytes, and the parts read from them.
+# The source's description of a mesh, its bytes, and the parts read from them.
 
 
 class SourceKind(StrEnum):

@@ -11,7 +11,7 @@ from casa_assets.registry.project_files import check_names
 from casa_assets.registry.read import read_document, read_record
 
 # Layered --------------------------------------------------------------------------------------------------------------
-# those of the package, and those of the project in use laid over them.
+# Those of the package, and those of the project in use laid over them.
 #
 # Tables (a file that maps ids to rows) are joined key by key. A file that is one thing, such as a plan, is taken whole
 # from the topmost layer that has it.
@@ -90,11 +90,6 @@ def load_project() -> tuple[Project, Document] | None:
 def origin_of_row(table: str, *path: str) -> str:
     """Where the row of a table comes from, or has been changed last: see `origin`."""
     return origin(read_table_file(table).file_of(path))
-
-
-def origin_of_file(name: str) -> str:
-    """Where a file that is one thing, such as `plans/galley.yaml`, comes from: see `origin`."""
-    return origin(read_topmost(name).file)
 
 
 def origin(file: str) -> str:

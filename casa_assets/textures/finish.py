@@ -15,10 +15,9 @@ from casa_assets.model.record import Vec2
 from casa_assets.model.registry.rows import Finish
 from casa_assets.textures.canvas import Layers, Map
 from casa_assets.textures.check import Pictures
-from casa_assets.textures.check import Pixels as SwatchPixels
 
 # Finish ---------------------------------------------------------------------------------------------------------------
-# colour, normals and roughness as PNG, with the size of the tile in metres.
+# Colour, normals and roughness as PNG, with the size of the tile in metres.
 
 Pixels = npt.NDArray[np.uint8]
 # Takes 0.4 of the time of Pillow's default, 6, for files that are 7 % larger.
@@ -105,7 +104,7 @@ _AMBIENT = 0.42
 _F0 = 0.04  # reflectance of what is no metal, seen head on. Ref: glTF 2.0, appendix B
 
 
-def swatch(pictures: Pictures, metallic: float, side_m: float = 1.0, side_px: int = 192) -> SwatchPixels:
+def swatch(pictures: Pictures, metallic: float, side_m: float = 1.0, side_px: int = 192) -> Pixels:
     """(side_px, side_px, 3) uint8 sRGB picture of the upper left square of a finish, repeated where it is smaller.
 
     Args:
@@ -120,7 +119,7 @@ def swatch(pictures: Pictures, metallic: float, side_m: float = 1.0, side_px: in
     return np.asarray(small)
 
 
-def _lit(p: Pictures, metallic: float) -> SwatchPixels:
+def _lit(p: Pictures, metallic: float) -> Pixels:
     height, width = p.base.shape[:2]
     normal = _scaled(p.normal, width, height).astype(np.float32) / 127.5 - 1.0
     rough = np.clip(_scaled(p.rough, width, height).astype(np.float32) / 255, 0.08, 1.0)
@@ -141,11 +140,11 @@ def _lit(p: Pictures, metallic: float) -> SwatchPixels:
     diffuse = linear * (1.0 - 0.75 * metallic) * (_AMBIENT + (1.0 - _AMBIENT) * facing)[..., None]
     color = np.clip(diffuse + 0.55 * tint * lobe[..., None] + 0.15 * metallic * linear, 0.0, 1.0)
     shown = srgb_from_linear_array(color)
-    pixels: SwatchPixels = np.rint(shown * 255).astype(np.uint8)
+    pixels: Pixels = np.rint(shown * 255).astype(np.uint8)
     return pixels
 
 
-def _scaled(image: SwatchPixels, width: int, height: int) -> SwatchPixels:
+def _scaled(image: Pixels, width: int, height: int) -> Pixels:
     mode = "RGB" if image.ndim == 3 else "L"
     return np.asarray(
         Image.fromarray(np.ascontiguousarray(image), mode).resize((width, height), Image.Resampling.BILINEAR)

@@ -299,7 +299,7 @@ def _knots(canvas: Canvas, x: Map, y: Map, species: WoodSpecies, rng: np.random.
 
 
 # Wood -----------------------------------------------------------------------------------------------------------------
-# grain maps and a palette become colour, relief and gloss.
+# Grain maps and a palette become colour, relief and gloss.
 
 # Between the deepest pore and the face of a planed board. Ref: about the vessel diameter of open woods, 0.1 to 0.3 mm.
 _PORE_DEPTH_M = 0.00018

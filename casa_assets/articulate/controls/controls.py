@@ -17,7 +17,7 @@ from casa_assets.articulate.segment.welded_mesh import Bools
 from casa_assets.core.numeric import Floats, Ints
 
 # Controls -------------------------------------------------------------------------------------------------------------
-# compact things that protrude from a side, such as knobs, buttons and pulls.
+# Compact things that protrude from a side, such as knobs, buttons and pulls.
 
 # Sizes in diagonals of the object. Ref: the articulation bench (docs/numbers.md), which also
 # scores this: the widths and lengths of its 132 knobs and buttons lie between 0.010 and 0.121, but for one dial that is

@@ -156,7 +156,7 @@ def _largest(normals: Floats, weight: Floats) -> list[Floats]:
 
 
 # Axes -----------------------------------------------------------------------------------------------------------------
-# align its walls with the axes, then score the twenty-four candidates.
+# Align its walls with the axes, then score the twenty-four candidates.
 
 # Weight of each feature in the log odds of a candidate; features whose weight came out as zero are left out. Ref:
 # conditional logit over members of this project's own families, merged into one mesh each (benchmarks/train/frame.py).

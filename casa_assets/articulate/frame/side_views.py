@@ -16,7 +16,7 @@ from casa_assets.articulate.segment.welded_mesh import Bools
 from casa_assets.core.numeric import Floats
 
 # Side views -----------------------------------------------------------------------------------------------------------
-# edge density, panels, symmetry, small protrusions.
+# Edge density, panels, symmetry, small protrusions.
 
 # An edge: a step in depth between neighbouring pixels, diagonals, or a bend, cosine of 25 degrees.
 MIN_DEPTH_STEP, MAX_BEND_COS = 0.004, 0.906

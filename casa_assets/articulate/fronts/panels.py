@@ -359,7 +359,7 @@ def _panel(measured: MeasuredFragments, side: int, lower: Floats, upper: Floats,
 
 
 # Panel merge ----------------------------------------------------------------------------------------------------------
-# stiles and rails with the panels that they hold.
+# Stiles and rails with the panels that they hold.
 
 # Boards of one door begin at the same depth within this, and touch within this; diagonals.
 MERGED_FLUSH_TOLERANCE, TOUCH_TOLERANCE = 0.006, 0.006

@@ -209,7 +209,7 @@ def _has_contents(probe: CavityProbe, part_ids: Sequence[int], lower: Floats, up
 
 
 # Cavities -------------------------------------------------------------------------------------------------------------
-# those that its mesh has, and those that have to be built.
+# Those that its mesh has, and those that have to be built.
 #
 # A hollow shell without inner walls, or a solid block, gets a cavity as large as its front and the depth allow.
 

@@ -131,7 +131,7 @@ def _way(part: PartPlan, mesh: WeldedMesh) -> Floats | None:
 
 
 # Inner parts ----------------------------------------------------------------------------------------------------------
-# inner drawers, racks and turntables.
+# Inner drawers, racks and turntables.
 
 # Longer side of the pictures in which openings are looked through, pixels.
 BEHIND_PIXELS = 256

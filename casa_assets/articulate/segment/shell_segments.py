@@ -52,7 +52,7 @@ class KnownFronts:
 NO_FRONTS = KnownFronts({}, {})
 
 # Shell segments -------------------------------------------------------------------------------------------------------
-# find the fronts and small protrusions that are parts of it.
+# Find the fronts and small protrusions that are parts of it.
 
 # A shell that may hold fused parts is a fragment with these shares of all surface, of each extent, and of what is
 # visible from the front. A body whose parts are fragments of their own is visible only between them.

@@ -17,7 +17,7 @@ from casa_assets.model.asset.provenance import Signature
 from casa_assets.model.record import Vec3
 
 # Collection -----------------------------------------------------------------------------------------------------------
-# which are alike, and which are nearer to another kind than to their own.
+# Which are alike, and which are nearer to another kind than to their own.
 
 # Descriptors of one shape under two triangulations are this far apart at most.
 SAME_SHAPE = 0.02

@@ -17,7 +17,7 @@ from casa_assets.model.kitchen.robot import Robot
 from casa_assets.model.record import Vec3
 
 # Inverse kinematics ---------------------------------------------------------------------------------------------------
-# bring a hand to a place, joints within their ranges, the robot clear of all else.
+# Bring a hand to a place, joints within their ranges, the robot clear of all else.
 
 SOLVER = "daqp"
 POSITION_M, ANGLE_RAD = 0.005, math.radians(3.0)  # to which a hand has to get; a finger comes with 6 mm to spare

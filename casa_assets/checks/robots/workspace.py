@@ -17,7 +17,7 @@ from casa_assets.errors import CasaError
 from casa_assets.model.kitchen.robot import Arm, Hand, Legs, Robot
 
 # Assemble -------------------------------------------------------------------------------------------------------------
-# base, arm and gripper as one MjSpec.
+# Base, arm and gripper as one MjSpec.
 
 ROOT = "robot"  # body that stands on the parking place, and turns and slides there
 BASE_JOINTS = ("base_forward", "base_side", "base_yaw")

@@ -115,7 +115,7 @@ def _since(begin: tuple[float, float]) -> float:
 
 
 # Subject --------------------------------------------------------------------------------------------------------------
-# compiled once, with what every check asks of it.
+# Compiled once, with what every check asks of it.
 
 FILE = "scene.xml"
 

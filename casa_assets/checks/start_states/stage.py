@@ -33,7 +33,7 @@ from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 
 # Stage ----------------------------------------------------------------------------------------------------------------
-# loose things, places for them, parking places.
+# Loose things, places for them, parking places.
 
 SCENE_JSON = "scene.json"
 FOOTPRINT = "robot_footprint"  # a body without contacts, whose distance to things is measured

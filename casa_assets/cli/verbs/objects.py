@@ -36,10 +36,6 @@ app = typer.Typer(
     no_args_is_help=True,
 )
 Names = Annotated[list[str], typer.Argument(help="Categories.", autocompletion=completion.objects)]
-NamesOrAll = Annotated[
-    list[str] | None,
-    typer.Argument(help="Categories; all where none is named.", autocompletion=completion.objects),
-]
 
 
 @app.command("list", cls=Verb)

@@ -274,7 +274,7 @@ def values(joints: Iterable[JointValue] | Mapping[str, float], prefix: str = "")
 
 
 # Scene ----------------------------------------------------------------------------------------------------------------
-# a node for each placement (below a moving link for objects that rest in a drawer), and the cameras.
+# A node for each placement (below a moving link for objects that rest in a drawer), and the cameras.
 
 NEAR_M = 0.01
 

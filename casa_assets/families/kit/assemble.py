@@ -112,7 +112,7 @@ def _rounded_pose(pose: Pose) -> Pose:
 
 
 # Assemble -------------------------------------------------------------------------------------------------------------
-# meshes, masses, friction of joints, origin under the middle of the footprint.
+# Meshes, masses, friction of joints, origin under the middle of the footprint.
 
 MASS_DIGITS = 7  # significant digits of masses, centres and moments; MJCF and USD both keep them
 

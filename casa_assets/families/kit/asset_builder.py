@@ -116,7 +116,7 @@ def negated(condition: Condition) -> Condition:
 
 
 # Asset builder --------------------------------------------------------------------------------------------------------
-# collects links, solids, joints, sites and regions; `assemble` makes the Asset.
+# Collects links, solids, joints, sites and regions; `assemble` makes the Asset.
 
 ROOT = "object"
 

@@ -221,7 +221,7 @@ def add_griddle(builder: AssetBuilder, lower: tuple[float, float], upper: tuple[
 
 
 # Burners --------------------------------------------------------------------------------------------------------------
-# gas burners under grates, coils, and rings under glass, with their sites and behaviour.
+# Gas burners under grates, coils, and rings under glass, with their sites and behaviour.
 
 # Ref: RoboCasa v1.0, class Stove: STOVE_LOW_MIN 0.35 rad, STOVE_HIGH_MIN 80 degrees.
 KNOB_ON_ANGLE, KNOB_HIGH_ANGLE = 0.35, math.radians(80)

@@ -15,7 +15,7 @@ from casa_assets.geometry.mesh.surface import face_normals
 from casa_assets.geometry.solid.deviation import samples_with_faces
 
 # Implicit field -------------------------------------------------------------------------------------------------------
-# closed pieces are filled, lone sheets get a wall.
+# Closed pieces are filled, lone sheets get a wall.
 
 MAX_SAMPLES = 300_000
 # Cubes on either side of the surface in which distances are taken.

@@ -86,7 +86,7 @@ def _on_their_carriers(links: list[Link], moved: Collection[str]) -> tuple[Link,
 
 
 # Batch form -----------------------------------------------------------------------------------------------------------
-# fixed parts merged across fixtures, moving parts as few primitives.
+# Fixed parts merged across fixtures, moving parts as few primitives.
 
 # Names of the region around a whole asset, the one that is added first. Ref: robocasa v1.0, fixtures and objects.
 OUTER_REGIONS = ("bbox", "main")

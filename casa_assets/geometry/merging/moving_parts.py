@@ -134,7 +134,7 @@ def _swept(place: Placement, form: Asset, name: str) -> Floats:
 
 
 # Moving parts ---------------------------------------------------------------------------------------------------------
-# doors, drawers, loose things.
+# Doors, drawers, loose things.
 
 # Primitives of a loose thing at most, of one that is solid, of a seat that is; and how much of each may be empty.
 MOST_OF_THING, MOST_OF_SOLID, MOST_OF_SEAT, EMPTY_SHARE = 6, 3, 2, 0.35

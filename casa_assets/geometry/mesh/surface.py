@@ -96,7 +96,7 @@ def shifted_inertia(inertia: Floats, mass: float, offset: Floats) -> Floats:
 
 
 # Normals --------------------------------------------------------------------------------------------------------------
-# smooth over gentle bends, sharp over creases.
+# Smooth over gentle bends, sharp over creases.
 
 # Ref: Blender's default auto-smooth angle.
 CREASE_DEG = 30.0

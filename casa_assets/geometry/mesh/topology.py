@@ -10,7 +10,7 @@ from scipy.sparse.csgraph import breadth_first_order, connected_components
 from casa_assets.core.numeric import Floats, Ints, Mask
 
 # Topology -------------------------------------------------------------------------------------------------------------
-# welding, connected components, closedness, winding.
+# Welding, connected components, closedness, winding.
 
 # Vertices closer than this part of the longest extent are one point. Float32 files carry about 1e-7.
 WELD_RELATIVE = 1e-6

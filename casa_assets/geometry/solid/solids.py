@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from scipy.spatial import ConvexHull
 
 # Manifold -------------------------------------------------------------------------------------------------------------
-# closed surfaces as manifold3d sees them, their unions and simplifications.
+# Closed surfaces as manifold3d sees them, their unions and simplifications.
 
 Surface = tuple[Floats, Ints]
 

@@ -82,7 +82,7 @@ def smallest_rectangle(points: Floats) -> tuple[float, float, float]:
 
 
 # Ups ------------------------------------------------------------------------------------------------------------------
-# six axes, stable poses of the hull, directions that edges and faces run along.
+# Six axes, stable poses of the hull, directions that edges and faces run along.
 
 # asset_from_file rotations by the file axis that becomes z. The first two are the usual conversions,
 # so that a glTF front (+z) becomes the asset front (-y).

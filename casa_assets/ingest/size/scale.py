@@ -98,7 +98,7 @@ def parse_size_phrases(texts: Sequence[str]) -> StatedSize:
 
 
 # Scale ----------------------------------------------------------------------------------------------------------------
-# as the file states where plausible, else a usual unit, else by the usual size per axis.
+# As the file states where plausible, else a usual unit, else by the usual size per axis.
 
 # Units that meshes are drawn in, metres.
 UNITS: dict[str, float] = {"metre": 1.0, "centimetre": 0.01, "millimetre": 0.001, "inch": 0.0254}

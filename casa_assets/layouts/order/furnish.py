@@ -130,7 +130,7 @@ def places_over(table: PlacedTable, count: int) -> Sequence[tuple[WallFrame, flo
 
 
 # Furnish --------------------------------------------------------------------------------------------------------------
-# worktop items, wall items, lamps, seats and floor items.
+# Worktop items, wall items, lamps, seats and floor items.
 
 SEAT_SPACING_M = 0.6  # metres per person at a worktop; NKBA planning guideline 9
 SEAT_FROM_WALL_M = 0.45  # metres between a wall and the first place at a worktop that begins there

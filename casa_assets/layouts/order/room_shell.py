@@ -132,7 +132,7 @@ def _columns(room: Room, along_x: bool) -> Iterator[Vec2]:
 
 
 # Room shell -----------------------------------------------------------------------------------------------------------
-# floor, walls with openings, windows, doors, skirting and ceiling.
+# Floor, walls with openings, windows, doors, skirting and ceiling.
 
 CASING_WIDTH_M = 0.07
 SKIRTING_HEIGHT_M = 0.098  # fronts over a plinth of 0.1 m pass over it

@@ -167,7 +167,7 @@ def _under_windows(
 
 
 # Trim -----------------------------------------------------------------------------------------------------------------
-# cornices over rows of cabinets, and curtains at windows.
+# Cornices over rows of cabinets, and curtains at windows.
 
 CORNICE_HEIGHT_M = 0.07
 CORNICE_DEPTH_M = 0.04  # projection before the fronts

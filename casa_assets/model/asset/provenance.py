@@ -11,7 +11,7 @@ from casa_assets.model.record import Id, Record, Sha256, Vec3, without_blanks
 from casa_assets.model.registry.category import Portion, QCode
 
 # Provenance -----------------------------------------------------------------------------------------------------------
-# classes, source, licence, and every guess with its confidence.
+# Classes, source, licence, and every guess with its confidence.
 
 Confidence = Annotated[float, Field(ge=0.0, le=1.0)]
 

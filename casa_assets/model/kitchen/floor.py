@@ -184,7 +184,7 @@ class Fixture(Record):
 
 
 # Floor ----------------------------------------------------------------------------------------------------------------
-# walls, runs, fixtures, aisles, and parking places of a robot.
+# Walls, runs, fixtures, aisles, and parking places of a robot.
 #
 # Everything is in the frame of the world (z up, metres).
 

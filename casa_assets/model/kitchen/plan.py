@@ -301,7 +301,7 @@ class Closet(Record):
 
 
 # Plan -----------------------------------------------------------------------------------------------------------------
-# walls, openings, rows of units and furnishings. No coordinates.
+# Walls, openings, rows of units and furnishings. No coordinates.
 #
 # Lengths are metres, or the name of a parameter of the plan. Walls follow each other clockwise as seen from above,
 # beginning at the back left corner, which is the origin of the room (x right, y back, z up). `left` and `right` of a

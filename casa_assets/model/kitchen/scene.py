@@ -17,7 +17,7 @@ from casa_assets.model.pose import Pose
 from casa_assets.model.record import ArrayOf, Id, MixedCaseId, Record, Sha256, Vec3
 
 # Scene ----------------------------------------------------------------------------------------------------------------
-# assets and their placements. Nothing is left to look up, to draw at random or to default.
+# Assets and their placements. Nothing is left to look up, to draw at random or to default.
 
 # `<plan>__<style>`, and more parts for what differs from them.
 SceneId = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9]*(_{1,2}[a-z0-9]+)*$", max_length=160)]

@@ -12,7 +12,7 @@ from casa_assets.model.kitchen.choices import Surface
 from casa_assets.model.record import Id, Record, Vec2
 
 # Style ----------------------------------------------------------------------------------------------------------------
-# fronts, finishes and models for a kitchen of any plan.
+# Fronts, finishes and models for a kitchen of any plan.
 #
 # It names finishes and presets, and holds no dimensions of rooms.
 
@@ -213,7 +213,7 @@ class Style(Record):
 
 
 # Mixing ---------------------------------------------------------------------------------------------------------------
-# the content of registry/mixing.yaml.
+# The content of registry/mixing.yaml.
 
 Count = Annotated[int, Field(ge=1, le=4)]
 

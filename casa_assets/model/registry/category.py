@@ -152,7 +152,7 @@ def singulars(word: str) -> list[str]:
 
 
 # Category -------------------------------------------------------------------------------------------------------------
-# usual size, mass, pose and uses; the rows of registry/categories.yaml.
+# Usual size, mass, pose and uses; the rows of registry/categories.yaml.
 
 # How far `size_m` and `longest_m` may differ, of the length: rounding to a millimetre and no more.
 SAME_SIZE = 0.02

@@ -18,7 +18,7 @@ from casa_assets.model.record import Id, Record, Vec2
 from casa_assets.model.registry.category import QCode
 
 # Rows -----------------------------------------------------------------------------------------------------------------
-# classes of categories, limits, reasons for rejections, waivers, words that mislead.
+# Classes of categories, limits, reasons for rejections, waivers, words that mislead.
 
 
 class TaxonomyClass(Record):

@@ -21,7 +21,7 @@ from casa_assets.pipeline.articulate.build import NAMING_CONFIDENCE, ArticulateR
 from casa_assets.pipeline.library.library import Library
 
 # Review file ----------------------------------------------------------------------------------------------------------
-# what a person decided about articulated meshes; every later run on that library obeys.
+# What a person decided about articulated meshes; every later run on that library obeys.
 #
 # The page of review makes such a file, and `casa-assets articulate --decisions review.json` takes it into the library.
 

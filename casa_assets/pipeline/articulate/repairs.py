@@ -93,7 +93,7 @@ def _round_down(end: float, joint: JointPlan, metres: float) -> float:
 
 
 # Mend -----------------------------------------------------------------------------------------------------------------
-# fit collision shapes anew, open doors wider, exclude contacts.
+# Fit collision shapes anew, open doors wider, exclude contacts.
 
 # Checks of collision shapes that shapes fitted anew may pass: their box, where mass lies, and what they cover.
 SHAPE_CODES = frozenset({"AST008", "AST009", "AST016"})

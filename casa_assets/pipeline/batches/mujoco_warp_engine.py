@@ -46,7 +46,7 @@ def assign_rows(array: Any, rows: Any, values: Floats | Ints) -> None:
 
 
 # Mujoco warp engine ---------------------------------------------------------------------------------------------------
-# one model with a row per kitchen in each array in which kitchens differ.
+# One model with a row per kitchen in each array in which kitchens differ.
 
 
 class MujocoWarpEngine:

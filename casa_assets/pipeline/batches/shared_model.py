@@ -185,7 +185,6 @@ OFF_FRAME_M = 1e-6
 # A parked joint has dry friction where the joints that take its place have some, N or N*m.
 PARKED_FRICTION = 0.1
 ROBOT_MOUNT, ROBOT_PREFIX = "robot_mount", "robot_"
-_UPRIGHT = (1.0, 0.0, 0.0, 0.0)
 _WORDS = {
     int(mujoco.mjtJoint.mjJNT_FREE): "free",
     int(mujoco.mjtJoint.mjJNT_HINGE): "hinge",

@@ -201,7 +201,7 @@ def _source(module: str) -> str:
 
 
 # Cache key ------------------------------------------------------------------------------------------------------------
-# the key of a function is a digest of all code and data that it can reach.
+# The key of a function is a digest of all code and data that it can reach.
 #
 # A kept result (a texture, a built asset, a scene, a picture, a report, an entry of a library) stands under a key. The
 # key of the function that made it is a sha256 over

@@ -114,7 +114,7 @@ def row_of(manifest: disk.Manifest) -> AssetRow:
 
 
 # Pairs ----------------------------------------------------------------------------------------------------------------
-# candidates by signature, confirmed by registering one onto the other.
+# Candidates by signature, confirmed by registering one onto the other.
 
 # Shapes whose descriptors differ by more than this are not registered, see benchmarks/ingest/duplicates.py.
 MAX_DESCRIPTOR_DISTANCE = 0.035

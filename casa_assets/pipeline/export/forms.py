@@ -158,7 +158,7 @@ def replace_target(staged: Path, out: Path) -> None:
 
 
 # Form -----------------------------------------------------------------------------------------------------------------
-# each a file by itself, listed, and put in place whole.
+# Each a file by itself, listed, and put in place whole.
 
 README = "README.md"
 ASSETS, SCENES = "assets", "scenes"

@@ -221,7 +221,7 @@ def _is_still(runs: dict[str, dict[str, Rest]], group: PutGroup, number: int) ->
 
 
 # Resolve --------------------------------------------------------------------------------------------------------------
-# resolve, build the assets, compose.
+# Resolve, build the assets, compose.
 
 # Draws of a plan's lengths are made anew where one does not fit together; so often, then the seed is given up.
 MAX_LENGTH_DRAWS = 20

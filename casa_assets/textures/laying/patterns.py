@@ -19,7 +19,7 @@ from casa_assets.textures.laying.pieces import (
 )
 
 # Bonds ----------------------------------------------------------------------------------------------------------------
-# running and stacked, basket weave, herringbone, chevron, planks, ashlar, panels.
+# Running and stacked, basket weave, herringbone, chevron, planks, ashlar, panels.
 
 Size = tuple[float, float]
 _LEVEL = np.pi / 2  # a piece whose length runs along x
@@ -240,7 +240,7 @@ def _clipped(outline: Outline, dx: float, dy: float, angle: float, inner: float)
 
 
 # Shapes ---------------------------------------------------------------------------------------------------------------
-# hexagons, pickets, diamonds, pennies, scales, lanterns, octagons, stars, cubes.
+# Hexagons, pickets, diamonds, pennies, scales, lanterns, octagons, stars, cubes.
 
 _ROOT3 = float(np.sqrt(3.0))
 
@@ -377,7 +377,7 @@ def _honeycomb(tile_m: Size, width: float, outline: Outline, pitch: float, half_
 
 
 # Rubble ---------------------------------------------------------------------------------------------------------------
-# fieldstone from a jittered net, ledges of split strips.
+# Fieldstone from a jittered net, ledges of split strips.
 
 
 def fieldstone(canvas: Canvas, width: float, height: float, rng: np.random.Generator) -> PieceMap:

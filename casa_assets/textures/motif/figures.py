@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 # Figures --------------------------------------------------------------------------------------------------------------
-# distance inside, positive, in the units of the coordinates; and inks from them.
+# Distance inside, positive, in the units of the coordinates; and inks from them.
 
 Array = npt.NDArray[np.floating[Any]]
 
@@ -80,7 +80,7 @@ def ink(depth: Array, soft: float) -> Array:
 
 
 # Encaustic ------------------------------------------------------------------------------------------------------------
-# figures in a square about its middle, -0.5 to 0.5 each way. Inks are painted in order.
+# Figures in a square about its middle, -0.5 to 0.5 each way. Inks are painted in order.
 
 # (depth of the figure, number of its colour)
 Figures = list[tuple[Array, int]]

@@ -28,7 +28,7 @@ MAX_ASPECT = 2.0  # long side over short side: a longer strip shows too little o
 MAX_FILE_BYTES = 256 * 1024 * 1024
 
 # Entry ----------------------------------------------------------------------------------------------------------------
-# rows of pack.yaml, and pack.json.
+# Rows of pack.yaml, and pack.json.
 
 Text = Annotated[str, StringConstraints(max_length=4000)]
 Share = Annotated[float, Field(ge=0, le=1)]

@@ -192,7 +192,7 @@ def _is_placed_well(box: WorldBox, zone: PlacingZone) -> bool:
 
 
 # Task view ------------------------------------------------------------------------------------------------------------
-# reachable fixtures, free worktop beside them, zones to put things.
+# Reachable fixtures, free worktop beside them, zones to put things.
 
 BESIDE_M = 0.6  # beside a fixture, within which its worktop begins
 

@@ -14,7 +14,7 @@ from casa_assets.checks.scene.subject import SceneSubject, boxes_meet
 from casa_assets.core.numeric import Floats
 
 # Support --------------------------------------------------------------------------------------------------------------
-# nothing below, above or beside holds them.
+# Nothing below, above or beside holds them.
 
 # Categories of placements.
 FLOOR, WALL, CEILING, RECESS = "floor", "wall", "ceiling", "recess"

@@ -17,7 +17,7 @@ from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec2, Vec3
 
 # Solid ----------------------------------------------------------------------------------------------------------------
-# a closed surface with its collision shapes.
+# A closed surface with its collision shapes.
 
 Placed = tuple[Shape, Pose]
 

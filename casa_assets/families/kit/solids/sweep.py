@@ -394,7 +394,7 @@ def mitred_frame(width: float, height: float, profile: Floats) -> Solid:
 
 
 # Moulding -------------------------------------------------------------------------------------------------------------
-# a profile swept round the inside of a room, or along a straight piece with mitred ends.
+# A profile swept round the inside of a room, or along a straight piece with mitred ends.
 
 
 def room_moulding(loop: Floats, profile: Floats) -> Solid:

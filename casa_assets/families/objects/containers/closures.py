@@ -19,7 +19,7 @@ from casa_assets.geometry.planar import counter_clockwise
 from casa_assets.model.record import Vec2, Vec3
 
 # Opening --------------------------------------------------------------------------------------------------------------
-# a lid that is lifted off, one that swings up, with the states of both.
+# A lid that is lifted off, one that swings up, with the states of both.
 
 LID, LID_JOINT, LID_GRIP = "lid", "lid_joint", "lid_main"
 GRAVITY = 9.81

@@ -26,7 +26,7 @@ from casa_assets.model.asset.asset import Base
 from casa_assets.model.record import Vec2
 
 # Bodies ---------------------------------------------------------------------------------------------------------------
-# domes over an outline, long bodies that lie, rings, coats, small things on top.
+# Domes over an outline, long bodies that lie, rings, coats, small things on top.
 
 CREASE = 60.0  # degrees; food is soft
 # Bend in a long body from which on it has several hulls, rad.
@@ -443,7 +443,7 @@ def joined(solids: Sequence[Solid]) -> Solid:
 
 
 # Crustacean -----------------------------------------------------------------------------------------------------------
-# a shell, a tail of rings that ends in a fan, claws on jointed arms, legs and feelers.
+# A shell, a tail of rings that ends in a fan, claws on jointed arms, legs and feelers.
 
 Metres = Annotated[float, Field(gt=0, le=0.6)]
 SHELL: tuple[Vec2, ...] = (

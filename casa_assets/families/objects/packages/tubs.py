@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from casa_assets.families.objects.packages.package import Package
 
 # Part -----------------------------------------------------------------------------------------------------------------
-# a solid, its finish, what it is called, what it weighs.
+# A solid, its finish, what it is called, what it weighs.
 
 
 @dataclass(frozen=True)

@@ -348,7 +348,7 @@ def build(builder: AssetBuilder, p: SingleLid) -> None:
 FORM = ParametricModel("vessel_lid", SingleLid, build, base=Base.FREE)
 
 # Params ---------------------------------------------------------------------------------------------------------------
-# their profile, handles, spout, lid, holes and finishes.
+# Their profile, handles, spout, lid, holes and finishes.
 
 Metres = Annotated[float, Field(gt=0, le=0.7)]
 Length = Annotated[float, Field(ge=0, le=0.4)]

@@ -21,7 +21,7 @@ from casa_assets.families.kit.solids.sweep import circle, inset, inset_rings, lo
 from casa_assets.model.asset.asset import Base
 
 # Board ----------------------------------------------------------------------------------------------------------------
-# boards to cut on, place mats, slabs of slate; with a groove, a hole, a handle or strips of two woods.
+# Boards to cut on, place mats, slabs of slate; with a groove, a hole, a handle or strips of two woods.
 
 
 class Outline(StrEnum):

@@ -328,7 +328,7 @@ def _handle(builder: AssetBuilder, link: str, w: float, h: float, looks: OvenLoo
 
 
 # Turntable ------------------------------------------------------------------------------------------------------------
-# a glass tray on a hub and a ring of rollers.
+# A glass tray on a hub and a ring of rollers.
 
 
 def add_turntable(builder: AssetBuilder, lower: Vec3, upper: Vec3) -> None:

@@ -15,7 +15,7 @@ from casa_assets.families.parts.hardware.handles import HandleKind
 from casa_assets.model.record import Vec2, Vec3
 
 # Counter edge ---------------------------------------------------------------------------------------------------------
-# profiles from the underside to the top.
+# Profiles from the underside to the top.
 
 
 class CounterEdge(StrEnum):
@@ -56,7 +56,7 @@ def profile(edge: CounterEdge, thickness: float) -> list[Vec2]:
 
 
 # Carcass --------------------------------------------------------------------------------------------------------------
-# sides, bottom, top, back, plinth and shelves of boards of real thickness.
+# Sides, bottom, top, back, plinth and shelves of boards of real thickness.
 
 BOARD_THICKNESS = 0.018  # metres, boards of a carcass
 EDGE_BAND = 0.0012  # edge banding

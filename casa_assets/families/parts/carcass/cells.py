@@ -39,7 +39,7 @@ from casa_assets.families.parts.hardware.handles import HandleKind
 from casa_assets.model.record import Vec2, Vec3
 
 # Cells ----------------------------------------------------------------------------------------------------------------
-# doors, drawers, false fronts, open shelves and niches stacked in one carcass.
+# Doors, drawers, false fronts, open shelves and niches stacked in one carcass.
 
 # A channel of sheet metal behind fronts with a finger groove: how far the front stays below, and how high it is.
 CHANNEL_REVEAL, CHANNEL_HEIGHT = 0.028, 0.062

@@ -15,7 +15,7 @@ from casa_assets.families.kit.solids.sweep import circle, prism, tube
 from casa_assets.model.record import Vec2
 
 # Leaves ---------------------------------------------------------------------------------------------------------------
-# thin curved solids on a stem.
+# Thin curved solids on a stem.
 
 LEAF_THICKNESS = 0.0012  # metres; a succulent's is thicker
 GOLDEN_ANGLE = 2.399963  # rad from one leaf to the next. Ref: phyllotaxis.

@@ -191,7 +191,7 @@ def _cups(builder: AssetBuilder, door: CabinetDoor, corner: Vec3, w: float, h: f
 
 
 # Drawers --------------------------------------------------------------------------------------------------------------
-# a front, a box with sides of real thickness behind it, on runners.
+# A front, a box with sides of real thickness behind it, on runners.
 
 SIDE_THICKNESS, BASE_THICKNESS = 0.014, 0.008  # thickness of a drawer's sides and bottom, metres
 RUNNER_THICKNESS = 0.008  # of the runner, which fills most of the room beside the box

@@ -198,7 +198,7 @@ def arched_rail(x0: float, x1: float, z: float, rise: float, top: float, t: floa
 
 
 # Fronts ---------------------------------------------------------------------------------------------------------------
-# a kind and a size become boards, panels and panes.
+# A kind and a size become boards, panels and panes.
 
 FRONT_THICKNESS = 0.02  # metres; fronts are 19 to 22 mm
 FRONT_EDGE_RADIUS = 0.0012

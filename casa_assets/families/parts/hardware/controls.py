@@ -97,7 +97,7 @@ def add_toggle(behavior: BehaviorBuilder, variable: str, collider: str) -> None:
 
 
 # Knobs ----------------------------------------------------------------------------------------------------------------
-# on a front, where they face -y, or on a top, where they face up.
+# On a front, where they face -y, or on a top, where they face up.
 
 # Ref: RoboCasa v1.0, class Stove: on from 0.35 rad, high from 80 degrees, set up to 2 pi - 0.35.
 KNOB_TRAVEL = 2.6

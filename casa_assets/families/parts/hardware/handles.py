@@ -138,7 +138,7 @@ def _spread(half: float, count: int) -> list[float]:
 
 
 # Handles --------------------------------------------------------------------------------------------------------------
-# bars, cups, knobs, rings and straps on posts that reach the front.
+# Bars, cups, knobs, rings and straps on posts that reach the front.
 
 LEATHER = "leather_tan"  # finish of leather straps
 EDGE_REACH = 0.024  # metres that an edge pull stands out before the face

@@ -44,7 +44,7 @@ def gasket_frame(lower: Vec2, upper: Vec2, y0: float, y1: float, strip_width: fl
 
 
 # Door -----------------------------------------------------------------------------------------------------------------
-# a foamed slab on a hinge at its outer front corner, with gasket, liner, bins and a pull.
+# A foamed slab on a hinge at its outer front corner, with gasket, liner, bins and a pull.
 
 DOOR_TRAVEL = math.pi / 2
 BIN_DEPTH = 0.1  # metres that bins reach into the case

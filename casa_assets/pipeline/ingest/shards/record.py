@@ -323,7 +323,7 @@ def _first_fault(error: ValidationError) -> str:
 
 
 # Recorder -------------------------------------------------------------------------------------------------------------
-# leaves out the inputs of the others, and writes down what a merge will need.
+# Leaves out the inputs of the others, and writes down what a merge will need.
 
 # Options that a shard keeps from its first run on. Limits and code may change: what they void is made anew.
 LASTING = ("category", "split", "keep_duplicates")

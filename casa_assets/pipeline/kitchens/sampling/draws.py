@@ -336,7 +336,7 @@ def choices() -> Choices:
 
 
 # Draws ----------------------------------------------------------------------------------------------------------------
-# plan, its lengths, style, finishes, and what is mixed in of other styles.
+# Plan, its lengths, style, finishes, and what is mixed in of other styles.
 
 MAX_SEED = 1_000_000  # seeds of kitchens are drawn below this, so that ids stay short
 

@@ -96,7 +96,7 @@ def _hues_apart(first: Tone, second: Tone) -> float:
 
 
 # Mix ------------------------------------------------------------------------------------------------------------------
-# a style of which parts are those of other styles, drawn by a seed.
+# A style of which parts are those of other styles, drawn by a seed.
 #
 # Every part stands in some style as it is, so that it was looked at and checked there: nothing new is put together
 # within a part. Which parts go together is data, registry/mixing.yaml.

@@ -92,7 +92,7 @@ def _path(out: Path, scene_id: str) -> Path:
 
 
 # Run ------------------------------------------------------------------------------------------------------------------
-# in parallel, each once, from where an earlier run was stopped.
+# In parallel, each once, from where an earlier run was stopped.
 
 # Of overviews, which are looked at by the dozen: about a quarter of the work of one that `scenes build` draws.
 FRAME = PictureSettings(640, 480, passes=2, shadow_px=512)

@@ -164,7 +164,7 @@ _FACES = {
 PRESSED = TextureKind("pressed_front", PressedFront, paint_board)
 
 # Painted --------------------------------------------------------------------------------------------------------------
-# sprayed, brushed, matt, rubbed through, with the wood showing under the paint.
+# Sprayed, brushed, matt, rubbed through, with the wood showing under the paint.
 
 
 class PaintCoat(StrEnum):

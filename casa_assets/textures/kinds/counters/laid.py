@@ -341,7 +341,7 @@ GLAZED = TextureKind("glazed_lava", GlazedLava, paint_glaze)
 PRINTED = TextureKind("printed_laminate", PrintedLaminate, paint_print)
 
 # Metal ----------------------------------------------------------------------------------------------------------------
-# brushed, swirled, hammered, and how zinc and copper age.
+# Brushed, swirled, hammered, and how zinc and copper age.
 
 
 class MetalTooling(StrEnum):

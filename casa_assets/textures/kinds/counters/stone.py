@@ -103,7 +103,7 @@ def voronoi_cells(
 
 
 # Veined ---------------------------------------------------------------------------------------------------------------
-# marble, soapstone, veined quartz. Clouds under veins of true width that fade, split and meet.
+# Marble, soapstone, veined quartz. Clouds under veins of true width that fade, split and meet.
 
 
 class VeinCourse(StrEnum):
@@ -259,7 +259,7 @@ def _clouds(params: VeinedStone, canvas: Canvas, rng: np.random.Generator) -> Ma
 VEINED = TextureKind("veined_stone", VeinedStone, paint_veined)
 
 # Flow -----------------------------------------------------------------------------------------------------------------
-# quartzite, onyx, travertine, slate, limestone. Bands that fold, with pits and fossils.
+# Quartzite, onyx, travertine, slate, limestone. Bands that fold, with pits and fossils.
 
 
 class BandedStone(Record):
@@ -351,7 +351,7 @@ def _fossils(params: BandedStone, albedo: Map, canvas: Canvas, rng: np.random.Ge
 BANDED = TextureKind("banded_stone", BandedStone, paint_flow)
 
 # Granite --------------------------------------------------------------------------------------------------------------
-# a mosaic of crystals of several minerals, specks of mica, clouds and movement.
+# A mosaic of crystals of several minerals, specks of mica, clouds and movement.
 
 Size = Annotated[float, Field(gt=0.0005, lt=0.5)]
 
@@ -482,7 +482,7 @@ def _scatter(speck: Speck, canvas: Canvas, swarm: Map, rng: np.random.Generator)
 GRANITE = TextureKind("granite", Granite, paint_granite)
 
 # Speckled -------------------------------------------------------------------------------------------------------------
-# quartz composite, solid surface, terrazzo, recycled glass, ground concrete. Chips in a binder.
+# Quartz composite, solid surface, terrazzo, recycled glass, ground concrete. Chips in a binder.
 
 
 class ChipSize(Record):

@@ -85,7 +85,7 @@ ENCAUSTIC = TextureKind("cement_tile", Encaustic, paint_encaustic)
 """Kind of patterned tiles."""
 
 # Stone ----------------------------------------------------------------------------------------------------------------
-# marble, travertine, limestone, slate, granite, terrazzo, each piece from its own place.
+# Marble, travertine, limestone, slate, granite, terrazzo, each piece from its own place.
 
 
 class StoneTile(Record):

@@ -12,7 +12,7 @@ from casa_assets.model.registry.rows import HexColor
 from casa_assets.textures.canvas import Canvas, Layers, Map, Share, TextureKind, blend, rgb, ridged, smoothstep, worley
 
 # Section --------------------------------------------------------------------------------------------------------------
-# flesh from the middle to the rim, rings, rays, chambers, seeds.
+# Flesh from the middle to the rim, rings, rays, chambers, seeds.
 
 Count = Annotated[int, Field(ge=0, le=400)]
 Distance = Annotated[float, Field(ge=0, le=1)]

@@ -31,7 +31,7 @@ from casa_assets.textures.motif.foliage import FoliageKind, scatter
 from casa_assets.textures.motif.repeat import REPEATS, PaperRepeat
 
 # Paper ----------------------------------------------------------------------------------------------------------------
-# printed repeats, foliage, woven grass and linen.
+# Printed repeats, foliage, woven grass and linen.
 
 Inks = Annotated[tuple[HexColor, ...], Field(min_length=1, max_length=8)]
 
@@ -194,7 +194,7 @@ FOLIAGE = TextureKind("foliage_paper", FoliagePaper, paint_foliage)
 WOVEN = TextureKind("woven_paper", WovenPaper, paint_woven)
 
 # Plaster --------------------------------------------------------------------------------------------------------------
-# rolled, sanded, trowelled, limewashed, polished.
+# Rolled, sanded, trowelled, limewashed, polished.
 
 
 class PlasterFinish(StrEnum):
