@@ -171,13 +171,13 @@ sapien.Scene = functools.partial(sapien.Scene, [sapien.physx.PhysxCpuSystem()])
 # After it: a second passes; prints how many parts there are and how far each joint and each loose thing went.
 A_SECOND = """
 import numpy as np
-loose = [one for one in scene.entities if one not in [link.entity for link in document.links]]
-before, stood = document.get_qpos(), [one.pose.p for one in loose]
+loose = [one for one in scene.entities if one not in [link.entity for link in kitchen.links]]
+before, stood = kitchen.get_qpos(), [one.pose.p for one in loose]
 scene.set_timestep(0.002)
 for _ in range(500):
     scene.step()
-went = np.abs(document.get_qpos() - before)
-ways = {joint.name: float(way) for joint, way in zip(document.active_joints, went)}
+went = np.abs(kitchen.get_qpos() - before)
+ways = {joint.name: float(way) for joint, way in zip(kitchen.active_joints, went)}
 ways |= {f"{i} {one.name}": float(np.linalg.norm(one.pose.p - at)) for i, (one, at) in enumerate(zip(loose, stood))}
 print(json.dumps({"parts": len(scene.entities), "ways": ways}))
 """
