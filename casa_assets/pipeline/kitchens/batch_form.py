@@ -27,18 +27,9 @@ from casa_assets.pipeline.cache.cache_key import digest_of, key_of
 from casa_assets.pipeline.kitchens.recipe import SceneRecipe, SceneResult
 from casa_assets.pipeline.kitchens.resolve import build_scene
 from casa_assets.pipeline.kitchens.scene_files import BATCH_FILE, BATCH_JSON
-from casa_assets.pipeline.kitchens.scene_folders import (
-    BuildOptions,
-    build_with_options,
-    failed_scene,
-    run_recipes,
-    scene_key,
-)
-from casa_assets.pipeline.process_name import process_name
-from casa_assets.pipeline.workers.batch import attempt
+from casa_assets.pipeline.kitchens.scene_folders import run_recipes, scene_key, work_on_built
+from casa_assets.pipeline.process_name import replace_file
 from casa_assets.pipeline.workers.pool import Workers
-
-SHAPES, PAIRS = "batch_shapes", "batch_pairs"
 
 
 @dataclass(frozen=True)
@@ -57,25 +48,14 @@ class BatchRequest:
 def make_all(
     recipes: Sequence[SceneRecipe], out: Path, request: BatchRequest, jobs: Workers = 0, force: bool = False
 ) -> Iterator[SceneResult]:
-    """Batch forms of scenes in the order in which they are done, worked on by several processes.
-
-    Args:
-        out: folder of the scenes; those that are missing are built. jobs: processes; 0 for one per core. force: even
-            where nothing has changed.
-    Raises:
-        OutputError: the folder is held by another run or cannot be written.
-    """
+    """Yield batch forms of scenes as `run_recipes` does. `force`: even where nothing has changed."""
     return run_recipes(partial(make_one, out=out, request=request, force=force), recipes, out, jobs)
 
 
 def make_one(recipe: SceneRecipe, out: Path, request: BatchRequest, force: bool = False) -> SceneResult:
     """The batch form of one scene, which is built where it is missing; the report is that of the batch form alone."""
-    built = build_with_options(recipe, out, BuildOptions(drawn=False))
-    if not built.folder:
-        return built
-    folder = Path(built.folder)
 
-    def make() -> SceneResult:
+    def make(built: SceneResult, folder: Path) -> SceneResult:
         key = batch_key(recipe, request)
         kept = None if force else read_batch(folder)
         if kept is not None and kept.key == key and (folder / BATCH_FILE).is_file():
@@ -85,25 +65,21 @@ def make_one(recipe: SceneRecipe, out: Path, request: BatchRequest, force: bool 
         form = batch_of(scene, cache_for(out), request)
         _write(form, folder)
         written = time.perf_counter()
-        told = _judged(form, folder, key)
-        _put(folder / BATCH_JSON, (told.model_dump_json(indent=1) + "\n").encode())
+        judged = _judged(form, folder, key)
+        replace_file(folder / BATCH_JSON, (judged.model_dump_json(indent=1) + "\n").encode())
         done = time.perf_counter()
-        return replace(built, report=told.report, kept=False, write_s=written - begin, check_s=done - written)
+        return replace(built, report=judged.report, kept=False, write_s=written - begin, check_s=done - written)
 
-    return attempt(make, partial(failed_scene, recipe), out)
+    return work_on_built(recipe, out, make)
 
 
 def batch_of(scene: Scene, cache: Path, request: BatchRequest | None = None) -> BatchScene:
-    """The batch form of a composed scene.
-
-    Args:
-        cache: folder of the cache, which keeps light forms of assets.
-    """
+    """The batch form of a composed scene. `cache`: folder that keeps light forms of assets."""
     asked = request or BatchRequest()
     limits = registry.load().limits
-    most = int(limits[SHAPES]) if asked.primitives is None else asked.primitives
+    most = int(limits["batch_shapes"]) if asked.primitives is None else asked.primitives
     store = AssetStore(cache)
-    form = batch_within(light_scene(scene, store.lightened), most, asked.words, int(limits[PAIRS]))
+    form = batch_within(light_scene(scene, store.lightened), most, asked.words, int(limits["batch_pairs"]))
     store.tidy()
     return form
 
@@ -157,13 +133,5 @@ def _write(form: BatchScene, folder: Path) -> None:
     text = entries.pop(BATCH_FILE)
     for path, data in entries.items():
         if not (folder.parent / path).exists():
-            _put(folder.parent / path, data)
-    _put(folder / BATCH_FILE, text)
-
-
-def _put(path: Path, data: bytes) -> None:
-    """Write a file by one rename."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    fresh = path.with_name(f".{path.name}.{process_name()}")
-    fresh.write_bytes(data)
-    fresh.replace(path)
+            replace_file(folder.parent / path, data)
+    replace_file(folder / BATCH_FILE, text)

@@ -40,9 +40,10 @@ from casa_assets.pipeline.kitchens.scene_files import START_STATES
 from casa_assets.pipeline.kitchens.scene_folders import (
     BUILD,
     CHECK,
+    OVERVIEW_FRAME,
     BuildOptions,
+    attempt_scene,
     build_with_options,
-    failed_scene,
     remove_scene,
     run_recipes,
     scene_key,
@@ -58,7 +59,6 @@ from casa_assets.pipeline.kitchens.scene_page import (
     write_report,
 )
 from casa_assets.pipeline.kitchens.state_file import read_states
-from casa_assets.pipeline.workers.batch import attempt
 from casa_assets.pipeline.workers.limits import StepClock
 from casa_assets.pipeline.workers.pool import Workers
 from casa_assets.preview import kitchen as room
@@ -67,14 +67,12 @@ from casa_assets.registry.plugins.checks import check_table, with_plugin_limits
 # Passed layers --------------------------------------------------------------------------------------------------------
 # Layers of assets that passed SimReady's rules, remembered in the cache by their content.
 
-FOLDER = "simready"
-
 
 class PassedLayers:
     """Digests of layers that passed, an empty file for each in a folder of the cache."""
 
     def __init__(self, cache: Path) -> None:
-        self.folder = cache / FOLDER
+        self.folder = cache / "simready"
 
     def has(self, digest: str) -> bool:
         """True if a layer of that digest passed."""
@@ -103,7 +101,7 @@ def check_one(
     strict: bool = False,
     drawn: bool = True,
     in_3d: bool = True,
-    frame: room.PictureSettings | None = None,
+    frame: room.PictureSettings = OVERVIEW_FRAME,
     at_eye_level: bool = False,
 ) -> SceneResult:
     """Build a scene where it is missing or outdated, and run every check on it; `report.json` keeps the verdict.
@@ -111,10 +109,9 @@ def check_one(
     A scene that has not changed since it was checked is not checked again.
 
     Args:
-        out: folder of the scenes. force: check it again. strict: what does not pass is not put in place. drawn: with an
-            overview; the check of what cameras see draws its own, small, and keeps none. in_3d: with a model that the
-            page shows in 3D, about 4 MB. frame: of the overview; None: as `scenes build` draws it.
-        at_eye_level: see BuildOptions.
+        force: check it again. strict: what does not pass is not put in place.
+        drawn: with an overview; the check of what cameras see draws its own, small, and keeps none.
+        in_3d: with a model that the page shows in 3D, about 4 MB. frame, at_eye_level: see BuildOptions.
     """
     judge = partial(check_and_report, in_3d=in_3d, passed=PassedLayers(cache_for(out)))
     options = BuildOptions(drawn, at_eye_level, judge=judge, strict=strict, frame=frame)
@@ -147,7 +144,7 @@ def _shown_in_place(done: SceneResult, out: Path, folder: Path, in_3d: bool) -> 
         write_report(folder, {**read_report(folder), **added})
         return done
 
-    return attempt(make, partial(failed_scene, done.recipe), out)
+    return attempt_scene(done.recipe, out, make)
 
 
 def _checked_in_place(recipe: SceneRecipe, out: Path, folder: Path, in_3d: bool) -> SceneResult:
@@ -163,7 +160,7 @@ def _checked_in_place(recipe: SceneRecipe, out: Path, folder: Path, in_3d: bool)
         build_s, check_s = clock.wall_s[BUILD], clock.wall_s[CHECK]
         return SceneResult(recipe, str(folder), report=report, build_s=build_s, check_s=check_s, cpu_s=clock.cpu_s)
 
-    return attempt(make, partial(failed_scene, recipe), out)
+    return attempt_scene(recipe, out, make)
 
 
 def check_and_report(
@@ -174,11 +171,7 @@ def check_and_report(
     in_3d: bool = True,
     passed: PassedLayers | None = None,
 ) -> Report:
-    """Run every check on a scene in its folder, and leave report, page and pictures there.
-
-    Args:
-        design: of the scene. in_3d: with a model, too. passed: layers of assets that passed in other scenes.
-    """
+    """Run every check on a scene in its folder, and leave report, page and pictures there; see `check_one`."""
     report, measured = run_checks_on_scene(scene, design, folder, passed)
     model = put_scene_model(folder, scene) if in_3d else read_report(folder).get("model_key")
     floor_picture(design).save(folder / FLOOR_MAP, format="PNG")
@@ -199,7 +192,7 @@ def run_checks_on_scene(
     """Run every check on a scene in its folder, which is only read.
 
     Args:
-        design: of the scene. passed: layers of assets that passed in other scenes; None: each is looked at.
+        passed: layers of assets that passed in other scenes; None: each is looked at.
     Returns:
         The report, and what was measured besides, for report.json: grade, tasks, parking places, budgets, speed.
     """
@@ -221,8 +214,13 @@ def run_checks_on_scene(
         speed = MeasuredSpeed(subject.load_s * 1000.0, steps_per_s, float(model.opt.timestep))
         for measurable in (speed, _views(model, folder)):
             report += run(measurable, scene.id, limits, waived, table)
-        duration = {"check_s": round(time.perf_counter() - begin, 1)}
-        measured |= {"holds": scene_sizes(subject), "speed": _rounded(speed) | duration}
+        numbers = {
+            "load_ms": round(speed.load_ms, 1),
+            "steps_per_s": round(speed.steps_per_s, 1),
+            "real_time_factor": round(speed.pace, 2),
+            "check_s": round(time.perf_counter() - begin, 1),
+        }
+        measured |= {"holds": scene_sizes(subject), "speed": numbers}
     else:
         report += report_not_run((MeasuredSpeed, PreviewImages), scene.id, limits, UNLOADED, waived)
     if (folder / START_STATES).is_file():
@@ -244,14 +242,6 @@ def _views(model: Any, folder: Path) -> PreviewImages:
     return PreviewImages({**images, **dict(room.render_cameras(stage, rest, CHECK_FRAME))})
 
 
-def _rounded(speed: MeasuredSpeed) -> dict[str, float]:
-    return {
-        "load_ms": round(speed.load_ms, 1),
-        "steps_per_s": round(speed.steps_per_s, 1),
-        "real_time_factor": round(speed.pace, 2),
-    }
-
-
 def check_all(
     recipes: Sequence[SceneRecipe],
     out: Path,
@@ -262,11 +252,7 @@ def check_all(
     in_3d: bool = True,
     at_eye_level: bool = False,
 ) -> Iterator[SceneResult]:
-    """Scenes in the order in which they are done, worked on by several processes.
-
-    Raises:
-        OutputError: the folder is held by another run or cannot be written.
-    """
+    """Yield checked scenes as `run_recipes` does; see `check_one`."""
     work = partial(check_one, out=out, force=force, strict=strict, drawn=drawn, in_3d=in_3d, at_eye_level=at_eye_level)
     return run_recipes(work, recipes, out, jobs, f"{__name__}:warm")
 

@@ -15,7 +15,7 @@ from casa_assets.geometry.planar import stands_by_itself
 from casa_assets.geometry.scale_asset import level_of, scaled
 from casa_assets.layouts.compose.compose import AssetOutlines, box_of
 from casa_assets.layouts.plan.style_models import NO_LIBRARY
-from casa_assets.model.asset.asset import Asset, Base, Joint, JointKind
+from casa_assets.model.asset.asset import Asset, Base, Joint, JointKind, JointValue
 from casa_assets.model.asset.provenance import Guess
 from casa_assets.model.kitchen.style import PresetChoice
 from casa_assets.pipeline.cache.cache_key import digest_of
@@ -51,7 +51,6 @@ class LibraryPresets(Mapping[str, Mapping[str, Any]]):
         return iter(_folders())
 
     def __len__(self) -> int:
-        """How many there are."""
         return len(_folders())
 
 
@@ -125,9 +124,8 @@ def placed_asset(choice: PresetChoice) -> Asset:
     notes = []
     if scale != 1.0:
         asset = scaled(asset, scale, _mass(asset, scale))
-        notes.append(
-            _note("size_in_the_kitchen", f"{scale:g} of its size in the library", "scaled evenly to its place")
-        )
+        value = f"{scale:g} of its size in the library"
+        notes.append(_note("size_in_the_kitchen", value, "scaled evenly to its place"))
     if "reach" in choice.params:
         asset = _within_reach(asset, float(choice.params["reach"]))
         notes.append(_note("doors_in_the_kitchen", "open less wide", "they would reach what stands beside"))
@@ -160,14 +158,12 @@ def _within_reach(asset: Asset, reach: float) -> Asset:
                 break
         joints.append(joint)
     ranges = {joint.name: joint.range for joint in joints}
-    keys = tuple(
-        key.replace(
-            joints=tuple(
-                at.replace(value=min(max(at.value, ranges[at.joint][0]), ranges[at.joint][1])) for at in key.joints
-            )
-        )
-        for key in asset.keyframes
-    )
+
+    def limited(at: JointValue) -> JointValue:
+        low, high = ranges[at.joint]
+        return at.replace(value=min(max(at.value, low), high))
+
+    keys = tuple(key.replace(joints=tuple(map(limited, key.joints))) for key in asset.keyframes)
     return asset.replace(joints=tuple(joints), keyframes=keys)
 
 

@@ -25,10 +25,8 @@ from casa_assets.pipeline.kitchens.resolve import ordered_surfaces
 from casa_assets.pipeline.kitchens.scene_files import BATCH_FILE, LIGHT_FILE
 from casa_assets.pipeline.textures.recipes import find_recipe, finish_of
 
-# Load scene -----------------------------------------------------------------------------------------------------------
-# Files of a scene, on disk or in memory, into MuJoCo.
-
 FILES = {"full": FILE, "light": LIGHT_FILE, "batch": BATCH_FILE}
+SLEEP = int(mujoco.mjtEnableBit.mjENBL_SLEEP)
 
 
 def model_of(source: Path | Files, sleep: bool = False) -> mujoco.MjModel:
@@ -42,7 +40,7 @@ def model_of(source: Path | Files, sleep: bool = False) -> mujoco.MjModel:
         model = mujoco.MjModel.from_xml_path(str(source))
     else:
         model = mujoco.MjModel.from_xml_string(*_in_memory(source))
-    model.opt.enableflags |= _flags(sleep)
+    model.opt.enableflags |= SLEEP if sleep else 0
     return model
 
 
@@ -51,22 +49,15 @@ def spec_of(source: Path | Files, sleep: bool = False) -> mujoco.MjSpec:
     if isinstance(source, Path):
         spec = mujoco.MjSpec.from_file(str(source))
     else:
-        text, rest = _in_memory(source)
-        spec = mujoco.MjSpec.from_string(text, assets=rest)
-    spec.option.enableflags |= _flags(sleep)
+        text, assets = _in_memory(source)
+        spec = mujoco.MjSpec.from_string(text, assets=assets)
+    spec.option.enableflags |= SLEEP if sleep else 0
     return spec
 
 
 def _in_memory(files: Files) -> tuple[str, dict[str, bytes]]:
     return files.entries[FILE].decode(), {path: data for path, data in files.entries.items() if path != FILE}
 
-
-def _flags(sleep: bool) -> int:
-    return int(mujoco.mjtEnableBit.mjENBL_SLEEP) if sleep else 0
-
-
-# Surface textures -----------------------------------------------------------------------------------------------------
-# Other pictures on the surfaces of a compiled kitchen, without compiling it again.
 
 # Decoded pictures that are kept, of 3 MB each.
 KEPT_PICTURES = 64

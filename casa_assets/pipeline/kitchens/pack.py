@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import io
 import json
-import os
+import os.path
 import re
 import struct
 import zipfile
@@ -26,6 +26,7 @@ from casa_assets.pipeline.ingest.job import writing
 from casa_assets.pipeline.kitchens.recipe import recipe_of
 from casa_assets.pipeline.kitchens.scene_files import BEHAVIOR, LIGHT_FILE, OVERVIEW, SCENE_JSON, SHARED, START_STATES
 from casa_assets.pipeline.kitchens.scene_folders import BuildOptions, build_all, is_current
+from casa_assets.pipeline.process_name import replace_file
 from casa_assets.pipeline.reports import attribution
 
 LICENCE_FIELD = re.compile(rb'string asset_license = "([^"\n]*)"')
@@ -90,7 +91,8 @@ def pack_scene(scene_id: str, scenes: Path, kind: PackKind, out: Path) -> Pack:
             raise CasaError(f"{scene_id}: {made.message}")
     members = members_of(scenes / recipe.scene_id)
     data = zip_bytes(scene_id, members) if kind is PackKind.ZIP else usdz_bytes(members)
-    _put(out.absolute(), data)
+    with writing(out.absolute().parent):
+        replace_file(out.absolute(), data)
     count = len(members) if kind is PackKind.ZIP else len(_of_usd(members))
     return Pack(scene_id, out, count, len(data), hashlib.sha256(data).hexdigest(), built)
 
@@ -203,15 +205,3 @@ def _credits(members: dict[str, bytes]) -> Iterator[attribution.Credit]:
     for row in facts.get("textures", ()):
         author_of, generator = (row[key] if row[key] != "unknown" else "" for key in ("author", "generator"))
         yield attribution.Credit(row["id"], row["licence"], author=author_of, generator=generator)
-
-
-def _put(out: Path, data: bytes) -> None:
-    """Write a file by one rename, so that it is whole or as it was."""
-    with writing(out.parent):
-        out.parent.mkdir(parents=True, exist_ok=True)
-        fresh = out.with_name(f".{out.name}.{os.getpid()}")
-        try:
-            fresh.write_bytes(data)
-            fresh.replace(out)
-        finally:
-            fresh.unlink(missing_ok=True)

@@ -6,6 +6,7 @@ import hashlib
 import json
 import re
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from itertools import combinations
@@ -16,9 +17,6 @@ from casa_assets.model.issue import Issue, Report
 from casa_assets.model.kitchen.choices import Surface
 from casa_assets.pipeline.kitchens.scene_files import SCENE_JSON
 from casa_assets.registry.kitchens import plan_names, style_names
-
-# Recipe ---------------------------------------------------------------------------------------------------------------
-# Inputs of a scene, and the outcome of building it.
 
 
 @dataclass(frozen=True)
@@ -157,13 +155,13 @@ def recipe_of(scene_id: str, places: Sequence[Path] = ()) -> SceneRecipe:
             if recipe.scene_id == scene_id:
                 return recipe
     where = ", ".join(str(place) for place in places) or "no folder"
-    told = [("t" + fields["finishes"], "finishes", "surfaces={'wall': ...}")] if has_finishes else []
-    told += [("m" + fields["models"], "models", "models={'range': ...}")] if has_models else []
-    digests = " and ".join(f"'{digits}' is a digest of its {name}" for digits, name, _ in told)
+    hidden = [("t" + fields["finishes"], "finishes", "surfaces={'wall': ...}")] if has_finishes else []
+    hidden += [("m" + fields["models"], "models", "models={'range': ...}")] if has_models else []
+    digests = " and ".join(f"'{digits}' is a digest of its {name}" for digits, name, _ in hidden)
     raise CasaError(
         f"{scene_id}: {digests}; which they are cannot be told from that, and no scene of this id stands in {where}. "
         f"Give the folder that it stands in, or make it anew with "
-        f"casa_assets.kitchen({plan!r}, {style!r}, seed={seed}, {', '.join(option for *_, option in told)})"
+        f"casa_assets.kitchen({plan!r}, {style!r}, seed={seed}, {', '.join(option for *_, option in hidden)})"
     )
 
 
@@ -172,11 +170,9 @@ def _stated_models(scene_id: str, places: Sequence[Path]) -> Iterator[tuple[tupl
     from casa_assets.pipeline.kitchens.resolve import ordered_models  # here and below, since it loads all families
 
     for place in places:
-        try:
+        with suppress(OSError, ValueError, KeyError, TypeError, AttributeError, CasaError):
             found = json.loads((place / scene_id / SCENE_JSON).read_text(encoding="utf-8"))["models"]
             yield ordered_models((role, str(name)) for role, name in found.items())
-        except (OSError, ValueError, KeyError, TypeError, AttributeError, CasaError):
-            continue
 
 
 def _candidates(scene_id: str, seed: int | None, places: Sequence[Path]) -> Iterator[tuple[tuple[Surface, str], ...]]:
@@ -193,10 +189,8 @@ def _candidates(scene_id: str, seed: int | None, places: Sequence[Path]) -> Iter
         # scene.json names the finishes of all surfaces; the id those alone that differ from the style's.
         for count in range(1, len(pairs) + 1):
             for some in combinations(pairs, count):
-                try:
+                with suppress(UnknownId):  # a finish of a pack that is not here, or of an older registry
                     yield ordered_surfaces(some)
-                except UnknownId:  # a finish of a pack that is not here, or of an older registry
-                    continue
 
 
 def all_recipes() -> list[SceneRecipe]:

@@ -28,7 +28,7 @@ from casa_assets.model.asset.asset import Asset
 from casa_assets.model.kitchen.choices import Surface
 from casa_assets.model.kitchen.habit import Arrangement
 from casa_assets.model.kitchen.plan import Plan
-from casa_assets.model.kitchen.scene import Scene
+from casa_assets.model.kitchen.scene import Placement, Scene
 from casa_assets.model.kitchen.style import LIBRARY, PresetChoice, Style
 from casa_assets.model.registry.document import Document
 from casa_assets.pipeline.cache.asset_store import AssetStore
@@ -71,11 +71,7 @@ MAX_STILL_RUNS = 4
 
 
 def put_into(scene: Scene, count: int, seed: int, store: AssetStore) -> Scene:
-    """Return the scene with up to `count` more objects, fewer if there is not enough room; all at rest.
-
-    Args:
-        seed: decides which objects are placed, and where. store: keeps built assets.
-    """
+    """Return the scene with up to `count` more objects, fewer if there is not enough room; all at rest."""
     habits, objects = load_habits(), ObjectMembers(store)
     rng = rng_for(seed, f"{LANE}/{scene.id}")
     spaces = find_spaces(scene, habits.spaces)
@@ -132,8 +128,7 @@ def _number(groups: Iterable[PutGroup]) -> int:
 def with_groups(scene: Scene, groups: Sequence[PutGroup], objects: ObjectMembers) -> Scene:
     """The scene with the objects of groups."""
     placements = [place for group in groups for place in group.placements]
-    known = objects.assets
-    added = [known[name] for name in sorted({place.asset for place in placements})]
+    added = [objects.assets[name] for name in sorted({place.asset for place in placements})]
     return ready_to_simulate(scene.replace(assets=(*scene.assets, *added), placements=(*scene.placements, *placements)))
 
 
@@ -144,7 +139,15 @@ def at_rest(scene: Scene, groups: Sequence[PutGroup], objects: ObjectMembers) ->
         scene: without them.
     """
     rests = _simulate(scene, groups, objects, FULL, SETTLE_S)
-    kept = [_moved(group, rests, objects) for group in _kept(groups, partial(_has_settled, rests))]
+    assets = objects.assets
+
+    def rested(place: Placement) -> Placement:
+        return place.replace(pose=rounded_pose(rests[place.name].pose @ assets[place.asset].root.pose.inverse()))
+
+    kept = [
+        replace(group, placements=tuple(map(rested, group.placements)))
+        for group in _kept(groups, partial(_has_settled, rests))
+    ]
     for _ in range(MAX_STILL_RUNS):
         runs = {form: _simulate(scene, kept, objects, form, STILL_S) for form in (FULL, LIGHT)}
         still = _kept(kept, partial(_is_still, runs))
@@ -175,27 +178,24 @@ def _simulate(
     names = [place.name for group in groups for place in group.placements]
     if not names:
         return {}
-    filled = with_groups(_holders(scene, groups), groups, objects)
+    # What does not hold the groups touches none of them, and would cost time.
+    held_by = {place.resting.placement for group in groups for place in group.placements if place.resting}
+    placements = tuple(place for place in scene.placements if place.name in held_by)
+    ids = {place.asset for place in placements}
+    assets = tuple(asset for asset in scene.assets if asset.id in ids)
+    holders = scene.replace(placements=placements, assets=assets, exclusions=())
+    filled = with_groups(holders, groups, objects)
     shown = light_scene(filled, objects.store.lightened) if form == LIGHT else bare(filled)
     return come_to_rest(write(shown, shared="assets"), names, seconds)
 
 
-def _holders(scene: Scene, groups: Sequence[PutGroup]) -> Scene:
-    """The part of a scene that holds the groups: what else there is touches none of them, and would cost time."""
-    held_by = {place.resting.placement for group in groups for place in group.placements if place.resting}
-    placements = tuple(place for place in scene.placements if place.name in held_by)
-    assets = {place.asset for place in placements}
-    return scene.replace(placements=placements, assets=tuple(a for a in scene.assets if a.id in assets), exclusions=())
-
-
 def bare(scene: Scene) -> Scene:
     """The scene without what is only seen, so that it is written and compiled in a fraction of the time."""
-    return scene.replace(assets=tuple(_bare(asset) for asset in scene.assets), cameras=(), lights=(), sky=None)
-
-
-def _bare(asset: Asset) -> Asset:
-    links = tuple(link.replace(visuals=()) for link in asset.links)
-    return asset.replace(links=links, materials=(), behavior=None)
+    assets = tuple(
+        asset.replace(links=tuple(link.replace(visuals=()) for link in asset.links), materials=(), behavior=None)
+        for asset in scene.assets
+    )
+    return scene.replace(assets=assets, cameras=(), lights=(), sky=None)
 
 
 def _has_settled(rests: dict[str, Rest], group: PutGroup, number: int) -> bool:
@@ -204,15 +204,6 @@ def _has_settled(rests: dict[str, Rest], group: PutGroup, number: int) -> bool:
     farthest = MAX_EDGE_ROLL_M if arrangement is Arrangement.ON_EDGE and number else MAX_SLIDE_M
     rest = rests[group.placements[number].name]
     return rest.moved <= farthest and rest.tilt <= (MAX_TILT if stands else MAX_ROLL)
-
-
-def _moved(group: PutGroup, rests: dict[str, Rest], objects: ObjectMembers) -> PutGroup:
-    known = objects.assets
-    placements = tuple(
-        place.replace(pose=rounded_pose(rests[place.name].pose @ known[place.asset].root.pose.inverse()))
-        for place in group.placements
-    )
-    return replace(group, placements=placements)
 
 
 def _is_still(runs: dict[str, dict[str, Rest]], group: PutGroup, number: int) -> bool:
@@ -239,14 +230,12 @@ def warm() -> None:
 
 @read_once
 def preset_params() -> Mapping[str, Mapping[str, Mapping[str, Any]]]:
-    """Numbers of all presets of all families."""
-    return {
-        LIBRARY: LibraryPresets(),
-        **{
-            name: {preset: params.model_dump(mode="json") for preset, params in made.presets.items()}
-            for name, made in families().items()
-        },
+    """Numbers of all presets of all families, and of the assets of libraries."""
+    of_families = {
+        name: {preset: params.model_dump(mode="json") for preset, params in made.presets.items()}
+        for name, made in families().items()
     }
+    return {LIBRARY: LibraryPresets(), **of_families}
 
 
 def ordered_surfaces(surfaces: Iterable[tuple[Surface, str]]) -> tuple[tuple[Surface, str], ...]:
@@ -255,12 +244,8 @@ def ordered_surfaces(surfaces: Iterable[tuple[Surface, str]]) -> tuple[tuple[Sur
     picked = dict(surfaces)
     for surface, name in picked.items():
         if name not in finishes[surface]:
-            raise UnknownId(
-                f"{surface.value} texture",
-                name,
-                finishes[surface],
-                f"`casa-assets textures list --set {surface.value}` lists them",
-            )
+            listed_by = f"`casa-assets textures list --set {surface.value}` lists them"
+            raise UnknownId(f"{surface.value} texture", name, finishes[surface], listed_by)
     return tuple((s, picked[s]) for s in Surface if s in picked)
 
 
@@ -406,9 +391,8 @@ def merge_nested(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, 
     merged = dict(base)
     for key, value in over.items():
         current = merged.get(key)
-        merged[key] = (
-            merge_nested(current, value) if isinstance(current, Mapping) and isinstance(value, Mapping) else value
-        )
+        is_nested = isinstance(current, Mapping) and isinstance(value, Mapping)
+        merged[key] = merge_nested(current, value) if is_nested else value
     return merged
 
 
@@ -425,8 +409,7 @@ def build_choice(name: str, choice: PresetChoice, store: AssetStore) -> Asset:
 def build_scene(recipe: SceneRecipe, cache: Path) -> tuple[KitchenRequest, Scene]:
     """The kitchen and the scene of a recipe. Raises as `resolve` does, and CasaError where a part cannot be built.
 
-    Args:
-        cache: folder of the store that keeps painted pictures and built assets.
+    `cache`: folder of the store that keeps painted pictures and built assets.
     """
     kitchen = resolve(recipe)
     store = AssetStore(cache)

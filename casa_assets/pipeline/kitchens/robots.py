@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib.util
 import json
-import os
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -24,16 +23,10 @@ from casa_assets.model.kitchen.robot import RobotCertificate, SceneRobots
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
 from casa_assets.pipeline.kitchens.recipe import SceneRecipe, SceneResult
 from casa_assets.pipeline.kitchens.scene_files import ROBOTS_JSON, SCENE_JSON
-from casa_assets.pipeline.kitchens.scene_folders import (
-    BuildOptions,
-    build_with_options,
-    failed_scene,
-    run_recipes,
-    scene_key,
-)
+from casa_assets.pipeline.kitchens.scene_folders import run_recipes, scene_key, work_on_built
 from casa_assets.pipeline.kitchens.scene_page import join_robots
 from casa_assets.pipeline.optional_packages import require
-from casa_assets.pipeline.workers.batch import attempt
+from casa_assets.pipeline.process_name import replace_file
 from casa_assets.registry.tables import load_robot
 
 TESTED_ROBOSUITE = "1.5.2"
@@ -64,15 +57,13 @@ def certify_all(
     force: bool = False,
     only: Sequence[str] = (),
 ) -> Iterator[SceneResult]:
-    """Yield certificates of scenes in the order in which they are finished; several processes work on them.
+    """Yield certificates of scenes as `run_recipes` does.
 
     Args:
-        out: folder of the scenes; missing ones are built. robots: ids. models: folder of robosuite's robot
-            models. jobs: processes; 0 for one per core. force: even if nothing has changed.
-            only: globs of joints; empty: all joints.
+        robots: ids. models: folder of robosuite's robot models. force: even if nothing has changed.
+        only: globs of joints; empty: all joints.
     Raises:
-        CasaError: mink is not installed, or a robot's files are missing. OutputError: the folder cannot be written.
-        UnknownId: there is no such robot.
+        CasaError: mink is not installed, or a robot's files are missing. UnknownId: there is no such robot.
     """
     for name in robots:
         robot = load_robot(name)
@@ -96,12 +87,8 @@ def certify_one(
     only: tuple[str, ...] = (),
 ) -> SceneResult:
     """Certificate of one scene, which is built where it is missing; the report is that of robots alone."""
-    built = build_with_options(recipe, out, BuildOptions(drawn=False))
-    if not built.folder:
-        return built
-    folder = Path(built.folder)
 
-    def make() -> SceneResult:
+    def make(built: SceneResult, folder: Path) -> SceneResult:
         begin = time.perf_counter()
         key = certificate_key(recipe, robots, only)
         kept = None if force else read_certificate(folder, key)
@@ -111,7 +98,7 @@ def certify_one(
         join_robots(folder)
         return replace(built, report=report, kept=kept is not None, check_s=time.perf_counter() - begin)
 
-    return attempt(make, partial(failed_scene, recipe), out)
+    return work_on_built(recipe, out, make)
 
 
 def certificate_key(recipe: SceneRecipe, robots: tuple[str, ...], only: tuple[str, ...] = ()) -> str:
@@ -129,8 +116,7 @@ def certify_scene(
     """Try robots on every joint of a scene, one after the other.
 
     Args:
-        folder: of the scene. robots: ids. models: folder of robot models.
-        key: of the certificate. of_scene: key of the files of the scene. only: globs of joints; empty: all joints.
+        key: of the certificate. of_scene: key of the files of the scene.
     Raises:
         CasaError: a robot's file is missing or lacks what its description names, or no joint matches `only`.
     """
@@ -186,6 +172,5 @@ def _write(folder: Path, found: SceneRobots, report: Report) -> None:
         for r in found.robots
     }
     data = {**found.model_dump(mode="json"), "counts": counts, **report.model_dump(mode="json", exclude={"subject"})}
-    fresh = folder / f".{ROBOTS_JSON}.{os.getpid()}"
-    fresh.write_text(json.dumps(data, indent=1, sort_keys=True, ensure_ascii=False) + "\n", encoding="utf-8")
-    fresh.replace(folder / ROBOTS_JSON)
+    text = json.dumps(data, indent=1, sort_keys=True, ensure_ascii=False) + "\n"
+    replace_file(folder / ROBOTS_JSON, text.encode())

@@ -8,11 +8,9 @@ from __future__ import annotations
 
 import filecmp
 import json
-import os
 import shutil
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -40,6 +38,7 @@ from casa_assets.pipeline.kitchens.resolve import build_scene, kitchen_key, pres
 from casa_assets.pipeline.kitchens.scene_files import BEHAVIOR, LIGHT_FILE, OVERVIEW, SCENE_JSON, SHARED
 from casa_assets.pipeline.kitchens.scene_json import describe, design_of
 from casa_assets.pipeline.library import library as disk
+from casa_assets.pipeline.process_name import replace_file
 from casa_assets.pipeline.textures.recipes import every_recipe
 from casa_assets.pipeline.workers.batch import attempt, run_batch
 from casa_assets.pipeline.workers.limits import StepClock, WorkerFailure
@@ -67,7 +66,7 @@ class BuildOptions:
         force: even if nothing has changed since they were made.
         judge: checks a scene in its folder, writes the report there and returns it; None: scenes are not checked.
         strict: a scene that does not pass is not kept.
-        frame: of the overview; None: OVERVIEW_FRAME.
+        frame: of the overview.
     """
 
     drawn: bool = True
@@ -75,15 +74,11 @@ class BuildOptions:
     force: bool = False
     judge: Judge | None = None
     strict: bool = False
-    frame: room.PictureSettings | None = None
+    frame: room.PictureSettings = OVERVIEW_FRAME
 
 
 def build_one(recipe: SceneRecipe, out: Path, drawn: bool = True, force: bool = False) -> SceneResult:
-    """Build and write one scene. A failure is reported in `message` of the result, so that other scenes continue.
-
-    Args:
-        out: folder of the scenes. drawn: with a picture. force: even if nothing has changed since it was made.
-    """
+    """Build and write one scene; see `build_with_options`."""
     return build_with_options(recipe, out, BuildOptions(drawn, force=force))
 
 
@@ -104,11 +99,21 @@ def build_with_options(recipe: SceneRecipe, out: Path, options: BuildOptions) ->
             return _redraw_overview(recipe, folder, key, options)
         return SceneResult(recipe, str(folder), kept=True)
 
-    return attempt(make, partial(failed_scene, recipe), out)
+    return attempt_scene(recipe, out, make)
 
 
-def failed_scene(recipe: SceneRecipe, message: str, is_fault: bool) -> SceneResult:
-    """A scene that could not be made or checked."""
+def attempt_scene(recipe: SceneRecipe, out: Path, make: Callable[[], SceneResult]) -> SceneResult:
+    """Make or check a scene; a failure is reported in `message` of the result, so that other scenes continue."""
+    return attempt(make, partial(_failed, recipe), out)
+
+
+def work_on_built(recipe: SceneRecipe, out: Path, work: Callable[[SceneResult, Path], SceneResult]) -> SceneResult:
+    """Build a scene where it is missing, then work on it in its folder; failures as in `attempt_scene`."""
+    built = build_with_options(recipe, out, BuildOptions(drawn=False))
+    return attempt_scene(recipe, out, lambda: work(built, Path(built.folder))) if built.folder else built
+
+
+def _failed(recipe: SceneRecipe, message: str, is_fault: bool) -> SceneResult:
     return SceneResult(recipe, message=message, is_fault=is_fault)
 
 
@@ -125,20 +130,8 @@ def scene_key(recipe: SceneRecipe) -> str:
 
 
 def is_current(recipe: SceneRecipe, out: Path) -> bool:
-    """True if a scene is there, whole, as today's code and data would make it. Raises as `kitchens.resolve` does.
-
-    Args:
-        out: folder of the scenes.
-    """
+    """True if a scene is there, whole, as today's code and data would make it. Raises as `kitchens.resolve` does."""
     return is_whole(out / recipe.scene_id, scene_key(recipe))
-
-
-def _draw_overview(folder: Path, options: BuildOptions) -> None:
-    """Draw the overview of a scene as ordered."""
-    if options.frame is None:
-        draw_cameras(folder, (OVERVIEW,))
-    else:
-        draw_cameras(folder, (OVERVIEW,), options.frame)
 
 
 def _redraw_overview(recipe: SceneRecipe, folder: Path, key: str, options: BuildOptions) -> SceneResult:
@@ -146,11 +139,9 @@ def _redraw_overview(recipe: SceneRecipe, folder: Path, key: str, options: Build
     begin = time.perf_counter()
     for old in folder.glob("*.png"):
         old.unlink()
-    _draw_overview(folder, options)
+    draw_cameras(folder, (OVERVIEW,), options.frame)
     facts = json.loads((folder / SCENE_JSON).read_text(encoding="utf-8"))
-    fresh = folder / f".{SCENE_JSON}.{os.getpid()}"
-    _write_facts(fresh, {**facts, "picture_key": picture_key(key)})
-    fresh.replace(folder / SCENE_JSON)
+    _write_facts(folder / SCENE_JSON, {**facts, "picture_key": picture_key(key)})
     return SceneResult(recipe, str(folder), draw_s=time.perf_counter() - begin)
 
 
@@ -172,10 +163,10 @@ def publish_scene(
     """Write a composed scene into its folder of a library that is locked; draw and judge it as ordered.
 
     Args:
-        key: of the recipe, for `scene.json`. The library's root holds the scenes, side by side with what they share.
+        key: of the recipe, for `scene.json`.
     """
-    clock = StepClock()
-    with _staged(library, scene.id) as folder:
+    clock, folder = StepClock(), library.stage(scene.id)
+    try:
         keys = {"key": key, **({"picture_key": picture_key(key)} if options.drawn else {})}
         design = design_of(kitchen, scene)
         facts = {**keys, **describe(recipe, kitchen, scene, design)}
@@ -184,7 +175,7 @@ def publish_scene(
         store.tidy()
         clock.end(WRITE)
         if options.drawn:
-            _draw_overview(folder, options)
+            draw_cameras(folder, (OVERVIEW,), options.frame)
         if options.at_eye_level:
             draw_cameras(folder, (EYE,), EYE_FRAME, OPEN)
         clock.end(DRAW)
@@ -194,6 +185,8 @@ def publish_scene(
             _merge(folder.parent / SHARED, library.root / SHARED)
             library.put(folder, library.root / scene.id)
         clock.end(CHECK if report else PUT)
+    finally:
+        shutil.rmtree(folder.parent, ignore_errors=True)  # with the files that scenes share beside it
     return SceneResult(
         recipe,
         str(library.root / scene.id) if placed else "",
@@ -204,16 +197,6 @@ def publish_scene(
         cpu_s=clock.cpu_s,
         counts={"placements": float(len(scene.placements)), "assets": float(len(scene.assets))},
     )
-
-
-@contextmanager
-def _staged(library: disk.Library, scene_id: str) -> Iterator[Path]:
-    """Yield a staging folder for a scene, next to one for the files that scenes share; both are removed at the end."""
-    folder = library.stage(scene_id)
-    try:
-        yield folder
-    finally:
-        shutil.rmtree(folder.parent, ignore_errors=True)
 
 
 def _merge(drafts: Path, shared: Path) -> None:
@@ -238,33 +221,26 @@ def write_scene(
     light_form: Callable[[Asset], Asset],
     layer_text: Callable[[Asset, str], str],
 ) -> None:
-    """Write the files of a scene into its folder, and those that scenes share into the shared folder.
+    """Write the files of a scene into its empty folder, and those that scenes share into the shared folder.
 
     Args:
-        folder: of the scene, empty.
         root: folder under which the shared folder is written. facts: content of scene.json.
         light_form: of an asset, see `lighten`. layer_text: of an asset, see `usd.write`.
     """
     behaviors = {f"{SHARED}/{BEHAVIOR}/{a.id}.json": document.behavior_file(a) for a in scene.assets if a.behavior}
     for files in (mjcf.write(scene), usd.write(scene, layer_text=layer_text), Files.of(behaviors)):
-        _put(files, folder, root)
-    light = mjcf.write(light_scene(scene, light_form)).entries[mjcf.FILE]
-    (folder / LIGHT_FILE).write_bytes(light)
+        for path, data in files.entries.items():
+            target = (root if path.startswith(f"{SHARED}/") else folder) / path
+            if not target.exists():
+                target.parent.mkdir(parents=True, exist_ok=True)
+                target.write_bytes(data)
+    (folder / LIGHT_FILE).write_bytes(mjcf.write(light_scene(scene, light_form)).entries[mjcf.FILE])
     _write_facts(folder / SCENE_JSON, facts)
 
 
 def _write_facts(path: Path, facts: dict[str, Any]) -> None:
     SceneFile.model_validate(facts)
-    path.write_text(json.dumps(facts, indent=1, sort_keys=True, ensure_ascii=False) + "\n", encoding="utf-8")
-
-
-def _put(files: Files, folder: Path, root: Path) -> None:
-    """Write files of the scene into its folder, and shared ones below `root`."""
-    for path, data in files.entries.items():
-        target = (root if path.startswith(f"{SHARED}/") else folder) / path
-        if not target.exists():
-            target.parent.mkdir(parents=True, exist_ok=True)
-            target.write_bytes(data)
+    replace_file(path, (json.dumps(facts, indent=1, sort_keys=True, ensure_ascii=False) + "\n").encode())
 
 
 def draw_cameras(
@@ -294,13 +270,7 @@ def draw_cameras(
 def build_all(
     recipes: Sequence[SceneRecipe], out: Path, jobs: Workers = 0, options: BuildOptions | None = None
 ) -> Iterator[SceneResult]:
-    """Scenes in the order in which they are done, worked on by several processes.
-
-    Args:
-        out: folder of the scenes, made where it is missing. jobs: processes; 0 for one per core.
-    Raises:
-        OutputError: the folder is held by another run or cannot be written.
-    """
+    """Yield built scenes as `run_recipes` does."""
     return run_recipes(partial(build_with_options, out=out, options=options or BuildOptions()), recipes, out, jobs)
 
 
@@ -315,6 +285,7 @@ def run_recipes(
     """Run `work` on each recipe in `jobs` processes (0: one per core); yields results as they are done.
 
     Args:
+        out: folder of the scenes, made where it is missing.
         warm: `module:name` of a function that loads what every worker needs.
         goes_on: a scene for which the memory does not suffice fails by itself, and the others are made.
     Raises:
@@ -326,7 +297,7 @@ def run_recipes(
         place.sweep()
         for number, answer in run_batch(work, recipes, out, jobs, warm, WORKER_BYTES, goes_on):
             if isinstance(answer, WorkerFailure):
-                yield failed_scene(recipes[number], answer.text, True)
+                yield _failed(recipes[number], answer.text, True)
             else:
                 yield answer
 

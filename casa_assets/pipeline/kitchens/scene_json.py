@@ -12,7 +12,6 @@ from casa_assets.layouts.lived_in.spaces import Space, count_of_things, find_spa
 from casa_assets.layouts.order.build_order import OrderItem
 from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.model.asset.asset import Asset
-from casa_assets.model.asset.parts import Region
 from casa_assets.model.kitchen.choices import Surface
 from casa_assets.model.kitchen.scene import Placement, Scene
 from casa_assets.model.kitchen.style import Style
@@ -36,8 +35,7 @@ def describe(
 ) -> dict[str, Any]:
     """The content of scene.json. Lengths in metres, angles in radians, quaternions (w, x, y, z), frame of the world.
 
-    Args:
-        design: of this kitchen and scene, where the caller goes on with it: what it has found once is not found again.
+    `design` saves what a caller has found of this kitchen already.
     """
     design = design or design_of(kitchen, scene)
     items = {w.name: w for w in kitchen.items}
@@ -123,6 +121,15 @@ def surface_finishes(style: Style) -> dict[str, list[str]]:
 
 
 def _fixture(placement: Placement, asset: Asset, item: OrderItem) -> dict[str, Any]:
+    regions = {
+        r.name: {
+            "link": r.link,
+            "kind": r.kind,
+            "size": list(r.size),
+            **_pose(placement.pose @ asset.asset_from_link(r.link) @ r.pose),
+        }
+        for r in asset.regions
+    }
     joints = {
         j.name: {
             "name": f"{placement.name}__{j.name}",
@@ -149,7 +156,7 @@ def _fixture(placement: Placement, asset: Asset, item: OrderItem) -> dict[str, A
         "mass_kg": round(asset.mass, 4),
         "joints": joints,
         "states": sorted({f"{s.joint}.{s.name}" for s in asset.states}),
-        "regions": {r.name: _region(placement, asset, r) for r in asset.regions},
+        "regions": regions,
         "sites": {s.name: {"site": f"{placement.name}__{s.name}", "kind": s.kind} for s in asset.sites},
         "parts": sorted({v.label for k in asset.links for v in k.visuals if v.label}),
     }
@@ -191,12 +198,6 @@ def _spawn(space: Space, scene: Scene) -> dict[str, Any]:
         "things": count_of_things(space),
         "objects": list(load_habits().kept_in(space.kinds)),
     }
-
-
-def _region(placement: Placement, asset: Asset, region: Region) -> dict[str, Any]:
-    """A region where it is while all joints are at zero."""
-    at = placement.pose @ asset.asset_from_link(region.link) @ region.pose
-    return {"link": region.link, "kind": region.kind, "size": list(region.size), **_pose(at)}
 
 
 def _pose(pose: Pose) -> dict[str, Any]:

@@ -67,12 +67,12 @@ class SceneReport(Record):
 
 
 def page_key() -> str:
-    """Return the key of the code that makes a page. Its other inputs, report.json and scene.json, are not included."""
+    """Key of the code that makes a page, without its other inputs, report.json and scene.json."""
     return key_of(_page_of)
 
 
 def model_key() -> str:
-    """Return the key of the code that makes a model. Its other input, the scene, is not included."""
+    """Key of the code that makes a model, without its other input, the scene."""
     return key_of(scene_glb, put_model)
 
 
@@ -96,9 +96,6 @@ def write_report(folder: Path, data: dict[str, Any]) -> None:
     """Write report.json and report.html of a scene, with the verdict and counts derived from `data`.
 
     The viewer that the page uses is put into the folder of files that scenes share.
-
-    Args:
-        data: content of report.json, without the verdict and the counts.
     """
     report = _verdict(data)
     tallied = asdict(report.tally) | {"applying": report.tally.applying}

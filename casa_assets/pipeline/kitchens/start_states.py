@@ -20,43 +20,22 @@ from casa_assets.model.issue import Report
 from casa_assets.model.kitchen.scene import StartStates
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
 from casa_assets.pipeline.kitchens.recipe import SceneRecipe, SceneResult
-from casa_assets.pipeline.kitchens.scene_files import START_STATES
-from casa_assets.pipeline.kitchens.scene_folders import (
-    BuildOptions,
-    build_with_options,
-    failed_scene,
-    run_recipes,
-    scene_key,
-)
+from casa_assets.pipeline.kitchens.scene_folders import run_recipes, scene_key, work_on_built
 from casa_assets.pipeline.kitchens.scene_page import join_states
 from casa_assets.pipeline.kitchens.state_file import read_states, write_states
-from casa_assets.pipeline.workers.batch import attempt
-
-CONTACT, MOTION = "state_contact_m", "state_motion_m"
 
 
 def draw_all(
     recipes: Sequence[SceneRecipe], out: Path, request: StateRequest, jobs: int = 0, force: bool = False
 ) -> Iterator[SceneResult]:
-    """Start states of scenes in the order in which they are done, worked on by several processes.
-
-    Args:
-        out: folder of the scenes; those that are missing are built. jobs: processes; 0 for one per core. force: even
-            where nothing has changed.
-    Raises:
-        OutputError: the folder is held by another run or cannot be written.
-    """
+    """Yield start states of scenes as `run_recipes` does. `force`: even where nothing has changed."""
     return run_recipes(partial(draw_one, out=out, request=request, force=force), recipes, out, jobs)
 
 
 def draw_one(recipe: SceneRecipe, out: Path, request: StateRequest, force: bool = False) -> SceneResult:
     """Start states of one scene, which is built where it is missing; the report is that of its start states alone."""
-    built = build_with_options(recipe, out, BuildOptions(drawn=False))
-    if not built.folder:
-        return built
-    folder = Path(built.folder)
 
-    def make() -> SceneResult:
+    def make(built: SceneResult, folder: Path) -> SceneResult:
         begin = time.perf_counter()
         kept = None if force else _kept(folder, states_key(recipe, request))
         states, stage = (kept, Stage(folder)) if kept else draw_now(recipe, folder, request)
@@ -67,19 +46,17 @@ def draw_one(recipe: SceneRecipe, out: Path, request: StateRequest, force: bool 
         done = replace(built, report=report, kept=kept is not None, counts=counts)
         return replace(done, draw_s=drawn - begin, check_s=time.perf_counter() - drawn)
 
-    return attempt(make, partial(failed_scene, recipe), out)
+    return work_on_built(recipe, out, make)
 
 
 def draw_now(recipe: SceneRecipe, folder: Path, request: StateRequest) -> tuple[StartStates, Stage]:
-    """Draw start states of a scene that was built, and write them into its folder. Raises as `draw_states` does.
-
-    Args:
-        folder: of the scene.
-    """
+    """Draw start states of a scene that was built, and write them into its folder. Raises as `draw_states` does."""
     stage = Stage(folder)
     with native_warnings():
         limits = registry.load().limits
-        states = draw_states(stage, Wanted(states_key(recipe, request), request, limits[CONTACT], limits[MOTION]))
+        states = draw_states(
+            stage, Wanted(states_key(recipe, request), request, limits["state_contact_m"], limits["state_motion_m"])
+        )
     write_states(folder, states)
     return read_states(folder), stage
 
@@ -97,8 +74,6 @@ def states_key(recipe: SceneRecipe, request: StateRequest) -> str:
 
 def _kept(folder: Path, key: str) -> StartStates | None:
     """Return the states of an earlier run with the same key, or None if they are missing or cannot be read."""
-    if not (folder / START_STATES).is_file():
-        return None
     try:
         found = read_states(folder)
     except CasaError:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import io
 import json
-import os
 import shlex
 import zipfile
 import zlib
@@ -17,10 +16,10 @@ from pydantic import ValidationError
 from casa_assets.errors import CasaError
 from casa_assets.model.kitchen.scene import ARRAYS, StartStates
 from casa_assets.pipeline.kitchens.scene_files import START_STATES
+from casa_assets.pipeline.process_name import replace_file
 
-HEADER = "header"
-LARGEST_BYTES = 1 << 28
-_DAMAGED = (zipfile.BadZipFile, zlib.error, ValidationError)
+LARGEST_BYTES = 1 << 28  # more than any kitchen's states take
+_DAMAGED = (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile, zlib.error, ValidationError)
 
 
 def write_states(folder: Path, states: StartStates) -> Path:
@@ -30,24 +29,25 @@ def write_states(folder: Path, states: StartStates) -> Path:
     arrays = {name: getattr(states, name).astype("<f4") for name in ARRAYS}
     header = np.frombuffer(text.encode("ascii"), dtype=np.uint8)
     np.savez_compressed(stream, allow_pickle=False, header=header, **arrays)
-    fresh = folder / f".{START_STATES}.{os.getpid()}"
-    fresh.write_bytes(stream.getvalue())
-    return fresh.replace(folder / START_STATES)
+    return replace_file(folder / START_STATES, stream.getvalue())
 
 
 def read_states(folder: Path) -> StartStates:
     """Return the start states in the folder of a scene. Raises CasaError if they are missing or damaged."""
     path = folder / START_STATES
     try:
-        _check_size(path)
+        with zipfile.ZipFile(path) as archive:
+            size = sum(member.file_size for member in archive.infolist())
+        if size > LARGEST_BYTES:
+            raise ValueError(f"it holds {size} bytes, more than {LARGEST_BYTES}")
         with np.load(path, allow_pickle=False) as found:
-            header = json.loads(found[HEADER].tobytes())
+            header = json.loads(found["header"].tobytes())
             return StartStates.model_validate({**header, **{name: found[name] for name in ARRAYS}})
     except FileNotFoundError:
         raise CasaError(
             f"{path}: there are no start states; casa-assets scenes states {folder.name} makes them"
         ) from None
-    except (OSError, ValueError, KeyError, TypeError, EOFError, *_DAMAGED) as error:
+    except _DAMAGED as error:
         raise CasaError(f"{path}: cannot be read ({_first_line(error)}); draw the states again with --force") from error
 
 
@@ -67,14 +67,6 @@ def read_current_states(folder: Path, scene: Path) -> StartStates:
 def digest_of_file(path: Path) -> str:
     """sha256 of the bytes of a file, as start states name the scene.xml that they belong to."""
     return hashlib.sha256(path.read_bytes()).hexdigest()
-
-
-def _check_size(path: Path) -> None:
-    """Raises ValueError where the file says that it holds more than any kitchen's states take."""
-    with zipfile.ZipFile(path) as archive:
-        size = sum(member.file_size for member in archive.infolist())
-    if size > LARGEST_BYTES:
-        raise ValueError(f"it holds {size} bytes, more than {LARGEST_BYTES}")
 
 
 def _first_line(error: Exception) -> str:

@@ -51,7 +51,6 @@ class Traits:
     """Traits of a kitchen.
 
     Attributes:
-        id: of the scene. plan, style: names.
         lengths: length of the plan -> its position between its bounds, 0 to 1.
         floor_m2: width times depth of the room.
         surfaces: wall, floor, counter, cabinet -> finish.
@@ -71,11 +70,7 @@ class Traits:
 
 @dataclass(frozen=True)
 class Choices:
-    """How many values each trait can have, however a kitchen is drawn.
-
-    Attributes:
-        plans, styles, fronts: counts. surfaces: of finishes, by surface. fixtures: of models, by role.
-    """
+    """How many values each trait can have, however a kitchen is drawn."""
 
     plans: int
     styles: int
@@ -104,10 +99,8 @@ class Diversity:
     """How diverse some kitchens are. Evenness is 0 to 1, or None for fewer than two values or kitchens.
 
     Attributes:
-        kitchens: their number. plans, styles, room_sizes, fronts: evenness.
-        surfaces: evenness of the finishes, by surface. fixtures: mean evenness of the models over all roles.
-        roles: evenness of the models, by role.
-        neighbours: distances.
+        kitchens: their number. surfaces, roles: evenness of the finishes, by surface, and of the models, by role.
+        fixtures: mean evenness of the models over all roles.
     """
 
     kitchens: int
@@ -122,11 +115,7 @@ class Diversity:
 
 
 def diversity_of(found: Sequence[Traits], possible: Choices) -> Diversity:
-    """How diverse some kitchens are.
-
-    Args:
-        possible: how many values their traits can have.
-    """
+    """How diverse some kitchens are."""
     names = sorted({role for traits in found for role in traits.fixtures})
     roles = {
         role: evenness([t.fixtures[role] for t in found if role in t.fixtures], possible.fixtures[role])
@@ -246,42 +235,38 @@ def write_diversity(out: Path, drawn: Diversity, reference: Diversity) -> Path:
 
 def read_diversity(out: Path) -> tuple[Diversity, Diversity] | None:
     """Return the diversity of the kitchens and of the reference from diversity.json, or None if it cannot be read."""
+    adapter = TypeAdapter(Diversity)
     try:
         data = json.loads((out / DIVERSITY).read_text(encoding="utf-8"))
-        return _told.validate_python(data["kitchens"]), _told.validate_python(data["reference"])
+        return adapter.validate_python(data["kitchens"]), adapter.validate_python(data["reference"])
     except (OSError, ValueError, KeyError, TypeError):
         return None
 
 
 def table_rows(drawn: Diversity, reference: Diversity) -> list[tuple[str, str, str]]:
     """Rows of the table of both: what is measured, of the kitchens, of the reference."""
-    return [
-        (name, _text(mine), _text(theirs))
-        for (name, mine), (_, theirs) in zip(_numbers(drawn), _numbers(reference), strict=True)
-    ]
+    mine, theirs = _numbers(drawn), _numbers(reference)
+    return [(name, _text(mine[name]), _text(theirs[name])) for name in mine]
 
 
-def _numbers(told: Diversity) -> list[tuple[str, float | int | None]]:
-    near = told.neighbours
-    return [
-        ("kitchens", told.kitchens),
-        ("plans", told.plans),
-        ("styles", told.styles),
-        ("room sizes", told.room_sizes),
-        *((f"{s.value} finishes", told.surfaces[s.value]) for s in Surface),
-        ("fronts and handles", told.fronts),
-        ("fixture models", told.fixtures),
-        ("least distance of two", near.least),
-        ("median distance to the nearest", near.median),
-        (f"near duplicates (within {NEAR:g})", near.near),
-    ]
+def _numbers(found: Diversity) -> dict[str, float | int | None]:
+    return {
+        "kitchens": found.kitchens,
+        "plans": found.plans,
+        "styles": found.styles,
+        "room sizes": found.room_sizes,
+        **{f"{s.value} finishes": found.surfaces[s.value] for s in Surface},
+        "fronts and handles": found.fronts,
+        "fixture models": found.fixtures,
+        "least distance of two": found.neighbours.least,
+        "median distance to the nearest": found.neighbours.median,
+        f"near duplicates (within {NEAR:g})": found.neighbours.near,
+    }
 
 
 def _text(value: float | None) -> str:
     return "" if value is None else f"{value:,}" if isinstance(value, int) else f"{value:.2f}"
 
-
-_told: TypeAdapter[Diversity] = TypeAdapter(Diversity)
 
 # Traits ---------------------------------------------------------------------------------------------------------------
 # Read what is drawn of a kitchen, by which kitchens are compared, off its recipe.
@@ -290,7 +275,7 @@ _told: TypeAdapter[Diversity] = TypeAdapter(Diversity)
 def traits_of(recipe: SceneRecipe) -> Traits:
     """Traits of the kitchen of a recipe, which need not be built. Raises as `resolve` does."""
     kitchen = resolve(recipe)
-    bounds, style = kitchen.plan.parameters, kitchen.style
+    style = kitchen.style
     (x0, y0), (x1, y1) = kitchen.room.bounds()
     base = style.cabinets.base
     return Traits(
@@ -299,7 +284,7 @@ def traits_of(recipe: SceneRecipe) -> Traits:
         style=recipe.style,
         lengths={
             name: (kitchen.parameters[name] - p.low) / (p.high - p.low) if p.high > p.low else 0.0
-            for name, p in bounds.items()
+            for name, p in kitchen.plan.parameters.items()
         },
         floor_m2=(x1 - x0) * (y1 - y0),
         surfaces={

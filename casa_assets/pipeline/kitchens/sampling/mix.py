@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from casa_assets.core.numeric import rng_for, srgb_from_hex
-from casa_assets.model.kitchen.style import Harmony, PresetChoice, Style
+from casa_assets.model.kitchen.style import PresetChoice, Style
 from casa_assets.model.registry.rows import TextureRecipe
 from casa_assets.pipeline.textures.recipes import find_recipe
 from casa_assets.projects import read_once
@@ -21,9 +21,7 @@ from casa_assets.registry.kitchens import load_mixing, load_style, style_names
 from casa_assets.textures.distance import oklab
 
 # Harmony --------------------------------------------------------------------------------------------------------------
-# Tell whether finishes of walls, floor, worktops and cabinets go together, by what their recipes say of them.
-#
-# No picture is painted for that: a recipe names its colours. Of pictures of packs nothing is known; they go with all.
+# Finishes go together by the colours that their recipes name. Of pictures of packs nothing is known; they go with all.
 
 COLOR = re.compile(r"#[0-9a-fA-F]{6}")
 # Parts of recipes whose colours cover little of the picture.
@@ -46,12 +44,14 @@ def goes_together(names: Iterable[str]) -> bool:
     rules = load_mixing().finishes
     recipes = [find_recipe(name) for name in names]
     tones = [tone for recipe in recipes if (tone := tone_of(recipe)) is not None]
-    strong = [tone for tone in tones if _is_strong(tone, rules)]
+    low, high = rules.earth_hues_deg
+    strong = [t for t in tones if t.chroma >= rules.strong_from and not low <= t.hue_deg <= high]
+    apart = [abs(first.hue_deg - second.hue_deg) % 360.0 for first, second in combinations(strong, 2)]
     return (
         sum(recipe.kind in rules.patterned for recipe in recipes) <= rules.most_patterned
         and sum(recipe.kind in rules.wooden for recipe in recipes) <= rules.most_wooden
         and sum(tone.lightness < rules.dark_below for tone in tones) <= rules.most_dark
-        and all(_hues_apart(first, second) <= rules.most_hue_deg for first, second in combinations(strong, 2))
+        and all(min(degrees, 360.0 - degrees) <= rules.most_hue_deg for degrees in apart)
     )
 
 
@@ -84,22 +84,9 @@ def _colors(value: Any, name: str = "") -> Iterator[str]:
         yield value
 
 
-def _is_strong(tone: Tone, rules: Harmony) -> bool:
-    low, high = rules.earth_hues_deg
-    return tone.chroma >= rules.strong_from and not low <= tone.hue_deg <= high
-
-
-def _hues_apart(first: Tone, second: Tone) -> float:
-    """Degrees between two hues, 0 to 180."""
-    apart = abs(first.hue_deg - second.hue_deg) % 360.0
-    return min(apart, 360.0 - apart)
-
-
 # Mix ------------------------------------------------------------------------------------------------------------------
-# A style of which parts are those of other styles, drawn by a seed.
-#
-# Every part stands in some style as it is, so that it was looked at and checked there: nothing new is put together
-# within a part. Which parts go together is data, registry/mixing.yaml.
+# A style of which parts are those of other styles, drawn by a seed. Every part is in some style as it is, and so was
+# looked at and checked there. Which parts go together is data, registry/mixing.yaml.
 
 GROUPS = ("base", "upper", "tall", "island")  # of cabinets
 LANE = "scene/mix"
@@ -108,10 +95,7 @@ LANE = "scene/mix"
 def mixed_style(style: Style, seed: int, turn: int = 0) -> Style:
     """Return a style with fronts, worktop edges, woodwork, models and props of other styles; its finishes stay.
 
-    Args:
-        style: keeps its name, description, light, and the finishes of walls, floor, worktops and cabinets.
-        seed: of the draws; every part has a separate random stream.
-        turn: another number gives another draw, for when the first does not fit into a plan.
+    Every part has a separate random stream. Another `turn` gives another draw, if the first does not fit into a plan.
     """
     parts = {part: _drawn(style, _styles(), seed, turn, part) for part in ("fronts", "worktops", "woodwork", "props")}
     fronts, tops, room, props = parts.values()

@@ -19,7 +19,7 @@ from casa_assets.pipeline.kitchens import check
 from casa_assets.pipeline.kitchens.recipe import SceneRecipe, SceneResult
 from casa_assets.pipeline.kitchens.scene_folders import BUILD, CHECK, DRAW, WRITE, run_recipes
 from casa_assets.pipeline.library.library import Library
-from casa_assets.pipeline.process_name import process_name
+from casa_assets.pipeline.process_name import replace_file
 from casa_assets.pipeline.workers.limits import cpu_seconds
 from casa_assets.pipeline.workers.pool import Workers
 from casa_assets.preview.kitchen import PictureSettings
@@ -60,12 +60,7 @@ def read_draw(out: Path, recipe: SceneRecipe, key: str) -> DrawRecord | None:
 
 
 def keep_draw(out: Path, done: SceneResult, key: str) -> None:
-    """Keep what became of a draw. A fault of the program is not kept: the draw is made again.
-
-    Raises OSError where the folder cannot be written to.
-    """
-    if done.is_fault:
-        return
+    """Keep what became of a draw. Raises OSError where the folder cannot be written to."""
     record = DrawRecord(
         id=done.recipe.scene_id,
         key=key,
@@ -74,17 +69,7 @@ def keep_draw(out: Path, done: SceneResult, key: str) -> None:
         issues=done.problems,
         cpu_s=done.cpu_s,
     )
-    path = _path(out, record.id)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    fresh = path.with_name(f".{path.name}.{process_name()}")
-    fresh.write_text(record.to_json() + "\n", encoding="utf-8")
-    fresh.replace(path)
-
-
-def refused_before(record: DrawRecord, recipe: SceneRecipe) -> SceneResult:
-    """The result of a draw that an earlier run refused."""
-    report = Report(subject=record.id, issues=record.issues) if record.issues else None
-    return SceneResult(recipe, message=record.message, report=report, cpu_s=record.cpu_s, kept=True)
+    replace_file(_path(out, record.id), (record.to_json() + "\n").encode())
 
 
 def _path(out: Path, scene_id: str) -> Path:
@@ -102,15 +87,12 @@ REST = "rest"  # step of a draw: keys, publishing, what is loaded once per proce
 def sample_all(
     recipes: Sequence[SceneRecipe], out: Path, jobs: Workers = 0, drawn: bool = True, in_3d: bool = False
 ) -> Iterator[SceneResult]:
-    """Yield draws in the order in which they are finished; only kitchens that pass every check are put into the folder.
+    """Yield draws as `run_recipes` does; only kitchens that pass every check are put into the folder.
 
     A draw that fails, for whatever reason, does not stop the others.
 
     Args:
-        out: folder of the scenes. jobs: processes; 0 for one per core. drawn: with an overview. in_3d: with a model for
-            the page, about 4 MB each.
-    Raises:
-        OutputError: the folder is held by another run or cannot be written. CasaError: see run_batch.
+        drawn: with an overview. in_3d: with a model for the page, about 4 MB each.
     """
     work = partial(sample_one, out=out, drawn=drawn, in_3d=in_3d)
     return run_recipes(work, recipes, out, jobs, f"{check.__name__}:warm", goes_on=True)
@@ -125,13 +107,14 @@ def sample_one(recipe: SceneRecipe, out: Path, drawn: bool = True, in_3d: bool =
         key = ""  # it cannot be resolved, which `check_one` tells again and which costs little
     record = read_draw(out, recipe, key) if key else None
     if record is not None and not record.passed:
-        return refused_before(record, recipe)
+        report = Report(subject=record.id, issues=record.issues) if record.issues else None
+        return SceneResult(recipe, message=record.message, report=report, cpu_s=record.cpu_s, kept=True)
     done = check.check_one(recipe, out, strict=True, drawn=drawn, in_3d=in_3d, frame=FRAME)
     if done.kept:
         return replace(done, cpu_s=record.cpu_s if record is not None else {})
     rest = cpu_seconds() - begin - sum(done.cpu_s.values())
     done = replace(done, cpu_s={**done.cpu_s, REST: round(rest, 2)})
-    if key:
+    if key and not done.is_fault:  # after a fault of the program the draw is made again
         keep_draw(out, done, key)
     return done
 
@@ -162,11 +145,9 @@ class RefusalRow:
 
 @dataclass(frozen=True)
 class Cost:
-    """Processor seconds per kitchen.
+    """Mean processor seconds of the steps of a kitchen.
 
-    Attributes:
-        kitchens: whose cost is known, accepted and refused ones, of this run and of the one that it went on from.
-        steps: seconds of each step, the mean over them.
+    `kitchens`: number of those whose cost is known, accepted and refused ones, of this run and an interrupted one.
     """
 
     kitchens: int
