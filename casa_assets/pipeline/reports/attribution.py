@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Iterator
@@ -10,21 +9,19 @@ from dataclasses import dataclass
 
 from casa_assets.model.kitchen.scene import Scene
 from casa_assets.pipeline.library import library as disk
+from casa_assets.pipeline.process_name import replace_file
 from casa_assets.pipeline.reports.entry import Entry
 
 NAME = "ATTRIBUTION.md"
 # Of one field; what is longer is no name of a thing, a person or a licence.
 MAX_CHARACTERS = 300
+# What Markdown may show as a link; another address is only text.
 _WEB_ADDRESS = re.compile(r"https?://[A-Za-z0-9.-]+(:[0-9]+)?(/[A-Za-z0-9._~/%?=+,;:@-]*)?")
 
 
 @dataclass(frozen=True)
 class Credit:
-    """Attribution of one asset; fields that its provenance does not state are empty.
-
-    Attributes:
-        id: of the asset. title, author, licence, uri, generator: as its provenance states them. sha256: of its source.
-    """
+    """Attribution of one asset, as its provenance states it, with the digest of its source; empty: not stated."""
 
     id: str
     licence: str
@@ -37,25 +34,22 @@ class Credit:
 
 def write(library: disk.Library, found: Iterable[Entry]) -> None:
     """Write the whole file from the entries, replacing it by one rename."""
-    target = library.root / NAME
-    fresh = library.private / f"{NAME}.{os.getpid()}"
-    fresh.write_text(text([e for e in found if e.accepted]), encoding="utf-8")
-    fresh.replace(target)
+    replace_file(library.root / NAME, text([entry for entry in found if entry.accepted]).encode())
 
 
 def text(accepted: list[Entry]) -> str:
     """Markdown: one section per licence, one line per asset with title, author, source and digest."""
     lines = ["# Attribution", "", f"{len(accepted)} assets. Changes made to all of them: cleaned, oriented, scaled to"]
     lines += ["metres, simplified where large, given collision shapes, mass and labels; written as MJCF and USD.", ""]
-    return "\n".join([*lines, *_by_licence(map(_credit_of_entry, accepted))])
+    found = (
+        Credit(e.id, e.licence, e.title or e.source_path.rsplit("/", 1)[-1], e.author, e.uri, e.generator, e.sha256)
+        for e in accepted
+    )
+    return "\n".join([*lines, *_by_licence(found)])
 
 
 def kitchens_text(kitchens: Collection[str], found: Iterable[Credit]) -> str:
-    """Markdown: what kitchens consist of, one section per licence, one line per asset.
-
-    Args:
-        kitchens: ids of scenes. found: credits of their assets; the same asset may come more than once.
-    """
+    """Markdown: what kitchens consist of, one section per licence, one line per asset, however often it is found."""
     once = {credit.id: credit for credit in found}
     names = ", ".join(f"`{_in_code(name)}`" for name in sorted(kitchens))
     lines = ["# Attribution of the kitchens", "", f"{len(once)} assets, of which these kitchens consist: {names}.", ""]
@@ -69,11 +63,6 @@ def credits_of(scene: Scene) -> tuple[Credit, ...]:
         for asset in scene.assets
         for said in (asset.provenance,)
     )
-
-
-def _credit_of_entry(entry: Entry) -> Credit:
-    title = entry.title or entry.source_path.rsplit("/", 1)[-1]
-    return Credit(entry.id, entry.licence, title, entry.author, entry.uri, entry.generator, entry.sha256)
 
 
 def _by_licence(found: Iterable[Credit]) -> Iterator[str]:
@@ -93,7 +82,8 @@ def _line(credit: Credit) -> str:
     title = f": {escaped(credit.title)}" if credit.title else ""
     author = f" by {escaped(credit.author)}" if credit.author else ""
     made = f", made with {escaped(credit.generator)}" if credit.generator else ""
-    uri = f", {_address(credit.uri)}" if credit.uri else ""
+    address = credit.uri if _WEB_ADDRESS.fullmatch(credit.uri) else escaped(credit.uri)
+    uri = f", {address}" if credit.uri else ""
     source = f" (source sha256 {_in_code(credit.sha256[:12])})" if credit.sha256 else ""
     return f"- `{_in_code(credit.id)}`{title}{author}{made}{uri}{source}"
 
@@ -106,11 +96,6 @@ def escaped(words: str) -> str:
     plain = _one_line(words)
     plain = re.sub(r"([\\`*_\[\]<>|~&!#@])", r"\\\1", plain)
     return re.sub(r"(?i)\b(www)\.", r"\1\.", plain.replace("://", "\\://"))
-
-
-def _address(uri: str) -> str:
-    """Markdown for the address of a source: a link where it is a plain web address, else only its text."""
-    return uri if _WEB_ADDRESS.fullmatch(uri) else escaped(uri)
 
 
 def _in_code(words: str) -> str:

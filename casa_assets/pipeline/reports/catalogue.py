@@ -21,7 +21,7 @@ from casa_assets.export import mjcf
 from casa_assets.export.gltf import EVERYTHING, asset_glb
 from casa_assets.model.registry.category import NumberBasis, SizeRange
 from casa_assets.model.registry.rows import Surface
-from casa_assets.pipeline.families.object_sheets import DrawnMember, draw_members
+from casa_assets.pipeline.families.object_sheets import draw_members
 from casa_assets.pipeline.families.run import WORKER_BYTES, FamilyRequest, build_asset, params_of
 from casa_assets.pipeline.library.library import write_files
 from casa_assets.pipeline.reports.page_template import render_template
@@ -87,8 +87,7 @@ class DrawnCategory:
 def wanted(names: Sequence[str] = ()) -> list[FamilyRequest | str]:
     """Return the items of the page: presets of families, and names of object categories; all if no name is given.
 
-    Raises:
-        UnknownId: no family and no category of objects has this name.
+    Raises UnknownId where no family and no category of objects has a name.
     """
     of_families, of_objects = family_names(), object_names()
     for name in names:
@@ -105,7 +104,7 @@ def make(
     """Write `<out>/index.html` and its pictures; yields a line for each thing that is done, the page last.
 
     Args:
-        out: folder, made where it is missing. jobs: processes; 0 for one per core. names: see `wanted`.
+        jobs: processes; 0 for one per core. names: see `wanted`.
         swatches: also of every texture. in_3d: with models that the page shows in 3D.
     Raises:
         UnknownId: see `wanted`.
@@ -146,12 +145,9 @@ def title_of(request: FamilyRequest | str) -> str:
 
 
 def _draw(request: FamilyRequest | str, out: Path, viewer: str) -> MemberPictures | DrawnCategory:
-    """Draw one of `wanted`; `viewer` is the path of the viewer below `out`, empty if there are no models."""
-    return _draw_objects(request, out, viewer) if isinstance(request, str) else _draw_preset(request, out, viewer)
-
-
-def _draw_preset(request: FamilyRequest, out: Path, viewer: str) -> MemberPictures:
-    """One preset in all its poses."""
+    """Draw one of `wanted`, a preset in all its poses; `viewer`: its path below `out`, empty if there are no models."""
+    if isinstance(request, str):
+        return _draw_objects(request, out, viewer)
     asset = build_asset(family(request.family), params_of(request), cache_for(out))
     name, paths = f"{request.family}_{request.preset}", []
     with tempfile.TemporaryDirectory(prefix="catalogue") as folder:
@@ -174,7 +170,10 @@ def _draw_objects(name: str, out: Path, viewer: str) -> DrawnCategory:
     members = draw_members(name, cache_for(out), OBJECT_MEMBERS, 0, OBJECT_PX, out / MODELS if viewer else None)
     whole = [member for member in members if member.is_whole] or members
     path = f"{OBJECTS}/{name}.webp"
-    (out / path).write_bytes(_webp(_strip(members)))
+    strip = Image.new("RGB", (OBJECT_PX * len(members), OBJECT_PX))
+    for place, member in enumerate(members):
+        strip.paste(_opened(member.picture), (OBJECT_PX * place, 0))
+    (out / path).write_bytes(_webp(strip))
     return DrawnCategory(
         name,
         path,
@@ -184,14 +183,6 @@ def _draw_objects(name: str, out: Path, viewer: str) -> DrawnCategory:
         tuple(member.shapes for member in members),
         tuple(ModelFiles(f"{name}_{m.index}", f"{MODELS}/{m.model}", viewer) for m in members if m.model),
     )
-
-
-def _strip(members: Sequence[DrawnMember]) -> Image.Image:
-    """The pictures of members from left to right."""
-    strip = Image.new("RGB", (OBJECT_PX * len(members), OBJECT_PX))
-    for place, member in enumerate(members):
-        strip.paste(_opened(member.picture), (OBJECT_PX * place, 0))
-    return strip
 
 
 def _opened(png: bytes) -> Image.Image:
@@ -208,11 +199,7 @@ def _webp(image: Image.Image) -> bytes:
 def page(
     members: Sequence[MemberPictures], categories: Sequence[DrawnCategory], swatches: dict[Surface, list[str]]
 ) -> str:
-    """HTML of the page.
-
-    Args:
-        members, categories: in the order in which they are shown. swatches: ids of the textures of each surface.
-    """
+    """HTML of the page. `swatches`: ids of the textures of each surface."""
     by_family: dict[str, list[dict[str, Any]]] = {}
     for member in members:
         by_family.setdefault(member.request.family, []).append(_member(member))

@@ -81,11 +81,6 @@ class Entry:
         """Codes of the warnings, each once, sorted."""
         return tuple(sorted({issue.code for issue in self.warnings}))
 
-    @property
-    def warning_count(self) -> int:
-        """How many warnings there are."""
-        return len(self.warnings)
-
 
 def entries(library: disk.Library) -> Iterator[Entry]:
     """All entries, accepted first. Raises OutputError where one is damaged."""
@@ -119,6 +114,7 @@ def entry_of(manifest: disk.Manifest, root: Path) -> Entry:
     if data.get("id") != folder.name:
         message = f"holds the asset {data.get('id')!r}; move it to a folder of that name"
         raise OutputError(str(folder / disk.CERTIFICATE), message)
+    signature = certificate.signature
     return Entry(
         id=folder.name,
         category=category,
@@ -146,13 +142,8 @@ def entry_of(manifest: disk.Manifest, root: Path) -> Entry:
         cache_key=certificate.cache_key,
         checks=certificate.report.tally,
         is_whole=disk.is_whole(folder, certificate),
-        colors=_colors(certificate),
+        colors=signature.color.names if signature is not None and signature.color.stated else (),
     )
-
-
-def _colors(certificate: disk.Certificate) -> tuple[tuple[str, float], ...]:
-    signature = certificate.signature
-    return signature.color.names if signature is not None and signature.color.stated else ()
 
 
 def _refused(folder: Path, root: Path) -> Entry:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -26,33 +25,6 @@ MOST_SHOWN, MOST_REJECTED = 24, 6
 LARGE = 2  # kitchens that are shown large, where there are twice as many or more
 
 
-@dataclass(frozen=True)
-class Shelf:
-    """A library or a folder of kitchens below a folder of output. name: of its folder. path: of it."""
-
-    name: str
-    path: Path
-
-
-def scene_folders(out: Path) -> list[Shelf]:
-    """Folders right below one that hold kitchens, by name."""
-    return [Shelf(path.name, path) for path in _folders(out) if next(path.glob("*/scene.json"), None)]
-
-
-def libraries(out: Path) -> list[Shelf]:
-    """Folders right below one that are libraries of assets, by name."""
-    found = [Shelf(path.name, path) for path in _folders(out) if not next(path.glob("*/scene.json"), None)]
-    return [one for one in found if next(iter(Library(one.path).accepted()), None) or _has_refused(one.path)]
-
-
-def _has_refused(path: Path) -> bool:
-    return next(iter(Library(path).refused()), None) is not None
-
-
-def _folders(out: Path) -> list[Path]:
-    return sorted(path for path in out.iterdir() if path.is_dir() and not path.name.startswith("."))
-
-
 def write(out: Path) -> Path:
     """Write index.html of a folder of output; returns its path.
 
@@ -60,8 +32,10 @@ def write(out: Path) -> Path:
         OutputError: an entry of a library is damaged, or the page cannot be written.
     """
     words = all_words()
-    rooms = [(shelf, kitchens.read_cards(shelf.path)) for shelf in scene_folders(out)]
-    shelves = [(shelf, EntryTable(Library(shelf.path)).entries) for shelf in libraries(out)]
+    folders = sorted(path for path in out.iterdir() if path.is_dir() and not path.name.startswith("."))
+    rooms = [(folder, kitchens.read_cards(folder)) for folder in folders if _holds_kitchens(folder)]
+    libraries = [Library(folder) for folder in folders if not _holds_kitchens(folder)]
+    shelves = [(one.root, EntryTable(one).entries) for one in libraries if any(one.accepted()) or any(one.refused())]
     text = render_template(
         "home/page.html",
         title="What was made",
@@ -72,7 +46,11 @@ def write(out: Path) -> Path:
             for entry in entries
             if entry.accepted and entry.producer == Producer.ARTICULATE
         ],
-        libraries=[_library(shelf, entries, words) for shelf, entries in shelves if not _is_articulated(entries)],
+        libraries=[
+            _library(shelf, entries, words)
+            for shelf, entries in shelves
+            if any(entry.producer != Producer.ARTICULATE for entry in entries)
+        ],
         styles=("home/page.css",),
     )
     target = out / NAME
@@ -81,11 +59,11 @@ def write(out: Path) -> Path:
     return target
 
 
-def _is_articulated(entries: Sequence[Entry]) -> bool:
-    return all(entry.producer == Producer.ARTICULATE for entry in entries)
+def _holds_kitchens(folder: Path) -> bool:
+    return any(folder.glob("*/scene.json"))
 
 
-def _kitchens(shelf: Shelf, cards: Sequence[kitchens.SceneCard]) -> dict[str, Any]:
+def _kitchens(shelf: Path, cards: Sequence[kitchens.SceneCard]) -> dict[str, Any]:
     # Those with most to open first, as large pictures.
     drawn = sorted((c for c in cards if c.pictures), key=lambda c: (-c.joints, c.row.id))[:MOST_SHOWN]
     shown = [
@@ -103,7 +81,7 @@ def _kitchens(shelf: Shelf, cards: Sequence[kitchens.SceneCard]) -> dict[str, An
     ]
     return {
         "page": relative_link(f"{shelf.name}/{kitchens.PAGE}"),
-        "folder": shelf.path.as_posix(),
+        "folder": shelf.as_posix(),
         "count": len(cards),
         "at_eye": all(kitchens.best_picture(card) == EYE_PICTURE for card in drawn),
         "unchecked": sum(card.row.passed is None for card in cards),
@@ -113,8 +91,8 @@ def _kitchens(shelf: Shelf, cards: Sequence[kitchens.SceneCard]) -> dict[str, An
     }
 
 
-def _articulated(shelf: Shelf, entry: Entry) -> dict[str, Any]:
-    folder = shelf.path / entry.path
+def _articulated(shelf: Path, entry: Entry) -> dict[str, Any]:
+    folder = shelf / entry.path
     joints = json.loads((folder / "asset.json").read_text(encoding="utf-8"))["asset"].get("joints", [])
     picture = STRIP if (folder / STRIP).is_file() else PICTURE
     return {
@@ -133,10 +111,9 @@ def _articulated(shelf: Shelf, entry: Entry) -> dict[str, Any]:
     }
 
 
-def _library(shelf: Shelf, entries: Sequence[Entry], words: Words) -> dict[str, Any]:
+def _library(shelf: Path, entries: Sequence[Entry], words: Words) -> dict[str, Any]:
     accepted, rejected = [e for e in entries if e.accepted], [e for e in entries if not e.accepted]
-    page = shelf.path / "report.html"
-    report = relative_link(f"{shelf.name}/report.html") if page.is_file() else ""
+    report = relative_link(f"{shelf.name}/report.html") if (shelf / "report.html").is_file() else ""
     return {
         "name": shelf.name,
         "page": report,
@@ -156,9 +133,9 @@ def _library(shelf: Shelf, entries: Sequence[Entry], words: Words) -> dict[str, 
     }
 
 
-def _refused(shelf: Shelf, entry: Entry, words: Words) -> dict[str, str]:
+def _refused(shelf: Path, entry: Entry, words: Words) -> dict[str, str]:
     reason, fix = words.reason_and_fix(entry)
-    has_picture = (shelf.path / entry.path / PICTURE).is_file()
+    has_picture = (shelf / entry.path / PICTURE).is_file()
     picture = relative_link(f"{shelf.name}/{entry.path}/{PICTURE}") if has_picture else ""
     return {"path": entry.source_path, "code": entry.code, "reason": reason, "fix": fix, "picture": picture}
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from casa_assets.core.numeric import significant
-from casa_assets.model.issue import CheckResult, Severity, Status, Tally, tally
+from casa_assets.model.issue import CheckResult, Severity, Status, tally
 from casa_assets.pipeline.reports.page_template import render_template
 from casa_assets.pipeline.viewer.model_files import ModelFiles
 
@@ -66,23 +66,25 @@ def page(
 
     Args:
         facts: content of scene.json. report: content of report.json.
-        explained: code of a check -> its title and what is tested. model: shown in 3D; None: without a 3D model.
-        picture: name of the image file that is shown until the model is loaded.
+        explained: code of a check -> its title and what is tested. picture: shown until the model is loaded.
     """
     results = [CheckResult.model_validate(result) for result in report["results"]]
     joints = sum(len(f["joints"]) for f in facts["fixtures"])
-    grade = report["grade"]
+    grade, checks = report["grade"], tally(results)
+    verb = "is" if checks.advice == 1 else "are"
+    word = "passed" if report["passed"] else "failed"
+    sizes = {**report.get("holds", {}), **report.get("speed", {})}
     return render_template(
         "kitchens/report.html",
         title=facts["id"],
         model=model,
         picture=picture,
-        verdict=_passed_or_failed(bool(report["passed"])),
+        verdict=Marked(word, word),
         summary=f"{len(facts['fixtures'])} fixtures, {joints} joints; {facts['generator']}",
         faults=[(i["code"], _severity(i["severity"]), i["pointer"], i["message"]) for i in report["issues"]],
-        passed=_counts(tally(results)),
+        passed=f"{checks} passed" + (f"; {checks.advice} of the others {verb} advice" if checks.advice else ""),
         checks=_checks(results, explained),
-        sizes=_sizes(report),
+        sizes=[_size(name, value) for name, value in sizes.items()],
         robots=[_robot(name, counts) for name, counts in report.get("robots", {}).items()],
         tasks=_tasks(report["tasks"]),
         rules=[
@@ -92,24 +94,10 @@ def page(
     )
 
 
-def _counts(checks: Tally) -> str:
-    """Such as `74 of 76 that apply passed; advice on 2 of the others`: advice keeps no kitchen from passing."""
-    told = f"{checks} passed"
-    return (
-        f"{told}; {checks.advice} of the others {'is' if checks.advice == 1 else 'are'} advice"
-        if checks.advice
-        else told
-    )
-
-
-def _sizes(report: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Number of bodies and the like in the model, and how fast it ran on the machine of the check."""
-    numbers = {**report.get("holds", {}), **report.get("speed", {})}
-    told = []
-    for name, value in numbers.items():
-        label, unit = SIZES.get(name, (name.replace("_", " "), ""))
-        told.append((label, quantity(value, unit)))
-    return told
+def _size(name: str, value: float) -> tuple[str, str]:
+    """What a number of the model is called, or of how fast it ran on the machine of the check, and its text."""
+    label, unit = SIZES.get(name, (name.replace("_", " "), ""))
+    return label, quantity(value, unit)
 
 
 def _robot(name: str, counts: Mapping[str, Any]) -> Cells:
@@ -153,11 +141,6 @@ def _check(result: CheckResult, explained: Mapping[str, str]) -> Row:
     return Row(title, result.code, about, number, limit)
 
 
-def _passed_or_failed(passed: bool) -> Marked:
-    word = "passed" if passed else "failed"
-    return Marked(word, word)
-
-
 def _tasks(tasks: Sequence[Mapping[str, Any]]) -> list[Group]:
     """Tasks that the kitchen lacks something for, then the others, the ones with least room for their objects first."""
     lacking = [task for task in tasks if task.get("wants")]
@@ -171,9 +154,8 @@ def _task(task: Mapping[str, Any]) -> Row:
     name = str(task["task"])
     words = re.sub(r"\bcab\b", "cabinet", name.replace("_", " ")).replace("pnp", "pick and place:")
     about = task.get("wants") or ", ".join(task.get("fixtures", ())).replace("_", " ")
-    return Row(
-        _sentence(words), name, about, "" if task.get("rate") is None else quantity(100.0 * task["rate"], "%"), ""
-    )
+    rate = "" if task.get("rate") is None else quantity(100.0 * task["rate"], "%")
+    return Row(_sentence(words), name, about, rate, "")
 
 
 def _rules(findings: Sequence[Mapping[str, Any]]) -> list[Group]:
@@ -214,10 +196,8 @@ def _compared(number: float | None, limit: float | None, unit: str) -> tuple[str
 
 def quantity(value: float, unit: str = "") -> str:
     """A number as people read it, with three digits; no line breaks before its unit."""
-    return f"{_digits(value)}\u00a0{unit.replace('^2', '²').replace('^3', '³')}".rstrip()
-
-
-def _digits(value: float) -> str:
     if 0.0 < abs(value) < LEAST_SHOWN:
-        return f"below {LEAST_SHOWN:g}"
-    return f"{value:,.0f}" if abs(value) >= 1000.0 else f"{significant(value, 3):.10g}"
+        digits = f"below {LEAST_SHOWN:g}"
+    else:
+        digits = f"{value:,.0f}" if abs(value) >= 1000.0 else f"{significant(value, 3):.10g}"
+    return f"{digits}\u00a0{unit.replace('^2', '²').replace('^3', '³')}".rstrip()

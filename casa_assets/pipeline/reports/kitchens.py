@@ -6,10 +6,10 @@ The table has verdict, joints, design, load time, pace and budgets of each.
 from __future__ import annotations
 
 import json
-import os
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +19,7 @@ from casa_assets.model.issue import Report
 from casa_assets.pipeline.cache.cache_key import key_of
 from casa_assets.pipeline.kitchens.sampling.draws import Diversity, read_diversity, table_rows
 from casa_assets.pipeline.kitchens.scene_files import EYE_PICTURE
+from casa_assets.pipeline.process_name import replace_file
 from casa_assets.pipeline.reports.page_template import MAX_ROWS, relative_link, render_template
 from casa_assets.preview.pictures import SheetCell, contact_sheet
 
@@ -66,9 +67,9 @@ class SceneRow:
         """One word, or the codes of what is wrong."""
         if self.passed is None:
             return "not checked"
-        return (
-            "passed" if self.passed else ", ".join(f"{code} x {n}" for code, n in sorted((self.errors or {}).items()))
-        )
+        if self.passed:
+            return "passed"
+        return ", ".join(f"{code} x {n}" for code, n in sorted((self.errors or {}).items()))
 
 
 # Heading, field, how its numbers are written; the first ones are told where room is short.
@@ -98,29 +99,18 @@ def _row(folder: Path, facts: Mapping[str, Any]) -> SceneRow:
     if not path.is_file():
         return row
     report: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-    errors: dict[str, int] = {}
     checks = Report.model_validate({key: report[key] for key in ("subject", "results", "issues")})
-    for issue in checks.errors:
-        errors[issue.code] = errors.get(issue.code, 0) + 1
     holds, speed, grade = report.get("holds", {}), report.get("speed", {}), report.get("grade", {})
-    return SceneRow(
-        row.id,
-        row.plan,
-        row.style,
+    return replace(
+        row,
         passed=bool(report["passed"]),
-        errors=errors,
+        errors=dict(Counter(issue.code for issue in checks.errors)),
         checks=str(checks.tally),
-        joints=holds.get("joints"),
         design=grade.get("score"),
         access=grade.get("access_score"),
         tasks=sum(not t["wants"] for t in report["tasks"]),
-        load_ms=speed.get("load_ms"),
-        real_time_factor=speed.get("real_time_factor"),
-        check_s=speed.get("check_s"),
-        bodies=holds.get("bodies"),
-        geoms=holds.get("geoms"),
-        nv=holds.get("nv"),
-        texture_mb=holds.get("texture_mb"),
+        **{name: holds.get(name) for name in ("joints", "bodies", "geoms", "nv", "texture_mb")},
+        **{name: speed.get(name) for name in ("load_ms", "real_time_factor", "check_s")},
     )
 
 
@@ -166,7 +156,7 @@ class SceneCard:
     """A scene as the page shows it.
 
     Attributes:
-        row: verdict and numbers. fixtures, joints: their numbers. objects: number of loose objects.
+        row: verdict and numbers. objects: number of loose objects.
         families: of its fixtures, except floor, walls and ceiling. tasks: names of the atomic tasks that it affords.
         surfaces: ids of its floor, walls, worktops and cabinets. floor_m2: area of its room.
         pictures: names of its picture files, the one that shows most of it first.
@@ -187,6 +177,11 @@ def _card(folder: Path) -> SceneCard:
     facts = json.loads((folder / "scene.json").read_text(encoding="utf-8"))
     things = [fixture for fixture in facts["fixtures"] if fixture.get("layer") == "things"]
     tasks = {**facts.get("tasks", {}), **facts.get("robocasa_v1", {})}
+    # The overview, then others by name; the map of its floor last.
+    pictures = sorted(
+        (path.name for path in folder.glob("*.png")),
+        key=lambda name: (name == FLOOR_MAP, name != "overview.png", name),
+    )
     (x0, y0, _), (x1, y1, _) = facts["room"]["bounds"]
     return SceneCard(
         _row(folder, facts),
@@ -194,17 +189,11 @@ def _card(folder: Path) -> SceneCard:
         sum(len(f["joints"]) for f in facts["fixtures"]),
         objects=len(facts.get("objects", ())),
         families=tuple(sorted({str(fixture["family"]) for fixture in things})),
-        tasks=tuple(sorted(name for name, told in tasks.items() if told.get("afforded"))),
+        tasks=tuple(sorted(name for name, task in tasks.items() if task.get("afforded"))),
         surfaces=tuple(sorted({str(name) for name in facts.get("surfaces", {}).values()})),
         floor_m2=round((x1 - x0) * (y1 - y0), 2),
-        pictures=_pictures(folder),
+        pictures=tuple(pictures),
     )
-
-
-def _pictures(folder: Path) -> tuple[str, ...]:
-    """Names of the pictures of a scene: the overview, then others by name; the map of its floor last."""
-    names = sorted(path.name for path in folder.glob("*.png"))
-    return tuple(sorted(names, key=lambda name: (name == FLOOR_MAP, name != "overview.png", name)))
 
 
 def read_cards(out: Path) -> list[SceneCard]:
@@ -212,7 +201,7 @@ def read_cards(out: Path) -> list[SceneCard]:
 
     The cache is `.casa/cache/kitchens.json`: of each scene the states of its files, and the card.
     """
-    kept_at, made_by = out / ".casa" / "cache" / CARDS, key_of(_card)
+    kept_at, made_by, adapter = out / ".casa" / "cache" / CARDS, key_of(_card), TypeAdapter(SceneCard)
     try:
         kept = json.loads(kept_at.read_text(encoding="utf-8"))
         known = kept["scenes"] if kept["made_by"] == made_by else {}
@@ -223,16 +212,13 @@ def read_cards(out: Path) -> list[SceneCard]:
         folder, state = path.parent, _state(path.parent)
         found = known.get(folder.name)
         if isinstance(found, dict) and found.get("state") == state:
-            card = _cards.validate_python(found["card"])
+            card = adapter.validate_python(found["card"])
         else:
             card = _card(folder)
         cards.append(card)
         fresh[folder.name] = {"state": state, "card": asdict(card)}
     with suppress(OSError):  # a folder that may only be read is read anew each time
-        kept_at.parent.mkdir(parents=True, exist_ok=True)
-        draft = kept_at.with_name(f"{CARDS}.{os.getpid()}")
-        draft.write_text(json.dumps({"made_by": made_by, "scenes": fresh}), encoding="utf-8")
-        draft.replace(kept_at)
+        replace_file(kept_at, json.dumps({"made_by": made_by, "scenes": fresh}).encode())
     return cards
 
 
@@ -252,13 +238,14 @@ def write(out: Path, heading: str = "Kitchens") -> tuple[Path, Path]:
     text = json.dumps({"totals": totals(rows), "scenes": [asdict(row) for row in rows]}, indent=1, sort_keys=True)
     (out / SUMMARY).write_text(text + "\n", encoding="utf-8")
     shown = on_sheet(found)
-    shots = [
-        SheetCell(e.row.id, f"{e.fixtures} fixtures, {e.joints} joints, {e.row.verdict}", _best_picture(out, e))
-        for e in shown
-    ]
+    shots = []
+    for card in shown:
+        name, about = best_picture(card), f"{card.fixtures} fixtures, {card.joints} joints, {card.row.verdict}"
+        shots.append(SheetCell(card.row.id, about, (out / card.row.id / name).read_bytes() if name else b""))
     picture, page = out / SHEET, out / PAGE
-    count = f"{len(found):,}" if len(shown) == len(found) else f"{len(shown)} of {len(found):,}"
-    columns = SHEET_COLUMNS if len(shown) == len(found) else COLUMNS_OF_MORE
+    is_all = len(shown) == len(found)
+    count = f"{len(found):,}" if is_all else f"{len(shown)} of {len(found):,}"
+    columns = SHEET_COLUMNS if is_all else COLUMNS_OF_MORE
     picture.write_bytes(contact_sheet(shots, f"{heading}: {count}", columns, CELL_PX, CELL_HEIGHT_PX))
     page.write_text(index_page(found, heading, read_diversity(out)), encoding="utf-8")
     return page, picture
@@ -282,17 +269,7 @@ def best_picture(card: SceneCard) -> str:
     return EYE_PICTURE if EYE_PICTURE in card.pictures else first
 
 
-def _best_picture(out: Path, card: SceneCard) -> bytes:
-    name = best_picture(card)
-    return (out / card.row.id / name).read_bytes() if name else b""
-
-
 VERDICTS = {True: "passed", False: "failed", None: "not checked"}
-
-
-def _names(found: Sequence[SceneCard]) -> list[str]:
-    """Families and tasks that occur, once each: a page of thousands would repeat them thousands of times."""
-    return sorted({name for card in found for name in (*card.families, *card.tasks)})
 
 
 def _index_row(card: SceneCard, places: Mapping[str, int]) -> dict[str, Any]:
@@ -326,14 +303,15 @@ def index_page(found: Sequence[SceneCard], heading: str, diversity: tuple[Divers
         found: kitchens; only the first MAX_ROWS are listed.
         diversity: of kitchens drawn at random, and of the reference; None without such kitchens.
     """
-    shown = found[:MAX_ROWS]
-    names = _names(shown)
+    shown, sums = found[:MAX_ROWS], totals([card.row for card in found])
+    # Families and tasks, once each: a page of thousands would repeat them thousands of times.
+    names = sorted({name for card in shown for name in (*card.families, *card.tasks)})
     places = {name: i for i, name in enumerate(names)}
     data = {"names": names, "rows": [_index_row(card, places) for card in shown]}
     return render_template(
         "kitchens/index.html",
         title=heading,
-        sentence=_short_sentence(totals([card.row for card in found])),
+        sentence="{passed:,.0f} of {checked:,.0f} checked kitchens passed, {joints:,.0f} joints swept".format(**sums),
         count=len(found),
         unchecked=sum(card.row.passed is None for card in found),
         numbers=SUMMARY,
@@ -343,10 +321,3 @@ def index_page(found: Sequence[SceneCard], heading: str, diversity: tuple[Divers
         styles=("browse/browse.css", "kitchens/index.css"),
         scripts=("browse/browse.js", "kitchens/index.js"),
     )
-
-
-def _short_sentence(t: Mapping[str, float]) -> str:
-    return f"{t['passed']:,.0f} of {t['checked']:,.0f} checked kitchens passed, {t['joints']:,.0f} joints swept"
-
-
-_cards: TypeAdapter[SceneCard] = TypeAdapter(SceneCard)

@@ -41,7 +41,7 @@ NUMBERS: Mapping[str, Callable[[Entry], float | None]] = {
     "mass": lambda entry: entry.summary.mass if entry.summary else None,
     "faces": lambda entry: entry.summary.faces if entry.summary else None,
     "colliders": lambda entry: entry.summary.colliders if entry.summary else None,
-    "warnings": lambda entry: entry.warning_count,
+    "warnings": lambda entry: len(entry.warnings),
 }
 # Fields whose values are codes or subjects, and have no blanks.
 CODES = frozenset({"reason", "decide"})

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
+import os.path
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -29,6 +29,7 @@ from casa_assets.pipeline.cache.cache_key import digest_of, key_of
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.entry_table import stream_entries
 from casa_assets.pipeline.optional_packages import require
+from casa_assets.pipeline.process_name import replace_file
 from casa_assets.pipeline.reports.entry import Entry
 
 if TYPE_CHECKING:
@@ -97,11 +98,6 @@ class LibraryParts(Record):
     library: str
     parts: tuple[PartFile, ...]
 
-    @property
-    def rows(self) -> int:
-        """How many rows it has."""
-        return sum(part.rows for part in self.parts)
-
 
 class PartsIndex(Record):
     """Content of index.json. columns: of all parts. libraries: sorted by their folders."""
@@ -113,7 +109,7 @@ class PartsIndex(Record):
     @property
     def rows(self) -> int:
         """How many rows there are."""
-        return sum(library.rows for library in self.libraries)
+        return sum(part.rows for library in self.libraries for part in library.parts)
 
 
 @dataclass(frozen=True)
@@ -125,7 +121,7 @@ class WrittenParts:
 
 
 def require_parquet() -> None:
-    """Check that Parquet can be read and written. Raises CasaError, which names the extra to install."""
+    """Raise CasaError, which names the extra to install, where Parquet cannot be read and written."""
     require("pyarrow", "parquet", "Parquet")
 
 
@@ -147,7 +143,8 @@ def write_index(
     """
     require_parquet()
     own = disk.Library(folder)
-    by_name = {_relative(library.root, folder): library for library in libraries}
+    base = folder.resolve()
+    by_name = {Path(os.path.relpath(one.root.resolve(), base)).as_posix(): one for one in libraries}
     if len(by_name) < len(libraries):
         raise OutputError(str(folder), "is to hold one library twice; name each once")
     try:
@@ -189,7 +186,7 @@ def values_of(entry: Entry) -> tuple[Value, ...]:
         summary.colliders if summary else None,
         summary.hull_vertices if summary else None,
         summary.faces if summary else None,
-        entry.warning_count,
+        len(entry.warnings),
         checks.applying,
         checks.passed,
         checks.not_run,
@@ -233,7 +230,8 @@ def _write_parts(rows: Iterable[Sequence[Value]], own: disk.Library, library: st
         table = table.sort_by([("category", "ascending"), ("id", "ascending")])
         fresh = own.staging / f"{stem}_{number:05}"
         pyarrow.parquet.write_table(table, fresh, row_group_size=GROUP_ROWS, compression=COMPRESSION)
-        digest = _digest(fresh)
+        with fresh.open("rb") as file:
+            digest = hashlib.file_digest(file, "sha256").hexdigest()
         name = f"{fresh.name}_{digest[:8]}.parquet"
         fresh.replace(own.root / name)
         yield PartFile(name=name, rows=len(table), sha256=digest)
@@ -257,10 +255,6 @@ def _schema() -> pyarrow.Schema:
 
     types = {name: pyarrow.type_for_alias(kind) for name, kind in COLUMNS.items()}
     return pyarrow.schema([*types.items(), ("library", pyarrow.string())])
-
-
-def _relative(root: Path, folder: Path) -> str:
-    return Path(os.path.relpath(root.resolve(), folder.resolve())).as_posix()
 
 
 def _state(library: disk.Library) -> str:
@@ -287,22 +281,10 @@ def _known(own: disk.Library) -> dict[str, tuple[str, LibraryParts]]:
 def _publish(own: disk.Library, index: PartsIndex, states: Mapping[str, str]) -> None:
     """Put index.json in place by one rename, then take away what it does not name."""
     text = json.dumps(index.model_dump(mode="json"), sort_keys=True, indent=1) + "\n"
-    own.cache.mkdir(exist_ok=True)
-    _replace(own.cache / STATES, "{}")
-    _replace(own.root / NAME, text)
-    _replace(own.cache / STATES, json.dumps({**states, "": index.digest}))
+    replace_file(own.cache / STATES, b"{}")
+    replace_file(own.root / NAME, text.encode())
+    replace_file(own.cache / STATES, json.dumps({**states, "": index.digest}).encode())
     named = {part.name for library in index.libraries for part in library.parts}
     for path in own.root.glob("*.parquet"):
         if path.name not in named and _PART_NAME.fullmatch(path.name):
             path.unlink(missing_ok=True)
-
-
-def _replace(target: Path, text: str) -> None:
-    fresh = target.with_name(f".{target.name}.{os.getpid()}")
-    fresh.write_text(text, encoding="utf-8")
-    fresh.replace(target)
-
-
-def _digest(path: Path) -> str:
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()

@@ -95,7 +95,7 @@ def test_a_row_says_what_its_entry_says(tmp_path: Path) -> None:
         row, told, summary = rows[entry.id], entry.checks, entry.summary
         same = ("category", "path", "code", "message", "title", "author", "licence", "split", "source", "digest")
         assert {name: row[name] for name in same} == {name: getattr(entry, name) for name in same}
-        assert (row["status"], row["warnings"]) == (entry.decision.value, entry.warning_count)
+        assert (row["status"], row["warnings"]) == (entry.decision.value, len(entry.warnings))
         assert (row["advice"].split(), row["decide"].split()) == ([*entry.advice], [*entry.to_decide])
         assert row["colors"] == " ".join(f"{name}={share}" for name, share in entry.colors)
         checks = [row[name] for name in ("checks_passed", "checks", "checks_not_run", "checks_not_applicable")]
