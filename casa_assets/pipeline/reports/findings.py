@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
@@ -49,12 +49,7 @@ class Quantity(StrEnum):
 
 @dataclass(frozen=True)
 class Outlier:
-    """An asset outside the usual range.
-
-    Attributes:
-        id: of the asset. value: its own. factor: how many times it is over the highest, or under the lowest usual
-            value. is_over: it is over the highest.
-    """
+    """An asset outside the usual range; `factor`: how many times over the highest, or under the lowest usual value."""
 
     id: str
     value: float
@@ -64,14 +59,9 @@ class Outlier:
 
 @dataclass(frozen=True)
 class PriorFit:
-    """The assets of one category, or of a portion of it, against its usual range.
+    """The assets of one category, or of a portion of it, against its usual range; the farthest outliers first."""
 
-    Attributes:
-        name: of the category, such as `mug`, or `apple, half`. usual: from the registry.
-        count: assets. outliers: the farthest first.
-    """
-
-    name: str
+    name: str  # such as `mug`, or `apple, half`
     quantity: Quantity
     usual: SizeRange
     count: int
@@ -83,7 +73,6 @@ def fits(entries: Iterable[Entry], categories: Mapping[str, Category]) -> list[P
 
     Args:
         entries: those that were rejected, or are of a category that the registry does not know, are left out.
-        categories: of objects and of fixtures, by id.
     """
     groups: dict[tuple[str, str], list[Entry]] = {}
     for entry in entries:
@@ -135,9 +124,7 @@ class Standing:
     """Outcome of one input in one run.
 
     Attributes:
-        id, category: of the entry. path: of its folder, relative to its library.
-        verdict: decision about it. codes: of its rejection, or of the advice that it has, sorted.
-        source_path: of the input.
+        path: of its folder, relative to its library. codes: of its rejection, or of the advice that it has, sorted.
     """
 
     id: str
@@ -158,12 +145,7 @@ class Standing:
 
 @dataclass(frozen=True)
 class Run:
-    """The standings of one run.
-
-    Attributes:
-        name: of the library. root: its folder. page: path of its HTML report, or None if it does not exist.
-        standings: of all entries, sorted by id.
-    """
+    """The standings of one run of the library at `root`, sorted by id, and its HTML report, if there is one."""
 
     name: str
     root: Path
@@ -204,9 +186,8 @@ class Totals:
     """Counts of entries.
 
     Attributes:
-        entries: how many. verdicts: by verdict. advised: with advice.
-        codes: of rejections and of advice. reasons: by verdict (`rejected`, `review`, `advice`) and reason.
-        categories, sources: by name and verdict. checks: of the accepted ones.
+        advised: how many have advice. codes: of rejections and of advice. checks: of the accepted ones.
+        reasons: by verdict (`rejected`, `review`, `advice`) and reason. categories, sources: by name and verdict.
     """
 
     def __init__(self, entries: Iterable[Entry] = ()) -> None:
@@ -214,8 +195,8 @@ class Totals:
         self.verdicts: Counter[Decision] = Counter()
         self.codes: Counter[str] = Counter()
         self.reasons: Counter[tuple[str, str]] = Counter()
-        self.categories: dict[str, Counter[Decision]] = {}
-        self.sources: dict[str, Counter[Decision]] = {}
+        self.categories: dict[str, Counter[Decision]] = defaultdict(Counter)
+        self.sources: dict[str, Counter[Decision]] = defaultdict(Counter)
         self.checks = Tally()
         for entry in entries:
             self._add(entry)
@@ -225,8 +206,8 @@ class Totals:
         self.entries += 1
         self.verdicts[decision] += 1
         self.codes.update(codes)
-        self.categories.setdefault(entry.category, Counter())[decision] += 1
-        self.sources.setdefault(entry.source, Counter())[decision] += 1
+        self.categories[entry.category][decision] += 1
+        self.sources[entry.source][decision] += 1
         self.reasons.update(("review", subject) for subject in set(entry.to_decide))
         if decision is Decision.REJECTED:
             self.reasons[("rejected", entry.code)] += 1
@@ -242,9 +223,9 @@ class Findings:
     """Content of a report.
 
     Attributes:
-        library: name of it. root: its folder relative to that of the report, POSIX. entries: of it.
+        root: folder of the library relative to that of the report, POSIX.
         fits: sizes and masses against the usual ones. whole: checks on all assets together.
-        compared: None if there is no earlier run. outcomes: of the conditions that were set.
+        compared: with the earlier run, if there is one. outcomes: of the conditions that were set.
     """
 
     library: str
@@ -321,41 +302,40 @@ def content(found: Findings, words: Words) -> dict[str, Any]:
         "categories": by_verdict(found.totals.categories),
         "sources": by_verdict(found.totals.sources),
         "reasons": reasons(found.totals, words),
-        "priors": [_prior(fit) for fit in found.fits],
+        "priors": [
+            {
+                "category": fit.name,
+                "quantity": fit.quantity.value,
+                "unit": fit.quantity.unit,
+                "usual": [fit.usual.low, fit.usual.typical, fit.usual.high],
+                "count": fit.count,
+                "outliers": [
+                    {"id": one.id, "value": one.value, "factor": one.factor, "over": one.is_over}
+                    for one in fit.outliers
+                ],
+            }
+            for fit in found.fits
+        ],
         "library_checks": found.whole.report.model_dump(mode="json") if found.whole else None,
-        "baseline": _baseline(found.compared) if found.compared else None,
+        "baseline": found.compared
+        and {
+            "library": found.compared.name,
+            "counts": found.compared.counts,
+            "differences": [
+                {
+                    "change": one.change.value,
+                    "id": one.id,
+                    "before": one.before.in_words if one.before else None,
+                    "now": one.now.in_words if one.now else None,
+                }
+                for one in found.compared.differences
+            ],
+        },
         "conditions": [
             {"condition": one.condition.text, "measured": significant(one.measured, 6), "holds": one.holds}
             for one in found.outcomes
         ],
         "entries": list(map(_entry, found.entries)),
-    }
-
-
-def _prior(fit: PriorFit) -> dict[str, Any]:
-    return {
-        "category": fit.name,
-        "quantity": fit.quantity.value,
-        "unit": fit.quantity.unit,
-        "usual": [fit.usual.low, fit.usual.typical, fit.usual.high],
-        "count": fit.count,
-        "outliers": [{"id": o.id, "value": o.value, "factor": o.factor, "over": o.is_over} for o in fit.outliers],
-    }
-
-
-def _baseline(compared: Compared) -> dict[str, Any]:
-    return {
-        "library": compared.name,
-        "counts": compared.counts,
-        "differences": [
-            {
-                "change": one.change.value,
-                "id": one.id,
-                "before": one.before.in_words if one.before else None,
-                "now": one.now.in_words if one.now else None,
-            }
-            for one in compared.differences
-        ],
     }
 
 
@@ -401,9 +381,12 @@ def read_run(place: Path) -> Run:
     if not found:
         message = "is no earlier run; give a library, or the report.json that `casa-assets report` wrote"
         raise OutputError(str(place), message)
-    page = place / "report.html"
-    standings = tuple(sorted(map(standing_of, found), key=lambda one: one.id))
-    return Run(place.resolve().name, place, page if page.is_file() else None, standings)
+    return _run(place.resolve().name, place, place / "report.html", map(standing_of, found))
+
+
+def _run(name: str, root: Path, page: Path, standings: Iterable[Standing]) -> Run:
+    ordered = tuple(sorted(standings, key=lambda one: one.id))
+    return Run(name, root, page if page.is_file() else None, ordered)
 
 
 def _run_of_report(path: Path) -> Run:
@@ -411,29 +394,24 @@ def _run_of_report(path: Path) -> Run:
         data: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
         form = data["schema_version"]
         if form != SCHEMA_VERSION:
-            raise OutputError(
-                str(path),
-                f"is a report of schema version {form}, and this program reads {SCHEMA_VERSION}; give the library of "
-                "that run, or make its report again",
+            message = f"is a report of schema version {form}, and this program reads {SCHEMA_VERSION}; "
+            raise OutputError(str(path), f"{message}give the library of that run, or make its report again")
+        standings = [
+            Standing(
+                str(row["id"]),
+                str(row["category"]),
+                str(row["path"]),
+                Decision(row["verdict"]),
+                tuple(map(str, row["codes"])),
+                str(row["source_path"]),
             )
-        standings = [_standing(row) for row in data["entries"]]
+            for row in data["entries"]
+        ]
         name, root = str(data["library"]), path.parent / str(data["root"])
     except (OSError, ValueError, KeyError, TypeError) as error:
         message = f"is no report of a library ({error}); give the {REPORT} that `casa-assets report` wrote"
         raise OutputError(str(path), message) from error
-    page = path.with_suffix(".html")
-    return Run(name, root, page if page.is_file() else None, tuple(sorted(standings, key=lambda one: one.id)))
-
-
-def _standing(row: Mapping[str, Any]) -> Standing:
-    return Standing(
-        str(row["id"]),
-        str(row["category"]),
-        str(row["path"]),
-        Decision(row["verdict"]),
-        tuple(map(str, row["codes"])),
-        str(row["source_path"]),
-    )
+    return _run(name, root, path.with_suffix(".html"), standings)
 
 
 def compare(before: Iterable[Standing], now: Iterable[Standing]) -> list[Difference]:

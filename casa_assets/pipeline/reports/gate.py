@@ -20,9 +20,8 @@ from __future__ import annotations
 
 import difflib
 import json
-import operator
 import re
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
@@ -30,10 +29,10 @@ from urllib.parse import quote
 
 from lxml import etree
 
-from casa_assets.errors import CasaError
 from casa_assets.model.issue import REVIEW_CODE, Decision
 from casa_assets.pipeline.reports.entry import Entry
 from casa_assets.pipeline.reports.page_template import Words
+from casa_assets.pipeline.tables.conditions import COMPARE, BadCondition
 
 if TYPE_CHECKING:
     from casa_assets.pipeline.reports.findings import Findings
@@ -44,12 +43,6 @@ COUNTS = ("entries", "accepted", "review", "rejected", "advice", "not-run", "siz
 CHANGES = ("better", "worse", "appeared", "gone")
 # Counts of entries, of which there is a rate.
 RATES = ("accepted", "review", "rejected", "advice")
-OPERATORS: Mapping[str, Callable[[float, float], bool]] = {
-    ">=": operator.ge,
-    "<=": operator.le,
-    ">": operator.gt,
-    "<": operator.lt,
-}
 # Operator of a condition that fails a build -> what stands before its number where it is told what is allowed.
 _ALLOWED: Mapping[str, str] = {">": "", ">=": "less than ", "<": "at least ", "<=": "more than "}
 _FORM = re.compile(r"\s*([A-Za-z][A-Za-z0-9-]*)\s*(?:(>=|<=|>|<)\s*([0-9]*\.?[0-9]+)\s*(%?))?\s*")
@@ -65,19 +58,11 @@ FAIL_ON = "fail-on"  # group of the conditions in both files
 _NO_XML = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
-class BadCondition(CasaError):
-    """A condition that is not of the grammar."""
-
-
 @dataclass(frozen=True)
 class Condition:
-    """One condition.
+    """One condition: what is counted, how it is compared (a key of COMPARE), and the bound."""
 
-    Attributes:
-        text: as it was written. name: what is counted. compare: a key of OPERATORS. bound: what it is held against.
-    """
-
-    text: str
+    text: str  # as it was written
     name: str
     compare: str
     bound: float
@@ -95,16 +80,12 @@ class Condition:
 
 @dataclass(frozen=True)
 class Outcome:
-    """A condition with what was measured.
-
-    Attributes:
-        holds: the condition is true, so the build fails. total: entries of the report.
-    """
+    """A condition with what was measured."""
 
     condition: Condition
     measured: float
-    holds: bool
-    total: int
+    holds: bool  # then the build fails
+    total: int  # entries of the report
 
     @property
     def mark(self) -> str:
@@ -113,23 +94,19 @@ class Outcome:
 
     def __str__(self) -> str:
         """Such as `rejected: 2 of 61, allowed 0`, or `rejected-rate: 3.3 % of 61, allowed 5 %`."""
-        name, of = self.condition.name, f" of {self.total}"
+        name = self.condition.name
         measured, bound = (
             f"{100 * value:.3g} %" if self.condition.is_rate else f"{value:g}"
             for value in (self.measured, self.condition.bound)
         )
-        if name in COUNTS and name not in RATES:
-            of = ""
+        of = "" if name in COUNTS and name not in RATES else f" of {self.total}"
         return f"{name}: {measured}{of}, allowed {_ALLOWED[self.condition.compare]}{bound}"
 
 
 def parse(text: str, codes: Collection[str]) -> Condition:
-    """The condition that a text states.
+    """The condition that a text states. Raises BadCondition: not of the grammar, or nothing is called so.
 
-    Args:
-        codes: of all checks and rejections.
-    Raises:
-        BadCondition: it is not of the grammar, or no count and no code is called so.
+    `codes`: of all checks and rejections.
     """
     found = _FORM.fullmatch(text)
     if found is None:
@@ -152,8 +129,7 @@ def parse(text: str, codes: Collection[str]) -> Condition:
 def judge(conditions: Sequence[Condition], counts: Mapping[str, int], codes: Mapping[str, int]) -> tuple[Outcome, ...]:
     """Each condition with what was measured.
 
-    Args:
-        counts: of COUNTS, and of CHANGES where there is an earlier run. codes: how many entries have each code.
+    `counts`: of COUNTS, and of CHANGES where there is an earlier run. `codes`: how many entries have each.
     """
     found, total = [], counts["entries"]
     for condition in conditions:
@@ -161,7 +137,7 @@ def judge(conditions: Sequence[Condition], counts: Mapping[str, int], codes: Map
         number: float = counts[name] if name in counts else codes.get(name, 0)
         if condition.is_rate:
             number = number / total if total else 0.0
-        found.append(Outcome(condition, number, OPERATORS[condition.compare](number, condition.bound), total))
+        found.append(Outcome(condition, number, COMPARE[condition.compare](number, condition.bound), total))
     return tuple(found)
 
 
@@ -205,33 +181,22 @@ def _text(value: str) -> str:
 
 
 def sarif(found: Findings, words: Words) -> str:
-    """The report as SARIF 2.1.0, JSON.
-
-    Args:
-        words: what codes mean.
-    """
-    results = [*_condition_results(found), *(one for entry in found.entries for one in _entry_results(entry, words))]
-    rules = {
-        code: {"id": code, "shortDescription": {"text": _rule_text(code, words)}}
-        for code in sorted({result["ruleId"] for result in results})
-    }
-    driver = {"name": "casa-assets", "version": version("casa-assets"), "rules": list(rules.values())}
-    content = {"$schema": SARIF_SCHEMA, "version": "2.1.0", "runs": [{"tool": {"driver": driver}, "results": results}]}
-    return json.dumps(content, indent=1, sort_keys=True) + "\n"
-
-
-def _rule_text(code: str, words: Words) -> str:
+    """The report as SARIF 2.1.0, JSON."""
+    results = [
+        _result(FAIL_ON, "error", str(one), "report.json", one.condition.text) for one in found.outcomes if one.holds
+    ]
+    results += [result for entry in found.entries for result in _entry_results(entry, words)]
     own = {
         REVIEW_CODE: "A person has to decide something about this asset",
         FAIL_ON: "A condition of --fail-on holds",
     }
-    return own.get(code) or words.meaning(code) or code
-
-
-def _condition_results(found: Findings) -> Iterator[dict[str, Any]]:
-    for outcome in found.outcomes:
-        if outcome.holds:
-            yield _result(FAIL_ON, "error", str(outcome), "report.json", outcome.condition.text)
+    rules = [
+        {"id": code, "shortDescription": {"text": own.get(code) or words.meaning(code) or code}}
+        for code in sorted({result["ruleId"] for result in results})
+    ]
+    driver = {"name": "casa-assets", "version": version("casa-assets"), "rules": rules}
+    content = {"$schema": SARIF_SCHEMA, "version": "2.1.0", "runs": [{"tool": {"driver": driver}, "results": results}]}
+    return json.dumps(content, indent=1, sort_keys=True) + "\n"
 
 
 def _entry_results(entry: Entry, words: Words) -> Iterator[dict[str, Any]]:

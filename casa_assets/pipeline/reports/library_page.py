@@ -9,10 +9,8 @@ from __future__ import annotations
 
 import base64
 import json
-import os
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -23,7 +21,7 @@ from markupsafe import Markup
 
 from casa_assets.checks.library import in_words
 from casa_assets.core.numeric import significant
-from casa_assets.model.issue import CheckResult, Decision, Issue, Report, Severity, Status, Tally
+from casa_assets.model.issue import CheckResult, Decision, Issue, Report, Severity, Status
 from casa_assets.pipeline.dedup import library_report
 from casa_assets.pipeline.ingest.job import writing
 from casa_assets.pipeline.ingest.refused_rows import NAME as ROWS
@@ -31,6 +29,7 @@ from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.entry_files import PICTURE
 from casa_assets.pipeline.library.entry_table import EntryTable
 from casa_assets.pipeline.library.library import CERTIFICATE, REFUSAL
+from casa_assets.pipeline.process_name import replace_file
 from casa_assets.pipeline.reports.entry import Entry
 from casa_assets.pipeline.reports.findings import (
     Change,
@@ -39,7 +38,6 @@ from casa_assets.pipeline.reports.findings import (
     Findings,
     PriorFit,
     Quantity,
-    Run,
     Totals,
     by_verdict,
     codes_of,
@@ -61,12 +59,7 @@ MAX_LISTED = 200  # findings of one check on the library as a whole, inputs of o
 # A code of advice that at least this share of so many assets have tells nothing of one of them.
 COMMON_SHARE, COMMON_FROM = 0.75, 8
 MAX_OUTLIERS = 8  # of one category and quantity that are named on the page; report.json names all
-CHANGE_TITLES = {
-    Change.WORSE: "Worse",
-    Change.BETTER: "Better",
-    Change.APPEARED: "Appeared",
-    Change.GONE: "Gone",
-}
+CHANGES = (Change.WORSE, Change.BETTER, Change.APPEARED, Change.GONE)  # in the order in which they are shown
 # Status of a check -> what the script of the page knows it by; a failed warning is advice.
 STATUS_NUMBERS = {Status.FAILED: 0, Status.PASSED: 1, Status.NOT_APPLICABLE: 2, Status.NOT_RUN: 3}
 ADVICE_NUMBER = 4
@@ -80,13 +73,6 @@ class CiFiles:
 
     junit: Path | None = None
     sarif: Path | None = None
-
-    def write(self, found: Findings, words: Words) -> None:
-        """Write them. Raises OutputError where a folder cannot be written to."""
-        if self.junit is not None:
-            _write_text(self.junit, junit(found))
-        if self.sarif is not None:
-            _write_text(self.sarif, sarif(found, words))
 
 
 NO_CI_FILES = CiFiles()
@@ -112,10 +98,8 @@ def write(
     """Write the page for the library at `root` to `target`, and a JSON file of that name next to it.
 
     Args:
-        target: the page, `<name>.html`.
-        baseline: report.json or library of an earlier run. conditions: that are evaluated.
+        target: the page, `<name>.html`. baseline: report.json or library of an earlier run.
         models: where the page finds the models of its assets; None: without models.
-        ci_files: files for continuous integration that are written too.
     Raises:
         OutputError: an entry of the library is damaged, the page cannot be written, or there is no such earlier run.
     """
@@ -123,40 +107,23 @@ def write(
     table = EntryTable(disk.Library(root))
     entries = sorted(table.entries, key=lambda e: (not e.accepted, e.category if e.accepted else e.source_path, e.id))
     found, words = findings_of(root, target, entries, before, conditions), all_words()
-    page = render(found, words, _rows(table, found, words), _links(found, before, target), models)
-    json_path = target.with_suffix(".json")
-    _write_text(target, page)
-    _write_text(json_path, json.dumps(content(found, words), sort_keys=True, indent=1) + "\n")
-    ci_files.write(found, words)
+    is_brief, shown = len(found.entries) > MAX_WHOLE, listed(found, words)
+    context = RowContext(found, words, None if is_brief else table.thumbnails(shown), is_brief)
+    rows = [row_of(entry, context) for entry in table.with_results(shown)]
+    links = {}
+    if before is not None and found.compared is not None:
+        changed = ((one.id, one.before) for one in found.compared.differences)
+        links = {name: link_before(before, standing, target) for name, standing in changed if standing is not None}
+    page, json_path = render(found, words, rows, links, models), target.with_suffix(".json")
+    texts = {target: page, json_path: json.dumps(content(found, words), sort_keys=True, indent=1) + "\n"}
+    if ci_files.junit is not None:
+        texts[ci_files.junit] = junit(found)
+    if ci_files.sarif is not None:
+        texts[ci_files.sarif] = sarif(found, words)
+    for path, text in texts.items():
+        with writing(path.parent):
+            replace_file(path, text.encode())
     return WrittenReport(target, json_path, tuple(found.outcomes))
-
-
-def _links(found: Findings, before: Run | None, target: Path) -> dict[str, str]:
-    """Id -> path from the page to what the earlier run has, of all that changed."""
-    if before is None or found.compared is None:
-        return {}
-    told = found.compared.differences
-    return {one.id: link_before(before, one.before, target) for one in told if one.before is not None}
-
-
-def _rows(table: EntryTable, found: Findings, words: Words) -> list[dict[str, Any]]:
-    """Rows of what the page lists."""
-    is_brief, entries = len(found.entries) > MAX_WHOLE, listed(found, words)
-    context = RowContext(found, words, None if is_brief else table.thumbnails(entries), is_brief)
-    return [row_of(entry, context) for entry in table.with_results(entries)]
-
-
-def _write_text(target: Path, text: str) -> None:
-    """Write a file by one rename, in a folder that is made where it is missing. Raises OutputError."""
-    fresh = target.with_name(f".{target.name}.{os.getpid()}")
-    with writing(target.parent):
-        target.parent.mkdir(parents=True, exist_ok=True)
-        try:
-            fresh.write_text(text, encoding="utf-8")
-            fresh.replace(target)
-        finally:
-            with suppress(OSError):
-                fresh.unlink(missing_ok=True)
 
 
 def render(
@@ -190,7 +157,7 @@ def render(
         count=totals.entries,
         tiles=_tiles(totals, counts(totals, found.fits, found.compared) | {"advice": loud}),
         conditions=[(f"{one.mark} {one}", one.holds) for one in found.outcomes],
-        groups=_groups(totals),
+        groups=[("Category", _counted("category", totals.categories)), ("Source", _counted("source", totals.sources))],
         reasons=_reasons(totals, words),
         whole=render_library_section(whole.report, words.explanations, whole.weights) if whole else NO_SECTION,
         fits=[_fit(fit) for fit in found.fits],
@@ -231,13 +198,9 @@ def _fit(fit: PriorFit) -> dict[str, Any]:
     }
 
 
-def _groups(totals: Totals) -> list[tuple[str, list[dict[str, Any]]]]:
-    """Heading, and counts by verdict with a link to what is counted, of categories and of sources."""
-    found = []
-    for heading, key, group in (("Category", "category", totals.categories), ("Source", "source", totals.sources)):
-        rows = by_verdict(group)
-        found.append((heading, [{**row, "link": f"#{urlencode({key: row['name']})}"} for row in rows]))
-    return found
+def _counted(key: str, groups: Mapping[str, Mapping[Decision, int]]) -> list[dict[str, Any]]:
+    """Counts by verdict of categories or sources, with links to what is counted."""
+    return [{**row, "link": f"#{urlencode({key: row['name']})}"} for row in by_verdict(groups)]
 
 
 def _reasons(totals: Totals, words: Words) -> list[dict[str, Any]]:
@@ -256,38 +219,25 @@ def _tiles(totals: Totals, shown: Mapping[str, int]) -> list[dict[str, str]]:
     odd = shown["size-outliers"] + shown["mass-outliers"]
     assets = {name: n for name, by in totals.categories.items() if (n := by.total() - by[Decision.REJECTED])}
     decided = "to be decided" if unsure else "nothing to decide"
-    others = totals.advised - shown["advice"]
+    largest = min(assets.items(), key=lambda item: (-item[1], item[0]), default=None)
+    others, checks = totals.advised - shown["advice"], totals.checks
     routine = f"{others:,} others have routine notes" if others else "to look at"
+    plural = "" if refusals == 1 else "s"
+    not_run = f", {checks.not_run:,} not run" if checks.not_run else ""
+    most = f"most: {largest[0]} ({largest[1]:,})" if largest else "none"
     tiles = [
         ("accepted", "Accepted", good, share, "#verdict=accepted"),
         ("review", "In review", unsure, decided, "#verdict=review"),
-        ("rejected", "Rejected", shown["rejected"], f"for {_count(refusals, 'reason')}", "#verdict=rejected"),
+        ("rejected", "Rejected", shown["rejected"], f"for {refusals:,} reason{plural}", "#verdict=rejected"),
         ("advised", "With advice", shown["advice"], routine, "#advice=yes"),
         ("odd", "Unusual", odd, "outside the usual size or mass", "#outlier=size&outlier=mass"),
-        ("checks", "Checks passed", totals.checks.passed, _applying(totals.checks), ""),
-        ("categories", "Categories", len(assets), _largest(assets), "#tab=numbers"),
+        ("checks", "Checks passed", checks.passed, f"of {checks.applying:,} that apply{not_run}", ""),
+        ("categories", "Categories", len(assets), most, "#tab=numbers"),
     ]
     return [
         {"key": key if value else "zero", "label": label, "value": f"{value:,}", "note": note, "link": link}
         for key, label, value, note, link in tiles
     ]
-
-
-def _applying(checks: Tally) -> str:
-    """Return the note next to the number of checks that passed."""
-    return f"of {checks.applying:,} that apply" + (f", {checks.not_run:,} not run" if checks.not_run else "")
-
-
-def _count(number: int, noun: str) -> str:
-    return f"{number:,} {noun}{'' if number == 1 else 's'}"
-
-
-def _largest(assets: Mapping[str, int]) -> str:
-    """The category with most assets, the first by name where several have as many."""
-    if not assets:
-        return "none"
-    name, number = min(assets.items(), key=lambda item: (-item[1], item[0]))
-    return f"most: {name} ({number:,})"
 
 
 # Changes and checks of all together -----------------------------------------------------------------------------------
@@ -296,12 +246,12 @@ def _largest(assets: Mapping[str, int]) -> str:
 def _changes(compared: Compared, links: Mapping[str, str]) -> dict[str, Any]:
     """Return the changes since an earlier run, as the template shows them."""
     kinds = []
-    for change, title in CHANGE_TITLES.items():
+    for change in CHANGES:
         members = [one for one in compared.differences if one.change is change]
         kinds.append(
             {
                 "change": change.value,
-                "title": title,
+                "title": change.value.capitalize(),
                 "count": len(members),
                 "rows": [_change(one, links.get(one.id, "")) for one in members[:MAX_LISTED]],
             }
@@ -323,9 +273,7 @@ def _change(one: Difference, link: str) -> dict[str, Any]:
 def render_library_section(report: Report | None, explanations: Mapping[str, str], weights: str = "") -> Markup:
     """Return the HTML of the section on the checks of the library as a whole; empty if none of them has run.
 
-    Args:
-        report: on the library. explanations: code of a check -> its title and what is tested.
-        weights: name of the CLIP weights used on the pictures; empty if CLIP was not used.
+    `weights`: name of the CLIP weights used on the pictures; empty if CLIP was not used.
     """
     if report is None or not report.results:
         return NO_SECTION
@@ -333,15 +281,14 @@ def render_library_section(report: Report | None, explanations: Mapping[str, str
         render_template(
             "library/section.html",
             seen=f"pictures looked at by CLIP with {weights}" if weights else "nobody looked at the pictures",
-            rows=[
-                _library_check(r, [i for i in report.issues if i.code == r.code], explanations) for r in report.results
-            ],
+            rows=[_library_check(result, report.issues, explanations) for result in report.results],
             most=MAX_LISTED,
         )
     )
 
 
-def _library_check(result: CheckResult, issues: Sequence[Issue], explanations: Mapping[str, str]) -> dict[str, Any]:
+def _library_check(result: CheckResult, found: Sequence[Issue], explanations: Mapping[str, str]) -> dict[str, Any]:
+    issues = [issue for issue in found if issue.code == result.code]
     state = {
         Status.PASSED: "passed",
         Status.FAILED: f"{len(issues)} found",
@@ -407,11 +354,7 @@ class RowContext:
 def row_of(entry: Entry, context: RowContext) -> dict[str, Any]:
     """Return a row as the script of the page reads it; size in centimetres, mass in kg, None for a rejected input.
 
-    `codes` are those of its rejection or its advice; `decide` lists the subjects that a person has to decide; `more` is
-    shown when the row is opened. docs/reference/report.md explains the keys.
-
-    Args:
-        entry: with the results of its checks.
+    `entry` has the results of its checks. docs/reference/report.md explains the keys.
     """
     summary, root = entry.summary, context.found.root
     row = {
@@ -437,7 +380,8 @@ def row_of(entry: Entry, context: RowContext) -> dict[str, Any]:
         "more": _details(entry, context),
     }
     if context.pictures is not None:
-        row["thumb"] = _data_uri(context.pictures.get(entry.path, b""))
+        webp = context.pictures.get(entry.path, b"")
+        row["thumb"] = f"data:image/webp;base64,{base64.b64encode(webp).decode('ascii')}" if webp else ""
     return row
 
 
@@ -445,15 +389,14 @@ def _details(entry: Entry, context: RowContext) -> dict[str, Any]:
     """Return what the page shows of an entry when its row is opened."""
     is_left_out = {Status.PASSED, Status.NOT_APPLICABLE} if context.is_brief else set()
     shown = [result for result in entry.results if result.status not in is_left_out]
-    told: dict[str, Any] = {
-        "results": [[r.code, _status_number(r), _short(r.number), _short(r.limit), r.unit, r.reason] for r in shown],
-    }
+    results = [[r.code, _status_number(r), _short(r.number), _short(r.limit), r.unit, r.reason] for r in shown]
     if entry.decision is Decision.REJECTED:
-        told["reason"], told["fix"] = context.words.reason_and_fix(entry)
+        reason, fix = context.words.reason_and_fix(entry)
         # Refused rows of a manifest share one file and have no folder.
-        told["files"] = [] if entry.path.endswith(f"/{ROWS}") else [["reason", relative_link(REFUSAL)]]
-        return told
-    return told | {
+        files = [] if entry.path.endswith(f"/{ROWS}") else [["reason", relative_link(REFUSAL)]]
+        return {"results": results, "reason": reason, "fix": fix, "files": files}
+    return {
+        "results": results,
         "hull": entry.summary.hull_vertices if entry.summary else 0,
         "uri": entry.uri,
         "prompt": entry.prompt,
@@ -476,11 +419,6 @@ def _look(entry: Entry, found: Findings) -> str:
 def _status_number(result: CheckResult) -> int:
     is_advice = result.status is Status.FAILED and result.severity is Severity.WARNING
     return ADVICE_NUMBER if is_advice else STATUS_NUMBERS[result.status]
-
-
-def _data_uri(webp: bytes) -> str:
-    """A picture as text that a page can show; empty for none."""
-    return f"data:image/webp;base64,{base64.b64encode(webp).decode('ascii')}" if webp else ""
 
 
 def _short(number: float | None) -> float | None:

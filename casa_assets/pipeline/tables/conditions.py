@@ -45,7 +45,7 @@ NUMBERS: Mapping[str, Callable[[Entry], float | None]] = {
 }
 # Fields whose values are codes or subjects, and have no blanks.
 CODES = frozenset({"reason", "decide"})
-_COMPARE: Mapping[str, Callable[[Any, Any], bool]] = {
+COMPARE: Mapping[str, Callable[[Any, Any], bool]] = {
     "=": operator.eq,
     "!=": operator.ne,
     ">": operator.gt,
@@ -124,5 +124,5 @@ def meets(entry: Entry, conditions: Sequence[Condition]) -> bool:
 def _holds(entry: Entry, one: Condition) -> bool:
     if one.field in NUMBERS:
         number = NUMBERS[one.field](entry)
-        return number is not None and _COMPARE[one.compare](number, one.values[0])
+        return number is not None and COMPARE[one.compare](number, one.values[0])
     return set(WORDS[one.field](entry)).isdisjoint(one.values) is (one.compare == "!=")
