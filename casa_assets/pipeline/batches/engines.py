@@ -14,9 +14,6 @@ import numpy as np
 from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import CasaError, UnknownId
 
-# Engine ---------------------------------------------------------------------------------------------------------------
-# What an engine is made of, and what it can do, whichever it is.
-
 # Sizes of buffers for a kitchen without `batch.json`: the most of 120 kitchens, with a margin of 1.5.
 COMMON_SIZES = {"nconmax": 144, "njmax": 872, "nccdmax": 144, "nvmax": 128}
 
@@ -50,11 +47,7 @@ class Parts:
 
 
 class Engine(Protocol):
-    """Worlds of a batch in an engine.
-
-    Attributes:
-        model, data: as the engine has them.
-    """
+    """Worlds of a batch in an engine, with its own model and data."""
 
     model: Any
     data: Any
@@ -62,6 +55,7 @@ class Engine(Protocol):
     @property
     def control(self) -> Any:
         """The object with the joint controls: `data`, or a separate one if the engine does not keep them in `data`."""
+        return self.data
 
     def reset(self, worlds: Ints, qpos: Floats, asleep: Ints, mounts: Floats) -> None:
         """Put worlds into states at rest.
@@ -87,61 +81,39 @@ class Engine(Protocol):
         """Memory of the state of a world, without the model and without what an engine holds during a step, bytes."""
 
 
-# Engines --------------------------------------------------------------------------------------------------------------
-# The engines that step a batch, by name; each is imported when it is asked for.
-
-EngineMaker = Callable[[Parts], Engine]
-
-
-def _mujoco() -> EngineMaker:
-
-    return MujocoEngine
-
-
-def _mujoco_warp() -> EngineMaker:
-    from casa_assets.pipeline.batches.mujoco_warp_engine import MujocoWarpEngine
-
-    return MujocoWarpEngine
-
-
-def _mjx() -> EngineMaker:
-    from casa_assets.pipeline.batches.mjx_engine import MjxEngine
-
-    return MjxEngine
-
-
-def _newton() -> EngineMaker:
-    from casa_assets.pipeline.batches.newton_engine import NewtonEngine
-
-    return NewtonEngine
-
-
-# Name -> what imports it, and what to install for it.
-ENGINES: dict[str, tuple[Callable[[], EngineMaker], str]] = {
-    "mujoco": (_mujoco, "mujoco"),
-    "mujoco_warp": (_mujoco_warp, "mujoco-warp"),
-    "mjx": (_mjx, "mujoco-mjx"),
-    "newton": (_newton, "newton mujoco-warp"),
+# Name of an engine -> what to install for it.
+ENGINES = {
+    "mujoco": "mujoco",
+    "mujoco_warp": "mujoco-warp",
+    "mjx": "mujoco-mjx",
+    "newton": "newton mujoco-warp",
 }
 
 
-def engine_named(name: str) -> EngineMaker:
+def engine_named(name: str) -> Callable[[Parts], Engine]:
     """Return the maker of an engine. Raises UnknownId for an unknown name, CasaError if the engine is not installed."""
     if name not in ENGINES:
         raise UnknownId("engine", name, ENGINES)
-    load, packages = ENGINES[name]
     try:
-        return load()
+        if name == "mujoco_warp":
+            from casa_assets.pipeline.batches.mujoco_warp_engine import MujocoWarpEngine
+
+            return MujocoWarpEngine
+        if name == "mjx":
+            from casa_assets.pipeline.batches.mjx_engine import MjxEngine
+
+            return MjxEngine
+        if name == "newton":
+            from casa_assets.pipeline.batches.newton_engine import NewtonEngine
+
+            return NewtonEngine
     except ImportError as error:
-        raise CasaError(f"the engine {name} is not installed ({error}): pip install {packages}") from error
+        raise CasaError(f"the engine {name} is not installed ({error}): pip install {ENGINES[name]}") from error
+    return MujocoEngine
 
 
-# Mujoco engine --------------------------------------------------------------------------------------------------------
-# Worlds of a batch in MuJoCo itself: one MjData each, stepped by as many threads as there are cores.
-
-
-class MujocoEngine:
-    """Steps worlds with MuJoCo.
+class MujocoEngine(Engine):
+    """Steps worlds with MuJoCo itself: one MjData each, stepped by as many threads as there are cores.
 
     Attributes:
         model: list with the model of each world. data: list with the state of each.
@@ -152,11 +124,6 @@ class MujocoEngine:
         self.data = [mujoco.MjData(model) for model in self.model]
         self._mounted, self._ctrl = parts.mounted, parts.ctrl
         self._pool = ThreadPoolExecutor(os.cpu_count())
-
-    @property
-    def control(self) -> Any:
-        """The same as `data`."""
-        return self.data
 
     def reset(self, worlds: Ints, qpos: Floats, asleep: Ints, mounts: Floats) -> None:
         """Put worlds into states at rest; see `Engine`. MuJoCo finds out by itself in ten steps that they are."""

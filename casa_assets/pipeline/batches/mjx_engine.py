@@ -15,13 +15,10 @@ from mujoco import mjx
 
 from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import CasaError
-from casa_assets.pipeline.batches.engines import ITERATIONS, Parts
-
-# MJX does not know it, and batch forms switch it on.
-_SLEEP = int(mujoco.mjtEnableBit.mjENBL_SLEEP)
+from casa_assets.pipeline.batches.engines import ITERATIONS, Engine, Parts
 
 
-class MjxEngine:
+class MjxEngine(Engine):
     """Steps worlds with MJX.
 
     Attributes:
@@ -43,11 +40,6 @@ class MjxEngine:
         first = mjx.make_data(heaviest)
         self.data = _anywhere(jax.tree.map(lambda array: np.repeat(np.asarray(array)[None], worlds, axis=0), first))
         self._step = jax.jit(partial(_steps, self.axes))
-
-    @property
-    def control(self) -> Any:
-        """The same as `data`."""
-        return self.data
 
     def reset(self, worlds: Ints, qpos: Floats, asleep: Ints, mounts: Floats) -> None:
         """Put worlds into states at rest; see `Engine`. MJX does not know sleep."""
@@ -95,7 +87,7 @@ def _anywhere(tree: Any) -> Any:
 def _plain(model: mujoco.MjModel) -> mujoco.MjModel:
     """A copy without what MJX does not know."""
     plain = copy.copy(model)
-    plain.opt.enableflags &= ~_SLEEP
+    plain.opt.enableflags &= ~int(mujoco.mjtEnableBit.mjENBL_SLEEP)  # batch forms switch it on
     plain.opt.iterations = min(plain.opt.iterations, ITERATIONS)
     return plain
 

@@ -13,10 +13,7 @@ import warp as wp
 
 from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import CasaError
-from casa_assets.pipeline.batches.engines import ITERATIONS, Parts
-
-# Warp arrays ----------------------------------------------------------------------------------------------------------
-# Arrays of Warp: their memory, and rows of them written on the device.
+from casa_assets.pipeline.batches.engines import ITERATIONS, Engine, Parts
 
 
 def bytes_of(*owners: Any) -> int:
@@ -45,11 +42,7 @@ def assign_rows(array: Any, rows: Any, values: Floats | Ints) -> None:
     wp.copy(wp.indexedarray(array, [rows, columns]), found)
 
 
-# Mujoco warp engine ---------------------------------------------------------------------------------------------------
-# One model with a row per kitchen in each array in which kitchens differ.
-
-
-class MujocoWarpEngine:
+class MujocoWarpEngine(Engine):
     """Steps worlds with mujoco_warp, on a graphics card or on the processor.
 
     Attributes:
@@ -73,11 +66,6 @@ class MujocoWarpEngine:
         # A step as a CUDA graph, which reads and writes the arrays that are there when it is recorded.
         self._graph: Any = None
         self._mounted, self._ctrl, self._worlds = parts.mounted, parts.ctrl, worlds
-
-    @property
-    def control(self) -> Any:
-        """The same as `data`."""
-        return self.data
 
     def reset(self, worlds: Ints, qpos: Floats, asleep: Ints, mounts: Floats) -> None:
         """Put worlds into states at rest; see `Engine`."""

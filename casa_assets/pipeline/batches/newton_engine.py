@@ -37,7 +37,9 @@ class NewtonEngine:
         sizes = {"nconmax": parts.sizes["nconmax"], "njmax": parts.sizes["njmax"]}
         self.solver = newton.solvers.SolverMuJoCo(self.model, iterations=ITERATIONS, enable_multiccd=True, **sizes)
         self.data, self._after, self.control = self.model.state(), self.model.state(), self.model.control()
-        self._free = _free_addresses(parts.models[0])
+        first = parts.models[0]
+        # Where the positions of free joints begin in qpos.
+        self._free = first.jnt_qposadr[first.jnt_type == mujoco.mjtJoint.mjJNT_FREE].tolist()
 
     def reset(self, worlds: Ints, qpos: Floats, asleep: Ints, mounts: Floats) -> None:
         """Put worlds into states at rest; see `Engine`. Bodies at rest are not put to sleep."""
@@ -85,8 +87,3 @@ def _builder(text: str) -> Any:
     builder.rigid_gap = builder.default_shape_cfg.gap = 0.0
     builder.add_mjcf(text)
     return builder
-
-
-def _free_addresses(model: mujoco.MjModel) -> list[int]:
-    """Where the positions of free joints begin in qpos."""
-    return [int(model.jnt_qposadr[joint]) for joint in np.flatnonzero(model.jnt_type == mujoco.mjtJoint.mjJNT_FREE)]

@@ -29,13 +29,10 @@ from casa_assets.pipeline.batches.structure import (
     structure_of,
 )
 
-# Robot ----------------------------------------------------------------------------------------------------------------
-# A robot that stands in every world of a batch.
-
 
 @dataclass(frozen=True)
 class Robot:
-    """A robot.
+    """A robot that is in every world of a batch.
 
     Attributes:
         make: returns a new MjSpec of it, called once for each kitchen.
@@ -54,16 +51,18 @@ class Robot:
 def robot_of(robot: str | Path | mujoco.MjSpec) -> Robot:
     """A robot from its MJCF file or a copy of its MjSpec. Raises CasaError for one that does not load."""
 
+    def loaded() -> mujoco.MjSpec:
+        return robot.copy() if isinstance(robot, mujoco.MjSpec) else mujoco.MjSpec.from_file(str(robot))
+
     def make() -> mujoco.MjSpec:
-        spec = robot.copy() if isinstance(robot, mujoco.MjSpec) else mujoco.MjSpec.from_file(str(robot))
+        spec = loaded()
         # A keyframe of the robot alone would not fit a kitchen.
         for key in list(spec.keys):
             spec.delete(key)
         return spec
 
     try:
-        whole = robot.copy() if isinstance(robot, mujoco.MjSpec) else mujoco.MjSpec.from_file(str(robot))
-        model = whole.compile()
+        model = loaded().compile()
     except (ValueError, OSError) as error:
         name = robot.modelname if isinstance(robot, mujoco.MjSpec) else robot
         raise CasaError(f"{name}: MuJoCo cannot load this robot: {error}") from error
@@ -83,27 +82,20 @@ Kind = TypeVar("Kind", bound=Hashable)
 class Slot(NamedTuple):
     """A place that a unit of a kitchen can take, or the world itself.
 
-    Attributes:
-        kind: of the units that fit; None for the world.
-        geoms, sites: of each of its bodies, kind -> for how many there is room.
+    `geoms`, `sites`: of each of its bodies, kind -> for how many there is room.
     """
 
-    kind: UnitKind | None
+    kind: UnitKind | None  # of the units that fit; None for the world
     geoms: tuple[Mapping[GeomKind, int], ...]
     sites: tuple[Mapping[SiteKind, int], ...]
 
 
 class Slots(NamedTuple):
-    """Places of a shared structure, and who takes them.
+    """Places of a shared structure, and who takes them."""
 
-    Attributes:
-        world: the place of what does not move. moving: the others.
-        tenants: for each kitchen, for each of `moving`, its unit there, or None.
-    """
-
-    world: Slot
+    world: Slot  # the place of what does not move
     moving: tuple[Slot, ...]
-    tenants: tuple[tuple[Unit | None, ...], ...]
+    tenants: tuple[tuple[Unit | None, ...], ...]  # for each kitchen, for each of `moving`, its unit there, or None
 
 
 def slots_for(structures: Sequence[Structure]) -> Slots:
@@ -156,20 +148,16 @@ def _needs(structure: Structure, unit: Unit) -> Counter[tuple[int, GeomKind]]:
 def _slot(kind: UnitKind | None, tenants: Sequence[tuple[Structure, tuple[int, ...]]]) -> Slot:
     """A place for units of several structures, each with its bodies in the same order."""
     places = range(len(tenants[0][1]))
-    geoms = tuple(_most([_counts(s.geoms.get(bodies[place], {})) for s, bodies in tenants]) for place in places)
-    sites = tuple(_most([_counts(s.sites.get(bodies[place], {})) for s, bodies in tenants]) for place in places)
+    geoms = tuple(_most(s.geoms.get(bodies[place], {}) for s, bodies in tenants) for place in places)
+    sites = tuple(_most(s.sites.get(bodies[place], {}) for s, bodies in tenants) for place in places)
     return Slot(kind, geoms, sites)
 
 
-def _counts(found: Mapping[Kind, Sequence[int]]) -> Counter[Kind]:
-    return Counter({kind: len(ids) for kind, ids in found.items()})
-
-
-def _most(counts: Iterable[Counter[Kind]]) -> dict[Kind, int]:
+def _most(found: Iterable[Mapping[Kind, Sequence[int]]]) -> dict[Kind, int]:
     """For each kind the most that one of several has, in a fixed order."""
     most: Counter[Kind] = Counter()
-    for count in counts:
-        most |= count
+    for one in found:
+        most |= Counter({kind: len(ids) for kind, ids in one.items()})
     return dict(sorted(most.items(), key=lambda item: repr(item[0])))
 
 

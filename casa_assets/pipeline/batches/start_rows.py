@@ -18,9 +18,6 @@ from casa_assets.errors import CasaError
 from casa_assets.model.kitchen.scene import StartStates
 from casa_assets.pipeline.batches.shared_model import SharedModel, addresses
 
-# Start rows -----------------------------------------------------------------------------------------------------------
-# Start states of a kitchen -> rows of positions in the shared structure, settled in it and asleep.
-
 # A state has to fall asleep within so many steps, looked at this often, and move by no more than this meanwhile, m.
 SETTLE_STEPS, LOOK_STEPS, MOTION_M = 1000, 25, 0.005
 LOCKED, AWAKE, MOVED = "a joint is open that the batch form locks", "does not fall asleep", "moves by more than 5 mm"
@@ -52,11 +49,10 @@ class StartRows:
 def start_rows(
     shared: SharedModel, states: StartStates | None, most: int, parks: Sequence[float] = (0.0, 0.0, 0.0)
 ) -> StartRows:
-    """Rows of a kitchen.
+    """Rows of a kitchen, `most` of them at most.
 
     Args:
-        states: drawn ones; None or empty: the one row is the kitchen as it is built.
-        most: rows. parks: where a robot parks in the kitchen as it is built.
+        states: drawn ones; None or empty: the one row is the kitchen as it is built, in which a robot `parks` there.
     Raises:
         CasaError: nothing of it is at rest.
     """

@@ -44,11 +44,7 @@ class JointKind(NamedTuple):
 
 
 class BodyKind(NamedTuple):
-    """The same of two bodies that move: their joints and what hangs on them.
-
-    Attributes:
-        joints: in their order. touches: whether it has geoms that touch anything. children: kinds of them, sorted.
-    """
+    """The same of two bodies that move: joints in their order, sorted kinds of children, and if any geom touches."""
 
     joints: tuple[JointKind, ...]
     touches: bool
@@ -108,11 +104,18 @@ def structure_of(model: mujoco.MjModel) -> Structure:
     geoms: dict[int, dict[GeomKind, list[int]]] = defaultdict(lambda: defaultdict(list))
     for geom in sorted(range(model.ngeom), key=lambda number: -float(model.geom_rbound[number])):
         if model.geom_contype[geom] | model.geom_conaffinity[geom]:
-            geoms[int(model.geom_bodyid[geom])][_geom_kind(model, geom, bits)].append(geom)
+            contype, conaffinity = int(model.geom_contype[geom]), int(model.geom_conaffinity[geom])
+            if conaffinity in bits:
+                contype, conaffinity = DEFAULT | THINGS | bits[conaffinity], bits[conaffinity]
+            rest = (int(model.geom_condim[geom]), int(model.geom_priority[geom]), int(model.geom_group[geom]))
+            kind = GeomKind(int(model.geom_type[geom]), contype, conaffinity, *rest)
+            geoms[int(model.geom_bodyid[geom])][kind].append(geom)
     sites: dict[int, dict[SiteKind, list[int]]] = defaultdict(lambda: defaultdict(list))
     for site in range(model.nsite):
         if not str(model.site(site).name).endswith(_BOUNDS):
-            sites[int(model.site_bodyid[site])][_site_kind(model, site)].append(site)
+            size = tuple(float(number) for number in model.site_size[site])
+            of_site = SiteKind(int(model.site_type[site]), int(model.site_group[site]), size)
+            sites[int(model.site_bodyid[site])][of_site].append(site)
     return Structure(tuple(_units(model, geoms)), geoms, sites)
 
 
@@ -127,37 +130,27 @@ def _meeting_bits(model: mujoco.MjModel) -> dict[int, int]:
     return {bit: 1 << min(FIRST_MEETING + rank, LAST_MEETING) for rank, bit in enumerate(ranked)}
 
 
-def _geom_kind(model: mujoco.MjModel, geom: int, bits: Mapping[int, int]) -> GeomKind:
-    contype, conaffinity = int(model.geom_contype[geom]), int(model.geom_conaffinity[geom])
-    if conaffinity in bits:
-        contype, conaffinity = DEFAULT | THINGS | bits[conaffinity], bits[conaffinity]
-    rest = (int(model.geom_condim[geom]), int(model.geom_priority[geom]), int(model.geom_group[geom]))
-    return GeomKind(int(model.geom_type[geom]), contype, conaffinity, *rest)
-
-
-def _site_kind(model: mujoco.MjModel, site: int) -> SiteKind:
-    size = tuple(float(number) for number in model.site_size[site])
-    return SiteKind(int(model.site_type[site]), int(model.site_group[site]), size)
-
-
 def _units(model: mujoco.MjModel, geoms: Mapping[int, object]) -> Iterator[Unit]:
     """The units of a model, in the order of their first bodies."""
     excluded = {(int(pair) >> 16, int(pair) & 0xFFFF) for pair in model.exclude_signature}
     leader = {body: int(model.body_rootid[body]) for body in range(1, model.nbody)}
     for first, second in excluded:
-        if first and second:
-            _join(leader, first, second)
+        if first and second:  # their trees become one unit
+            old, new = leader[second], leader[first]
+            leader = {body: new if current == old else current for body, current in leader.items()}
     trees: dict[int, list[int]] = defaultdict(list)
-    for body in range(1, model.nbody):
-        if model.body_parentid[body] == 0:
-            trees[leader[body]].append(body)
     children: dict[int, list[int]] = defaultdict(list)
     for body in range(1, model.nbody):
         children[int(model.body_parentid[body])].append(body)
+        if model.body_parentid[body] == 0:
+            trees[leader[body]].append(body)
 
     def kind(body: int) -> BodyKind:
-        below = tuple(sorted(kind(child) for child in children[body]))
-        return BodyKind(tuple(_joints(model, body)), body in geoms, below)
+        first, joints = int(model.body_jntadr[body]), []
+        for joint in range(first, first + int(model.body_jntnum[body])):
+            friction = float(model.dof_frictionloss[model.jnt_dofadr[joint]])
+            joints.append(JointKind(int(model.jnt_type[joint]), bool(model.jnt_limited[joint]), friction > 0))
+        return BodyKind(tuple(joints), body in geoms, tuple(sorted(kind(child) for child in children[body])))
 
     def ordered(bodies: Iterable[int]) -> Iterator[int]:
         for body in sorted(bodies, key=lambda one: (kind(one), one)):
@@ -171,18 +164,3 @@ def _units(model: mujoco.MjModel, geoms: Mapping[int, object]) -> Iterator[Unit]
         pairs = [pair for pair in pairs if max(pair) >= 0]
         exclusions = tuple(sorted((min(pair), max(pair)) for pair in pairs))
         yield Unit(UnitKind(tuple(sorted(kind(root) for root in roots)), exclusions), bodies)
-
-
-def _join(leader: dict[int, int], first: int, second: int) -> None:
-    """Make the trees of two bodies one unit."""
-    old, new = leader[second], leader[first]
-    for body, current in leader.items():
-        if current == old:
-            leader[body] = new
-
-
-def _joints(model: mujoco.MjModel, body: int) -> Iterator[JointKind]:
-    begin = int(model.body_jntadr[body])
-    for joint in range(begin, begin + int(model.body_jntnum[body])):
-        friction = float(model.dof_frictionloss[model.jnt_dofadr[joint]])
-        yield JointKind(int(model.jnt_type[joint]), bool(model.jnt_limited[joint]), friction > 0)
