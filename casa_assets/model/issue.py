@@ -112,12 +112,7 @@ class CheckResult(Record):
 
 @dataclass(frozen=True)
 class Tally:
-    """Counts of checks by status.
-
-    Attributes:
-        passed, failed, not_run, not_applicable: number of checks with this status.
-        advice: number of failed checks of severity warning.
-    """
+    """Counts of checks by status; `advice`: of failed ones of severity warning."""
 
     passed: int = 0
     failed: int = 0
@@ -139,11 +134,8 @@ class Tally:
 def tally(results: Iterable[CheckResult]) -> Tally:
     """Counts of results by status."""
     found = list(results)
-    counts = {status: sum(r.status is status for r in found) for status in Status}
     advice = sum(r.status is Status.FAILED and r.severity is Severity.WARNING for r in found)
-    return Tally(
-        counts[Status.PASSED], counts[Status.FAILED], counts[Status.NOT_RUN], counts[Status.NOT_APPLICABLE], advice
-    )
+    return Tally(**{status.value: sum(r.status is status for r in found) for status in Status}, advice=advice)
 
 
 def subjects_to_decide(issues: Iterable[Issue]) -> tuple[str, ...]:

@@ -15,9 +15,6 @@ from casa_assets.model.asset.provenance import Guess, Provenance, place_of
 from casa_assets.model.issue import Issue
 from casa_assets.model.record import Id, Record, without_blanks
 
-# Source ---------------------------------------------------------------------------------------------------------------
-# The source's description of a mesh, its bytes, and the parts read from them.
-
 
 class SourceKind(StrEnum):
     """Kind of source that a mesh was found in."""
@@ -33,7 +30,6 @@ class Source(Record):
     """One input, as its source describes it; nothing here was guessed.
 
     Attributes:
-        kind: kind of source that it was found in.
         path: main file, POSIX, relative to the folder that the user named (its base name for a single file).
         uid, title, author, licence, uri: as stated; licence is an SPDX id if the source's word maps to one.
         prompt, generator: for generated meshes.
@@ -94,7 +90,6 @@ class RawPart(Record):
     """One mesh with one material. Vertices are in file units and file axes, with node transforms applied.
 
     Attributes:
-        name: a unique id.
         nodes: names of the nodes from the root down to the one that carries it, as far as the file names them; parts of
             one node have the same names.
         copy_number: number, from 1, of this copy of the mesh in a list of instances; 0 if the file has no such list.
@@ -115,10 +110,8 @@ class RawModel(Record):
     """Everything read from one bundle.
 
     Attributes:
-        parts: at least one, in file order.
-        metres_per_unit: as declared by the format or file (glTF: 1), or None if not declared.
-        up: as declared by the format or file (glTF: y), or None if not declared.
-        format: id of the format, such as `glb`.
+        parts: in file order. format: its id, such as `glb`.
+        metres_per_unit, up: as declared by the format or file (glTF: 1 and y), or None if not declared.
         notes: warnings about unusual, repaired or ignored content.
         joints: number of bones of the largest rig that moves a mesh; 0 if the file has no rig.
         instances: number of copies of meshes from lists of instances (EXT_mesh_gpu_instancing), all of which were read.
@@ -141,8 +134,7 @@ class Bundle(Record):
     """The bytes of one input: its main file and every file it refers to; or a model that was passed in memory.
 
     Attributes:
-        main: name of the main file.
-        files: name as referred to -> content, including `main`; empty if `model` is given.
+        files: name as referred to -> content, including the main file; empty if `model` is given.
         notes: warnings about references that were missing or refused.
         model: the result that a reader would make of the files, if a caller already has it in memory.
         thing: name of one object of the file, if only that object is meant; empty for the whole file.
@@ -160,23 +152,12 @@ class Bundle(Record):
 
         For one object of a file: a digest of the file's digest and the object's name.
         """
-        whole = self.whole_sha256
-        return hashlib.sha256(f"{whole}\0{self.thing}".encode()).hexdigest() if self.thing else whole
-
-    @cached_property
-    def whole_sha256(self) -> str:
-        """Digest of all files, regardless of `thing`."""
-        if self.model is not None:
-            return self.model.digest
-        whole = hashlib.sha256()
+        files = hashlib.sha256()
         for name, data in sorted(self.files.items(), key=lambda item: (item[0] != self.main, item[0])):
             label = "" if name == self.main else name
-            whole.update(label.encode("utf-8", "surrogateescape") + b"\0" + hashlib.sha256(data).digest())
-        return whole.hexdigest()
-
-
-# User override --------------------------------------------------------------------------------------------------------
-# Override of the guesses about one input, given by a person.
+            files.update(label.encode("utf-8", "surrogateescape") + b"\0" + hashlib.sha256(data).digest())
+        whole = files.hexdigest() if self.model is None else self.model.digest
+        return hashlib.sha256(f"{whole}\0{self.thing}".encode()).hexdigest() if self.thing else whole
 
 
 class UpAxis(StrEnum):
@@ -201,12 +182,8 @@ class UserOverride(Record):
     """Values that a person sets for one input; empty fields are guessed.
 
     Attributes:
-        category: id, or empty.
-        up: axis of the file that points up.
-        turn_deg: turn about z, counter-clockwise from above, instead of the search for the front; degrees.
-        decision: accept the asset with its guesses, or reject it; None: no decision.
-        size_m: longest side, metres; 0: guessed.
-        mass_kg: mass, kg; 0: guessed.
+        turn_deg: turn about z, counter-clockwise from above, instead of the search for the front.
+        size_m: longest side; 0: guessed. mass_kg: 0: guessed.
     """
 
     category: str = ""

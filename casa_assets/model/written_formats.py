@@ -16,9 +16,6 @@ from casa_assets.model.kitchen.plan import OpeningKind
 from casa_assets.model.kitchen.scene import EngineSizes, Layer
 from casa_assets.model.record import Record, Sha256, Vec2, Vec3, Vec4
 
-# Behavior schema ------------------------------------------------------------------------------------------------------
-# behavior.json of an asset: its state machine, the named states of its joints, and its named poses.
-
 
 class BehaviorFile(Record):
     """behavior.json: how a fixture reacts to hands, as data. Radians, metres, seconds.
@@ -32,10 +29,6 @@ class BehaviorFile(Record):
     behavior: Behavior
     states: tuple[State, ...]
     keyframes: tuple[Keyframe, ...]
-
-
-# Batch schema ---------------------------------------------------------------------------------------------------------
-# batch.json of the batch form of a kitchen: its joints and shapes, and the sizes that an engine has to allocate.
 
 
 class BatchFile(Record):
@@ -66,8 +59,7 @@ class BatchFile(Record):
     report: Report
 
 
-# Scene schema ---------------------------------------------------------------------------------------------------------
-# scene.json of a kitchen: its contents and their poses, with names of bodies, joints and sites as in scene.xml.
+# scene.json: names of bodies, joints and sites are those in scene.xml -------------------------------------------------
 
 Count = Annotated[int, Field(ge=0)]
 Length = Annotated[float, Field(ge=0)]

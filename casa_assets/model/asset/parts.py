@@ -15,9 +15,6 @@ from casa_assets.model.asset.material import Positive
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Colors, Faces, Id, MixedCaseId, Points, Record, Uvs, Vec2, Vec3, Vec4, Vec5
 
-# Mesh -----------------------------------------------------------------------------------------------------------------
-# Triangle mesh as arrays.
-
 
 class Mesh(Record):
     """Triangles over shared vertices; counter-clockwise seen from outside.
@@ -124,8 +121,7 @@ class MeshShape(Record):
 
 Shape = Annotated[Box | Sphere | Cylinder | Capsule | Hull | MeshShape, Field(discriminator="kind")]
 
-# Site -----------------------------------------------------------------------------------------------------------------
-# Named points (sites) and volumes (regions) of a link; they touch nothing and weigh nothing.
+# Sites and regions ----------------------------------------------------------------------------------------------------
 
 
 class Site(Record):
@@ -171,7 +167,6 @@ class Region(Record):
 
 
 # Link -----------------------------------------------------------------------------------------------------------------
-# Rigid body of an asset: its visuals, its collision shapes and its mass.
 
 
 class Inertial(Record):
@@ -251,7 +246,6 @@ class Link(Record):
 
 
 # Joint ----------------------------------------------------------------------------------------------------------------
-# Joints between links, and named poses of a whole asset.
 
 NotNegative = Annotated[float, Field(ge=0.0)]
 
@@ -377,7 +371,6 @@ class Exclusion(Record):
 
 
 # Grasp ----------------------------------------------------------------------------------------------------------------
-# Grasps of a parallel-jaw gripper on an object as it rests.
 
 
 class GraspFeature(StrEnum):
@@ -389,13 +382,11 @@ class GraspFeature(StrEnum):
 
 
 class Grasp(Record):
-    """One grasp of an object: its centre, directions and opening width.
+    """One grasp of an object as it rests, by a gripper with two parallel jaws.
 
     Attributes:
-        feature: part that the fingers close on.
-        center: middle between the fingers, metres.
+        center: middle between the fingers, metres. width: distance between them as they touch, metres.
         closing: unit vector along which they close. approach: unit vector of the approach, at a right angle to it.
-        width: distance between the fingers as they touch, metres.
     """
 
     feature: GraspFeature

@@ -10,14 +10,8 @@ from pydantic import Field, SerializerFunctionWrapHandler, model_serializer
 from casa_assets.model.record import Id, Record, Sha256, Vec3, without_blanks
 from casa_assets.model.registry.category import Portion, QCode
 
-# Provenance -----------------------------------------------------------------------------------------------------------
-# Classes, source, licence, and every guess with its confidence.
-
 Confidence = Annotated[float, Field(ge=0.0, le=1.0)]
-
-
-# One in so many inputs is kept for testing.
-TEST_SHARE = 5
+TEST_SHARE = 5  # one in so many inputs is kept for testing
 
 
 class Split(StrEnum):
@@ -121,8 +115,7 @@ def place_of(path: str, node: str) -> str:
     return f"{path}#{node}" if node else path
 
 
-# Signature ------------------------------------------------------------------------------------------------------------
-# Signatures for finding duplicates: a shape descriptor and a colour histogram per asset.
+# Signature for finding duplicates -------------------------------------------------------------------------------------
 
 # Numbers per distribution: each is the mean of an equal share of the sorted values (a quantile function).
 PAIR_SHARES, CENTER_SHARES, TONE_SHARES = 32, 16, 9

@@ -1,14 +1,8 @@
-"""Words that people choose by: joints of a kitchen, and surfaces that are covered with pictures.
-
-Light to import, since the command line offers them.
-"""
+"""Words that people choose by: joints of a kitchen, and surfaces with textures. Light: the command line offers them."""
 
 from __future__ import annotations
 
 from enum import StrEnum
-
-# Joint word -----------------------------------------------------------------------------------------------------------
-# The words by which one chooses joints of a kitchen.
 
 
 class JointWord(StrEnum):
@@ -21,10 +15,6 @@ class JointWord(StrEnum):
     BUTTONS = "buttons"
     LEVERS = "levers"
     LIDS = "lids"
-
-
-# Surface --------------------------------------------------------------------------------------------------------------
-# The surfaces of a kitchen that are textured. Cheap to import, since the command line offers their names.
 
 
 class Surface(StrEnum):

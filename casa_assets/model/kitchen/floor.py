@@ -10,9 +10,6 @@ from casa_assets.model.kitchen.plan import OpeningKind
 from casa_assets.model.kitchen.scene import SceneId
 from casa_assets.model.record import Id, MixedCaseId, Record, Vec2, Vec3
 
-# Fixture --------------------------------------------------------------------------------------------------------------
-# Fixtures of a kitchen seen from above: position, swept areas of their doors, regions for objects.
-#
 # Everything is in the world frame (z up, metres). The x axis of a fixture points to the right of a person who looks at
 # its front, and the fixture faces -y; `yaw` is its counter-clockwise rotation relative to the world axes, radians.
 
@@ -51,14 +48,7 @@ class Role(StrEnum):
     ROOM = "room"
 
 
-APPLIANCES = (
-    Role.RANGE,
-    Role.HOB,
-    Role.OVEN,
-    Role.MICROWAVE,
-    Role.FRIDGE,
-    Role.DISHWASHER,
-)
+APPLIANCES = (Role.RANGE, Role.HOB, Role.OVEN, Role.MICROWAVE, Role.FRIDGE, Role.DISHWASHER)
 
 
 class Footprint(Record):
@@ -98,12 +88,10 @@ class Footprint(Record):
 
 
 class SweptArea(Record):
-    """Area that a door, flap or drawer passes through, seen from above.
+    """Area that a door, flap or drawer passes through, seen from above; outlines are convex and counter-clockwise.
 
     Attributes:
-        outline: convex outline of the swept area, counter-clockwise.
-        open_outline: outline of the moving part when open, counter-clockwise.
-        bottom, top: heights between which it moves, metres.
+        open_outline: outline of the moving part when open. bottom, top: heights between which it moves, metres.
         sweeps_front: True for a drawer or a flap, which lies in front of the fixture when open; False for side hinges.
     """
 
@@ -118,10 +106,8 @@ class FixtureJoint(Record):
     """A joint of a placed fixture, with the area that it sweeps.
 
     Attributes:
-        name: name in its asset.
-        range: lower and upper end, rad or m.
-        behind: joint that has to be open before this one can move.
-        grip_point: middle of the grip with every joint at zero, or None if the joint has no grip.
+        range: rad or m. behind: joint that has to be open before this one can move.
+        grip_point: middle of the grip with every joint at zero.
         swept_area: None if the part stays within the fixture, such as a knob or a rack.
     """
 
@@ -155,13 +141,8 @@ class Fixture(Record):
     """A placed asset of the kitchen.
 
     Attributes:
-        name: name of its placement.
-        category: category of its asset.
-        unit, run: its unit and run in the plan, or empty if it belongs to none.
-        footprint: without handles.
-        bottom, top: heights above the floor, metres.
-        is_movable: whether it can be pushed away.
-        buttons: centres of the colliders that are pressed.
+        unit, run: of the plan; empty if it belongs to none. footprint: without handles.
+        is_movable: whether it can be pushed away. buttons: centres of the colliders that are pressed.
     """
 
     name: Id
@@ -183,34 +164,6 @@ class Fixture(Record):
         return next((j for j in self.joints if j.name == name), None)
 
 
-# Floor ----------------------------------------------------------------------------------------------------------------
-# Walls, runs, fixtures, aisles, and parking places of a robot.
-#
-# Everything is in the frame of the world (z up, metres).
-
-__all__ = [
-    "APPLIANCES",
-    "Aisle",
-    "AisleKind",
-    "Corners",
-    "KitchenFacts",
-    "Fixture",
-    "Footprint",
-    "SweptArea",
-    "FixtureSite",
-    "FixtureJoint",
-    "ParkingPlace",
-    "Role",
-    "PlacedRun",
-    "RunEnd",
-    "RoomWall",
-    "ParkingSide",
-    "PlacedUnit",
-    "FixtureRegion",
-    "WallOpening",
-]
-
-
 class RoomWall(Record):
     """Inner face of a wall from its left end to its right end; the room is to the right of that direction."""
 
@@ -225,11 +178,9 @@ class WallOpening(Record):
 
     Attributes:
         start, end: ends of the hole on the inner face of the wall, from left to right.
-        bottom, top: heights, metres.
         clear_width: free width with the door open; for windows the width of the hole; metres.
-        can_open: whether it has joints.
-        leads_out: whether it leads out of the kitchen, and not into a closet.
-        swept_area: area that a door's leaf sweeps.
+        can_open: whether it has joints. leads_out: out of the kitchen, and not into a closet.
+        swept_area: of a door's leaf.
     """
 
     id: Id
@@ -246,13 +197,7 @@ class WallOpening(Record):
 
 
 class PlacedUnit(Record):
-    """A unit of a run on the floor: left and right end along the run, front and height; metres.
-
-    Attributes:
-        kind: kind in the plan.
-        has_worktop: whether it carries a worktop.
-        front: distance from the line of the run, metres.
-    """
+    """A unit of a run on the floor: left and right end along the run, distance of its front from it, height; metres."""
 
     name: Id
     kind: str
@@ -275,16 +220,12 @@ class PlacedRun(Record):
     """A run of units in the frame of the room.
 
     Attributes:
-        origin: left end of its line.
-        yaw: yaw of the fixtures in it, radians.
-        length: length of the line, metres.
-        depth_behind, depth_before: depth of its worktop behind and in front of the line.
-        height: height of the worktop.
-        at_wall: whether the line is on the face of a wall.
-        is_island: whether it is free on all sides.
+        origin: left end of its line. yaw: of the fixtures in it.
+        depth_behind, depth_before: of its worktop behind and in front of the line. height: of the worktop.
+        at_wall: whether the line is on the face of a wall. is_island: free on all sides.
         next_run: the run that begins at its end, around a corner.
-        corner_left, corner_right: lengths that the corners take up, metres.
-        overhang: overhang of the worktop on the seating side, metres.
+        corner_left, corner_right: lengths that the corners take up.
+        overhang: of the worktop on the seating side.
     """
 
     id: Id
@@ -386,13 +327,8 @@ class KitchenFacts(Record):
     """Floor plan of one finished kitchen.
 
     Attributes:
-        id: id of the scene.
-        plan: id of the plan.
-        compact: whether the plan says that it is a small kitchen.
-        all_tasks: whether the plan says that it is for all 25 atomic tasks of RoboCasa v0.2.
-        outline: outline of the room, clockwise.
-        height: height of the room.
-        fixtures: all placed assets, in the order of the scene.
+        plan, compact, all_tasks: id of the plan, and what it says (see `Plan`).
+        outline: of the room, clockwise. fixtures: all placed assets, in the order of the scene.
     """
 
     id: SceneId

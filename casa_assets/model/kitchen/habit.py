@@ -37,8 +37,8 @@ class SpaceKind(Record):
     Attributes:
         assets: globs of asset categories, such as `wall_cabinet`.
         regions: globs of names of regions of these assets, or of sites that hold a single object.
-        from_m, to_m: minimum and maximum height of the region's floor above the floor of the room, metres.
-        min_size_m: minimum width, depth and height, metres; smaller regions are not of this kind.
+        from_m, to_m: least and greatest height of the region's floor above that of the room, metres.
+        min_size_m: least width, depth and height, metres.
         gap_m: distance between groups, and between a group and other objects in the space, metres.
         is_open: whether people see it as a worktop, where objects of any theme may be next to each other; any other
             space holds objects of one theme only.
@@ -71,15 +71,11 @@ class Habit(Record):
     """A group of objects that people keep together.
 
     Attributes:
-        about: one sentence.
-        objects: category -> relative probability; the weights need not sum to one.
-        spaces: kind of space -> relative probability.
+        objects, spaces: category, kind of space -> relative probability; the weights need not sum to one.
         vessel: category of the vessel that holds the objects (HEAP, ON_EDGE) -> relative probability.
-        arrangement: how the objects are placed relative to each other.
-        count: minimum and maximum number of objects in a group, not counting the vessel.
+        count: least and greatest number of objects in a group, not counting the vessel.
         alike: whether all objects of a group are the same member of a category.
-        most: maximum number of groups in a kitchen.
-        weight: relative probability of the group.
+        most: number of groups in a kitchen. weight: relative probability of the group.
         theme: groups of the same theme may share a closed space; a shelf has one theme.
     """
 

@@ -11,8 +11,7 @@ from pydantic import Field, field_validator, model_validator
 from casa_assets.model.kitchen.style import PresetChoice
 from casa_assets.model.record import Id, Record
 
-# Units ----------------------------------------------------------------------------------------------------------------
-# Units of a row: base units on the floor and wall units of a run, from left to right.
+# Units of a row, from left to right -----------------------------------------------------------------------------------
 
 # Metres, or the name of a parameter of the plan.
 Length = Annotated[float, Field(ge=0, le=20)] | Id
@@ -138,8 +137,7 @@ def with_ids(units: list[Any], run: str, row: str) -> Iterator[Any]:
         yield {"kind": kind, **fields}
 
 
-# Furnishing -----------------------------------------------------------------------------------------------------------
-# Furnishings of a plan in addition to its units: on worktops, at walls, under the ceiling, on the floor.
+# Furnishing in addition to the units ----------------------------------------------------------------------------------
 
 MOST_SEATS = 6  # at one run
 
@@ -244,8 +242,7 @@ class FloorItem(Record):
     turn_deg: float = 0.0
 
 
-# Room parts -----------------------------------------------------------------------------------------------------------
-# Parts of a room in addition to its walls: columns, slopes of the ceiling, and closets behind doors.
+# Parts of a room in addition to its walls -----------------------------------------------------------------------------
 
 
 class ColumnShape(StrEnum):
@@ -301,8 +298,6 @@ class Closet(Record):
 
 
 # Plan -----------------------------------------------------------------------------------------------------------------
-# Walls, openings, rows of units and furnishings. No coordinates.
-#
 # Lengths are metres, or the name of a parameter of the plan. Walls follow each other clockwise as seen from above,
 # beginning at the back left corner, which is the origin of the room (x right, y back, z up). `left` and `right` of a
 # wall or a run are as seen by a person in front of it.

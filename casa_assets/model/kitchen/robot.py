@@ -13,17 +13,11 @@ from casa_assets.model.record import Record, Vec2, Vec3
 
 
 class RobotPart(Record):
-    """One MJCF file of a robot, such as its base, its arm or its gripper.
+    """One MJCF file of a robot, such as its base, its arm or its gripper."""
 
-    Attributes:
-        name: prefix, followed by an underscore, of all names in the file.
-        file: path in the folder of robot models.
-        onto: body of an earlier part that carries it; empty for the first part.
-    """
-
-    name: str
-    file: str
-    onto: str = ""
+    name: str  # prefix, followed by an underscore, of all names in the file
+    file: str  # path in the folder of robot models
+    onto: str = ""  # body of an earlier part that carries it; empty for the first part
 
 
 class Hand(Record):
@@ -32,8 +26,7 @@ class Hand(Record):
     Attributes:
         fingers: joint -> angle or position, radians or metres.
         point: middle of the held object, or the tip that presses, in the frame of the hand's body.
-        approach: direction in which the hand moves towards an object.
-        closing: direction in which the fingers close.
+        approach, closing: directions in which the hand moves towards an object, and in which the fingers close.
     """
 
     fingers: dict[str, float] = Field(default_factory=dict)
@@ -49,8 +42,7 @@ class Arm(Record):
         body: body of the hand, in whose frame the points of the hand are given.
         touching: bodies and meshes that may touch the held object.
         opening: width of the widest object that fits between the fingers, m.
-        grasp: hand when open, for handles, knobs and levers.
-        press: hand for pressing keys.
+        grasp: hand when open, for handles, knobs and levers. press: for keys.
         closed: joint -> position of a finger when it meets the opposite one, so that a hand can approach a thin handle
             with its fingers half closed; empty for a hand that always approaches with open fingers.
     """
@@ -84,10 +76,7 @@ class Robot(Record):
     """A robot whose base is on the floor.
 
     Attributes:
-        id: its name in robosuite.
-        shape: description in words.
-        parts: its files, from the base outwards.
-        arms: arms that it works with.
+        id: its name in robosuite. shape: in words. parts: from the base outwards. arms: that it works with.
         centre: centre of its base in the frame of the first part, which is placed on a parking place; x ahead, y to the
             left.
         drives: whether the base can move along with a door that is being opened.
@@ -128,15 +117,14 @@ class JointReach(Record):
     """Result for one robot at one joint of a kitchen.
 
     Attributes:
-        fixture: fixture of the scene.
-        joint: name of the joint in the MJCF.
+        joint: its name in the MJCF.
         reached: the hand gets to the handle, knob, key or lever, and nothing else of the robot touches anything.
         followed: whether the hand keeps hold of it during the whole opening, with the base standing still or driving
             along.
         share: share of the opening that the hand followed, 0 to 1.
         margin: smallest distance of any hinge of the robot from an end of its range, over everything that was reached
             and followed, as a share of half the range: 0 at an end, 1 if all hinges are in the middle of their ranges.
-        arm: arm that reached it; empty if no arm did.
+        arm: that reached it; empty if none did.
         base: pose of the base when the hand got there: x, y of its centre (m) and its direction (rad).
         missed: why it is not reached, or None if it is. Out of reach: no posture was found even if the robot may pass
             through everything else. In the way: a posture was found only then. Too thick: it does not fit between the
@@ -183,8 +171,7 @@ class SceneRobots(Record):
     """Results of all robots in one kitchen.
 
     Attributes:
-        key: digest of everything that it was made from.
-        scene_key: digest of the files of the scene that was used.
+        key: digest of everything that it was made from. scene_key: digest of the files of the scene that was used.
         without_parking: joints of fixtures for which the scene has no parking place, such as switches and windows; they
             are not tried with any robot.
         only: globs of the joints that were tried; empty if all were.

@@ -51,11 +51,7 @@ class Placement(Record):
     """One copy of an asset.
 
     Attributes:
-        name: unique in the scene.
-        asset: id in Scene.assets.
-        pose: world_from_asset.
-        joints: starting positions, rad or m; joints that are not named start at zero.
-        layer: group that it belongs to.
+        pose: world_from_asset. joints: starting positions, rad or m; joints that are not named start at zero.
         resting: support of an object that was put into the kitchen; the object moves along if its drawer opens.
     """
 
@@ -89,7 +85,6 @@ class Light(Record):
     Attributes:
         direction: need not have length one; a point light shines to all sides regardless.
         color: linear RGB, >= 0: brightness of a white surface that faces the light, before attenuation; 1 is white.
-        castshadow: whether it casts shadows.
         attenuation: (a, b, c): brightness is multiplied by 1 / (a + b d + c d^2) at d metres. Not for directional
             lights.
         radius: radius of the bulb, metres: the larger, the softer the shadows.
@@ -111,9 +106,8 @@ class Light(Record):
     @model_validator(mode="after")
     def _shines(self) -> Self:
         if min(self.color) < 0 or min(self.attenuation) < 0 or max(self.attenuation) == 0:
-            raise ValueError(
-                f"light {self.name!r}: colour and attenuation are not negative, one of the latter positive"
-            )
+            rule = "colour and attenuation are not negative, one of the latter positive"
+            raise ValueError(f"light {self.name!r}: {rule}")
         if float(np.linalg.norm(self.direction)) < 1e-9:
             raise ValueError(f"light {self.name!r} has no direction")
         return self
@@ -144,14 +138,9 @@ class Scene(Record):
     """Everything in a room. World frame: z up, metres.
 
     Attributes:
-        id: valid scene name.
         assets: each asset once, however often it is placed.
-        placements: copies of the assets, each with its pose.
-        cameras: cameras in the room.
-        lights: lights in the room.
         ambient: linear RGB, >= 0, of light that comes evenly from all sides; 1 alone makes a white surface white.
-        sky: None if nothing is visible beyond the room.
-        gravity: m/s^2.
+        sky: None if nothing is visible beyond the room. gravity: m/s^2.
         exclusions: pairs of links, of two placements or of one, that never collide with each other, in addition to
             those that an asset itself excludes.
     """
@@ -202,9 +191,7 @@ class Scene(Record):
 class LightScene(Record):
     """A scene with the light form of each of its assets: boxes, cylinders and spheres that replace its colliders.
 
-    Attributes:
-        scene: the full scene.
-        light_assets: light forms of its assets, in the same order, under the same ids.
+    `light_assets` are in the order of the assets, under the same ids.
     """
 
     scene: Scene
@@ -255,10 +242,9 @@ class WorldCollider(Record):
     """A primitive that never moves and replaces colliders of one or more placements.
 
     Attributes:
-        placement: name of the placement that has the largest of these colliders.
-        collider: named like that largest collider, with its pose in the world frame; its substance is one of that
-            placement's asset.
-        is_overhead: whether it is so high that only a robot can touch it.
+        placement: that has the largest of these colliders.
+        collider: named like that one, with its pose in the world frame; its substance is one of that placement's asset.
+        is_overhead: so high that only a robot can touch it.
     """
 
     placement: Id
@@ -309,12 +295,10 @@ class BatchScene(Record):
     """A scene with fewer primitives and fewer joints, and without contacts that are impossible.
 
     Attributes:
-        scene: the full scene.
         forms: the batch form of the asset of each placement, in the order of the placements. Parts that never move have
             no colliders in them. Locked joints are left out; the parts that they moved stay in the start pose.
         world: the colliders of everything that never moves.
         meeting: sets of links of two or more fixtures that could touch each other; no other links of fixtures ever do.
-        locked: joints of the scene that the forms do not have.
         filled: names of loose objects that are solid here but hollow in the scene, and of fixtures whose door bins are
             filled.
     """
@@ -416,13 +400,7 @@ Numbers = Annotated[npt.NDArray[np.float32], ArrayOf("float32", (-1,))]
 
 
 class StateJoint(Record):
-    """A joint of the kitchen.
-
-    Attributes:
-        name: name in scene.xml.
-        address: index of its first number in a row.
-        width: count of its numbers: 1, or 7 for a free joint.
-    """
+    """A joint of the kitchen, by its name in scene.xml, and where its numbers are in a row; a free joint has 7."""
 
     name: str
     address: Annotated[int, Field(ge=0)]
@@ -434,8 +412,7 @@ class StateNotes(Record):
 
     Attributes:
         placed: loose object that was put somewhere -> its place as `<fixture>/<region>`.
-        parked: fixture in front of which the robot is parked.
-        opened: joints that are not in their rest position.
+        parked: fixture in front of which the robot is. opened: joints that are not in their rest position.
     """
 
     placed: dict[str, str]
@@ -447,17 +424,11 @@ class StartStates(Record):
     """Start states of one scene. Metres, radians, quaternions (w, x, y, z), world frame.
 
     Attributes:
-        key: digest of everything that they were made from.
-        scene: id of the scene.
-        scene_xml: digest of the bytes of its scene.xml.
-        mujoco: version of MuJoCo with which they were settled.
-        seed: seed that drew them.
-        limits: maximum depth and motion (m) of each state.
+        key: digest of everything that they were made from. scene_xml: digest of the bytes of its scene.xml.
+        mujoco: version with which they were settled. limits: greatest depth and motion (m) of each state.
         envelope: boxes that are kept free for the robot at its parking place: lower and upper corner of each, in the
             frame of the middle of its base, x ahead (m).
-        joints: joints of the scene, in the order of qpos.
-        notes: notes on each state.
-        qpos: (states, nq).
+        joints: in the order of qpos. qpos: (states, nq).
         base: (states, 3) x, y and yaw of the middle of the robot's base.
         depth: (states,) deepest contact at the start and in the 2 s after it, m.
         motion: (states,) greatest distance that any part moves in these 2 s, m.

@@ -11,11 +11,6 @@ from casa_assets.model.asset.asset import Base
 from casa_assets.model.kitchen.choices import Surface
 from casa_assets.model.record import Id, Record, Vec2
 
-# Style ----------------------------------------------------------------------------------------------------------------
-# Fronts, finishes and models for a kitchen of any plan.
-#
-# It names finishes and presets, and holds no dimensions of rooms.
-
 # In place of a family: `library:<id>` names an asset of a library of the project, and is kept as `library/<id>`.
 LIBRARY = "library"
 LIBRARY_PARAMS = ("scale", "base", "reach")  # what may stand beside the name of an asset of a library
@@ -223,12 +218,11 @@ class Harmony(Record):
 
     Attributes:
         patterned, wooden: kinds of textures that count as patterned or wooden.
-        most_patterned, most_wooden: maximum number of surfaces with such a texture.
+        most_patterned, most_wooden, most_dark: number of such surfaces.
         dark_below: mean lightness in Oklab below which a finish is dark.
-        most_dark: maximum number of dark surfaces.
         strong_from: mean chroma in Oklab from which a colour is strong.
         earth_hues_deg: lower and upper Oklab hue, degrees, of strong colours that count as neutral nevertheless.
-        most_hue_deg: maximum difference in hue between two strong colours, degrees.
+        most_hue_deg: difference in hue between two strong colours.
     """
 
     patterned: tuple[Id, ...]

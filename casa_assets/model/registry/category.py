@@ -19,15 +19,8 @@ from casa_assets.model.registry.contract import RobocasaRelease
 
 LONGEST_PHRASE = 5  # words
 # How often what a text names in such a way is what the thing is; measured on names of files and titles, rounded down.
-IS_THE_ID, IS_A_NAME, HAS_A_PHRASE, ENDS_WITH_A_WORD, HAS_A_WORD, HAS_A_COMPOUND, IS_WEAK = (
-    0.97,
-    0.93,
-    0.9,
-    0.85,
-    0.8,
-    0.65,
-    0.45,
-)
+IS_THE_ID, IS_A_NAME, HAS_A_PHRASE = 0.97, 0.93, 0.9
+ENDS_WITH_A_WORD, HAS_A_WORD, HAS_A_COMPOUND, IS_WEAK = 0.85, 0.8, 0.65, 0.45
 
 
 class VocabularyEntry(NamedTuple):
@@ -152,7 +145,6 @@ def singulars(word: str) -> list[str]:
 
 
 # Category -------------------------------------------------------------------------------------------------------------
-# Usual size, mass, pose and uses; the rows of registry/categories.yaml.
 
 # How far `size_m` and `longest_m` may differ, of the length: rounding to a millimetre and no more.
 SAME_SIZE = 0.02
@@ -297,12 +289,7 @@ class SizeRange(Record):
 
 
 class PortionRange(Record):
-    """Size and mass of a portion of an object, if they differ from those of a whole one.
-
-    Attributes:
-        longest_m: longest side of its bounding box, metres.
-        mass_kg: kg.
-    """
+    """Longest side of the bounding box and mass of a portion, if they differ from those of a whole one."""
 
     longest_m: SizeRange
     mass_kg: SizeRange
@@ -312,25 +299,17 @@ class Category(Record):
     """A kind of kitchen object.
 
     Attributes:
-        id: such as `mug`.
-        parent: class above, such as `tableware`.
-        qcode: Wikidata item used as a semantic label.
-        longest_m: longest side of the bounding box of a real one, metres.
-        mass_kg: mass of a real one, kg.
+        parent: class above, such as `tableware`. qcode: used as a semantic label.
+        longest_m: longest side of the bounding box of a real one. mass_kg: of a real one.
         shape: typical extents (x, y, z) as it rests, relative to the longest; z is up.
         size_m: extents along x, y and z as it rests, metres; None if they are `longest_m` times `shape`.
-        upright, front: its canonical pose: how it rests, and which way it faces.
-        build: how matter fills it.
-        substance: id of its main substance.
-        aliases: other names that sources use.
+        substance: id of its main substance. aliases: other names that sources use.
         fixed: built in or too heavy to move (an oven): its base is welded to the world.
         types: groups by which tasks may ask for it instead of its name.
-        affords: its affordances.
         runtime: releases of the reference runtime that have an object category of this name.
         lvis: its names in LVIS, and so in Objaverse's annotations.
         prompts: noun phrases for a vision-language model; if empty, see `phrases`.
-        basis: sources of its numbers.
-        portions: size and mass of its portions; for portions that are not listed, those of a whole one apply.
+        portions: for portions that are not listed, the size and mass of a whole one apply.
     """
 
     id: Id
@@ -394,7 +373,7 @@ class Category(Record):
         return use in self.affords
 
 
-# How a picture of an asset of ours looks, so that a phrase about the thing becomes one about the picture.
+# A phrase about a thing becomes one about a picture of an asset of ours.
 # Ref: Radford et al. 2021, prompts of CLIP; the wording for renders is ours.
 PICTURE_PROMPTS = ("a photo of {}.", "a 3D render of {} on a plain background.", "{}, isolated.")
 

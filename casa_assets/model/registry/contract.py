@@ -61,22 +61,21 @@ class OpeningSide(StrEnum):
     BOTH = "both"  # -a..b
 
 
-def _named(row: Any) -> Any:
-    """Return a row that is only a name as a mapping with that name."""
-    return {"name": row} if isinstance(row, str) else row
+class Named(Record):
+    """A rule that may be written as its name alone."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _short(cls, row: Any) -> Any:
+        return {"name": row} if isinstance(row, str) else row
 
 
-class NamePattern(Record):
+class NamePattern(Named):
     """Pattern of names of which `min_count` to `max_count` have to exist (None: any number)."""
 
     name: Pattern
     min_count: Count = 1
     max_count: Count | None = None
-
-    @model_validator(mode="before")
-    @classmethod
-    def _short(cls, row: Any) -> Any:
-        return _named(row)
 
     @model_validator(mode="after")
     def _counts(self) -> Self:
@@ -99,11 +98,9 @@ class JointRule(NamePattern):
     """A joint.
 
     Attributes:
-        kind, axis, opens: required values, or None to allow any.
         reach: (lower, upper) positions that the range has to contain, rad or m.
-        travel: (minimum, maximum) of the width of the range, rad or m.
-        depth: depth of the link that it moves: 1 is a child of `object`.
-        link: pattern of that link's name.
+        travel: (least, greatest) width of the range, rad or m.
+        depth, link: of the link that it moves, a depth of 1 is a child of `object`; pattern of its name.
     """
 
     kind: JointKind | None = None
@@ -140,12 +137,9 @@ class PlaceRule(Record):
     """Regions in which a runtime places objects, by heights and sizes as the runtime reads them from the file.
 
     Attributes:
-        regions: pattern of their names.
-        min_count: minimum number of such regions.
         stands_m: height above the floor of a kitchen of the lower end of `main`, or of its upper end if `let_in`.
-        heights_m: allowed height of a region's lower side above the floor, or None to allow any.
-        min_height_m: minimum height of a region; lower ones are ignored.
-        fixed: they have to be on the root link.
+        heights_m: allowed height of a region's lower side above the floor; None: any.
+        min_height_m: lower regions are ignored. fixed: they have to be on the root link.
     """
 
     regions: Pattern
@@ -194,14 +188,11 @@ class Alternatives(Record):
 
 
 class ForEach(Record):
-    """Requirements that are repeated for every value in use.
+    """Requirements that are repeated for every value in use, at least `min_count`.
 
     Attributes:
         key: `loc`, written `{loc}` in patterns.
-        values: values that the key may have.
         used_by: a value is in use if one of these patterns matches the name of a joint, site, collider or region.
-        min_count: minimum number of values in use.
-        needs: requirements for each value.
     """
 
     key: Id
@@ -215,8 +206,7 @@ class Threshold(Record):
     """Joint position at which a runtime changes its view of a fixture; exactly one of `at` and `share` is given.
 
     Attributes:
-        joint: pattern.
-        at: rad or m.
+        joint: pattern. at: rad or m.
         share: share of the range, from the end that is nearer to zero (the lower one if both are equally near).
     """
 
@@ -241,11 +231,11 @@ class Threshold(Record):
         return near + self.share * (far - near)
 
 
-class KeyRule(Record):
+class KeyRule(Named):
     """A named pose.
 
     Attributes:
-        joint_shares: joint pattern -> minimum position of every such joint, as a share of its way from zero.
+        joint_shares: joint pattern -> least position of every such joint, as a share of its way from zero.
         values: variable pattern -> pattern of the value that every such variable gets in this pose.
         min_count: 0 if the pose may be missing.
     """
@@ -255,11 +245,6 @@ class KeyRule(Record):
     values: dict[Pattern, Pattern] = Field(default_factory=dict)
     min_count: Annotated[int, Field(ge=0, le=1)] = 1
 
-    @model_validator(mode="before")
-    @classmethod
-    def _short(cls, row: Any) -> Any:
-        return _named(row)
-
 
 class Step(Record):
     """One move of a trial, and the conditions that have to hold after it.
@@ -267,8 +252,7 @@ class Step(Record):
     Attributes:
         move: joint pattern -> position as a share of the way from zero to the end that is farther from zero (the upper
             one if both are equally far); negative: towards the other end.
-        press: pattern of the colliders that are touched in this step only.
-        wait_s: seconds to wait after that.
+        press: pattern of the colliders that are touched in this step only. wait_s: time to wait after that.
         expect: variable pattern -> pattern of the value that every such variable then has.
     """
 
@@ -290,14 +274,10 @@ class Contract(Requirements):
 
     Attributes:
         id: such as `microwave`; the name of its file.
-        title: for people.
-        read_by: release -> classes that read these names.
-        one_of: alternatives.
-        for_each: requirements of each burner, drawer, ... in use.
+        read_by: release -> classes that read these names. for_each: of each burner, drawer, ... in use.
         forbidden_joints, forbidden_geoms: patterns of names that a runtime would mistake for something else.
         labels: each has to be the label of a visual or collider.
         outside: labels of parts that may stick out of the region `main`: handles, a faucet.
-        places: regions in which RoboCasa places objects.
         beside: sites of model.xml that have to be in the body around `object`.
         falls_into: site -> pattern of regions; the site is above one of them.
         by_subclass: whether the classes of RoboCasa v1.0 build their geometry themselves and load no file: then a

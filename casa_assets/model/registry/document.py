@@ -12,9 +12,6 @@ from pydantic import BaseModel
 
 from casa_assets.errors import RegistryError
 
-# Document -------------------------------------------------------------------------------------------------------------
-# A parsed YAML file, or one merged over another, that keeps the line of each value.
-
 KeyPath = tuple[str | int, ...]
 
 
@@ -23,9 +20,7 @@ class Document:
     """A parsed YAML file that keeps the line of every value by its path, such as `("mug", "longest_m")`.
 
     Attributes:
-        file: its name in messages.
-        value: the parsed content.
-        lines: line by path, counted from 1.
+        file: its name in messages. lines: line by path, counted from 1.
         files: for values that come from a file merged over this one, the name of that file, by path.
     """
 
@@ -94,10 +89,6 @@ def _at(value: Any, path: KeyPath) -> Any:
     for step in path:
         value = value[step]
     return value
-
-
-# Fields ---------------------------------------------------------------------------------------------------------------
-# Look up which fields nested records may have at a path, for error messages.
 
 
 def fields_at(kind: type[BaseModel], path: Sequence[str | int]) -> tuple[str, ...]:

@@ -17,9 +17,6 @@ from casa_assets.model.kitchen.choices import Surface
 from casa_assets.model.record import Id, Record, Vec2
 from casa_assets.model.registry.category import QCode
 
-# Rows -----------------------------------------------------------------------------------------------------------------
-# Classes of categories, limits, reasons for rejections, waivers, words that mislead.
-
 
 class TaxonomyClass(Record):
     """A class of categories or of classes; `parent` is None at the root."""
@@ -56,12 +53,7 @@ class Waiver(Record):
 
 
 class MisleadingWords(Record):
-    """Words that mislead a look-up.
-
-    Attributes:
-        weak: words that yield to any other word.
-        separators: words that end the name of the object in a text.
-    """
+    """Words that mislead a look-up: they yield to any other, or end the name of the object in a text."""
 
     weak: tuple[str, ...]
     separators: tuple[str, ...]
@@ -87,20 +79,15 @@ class OtherThingsWords(Record):
     arms: tuple[str, ...]
 
 
-# Role -----------------------------------------------------------------------------------------------------------------
-# Rows of registry/roles.yaml: requirements on an asset of a library that fills a role of a plan.
-
-
 class RoleRule(Record):
-    """A role of plans and styles, and the requirements on assets of libraries that fill it.
+    """A role of plans and styles, such as `range`, and the requirements on assets of libraries that fill it.
 
     Attributes:
-        id: word of plans and styles, such as `range`.
-        categories: categories of suitable assets; empty: any.
-        width, depth, height: minimum and maximum size of the asset without its handles, metres; None: any.
+        categories: of suitable assets; empty: any.
+        width, depth, height: least and greatest size of the asset without its handles, metres; None: any.
         level: allowed heights of its largest horizontal face, which is the cooktop of a range, metres; the asset is
             scaled to them as far as the sizes allow. None: it keeps its size if that fits.
-        base: how it is attached there; None: as in the asset.
+        base: None: as in the asset.
         refused: why no asset of a library can fill this role; empty if one can.
     """
 
@@ -128,9 +115,6 @@ class RoleRule(Record):
         return {name: span for name, span in spans.items() if span is not None}
 
 
-# Finish ---------------------------------------------------------------------------------------------------------------
-# Finishes of parametric families: appearance, substance, and true size of the picture.
-
 __all__ = ["Finish", "HexColor", "Plain", "Surface"]
 
 HexColor = Annotated[str, StringConstraints(pattern=r"^#[0-9a-f]{6}$")]
@@ -140,12 +124,8 @@ class Plain(Record):
     """A finish without a picture: metal, enamel, plastic, glass, rubber. A row of registry/materials.yaml.
 
     Attributes:
-        id: such as `brushed_steel`.
-        color: sRGB, `#rrggbb`, as on a colour card.
-        metallic, roughness: 0..1.
-        opacity: 0..1; below 1 it is see-through.
-        substance: id in registry/substances.yaml.
-        glow: 0..1, share of the colour that it emits (a lamp, a display).
+        color: sRGB, `#rrggbb`, as on a colour card. opacity: below 1 it is see-through.
+        substance: id in registry/substances.yaml. glow: share of the colour that it emits (a lamp, a display).
     """
 
     id: Id
@@ -162,9 +142,8 @@ class Finish(Record):
 
     Attributes:
         id: id of the plain finish, texture recipe or pack picture.
-        material: its appearance, with the id of the finish. Its `tile_m` is the real size of its picture; wood grain
-            runs along the height (v) of the picture.
-        substance: its physical material.
+        material: with the id of the finish. Its `tile_m` is the real size of its picture; wood grain runs along the
+            height (v) of the picture.
     """
 
     id: Id
@@ -177,18 +156,11 @@ class Finish(Record):
         return self.material.tile_m
 
 
-# Texture recipe -------------------------------------------------------------------------------------------------------
-# Recipe of a procedural texture: kind, seed and parameters.
-
-
 class TextureRecipe(Record):
-    """A row of registry/textures/<surface>.yaml, or of registry/skins/.
+    """A procedural texture: a row of registry/textures/<surface>.yaml, or of registry/skins/.
 
     Attributes:
-        id: unique among all of them.
-        surface: which set it belongs to; None for a skin of objects.
-        kind: name of a kind of texture. seed: of its generator.
-        tile_m: width and height of the picture in metres.
+        surface: None for a skin of objects. tile_m: width and height of the picture in metres.
         substance: id in registry/substances.yaml.
         params: canonical JSON of the kind's own record.
     """
@@ -202,9 +174,6 @@ class TextureRecipe(Record):
     params: str = "{}"
 
 
-# Project --------------------------------------------------------------------------------------------------------------
-# The content of a project's `casa.yaml`.
-
 # Words of a command, such as `ingest` or `scenes build`.
 CommandName = Annotated[str, StringConstraints(pattern=r"^[a-z]+( [a-z-]+)?$")]
 # Values of arguments and options of a command, by their names without `--`.
@@ -212,11 +181,9 @@ Values = Mapping[str, Any]
 
 
 class Project(Record):
-    """A folder with a user's plans, styles, categories and so on, merged over those of the package.
+    """`casa.yaml` of a folder with a user's plans, styles, categories and so on, merged over those of the package.
 
     Attributes:
-        name: name in lists.
-        about: one sentence.
         libraries: folders of libraries, relative to the project, whose assets styles may name as `library:<id>`.
         runs: steps of `casa-assets make`, in this order: a command -> the values of its arguments and options.
     """
@@ -227,8 +194,7 @@ class Project(Record):
     runs: tuple[Annotated[Mapping[CommandName, Values | None], Field(min_length=1, max_length=1)], ...] = ()
 
 
-# Confidence -----------------------------------------------------------------------------------------------------------
-# The record of registry/confidence.yaml: calibration curves and thresholds for the confidences of `articulate`.
+# registry/confidence.yaml: calibration curves and thresholds for the confidences of `articulate`.
 
 
 class Curve(Record):
@@ -270,26 +236,19 @@ class Weights(Record):
 
 
 class Bars(Record):
-    """Minimum confidence for accepting a guess without review.
+    """Least confidence for accepting a guess without review."""
 
-    Attributes:
-        frame: of up and front.
-        plan: of all parts together.
-        front: of a door or drawer behind which an interior is built.
-    """
-
-    frame: Annotated[float, Field(ge=0, le=1)]
-    plan: Annotated[float, Field(ge=0, le=1)]
-    front: Annotated[float, Field(ge=0, le=1)]
+    frame: Confidence  # of up and front
+    plan: Confidence  # of all parts together
+    front: Confidence  # of a door or drawer behind which an interior is built
 
 
 class ConfidenceModel(Record):
     """Calibration from confidences of the code to shares of cases that are right.
 
     Attributes:
-        frame, part: curves for the guesses of the axes, and of one part with its joint.
-        kinds: curves for kinds of parts with enough examples; `part` is for all other kinds.
-        plan: weights of all parts together.
+        frame, part: for the guesses of the axes, and of one part with its joint.
+        kinds: for kinds of parts with enough examples; `part` is for all other kinds. plan: for all parts together.
         bars: below these confidences a person has to check the result.
     """
 
