@@ -36,21 +36,17 @@ def test_a_bare_name_is_a_rule() -> None:
     )
 
 
-def test_what_is_no_pattern_is_refused(subtests: pytest.Subtests) -> None:
-    for name in ["(open", "[a-", "*", ""]:
-        with subtests.test(name=name), pytest.raises(ValidationError):
-            NamePattern(name=name)
-
-
-def test_at_most_is_not_less_than_at_least() -> None:
-    with pytest.raises(ValidationError, match="cannot both hold"):
-        NamePattern(name="door", min_count=2, max_count=1)
-
-
-def test_a_threshold_is_given_once(subtests: pytest.Subtests) -> None:
-    for given in [{}, {"at": 0.4, "share": 0.5}]:
-        with subtests.test(given=given), pytest.raises(ValidationError, match="at a position or at a share"):
-            Threshold.model_validate({"name": "on", "joint": "knob", **given})
+def test_what_cannot_be_met_is_refused(subtests: pytest.Subtests) -> None:
+    threshold = {"name": "on", "joint": "knob"}
+    for kind, row, message in [
+        *((NamePattern, {"name": name}, None) for name in ("(open", "[a-", "*", "")),
+        (NamePattern, {"name": "door", "min_count": 2, "max_count": 1}, "cannot both hold"),
+        (Threshold, threshold, "at a position or at a share"),
+        (Threshold, {**threshold, "at": 0.4, "share": 0.5}, "at a position or at a share"),
+        (Step, {"move": {"door": 1.1}}, None),  # no farther than the ends
+    ]:
+        with subtests.test(row=row), pytest.raises(ValidationError, match=message):
+            kind.model_validate(row)
 
 
 def test_a_share_counts_from_the_end_nearer_to_zero(subtests: pytest.Subtests) -> None:
@@ -63,9 +59,6 @@ def test_a_share_counts_from_the_end_nearer_to_zero(subtests: pytest.Subtests) -
     ]:
         with subtests.test(span=span, share=share, at=at):
             assert Threshold(name="x", joint="x", share=share).position(span) == pytest.approx(at)
-
-
-def test_a_position_is_that_of_any_range() -> None:
     assert Threshold(name="x", joint="x", at=0.35).position((0.0, 3.0)) == 0.35
 
 
@@ -82,8 +75,3 @@ def test_filled_puts_the_value_into_every_pattern() -> None:
     filled = each.needs.filled("loc", "rear_left")
     assert filled.joints == (JointRule(name="knob_rear_left_joint", link="knob_rear_left", reach=(0.0, 2.0)),)
     assert filled.sites == (SiteRule(name="burner_on_rear_left", depth=0),)
-
-
-def test_a_move_goes_no_farther_than_the_ends() -> None:
-    with pytest.raises(ValidationError):
-        Step(move={"door": 1.1})

@@ -1,10 +1,12 @@
-"""Every record of the spine: JSON round trip, digest, and what it refuses."""
+"""Every record of the spine and scenes: JSON round trip, digest, and what they refuse."""
 
 from __future__ import annotations
 
 import os
 import subprocess
 import sys
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -17,7 +19,7 @@ from casa_assets.model.asset.parts import Box, Capsule, Cylinder, Hull, Mesh, Me
 from casa_assets.model.asset.provenance import Guess, Labels, Provenance
 from casa_assets.model.files import Files
 from casa_assets.model.issue import CheckResult, Issue, Report, Severity, Status
-from casa_assets.model.kitchen.scene import Camera, JointValue, Light, Placement, Scene
+from casa_assets.model.kitchen.scene import Camera, JointValue, Layer, Light, Placement, Scene, Sky
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Record
 from casa_assets.model.registry.category import Certainty, QCode, SizeRange
@@ -184,190 +186,176 @@ class TestFrozen:
 
 GOOD_ID = ["a", "mug", "mug_2", "a1_b2_c3", "x" * 96]
 BAD_ID = ["", "Mug", "1mug", "_mug", "mug_", "mug__two", "mug-two", "mug two", "mug/two", "mük", "mug\n", "x" * 97]
+BAD_PATH = ["", "/etc/passwd", "../a", "a/../../b", "a//b", "./a", "a/", "a\\b", "C:a", "a b", "ä", "a\n", "a?", "a*"]
+BAD_PATH += ["a\0b", "a\x07b", "."]
+NAN, INF = float("nan"), float("inf")
+MUG, OVEN, DRAWERS, SCENE = rigid_mug(), microwave(), drawer_unit(), kitchen()
+LINK, PLACED, JOINT = MUG.root, SCENE.placements[0], OVEN.joints[0]
+LAMP = SCENE.lights[0]
 
 
-def test_good_ids(subtests: pytest.Subtests) -> None:
-    for name in GOOD_ID:
-        with subtests.test(name=name):
-            assert Site(name=name).name == name
+def mesh(**columns: Any) -> Mesh:
+    return Mesh(**{"vertices": np.zeros((3, 3)), "faces": [[0, 1, 2]], **columns})
 
 
-def test_bad_ids(subtests: pytest.Subtests) -> None:
-    for name in BAD_ID:
-        with subtests.test(name=name), pytest.raises(ValidationError):
-            Site(name=name)
+def spoilt(field: str, bad: float) -> Mesh:
+    values = np.zeros((3, 2 if field == "uv" else 3))
+    values[1, 1] = bad
+    return mesh(**{field: values})
 
 
-class TestAssetRefuses:
-    def test_the_examples_are_good(self) -> None:
-        assert microwave().replace() == microwave()
+def hinge(**changes: Any) -> Joint:
+    return Joint(
+        **{"name": "j", "child": "door", "kind": JointKind.HINGE, "axis": (0, 0, 1), "range": (0, 1), **changes}
+    )
 
-    def test_two_of_one_name(self, subtests: pytest.Subtests) -> None:
-        for field in ["joints", "sites", "regions", "materials", "substances", "links"]:
-            with subtests.test(field=field):
-                asset = next(a for a in (microwave(), drawer_unit(), rigid_mug()) if getattr(a, field))
-                items = getattr(asset, field)
-                with pytest.raises(ValidationError, match=r"twice|alone is the root"):
-                    asset.replace(**{field: (*items, items[-1])})
 
-    def test_a_site_called_like_a_region(self) -> None:
-        mug = rigid_mug()
-        with pytest.raises(ValidationError, match="twice"):
-            mug.replace(regions=(Region(name=mug.sites[0].name, size=(1, 1, 1)),))
+def inertial(mass: float = 1.0, inertia: tuple[float, ...] = (1, 1, 1, 0, 0, 0)) -> Inertial:
+    return Inertial(mass=mass, center_of_mass=(0, 0, 0), inertia=inertia)  # type: ignore[arg-type]
 
-    def test_a_collider_called_like_a_visual(self) -> None:
-        link = rigid_mug().root
-        twin = link.colliders[0].replace(name=link.visuals[0].name)
-        with pytest.raises(ValidationError, match="twice"):
-            rigid_mug().replace(links=(link.replace(colliders=(twin,)),))
 
-    def test_names_that_nothing_answers_to(self) -> None:
-        oven = microwave()
-        link = oven.root
-        wrong: list[dict[str, Any]] = [
+def hull(count: int) -> Hull:
+    return Hull(mesh=Mesh(vertices=np.random.default_rng(0).random((count, 3)), faces=[[0, 1, 2]]))
+
+
+def twice(field: str) -> Record:
+    asset = next(one for one in (OVEN, DRAWERS, MUG) if getattr(one, field))
+    items = getattr(asset, field)
+    return asset.replace(**{field: (*items, items[-1])})
+
+
+# What is refused: how it is made, values that it is made of, and what is said.
+REFUSED: list[tuple[Callable[[Any], Any], list[Any], str | None]] = [
+    (lambda name: Site(name=name), BAD_ID, None),
+    (lambda path: Files(entries={path: b""}), BAD_PATH, None),
+    (
+        twice,
+        ["joints", "sites", "regions", "materials", "substances", "links"],
+        "twice",
+    ),
+    (lambda region: MUG.replace(regions=(region,)), [Region(name=MUG.sites[0].name, size=(1, 1, 1))], "twice"),
+    (
+        lambda twin: MUG.replace(links=(LINK.replace(colliders=(twin,)),)),
+        [LINK.colliders[0].replace(name=LINK.visuals[0].name)],
+        "twice",
+    ),
+    (
+        lambda changes: OVEN.replace(**changes),
+        [
             {"sites": (Site(name="new", link="nowhere"),)},
             {"regions": (Region(name="new", link="nowhere", size=(1, 1, 1)),)},
-            {"joints": (oven.joints[0].replace(child="nowhere"),), "states": ()},
-            {"joints": (oven.joints[0].replace(child="object"),), "states": ()},
-            {"joints": ()} if oven.states else {"materials": ()},
+            {"joints": (JOINT.replace(child="nowhere"),), "states": ()},
+            {"joints": (JOINT.replace(child="object"),), "states": ()},
+            {"joints": ()},
             {"materials": ()},
-            {"links": (link.replace(colliders=(link.colliders[0].replace(substance="unobtainium"),)), *oven.links[1:])},
-            {"links": (link, *(k.replace(parent="nowhere") for k in oven.links[1:]))},
-            {"links": oven.links[::-1]},
-            {"links": (link.replace(name="base"), *oven.links[1:])},
-        ]
-        for changes in wrong:
-            with pytest.raises(ValidationError):
-                oven.replace(**changes)
+            {
+                "links": (
+                    OVEN.root.replace(colliders=(OVEN.root.colliders[0].replace(substance="unobtainium"),)),
+                    *OVEN.links[1:],
+                )
+            },
+            {"links": (OVEN.root, *(link.replace(parent="nowhere") for link in OVEN.links[1:]))},
+            {"links": OVEN.links[::-1]},
+            {"links": (OVEN.root.replace(name="base"), *OVEN.links[1:])},
+        ],
+        None,
+    ),
+    (
+        lambda numbers: inertial(inertia=numbers),
+        [(1, 1, 2.1, 0, 0, 0), (1, 1, 0, 0, 0, 0), (1, 1, 1, 2, 0, 0), (-1, 1, 1, 0, 0, 0)],
+        "not that of any body",
+    ),
+    (inertial, [0.0, -1.0, NAN, INF], None),
+    (lambda span: hinge(range=span), [(0.0, 0.0), (1.0, 0.0), (NAN, 1.0), (0.0, INF)], None),
+    (lambda axis: hinge(axis=axis), [(0, 0, 1e-12)], "direction"),
+    *((partial(spoilt, field), [NAN, INF, -INF], "NaN") for field in ("vertices", "uv", "normals")),
+    (lambda faces: mesh(faces=faces), [[[0, 1, 3]], [[-1, 0, 1]], [[0, 1]], [0, 1, 2]], None),
+    (
+        lambda column: mesh(**{column[0]: np.zeros((2, column[1]))}),
+        [("uv", 2), ("normals", 3), ("colors", 4)],
+        "rows for 3 vertices",
+    ),
+    (hull, [3, 65], "4 to 64"),
+    (lambda numbers: Pose(quaternion=numbers), [(0, 0, 0, 0), (1e-12, 0, 0, 0), (NAN, 0, 0, 1), (1, 0, 0)], None),
+    (lambda names: Files(entries=dict.fromkeys(names, b"")), [("Mug.obj", "mug.OBJ")], "differ only in case"),
+    (
+        lambda span: SizeRange(low=span[0], typical=span[1], high=span[2]),
+        [(2, 1, 3), (1, 3, 2), (0, 1, 2), (-1, 1, 2)],
+        None,
+    ),
+    (lambda color: Material(id="m", base_color=color), [(0.0, 0.0, 1.1, 1.0)], None),
+    (lambda size: Box(size=size), [(1.0, 0.0, 1.0)], None),
+    (lambda radius: Sphere(radius=radius), [-1.0], None),
+    (lambda data: Texture(name="t", png=data, width_px=1, height_px=1), [b"GIF89a"], "PNG"),
+    (lambda digest: Provenance(source="folder", path="", sha256=digest), ["0" * 63], None),
+    (lambda code: Issue(code=code, severity=Severity.ERROR, message=""), ["A1"], None),
+    (lambda color: Sky(zenith=color), [(0.0, 0.0, 1.5)], None),
+    (
+        lambda changes: LAMP.replace(**changes),
+        [
+            {"direction": (0.0, 0.0, 0.0)},
+            {"color": (-1.0, 0.0, 0.0)},
+            {"attenuation": (0.0, 0.0, 0.0)},
+            {"radius": 0.0},
+            {"cone_deg": 91.0},
+            {"softness": 1.1},
+        ],
+        None,
+    ),
+    (
+        lambda changes: SCENE.replace(**changes),
+        [
+            {"assets": SCENE.assets[:1]},
+            {"assets": (*SCENE.assets, SCENE.assets[0])},
+            {"placements": (*SCENE.placements, PLACED)},
+            {"placements": (PLACED.replace(name="world"),)},
+            {"placements": (PLACED.replace(asset="plate_0123456789"),)},
+            {"placements": (PLACED.replace(joints=(JointValue(joint="handle_of_nothing", value=0.0),)),)},
+            {"placements": (PLACED.replace(joints=(JointValue(joint=JOINT.name, value=JOINT.range[1] + 0.01),)),)},
+            {"cameras": (SCENE.cameras[0].replace(name=PLACED.name),)},
+            {"lights": (LAMP, LAMP)},
+            {"ambient": (-0.1, 0.0, 0.0)},
+        ],
+        None,
+    ),
+]
 
-    def test_inertia_of_no_body(self, subtests: pytest.Subtests) -> None:
-        for inertia in [(1, 1, 2.1, 0, 0, 0), (1, 1, 0, 0, 0, 0), (1, 1, 1, 2, 0, 0), (-1, 1, 1, 0, 0, 0)]:
-            with subtests.test(inertia=inertia), pytest.raises(ValidationError, match="not that of any body"):
-                Inertial(mass=1.0, center_of_mass=(0, 0, 0), inertia=inertia)  # type: ignore[arg-type]
 
-    def test_inertia_at_the_edge_of_the_possible(self) -> None:
-        flat = Inertial(mass=1.0, center_of_mass=(0, 0, 0), inertia=(1, 1, 2, 0, 0, 0))
-        assert np.linalg.eigvalsh(flat.tensor) == pytest.approx([1, 1, 2])
-
-    def test_masses_that_are_none(self, subtests: pytest.Subtests) -> None:
-        for mass in [0.0, -1.0, float("nan"), float("inf")]:
-            with subtests.test(mass=mass), pytest.raises(ValidationError):
-                Inertial(mass=mass, center_of_mass=(0, 0, 0), inertia=(1, 1, 1, 0, 0, 0))
+def test_what_is_no_sound_record_is_refused(subtests: pytest.Subtests) -> None:
+    for number, (make, values, message) in enumerate(REFUSED):
+        for value in values:
+            with subtests.test(number=number, value=value), pytest.raises(ValidationError, match=message):
+                make(value)
 
 
-class TestJointRefuses:
-    def test_a_range_that_does_not_rise(self, subtests: pytest.Subtests) -> None:
-        for span in [(0.0, 0.0), (1.0, 0.0), (float("nan"), 1.0), (0.0, float("inf"))]:
-            with subtests.test(span=span), pytest.raises(ValidationError):
-                Joint(name="j", child="door", kind=JointKind.HINGE, axis=(0, 0, 1), range=span)
-
-    def test_an_axis_without_direction(self) -> None:
-        with pytest.raises(ValidationError, match="direction"):
-            Joint(name="j", child="door", kind=JointKind.HINGE, axis=(0, 0, 1e-12), range=(0, 1))
-
-    def test_axis_is_normalised_once(self) -> None:
-        joint = Joint(name="j", child="door", kind=JointKind.HINGE, axis=(1, 2, 2), range=(0, 1))
-        assert joint.axis == pytest.approx((1 / 3, 2 / 3, 2 / 3))
-        assert Joint.from_json(joint.to_json()) == joint
+def test_what_is_at_the_edge_is_taken() -> None:
+    assert [Site(name=name).name for name in GOOD_ID] == GOOD_ID
+    assert OVEN.replace() == OVEN
+    flat = inertial(inertia=(1, 1, 2, 0, 0, 0))
+    assert np.linalg.eigvalsh(flat.tensor) == pytest.approx([1, 1, 2])
+    joint = hinge(axis=(1, 2, 2))
+    assert joint.axis == pytest.approx((1 / 3, 2 / 3, 2 / 3))
+    assert Joint.from_json(joint.to_json()) == joint
 
 
-class TestMeshRefuses:
-    @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
-    def test_numbers_that_are_none(self, bad: float) -> None:
-        for field in ("vertices", "uv", "normals"):
-            values = np.zeros((3, 2 if field == "uv" else 3))
-            values[1, 1] = bad
-            with pytest.raises(ValidationError, match="NaN"):
-                Mesh(**{"vertices": np.zeros((3, 3)), "faces": [[0, 1, 2]], field: values})
-
-    def test_faces_that_are_none(self, subtests: pytest.Subtests) -> None:
-        for faces in [[[0, 1, 3]], [[-1, 0, 1]], [[0, 1]], [0, 1, 2]]:
-            with subtests.test(faces=faces), pytest.raises(ValidationError):
-                Mesh(vertices=np.zeros((3, 3)), faces=faces)
-
-    def test_columns_of_another_length(self, subtests: pytest.Subtests) -> None:
-        for field in ["uv", "normals", "colors"]:
-            with subtests.test(field=field):
-                columns = {"uv": 2, "normals": 3, "colors": 4}[field]
-                with pytest.raises(ValidationError, match="rows for 3 vertices"):
-                    Mesh(**{"vertices": np.zeros((3, 3)), "faces": [[0, 1, 2]], field: np.zeros((2, columns))})
-
-    def test_hulls_of_too_few_or_many_vertices(self, subtests: pytest.Subtests) -> None:
-        for count in [3, 65]:
-            with subtests.test(count=count), pytest.raises(ValidationError, match="4 to 64"):
-                Hull(mesh=Mesh(vertices=np.random.default_rng(0).random((count, 3)), faces=[[0, 1, 2]]))
+def test_files_are_put_together_where_their_contents_agree() -> None:
+    with pytest.raises(ValueError, match="two contents"):
+        Files(entries={"a": b"1"}) | Files(entries={"a": b"2"})
+    both = Files(entries={"a": b"1"}) | Files(entries={"a": b"1", "b": b""})
+    assert both.under("x").sums().keys() == {"x/a", "x/b"}
 
 
-class TestOthersRefuse:
-    def test_quaternions_without_direction(self, subtests: pytest.Subtests) -> None:
-        for quaternion in [(0, 0, 0, 0), (1e-12, 0, 0, 0), (float("nan"), 0, 0, 1), (1, 0, 0)]:
-            with subtests.test(quaternion=quaternion), pytest.raises(ValidationError):
-                Pose(quaternion=quaternion)  # type: ignore[arg-type]
+def test_no_joint_is_called_like_that_of_a_free_base() -> None:
+    freed = OVEN.replace(joints=(JOINT.replace(name="free"),), states=())
+    with pytest.raises(ValidationError, match="free"):
+        Scene(id="one", assets=(freed,), placements=(Placement(name="oven", asset=freed.id),))
 
-    def test_paths_that_are_not_safe_everywhere(self, subtests: pytest.Subtests) -> None:
-        for path in [
-            "",
-            "/etc/passwd",
-            "../a",
-            "a/../../b",
-            "a//b",
-            "./a",
-            "a/",
-            "a\\b",
-            "C:a",
-            "a b",
-            "ä",
-            "a\n",
-            "a?",
-            "a*",
-            "a\0b",
-            "a\x07b",
-            ".",
-        ]:
-            with subtests.test(path=path), pytest.raises(ValidationError):
-                Files(entries={path: b""})
 
-    def test_files_that_differ_in_case_or_content(self) -> None:
-        with pytest.raises(ValidationError, match="differ only in case"):
-            Files(entries={"Mug.obj": b"", "mug.OBJ": b""})
-        with pytest.raises(ValueError, match="two contents"):
-            Files(entries={"a": b"1"}) | Files(entries={"a": b"2"})
-        assert (Files(entries={"a": b"1"}) | Files(entries={"a": b"1", "b": b""})).under("x").sums().keys() == {
-            "x/a",
-            "x/b",
-        }
-
-    def test_spans_that_do_not_rise(self, subtests: pytest.Subtests) -> None:
-        for span in [(2, 1, 3), (1, 3, 2), (0, 1, 2), (-1, 1, 2)]:
-            with subtests.test(span=span), pytest.raises(ValidationError):
-                SizeRange(low=span[0], typical=span[1], high=span[2])
-
-    def test_colours_sizes_and_pictures(self) -> None:
-        with pytest.raises(ValidationError):
-            Material(id="m", base_color=(0.0, 0.0, 1.1, 1.0))
-        with pytest.raises(ValidationError):
-            Box(size=(1.0, 0.0, 1.0))
-        with pytest.raises(ValidationError):
-            Sphere(radius=-1.0)
-        with pytest.raises(ValidationError, match="PNG"):
-            Texture(name="t", png=b"GIF89a", width_px=1, height_px=1)
-        with pytest.raises(ValidationError):
-            Provenance(source="folder", path="", sha256="0" * 63)
-        with pytest.raises(ValidationError):
-            Issue(code="A1", severity=Severity.ERROR, message="")
-
-    def test_scenes_that_do_not_hang_together(self) -> None:
-        scene = kitchen()
-        joint = scene.assets[0].joints[0]
-        oven = scene.placements[0]
-        wrong: list[dict[str, Any]] = [
-            {"assets": scene.assets[:1]},
-            {"assets": (*scene.assets, scene.assets[0])},
-            {"placements": (*scene.placements, oven)},
-            {"cameras": (scene.cameras[0].replace(name=oven.name),)},
-            {"placements": (oven.replace(joints=(JointValue(joint="handle_of_nothing", value=0.0),)),)},
-            {"placements": (oven.replace(joints=(JointValue(joint=joint.name, value=joint.range[1] + 0.01),)),)},
-        ]
-        for changes in wrong:
-            with pytest.raises(ValidationError):
-                scene.replace(**changes)
+def test_a_scene_knows_its_placements() -> None:
+    assert PLACED.layer is Layer.THINGS
+    assert Placement.from_json(PLACED.replace(layer=Layer.CEILING).to_json()).layer is Layer.CEILING
+    assert {name: asset.id for name, asset in SCENE.asset_of.items()} == {
+        "oven": OVEN.id,
+        "first_mug": MUG.id,
+        "second_mug": MUG.id,
+    }
