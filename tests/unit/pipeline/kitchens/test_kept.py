@@ -36,22 +36,19 @@ def test_what_is_written_has_these_names() -> None:
     assert set(WRITTEN) == {mjcf.FILE, LIGHT_FILE, usd.FILE, usd.NESTED_FILE, isaac_lab.FILE}
 
 
-def test_it_is_kept(out: Path) -> None:
+def test_it_is_kept_while_its_files_are_there(out: Path) -> None:
     found = kept.kept_scene(RECIPE, out, drawn=True)
     assert found is not None
-    assert found.kept
-    assert found.folder == str(out / RECIPE.scene_id)
+    assert (found.kept, found.folder) == (True, str(out / RECIPE.scene_id))
+    (out / RECIPE.scene_id / f"{OVERVIEW}.png").unlink()
+    assert kept.kept_scene(RECIPE, out, drawn=True) is None
+    assert kept.kept_scene(RECIPE, out, drawn=False) is not None, "a picture is not always wanted"
 
 
-@pytest.mark.parametrize("name", [WRITTEN[0], f"{OVERVIEW}.png", SCENE_JSON])
+@pytest.mark.parametrize("name", [WRITTEN[0], SCENE_JSON])
 def test_not_without_one_of_its_files(name: str, out: Path) -> None:
     (out / RECIPE.scene_id / name).unlink()
-    assert kept.kept_scene(RECIPE, out, drawn=True) is None
-
-
-def test_without_a_picture_if_none_is_wanted(out: Path) -> None:
-    (out / RECIPE.scene_id / f"{OVERVIEW}.png").unlink()
-    assert kept.kept_scene(RECIPE, out, drawn=False) is not None
+    assert kept.kept_scene(RECIPE, out, drawn=False) is None
 
 
 def test_another_recipe_or_another_state_of_the_program_is_not_known(

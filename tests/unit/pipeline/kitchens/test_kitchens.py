@@ -22,6 +22,7 @@ from casa_assets.pipeline.kitchens import resolve, scene_folders
 from casa_assets.pipeline.kitchens.recipe import SceneRecipe, all_recipes, recipe_of, recipes_matching, recipes_named
 from casa_assets.pipeline.reports import kitchens as book
 from casa_assets.preview import kitchen
+from casa_assets.registry import data_root
 from casa_assets.registry.kitchens import load_plan, plan_names, read_plan, style_names
 
 PLAN, STYLE = "one_wall_small", "scandinavian"
@@ -37,56 +38,39 @@ def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-class TestRecipe:
-    def test_id_names_all_that_differs(self) -> None:
-        surfaces = resolve.ordered_surfaces([(Surface.FLOOR, "oak_ebony"), (Surface.WALL, "brick_red_running")])
-        plain, drawn = SceneRecipe(PLAN, STYLE), SceneRecipe(PLAN, STYLE, 7, surfaces, closed=True)
-        assert plain.scene_id == SCENE
-        assert drawn.scene_id.startswith(f"{SCENE}__s7__t")
-        assert drawn.scene_id.endswith("__closed")
+def test_surfaces_are_drawn_independently() -> None:
+    draws = [dict(resolve.draw_surfaces(seed)) for seed in range(12)]
+    assert resolve.draw_surfaces(3) == resolve.draw_surfaces(3)
+    for surface in Surface:
+        assert len({d[surface] for d in draws}) > 6
+    pairs = [(Surface.WALL, "brick_red_running"), (Surface.COUNTER, "block_oak")]
+    assert resolve.ordered_surfaces(pairs) == resolve.ordered_surfaces(pairs[::-1])
 
-    def test_order_of_surfaces_does_not_matter(self) -> None:
-        pairs = [(Surface.WALL, "brick_red_running"), (Surface.COUNTER, "block_oak")]
-        assert resolve.ordered_surfaces(pairs) == resolve.ordered_surfaces(pairs[::-1])
 
-    def test_surfaces_are_drawn_independently(self) -> None:
-        draws = [dict(resolve.draw_surfaces(seed)) for seed in range(12)]
-        assert resolve.draw_surfaces(3) == resolve.draw_surfaces(3)
-        for surface in Surface:
-            assert len({d[surface] for d in draws}) > 6
-
-    def test_unknown_texture_is_told_with_near_names(self) -> None:
-        with pytest.raises(UnknownId, match="brick_red_running"):
-            resolve.ordered_surfaces([(Surface.WALL, "brick_red_runing")])
-
-    def test_drawn_lengths_are_within_their_bounds(self) -> None:
-        plan = load_plan(PLAN)[0]
-        for seed in range(20):
-            for name, value in resolve.draw_lengths(plan, seed).items():
-                assert plan.parameters[name].low <= value <= plan.parameters[name].high
+def test_drawn_lengths_are_within_their_bounds() -> None:
+    plan = load_plan(PLAN)[0]
+    for seed in range(20):
+        for name, value in resolve.draw_lengths(plan, seed).items():
+            assert plan.parameters[name].low <= value <= plan.parameters[name].high
 
 
 class TestFaults:
-    def test_unknown_style(self) -> None:
+    def test_unknown_names_are_told_with_near_ones(self) -> None:
         with pytest.raises(UnknownId, match="scandinavian"):
             resolve.resolve(SceneRecipe(PLAN, "scandanavian"))
+        with pytest.raises(UnknownId, match="brick_red_running"):
+            resolve.ordered_surfaces([(Surface.WALL, "brick_red_runing")])
 
     @pytest.mark.parametrize(
-        ("old", "new", "message"),
-        [
-            ("title:", "titel:", "titel"),
-            ("heading: right", "heading: rigth", "right"),
-        ],
+        ("old", "new", "message"), [("title:", "titel:", "titel"), ("heading: right", "heading: rigth", "right")]
     )
     def test_plan_with_a_fault_tells_its_line(self, tmp_path: Path, old: str, new: str, message: str) -> None:
-        text = (casa_root() / "plans" / f"{PLAN}.yaml").read_text(encoding="utf-8")
-        assert old in text
-        line = text[: text.index(old)].count("\n") + 1
+        text = (data_root() / "plans" / f"{PLAN}.yaml").read_text(encoding="utf-8")
         path = tmp_path / "mine.yaml"
         path.write_text(text.replace(old, new, 1), encoding="utf-8")
         with pytest.raises(RegistryError, match=message) as caught:
             read_plan(path)
-        assert caught.value.line == line
+        assert caught.value.line == text[: text.index(old)].count("\n") + 1
 
     def test_fault_of_one_scene_is_told_and_not_raised(self, tmp_path: Path) -> None:
         made = scene_folders.build_one(SceneRecipe(PLAN, "no_such_style"), tmp_path, drawn=False)
@@ -95,17 +79,7 @@ class TestFaults:
         assert not list(tmp_path.glob("*__*"))
 
 
-def casa_root() -> Path:
-    from casa_assets.registry import data_root
-
-    return data_root()
-
-
 class TestScene:
-    def test_folder_holds_what_it_promises(self, out: Path) -> None:
-        names = {p.name for p in (out / SCENE).iterdir()}
-        assert {"scene.xml", "scene_light.xml", "scene.usda", "scene.json"} <= names
-
     def test_nothing_outside_the_output_is_named(self, out: Path) -> None:
         for name in ("scene.xml", "scene.usda", "scene.json"):
             assert str(out) not in (out / SCENE / name).read_text(encoding="utf-8")
@@ -140,15 +114,23 @@ class TestScene:
         one, other = (json.loads((f / SCENE / "scene.json").read_bytes()) for f in (out, tmp_path / "out"))
         assert one == other
 
-    def test_facts_name_joints_and_bodies_of_the_model(self, out: Path) -> None:
+    def test_facts_are_those_of_the_model(self, out: Path) -> None:
         facts = json.loads((out / SCENE / "scene.json").read_text(encoding="utf-8"))
         model = mujoco.MjModel.from_xml_path(str(out / SCENE / "scene.xml"))
-        bodies = {model.body(i).name for i in range(model.nbody)}
+        assert {f["name"] for f in facts["fixtures"]} <= {model.body(i).name for i in range(model.nbody)}
         joints = {model.joint(i).name for i in range(model.njnt)}
-        assert {f["name"] for f in facts["fixtures"]} <= bodies
-        told = {j["name"] for f in facts["fixtures"] for j in f["joints"].values()}
-        free = {n for n in joints if n.endswith("__free")}
-        assert told == joints - free
+        stated = {j["name"] for f in facts["fixtures"] for j in f["joints"].values()}
+        assert stated == {name for name in joints if not name.endswith("__free")}
+        data = mujoco.MjData(model)
+        mujoco.mj_forward(model, data)
+        geoms = {model.geom(i).name: i for i in range(model.ngeom)}
+        regions = {
+            f"{f['name']}__reg_{name}": region for f in facts["fixtures"] for name, region in f["regions"].items()
+        }
+        seen = geoms.keys() & regions.keys()
+        assert len(seen) > 10
+        for name in seen:
+            np.testing.assert_allclose(data.geom_xpos[geoms[name]], regions[name]["position"], atol=2e-5)
 
     def test_the_whole_room_is_on_the_map_of_shadows_of_the_sun(self) -> None:
         """Beyond its edge MuJoCo draws dark specks. A galley is long and narrow, which makes it the hardest case."""
@@ -165,29 +147,17 @@ class TestScene:
         across = np.abs(corners @ np.stack([right, np.cross(right, ahead)], axis=1)).max()
         assert across < model.vis.map.shadowclip * model.stat.extent
 
-    def test_regions_stand_where_the_model_has_them(self, out: Path) -> None:
-        facts = json.loads((out / SCENE / "scene.json").read_text(encoding="utf-8"))
-        model = mujoco.MjModel.from_xml_path(str(out / SCENE / "scene.xml"))
-        data = mujoco.MjData(model)
-        mujoco.mj_forward(model, data)
-        names = {model.geom(i).name: i for i in range(model.ngeom)}
-        seen = 0
-        for fixture in facts["fixtures"]:
-            for name, region in fixture["regions"].items():
-                geom = names.get(f"{fixture['name']}__reg_{name}")
-                if geom is not None:
-                    np.testing.assert_allclose(data.geom_xpos[geom], region["position"], atol=2e-5)
-                    seen += 1
-        assert seen > 10
-
 
 class TestLoader:
-    def test_weights(self, out: Path) -> None:
-        full = casa_assets.load_scene(SCENE, out=out)
-        light = casa_assets.load_scene(SCENE, out=out, weight="light")
-        assert light.nmesh == 0
-        assert light.ntexdata < full.ntexdata
-        assert full.nq == light.nq
+    def test_weights_and_paths(self, out: Path) -> None:
+        folder, full = out / SCENE, casa_assets.load_scene(str(out / SCENE))
+        for light in (casa_assets.load_scene(SCENE, out=out, weight="light"), casa_assets.load_scene(folder, "light")):
+            assert light.nmesh == 0 < full.nmesh
+            assert light.ntexdata < full.ntexdata
+            assert full.nq == light.nq
+        assert casa_assets.load_scene(folder / "scene_light.xml").nmesh == 0
+        with pytest.raises(CasaError, match="no such file"):
+            casa_assets.load_scene(out / "nowhere")
 
     def test_the_batch_form_needs_no_file(self, out: Path) -> None:
         light = casa_assets.load_scene(SCENE, out=out, weight="light")
@@ -199,16 +169,15 @@ class TestLoader:
         with pytest.raises(CasaError, match=f"casa-assets scenes batch {SCENE} .* writes it"):
             casa_assets.load_scene(out / SCENE, weight="batch")
 
-    def test_spec_takes_more(self, out: Path) -> None:
-        spec = casa_assets.load_scene(SCENE, out=out, as_spec=True)
-        spec.worldbody.add_body(name="robot").add_geom(size=[0.1, 0.0, 0.0])
-        assert spec.compile().body("robot").id > 0
-
     def test_what_is_at_rest_may_sleep(self, out: Path) -> None:
         sleep = int(mujoco.mjtEnableBit.mjENBL_SLEEP)
         model = casa_assets.load_scene(SCENE, out=out, weight="light", sleep=True)
         assert model.opt.enableflags & sleep
-        assert casa_assets.load_scene(SCENE, out=out, as_spec=True, sleep=True).compile().opt.enableflags & sleep
+        spec = casa_assets.load_scene(SCENE, out=out, as_spec=True, sleep=True)
+        spec.worldbody.add_body(name="robot").add_geom(size=[0.1, 0.0, 0.0])
+        with_robot = spec.compile()
+        assert with_robot.body("robot").id > 0
+        assert with_robot.opt.enableflags & sleep
         assert not casa_assets.load_scene(SCENE, out=out, weight="light").opt.enableflags & sleep
         data = mujoco.MjData(model)
         mujoco.mj_resetDataKeyframe(model, data, 0)
@@ -246,14 +215,6 @@ class TestLoader:
         with pytest.raises(CasaError, match="full"):
             casa_assets.load_scene(SCENE, out=out, weight="light", textures={"floor": "oak_ebony"})
 
-    def test_paths_are_taken_as_they_are(self, out: Path) -> None:
-        folder = out / SCENE
-        full = casa_assets.load_scene(str(folder))
-        assert casa_assets.load_scene(folder / "scene_light.xml").nmesh == 0 < full.nmesh
-        assert casa_assets.load_scene(folder, weight="light").nq == full.nq
-        with pytest.raises(CasaError, match="no such file"):
-            casa_assets.load_scene(out / "nowhere")
-
     def test_kitchen_in_memory_is_the_one_on_disk(self, out: Path) -> None:
         disk, memory = casa_assets.load_scene(SCENE, out=out), casa_assets.kitchen(PLAN, STYLE).to_mjmodel()
         for name in ("body_pos", "body_mass", "geom_pos", "mesh_vert", "tex_data", "key_qpos", "jnt_range"):
@@ -276,14 +237,18 @@ class TestLoader:
 
 
 class TestIds:
-    def test_seed_that_drew_the_finishes_brings_them_back(self) -> None:
-        for recipe in (
-            SceneRecipe(PLAN, STYLE),
-            SceneRecipe(PLAN, STYLE, 12, closed=True),
-            SceneRecipe(PLAN, STYLE, 7, resolve.draw_surfaces(7)),
-            SceneRecipe(PLAN, STYLE, None, resolve.draw_surfaces(0)),
+    def test_an_id_brings_its_recipe_back(self, subtests: pytest.Subtests) -> None:
+        for recipe, expected in (
+            (SceneRecipe(PLAN, STYLE), ""),
+            (SceneRecipe(PLAN, STYLE, 12, closed=True), "__s12__closed"),
+            (SceneRecipe(PLAN, STYLE, 7, resolve.draw_surfaces(7)), "__s7__t[0-9a-f]{8}"),
+            (SceneRecipe(PLAN, STYLE, None, resolve.draw_surfaces(0)), "__t[0-9a-f]{8}"),
+            (SceneRecipe(PLAN, STYLE, objects=40, objects_seed=3), "__o40s3"),
+            (SceneRecipe(PLAN, STYLE, mixed=True, closed=True, objects=4), "__mixed__closed__o4"),
         ):
-            assert recipe_of(recipe.scene_id) == recipe
+            with subtests.test(recipe=recipe):
+                assert re.fullmatch(SCENE + expected, recipe.scene_id)
+                assert recipe_of(recipe.scene_id) == recipe
 
     def test_chosen_finishes_are_found_where_the_scene_stands(self, tmp_path: Path) -> None:
         surfaces = resolve.ordered_surfaces([(Surface.FLOOR, "oak_ebony"), (Surface.WALL, "brick_red_running")])
@@ -291,8 +256,8 @@ class TestIds:
         with pytest.raises(CasaError, match="digest of its finishes"):
             recipe_of(recipe.scene_id, (tmp_path,))
         (tmp_path / recipe.scene_id).mkdir()
-        told = {"wall": "brick_red_running", "floor": "oak_ebony", "counter": "block_oak", "cabinet": "paint_navy"}
-        (tmp_path / recipe.scene_id / "scene.json").write_text(json.dumps({"surfaces": told}), encoding="utf-8")
+        shown = {"wall": "brick_red_running", "floor": "oak_ebony", "counter": "block_oak", "cabinet": "paint_navy"}
+        (tmp_path / recipe.scene_id / "scene.json").write_text(json.dumps({"surfaces": shown}), encoding="utf-8")
         assert recipe_of(recipe.scene_id, (tmp_path,)) == recipe
 
     def test_chosen_models_are_found_where_the_scene_stands(self, tmp_path: Path) -> None:
@@ -305,8 +270,8 @@ class TestIds:
         with pytest.raises(CasaError, match=message):
             recipe_of(recipe.scene_id, (tmp_path,))
         (tmp_path / recipe.scene_id).mkdir()
-        told = {"surfaces": {}, "models": dict(models)}
-        (tmp_path / recipe.scene_id / "scene.json").write_text(json.dumps(told), encoding="utf-8")
+        facts = {"surfaces": {}, "models": dict(models)}
+        (tmp_path / recipe.scene_id / "scene.json").write_text(json.dumps(facts), encoding="utf-8")
         assert recipe_of(recipe.scene_id, (tmp_path,)) == recipe
 
     def test_what_is_no_id(self, subtests: pytest.Subtests) -> None:
@@ -337,22 +302,12 @@ class TestPictures:
         assert picture.read_bytes().startswith(b"\x89PNG")
 
 
-def test_sixteen_plans_in_twelve_styles() -> None:
-    assert len(plan_names()) == 16
-    assert len(style_names()) == 12
-    assert len(all_recipes()) == 192
-
-
-def test_globs() -> None:
+def test_globs(tmp_path: Path) -> None:
+    assert (len(plan_names()), len(style_names()), len(all_recipes())) == (16, 12, 192)
     assert [r.scene_id for r in recipes_matching([SCENE, f"{PLAN}__scand*"])] == [SCENE]
-    with pytest.raises(UnknownId):
-        recipes_matching(["no_such__*"])
-
-
-def test_globs_with_objects(tmp_path: Path) -> None:
     lived_in = recipes_named([f"{PLAN}__scand*__o40s3", f"{SCENE}__o40s3", SCENE], tmp_path)
     assert [r.scene_id for r in lived_in] == [f"{SCENE}__o40s3", SCENE]
     assert {len(recipes_named([f"*{end}"], tmp_path)) for end in ("", "__o12")} == {192}
-    for name in ("no_such__*__o40", f"{SCENE}__o40s", f"{PLAN}__no_such__o40"):
+    for name in ("no_such__*", "no_such__*__o40", f"{SCENE}__o40s", f"{PLAN}__no_such__o40"):
         with pytest.raises(UnknownId):
             recipes_named([name], tmp_path)

@@ -29,7 +29,7 @@ def test_a_process_that_the_system_ends_is_told(tmp_path: Path) -> None:
 
 
 def test_all_recipes_come_back(tmp_path: Path) -> None:
-    recipes = [SceneRecipe("galley", "rustic"), SceneRecipe("l_small", "rustic"), SceneRecipe("u_small", "rustic")]
+    recipes = [SceneRecipe(plan, "rustic") for plan in ("galley", "l_small", "u_small")]
     done = list(run_recipes(message, recipes, tmp_path, 2))
     assert sorted(d.recipe.scene_id for d in done) == sorted(r.scene_id for r in recipes)
     assert {d.message for d in done} == {"as told"}

@@ -6,7 +6,6 @@ import json
 import shutil
 import warnings
 import zipfile
-from collections.abc import Callable
 from pathlib import Path
 
 import mujoco
@@ -51,58 +50,45 @@ def copy(drawn: tuple[Path, StartStates], tmp_path: Path) -> Path:
 
 
 class TestFile:
-    def test_reads_back_what_was_written(self, drawn: tuple[Path, StartStates]) -> None:
+    def test_reads_back_what_was_written(self, drawn: tuple[Path, StartStates], tmp_path: Path) -> None:
         folder, states = drawn
-        found = read_states(folder)
-        assert found == states
-        assert found.qpos.tobytes() == states.qpos.tobytes()
-
-    def test_the_same_states_are_the_same_bytes(self, drawn: tuple[Path, StartStates], tmp_path: Path) -> None:
-        folder, states = drawn
+        assert read_states(folder) == states
+        with np.load(folder / START_STATES, allow_pickle=False) as found:  # as others read it
+            header = json.loads(bytes(found["header"]))
+            assert found["qpos"].shape == (3, sum(joint["width"] for joint in header["joints"]))
+            assert found["qpos"].tobytes() == states.qpos.tobytes()
         assert write_states(tmp_path, states).read_bytes() == (folder / START_STATES).read_bytes()
         with zipfile.ZipFile(folder / START_STATES) as archive:
             assert {member.date_time for member in archive.infolist()} == {(1980, 1, 1, 0, 0, 0)}
 
-    def test_is_read_with_numpy_alone(self, drawn: tuple[Path, StartStates]) -> None:
-        with np.load(drawn[0] / START_STATES, allow_pickle=False) as found:
-            header = json.loads(bytes(found["header"]))
-            assert found["qpos"].shape == (3, sum(joint["width"] for joint in header["joints"]))
-            assert header["scene"] == "room"
-
-    @pytest.mark.parametrize(
-        ("damage", "told"),
-        [
-            (lambda data: b"", "cannot be read"),
-            (lambda data: b"no archive at all", "cannot be read"),
-            (lambda data: data[: len(data) // 2], "cannot be read"),
-            (lambda data: data.replace(b"base.npy", b"bass.npy"), "base"),
-        ],
-    )
-    def test_what_is_damaged_is_refused(self, copy: Path, damage: Callable[[bytes], bytes], told: str) -> None:
-        path = copy / START_STATES
-        path.write_bytes(damage(path.read_bytes()))
-        with pytest.raises(CasaError, match=told):
-            read_states(copy)
-
-    def test_what_says_that_it_is_huge_is_refused(self, copy: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def test_what_is_damaged_or_huge_is_refused(self, copy: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        path, data = copy / START_STATES, (copy / START_STATES).read_bytes()
+        for damaged, message in (
+            (b"", "cannot be read"),
+            (b"no archive at all", "cannot be read"),
+            (data[: len(data) // 2], "cannot be read"),
+            (data.replace(b"base.npy", b"bass.npy"), "base"),
+        ):
+            path.write_bytes(damaged)
+            with pytest.raises(CasaError, match=message):
+                read_states(copy)
+        path.write_bytes(data)
         monkeypatch.setattr(state_file, "LARGEST_BYTES", 100)
         with pytest.raises(CasaError, match="more than 100"):
             read_states(copy)
 
-    @pytest.mark.parametrize(
-        ("field", "value", "told"),
-        [("notes", [], "as many rows"), ("joints", [], "joints follow each other"), ("format", 2, "format")],
-    )
-    def test_a_header_that_contradicts_the_arrays_is_refused(
-        self, copy: Path, field: str, value: object, told: str
-    ) -> None:
+    def test_a_header_that_contradicts_the_arrays_is_refused(self, copy: Path) -> None:
         with np.load(copy / START_STATES) as found:
             arrays = {name: found[name] for name in found.files}
-        header = {**json.loads(bytes(arrays["header"])), field: value}
-        arrays["header"] = np.frombuffer(json.dumps(header).encode(), dtype=np.uint8)
-        np.savez(copy / START_STATES, **arrays)
-        with pytest.raises(CasaError, match=told):
-            read_states(copy)
+        for changed, message in (
+            ({"notes": []}, "as many rows"),
+            ({"joints": []}, "joints follow each other"),
+            ({"format": 2}, "format"),
+        ):
+            header = json.dumps({**json.loads(bytes(arrays["header"])), **changed})
+            np.savez(copy / START_STATES, **{**arrays, "header": np.frombuffer(header.encode(), dtype=np.uint8)})
+            with pytest.raises(CasaError, match=message):
+                read_states(copy)
 
 
 class TestLoader:
@@ -137,11 +123,9 @@ class TestLoader:
             assert data.joint(joint.name).qpos.tolist() == pytest.approx(row.tolist())
         assert data.joint("first_lift").qpos[0] == data.joint("second_lift").qpos[0] == 0.7
 
-    def test_a_model_of_something_else_is_refused(self, drawn: tuple[Path, StartStates]) -> None:
+    def test_a_scene_that_they_are_not_of_is_refused(self, copy: Path) -> None:
         with pytest.raises(CasaError, match=r"the model has no joint .* they are of the kitchen room"):
-            casa.start_states(drawn[0], mujoco.MjModel.from_xml_string(ROBOT))
-
-    def test_a_scene_that_was_changed_is_refused(self, copy: Path) -> None:
+            casa.start_states(copy, mujoco.MjModel.from_xml_string(ROBOT))
         model = casa.load_scene(copy)
         (copy / "scene.xml").write_text((copy / "scene.xml").read_text() + "\n")
         with pytest.raises(CasaError, match=r"for another scene\.xml .* draw them again"):
@@ -149,11 +133,9 @@ class TestLoader:
         (copy / "scene.xml").unlink()
         with pytest.raises(CasaError, match=r"scene\.xml: is missing"):
             casa.start_states(copy, model)
-
-    def test_a_scene_without_states_says_how_they_are_made(self, copy: Path) -> None:
         (copy / START_STATES).unlink()
         with pytest.raises(CasaError, match="casa-assets scenes states room makes them"):
-            casa.start_states(copy, casa.load_scene(copy))
+            casa.start_states(copy, model)
 
 
 def test_the_verb_draws_checks_and_keeps(checked_kitchen: Checked) -> None:

@@ -19,62 +19,43 @@ ONE = Traits("a", "galley", "coastal", {"width": 0.5, "depth": 0.5}, 12.0, SURFA
 POSSIBLE = Choices(10, 12, 9, dict.fromkeys(SURFACES, 100), dict.fromkeys(FIXTURES, 8))
 
 
-class TestEvenness:
-    def test_known_spreads(self, subtests: pytest.Subtests) -> None:
-        for values, possible, expected in [
-            ("abcd", 4, 1.0),
-            ("aabb", 2, 1.0),
-            ("aaaa", 4, 0.0),
-            ("aaab", 2, 0.8113),
-            ("aabb", 4, 0.5),
-            ("abc", 100, 1.0),
-            ("abc", 2, 1.0),
-            ("a", 5, None),
-            ("aaa", 1, None),
-            ("", 5, None),
-        ]:
-            with subtests.test(values=values, possible=possible, expected=expected):
-                assert evenness(list(values), possible) == expected
-
-    def test_it_is_the_entropy_over_that_of_an_even_spread(self) -> None:
-        shares = (0.5, 0.3, 0.2)
-        values = "a" * 5 + "b" * 3 + "c" * 2
-        entropy = -sum(share * math.log(share) for share in shares)
-        assert evenness(list(values), 8) == pytest.approx(entropy / math.log(8), abs=1e-4)
+def test_evenness_of_known_spreads() -> None:
+    for values, possible, expected in [
+        ("abcd", 4, 1.0),
+        ("aabb", 2, 1.0),
+        ("aaaa", 4, 0.0),
+        ("aaab", 2, 0.8113),
+        ("aabb", 4, 0.5),
+        ("abc", 100, 1.0),
+        ("abc", 2, 1.0),
+        ("a", 5, None),
+        ("aaa", 1, None),
+        ("", 5, None),
+        # The entropy over that of an even spread.
+        ("aaaaabbbcc", 8, round(-sum(share * math.log(share) for share in (0.5, 0.3, 0.2)) / math.log(8), 4)),
+    ]:
+        assert evenness(list(values), possible) == expected, (values, possible)
 
 
-class TestDistance:
-    def test_known_distances(self, subtests: pytest.Subtests) -> None:
-        for other, expected in [
-            (ONE, 0.0),
-            (replace(ONE, lengths={"width": 1.0, "depth": 0.5}), 0.15 * 0.25),
-            (replace(ONE, plan="u_small", lengths={"width": 0.5}), 0.20 + 0.15),
-            (replace(ONE, style="rustic"), 0.10),
-            (replace(ONE, surfaces={**SURFACES, "wall": "tile"}), 0.25 / 4),
-            (replace(ONE, fronts="slab, bar"), 0.05),
-            (replace(ONE, fixtures={**FIXTURES, "sink": "sink/single"}), 0.25 / 4),
-            (replace(ONE, fixtures={**FIXTURES, "hob": "hob/gas"}), 0.25 / 5),
-            (
-                Traits(
-                    "z",
-                    "u_small",
-                    "rustic",
-                    {"width": 0.0},
-                    20.0,
-                    dict.fromkeys(SURFACES, "other"),
-                    "slab, knob",
-                    dict.fromkeys(FIXTURES, "other/one"),
-                ),
-                1.0,
-            ),
-        ]:
-            with subtests.test(other=other, expected=expected):
-                assert distance(ONE, other) == pytest.approx(expected)
-                assert distance(other, ONE) == pytest.approx(expected)
-
-    def test_lengths_of_another_plan_that_are_called_the_same_are_others(self) -> None:
-        near, far = (replace(ONE, plan="u_small", lengths={"width": width, "depth": width}) for width in (0.5, 1.0))
-        assert distance(ONE, near) == distance(ONE, far) == pytest.approx(0.35)
+def test_known_distances() -> None:
+    surfaces, fixtures = dict.fromkeys(SURFACES, "other"), dict.fromkeys(FIXTURES, "other/one")
+    for changes, expected in [
+        ({}, 0.0),
+        ({"lengths": {"width": 1.0, "depth": 0.5}}, 0.15 * 0.25),
+        ({"plan": "u_small", "lengths": {"width": 0.5}}, 0.20 + 0.15),
+        # Lengths of another plan that are called the same are others.
+        ({"plan": "u_small", "lengths": {"width": 0.5, "depth": 0.5}}, 0.20 + 0.15),
+        ({"plan": "u_small", "lengths": {"width": 1.0, "depth": 1.0}}, 0.20 + 0.15),
+        ({"style": "rustic"}, 0.10),
+        ({"surfaces": {**SURFACES, "wall": "tile"}}, 0.25 / 4),
+        ({"fronts": "slab, bar"}, 0.05),
+        ({"fixtures": {**FIXTURES, "sink": "sink/single"}}, 0.25 / 4),
+        ({"fixtures": {**FIXTURES, "hob": "hob/gas"}}, 0.25 / 5),
+        ({"plan": "u", "style": "s", "surfaces": surfaces, "fronts": "slab, knob", "fixtures": fixtures}, 1.0),
+    ]:
+        other = replace(ONE, **changes)
+        assert distance(ONE, other) == pytest.approx(expected), changes
+        assert distance(other, ONE) == pytest.approx(expected), changes
 
 
 class TestDiversity:
@@ -106,11 +87,10 @@ class TestDiversity:
             found = [replace(ONE, id=str(area), floor_m2=area) for area in areas]
             assert diversity_of(found, POSSIBLE).room_sizes == expected
 
-    def test_fewer_than_two_have_none(self, subtests: pytest.Subtests) -> None:
-        for count in [0, 1]:
-            with subtests.test(count=count):
-                told = diversity_of([ONE][:count], POSSIBLE)
-                assert (told.plans, told.fixtures, told.neighbours.least, told.neighbours.near) == (None, None, None, 0)
+    def test_fewer_than_two_have_none(self) -> None:
+        for found in ([], [ONE]):
+            told = diversity_of(found, POSSIBLE)
+            assert (told.plans, told.fixtures, told.neighbours.least, told.neighbours.near) == (None, None, None, 0)
 
     def test_what_is_written_is_read_back(self, tmp_path: Path) -> None:
         drawn, reference = diversity_of([ONE], POSSIBLE), diversity_of([ONE, replace(ONE, id="b")], POSSIBLE)
@@ -123,23 +103,15 @@ class TestDiversity:
         assert ("plans", "", "0.00") in rows
 
 
-class TestTraits:
-    def test_they_are_those_of_the_kitchen(self) -> None:
-        told = draws.traits_of(SceneRecipe("one_wall_small", "coastal"))
-        assert (told.plan, told.style, told.fronts) == ("one_wall_small", "coastal", "shaker, boxed")
-        assert told.surfaces == {
-            "wall": "shiplap_white",
-            "floor": "cement_coastal_black",
-            "counter": "marble_carrara",
-            "cabinet": "paint_navy",
-        }
-        assert told.fixtures["fridge"] == "fridge_french_door/steel"
-        assert set(told.lengths) == {"width", "depth"}
-        assert all(0.0 <= share <= 1.0 for share in told.lengths.values())
-
-    def test_as_many_values_as_there_are(self) -> None:
-        possible = draws.choices()
-        assert (possible.plans, possible.styles) == (len(plan_names()), len(style_names()))
-        assert set(possible.surfaces.values()) == {100}
-        assert possible.fixtures["fridge"] == 12
-        assert possible.fixtures["floor_plant"] == 2
+def test_traits_are_those_of_the_kitchen() -> None:
+    told = draws.traits_of(SceneRecipe("one_wall_small", "coastal"))
+    assert (told.plan, told.style, told.fronts) == ("one_wall_small", "coastal", "shaker, boxed")
+    finishes = {"wall": "shiplap_white", "floor": "cement_coastal_black", "counter": "marble_carrara"}
+    assert told.surfaces == {**finishes, "cabinet": "paint_navy"}
+    assert told.fixtures["fridge"] == "fridge_french_door/steel"
+    assert set(told.lengths) == {"width", "depth"}
+    assert all(0.0 <= share <= 1.0 for share in told.lengths.values())
+    possible = draws.choices()
+    assert (possible.plans, possible.styles) == (len(plan_names()), len(style_names()))
+    assert set(possible.surfaces.values()) == {100}
+    assert (possible.fixtures["fridge"], possible.fixtures["floor_plant"]) == (12, 2)
