@@ -151,7 +151,10 @@ class TestScene:
 class TestLoader:
     def test_weights_and_paths(self, out: Path) -> None:
         folder, full = out / SCENE, casa_assets.load_scene(str(out / SCENE))
-        for light in (casa_assets.load_scene(SCENE, out=out, weight="light"), casa_assets.load_scene(folder, "light")):
+        for light in (
+            casa_assets.load_scene(SCENE, out=out, weight="light"),
+            casa_assets.load_scene(folder, weight="light"),
+        ):
             assert light.nmesh == 0 < full.nmesh
             assert light.ntexdata < full.ntexdata
             assert full.nq == light.nq

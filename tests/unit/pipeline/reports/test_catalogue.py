@@ -23,20 +23,16 @@ def articles() -> dict[str, html.HtmlElement]:
 
 
 def test_sizes_and_masses_stand_beside_the_usual_ones_with_their_source() -> None:
-    rows = [[cell.text_content() for cell in row.xpath("td")] for row in articles()["apple"].xpath("table//tr[td]")]
-    apple = registry.load().categories["apple"]
-    length, mass = rows
+    article, apple = articles()["apple"], registry.load().categories["apple"]
+    length, mass = [[cell.text_content() for cell in row.xpath("td")] for row in article.xpath("table//tr[td]")]
     assert length[:2] == ["longest side, cm", "7.1 to 8"]
     assert mass[:2] == ["mass, g", "150 to 210"]
-    assert (
-        mass[2]
-        == f"{1000 * apple.mass_kg.low:g} to {1000 * apple.mass_kg.high:g}, typically {1000 * apple.mass_kg.typical:g}"
-    )
+    low, high, typical = (1000 * kg for kg in (apple.mass_kg.low, apple.mass_kg.high, apple.mass_kg.typical))
+    assert mass[2] == f"{low:g} to {high:g}, typically {typical:g}"
     assert [length[3], mass[3]] == [SOURCES[apple.basis.size], SOURCES[apple.basis.mass]]
-
-
-def test_counts_are_medians() -> None:
-    assert "1000 faces, 2 collision shapes" in articles()["apple"].text_content()
+    assert "1000 faces, 2 collision shapes" in article.text_content(), "medians"
+    image = article.xpath(".//img")[0]
+    assert (image.get("loading"), image.get("src")) == ("lazy", "./objects/apple.webp")
 
 
 def test_a_category_is_found_by_name_group_form_and_use() -> None:
@@ -45,11 +41,6 @@ def test_a_category_is_found_by_name_group_form_and_use() -> None:
         assert word in words["apple"]
     assert "fruit" not in words["mug"]
     assert "container" in words["mug"]
-
-
-def test_pictures_are_loaded_when_they_are_seen() -> None:
-    image = articles()["apple"].xpath(".//img")[0]
-    assert (image.get("loading"), image.get("src")) == ("lazy", "./objects/apple.webp")
 
 
 def test_members_that_have_a_model_have_a_button_that_shows_it() -> None:

@@ -47,11 +47,8 @@ def test_what_is_no_condition_is_told_with_what_is_allowed(subtests: pytest.Subt
             assert "mass-outliers" in str(error.value)
 
 
-def test_of_nothing_there_is_no_rate() -> None:
+def test_of_nothing_there_is_no_rate_and_changes_need_an_earlier_run() -> None:
     (outcome,) = judge([parse("rejected-rate>0", CODES)], dict.fromkeys(COUNTS, 0), {})
     assert not outcome.holds
-
-
-def test_changes_need_an_earlier_run() -> None:
     assert parse("gone", CODES).needs_baseline
     assert not parse("rejected", CODES).needs_baseline

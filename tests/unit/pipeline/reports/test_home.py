@@ -19,12 +19,8 @@ def page(out: Path) -> html.HtmlElement:
     return html.document_fromstring(home.write(out).read_text(encoding="utf-8"))
 
 
-def test_an_empty_folder_has_a_page_that_says_what_to_try(tmp_path: Path) -> None:
-    tree = page(tmp_path)
-    assert [h2.text_content() for h2 in tree.xpath("//h2")] == ["What to try next"]
-
-
 def test_what_stands_there_is_shown_with_links_to_its_pages(tmp_path: Path) -> None:
+    assert [h2.text_content() for h2 in page(tmp_path).xpath("//h2")] == ["What to try next"]
     root = keep(tmp_path / "library", [FIRST, OTHER])
     refused(root, "FLT005", "links: 2 large parts stand apart; give each object a file of its own")
     write_report(root, root / "report.html")
@@ -64,8 +60,7 @@ def test_where_every_kitchen_is_checked_nothing_says_otherwise(tmp_path: Path) -
         (folder / "eye_open.png").write_bytes(b"png")
     report = {"subject": "galley__rustic", "results": [], "issues": [], "passed": True, "tasks": []}
     (tmp_path / "scenes" / "galley__rustic" / "report.json").write_text(json.dumps(report), encoding="utf-8")
-    text = page(tmp_path).text_content()
-    assert "casa-assets scenes check l_small__rustic" in text
+    assert "casa-assets scenes check l_small__rustic" in page(tmp_path).text_content()
     (tmp_path / "scenes" / "l_small__rustic" / "report.json").write_text(json.dumps(report), encoding="utf-8")
     text = page(tmp_path).text_content()
     assert "casa-assets scenes check" not in text

@@ -29,17 +29,9 @@ def refused(root: Path, code: str, message: str) -> None:
     folder = disk.Library(root).refusal_folder(f"mug_{code.lower()}0000")
     folder.mkdir(parents=True)
     source = Source(kind=SourceKind.FOLDER, path=f"{code}.glb")
-    refusal = disk.Refusal(
-        id=folder.name,
-        code=code,
-        message=message,
-        category="mug",
-        producer=Producer.INGEST,
-        cache_key="0" * 64,
-        sha256="0" * 64,
-        source=source,
-    )
-    disk.write_refusal(folder, refusal)
+    words = {"id": folder.name, "code": code, "message": message, "category": "mug", "source": source}
+    keys = {"producer": Producer.INGEST, "cache_key": "0" * 64, "sha256": "0" * 64}
+    disk.write_refusal(folder, disk.Refusal.model_validate({**words, **keys}))
     picture = io.BytesIO()
     Image.new("RGB", (32, 32), (200, 30, 30)).save(picture, "PNG")
     (folder / entry_files.PICTURE).write_bytes(picture.getvalue())
@@ -63,14 +55,9 @@ def test_every_reject_has_a_picture_a_reason_and_what_to_do(page: dict[str, dict
         assert row["thumb"].startswith("data:image/webp")
         assert row["reason"]
         assert row["fix"].endswith(".")
-
-
-def test_what_a_check_says_is_parted_into_fault_and_remedy(page: dict[str, dict[str, Any]]) -> None:
+    # What a check says is parted into fault and remedy; a stage has its own words.
     assert page["FLT005"]["reason"] == "links/object/visuals: 2 large parts stand apart."
     assert page["FLT005"]["fix"] == "Give each object a file of its own, or join them."
     assert page["FLT010"]["fix"] == DEFAULT_ADVICE
-
-
-def test_a_stage_has_its_own_words(page: dict[str, dict[str, Any]]) -> None:
     assert page["MSH002"]["reason"] == CASES[2][1]
     assert page["MSH002"]["fix"].startswith("Give the model a thickness")
