@@ -35,33 +35,14 @@ pytestmark = pytest.mark.content("code", "pipeline.plans", keep=0)
 HERE = Path(__file__).parent
 PLANS = sorted((HERE / "corpus").glob("*.yaml"))
 # A plan that is right, one like another, faults of YAML, words, units of length, rows, corners, openings and islands.
-FEW = (
-    "ok_corner",
-    "draft_like",
-    "open_brace",
-    "prose_and_fence",
-    "feet_and_inches",
-    "misspelt_kind",
-    "no_such_wall",
-    "row_too_long",
-    "no_corner",
-    "wide_door",
-    "windows_overlap",
-    "island_too_large",
-)
+FEW = ("ok_corner", "draft_like", "open_brace", "prose_and_fence", "feet_and_inches", "misspelt_kind")
+FEW += ("no_such_wall", "row_too_long", "no_corner", "wide_door", "windows_overlap", "island_too_large")
 EXPECTED = HERE / "expected.yaml"
 STYLE = "modern_1"
 MAX_CALLS = 5
 # Faults that a schema cannot say: which of two keys, which of two numbers is the larger, what is like another plan.
-BEYOND_SCHEMA = {
-    "at_and_over",
-    "draft_like",
-    "island_alone",
-    "neither_at_nor_over",
-    "parameter_order",
-    "range_reversed",
-    "window_with_closet",
-}
+BEYOND_SCHEMA = {"at_and_over", "draft_like", "island_alone", "neither_at_nor_over", "parameter_order"}
+BEYOND_SCHEMA |= {"range_reversed", "window_with_closet"}
 
 
 def sentences(path: Path) -> list[str]:
@@ -84,11 +65,6 @@ EACH = [
     for path in PLANS
     if is_mended(path)
 ]
-
-
-def test_there_are_enough_of_them() -> None:
-    assert len(PLANS) >= 100
-    assert sum(path.stem.startswith("ok_") for path in PLANS) >= 5
 
 
 @pytest.mark.parametrize(
@@ -170,10 +146,3 @@ def test_plans_and_styles_of_the_package_keep_to_their_schemas(name: str) -> Non
         assert [f"{e.json_path}: {e.message}" for e in validator.iter_errors(read_document(path).value)] == [], path
     assert next(validator.iter_errors({"title": "x", "like": "galley", "colour": "red"}), None) is not None
     assert next(validator.iter_errors({"title": "x"}), None) is not None
-
-
-def test_styles_other_than_the_first_are_tried() -> None:
-    path = HERE / "corpus" / "ok_studio.yaml"
-    named = style_names()[::4]
-    found = [check_plan(path.read_text(encoding="utf-8"), path.name, load_style(name)[0]) for name in named]
-    assert all(one.mended for one in found)

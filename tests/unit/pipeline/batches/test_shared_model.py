@@ -42,11 +42,7 @@ def test_all_have_one_structure(shared: list[SharedModel]) -> None:
         assert getattr(first, name) == getattr(second, name)
     for name in ("geom_type", "geom_contype", "geom_conaffinity", "jnt_type", "body_parentid", "dof_length"):
         assert np.array_equal(getattr(first, name), getattr(second, name)), name
-
-
-def test_no_more_places_than_the_kitchen_with_the_most_needs(shared: list[SharedModel]) -> None:
-    """Three doors, a drawer, a thing with a lid and a thing without one."""
-    assert shared[0].model.njnt == 3 + 1 + 2 + 1
+    assert first.njnt == 3 + 1 + 2 + 1, "three doors, a drawer, a thing with a lid and a thing without one"
 
 
 @pytest.mark.parametrize("number", [0, 1])
@@ -106,12 +102,6 @@ class TestEachKitchen:
         assert data.xpos[parked][:, 2].max() < -4
 
 
-def test_a_lid_and_its_kettle_never_collide(shared: list[SharedModel]) -> None:
-    one = shared[0]
-    pair = {one.geoms["kettle__body"], one.geoms["kettle__lid_plate"]}
-    assert not any({int(a), int(b)} == pair for a, b in np.argwhere(candidate_pairs(one.model)))
-
-
 def test_sites_of_tasks_are_kept_and_corners_of_bounds_are_not(shared: list[SharedModel]) -> None:
     assert set(shared[0].sites) == {"corner__place_site"}
     data = begun(shared[0].model, shared[0].start)
@@ -125,8 +115,10 @@ def test_a_light_that_a_kitchen_lacks_is_off(shared: list[SharedModel]) -> None:
     assert shared[1].model.cam_pos[shared[1].cameras["at_sink"]] == pytest.approx([2, -2, 2])
 
 
-def test_a_start_is_that_of_the_keyframe(shared: list[SharedModel]) -> None:
+def test_a_start_is_that_of_the_keyframe_and_a_lid_never_meets_its_kettle(shared: list[SharedModel]) -> None:
     one = shared[0]
+    pair = {one.geoms["kettle__body"], one.geoms["kettle__lid_plate"]}
+    assert not any({int(a), int(b)} == pair for a, b in np.argwhere(candidate_pairs(one.model)))
     assert one.start[addresses(one.model, one.joints["corner__slide"])] == pytest.approx([-0.1])
     assert one.start[addresses(one.model, one.joints["plate__free"])][:3] == pytest.approx([0.7, -0.3, 0.92])
 
@@ -167,12 +159,9 @@ def test_a_robot_comes_after_all_that_is_the_kitchens(text: str, mocaps: int, sh
         assert ours.model.joint("robot_lift").id == ours.model.njnt - 1
 
 
-def test_a_robot_that_does_not_load_is_told_by_name() -> None:
+def test_what_is_no_robot_and_no_batch_form_is_refused_by_name() -> None:
     with pytest.raises(CasaError, match=r"nowhere\.xml: MuJoCo cannot load this robot"):
         robot_of("nowhere.xml")
-
-
-def test_what_is_no_batch_form_is_refused_by_name() -> None:
     text = FIRST.replace(
         "<contact>", '<tendon><fixed name="t"><joint joint="base__hinge" coef="1"/></fixed></tendon><contact>'
     )
