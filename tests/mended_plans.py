@@ -8,9 +8,8 @@ from casa_assets.pipeline.kitchens import check
 from casa_assets.pipeline.kitchens.recipe import SceneRecipe
 from casa_assets.pipeline.plans.check import check_plan, plan_id
 from casa_assets.registry.kitchens import load_style
+from tests.plan_corpus import plans
 from tests.projects import Project
-
-CORPUS = Path(__file__).parent / "unit" / "plans" / "corpus"
 
 
 def problems_when_built(name: str, style: str, project: Project, out: Path) -> list[str]:
@@ -19,11 +18,10 @@ def problems_when_built(name: str, style: str, project: Project, out: Path) -> l
     Args:
         project: writes the mended plan into its `plans/`. out: folder of the scenes, not there yet.
     """
-    path = CORPUS / f"{name}.yaml"
-    found = check_plan(path.read_text(encoding="utf-8"), path.name, load_style(style)[0])
+    found = check_plan(plans()[name], f"{name}.yaml", load_style(style)[0])
     if not found.mended:
         return [f"{told.fault.expected}, got {told.fault.got}" for told in found.faults if told.fault.mend is None]
-    plan = plan_id(path.name)
+    plan = plan_id(f"{name}.yaml")
     project({f"plans/{plan}.yaml": found.text})
     done = check.check_one(SceneRecipe(plan, style), out, drawn=False, in_3d=False)
     return [done.message] if done.message else [f"{i.code} {i.pointer}: {i.message}" for i in done.problems]

@@ -1,7 +1,7 @@
 """Plans as language models write them: each fits, has corrections that make it fit, or is told what it lacks where.
 
-`corpus/` holds the plans; `expected.yaml` has the sentences of the corrections of each in their order, or the line and
-pointer of the first fault that has no correction, behind an exclamation mark; nothing for those that fit.
+`tests.plan_corpus` has the plans; `expected.yaml` has the sentences of the corrections of each in their order, or the
+line and pointer of the first fault that has no correction, behind an exclamation mark; nothing for those that fit.
 A dozen that differ most are tried with every change, all of them before a release.
 `CASA_NEW_EXPECTED=1` in the environment, and `-m certify`, have the table written anew, to be read before it is
 committed.
@@ -13,7 +13,6 @@ import json
 import os
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import pytest
 from jsonschema import Draft202012Validator
@@ -29,15 +28,15 @@ from casa_assets.projects import data_root
 from casa_assets.registry.edit import Edit, EditKind
 from casa_assets.registry.kitchens import laid_over_like, load_style, style_names
 from casa_assets.registry.read import parse_document, read_document
+from tests.plan_corpus import plans
 
 pytestmark = pytest.mark.content("code", "pipeline.plans", keep=0)
 
-HERE = Path(__file__).parent
-PLANS = sorted((HERE / "corpus").glob("*.yaml"))
+PLANS = plans()
 # A plan that is right, one like another, faults of YAML, words, units of length, rows, corners, openings and islands.
 FEW = ("ok_corner", "draft_like", "open_brace", "prose_and_fence", "feet_and_inches", "misspelt_kind")
 FEW += ("no_such_wall", "row_too_long", "no_corner", "wide_door", "windows_overlap", "island_too_large")
-EXPECTED = HERE / "expected.yaml"
+EXPECTED = Path(__file__).parent / "expected.yaml"
 STYLE = "modern_1"
 MAX_CALLS = 5
 # Faults that a schema cannot say: which of two keys, which of two numbers is the larger, what is like another plan.
@@ -45,94 +44,82 @@ BEYOND_SCHEMA = {"at_and_over", "draft_like", "island_alone", "neither_at_nor_ov
 BEYOND_SCHEMA |= {"range_reversed", "window_with_closet"}
 
 
-def sentences(path: Path) -> list[str]:
+def sentences(name: str) -> list[str]:
     """What is said of a plan, as expected.yaml has it."""
-    found = check_plan(path.read_text(encoding="utf-8"), path.name, load_style(STYLE)[0])
+    found = check_plan(PLANS[name], f"{name}.yaml", load_style(STYLE)[0])
     if not found.mended:
         first = next(told for told in found.faults if told.fault.mend is None)
-        assert first.fault.expected, path
+        assert first.fault.expected, name
         return [f"! {first.line} {'.'.join(map(str, first.fault.pointer))}".rstrip()]
     return [t.fault.mend.sentence for t in found.faults if t.fault.mend]
 
 
-def is_mended(path: Path) -> bool:
-    """True if all corrections together make it fit."""
-    return not any(said.startswith("!") for said in read_document(EXPECTED).value[path.stem] or ())
-
-
+# Those that all corrections together make fit.
 EACH = [
-    pytest.param(path, id=path.stem, marks=[pytest.mark.certify] * (path.stem not in FEW))
-    for path in PLANS
-    if is_mended(path)
+    pytest.param(name, marks=[pytest.mark.certify] * (name not in FEW))
+    for name, said in sorted(read_document(EXPECTED).value.items())
+    if not any(one.startswith("!") for one in said or ())
 ]
 
 
-@pytest.mark.parametrize(
-    "names", [FEW, pytest.param([path.stem for path in PLANS], marks=pytest.mark.certify)], ids=["few", "all"]
-)
+@pytest.mark.parametrize("names", [FEW, pytest.param(tuple(PLANS), marks=pytest.mark.certify)], ids=["few", "all"])
 def test_mends_are_those_of_the_table(names: Sequence[str]) -> None:
-    now = {path.stem: sentences(path) for path in PLANS if path.stem in names}
+    now = {name: sentences(name) for name in PLANS if name in names}
     if os.environ.get("CASA_NEW_EXPECTED") and len(now) == len(PLANS):
         rows = "".join(f"{name}:\n" + "".join(f"  - {json.dumps(s)}\n" for s in said) for name, said in now.items())
         EXPECTED.write_text(rows, encoding="utf-8")
     wanted = {name: said or [] for name, said in read_document(EXPECTED).value.items()}
-    assert wanted.keys() == {path.stem for path in PLANS}
+    assert wanted.keys() == PLANS.keys()
     assert now == {name: wanted[name] for name in names}
     assert all((said == []) == name.startswith("ok_") for name, said in now.items())
 
 
-@pytest.mark.parametrize("path", EACH)
-def test_families_make_all_that_a_mended_plan_asks_for(path: Path) -> None:
+@pytest.mark.parametrize("name", EACH)
+def test_families_make_all_that_a_mended_plan_asks_for(name: str) -> None:
     """In one style each, between them in all."""
-    style = style_names()[PLANS.index(path) % len(style_names())]
-    found = check_plan(path.read_text(encoding="utf-8"), path.name, load_style(style)[0])
+    style = style_names()[list(PLANS).index(name) % len(style_names())]
+    found = check_plan(PLANS[name], f"{name}.yaml", load_style(style)[0])
     for item in found.kitchen.items if found.kitchen else ():
         params_of(item.choice)  # else CasaError
 
 
-@pytest.mark.parametrize("path", EACH)
-def test_a_program_that_makes_the_mends_gets_a_plan(path: Path) -> None:
+@pytest.mark.parametrize("name", EACH)
+def test_a_program_that_makes_the_mends_gets_a_plan(name: str) -> None:
     """The loop of a program that calls `check-plan --json`: it makes the edits, asks again, and builds in the end."""
-    text, style = path.read_text(encoding="utf-8"), load_style(STYLE)[0]
+    text, style, file = PLANS[name], load_style(STYLE)[0], f"{name}.yaml"
     for _ in range(MAX_CALLS):
-        found = check_plan(text, path.name, style)
+        found = check_plan(text, file, style)
         if found.fits:
             break
         for told in found.faults:
             facts = json.loads(json.dumps(told.facts))
             assert facts["mend"], facts
-            if facts["file"] == path.name:
-                assert 1 <= facts["line"] <= len(path.read_text(encoding="utf-8").splitlines())
-            text = made(text, facts["mend"], path.name)
+            if facts["file"] == file:
+                assert 1 <= facts["line"] <= len(PLANS[name].splitlines())
+            for edit in facts["mend"]["edits"]:
+                change = Edit(EditKind(edit["op"]), tuple(edit["pointer"]), edit["new"])
+                text = edited_text(text, file, change)
     assert found.fits, [told.facts for told in found.faults]
     # The code of the families says the same of it as the short table of their sizes.
-    document = parse_document(text, path.name)
-    value = laid_over_like(document, plan_id(path.name)).value if "like" in document.value else document.value
-    assert request_kitchen(Plan.model_validate({**value, "id": plan_id(path.name)}), style, preset_params()).items
-
-
-def made(text: str, mend: dict[str, Any], name: str) -> str:
-    """A text after a correction, as JSON has it."""
-    for edit in mend["edits"]:
-        change = Edit(EditKind(edit["op"]), tuple(edit["pointer"]), edit["new"])
-        text = edited_text(text, name, change)
-    return text
+    document = parse_document(text, file)
+    value = laid_over_like(document, plan_id(file)).value if "like" in document.value else document.value
+    assert request_kitchen(Plan.model_validate({**value, "id": plan_id(file)}), style, preset_params()).items
 
 
 def test_the_schema_sees_what_is_wrong_with_their_form() -> None:
     validator = Draft202012Validator(json.loads(schema_text("plan")))
     unseen, wrong = set(), set()
-    for path in PLANS:
+    for name, text in PLANS.items():
         try:
-            value = parse_document(path.read_text(encoding="utf-8"), path.name).value
+            value = parse_document(text, f"{name}.yaml").value
         except CasaError:
             continue
         if not isinstance(value, dict):
             continue
-        is_wrong = bool(record_faults(value, path.stem))
+        is_wrong = bool(record_faults(value, name))
         is_seen = next(validator.iter_errors(value), None) is not None
-        unseen |= {path.stem} if is_wrong and not is_seen else set()
-        wrong |= {path.stem} if is_seen and not is_wrong else set()
+        unseen |= {name} if is_wrong and not is_seen else set()
+        wrong |= {name} if is_seen and not is_wrong else set()
     assert unseen == BEYOND_SCHEMA
     assert wrong == set()
 
