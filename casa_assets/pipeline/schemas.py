@@ -110,11 +110,11 @@ def plan_as_written(made: Schema) -> Schema:
     _write_choices_short(definitions)
     for table, record in HAVE_IDS.items():
         definitions[f"{record}Row"] = _without(definitions[record], "id")
-        rows = made["properties"][table]
+        rows, named = made["properties"][table], definitions[record]["properties"]["id"]
         as_list = {k: rows.pop(k) for k in ("type", "items", "minItems") if k in rows}
         by_id: Schema = {
             "type": "object",
-            "propertyNames": _id_of(definitions[record]),
+            "propertyNames": {k: v for k, v in named.items() if k in ("pattern", "maxLength")},
             "additionalProperties": {"$ref": f"#/$defs/{record}Row"},
         }
         if "minItems" in as_list:
@@ -127,13 +127,8 @@ def plan_as_written(made: Schema) -> Schema:
             definitions[run]["properties"][row]["items"] = {"$ref": f"#/$defs/{record}Short"}
     parameter = definitions["Parameter"]
     numbers: Schema = {"type": "number", "exclusiveMinimum": 0}
-    short: Schema = {
-        "type": "array",
-        "items": numbers,
-        "minItems": 3,
-        "maxItems": 3,
-        "description": "default, low and high, metres",
-    }
+    short: Schema = {"type": "array", "items": numbers, "minItems": 3, "maxItems": 3}
+    short["description"] = "default, low and high, metres"
     definitions["Parameter"] = {"anyOf": [short, parameter], "description": parameter.pop("description", "")}
     whole: Schema = {}
     for table, record in HAVE_IDS.items():
@@ -174,10 +169,6 @@ def _without(record: Schema, field: str) -> Schema:
     copy = {**record, "properties": {k: v for k, v in record["properties"].items() if k != field}}
     copy["required"] = [k for k in record.get("required", []) if k != field]
     return copy
-
-
-def _id_of(record: Schema) -> Schema:
-    return {k: v for k, v in record["properties"]["id"].items() if k in ("pattern", "maxLength")}
 
 
 def _unit(record: Schema, kinds: list[str]) -> Schema:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import reduce
+from operator import getitem
 from types import MappingProxyType
 from typing import Any, get_args
 
@@ -46,7 +48,7 @@ class Document:
         lines, files = dict(self.lines), dict(self.files)
         value = _joined(self.value, upper.value, (), lines)
         for path, line in upper.lines.items():
-            if path not in lines or not isinstance(_at(upper.value, path), dict):
+            if path not in lines or not isinstance(reduce(getitem, path, upper.value), dict):
                 lines[path], files[path] = line, upper.file
         return replace(self, value=value, lines=MappingProxyType(lines), files=MappingProxyType(files))
 
@@ -83,12 +85,6 @@ def _joined(lower: Any, upper: Any, at: KeyPath, lines: dict[KeyPath, int]) -> A
     for key, value in upper.items():
         joined[key] = _joined(lower[key], value, (*at, key), lines) if key in lower else value
     return joined
-
-
-def _at(value: Any, path: KeyPath) -> Any:
-    for step in path:
-        value = value[step]
-    return value
 
 
 def fields_at(kind: type[BaseModel], path: Sequence[str | int]) -> tuple[str, ...]:

@@ -59,6 +59,10 @@ def _sizes(name: str) -> Mapping[str, Any]:
     asset = library_asset(name)
     middle, size = box_of(asset)
     width, depth, height = (round(float(value), 4) for value in size)
+    outlines, hinges = AssetOutlines(asset), [joint for joint in asset.joints if joint.kind is JointKind.HINGE]
+    doors, flaps = ([joint for joint in hinges if _is_upright(joint) is upright] for upright in (True, False))
+    aside = [float(np.abs(outlines.swept_points(joint)[..., 0] - middle[0]).max()) for joint in doors]
+    down = [float(outlines.swept_points(joint)[..., 2].min()) for joint in flaps]
     # Where an asset stands is decided by its box: its level face counts from the foot of that.
     foot = middle[2] - size[2] / 2 - float(asset.bounds[0, 2])
     return {
@@ -67,27 +71,13 @@ def _sizes(name: str) -> Mapping[str, Any]:
         "height": height,
         "size": max(width, depth),
         "level": round(level_of(asset) - foot, 4),
-        "sweep": round(_sweep(asset, middle[0], size[0]), 4),
-        "drop": round(_drop(asset, middle[2] - size[2] / 2), 4),
+        # How far doors reach past the sides of the box, and flaps hang below its foot.
+        "sweep": round(max(0.0, *aside, size[0] / 2) - size[0] / 2, 4),
+        "drop": round(max(0.0, *(middle[2] - size[2] / 2 - height for height in down), 0.0), 4),
         "category": asset.labels.category,
         "base": asset.base.value,
         "stands": stands_by_itself(asset),
     }
-
-
-def _sweep(asset: Asset, middle: float, width: float) -> float:
-    """Return how far parts that turn about an upright axis reach past the sides of an asset's box at most, metres."""
-    outlines = AssetOutlines(asset)
-    doors = filter(_is_upright, asset.joints)
-    reached = (float(np.abs(outlines.swept_points(joint)[..., 0] - middle).max()) for joint in doors)
-    return max(0.0, *reached, width / 2) - width / 2
-
-
-def _drop(asset: Asset, foot: float) -> float:
-    """How far what turns about a level axis hangs below the foot of an asset at most, metres."""
-    outlines = AssetOutlines(asset)
-    flaps = (joint for joint in asset.joints if joint.kind is JointKind.HINGE and not _is_upright(joint))
-    return max(0.0, *(foot - float(outlines.swept_points(joint)[..., 2].min()) for joint in flaps), 0.0)
 
 
 @read_once

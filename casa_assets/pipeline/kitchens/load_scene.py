@@ -59,10 +59,6 @@ def _in_memory(files: Files) -> tuple[str, dict[str, bytes]]:
     return files.entries[FILE].decode(), {path: data for path, data in files.entries.items() if path != FILE}
 
 
-# Decoded pictures that are kept, of 3 MB each.
-KEPT_PICTURES = 64
-
-
 @dataclass(frozen=True)
 class _Covering:
     """The parts of a model that show one finish.
@@ -147,9 +143,8 @@ def _covering(model: mujoco.MjModel, finish: str) -> _Covering:
 
 def _show(model: mujoco.MjModel, covering: _Covering, name: str, cache: Path) -> None:
     for number in covering.pictures:
-        material, pixels = _picture(
-            find_recipe(name), int(model.tex_width[number]), int(model.tex_height[number]), cache
-        )
+        width, height = int(model.tex_width[number]), int(model.tex_height[number])
+        material, pixels = _picture(find_recipe(name), width, height, cache)
         start = int(model.tex_adr[number])
         model.tex_data[start : start + pixels.size] = pixels.ravel()
     assert material.tile_m is not None, "the finish of a texture has a size"
@@ -163,7 +158,7 @@ def _show(model: mujoco.MjModel, covering: _Covering, name: str, cache: Path) ->
         model.mat_metallic[i], model.mat_roughness[i] = material.metallic, material.roughness
 
 
-@lru_cache(maxsize=KEPT_PICTURES)
+@lru_cache(maxsize=64)  # of 3 MB each
 def _picture(recipe: TextureRecipe, width: int, height: int, cache: Path) -> tuple[Material, NDArray[np.uint8]]:
     """The material of a texture, and its picture as (height, width, 3)."""
     material = finish_of(recipe, cache).material

@@ -13,7 +13,7 @@ import os.path
 import re
 import struct
 import zipfile
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path, PurePosixPath
@@ -107,10 +107,18 @@ def members_of(folder: Path) -> dict[str, bytes]:
     """
     own = [mjcf.FILE, LIGHT_FILE, usd.FILE, usd.NESTED_FILE, isaac_lab.FILE, SCENE_JSON]
     own += [name for name in (f"{OVERVIEW}.png", "report.json", START_STATES) if (folder / name).is_file()]
-    found = {name: _inwards(name, _read(folder / name)) for name in own}
+    # The shared folder is inside; `./` anchors what a usda names to its own folder.
+    prefixes = {".xml": ('file="', f'file="{SHARED}/'), ".usda": ("@", f"@./{SHARED}/")}
+    found = {}
+    for name in own:
+        before, inside = prefixes.get(PurePosixPath(name).suffix, ("", ""))
+        data = _read(folder / name)
+        found[name] = data.replace(f"{before}../{SHARED}/".encode(), inside.encode()) if before else data
     waiting = [path for name in own for path in _references(name, found[name])]
     assets = folder.parent / SHARED
-    waiting += [f"{SHARED}/{BEHAVIOR}/{path.name}" for path in _behaviors(assets, found[usd.FILE])]
+    # State machines of those assets whose layers scene.usda names.
+    ids = sorted({PurePosixPath(match[1].decode()).stem for match in USD_REFERENCE.finditer(found[usd.FILE])})
+    waiting += [f"{SHARED}/{BEHAVIOR}/{one}.json" for one in ids if (assets / BEHAVIOR / f"{one}.json").is_file()]
     while waiting:
         path = waiting.pop()
         if path in found:
@@ -162,25 +170,11 @@ def _entry(path: str, compression: int) -> zipfile.ZipInfo:
     return entry
 
 
-def _inwards(name: str, data: bytes) -> bytes:
-    """A file of the scene with the shared folder inside: `./` anchors what a usda names to its own folder."""
-    outside = f"../{SHARED}/"
-    if name.endswith(".xml"):
-        return data.replace(f'file="{outside}'.encode(), f'file="{SHARED}/'.encode())
-    return data.replace(f"@{outside}".encode(), f"@./{SHARED}/".encode()) if name.endswith(".usda") else data
-
-
 def _references(path: str, data: bytes) -> Iterator[str]:
     """Paths in the pack that a file of it names."""
     pattern = {".xml": MJCF_REFERENCE, ".usda": USD_REFERENCE}.get(PurePosixPath(path).suffix)
     for match in pattern.finditer(data) if pattern else ():
         yield os.path.normpath(PurePosixPath(path).parent / match[1].decode())
-
-
-def _behaviors(assets: Path, layer: bytes) -> Iterable[Path]:
-    """Files of the state machines of those assets whose layers scene.usda names."""
-    ids = sorted({PurePosixPath(match[1].decode()).stem for match in USD_REFERENCE.finditer(layer)})
-    return [path for name in ids if (path := assets / BEHAVIOR / f"{name}.json").is_file()]
 
 
 def _read(path: Path) -> bytes:

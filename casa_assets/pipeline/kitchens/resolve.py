@@ -50,7 +50,6 @@ from casa_assets.registry.tables import load_roles
 # Lived in -------------------------------------------------------------------------------------------------------------
 # Put objects of registry/objects/ into a composed kitchen, and keep those that stay where they were put.
 
-LANE = "scene/objects"
 FULL, LIGHT = "full", "light"  # forms of a scene
 # Members are drawn with the seed that `casa-assets objects build` draws with unless it is told otherwise.
 MEMBER_SEED = 0
@@ -73,7 +72,7 @@ MAX_STILL_RUNS = 4
 def put_into(scene: Scene, count: int, seed: int, store: AssetStore) -> Scene:
     """Return the scene with up to `count` more objects, fewer if there is not enough room; all at rest."""
     habits, objects = load_habits(), ObjectMembers(store)
-    rng = rng_for(seed, f"{LANE}/{scene.id}")
+    rng = rng_for(seed, f"scene/objects/{scene.id}")
     spaces = find_spaces(scene, habits.spaces)
     groups: tuple[PutGroup, ...] = ()
     for _ in range(MAX_ROUNDS):
@@ -312,7 +311,11 @@ def resolve(recipe: SceneRecipe) -> KitchenRequest:
         finished = with_finishes(equipped, dict(recipe.surfaces), recipe.mixed)
         try:
             kitchen = request_kitchen(plan, finished, preset_params(), given, recipe.closed, load_roles())
-            _check_taken(recipe.plan, chosen, kitchen)
+            there = {item.choice.preset for item in kitchen.items}
+            for role, choice in chosen.items():
+                if choice.preset not in there:
+                    message = f"plan {recipe.plan} has nothing of this role, or names another model for it itself"
+                    raise CasaError(f"model of {role}: {choice.preset} would stand nowhere: {message}")
             return kitchen
         except PlanConflict as error:
             failed = error
@@ -322,15 +325,6 @@ def resolve(recipe: SceneRecipe) -> KitchenRequest:
             raise style_document.fault(error.pointer, error.expected, error.got) from error
     assert failed is not None
     raise error_with_line(failed, document)
-
-
-def _check_taken(plan: str, chosen: Mapping[str, PresetChoice], kitchen: KitchenRequest) -> None:
-    """Raise CasaError where nothing in a kitchen is of a model that was chosen for it."""
-    there = {item.choice.preset for item in kitchen.items}
-    for role, choice in chosen.items():
-        if choice.preset not in there:
-            message = f"plan {plan} has nothing of this role, or names another model for it itself"
-            raise CasaError(f"model of {role}: {choice.preset} would stand nowhere: {message}")
 
 
 def with_finishes(style: Style, surfaces: Mapping[Surface, str], mixed: bool = False) -> Style:
@@ -391,8 +385,9 @@ def merge_nested(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, 
     merged = dict(base)
     for key, value in over.items():
         current = merged.get(key)
-        is_nested = isinstance(current, Mapping) and isinstance(value, Mapping)
-        merged[key] = merge_nested(current, value) if is_nested else value
+        if isinstance(current, Mapping) and isinstance(value, Mapping):
+            value = merge_nested(current, value)
+        merged[key] = value
     return merged
 
 

@@ -48,7 +48,12 @@ def read_states(folder: Path) -> StartStates:
             f"{path}: there are no start states; casa-assets scenes states {folder.name} makes them"
         ) from None
     except _DAMAGED as error:
-        raise CasaError(f"{path}: cannot be read ({_first_line(error)}); draw the states again with --force") from error
+        if isinstance(error, ValidationError):
+            first = error.errors()[0]
+            why = f"{'.'.join(map(str, first['loc'])) or 'all of it'}: {first['msg']}"
+        else:
+            why = (str(error) or type(error).__name__).splitlines()[0]
+        raise CasaError(f"{path}: cannot be read ({why}); draw the states again with --force") from error
 
 
 def read_current_states(folder: Path, scene: Path) -> StartStates:
@@ -67,10 +72,3 @@ def read_current_states(folder: Path, scene: Path) -> StartStates:
 def digest_of_file(path: Path) -> str:
     """sha256 of the bytes of a file, as start states name the scene.xml that they belong to."""
     return hashlib.sha256(path.read_bytes()).hexdigest()
-
-
-def _first_line(error: Exception) -> str:
-    if isinstance(error, ValidationError):
-        first = error.errors()[0]
-        return f"{'.'.join(map(str, first['loc'])) or 'all of it'}: {first['msg']}"
-    return (str(error) or type(error).__name__).splitlines()[0]

@@ -22,7 +22,7 @@ from casa_assets.layouts.plan.style_models import StyleModels
 from casa_assets.model.kitchen.floor import RunEnd
 from casa_assets.model.kitchen.plan import MOST_SEATS, BaseKind, BaseUnit, OpeningKind, Plan, Run, UpperKind, UpperUnit
 from casa_assets.model.registry.document import KeyPath
-from casa_assets.pipeline.plans.draft import Draft
+from casa_assets.pipeline.plans.draft import FROM_END_M, WINDOW_FROM_END_M, Draft
 from casa_assets.pipeline.plans.values import name_faults
 from casa_assets.registry.edit import Edit, Fault, Mend, flow_text
 
@@ -30,10 +30,8 @@ from casa_assets.registry.edit import Edit, Fault, Mend, flow_text
 NO_PLAN = (ValidationError, CasaError, KeyError, IndexError, TypeError)
 MOST_CONFLICTS = 12  # one after the other, on the way to a kitchen
 # Least widths, metres, that a unit may be narrowed to; what is not here has the width of its appliance.
-LEAST = {
-    "gap": 0.05, "filler": 0.03, "shelf": 0.25, "boards": 0.3, "glass": 0.3, "doors": 0.3, "drawers": 0.3,
-    "pantry": 0.3, "island": 0.8,
-}  # fmt: skip
+LEAST = {"gap": 0.05, "filler": 0.03, "shelf": 0.25, "island": 0.8}
+LEAST |= dict.fromkeys(("boards", "glass", "doors", "drawers", "pantry"), 0.3)
 # What is taken out first; of units of one kind the last in the row. Sinks, cookers and refrigerators stay, and so does
 # the hood over a cooker.
 GIVEN_UP = (
@@ -46,8 +44,7 @@ LEAST_ADDED, MOST_ADDED = 0.3, 0.9
 WORKTOPS = (BaseKind.DOORS, BaseKind.DRAWERS, BaseKind.DISHWASHER)
 HOOD_WIDTHS_M = (0.9, 0.76, 0.6)  # usual ones
 LEAST_UPPER_M = 0.25
-# What has to remain of a wall beside an opening; the sill of a window reaches beyond its casing.
-FROM_END_M, WINDOW_FROM_END_M, BELOW_CEILING_M = 0.05, 0.13, 0.1
+BELOW_CEILING_M = 0.1  # that has to remain of a wall over an opening
 
 Units = Sequence[BaseUnit | UpperUnit]
 Changes = Mapping[int, tuple[float, float] | None]  # number of a unit: its least and greatest width; None: it goes

@@ -20,7 +20,7 @@ from casa_assets.layouts.order.request import placed_run
 from casa_assets.layouts.order.worktops import WORKTOP_BREAKS
 from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.aisles import find_aisles
-from casa_assets.layouts.plan.room import WallHole, WallLine
+from casa_assets.layouts.plan.room import WallHole
 from casa_assets.layouts.plan.runs import UnitSlot
 from casa_assets.layouts.plan.style_models import APPLIANCE_ROLES
 from casa_assets.layouts.plan.swings import Part, door_width_clear, fronts_of
@@ -174,9 +174,14 @@ def _rows(draft: Draft) -> Iterator[Problem]:
     """Yield runs that overlap, are outside the room or too near to a wall, or are too near to each other."""
     kitchen, rows = draft.kitchen, {n: o for n, o in draft.solids.items() if n in draft.kitchen.lines}
     corners, walls = {frozenset(c.runs) for c in draft.plan.corners}, [w.id for w in kitchen.room.walls]
+    after = {wall: walls[(k + 1) % len(walls)] for k, wall in enumerate(walls)}
     joined = {frozenset((r.id, r.joins.run)) for r in draft.plan.runs if r.joins}
     for name, outline in rows.items():
-        near = min((_before(w, outline) for w in kitchen.room.walls if not w.open), default=math.inf)
+        near = math.inf  # to the walls that it is in front of
+        for wall in (w for w in kitchen.room.walls if not w.open):
+            along, before = zip(*(wall.frame.to_local(*p) for p in outline), strict=True)
+            if max(along) > 0.05 and min(along) < wall.length - 0.05:
+                near = min(near, *before)
         if not all(kitchen.room.contains(*p) for p in draft.row_outline(name, CLASH_M)):
             yield Problem(name, "a row inside the room", "one that reaches out of it", max(CLASH_M, -near))
         elif kitchen.lines[name].is_island and near < LEAST_FROM_WALL_M:
@@ -185,7 +190,6 @@ def _rows(draft: Draft) -> Iterator[Problem]:
     for other, name in itertools.combinations(rows, 2):
         one, two = kitchen.lines[name], kitchen.lines[other]
         depth, pair = penetration_depth(rows[name], rows[other]), frozenset((name, other))
-        after = {wall: walls[(k + 1) % len(walls)] for k, wall in enumerate(walls)}
         order = [[a.id, b.id] for a, b in ((one, two), (two, one)) if after.get(a.run.on or "", "") == b.run.on]
         if pair in corners:
             continue
@@ -201,12 +205,6 @@ def _rows(draft: Draft) -> Iterator[Problem]:
             if turn >= 90.0 or not (one.at_wall and two.at_wall):
                 expected = f"an aisle of at least {LEAST_AISLE_M} m between {other} and {name}"
                 yield Problem(name, expected, f"{-depth:.2f} m", LEAST_AISLE_M + depth, [other])
-
-
-def _before(wall: WallLine, outline: Sequence[Vec2]) -> float:
-    """Return the distance of an outline from the wall behind it, metres; infinite if it is not in front of the wall."""
-    along, before = zip(*(wall.frame.to_local(*p) for p in outline), strict=True)
-    return min(before) if max(along) > 0.05 and min(along) < wall.length - 0.05 else math.inf
 
 
 def _face(one: Sequence[Vec2], other: Sequence[Vec2]) -> bool:

@@ -158,7 +158,10 @@ def render(
         tiles=_tiles(totals, counts(totals, found.fits, found.compared) | {"advice": loud}),
         conditions=[(f"{one.mark} {one}", one.holds) for one in found.outcomes],
         groups=[("Category", _counted("category", totals.categories)), ("Source", _counted("source", totals.sources))],
-        reasons=_reasons(totals, words),
+        reasons=[
+            row | {"link": "#" + urlencode({"decide" if row["verdict"] == "review" else "reason": row["reason"]})}
+            for row in reasons(totals, words)
+        ],
         whole=render_library_section(whole.report, words.explanations, whole.weights) if whole else NO_SECTION,
         fits=[_fit(fit) for fit in found.fits],
         compared=_changes(found.compared, links or {}) if found.compared else None,
@@ -201,14 +204,6 @@ def _fit(fit: PriorFit) -> dict[str, Any]:
 def _counted(key: str, groups: Mapping[str, Mapping[Decision, int]]) -> list[dict[str, Any]]:
     """Counts by verdict of categories or sources, with links to what is counted."""
     return [{**row, "link": f"#{urlencode({key: row['name']})}"} for row in by_verdict(groups)]
-
-
-def _reasons(totals: Totals, words: Words) -> list[dict[str, Any]]:
-    """Reasons with links to the entries that have them."""
-    rows = reasons(totals, words)
-    for row in rows:
-        row["link"] = "#" + urlencode({"decide" if row["verdict"] == "review" else "reason": row["reason"]})
-    return rows
 
 
 def _tiles(totals: Totals, shown: Mapping[str, int]) -> list[dict[str, str]]:
@@ -395,25 +390,19 @@ def _details(entry: Entry, context: RowContext) -> dict[str, Any]:
         # Refused rows of a manifest share one file and have no folder.
         files = [] if entry.path.endswith(f"/{ROWS}") else [["reason", relative_link(REFUSAL)]]
         return {"results": results, "reason": reason, "fix": fix, "files": files}
+    seen = context.found.whole.seen.get(entry.id) if context.found.whole else None
     return {
         "results": results,
         "hull": entry.summary.hull_vertices if entry.summary else 0,
         "uri": entry.uri,
         "prompt": entry.prompt,
         "generator": entry.generator,
-        "looks": _look(entry, context.found),
+        # In words, what CLIP sees in the pictures of an asset; empty if its present version was not looked at.
+        "looks": in_words(library_report.likeness_of(entry.id, seen)) if seen and seen.content == entry.digest else "",
         "warnings": [[issue.code, issue.pointer, issue.message] for issue in entry.warnings],
         "guesses": [[g.subject, g.value, _short(g.confidence), g.reason] for g in entry.guesses],
         "files": [[label, relative_link(path.format(id=entry.id))] for label, path in FILES],
     }
-
-
-def _look(entry: Entry, found: Findings) -> str:
-    """Return, in words, what CLIP sees in the pictures of an asset; empty if its present version was not looked at."""
-    seen = found.whole.seen.get(entry.id) if found.whole else None
-    if seen is None or seen.content != entry.digest:
-        return ""
-    return in_words(library_report.likeness_of(entry.id, seen))
 
 
 def _status_number(result: CheckResult) -> int:

@@ -155,7 +155,8 @@ def write_index(
             found: list[LibraryParts] = []
             kept: list[str] = []
             for name in sorted(by_name):
-                states[name] = _state(by_name[name])
+                # It changes whenever an entry comes, goes or is replaced, and with this code.
+                states[name] = digest_of(key_of(write_index), by_name[name].shelf_times())
                 state, old = before.get(name, ("", None))
                 if old is not None and state == states[name] and _is_whole(old, folder):
                     found.append(old)
@@ -255,11 +256,6 @@ def _schema() -> pyarrow.Schema:
 
     types = {name: pyarrow.type_for_alias(kind) for name, kind in COLUMNS.items()}
     return pyarrow.schema([*types.items(), ("library", pyarrow.string())])
-
-
-def _state(library: disk.Library) -> str:
-    """State of a library's folders, which changes whenever an entry comes, goes or is replaced, and of this code."""
-    return digest_of(key_of(write_index), library.shelf_times())
 
 
 def _is_whole(library: LibraryParts, folder: Path) -> bool:

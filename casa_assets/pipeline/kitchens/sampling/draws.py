@@ -155,11 +155,6 @@ def _size_step(floor_m2: float) -> int:
     return min(max(math.floor((floor_m2 - SMALLEST_M2) / STEP_M2), 0), last)
 
 
-def distance(first: Traits, second: Traits) -> float:
-    """Distance of two kitchens, 0 to 1."""
-    return float(_Table([first, second]).distances_from(0)[1])
-
-
 def _neighbours(found: Sequence[Traits]) -> Neighbours:
     if len(found) < 2:
         return Neighbours(None, None, 0, None)

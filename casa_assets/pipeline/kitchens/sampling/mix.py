@@ -89,7 +89,6 @@ def _colors(value: Any, name: str = "") -> Iterator[str]:
 # looked at and checked there. Which parts go together is data, registry/mixing.yaml.
 
 GROUPS = ("base", "upper", "tall", "island")  # of cabinets
-LANE = "scene/mix"
 
 
 def mixed_style(style: Style, seed: int, turn: int = 0) -> Style:
@@ -146,7 +145,7 @@ def _models(style: Style, seed: int, turn: int, parts: Mapping[str, Style]) -> M
 
 def _drawn(style: Style, others: Sequence[Style], seed: int, turn: int, part: str) -> Style:
     """The style that a part is taken from."""
-    rng = rng_for(seed, f"{LANE}/{part}/{turn}")
+    rng = rng_for(seed, f"scene/mix/{part}/{turn}")
     if float(rng.random()) < load_mixing().own_share or not others:
         return style
     return others[int(rng.integers(len(others)))]

@@ -10,13 +10,13 @@ import pytest
 
 from casa_assets.pipeline.kitchens.recipe import SceneRecipe
 from casa_assets.pipeline.kitchens.sampling import draws
-from casa_assets.pipeline.kitchens.sampling.draws import Choices, Traits, distance, diversity_of, evenness
+from casa_assets.pipeline.kitchens.sampling.draws import Choices, Traits, diversity_of, evenness
 from casa_assets.registry.kitchens import plan_names, style_names
 
 SURFACES = {"wall": "brick", "floor": "oak", "counter": "marble", "cabinet": "navy"}
 FIXTURES = {"fridge": "fridge/steel", "sink": "sink/double", "stool": "stool/woven", "window": "window/slider"}
 ONE = Traits("a", "galley", "coastal", {"width": 0.5, "depth": 0.5}, 12.0, SURFACES, "shaker, bar", FIXTURES)
-POSSIBLE = Choices(10, 12, 9, dict.fromkeys(SURFACES, 100), dict.fromkeys(FIXTURES, 8))
+POSSIBLE = Choices(10, 12, 9, dict.fromkeys(SURFACES, 100), dict.fromkeys([*FIXTURES, "hob"], 8))
 
 
 def test_evenness_of_known_spreads() -> None:
@@ -54,8 +54,8 @@ def test_known_distances() -> None:
         ({"plan": "u", "style": "s", "surfaces": surfaces, "fronts": "slab, knob", "fixtures": fixtures}, 1.0),
     ]:
         other = replace(ONE, **changes)
-        assert distance(ONE, other) == pytest.approx(expected), changes
-        assert distance(other, ONE) == pytest.approx(expected), changes
+        for pair in ([ONE, other], [other, ONE]):
+            assert diversity_of(pair, POSSIBLE).neighbours.least == pytest.approx(expected, abs=1e-4), changes
 
 
 class TestDiversity:

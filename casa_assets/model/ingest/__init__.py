@@ -1,1 +1,0 @@
-"""Records of what comes in: source, bundle, raw model, and what a user overrides."""
