@@ -20,7 +20,6 @@ from casa_assets.errors import CasaError, RegistryError, UnknownId
 from casa_assets.model.kitchen.choices import Surface
 from casa_assets.pipeline.kitchens import resolve, scene_folders
 from casa_assets.pipeline.kitchens.recipe import SceneRecipe, all_recipes, recipe_of, recipes_matching, recipes_named
-from casa_assets.pipeline.reports import kitchens as book
 from casa_assets.preview import kitchen
 from casa_assets.registry import data_root
 from casa_assets.registry.kitchens import load_plan, plan_names, read_plan, style_names
@@ -84,16 +83,12 @@ class TestScene:
         for name in ("scene.xml", "scene.usda", "scene.json"):
             assert str(out) not in (out / SCENE / name).read_text(encoding="utf-8")
 
-    def test_second_build_keeps_it(self, out: Path) -> None:
+    def test_it_is_kept_while_it_is_whole(self, out: Path) -> None:
         before = (out / SCENE / "scene.xml").stat().st_mtime_ns
-        again = scene_folders.build_one(SceneRecipe(PLAN, STYLE), out, drawn=False)
-        assert again.kept
+        assert scene_folders.build_one(SceneRecipe(PLAN, STYLE), out, drawn=False).kept
         assert (out / SCENE / "scene.xml").stat().st_mtime_ns == before
-
-    def test_damaged_scene_is_made_anew(self, out: Path) -> None:
         (out / SCENE / "scene.json").write_text("{", encoding="utf-8")
-        again = scene_folders.build_one(SceneRecipe(PLAN, STYLE), out, drawn=False)
-        assert not again.kept
+        assert not scene_folders.build_one(SceneRecipe(PLAN, STYLE), out, drawn=False).kept
         assert json.loads((out / SCENE / "scene.json").read_text(encoding="utf-8"))["id"] == SCENE
 
     @pytest.mark.content("code", "pipeline.kitchens", keep=0)
@@ -198,11 +193,9 @@ class TestLoader:
         assert plain.nmeshvert == other.nmeshvert
         assert not np.array_equal(plain.tex_data, other.tex_data)
         changed = np.abs(plain.mesh_texcoord - other.mesh_texcoord).max(axis=1) > 1e-9
-        bodies = [plain.body("floor"), plain.body("threshold_door")]
-        geoms = [g for b in bodies for g in range(int(b.geomadr[0]), int(b.geomadr[0]) + int(b.geomnum[0]))]
-        meshes = {int(plain.geom_dataid[g]) for g in geoms} - {-1}
+        bodies = [plain.body("floor").id, plain.body("threshold_door").id]
         own = np.zeros_like(changed)
-        for mesh in meshes:
+        for mesh in set(plain.geom_dataid[np.isin(plain.geom_bodyid, bodies)]) - {-1}:
             first, count = int(plain.mesh_texcoordadr[mesh]), int(plain.mesh_texcoordnum[mesh])
             own[first : first + count] = True
         assert changed.any()
@@ -253,27 +246,19 @@ class TestIds:
                 assert re.fullmatch(SCENE + expected, recipe.scene_id)
                 assert recipe_of(recipe.scene_id) == recipe
 
-    def test_chosen_finishes_are_found_where_the_scene_stands(self, tmp_path: Path) -> None:
-        surfaces = resolve.ordered_surfaces([(Surface.FLOOR, "oak_ebony"), (Surface.WALL, "brick_red_running")])
-        recipe = SceneRecipe(PLAN, STYLE, 7, surfaces)
-        with pytest.raises(CasaError, match="digest of its finishes"):
-            recipe_of(recipe.scene_id, (tmp_path,))
-        (tmp_path / recipe.scene_id).mkdir()
-        shown = {"wall": "brick_red_running", "floor": "oak_ebony", "counter": "block_oak", "cabinet": "paint_navy"}
-        (tmp_path / recipe.scene_id / "scene.json").write_text(json.dumps({"surfaces": shown}), encoding="utf-8")
-        assert recipe_of(recipe.scene_id, (tmp_path,)) == recipe
-
-    def test_chosen_models_are_found_where_the_scene_stands(self, tmp_path: Path) -> None:
+    def test_chosen_finishes_and_models_are_found_where_the_scene_is(self, tmp_path: Path) -> None:
         models = resolve.ordered_models([("range", "range/pro_six"), ("fridge", "library:fridge_ab12")])
         assert [role for role, _ in models] == ["fridge", "range"]
-        recipe = SceneRecipe(PLAN, STYLE, 7, resolve.draw_surfaces(7), objects=9, mixed=True, models=models)
+        surfaces = resolve.ordered_surfaces([(Surface.FLOOR, "oak_ebony"), (Surface.WALL, "brick_red_running")])
+        recipe = SceneRecipe(PLAN, STYLE, 7, surfaces, objects=9, mixed=True, models=models)
         assert re.fullmatch(rf"{SCENE}__s7__t[0-9a-f]{{8}}__m[0-9a-f]{{8}}__mixed__o9", recipe.scene_id)
         assert recipe.scene_id != replace(recipe, models=models[1:]).scene_id
         message = r"'t\w+' is a digest of its finishes and 'm\w+' is a digest of its models; .*models=\{'range'"
         with pytest.raises(CasaError, match=message):
             recipe_of(recipe.scene_id, (tmp_path,))
         (tmp_path / recipe.scene_id).mkdir()
-        facts = {"surfaces": {}, "models": dict(models)}
+        shown = {"wall": "brick_red_running", "floor": "oak_ebony", "counter": "block_oak", "cabinet": "paint_navy"}
+        facts = {"surfaces": shown, "models": dict(models)}
         (tmp_path / recipe.scene_id / "scene.json").write_text(json.dumps(facts), encoding="utf-8")
         assert recipe_of(recipe.scene_id, (tmp_path,)) == recipe
 
@@ -283,26 +268,18 @@ class TestIds:
                 recipe_of(word)
 
 
-class TestPictures:
-    def test_every_camera_sees_the_kitchen(self, out: Path) -> None:
-        made = kitchen.open_scene(out / SCENE / "scene.xml", frame=kitchen.PictureSettings(96, 72, 1))
-        assert {"overview", "above", "at_sink", "at_stove"} <= set(made.cameras)
-        for name, pixels in kitchen.render_cameras(made, made.cameras, kitchen.PictureSettings(96, 72, 1)):
-            assert pixels.shape == (72, 96, 3)
-            assert 30 < pixels.mean() < 245, name
-            assert pixels.std() > 12, name
-
-    def test_unknown_camera_and_pose(self, out: Path) -> None:
-        made = kitchen.open_scene(out / SCENE / "scene.xml", frame=kitchen.PictureSettings(64, 48, 1))
-        with pytest.raises(CasaError, match="overview"):
-            list(kitchen.render_cameras(made, ["overvew"], kitchen.PictureSettings(64, 48, 1)))
-        with pytest.raises(CasaError, match="half_open"):
-            kitchen.open_scene(out / SCENE / "scene.xml", "half_open")
-
-    def test_book_lists_the_scene(self, out: Path) -> None:
-        page, picture = book.write(out)
-        assert SCENE in page.read_text(encoding="utf-8")
-        assert picture.read_bytes().startswith(b"\x89PNG")
+def test_every_camera_sees_the_kitchen(out: Path) -> None:
+    frame = kitchen.PictureSettings(96, 72, 1)
+    made = kitchen.open_scene(out / SCENE / "scene.xml", frame=frame)
+    assert {"overview", "above", "at_sink", "at_stove"} <= set(made.cameras)
+    for name, pixels in kitchen.render_cameras(made, made.cameras, frame):
+        assert pixels.shape == (72, 96, 3)
+        assert 30 < pixels.mean() < 245, name
+        assert pixels.std() > 12, name
+    with pytest.raises(CasaError, match="overview"):
+        list(kitchen.render_cameras(made, ["overvew"], frame))
+    with pytest.raises(CasaError, match="half_open"):
+        kitchen.open_scene(out / SCENE / "scene.xml", "half_open")
 
 
 def test_globs(tmp_path: Path) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import io
 import json
 import re
 from collections.abc import Sequence
@@ -32,12 +31,6 @@ from tests.unit.pipeline.test_alike import FIRST, OTHER
 HOSTILE = "</script><script>alert('x')</script><img src=x onerror=alert(1)>\"'&<!--]]>\u2028{{}}$title ${x}"
 BLANK = {field.name: "" for field in dataclasses.fields(Entry)} | {"checks": tally([]), "summary": None}
 BLANK |= {"warnings": (), "results": (), "guesses": ()}
-
-
-def png(size_px: int = 300) -> bytes:
-    out = io.BytesIO()
-    Image.new("RGB", (size_px, size_px), (180, 30, 30)).save(out, "PNG")
-    return out.getvalue()
 
 
 def entry(name: str = "mug_0000000001", mass: float = 0.25, warned: bool = False, word: str = "A mug") -> Entry:
@@ -134,10 +127,8 @@ def test_a_mark_that_nearly_all_assets_have_is_no_mark() -> None:
         return dataclasses.replace(entry(f"mug_{number:010}"), warnings=issues)
 
     rescaled, common, rare = "MSH014", "FLT011", "FLT018"
-    found = findings(
-        [with_advice(0, common, rare), with_advice(1, rescaled), *(with_advice(i, common) for i in range(2, 9))]
-    )
-    text = render(found)
+    many = [with_advice(i, common) for i in range(2, 9)]
+    text = render(findings([with_advice(0, common, rare), with_advice(1, rescaled), *many]))
     assert WORDS.needs_nothing(rescaled)
     assert data(text)["quiet"] == [common, rescaled]
     assert tile(text, "advised") == "1"
@@ -148,13 +139,8 @@ def test_a_mark_that_nearly_all_assets_have_is_no_mark() -> None:
 
 def test_details_tell_advice_from_failure() -> None:
     found = row_of(entry(word="why"))["more"]
-    assert [(r[0], r[1]) for r in found["results"]] == [
-        ("AST001", 1),
-        ("AST002", 0),
-        ("AST003", library_page.ADVICE_NUMBER),
-        ("KIN001", 2),
-        ("USD003", 3),
-    ]
+    numbers = {"AST001": 1, "AST002": 0, "AST003": library_page.ADVICE_NUMBER, "KIN001": 2, "USD003": 3}
+    assert {row[0]: row[1] for row in found["results"]} == numbers
     assert found["results"][0] == ["AST001", 1, 0.123457, 1.0, "m", ""]
     assert found["files"][0] == ["MJCF", "./model.xml"]
     assert found["guesses"] == [["scale", "why", 0.8, "why"]]
@@ -266,13 +252,10 @@ def test_a_page_of_2500_inputs_stays_below_ten_megabytes() -> None:
 
 def test_three_thousand_pictures_fit(tmp_path: Path) -> None:
     assert thumbnail_of(tmp_path) == b""
-    noise = Image.effect_noise((512, 512), 40).convert("RGB")
-    out = io.BytesIO()
-    noise.save(out, "PNG")
     # Noise is the worst there is, a mug on paper takes a fifth of it.
-    (tmp_path / "preview.png").write_bytes(out.getvalue())
+    Image.effect_noise((512, 512), 40).convert("RGB").save(tmp_path / "preview.png")
     assert len(thumbnail_of(tmp_path)) < 22_000
-    (tmp_path / "preview.png").write_bytes(png())
+    Image.new("RGB", (300, 300), (180, 30, 30)).save(tmp_path / "preview.png")
     assert 0 < len(thumbnail_of(tmp_path)) < 1_500
 
 
@@ -283,9 +266,8 @@ def test_what_is_said_of_the_library_as_a_whole_is_text() -> None:
         CheckResult(code="LIB002", status=Status.PASSED),
         CheckResult(code="LIB003", status=Status.NOT_RUN, reason="no weights"),
     )
-    told = render_library_section(
-        Report(subject="library", results=results, issues=issues), {"LIB001": HOSTILE}, HOSTILE
-    )
+    report = Report(subject="library", results=results, issues=issues)
+    told = render_library_section(report, {"LIB001": HOSTILE}, HOSTILE)
     tree = lxml.html.fromstring(f"<main>{told}</main>")
     (found,) = tree.xpath("//section[@class='card']")
     assert [e.text for e in found.xpath(".//em")] == ["1 found", "passed", "not run: no weights"]

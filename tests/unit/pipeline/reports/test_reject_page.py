@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import json
 import re
 from pathlib import Path
@@ -32,9 +31,7 @@ def refused(root: Path, code: str, message: str) -> None:
     words = {"id": folder.name, "code": code, "message": message, "category": "mug", "source": source}
     keys = {"producer": Producer.INGEST, "cache_key": "0" * 64, "sha256": "0" * 64}
     disk.write_refusal(folder, disk.Refusal.model_validate({**words, **keys}))
-    picture = io.BytesIO()
-    Image.new("RGB", (32, 32), (200, 30, 30)).save(picture, "PNG")
-    (folder / entry_files.PICTURE).write_bytes(picture.getvalue())
+    Image.new("RGB", (32, 32), (200, 30, 30)).save(folder / entry_files.PICTURE)
 
 
 @pytest.fixture(scope="module")

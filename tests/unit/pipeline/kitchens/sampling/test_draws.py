@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from dataclasses import replace
 
 import pytest
 
 from casa_assets.model.kitchen.choices import Surface
-from casa_assets.model.kitchen.style import Mixing, Style
+from casa_assets.model.kitchen.style import Style
 from casa_assets.pipeline.kitchens.recipe import SceneRecipe, recipe_of
 from casa_assets.pipeline.kitchens.resolve import draw_surfaces, resolve, with_finishes
 from casa_assets.pipeline.kitchens.sampling import draws
-from casa_assets.pipeline.kitchens.sampling.mix import goes_together, mixed_style, tone_of
-from casa_assets.pipeline.textures.recipes import find_recipe
+from casa_assets.pipeline.kitchens.sampling.mix import goes_together, mixed_style
 from casa_assets.registry.kitchens import load_mixing, load_style, plan_names, style_names
 
 CALM = {"wall": "plaster_chalk_white", "floor": "oak_natural_plank", "counter": "marble_carrara"}
@@ -32,8 +30,7 @@ class TestRecipes:
         assert many != draws.draw_recipes(60, 6)
         with_objects = draws.draw_recipes(20, 5, objects=10)
         assert [replace(one, objects=0, objects_seed=0) for one in with_objects] == many[:20]
-        assert {one.objects for one in with_objects} == {10}
-        assert len({one.objects_seed for one in with_objects}) == 20
+        assert len({one.objects_seed for one in with_objects if one.objects == 10}) == 20
 
     def test_draws_are_of_every_plan_and_style(self) -> None:
         many = draws.draw_recipes(200, 0)
@@ -74,24 +71,13 @@ class TestFinishes:
             with subtests.test(changed=changed, expected=expected):
                 assert goes_together({**CALM, **changed}.values()) is expected
 
-    def test_the_tone_of_a_paint_is_its_colour(self) -> None:
-        white, navy = tone_of(find_recipe("paint_pure_white")), tone_of(find_recipe("paint_navy"))
-        assert white is not None
-        assert navy is not None
-        assert white.lightness > 0.9
-        assert white.chroma < 0.03
-        assert navy.lightness < 0.45
-        assert -120 < navy.hue_deg < -60
-
 
 class TestMixing:
-    def test_the_same_seed_mixes_the_same_and_another_turn_anew(self) -> None:
+    def test_the_same_seed_mixes_the_same_and_finishes_and_light_stay(self) -> None:
         first = mixed_style(style("coastal"), 5)
         assert first == mixed_style(style("coastal"), 5)
-        assert first != mixed_style(style("coastal"), 6)
-        assert first != mixed_style(style("coastal"), 5, turn=1)
+        assert first not in (mixed_style(style("coastal"), 6), mixed_style(style("coastal"), 5, turn=1))
 
-    def test_finishes_and_light_stay(self) -> None:
         def kept(of: Style) -> list[object]:
             groups = (of.cabinets.base, of.cabinets.upper, of.cabinets.tall, of.cabinets.island)
             faces = [of.counter.face, of.island.face, *(group.face for group in groups)]
@@ -102,21 +88,12 @@ class TestMixing:
     def test_what_belongs_together_comes_from_one_style(self) -> None:
         styles = [style(name) for name in style_names()]
         for seed in range(20):
-            mixed = mixed_style(style("rustic"), seed)
+            mixed = mixed_style(style("modern_1"), seed)
             for roles in load_mixing().suites.values():
                 assert any(all(s.models[role] == mixed.models[role] for role in roles) for s in styles), (seed, roles)
-
-    def test_what_hangs_on_a_splashback_is_of_the_style_of_the_splashback(self) -> None:
-        styles = [style(name) for name in style_names()]
-        for seed in range(20):
-            mixed = mixed_style(style("modern_1"), seed)
+            # What hangs on a splashback is of its style.
             found = [s for s in styles if s.backsplash == mixed.backsplash and s.counter.edge == mixed.counter.edge]
             assert mixed.models["utensil_rack"] in [s.models["utensil_rack"] for s in found], seed
-
-    def test_every_model_of_a_role_is_drawn(self) -> None:
-        found = Counter(mixed_style(style("rustic"), seed).models["toaster"].preset for seed in range(300))
-        assert set(found) == {style(name).models["toaster"].preset for name in style_names()}
-        assert found.most_common(1)[0][0] == style("rustic").models["toaster"].preset, "its own is the likeliest"
 
     def test_appliances_behind_fronts_get_those_of_the_cabinets(self) -> None:
         painted = with_finishes(style("rustic"), {Surface.CABINET: "paint_navy"})
@@ -133,10 +110,4 @@ class TestMixing:
     def test_a_mixed_kitchen_fits_into_every_plan(self) -> None:
         for plan in plan_names():
             for seed in range(4):
-                kitchen = resolve(SceneRecipe(plan, "transitional_2", seed, mixed=True))
-                assert kitchen.plan.id == plan
-
-    def test_a_role_stands_in_one_suite(self) -> None:
-        rules = load_mixing()
-        with pytest.raises(ValueError, match="hob: a role stands in one suite"):
-            Mixing(own_share=0.3, suites={"a": ("hob", "oven"), "b": ("hob",)}, finishes=rules.finishes)
+                assert resolve(SceneRecipe(plan, "transitional_2", seed, mixed=True)).plan.id == plan

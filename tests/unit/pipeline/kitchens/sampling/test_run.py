@@ -22,7 +22,7 @@ from casa_assets.pipeline.kitchens import check
 from casa_assets.pipeline.kitchens.recipe import SceneRecipe, SceneResult
 from casa_assets.pipeline.kitchens.sampling import run
 from casa_assets.pipeline.kitchens.sampling.draws import draw_recipes
-from casa_assets.pipeline.kitchens.sampling.run import FOLDER, keep_draw, read_draw
+from casa_assets.pipeline.kitchens.sampling.run import FOLDER
 from tests.libraries import ROOT, command
 
 pytestmark = pytest.mark.content("code", "pipeline.kitchens.sampling", keep=0)
@@ -221,11 +221,12 @@ class TestOneDraw:
         assert set(first.cpu_s) == {"check", "rest"}
         again = self.sampled(monkeypatch, tmp_path, None)
         assert (again.kept, again.passed, again.problems, again.cpu_s) == (True, False, (issue,), first.cpu_s)
-
-    def test_of_one_that_passed_the_cost_is_kept(self, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+        # A damaged record is none: it is made again, and of one that passes the cost is kept too.
+        (path,) = (tmp_path / ".casa" / "cache" / FOLDER).iterdir()
+        path.write_text(path.read_text(encoding="utf-8")[:-9], encoding="utf-8")
         first = self.sampled(monkeypatch, tmp_path, SceneResult(self.RECIPE, "there", cpu_s={"check": 2.0}))
         again = self.sampled(monkeypatch, tmp_path, SceneResult(self.RECIPE, "there", kept=True))
-        assert again.cpu_s == first.cpu_s
+        assert (first.passed, again.cpu_s) == (True, first.cpu_s)
 
     def test_after_a_fault_and_with_other_code_it_is_made_again(
         self, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
@@ -243,10 +244,3 @@ class TestOneDraw:
         done = self.sampled(monkeypatch, tmp_path, SceneResult(self.RECIPE, message="too long"))
         assert (done.passed, done.message) == (False, "too long")
         assert not (tmp_path / ".casa" / "cache" / FOLDER).exists()
-
-    def test_a_damaged_record_is_none(self, tmp_path: Path) -> None:
-        keep_draw(tmp_path, SceneResult(self.RECIPE, message="it does not fit"), "k")
-        assert read_draw(tmp_path, self.RECIPE, "k") is not None
-        (path,) = (tmp_path / ".casa" / "cache" / FOLDER).iterdir()
-        path.write_text(path.read_text(encoding="utf-8")[:-9], encoding="utf-8")
-        assert read_draw(tmp_path, self.RECIPE, "k") is None
