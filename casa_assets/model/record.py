@@ -7,11 +7,19 @@ import hashlib
 import json
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, ClassVar, Self
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, StringConstraints, field_validator
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    GetCoreSchemaHandler,
+    SerializerFunctionWrapHandler,
+    StringConstraints,
+    field_validator,
+    model_serializer,
+)
 from pydantic_core import CoreSchema, core_schema
 
 Vec2 = tuple[float, float]
@@ -126,6 +134,16 @@ class Record(BaseModel):
 
     def __hash__(self) -> int:
         return hash(self.digest)
+
+
+class BriefRecord(Record):
+    """A record whose JSON leaves out the fields of `BLANKS` where they are empty."""
+
+    BLANKS: ClassVar[tuple[str, ...]] = ()
+
+    @model_serializer(mode="wrap")
+    def _without_blanks(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        return without_blanks(handler(self), self.BLANKS)
 
 
 def without_blanks(data: dict[str, Any], names: tuple[str, ...]) -> dict[str, Any]:

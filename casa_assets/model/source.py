@@ -5,15 +5,15 @@ from __future__ import annotations
 import hashlib
 from enum import StrEnum
 from functools import cached_property
-from typing import Annotated, Any
+from typing import Annotated
 
-from pydantic import Field, SerializerFunctionWrapHandler, model_serializer
+from pydantic import Field
 
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.asset.provenance import Guess, Provenance, place_of
 from casa_assets.model.issue import Issue
-from casa_assets.model.record import Id, Record, without_blanks
+from casa_assets.model.record import BriefRecord, Id, Record
 
 
 class SourceKind(StrEnum):
@@ -26,7 +26,7 @@ class SourceKind(StrEnum):
     MANIFEST = "manifest"
 
 
-class Source(Record):
+class Source(BriefRecord):
     """One input, as its source describes it; nothing here was guessed.
 
     Attributes:
@@ -37,6 +37,8 @@ class Source(Record):
         hints: further words that may name the category, best first (file stem, folder names, tags, title).
         node: name of the object within the file, for a file that was split; empty for a whole file.
     """
+
+    BLANKS = ("node",)
 
     kind: SourceKind
     path: str
@@ -51,10 +53,6 @@ class Source(Record):
     hints: tuple[str, ...] = ()
     node: str = ""
 
-    @model_serializer(mode="wrap")
-    def _without_blanks(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        return without_blanks(handler(self), ("node",))
-
     @property
     def place(self) -> str:
         """The path, followed by `#` and the name of the object if the file was split."""
@@ -62,20 +60,9 @@ class Source(Record):
 
     def provenance(self, sha256: str, guesses: tuple[Guess, ...]) -> Provenance:
         """Provenance of an asset made of this input: the source's own words, a digest of its bytes, and guesses."""
-        return Provenance(
-            source=self.kind.value,
-            path=self.path,
-            sha256=sha256,
-            uid=self.uid,
-            title=self.title,
-            author=self.author,
-            licence=self.licence,
-            uri=self.uri,
-            prompt=self.prompt,
-            generator=self.generator,
-            node=self.node,
-            guesses=guesses,
-        )
+        shared = type(self).model_fields.keys() & Provenance.model_fields.keys()
+        words = {name: getattr(self, name) for name in shared}
+        return Provenance(source=self.kind.value, sha256=sha256, guesses=guesses, **words)
 
 
 class Up(StrEnum):
@@ -86,7 +73,7 @@ class Up(StrEnum):
     Z = "z"
 
 
-class RawPart(Record):
+class RawPart(BriefRecord):
     """One mesh with one material. Vertices are in file units and file axes, with node transforms applied.
 
     Attributes:
@@ -95,18 +82,16 @@ class RawPart(Record):
         copy_number: number, from 1, of this copy of the mesh in a list of instances; 0 if the file has no such list.
     """
 
+    BLANKS = ("nodes", "copy_number")
+
     name: str
     mesh: Mesh
     material: Material
     nodes: tuple[str, ...] = ()
     copy_number: int = 0
 
-    @model_serializer(mode="wrap")
-    def _without_blanks(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        return without_blanks(handler(self), ("nodes", "copy_number"))
 
-
-class RawModel(Record):
+class RawModel(BriefRecord):
     """Everything read from one bundle.
 
     Attributes:
@@ -117,6 +102,8 @@ class RawModel(Record):
         instances: number of copies of meshes from lists of instances (EXT_mesh_gpu_instancing), all of which were read.
     """
 
+    BLANKS = ("joints", "instances")
+
     parts: Annotated[tuple[RawPart, ...], Field(min_length=1)]
     metres_per_unit: Annotated[float, Field(gt=0)] | None = None
     up: Up | None = None
@@ -124,10 +111,6 @@ class RawModel(Record):
     notes: tuple[Issue, ...] = ()
     joints: int = 0
     instances: int = 0
-
-    @model_serializer(mode="wrap")
-    def _without_blanks(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        return without_blanks(handler(self), ("joints", "instances"))
 
 
 class Bundle(Record):

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from enum import StrEnum
-from typing import Annotated, Any
+from typing import Annotated
 
-from pydantic import Field, SerializerFunctionWrapHandler, model_serializer
+from pydantic import Field
 
-from casa_assets.model.record import Id, Record, Sha256, Vec3, without_blanks
+from casa_assets.model.record import BriefRecord, Id, Record, Sha256, Vec3
 from casa_assets.model.registry.category import Portion, QCode
 
 Confidence = Annotated[float, Field(ge=0.0, le=1.0)]
@@ -30,7 +30,7 @@ def split_of(sha256: str) -> Split:
     return Split.TEST if int(sha256[:8], 16) % TEST_SHARE == 0 else Split.TRAIN
 
 
-class Labels(Record):
+class Labels(BriefRecord):
     """Class labels of an asset, for segmentation and language.
 
     Attributes:
@@ -42,15 +42,13 @@ class Labels(Record):
         portion: portion of a cut object, or None for a whole one.
     """
 
+    BLANKS = ("portion",)
+
     category: Id
     classes: tuple[Id, ...]
     qcode: QCode
     split: Split | None = None
     portion: Portion | None = None
-
-    @model_serializer(mode="wrap")
-    def _without_blanks(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        return without_blanks(handler(self), ("portion",))
 
 
 # Subject of the guess on an asset that probably has moving parts, none of which was found.
@@ -73,7 +71,7 @@ class Guess(Record):
     reason: str
 
 
-class Provenance(Record):
+class Provenance(BriefRecord):
     """Origin of an asset: source, author, licence, digest, and the guesses that were made.
 
     Attributes:
@@ -87,6 +85,8 @@ class Provenance(Record):
         guesses: everything that was decided without being stated.
     """
 
+    BLANKS = ("node",)
+
     source: Id
     path: str
     sha256: Sha256
@@ -99,10 +99,6 @@ class Provenance(Record):
     generator: str = ""
     node: str = ""
     guesses: tuple[Guess, ...] = ()
-
-    @model_serializer(mode="wrap")
-    def _without_blanks(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        return without_blanks(handler(self), ("node",))
 
     @property
     def place(self) -> str:

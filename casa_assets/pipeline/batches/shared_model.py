@@ -73,8 +73,7 @@ def robot_of(robot: str | Path | mujoco.MjSpec) -> Robot:
     return Robot(make, np.array(qpos), np.array(ctrl), int(model.nv), bool(len(free)))
 
 
-# Slots ----------------------------------------------------------------------------------------------------------------
-# Structures of several kitchens -> the places of one structure that holds each of them.
+# Slots: the places of one structure that holds each of several --------------------------------------------------------
 
 Kind = TypeVar("Kind", bound=Hashable)
 
@@ -161,8 +160,7 @@ def _most(found: Iterable[Mapping[Kind, Sequence[int]]]) -> dict[Kind, int]:
     return dict(sorted(most.items(), key=lambda item: repr(item[0])))
 
 
-# Shared spec ----------------------------------------------------------------------------------------------------------
-# One kitchen -> the MjSpec of it in a structure that it shares with others; what it lacks is parked.
+# Shared spec: one kitchen in a structure that it shares with others; what it lacks is parked --------------------------
 
 # Metres: how deep below the kitchen bodies are parked, how far apart, and half the size of a parked geom.
 PARK_DEPTH_M, PARK_SPACING_M, PARKED_M = 5.0, 0.2, 1e-3

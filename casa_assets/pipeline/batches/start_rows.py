@@ -110,7 +110,6 @@ def _settled(
     return [one for one in found if not isinstance(one, str)]
 
 
-# Awake sizes ----------------------------------------------------------------------------------------------------------
 # Sizes of buffers for engines in which nothing is asleep when they begin, so that all contacts at rest count.
 
 # Room for so many times what there is at rest.

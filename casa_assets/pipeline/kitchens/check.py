@@ -64,12 +64,9 @@ from casa_assets.pipeline.workers.pool import Workers
 from casa_assets.preview import kitchen as room
 from casa_assets.registry.plugins.checks import check_table, with_plugin_limits
 
-# Passed layers --------------------------------------------------------------------------------------------------------
-# Layers of assets that passed SimReady's rules, remembered in the cache by their content.
-
 
 class PassedLayers:
-    """Digests of layers that passed, an empty file for each in a folder of the cache."""
+    """Digests of layers of assets that passed SimReady's rules, an empty file for each in a folder of the cache."""
 
     def __init__(self, cache: Path) -> None:
         self.folder = cache / "simready"
@@ -86,8 +83,6 @@ class PassedLayers:
                 path.parent.mkdir(parents=True, exist_ok=True)
                 path.touch()
 
-
-# Check ----------------------------------------------------------------------------------------------------------------
 
 FLOOR_MAP = "floor_map.png"
 # Enough to tell whether a camera shows something, by its shares of black and white pixels.

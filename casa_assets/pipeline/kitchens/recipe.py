@@ -109,8 +109,7 @@ class SceneResult:
         return () if self.report is None else self.report.errors
 
 
-# Scene ids ------------------------------------------------------------------------------------------------------------
-# Parse ids of kitchens, as `SceneRecipe.scene_id` writes them, back into recipes.
+# Ids of kitchens, parsed back into recipes ----------------------------------------------------------------------------
 
 # What names the ids that there are, for errors.
 LISTED_BY = "`casa-assets scenes list` lists plans and styles"

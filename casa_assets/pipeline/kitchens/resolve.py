@@ -210,8 +210,7 @@ def _is_still(runs: dict[str, dict[str, Rest]], group: PutGroup, number: int) ->
     return all(rest.moved <= MAX_DRIFT_M[form] and rest.depth <= MAX_DEPTH_M for form, rest in found.items())
 
 
-# Resolve --------------------------------------------------------------------------------------------------------------
-# Resolve, build the assets, compose.
+# Resolve, build the assets, compose -----------------------------------------------------------------------------------
 
 # Draws of a plan's lengths are made anew where one does not fit together; so often, then the seed is given up.
 MAX_LENGTH_DRAWS = 20

@@ -16,6 +16,7 @@ from casa_assets.pipeline.ingest import refused_rows
 from casa_assets.pipeline.library import library as disk
 
 NO_CHECKS = Tally()
+STATED = ("title", "author", "licence", "uri", "prompt", "generator")  # of an input, by its source
 
 
 @dataclass(frozen=True)
@@ -129,12 +130,7 @@ def entry_of(manifest: disk.Manifest, root: Path) -> Entry:
         source=origin.source,
         source_path=origin.place,
         sha256=origin.sha256,
-        title=origin.title,
-        author=origin.author,
-        licence=origin.licence,
-        uri=origin.uri,
-        prompt=origin.prompt,
-        generator=origin.generator,
+        **{name: getattr(origin, name) for name in STATED},
         split=str(data["labels"].get("split") or ""),
         portion=str(data["labels"].get("portion") or ""),
         digest=certificate.asset_digest,
@@ -165,12 +161,7 @@ def _refused(folder: Path, root: Path) -> Entry:
         source=source.kind.value,
         source_path=source.place,
         sha256=refusal.sha256,
-        title=source.title,
-        author=source.author,
-        licence=source.licence,
-        uri=source.uri,
-        prompt=source.prompt,
-        generator=source.generator,
+        **{name: getattr(source, name) for name in STATED},
         split="",
         digest="",
         producer=refusal.producer.value,

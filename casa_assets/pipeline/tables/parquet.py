@@ -36,43 +36,49 @@ if TYPE_CHECKING:
     import pyarrow
 
 Value = str | float | int | None
-# Columns with their types in Arrow; a number is null where an entry has none.
-COLUMNS: dict[str, str] = {
-    "id": "string",
-    "status": "string",
-    "category": "string",
-    "code": "string",
-    "message": "string",
-    "path": "string",
-    "size_x_m": "float64",
-    "size_y_m": "float64",
-    "size_z_m": "float64",
-    "mass_kg": "float64",
-    "colliders": "int64",
-    "hull_vertices": "int64",
-    "faces": "int64",
-    "warnings": "int64",
-    "checks": "int64",
-    "checks_passed": "int64",
-    "checks_not_run": "int64",
-    "checks_not_applicable": "int64",
-    "source": "string",
-    "source_path": "string",
-    "source_sha256": "string",
-    "title": "string",
-    "author": "string",
-    "licence": "string",
-    "split": "string",
-    "digest": "string",
-    "producer": "string",
-    "cache_key": "string",
-    "portion": "string",
-    "uri": "string",
-    "prompt": "string",
-    "generator": "string",
-    "advice": "string",
-    "decide": "string",
-    "colors": "string",
+
+
+def _of_summary(read: Callable[[disk.Summary], float]) -> Callable[[Entry], float | None]:
+    return lambda entry: None if entry.summary is None else read(entry.summary)
+
+
+# Columns with their types in Arrow, and their values of an entry; a number is null where an entry has none.
+COLUMNS: dict[str, tuple[str, Callable[[Entry], Value]]] = {
+    "id": ("string", lambda e: e.id),
+    "status": ("string", lambda e: e.decision.value),
+    "category": ("string", lambda e: e.category),
+    "code": ("string", lambda e: e.code),
+    "message": ("string", lambda e: e.message),
+    "path": ("string", lambda e: e.path),
+    "size_x_m": ("float64", _of_summary(lambda s: s.extents[0])),
+    "size_y_m": ("float64", _of_summary(lambda s: s.extents[1])),
+    "size_z_m": ("float64", _of_summary(lambda s: s.extents[2])),
+    "mass_kg": ("float64", _of_summary(lambda s: s.mass)),
+    "colliders": ("int64", _of_summary(lambda s: s.colliders)),
+    "hull_vertices": ("int64", _of_summary(lambda s: s.hull_vertices)),
+    "faces": ("int64", _of_summary(lambda s: s.faces)),
+    "warnings": ("int64", lambda e: len(e.warnings)),
+    "checks": ("int64", lambda e: e.checks.applying),
+    "checks_passed": ("int64", lambda e: e.checks.passed),
+    "checks_not_run": ("int64", lambda e: e.checks.not_run),
+    "checks_not_applicable": ("int64", lambda e: e.checks.not_applicable),
+    "source": ("string", lambda e: e.source),
+    "source_path": ("string", lambda e: e.source_path),
+    "source_sha256": ("string", lambda e: e.sha256),
+    "title": ("string", lambda e: e.title),
+    "author": ("string", lambda e: e.author),
+    "licence": ("string", lambda e: e.licence),
+    "split": ("string", lambda e: e.split),
+    "digest": ("string", lambda e: e.digest),
+    "producer": ("string", lambda e: e.producer),
+    "cache_key": ("string", lambda e: e.cache_key),
+    "portion": ("string", lambda e: e.portion),
+    "uri": ("string", lambda e: e.uri),
+    "prompt": ("string", lambda e: e.prompt),
+    "generator": ("string", lambda e: e.generator),
+    "advice": ("string", lambda e: " ".join(e.advice)),
+    "decide": ("string", lambda e: " ".join(e.to_decide)),
+    "colors": ("string", lambda e: " ".join(f"{name}={share}" for name, share in e.colors)),
 }
 NAME = "index.json"
 STATES = "table_states.json"
@@ -173,43 +179,7 @@ def write_index(
 
 def values_of(entry: Entry) -> tuple[Value, ...]:
     """The values of COLUMNS of an entry."""
-    summary, checks = entry.summary, entry.checks
-    size: Sequence[float | None] = summary.extents if summary else (None, None, None)
-    return (
-        entry.id,
-        entry.decision.value,
-        entry.category,
-        entry.code,
-        entry.message,
-        entry.path,
-        *size,
-        summary.mass if summary else None,
-        summary.colliders if summary else None,
-        summary.hull_vertices if summary else None,
-        summary.faces if summary else None,
-        len(entry.warnings),
-        checks.applying,
-        checks.passed,
-        checks.not_run,
-        checks.not_applicable,
-        entry.source,
-        entry.source_path,
-        entry.sha256,
-        entry.title,
-        entry.author,
-        entry.licence,
-        entry.split,
-        entry.digest,
-        entry.producer,
-        entry.cache_key,
-        entry.portion,
-        entry.uri,
-        entry.prompt,
-        entry.generator,
-        " ".join(entry.advice),
-        " ".join(entry.to_decide),
-        " ".join(f"{name}={share}" for name, share in entry.colors),
-    )
+    return tuple(read(entry) for _, read in COLUMNS.values())
 
 
 def _write_parts(rows: Iterable[Sequence[Value]], own: disk.Library, library: str) -> Iterator[PartFile]:
@@ -254,7 +224,7 @@ def _batches(rows: Iterator[Sequence[Value]], library: str) -> Iterator[pyarrow.
 def _schema() -> pyarrow.Schema:
     import pyarrow
 
-    types = {name: pyarrow.type_for_alias(kind) for name, kind in COLUMNS.items()}
+    types = {name: pyarrow.type_for_alias(kind) for name, (kind, _) in COLUMNS.items()}
     return pyarrow.schema([*types.items(), ("library", pyarrow.string())])
 
 

@@ -263,8 +263,7 @@ def _text(value: float | None) -> str:
     return "" if value is None else f"{value:,}" if isinstance(value, int) else f"{value:.2f}"
 
 
-# Traits ---------------------------------------------------------------------------------------------------------------
-# Read what is drawn of a kitchen, by which kitchens are compared, off its recipe.
+# Traits of recipes ----------------------------------------------------------------------------------------------------
 
 
 def traits_of(recipe: SceneRecipe) -> Traits:
@@ -316,7 +315,6 @@ def choices() -> Choices:
 
 
 # Draws ----------------------------------------------------------------------------------------------------------------
-# Plan, its lengths, style, finishes, and what is mixed in of other styles.
 
 MAX_SEED = 1_000_000  # seeds of kitchens are drawn below this, so that ids stay short
 

@@ -77,7 +77,6 @@ def _path(out: Path, scene_id: str) -> Path:
 
 
 # Run ------------------------------------------------------------------------------------------------------------------
-# In parallel, each once, from where an earlier run was stopped.
 
 # Of overviews, which are looked at by the dozen: about a quarter of the work of one that `scenes build` draws.
 FRAME = PictureSettings(640, 480, passes=2, shadow_px=512)
@@ -120,7 +119,6 @@ def sample_one(recipe: SceneRecipe, out: Path, drawn: bool = True, in_3d: bool =
 
 
 # Outcome --------------------------------------------------------------------------------------------------------------
-# Tell what became of a run of draws: how many passed, why the others were refused, and what it cost.
 
 REJECTED = "rejected.json"
 STEPS = (BUILD, WRITE, DRAW, CHECK, REST)
