@@ -6,10 +6,10 @@ remembered in the cache folder, as long as no file of the program, its registry 
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
+from casa_assets.core.system import kept_json
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
 from casa_assets.pipeline.cache.store import recall, remember
 from casa_assets.pipeline.kitchens.recipe import SceneRecipe, SceneResult
@@ -70,8 +70,5 @@ def is_drawn(folder: Path, key: str) -> bool:
 
 def _scene_json_field(folder: Path, name: str) -> Any:
     """Return a member of scene.json, or None if it is missing or the file cannot be read."""
-    try:
-        facts = json.loads((folder / SCENE_JSON).read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return None
+    facts = kept_json(folder / SCENE_JSON)
     return facts.get(name) if isinstance(facts, dict) else None

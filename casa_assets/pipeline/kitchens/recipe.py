@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import json
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
@@ -12,6 +11,7 @@ from fnmatch import fnmatchcase
 from itertools import combinations
 from pathlib import Path
 
+from casa_assets.core.system import kept_json
 from casa_assets.errors import CasaError, UnknownId
 from casa_assets.model.issue import Issue, Report
 from casa_assets.model.kitchen.choices import Surface
@@ -169,8 +169,8 @@ def _stated_models(scene_id: str, places: Sequence[Path]) -> Iterator[tuple[tupl
     from casa_assets.pipeline.kitchens.resolve import ordered_models  # here and below, since it loads all families
 
     for place in places:
-        with suppress(OSError, ValueError, KeyError, TypeError, AttributeError, CasaError):
-            found = json.loads((place / scene_id / SCENE_JSON).read_text(encoding="utf-8"))["models"]
+        with suppress(KeyError, TypeError, AttributeError, CasaError):
+            found = kept_json(place / scene_id / SCENE_JSON)["models"]
             yield ordered_models((role, str(name)) for role, name in found.items())
 
 
@@ -181,9 +181,9 @@ def _candidates(scene_id: str, seed: int | None, places: Sequence[Path]) -> Iter
     yield draw_surfaces(seed or 0)
     for place in places:
         try:
-            finishes = json.loads((place / scene_id / SCENE_JSON).read_text(encoding="utf-8"))["surfaces"]
+            finishes = kept_json(place / scene_id / SCENE_JSON)["surfaces"]
             pairs = [(Surface(name), str(finish)) for name, finish in finishes.items()]
-        except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        except (ValueError, KeyError, TypeError, AttributeError):
             continue
         # scene.json names the finishes of all surfaces; the id those alone that differ from the style's.
         for count in range(1, len(pairs) + 1):

@@ -16,6 +16,7 @@ from casa_assets import registry
 from casa_assets.checks.readers.mujoco_load import native_warnings
 from casa_assets.checks.robots.tasks import tasks_of
 from casa_assets.checks.run import run
+from casa_assets.core.system import kept_json
 from casa_assets.errors import CasaError
 from casa_assets.export.mjcf.scene.kitchen import FILE
 from casa_assets.model.issue import Report
@@ -151,10 +152,10 @@ def verdict(found: SceneRobots) -> Report:
 
 def read_certificate(folder: Path, key: str = "") -> SceneRobots | None:
     """Return the certificate in the folder of a scene, or None if there is no certificate with the key asked for."""
+    data = kept_json(folder / ROBOTS_JSON)
     try:
-        data = json.loads((folder / ROBOTS_JSON).read_text(encoding="utf-8"))
         found = SceneRobots.model_validate({k: data[k] for k in SceneRobots.model_fields if k in data})
-    except (OSError, ValueError):
+    except (TypeError, ValueError):
         return None
     return found if key in ("", found.key) else None
 

@@ -16,6 +16,7 @@ from pydantic import ValidationError
 
 from casa_assets.checks.design.robot.task_view import Afforded
 from casa_assets.checks.design.rules.grade import Grade
+from casa_assets.core.system import kept_json
 from casa_assets.export.gltf import EVERYTHING, scene_glb
 from casa_assets.model.issue import CheckResult, Issue, Report
 from casa_assets.model.kitchen.floor import ParkingPlace
@@ -167,8 +168,5 @@ def _model_script(folder: Path) -> Path | None:
 
 def _read_json(path: Path) -> dict[str, Any]:
     """Content of a file; empty where it is not there or cannot be read."""
-    try:
-        data = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return {}
+    data = kept_json(path)
     return data if isinstance(data, dict) else {}

@@ -8,18 +8,17 @@ from __future__ import annotations
 import json
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from pydantic import TypeAdapter
 
+from casa_assets.core.system import keep_json, kept_json
 from casa_assets.model.issue import Report
 from casa_assets.pipeline.cache.cache_key import key_of
 from casa_assets.pipeline.kitchens.sampling.draws import Diversity, read_diversity, table_rows
 from casa_assets.pipeline.kitchens.scene_files import EYE_PICTURE
-from casa_assets.pipeline.process_name import replace_file
 from casa_assets.pipeline.reports.page_template import MAX_ROWS, relative_link, render_template
 from casa_assets.preview.pictures import SheetCell, contact_sheet
 
@@ -203,9 +202,9 @@ def read_cards(out: Path) -> list[SceneCard]:
     """
     kept_at, made_by, adapter = out / ".casa" / "cache" / CARDS, key_of(_card), TypeAdapter(SceneCard)
     try:
-        kept = json.loads(kept_at.read_text(encoding="utf-8"))
+        kept = kept_json(kept_at)
         known = kept["scenes"] if kept["made_by"] == made_by else {}
-    except (OSError, ValueError, KeyError, TypeError):
+    except (KeyError, TypeError):
         known = {}
     cards, fresh = [], {}
     for path in sorted(out.glob("*/scene.json")):
@@ -217,8 +216,7 @@ def read_cards(out: Path) -> list[SceneCard]:
             card = _card(folder)
         cards.append(card)
         fresh[folder.name] = {"state": state, "card": asdict(card)}
-    with suppress(OSError):  # a folder that may only be read is read anew each time
-        replace_file(kept_at, json.dumps({"made_by": made_by, "scenes": fresh}).encode())
+    keep_json(kept_at, {"made_by": made_by, "scenes": fresh})  # a folder that may only be read is read anew each time
     return cards
 
 

@@ -23,6 +23,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field
 
+from casa_assets.core.system import kept_json
 from casa_assets.errors import OutputError
 from casa_assets.model.record import Record, Sha256
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
@@ -234,8 +235,8 @@ def _is_whole(library: LibraryParts, folder: Path) -> bool:
 
 def _known(own: disk.Library) -> dict[str, tuple[str, LibraryParts]]:
     """The parts of each library and the state in which they were written; of those that are known."""
+    said = kept_json(own.cache / STATES)
     try:
-        said: Mapping[str, str] = json.loads((own.cache / STATES).read_text(encoding="utf-8"))
         index = PartsIndex.model_validate_json((own.root / NAME).read_bytes())
     except (OSError, ValueError):
         return {}

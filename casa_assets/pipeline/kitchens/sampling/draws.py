@@ -13,6 +13,7 @@ import numpy as np
 from pydantic import TypeAdapter
 
 from casa_assets.core.numeric import Floats, Ints, rng_for
+from casa_assets.core.system import kept_json
 from casa_assets.model.kitchen.choices import Surface
 from casa_assets.pipeline.families.finishes import available_finishes
 from casa_assets.pipeline.kitchens.recipe import SceneRecipe, all_recipes
@@ -230,11 +231,10 @@ def write_diversity(out: Path, drawn: Diversity, reference: Diversity) -> Path:
 
 def read_diversity(out: Path) -> tuple[Diversity, Diversity] | None:
     """Return the diversity of the kitchens and of the reference from diversity.json, or None if it cannot be read."""
-    adapter = TypeAdapter(Diversity)
+    data, adapter = kept_json(out / DIVERSITY), TypeAdapter(Diversity)
     try:
-        data = json.loads((out / DIVERSITY).read_text(encoding="utf-8"))
         return adapter.validate_python(data["kitchens"]), adapter.validate_python(data["reference"])
-    except (OSError, ValueError, KeyError, TypeError):
+    except (ValueError, KeyError, TypeError):
         return None
 
 
