@@ -63,7 +63,7 @@ def _sizes(name: str) -> Mapping[str, Any]:
     doors, flaps = ([joint for joint in hinges if _is_upright(joint) is upright] for upright in (True, False))
     aside = [float(np.abs(outlines.swept_points(joint)[..., 0] - middle[0]).max()) for joint in doors]
     down = [float(outlines.swept_points(joint)[..., 2].min()) for joint in flaps]
-    # Where an asset stands is decided by its box: its level face counts from the foot of that.
+    # The place of an asset is decided by its box: its level face counts from the foot of that.
     foot = middle[2] - size[2] / 2 - float(asset.bounds[0, 2])
     return {
         "width": width,

@@ -51,7 +51,7 @@ from casa_assets.registry.tables import load_roles
 # Put objects of registry/objects/ into a composed kitchen, and keep those that stay where they were put.
 
 FULL, LIGHT = "full", "light"  # forms of a scene
-# Members are drawn with the seed that `casa-assets objects build` draws with unless it is told otherwise.
+# Members are drawn with the seed that `casa-assets objects build` draws with by default.
 MEMBER_SEED = 0
 # Times that new groups are put in for those that did not stay.
 MAX_ROUNDS = 4
@@ -79,7 +79,7 @@ def put_into(scene: Scene, count: int, seed: int, store: AssetStore) -> Scene:
         more = put_objects(spaces, habits, objects.member, count - _number(groups), rng, groups)
         if not more:
             break
-        # Groups stand apart, so that those which rest already are not simulated again.
+        # Groups are apart, so that those which rest already are not simulated again.
         groups = (*groups, *at_rest(scene, more, objects))
     return with_groups(scene, groups, objects)
 

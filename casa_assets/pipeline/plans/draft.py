@@ -107,7 +107,7 @@ class Draft:
             value = edited_value(value, edit)
         return Draft.of(value, self.plan.id, self.style)
 
-    # Where parts of the plan stand in its file, and edits of them, whatever form they are written in.
+    # Where parts of the plan are in its file, and edits of them, whatever form they are written in.
 
     def at(self, pointer: Sequence[str | int]) -> Any:
         """Return the value at a pointer, or None if it has no value."""

@@ -141,11 +141,11 @@ def _unknown_key(plan: dict[str, Any], at: KeyPath, loc: Sequence[str | int]) ->
     return Fault(at, expected_one_of([*known, LIKE] if len(at) == 1 else known, key), repr(key), mend)
 
 
-def _unknown_word(at: KeyPath, got: Any, said: str, known: list[str]) -> Fault:
-    near = nearest(said, known)
-    is_key = at[-1] == said and got != said  # the kind of a unit that is written `- doors: 0.6`
+def _unknown_word(at: KeyPath, got: Any, word: str, known: list[str]) -> Fault:
+    near = nearest(word, known)
+    is_key = at[-1] == word and got != word  # the kind of a unit that is written `- doors: 0.6`
     edit = None if near is None else Edit.rename(at, near) if is_key else Edit.put(at, near)
-    return Fault(at, expected_one_of(known, said), repr(said), Mend(f"Write {near}.", (edit,)) if edit else None)
+    return Fault(at, expected_one_of(known, word), repr(word), Mend(f"Write {near}.", (edit,)) if edit else None)
 
 
 def name_faults(draft: Draft) -> list[Fault]:

@@ -37,13 +37,13 @@ from casa_assets.pipeline.tables.conditions import COMPARE, BadCondition
 if TYPE_CHECKING:
     from casa_assets.pipeline.reports.findings import Findings
 
-# Counts of a report, in the order in which they are told.
+# Counts of a report, in the order in which they are listed.
 COUNTS = ("entries", "accepted", "review", "rejected", "advice", "not-run", "size-outliers", "mass-outliers")
 # Counts beside an earlier run.
 CHANGES = ("better", "worse", "appeared", "gone")
 # Counts of entries, of which there is a rate.
 RATES = ("accepted", "review", "rejected", "advice")
-# Operator of a condition that fails a build -> what stands before its number where it is told what is allowed.
+# Operator of a condition that fails a build -> words before the number that is allowed.
 _ALLOWED: Mapping[str, str] = {">": "", ">=": "less than ", "<": "at least ", "<=": "more than "}
 _FORM = re.compile(r"\s*([A-Za-z][A-Za-z0-9-]*)\s*(?:(>=|<=|>|<)\s*([0-9]*\.?[0-9]+)\s*(%?))?\s*")
 GRAMMAR = (

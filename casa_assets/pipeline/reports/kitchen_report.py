@@ -51,7 +51,7 @@ SIZES = {
 }
 DESIGN = "Rules of kitchen design. They are advice: a kitchen passes whether it follows them or not."
 ACCESS = "Rules for people in wheelchairs (2010 ADA Standards). They are advice too."
-SMALL_M = 0.1  # lengths below are told in millimetres
+SMALL_M = 0.1  # lengths below are shown in millimetres
 LEAST_SHOWN = 0.001
 
 

@@ -71,7 +71,7 @@ class SceneRow:
         return ", ".join(f"{code} x {n}" for code, n in sorted((self.errors or {}).items()))
 
 
-# Heading, field, how its numbers are written; the first ones are told where room is short.
+# Heading, field, how its numbers are written; the first ones are shown where room is short.
 COLUMNS: tuple[tuple[str, str, str], ...] = (
     ("joints", "joints", "d"),
     ("NKBA", "design", ".0f"),

@@ -15,6 +15,7 @@ from casa_assets.pipeline.ingest.job import writing
 from casa_assets.pipeline.kitchens.scene_files import SCENE_JSON
 from casa_assets.pipeline.library.entry_files import checked_model
 from casa_assets.pipeline.library.library import Library
+from casa_assets.pipeline.process_name import replace_file
 from casa_assets.preview.photoreal.render import Still, StillSettings, asset_still, scene_stills
 from casa_assets.preview.pictures import SheetCell, contact_sheets
 from casa_assets.preview.still import render, render_turntable
@@ -146,8 +147,5 @@ def _check_pose(model: Path, pose: str) -> None:
 
 
 def _put(path: Path, data: bytes) -> Path:
-    """Write the bytes to a file and return its path."""
     with writing(path.parent):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(data)
-    return path
+        return replace_file(path, data)

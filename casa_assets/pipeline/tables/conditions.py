@@ -99,13 +99,13 @@ def parse(text: str) -> Condition:
     return Condition(name, compare, values)
 
 
-def _number(text: str, said: str) -> float:
+def _number(text: str, value: str) -> float:
     try:
-        number = float(said)
+        number = float(value)
     except ValueError:
         number = math.nan
     if not math.isfinite(number):
-        raise BadCondition(f"--where {text!r}: {said!r} is no number; {GRAMMAR}")
+        raise BadCondition(f"--where {text!r}: {value!r} is no number; {GRAMMAR}")
     return number
 
 

@@ -27,7 +27,7 @@ from casa_assets.preview.kitchen import PictureSettings
 # Ledger ---------------------------------------------------------------------------------------------------------------
 # What became of each draw, kept in the cache of a folder of scenes: a run that was stopped goes on from there.
 #
-# <out>/.casa/cache/draws/<id>.json, written when a draw is done, by one rename. A kitchen that was accepted stands in
+# <out>/.casa/cache/draws/<id>.json, written when a draw is done, by one rename. A kitchen that was accepted is in
 # its folder; a refused one leaves nothing but its record here. Without the records, refused draws are made once more.
 
 FOLDER = "draws"
