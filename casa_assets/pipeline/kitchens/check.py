@@ -242,13 +242,12 @@ def check_all(
     out: Path,
     jobs: Workers = 0,
     force: bool = False,
-    strict: bool = False,
     drawn: bool = True,
     in_3d: bool = True,
     at_eye_level: bool = False,
 ) -> Iterator[SceneResult]:
     """Yield checked scenes as `run_recipes` does; see `check_one`."""
-    work = partial(check_one, out=out, force=force, strict=strict, drawn=drawn, in_3d=in_3d, at_eye_level=at_eye_level)
+    work = partial(check_one, out=out, force=force, drawn=drawn, in_3d=in_3d, at_eye_level=at_eye_level)
     return run_recipes(work, recipes, out, jobs, f"{__name__}:warm")
 
 

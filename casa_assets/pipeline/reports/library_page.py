@@ -304,9 +304,9 @@ def _library_check(result: CheckResult, found: Sequence[Issue], explanations: Ma
 # Rows -----------------------------------------------------------------------------------------------------------------
 
 
-def listed(found: Findings, words: Words, most: int = MAX_ROWS) -> list[Entry]:
+def listed(found: Findings, words: Words) -> list[Entry]:
     """The entries that the page lists, in their order: all, or of many those that should be looked at first."""
-    if len(found.entries) <= most:
+    if len(found.entries) <= MAX_ROWS:
         return list(found.entries)
     quiet = quiet_codes(found.entries, words)
     odd = {name for quantity in Quantity for name in outlying(found.fits, quantity)}
@@ -317,7 +317,7 @@ def listed(found: Findings, words: Words, most: int = MAX_ROWS) -> list[Entry]:
             return 0 if entry.decision is Decision.REJECTED else 1
         return 2 if entry.id in odd else 3 if any(code not in quiet for code in entry.advice) else 4
 
-    chosen = sorted(range(len(found.entries)), key=lambda place: rank(found.entries[place]))[:most]
+    chosen = sorted(range(len(found.entries)), key=lambda place: rank(found.entries[place]))[:MAX_ROWS]
     return [found.entries[place] for place in sorted(chosen)]
 
 
