@@ -162,7 +162,6 @@ def thing(name: str, role: Role, at: Vec2, size: Vec2, low: float, high: float) 
         footprint=Footprint(center=at, size=size),
         bottom=low,
         top=high,
-        is_movable=True,
     )
 
 
@@ -268,7 +267,6 @@ def on_top() -> tuple[Fixture, ...]:
             footprint=coffee,
             bottom=TOP,
             top=1.26,
-            is_movable=True,
             sites=(FixtureSite(name="receptacle_place_site", position=(*coffee.at(0.0, -0.08), 0.97)),),
             buttons=(FixtureSite(name="start_button", position=(*coffee.at(0.0, 0.0), 1.2)),),
         ),

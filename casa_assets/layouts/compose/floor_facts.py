@@ -116,7 +116,6 @@ def _fixture(place: Placement, asset: Asset, item: OrderItem, outlines: Mapping[
         footprint=footprint,
         bottom=low,
         top=high,
-        is_movable=asset.base is Base.FREE or role is Role.SEAT,
         joints=tuple(_joints(place, asset, own, footprint)),
         regions=tuple(_regions(place, asset, own)),
         sites=tuple(_site(s.name, place.pose @ own.poses[s.link] @ s.pose) for s in asset.sites),
@@ -155,7 +154,6 @@ def _regions(place: Placement, asset: Asset, outlines: AssetOutlines) -> Iterato
             footprint=Footprint(center=(_rounded(x), _rounded(y)), size=(w, d), yaw=_yaw(pose)),
             bottom=_rounded(z - h / 2),
             top=_rounded(z + h / 2),
-            is_cylinder=region.kind == "cylinder",
             is_moving=region.link != asset.root.name,
         )
 

@@ -126,7 +126,6 @@ class FixtureRegion(Record):
     footprint: Footprint
     bottom: float
     top: float
-    is_cylinder: bool = False
     is_moving: bool = False
 
 
@@ -142,7 +141,7 @@ class Fixture(Record):
 
     Attributes:
         unit, run: of the plan; empty if it belongs to none. footprint: without handles.
-        is_movable: whether it can be pushed away. buttons: centres of the colliders that are pressed.
+        buttons: centres of the colliders that are pressed.
     """
 
     name: Id
@@ -153,7 +152,6 @@ class Fixture(Record):
     footprint: Footprint
     bottom: float
     top: float
-    is_movable: bool = False
     joints: tuple[FixtureJoint, ...] = ()
     regions: tuple[FixtureRegion, ...] = ()
     sites: tuple[FixtureSite, ...] = ()
