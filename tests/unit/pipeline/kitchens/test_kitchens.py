@@ -329,7 +329,7 @@ class TestPictures:
         with pytest.raises(CasaError, match="overview"):
             list(kitchen.render_cameras(made, ["overvew"], kitchen.PictureSettings(64, 48, 1)))
         with pytest.raises(CasaError, match="half_open"):
-            kitchen.open_scene(out / SCENE / "scene.xml", "half_open")
+            kitchen.open_scene(out / SCENE / "scene.xml", kitchen.PictureSettings(), "half_open")
 
     def test_book_lists_the_scene(self, out: Path) -> None:
         page, picture = book.write(out)
