@@ -45,8 +45,8 @@ from casa_assets.articulate.plan import HingeEdge
 from casa_assets.articulate.segment.fragments import FRONT, measure_fragments, render_sides
 from casa_assets.articulate.segment.segmentations import segmentations
 from casa_assets.articulate.segment.shell_segments import fragment_mesh
-from casa_assets.articulate.segment.welded_mesh import Bools, weld_triangles
-from casa_assets.core.numeric import Floats
+from casa_assets.articulate.segment.welded_mesh import weld_triangles
+from casa_assets.core.numeric import Floats, Mask
 
 # Strength of the pull of the weights to zero, per front of the training set. Ref: of 0.001, 0.0003, 0.0001, 0.00003 and
 # 0.00001 it has the least loss on fronts whose source is left out, of edges (0.135) and of drawers (0.088).
@@ -143,7 +143,7 @@ def fronts_of(case: Any, row: Mapping[str, Any]) -> tuple[list[Front], Mapping[s
     return found, guesses[0]
 
 
-def _matching(case: Any, own: Bools) -> Mapping[str, Any] | None:
+def _matching(case: Any, own: Mask) -> Mapping[str, Any] | None:
     """Return the door or drawer of the ground truth that some faces are, or None."""
     for part in case.parts:
         if part["type"] not in ("door", "drawer", "lid"):

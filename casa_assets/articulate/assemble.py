@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from casa_assets.articulate.colliders.build_colliders import build_colliders, part_label
 from casa_assets.articulate.joints.joints import build_joint, open_closed_states
@@ -21,7 +20,7 @@ from casa_assets.articulate.plan import (
     round7_vec3,
 )
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh
-from casa_assets.core.numeric import Floats, Ints
+from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.geometry.mesh.surface import shell_moments, with_normals
 from casa_assets.geometry.mesh.topology import inside_out_faces, merge_rows, weld
 from casa_assets.geometry.solid.primitive import tessellate
@@ -84,8 +83,6 @@ def _without(parts: tuple[PartPlan, ...], names: set[str]) -> tuple[PartPlan, ..
 # vertices. Both sides stay, since it is not known for every sheet which of them is visible; the second is drawn a hair
 # off the first, towards the side that it faces, so that each hides the other from its own side.
 
-Bools = npt.NDArray[np.bool_]
-
 # Distance between the two sides of a sheet, metres: more than the depth of an image resolves at the length of a room,
 # less than is seen. A choice.
 SHEET_GAP_M = 0.0002
@@ -99,8 +96,8 @@ class DrawnFaces:
         front: (F,) drawn where they are. second: (F,) second sides of sheets, drawn SHEET_GAP_M along their normals.
     """
 
-    front: Bools
-    second: Bools
+    front: Mask
+    second: Mask
 
 
 def drawn_faces(faces: Ints) -> DrawnFaces:
@@ -135,11 +132,10 @@ def corner_directions(faces: Ints, normals: Floats) -> Floats:
     mean /= np.maximum(np.linalg.norm(mean, axis=1, keepdims=True), 1e-12)
     least = np.ones(len(used))
     np.minimum.at(least, corner, np.einsum("ij,ij->i", mean[corner], np.repeat(normals, 3, axis=0)))
-    found: Floats = (mean / np.maximum(least, 0.5)[:, None])[corner].reshape(-1, 3, 3)
-    return found
+    return (mean / np.maximum(least, 0.5)[:, None])[corner].reshape(-1, 3, 3)
 
 
-def _is_first(group: Ints) -> Bools:
+def _is_first(group: Ints) -> Mask:
     """Return whether each row is the first of its group."""
     _, first = np.unique(group, return_index=True)
     found = np.zeros(len(group), dtype=bool)
@@ -260,8 +256,7 @@ class _Place:
 
     def point(self, points: Floats) -> Floats:
         """Convert points of the frame to the asset frame, metres."""
-        found: Floats = points * self.metres + self.shift
-        return found
+        return points * self.metres + self.shift
 
 
 def _region(space: StorageSpace, place: _Place, anchor: Floats) -> Region:
@@ -273,7 +268,7 @@ def _region(space: StorageSpace, place: _Place, anchor: Floats) -> Region:
     )
 
 
-def _visuals(model: RawModel, place: _Place, own: Bools, part: PartPlan | None, anchor: Floats) -> tuple[Visual, ...]:
+def _visuals(model: RawModel, place: _Place, own: Mask, part: PartPlan | None, anchor: Floats) -> tuple[Visual, ...]:
     """Return the visuals of a link: one mesh per material of the file, with handles as separate meshes."""
     name, label = (ROOT, None) if part is None else (part.name, part_label(part.kind))
     held = np.zeros(len(own), dtype=bool)
@@ -324,10 +319,9 @@ def _turned_outwards(meshes: Sequence[Mesh]) -> list[Mesh]:
     return [m.replace(faces=f - s) for m, f, s in zip(meshes, np.split(faces, ends), starts, strict=False)]
 
 
-def _flipped(faces: Ints, rows: Bools) -> Ints:
+def _flipped(faces: Ints, rows: Mask) -> Ints:
     """Return faces of which some run the other way round."""
-    found: Ints = np.where(rows[:, None], faces[:, ::-1], faces)
-    return found
+    return np.where(rows[:, None], faces[:, ::-1], faces)
 
 
 def _shaded(mesh: Mesh) -> Mesh:
@@ -353,8 +347,7 @@ def _cut(mesh: Mesh, rows: Ints, corners: Floats) -> Mesh:
 
 def _single(values: Floats) -> Floats:
     """Round values to single precision, which is what files hold."""
-    found: Floats = values.astype(np.float32).astype(np.float64)
-    return found
+    return values.astype(np.float32).astype(np.float64)
 
 
 def _heaviest(colliders: tuple[Collider, ...]) -> float:

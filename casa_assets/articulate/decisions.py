@@ -385,5 +385,4 @@ def _box(faces: FaceIndex, mesh: WeldedMesh) -> tuple[Floats, Floats]:
 
 def _to_frame(point: Floats, mesh: WeldedMesh, articulation: Articulation) -> Floats:
     """Convert a point of the asset frame (metres, origin under the middle) to the frame of the analysis."""
-    moved: Floats = point / (articulation.frame.metres or 1.0) + mesh.footprint_center
-    return moved
+    return point / (articulation.frame.metres or 1.0) + mesh.footprint_center

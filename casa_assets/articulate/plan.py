@@ -127,8 +127,7 @@ class Frame(Record):
 
     def to_file(self, points: Floats) -> Floats:
         """Convert (N, 3) points of the frame to file axes and units."""
-        found: Floats = np.asarray(points) @ self.rotation / self.scale + np.array(self.origin)
-        return found
+        return np.asarray(np.asarray(points) @ self.rotation / self.scale + np.array(self.origin))
 
     def direction_to_file(self, direction: Vec3) -> Vec3:
         """Convert a unit direction of the frame to file axes."""

@@ -169,16 +169,14 @@ def _digest_of_weights(place: Path, name: str) -> str:
 
 def _normalized(rows: npt.NDArray[Any]) -> Floats:
     values = rows.astype(np.float64)
-    unit: Floats = values / np.linalg.norm(values, axis=1, keepdims=True)
-    return unit
+    return np.asarray(values / np.linalg.norm(values, axis=1, keepdims=True))
 
 
 def class_shares(image_features: Floats, text_features: Floats, logit_scale: float) -> Floats:
     """(C,) how well each of (C, D) sentences fits (N, D) pictures of one thing, as shares that add up to 1."""
     logits = logit_scale * (image_features @ text_features.T).mean(axis=0)
     exponentials: Floats = np.exp(logits - logits.max())
-    shares: Floats = exponentials / exponentials.sum()
-    return shares
+    return np.asarray(exponentials / exponentials.sum())
 
 
 def load_scorer(weights: Path) -> Scorer:

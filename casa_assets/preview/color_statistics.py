@@ -78,8 +78,7 @@ def _colors(visual: Visual, look: Material, count: int) -> Floats:
     column = np.minimum((at[:, 0] % 1.0 * width).astype(np.int64), width - 1)
     row = np.minimum(((1 - at[:, 1]) % 1.0 * height).astype(np.int64), height - 1)
     shown = pixels[row, column] / 255.0
-    linear: Floats = base * linear_from_srgb_array(shown)
-    return linear
+    return np.asarray(base * linear_from_srgb_array(shown))
 
 
 def _tones(lab: Floats) -> tuple[float, ...]:

@@ -237,14 +237,12 @@ def _narrowed(cloud: Floats, anchor: Floats, axis: Floats) -> Floats:
     """Return a cloud that is SPIN_PLAY_SHARE nearer to an axis, and as long along it."""
     away = cloud - anchor
     away -= np.outer(away @ axis, axis)
-    found: Floats = cloud - SPIN_PLAY_SHARE * away
-    return found
+    return cloud - SPIN_PLAY_SHARE * away
 
 
 def _frame_origin(points: Floats, mesh: WeldedMesh, metres_per_unit: float) -> Floats:
     """Return the (3,) origin of the analysed mesh in the asset frame, metres."""
-    origin: Floats = points[0] - mesh.points[0] * metres_per_unit if len(points) else np.zeros(3)
-    return origin
+    return points[0] - mesh.points[0] * metres_per_unit if len(points) else np.zeros(3)
 
 
 def _largest(clouds: Sequence[Floats], max_count: int) -> list[Floats]:

@@ -256,15 +256,13 @@ def _turned_round(cloud: Floats, solid: LinkSolid) -> Floats:
     if solid.axis is None or solid.anchor is None:
         return cloud
     turns = [about_axis(solid.axis, 2.0 * np.pi * k / TURN_POSES) for k in range(TURN_POSES)]
-    found: Floats = np.concatenate([(cloud - solid.anchor) @ turn.T + solid.anchor for turn in turns])
-    return found
+    return np.concatenate([(cloud - solid.anchor) @ turn.T + solid.anchor for turn in turns])
 
 
 def _inflate(cloud: Floats) -> Floats:
     """Return a cloud enlarged by CLEARANCE_M on every side."""
     middle = (cloud.min(axis=0) + cloud.max(axis=0)) / 2
-    found: Floats = np.concatenate([cloud, cloud + np.sign(cloud - middle) * CLEARANCE_M])
-    return found
+    return np.concatenate([cloud, cloud + np.sign(cloud - middle) * CLEARANCE_M])
 
 
 def _bounding_volume(cloud: Floats) -> float:
@@ -274,8 +272,7 @@ def _bounding_volume(cloud: Floats) -> float:
 
 def _transform(cloud: Floats, motion: tuple[Floats, Floats]) -> Floats:
     """Return a cloud moved by a rotation and a shift."""
-    found: Floats = cloud @ motion[0].T + motion[1]
-    return found
+    return cloud @ motion[0].T + motion[1]
 
 
 def _overlapping_pairs(first: list[Floats], second: list[Floats]) -> list[tuple[int, int]]:

@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 from scipy import ndimage
 from scipy.spatial import ConvexHull, QhullError
 
 from casa_assets.articulate.plan import round7
 from casa_assets.articulate.segment.orthographic import render_depth
-from casa_assets.core.numeric import Floats, Ints
+from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.errors import DegenerateShape
 from casa_assets.geometry.grid.voxels import Grid, voxelise
 from casa_assets.geometry.solid.deviation import surface_samples
 from casa_assets.geometry.solid.solids import hull_planes, hull_volume, small_hull
 from casa_assets.model.asset.parts import Box, Hull, Mesh, Shape
 from casa_assets.model.pose import Pose
-
-Bools = npt.NDArray[np.bool_]
 
 # A surface that fills at least this share of its hull becomes the hull, of its box, a box.
 MIN_HULL_FILL, MIN_BOX_FILL = 0.8, 0.985
@@ -150,8 +147,7 @@ def snap_to_box(cloud: Floats) -> Floats:
 
 def box_cloud(lower: Floats, upper: Floats) -> Floats:
     """Return the (8, 3) corners of a box."""
-    found: Floats = lower + _CORNERS * (upper - lower)
-    return found
+    return lower + _CORNERS * (upper - lower)
 
 
 def _fills_its_box(cloud: Floats, triangles: Ints) -> bool:
@@ -238,7 +234,7 @@ def _shrink_to_points(points: Floats) -> Floats:
     return _hull_or_box(points)
 
 
-def _largest_box(solid: Bools) -> tuple[Ints, Ints]:
+def _largest_box(solid: Mask) -> tuple[Ints, Ints]:
     """Return a large box of full cells: grown from seed cells along the axes in several orders, the best of them."""
     cells = np.argwhere(solid)
     best: tuple[int, Ints, Ints] = (0, cells[0], cells[0] + 1)
@@ -253,7 +249,7 @@ def _largest_box(solid: Bools) -> tuple[Ints, Ints]:
     return best[1], best[2]
 
 
-def _extend_box(solid: Bools, a: Ints, b: Ints, axis: int) -> None:
+def _extend_box(solid: Mask, a: Ints, b: Ints, axis: int) -> None:
     """Extend a box both ways along an axis while all new cells are full; in place."""
     for step in (-1, 1):
         while True:

@@ -18,9 +18,8 @@ from casa_assets.articulate.controls.controls import (
 )
 from casa_assets.articulate.plan import PartKind
 from casa_assets.articulate.segment.fragments import SIDES, TOP, MeasuredFragments, corners_from_side
-from casa_assets.articulate.segment.welded_mesh import Bools
 from casa_assets.core.forest import Forest
-from casa_assets.core.numeric import Floats, Ints
+from casa_assets.core.numeric import Floats, Ints, Mask
 
 # Features -------------------------------------------------------------------------------------------------------------
 # Compute the dimensionless features of the controls on a side, from which their type is classified.
@@ -274,11 +273,10 @@ def tell_beside_dials(tell: TellControl) -> TellControl:
 def pooled(chances: Floats) -> Floats:
     """Return the (C,) probabilities of a group from the (N, C) ones of its members: their geometric mean."""
     mean = np.exp(np.log(np.maximum(chances, LEAST_PROBABILITY)).mean(axis=0))
-    found: Floats = mean / mean.sum()
-    return found
+    return np.asarray(mean / mean.sum())
 
 
-def decided(chances: Floats, on_top: Bools) -> Ints:
+def decided(chances: Floats, on_top: Mask) -> Ints:
     """Return the (N,) indices in CONTROL_CLASSES for (N, C) probabilities: a knob or key is at least rather likely.
 
     Args:
@@ -287,8 +285,7 @@ def decided(chances: Floats, on_top: Bools) -> Ints:
     best = 1 + chances[:, 1:].argmax(axis=1)
     least = np.where(on_top, MIN_PROBABILITY_ON_TOP, MIN_PROBABILITY)
     is_one = chances[np.arange(len(chances)), best] >= least
-    found: Ints = np.where(is_one | (chances[:, 0] <= MAX_PROBABILITY_OF_NEITHER), best, 0)
-    return found
+    return np.where(is_one | (chances[:, 0] <= MAX_PROBABILITY_OF_NEITHER), best, 0)
 
 
 def _type(chances: Floats, group: ControlGroup, on_top: bool) -> ControlType:

@@ -13,8 +13,7 @@ from scipy.spatial import ConvexHull, QhullError
 from casa_assets.articulate.plan import PartKind
 from casa_assets.articulate.segment.fragments import SIDES, MeasuredFragments, corners_from_side
 from casa_assets.articulate.segment.orthographic import DepthImage
-from casa_assets.articulate.segment.welded_mesh import Bools
-from casa_assets.core.numeric import Floats, Ints
+from casa_assets.core.numeric import Floats, Ints, Mask
 
 # Controls -------------------------------------------------------------------------------------------------------------
 # Compact things that protrude from a side, such as knobs, buttons and pulls.
@@ -73,14 +72,12 @@ class Control:
     @property
     def across(self) -> Floats:
         """Return the (2,) width and height."""
-        found: Floats = (self.upper - self.lower)[:2]
-        return found
+        return (self.upper - self.lower)[:2]
 
     @property
     def middle(self) -> Floats:
         """Return the (2,) middle of its rectangle."""
-        found: Floats = (self.upper + self.lower)[:2] / 2
-        return found
+        return (self.upper + self.lower)[:2] / 2
 
     @property
     def is_pin(self) -> bool:
@@ -151,8 +148,7 @@ def _ground(measured: MeasuredFragments, side: int, control: Control) -> Floats:
     face = face[face >= 0]
     face = face[~np.isin(measured.label[face], control.fragments)]
     middle = np.median(measured.mesh.normals[face], axis=0) if len(face) else np.zeros(3)
-    found: Floats = middle / max(float(np.linalg.norm(middle)), 1e-9)
-    return found
+    return middle / max(float(np.linalg.norm(middle)), 1e-9)
 
 
 def classify_control(control: Control, others: Sequence[Control]) -> tuple[PartKind | None, float, str]:
@@ -267,7 +263,7 @@ def depth_around(image: DepthImage, lower: Floats, upper: Floats) -> tuple[float
     return (float(np.median(seen)), len(seen) / len(depth)) if len(seen) else (0.0, 0.0)
 
 
-def _ring(image: DepthImage, lower: Floats, upper: Floats) -> Bools:
+def _ring(image: DepthImage, lower: Floats, upper: Floats) -> Mask:
     """Mark the (H, W) pixels right around a rectangle."""
     margin = np.maximum(0.25 * (upper - lower)[:2], 2.5 * image.pixel)
     corners = np.array([lower[:2] - margin, upper[:2] + margin, lower[:2] - image.pixel, upper[:2] + image.pixel])

@@ -11,8 +11,7 @@ import numpy as np
 from casa_assets.articulate.controls.controls import Control, has_round_outline
 from casa_assets.articulate.plan import JointPlan, PartKind, to_vec3
 from casa_assets.articulate.segment.fragments import FRONT, SIDES, MeasuredFragments, corners_from_side
-from casa_assets.articulate.segment.welded_mesh import Bools
-from casa_assets.core.numeric import Floats, Ints
+from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.model.asset.parts import JointKind
 
 # Levers ---------------------------------------------------------------------------------------------------------------
@@ -137,20 +136,19 @@ def _slope(depth: Floats) -> float:
     return float(np.median(depth[-third:]) - np.median(depth[:third])) / max(steps, 1)
 
 
-def _marked(marks: list[Ints]) -> Bools:
+def _marked(marks: list[Ints]) -> Mask:
     """Mark the steps of a line at which one fragment lies between two sides of another, like a painted slot.
 
     Args:
         marks: fragments along the line itself, and along lines to its left and right.
     """
     middle, left, right = marks
-    found: Bools = (middle >= 0) & (left == right) & (middle != left)
+    found: Mask = (middle >= 0) & (left == right) & (middle != left)
     strip = middle[found][0] if found.any() else -1
-    same: Bools = found & (middle == strip)
-    return same
+    return np.asarray(found & (middle == strip))
 
 
-def _run(deep: Bools, pixel: float) -> int:
+def _run(deep: Mask, pixel: float) -> int:
     """Return the number of steps that a slot goes on from its start, which may lie a little way off."""
     rows = np.flatnonzero(deep)
     if not len(rows) or rows[0] * pixel > MAX_SLOT_START_GAP:
@@ -159,7 +157,7 @@ def _run(deep: Bools, pixel: float) -> int:
     return int(rows[breaks[0]] if len(breaks) else rows[-1]) + 1
 
 
-def _ends(deep: Bools, inside: Bools, last: int) -> bool:
+def _ends(deep: Mask, inside: Mask, last: int) -> bool:
     """Return whether the surface goes on beyond the end of a slot: a gap between fronts runs to the border."""
     beyond = slice(last + 2, last + 6)
     return bool(inside[beyond].all() and len(inside[beyond]) == 4 and not deep[beyond].any())

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import ConvexHull, QhullError
@@ -15,14 +14,12 @@ from casa_assets.articulate.controls.controls import Control, find_controls, has
 from casa_assets.articulate.fronts.panels import find_panels
 from casa_assets.articulate.plan import JointPlan, round_mm, round_mm_vec3
 from casa_assets.articulate.segment.fragments import FRONT, SIDES, MeasuredFragments
-from casa_assets.core.numeric import Floats
+from casa_assets.core.numeric import Floats, Mask
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.parts import JointKind, Mesh
 
 # Burners --------------------------------------------------------------------------------------------------------------
 # Find the burners of a hob or range: round discs on its top, each named by its place.
-
-Bools = npt.NDArray[np.bool_]
 
 # Diameters of burners and rings, metres: from the cap of a simmer burner to the ring of a large zone.
 MIN_DIAMETER_M, MAX_DIAMETER_M = 0.035, 0.34
@@ -75,13 +72,12 @@ def find_burners(asset: Asset) -> tuple[Burner, ...]:
     return tuple(burners)
 
 
-def burner_faces(mesh: Mesh, burner: Burner, below: float = 0.03) -> Bools:
+def burner_faces(mesh: Mesh, burner: Burner, below: float = 0.03) -> Mask:
     """Mark the (F,) faces of a mesh of the body that belong to a burner: those within its circle near its top."""
     corners = mesh.vertices[mesh.faces]
     away = np.linalg.norm(corners[..., :2] - np.array(burner.middle[:2]), axis=2)
     near = (away <= 1.06 * burner.radius).all(axis=1)
-    found: Bools = near & (np.abs(corners[..., 2] - burner.middle[2]) <= below).all(axis=1)
-    return found
+    return np.asarray(near & (np.abs(corners[..., 2] - burner.middle[2]) <= below).all(axis=1))
 
 
 def _discs(mesh: Mesh) -> list[tuple[float, float, float, float]]:

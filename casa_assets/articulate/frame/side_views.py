@@ -12,8 +12,7 @@ from scipy.spatial import ConvexHull
 from casa_assets.articulate.frame.category import ControlPlacement, shape_likelihood
 from casa_assets.articulate.segment.fragments import SIDES, MeasuredFragments, corners_from_side
 from casa_assets.articulate.segment.orthographic import DepthImage
-from casa_assets.articulate.segment.welded_mesh import Bools
-from casa_assets.core.numeric import Floats
+from casa_assets.core.numeric import Floats, Mask
 
 # Side views -----------------------------------------------------------------------------------------------------------
 # Edge density, panels, symmetry, small protrusions.
@@ -120,12 +119,12 @@ def _panels(measured: MeasuredFragments, side: int, lower: Floats, upper: Floats
     return min(float(measured.visible_area[thin, side].sum() / max(whole[0] * whole[1], 1e-12)), 1.0)
 
 
-def _edges(measured: MeasuredFragments, image: DepthImage, seen: Bools, depth: Floats) -> Bools:
+def _edges(measured: MeasuredFragments, image: DepthImage, seen: Mask, depth: Floats) -> Mask:
     """Mark (H, W) pixels that differ from the one to the right or below in depth, direction, fragment or material."""
     normals = measured.mesh.normals[np.maximum(image.face, 0)]
     label = np.where(seen, measured.label[np.maximum(image.face, 0)], -1)
     material = np.where(seen, measured.mesh.material_index[np.maximum(image.face, 0)], -1)
-    out: Bools = np.zeros(image.face.shape, dtype=bool)
+    out: Mask = np.zeros(image.face.shape, dtype=bool)
     for axis in (0, 1):
         a: list[slice] = [slice(None), slice(None)]
         b: list[slice] = [slice(None), slice(None)]
@@ -152,7 +151,7 @@ def _off_slope(depth: Floats, axis: int) -> Floats:
     return np.minimum(np.abs(fall), np.minimum(before, after))
 
 
-def _similarity_to_mirror(depth: Floats, edges: Bools, axis: int) -> float:
+def _similarity_to_mirror(depth: Floats, edges: Mask, axis: int) -> float:
     """Return the similarity 0..1 of an image to its mirror image: of depth, and of edges within a pixel."""
     other = np.flip(depth, axis=axis)
     same = float((np.abs(depth - other) < 0.01).mean())
@@ -163,7 +162,7 @@ def _similarity_to_mirror(depth: Floats, edges: Bools, axis: int) -> float:
     return 0.5 * same + 0.5 * hit
 
 
-def _support(near: Bools) -> float:
+def _support(near: Mask) -> float:
     """Return the area of the convex hull of some pixels, as a share of the image."""
     rows = np.flatnonzero(near.any(axis=1))
     if not len(rows):
@@ -174,7 +173,7 @@ def _support(near: Bools) -> float:
     return float(ConvexHull(corners).volume / near.size)
 
 
-def _blobs(depth: Floats, seen: Bools, pixel: float, far: float) -> tuple[SideFeature, ...]:
+def _blobs(depth: Floats, seen: Mask, pixel: float, far: float) -> tuple[SideFeature, ...]:
     """Find narrow regions that are nearer than the surface around them."""
     window = max(3, int(MAX_FEATURE_WIDTH / pixel) | 1)
     wide = ndimage.maximum_filter(depth, window, mode="nearest")
@@ -194,7 +193,7 @@ def _blobs(depth: Floats, seen: Bools, pixel: float, far: float) -> tuple[SideFe
     return tuple(found)
 
 
-def _slots(depth: Floats, seen: Bools, pixel: float) -> float:
+def _slots(depth: Floats, seen: Mask, pixel: float) -> float:
     """Return half the number of slots, at most 2."""
     return min(_slot_count(depth, seen, pixel), 4) / 2.0
 
@@ -206,7 +205,7 @@ def count_slots(image: DepthImage) -> int:
     return _slot_count(np.where(seen, image.depth, deepest), seen, image.pixel)
 
 
-def _slot_count(depth: Floats, seen: Bools, pixel: float) -> int:
+def _slot_count(depth: Floats, seen: Mask, pixel: float) -> int:
     """Count deep narrow grooves that end before the border, as in a toaster."""
     window = max(3, int(SLOT_WINDOW / pixel) | 1)
     narrow = ndimage.minimum_filter(depth, window, mode="nearest")
@@ -337,8 +336,7 @@ def hidden_area(measured: MeasuredFragments) -> Floats:
         visible[image.face[image.face >= 0]] = True
     weight = np.where(visible, 0.0, measured.mesh.areas)
     aligned = np.abs(measured.mesh.normals) > 0.9
-    found: Floats = (aligned * weight[:, None]).sum(axis=0) / max(float(measured.mesh.areas.sum()), 1e-12)
-    return found
+    return np.asarray((aligned * weight[:, None]).sum(axis=0) / max(float(measured.mesh.areas.sum()), 1e-12))
 
 
 def _offset(blob: SideFeature, side: int, right: Floats, up: Floats) -> tuple[float, float]:

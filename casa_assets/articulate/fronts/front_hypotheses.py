@@ -21,9 +21,9 @@ from casa_assets.articulate.fronts.relief import (
 )
 from casa_assets.articulate.segment.creases import BACKGROUND_DEPTH, Protrusion, SideRelief
 from casa_assets.articulate.segment.fragments import SIDES
-from casa_assets.articulate.segment.welded_mesh import Bools, WeldedMesh
+from casa_assets.articulate.segment.welded_mesh import WeldedMesh
 from casa_assets.core.forest import Forest
-from casa_assets.core.numeric import Floats, Ints
+from casa_assets.core.numeric import Floats, Ints, Mask
 
 # Least side of a front, diagonals, and least share of its rectangle that is surface.
 MIN_SIDE, MIN_COVERAGE = 0.035, 0.6
@@ -251,8 +251,7 @@ def _integral(values: Floats) -> Floats:
 def _sums(integral: Floats, ends: Ints) -> Floats:
     """Return the (N,) sums over rectangles (first row, last row, first column, last column; half-open)."""
     a, b, c, d = ends.T
-    found: Floats = integral[b, d] - integral[a, d] - integral[b, c] + integral[a, c]
-    return found
+    return np.asarray(integral[b, d] - integral[a, d] - integral[b, c] + integral[a, c])
 
 
 def _coverage(relief: SideRelief, ends: Ints) -> Floats:
@@ -266,7 +265,7 @@ def _features(
     relief: SideRelief,
     side: int,
     ends: Ints,
-    given: tuple[Bools, Floats],
+    given: tuple[Mask, Floats],
     level: LineTable,
     upright: LineTable,
     index: tuple[Ints, Ints, Ints, Ints],
@@ -411,8 +410,7 @@ def _crossing(table: LineTable, first: Ints, last: Ints, start: Ints, stop: Ints
             inner = np.flatnonzero((table.at - table.at[i] >= margin) & (table.at[j] - table.at >= margin))
             if len(inner):
                 best[i, j] = support[inner].max(axis=0)
-    found: Floats = best[first, last, start, stop]
-    return found
+    return best[first, last, start, stop]
 
 
 def context_features(hypotheses: FrontHypotheses, score: Floats) -> Floats:
@@ -430,7 +428,7 @@ def context_features(hypotheses: FrontHypotheses, score: Floats) -> Floats:
     return out
 
 
-def _relations(hypotheses: FrontHypotheses, k: int) -> tuple[Bools, Bools, Bools, Bools, Bools]:
+def _relations(hypotheses: FrontHypotheses, k: int) -> tuple[Mask, Mask, Mask, Mask, Mask]:
     """Return (N,) masks of the rectangles that one mirrors, is on or under, is next to, lies within, and contains."""
     rows, columns = hypotheses.rows, hypotheses.columns
     gap, turn = NEIGHBOUR_GAP / hypotheses.pixel, hypotheses.turn
@@ -450,18 +448,16 @@ def _relations(hypotheses: FrontHypotheses, k: int) -> tuple[Bools, Bools, Bools
     return same_rows & mirrored & apart, same_columns & stacked, same_rows & beside, within, around
 
 
-def _touch(spans: Ints, k: int, slack: float, gap: float) -> Bools:
+def _touch(spans: Ints, k: int, slack: float, gap: float) -> Mask:
     """Mark the (N,) spans that begin where one ends, or end where it begins."""
     after, before = spans[:, 0] - spans[k, 1], spans[k, 0] - spans[:, 1]
-    found: Bools = ((after >= -slack) & (after <= gap)) | ((before >= -slack) & (before <= gap))
-    return found
+    return np.asarray(((after >= -slack) & (after <= gap)) | ((before >= -slack) & (before <= gap)))
 
 
 def log_odds(probability: Floats) -> Floats:
     """Return the log odds of probabilities, bounded."""
     bounded = np.clip(probability, LEAST_PROBABILITY, 1 - LEAST_PROBABILITY)
-    found: Floats = np.log(bounded / (1 - bounded))
-    return found
+    return np.log(bounded / (1 - bounded))
 
 
 def choose_fronts(hypotheses: FrontHypotheses, score: Floats, least: float) -> list[int]:

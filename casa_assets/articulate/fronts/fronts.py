@@ -31,8 +31,7 @@ from casa_assets.articulate.segment.fragments import (
 )
 from casa_assets.articulate.segment.orthographic import render_depth
 from casa_assets.articulate.segment.shell_segments import MIN_BOXINESS, NO_FRONTS, KnownFronts, boxiness
-from casa_assets.articulate.segment.welded_mesh import Bools
-from casa_assets.core.numeric import Floats
+from casa_assets.core.numeric import Floats, Mask
 
 # A small thing alone on a panel is its pull, unless it is a knob or a key with this confidence.
 MIN_SURE_CONTROL = 0.85
@@ -275,7 +274,7 @@ def _box(
     hidden = measured.visible_area[:, [s for s in (BACK, LEFT, RIGHT, BOTTOM) if s != side]].sum(axis=1)
     aside = measured.visible_area[:, [s for s in (BACK, LEFT, RIGHT) if s != side]].sum(axis=1)
     surface = np.maximum(measured.area, 1e-12)
-    inside: Bools = np.ones(measured.count, dtype=bool)
+    inside: Mask = np.ones(measured.count, dtype=bool)
     for k in (0, 1):
         inside &= (lower[:, k] >= panel.lower[k] - BOX_TOLERANCE) & (upper[:, k] <= panel.upper[k] + BOX_TOLERANCE)
     back = (lower[:, 2] >= panel.lower[2] - INSIDE_TOLERANCE) & (upper[:, 2] > panel.upper[2] + 0.01)
@@ -352,19 +351,18 @@ def _is_block(measured: MeasuredFragments, side: int, i: int, panel: Panel, lowe
     return float((image.depth <= MAX_BLOCK_SUNK_SHARE * float(size[2])).mean()) >= MIN_BLOCK_FILL
 
 
-def _boards(lower: Floats, upper: Floats, inside: Bools, panel: Panel) -> list[int]:
+def _boards(lower: Floats, upper: Floats, inside: Mask, panel: Panel) -> list[int]:
     """Return level plates behind a panel that span between walls of the body: they leave no room for a drawer."""
     size = upper - lower
     wide = (size[:, 0] >= 0.6 * panel.width) & (size[:, 1] <= 0.1 * size[:, 0]) & (size[:, 2] >= 3 * size[:, 1])
     return [i for i in np.flatnonzero(inside & wide).tolist() if is_shelf(lower, upper, i, ~inside)]
 
 
-def _open_above(measured: MeasuredFragments, lower: Floats, upper: Floats) -> Bools:
+def _open_above(measured: MeasuredFragments, lower: Floats, upper: Floats) -> Mask:
     """Mark (N,) fragments at the very top that are open above: basins, and no drawers."""
     plan = np.maximum((upper - lower)[:, 0] * (upper - lower)[:, 2], 1e-12)
     top = upper[:, 1] >= float(upper[:, 1].max()) - 0.05
-    found: Bools = top & (measured.visible_area[:, TOP] >= 0.5 * plan)
-    return found
+    return top & (measured.visible_area[:, TOP] >= 0.5 * plan)
 
 
 def _is_box(measured: MeasuredFragments, group: list[int], panel: Panel, lower: Floats, upper: Floats) -> bool:

@@ -22,8 +22,7 @@ from casa_assets.articulate.segment.fragments import (
     corners_from_side,
 )
 from casa_assets.articulate.segment.orthographic import render_depth
-from casa_assets.articulate.segment.welded_mesh import Bools
-from casa_assets.core.numeric import Floats
+from casa_assets.core.numeric import Floats, Mask
 
 # Panels ---------------------------------------------------------------------------------------------------------------
 # Find panels among the fragments: flat fragments on a side that may be doors, drawers or control panels.
@@ -177,7 +176,7 @@ def _fills_rectangle(measured: MeasuredFragments, side: int, panel: Panel) -> bo
     return hull >= MIN_HULL_SHARE * float(np.prod(np.ptp(flat, axis=0)))
 
 
-def _carry_handles(measured: MeasuredFragments, side: int, rows: list[int]) -> Bools:
+def _carry_handles(measured: MeasuredFragments, side: int, rows: list[int]) -> Mask:
     """Mark, in an (N,) mask of all fragments, those small plates among `rows` that carry a pull.
 
     They are fronts of shallow drawers. A pull lies within its plate, is much smaller and protrudes; plates of knobs are
@@ -185,7 +184,7 @@ def _carry_handles(measured: MeasuredFragments, side: int, rows: list[int]) -> B
     """
     lower, upper = corners_from_side(measured, side)
     size = upper - lower
-    found: Bools = np.zeros(measured.count, dtype=bool)
+    found: Mask = np.zeros(measured.count, dtype=bool)
     for i in rows:
         across = size[i, :2]
         if across.min() < MIN_SMALL_SIDE or across.max() < MIN_SMALL_LENGTH:
@@ -198,7 +197,7 @@ def _carry_handles(measured: MeasuredFragments, side: int, rows: list[int]) -> B
     return found
 
 
-def _are_drawers(measured: MeasuredFragments, side: int, size: Floats, extent: Floats) -> Bools:
+def _are_drawers(measured: MeasuredFragments, side: int, size: Floats, extent: Floats) -> Mask:
     """Mark (N,) deep fragments that are visible on one side only, as a drawer and its box in one fragment are.
 
     Where the floor or back of the body is missing, only a tub that something covers is a drawer.
@@ -209,7 +208,7 @@ def _are_drawers(measured: MeasuredFragments, side: int, size: Floats, extent: F
     shows_front = measured.visible_area[:, side] >= 0.3 * size[:, 0] * size[:, 1]
     is_narrow = size[:, 0] * size[:, 1] < 0.97 * extent[0] * extent[1]
     is_covered = measured.visible_area[:, TOP] <= 0.05 * size[:, 0] * size[:, 2]
-    found: Bools = (
+    found: Mask = (
         (side_area <= 0.12 * wall_area)
         & shows_front
         & is_narrow
@@ -221,14 +220,14 @@ def _are_drawers(measured: MeasuredFragments, side: int, size: Floats, extent: F
     return found
 
 
-def _are_blocks(measured: MeasuredFragments, side: int, lower: Floats, upper: Floats) -> Bools:
+def _are_blocks(measured: MeasuredFragments, side: int, lower: Floats, upper: Floats) -> Mask:
     """Mark (N,) deep fragments that only the front shows, each of the size of another in its column or row.
 
     Drawers are drawn so as closed blocks; a single one may be a device that is built in.
     """
     size = upper - lower
     aside = measured.visible_area[:, [s for s in (BACK, LEFT, RIGHT) if s != side]].sum(axis=1)
-    found: Bools = (
+    found: Mask = (
         (size[:, 2] >= MIN_BLOCK_DEPTH_SHARE * float(np.ptp([lower[:, 2].min(), upper[:, 2].max()])))
         & (size[:, 2] > MAX_THICKNESS_BY_SIDE * size[:, :2].min(axis=1))
         & (aside <= MAX_BLOCK_ASIDE_SHARE * size[:, 2] * (size[:, 0] + size[:, 1]))

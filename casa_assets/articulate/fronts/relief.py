@@ -21,8 +21,8 @@ from casa_assets.articulate.segment.creases import (
     edge_lines,
 )
 from casa_assets.articulate.segment.fragments import SIDES
-from casa_assets.articulate.segment.welded_mesh import Bools, WeldedMesh
-from casa_assets.core.numeric import Floats, Ints
+from casa_assets.articulate.segment.welded_mesh import WeldedMesh
+from casa_assets.core.numeric import Floats, Ints, Mask
 
 # Seam evidence --------------------------------------------------------------------------------------------------------
 # Evidence for the seams around fronts in the relief of a side: grooves, steps, bends and outlines along lines.
@@ -90,7 +90,7 @@ def seam_maps(mesh: WeldedMesh, relief: SideRelief, side: int, upright: bool) ->
     return SeamMaps(_maps(depth, tilt, edges, seen, free))
 
 
-def _maps(depth: Floats, tilt: Floats, edges: Bools, seen: Bools, free: Bools) -> npt.NDArray[np.float32]:
+def _maps(depth: Floats, tilt: Floats, edges: Mask, seen: Mask, free: Mask) -> npt.NDArray[np.float32]:
     """Return the maps of SeamMaps; `tilt` is the component of the normals down the picture."""
     height = depth.shape[0]
     pad = BAND + GAP + 1
@@ -101,8 +101,7 @@ def _maps(depth: Floats, tilt: Floats, edges: Bools, seen: Bools, free: Bools) -
 
     def rows(values: npt.NDArray[_T], first: int) -> npt.NDArray[_T]:
         """Return (H + 1, W): for each border the row that is `first` below it (-1 is the one above)."""
-        found: npt.NDArray[_T] = values[pad + first : pad + first + height + 1]
-        return found
+        return values[pad + first : pad + first + height + 1]
 
     above, below = -GAP - BAND // 2, GAP + BAND // 2 - 1
     a, b = rows(far, above), rows(far, below)
@@ -252,7 +251,7 @@ def find_front_rectangles(side: SideRelief) -> list[FrontRectangle]:
 
 
 def _parted(
-    rectangle: FrontRectangle, lines: tuple[tuple[Bools, Bools], tuple[Bools, Bools]], min_size: int
+    rectangle: FrontRectangle, lines: tuple[tuple[Mask, Mask], tuple[Mask, Mask]], min_size: int
 ) -> list[FrontRectangle]:
     """Split a rectangle along its best line, and the halves likewise, until no line is left."""
     level = _best(lines[0], rectangle.rows, rectangle.columns, min_size)
@@ -263,9 +262,7 @@ def _parted(
     return [m for half in halves for m in _parted(half, lines, min_size)]
 
 
-def _best(
-    line: tuple[Bools, Bools], across: tuple[int, int], along: tuple[int, int], min_size: int
-) -> tuple[float, int]:
+def _best(line: tuple[Mask, Mask], across: tuple[int, int], along: tuple[int, int], min_size: int) -> tuple[float, int]:
     """Return the visibility 0..1 of the best line across a rectangle from end to end, and its place."""
     lower, upper = across[0] + min_size, across[1] - min_size
     if upper <= lower or along[1] - along[0] < 2 * LINE_STRETCHES:
@@ -409,7 +406,7 @@ def _sunk(side: SideRelief, rectangle: FrontRectangle) -> list[tuple[tuple[int, 
     return _filled(side, rectangle, (depth > frame + MIN_DEPTH_STEP) & (depth < frame + MAX_SUNK_DEPTH) | ~free)
 
 
-def _filled(side: SideRelief, rectangle: FrontRectangle, deep: Bools) -> list[tuple[tuple[int, int], tuple[int, int]]]:
+def _filled(side: SideRelief, rectangle: FrontRectangle, deep: Mask) -> list[tuple[tuple[int, int], tuple[int, int]]]:
     """Return rows and columns of the large connected regions that fill their rectangles.
 
     Args:

@@ -10,8 +10,8 @@ import numpy as np
 from casa_assets.articulate.interior.cavity_views import CavityProbe, border_points, make_probe
 from casa_assets.articulate.plan import Articulation, Cavity, HingeEdge, InteriorKind, PartKind, PartPlan, to_vec3
 from casa_assets.articulate.segment.orthographic import RayCrossings, sample_grid
-from casa_assets.articulate.segment.welded_mesh import Bools, WeldedMesh
-from casa_assets.core.numeric import Floats
+from casa_assets.articulate.segment.welded_mesh import WeldedMesh
+from casa_assets.core.numeric import Floats, Mask
 from casa_assets.model.record import Vec3
 
 # Cavity limits --------------------------------------------------------------------------------------------------------
@@ -104,7 +104,7 @@ def _shrink_to_covered(
     return np.array(lower), np.array(upper)
 
 
-def _corners_covered(covered: Bools, spots: Floats) -> bool:
+def _corners_covered(covered: Mask, spots: Floats) -> bool:
     """Return whether the points nearest to the four corners are covered."""
     lower, upper = spots.min(axis=0), spots.max(axis=0)
     away = [np.abs(spots - (x, y)).sum(axis=1) for x in (lower[0], upper[0]) for y in (lower[1], upper[1])]
@@ -141,7 +141,7 @@ def _shrink_to_frame(
     a, b = panel_box[0][[0, 2]], panel_box[1][[0, 2]]
     lines = probe.cast_lines(1, sample_grid(a, b, FINE_LINES_PER_SIDE), part_ids)
     depth = lines.select(lines.at > float(panel_box[0][1])).first().reshape(FINE_LINES_PER_SIDE, FINE_LINES_PER_SIDE)
-    is_open: Bools = depth > mouth + 0.05
+    is_open: Mask = depth > mouth + 0.05
     step = (b - a) / FINE_LINES_PER_SIDE
     lower, upper = lower.copy(), upper.copy()
     for axis, k in ((0, 0), (2, 1)):

@@ -10,8 +10,8 @@ import numpy as np
 
 from casa_assets.articulate.plan import PartPlan
 from casa_assets.articulate.segment.orthographic import RayCrossings, cross_rays, sample_grid
-from casa_assets.articulate.segment.welded_mesh import Bools, WeldedMesh
-from casa_assets.core.numeric import Floats, Ints
+from casa_assets.articulate.segment.welded_mesh import WeldedMesh
+from casa_assets.core.numeric import Floats, Ints, Mask
 
 # Distance outside the edges of a front at which the body is looked for, diagonals.
 BORDER_DISTANCE = 0.008
@@ -217,7 +217,7 @@ def _is_on(part: int, host: int, parent: Sequence[int]) -> bool:
 def _turned(probe: CavityProbe) -> float:
     """Return -1 where most of the surface met from outside faces away, so that the mesh is inside out; else 1."""
     lower, upper = probe.points.min(axis=0), probe.points.max(axis=0)
-    away: list[Bools] = []
+    away: list[Mask] = []
     for axis in range(3):
         a, b = (k for k in range(3) if k != axis)
         lines = cross_rays(

@@ -24,8 +24,8 @@ from casa_assets.articulate.segment.fragments import (
     corners_of_labels,
 )
 from casa_assets.articulate.segment.orthographic import render_depth
-from casa_assets.articulate.segment.welded_mesh import Bools, WeldedMesh
-from casa_assets.core.numeric import Floats, Ints
+from casa_assets.articulate.segment.welded_mesh import WeldedMesh
+from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.geometry.mesh.topology import face_components
 from casa_assets.geometry.solid.deviation import samples_with_faces
 from casa_assets.model.asset.parts import JointKind
@@ -71,7 +71,7 @@ def with_pieces_in_the_way(articulation: Articulation, mesh: WeldedMesh) -> Arti
     return articulation.replace(parts=tuple(parts))
 
 
-def _pieces_of_body(is_body: Bools, mesh: WeldedMesh) -> Ints:
+def _pieces_of_body(is_body: Mask, mesh: WeldedMesh) -> Ints:
     """Return the (F,) connected piece of each face of the body, -1 for all others.
 
     A fragment that parts have taken faces from may be several pieces.
@@ -83,12 +83,11 @@ def _pieces_of_body(is_body: Bools, mesh: WeldedMesh) -> Ints:
         rows = np.flatnonzero(label == shared)
         label[rows] = count + face_components(mesh.faces[rows], len(mesh.points))
         count = int(label.max()) + 1
-    found: Ints = np.unique(label, return_inverse=True)[1].reshape(-1) - int((label < 0).any())
-    return found
+    return np.unique(label, return_inverse=True)[1].reshape(-1) - int((label < 0).any())
 
 
 def _pieces_in_the_way(
-    part: PartPlan, mesh: WeldedMesh, label: Ints, free: Bools, lower: Floats, upper: Floats
+    part: PartPlan, mesh: WeldedMesh, label: Ints, free: Mask, lower: Floats, upper: Floats
 ) -> list[int]:
     """Return the free pieces that are in the way of a part; empty if it is neither a door nor a drawer.
 
@@ -242,7 +241,7 @@ def _fronted_blocks(lower: Floats, upper: Floats, rows: list[int], door: Panel) 
     return found
 
 
-def _with_what_it_holds(lower: Floats, upper: Floats, group: list[int], free: Bools) -> list[int]:
+def _with_what_it_holds(lower: Floats, upper: Floats, group: list[int], free: Mask) -> list[int]:
     """Return a group with all that lies within its box: tines of a basket need not touch its wires."""
     a, b = lower[group].min(axis=0) - TOUCH_TOLERANCE, upper[group].max(axis=0) + TOUCH_TOLERANCE
     within = free & (lower >= a).all(axis=1) & (upper <= b).all(axis=1)
@@ -369,7 +368,7 @@ def _is_board(lower: Floats, upper: Floats, group: list[int], count: int) -> boo
     return len(plates) == 1 and is_shelf(lower, upper, plates[0], others)
 
 
-def is_shelf(lower: Floats, upper: Floats, plate: int, others: Bools) -> bool:
+def is_shelf(lower: Floats, upper: Floats, plate: int, others: Mask) -> bool:
     """Return whether a level plate lies between two walls among `others`, as shelves, floors and tops do."""
     thick = float((upper - lower)[plate, 1])
     near = (

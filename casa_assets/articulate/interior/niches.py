@@ -11,12 +11,10 @@ from scipy import ndimage
 from casa_assets.articulate.plan import round_mm, round_mm_vec3
 from casa_assets.articulate.segment.fragments import FRONT, SIDES, TOP
 from casa_assets.articulate.segment.orthographic import DepthImage, render_depth
-from casa_assets.core.numeric import Floats
+from casa_assets.core.numeric import Floats, Mask
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.parts import Box
 from casa_assets.model.pose import Pose
-
-Bools = npt.NDArray[np.bool_]
 
 PIXELS = 192
 # Height that a cup needs, and depth of its niche as a share of the machine.
@@ -35,14 +33,12 @@ class Niche:
     @property
     def middle(self) -> Floats:
         """Return its (3,) middle, metres."""
-        found: Floats = (np.array(self.lower) + np.array(self.upper)) / 2
-        return found
+        return np.asarray((np.array(self.lower) + np.array(self.upper)) / 2)
 
     @property
     def size(self) -> Floats:
         """Return its (3,) size, metres."""
-        found: Floats = np.array(self.upper) - np.array(self.lower)
-        return found
+        return np.asarray(np.array(self.upper) - np.array(self.lower))
 
 
 def find_cup_niche(asset: Asset) -> Niche | None:
@@ -62,7 +58,7 @@ def find_cup_niche(asset: Asset) -> Niche | None:
     return None if best is None else _box(image, points, back, best)
 
 
-def _largest(places: Bools, image: DepthImage) -> tuple[int, int, int, int] | None:
+def _largest(places: Mask, image: DepthImage) -> tuple[int, int, int, int] | None:
     """Return the rows and columns of the largest region that a cup fits into."""
     best: tuple[float, int, int, int, int] | None = None
     label, _ = ndimage.label(places)
@@ -125,10 +121,9 @@ def niche_floor(niche: Niche, thick: float = 0.003) -> tuple[Box, Pose]:
     )
 
 
-def _above(solid: Bools) -> Bools:
+def _above(solid: Mask) -> Mask:
     """Mark pixels with something solid anywhere above in the same column."""
-    found: Bools = np.maximum.accumulate(solid, axis=0)
-    return found
+    return np.maximum.accumulate(solid, axis=0)
 
 
 def _box(image: DepthImage, points: Floats, back: Floats, span: tuple[int, int, int, int]) -> Niche:

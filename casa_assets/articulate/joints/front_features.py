@@ -67,8 +67,7 @@ def edge_shares(kinds: Mapping[str, float]) -> Floats:
     rows = [(p, HABITS.get(kind, ANY_HABITS)) for kind, p in kinds.items()]
     rows.append((max(0.0, 1.0 - sum(kinds.values())), ANY_HABITS))
     shares = sum(p * np.array([h.left, h.right, h.bottom, h.top]) for p, h in rows)
-    found: Floats = np.asarray(shares) / np.sum(shares)
-    return found
+    return np.asarray(shares) / np.sum(shares)
 
 
 def drawer_share(kinds: Mapping[str, float]) -> float:
@@ -211,8 +210,7 @@ class FrontView:
     @property
     def extent(self) -> Floats:
         """Return the (3,) size of the whole thing."""
-        found: Floats = self.upper - self.lower
-        return found
+        return self.upper - self.lower
 
     @property
     def others(self) -> list[Panel]:

@@ -9,8 +9,8 @@ from scipy.ndimage import binary_dilation, find_objects, grey_closing, grey_open
 
 from casa_assets.articulate.segment.fragments import SIDES
 from casa_assets.articulate.segment.orthographic import DepthImage, render_depth
-from casa_assets.articulate.segment.welded_mesh import Bools, WeldedMesh
-from casa_assets.core.numeric import Floats, Ints
+from casa_assets.articulate.segment.welded_mesh import WeldedMesh
+from casa_assets.core.numeric import Floats, Ints, Mask
 
 # Pixels along the longer side of a relief.
 PIXELS = 640
@@ -59,8 +59,7 @@ class Protrusion:
     @property
     def middle(self) -> Floats:
         """Return the (2,) middle of its rectangle."""
-        found: Floats = (self.lower + self.upper) / 2
-        return found
+        return (self.lower + self.upper) / 2
 
 
 @dataclass(frozen=True)
@@ -78,8 +77,8 @@ class SideRelief:
     base: Floats
     blob: Ints
     blobs: tuple[Protrusion, ...]
-    across: Bools
-    along: Bools
+    across: Mask
+    along: Mask
 
 
 def measure_relief(mesh: WeldedMesh, side: int) -> SideRelief:
@@ -103,15 +102,13 @@ def _without_slots(depth: Floats, size: int) -> Floats:
     """
     padded = np.pad(depth, size, mode="edge")
     opened = grey_opening(padded, size=(size, size))[size:-size, size:-size]
-    found: Floats = np.where(opened < depth - MIN_SLOT_DEPTH, opened, depth)
-    return found
+    return np.where(opened < depth - MIN_SLOT_DEPTH, opened, depth)
 
 
 def _close_depth(depth: Floats, size: int) -> Floats:
     """Return the depth with everything nearer and narrower than `size` pixels pushed back to its surroundings."""
     padded = np.pad(depth, size, mode="edge")
-    closed: Floats = grey_closing(padded, size=(size, size))[size:-size, size:-size]
-    return closed
+    return np.asarray(grey_closing(padded, size=(size, size))[size:-size, size:-size])
 
 
 def _blobs(image: DepthImage, depth: Floats, base: Floats) -> tuple[Ints, tuple[Protrusion, ...]]:
@@ -139,7 +136,7 @@ def _blobs(image: DepthImage, depth: Floats, base: Floats) -> tuple[Ints, tuple[
     return found, tuple(blobs)
 
 
-def _ground_share(mask: Bools, seen: Bools, rows: slice, columns: slice) -> float:
+def _ground_share(mask: Mask, seen: Mask, rows: slice, columns: slice) -> float:
     """Return the share of the immediate surroundings of a region that is surface: a ragged border has little."""
     grown = dilate(np.pad(mask, 3), 3) & ~np.pad(mask, 3)
     window = np.pad(seen, 3)[rows.start : rows.stop + 6, columns.start : columns.stop + 6]
@@ -151,7 +148,7 @@ def _grow_slice(span: slice) -> slice:
     return slice(max(0, span.start - 1), span.stop + 1)
 
 
-def _measure_blob(image: DepthImage, rows: slice, columns: slice, mask: Bools, out: Floats) -> Protrusion:
+def _measure_blob(image: DepthImage, rows: slice, columns: slice, mask: Mask, out: Floats) -> Protrusion:
     """Measure one protruding region."""
     height = out.shape[0]
     lower = image.lower + image.pixel * np.array([columns.start, height - rows.stop])
@@ -174,7 +171,7 @@ def _is_small(blob: Protrusion) -> bool:
     )
 
 
-def _edges(mesh: WeldedMesh, side: int, image: DepthImage, depth: Floats) -> tuple[Bools, Bools]:
+def _edges(mesh: WeldedMesh, side: int, image: DepthImage, depth: Floats) -> tuple[Mask, Mask]:
     """Mark pixels that step, or bend inwards, against the one to their right, and the one below.
 
     Outward bends are left out: they are the facets of a bulging front, while a gap always has an inward one.
@@ -190,13 +187,12 @@ def _edges(mesh: WeldedMesh, side: int, image: DepthImage, depth: Floats) -> tup
     return across, along
 
 
-def dilate(mask: Bools, pixels: int) -> Bools:
+def dilate(mask: Mask, pixels: int) -> Mask:
     """Return a mask grown by some pixels in all directions."""
-    found: Bools = binary_dilation(mask, iterations=pixels) if pixels else mask
-    return found
+    return binary_dilation(mask, iterations=pixels) if pixels else mask
 
 
-def edge_lines(relief: SideRelief, upright: bool, pixels: int) -> tuple[Bools, Bools]:
+def edge_lines(relief: SideRelief, upright: bool, pixels: int) -> tuple[Mask, Mask]:
     """Return edges along one direction, each a few pixels wide, and the mask where no protrusion hides the ground.
 
     Returns:
@@ -205,6 +201,6 @@ def edge_lines(relief: SideRelief, upright: bool, pixels: int) -> tuple[Bools, B
     edges = relief.across if upright else relief.along
     hidden = dilate(relief.blob >= 0, 2)
     axis = 1 if upright else 0
-    thick: Bools = maximum_filter1d((edges & ~hidden).astype(np.uint8), 2 * pixels + 1, axis=axis).astype(bool)
+    thick: Mask = maximum_filter1d((edges & ~hidden).astype(np.uint8), 2 * pixels + 1, axis=axis).astype(bool)
     free = ~hidden
     return (thick.T, free.T) if upright else (thick, free)

@@ -11,8 +11,8 @@ import numpy as np
 
 from casa_assets.articulate.plan import PartKind, PartPlan
 from casa_assets.articulate.segment.fragments import FRONT, SIDES, TOP
-from casa_assets.articulate.segment.welded_mesh import Bools, WeldedMesh
-from casa_assets.core.numeric import Floats, Ints
+from casa_assets.articulate.segment.welded_mesh import WeldedMesh
+from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.model.asset.parts import Mesh
 
 # Cut planes -----------------------------------------------------------------------------------------------------------
@@ -244,11 +244,10 @@ def _border_edges(mesh: WeldedMesh, owner: Ints) -> tuple[Ints, Ints, Ints]:
 def _inward_direction(part: PartPlan) -> Floats:
     """Return the direction from a small part into what carries it: that of the front or of the top."""
     axis = np.abs(np.array(part.joint.axis))
-    found: Floats = SIDES[TOP if axis[2] > 0.7 else FRONT][2]
-    return found
+    return np.asarray(SIDES[TOP if axis[2] > 0.7 else FRONT][2])
 
 
-def _has_back(mesh: WeldedMesh, own_faces: Bools) -> bool:
+def _has_back(mesh: WeldedMesh, own_faces: Mask) -> bool:
     """Return whether a board has a surface that faces back."""
     facing = mesh.normals @ SIDES[FRONT][2]
     front = float(mesh.areas[own_faces & (facing < -0.8)].sum())

@@ -70,8 +70,7 @@ class MeasuredFragments:
 
     def points_of(self, fragments: Sequence[int]) -> Floats:
         """Return the (P, 3) points that some fragments use."""
-        found: Floats = self.mesh.points[np.unique(self.mesh.faces[self.faces_of(fragments)])]
-        return found
+        return self.mesh.points[np.unique(self.mesh.faces[self.faces_of(fragments)])]
 
 
 def corners_of_labels(mesh: WeldedMesh, label: Ints) -> tuple[Floats, Floats]:
@@ -149,13 +148,11 @@ class Axis:
     def distance(self, points: Floats) -> Floats:
         """Return the (N,) distances of points from the line."""
         away = points - self.origin
-        found: Floats = np.linalg.norm(away - np.outer(away @ self.direction, self.direction), axis=1)
-        return found
+        return np.asarray(np.linalg.norm(away - np.outer(away @ self.direction, self.direction), axis=1))
 
     def along(self, points: Floats) -> Floats:
         """Return the (N,) coordinates of points along the line."""
-        found: Floats = (points - self.origin) @ self.direction
-        return found
+        return (points - self.origin) @ self.direction
 
 
 @dataclass(frozen=True)
@@ -183,8 +180,7 @@ class Piece:
     @cached_property
     def middle(self) -> Floats:
         """Return the (3,) centre of its surface."""
-        found: Floats = self.points.mean(axis=0)
-        return found
+        return np.asarray(self.points.mean(axis=0))
 
     @cached_property
     def turned(self) -> Axis | None:

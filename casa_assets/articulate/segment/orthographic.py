@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from casa_assets.articulate.segment.welded_mesh import Bools
-from casa_assets.core.numeric import Floats, Ints
+from casa_assets.core.numeric import Floats, Ints, Mask
 
 # Raster ---------------------------------------------------------------------------------------------------------------
 # Render orthographic depth and face-index images of triangles in NumPy.
@@ -165,7 +164,7 @@ class RayCrossings:
     face: Ints
     count: int
 
-    def select(self, rows: Bools) -> RayCrossings:
+    def select(self, rows: Mask) -> RayCrossings:
         """Return some of the crossings."""
         return RayCrossings(self.line[rows], self.at[rows], self.towards[rows], self.face[rows], self.count)
 
@@ -181,7 +180,7 @@ class RayCrossings:
         np.maximum.at(out, self.line, self.at)
         return out
 
-    def beyond(self, start: float, sign: float) -> tuple[Floats, Bools]:
+    def beyond(self, start: float, sign: float) -> tuple[Floats, Mask]:
         """Return the distance to the first sheet from a coordinate along the axis (1) or against it (-1).
 
         Returns:
@@ -192,7 +191,7 @@ class RayCrossings:
         near = np.full(self.count, np.inf)
         np.minimum.at(near, self.line[rows], way[rows])
         meets = rows & (way <= near[self.line] + SAME_SHEET) & (self.towards * sign < 0)
-        looks: Bools = np.zeros(self.count, dtype=bool)
+        looks: Mask = np.zeros(self.count, dtype=bool)
         looks[self.line[meets]] = True
         return near, looks
 
@@ -234,13 +233,11 @@ def cross_rays(points: Floats, faces: Ints, axis: int, spots: Floats) -> RayCros
 
 def _cross(p: Floats, q: Floats) -> Floats:
     """Return the (N,) cross products of 2D vectors."""
-    found: Floats = p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]
-    return found
+    return p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]
 
 
 def sample_grid(lower: Floats, upper: Floats, count: int, inset: float = 0.0) -> Floats:
     """Return (count * count, 2) points that fill a rectangle evenly; `inset` of its size stays free on every side."""
     share = inset + (1 - 2 * inset) * (np.arange(count) + 0.5013) / count
     x, y = (lower[k] + share * (upper[k] - lower[k]) for k in (0, 1))
-    found: Floats = np.stack(np.meshgrid(x, y, indexing="ij"), axis=2).reshape(-1, 2)
-    return found
+    return np.stack(np.meshgrid(x, y, indexing="ij"), axis=2).reshape(-1, 2)

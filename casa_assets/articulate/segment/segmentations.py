@@ -12,8 +12,8 @@ from casa_assets.articulate.plan import Articulation, Frame, PartKind
 from casa_assets.articulate.segment.cutting import CapFaces, CutPlane, close_cuts, cut_triangles
 from casa_assets.articulate.segment.fragments import FRONT, SIDES, corners_of_labels
 from casa_assets.articulate.segment.shell_segments import Fragmentation, FusedShell, shell_cut_planes, shell_zones
-from casa_assets.articulate.segment.welded_mesh import Bools, WeldedMesh, weld_by_edges, weld_model
-from casa_assets.core.numeric import Ints
+from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_by_edges, weld_model
+from casa_assets.core.numeric import Ints, Mask
 from casa_assets.geometry.mesh.topology import connected_groups, merge_rows
 from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.source import RawModel, RawPart
@@ -38,7 +38,7 @@ class FlatSheets:
     """
 
     sheet: Ints
-    has_hole: Bools
+    has_hole: Mask
     edges: Ints
     rims: Ints
 
@@ -86,8 +86,7 @@ def find_flat_sheets(mesh: WeldedMesh) -> FlatSheets:
 
 def _rim_keys(sheet: Ints, edge: Ints, edges: Ints) -> Ints:
     """Return the (N,) keys of sheets and edges."""
-    found: Ints = sheet * len(edges) + np.searchsorted(edges, edge)
-    return found
+    return sheet * len(edges) + np.searchsorted(edges, edge)
 
 
 def _shared_edges(mesh: WeldedMesh, left: Ints, right: Ints) -> Ints:
@@ -96,8 +95,7 @@ def _shared_edges(mesh: WeldedMesh, left: Ints, right: Ints) -> Ints:
     lone = np.argmin((a[:, :, None] == b[:, None, :]).any(axis=2), axis=1)
     rows = np.arange(len(a))
     ends = np.sort(np.column_stack([a[rows, (lone + 1) % 3], a[rows, (lone + 2) % 3]]), axis=1)
-    found: Ints = ends[:, 0] * len(mesh.points) + ends[:, 1]
-    return found
+    return np.asarray(ends[:, 0] * len(mesh.points) + ends[:, 1])
 
 
 # Shell cuts -----------------------------------------------------------------------------------------------------------
@@ -154,8 +152,7 @@ def _parts_of_zones(mesh: WeldedMesh, zone: Ints, owner: Ints, shell: FusedShell
     share = np.zeros((count, int(owner.max()) + 2))
     rows = zone >= 0
     np.add.at(share, (zone[rows], owner[rows] + 1), mesh.areas[rows])
-    found: Ints = np.argmax(share, axis=1) - 1
-    return found
+    return np.asarray(np.argmax(share, axis=1) - 1)
 
 
 def _cut(model: RawModel, frame: Frame, planes: list[CutPlane]) -> tuple[RawModel, Ints]:
@@ -275,7 +272,7 @@ def _split_at_creases(mesh: WeldedMesh) -> Ints:
     return connected_groups(len(mesh.faces), left[whole], right[whole])[mesh.duplicate_of]
 
 
-def _wind_inwards(mesh: WeldedMesh) -> Bools:
+def _wind_inwards(mesh: WeldedMesh) -> Mask:
     """Mark the (F,) faces of welded fragments whose volume about their middle is negative."""
     label = np.maximum(mesh.fragment_labels, 0)
     # The two copies of a face that is there twice would cancel each other.
@@ -285,8 +282,7 @@ def _wind_inwards(mesh: WeldedMesh) -> Bools:
     middle = np.stack([np.bincount(label, corners.mean(axis=1)[:, k]) for k in range(3)], axis=1) / count
     corners = corners - middle[label][:, None]
     volume = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2]))
-    found: Bools = np.bincount(label, np.where(counts, volume, 0.0))[label] < 0.0
-    return found
+    return np.bincount(label, np.where(counts, volume, 0.0))[label] < 0.0
 
 
 def _with_small_ones_joined(mesh: WeldedMesh, pieces: Ints, sheets: FlatSheets) -> Ints:
@@ -305,8 +301,7 @@ def _with_small_ones_joined(mesh: WeldedMesh, pieces: Ints, sheets: FlatSheets) 
     joined = connected_groups(count, left[both], right[both])
     lower, upper = corners_of_labels(mesh, joined[pieces])
     together = (upper - lower).max(axis=1) <= SMALL_PIECE * mesh.diagonal
-    found: Ints = np.where(together[joined], joined, joined.max(initial=0) + 1 + np.arange(count))[pieces]
-    return found
+    return np.where(together[joined], joined, joined.max(initial=0) + 1 + np.arange(count))[pieces]
 
 
 def _is_large(mesh: WeldedMesh, label: Ints) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:

@@ -25,8 +25,8 @@ from casa_assets.articulate.segment.creases import BACKGROUND_DEPTH, SideRelief,
 from casa_assets.articulate.segment.cutting import CutPlane
 from casa_assets.articulate.segment.fragments import BACK, BOTTOM, FRONT, LEFT, RIGHT, SIDES, TOP
 from casa_assets.articulate.segment.orthographic import DepthImage, render_depth
-from casa_assets.articulate.segment.welded_mesh import Bools, WeldedMesh
-from casa_assets.core.numeric import Floats, Ints
+from casa_assets.articulate.segment.welded_mesh import WeldedMesh
+from casa_assets.core.numeric import Floats, Ints, Mask
 
 # Known fronts ---------------------------------------------------------------------------------------------------------
 # Fragments of a one-piece shell that segmentation has already found to be fronts, with their probabilities.
@@ -97,9 +97,9 @@ class FusedShell:
         things: indices of the protrusions of the front view, and of the top view, that belong to that side.
     """
 
-    mine: Bools
-    shown: Bools
-    skin: Bools
+    mine: Mask
+    shown: Mask
+    skin: Mask
     front: SideRelief
     top: SideRelief
     fronts: tuple[tuple[FrontRectangle, float], ...]
@@ -188,7 +188,7 @@ def find_shell(mesh: WeldedMesh, label: Ints, models: Models | None = None) -> F
 
 
 def _things_by_side(
-    mesh: WeldedMesh, mine: Bools, front: SideRelief, top: SideRelief
+    mesh: WeldedMesh, mine: Mask, front: SideRelief, top: SideRelief
 ) -> tuple[tuple[int, ...], tuple[int, ...]]:
     """Return the indices of the protrusions of the front and of the top without those that belong to the other side.
 
@@ -312,29 +312,29 @@ def _face_middles(mesh: WeldedMesh, side: int) -> tuple[Floats, float]:
     return flat, float(np.ptp(depth))
 
 
-def _in_rectangle(front: SideRelief, rectangle: FrontRectangle, flat: Floats) -> Bools:
+def _in_rectangle(front: SideRelief, rectangle: FrontRectangle, flat: Floats) -> Mask:
     """Mark the (F,) faces whose middle is in a rectangle, at any depth."""
     row, column = front.image.rows_columns(flat[:, :2])
-    found: Bools = (row >= rectangle.rows[0]) & (row < rectangle.rows[1])
+    found: Mask = (row >= rectangle.rows[0]) & (row < rectangle.rows[1])
     return found & (column >= rectangle.columns[0]) & (column < rectangle.columns[1])
 
 
-def _shell_faces(mesh: WeldedMesh, label: Ints) -> Bools:
+def _shell_faces(mesh: WeldedMesh, label: Ints) -> Mask:
     """Mark the (F,) faces of the piece that makes up most of the object; no faces if there is no such piece."""
     alive = label >= 0
-    none: Bools = np.zeros(len(label), dtype=bool)
+    none: Mask = np.zeros(len(label), dtype=bool)
     if not alive.any():
         return none
     area = np.bincount(label[alive], mesh.areas[alive])
     largest = int(np.argmax(area))
-    mine: Bools = label == largest
+    mine: Mask = label == largest
     points = mesh.points[mesh.faces[mine]].reshape(-1, 3)
     whole = np.ptp(mesh.points, axis=0)
     large = bool((np.ptp(points, axis=0) >= MIN_SHELL_EXTENT * whole).all())
     return mine if large and area[largest] >= MIN_SHELL_AREA * area.sum() else none
 
 
-def _thickness(mesh: WeldedMesh, inside: Bools, behind: Floats, depth: float) -> float:
+def _thickness(mesh: WeldedMesh, inside: Mask, behind: Floats, depth: float) -> float:
     """Return the thickness of a front: up to its back where that is visible, else a usual value; diagonals."""
     max_thickness = min(MAX_THICKNESS, MAX_THICKNESS_OF_DEPTH * depth)
     facing = mesh.normals @ SIDES[FRONT][2] > 0.8
@@ -406,7 +406,7 @@ def _cut_depth(view: SideRelief, number: int) -> float:
 
 def _number_blobs(
     out: Ints,
-    free: Bools,
+    free: Mask,
     view: SideRelief,
     mesh: WeldedMesh,
     side: int,

@@ -12,16 +12,13 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 
 from casa_assets.articulate.plan import Frame
-from casa_assets.core.numeric import Floats, Ints
+from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.geometry.mesh.surface import face_normals
 from casa_assets.geometry.mesh.topology import connected_groups, face_components, merge_rows, weld
 from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.source import RawModel
-
-Bools = npt.NDArray[np.bool_]
 
 # Vertices closer than this share of the diagonal are one point. Ref: measured, parts of clean appliance meshes lie
 # farther apart, float32 exports of one point nearer.
@@ -191,8 +188,7 @@ def _copied_vertices(mesh: Mesh) -> Ints:
     rank = np.empty(count, dtype=np.int64)
     rank[order] = np.arange(count) - np.repeat(start, np.diff(np.r_[start, count]))
     single = np.bincount(place, rank > 0, len(first))[place] == 0
-    found: Ints = np.where(single, first[place], np.arange(count))
-    return found
+    return np.where(single, first[place], np.arange(count))
 
 
 def weld_by_edges(mesh: WeldedMesh, by_material: bool = True) -> Ints:
@@ -270,7 +266,7 @@ def _adjacent_faces(mesh: WeldedMesh, index: Ints) -> tuple[Ints, Ints]:
     return np.concatenate(left), np.concatenate(right)
 
 
-def _wedges(mesh: WeldedMesh, index: Ints, ends: Ints, owner: Ints, forward: Bools) -> tuple[Ints, Ints]:
+def _wedges(mesh: WeldedMesh, index: Ints, ends: Ints, owner: Ints, forward: Mask) -> tuple[Ints, Ints]:
     """Pair the faces around an edge so that each pair bounds one wedge of solid; no pairs if windings contradict."""
     none = np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64)
     a, b = mesh.points[ends[0]], mesh.points[ends[1]]

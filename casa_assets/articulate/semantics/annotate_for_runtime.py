@@ -161,8 +161,7 @@ def _is_cabinet(category: str) -> bool:
 
 def _middle(asset: Asset, region: Region) -> Floats:
     """Return the (3,) middle of a region, asset frame."""
-    found: Floats = asset.asset_from_link(region.link).apply(np.array([region.pose.position]))[0]
-    return found
+    return np.asarray(asset.asset_from_link(region.link).apply(np.array([region.pose.position]))[0])
 
 
 def _with_burners(asset: Asset, burners: Sequence[Burner]) -> Asset:

@@ -248,8 +248,7 @@ def _collider_clouds(link: LinkBuilder) -> list[Floats]:
 
 def _to_frame(points: Floats, link: LinkBuilder, metres: float) -> Floats:
     """Convert points of a built link to the frame of the analysis."""
-    found: Floats = (points + np.array(link.pose.position)) / metres
-    return found
+    return np.asarray((points + np.array(link.pose.position)) / metres)
 
 
 def _tray_part(

@@ -212,8 +212,7 @@ def _scores(eye: Floats, fixtures: _Fixtures, walls: Sequence[tuple[Floats, Floa
     within = np.clip((FOV_X_RAD / 2 - angle + half_wide) / (2 * half_wide), 0.0, 1.0) ** 2
     score = (within @ value) * _room_ahead(eye, fixtures, walls)
     straight = np.abs(np.sin(2 * yaws)) < 1e-6
-    aligned: Floats = score * np.where(straight, 1.06, 1.0)
-    return aligned
+    return np.asarray(score * np.where(straight, 1.06, 1.0))
 
 
 def _seen(eye: Floats, points: Floats, fixtures: _Fixtures, walls: Sequence[tuple[Floats, Floats, bool]]) -> Floats:
@@ -228,8 +227,7 @@ def _seen(eye: Floats, points: Floats, fixtures: _Fixtures, walls: Sequence[tupl
     for start, end, is_open in walls:
         if not is_open:
             behind |= _reach(eye, points - eye, start, end) < 0.97
-    seen: Floats = np.where(hides.any(axis=1) | behind, 0.0, 1.0)
-    return seen
+    return np.where(hides.any(axis=1) | behind, 0.0, 1.0)
 
 
 def _crossings(eye: Floats, rays: Floats, low: Floats, high: Floats) -> tuple[Floats, Floats]:
@@ -251,8 +249,7 @@ def _reach(eye: Floats, rays: Floats, start: Floats, end: Floats) -> Floats:
         at = (offset[0] * along[1] - offset[1] * along[0]) / cross
         share = (offset[0] * rays[:, 1] - offset[1] * rays[:, 0]) / cross
     hit = (cross < -1e-9) & (at > 1e-6) & (share >= -1e-6) & (share <= 1 + 1e-6)
-    length: Floats = np.where(hit, at, np.inf)
-    return length
+    return np.where(hit, at, np.inf)
 
 
 def _room_ahead(eye: Floats, fixtures: _Fixtures, walls: Sequence[tuple[Floats, Floats, bool]]) -> Floats:
@@ -273,8 +270,7 @@ def _room_ahead(eye: Floats, fixtures: _Fixtures, walls: Sequence[tuple[Floats, 
     half = round(FOV_X_RAD / 2 / (2 * np.pi) * TURNS)
     window = (np.arange(TURNS)[:, None] + np.arange(-half, half + 1)) % TURNS
     shares = [kind[window].mean(axis=1) for kind in (near, is_open, bare)]
-    factors: Floats = (1 - 0.85 * shares[0]) * (1 - 0.75 * shares[1]) * (1 - 0.5 * shares[2])
-    return factors
+    return np.asarray((1 - 0.85 * shares[0]) * (1 - 0.75 * shares[1]) * (1 - 0.5 * shares[2]))
 
 
 ELEVATIONS_DEG = (20.0, 24.0, 28.0, 32.0, 36.0, 40.0)
@@ -369,8 +365,7 @@ def _entries(origins: Floats, rays: Floats, low: Floats, high: Floats) -> Floats
     safe = np.where(np.abs(rays) < 1e-9, 1e-9, rays)
     first, second = ((corner[None] - origins[:, None]) / safe[:, None] for corner in (low, high))
     enter, leave = np.minimum(first, second).max(axis=2), np.maximum(first, second).min(axis=2)
-    entries: Floats = np.where((enter < leave) & (enter > 1e-6), enter, np.inf)
-    return entries
+    return np.where((enter < leave) & (enter > 1e-6), enter, np.inf)
 
 
 def _landings(origins: Floats, ray: Floats, low: Floats, high: Floats, room: Mapping[str, Any]) -> tuple[Floats, Mask]:
@@ -404,5 +399,4 @@ def _in_view(places: Floats, view: View, aspect: float, low: Floats, high: Float
     inside = (depth > 0.1) & (np.abs(across) < half * depth) & (np.abs(up - shift * depth) < half / aspect * depth)
     eyes = np.repeat(np.array(view.position)[None], len(places), axis=0)
     hidden = (_entries(eyes, offset, low, high) < 0.98).any(axis=1)
-    seen: Mask = inside & ~hidden
-    return seen
+    return np.asarray(inside & ~hidden)
