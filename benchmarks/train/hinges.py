@@ -42,7 +42,7 @@ from casa_assets.articulate.joints.front_features import (
 )
 from casa_assets.articulate.joints.joints import kind_log_odds
 from casa_assets.articulate.plan import HingeEdge
-from casa_assets.articulate.segment.fragments import FRONT, measure_fragments, render_sides
+from casa_assets.articulate.segment.fragments import measure_fragments, render_sides
 from casa_assets.articulate.segment.segmentations import segmentations
 from casa_assets.articulate.segment.shell_segments import fragment_mesh
 from casa_assets.articulate.segment.welded_mesh import weld_triangles
@@ -119,9 +119,9 @@ def fronts_of(case: Any, row: Mapping[str, Any]) -> tuple[list[Front], Mapping[s
         collector = PartCollector(measure_fragments(placed, split.labels, images=images), split.fronts)
         measured = collector.measured
         seen = look_at_front(collector)
-        panels = select_opening_panels(measured, FRONT, seen.panels, seen.controls, collector.known)
+        panels = select_opening_panels(measured, seen.panels, seen.controls, collector.known)
         chosen = [p for p, _, _ in panels]
-        views = view_fronts(measured, FRONT, chosen, seen.panels, seen.controls)
+        views = view_fronts(measured, chosen, seen.panels, seen.controls)
         traits = traits_of_views(measured, views, seen)
         x, y, z = (float(v) for v in np.ptp(measured.mesh.points, axis=0))
         named = kind_named([row["category"].replace("_", " ")])

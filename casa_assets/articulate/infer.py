@@ -193,7 +193,7 @@ def articulate_fragments(
             loose_controls, top_controls = [], []
         _controls(collector, FRONT, loose_controls, seen.tell)
         for _, panel, edge in list(collector.fronts):
-            for tray in find_inner_parts(measured, FRONT, panel, edge, sorted(collector.taken)):
+            for tray in find_inner_parts(measured, panel, edge, sorted(collector.taken)):
                 _tray(collector, panel, tray)
         on_top = [c for c in top_controls if seen.tell_top(c, top_controls)[0] is PartKind.KNOB]
         _lids(collector, on_top)
@@ -230,25 +230,25 @@ def look_at_front(collector: PartCollector, control_forest: Forest | None = None
         control_forest: as for `articulate_fragments`.
     """
     measured = collector.measured
-    round_door = find_round_door(measured, FRONT)
-    held = [] if round_door is None else [*round_door.members, *fragments_around(measured, FRONT, round_door)]
+    round_door = find_round_door(measured)
+    held = [] if round_door is None else [*round_door.members, *fragments_around(measured, round_door)]
     # A toaster has no fronts: its levers and knobs stand on plates that look like some.
     slots = count_slots(measured.depth_images[TOP])
     is_toaster = slots >= MIN_BREAD_SLOTS
-    panels = [] if is_toaster else find_panels(measured, FRONT, held)
+    panels = [] if is_toaster else find_panels(measured, held)
     controls = find_controls(measured, FRONT, [*held, *(f for p in panels for f in p.members)])
     # A lever may be as large as a small panel.
     control_fragments = {f for c in controls for f in c.fragments}
     blocks = [c for c in find_controls(measured, FRONT, []) if control_fragments.isdisjoint(c.fragments)]
-    levers, controls = find_levers(measured, FRONT, controls)
-    levers += find_levers(measured, FRONT, blocks)[0]
+    levers, controls = find_levers(measured, controls)
+    levers += find_levers(measured, blocks)[0]
     if is_toaster:
-        bars, controls = find_bar_levers(measured, FRONT, controls)
+        bars, controls = find_bar_levers(measured, controls)
         levers += bars
     tell_front = _tell(measured, FRONT, controls, panels, control_forest)
     if slots:
         tell_front = tell_beside_dials(tell_front)
-    _levers(collector, FRONT, levers)
+    _levers(collector, levers)
     panels = [p for p in panels if collector.taken.isdisjoint(p.members)]
     top_controls = find_controls(measured, TOP, sorted(collector.taken))
     tell_top = _tell(measured, TOP, top_controls, [], control_forest)
@@ -264,7 +264,7 @@ def look_at_front(collector: PartCollector, control_forest: Forest | None = None
     panels += [] if round_door is None else [round_door]
     panel_fragments = {f for p in panels for f in p.members}
     controls = [c for c in controls if panel_fragments.isdisjoint(c.fragments)]
-    loose_controls = attach_to_panels(measured, FRONT, panels, controls, tell_front)
+    loose_controls = attach_to_panels(measured, panels, controls, tell_front)
     _give_boxes(panels, collector.known)
     return FrontLook(panels, loose_controls, tell_front, top_controls, tell_top)
 
@@ -273,9 +273,9 @@ def _merge_panels(collector: PartCollector, panels: list[Panel], controls: list[
     """Return the panels with those merged that are one front; fronts that are known stay as they are."""
     known, measured = collector.known.chances.keys(), collector.measured
     fronts = [p for p in panels if not known.isdisjoint(p.members)]
-    panels = merge_bridged_panels(measured, FRONT, [p for p in panels if known.isdisjoint(p.members)])
-    handle_spots = find_handle_spots(measured, FRONT, [*fronts, *panels], controls)
-    return [*fronts, *merge_framed_panels(panels, handle_spots, find_slats(measured, FRONT, panels))]
+    panels = merge_bridged_panels(measured, [p for p in panels if known.isdisjoint(p.members)])
+    handle_spots = find_handle_spots(measured, [*fronts, *panels], controls)
+    return [*fronts, *merge_framed_panels(panels, handle_spots, find_slats(measured, panels))]
 
 
 def _give_boxes(panels: list[Panel], known: KnownFronts) -> None:
@@ -344,8 +344,8 @@ def _fronts(collector: PartCollector, seen: FrontLook, category: str) -> dict[st
         category: that is stated, or empty.
     """
     measured = collector.measured
-    chosen = select_opening_panels(measured, FRONT, seen.panels, seen.controls, collector.known)
-    views = view_fronts(measured, FRONT, [p for p, _, _ in chosen], seen.panels, seen.controls)
+    chosen = select_opening_panels(measured, seen.panels, seen.controls, collector.known)
+    views = view_fronts(measured, [p for p, _, _ in chosen], seen.panels, seen.controls)
     traits = traits_of_views(measured, views, seen)
     x, y, z = (float(v) for v in np.ptp(measured.mesh.points, axis=0))
     kinds = kinds_known((x, y, z), traits, joints.kind_log_odds(views), category)
@@ -354,13 +354,13 @@ def _fronts(collector: PartCollector, seen: FrontLook, category: str) -> dict[st
             continue
         is_drawer, joint_confidence, joint_reason = joints.choose_drawer(view, kinds)
         is_sure = is_drawer and joint_confidence >= SURE_DRAWER
-        slide_sign = None if panel.box or is_sure else sliding_direction(measured, FRONT, panel, view.handle)
+        slide_sign = None if panel.box or is_sure else sliding_direction(measured, panel, view.handle)
         is_drawer &= slide_sign is None
         grip_fragments = sorted(f for g in panel.grips for f in g)
         if is_drawer:
             if not panel.box:
                 others = {f for p in seen.panels if p is not panel for f in p.everything}
-                panel.box = find_box_boards(measured, FRONT, panel, collector.taken | others)
+                panel.box = find_box_boards(measured, panel, collector.taken | others)
             depth = float(measured.upper[panel.everything, 1].max() - panel.lower[2])
             travel = joints.DRAWER_TRAVEL_SHARE * depth if depth > 0.15 * view.extent[2] else 0.7 * view.extent[2]
             joint = JointPlan(
@@ -454,15 +454,15 @@ def _controls(collector: PartCollector, side: int, controls: list[Control], tell
         collector.add(kind, control.fragments, control.fragments, joint, parent, (confidence, reason))
 
 
-def _levers(collector: PartCollector, side: int, levers: list[Lever]) -> None:
+def _levers(collector: PartCollector, levers: list[Lever]) -> None:
     """Add levers that slide in a slot."""
     for lever in levers:
         middle = (lever.control.lower + lever.control.upper) / 2
         reason = "it stands in a slot"
         joint = JointPlan(
             kind=JointKind.SLIDE,
-            axis=_unit_vec3(lever.way @ SIDES[side]),
-            anchor=_point(side, middle),
+            axis=_unit_vec3(lever.way @ SIDES[FRONT]),
+            anchor=_point(FRONT, middle),
             range=(0.0, lever.length),
             confidence=0.8,
             reason=reason,

@@ -44,16 +44,14 @@ class Lever:
     length: float
 
 
-def find_levers(
-    measured: MeasuredFragments, side: int, controls: Sequence[Control]
-) -> tuple[list[Lever], list[Control]]:
+def find_levers(measured: MeasuredFragments, controls: Sequence[Control]) -> tuple[list[Lever], list[Control]]:
     """Separate controls that run in a slot from the others."""
-    near = float(corners_from_side(measured, side)[0][:, 2].min())
+    near = float(corners_from_side(measured, FRONT)[0][:, 2].min())
     levers: list[Lever] = []
     rest: list[Control] = []
     for control in controls:
         flush = control.protrusion < MIN_PROTRUSION
-        found = None if control.is_round or flush else _longest(measured, side, control, near)
+        found = None if control.is_round or flush else _longest(measured, control, near)
         if found is None:
             rest.append(control)
         else:
@@ -61,11 +59,9 @@ def find_levers(
     return levers, rest
 
 
-def find_bar_levers(
-    measured: MeasuredFragments, side: int, controls: Sequence[Control]
-) -> tuple[list[Lever], list[Control]]:
+def find_bar_levers(measured: MeasuredFragments, controls: Sequence[Control]) -> tuple[list[Lever], list[Control]]:
     """Separate level bars, which lower the bread of a toaster though no slot is drawn for them, from other controls."""
-    floor = float(corners_from_side(measured, side)[0][:, 1].min())
+    floor = float(corners_from_side(measured, FRONT)[0][:, 1].min())
     levers: list[Lever] = []
     rest: list[Control] = []
     for control in controls:
@@ -78,25 +74,23 @@ def find_bar_levers(
     return levers, rest
 
 
-def _longest(measured: MeasuredFragments, side: int, control: Control, near: float) -> Lever | None:
+def _longest(measured: MeasuredFragments, control: Control, near: float) -> Lever | None:
     """Return the lever with the longest slot of the four directions from a control, or None."""
     best: Lever | None = None
     for along, sign in ((1, -1.0), (1, 1.0), (0, -1.0), (0, 1.0)):
-        found = _slot(measured, side, control, along, sign, near)
+        found = _slot(measured, control, along, sign, near)
         if found is not None and (best is None or found.length > best.length + 1e-6):
             best = found
     return best
 
 
-def _slot(
-    measured: MeasuredFragments, side: int, control: Control, along: int, sign: float, near: float
-) -> Lever | None:
+def _slot(measured: MeasuredFragments, control: Control, along: int, sign: float, near: float) -> Lever | None:
     """Return the slot that leads away from a control in one direction, or None.
 
     Args:
         along: 0 for right, 1 for up. sign: of the way. near: depth of what is nearest in the picture.
     """
-    image = measured.depth_images[side]
+    image = measured.depth_images[FRONT]
     across = 1 - along
     wide = float(control.across[across])
     start = float((control.upper if sign > 0 else control.lower)[along])

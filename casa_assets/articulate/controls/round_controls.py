@@ -185,7 +185,7 @@ def find_single_button(measured: MeasuredFragments) -> Control | None:
     """Return what is round on a front, where there is one such thing and no more."""
     found = [c for c in find_controls(measured, FRONT, []) if c.is_round]
     taken = {f for c in found for f in c.fragments}
-    for panel in find_panels(measured, FRONT):
+    for panel in find_panels(measured):
         across = (panel.upper - panel.lower)[:2]
         own = sorted(panel.members)
         if (

@@ -22,6 +22,7 @@ from casa_assets.articulate.interior.inner_parts import GROUPING_GAPS, group_tou
 from casa_assets.articulate.segment.fragments import (
     BACK,
     BOTTOM,
+    FRONT,
     LEFT,
     RIGHT,
     SIDES,
@@ -85,10 +86,10 @@ MAX_STRIP_SHARE = 0.13
 
 
 def attach_to_panels(
-    measured: MeasuredFragments, side: int, panels: list[Panel], controls: list[Control], tell: TellControl
+    measured: MeasuredFragments, panels: list[Panel], controls: list[Control], tell: TellControl
 ) -> list[Control]:
     """Give each panel its handles, trims and box; return the remaining controls."""
-    lower, upper = corners_from_side(measured, side)
+    lower, upper = corners_from_side(measured, FRONT)
     taken = {f for p in panels for f in p.members}
     far_out = [c for c in controls if c.long <= MAX_KEY_RATIO or c.protrusion >= MIN_HANDLE_PROTRUSION]
     sure = {id(c) for c in far_out if tell(c, far_out)[1] >= MIN_SURE_CONTROL}
@@ -112,23 +113,21 @@ def attach_to_panels(
     rest = _feet(panels, rest, lower, upper)
     _count_controls(panels, rest)
     for panel in panels:
-        found = find_backing_plates(measured, side, panel, taken)
+        found = find_backing_plates(measured, panel, taken)
         panel.trims += found
         taken |= set(found)
-        found = find_door_bins(measured, side, panel, taken)
+        found = find_door_bins(measured, panel, taken)
         panel.trims += found
         taken |= set(found)
     for panel in panels:
-        panel.box = _box(measured, side, panel, lower, upper, taken)
+        panel.box = _box(measured, panel, lower, upper, taken)
         taken |= set(panel.box)
     return rest
 
 
-def find_handle_spots(
-    measured: MeasuredFragments, side: int, panels: list[Panel], controls: list[Control]
-) -> list[Floats]:
+def find_handle_spots(measured: MeasuredFragments, panels: list[Panel], controls: list[Control]) -> list[Floats]:
     """Return the (2,) middles in (u, v) of what protrudes from a panel like a handle."""
-    lower, upper = corners_from_side(measured, side)
+    lower, upper = corners_from_side(measured, FRONT)
     taken = {f for p in panels for f in p.members}
     spots = []
     for i in range(measured.count):
@@ -263,16 +262,14 @@ def _touches(control: Control, lower: Floats, upper: Floats) -> bool:
     return meet and float((upper - lower)[:2].max()) >= 1.5 * float(control.across.max())
 
 
-def _box(
-    measured: MeasuredFragments, side: int, panel: Panel, lower: Floats, upper: Floats, taken: Collection[int]
-) -> list[int]:
+def _box(measured: MeasuredFragments, panel: Panel, lower: Floats, upper: Floats, taken: Collection[int]) -> list[int]:
     """Return fragments behind a panel that would move with it as a drawer's box; empty for none.
 
     Args:
         taken: fragments that are part of something else, or of the panel.
     """
-    hidden = measured.visible_area[:, [s for s in (BACK, LEFT, RIGHT, BOTTOM) if s != side]].sum(axis=1)
-    aside = measured.visible_area[:, [s for s in (BACK, LEFT, RIGHT) if s != side]].sum(axis=1)
+    hidden = measured.visible_area[:, [BACK, LEFT, RIGHT, BOTTOM]].sum(axis=1)
+    aside = measured.visible_area[:, [BACK, LEFT, RIGHT]].sum(axis=1)
     surface = np.maximum(measured.area, 1e-12)
     inside: Mask = np.ones(measured.count, dtype=bool)
     for k in (0, 1):
@@ -309,10 +306,10 @@ def _box(
             if len(found) == 1:
                 return found[0]
     blocks = inside & back & close & (hidden <= 0.05 * surface)
-    return [i for i in np.flatnonzero(blocks).tolist() if _is_block(measured, side, i, panel, lower, upper)][:1]
+    return [i for i in np.flatnonzero(blocks).tolist() if _is_block(measured, i, panel, lower, upper)][:1]
 
 
-def find_box_boards(measured: MeasuredFragments, side: int, panel: Panel, taken: Collection[int]) -> list[int]:
+def find_box_boards(measured: MeasuredFragments, panel: Panel, taken: Collection[int]) -> list[int]:
     """Return the hidden boards behind the front of a drawer that have its outline together; empty for none.
 
     They are its box where that is drawn as a block of which each side is a fragment. The lining of the body ends
@@ -321,8 +318,8 @@ def find_box_boards(measured: MeasuredFragments, side: int, panel: Panel, taken:
     Args:
         taken: fragments that are part of something else.
     """
-    lower, upper = corners_from_side(measured, side)
-    unseen = [s for s in (BACK, LEFT, RIGHT, BOTTOM) if s != side]
+    lower, upper = corners_from_side(measured, FRONT)
+    unseen = [BACK, LEFT, RIGHT, BOTTOM]
     inside = measured.visible_area[:, unseen].sum(axis=1) <= MAX_VISIBLE_SHARE * np.maximum(measured.area, 1e-12)
     for k in (0, 1):
         inside &= (lower[:, k] >= panel.lower[k] - BOX_TOLERANCE) & (upper[:, k] <= panel.upper[k] + BOX_TOLERANCE)
@@ -337,7 +334,7 @@ def find_box_boards(measured: MeasuredFragments, side: int, panel: Panel, taken:
     return rows.tolist() if float(ends) <= INSIDE_TOLERANCE and is_deep else []
 
 
-def _is_block(measured: MeasuredFragments, side: int, i: int, panel: Panel, lower: Floats, upper: Floats) -> bool:
+def _is_block(measured: MeasuredFragments, i: int, panel: Panel, lower: Floats, upper: Floats) -> bool:
     """Return whether a hidden fragment behind a panel is a drawer's box drawn as a block: closed towards the front.
 
     The lining of an oven or a cabinet is open there.
@@ -347,7 +344,7 @@ def _is_block(measured: MeasuredFragments, side: int, i: int, panel: Panel, lowe
         return False
     faces = measured.mesh.faces[measured.faces_of([i])]
     used, local = np.unique(faces, return_inverse=True)
-    image = render_depth(measured.mesh.points[used], local.reshape(-1, 3), SIDES[side], PIXELS)
+    image = render_depth(measured.mesh.points[used], local.reshape(-1, 3), SIDES[FRONT], PIXELS)
     return float((image.depth <= MAX_BLOCK_SUNK_SHARE * float(size[2])).mean()) >= MIN_BLOCK_FILL
 
 
@@ -372,15 +369,14 @@ def _is_box(measured: MeasuredFragments, group: list[int], panel: Panel, lower: 
     return wide and tall and view_from_above(measured, group).is_tub
 
 
-def box_depth(measured: MeasuredFragments, side: int, panel: Panel) -> float:
+def box_depth(measured: MeasuredFragments, panel: Panel) -> float:
     """Return how far the box of a panel reaches behind it, diagonals."""
-    _, upper = corners_from_side(measured, side)
+    _, upper = corners_from_side(measured, FRONT)
     return max((float(upper[i, 2] - panel.upper[2]) for i in panel.box), default=0.0)
 
 
 def select_opening_panels(
     measured: MeasuredFragments,
-    side: int,
     panels: list[Panel],
     controls: list[Control],
     known: KnownFronts = NO_FRONTS,
@@ -393,8 +389,8 @@ def select_opening_panels(
     """
     door = next((p for p in panels if p.is_round), None)
     if door is not None:
-        return _with_round_door(measured, side, door, panels, controls)
-    lower, upper = corners_from_side(measured, side)
+        return _with_round_door(measured, door, panels, controls)
+    lower, upper = corners_from_side(measured, FRONT)
     whole = upper.max(axis=0) - lower.min(axis=0)
     gripped = [p for p in panels if p.grips]
     boxed = [p for p in panels if p.box or p.upper[2] - p.lower[2] > 0.34 * whole[2]]
@@ -430,12 +426,12 @@ def select_opening_panels(
             or (gripped and foot < 0.35 * max(q.width * q.height for q in gripped))
         ) or _is_key_pad(p, whole):
             continue
-        elif boxy and foot >= 0.08 * whole[0] * whole[1] and _closes(measured, side, p):
+        elif boxy and foot >= 0.08 * whole[0] * whole[1] and _closes(measured, p):
             out.append((p, 0.55, "lies on the front like a door"))
     if boxy:
         chosen = [p for p, _, _ in out]
-        out += [(p, 0.5, "one of several fronts alike") for p in tiled_fronts(measured, side, panels, chosen)]
-        beside = None if out else door_beside_controls(measured, side, panels, controls)
+        out += [(p, 0.5, "one of several fronts alike") for p in tiled_fronts(measured, panels, chosen)]
+        beside = None if out else door_beside_controls(measured, panels, controls)
         out += [] if beside is None else [(beside, DOUBTFUL, "lies beside the controls like a door")]
     return out
 
@@ -479,10 +475,10 @@ def _is_set_back(panel: Panel, panels: list[Panel], lower: Floats, upper: Floats
 
 
 def _with_round_door(
-    measured: MeasuredFragments, side: int, door: Panel, panels: list[Panel], controls: list[Control]
+    measured: MeasuredFragments, door: Panel, panels: list[Panel], controls: list[Control]
 ) -> list[tuple[Panel, float, str]]:
     """Return the panels that open on a side with a round door, as `select_opening_panels` does."""
-    drawers = detergent_drawers(measured, side, door, panels, controls)
+    drawers = detergent_drawers(measured, door, panels, controls)
     more = [p for p in panels if p.grips and p is not door and not any(p is d for d in drawers)]
     more = [p for p in more if not p.controls and not p.holds(door.lower, door.upper)]
     found = [(door, 0.9, "a round door"), *((p, 0.65, "beside a round door, without controls") for p in drawers)]
@@ -507,7 +503,7 @@ def _handle_count(panel: Panel, lower: Floats, upper: Floats) -> int:
     return count
 
 
-def _closes(measured: MeasuredFragments, side: int, panel: Panel) -> bool:
+def _closes(measured: MeasuredFragments, panel: Panel) -> bool:
     """Return whether there is a roofed cavity behind a panel."""
-    free = free_share_behind(measured, side, panel.everything, panel.lower, panel.upper)
-    return free >= MIN_HOLLOW_SHARE and roofed_share(measured, side, panel.lower, panel.upper) >= MIN_HOLLOW_SHARE
+    free = free_share_behind(measured, panel.everything, panel.lower, panel.upper)
+    return free >= MIN_HOLLOW_SHARE and roofed_share(measured, panel.lower, panel.upper) >= MIN_HOLLOW_SHARE

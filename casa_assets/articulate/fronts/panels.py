@@ -14,6 +14,7 @@ from casa_assets.articulate.interior.hollow_parts import view_from_above
 from casa_assets.articulate.segment.fragments import (
     BACK,
     BOTTOM,
+    FRONT,
     LEFT,
     RIGHT,
     SIDES,
@@ -121,13 +122,13 @@ class Panel:
         return bool((lower[:2] >= self.lower[:2] - slack).all() and (upper[:2] <= self.upper[:2] + slack).all())
 
 
-def find_panels(measured: MeasuredFragments, side: int, without: Sequence[int] = ()) -> list[Panel]:
+def find_panels(measured: MeasuredFragments, without: Sequence[int] = ()) -> list[Panel]:
     """Return the panels on a side, largest first.
 
     Args:
         without: fragments that are known to be something else.
     """
-    lower, upper = corners_from_side(measured, side)
+    lower, upper = corners_from_side(measured, FRONT)
     size = upper - lower
     extent = upper.max(axis=0) - lower.min(axis=0)
     footprint = size[:, 0] * size[:, 1]
@@ -141,34 +142,34 @@ def find_panels(measured: MeasuredFragments, side: int, without: Sequence[int] =
     in_niche = (
         is_plate
         & (start <= MAX_START_DEPTH_WITH_HANDLE * extent[2])
-        & (measured.visible_area[:, side] >= 0.6 * footprint)
+        & (measured.visible_area[:, FRONT] >= 0.6 * footprint)
     )
-    candidates = is_large & (is_near | in_niche) & (measured.visible_area[:, side] >= 0.02 * footprint)
-    candidates |= _carry_handles(measured, side, np.flatnonzero(is_plate & is_near & ~is_large).tolist())
+    candidates = is_large & (is_near | in_niche) & (measured.visible_area[:, FRONT] >= 0.02 * footprint)
+    candidates |= _carry_handles(measured, np.flatnonzero(is_plate & is_near & ~is_large).tolist())
     candidates[list(without)] = False
-    boxes = candidates & ~is_plate & _are_drawers(measured, side, size, extent)
-    boxes |= candidates & ~is_plate & _are_blocks(measured, side, lower, upper)
+    boxes = candidates & ~is_plate & _are_drawers(measured, size, extent)
+    boxes |= candidates & ~is_plate & _are_blocks(measured, lower, upper)
     seeds = np.flatnonzero(candidates & (is_plate | boxes))
     order = seeds[np.lexsort((seeds, -footprint[seeds]))]
     groups: list[list[int]] = []
     for i in order.tolist():
         host = next((g for g in groups if _inside(lower, upper, i, g[0]) and _touch(lower, upper, i, g)), None)
-        if host is not None and _is_bar(measured, side, lower, upper, i, host[0]):
+        if host is not None and _is_bar(measured, lower, upper, i, host[0]):
             continue
         if host is None:
             groups.append([i])
         else:
             host.append(i)
-    plates = [p for g in groups for p in _plates(measured, side, lower, upper, g)]
-    panels = [_panel(measured, side, lower, upper, g) for g in plates]
+    plates = [p for g in groups for p in _plates(measured, lower, upper, g)]
+    panels = [_panel(measured, lower, upper, g) for g in plates]
     for p in panels:
         p.is_recessed = float(p.lower[2] - lower[:, 2].min()) > MAX_START_DEPTH * extent[2]
-    return [p for p in panels if p.visible_area >= 0.12 * p.width * p.height and _fills_rectangle(measured, side, p)]
+    return [p for p in panels if p.visible_area >= 0.12 * p.width * p.height and _fills_rectangle(measured, p)]
 
 
-def _fills_rectangle(measured: MeasuredFragments, side: int, panel: Panel) -> bool:
+def _fills_rectangle(measured: MeasuredFragments, panel: Panel) -> bool:
     """Return whether the outline of the largest piece of a panel is about a rectangle, and no triangle of a face."""
-    flat = measured.points_of(panel.members[:1]) @ SIDES[side][:2].T
+    flat = measured.points_of(panel.members[:1]) @ SIDES[FRONT][:2].T
     try:
         hull = float(ConvexHull(flat).volume)
     except QhullError:
@@ -176,13 +177,13 @@ def _fills_rectangle(measured: MeasuredFragments, side: int, panel: Panel) -> bo
     return hull >= MIN_HULL_SHARE * float(np.prod(np.ptp(flat, axis=0)))
 
 
-def _carry_handles(measured: MeasuredFragments, side: int, rows: list[int]) -> Mask:
+def _carry_handles(measured: MeasuredFragments, rows: list[int]) -> Mask:
     """Mark, in an (N,) mask of all fragments, those small plates among `rows` that carry a pull.
 
     They are fronts of shallow drawers. A pull lies within its plate, is much smaller and protrudes; plates of knobs are
     round.
     """
-    lower, upper = corners_from_side(measured, side)
+    lower, upper = corners_from_side(measured, FRONT)
     size = upper - lower
     found: Mask = np.zeros(measured.count, dtype=bool)
     for i in rows:
@@ -193,19 +194,19 @@ def _carry_handles(measured: MeasuredFragments, side: int, rows: list[int]) -> M
         on &= (size[:, :2] <= MAX_PULL_SHARE * across).any(axis=1) & (size[:, :2] <= 0.9 * across).all(axis=1)
         on &= (lower[:, 2] <= lower[i, 2] - MIN_PULL_PROTRUSION) & (upper[:, 2] >= lower[i, 2] - MIN_BAR_GAP)
         on[i] = False
-        found[i] = on.any() and not has_round_outline(measured, side, [i], across)
+        found[i] = on.any() and not has_round_outline(measured, FRONT, [i], across)
     return found
 
 
-def _are_drawers(measured: MeasuredFragments, side: int, size: Floats, extent: Floats) -> Mask:
+def _are_drawers(measured: MeasuredFragments, size: Floats, extent: Floats) -> Mask:
     """Mark (N,) deep fragments that are visible on one side only, as a drawer and its box in one fragment are.
 
     Where the floor or back of the body is missing, only a tub that something covers is a drawer.
     """
-    side_area = measured.visible_area[:, [s for s in (LEFT, RIGHT) if s != side]].sum(axis=1)
-    hidden_side_area = measured.visible_area[:, [s for s in (BACK, LEFT, RIGHT, BOTTOM) if s != side]].sum(axis=1)
+    side_area = measured.visible_area[:, [LEFT, RIGHT]].sum(axis=1)
+    hidden_side_area = measured.visible_area[:, [BACK, LEFT, RIGHT, BOTTOM]].sum(axis=1)
     wall_area = size[:, 2] * (size[:, 0] + size[:, 1])
-    shows_front = measured.visible_area[:, side] >= 0.3 * size[:, 0] * size[:, 1]
+    shows_front = measured.visible_area[:, FRONT] >= 0.3 * size[:, 0] * size[:, 1]
     is_narrow = size[:, 0] * size[:, 1] < 0.97 * extent[0] * extent[1]
     is_covered = measured.visible_area[:, TOP] <= 0.05 * size[:, 0] * size[:, 2]
     found: Mask = (
@@ -220,21 +221,21 @@ def _are_drawers(measured: MeasuredFragments, side: int, size: Floats, extent: F
     return found
 
 
-def _are_blocks(measured: MeasuredFragments, side: int, lower: Floats, upper: Floats) -> Mask:
+def _are_blocks(measured: MeasuredFragments, lower: Floats, upper: Floats) -> Mask:
     """Mark (N,) deep fragments that only the front shows, each of the size of another in its column or row.
 
     Drawers are drawn so as closed blocks; a single one may be a device that is built in.
     """
     size = upper - lower
-    aside = measured.visible_area[:, [s for s in (BACK, LEFT, RIGHT) if s != side]].sum(axis=1)
+    aside = measured.visible_area[:, [BACK, LEFT, RIGHT]].sum(axis=1)
     found: Mask = (
         (size[:, 2] >= MIN_BLOCK_DEPTH_SHARE * float(np.ptp([lower[:, 2].min(), upper[:, 2].max()])))
         & (size[:, 2] > MAX_THICKNESS_BY_SIDE * size[:, :2].min(axis=1))
         & (aside <= MAX_BLOCK_ASIDE_SHARE * size[:, 2] * (size[:, 0] + size[:, 1]))
-        & (measured.visible_area[:, side] >= MIN_BLOCK_SEEN_SHARE * size[:, 0] * size[:, 1])
+        & (measured.visible_area[:, FRONT] >= MIN_BLOCK_SEEN_SHARE * size[:, 0] * size[:, 1])
     )
     for i in np.flatnonzero(found).tolist():
-        found[i] = _is_closed(measured, side, i, float(size[i, 2]))
+        found[i] = _is_closed(measured, i, float(size[i, 2]))
     rows = np.flatnonzero(found)
     corners = np.concatenate([lower[rows], upper[rows]], axis=1)
     alike = (np.abs(size[rows][:, None, :2] - size[rows][None, :, :2]) <= INSIDE_TOLERANCE).all(axis=2)
@@ -247,10 +248,10 @@ def _are_blocks(measured: MeasuredFragments, side: int, lower: Floats, upper: Fl
     return found
 
 
-def _is_closed(measured: MeasuredFragments, side: int, fragment: int, depth: float) -> bool:
+def _is_closed(measured: MeasuredFragments, fragment: int, depth: float) -> bool:
     """Return whether a fragment closes its rectangle near its front, unlike the lining of a slot or a niche."""
     used, local = np.unique(measured.mesh.faces[measured.faces_of([fragment])], return_inverse=True)
-    image = render_depth(measured.mesh.points[used], local.reshape(-1, 3), SIDES[side], CLOSED_PIXELS)
+    image = render_depth(measured.mesh.points[used], local.reshape(-1, 3), SIDES[FRONT], CLOSED_PIXELS)
     return float((image.depth <= MAX_SUNK_SHARE * depth).mean()) >= MIN_CLOSED_SHARE
 
 
@@ -262,7 +263,7 @@ def _inside(lower: Floats, upper: Floats, inner: int, outer: int) -> bool:
     return bool((b > a).all() and float(np.prod(b - a)) >= 0.9 * footprint)
 
 
-def _is_bar(measured: MeasuredFragments, side: int, lower: Floats, upper: Floats, i: int, host: int) -> bool:
+def _is_bar(measured: MeasuredFragments, lower: Floats, upper: Floats, i: int, host: int) -> bool:
     """Return whether a fragment is a handle: a bar with a gap to its host, or one that protrudes far from it."""
     size = (upper - lower)[i, :2]
     if size.max() < MIN_STOUT_BAR_RATIO * size.min() or size.min() > MAX_BAR_WIDTH:
@@ -270,7 +271,7 @@ def _is_bar(measured: MeasuredFragments, side: int, lower: Floats, upper: Floats
     if size.max() >= MIN_BAR_RATIO * size.min() and upper[i, 2] <= lower[host, 2] - MIN_BAR_GAP:
         return True
     # A bulging host falls back beside its middle.
-    ground = depth_around(measured.depth_images[side], lower[i], upper[i])[0] + float(lower[:, 2].min())
+    ground = depth_around(measured.depth_images[FRONT], lower[i], upper[i])[0] + float(lower[:, 2].min())
     protrusion = max(float(lower[host, 2]), min(ground, float(upper[host, 2]))) - float(lower[i, 2])
     return bool(
         size.min() <= MAX_BAR_WIDTH
@@ -284,7 +285,7 @@ def _touch(lower: Floats, upper: Floats, i: int, group: list[int]) -> bool:
     return bool(lower[i, 2] <= upper[host, 2] + 0.02 and upper[i, 2] >= lower[host, 2] - 0.04)
 
 
-def _plates(measured: MeasuredFragments, side: int, lower: Floats, upper: Floats, group: list[int]) -> list[list[int]]:
+def _plates(measured: MeasuredFragments, lower: Floats, upper: Floats, group: list[int]) -> list[list[int]]:
     """Split a group whose first fragment is a board of the body that other plates cover; else return it whole."""
     first = group[0]
     footprint = np.prod(upper[:, :2] - lower[:, :2], axis=1)
@@ -301,7 +302,7 @@ def _plates(measured: MeasuredFragments, side: int, lower: Floats, upper: Floats
     ]
     separate = [i for i in alone if footprint[i] >= MIN_COVER_SHARE * footprint[first]]
     filling = [i for i in separate if _fills_hole(measured, lower, upper, i, first)]
-    if (len(separate) < 2 and not filling) or measured.visible_area[first, side] >= 0.35 * footprint[first]:
+    if (len(separate) < 2 and not filling) or measured.visible_area[first, FRONT] >= 0.35 * footprint[first]:
         return [group]
     if _is_frame(lower[alone, :2], upper[alone, :2], lower[first, :2], upper[first, :2]):
         return [group]
@@ -351,9 +352,9 @@ def _fills_hole(measured: MeasuredFragments, lower: Floats, upper: Floats, i: in
     return is_flat and has_holes and bool(stands_out) and bool((size >= MIN_SHEET_SHARE * whole).all())
 
 
-def _panel(measured: MeasuredFragments, side: int, lower: Floats, upper: Floats, group: list[int]) -> Panel:
+def _panel(measured: MeasuredFragments, lower: Floats, upper: Floats, group: list[int]) -> Panel:
     """Return the panel of a group of fragments."""
-    visible = float(measured.visible_area[group, side].sum())
+    visible = float(measured.visible_area[group, FRONT].sum())
     return Panel(list(group), lower[group].min(axis=0), upper[group].max(axis=0), visible_area=visible)
 
 
@@ -412,9 +413,9 @@ def _merge(panels: list[Panel]) -> Panel:
     )
 
 
-def find_slats(measured: MeasuredFragments, side: int, panels: list[Panel]) -> list[Panel]:
+def find_slats(measured: MeasuredFragments, panels: list[Panel]) -> list[Panel]:
     """Return flat boards on a side that are too slim to be panels, largest first."""
-    lower, upper = corners_from_side(measured, side)
+    lower, upper = corners_from_side(measured, FRONT)
     size = upper - lower
     footprint = size[:, 0] * size[:, 1]
     is_slat = (
@@ -423,22 +424,22 @@ def find_slats(measured: MeasuredFragments, side: int, panels: list[Panel]) -> l
         & (size[:, 2] < MAX_STRIP_THICKNESS)
     )
     is_slat &= (size[:, 2] <= MAX_THICKNESS_BY_WIDTH * size[:, :2].min(axis=1)) & (
-        measured.visible_area[:, side] >= MIN_VISIBLE_SHARE * footprint
+        measured.visible_area[:, FRONT] >= MIN_VISIBLE_SHARE * footprint
     )
     is_slat[[f for p in panels for f in p.members]] = False
     rows = np.flatnonzero(is_slat)
     order = rows[np.lexsort((rows, -footprint[rows]))][:MAX_SLATS].tolist()
-    return [Panel([i], lower[i], upper[i], visible_area=float(measured.visible_area[i, side])) for i in order]
+    return [Panel([i], lower[i], upper[i], visible_area=float(measured.visible_area[i, FRONT])) for i in order]
 
 
-def merge_bridged_panels(measured: MeasuredFragments, side: int, panels: list[Panel]) -> list[Panel]:
+def merge_bridged_panels(measured: MeasuredFragments, panels: list[Panel]) -> list[Panel]:
     """Merge neighbouring panels where a stile lies across the border between them."""
-    lower, upper = corners_from_side(measured, side)
+    lower, upper = corners_from_side(measured, FRONT)
     size = upper - lower
     is_stile = (
         (size[:, :2].max(axis=1) > 4 * size[:, :2].min(axis=1))
         & (size[:, 2] < MAX_STRIP_THICKNESS)
-        & (measured.visible_area[:, side] > 0)
+        & (measured.visible_area[:, FRONT] > 0)
     )
     is_stile[[f for p in panels for f in p.members]] = False
     stiles = np.flatnonzero(is_stile).tolist()

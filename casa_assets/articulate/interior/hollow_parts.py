@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from casa_assets.articulate.segment.fragments import SIDES, TOP, MeasuredFragments
+from casa_assets.articulate.segment.fragments import FRONT, SIDES, TOP, MeasuredFragments
 from casa_assets.articulate.segment.orthographic import render_depth
 from casa_assets.core.numeric import Floats
 from casa_assets.geometry.solid.deviation import surface_samples
@@ -66,9 +66,7 @@ def view_from_above(measured: MeasuredFragments, fragments: Sequence[int]) -> Pl
     )
 
 
-def free_share_behind(
-    measured: MeasuredFragments, side: int, fragments: Sequence[int], lower: Floats, upper: Floats
-) -> float:
+def free_share_behind(measured: MeasuredFragments, fragments: Sequence[int], lower: Floats, upper: Floats) -> float:
     """Return the share of a rectangle behind which there is free space, once some fragments are removed.
 
     Args:
@@ -79,20 +77,20 @@ def free_share_behind(
     faces = measured.mesh.faces[~gone]
     if not len(faces):
         return 0.0
-    image = render_depth(measured.mesh.points, faces, SIDES[side], 2 * PIXELS)
-    nearest = float((measured.mesh.points[faces] @ SIDES[side][2]).min())
+    image = render_depth(measured.mesh.points, faces, SIDES[FRONT], 2 * PIXELS)
+    nearest = float((measured.mesh.points[faces] @ SIDES[FRONT][2]).min())
     row, column = image.rows_columns(np.array([lower[:2], upper[:2]]))
     depth = image.depth[row[1] : row[0] + 1, column[0] : column[1] + 1] + nearest
     return float((np.isfinite(depth) & (depth > float(upper[2]) + MIN_CAVITY_DEPTH)).mean())
 
 
-def roofed_share(measured: MeasuredFragments, side: int, lower: Floats, upper: Floats) -> float:
+def roofed_share(measured: MeasuredFragments, lower: Floats, upper: Floats) -> float:
     """Return the share of the strip right behind a front that something covers at the height of its top or above.
 
     Args:
         lower, upper: (3,) corners of the front in (u, v, w) of an upright side.
     """
-    strip = np.array([[lower[0], lower[1], upper[2]], [upper[0], upper[1], upper[2] + MIN_CAVITY_DEPTH]]) @ SIDES[side]
+    strip = np.array([[lower[0], lower[1], upper[2]], [upper[0], upper[1], upper[2] + MIN_CAVITY_DEPTH]]) @ SIDES[FRONT]
     flat = np.sort(strip @ SIDES[TOP].T, axis=0)
     image = measured.depth_images[TOP]
     row, column = image.rows_columns(flat[:, :2])

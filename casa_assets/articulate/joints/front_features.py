@@ -12,7 +12,7 @@ from casa_assets.articulate.controls.controls import Control
 from casa_assets.articulate.fronts.fronts import box_depth
 from casa_assets.articulate.fronts.panels import Panel
 from casa_assets.articulate.plan import HingeEdge
-from casa_assets.articulate.segment.fragments import MeasuredFragments, corners_from_side
+from casa_assets.articulate.segment.fragments import FRONT, MeasuredFragments, corners_from_side
 from casa_assets.core.numeric import Floats
 
 # Kind habits ----------------------------------------------------------------------------------------------------------
@@ -234,7 +234,6 @@ class FrontView:
 
 def view_fronts(
     measured: MeasuredFragments,
-    side: int,
     fronts: Sequence[Panel],
     panels: Sequence[Panel],
     controls: Sequence[Control],
@@ -244,11 +243,11 @@ def view_fronts(
     Args:
         fronts: panels that open. panels: all panels. controls: those that are on no panel that opens.
     """
-    lower, upper = corners_from_side(measured, side)
+    lower, upper = corners_from_side(measured, FRONT)
     handles = [panel_handle(p, lower, upper) for p in fronts]
     still = [p for p in panels if not any(p is f for f in fronts)]
     middles = np.array([c.middle for c in controls]).reshape(-1, 2)
-    depths = [box_depth(measured, side, p) for p in fronts]
+    depths = [box_depth(measured, p) for p in fronts]
     return [
         FrontView(
             panel=p,

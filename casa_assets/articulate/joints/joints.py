@@ -24,7 +24,7 @@ from casa_assets.articulate.joints.front_features import (
     edge_shares,
 )
 from casa_assets.articulate.plan import HingeEdge, PartKind, PartPlan, round7
-from casa_assets.articulate.segment.fragments import MeasuredFragments, corners_from_side
+from casa_assets.articulate.segment.fragments import FRONT, MeasuredFragments, corners_from_side
 from casa_assets.articulate.segment.orthographic import DepthImage
 from casa_assets.core import hand_dynamics
 from casa_assets.core.hand_dynamics import START_N
@@ -43,7 +43,7 @@ FRAME_TOLERANCE = 0.006
 MIN_HANDLE_OFFSET = 0.3
 
 
-def sliding_direction(measured: MeasuredFragments, side: int, panel: Panel, grip: PanelHandle | None) -> float | None:
+def sliding_direction(measured: MeasuredFragments, panel: Panel, grip: PanelHandle | None) -> float | None:
     """Return 1 for a door that slides to the right, -1 to the left, None for one that does not slide.
 
     Args:
@@ -51,8 +51,8 @@ def sliding_direction(measured: MeasuredFragments, side: int, panel: Panel, grip
     """
     if grip is None:
         return None
-    lower, upper = corners_from_side(measured, side)
-    image, near = measured.depth_images[side], float(lower[:, 2].min())
+    lower, upper = corners_from_side(measured, FRONT)
+    image, near = measured.depth_images[FRONT], float(lower[:, 2].min())
     margin = 4 * image.pixel
     inset = 0.1 * panel.height
     frame = [

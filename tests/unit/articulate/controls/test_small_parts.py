@@ -53,7 +53,7 @@ def levers_in(parts: list[Part]) -> tuple[list[Lever], float]:
     frame = given_frame(mesh, (0, 0, 1), (0, -1, 0))
     placed = mesh.in_frame(frame)
     pieces = measure_fragments(placed, placed.fragment_labels)
-    levers, _ = find_levers(pieces, FRONT, find_controls(pieces, FRONT, []))
+    levers, _ = find_levers(pieces, find_controls(pieces, FRONT, []))
     return levers, 1 / frame.scale
 
 

@@ -85,7 +85,7 @@ def test_a_stout_bar_at_the_edge_of_a_bulging_front_is_no_part_of_its_leaf(stand
     front = wedge((0.0, 0.0, 0.0), (0.6, 0.06, 1.0), 0.02)
     bar = box((0.03, 0.018 - stands, 0.4), (0.08, 0.02, 0.6))
     pieces = measured([box((0.0, 0.06, 0.0), (0.6, 0.6, 1.0)), front, bar])
-    (panel,) = [p for p in find_panels(pieces, FRONT) if len(p.members) > 0 and p.width > 0.4]
+    (panel,) = [p for p in find_panels(pieces) if len(p.members) > 0 and p.width > 0.4]
     assert (len(panel.members) > 1) is (stands < 0.01)
 
 

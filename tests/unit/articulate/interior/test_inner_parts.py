@@ -7,7 +7,7 @@ import pytest
 
 from casa_assets.articulate.interior.inner_parts import _is_lining
 from casa_assets.articulate.plan import Frame
-from casa_assets.articulate.segment.fragments import FRONT, measure_fragments
+from casa_assets.articulate.segment.fragments import measure_fragments
 from casa_assets.articulate.segment.welded_mesh import weld_triangles
 from tests.unit.articulate.blocks import box, carcass, together
 
@@ -21,4 +21,4 @@ def test_a_plate_that_meets_both_sides_and_the_back_is_lining(back: float, is_li
     mesh = weld_triangles(points, faces).in_frame(frame)
     measured = measure_fragments(mesh, mesh.fragment_labels)
     plate = int(mesh.fragment_labels[np.flatnonzero(owner == 5)[0]])
-    assert _is_lining(measured, FRONT, [plate]) is is_lining
+    assert _is_lining(measured, [plate]) is is_lining
