@@ -6,7 +6,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.spatial import ConvexHull, QhullError
 
 from casa_assets.articulate.controls.controls import (
     MIN_ROUND_SHARE_OF_ROW,
@@ -18,6 +17,7 @@ from casa_assets.articulate.controls.controls import (
 )
 from casa_assets.articulate.plan import PartKind
 from casa_assets.articulate.segment.fragments import SIDES, TOP, MeasuredFragments, corners_from_side
+from casa_assets.articulate.segment.orthographic import outline_area
 from casa_assets.core.forest import Forest
 from casa_assets.core.numeric import Floats, Ints, Mask
 
@@ -64,17 +64,13 @@ CONTROL_FEATURES = (
 )
 # A panel is large from this share of its side on; the tip of a control is this share of its depth.
 LARGE_PANEL_SHARE, TIP_SHARE = 0.08, 0.3
-Rectangle = tuple[Floats, Floats]
+Rectangle = tuple[Floats, Floats]  # (2,) lower and upper corner of a panel in (u, v)
 
 
 def control_features(
     measured: MeasuredFragments, side: int, controls: Sequence[Control], panels: Sequence[Rectangle]
 ) -> tuple[Floats, list[ControlGroup]]:
-    """Return the (N, len(CONTROL_FEATURES)) features of all controls of a side, and their groups.
-
-    Args:
-        panels: (2,) lower and upper corner in (u, v) of each panel of the side.
-    """
+    """Return the (N, len(CONTROL_FEATURES)) features of all controls of a side, and their groups."""
     if measured.mesh.cell > 0.0:
         controls = _round_as_their_group(controls, measured.mesh.cell)
     groups = group_controls(controls, measured.mesh.cell)
@@ -109,7 +105,7 @@ def _own(measured: MeasuredFragments, side: int, control: Control) -> tuple[floa
     """Return what a control looks like by itself."""
     width, narrow = float(control.across.max()), float(control.across.min())
     points = measured.points_of(control.fragments) @ SIDES[side].T
-    whole = _hull_area(points[:, :2])
+    whole = outline_area(points[:, :2])
     depth = float(np.ptp(points[:, 2]))
     tip = points[points[:, 2] <= points[:, 2].min() + TIP_SHARE * depth]
     box = max(float(np.prod(control.across)), 1e-12)
@@ -123,7 +119,7 @@ def _own(measured: MeasuredFragments, side: int, control: Control) -> tuple[floa
         whole / (np.pi / 4 * box),
         float(control.is_round),
         float(np.log(len(control.fragments))),
-        _hull_area(tip[:, :2]) / max(whole, 1e-12),
+        outline_area(tip[:, :2]) / max(whole, 1e-12),
         float(measured.visible_area[control.fragments, side].sum()) / box,
         depth_around(measured.depth_images[side], control.lower, control.upper)[1],
     )
@@ -163,7 +159,6 @@ def _place(
         most = shares[k]
         beside = float((max(a[0] - control.middle[0], 0.0) + max(control.middle[0] - b[0], 0.0)) / extent[0])
         above = float((min(control.middle[1] - a[1], 0.0) + max(control.middle[1] - b[1], 0.0)) / extent[1])
-    large = sum(s >= LARGE_PANEL_SHARE for s in shares)
     return (
         float(abs(middle[0] - 0.5)),
         float(middle[1]),
@@ -173,7 +168,7 @@ def _place(
         above,
         *on[3:],
         most,
-        float(large),
+        float(sum(s >= LARGE_PANEL_SHARE for s in shares)),
     )
 
 
@@ -185,16 +180,6 @@ def _round_as_their_group(controls: Sequence[Control], cell: float) -> list[Cont
             for i in group.members:
                 found[i] = replace(found[i], is_round=True)
     return found
-
-
-def _hull_area(flat: Floats) -> float:
-    """Return the area of the convex hull of (P, 2) points, 0 where they lie on a line."""
-    if len(flat) < 3:
-        return 0.0
-    try:
-        return float(ConvexHull(flat).volume)
-    except QhullError:
-        return 0.0
 
 
 # Classify -------------------------------------------------------------------------------------------------------------
@@ -232,11 +217,7 @@ def tell_by_forest(
     panels: Sequence[Rectangle],
     forest: Forest,
 ) -> TellControl:
-    """Return the type of each control of a side: all of a group have the type that fits the group best.
-
-    Args:
-        panels: (2,) lower and upper corner in (u, v) of each panel of the side.
-    """
+    """Return the type of each control of a side: all of a group have the type that fits the group best."""
     told: dict[tuple[int, ...], ControlType] = {}
     if 0 < len(controls) <= MAX_CONTROLS:
         features, groups = control_features(measured, side, controls, panels)
@@ -252,11 +233,7 @@ def tell_by_forest(
 
 
 def tell_beside_dials(tell: TellControl) -> TellControl:
-    """Return a classifier for the controls of a toaster: round ones that are clearly smaller than its dials are keys.
-
-    Args:
-        tell: classifies a control by its form and place alone.
-    """
+    """Return a classifier for controls of a toaster: round ones that are clearly smaller than its dials are keys."""
 
     def told(control: Control, others: Sequence[Control]) -> ControlType:
         kind, confidence, reason = tell(control, others)
@@ -279,8 +256,7 @@ def pooled(chances: Floats) -> Floats:
 def decided(chances: Floats, on_top: Mask) -> Ints:
     """Return the (N,) indices in CONTROL_CLASSES for (N, C) probabilities: a knob or key is at least rather likely.
 
-    Args:
-        on_top: (N,) whether each is on the top, where less will do.
+    Less will do for those `on_top` (N,).
     """
     best = 1 + chances[:, 1:].argmax(axis=1)
     least = np.where(on_top, MIN_PROBABILITY_ON_TOP, MIN_PROBABILITY)

@@ -8,8 +8,18 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from scipy.spatial import ConvexHull, QhullError
 
 from casa_assets.core.numeric import Floats, Ints, Mask
+
+
+def outline_area(flat: Floats) -> float:
+    """Return the area of the convex hull of (P, 2) points, 0 where they lie on a line."""
+    try:
+        return float(ConvexHull(flat).volume)
+    except QhullError:
+        return 0.0
+
 
 # Raster ---------------------------------------------------------------------------------------------------------------
 # Render orthographic depth and face-index images of triangles in NumPy.

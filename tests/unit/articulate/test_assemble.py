@@ -124,7 +124,7 @@ def test_a_drawer_behind_the_front_of_another_waits_for_it() -> None:
         for i, own in enumerate(rows)
     )
     frame = Frame(rotation=np.eye(3), origin=(0.0, 0.0, 0.0), scale=1.0, metres=1.0)
-    found = build_colliders(vertices, mesh, mesh.fragment_labels, Articulation(frame=frame, parts=parts), "steel")
+    found = build_colliders(vertices, mesh, Articulation(frame=frame, parts=parts), "steel")
     assert [link.blocking_part for link in found] == [None, None, 0, None]
 
 
@@ -137,7 +137,7 @@ def test_a_rack_of_wires_is_touched_as_a_basket() -> None:
     every = np.arange(len(faces))
     rack = PartPlan(name="rack", kind=PartKind.TRAY, faces=every, grip=every, joint=joint)
     frame = Frame(rotation=np.eye(3), origin=(0.0, 0.0, 0.0), scale=1.0, metres=1.0)
-    found = build_colliders(vertices, mesh, mesh.fragment_labels, Articulation(frame=frame, parts=(rack,)), "steel")[1]
+    found = build_colliders(vertices, mesh, Articulation(frame=frame, parts=(rack,)), "steel")[1]
     assert {c.label for c in found.colliders} == {"rack"}
     assert len(found.colliders) <= 12
     # One finds a floor in its middle, and no lid.
