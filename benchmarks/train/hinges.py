@@ -6,8 +6,8 @@ CASES are folders of cases in the form of the articulation benchmark (with `inde
 `benchmarks/articulate/draw.py` (each manner is a folder). Each front that the tool finds in the true frame
 and that is a door or drawer of the ground truth (surfaces overlap by half) teaches a conditional logit over four edges,
 and a logistic regression; what the kind of the thing makes likely (joints/kind_habits.py) is given, once with the kind
-stated and once guessed by form. Prints the tables EDGE_WEIGHTS and DRAWER_WEIGHTS of casa_assets/articulate/joints/
-hinges.py, and how many are right: fitted, and with the source of each case (`origin` or `source`) left out.
+stated and once guessed by form. Prints the weights of EDGE_TABLE and DRAWER_TABLE of casa_assets/articulate/joints/
+front_features.py, and how many are right: fitted, and with the source of each case (`origin` or `source`) left out.
 `--kinds` prints how often the likeliest kind by form is right, by category.
 """
 
@@ -289,8 +289,8 @@ def main() -> None:
     edges = report("hinge edge", [f for f in fronts if f.edge is not None], fit_edges, edges_right)
     drawers = report("drawer or door", fronts, fit_drawers, drawers_right)
     for title, names, weights in (
-        ("EDGE_WEIGHTS", EDGE_FEATURES, edges),
-        ("DRAWER_WEIGHTS", DRAWER_FEATURES, drawers),
+        ("EDGE_TABLE", EDGE_FEATURES, edges),
+        ("DRAWER_TABLE", DRAWER_FEATURES, drawers),
     ):
         print(title)
         print("\n".join(f'    "{n}": {w},' for n, w in _table(names, weights).items()))

@@ -60,9 +60,8 @@ class SideView:
     """Measures of one side, in its own depth image.
 
     Attributes:
-        detail: share of its pixels that are edges of depth, bend, fragment or material.
-        panels: share of its rectangle that thin fragments near it cover.
-        protruding_share: share of its pixels that protrude from its median depth.
+        detail: share of its pixels that are edges of depth, bend, fragment or material. panels: share of its rectangle
+            that thin fragments near it cover. protruding_share: of its pixels, from its median depth.
         juts: how far its nearest points protrude from its plane, 0..1, reduced by `support`, since an object may rest
             on them.
         support: hull of the nearest pixels, as a share of the rectangle. filled: share of the rectangle that is less
@@ -106,7 +105,7 @@ def measure_side(measured: MeasuredFragments, side: int) -> SideView:
         mirror=(_similarity_to_mirror(depth, edges, 1), _similarity_to_mirror(depth, edges, 0)),
         blobs=_blobs(depth, seen, image.pixel, far),
         rings=_rings(measured, side, lower, upper),
-        slots=_slots(depth, seen, image.pixel),
+        slots=min(_slot_count(depth, seen, image.pixel), 4) / 2.0,
     )
 
 
@@ -126,29 +125,23 @@ def _edges(measured: MeasuredFragments, image: DepthImage, seen: Mask, depth: Fl
     material = np.where(seen, measured.mesh.material_index[np.maximum(image.face, 0)], -1)
     out: Mask = np.zeros(image.face.shape, dtype=bool)
     for axis in (0, 1):
-        a: list[slice] = [slice(None), slice(None)]
-        b: list[slice] = [slice(None), slice(None)]
-        a[axis], b[axis] = slice(None, -1), slice(1, None)
-        first, second = tuple(a), tuple(b)
+        first = (slice(None), slice(None, -1)) if axis else (slice(None, -1), slice(None))
+        second = (slice(None), slice(1, None)) if axis else (slice(1, None), slice(None))
         bend = np.abs((normals[first] * normals[second]).sum(axis=2)) < MAX_BEND_COS
-        off = np.where(bend, np.abs(np.diff(depth, axis=axis)), _off_slope(depth, axis))
+        # Without steps of a slope that continues before or after, which is no edge.
+        fall = np.diff(depth, axis=axis)
+        bends = np.abs(np.diff(fall, axis=axis))
+        margins = [(0, 0), (0, 0)]
+        margins[axis] = (1, 1)
+        bends = np.pad(bends, margins, constant_values=np.inf)
+        before, after = np.delete(bends, -1, axis=axis), np.delete(bends, 0, axis=axis)
+        off = np.where(bend, np.abs(np.diff(depth, axis=axis)), np.minimum(np.abs(fall), np.minimum(before, after)))
         step = off > MIN_DEPTH_STEP
         piece = (label[first] != label[second]) & (bend | step | (off > MIN_DEPTH_STEP / 8))
         # A window or a keypad may be no more than another material in the same plane.
         repaint = (material[first] != material[second]) & seen[first] & seen[second]
         out[first] |= (bend | step | piece | repaint) & (seen[first] | seen[second])
     return out
-
-
-def _off_slope(depth: Floats, axis: int) -> Floats:
-    """Return depth steps from pixel to pixel, less those of a slope that continues before or after: that is no edge."""
-    fall = np.diff(depth, axis=axis)
-    bends = np.abs(np.diff(fall, axis=axis))
-    wide = [(0, 0), (0, 0)]
-    wide[axis] = (1, 1)
-    bends = np.pad(bends, wide, constant_values=np.inf)
-    before, after = np.delete(bends, -1, axis=axis), np.delete(bends, 0, axis=axis)
-    return np.minimum(np.abs(fall), np.minimum(before, after))
 
 
 def _similarity_to_mirror(depth: Floats, edges: Mask, axis: int) -> float:
@@ -191,11 +184,6 @@ def _blobs(depth: Floats, seen: Mask, pixel: float, far: float) -> tuple[SideFea
             middle = (box[1].start + columns / 2) / width, 1 - (box[0].start + rows / 2) / height
             found.append(SideFeature(middle, (columns * pixel, rows * pixel), stands))
     return tuple(found)
-
-
-def _slots(depth: Floats, seen: Mask, pixel: float) -> float:
-    """Return half the number of slots, at most 2."""
-    return min(_slot_count(depth, seen, pixel), 4) / 2.0
 
 
 def count_slots(image: DepthImage) -> int:

@@ -106,7 +106,9 @@ def attach_to_panels(
             continue
         if upper[i, 2] <= panel.upper[2] + INSIDE_TOLERANCE and not _wraps(panel, lower[i], upper[i]):
             protrusion = float(panel.lower[2] - lower[i, 2])
-            is_grip = protrusion >= MIN_HANDLE_PROTRUSION and not (panel.controls and _is_mark(lower[i], upper[i]))
+            is_grip = protrusion >= MIN_HANDLE_PROTRUSION and not (
+                panel.controls and float((upper[i] - lower[i])[:2].max()) < MIN_HANDLE_SIZE
+            )
             (panel.grips.append([i]) if is_grip else panel.trims.append(i))
             panel.attachment_depths.append(float(lower[i, 2]))
             taken.add(i)
@@ -162,11 +164,6 @@ def _host(panels: list[Panel], lower: Floats, upper: Floats) -> Panel | None:
         if inside and near and (found is None or p.width * p.height < found.width * found.height):
             found = p
     return found
-
-
-def _is_mark(lower: Floats, upper: Floats) -> bool:
-    """Return whether a fragment is so small that next to knobs it is a mark, not a handle."""
-    return float((upper - lower)[:2].max()) < MIN_HANDLE_SIZE
 
 
 def _wraps(panel: Panel, lower: Floats, upper: Floats) -> bool:
@@ -404,11 +401,18 @@ def select_opening_panels(
         if chance is not None:
             out.append((p, chance, "its edges show on the front"))
             continue
-        if (p.is_recessed and not p.grips) or _is_set_back(p, panels, lower, upper) or _has_basin(measured, p, gripped):
+        is_plain = bool(gripped) and not p.grips and bool(p.box)
+        has_basin = is_plain and share_open_to_the_top(measured, p.box) > MIN_BASIN_SHARE
+        if (p.is_recessed and not p.grips) or _is_set_back(p, panels, lower, upper) or has_basin:
             continue
         if p.grips and p.controls >= MIN_CONTROLS and foot < MAX_CONTROL_PANEL_SHARE * whole[0] * whole[1]:
             continue
-        if not p.grips and p.controls >= MIN_CONTROLS and _is_face_of_case(p, float(whole[0])):
+        if (
+            not p.grips
+            and p.controls >= MIN_CONTROLS
+            and float(p.upper[2] - p.lower[2]) <= MAX_FACE_DEPTH
+            and p.width >= MIN_FACE_WIDTH_SHARE * float(whole[0])
+        ):
             continue
         strip = p.height < MAX_STRIP_SHARE * whole[1] or p.width < MAX_STRIP_SHARE * whole[0]
         if p.grips and _handle_count(p, lower, upper) > MAX_HANDLES:
@@ -434,17 +438,6 @@ def select_opening_panels(
         beside = None if out else door_beside_controls(measured, panels, controls)
         out += [] if beside is None else [(beside, DOUBTFUL, "lies beside the controls like a door")]
     return out
-
-
-def _is_face_of_case(panel: Panel, width: float) -> bool:
-    """Return whether a panel is a sheet without thickness that is as wide as the side, as a face of its case is."""
-    return float(panel.upper[2] - panel.lower[2]) <= MAX_FACE_DEPTH and panel.width >= MIN_FACE_WIDTH_SHARE * width
-
-
-def _has_basin(measured: MeasuredFragments, panel: Panel, gripped: list[Panel]) -> bool:
-    """Return whether a panel is the false front of a sink: others have handles, its box is open on top."""
-    is_plain = bool(gripped) and not panel.grips and bool(panel.box)
-    return is_plain and share_open_to_the_top(measured, panel.box) > MIN_BASIN_SHARE
 
 
 def _is_key_pad(panel: Panel, whole: Floats) -> bool:

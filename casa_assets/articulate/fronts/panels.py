@@ -532,9 +532,14 @@ def _fills_door(
 ) -> bool:
     """Return whether boards fill a rectangle, and the boards inside their frame have no separate handle."""
     covered = sum(p.width * p.height for p in inner)
-    if _are_leaves(inner):
+    size = np.array([[p.width, p.height] for p in inner])
+    if bool((np.ptp(size, axis=0) < TOUCH_TOLERANCE).all() and size.min() >= MIN_LEAF_SIDE):
         return False
-    if covered < MIN_LEAF_COVERAGE * area or not (_is_narrow(frame, lower, upper) or _has_rails(inner, frame)):
+    across = 1 - _along(frame)
+    width = max(float((p.upper - p.lower)[across]) for p in frame)
+    if covered < MIN_LEAF_COVERAGE * area or not (
+        width < MAX_STILE_SHARE * float((upper - lower)[across]) or _has_rails(inner, frame)
+    ):
         return False
     for p in inner:
         is_slim = min(p.width, p.height) < MAX_STILE_SHARE * float(min((upper - lower)[:2]))
@@ -544,19 +549,6 @@ def _fills_door(
             return False
     handles = sum(any(((g >= p.lower[:2]) & (g <= p.upper[:2])).all() for g in handle_spots) for p in inner)
     return handles <= 1
-
-
-def _are_leaves(panels: list[Panel]) -> bool:
-    """Return whether panels are large and equal: fronts in a row, and no stiles with what they hold."""
-    size = np.array([[p.width, p.height] for p in panels])
-    return bool((np.ptp(size, axis=0) < TOUCH_TOLERANCE).all() and size.min() >= MIN_LEAF_SIDE)
-
-
-def _is_narrow(frame: tuple[Panel, Panel], lower: Floats, upper: Floats) -> bool:
-    """Return whether two stiles are narrow by the door that they frame."""
-    across = 1 - _along(frame)
-    width = max(float((p.upper - p.lower)[across]) for p in frame)
-    return width < MAX_STILE_SHARE * float((upper - lower)[across])
 
 
 def _has_rails(inner: list[Panel], frame: tuple[Panel, Panel]) -> bool:

@@ -126,8 +126,16 @@ def _blobs(image: DepthImage, depth: Floats, base: Floats) -> tuple[Ints, tuple[
             mask = number[rows, columns] == i
             if mask.sum() < MIN_PIXELS or min(mask.shape) * image.pixel < MIN_SIZE:
                 continue
-            blob = _measure_blob(image, rows, columns, mask, protrusion)
-            if _ground_share(mask, seen, rows, columns) < MIN_GROUND_SHARE:
+            height = protrusion.shape[0]
+            lower = image.lower + image.pixel * np.array([columns.start, height - rows.stop])
+            upper = image.lower + image.pixel * np.array([columns.stop, height - rows.start])
+            stands = float(np.percentile(protrusion[rows, columns][mask], 95))
+            area = float(mask.sum()) * image.pixel**2
+            blob = Protrusion((rows.start, rows.stop), (columns.start, columns.stop), lower, upper, stands, area)
+            grown = dilate(np.pad(mask, 3), 3) & ~np.pad(mask, 3)
+            window = np.pad(seen, 3)[rows.start : rows.stop + 6, columns.start : columns.stop + 6]
+            ground_share = float(window[grown].mean())
+            if ground_share < MIN_GROUND_SHARE:
                 continue
             # What touches one that was found is its rim, or the rest of the frame from which it rose.
             if _is_small(blob) and not (found[_grow_slice(rows), _grow_slice(columns)] >= 0).any():
@@ -136,26 +144,9 @@ def _blobs(image: DepthImage, depth: Floats, base: Floats) -> tuple[Ints, tuple[
     return found, tuple(blobs)
 
 
-def _ground_share(mask: Mask, seen: Mask, rows: slice, columns: slice) -> float:
-    """Return the share of the immediate surroundings of a region that is surface: a ragged border has little."""
-    grown = dilate(np.pad(mask, 3), 3) & ~np.pad(mask, 3)
-    window = np.pad(seen, 3)[rows.start : rows.stop + 6, columns.start : columns.stop + 6]
-    return float(window[grown].mean())
-
-
 def _grow_slice(span: slice) -> slice:
     """Return a slice grown by one on both ends."""
     return slice(max(0, span.start - 1), span.stop + 1)
-
-
-def _measure_blob(image: DepthImage, rows: slice, columns: slice, mask: Mask, out: Floats) -> Protrusion:
-    """Measure one protruding region."""
-    height = out.shape[0]
-    lower = image.lower + image.pixel * np.array([columns.start, height - rows.stop])
-    upper = image.lower + image.pixel * np.array([columns.stop, height - rows.start])
-    stands = float(np.percentile(out[rows, columns][mask], 95))
-    area = float(mask.sum()) * image.pixel**2
-    return Protrusion((rows.start, rows.stop), (columns.start, columns.stop), lower, upper, stands, area)
 
 
 def _is_small(blob: Protrusion) -> bool:

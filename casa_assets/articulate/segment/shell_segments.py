@@ -229,7 +229,8 @@ def _fronts_by_rule(mesh: WeldedMesh, front: SideRelief, depth: float) -> list[t
         beside = (
             has_marks
             and any(_are_adjacent(front, rectangle, o) for o in candidates)
-            and _pixels(rectangle) < WHOLE_SIDE_SHARE * seen
+            and ((rectangle.rows[1] - rectangle.rows[0]) * (rectangle.columns[1] - rectangle.columns[0]))
+            < WHOLE_SIDE_SHARE * seen
         )
         if beside or any(is_handle(front, front.blobs[i]) for i in rectangle.blobs):
             found.append((rectangle, None))
@@ -391,11 +392,6 @@ def _are_adjacent(front: SideRelief, rectangle: FrontRectangle, other: FrontRect
         -gap <= overlap[i] <= 0 and overlap[1 - i] >= 0.5 * min(b - a for a, b in spans[1 - i]) for i in (0, 1)
     )
     return rectangle is not other and adjacent and not is_narrow and depth_difference <= FLUSH_TOLERANCE
-
-
-def _pixels(rectangle: FrontRectangle) -> int:
-    """Return the area of a rectangle in pixels."""
-    return (rectangle.rows[1] - rectangle.rows[0]) * (rectangle.columns[1] - rectangle.columns[0])
 
 
 def _cut_depth(view: SideRelief, number: int) -> float:
