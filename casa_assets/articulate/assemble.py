@@ -122,7 +122,6 @@ def corner_directions(faces: Ints, normals: Floats) -> Floats:
 
 
 def _is_first(group: Ints) -> Mask:
-    """Return whether each row is the first of its group."""
     _, first = np.unique(group, return_index=True)
     found = np.zeros(len(group), dtype=bool)
     found[first] = True
@@ -252,7 +251,6 @@ class _Place:
 
 
 def _region(space: StorageSpace, place: _Place, anchor: Floats) -> Region:
-    """Return a storage space as a region of its link."""
     lower, upper = place.point(np.array([space.lower, space.upper])) - anchor
     pose = Pose(position=round7_vec3((lower + upper) / 2))
     return Region(

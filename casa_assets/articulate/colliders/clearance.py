@@ -266,7 +266,6 @@ def _inflate(cloud: Floats) -> Floats:
 
 
 def _bounding_volume(cloud: Floats) -> float:
-    """Return the volume of the bounding box of a cloud."""
     return float(np.prod(np.ptp(cloud, axis=0)))
 
 

@@ -265,7 +265,6 @@ def decided(chances: Floats, on_top: Mask) -> Ints:
 
 
 def _type(chances: Floats, group: ControlGroup, on_top: bool) -> ControlType:
-    """Return the type of a group, its probability and a reason."""
     best = int(decided(chances[None], np.array([on_top]))[0])
     if best == 0:
         return None, 0.0, ""

@@ -325,7 +325,6 @@ def group_controls(controls: Sequence[Control], cell: float = 0.0) -> list[Contr
 
 
 def _group(rows: Ints, controls: Sequence[Control], middle: Floats, size: Floats) -> ControlGroup:
-    """Return the group of some controls."""
     places = middle[rows]
     reach = np.median(size[rows, :2], axis=0)
     distance = np.linalg.norm(places[:, None] - places[None], axis=2)

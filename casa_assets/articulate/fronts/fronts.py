@@ -25,12 +25,10 @@ from casa_assets.articulate.segment.fragments import (
     FRONT,
     LEFT,
     RIGHT,
-    SIDES,
     TOP,
     MeasuredFragments,
     corners_from_side,
 )
-from casa_assets.articulate.segment.orthographic import render_depth
 from casa_assets.articulate.segment.shell_segments import MIN_BOXINESS, NO_FRONTS, KnownFronts, boxiness
 from casa_assets.core.numeric import Floats, Mask
 
@@ -155,9 +153,8 @@ def _host(panels: list[Panel], lower: Floats, upper: Floats) -> Panel | None:
     found = None
     for p in panels:
         over = np.minimum(upper, p.upper)[:2] - np.maximum(lower, p.lower)[:2]
-        share = float(
-            np.prod(np.maximum(over, 1e-9)) / max(float(np.prod(np.maximum((upper - lower)[:2], 1e-9))), 1e-18)
-        )
+        area = max(float(np.prod(np.maximum((upper - lower)[:2], 1e-9))), 1e-18)
+        share = float(np.prod(np.maximum(over, 1e-9)) / area)
         inside = bool((middle >= p.lower[:2]).all() and (middle <= p.upper[:2]).all()) and share >= 0.7
         reach = min((float(p.lower[2]), *p.attachment_depths))
         near = lower[2] >= p.lower[2] - 0.12 and lower[2] <= p.upper[2] and upper[2] >= reach - MAX_HANDLE_GAP
@@ -339,9 +336,7 @@ def _is_block(measured: MeasuredFragments, i: int, panel: Panel, lower: Floats, 
     size = (upper - lower)[i]
     if size[0] < MIN_BLOCK_WIDTH_SHARE * panel.width or size[1] < MIN_BLOCK_HEIGHT_SHARE * panel.height:
         return False
-    faces = measured.mesh.faces[measured.faces_of([i])]
-    used, local = np.unique(faces, return_inverse=True)
-    image = render_depth(measured.mesh.points[used], local.reshape(-1, 3), SIDES[FRONT], PIXELS)
+    image = measured.render_alone([i], FRONT, PIXELS)
     return float((image.depth <= MAX_BLOCK_SUNK_SHARE * float(size[2])).mean()) >= MIN_BLOCK_FILL
 
 
@@ -401,8 +396,8 @@ def select_opening_panels(
         if chance is not None:
             out.append((p, chance, "its edges show on the front"))
             continue
-        is_plain = bool(gripped) and not p.grips and bool(p.box)
-        has_basin = is_plain and share_open_to_the_top(measured, p.box) > MIN_BASIN_SHARE
+        # The false front of a sink: others have handles, its box is open on top.
+        has_basin = gripped and not p.grips and p.box and share_open_to_the_top(measured, p.box) > MIN_BASIN_SHARE
         if (p.is_recessed and not p.grips) or _is_set_back(p, panels, lower, upper) or has_basin:
             continue
         if p.grips and p.controls >= MIN_CONTROLS and foot < MAX_CONTROL_PANEL_SHARE * whole[0] * whole[1]:
@@ -433,8 +428,7 @@ def select_opening_panels(
         elif boxy and foot >= 0.08 * whole[0] * whole[1] and _closes(measured, p):
             out.append((p, 0.55, "lies on the front like a door"))
     if boxy:
-        chosen = [p for p, _, _ in out]
-        out += [(p, 0.5, "one of several fronts alike") for p in tiled_fronts(measured, panels, chosen)]
+        out += [(p, 0.5, "one of several fronts alike") for p in tiled_fronts(measured, panels, [o[0] for o in out])]
         beside = None if out else door_beside_controls(measured, panels, controls)
         out += [] if beside is None else [(beside, DOUBTFUL, "lies beside the controls like a door")]
     return out
@@ -488,10 +482,8 @@ def _handle_count(panel: Panel, lower: Floats, upper: Floats) -> int:
         near = [k for k in boxes if (k[0] <= b + MAX_HANDLE_GAP).all() and (k[1] >= a - MAX_HANDLE_GAP).all()]
         while near:
             boxes = [k for k in boxes if not any(k is n for n in near)]
-            a, b = (
-                np.minimum(a, np.min([k[0] for k in near], axis=0)),
-                np.maximum(b, np.max([k[1] for k in near], axis=0)),
-            )
+            a = np.minimum(a, np.min([k[0] for k in near], axis=0))
+            b = np.maximum(b, np.max([k[1] for k in near], axis=0))
             near = [k for k in boxes if (k[0] <= b + MAX_HANDLE_GAP).all() and (k[1] >= a - MAX_HANDLE_GAP).all()]
     return count
 

@@ -22,7 +22,6 @@ from casa_assets.articulate.segment.fragments import (
     MeasuredFragments,
     corners_from_side,
 )
-from casa_assets.articulate.segment.orthographic import render_depth
 from casa_assets.core.numeric import Floats, Mask
 
 # Panels ---------------------------------------------------------------------------------------------------------------
@@ -235,7 +234,9 @@ def _are_blocks(measured: MeasuredFragments, lower: Floats, upper: Floats) -> Ma
         & (measured.visible_area[:, FRONT] >= MIN_BLOCK_SEEN_SHARE * size[:, 0] * size[:, 1])
     )
     for i in np.flatnonzero(found).tolist():
-        found[i] = _is_closed(measured, i, float(size[i, 2]))
+        # It closes its rectangle near its front, unlike the lining of a slot or a niche.
+        depth = measured.render_alone([i], FRONT, CLOSED_PIXELS).depth
+        found[i] = float((depth <= MAX_SUNK_SHARE * float(size[i, 2])).mean()) >= MIN_CLOSED_SHARE
     rows = np.flatnonzero(found)
     corners = np.concatenate([lower[rows], upper[rows]], axis=1)
     alike = (np.abs(size[rows][:, None, :2] - size[rows][None, :, :2]) <= INSIDE_TOLERANCE).all(axis=2)
@@ -246,13 +247,6 @@ def _are_blocks(measured: MeasuredFragments, lower: Floats, upper: Floats) -> Ma
     mates = alike & (in_line[0] | in_line[1])
     found[rows] = mates.sum(axis=1) > 1
     return found
-
-
-def _is_closed(measured: MeasuredFragments, fragment: int, depth: float) -> bool:
-    """Return whether a fragment closes its rectangle near its front, unlike the lining of a slot or a niche."""
-    used, local = np.unique(measured.mesh.faces[measured.faces_of([fragment])], return_inverse=True)
-    image = render_depth(measured.mesh.points[used], local.reshape(-1, 3), SIDES[FRONT], CLOSED_PIXELS)
-    return float((image.depth <= MAX_SUNK_SHARE * depth).mean()) >= MIN_CLOSED_SHARE
 
 
 def _inside(lower: Floats, upper: Floats, inner: int, outer: int) -> bool:
@@ -353,7 +347,6 @@ def _fills_hole(measured: MeasuredFragments, lower: Floats, upper: Floats, i: in
 
 
 def _panel(measured: MeasuredFragments, lower: Floats, upper: Floats, group: list[int]) -> Panel:
-    """Return the panel of a group of fragments."""
     visible = float(measured.visible_area[group, FRONT].sum())
     return Panel(list(group), lower[group].min(axis=0), upper[group].max(axis=0), visible_area=visible)
 
@@ -402,7 +395,6 @@ def merge_framed_panels(panels: list[Panel], handle_spots: list[Floats], slats: 
 
 
 def _merge(panels: list[Panel]) -> Panel:
-    """Return one panel around some panels."""
     return Panel(
         members=[f for p in panels for f in p.members],
         lower=np.min([p.lower for p in panels], axis=0),

@@ -258,7 +258,8 @@ def _parted(
     upright = _best(lines[1], rectangle.columns, rectangle.rows, min_size)
     if max(level[0], upright[0]) < MIN_LINE_VISIBILITY:
         return [rectangle]
-    halves = _at_row(rectangle, level[1]) if level[0] >= upright[0] else _at_column(rectangle, upright[1])
+    is_level = level[0] >= upright[0]
+    halves = _split_at(rectangle, *("rows", level[1]) if is_level else ("columns", upright[1]))
     return [m for half in halves for m in _parted(half, lines, min_size)]
 
 
@@ -285,17 +286,10 @@ def _best(line: tuple[Mask, Mask], across: tuple[int, int], along: tuple[int, in
     return best, lower + int(run[len(run) // 2])
 
 
-def _at_row(rectangle: FrontRectangle, row: int) -> list[FrontRectangle]:
-    """Split a rectangle at a row."""
-    return [replace(rectangle, rows=(rectangle.rows[0], row)), replace(rectangle, rows=(row, rectangle.rows[1]))]
-
-
-def _at_column(rectangle: FrontRectangle, column: int) -> list[FrontRectangle]:
-    """Split a rectangle at a column."""
-    return [
-        replace(rectangle, columns=(rectangle.columns[0], column)),
-        replace(rectangle, columns=(column, rectangle.columns[1])),
-    ]
+def _split_at(rectangle: FrontRectangle, axis: str, at: int) -> list[FrontRectangle]:
+    """Split a rectangle at a row or a column; `axis` is the name of its field."""
+    first, last = getattr(rectangle, axis)
+    return [replace(rectangle, **{axis: (first, at)}), replace(rectangle, **{axis: (at, last)})]
 
 
 def _inside(side: SideRelief, rectangle: FrontRectangle) -> list[Protrusion]:
@@ -437,8 +431,7 @@ def _band(rectangle: FrontRectangle, bars: list[Protrusion], others: list[Protru
         if max(far) >= hand or max(far) > 0.45 * span:
             continue
         at = ends[first] + step * min(max(far) + min(near), (max(far) + hand) // 2)
-        halves = _at_row(rectangle, at) if name == "rows" else _at_column(rectangle, at)
-        found.append((max(far) / span, order, halves))
+        found.append((max(far) / span, order, _split_at(rectangle, name, at)))
     return min(found, key=lambda f: f[:2])[2] if found else []
 
 
@@ -538,7 +531,6 @@ def _goes_down(side: SideRelief, core: FrontRectangle, at: int, end: int) -> boo
 
 
 def _one(side: SideRelief, core: FrontRectangle, strips: list[FrontRectangle]) -> FrontRectangle:
-    """Return the rectangle around some strips."""
     columns = min(m.columns[0] for m in strips), max(m.columns[1] for m in strips)
     window = slice(*core.rows), slice(*columns)
     ground = side.depth[window][side.blob[window] < 0]

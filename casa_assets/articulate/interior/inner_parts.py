@@ -342,8 +342,7 @@ def _free_share(measured: MeasuredFragments, group: list[int], door: Panel, lowe
     image = render_depth(measured.mesh.points, faces, SIDES[FRONT], BEHIND_PIXELS)
     nearest = float((measured.mesh.points @ SIDES[FRONT][2]).min())
     margin = np.array([OPENING_MARGIN * float(upper[0] - lower[0]), 0.0])
-    row, column = image.rows_columns(np.array([lower[:2] + margin, upper[:2] - margin]))
-    depth = image.depth[row[1] : row[0] + 1, column[0] : column[1] + 1] + nearest
+    depth = image.window(lower[:2] + margin, upper[:2] - margin) + nearest
     return float((depth > float(lower[2] + upper[2]) / 2).mean())
 
 

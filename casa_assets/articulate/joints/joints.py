@@ -5,10 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from casa_assets.articulate.fronts.panels import Panel
 from casa_assets.articulate.joints.front_features import (
@@ -29,7 +27,6 @@ from casa_assets.articulate.joints.front_features import (
 )
 from casa_assets.articulate.plan import HingeEdge, PartKind, PartPlan, round7
 from casa_assets.articulate.segment.fragments import FRONT, MeasuredFragments, corners_from_side
-from casa_assets.articulate.segment.orthographic import DepthImage
 from casa_assets.core import hand_dynamics
 from casa_assets.core.hand_dynamics import START_N
 from casa_assets.core.numeric import Floats
@@ -59,31 +56,25 @@ def sliding_direction(measured: MeasuredFragments, panel: Panel, grip: PanelHand
     image, near = measured.depth_images[FRONT], float(lower[:, 2].min())
     margin = 4 * image.pixel
     inset = 0.1 * panel.height
+    (left, bottom), (right, top) = panel.lower[:2], panel.upper[:2]
     frame = [
-        _depths(image, (panel.lower[0], panel.upper[1]), (panel.upper[0], panel.upper[1] + margin)),
-        _depths(image, (panel.lower[0], panel.lower[1] - margin), (panel.upper[0], panel.lower[1])),
+        image.window(np.array([left, top]), np.array([right, top + margin])),
+        image.window(np.array([left, bottom - margin]), np.array([right, bottom])),
     ]
     if all(float((f + near <= panel.lower[2] + FRAME_TOLERANCE).mean()) < 0.4 for f in frame):
         return None
     for sign in (1.0, -1.0):
-        edge = float(panel.upper[0] if sign > 0 else panel.lower[0])
+        edge = float(right if sign > 0 else left)
         far = edge + sign * MIN_OPEN_SHARE * panel.width
         if not float(lower[:, 0].min()) <= far <= float(upper[:, 0].max()):
             continue
         a, b = sorted((edge + sign * margin, far))
-        beside = _depths(image, (a, panel.lower[1] + inset), (b, panel.upper[1] - inset))
+        beside = image.window(np.array([a, bottom + inset]), np.array([b, top - inset]))
         clear = float((np.isfinite(beside) & (beside + near > panel.upper[2] + MIN_NICHE_DEPTH)).mean())
         place = float(grip.middle[0]) if sign < 0 else 1.0 - float(grip.middle[0])
         if clear >= 0.95 and place >= MIN_HANDLE_OFFSET:
             return sign
     return None
-
-
-def _depths(image: DepthImage, lower: tuple[Any, Any], upper: tuple[Any, Any]) -> npt.NDArray[np.float64]:
-    """Return the depths of the pixels of a rectangle in (u, v)."""
-    corners: Floats = np.array([lower, upper], dtype=np.float64)
-    row, column = image.rows_columns(corners)
-    return image.depth[row[1] : row[0] + 1, column[0] : column[1] + 1]
 
 
 # Hinges ---------------------------------------------------------------------------------------------------------------

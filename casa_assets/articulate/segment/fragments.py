@@ -68,6 +68,11 @@ class MeasuredFragments:
         rows = list(fragments)
         return self.lower[rows].min(axis=0), self.upper[rows].max(axis=0)
 
+    def render_alone(self, fragments: Sequence[int], side: int, pixels: int) -> DepthImage:
+        """Render some fragments without the others, from one of SIDES."""
+        used, local = np.unique(self.mesh.faces[self.faces_of(fragments)], return_inverse=True)
+        return render_depth(self.mesh.points[used], local.reshape(-1, 3), SIDES[side], pixels)
+
     def points_of(self, fragments: Sequence[int]) -> Floats:
         """Return the (P, 3) points that some fragments use."""
         return self.mesh.points[np.unique(self.mesh.faces[self.faces_of(fragments)])]

@@ -52,6 +52,11 @@ class DepthImage:
         row = height - 1 - np.floor((flat[:, 1] - self.lower[1]) / self.pixel).astype(np.int64)
         return np.clip(row, 0, height - 1), np.clip(column, 0, width - 1)
 
+    def window(self, lower: Floats, upper: Floats) -> Floats:
+        """Return the depths of the pixels of a rectangle between (2,) corners in (right, up)."""
+        row, column = self.rows_columns(np.array([lower, upper]))
+        return self.depth[row[1] : row[0] + 1, column[0] : column[1] + 1]
+
 
 def render_depth(points: Floats, faces: Ints, axes: Floats, size_px: int) -> DepthImage:
     """Render triangles from outside, looking along `axes[2]`.
