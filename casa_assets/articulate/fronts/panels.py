@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from itertools import combinations
 
 import numpy as np
-from scipy.spatial import ConvexHull, QhullError
 
 from casa_assets.articulate.controls.controls import depth_around, has_round_outline
 from casa_assets.articulate.interior.hollow_parts import view_from_above
@@ -22,6 +21,7 @@ from casa_assets.articulate.segment.fragments import (
     MeasuredFragments,
     corners_from_side,
 )
+from casa_assets.articulate.segment.orthographic import outline_area
 from casa_assets.core.numeric import Floats, Mask
 
 # Panels ---------------------------------------------------------------------------------------------------------------
@@ -134,20 +134,15 @@ def find_panels(measured: MeasuredFragments, without: Sequence[int] = ()) -> lis
     start = lower[:, 2] - lower[:, 2].min()
     is_large = (size[:, :2].min(axis=1) >= MIN_SIDE) & (footprint >= MIN_AREA_SHARE * extent[0] * extent[1])
     is_large &= (size[:, :2].max(axis=1) >= MIN_LONG_SIDE) | (footprint >= MIN_AREA_SHARE_SMALL * extent[0] * extent[1])
-    is_plate = (size[:, 2] <= MAX_THICKNESS_BY_SIDE * size[:, :2].min(axis=1)) & (
-        size[:, 2] <= MAX_THICKNESS_OF_DEPTH * extent[2]
-    )
+    is_plate = size[:, 2] <= MAX_THICKNESS_BY_SIDE * size[:, :2].min(axis=1)
+    is_plate &= size[:, 2] <= MAX_THICKNESS_OF_DEPTH * extent[2]
     is_near = start <= MAX_START_DEPTH * extent[2]
-    in_niche = (
-        is_plate
-        & (start <= MAX_START_DEPTH_WITH_HANDLE * extent[2])
-        & (measured.visible_area[:, FRONT] >= 0.6 * footprint)
-    )
+    in_niche = is_plate & (start <= MAX_START_DEPTH_WITH_HANDLE * extent[2])
+    in_niche &= measured.visible_area[:, FRONT] >= 0.6 * footprint
     candidates = is_large & (is_near | in_niche) & (measured.visible_area[:, FRONT] >= 0.02 * footprint)
     candidates |= _carry_handles(measured, np.flatnonzero(is_plate & is_near & ~is_large).tolist())
     candidates[list(without)] = False
-    boxes = candidates & ~is_plate & _are_drawers(measured, size, extent)
-    boxes |= candidates & ~is_plate & _are_blocks(measured, lower, upper)
+    boxes = _are_drawers(measured, size, extent) | _are_blocks(measured, lower, upper)
     seeds = np.flatnonzero(candidates & (is_plate | boxes))
     order = seeds[np.lexsort((seeds, -footprint[seeds]))]
     groups: list[list[int]] = []
@@ -169,11 +164,8 @@ def find_panels(measured: MeasuredFragments, without: Sequence[int] = ()) -> lis
 def _fills_rectangle(measured: MeasuredFragments, panel: Panel) -> bool:
     """Return whether the outline of the largest piece of a panel is about a rectangle, and no triangle of a face."""
     flat = measured.points_of(panel.members[:1]) @ SIDES[FRONT][:2].T
-    try:
-        hull = float(ConvexHull(flat).volume)
-    except QhullError:
-        return False
-    return hull >= MIN_HULL_SHARE * float(np.prod(np.ptp(flat, axis=0)))
+    hull = outline_area(flat)
+    return hull > 0.0 and hull >= MIN_HULL_SHARE * float(np.prod(np.ptp(flat, axis=0)))
 
 
 def _carry_handles(measured: MeasuredFragments, rows: list[int]) -> Mask:
@@ -267,10 +259,7 @@ def _is_bar(measured: MeasuredFragments, lower: Floats, upper: Floats, i: int, h
     # A bulging host falls back beside its middle.
     ground = depth_around(measured.depth_images[FRONT], lower[i], upper[i])[0] + float(lower[:, 2].min())
     protrusion = max(float(lower[host, 2]), min(ground, float(upper[host, 2]))) - float(lower[i, 2])
-    return bool(
-        size.min() <= MAX_BAR_WIDTH
-        and protrusion >= max(MIN_BAR_PROTRUSION, MIN_OUTSIDE_SHARE * float(upper[i, 2] - lower[i, 2]))
-    )
+    return protrusion >= max(MIN_BAR_PROTRUSION, MIN_OUTSIDE_SHARE * float(upper[i, 2] - lower[i, 2]))
 
 
 def _touch(lower: Floats, upper: Floats, i: int, group: list[int]) -> bool:
@@ -296,9 +285,11 @@ def _plates(measured: MeasuredFragments, lower: Floats, upper: Floats, group: li
     ]
     separate = [i for i in alone if footprint[i] >= MIN_COVER_SHARE * footprint[first]]
     filling = [i for i in separate if _fills_hole(measured, lower, upper, i, first)]
-    if (len(separate) < 2 and not filling) or measured.visible_area[first, FRONT] >= 0.35 * footprint[first]:
-        return [group]
-    if _is_frame(lower[alone, :2], upper[alone, :2], lower[first, :2], upper[first, :2]):
+    if (
+        (len(separate) < 2 and not filling)
+        or measured.visible_area[first, FRONT] >= 0.35 * footprint[first]
+        or _is_frame(lower[alone, :2], upper[alone, :2], lower[first, :2], upper[first, :2])
+    ):
         return [group]
     out: list[list[int]] = [[i] for i in alone]
     for i in group[1:]:
@@ -317,9 +308,8 @@ def _is_frame(lower: Floats, upper: Floats, board_lower: Floats, board_upper: Fl
     size, whole = upper - lower, board_upper - board_lower
     for across in (0, 1):
         along = 1 - across
-        slim = (size[:, along] >= MIN_STILE_LENGTH * whole[along]) & (
-            size[:, across] <= MAX_STILE_WIDTH * whole[across]
-        )
+        slim = size[:, along] >= MIN_STILE_LENGTH * whole[along]
+        slim &= size[:, across] <= MAX_STILE_WIDTH * whole[across]
         first = np.flatnonzero(slim & (lower[:, across] <= board_lower[across] + INSIDE_TOLERANCE))
         last = np.flatnonzero(slim & (upper[:, across] >= board_upper[across] - INSIDE_TOLERANCE))
         if not len(first) or not len(last):
@@ -328,10 +318,9 @@ def _is_frame(lower: Floats, upper: Floats, board_lower: Floats, board_upper: Fl
         width = MAX_RAIL_BY_STILE * float(max(size[first[0], across], size[last[0], across]))
         rails = (np.abs(lower[:, across] - a) <= INSIDE_TOLERANCE) & (np.abs(upper[:, across] - b) <= INSIDE_TOLERANCE)
         rails &= size[:, along] <= width
-        has_ends = (rails & (lower[:, along] <= board_lower[along] + INSIDE_TOLERANCE)).any() and (
-            rails & (upper[:, along] >= board_upper[along] - INSIDE_TOLERANCE)
-        ).any()
-        if has_ends and float(size[rails, along].sum()) <= MAX_RAILED_SHARE * float(whole[along]):
+        at_start = (rails & (lower[:, along] <= board_lower[along] + INSIDE_TOLERANCE)).any()
+        at_end = (rails & (upper[:, along] >= board_upper[along] - INSIDE_TOLERANCE)).any()
+        if at_start and at_end and float(size[rails, along].sum()) <= MAX_RAILED_SHARE * float(whole[along]):
             return True
     return False
 
@@ -410,14 +399,10 @@ def find_slats(measured: MeasuredFragments, panels: list[Panel]) -> list[Panel]:
     lower, upper = corners_from_side(measured, FRONT)
     size = upper - lower
     footprint = size[:, 0] * size[:, 1]
-    is_slat = (
-        (size[:, :2].min(axis=1) >= MIN_SLAT_WIDTH)
-        & (size[:, :2].max(axis=1) >= MIN_SLAT_LENGTH)
-        & (size[:, 2] < MAX_STRIP_THICKNESS)
-    )
-    is_slat &= (size[:, 2] <= MAX_THICKNESS_BY_WIDTH * size[:, :2].min(axis=1)) & (
-        measured.visible_area[:, FRONT] >= MIN_VISIBLE_SHARE * footprint
-    )
+    is_slat = (size[:, :2].min(axis=1) >= MIN_SLAT_WIDTH) & (size[:, :2].max(axis=1) >= MIN_SLAT_LENGTH)
+    is_slat &= size[:, 2] < MAX_STRIP_THICKNESS
+    is_slat &= size[:, 2] <= MAX_THICKNESS_BY_WIDTH * size[:, :2].min(axis=1)
+    is_slat &= measured.visible_area[:, FRONT] >= MIN_VISIBLE_SHARE * footprint
     is_slat[[f for p in panels for f in p.members]] = False
     rows = np.flatnonzero(is_slat)
     order = rows[np.lexsort((rows, -footprint[rows]))][:MAX_SLATS].tolist()
@@ -428,33 +413,25 @@ def merge_bridged_panels(measured: MeasuredFragments, panels: list[Panel]) -> li
     """Merge neighbouring panels where a stile lies across the border between them."""
     lower, upper = corners_from_side(measured, FRONT)
     size = upper - lower
-    is_stile = (
-        (size[:, :2].max(axis=1) > 4 * size[:, :2].min(axis=1))
-        & (size[:, 2] < MAX_STRIP_THICKNESS)
-        & (measured.visible_area[:, FRONT] > 0)
-    )
+    is_stile = size[:, :2].max(axis=1) > 4 * size[:, :2].min(axis=1)
+    is_stile &= (size[:, 2] < MAX_STRIP_THICKNESS) & (measured.visible_area[:, FRONT] > 0)
     is_stile[[f for p in panels for f in p.members]] = False
     stiles = np.flatnonzero(is_stile).tolist()
     remaining = list(panels)
     while True:
-        pair = next(
-            ((a, b) for a, b in combinations(remaining, 2) if any(_bridges(lower[i], upper[i], a, b) for i in stiles)),
-            None,
-        )
+        pairs = combinations(remaining, 2)
+        pair = next(([a, b] for a, b in pairs if any(_bridges(lower[i], upper[i], a, b) for i in stiles)), None)
         if pair is None:
             return remaining
-        remaining = [p for p in remaining if p is not pair[0] and p is not pair[1]] + [_merge(list(pair))]
+        remaining = [p for p in remaining if p is not pair[0] and p is not pair[1]] + [_merge(pair)]
 
 
 def _bridges(lower: Floats, upper: Floats, a: Panel, b: Panel) -> bool:
     """Return whether a strip lies upon two flush panels, along most of both."""
     along = int(np.argmax((upper - lower)[:2]))
     across = 1 - along
-    is_flush = (
-        abs(float(a.lower[2] - b.lower[2])) < MERGED_FLUSH_TOLERANCE
-        and abs(float(a.lower[across] - b.lower[across])) < TOUCH_TOLERANCE
-    )
-    is_flush &= abs(float(a.upper[across] - b.upper[across])) < TOUCH_TOLERANCE
+    ends = abs(float(a.lower[across] - b.lower[across])), abs(float(a.upper[across] - b.upper[across]))
+    is_flush = abs(float(a.lower[2] - b.lower[2])) < MERGED_FLUSH_TOLERANCE and max(ends) < TOUCH_TOLERANCE
     gap = max(float(a.lower[along]), float(b.lower[along])) - min(float(a.upper[along]), float(b.upper[along]))
     if not is_flush or abs(gap) > TOUCH_TOLERANCE:
         return False
@@ -491,27 +468,17 @@ def _are_stiles(a: Panel, b: Panel, along: int) -> bool:
     across = 1 - along
     length_a, length_b = float(a.upper[along] - a.lower[along]), float(b.upper[along] - b.lower[along])
     width_a, width_b = float(a.upper[across] - a.lower[across]), float(b.upper[across] - b.lower[across])
-    is_flush = (
-        abs(float(a.lower[along] - b.lower[along])) < TOUCH_TOLERANCE
-        and abs(float(a.upper[along] - b.upper[along])) < TOUCH_TOLERANCE
-    )
+    ends = abs(float(a.lower[along] - b.lower[along])), abs(float(a.upper[along] - b.upper[along]))
     span = max(float(a.upper[across]), float(b.upper[across])) - min(float(a.lower[across]), float(b.lower[across]))
-    is_slim = max(width_a, width_b) < MAX_BROAD_STILE_SHARE * span and max(width_a, width_b) < 0.8 * min(
-        length_a, length_b
-    )
-    return is_flush and is_slim and abs(float(a.lower[2] - b.lower[2])) < MERGED_FLUSH_TOLERANCE
+    is_slim = max(width_a, width_b) < min(MAX_BROAD_STILE_SHARE * span, 0.8 * min(length_a, length_b))
+    return max(ends) < TOUCH_TOLERANCE and is_slim and abs(float(a.lower[2] - b.lower[2])) < MERGED_FLUSH_TOLERANCE
 
 
 def _within(panel: Panel, lower: Floats, upper: Floats) -> bool:
     """Return whether a panel lies in a rectangle and at about its depth."""
-    inside = (panel.lower[:2] >= lower[:2] - TOUCH_TOLERANCE).all() and (
-        panel.upper[:2] <= upper[:2] + TOUCH_TOLERANCE
-    ).all()
-    return (
-        bool(inside)
-        and float(panel.lower[2]) >= float(lower[2]) - MERGED_FLUSH_TOLERANCE
-        and float(panel.lower[2]) <= float(upper[2]) + 0.02
-    )
+    inside = (panel.lower[:2] >= lower[:2] - TOUCH_TOLERANCE).all()
+    inside = inside and (panel.upper[:2] <= upper[:2] + TOUCH_TOLERANCE).all()
+    return bool(inside and lower[2] - MERGED_FLUSH_TOLERANCE <= panel.lower[2] <= upper[2] + 0.02)
 
 
 def _fills_door(

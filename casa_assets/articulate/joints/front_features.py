@@ -71,15 +71,10 @@ def edge_shares(kinds: Mapping[str, float]) -> Floats:
 
 
 def drawer_share(kinds: Mapping[str, float]) -> float:
-    """Return the probability that a front is a drawer.
-
-    Args:
-        kinds: as for `edge_shares`.
-    """
+    """Return the probability that a front is a drawer; `kinds` as for `edge_shares`."""
     rest = max(0.0, 1.0 - sum(kinds.values()))
-    total = sum(kinds.values()) + rest
     share = sum(p * HABITS.get(kind, ANY_HABITS).drawers for kind, p in kinds.items()) + rest * ANY_HABITS.drawers
-    return float(share / total)
+    return float(share / (sum(kinds.values()) + rest))
 
 
 def share_with_fronts(kinds: Mapping[str, float]) -> float:
@@ -267,16 +262,10 @@ def view_fronts(
             handles=handles,
             still=still,
             controls=middles,
-            knobs=_on(p, [c for c in controls if c.is_round]),
+            knobs=np.array([c.middle for c in controls if c.is_round and p.holds(c.lower, c.upper)]).reshape(-1, 2),
         )
         for p, h in zip(fronts, handles, strict=True)
     ]
-
-
-def _on(panel: Panel, controls: Sequence[Control]) -> Floats:
-    """Return the (K, 2) middles of those controls that lie on a panel."""
-    middles = [c.middle for c in controls if panel.holds(c.lower, c.upper)]
-    return np.array(middles).reshape(-1, 2)
 
 
 def panel_handle(panel: Panel, lower: Floats, upper: Floats) -> PanelHandle | None:
@@ -296,7 +285,6 @@ def edge_features(view: FrontView) -> Floats:
 
 
 def _edge(view: FrontView, edge: HingeEdge) -> list[float]:
-    """Return what speaks for one edge."""
     axis, way = _ACROSS[edge]
     panel, level = view.panel, axis == 1
     away, along, long = _handle(view.panel, view.handle, axis, way)
@@ -474,12 +462,8 @@ def _is_under_pair(panel: Panel, others: Sequence[Panel]) -> bool:
     above = [o for o in others if o.lower[1] >= panel.upper[1] - SAME_PLACE]
     for a in above:
         for b in above:
-            level = (
-                abs(float(a.lower[1] - b.lower[1])) < SAME_PLACE and abs(float(a.upper[1] - b.upper[1])) < SAME_PLACE
-            )
-            ends = (
-                abs(float(a.lower[0] - panel.lower[0])) < SAME_PLACE and abs(b.upper[0] - panel.upper[0]) < SAME_PLACE
-            )
+            level = max(abs(a.lower[1] - b.lower[1]), abs(a.upper[1] - b.upper[1])) < SAME_PLACE
+            ends = max(abs(a.lower[0] - panel.lower[0]), abs(b.upper[0] - panel.upper[0])) < SAME_PLACE
             if level and ends and float(b.lower[0]) >= float(a.upper[0]) - SAME_PLACE:
                 return True
     return False
