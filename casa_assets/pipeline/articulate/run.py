@@ -96,9 +96,8 @@ def moving_joints(outcome: ArticulateOutcome) -> list[MovingJoint]:
         joint, travel = part.joint, outcome.travels[part.name]
         how = joint.kind.value + (f" {joint.edge.value}" if joint.edge else "")
         other = f", else {joint.runner_up}" if joint.runner_up else ""
-        message = f"{how}, {part.confidence:.0%} sure{other}" + (
-            "" if travel.free_share >= 1.0 else f"; runs into {travel.blocked_by}"
-        )
+        stops = "" if travel.free_share >= 1.0 else f"; runs into {travel.blocked_by}"
+        message = f"{how}, {part.confidence:.0%} sure{other}{stops}"
         found.append(MovingJoint(travel.joint, part.name, message, alone=part.kind not in _WITHOUT_PICTURE))
     return found
 
@@ -234,7 +233,6 @@ def entry_key(request: ArticulateRequest, sha256: str, source: Source) -> EntryK
 
 @read_once
 def _code_key() -> str:
-    """Return the key of the code that makes an entry."""
     return key_of(build, limit_ranges, mend, with_contract, _write_and_check, certify)
 
 
@@ -361,7 +359,6 @@ def publish_refusal(
 
 
 def _record_key(key: EntryKey) -> str:
-    """Return the cache key of the record of an outcome."""
     return digest_of("articulate/outcome", key.identity.sha256, key.cache_key, key_of(to_json, from_json))
 
 
