@@ -51,23 +51,6 @@ def test_the_door_hinges_opposite_its_handle_and_opens_outwards() -> None:
     assert np.cross(found.frame.direction_to_file(joint.axis), far)[1] < 0
 
 
-def test_the_mirror_image_hinges_at_the_right() -> None:
-    vertices, faces, _ = microwave()
-    found = found_in(vertices * np.array([-1.0, 1.0, 1.0]), faces[:, ::-1])
-    (door,) = parts_of(found, PartKind.DOOR)
-    assert door.joint.edge is HingeEdge.RIGHT
-
-
-def test_a_knob_turns_about_its_middle() -> None:
-    vertices, faces, _ = microwave()
-    found = found_in(vertices, faces)
-    (knob,) = parts_of(found, PartKind.KNOB)
-    assert knob.joint.endless
-    assert np.abs(knob.joint.axis) == pytest.approx([0, 1, 0])
-    anchor = found.frame.to_file(np.array([knob.joint.anchor]))[0]
-    assert anchor[[0, 2]] == pytest.approx([0.437, 0.07], abs=1e-4)
-
-
 def test_drawers_take_their_boxes_and_leave_the_carcass() -> None:
     vertices, faces, owner = drawers()
     found = found_in(vertices, faces)
@@ -78,15 +61,6 @@ def test_drawers_take_their_boxes_and_leave_the_carcass() -> None:
         assert part.joint.kind is JointKind.SLIDE
         assert part.joint.axis == pytest.approx((0, -1, 0))
         assert 0.3 < part.joint.range[1] / found.frame.scale < 0.5
-
-
-def test_a_door_leaves_the_shelves_behind_it() -> None:
-    parts = [*carcass(0.5, 0.4, 0.7), box((0.02, 0.02, 0.35), (0.48, 0.38, 0.37))]
-    parts += [box((0.0, -0.02, 0.0), (0.5, 0.0, 0.7)), box((0.44, -0.05, 0.3), (0.455, -0.02, 0.45))]
-    vertices, faces, owner = together(*parts)
-    (door,) = found_in(vertices, faces).parts
-    assert door.kind is PartKind.DOOR
-    assert set(owner[door.faces].tolist()) == {6, 7}
 
 
 def test_a_flap_with_a_level_handle_at_its_top_folds_down() -> None:
@@ -118,17 +92,6 @@ def test_a_door_of_boards_is_one_door() -> None:
     vertices, faces, owner = together(*parts)
     (door,) = found_in(vertices, faces).parts
     assert set(owner[door.faces].tolist()) == set(range(5, 11))
-
-
-@pytest.mark.parametrize("size", [(1, 1, 1), (1, 0.02, 1), (0.3, 0.3, 2)])
-def test_a_bare_box_has_no_moving_part(size: tuple[float, float, float]) -> None:
-    vertices, faces, _ = together(box((0, 0, 0), size))
-    assert found_in(vertices, faces).parts == ()
-
-
-def test_an_open_carcass_has_no_moving_part() -> None:
-    vertices, faces, _ = together(*carcass(0.5, 0.4, 0.7))
-    assert found_in(vertices, faces).parts == ()
 
 
 def test_the_same_mesh_gives_the_same_decisions() -> None:

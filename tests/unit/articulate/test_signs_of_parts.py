@@ -47,11 +47,6 @@ def test_a_bar_that_stands_out_of_any_side_is_one() -> None:
     assert "right side stands out like a handle" in signs(CASE, side)
 
 
-def test_a_small_piece_that_stands_out_is_one() -> None:
-    key = disc((0.3, -0.02, 0.5), 0.03, 0.02)
-    assert "front stands out like a knob" in signs(CASE, key)
-
-
 def test_what_is_not_boxy_has_no_sign_but_its_name() -> None:
     mug = disc((0.0, 0.0, 0.0), 0.04, 0.1, 48)
     handle = box((0.04, 0.03, -0.005), (0.07, 0.07, 0.005))

@@ -5,11 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from casa_assets.articulate.controls.controls import Control
-from casa_assets.articulate.controls.round_controls import _discs, drop_burner_caps, find_burners, find_single_button
+from casa_assets.articulate.controls.round_controls import drop_burner_caps, find_burners, find_single_button
 from casa_assets.articulate.frame.axes import given_frame
-from casa_assets.articulate.fronts.relief import is_bar
 from casa_assets.articulate.plan import PartKind
-from casa_assets.articulate.segment.creases import Protrusion
 from casa_assets.articulate.segment.fragments import measure_fragments
 from casa_assets.articulate.segment.shell_segments import fragment_mesh
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_triangles
@@ -65,31 +63,6 @@ def test_what_arms_stand_round_is_a_burner_and_no_knob() -> None:
     left = drop_burner_caps([cap, knob], [cap, knob, *arms], [])
     assert len(left) == 1
     assert left[0] is knob
-
-
-def test_what_differs_from_the_knobs_of_the_front_is_no_knob_on_the_top() -> None:
-    front = [control(x, 0.3, 0.04, 0.04) for x in (-0.1, 0.0, 0.1)]
-    cap, alike = control(0.1, 0.1, 0.07, 0.07), control(-0.1, 0.1, 0.042, 0.042)
-    left = drop_burner_caps([cap, alike], [cap, alike], front)
-    assert len(left) == 1
-    assert left[0] is alike
-
-
-def test_a_burner_of_six_sides_is_round_and_a_square_is_not() -> None:
-    def lying(sides: int) -> Mesh:
-        points, faces = disc((0, 0, 0), 0.09, 0.02, sides)
-        up = points[:, [0, 2, 1]] * np.array([1.0, 1.0, -1.0])
-        return Mesh(vertices=up, faces=faces.astype(np.int32))
-
-    assert len(_discs(lying(6))) == 1
-    assert len(_discs(lying(24))) == 1
-    assert _discs(lying(4)) == []
-
-
-def test_a_bar_is_long_and_stands_out() -> None:
-    low, high = np.zeros(2), np.array([0.2, 0.02])
-    assert is_bar(Protrusion((0, 10), (0, 100), low, high, 0.03, 0.004))
-    assert not is_bar(Protrusion((0, 10), (0, 100), low, high, 0.004, 0.004))
 
 
 def test_a_small_panel_with_knobs_and_a_lever_is_no_door() -> None:

@@ -63,17 +63,3 @@ def test_the_face_of_a_remote_control_is_no_door() -> None:
     shell, face = box((-0.03, 0.001, -0.1), (0.03, 0.02, 0.1)), box((-0.03, -0.002, -0.1), (0.03, 0.0, 0.1))
     keys = [box((x, -0.004, z), (x + 0.012, -0.0021, z + 0.01)) for x in (-0.022, 0.008) for z in (-0.05, 0.0, 0.05)]
     assert not [p for p in found_in(shell, face, *keys).parts if p.kind is PartKind.DOOR]
-
-
-def test_the_back_of_a_shelf_is_no_plate() -> None:
-    back = box((-0.3, 0.2, -0.4), (0.3, 0.22, 0.4))
-    bars = [box((x - 0.01, -0.2, -0.05), (x + 0.01, 0.19, 0.05)) for x in (-0.1, 0.1)]
-    assert not [p for p in found_in(back, *bars).parts if p.kind is PartKind.LEVER]
-
-
-def test_the_back_board_of_a_cabinet_is_no_plate() -> None:
-    walls = [box((x, 0.0, 0.0), (x + 0.02, 0.4, 0.6)) for x in (0.0, 0.58)]
-    doors = [box((x, 0.0, 0.0), (x + 0.276, 0.02, 0.6)) for x in (0.021, 0.303)]
-    handles = [box((x, -0.03, 0.25), (x + 0.015, -0.01, 0.35)) for x in (0.25, 0.335)]
-    found = found_in(box((0.0, 0.4, 0.0), (0.6, 0.42, 0.6)), *walls, *doors, *handles)
-    assert not [p for p in found.parts if p.kind is PartKind.LEVER]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from casa_assets.articulate.choose_plan import choose_plan
-from casa_assets.articulate.controls.classify import check_forest, decided, pooled, tell_beside_dials
+from casa_assets.articulate.controls.classify import check_forest, decided, tell_beside_dials
 from casa_assets.articulate.controls.controls import Control, group_controls
 from casa_assets.articulate.frame.axes import given_frame
 from casa_assets.articulate.plan import PartKind
@@ -40,10 +40,6 @@ def test_a_grid_is_one_group_and_a_wide_key_below_it_another() -> None:
     assert groups[0].pitch == pytest.approx(0.05 / 0.03)
 
 
-def test_alike_controls_far_from_each_other_are_two_groups() -> None:
-    assert len(group_controls([control(0, 0, 0.02, 0.02), control(0.3, 0.3, 0.02, 0.02)])) == 2
-
-
 def test_round_keys_in_a_grid_beside_a_door_are_keys() -> None:
     door, panel = box((0.0, -0.02, 0.0), (0.37, -0.0005, 0.3)), box((0.375, -0.02, 0.0), (0.5, -0.0005, 0.3))
     keys = [disc((0.4 + 0.037 * a, -0.025, 0.08 + 0.032 * b), 0.011, 0.0049, 16) for a in range(3) for b in range(5)]
@@ -64,26 +60,9 @@ def test_pulls_of_drawers_are_neither() -> None:
     assert kinds_of(*carcass(0.5, 0.45, 0.61), *fronts, *pulls) == []
 
 
-def test_a_flat_mark_alone_is_no_key() -> None:
-    door, mark = box((0.0, -0.02, 0.0), (0.5, -0.0005, 0.6)), box((0.2, -0.0206, 0.5), (0.24, -0.0201, 0.52))
-    assert kinds_of(*carcass(0.5, 0.5, 0.6), door, mark) == []
-
-
-def test_a_group_is_told_by_the_mean_of_its_members() -> None:
-    told = pooled(np.array([[0.2, 0.7, 0.1], [0.2, 0.7, 0.1], [0.1, 0.3, 0.6]]))
-    assert told.argmax() == 1
-    assert told.sum() == pytest.approx(1.0)
-
-
 def test_what_is_surely_a_control_is_the_likelier_of_the_two() -> None:
     chances = np.array([[0.5, 0.4, 0.1], [0.2, 0.38, 0.42], [0.52, 0.02, 0.46], [0.45, 0.3, 0.25]])
     assert decided(chances, np.zeros(4, dtype=bool)).tolist() == [0, 2, 2, 0]
-
-
-def test_on_the_top_less_makes_a_control() -> None:
-    chances = np.array([[0.56, 0.34, 0.1], [0.7, 0.28, 0.02]])
-    assert decided(chances, np.zeros(2, dtype=bool)).tolist() == [0, 0]
-    assert decided(chances, np.ones(2, dtype=bool)).tolist() == [1, 0]
 
 
 def test_a_forest_gives_the_mean_of_its_trees() -> None:

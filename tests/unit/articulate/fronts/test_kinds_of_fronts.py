@@ -49,18 +49,6 @@ def test_an_upright_handle_at_one_side_beats_the_kind() -> None:
     assert edges(found_in(parts, "wall_oven")) == [HingeEdge.LEFT]
 
 
-def test_two_leaves_without_handles_are_two_doors_with_outer_hinges() -> None:
-    parts = [*carcass(0.9, 0.5, 1.0)]
-    parts += [box((a, -0.02, 0.005), (b, -0.001, 0.995)) for a, b in ((0.003, 0.4485), (0.4515, 0.897))]
-    assert edges(found_in(parts)) == [HingeEdge.LEFT, HingeEdge.RIGHT]
-
-
-def test_fronts_of_a_chest_without_handles_or_boxes_are_drawers() -> None:
-    parts = [box((0, 0, 0), (0.8, 0.45, 1.0))]
-    parts += [box((0.01, -0.02, 0.02 + 0.24 * k), (0.79, -0.001, 0.25 + 0.24 * k)) for k in range(4)]
-    assert [p.kind for p in found_in(parts, "drawer_stack").parts] == 4 * [PartKind.DRAWER]
-
-
 def test_a_washing_machine_has_a_round_door_a_drawer_and_a_knob() -> None:
     parts = [
         box((0, 0, 0), (0.6, 0.55, 0.85)),

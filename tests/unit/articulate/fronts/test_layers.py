@@ -35,14 +35,6 @@ def parts_of(plan: PartPlan, owner: Ints) -> set[int]:
     return set(owner[plan.faces].tolist())
 
 
-def test_faces_of_two_materials_are_two_fragments() -> None:
-    points, faces = box((0, 0, 0), (1, 1, 1))
-    tint = (np.arange(len(faces)) >= 8).astype(np.int64)
-    assert len(set(weld_triangles(points, faces).fragment_labels.tolist())) == 1
-    label = weld_triangles(points, faces, tint).fragment_labels
-    assert not set(label[tint == 0].tolist()) & set(label[tint == 1].tolist())
-
-
 def test_a_painted_slot_makes_a_block_at_its_end_a_lever() -> None:
     body, pad = box((0.0, 0.0, 0.0), (0.2, 0.3, 0.25)), box((0.07, -0.02, 0.05), (0.13, -0.0001, 0.08))
     strip = box((0.09, -0.0001, 0.08), (0.11, 0.0, 0.18))
@@ -68,17 +60,6 @@ def test_a_door_takes_its_core_its_liner_and_the_bins_on_it() -> None:
     (door,) = of_kind(found, PartKind.DOOR)
     assert parts_of(door, owner) == set(range(start, len(parts) - 1))
     assert not of_kind(found, PartKind.DRAWER)
-
-
-def test_two_tubs_side_by_side_are_two_drawers() -> None:
-    parts = [*carcass(0.7, 0.6, 1.0), box((0.0, -0.04, 0.0), (0.7, 0.0, 1.0))]
-    parts += bar((0.64, -0.08, 0.3), (0.652, -0.07, 0.7), -0.04)
-    start = len(parts)
-    parts += [*tub((0.03, 0.03, 0.03), (0.349, 0.5, 0.2)), *tub((0.352, 0.03, 0.03), (0.67, 0.5, 0.2))]
-    found, owner = found_in(parts)
-    first, last = sorted(of_kind(found, PartKind.DRAWER), key=lambda p: int(p.faces[0]))
-    assert parts_of(first, owner) == set(range(start, start + 5))
-    assert parts_of(last, owner) == set(range(start + 5, start + 10))
 
 
 def framed(left: float, right: float, knob: float) -> list[Part]:
@@ -115,14 +96,6 @@ def test_a_door_flush_in_a_frame_of_the_body_leaves_the_frame() -> None:
     found, owner = found_in(parts)
     (only,) = found.parts
     assert parts_of(only, owner) == set(range(9, 13))
-
-
-def test_a_cap_over_a_hinge_is_no_button() -> None:
-    parts = [*carcass(0.6, 0.6, 1.2), box((0.0, -0.05, 0.0), (0.6, 0.0, 1.2))]
-    parts += bar((0.54, -0.1, 0.4), (0.552, -0.09, 0.9), -0.05)
-    parts += [box((0.01, -0.04, 1.2), (0.06, 0.08, 1.22)), box((0.54, -0.04, 1.2), (0.59, 0.08, 1.22))]
-    found, _ = found_in(parts)
-    assert [p.kind for p in found.parts] == [PartKind.DOOR]
 
 
 def kettle(bail: bool, handle: bool) -> list[Part]:
@@ -174,9 +147,3 @@ def noisy(solid: manifold3d.Manifold, spread: float) -> Part:
 )
 def test_nothing_moves_on_a_scan_of_a_plain_thing(part: Part) -> None:
     assert not found_on(*part).parts
-
-
-def test_the_cap_of_a_bottle_is_no_knob() -> None:
-    solid = manifold3d.Manifold
-    bottle = [solid.cylinder(0.2, 0.05, 0.05, 32), solid.cylinder(0.04, 0.02, 0.02, 32).translate((0, 0, 0.2))]
-    assert not found_in([shape_of(p) for p in bottle])[0].parts

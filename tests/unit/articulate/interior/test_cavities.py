@@ -80,20 +80,6 @@ def test_behind_a_round_door_the_front_stays_whole() -> None:
     assert all(float(np.linalg.norm(c - (0.3, 0.4))) < 0.25 for c in corners)
 
 
-def test_a_stile_between_two_doors_parts_their_cavities() -> None:
-    leaves = box((0.0, -0.03, 0.0), (0.29, -0.001, 0.8)), box((0.31, -0.03, 0.0), (0.6, -0.001, 0.8))
-    edges = {1: HingeEdge.LEFT, 2: HingeEdge.RIGHT}
-    assert len(find_cavities(*by_hand(edges, BLOCK, *leaves), "base_cabinet")) == 1
-    hollow = carcass(0.6, 0.6, 0.8)
-    behind = {len(hollow): HingeEdge.LEFT, len(hollow) + 1: HingeEdge.RIGHT}
-    assert len(find_cavities(*by_hand(behind, *hollow, *leaves), "base_cabinet")) == 1
-    board = box((0.29, 0.0, 0.02), (0.31, 0.58, 0.78))
-    cavities = find_cavities(*by_hand(behind, *hollow, *leaves, board), "base_cabinet")
-    assert [r.built for r in cavities] == [False, False]
-    stile = box((0.292, -0.03, 0.0), (0.308, 0.0, 0.8))
-    assert len(find_cavities(*by_hand(edges, BLOCK, *leaves, stile), "base_cabinet")) == 2
-
-
 def test_a_room_keeps_off_what_tapers_towards_the_back() -> None:
     points, faces = BLOCK
     tapered = points.copy()

@@ -66,15 +66,6 @@ def test_a_plate_with_several_knobs_is_no_lid() -> None:
     assert kinds.count(PartKind.KNOB) == 3
 
 
-def test_the_lid_of_a_block_is_told_by_its_catch() -> None:
-    block, lid = box((-0.4, -0.2, 0.0), (0.4, 0.2, 0.3)), box((-0.4, -0.2, 0.301), (0.4, 0.2, 0.36))
-    catch = box((-0.04, -0.22, 0.31), (0.04, -0.2, 0.34))
-    (found,) = found_in([block, lid, catch]).parts
-    assert found.kind is PartKind.LID
-    assert found.joint.axis == pytest.approx((-1, 0, 0))
-    assert not found_in([block, lid]).parts
-
-
 def test_a_bin_with_a_pedal_opens_away_from_it() -> None:
     angle = np.arange(24) / 24 * 2 * np.pi
     ring = np.stack([0.15 * np.cos(angle), 0.15 * np.sin(angle)], axis=1)

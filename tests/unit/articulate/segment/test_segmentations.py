@@ -46,12 +46,6 @@ def test_creases_of_solids_that_are_there_on_both_sides_are_those_of_one_side() 
     assert found[Segmentation.WELDED].tolist() == [*owner.tolist(), *owner.tolist()]
 
 
-def test_a_file_that_is_split_at_every_crease_has_no_pieces() -> None:
-    vertices, faces, _ = drawers()
-    loose = weld_triangles(vertices[faces].reshape(-1, 3), np.arange(faces.size).reshape(-1, 3))
-    assert Segmentation.PIECES not in segmentations(loose)
-
-
 def test_vertices_that_are_copied_for_their_normals_join_a_piece() -> None:
     one, two = box_mesh((1, 1, 1), (0, 0, 0)), box_mesh((1, 1, 1), (3, 0, 0))
     both = Mesh(

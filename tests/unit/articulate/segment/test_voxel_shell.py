@@ -27,11 +27,6 @@ def test_the_skin_of_a_grid_tells_the_edge_of_its_cubes() -> None:
     assert shell_of(box((0, 0, 0), (0.56, 0.3, 0.4))).cell == pytest.approx(0.56 / 112)
 
 
-def test_a_plain_box_is_no_skin_of_a_grid() -> None:
-    points, faces = box((0, 0, 0), (0.5, 0.3, 0.4))
-    assert weld_triangles(points, faces).cell == 0.0
-
-
 def test_knobs_on_the_wall_behind_a_range_are_round_and_one_group() -> None:
     body = [box((0, 0, 0), (0.76, 0.65, 0.9)), box((0, 0.58, 0.9), (0.76, 0.65, 1.1))]
     knobs = [disc((x, 0.555, 1.01), 0.024, 0.03) for x in (0.1, 0.193, 0.555, 0.65)]

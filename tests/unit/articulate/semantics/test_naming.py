@@ -32,21 +32,6 @@ def test_a_microwave_has_its_microjoint(tmp_path: Path) -> None:
     assert joints["knob_0"] == "knob_0_joint"
 
 
-def test_drawers_are_counted_from_the_top(tmp_path: Path) -> None:
-    vertices, faces, _ = drawers()
-    built = build(
-        ArticulateRequest(obj(tmp_path / "d.obj", vertices, faces), tmp_path, category="drawer_stack", **AXES)
-    )
-    asset, joints = rename_for_runtime(built.asset, built.articulation, "drawer_stack")
-    assert sorted(joints.values()) == ["drawer0_slidejoint", "drawer1_slidejoint"]
-    heights = [asset.asset_from_link(f"drawer{i}").position[2] for i in (0, 1)]
-    assert heights[0] > heights[1]
-    joint = asset.joint_of("drawer0")
-    assert joint is not None
-    assert joint.axis == (0.0, 1.0, 0.0)
-    assert joint.range[0] < joint.range[1] == 0.0
-
-
 def test_two_doors_are_those_of_a_fridge_and_its_freezer(tmp_path: Path) -> None:
     parts = [
         *carcass(0.6, 0.6, 1.8),

@@ -114,24 +114,6 @@ def test_a_part_stops_where_it_runs_into_something(tmp_path: Path) -> None:
     assert 0.06 <= joint.range[1] <= 0.081
 
 
-def test_travel_tells_a_contact_from_none(tmp_path: Path) -> None:
-    vertices, faces, _ = microwave()
-    built = build(ArticulateRequest(obj(tmp_path / "microwave.obj", vertices, faces), tmp_path, **AXES))
-    built = limit_ranges(built).with_runtime_names()
-    assert all(t.is_full for t in joint_travels(built.asset, mjcf.write(built.asset)))
-    # Turned the wrong way, the door runs into the case.
-    wide = built.asset.replace(
-        joints=tuple(j.replace(axis=(0.0, 0.0, -1.0)) if j.child == "door" else j for j in built.asset.joints)
-    )
-    disk.write_files(tmp_path / "wide", mjcf.write(wide))
-    found = joint_travels(wide, mjcf.write(wide))
-    assert found == joint_travels(wide, tmp_path / "wide" / "model.xml"), "on disk and in memory are one"
-    door = next(t for t in found if t.joint == "microjoint")
-    assert door.free_share < 0.1
-    assert door.blocked_by == "object"
-    assert not door.is_full
-
-
 def test_what_lacks_something_holds_no_contract_and_says_what(tmp_path: Path) -> None:
     vertices, faces, _ = microwave()
     built = build(

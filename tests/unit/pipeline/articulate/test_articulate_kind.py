@@ -75,13 +75,6 @@ def test_the_shape_names_what_nothing_else_does(tmp_path: Path, chest: tuple[Vec
     assert "names nothing" in guess_category(mesh, *chest, classify_by_image=nothing).reason
 
 
-def test_a_thing_of_no_parts_is_any_thing(tmp_path: Path, chest: tuple[Vec3, Articulation]) -> None:
-    bare = Articulation(frame=chest[1].frame)
-    kind = guess_category(one(tmp_path, "mesh_0042.obj"), chest[0], bare)
-    assert kind.id == ""
-    assert "like no one kind's" in kind.reason
-
-
 def test_a_word_that_repeats_a_sure_guess_leaves_it_one(tmp_path: Path, chest: tuple[Vec3, Articulation]) -> None:
     named = guess_category(one(tmp_path, "fridge.obj"), *chest)
     assert named.confidence >= NAMING_CONFIDENCE
