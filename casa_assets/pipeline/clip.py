@@ -121,11 +121,7 @@ def load_clip(weights: str) -> ClipModel:
             return _normalized(np.concatenate([model.encode_text(tokens(list(part))).numpy() for part in parts]))
 
     return ClipModel(
-        Path(weights).name,
-        weights_digest(weights),
-        float(model.logit_scale.exp()),
-        encode_images,
-        encode_text,
+        Path(weights).name, weights_digest(weights), float(model.logit_scale.exp()), encode_images, encode_text
     )
 
 

@@ -44,9 +44,7 @@ def color_histogram(asset: Asset) -> ColorHistogram:
     chroma = np.hypot(lab[:, 1], lab[:, 2])
     even = float(np.ptp(lab[:, 0])) <= PLAIN_EVEN and float(chroma.max()) <= PLAIN_CHROMA
     return ColorHistogram(
-        tones=_tones(lab),
-        names=_names(lab),
-        stated=textured or not (even and float(lab[:, 0].min()) >= PLAIN_LIGHT),
+        tones=_tones(lab), names=_names(lab), stated=textured or not (even and float(lab[:, 0].min()) >= PLAIN_LIGHT)
     )
 
 

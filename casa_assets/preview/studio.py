@@ -18,14 +18,7 @@ from PIL import Image, ImageFilter
 from casa_assets.core.numeric import Floats, Mask
 from casa_assets.preview import pictures, renderer
 from casa_assets.preview.pictures import Pixels
-from casa_assets.preview.renderer import (
-    GOLDEN,
-    PLASTIC,
-    CameraFrustum,
-    drawing_ids,
-    one_group,
-    set_quality,
-)
+from casa_assets.preview.renderer import GOLDEN, PLASTIC, CameraFrustum, drawing_ids, one_group, set_quality
 
 
 @dataclass(frozen=True)

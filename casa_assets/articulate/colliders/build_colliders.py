@@ -130,11 +130,7 @@ def part_label(kind: PartKind) -> str:
 
 
 def build_colliders(
-    points: Floats,
-    mesh: WeldedMesh,
-    articulation: Articulation,
-    substance: str,
-    refit: Set[int] = frozenset(),
+    points: Floats, mesh: WeldedMesh, articulation: Articulation, substance: str, refit: Set[int] = frozenset()
 ) -> list[LinkColliders]:
     """Return the colliders of the body and of each part, in this order.
 

@@ -148,11 +148,7 @@ def _bounds(clouds: Sequence[Floats]) -> Floats:
 
 
 def _record_overlaps(
-    solids: Sequence[LinkSolid],
-    mover: int,
-    share: float,
-    pairs: dict[Pair, list[Floats]],
-    crossed: set[Pair],
+    solids: Sequence[LinkSolid], mover: int, share: float, pairs: dict[Pair, list[Floats]], crossed: set[Pair]
 ) -> None:
     """Record the overlaps of one link with the others when it is at a given share of its range."""
     moving = [k for k in range(len(solids)) if _is_carried_by(solids, k, mover)]

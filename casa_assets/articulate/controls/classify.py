@@ -211,11 +211,7 @@ MAX_CONTROLS = 1000
 
 
 def tell_by_forest(
-    measured: MeasuredFragments,
-    side: int,
-    controls: Sequence[Control],
-    panels: Sequence[Rectangle],
-    forest: Forest,
+    measured: MeasuredFragments, side: int, controls: Sequence[Control], panels: Sequence[Rectangle], forest: Forest
 ) -> TellControl:
     """Return the type of each control of a side: all of a group have the type that fits the group best."""
     told: dict[tuple[int, ...], ControlType] = {}

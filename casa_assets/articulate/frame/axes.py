@@ -225,10 +225,7 @@ def _frame_with_axes(mesh: WeldedMesh, rotation: Floats, reason: str) -> Frame:
 
 
 def guess_frame(
-    mesh: WeldedMesh,
-    up: Sequence[float] | None = None,
-    front: Sequence[float] | None = None,
-    stated: int | None = None,
+    mesh: WeldedMesh, up: Sequence[float] | None = None, front: Sequence[float] | None = None, stated: int | None = None
 ) -> Frame:
     """Return the likeliest frame of an object, which may be rotated freely in its file.
 
@@ -253,15 +250,12 @@ def guess_frame(
     y, z = -outward[face], outward[top]
     reason = GUESSED_REASON if up is None or front is None else "given"
     return _frame_with_axes(mesh, np.stack([np.cross(y, z), y, z]), reason).replace(
-        confidence=round(probabilities[ranked[0]], 3),
-        runner_up="; ".join(_describe(k, straight) for k in ranked[1:3]),
+        confidence=round(probabilities[ranked[0]], 3), runner_up="; ".join(_describe(k, straight) for k in ranked[1:3])
     )
 
 
 def candidate_probabilities(
-    measured: MeasuredFragments,
-    log_prior: Mapping[tuple[int, int], float],
-    others: Sequence[MeasuredFragments] = (),
+    measured: MeasuredFragments, log_prior: Mapping[tuple[int, int], float], others: Sequence[MeasuredFragments] = ()
 ) -> dict[tuple[int, int], float]:
     """Return the probability of each candidate (front, top), by appearance and by the parts that it would move.
 

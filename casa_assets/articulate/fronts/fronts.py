@@ -368,10 +368,7 @@ def box_depth(measured: MeasuredFragments, panel: Panel) -> float:
 
 
 def select_opening_panels(
-    measured: MeasuredFragments,
-    panels: list[Panel],
-    controls: list[Control],
-    known: KnownFronts = NO_FRONTS,
+    measured: MeasuredFragments, panels: list[Panel], controls: list[Control], known: KnownFronts = NO_FRONTS
 ) -> list[tuple[Panel, float, str]]:
     """Return the panels that open, with confidence and reason.
 

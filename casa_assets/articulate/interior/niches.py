@@ -102,12 +102,7 @@ def find_toaster_slots(asset: Asset) -> list[Niche]:
         y1, y0 = (float(image.lower[1]) + (deep.shape[0] - r) * image.pixel for r in (a, b))
         x0, x1 = (float(image.lower[0]) + k * image.pixel for k in (c, d))
         px = image.pixel
-        out.append(
-            Niche(
-                round_mm_vec3((x0 + px, y0 + px, floor)),
-                round_mm_vec3((x1 - px, y1 - px, upper[2])),
-            )
-        )
+        out.append(Niche(round_mm_vec3((x0 + px, y0 + px, floor)), round_mm_vec3((x1 - px, y1 - px, upper[2]))))
     along = bool(out) and float(out[0].size[1]) >= float(out[0].size[0])
     return sorted(out, key=lambda h: h.lower[0] if along else h.lower[1])
 
@@ -136,10 +131,7 @@ def _box(image: DepthImage, points: Floats, back: Floats, span: tuple[int, int, 
     far = front + float(np.median(back[a:b, c:d]))
     # It begins where what stands under it does.
     near = front + float(np.median(back[b + 1, c:d])) if b + 1 < rows else front
-    return Niche(
-        round_mm_vec3((x0, min(near, far - 0.02), z0)),
-        round_mm_vec3((x1, far, z1)),
-    )
+    return Niche(round_mm_vec3((x0, min(near, far - 0.02), z0)), round_mm_vec3((x1, far, z1)))
 
 
 def _body(asset: Asset) -> tuple[Floats, npt.NDArray[np.int64]]:

@@ -231,10 +231,7 @@ class FrontView:
 
 
 def view_fronts(
-    measured: MeasuredFragments,
-    fronts: Sequence[Panel],
-    panels: Sequence[Panel],
-    controls: Sequence[Control],
+    measured: MeasuredFragments, fronts: Sequence[Panel], panels: Sequence[Panel], controls: Sequence[Control]
 ) -> list[FrontView]:
     """Return a view of each front of a side, in their order.
 

@@ -123,11 +123,7 @@ def _cut(points: Floats, faces: Ints, plane: CutPlane) -> tuple[tuple[Ints, Ints
     rest = np.ones(len(faces), dtype=bool)
     rest[near] = False
     whole = np.flatnonzero(rest)
-    return (
-        (a[good], b[good], share[good]),
-        np.concatenate([faces[whole], fresh]),
-        np.concatenate([whole, near[kept]]),
-    )
+    return ((a[good], b[good], share[good]), np.concatenate([faces[whole], fresh]), np.concatenate([whole, near[kept]]))
 
 
 def _pieces(faces: Ints, middle: Ints) -> tuple[Ints, Ints]:

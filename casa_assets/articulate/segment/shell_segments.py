@@ -401,13 +401,7 @@ def _cut_depth(view: SideRelief, number: int) -> float:
 
 
 def _number_blobs(
-    out: Ints,
-    free: Mask,
-    view: SideRelief,
-    mesh: WeldedMesh,
-    side: int,
-    first: int,
-    chosen: Sequence[int],
+    out: Ints, free: Mask, view: SideRelief, mesh: WeldedMesh, side: int, first: int, chosen: Sequence[int]
 ) -> None:
     """Number the faces of each protrusion in `out`, from `first` on.
 

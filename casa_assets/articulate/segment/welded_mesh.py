@@ -107,11 +107,7 @@ class WeldedMesh:
 
 
 def weld_triangles(
-    vertices: Floats,
-    faces: Ints,
-    materials: Ints | None = None,
-    nodes: Ints | None = None,
-    joined: Ints | None = None,
+    vertices: Floats, faces: Ints, materials: Ints | None = None, nodes: Ints | None = None, joined: Ints | None = None
 ) -> WeldedMesh:
     """Weld triangles whose vertices nearly coincide.
 

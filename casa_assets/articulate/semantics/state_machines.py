@@ -224,12 +224,7 @@ def _range_between(joint: Joint, first: float, last: float, begins: bool = False
 
 
 def _effects(
-    asset: Asset,
-    variable: str,
-    value: str,
-    kind: EffectKind,
-    targets: Sequence[str],
-    color: Vec4 = WHITE,
+    asset: Asset, variable: str, value: str, kind: EffectKind, targets: Sequence[str], color: Vec4 = WHITE
 ) -> list[Effect]:
     """Return the effects of a variable's value on those targets that exist."""
     there = {s.name for s in asset.sites} | {r.name for r in asset.regions}

@@ -10,14 +10,7 @@ import pytest
 from casa_assets.articulate.frame.axes import CANDIDATES, candidate_probabilities, given_frame
 from casa_assets.articulate.frame.score_candidate import SCORE_NAMES, candidate_axes, rotate_fragments, score_candidate
 from casa_assets.articulate.frame.side_views import measure_side
-from casa_assets.articulate.segment.fragments import (
-    FRONT,
-    LEFT,
-    SIDES,
-    TOP,
-    MeasuredFragments,
-    measure_fragments,
-)
+from casa_assets.articulate.segment.fragments import FRONT, LEFT, SIDES, TOP, MeasuredFragments, measure_fragments
 from casa_assets.articulate.segment.welded_mesh import weld_triangles
 from tests.unit.articulate.blocks import Part, box, drawers, microwave, together
 

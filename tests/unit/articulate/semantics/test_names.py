@@ -134,11 +134,7 @@ def test_toaster_coffee_machine_and_kettle() -> None:
     wide = at("wide", PartKind.BUTTON, (0, -0.1, 0.3), size=(0.05, 0.01, 0.03))
     assert joints([*keys, wide], "coffee_machine") == {"wide": "start_button_joint"}
     lid = at("lid", PartKind.LID, (0, 0, 0.2))
-    assert joints([lid, *keys], "kettle") == {
-        "lid": "lid_joint",
-        "low": "switch_joint",
-        "high": "button_lid_joint",
-    }
+    assert joints([lid, *keys], "kettle") == {"lid": "lid_joint", "low": "switch_joint", "high": "button_lid_joint"}
 
 
 def test_spout_and_handles_of_a_faucet() -> None:
