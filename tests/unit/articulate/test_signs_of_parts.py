@@ -2,29 +2,19 @@
 
 from __future__ import annotations
 
-import numpy as np
 import pytest
 
-from casa_assets.articulate.plan import Frame
-from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_triangles
 from casa_assets.articulate.signs_of_parts import signs_of_parts
 from casa_assets.pipeline.articulate.build import load_models
 from tests.unit.articulate.blocks import Part, box, disc, together
+from tests.unit.articulate.fragmented import in_its_frame
 
 pytestmark = pytest.mark.content("code", "articulate", keep=0)
 
 
 def signs(*parts: Part, kind: str = "", names: tuple[str, ...] = ()) -> str:
     points, faces, _ = together(*parts)
-    return "; ".join(signs_of_parts(placed(points, faces), kind, names, load_models()))
-
-
-def placed(points: np.ndarray, faces: np.ndarray) -> WeldedMesh:
-    extent = np.ptp(points, axis=0)
-    x, y, z = (float(v) for v in points.min(axis=0) + extent / 2)
-    return weld_triangles(points, faces).in_frame(
-        Frame(rotation=np.eye(3), origin=(x, y, z), scale=1.0 / float(np.linalg.norm(extent)))
-    )
+    return "; ".join(signs_of_parts(in_its_frame(points, faces)[0], kind, names, load_models()))
 
 
 CASE = box((0.0, 0.0, 0.0), (0.6, 0.5, 0.8))

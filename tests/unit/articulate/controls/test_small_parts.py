@@ -7,23 +7,12 @@ import pytest
 
 from casa_assets.articulate.controls.controls import find_controls
 from casa_assets.articulate.controls.levers_and_switches import Lever, find_levers
-from casa_assets.articulate.frame.axes import given_frame
-from casa_assets.articulate.plan import Articulation, PartKind
+from casa_assets.articulate.plan import PartKind
 from casa_assets.articulate.segment.fragments import FRONT, measure_fragments
-from casa_assets.articulate.segment.shell_segments import fragment_mesh
-from casa_assets.articulate.segment.welded_mesh import weld_triangles
 from tests.unit.articulate.blocks import Floats, Part, box, carcass, disc, together
-from tests.unit.articulate.fragmented import articulate_fragmentation
+from tests.unit.articulate.fragmented import found_in, in_its_frame
 
 SQUARE = np.array([[0, 1, 2], [0, 2, 3]])
-
-
-def found_in(parts: list[Part]) -> tuple[Articulation, np.ndarray]:
-    """What is found where up is z and the front faces -y, and the part of each face."""
-    vertices, faces, owner = together(*parts)
-    mesh = weld_triangles(vertices, faces)
-    frame = given_frame(mesh, (0, 0, 1), (0, -1, 0))
-    return articulate_fragmentation(fragment_mesh(mesh.in_frame(frame)), frame), owner
 
 
 def turned(part: Part, degrees: float, about: tuple[float, float, float]) -> Part:
@@ -48,9 +37,7 @@ def slotted() -> list[Part]:
 def levers_in(parts: list[Part]) -> tuple[list[Lever], float]:
     """Levers on the front of some parts, and metres in a unit of the frame."""
     vertices, faces, _ = together(*parts)
-    mesh = weld_triangles(vertices, faces)
-    frame = given_frame(mesh, (0, 0, 1), (0, -1, 0))
-    placed = mesh.in_frame(frame)
+    placed, frame = in_its_frame(vertices, faces)
     pieces = measure_fragments(placed, placed.fragment_labels)
     levers, _ = find_levers(pieces, find_controls(pieces, FRONT, []))
     return levers, 1 / frame.scale
@@ -171,8 +158,7 @@ def test_a_sheet_that_a_knob_stands_on_stays() -> None:
     sheet = (np.array([[0.1, -0.01, 0.1], [0.18, -0.01, 0.1], [0.18, -0.01, 0.18], [0.1, -0.01, 0.18]]), SQUARE)
     parts = [box((0.0, 0.0, 0.0), (0.5, 0.3, 0.5)), sheet, disc((0.14, -0.035, 0.14), 0.025, 0.025)]
     vertices, faces, _ = together(*parts)
-    mesh = weld_triangles(vertices, faces)
-    mesh = mesh.in_frame(given_frame(mesh, (0, 0, 1), (0, -1, 0)))
+    mesh, _ = in_its_frame(vertices, faces)
     (knob,) = find_controls(measure_fragments(mesh, mesh.fragment_labels), FRONT, [])
     assert knob.is_round
     assert len(knob.fragments) == 1

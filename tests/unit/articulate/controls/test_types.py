@@ -10,12 +10,11 @@ import pytest
 from casa_assets.articulate.choose_plan import choose_plan
 from casa_assets.articulate.controls.classify import check_forest, decided, tell_beside_dials
 from casa_assets.articulate.controls.controls import Control, group_controls
-from casa_assets.articulate.frame.axes import given_frame
 from casa_assets.articulate.plan import PartKind
-from casa_assets.articulate.segment.welded_mesh import weld_triangles
 from casa_assets.core.forest import forest_from_dict
 from casa_assets.pipeline.articulate.build import load_models
 from tests.unit.articulate.blocks import Part, box, carcass, disc, together
+from tests.unit.articulate.fragmented import in_its_frame
 
 
 def control(x: float, z: float, width: float, height: float, stands: float = 0.01) -> Control:
@@ -27,9 +26,8 @@ def control(x: float, z: float, width: float, height: float, stands: float = 0.0
 def kinds_of(*parts: Part) -> list[PartKind]:
     """The kinds of the knobs and keys that are found on a mesh, as the whole command would type them."""
     points, faces, _ = together(*parts)
-    mesh = weld_triangles(points, faces)
-    frame = given_frame(mesh, (0, 0, 1), (0, -1, 0))
-    found = choose_plan(mesh.in_frame(frame), frame, models=load_models()).articulation.parts
+    mesh, frame = in_its_frame(points, faces)
+    found = choose_plan(mesh, frame, models=load_models()).articulation.parts
     return [p.kind for p in found if p.kind in (PartKind.KNOB, PartKind.BUTTON)]
 
 

@@ -7,21 +7,19 @@ from itertools import product
 import numpy as np
 import pytest
 
-from casa_assets.articulate.frame.axes import CANDIDATES, candidate_probabilities, given_frame
+from casa_assets.articulate.frame.axes import CANDIDATES, candidate_probabilities
 from casa_assets.articulate.frame.score_candidate import SCORE_NAMES, candidate_axes, rotate_fragments, score_candidate
 from casa_assets.articulate.frame.side_views import measure_side
 from casa_assets.articulate.segment.fragments import FRONT, LEFT, SIDES, TOP, MeasuredFragments, measure_fragments
-from casa_assets.articulate.segment.welded_mesh import weld_triangles
 from tests.unit.articulate.blocks import Part, box, drawers, microwave, together
+from tests.unit.articulate.fragmented import in_its_frame
 
 PIXELS = 128
 
 
 def pieces_of(*parts: Part) -> MeasuredFragments:
     """The pieces of a thing that stands as it should."""
-    mesh = weld_triangles(*together(*parts)[:2])
-    frame = given_frame(mesh, (0, 0, 1), (0, -1, 0))
-    placed = mesh.in_frame(frame)
+    placed, _ = in_its_frame(*together(*parts)[:2])
     return measure_fragments(placed, placed.fragment_labels, PIXELS)
 
 
@@ -71,9 +69,7 @@ def test_another_material_in_the_same_plane_is_detail() -> None:
     vertices[8:, 1] -= 1e-4
     details = []
     for tint in (np.zeros(len(faces), dtype=np.int64), np.repeat(np.arange(3), 12)):
-        mesh = weld_triangles(vertices, faces, tint)
-        frame = given_frame(mesh, (0, 0, 1), (0, -1, 0))
-        placed = mesh.in_frame(frame)
+        placed, _ = in_its_frame(vertices, faces, tint)
         details.append(measure_side(measure_fragments(placed, placed.fragment_labels, PIXELS), FRONT).detail)
     assert details[0] == 0.0
     assert details[1] > 0.02

@@ -5,14 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from casa_assets.articulate.frame.axes import given_frame
 from casa_assets.articulate.fronts.panels import find_panels
 from casa_assets.articulate.fronts.relief import FrontRectangle, merge_stairs
 from casa_assets.articulate.segment.creases import SideRelief
 from casa_assets.articulate.segment.fragments import MeasuredFragments, measure_fragments
 from casa_assets.articulate.segment.orthographic import DepthImage
-from casa_assets.articulate.segment.welded_mesh import weld_triangles
 from tests.unit.articulate.blocks import Floats, Part, box, together
+from tests.unit.articulate.fragmented import in_its_frame
 
 COLUMNS = ((0, 20), (20, 40), (40, 160), (160, 180), (180, 200))
 
@@ -55,9 +54,7 @@ def test_what_is_no_bulge_stays_apart(subtests: pytest.Subtests) -> None:
 def measured(parts: list[Part]) -> MeasuredFragments:
     """The pieces of some parts, up z, front -y, a diagonal of 1."""
     vertices, faces, _ = together(*parts)
-    mesh = weld_triangles(vertices, faces)
-    frame = given_frame(mesh, (0, 0, 1), (0, -1, 0))
-    placed = mesh.in_frame(frame)
+    placed, _ = in_its_frame(vertices, faces)
     return measure_fragments(placed, placed.fragment_labels)
 
 

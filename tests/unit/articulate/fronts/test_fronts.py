@@ -2,24 +2,12 @@
 
 from __future__ import annotations
 
-import numpy as np
 import pytest
 
-from casa_assets.articulate.frame.axes import given_frame
 from casa_assets.articulate.plan import Articulation, HingeEdge, PartKind, PartPlan
-from casa_assets.articulate.segment.shell_segments import fragment_mesh
-from casa_assets.articulate.segment.welded_mesh import weld_triangles
 from casa_assets.model.asset.parts import JointKind
-from tests.unit.articulate.blocks import Part, box, carcass, together
-from tests.unit.articulate.fragmented import articulate_fragmentation
-
-
-def found_in(parts: list[Part]) -> tuple[Articulation, np.ndarray]:
-    """What is found where up is z and the front faces -y, and the part of each face."""
-    vertices, faces, owner = together(*parts)
-    mesh = weld_triangles(vertices, faces)
-    frame = given_frame(mesh, (0, 0, 1), (0, -1, 0))
-    return articulate_fragmentation(fragment_mesh(mesh.in_frame(frame)), frame), owner
+from tests.unit.articulate.blocks import Part, box, carcass
+from tests.unit.articulate.fragmented import found_in
 
 
 def of_kind(found: Articulation, kind: PartKind) -> list[PartPlan]:

@@ -6,14 +6,11 @@ import manifold3d
 import numpy as np
 import pytest
 
-from casa_assets.articulate.frame.axes import given_frame
-from casa_assets.articulate.plan import Articulation, PartKind, PartPlan
-from casa_assets.articulate.segment.shell_segments import fragment_mesh
-from casa_assets.articulate.segment.welded_mesh import weld_triangles
+from casa_assets.articulate.plan import PartKind, PartPlan
 from casa_assets.model.asset.parts import JointKind
-from tests.unit.articulate.blocks import Floats, Ints, Part, box, carcass, disc, together
-from tests.unit.articulate.fragmented import articulate_fragmentation
-from tests.unit.articulate.fronts.test_fronts import bar, found_in, of_kind, tub
+from tests.unit.articulate.blocks import Ints, Part, box, carcass, disc, together
+from tests.unit.articulate.fragmented import found_in, found_on
+from tests.unit.articulate.fronts.test_fronts import bar, of_kind, tub
 
 pytestmark = pytest.mark.content("code", "articulate", keep=0)
 
@@ -22,13 +19,6 @@ def shape_of(solid: manifold3d.Manifold) -> Part:
     """Vertices and faces of a solid."""
     mesh = solid.to_mesh64()
     return np.array(mesh.vert_properties, dtype=np.float64)[:, :3], np.array(mesh.tri_verts, dtype=np.int64)
-
-
-def found_on(vertices: Floats, faces: Ints, tint: Ints | None = None) -> Articulation:
-    """What is found where up is z and the front faces -y."""
-    mesh = weld_triangles(vertices, faces, tint)
-    frame = given_frame(mesh, (0, 0, 1), (0, -1, 0))
-    return articulate_fragmentation(fragment_mesh(mesh.in_frame(frame)), frame)
 
 
 def parts_of(plan: PartPlan, owner: Ints) -> set[int]:

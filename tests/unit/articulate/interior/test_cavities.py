@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from casa_assets.articulate.frame.axes import given_frame
 from casa_assets.articulate.interior.cavities import find_cavities
 from casa_assets.articulate.plan import Articulation, HingeEdge, JointPlan, PartKind, PartPlan
 from casa_assets.articulate.segment.orthographic import cross_rays
 from casa_assets.articulate.segment.shell_segments import fragment_mesh
-from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_triangles
+from casa_assets.articulate.segment.welded_mesh import WeldedMesh
 from casa_assets.model.asset.parts import JointKind
 from tests.unit.articulate.blocks import Floats, Ints, Part, box, carcass, disc, together
-from tests.unit.articulate.fragmented import articulate_fragmentation
+from tests.unit.articulate.fragmented import articulate_fragmentation, in_its_frame
 from tests.unit.articulate.interior.test_complete import block, door
 
 
@@ -33,9 +32,7 @@ def test_two_doors_that_meet_close_one_room() -> None:
 
 
 def _inferred(vertices: Floats, faces: Ints) -> tuple[WeldedMesh, Articulation]:
-    mesh = weld_triangles(vertices, faces)
-    frame = given_frame(mesh, (0, 0, 1), (0, -1, 0))
-    placed = mesh.in_frame(frame)
+    placed, frame = in_its_frame(vertices, faces)
     return placed, articulate_fragmentation(fragment_mesh(placed), frame.replace(metres=1.0))
 
 
@@ -50,8 +47,7 @@ def test_an_inside_out_mesh_is_measured_as_the_same() -> None:
 def by_hand(edges: dict[int, HingeEdge], *parts: Part) -> tuple[WeldedMesh, Articulation]:
     """Solids of which some are doors, without anything being guessed: place in `parts` -> edge of its hinge."""
     vertices, faces, owner = together(*parts)
-    mesh = weld_triangles(vertices, faces)
-    frame = given_frame(mesh, (0, 0, 1), (0, -1, 0)).replace(metres=1.0)
+    placed, frame = in_its_frame(vertices, faces)
     joint = JointPlan(kind=JointKind.HINGE, axis=(0.0, 0.0, 1.0), anchor=(0.0, 0.0, 0.0), range=(0.0, 1.5))
     doors = [
         PartPlan(
@@ -63,8 +59,7 @@ def by_hand(edges: dict[int, HingeEdge], *parts: Part) -> tuple[WeldedMesh, Arti
         )
         for i, edge in edges.items()
     ]
-    placed = mesh.in_frame(frame)
-    return placed, Articulation(frame=frame, parts=tuple(doors))
+    return placed, Articulation(frame=frame.replace(metres=1.0), parts=tuple(doors))
 
 
 BLOCK = box((0.0, 0.0, 0.0), (0.6, 0.6, 0.8))

@@ -8,16 +8,14 @@ import manifold3d
 import numpy as np
 import pytest
 
-from casa_assets.articulate.frame.axes import given_frame
 from casa_assets.articulate.plan import Articulation, HingeEdge, PartKind, PartPlan
 from casa_assets.articulate.segment.segmentations import cut_shell_parts
 from casa_assets.articulate.segment.shell_segments import Fragmentation, fragment_mesh
-from casa_assets.articulate.segment.welded_mesh import weld_triangles
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.parts import JointKind, Mesh
 from casa_assets.model.source import RawModel, RawPart
 from tests.unit.articulate.blocks import box, disc
-from tests.unit.articulate.fragmented import articulate_fragmentation
+from tests.unit.articulate.fragmented import articulate_fragmentation, in_its_frame
 
 pytestmark = pytest.mark.content("code", "articulate.segment", keep=0)
 
@@ -52,9 +50,8 @@ def oven() -> Shape:
 
 def placed_of(shape: Shape) -> tuple[Fragmentation, Articulation]:
     """The fragments of a shape with z up and its front to -y, in the frame; and what is found on them."""
-    mesh = weld_triangles(*shape)
-    frame = given_frame(mesh, (0, 0, 1), (0, -1, 0))
-    fragments = fragment_mesh(mesh.in_frame(frame))
+    placed, frame = in_its_frame(*shape)
+    fragments = fragment_mesh(placed)
     return fragments, articulate_fragmentation(fragments, frame)
 
 

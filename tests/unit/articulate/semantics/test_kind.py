@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from casa_assets import registry
-from casa_assets.articulate.frame.axes import given_frame
 from casa_assets.articulate.frame.category import (
     KIND_NAMES,
     KIND_TRAITS,
@@ -16,10 +15,8 @@ from casa_assets.articulate.frame.category import (
     shape_likelihood,
 )
 from casa_assets.articulate.plan import Articulation
-from casa_assets.articulate.segment.shell_segments import fragment_mesh
-from casa_assets.articulate.segment.welded_mesh import weld_triangles
 from tests.unit.articulate.blocks import drawers, microwave
-from tests.unit.articulate.fragmented import articulate_fragmentation
+from tests.unit.articulate.fragmented import found_on
 
 
 def test_whole_words_name_a_kind(subtests: pytest.Subtests) -> None:
@@ -61,11 +58,9 @@ def test_usual_proportions_are_likelier_upright() -> None:
 def test_parts_and_proportions_tell_the_kind(make: object, kind: str) -> None:
     assert callable(make)
     vertices, faces, _ = make()
-    mesh = weld_triangles(vertices, faces)
-    frame = given_frame(mesh, (0, 0, 1), (0, -1, 0))
-    found = articulate_fragmentation(fragment_mesh(mesh.in_frame(frame)), frame)
+    found = found_on(vertices, faces)
     x, y, z = (float(v) for v in np.ptp(vertices, axis=0))
     guessed, confidence = kind_by_parts((x, y, z), found)
     assert guessed == kind
     assert 0.2 < confidence <= 0.6
-    assert kind_by_parts((x, y, z), Articulation(frame=frame)) == ("", 0.0)
+    assert kind_by_parts((x, y, z), Articulation(frame=found.frame)) == ("", 0.0)
