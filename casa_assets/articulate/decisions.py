@@ -177,12 +177,7 @@ def apply_decisions(articulation: Articulation, mesh: WeldedMesh, decisions: Dec
 
 
 def _with_pieces(parts: list[PartPlan], decisions: Decisions, mesh: WeldedMesh) -> list[PartPlan]:
-    """Return the parts that stay, with the faces of those that are removed or merged into them.
-
-    Raises:
-        UnknownId: a part is merged into one that is not there.
-        CasaError: parts are merged in a circle.
-    """
+    """Return the parts that stay, with the faces of those that are removed or merged into them."""
     by_name = {p.name: p for p in parts}
     taken_by: dict[str, str] = {}
     for part in parts:

@@ -57,9 +57,7 @@ class Canvas:
     """
 
     def __init__(self, model: Any, data: Any, option: Any, width_px: int, height_px: int) -> None:
-        self._rect = mujoco.MjrRect(0, 0, width_px, height_px)
-        self._pixels = np.empty((height_px, width_px, 3), dtype=np.uint8)
-        self.model, self._data = model, data
+        self.model, self._data, self._size_px = model, data, (width_px, height_px)
         self._context = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_50)
         self.scene = self.new_scene(option)
 
@@ -90,10 +88,8 @@ class Canvas:
         return depth
 
     def draw(self) -> Pixels:
-        """(height, width, 3) pixels, first row at the top; valid until the next call."""
-        mujoco.mjr_render(self._rect, self.scene, self._context)
-        mujoco.mjr_readPixels(self._pixels, None, self._rect, self._context)
-        return self._pixels[::-1]
+        """(height, width, 3) pixels, first row at the top."""
+        return self.draw_scene(self.scene, *self._size_px)
 
     def close(self) -> None:
         """Gives the memory of the GPU (or of Mesa) back."""

@@ -14,7 +14,7 @@ from casa_assets.articulate.fronts.panels import find_panels
 from casa_assets.articulate.plan import JointPlan, round_mm, round_mm_vec3, to_vec3
 from casa_assets.articulate.segment.fragments import FRONT, SIDES, MeasuredFragments
 from casa_assets.articulate.segment.orthographic import outline_area
-from casa_assets.core.numeric import Floats, Mask
+from casa_assets.core.numeric import Mask
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.parts import JointKind, Mesh
 
@@ -109,18 +109,15 @@ def _discs(mesh: Mesh) -> list[tuple[float, float, float, float]]:
         if (
             not MIN_DIAMETER_M <= wide.max() <= MAX_DIAMETER_M
             or wide.max() - wide.min() > MAX_SIDE_DIFFERENCE * wide.max()
+            or upper[2] - lower[2] > 0.6 * wide.max()
         ):
             continue
-        if upper[2] - lower[2] > 0.6 * wide.max() or not _is_round(points[:, :2], wide):
+        # The outline of a circle, or of a polygon with six corners or more.
+        if abs(outline_area(points[:, :2]) / (np.pi / 4 * float(np.prod(wide))) - 1.0) > ROUNDNESS_TOLERANCE:
             continue
         middle = (lower + upper) / 2
         out.append((float(middle[0]), float(middle[1]), float(upper[2]), float(wide.max()) / 2))
     return out
-
-
-def _is_round(flat: Floats, wide: Floats) -> bool:
-    """Return whether the outline of points is a circle, or a polygon with six corners or more."""
-    return bool(abs(outline_area(flat) / (np.pi / 4 * float(np.prod(wide))) - 1.0) <= ROUNDNESS_TOLERANCE)
 
 
 def _thirds(values: Sequence[float]) -> list[int]:

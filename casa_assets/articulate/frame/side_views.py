@@ -270,11 +270,7 @@ def side_facing(direction: Floats) -> int:
 def frame_features(
     measured: MeasuredFragments, sides: Sequence[SideView], front: int, top: int, inside: Floats
 ) -> Floats:
-    """Return the (len(FEATURES),) features of the hypothesis that these sides are the front and the top.
-
-    Args:
-        sides: of all six, as `measure_side` measures them. inside: as `hidden_area` measures it.
-    """
+    """Return the (len(FEATURES),) features of the hypothesis that these sides are the front and the top."""
     back, bottom = front ^ 1, top ^ 1
     up, out = -SIDES[top][2], -SIDES[front][2]
     across = np.cross(up, out)

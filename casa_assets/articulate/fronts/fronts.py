@@ -257,11 +257,7 @@ def _touches(control: Control, lower: Floats, upper: Floats) -> bool:
 
 
 def _box(measured: MeasuredFragments, panel: Panel, lower: Floats, upper: Floats, taken: Collection[int]) -> list[int]:
-    """Return fragments behind a panel that would move with it as a drawer's box; empty for none.
-
-    Args:
-        taken: fragments that are part of something else, or of the panel.
-    """
+    """Return fragments behind a panel that would move with it as a drawer's box; empty for none."""
     hidden = measured.visible_area[:, [BACK, LEFT, RIGHT, BOTTOM]].sum(axis=1)
     aside = measured.visible_area[:, [BACK, LEFT, RIGHT]].sum(axis=1)
     surface = np.maximum(measured.area, 1e-12)
@@ -308,9 +304,6 @@ def find_box_boards(measured: MeasuredFragments, panel: Panel, taken: Collection
 
     They are its box where that is drawn as a block of which each side is a fragment. The lining of the body ends
     farther inside.
-
-    Args:
-        taken: fragments that are part of something else.
     """
     lower, upper = corners_from_side(measured, FRONT)
     unseen = [BACK, LEFT, RIGHT, BOTTOM]
@@ -370,12 +363,7 @@ def box_depth(measured: MeasuredFragments, panel: Panel) -> float:
 def select_opening_panels(
     measured: MeasuredFragments, panels: list[Panel], controls: list[Control], known: KnownFronts = NO_FRONTS
 ) -> list[tuple[Panel, float, str]]:
-    """Return the panels that open, with confidence and reason.
-
-    Args:
-        controls: those on no panel.
-        known: fragments that are fronts.
-    """
+    """Return the panels that open, with confidence and reason."""
     door = next((p for p in panels if p.is_round), None)
     if door is not None:
         return _with_round_door(measured, door, panels, controls)

@@ -122,11 +122,7 @@ class Panel:
 
 
 def find_panels(measured: MeasuredFragments, without: Sequence[int] = ()) -> list[Panel]:
-    """Return the panels on a side, largest first.
-
-    Args:
-        without: fragments that are known to be something else.
-    """
+    """Return the panels on a side, largest first."""
     lower, upper = corners_from_side(measured, FRONT)
     size = upper - lower
     extent = upper.max(axis=0) - lower.min(axis=0)

@@ -149,11 +149,7 @@ class _Search:
     known: dict[tuple[Span, Span], _Part | None] = field(default_factory=dict)
 
     def best(self, rows: Span, columns: Span, inside: tuple[int, ...]) -> _Part | None:
-        """Return the cheapest partition of a cell, or None if none is found.
-
-        Args:
-            inside: indices of the items of the cell.
-        """
+        """Return the cheapest partition of a cell, or None if none is found."""
         key = rows, columns
         if key not in self.known:
             if len(self.known) >= MAX_CELLS:

@@ -27,11 +27,7 @@ MAX_DRAWER_WIDTH_SHARE = 0.45
 
 
 def tiled_fronts(measured: MeasuredFragments, panels: Sequence[Panel], chosen: Sequence[Panel]) -> list[Panel]:
-    """Return panels that, with those that surely open, tile a part of the side in rows or columns.
-
-    Args:
-        panels: all of the side. chosen: those that surely open.
-    """
+    """Return panels that, with those that surely open, tile a part of the side in rows or columns."""
     rest = [p for p in panels if _is_plain(measured, p) and not any(p is c for c in chosen)]
     found: list[Panel] = []
     while True:
@@ -46,11 +42,7 @@ def tiled_fronts(measured: MeasuredFragments, panels: Sequence[Panel], chosen: S
 def door_beside_controls(
     measured: MeasuredFragments, panels: Sequence[Panel], controls: Sequence[Control]
 ) -> Panel | None:
-    """Return the one large panel without a handle that lies next to or below controls, as doors of appliances do.
-
-    Args:
-        controls: those on no panel that opens.
-    """
+    """Return the one large panel without a handle that lies next to or below controls, as doors of appliances do."""
     lower, upper = corners_from_side(measured, FRONT)
     extent = upper.max(axis=0) - lower.min(axis=0)
     beside = [c.middle for c in controls]

@@ -155,11 +155,7 @@ def hollow_out(
 
 
 def _carved(mesh: Mesh, rows: Ints, frame: Frame, holes: Sequence[Box]) -> tuple[Mesh, Ints]:
-    """Return a mesh without what lies in the boxes, and the face that each of its faces was part of.
-
-    Args:
-        rows: faces that may be cut.
-    """
+    """Return a mesh without what lies in the boxes, and the face that each of its faces was part of."""
     parent = np.arange(len(mesh.faces))
     free = np.zeros(len(mesh.faces), dtype=bool)
     free[rows] = True

@@ -199,8 +199,6 @@ def region_over_rack(asset: Asset, rack: str, regions: list[Region]) -> Region |
     roof = min([floor + MAX_HEIGHT_OVER_RACK_M, *(z - CLEARANCE_M for z in above)])
     inset = 0.08 * (upper - lower)[:2]
     a, b = lower[:2] + inset, upper[:2] - inset
-    if roof - floor < 0.03 or float((b - a).min()) < MIN_REGION_M:
-        return None
     return _region(asset, rack, np.append(a, floor), np.append(b, roof))
 
 
@@ -215,13 +213,14 @@ def region_in_drawer(asset: Asset, drawer: str) -> Region | None:
     if not spans or spans[0][1] > lower[2] + 0.4 * (upper[2] - lower[2]):
         return None
     floor, roof = spans[0][1], min([float(upper[2]) - CLEARANCE_M, *(s[0] for s in spans[1:])])
-    if roof - floor < 0.03 or float((b - a).min()) < MIN_REGION_M:
-        return None
     return _region(asset, drawer, np.append(a, floor), np.append(b, roof))
 
 
-def _region(asset: Asset, link: str, lower: Floats, upper: Floats) -> Region:
-    """Return the region between two corners, asset frame, that moves with a link and has its name."""
+def _region(asset: Asset, link: str, lower: Floats, upper: Floats) -> Region | None:
+    """Return the region of a link, and with its name, between two corners, asset frame; None if it is too small."""
+    wide, deep, high = (upper - lower).tolist()
+    if high < 0.03 or min(wide, deep) < MIN_REGION_M:
+        return None
     local = asset.asset_from_link(link).inverse().apply((lower + upper)[None] / 2)[0]
     return Region(name=link, link=link, pose=Pose(position=round_mm_vec3(local)), size=round_mm_vec3(upper - lower))
 

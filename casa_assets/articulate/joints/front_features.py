@@ -233,11 +233,7 @@ class FrontView:
 def view_fronts(
     measured: MeasuredFragments, fronts: Sequence[Panel], panels: Sequence[Panel], controls: Sequence[Control]
 ) -> list[FrontView]:
-    """Return a view of each front of a side, in their order.
-
-    Args:
-        fronts: panels that open. panels: all panels. controls: those that are on no panel that opens.
-    """
+    """Return a view of each front of a side, in their order."""
     lower, upper = corners_from_side(measured, FRONT)
     handles = [panel_handle(p, lower, upper) for p in fronts]
     still = [p for p in panels if not any(p is f for f in fronts)]

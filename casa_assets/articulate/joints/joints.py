@@ -131,11 +131,7 @@ def kind_log_odds(views: Sequence[FrontView]) -> dict[str, float]:
 
 
 def choose_drawer(view: FrontView, kinds: Mapping[str, float]) -> tuple[bool, float, str]:
-    """Return whether a front is that of a drawer, with its probability and the reason.
-
-    Args:
-        kinds: probability of each kind that the thing may be.
-    """
+    """Return whether a front is that of a drawer, with its probability and the reason."""
     if view.panel.is_round:
         return False, 0.95, "a round door"
     if any(o.is_round and o.upper[1] <= view.panel.upper[1] for o in view.others):
@@ -154,11 +150,7 @@ def choose_drawer(view: FrontView, kinds: Mapping[str, float]) -> tuple[bool, fl
 
 
 def choose_hinge(view: FrontView, kinds: Mapping[str, float]) -> HingeChoice:
-    """Return the likeliest hinge edge of a door.
-
-    Args:
-        kinds: probability of each kind that the thing may be.
-    """
+    """Return the likeliest hinge edge of a door."""
     shares = edge_shares(kinds)
     terms = edge_features(view) * EDGE_WEIGHTS
     scores = np.log(shares) + terms.sum(axis=1)

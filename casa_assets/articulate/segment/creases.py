@@ -87,7 +87,9 @@ def measure_relief(mesh: WeldedMesh, side: int) -> SideRelief:
     depth = np.where(image.face >= 0, image.depth, BACKGROUND_DEPTH)
     base, ground = depth, _without_slots(depth, max(3, round(MAX_SLOT_WIDTH / image.pixel)))
     for window in WINDOWS:
-        base = np.maximum(base, _close_depth(ground, max(3, round(window / image.pixel))))
+        size = max(3, round(window / image.pixel))
+        closed = grey_closing(np.pad(ground, size, mode="edge"), size=(size, size))
+        base = np.maximum(base, closed[size:-size, size:-size])
     # Where closing reaches past the outline there is no ground to stand out of.
     base = np.where(base > BACKGROUND_DEPTH / 2, depth, base)
     blob, blobs = _blobs(image, depth, base)
@@ -103,12 +105,6 @@ def _without_slots(depth: Floats, size: int) -> Floats:
     padded = np.pad(depth, size, mode="edge")
     opened = grey_opening(padded, size=(size, size))[size:-size, size:-size]
     return np.where(opened < depth - MIN_SLOT_DEPTH, opened, depth)
-
-
-def _close_depth(depth: Floats, size: int) -> Floats:
-    """Return the depth with everything nearer and narrower than `size` pixels pushed back to its surroundings."""
-    padded = np.pad(depth, size, mode="edge")
-    return np.asarray(grey_closing(padded, size=(size, size))[size:-size, size:-size])
 
 
 def _blobs(image: DepthImage, depth: Floats, base: Floats) -> tuple[Ints, tuple[Protrusion, ...]]:

@@ -407,9 +407,6 @@ def _number_blobs(
 
     Long triangles that reach from it far over the ground get -1, since they belong to neither: they would make both
     larger than they are.
-
-    Args:
-        chosen: indices of the protrusions to look at.
     """
     if not chosen:
         return

@@ -139,11 +139,7 @@ def weld_triangles(
 
 
 def weld_model(model: RawModel, by_material: bool = True) -> WeldedMesh:
-    """Weld all triangles of a model, part by part, in file axes and units.
-
-    Args:
-        by_material: parts of different materials are different fragments.
-    """
+    """Weld all triangles of a model, part by part, in file axes and units."""
     starts = np.cumsum([0, *(len(p.mesh.vertices) for p in model.parts[:-1])])
     faces = [p.mesh.faces.astype(np.int64) + s for p, s in zip(model.parts, starts, strict=True)]
     ids = ["" if p.material is None else p.material.id for p in model.parts]

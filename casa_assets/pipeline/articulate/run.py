@@ -460,11 +460,7 @@ def _new_result(request: ArticulateRequest, result: ArticulateResult, report: Re
 def _mended(
     request: ArticulateRequest, built: ArticulateResult
 ) -> tuple[Path, ArticulateResult, Report, dict[str, JointTravel]]:
-    """Write and check an asset, and again once what its checks complain of is mended, as far as it can be.
-
-    Returns:
-        The staging folder, the asset under the names of runtimes, the report, and the travel of each part.
-    """
+    """Write and check an asset, and again once what its checks complain of is mended, as far as it can be."""
     library = disk.Library(request.out)
     for last in (*[False] * MAX_MENDS, True):
         staged = library.stage(built.asset.id)

@@ -6,7 +6,7 @@ The photographer is at eye level, at the point that shows most of the kitchen an
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from typing import Any
@@ -112,20 +112,24 @@ def eye_view(scene: Mapping[str, Any], name: str, aspect: float, beyond_m: float
 
 def _fixtures(scene: Mapping[str, Any]) -> _Fixtures:
     rows = []
+    for role, yaw, size, lower, upper in _boxes(scene, SHELL):
+        room_m = max(size[:2]) if role == "door" else CLEARANCE_M
+        rows.append((lower, upper, (math.sin(yaw), -math.cos(yaw)), WEIGHTS.get(role, SMALL), room_m))
+    return _Fixtures(*(np.array(column) for column in zip(*rows, strict=True)))
+
+
+def _boxes(
+    scene: Mapping[str, Any], without: Sequence[str]
+) -> Iterator[tuple[str, float, list[float], Floats, Floats]]:
+    """Role, yaw (rad), size along its own axes, and corners (3,) in the room, of each fixture of other roles."""
     for fixture in scene["fixtures"]:
         box = fixture["regions"].get("main")
-        if box is None or fixture["role"] in ("floor", "ceiling", "wall", "skirting", "cornice", "recess"):
-            continue
-        w, _, _, z = fixture["quaternion"]
-        yaw = 2 * math.atan2(z, w)
-        turned = abs(math.sin(yaw)) > 0.7
-        size = np.array(box["size"])[[1, 0, 2]] / 2 if turned else np.array(box["size"]) / 2
-        middle = np.array(box["position"])
-        worth = WEIGHTS.get(fixture["role"], SMALL)
-        room_m = max(box["size"][:2]) if fixture["role"] == "door" else CLEARANCE_M
-        rows.append((middle - size, middle + size, (math.sin(yaw), -math.cos(yaw)), worth, room_m))
-    lower, upper, front, worths, rooms = zip(*rows, strict=True)
-    return _Fixtures(np.array(lower), np.array(upper), np.array(front), np.array(worths), np.array(rooms))
+        if box is not None and fixture["role"] not in without:
+            w, _, _, z = fixture["quaternion"]
+            yaw = 2 * math.atan2(z, w)
+            half = np.array(box["size"])[[1, 0, 2] if abs(math.sin(yaw)) > 0.7 else [0, 1, 2]] / 2
+            middle = np.array(box["position"])
+            yield fixture["role"], yaw, box["size"], middle - half, middle + half
 
 
 def _places(
@@ -279,20 +283,8 @@ ACROSS, UP = (0.15, 0.35, 0.5, 0.65, 0.85), (0.1, 0.25, 0.4, 0.55)  # of an open
 NEAR_M = 1.2  # a patch as near to the window is a strip on its sill and worktop
 LEVEL, UPRIGHT = 1.0, 0.6  # worth of a patch on a floor or a worktop, and on a front or a wall
 FROM_BEHIND = -0.5  # worth of one on a front through the glazed doors behind the camera: as flat as a flash
-NOT_SOLID = (
-    "window",
-    "door",
-    "lamp",
-    "floor",
-    "ceiling",
-    "wall",
-    "skirting",
-    "cornice",
-    "switch",
-    "outlet",
-    "sink",
-    "recess",
-)
+SHELL = ("floor", "ceiling", "wall", "skirting", "cornice", "recess")
+NOT_SOLID = (*SHELL, "window", "door", "lamp", "switch", "outlet", "sink")
 
 
 def sun_direction(scene: Mapping[str, Any], view: View, aspect: float) -> tuple[float, float, float] | None:
@@ -305,7 +297,8 @@ def sun_direction(scene: Mapping[str, Any], view: View, aspect: float) -> tuple[
     if opening is None:
         return None
     origins, into = opening
-    low, high = _boxes(scene)
+    solids = [(low, high) for *_, low, high in _boxes(scene, NOT_SOLID)]
+    low, high = np.array(solids).reshape(-1, 2, 3).swapaxes(0, 1)
     best, found = -math.inf, (0.0, 0.0, -1.0)
     through_window = any(o["kind"] == "window" for o in scene["room"]["openings"])
     for elevation, aside in product(ELEVATIONS_DEG, ASIDE_DEG):
@@ -343,21 +336,6 @@ def _opening(room: Mapping[str, Any]) -> tuple[Floats, Floats] | None:
     shares = [(a, a, u) for a in ACROSS for u in UP]
     points: Floats = start + np.array(shares) * (end - start)
     return points, into
-
-
-def _boxes(scene: Mapping[str, Any]) -> tuple[Floats, Floats]:
-    """Corners (N, 3) of what stops light."""
-    low, high = [], []
-    for fixture in scene["fixtures"]:
-        box = fixture["regions"].get("main")
-        if box is None or fixture["role"] in NOT_SOLID:
-            continue
-        w, _, _, z = fixture["quaternion"]
-        turned = abs(math.sin(2 * math.atan2(z, w))) > 0.7
-        half = np.array(box["size"])[[1, 0, 2] if turned else [0, 1, 2]] / 2
-        low.append(np.array(box["position"]) - half)
-        high.append(np.array(box["position"]) + half)
-    return np.array(low).reshape(-1, 3), np.array(high).reshape(-1, 3)
 
 
 def _entries(origins: Floats, rays: Floats, low: Floats, high: Floats) -> Floats:
