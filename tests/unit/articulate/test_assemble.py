@@ -42,8 +42,7 @@ def wish(mesh: Path, out: Path) -> ArticulateRequest:
 
 
 def test_a_microwave_becomes_an_asset_that_opens(tmp_path: Path) -> None:
-    vertices, faces, _ = microwave()
-    built = build(wish(obj(tmp_path / "mw.obj", vertices, faces), tmp_path))
+    built = build(wish(obj(tmp_path / "mw.obj", *microwave()[:2]), tmp_path))
     asset, found = built.asset, built.articulation
     assert [k.name for k in asset.links] == ["object", *(p.name for p in found.parts)]
     assert len(asset.joints) == 6
@@ -87,8 +86,7 @@ def test_parts_of_a_file_that_wind_inwards_are_written_outwards(tmp_path: Path) 
 
 
 def test_no_link_of_a_tiny_thing_weighs_more_than_steel(tmp_path: Path) -> None:
-    vertices, faces, _ = microwave()
-    asset = build(replace(wish(obj(tmp_path / "mw.obj", vertices, faces), tmp_path), size_m=0.03)).asset
+    asset = build(replace(wish(obj(tmp_path / "mw.obj", *microwave()[:2]), tmp_path), size_m=0.03)).asset
     for link in asset.links:
         volume = sum(hull_volume(tessellate(c.shape, c.pose)[0]) for c in link.colliders)
         assert link.inertial.mass <= MAX_DENSITY_KG_M3 * volume * (1 + 1e-6)
@@ -138,8 +136,7 @@ def test_a_bare_cube_is_refused(tmp_path: Path) -> None:
 
 
 def test_the_same_file_gives_the_same_asset(tmp_path: Path) -> None:
-    vertices, faces, _ = microwave()
-    path = obj(tmp_path / "mw.obj", vertices, faces)
+    path = obj(tmp_path / "mw.obj", *microwave()[:2])
     assert build(wish(path, tmp_path)).asset.digest == build(wish(path, tmp_path)).asset.digest
 
 

@@ -23,8 +23,7 @@ pytestmark = pytest.mark.content("code", "articulate", keep=0)
 
 @pytest.fixture(scope="module")
 def mesh(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    vertices, faces, _ = microwave()
-    return obj(tmp_path_factory.mktemp("mesh") / "microwave.obj", vertices, faces)
+    return obj(tmp_path_factory.mktemp("mesh") / "microwave.obj", *microwave()[:2])
 
 
 def made(mesh: Path, decisions: Decisions) -> ArticulateResult:

@@ -13,8 +13,7 @@ pytestmark = pytest.mark.content("code", "articulate", keep=0)
 
 
 def signs(*parts: Part, kind: str = "", names: tuple[str, ...] = ()) -> str:
-    points, faces, _ = together(*parts)
-    return "; ".join(signs_of_parts(in_its_frame(points, faces)[0], kind, names, load_models()))
+    return "; ".join(signs_of_parts(in_its_frame(*together(*parts)[:2])[0], kind, names, load_models()))
 
 
 CASE = box((0.0, 0.0, 0.0), (0.6, 0.5, 0.8))

@@ -36,8 +36,7 @@ def slotted() -> list[Part]:
 
 def levers_in(parts: list[Part]) -> tuple[list[Lever], float]:
     """Levers on the front of some parts, and metres in a unit of the frame."""
-    vertices, faces, _ = together(*parts)
-    placed, frame = in_its_frame(vertices, faces)
+    placed, frame = in_its_frame(*together(*parts)[:2])
     pieces = measure_fragments(placed, placed.fragment_labels)
     levers, _ = find_levers(pieces, find_controls(pieces, FRONT, []))
     return levers, 1 / frame.scale
@@ -157,8 +156,7 @@ def test_what_stands_on_a_plate_of_a_toaster_is_its_lever_and_its_knob() -> None
 def test_a_sheet_that_a_knob_stands_on_stays() -> None:
     sheet = (np.array([[0.1, -0.01, 0.1], [0.18, -0.01, 0.1], [0.18, -0.01, 0.18], [0.1, -0.01, 0.18]]), SQUARE)
     parts = [box((0.0, 0.0, 0.0), (0.5, 0.3, 0.5)), sheet, disc((0.14, -0.035, 0.14), 0.025, 0.025)]
-    vertices, faces, _ = together(*parts)
-    mesh, _ = in_its_frame(vertices, faces)
+    mesh, _ = in_its_frame(*together(*parts)[:2])
     (knob,) = find_controls(measure_fragments(mesh, mesh.fragment_labels), FRONT, [])
     assert knob.is_round
     assert len(knob.fragments) == 1

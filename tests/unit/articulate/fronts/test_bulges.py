@@ -53,8 +53,7 @@ def test_what_is_no_bulge_stays_apart(subtests: pytest.Subtests) -> None:
 
 def measured(parts: list[Part]) -> MeasuredFragments:
     """The pieces of some parts, up z, front -y, a diagonal of 1."""
-    vertices, faces, _ = together(*parts)
-    placed, _ = in_its_frame(vertices, faces)
+    placed, _ = in_its_frame(*together(*parts)[:2])
     return measure_fragments(placed, placed.fragment_labels)
 
 

@@ -23,8 +23,7 @@ def turned_in(part: Part) -> Part:
 def test_two_doors_that_meet_close_one_room() -> None:
     left = [box((0.0, -0.03, 0.0), (0.298, -0.001, 0.8)), box((0.26, -0.07, 0.3), (0.275, -0.03, 0.5))]
     right = [box((0.302, -0.03, 0.0), (0.6, -0.001, 0.8)), box((0.325, -0.07, 0.3), (0.34, -0.03, 0.5))]
-    vertices, faces, _ = block(*left, *right)
-    mesh, found = _inferred(vertices, faces)
+    mesh, found = _inferred(*block(*left, *right)[:2])
     (room,) = find_cavities(mesh, found, "base_cabinet")
     assert len(room.parts) == 2
     cavities = find_cavities(mesh, found, "refrigerator")

@@ -32,8 +32,7 @@ def test_pieces_that_were_pulled_out_of_the_body_stay_apart() -> None:
 
 
 def test_a_file_whose_pieces_are_its_welded_fragments_has_one_way() -> None:
-    vertices, faces, _ = drawers()
-    assert list(segmentations(weld_triangles(vertices, faces))) == [Segmentation.WELDED]
+    assert list(segmentations(weld_triangles(*drawers()[:2]))) == [Segmentation.WELDED]
 
 
 def test_creases_of_solids_that_are_there_on_both_sides_are_those_of_one_side() -> None:

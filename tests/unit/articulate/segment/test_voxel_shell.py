@@ -19,8 +19,7 @@ from tests.unit.articulate.blocks import Part, box, disc, together
 
 def shell_of(*parts: Part) -> WeldedMesh:
     """The skin of a grid of cubes around solids."""
-    points, faces, _ = together(*parts)
-    return weld_triangles(*boundary(voxelise(points, faces, 112)))
+    return weld_triangles(*boundary(voxelise(*together(*parts)[:2], 112)))
 
 
 def test_the_skin_of_a_grid_tells_the_edge_of_its_cubes() -> None:
@@ -43,8 +42,7 @@ def test_knobs_between_slots_stand_out_of_their_ground() -> None:
     body = box((0, 0.03, -0.02), (0.312, 0.3, 0.22))
     rims = [box((0, 0, -0.02), (0.312, 0.03, 0.0)), box((0, 0, 0.2), (0.312, 0.03, 0.22))]
     knobs = [disc((x, -0.02, 0.05), 0.018, 0.02) for x in (0.05, 0.156, 0.262)]
-    points, faces, _ = together(*plate, body, *rims, *knobs)
-    mesh = weld_triangles(points, faces)
+    mesh = weld_triangles(*together(*plate, body, *rims, *knobs)[:2])
     relief = measure_relief(mesh.in_frame(given_frame(mesh, (0, 0, 1), (0, -1, 0))), FRONT)
     width = 0.036 / mesh.diagonal
     assert [b for b in relief.blobs if np.allclose(b.upper - b.lower, width, atol=0.004)] == list(relief.blobs)
