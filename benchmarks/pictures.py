@@ -123,7 +123,7 @@ def kitchens(folder: Path | None) -> Image.Image:
 def draw(scene: Path, camera: str, pose: str, width_px: int) -> Image.Image:
     """One camera of a scene, 4 to 3; prints the processor seconds that it takes."""
     frame = kitchen.PictureSettings(width_px, width_px * 3 // 4)
-    made = kitchen.open_scene(scene / "scene.xml", pose, frame)
+    made = kitchen.open_scene(scene / "scene.xml", frame, pose)
     begin = time.process_time()
     ((_, pixels),) = kitchen.render_cameras(made, [camera], frame)
     print(f"{scene.name} {camera}, {width_px} px: {time.process_time() - begin:.1f} s of processor", flush=True)

@@ -21,6 +21,8 @@ from pathlib import Path
 from typing import Any
 from unittest.mock import patch
 
+import numpy as np
+
 from benchmarks.articulate.scoring.score import load_score, looked_at, unpacked
 from benchmarks.train import controls, fronts, hinges
 from benchmarks.train.control_cases.samples import cached
@@ -28,6 +30,7 @@ from benchmarks.train.forest_file import forest_of
 from casa_assets.articulate.controls.classify import CONTROL_CLASSES, CONTROL_FEATURES
 from casa_assets.articulate.fronts.front_hypotheses import CONTEXT, FEATURES
 from casa_assets.articulate.joints import joints as hinge_weights
+from casa_assets.articulate.joints.front_features import DRAWER_FEATURES, EDGE_FEATURES
 from casa_assets.articulate.plan import Models
 
 NOTHING = "nothing left out"
@@ -86,7 +89,11 @@ def scored_without(keep: Path, bench: Path, own: Sequence[Path], out: str, varia
     score = load_score(bench)
     plain = argparse.Namespace(perturb=None, true_frame=False, out=None, travel=False)
     fit = cached(keep / "fits" / f"{out}.pickle", lambda: fitted_without(keep, bench, own, out))
-    models, edges, drawers = fit
+    models, *weights = fit
+    edges, drawers = (
+        np.array([weight.get(name, 0.0) for name in names])
+        for weight, names in zip(weights, (EDGE_FEATURES, DRAWER_FEATURES), strict=True)
+    )
     found = {}
     with (
         patch.object(hinge_weights, "EDGE_WEIGHTS", edges),

@@ -4,7 +4,7 @@
 
 First a conditional logit over what the six sides look like, then one over what the likeliest candidates let find when
 they are tried out, on the scores that families got while they were left out of the first. Prints the tables WEIGHTS
-and SCORE_WEIGHTS and the number APPEARANCE_WEIGHT of casa_assets/articulate/frame/axes.py; how many looks are right
+and SCORE_WEIGHTS and the number APPEARANCE_WEIGHT of casa_assets/articulate/frame/; how many looks are right
 when their family is left out of both, and how many of the guesses above a confidence are. `--keep` stores what was
 measured, and takes what is stored there.
 """

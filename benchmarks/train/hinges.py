@@ -6,8 +6,8 @@ CASES are folders of cases in the form of the articulation benchmark (with `inde
 `benchmarks/articulate/draw.py` (each manner is a folder). Each front that the tool finds in the true frame
 and that is a door or drawer of the ground truth (surfaces overlap by half) teaches a conditional logit over four edges,
 and a logistic regression; what the kind of the thing makes likely (joints/kind_habits.py) is given, once with the kind
-stated and once guessed by form. Prints the tables EDGE_WEIGHTS and DRAWER_WEIGHTS of casa_assets/articulate/joints/
-hinges.py, and how many are right: fitted, and with the source of each case (`origin` or `source`) left out.
+stated and once guessed by form. Prints the weights of EDGE_TABLE and DRAWER_TABLE of casa_assets/articulate/joints/
+front_features.py, and how many are right: fitted, and with the source of each case (`origin` or `source`) left out.
 `--kinds` prints how often the likeliest kind by form is right, by category.
 """
 
@@ -42,11 +42,11 @@ from casa_assets.articulate.joints.front_features import (
 )
 from casa_assets.articulate.joints.joints import kind_log_odds
 from casa_assets.articulate.plan import HingeEdge
-from casa_assets.articulate.segment.fragments import FRONT, measure_fragments, render_sides
+from casa_assets.articulate.segment.fragments import measure_fragments, render_sides
 from casa_assets.articulate.segment.segmentations import segmentations
 from casa_assets.articulate.segment.shell_segments import fragment_mesh
-from casa_assets.articulate.segment.welded_mesh import Bools, weld_triangles
-from casa_assets.core.numeric import Floats
+from casa_assets.articulate.segment.welded_mesh import weld_triangles
+from casa_assets.core.numeric import Floats, Mask
 
 # Strength of the pull of the weights to zero, per front of the training set. Ref: of 0.001, 0.0003, 0.0001, 0.00003 and
 # 0.00001 it has the least loss on fronts whose source is left out, of edges (0.135) and of drawers (0.088).
@@ -119,9 +119,9 @@ def fronts_of(case: Any, row: Mapping[str, Any]) -> tuple[list[Front], Mapping[s
         collector = PartCollector(measure_fragments(placed, split.labels, images=images), split.fronts)
         measured = collector.measured
         seen = look_at_front(collector)
-        panels = select_opening_panels(measured, FRONT, seen.panels, seen.controls, collector.known)
+        panels = select_opening_panels(measured, seen.panels, seen.controls, collector.known)
         chosen = [p for p, _, _ in panels]
-        views = view_fronts(measured, FRONT, chosen, seen.panels, seen.controls)
+        views = view_fronts(measured, chosen, seen.panels, seen.controls)
         traits = traits_of_views(measured, views, seen)
         x, y, z = (float(v) for v in np.ptp(measured.mesh.points, axis=0))
         named = kind_named([row["category"].replace("_", " ")])
@@ -143,7 +143,7 @@ def fronts_of(case: Any, row: Mapping[str, Any]) -> tuple[list[Front], Mapping[s
     return found, guesses[0]
 
 
-def _matching(case: Any, own: Bools) -> Mapping[str, Any] | None:
+def _matching(case: Any, own: Mask) -> Mapping[str, Any] | None:
     """Return the door or drawer of the ground truth that some faces are, or None."""
     for part in case.parts:
         if part["type"] not in ("door", "drawer", "lid"):
@@ -289,8 +289,8 @@ def main() -> None:
     edges = report("hinge edge", [f for f in fronts if f.edge is not None], fit_edges, edges_right)
     drawers = report("drawer or door", fronts, fit_drawers, drawers_right)
     for title, names, weights in (
-        ("EDGE_WEIGHTS", EDGE_FEATURES, edges),
-        ("DRAWER_WEIGHTS", DRAWER_FEATURES, drawers),
+        ("EDGE_TABLE", EDGE_FEATURES, edges),
+        ("DRAWER_TABLE", DRAWER_FEATURES, drawers),
     ):
         print(title)
         print("\n".join(f'    "{n}": {w},' for n, w in _table(names, weights).items()))

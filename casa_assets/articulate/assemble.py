@@ -7,28 +7,19 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from casa_assets.articulate.colliders.build_colliders import build_colliders, part_label
 from casa_assets.articulate.joints.joints import build_joint, open_closed_states
-from casa_assets.articulate.plan import (
-    ADDED_MESH_NAMES,
-    Articulation,
-    FaceIndex,
-    PartPlan,
-    StorageSpace,
-    round7,
-    round7_vec3,
-)
+from casa_assets.articulate.plan import ADDED_MESH_NAMES, Articulation, PartPlan, StorageSpace, round7, round7_vec3
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh
-from casa_assets.core.numeric import Floats, Ints
+from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.geometry.mesh.surface import shell_moments, with_normals
 from casa_assets.geometry.mesh.topology import inside_out_faces, merge_rows, weld
 from casa_assets.geometry.solid.primitive import tessellate
 from casa_assets.geometry.solid.solids import hull_volume
 from casa_assets.model.asset.asset import Asset, Base, Exclusion, Inertial, Link, Visual
-from casa_assets.model.asset.material import Material, Substance
-from casa_assets.model.asset.parts import Collider, Mesh, Region
+from casa_assets.model.asset.material import Substance
+from casa_assets.model.asset.parts import Mesh, Region
 from casa_assets.model.asset.provenance import UNFOUND_PARTS, Guess, Labels, Provenance
 from casa_assets.model.pose import Pose
 from casa_assets.model.registry.category import Category
@@ -49,20 +40,17 @@ def drop_empty_links(articulation: Articulation, mesh: WeldedMesh) -> Articulati
         mesh: in the frame; the faces of the parts are those of this mesh.
     """
     owner = articulation.face_owner(len(mesh.faces))
-    parts = tuple(_with_own_faces(part, np.flatnonzero(owner == i)) for i, part in enumerate(articulation.parts))
+    parts: tuple[PartPlan, ...] = ()
+    for i, part in enumerate(articulation.parts):
+        own = np.flatnonzero(owner == i)
+        is_whole = len(own) == len(np.unique(part.faces))
+        parts += (part if is_whole else part.replace(faces=own, grip=np.intersect1d(part.grip, own)),)
     area = {part.name: float(mesh.areas[part.faces].sum()) for part in parts}
     parts = _without(parts, {name for name, share in area.items() if share <= 0.0})
     if parts and float(mesh.areas[owner < 0].sum()) <= 0.0:
         largest = max((p for p in parts if not p.parent), key=lambda p: area[p.name])
         parts = _without(parts, {largest.name})
     return articulation.replace(parts=parts)
-
-
-def _with_own_faces(part: PartPlan, own: FaceIndex) -> PartPlan:
-    """Return a part with the faces that no later part takes."""
-    if len(own) == len(np.unique(part.faces)):
-        return part
-    return part.replace(faces=own, grip=np.intersect1d(part.grip, own))
 
 
 def _without(parts: tuple[PartPlan, ...], names: set[str]) -> tuple[PartPlan, ...]:
@@ -84,40 +72,28 @@ def _without(parts: tuple[PartPlan, ...], names: set[str]) -> tuple[PartPlan, ..
 # vertices. Both sides stay, since it is not known for every sheet which of them is visible; the second is drawn a hair
 # off the first, towards the side that it faces, so that each hides the other from its own side.
 
-Bools = npt.NDArray[np.bool_]
-
 # Distance between the two sides of a sheet, metres: more than the depth of an image resolves at the length of a room,
 # less than is seen. A choice.
 SHEET_GAP_M = 0.0002
 
 
-@dataclass(frozen=True)
-class DrawnFaces:
-    """Faces of a link that are drawn; what is in neither is a copy of another face.
-
-    Attributes:
-        front: (F,) drawn where they are. second: (F,) second sides of sheets, drawn SHEET_GAP_M along their normals.
-    """
-
-    front: Bools
-    second: Bools
-
-
-def drawn_faces(faces: Ints) -> DrawnFaces:
+def drawn_faces(faces: Ints) -> tuple[Mask, Mask]:
     """Return which faces of a link are drawn, of those on the same three points the first of each side.
 
     Args:
         faces: (F, 3) welded, of the link alone, all with some area.
+    Returns:
+        (F,) those that are drawn where they are, and (F,) second sides of sheets, drawn SHEET_GAP_M along their
+        normals; what is in neither is a copy of another face.
     """
     rows = np.arange(len(faces))
-    none = np.zeros(len(faces), dtype=bool)
     if not len(faces):
-        return DrawnFaces(none, none.copy())
+        return np.zeros(0, dtype=bool), np.zeros(0, dtype=bool)
     _, triangle = merge_rows(np.sort(faces, axis=1).astype(np.float64))
     start = np.argmin(faces, axis=1)
     turns_left = faces[rows, (start + 1) % 3] < faces[rows, (start + 2) % 3]
     is_first = _is_first(triangle)
-    return DrawnFaces(is_first, _is_first(2 * triangle + turns_left) & ~is_first)
+    return is_first, _is_first(2 * triangle + turns_left) & ~is_first
 
 
 def corner_directions(faces: Ints, normals: Floats) -> Floats:
@@ -135,12 +111,10 @@ def corner_directions(faces: Ints, normals: Floats) -> Floats:
     mean /= np.maximum(np.linalg.norm(mean, axis=1, keepdims=True), 1e-12)
     least = np.ones(len(used))
     np.minimum.at(least, corner, np.einsum("ij,ij->i", mean[corner], np.repeat(normals, 3, axis=0)))
-    found: Floats = (mean / np.maximum(least, 0.5)[:, None])[corner].reshape(-1, 3, 3)
-    return found
+    return (mean / np.maximum(least, 0.5)[:, None])[corner].reshape(-1, 3, 3)
 
 
-def _is_first(group: Ints) -> Bools:
-    """Return whether each row is the first of its group."""
+def _is_first(group: Ints) -> Mask:
     _, first = np.unique(group, return_index=True)
     found = np.zeros(len(group), dtype=bool)
     found[first] = True
@@ -200,20 +174,25 @@ def assemble(model: RawModel, mesh: WeldedMesh, articulation: Articulation, spec
     owner = articulation.face_owner(len(mesh.faces))
     names = [ROOT, *(p.name for p in articulation.parts)]
     anchors = [np.zeros(3), *(place.point(np.array(p.joint.anchor)) for p in articulation.parts)]
-    shapes = build_colliders(
-        place.points,
-        mesh,
-        mesh.fragment_labels,
-        articulation,
-        spec.substance.id,
-        frozenset(map(names.index, spec.refit)),
-    )
+    refit = frozenset(map(names.index, spec.refit))
+    shapes = build_colliders(place.points, mesh, articulation, spec.substance.id, refit)
     areas = np.array([float(mesh.areas[owner == i - 1].sum()) for i in range(len(names))])
     areas[0] *= BODY_WEIGHT_FACTOR
-    heaviest = np.array([_heaviest(s.colliders) for s in shapes])
+    volumes = [sum(hull_volume(tessellate(c.shape, c.pose)[0]) for c in s.colliders) for s in shapes]
+    # Of steel throughout; a link without shapes may weigh anything.
+    heaviest = np.array(
+        [MAX_DENSITY_KG_M3 * v if s.colliders else math.inf for v, s in zip(volumes, shapes, strict=True)]
+    )
     needed = 1.01 * spec.category.mass_kg.low / max(float(heaviest.sum()), 1e-9)
     heaviest *= needed if 1.0 < needed <= MAX_SHEET_DENSITY_FACTOR else 1.0
-    weights = _weights(_mass(spec), areas, heaviest)
+    span = spec.category.mass_kg
+    weights = _weights(
+        float(
+            np.clip(span.typical * (spec.metres / (1.3 * spec.category.longest_m.typical)) ** 3, span.low, span.high)
+        ),
+        areas,
+        heaviest,
+    )
     links = []
     for i, name in enumerate(names):
         rows = np.flatnonzero(owner == i - 1)
@@ -229,7 +208,6 @@ def assemble(model: RawModel, mesh: WeldedMesh, articulation: Articulation, spec
                 colliders=shapes[i].colliders,
             )
         )
-    ordered = _parents_first(links)
     joints = tuple(
         build_joint(p, spec.metres, k, t.blocking_part, names)
         for p, k, t in zip(articulation.parts, links[1:], shapes[1:], strict=True)
@@ -237,12 +215,14 @@ def assemble(model: RawModel, mesh: WeldedMesh, articulation: Articulation, spec
     return Asset(
         id=spec.asset_id,
         base=Base.FIXED if spec.category.fixed else Base.FREE,
-        links=ordered,
+        links=_parents_first(links),
         joints=joints,
         regions=tuple(_region(s, place, anchors[names.index(s.part) if s.part else 0]) for s in articulation.spaces),
         states=tuple(s for p in articulation.parts for s in open_closed_states(p)),
         exclusions=tuple(Exclusion(first=ROOT, second=p.name) for p in articulation.parts),
-        materials=_materials(model, spec.substance.id),
+        materials=tuple(
+            p.material.replace(id=f"look_{i:03d}", substance=spec.substance.id) for i, p in enumerate(model.parts)
+        ),
         substances=(spec.substance,),
         labels=Labels(category=spec.category.id, classes=spec.classes, qcode=spec.category.qcode),
         provenance=spec.provenance.replace(guesses=(*spec.provenance.guesses, *_guesses(articulation))),
@@ -260,12 +240,10 @@ class _Place:
 
     def point(self, points: Floats) -> Floats:
         """Convert points of the frame to the asset frame, metres."""
-        found: Floats = points * self.metres + self.shift
-        return found
+        return points * self.metres + self.shift
 
 
 def _region(space: StorageSpace, place: _Place, anchor: Floats) -> Region:
-    """Return a storage space as a region of its link."""
     lower, upper = place.point(np.array([space.lower, space.upper])) - anchor
     pose = Pose(position=round7_vec3((lower + upper) / 2))
     return Region(
@@ -273,16 +251,15 @@ def _region(space: StorageSpace, place: _Place, anchor: Floats) -> Region:
     )
 
 
-def _visuals(model: RawModel, place: _Place, own: Bools, part: PartPlan | None, anchor: Floats) -> tuple[Visual, ...]:
+def _visuals(model: RawModel, place: _Place, own: Mask, part: PartPlan | None, anchor: Floats) -> tuple[Visual, ...]:
     """Return the visuals of a link: one mesh per material of the file, with handles as separate meshes."""
     name, label = (ROOT, None) if part is None else (part.name, part_label(part.kind))
     held = np.zeros(len(own), dtype=bool)
     if part is not None and len(part.grip) < len(part.faces):
         held[part.grip] = True
     rows = np.flatnonzero(own & (place.mesh.areas > 0))
-    drawn = drawn_faces(place.mesh.faces[rows])
     front, second = np.zeros(len(own), dtype=bool), np.zeros(len(own), dtype=bool)
-    front[rows], second[rows] = drawn.front, drawn.second
+    front[rows], second[rows] = drawn_faces(place.mesh.faces[rows])
     out: list[Visual] = []
     meshes: list[Mesh] = []
     start = 0
@@ -294,9 +271,8 @@ def _visuals(model: RawModel, place: _Place, own: Bools, part: PartPlan | None, 
             for chosen, mark in ((np.flatnonzero(alive & ~grip), label), (np.flatnonzero(alive & grip), "handle")):
                 corners = place.points[place.mesh.faces[start + chosen]] - anchor
                 if gap:
-                    normals = place.mesh.normals[start + chosen]
-                    moved = corner_directions(raw.mesh.faces[chosen].astype(np.int64), normals)
-                    corners = np.add(corners, gap * moved)
+                    faces = raw.mesh.faces[chosen].astype(np.int64)
+                    corners = corners + gap * corner_directions(faces, place.mesh.normals[start + chosen])
                 mesh = _cut(raw.mesh, chosen, corners) if len(chosen) else None
                 if mesh is not None and len(mesh.vertices) >= MIN_VERTICES:
                     where = f"{name}_{raw.name if raw.name in ADDED_MESH_NAMES.values() else 'visual'}_{len(out):03d}"
@@ -324,10 +300,8 @@ def _turned_outwards(meshes: Sequence[Mesh]) -> list[Mesh]:
     return [m.replace(faces=f - s) for m, f, s in zip(meshes, np.split(faces, ends), starts, strict=False)]
 
 
-def _flipped(faces: Ints, rows: Bools) -> Ints:
-    """Return faces of which some run the other way round."""
-    found: Ints = np.where(rows[:, None], faces[:, ::-1], faces)
-    return found
+def _flipped(faces: Ints, rows: Mask) -> Ints:
+    return np.where(rows[:, None], faces[:, ::-1], faces)
 
 
 def _shaded(mesh: Mesh) -> Mesh:
@@ -353,15 +327,7 @@ def _cut(mesh: Mesh, rows: Ints, corners: Floats) -> Mesh:
 
 def _single(values: Floats) -> Floats:
     """Round values to single precision, which is what files hold."""
-    found: Floats = values.astype(np.float32).astype(np.float64)
-    return found
-
-
-def _heaviest(colliders: tuple[Collider, ...]) -> float:
-    """Return the mass of a link whose collision shapes are all steel, kg; infinite where it has none."""
-    if not colliders:
-        return math.inf
-    return MAX_DENSITY_KG_M3 * sum(hull_volume(tessellate(c.shape, c.pose)[0]) for c in colliders)
+    return values.astype(np.float32).astype(np.float64)
 
 
 def _weights(total: float, areas: Floats, heaviest: Floats) -> Floats:
@@ -392,39 +358,22 @@ def _inertial(points: Floats, faces: Ints, mass: float) -> Inertial:
     return Inertial(mass=round7(mass), center_of_mass=round7_vec3(center), inertia=(xx, yy, zz, xy, xz, yz))
 
 
-def _mass(spec: AssetSpec) -> float:
-    """Return the usual mass of an object of this category and size, kg."""
-    span = spec.category.mass_kg
-    return float(
-        np.clip(span.typical * (spec.metres / (1.3 * spec.category.longest_m.typical)) ** 3, span.low, span.high)
-    )
-
-
-def _materials(model: RawModel, substance: str) -> tuple[Material, ...]:
-    """Return the materials of a model under the names of its looks."""
-    return tuple(p.material.replace(id=f"look_{i:03d}", substance=substance) for i, p in enumerate(model.parts))
-
-
 def _guesses(articulation: Articulation) -> tuple[Guess, ...]:
-    """Return the decisions, for the provenance."""
     frame = articulation.frame
     out = [Guess(subject="frame", value="up and front", confidence=frame.confidence, reason=frame.reason)]
-    for part in articulation.parts:
-        guess = Guess(subject=part.name, value=part.kind.value, confidence=part.confidence, reason=part.full_reason)
-        out.append(guess)
+    for p in articulation.parts:
+        out.append(Guess(subject=p.name, value=p.kind.value, confidence=p.confidence, reason=p.full_reason))
     if articulation.signs:
         reason = "; ".join(articulation.signs)
         out.append(Guess(subject=UNFOUND_PARTS, value="none was found", confidence=0.0, reason=reason))
     for cavity in articulation.cavities:
         if cavity.built:
-            message = f"added: {cavity.interior.value}"
-            subject = f"{cavity.parts[0]}_cavity"
-            out.append(Guess(subject=subject, value=message, confidence=cavity.confidence, reason=cavity.reason))
+            subject, value = f"{cavity.parts[0]}_cavity", f"added: {cavity.interior.value}"
+            out.append(Guess(subject=subject, value=value, confidence=cavity.confidence, reason=cavity.reason))
     return tuple(out)
 
 
 def _parents_first(links: list[Link]) -> tuple[Link, ...]:
-    """Order links so that each comes after its parent."""
     out: list[Link] = []
     left = list(links)
     while left:

@@ -25,11 +25,7 @@ MIN_SAME_SURFACE = 0.9
 
 @dataclass(frozen=True)
 class Plan:
-    """The moving parts found if a mesh is split in one way.
-
-    Attributes:
-        way: how the mesh is split. fragmentation: the resulting fragments. articulation: the parts found.
-    """
+    """The moving parts found if a mesh is split in one way."""
 
     way: Segmentation
     fragmentation: Fragmentation

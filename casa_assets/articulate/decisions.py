@@ -3,23 +3,15 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Self
+from collections.abc import Mapping
+from typing import Annotated, Any, Self
 
 import numpy as np
 from pydantic import AliasChoices, Field, model_validator
 
 from casa_assets.articulate.fronts.panels import Panel
 from casa_assets.articulate.joints import joints
-from casa_assets.articulate.plan import (
-    Articulation,
-    FaceIndex,
-    HingeEdge,
-    InteriorKind,
-    JointPlan,
-    PartKind,
-    PartPlan,
-    to_vec3,
-)
+from casa_assets.articulate.plan import Articulation, HingeEdge, InteriorKind, JointPlan, PartKind, PartPlan, to_vec3
 from casa_assets.articulate.segment.fragments import FRONT, SIDES, TOP
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh
 from casa_assets.core.numeric import Floats
@@ -34,6 +26,7 @@ Direction = str | Vec3
 
 BODY = "body"
 GIVEN_REASON = "given in the decisions"
+_GIVEN: Mapping[str, Any] = {"confidence": 1.0, "reason": GIVEN_REASON}
 # Values of decisions.yaml that differ by less are the guessed ones, rounded for reading.
 ANGLE_TOLERANCE_DEG, LENGTH_TOLERANCE_M = 0.06, 6e-5
 # A piece that reaches no farther than this over the edges of a front, diagonals, leaves its hinge; a choice.
@@ -168,9 +161,13 @@ def apply_decisions(articulation: Articulation, mesh: WeldedMesh, decisions: Dec
             raise UnknownId("part", name, names)
     parts = [_apply_decision(p, decisions.parts.get(p.name), mesh, articulation) for p in articulation.parts]
     new = [_new_part(n, w, mesh, articulation) for n, w in decisions.parts.items() if n not in names and not w.remove]
-    taken_faces = {int(f) for p in new for f in p.faces}
-    kept = [_without_faces(p, taken_faces) for p in parts]
-    all_parts = [p for p in (*kept, *new) if len(p.faces)]
+    if new:
+        taken = np.unique(np.concatenate([p.faces for p in new]))
+        parts = [
+            p.replace(faces=np.setdiff1d(p.faces, taken), grip=np.setdiff1d(p.grip, taken)) if len(taken) else p
+            for p in parts
+        ]
+    all_parts = [p for p in (*parts, *new) if len(p.faces)]
     carriers = {p.name for p in all_parts}
     for part in all_parts:
         if part.parent and part.parent not in carriers and part.parent not in names:
@@ -180,12 +177,7 @@ def apply_decisions(articulation: Articulation, mesh: WeldedMesh, decisions: Dec
 
 
 def _with_pieces(parts: list[PartPlan], decisions: Decisions, mesh: WeldedMesh) -> list[PartPlan]:
-    """Return the parts that stay, with the faces of those that are removed or merged into them.
-
-    Raises:
-        UnknownId: a part is merged into one that is not there.
-        CasaError: parts are merged in a circle.
-    """
+    """Return the parts that stay, with the faces of those that are removed or merged into them."""
     by_name = {p.name: p for p in parts}
     taken_by: dict[str, str] = {}
     for part in parts:
@@ -222,8 +214,7 @@ def _with_faces_of(part: PartPlan, pieces: list[PartPlan], mesh: WeldedMesh) -> 
     whole = part.replace(
         faces=np.unique(np.concatenate([p.faces for p in (part, *pieces)])),
         grip=np.unique(np.concatenate([p.grip for p in (part, *pieces)])),
-        confidence=1.0,
-        reason=GIVEN_REASON,
+        **_GIVEN,
     )
     if part.joint.edge is None:
         return whole
@@ -233,14 +224,6 @@ def _with_faces_of(part: PartPlan, pieces: list[PartPlan], mesh: WeldedMesh) -> 
         return whole
     moved = _default_hinge(part.joint.edge, part.kind, *after)
     return whole.replace(joint=moved.replace(range=part.joint.range))
-
-
-def _without_faces(part: PartPlan, taken: set[int]) -> PartPlan:
-    """Return a part without some faces."""
-    if not taken:
-        return part
-    rows = np.array(sorted(taken), dtype=np.int64)
-    return part.replace(faces=np.setdiff1d(part.faces, rows), grip=np.setdiff1d(part.grip, rows))
 
 
 def _new_part(name: str, decision: PartDecision, mesh: WeldedMesh, articulation: Articulation) -> PartPlan:
@@ -261,17 +244,12 @@ def _new_part(name: str, decision: PartDecision, mesh: WeldedMesh, articulation:
         kind=decision.kind,
         faces=faces,
         grip=faces[:0],
-        joint=_placeholder_joint(),
-        confidence=1.0,
-        reason=GIVEN_REASON,
+        # Replaced before it is used.
+        joint=JointPlan(kind=JointKind.SLIDE, axis=(0.0, -1.0, 0.0), anchor=(0.0, 0.0, 0.0), range=(0.0, 1.0)),
+        **_GIVEN,
     )
     joint = _default_joint(decision.kind, decision.hinge, part, mesh)
     return _apply_decision(part.replace(joint=joint), decision.replace(hinge=None), mesh, articulation)
-
-
-def _placeholder_joint() -> JointPlan:
-    """Return a joint that is replaced before it is used."""
-    return JointPlan(kind=JointKind.SLIDE, axis=(0.0, -1.0, 0.0), anchor=(0.0, 0.0, 0.0), range=(0.0, 1.0))
 
 
 def _apply_decision(
@@ -284,34 +262,26 @@ def _apply_decision(
     kind = decision.kind or part.kind
     if kind is not part.kind or (decision.hinge is not None and decision.hinge is not joint.edge):
         joint = _default_joint(kind, decision.hinge or joint.edge, part, mesh)
-    joint = _with_axis(joint, decision, mesh, articulation)
-    joint = _with_range(joint, decision, articulation.frame.metres or 1.0)
-    if decision.endless is not None and joint.kind is JointKind.HINGE and decision.endless is not joint.endless:
-        span = (0.0, KNOB_RANGE_RAD) if decision.endless else joint.range
-        joint = joint.replace(endless=decision.endless, range=span, reason=GIVEN_REASON, confidence=1.0)
-    if decision.flip:
-        x, y, z = joint.axis
-        joint = joint.replace(axis=(-x, -y, -z), confidence=1.0, reason=GIVEN_REASON)
-    parent = part.parent if decision.on is None else "" if decision.on == BODY else decision.on
-    if kind is not part.kind or parent != part.parent:
-        changed = part.replace(kind=kind, parent=parent, confidence=1.0, reason=GIVEN_REASON)
-    return changed if joint is part.joint else changed.replace(joint=joint)
-
-
-def _with_axis(joint: JointPlan, decision: PartDecision, mesh: WeldedMesh, articulation: Articulation) -> JointPlan:
-    """Return the joint with the axis and anchor that the user gives."""
+    metres = articulation.frame.metres or 1.0
     if decision.axis is not None:
         axis = parse_direction(decision.axis)
         if float(np.dot(axis, joint.axis)) < 1 - 1e-9:
-            joint = joint.replace(axis=axis, edge=None, confidence=1.0, reason=GIVEN_REASON)
+            joint = joint.replace(axis=axis, edge=None, **_GIVEN)
     if decision.anchor_m is not None:
         anchor = _to_frame(np.array(decision.anchor_m), mesh, articulation)
-        if (
-            float(np.linalg.norm(anchor - np.array(joint.anchor))) * (articulation.frame.metres or 1.0)
-            > LENGTH_TOLERANCE_M
-        ):
-            joint = joint.replace(anchor=to_vec3(anchor), edge=None, confidence=1.0, reason=GIVEN_REASON)
-    return joint
+        if float(np.linalg.norm(anchor - np.array(joint.anchor))) * metres > LENGTH_TOLERANCE_M:
+            joint = joint.replace(anchor=to_vec3(anchor), edge=None, **_GIVEN)
+    joint = _with_range(joint, decision, metres)
+    if decision.endless is not None and joint.kind is JointKind.HINGE and decision.endless is not joint.endless:
+        span = (0.0, KNOB_RANGE_RAD) if decision.endless else joint.range
+        joint = joint.replace(endless=decision.endless, range=span, **_GIVEN)
+    if decision.flip:
+        x, y, z = joint.axis
+        joint = joint.replace(axis=(-x, -y, -z), **_GIVEN)
+    parent = part.parent if decision.on is None else "" if decision.on == BODY else decision.on
+    if kind is not part.kind or parent != part.parent:
+        changed = part.replace(kind=kind, parent=parent, **_GIVEN)
+    return changed if joint is part.joint else changed.replace(joint=joint)
 
 
 def _with_range(joint: JointPlan, decision: PartDecision, metres: float) -> JointPlan:
@@ -319,20 +289,19 @@ def _with_range(joint: JointPlan, decision: PartDecision, metres: float) -> Join
     if joint.kind is JointKind.SLIDE:
         if decision.travel_m is None or abs(decision.travel_m - joint.range[1] * metres) <= LENGTH_TOLERANCE_M:
             return joint
-        return joint.replace(range=(0.0, decision.travel_m / metres), confidence=1.0, reason=GIVEN_REASON)
+        return joint.replace(range=(0.0, decision.travel_m / metres), **_GIVEN)
     if decision.opens_deg is None or abs(decision.opens_deg - math.degrees(joint.range[1])) <= ANGLE_TOLERANCE_DEG:
         return joint
-    return joint.replace(range=(0.0, math.radians(decision.opens_deg)), confidence=1.0, reason=GIVEN_REASON)
+    return joint.replace(range=(0.0, math.radians(decision.opens_deg)), **_GIVEN)
 
 
 def _default_joint(kind: PartKind, edge: HingeEdge | None, part: PartPlan, mesh: WeldedMesh) -> JointPlan:
     """Return the usual joint of a part of a kind at its place."""
     lower, upper = _panel_box(part, mesh)
     middle = to_vec3((lower + upper) / 2)
-    confidence = {"confidence": 1.0, "reason": GIVEN_REASON}
     if kind in (PartKind.DOOR, PartKind.LID):
         return _default_hinge(edge or (HingeEdge.TOP if kind is PartKind.LID else HingeEdge.LEFT), kind, lower, upper)
-    base = JointPlan(kind=JointKind.HINGE, axis=(0.0, -1.0, 0.0), anchor=middle, range=(0.0, 1.0)).replace(**confidence)
+    base = JointPlan(kind=JointKind.HINGE, axis=(0.0, -1.0, 0.0), anchor=middle, range=(0.0, 1.0), **_GIVEN)
     if kind in (PartKind.DRAWER, PartKind.TRAY):
         travel = joints.DRAWER_TRAVEL_SHARE * float(upper[1] - lower[1])
         return base.replace(kind=JointKind.SLIDE, range=(0.0, travel))
@@ -356,8 +325,7 @@ def _default_hinge(edge: HingeEdge, kind: PartKind, lower: Floats, upper: Floats
         anchor=to_vec3(point @ SIDES[side]),
         range=(0.0, joints.DOOR_RANGE_RAD),
         edge=edge,
-        confidence=1.0,
-        reason=GIVEN_REASON,
+        **_GIVEN,
     )
 
 
@@ -374,16 +342,10 @@ def hinge_at_face(part: PartPlan, mesh: WeldedMesh) -> JointPlan:
 def _panel_box(part: PartPlan, mesh: WeldedMesh) -> tuple[Floats, Floats]:
     """Return the (3,) lower and upper corner of a part without what a hand takes of it."""
     panel_faces = np.setdiff1d(part.faces, part.grip)
-    return _box(panel_faces if len(panel_faces) else part.faces, mesh)
-
-
-def _box(faces: FaceIndex, mesh: WeldedMesh) -> tuple[Floats, Floats]:
-    """Return the (3,) lower and upper corner of some faces."""
-    points = mesh.points[mesh.faces[faces].reshape(-1)]
+    points = mesh.points[mesh.faces[panel_faces if len(panel_faces) else part.faces].reshape(-1)]
     return points.min(axis=0), points.max(axis=0)
 
 
 def _to_frame(point: Floats, mesh: WeldedMesh, articulation: Articulation) -> Floats:
     """Convert a point of the asset frame (metres, origin under the middle) to the frame of the analysis."""
-    moved: Floats = point / (articulation.frame.metres or 1.0) + mesh.footprint_center
-    return moved
+    return point / (articulation.frame.metres or 1.0) + mesh.footprint_center

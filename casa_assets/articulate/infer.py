@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, field
+from itertools import combinations
 
 import numpy as np
 
@@ -62,47 +62,33 @@ PAIR_TOLERANCE = 0.015
 LEGS_STRETCH, MAX_LEGS_SHARE = (0.03, 0.1), 0.5
 
 
-def form_traits(
-    measured: MeasuredFragments,
-    panels: Sequence[Panel],
-    controls: Sequence[PartKind],
-    beside: float,
-    has_top_knobs: bool,
-) -> dict[str, bool]:
-    """Return traits of KIND_TRAITS (frame/kind.py), and whether the object has each.
-
-    Args:
-        panels: those that open.
-        controls: types of the controls of the front. beside: share of them that lie next to the largest front.
-        has_top_knobs: whether there are knobs on its top.
-    """
+def traits_of_views(measured: MeasuredFragments, views: list[FrontView], seen: FrontLook) -> dict[str, bool]:
+    """Return traits of KIND_TRAITS that the form of some fronts and the controls next to them show: whether each is."""
+    panels = [v.panel for v in views]
     extent = np.ptp(measured.mesh.points, axis=0)
-    largest = max(panels, key=lambda p: p.width * p.height, default=None)
-    ratio = largest.width / max(largest.height, 1e-9) if largest is not None else 1.0
-    share = largest.width * largest.height / float(extent[0] * extent[2]) if largest is not None else 0.0
-    knobs = sum(c is PartKind.KNOB for c in controls)
-    buttons = sum(c is PartKind.BUTTON for c in controls)
+    largest = max(views, key=lambda v: v.panel.width * v.panel.height, default=None)
+    widest = None if largest is None else largest.panel
+    ratio = widest.width / max(widest.height, 1e-9) if widest is not None else 1.0
+    share = widest.width * widest.height / float(extent[0] * extent[2]) if widest is not None else 0.0
+    controls = [seen.tell(c, seen.controls)[0] for c in seen.controls]
+    knobs, buttons = controls.count(PartKind.KNOB), controls.count(PartKind.BUTTON)
+    has_top_knobs = PartKind.KNOB in [seen.tell_top(c, seen.top_controls)[0] for c in seen.top_controls]
+    heights = [(p.lower[1], p.upper[1], p.width) for p in panels]
     return {
         **({"fronts": len(panels) > 1} if panels else {"door": False, "drawer": False}),
         "knobs": knobs > 0 or has_top_knobs,
         "above": has_top_knobs,
         "buttons": buttons > 0,
-        "beside": beside > 0.5,
+        "beside": largest is not None and largest.controls_beside > 0.5,
         "row": knobs >= MIN_ROW,
         "keys": buttons >= MIN_KEYS,
-        "pair": any(_are_pair(a, b) for i, a in enumerate(panels) for b in panels[:i]),
-        "wide": largest is not None and ratio > MIN_WIDE_RATIO,
-        "tall": largest is not None and ratio < MAX_TALL_RATIO,
+        "pair": any(float(np.abs(np.subtract(a, b)).max()) < PAIR_TOLERANCE for a, b in combinations(heights, 2)),
+        "wide": widest is not None and ratio > MIN_WIDE_RATIO,
+        "tall": widest is not None and ratio < MAX_TALL_RATIO,
         "covers": share > MIN_COVERING_SHARE,
         "legs": stands_on_legs(measured),
         "round": any(p.is_round for p in panels),
     }
-
-
-def _are_pair(a: Panel, b: Panel) -> bool:
-    """Return whether two panels of the same size lie side by side."""
-    away = np.abs([a.lower[1] - b.lower[1], a.upper[1] - b.upper[1], a.width - b.width]).max()
-    return float(away) < PAIR_TOLERANCE
 
 
 def stands_on_legs(measured: MeasuredFragments) -> bool:
@@ -147,10 +133,11 @@ class PartCollector:
         fragments: list[int],
         grip: list[int],
         joint: JointPlan,
-        parent: str,
-        confidence: tuple[float, str],
+        parent: str = "",
+        sure: tuple[float, str] | None = None,
     ) -> str:
-        """Add a part made of these fragments; return its name."""
+        """Add a part made of these fragments, as sure as stated, with a reason, else as its joint; return its name."""
+        confidence, reason = sure or (joint.confidence, joint.reason)
         name = f"{kind.value}_{sum(p.kind is kind for p in self.parts)}"
         self.taken |= set(fragments)
         self.parts.append(
@@ -161,8 +148,8 @@ class PartCollector:
                 faces=self.measured.faces_of(fragments),
                 grip=self.measured.faces_of(grip),
                 joint=joint,
-                confidence=round(confidence[0], 2),
-                reason=confidence[1],
+                confidence=round(confidence, 2),
+                reason=reason,
             )
         )
         return name
@@ -185,15 +172,15 @@ def articulate_fragments(
     """
     collector = PartCollector(measured, known)
     traits: dict[str, bool] = {}
-    if measured.count > 1 and not _switch(collector):
+    if measured.count > 1 and not _add_all(collector, find_switch_parts(measured)):
         seen = look_at_front(collector, control_forest)
         loose_controls, top_controls = seen.controls, seen.top_controls
         traits = _fronts(collector, seen, category)
-        if not collector.parts and _faucet(collector):
+        if not collector.parts and _add_all(collector, find_faucet_parts(measured, collector.taken), gripped=False):
             loose_controls, top_controls = [], []
         _controls(collector, FRONT, loose_controls, seen.tell)
         for _, panel, edge in list(collector.fronts):
-            for tray in find_inner_parts(measured, FRONT, panel, edge, sorted(collector.taken)):
+            for tray in find_inner_parts(measured, panel, edge, sorted(collector.taken)):
                 _tray(collector, panel, tray)
         on_top = [c for c in top_controls if seen.tell_top(c, top_controls)[0] is PartKind.KNOB]
         _lids(collector, on_top)
@@ -201,8 +188,12 @@ def articulate_fragments(
     button = find_single_button(measured) if category and measured.count > 1 and not collector.parts else None
     if button is not None:
         joint = button_joint(button, MAX_BUTTON_TRAVEL)
-        collector.add(PartKind.BUTTON, button.fragments, button.fragments, joint, "", (joint.confidence, joint.reason))
-    parts = tuple(collector.parts) if category or _may_move(measured, collector.parts) else ()
+        collector.add(PartKind.BUTTON, button.fragments, button.fragments, joint)
+    # An object of unknown category with doors, buttons or knobs has flat walls, or a lid or a lever besides; otherwise
+    # lids of jars, seeds of a melon and plates in a rack would pass for them.
+    telling = any(p.kind in (PartKind.LID, PartKind.LEVER, PartKind.SPOUT) for p in collector.parts)
+    may_move = category or telling or boxiness(measured.mesh, measured.depth_images) >= MIN_BOXINESS
+    parts = tuple(collector.parts) if may_move else ()
     shown = tuple(t for t in FORM_TRAITS if traits.get(t))
     return Articulation(frame=frame, parts=parts, category=category, traits=shown)
 
@@ -224,48 +215,50 @@ class FrontLook:
 
 
 def look_at_front(collector: PartCollector, control_forest: Forest | None = None) -> FrontLook:
-    """Return what is on the front; its levers are added as parts at once.
-
-    Args:
-        control_forest: as for `articulate_fragments`.
-    """
+    """Return what is on the front; its levers are added as parts at once."""
     measured = collector.measured
-    round_door = find_round_door(measured, FRONT)
-    held = [] if round_door is None else [*round_door.members, *fragments_around(measured, FRONT, round_door)]
+    round_door = find_round_door(measured)
+    held = [] if round_door is None else [*round_door.members, *fragments_around(measured, round_door)]
     # A toaster has no fronts: its levers and knobs stand on plates that look like some.
     slots = count_slots(measured.depth_images[TOP])
     is_toaster = slots >= MIN_BREAD_SLOTS
-    panels = [] if is_toaster else find_panels(measured, FRONT, held)
+    panels = [] if is_toaster else find_panels(measured, held)
     controls = find_controls(measured, FRONT, [*held, *(f for p in panels for f in p.members)])
     # A lever may be as large as a small panel.
     control_fragments = {f for c in controls for f in c.fragments}
     blocks = [c for c in find_controls(measured, FRONT, []) if control_fragments.isdisjoint(c.fragments)]
-    levers, controls = find_levers(measured, FRONT, controls)
-    levers += find_levers(measured, FRONT, blocks)[0]
+    levers, controls = find_levers(measured, controls)
+    levers += find_levers(measured, blocks)[0]
     if is_toaster:
-        bars, controls = find_bar_levers(measured, FRONT, controls)
+        bars, controls = find_bar_levers(measured, controls)
         levers += bars
     tell_front = _tell(measured, FRONT, controls, panels, control_forest)
     if slots:
         tell_front = tell_beside_dials(tell_front)
-    _levers(collector, FRONT, levers)
+    _levers(collector, levers)
     panels = [p for p in panels if collector.taken.isdisjoint(p.members)]
-    top_controls = find_controls(measured, TOP, sorted(collector.taken))
-    tell_top = _tell(measured, TOP, top_controls, [], control_forest)
+    found = find_controls(measured, TOP, sorted(collector.taken))
+    tell_top = _tell(measured, TOP, found, [], control_forest)
     if control_forest is None:
-        may_turn = [c for c in top_controls if c.is_round and _is_free_standing(measured, c)]
+        top_controls, controls = _controls_by_look(measured, found, controls)
     else:
-        may_turn, controls = _from_better_side(top_controls, tell_top, controls, tell_front)
-    top_controls = drop_burner_caps(may_turn, top_controls, controls)
-    if control_forest is None:
-        controls = _without_round_elsewhere(controls, top_controls)
-    top_controls = _without_cap(measured, top_controls)
+        # What both sides show is of the surer one.
+        sure = {f: tell_front(c, controls)[1] for c in controls for f in c.fragments}
+        kept = [c for c in found if tell_top(c, found)[1] > max((sure.get(f, 0.0) for f in c.fragments), default=0.0)]
+        taken = {f for c in kept for f in c.fragments}
+        controls = [c for c in controls if taken.isdisjoint(c.fragments)]
+        top_controls = drop_burner_caps(kept, found, controls)
+    if len(top_controls) == 1 and _is_in_middle(measured, top_controls[0]):
+        top_controls = []  # the cap of a bottle
     panels = _merge_panels(collector, panels, controls)
     panels += [] if round_door is None else [round_door]
     panel_fragments = {f for p in panels for f in p.members}
     controls = [c for c in controls if panel_fragments.isdisjoint(c.fragments)]
-    loose_controls = attach_to_panels(measured, FRONT, panels, controls, tell_front)
-    _give_boxes(panels, collector.known)
+    loose_controls = attach_to_panels(measured, panels, controls, tell_front)
+    for panel in panels:
+        boxes = {collector.known.boxes[f] for f in panel.members if f in collector.known.boxes}
+        if boxes:
+            panel.box = sorted(boxes - {f for p in panels if p is not panel for f in p.everything})
     return FrontLook(panels, loose_controls, tell_front, top_controls, tell_top)
 
 
@@ -273,28 +266,9 @@ def _merge_panels(collector: PartCollector, panels: list[Panel], controls: list[
     """Return the panels with those merged that are one front; fronts that are known stay as they are."""
     known, measured = collector.known.chances.keys(), collector.measured
     fronts = [p for p in panels if not known.isdisjoint(p.members)]
-    panels = merge_bridged_panels(measured, FRONT, [p for p in panels if known.isdisjoint(p.members)])
-    handle_spots = find_handle_spots(measured, FRONT, [*fronts, *panels], controls)
-    return [*fronts, *merge_framed_panels(panels, handle_spots, find_slats(measured, FRONT, panels))]
-
-
-def _give_boxes(panels: list[Panel], known: KnownFronts) -> None:
-    """Give fronts the boxes that are known to be theirs."""
-    for panel in panels:
-        boxes = {known.boxes[f] for f in panel.members if f in known.boxes}
-        if boxes:
-            taken = {f for p in panels if p is not panel for f in p.everything}
-            panel.box = sorted(boxes - taken)
-
-
-def _may_move(measured: MeasuredFragments, parts: list[PartPlan]) -> bool:
-    """Return whether the parts found on an object of unknown category are plausible.
-
-    An object with doors, buttons or knobs has flat walls, or a lid or a lever besides; otherwise lids of jars, seeds of
-    a melon and plates in a rack would pass for them.
-    """
-    telling = any(p.kind in (PartKind.LID, PartKind.LEVER, PartKind.SPOUT) for p in parts)
-    return telling or boxiness(measured.mesh, measured.depth_images) >= MIN_BOXINESS
+    panels = merge_bridged_panels(measured, [p for p in panels if known.isdisjoint(p.members)])
+    handle_spots = find_handle_spots(measured, [*fronts, *panels], controls)
+    return [*fronts, *merge_framed_panels(panels, handle_spots, find_slats(measured, panels))]
 
 
 def _tell(
@@ -306,46 +280,43 @@ def _tell(
     return tell_by_forest(measured, side, controls, [(p.lower[:2], p.upper[:2]) for p in panels], forest)
 
 
-def _from_better_side(
-    top: list[Control], tell_top: TellControl, front: list[Control], tell_front: TellControl
+def _controls_by_look(
+    measured: MeasuredFragments, top: list[Control], front: list[Control]
 ) -> tuple[list[Control], list[Control]]:
-    """Return the knobs and keys of the top, and the controls of the front: what both show is of the surer side."""
-    sure_front = {f: tell_front(c, front)[1] for c in front for f in c.fragments}
-    kept = [c for c in top if tell_top(c, top)[1] > max((sure_front.get(f, 0.0) for f in c.fragments), default=0.0)]
-    taken = {f for c in kept for f in c.fragments}
-    return kept, [c for c in front if taken.isdisjoint(c.fragments)]
+    """Return the knobs of the top, and the controls of the front without what is seen as round from the top alone."""
+    # What protrudes like a knob, not like a foot or a burner.
+    far_out = [c for c in top if c.is_round and c.protrusion >= 0.3 * float(c.across.max())]
+    knobs = drop_burner_caps([c for c in far_out if has_finger_room(measured, TOP, c)], top, front)
+    round_there = {f for c in knobs for f in c.fragments}
+    return knobs, [c for c in front if c.is_round or round_there.isdisjoint(c.fragments)]
 
 
-def _without_round_elsewhere(controls: list[Control], others: list[Control]) -> list[Control]:
-    """Drop controls of a side that are seen as round from another side, but not from here."""
-    round_there = {f for c in others for f in c.fragments}
-    return [c for c in controls if c.is_round or round_there.isdisjoint(c.fragments)]
-
-
-def _is_free_standing(measured: MeasuredFragments, control: Control) -> bool:
-    """Return whether something on the top protrudes like a knob, not like a foot or a burner."""
-    return control.protrusion >= 0.3 * float(control.across.max()) and has_finger_room(measured, TOP, control)
-
-
-def _without_cap(measured: MeasuredFragments, controls: list[Control]) -> list[Control]:
-    """Return the controls of the top; empty if the only one is in its middle, as the cap of a bottle is."""
+def _is_in_middle(measured: MeasuredFragments, control: Control) -> bool:
+    """Return whether a control of the top lies in the middle of the top."""
     lower, upper = corners_from_side(measured, TOP)
     lower, upper = lower.min(axis=0)[:2], upper.max(axis=0)[:2]
-    is_cap = len(controls) == 1 and bool(
-        (np.abs(controls[0].middle - (lower + upper) / 2) < TOP_CENTRE_SHARE * (upper - lower)).all()
-    )
-    return [] if is_cap else controls
+    return bool((np.abs(control.middle - (lower + upper) / 2) < TOP_CENTRE_SHARE * (upper - lower)).all())
+
+
+def _levers(collector: PartCollector, levers: list[Lever]) -> None:
+    """Add levers that slide in a slot."""
+    for lever in levers:
+        joint = JointPlan(
+            kind=JointKind.SLIDE,
+            axis=_unit_vec3(lever.way @ SIDES[FRONT]),
+            anchor=_point(FRONT, (lever.control.lower + lever.control.upper) / 2),
+            range=(0.0, lever.length),
+            confidence=0.8,
+            reason="it stands in a slot",
+        )
+        collector.add(PartKind.LEVER, lever.control.fragments, lever.control.fragments, joint)
 
 
 def _fronts(collector: PartCollector, seen: FrontLook, category: str) -> dict[str, bool]:
-    """Add the doors and drawers among the panels, each with its joint; return the traits that their form shows.
-
-    Args:
-        category: that is stated, or empty.
-    """
+    """Add the doors and drawers among the panels, each with its joint; return the traits that their form shows."""
     measured = collector.measured
-    chosen = select_opening_panels(measured, FRONT, seen.panels, seen.controls, collector.known)
-    views = view_fronts(measured, FRONT, [p for p, _, _ in chosen], seen.panels, seen.controls)
+    chosen = select_opening_panels(measured, seen.panels, seen.controls, collector.known)
+    views = view_fronts(measured, [p for p, _, _ in chosen], seen.panels, seen.controls)
     traits = traits_of_views(measured, views, seen)
     x, y, z = (float(v) for v in np.ptp(measured.mesh.points, axis=0))
     kinds = kinds_known((x, y, z), traits, joints.kind_log_odds(views), category)
@@ -354,13 +325,13 @@ def _fronts(collector: PartCollector, seen: FrontLook, category: str) -> dict[st
             continue
         is_drawer, joint_confidence, joint_reason = joints.choose_drawer(view, kinds)
         is_sure = is_drawer and joint_confidence >= SURE_DRAWER
-        slide_sign = None if panel.box or is_sure else sliding_direction(measured, FRONT, panel, view.handle)
+        slide_sign = None if panel.box or is_sure else sliding_direction(measured, panel, view.handle)
         is_drawer &= slide_sign is None
         grip_fragments = sorted(f for g in panel.grips for f in g)
         if is_drawer:
             if not panel.box:
                 others = {f for p in seen.panels if p is not panel for f in p.everything}
-                panel.box = find_box_boards(measured, FRONT, panel, collector.taken | others)
+                panel.box = find_box_boards(measured, panel, collector.taken | others)
             depth = float(measured.upper[panel.everything, 1].max() - panel.lower[2])
             travel = joints.DRAWER_TRAVEL_SHARE * depth if depth > 0.15 * view.extent[2] else 0.7 * view.extent[2]
             joint = JointPlan(
@@ -371,49 +342,27 @@ def _fronts(collector: PartCollector, seen: FrontLook, category: str) -> dict[st
                 confidence=joint_confidence,
                 reason=joint_reason,
             )
-            name = collector.add(
-                PartKind.DRAWER, panel.everything, grip_fragments, joint, "", (confidence * joint_confidence, reason)
+        elif slide_sign is not None:
+            panel.box = []
+            joint = JointPlan(
+                kind=JointKind.SLIDE,
+                axis=_unit_vec3(slide_sign * SIDES[FRONT][0]),
+                anchor=_point(FRONT, (panel.lower + panel.upper) / 2),
+                range=(0.0, 0.95 * panel.width),
+                confidence=0.6,
+                reason="its niche goes on beside it",
             )
-            collector.fronts.append((name, panel, None))
         else:
             panel.box = []
-            opening = joints.choose_hinge(view, kinds)
-            joint = _hinge_joint(panel, opening) if slide_sign is None else _sliding_joint(panel, slide_sign)
-            name = collector.add(
-                PartKind.DOOR, panel.everything, grip_fragments, joint, "", (confidence * joint_confidence, reason)
-            )
-            collector.fronts.append((name, panel, opening.edge if slide_sign is None else None))
+            joint = _hinge_joint(panel, joints.choose_hinge(view, kinds))
+        sure = confidence * joint_confidence, reason
+        kind = PartKind.DRAWER if is_drawer else PartKind.DOOR
+        name = collector.add(kind, panel.everything, grip_fragments, joint, sure=sure)
+        collector.fronts.append((name, panel, joint.edge))
     return traits
 
 
-def traits_of_views(measured: MeasuredFragments, views: list[FrontView], seen: FrontLook) -> dict[str, bool]:
-    """Return the traits shown by the form of some fronts and the controls next to them."""
-    largest = max(views, key=lambda v: v.panel.width * v.panel.height, default=None)
-    controls = [seen.tell(c, seen.controls)[0] for c in seen.controls]
-    on_top = [seen.tell_top(c, seen.top_controls)[0] for c in seen.top_controls]
-    return form_traits(
-        measured,
-        [v.panel for v in views],
-        [kind for kind in controls if kind is not None],
-        0.0 if largest is None else largest.controls_beside,
-        PartKind.KNOB in on_top,
-    )
-
-
-def _sliding_joint(panel: Panel, sign: float) -> JointPlan:
-    """Return the joint of a door that slides to the right (1) or to the left (-1)."""
-    return JointPlan(
-        kind=JointKind.SLIDE,
-        axis=_unit_vec3(sign * SIDES[FRONT][0]),
-        anchor=_point(FRONT, (panel.lower + panel.upper) / 2),
-        range=(0.0, 0.95 * panel.width),
-        confidence=0.6,
-        reason="its niche goes on beside it",
-    )
-
-
 def _hinge_joint(panel: Panel, opening: joints.HingeChoice) -> JointPlan:
-    """Return the hinge of a door."""
     axis, point = joints.hinge_line(panel, opening.edge)
     return JointPlan(
         kind=JointKind.HINGE,
@@ -436,13 +385,12 @@ def _controls(collector: PartCollector, side: int, controls: list[Control], tell
         kind, confidence, reason = tell(control, controls)
         if kind is None:
             continue
-        middle = (control.lower + control.upper) / 2
         turns = kind is PartKind.KNOB
         normal = control_normal(collector.measured, side, control)
         joint = JointPlan(
             kind=JointKind.HINGE if turns else JointKind.SLIDE,
             axis=_unit_vec3(normal if turns else -normal),
-            anchor=_point(side, middle),
+            anchor=_point(side, (control.lower + control.upper) / 2),
             range=(0.0, 2 * math.pi if turns else min(MAX_BUTTON_TRAVEL, max(0.5 * control.protrusion, 0.1 * width))),
             endless=turns,
             confidence=confidence,
@@ -451,39 +399,15 @@ def _controls(collector: PartCollector, side: int, controls: list[Control], tell
         parent = next(
             (n for n, p, _ in collector.fronts if side == FRONT and p.holds(control.lower, control.upper)), ""
         )
-        collector.add(kind, control.fragments, control.fragments, joint, parent, (confidence, reason))
+        collector.add(kind, control.fragments, control.fragments, joint, parent)
 
 
-def _levers(collector: PartCollector, side: int, levers: list[Lever]) -> None:
-    """Add levers that slide in a slot."""
-    for lever in levers:
-        middle = (lever.control.lower + lever.control.upper) / 2
-        reason = "it stands in a slot"
-        joint = JointPlan(
-            kind=JointKind.SLIDE,
-            axis=_unit_vec3(lever.way @ SIDES[side]),
-            anchor=_point(side, middle),
-            range=(0.0, lever.length),
-            confidence=0.8,
-            reason=reason,
-        )
-        fragments = lever.control.fragments
-        collector.add(PartKind.LEVER, fragments, fragments, joint, "", (0.8, reason))
-
-
-def _faucet(collector: PartCollector) -> bool:
-    """Add the handles and the spout of a faucet; return whether the object is one."""
-    found = find_faucet_parts(collector.measured, collector.taken)
+def _add_all(
+    collector: PartCollector, found: list[tuple[PartKind, list[int], JointPlan]], gripped: bool = True
+) -> bool:
+    """Add parts, each gripped anywhere or not at all; return whether there are any."""
     for kind, fragments, joint in found:
-        collector.add(kind, fragments, [], joint, "", (joint.confidence, joint.reason))
-    return bool(found)
-
-
-def _switch(collector: PartCollector) -> bool:
-    """Add what is pressed or turned on a wall switch; return whether the object is one."""
-    found = find_switch_parts(collector.measured)
-    for kind, fragments, joint in found:
-        collector.add(kind, fragments, fragments, joint, "", (joint.confidence, joint.reason))
+        collector.add(kind, fragments, fragments if gripped else [], joint)
     return bool(found)
 
 
@@ -500,7 +424,7 @@ def _tray(collector: PartCollector, door: Panel, tray: InnerPart) -> None:
         joint = JointPlan(kind=JointKind.SLIDE, axis=(0.0, -1.0, 0.0), anchor=middle, range=(0.0, travel))
     joint = joint.replace(confidence=tray.confidence, reason=tray.reason)
     kind = PartKind.DRAWER if tray.is_drawer else PartKind.TRAY
-    collector.add(kind, list(tray.fragments), list(tray.fragments), joint, "", (tray.confidence, tray.reason))
+    collector.add(kind, list(tray.fragments), list(tray.fragments), joint)
 
 
 def _lids(collector: PartCollector, knobs: list[Control]) -> None:
@@ -511,9 +435,7 @@ def _lids(collector: PartCollector, knobs: list[Control]) -> None:
     """
     for lid in find_lids(collector.measured, collector.taken):
         if lid.opening_angle > 0.0:
-            _lid(
-                collector, lid, "a round cover on top, with a knob" if lid.knob else "a round cover over an open vessel"
-            )
+            _lid(collector, lid, f"a round cover {'on top, with a knob' if lid.knob else 'over an open vessel'}")
     # What is taken for plain fronts or for what lies behind them may be the walls and the floor of a box.
     walls = (PartKind.DOOR, PartKind.DRAWER, PartKind.TRAY)
     box_lid = find_box_lid(collector.measured) if all(p.kind in walls for p in collector.parts) else None
@@ -538,13 +460,11 @@ def _lid(collector: PartCollector, lid: Lid, reason: str) -> None:
         confidence=0.5,
         reason="hinged at the handle, or where nothing is in its way",
     )
-    collector.add(PartKind.LID, lid.fragments, lid.knob, joint, "", (0.6, reason))
+    collector.add(PartKind.LID, lid.fragments, lid.knob, joint, sure=(0.6, reason))
 
 
 def _unit_vec3(v: Floats) -> Vec3:
-    """Return a unit vector as three numbers."""
-    x, y, z = (float(c) for c in v / np.linalg.norm(v))
-    return (x, y, z)
+    return to_vec3(v / np.linalg.norm(v))
 
 
 def _point(side: int, uvw: Floats) -> Vec3:

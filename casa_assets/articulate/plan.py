@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Annotated
@@ -35,8 +35,7 @@ def round7(value: float) -> float:
 
 def round7_vec3(values: Iterable[float]) -> Vec3:
     """Return three numbers rounded to seven significant digits; what is nearer to zero than 1e-9 becomes zero."""
-    x, y, z = (round7(v) if abs(v) > 1e-9 else 0.0 for v in values)
-    return (x, y, z)
+    return to_vec3(round7(v) if abs(v) > 1e-9 else 0.0 for v in values)
 
 
 def round_mm(value: float) -> float:
@@ -46,8 +45,7 @@ def round_mm(value: float) -> float:
 
 def round_mm_vec3(values: Iterable[float]) -> Vec3:
     """Round a point or a size, metres, to tenths of a millimetre."""
-    x, y, z = (round_mm(v) for v in values)
-    return (x, y, z)
+    return to_vec3(round_mm(v) for v in values)
 
 
 # Models ---------------------------------------------------------------------------------------------------------------
@@ -127,13 +125,11 @@ class Frame(Record):
 
     def to_file(self, points: Floats) -> Floats:
         """Convert (N, 3) points of the frame to file axes and units."""
-        found: Floats = np.asarray(points) @ self.rotation / self.scale + np.array(self.origin)
-        return found
+        return np.asarray(np.asarray(points) @ self.rotation / self.scale + np.array(self.origin))
 
     def direction_to_file(self, direction: Vec3) -> Vec3:
         """Convert a unit direction of the frame to file axes."""
-        x, y, z = (float(v) for v in np.array(direction) @ self.rotation)
-        return (x, y, z)
+        return to_vec3(np.array(direction) @ self.rotation)
 
 
 class JointPlan(Record):
@@ -290,13 +286,11 @@ def calibrate_parts(articulation: Articulation, model: ConfidenceModel) -> Artic
 
     A part is right where its surface, its type and its joint are, so its joint gets the same number.
     """
-    return articulation.replace(parts=tuple(_calibrated(part, model) for part in articulation.parts))
-
-
-def _calibrated(part: PartPlan, model: ConfidenceModel) -> PartPlan:
-    """Return a part with one calibrated confidence for it and its joint."""
-    confidence = model.part_at(part.kind.value, part_score(part))
-    return part.replace(confidence=confidence, joint=part.joint.replace(confidence=confidence))
+    parts = []
+    for part in articulation.parts:
+        confidence = model.part_at(part.kind.value, part_score(part))
+        parts.append(part.replace(confidence=confidence, joint=part.joint.replace(confidence=confidence)))
+    return articulation.replace(parts=tuple(parts))
 
 
 def part_score(part: PartPlan) -> float:
@@ -310,13 +304,8 @@ def plan_confidence(articulation: Articulation, model: ConfidenceModel) -> float
     Args:
         articulation: with calibrated confidences of frame and parts.
     """
-    return model.plan.at(plan_features(articulation))
-
-
-def plan_features(articulation: Articulation) -> Mapping[str, float]:
-    """Return what the confidence of a plan is computed from; all but `log_count` are between 0 and 1."""
     own = [p.confidence for p in articulation.parts if not p.added] or [0.0]
-    return {
+    features = {
         "weakest": min(own),
         "mean": sum(own) / len(own),
         "all_right": math.prod(own),
@@ -324,6 +313,7 @@ def plan_features(articulation: Articulation) -> Mapping[str, float]:
         "frame": articulation.frame.confidence,
         "named": float(bool(articulation.category)),
     }
+    return model.plan.at(features)
 
 
 def weakest_part(articulation: Articulation) -> PartPlan | None:

@@ -15,7 +15,7 @@ from casa_assets.articulate.frame.category import KIND_TRAITS
 from casa_assets.articulate.fronts.front_hypotheses import find_fronts
 from casa_assets.articulate.fronts.relief import is_handle
 from casa_assets.articulate.plan import Models
-from casa_assets.articulate.segment.creases import SideRelief, measure_relief
+from casa_assets.articulate.segment.creases import measure_relief
 from casa_assets.articulate.segment.fragments import (
     BACK,
     FRONT,
@@ -99,24 +99,14 @@ def _signs_of_side(mesh: WeldedMesh, measured: MeasuredFragments, side: int, mod
     where = f"on its {SIDE_NAMES[side]}"
     if any(is_handle(relief, blob) for blob in relief.blobs):
         return [f"something {where} stands out like a handle"]
-    if measured.count > 1 and _has_control(measured, side):
+    if measured.count > 1 and any(c.protrusion >= MIN_CONTROL_PROTRUSION for c in find_controls(measured, side, [])):
         return [f"something {where} stands out like a knob, a key or a lever"]
     least = MIN_FRONT_PROBABILITY if measured.count > 1 else MIN_FRONT_PROBABILITY_OF_ONE_PIECE
-    if side != TOP and _has_front(mesh, relief, side, models, least):
+    forests = models.front_forests
+    fronts = [] if forests is None or side == TOP else find_fronts(mesh, relief, side, forests)
+    if any(chance > least for _, chance in fronts):
         return [f"lines {where} run round what looks like a door or a drawer"]
     return []
-
-
-def _has_front(mesh: WeldedMesh, relief: SideRelief, side: int, models: Models, least: float) -> bool:
-    """Return whether a side has what is a front with a probability of more than `least`."""
-    forests = models.front_forests
-    fronts = [] if forests is None else find_fronts(mesh, relief, side, forests)
-    return any(chance is not None and chance > least for _, chance in fronts)
-
-
-def _has_control(measured: MeasuredFragments, side: int) -> bool:
-    """Return whether a small piece protrudes from a side, as knobs, keys and levers do."""
-    return any(c.protrusion >= MIN_CONTROL_PROTRUSION for c in find_controls(measured, side, []))
 
 
 def _signs_of_pieces(measured: MeasuredFragments) -> list[str]:

@@ -49,19 +49,14 @@ PROMPT = "a 3D rendering of {}"
 # Walks round the thing: its front, both sides of it, and from higher up.
 VIEWS = ((0.0, 15.0), (35.0, 25.0), (-35.0, 25.0), (20.0, 55.0))
 PICTURE_PX = 256
-# Below this share no name is taken.
-LEAST_SHARE = 0.4
-# Where the file name of the weights says no architecture that open_clip knows.
-DEFAULT_ARCHITECTURE = "ViT-B-32"
+LEAST_SHARE = 0.4  # below it no name is taken
+DEFAULT_ARCHITECTURE = "ViT-B-32"  # where the file name of the weights says none that open_clip knows
 NO_WEIGHTS = "no weights of CLIP were given"
-# Ends of the names of files with weights.
-WEIGHT_SUFFIXES = (".pt", ".pth", ".bin", ".safetensors")
+WEIGHT_SUFFIXES = (".pt", ".pth", ".bin", ".safetensors")  # ends of the names of files with weights
 # A folder of weights has this beside them: what open_clip writes and what its models are published with.
 CONFIG_FILE = "open_clip_config.json"
-# What repositories of the hub are called that open_clip loads from.
-HUB_PREFIX = "hf-hub:"
-# Sentences that are read at once.
-TEXT_BATCH = 64
+HUB_PREFIX = "hf-hub:"  # of the names of repositories of the hub that open_clip loads from
+TEXT_BATCH = 64  # sentences that are read at once
 
 
 @dataclass(frozen=True)
@@ -126,11 +121,7 @@ def load_clip(weights: str) -> ClipModel:
             return _normalized(np.concatenate([model.encode_text(tokens(list(part))).numpy() for part in parts]))
 
     return ClipModel(
-        Path(weights).name,
-        _digest_of_weights(Path(weights), weights),
-        float(model.logit_scale.exp()),
-        encode_images,
-        encode_text,
+        Path(weights).name, weights_digest(weights), float(model.logit_scale.exp()), encode_images, encode_text
     )
 
 
@@ -155,12 +146,8 @@ def _architecture_of(place: Path, name: str, open_clip: Any) -> tuple[str, str |
 
 def weights_digest(weights: str) -> str:
     """Digest of the weights where they lie on this machine, else of their name."""
-    return _digest_of_weights(Path(weights), weights)
-
-
-def _digest_of_weights(place: Path, name: str) -> str:
-    """Digest of the weights where they lie here, else of their name."""
-    whole = hashlib.sha256(b"" if place.exists() else name.encode())
+    place = Path(weights)
+    whole = hashlib.sha256(b"" if place.exists() else weights.encode())
     for path in sorted(p for p in place.rglob("*") if p.is_file()) if place.is_dir() else [place] * place.is_file():
         with path.open("rb") as file:
             whole.update(hashlib.file_digest(file, "sha256").digest())
@@ -169,16 +156,14 @@ def _digest_of_weights(place: Path, name: str) -> str:
 
 def _normalized(rows: npt.NDArray[Any]) -> Floats:
     values = rows.astype(np.float64)
-    unit: Floats = values / np.linalg.norm(values, axis=1, keepdims=True)
-    return unit
+    return np.asarray(values / np.linalg.norm(values, axis=1, keepdims=True))
 
 
 def class_shares(image_features: Floats, text_features: Floats, logit_scale: float) -> Floats:
     """(C,) how well each of (C, D) sentences fits (N, D) pictures of one thing, as shares that add up to 1."""
     logits = logit_scale * (image_features @ text_features.T).mean(axis=0)
     exponentials: Floats = np.exp(logits - logits.max())
-    shares: Floats = exponentials / exponentials.sum()
-    return shares
+    return np.asarray(exponentials / exponentials.sum())
 
 
 def load_scorer(weights: Path) -> Scorer:

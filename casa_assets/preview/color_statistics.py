@@ -44,9 +44,7 @@ def color_histogram(asset: Asset) -> ColorHistogram:
     chroma = np.hypot(lab[:, 1], lab[:, 2])
     even = float(np.ptp(lab[:, 0])) <= PLAIN_EVEN and float(chroma.max()) <= PLAIN_CHROMA
     return ColorHistogram(
-        tones=_tones(lab),
-        names=_names(lab),
-        stated=textured or not (even and float(lab[:, 0].min()) >= PLAIN_LIGHT),
+        tones=_tones(lab), names=_names(lab), stated=textured or not (even and float(lab[:, 0].min()) >= PLAIN_LIGHT)
     )
 
 
@@ -78,8 +76,7 @@ def _colors(visual: Visual, look: Material, count: int) -> Floats:
     column = np.minimum((at[:, 0] % 1.0 * width).astype(np.int64), width - 1)
     row = np.minimum(((1 - at[:, 1]) % 1.0 * height).astype(np.int64), height - 1)
     shown = pixels[row, column] / 255.0
-    linear: Floats = base * linear_from_srgb_array(shown)
-    return linear
+    return np.asarray(base * linear_from_srgb_array(shown))
 
 
 def _tones(lab: Floats) -> tuple[float, ...]:

@@ -2,17 +2,17 @@
 
 MuJoCo draws what each camera sees, and what each direction of the light sees (`room_surfaces.py`); `room_light.py`
 lights the one by the other. Each picture is the mean of a few drawings that are moved by a part of a pixel and lit from
-other directions. MuJoCo's own lights, in the mean of 16 drawings that take a fifth longer, lost 17 of 20 comparisons:
-single shadows draw streaks on fronts, and neither walls nor the ceiling throw light back under wall units.
+other directions (docs/explanation/libraries.md says why MuJoCo's own lights are not used).
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -24,27 +24,21 @@ from casa_assets.preview import pictures, renderer
 from casa_assets.preview.photoreal.views import View
 from casa_assets.preview.pictures import Pixels
 from casa_assets.preview.renderer import Bounds, CameraFrustum, one_group, set_quality
-from casa_assets.preview.room_light import Patch, Receiver, Room, beams, close_open_sides, grey_sections, shade
-from casa_assets.preview.room_surfaces import ShadowMap, SurfaceDrawer, Surfaces, draw_shadow_map, plain_scene
+from casa_assets.preview.room_light import Beam, Patch, Room, beams, close_open_sides, grey_sections, light_on, shade
+from casa_assets.preview.room_surfaces import OPAQUE, Surfaces, draw_shadow_map, draw_surfaces, plain_scene
 from casa_assets.preview.still import CannotDraw, set_keyframe
 
-_Beam = tuple[ShadowMap, float]  # and its weight
+_Light = list[list[Beam]]  # of each drawing
 # Groups of geoms; those that are see-through are put into one of their own while a picture is drawn.
 _CLEAR_GROUP, _VISUAL_GROUP, _CEILING_GROUP, _HIDDEN_GROUP = 1, 2, 4, 5
 _FLOOR, _CEILING, _WALL_PREFIX = "floor", "ceiling", "wall_"  # names of the bodies of a room; walls begin with it
 _ON_WALL_M = 0.12  # from the middle of a wall: what is nearer hangs on it
 _IN_WALL_M = 0.25  # from the inner face of a wall outwards: glass there is a window
-_OPAQUE = 0.999  # alpha from which on nothing is seen through
 
 
 @dataclass(frozen=True)
 class PictureSettings:
-    """Size of a picture in pixels, the number of drawings that it is the mean of, and their lighting.
-
-    Attributes:
-        directions: number of directions that light comes from in each drawing, in addition to the key light.
-        shadow_px: side of the shadow map of a direction.
-    """
+    """Size of a picture, drawings that it is the mean of, directions of light in each, and side of a map of shadows."""
 
     width_px: int = 960
     height_px: int = 720
@@ -53,43 +47,32 @@ class PictureSettings:
     shadow_px: int = 1024
 
 
-_STANDARD = PictureSettings()
-
-
 @dataclass(frozen=True)
 class LoadedScene:
-    """A compiled scene and its state, ready to be rendered from several cameras."""
+    """A compiled scene (MjModel, MjData), ready to be rendered from several cameras."""
 
     model: Any
     data: Any
 
     @property
     def cameras(self) -> tuple[str, ...]:
-        """Names of its cameras."""
+        """Their names."""
         return tuple(self.model.camera(i).name for i in range(self.model.ncam))
 
 
-def open_scene(scene_xml: Path, pose: str = "start", frame: PictureSettings = _STANDARD) -> LoadedScene:
-    """Compile a scene and put it into a keyframe.
-
-    Raises:
-        CannotDraw: MuJoCo cannot read it, or it has no such keyframe.
-    """
+def open_scene(scene_xml: Path, frame: PictureSettings, pose: str = "start") -> LoadedScene:
+    """Compile a scene and put it into a keyframe. Raises CannotDraw if MuJoCo cannot, or it has no such keyframe."""
     try:
         model = mujoco.MjModel.from_xml_path(str(scene_xml))
     except ValueError as error:
         raise CannotDraw(f"{scene_xml}: {error}".replace("\n", " ")) from error
-    return scene_from_model(model, str(scene_xml), pose, frame)
+    return scene_from_model(model, str(scene_xml), frame, pose)
 
 
-def scene_from_model(model: Any, name: str, pose: str = "start", frame: PictureSettings = _STANDARD) -> LoadedScene:
-    """Prepare a compiled scene for rendering and put it into a keyframe; the MjModel is changed.
-
-    Raises:
-        CannotDraw: it has no such keyframe; it is called `name` then.
-    """
+def scene_from_model(model: Any, name: str, frame: PictureSettings, pose: str = "start") -> LoadedScene:
+    """Prepare a compiled scene, here called `name`, as `open_scene` does; the MjModel is changed."""
     # The buffer also holds the maps of shadows.
-    width_px, height_px = max(frame.width_px, frame.shadow_px), max(frame.height_px, frame.shadow_px)
+    width_px, height_px = (max(side, frame.shadow_px) for side in (frame.width_px, frame.height_px))
     set_quality(model.vis, width_px, height_px, shadow_px=1)
     data = mujoco.MjData(model)
     set_keyframe(model, data, pose, name)
@@ -98,20 +81,15 @@ def scene_from_model(model: Any, name: str, pose: str = "start", frame: PictureS
 
 
 def render_cameras(
-    made: LoadedScene, cameras: Sequence[str | View], frame: PictureSettings = _STANDARD
+    made: LoadedScene, cameras: Sequence[str | View], frame: PictureSettings
 ) -> Iterator[tuple[str, Pixels]]:
-    """Render each camera: its name and (height, width, 3) uint8 pixels.
+    """Render cameras of the scene, by their names, or other views: name and (height, width, 3) uint8 pixels of each.
 
     An eye in the room sees the ceiling, and a plain wall where the room is open; from outside the ceiling is left out.
-
-    Args:
-        cameras: names of cameras of the scene, or other views.
-    Raises:
-        CannotDraw: there is no such camera. NoRenderer: there is no OpenGL.
+    Raises CannotDraw if there is no such camera, NoRenderer if there is no OpenGL.
     """
     model, data = made.model, made.data
-    bounds = _bounds(model, data)
-    room = room_of(model, data, bounds)
+    room = room_of(model, data, _bounds(model, data))
     far = 10.0 * float(np.linalg.norm(room.upper - room.lower))
     lenses = [_lens(made, camera, frame, far) for camera in dict.fromkeys(cameras)]
     if not lenses:
@@ -142,36 +120,24 @@ def _lens(made: LoadedScene, camera: str | View, frame: PictureSettings, far: fl
     return name, CameraFrustum(position, forward, up, near, far, near * half * aspect, near * half, jitter, near * rise)
 
 
-def _light(canvas: renderer.Canvas, made: LoadedScene, room: Room, frame: PictureSettings) -> list[list[_Beam]]:
-    """Directions and weights of the light of each drawing, with the shadow map of each direction."""
+def _light(canvas: renderer.Canvas, made: LoadedScene, room: Room, frame: PictureSettings) -> _Light:
+    """The shadow map and the weight of each direction of the light of each drawing."""
     model = made.model
     with _groups_restored(model) as groups:
-        for geom in range(model.ngeom):
-            name = model.body(model.geom_bodyid[geom]).name
-            is_shell = name in (_FLOOR, _CEILING) or name.startswith(_WALL_PREFIX)
-            if groups[geom] == _VISUAL_GROUP and (is_shell or _is_clear(model, geom)):
+        for geom in np.flatnonzero(groups == _VISUAL_GROUP).tolist():
+            if _is_shell(model.body(model.geom_bodyid[geom]).name) or _is_clear(model, geom):
                 groups[geom] = _HIDDEN_GROUP
         scene = plain_scene(canvas.new_scene(one_group(_VISUAL_GROUP)))
         least, most = _bounds(model, made.data)
     # Beyond the walls there is nothing to shade.
     box = np.maximum(least, room.lower - 0.3), np.minimum(most, room.upper + 0.3)
     corners = np.array([[box[k >> i & 1][i] for i in range(3)] for k in range(8)])
-    return [
-        [
-            (draw_shadow_map(canvas, scene, towards, corners, frame.shadow_px), weight)
-            for towards, weight in beams(number, frame.passes, frame.directions)
-        ]
-        for number in range(frame.passes)
-    ]
+    drawings = (beams(number, frame.passes, frame.directions) for number in range(frame.passes))
+    return [[(draw_shadow_map(canvas, scene, to, corners, frame.shadow_px), w) for to, w in d] for d in drawings]
 
 
 def _render(
-    canvas: renderer.Canvas,
-    made: LoadedScene,
-    lens: CameraFrustum,
-    room: Room,
-    light: Sequence[Sequence[_Beam]],
-    frame: PictureSettings,
+    canvas: renderer.Canvas, made: LoadedScene, lens: CameraFrustum, room: Room, light: _Light, frame: PictureSettings
 ) -> Floats:
     """(H, W, 3) sRGB, 0..1, of one camera."""
     model, eye = made.model, lens.position
@@ -179,31 +145,21 @@ def _render(
     solid, every = one_group(_VISUAL_GROUP), one_group(_CLEAR_GROUP)
     solid.geomgroup[_CEILING_GROUP] = int(is_inside)
     every.geomgroup[:] |= solid.geomgroup
-    with _groups_restored(model) as groups:
-        _hide_walls_before(model, made.data, eye)
-        for geom in range(model.ngeom):
-            if groups[geom] == _VISUAL_GROUP and _is_clear(model, geom):
-                groups[geom] = _CLEAR_GROUP
-        drawer = SurfaceDrawer(canvas, model, solid, every)
 
     def shaded(number: int, seen: Surfaces) -> Floats:
-        """Drawing `number` in its light."""
         if is_inside:
             close_open_sides(seen, room, eye)
         else:
             grey_sections(seen, room)
-        receiver = Receiver(seen, room, number)
-        for k, (shadow, weight) in enumerate(light[number]):
-            receiver.add(shadow, weight, k)
-        return shade(seen, receiver.image(), room, is_inside)
+        return shade(seen, light_on(seen, room, number, light[number]), room, is_inside)
 
-    # OpenGL draws in this thread; what it has drawn is shaded in another while it draws the next.
-    with ThreadPoolExecutor(1) as pool:
-        drawings = [
-            pool.submit(shaded, number, drawer.draw(lens, number, frame.width_px, frame.height_px))
-            for number in range(frame.passes)
-        ]
-    total: Floats = sum((drawing.result() for drawing in drawings), np.zeros(()))
+    with _groups_restored(model) as groups, ThreadPoolExecutor(1) as pool:
+        _hide_walls_before(model, made.data, eye)
+        groups[[g for g in np.flatnonzero(groups == _VISUAL_GROUP).tolist() if _is_clear(model, g)]] = _CLEAR_GROUP
+        drawn = draw_surfaces(canvas, solid, every, lens, frame.passes, (frame.width_px, frame.height_px))
+        # OpenGL draws in this thread; what it has drawn is shaded in another while it draws the next.
+        shadings = [pool.submit(shaded, number, seen) for number, seen in enumerate(drawn)]
+    total: Floats = sum((shading.result() for shading in shadings), np.zeros(()))
     return total / frame.passes
 
 
@@ -232,20 +188,19 @@ def _hide_walls_before(model: Any, data: Any, eye: Floats) -> None:
 
 
 def room_of(model: Any, data: Any, bounds: Bounds) -> Room:
-    """The room of a compiled kitchen after `mj_forward`: its floor, its ceiling, its walls and the glass in them.
-
-    Args:
-        bounds: of everything that is visible; they replace a floor or ceiling that is missing.
-    """
+    """The room of a compiled kitchen after `mj_forward`; `bounds`, of all that is visible, replace a missing floor."""
     lower, upper = (corner.copy() for corner in bounds)
     bodies = {model.body(i).name: i for i in range(1, model.nbody)}
-    boxes = {name: _boxes(model, data, body) for name, body in bodies.items()}
+    parts = {name: np.flatnonzero(model.geom_bodyid == i) for name, i in bodies.items() if _is_shell(name)}
+    # Of a body its boxes where it has some, as the bounds of a mesh may lie askew.
+    flat = {name: geoms[model.geom_type[geoms] == mujoco.mjtGeom.mjGEOM_BOX] for name, geoms in parts.items()}
+    boxes = {name: _boxes(model, data, flat[name] if len(flat[name]) else geoms) for name, geoms in parts.items()}
     if _FLOOR in boxes:
         least, most = boxes[_FLOOR].min(axis=0)[0], boxes[_FLOOR].max(axis=0)[1]
         lower[:2], upper[:2], lower[2] = least[:2], most[:2], most[2]
     if _CEILING in boxes:
         # Beams hang from it.
-        upper[2] = _boxes(model, data, bodies[_CEILING], all_parts=True)[:, 0, 2].max()
+        upper[2] = _boxes(model, data, parts[_CEILING])[:, 0, 2].max()
     walls, windows = [], []
     for name in (name for name in boxes if name.startswith(_WALL_PREFIX)):
         # It faces the room with its -y.
@@ -255,42 +210,38 @@ def room_of(model: Any, data: Any, bounds: Bounds) -> Room:
         if abs(data.xpos[bodies[name]][axis] - (lower, upper)[side % 2][axis]) < _IN_WALL_M:
             start, end = boxes[name][:, 0, 1 - axis].min() - 0.01, boxes[name][:, 1, 1 - axis].max() + 0.01
             walls.append(Patch(side, (start, lower[2]), (end, upper[2])))
-    for geom in range(model.ngeom):
-        if model.geom_group[geom] == _VISUAL_GROUP and _is_clear(model, geom):
-            least, most = _geom_bounds(model, data, geom)
-            for side in range(4):
-                axis, middle = side // 2, (least + most) / 2.0
-                out = (middle - upper)[axis] if side % 2 else (lower - middle)[axis]
-                if 0.0 < out < _IN_WALL_M and (most - least)[axis] < 0.2:
-                    flat = [1 - axis, 2]
-                    windows.append(Patch(side, tuple(least[flat]), tuple(most[flat])))
+    clear = [g for g in np.flatnonzero(model.geom_group == _VISUAL_GROUP).tolist() if _is_clear(model, g)]
+    for (least, most), side in product(_boxes(model, data, clear), range(4)):
+        axis, middle = side // 2, (least + most) / 2.0
+        out = (middle - upper)[axis] if side % 2 else (lower - middle)[axis]
+        if 0.0 < out < _IN_WALL_M and (most - least)[axis] < 0.2:
+            windows.append(Patch(side, tuple(least[[1 - axis, 2]]), tuple(most[[1 - axis, 2]])))
     return Room(lower.astype(np.float32), upper.astype(np.float32), tuple(walls), tuple(windows))
 
 
 def _bounds(model: Any, data: Any) -> Bounds:
     """Bounds of all that is seen."""
-    boxes = [_geom_bounds(model, data, int(geom)) for geom in np.flatnonzero(model.geom_group == _VISUAL_GROUP)]
-    if not boxes:
+    boxes = _boxes(model, data, np.flatnonzero(model.geom_group == _VISUAL_GROUP))
+    if not len(boxes):
         raise CannotDraw("nothing in the scene is visible")
-    return np.min([box[0] for box in boxes], axis=0), np.max([box[1] for box in boxes], axis=0)
+    return boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
 
 
-def _boxes(model: Any, data: Any, body: int, all_parts: bool = False) -> Floats:
-    """(N, 2, 3) bounds of the parts of a body; of its boxes where it has some, as those of a mesh may lie askew."""
-    parts = np.flatnonzero(model.geom_bodyid == body)
-    boxes = parts[model.geom_type[parts] == mujoco.mjtGeom.mjGEOM_BOX]
-    shown = parts if all_parts or not len(boxes) else boxes
-    return np.array([_geom_bounds(model, data, int(geom)) for geom in shown]).reshape(-1, 2, 3)
+def _boxes(model: Any, data: Any, geoms: Iterable[int]) -> Floats:
+    """(N, 2, 3) lower and upper corner of the bounds of each geom, world frame, metres."""
+    found = []
+    for geom in geoms:
+        turn, half = data.geom_xmat[geom].reshape(3, 3), model.geom_aabb[geom][3:]
+        middle = data.geom_xpos[geom] + turn @ model.geom_aabb[geom][:3]
+        found.append((middle - np.abs(turn) @ half, middle + np.abs(turn) @ half))
+    return np.array(found).reshape(-1, 2, 3)
 
 
-def _geom_bounds(model: Any, data: Any, geom: int) -> Bounds:
-    """(3,) lower and (3,) upper corner of the bounds of a geom, world frame, metres."""
-    turn, half = data.geom_xmat[geom].reshape(3, 3), model.geom_aabb[geom][3:]
-    middle = data.geom_xpos[geom] + turn @ model.geom_aabb[geom][:3]
-    return middle - np.abs(turn) @ half, middle + np.abs(turn) @ half
+def _is_shell(name: str) -> bool:
+    return name in (_FLOOR, _CEILING) or name.startswith(_WALL_PREFIX)
 
 
 def _is_clear(model: Any, geom: int) -> bool:
     """True if a geom is seen through."""
     material = int(model.geom_matid[geom])
-    return float((model.mat_rgba[material] if material >= 0 else model.geom_rgba[geom])[3]) < _OPAQUE
+    return float((model.mat_rgba[material] if material >= 0 else model.geom_rgba[geom])[3]) < OPAQUE

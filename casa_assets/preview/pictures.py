@@ -82,9 +82,7 @@ def contact_sheet(
     """PNG with all shots in rows, read from the left.
 
     Args:
-        shots: in the order in which they are shown.
-        heading: one line at the top.
-        columns: pictures in a row.
+        heading: one line at the top. columns: pictures in a row.
         cell_px: width of a picture. height_px: its height; 0: as its width.
     """
     columns, height_px = max(1, min(columns, len(shots))), height_px or cell_px

@@ -53,29 +53,20 @@ class Canvas:
     """One compiled model, ready to be drawn again and again at one size.
 
     Attributes:
-        scene: the abstract scene; its lights and cameras may be changed between drawings.
+        model: MjModel. scene: the abstract scene; its lights and cameras may be changed between drawings.
     """
 
     def __init__(self, model: Any, data: Any, option: Any, width_px: int, height_px: int) -> None:
-        self._rect = mujoco.MjrRect(0, 0, width_px, height_px)
-        self._pixels = np.empty((height_px, width_px, 3), dtype=np.uint8)
-        self._shown = (model, data, option)
+        self.model, self._data, self._size_px = model, data, (width_px, height_px)
         self._context = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_50)
-        self.scene = mujoco.MjvScene(model, maxgeom=model.ngeom + 8)
-        self.refresh()
-
-    def refresh(self) -> None:
-        """Takes over what was changed in the model, in the data or in the option since."""
-        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
-        camera, category = mujoco.MjvCamera(), mujoco.mjtCatBit.mjCAT_ALL
-        mujoco.mjv_updateScene(*self._shown, None, camera, category, self.scene)
+        self.scene = self.new_scene(option)
 
     def new_scene(self, option: Any) -> Any:
         """Another abstract scene of the same model, which shows what `option` (MjvOption) says."""
-        scene = mujoco.MjvScene(self._shown[0], maxgeom=self._shown[0].ngeom + 8)
-        model, data, _ = self._shown
+        scene = mujoco.MjvScene(self.model, maxgeom=self.model.ngeom + 8)
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
-        mujoco.mjv_updateScene(model, data, option, None, mujoco.MjvCamera(), mujoco.mjtCatBit.mjCAT_ALL, scene)
+        category = mujoco.mjtCatBit.mjCAT_ALL
+        mujoco.mjv_updateScene(self.model, self._data, option, None, mujoco.MjvCamera(), category, scene)
         return scene
 
     def draw_scene(self, scene: Any, width_px: int, height_px: int) -> Pixels:
@@ -97,10 +88,8 @@ class Canvas:
         return depth
 
     def draw(self) -> Pixels:
-        """(height, width, 3) pixels, first row at the top; valid until the next call."""
-        mujoco.mjr_render(self._rect, self.scene, self._context)
-        mujoco.mjr_readPixels(self._pixels, None, self._rect, self._context)
-        return self._pixels[::-1]
+        """(height, width, 3) pixels, first row at the top."""
+        return self.draw_scene(self.scene, *self._size_px)
 
     def close(self) -> None:
         """Gives the memory of the GPU (or of Mesa) back."""

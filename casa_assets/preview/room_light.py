@@ -8,7 +8,7 @@ themselves instead, as objects in a room do. Brightness is linear, as a fraction
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,14 +17,13 @@ from casa_assets.core.numeric import Floats, Ints, Mask, Singles, linear_from_sr
 from casa_assets.preview.renderer import GOLDEN, PLASTIC
 from casa_assets.preview.room_surfaces import ShadowMap, Surfaces
 
+Beam = tuple[ShadowMap, float]  # of a direction, and the weight of the light from there
 # Linear RGB of each side of the box. Chosen by eye, as is all light here: warm below, cool through what is open; the
 # ceiling lights worktops, walls and open sides light fronts, and the floor keeps undersides from going black.
 CEILING, WALL, OPEN_SIDE, FLOOR = (1.30, 1.27, 1.21), (0.58, 0.565, 0.54), (0.84, 0.85, 0.87), (0.40, 0.37, 0.335)
 _WINDOW = np.array([1.9, 2.05, 2.25], dtype=np.float32)  # on top of the wall
 _BLUR, _MIRROR_BLUR = 0.3, 0.8  # of the edges between the sides; sharp ones would draw stripes on walls, and on metal
 _WINDOW_BLUR_M = np.float32(0.35)  # how softly a window begins, for the same reason
-_LEAST = np.float32(1e-4)  # of a direction along an axis
-_ON_SIDE_M = 0.02  # from a side
 # The key light: from the open side, above, a little from the left, as of a large window behind the viewer.
 _KEY = np.array([-0.42, -0.72, 0.55]) / np.linalg.norm([-0.42, -0.72, 0.55])
 _KEY_COLOR = np.array([1.18, 1.15, 1.10], dtype=np.float32)
@@ -44,29 +43,16 @@ _LEAST_REFLECTED = 0.04  # of light that comes straight on. Ref: Schlick 1994.
 _VEIL, _PAPER = 0.9, 0.955  # light on glass, and sRGB of what lies beyond a room that is seen from outside
 _HORIZON, _ZENITH = np.array([0.925, 0.945, 0.96]), np.array([0.70, 0.82, 0.93])  # of the sky that is seen from within
 _SECTION, _PLAIN_WALL = 0.43, (0.87, 0.86, 0.84)  # sRGB of walls that the picture cuts, and that close an open side
-_SECTION_M = 0.1  # how far from the edge of the room a cut may be
 _SIDES = np.array([(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)], dtype=np.float32)
 
 
 @dataclass(frozen=True)
 class Patch:
-    """A rectangle in a side of the box, a wall or a window.
-
-    Attributes:
-        side: 0 and 1 the lower and the upper one along x, 2 and 3 along y.
-        lower, upper: corners, (horizontal, z) metres.
-    """
+    """A wall or a window: (horizontal, z) corners, metres, in side 0 (lower x), 1 (upper x), 2 (lower y) or 3."""
 
     side: int
     lower: tuple[float, float]
     upper: tuple[float, float]
-
-    def share(self, across: Singles, high: Singles) -> Singles:
-        """(N,) 1 within, falling softly to 0 beyond the edges; `across` and `high` are the place in the side."""
-        at = np.stack([across, high], axis=1)
-        lower, upper = np.asarray(self.lower, np.float32), np.asarray(self.upper, np.float32)
-        inwards = np.minimum(at - lower, upper - at)
-        return np.asarray(np.clip((inwards + _WINDOW_BLUR_M) / (2 * _WINDOW_BLUR_M), 0.0, 1.0).prod(axis=1))
 
 
 @dataclass(frozen=True)
@@ -83,23 +69,14 @@ class Room:
         """Numbers of the sides without a wall."""
         return sorted({0, 1, 2, 3} - {wall.side for wall in self.walls})
 
-    def way_out(self, places: Singles, directions: Singles) -> tuple[Singles, Ints]:
-        """(N,) how far (3, N) rays go from (3, N) places in the box until they leave it, and (N,) by which side.
-
-        The way is in lengths of the direction. Sides are numbered as in Patch; 4 is the floor and 5 the ceiling.
-        """
-        ways, sides = self._ways(places, directions)
-        return ways.min(axis=0), sides[ways.argmin(axis=0), np.arange(places.shape[1])]
-
     def seen(self, places: Singles, directions: Singles, blur: float = _BLUR) -> Singles:
         """(N, 3) linear RGB that is seen from (3, N) places in the box along (3, N) directions.
 
-        Args:
-            blur: how softly one side of the box goes over into the next, as a share of the way to it.
+        `blur` is how softly one side of the box goes over into the next, as a share of the way to it.
         """
-        ways, sides = self._ways(places, directions)
+        ways, sides = self.ways(places, directions)
         nearest = ways.min(axis=0)
-        shares = np.clip(1 - (ways - nearest) / (np.float32(blur) * nearest + _LEAST), 0.0, 1.0)
+        shares = np.clip(1 - (ways - nearest) / (np.float32(blur) * nearest + np.float32(1e-4)), 0.0, 1.0)
         shares /= 2 - shares  # of two that are as near each counts half, and the second one fades evenly
         shares /= shares[0] + shares[1] + shares[2]
         bare = [OPEN_SIDE if side in self.open_sides else WALL for side in range(4)]
@@ -110,16 +87,22 @@ class Room:
         face = sides[ways.argmin(axis=0), np.arange(places.shape[1])] if self.windows else sides[0]
         for side in {window.side for window in self.windows}:
             hit = np.flatnonzero(face == side)
-            across, high = (places[k, hit] + nearest[hit] * directions[k, hit] for k in (1 - side // 2, 2))
-            shown = [window.share(across, high) for window in self.windows if window.side == side]
+            at = np.stack([places[k, hit] + nearest[hit] * directions[k, hit] for k in (1 - side // 2, 2)], axis=1)
+            shown = []
+            for window in (w for w in self.windows if w.side == side):
+                lower, upper = np.asarray(window.lower, np.float32), np.asarray(window.upper, np.float32)
+                inwards = np.minimum(at - lower, upper - at)
+                # 1 within, falling softly to 0 beyond the edges.
+                shown.append(np.clip((inwards + _WINDOW_BLUR_M) / (2 * _WINDOW_BLUR_M), 0.0, 1.0).prod(axis=1))
             light[hit] += np.max(shown, axis=0)[:, None] * _WINDOW
-        return np.asarray(light)
+        return light
 
-    def _ways(self, places: Singles, directions: Singles) -> tuple[Singles, Ints]:
-        """(3, N) how far (3, N) rays go to the planes of the sides ahead, and (3, N) the numbers of these."""
+    def ways(self, places: Singles, directions: Singles) -> tuple[Singles, Ints]:
+        """(3, N) how far rays go to the sides ahead, in lengths of directions, and which these are; 4 is the floor."""
         ahead = directions > 0
         ways = np.where(ahead, self.upper[:, None], self.lower[:, None]) - places
-        ways /= np.where(np.abs(directions) < _LEAST, _LEAST, directions)
+        least = np.float32(1e-4)
+        ways /= np.where(np.abs(directions) < least, least, directions)
         return np.abs(ways), ahead + np.array([[0], [2], [4]])
 
     def is_bare(self, places: Singles, sides: Ints) -> Mask:
@@ -130,23 +113,15 @@ class Room:
             bare &= (sides != wall.side) | (along < wall.lower[0]) | (along > wall.upper[0])
         return bare
 
-    def is_on_bare_side(self, places: Singles) -> Mask:
-        """(N,) whether (3, N) places lie where a wall is missing."""
-        found = np.zeros(places.shape[1], dtype=np.bool_)
-        for side in range(4):
-            edge = (self.lower, self.upper)[side % 2][side // 2]
-            on = np.flatnonzero(np.abs(places[side // 2] - edge) < _ON_SIDE_M)
-            found[on] |= self.is_bare(places[:, on], np.full(len(on), side))
-        return found
-
 
 def close_open_sides(seen: Surfaces, room: Room, eye: Floats) -> None:
     """Where an eye in the room looks out through a side without a wall, let it see a plain wall there."""
     out = np.flatnonzero(~seen.seen)
     rays = -seen.to_eye.reshape(-1, 3)[out]
     at = np.asarray(eye, dtype=np.float32)
-    way, side = room.way_out(np.tile(at[:, None], (1, len(out))), rays.T)
-    places = at + rays * way[:, None]
+    ways, sides = room.ways(np.tile(at[:, None], (1, len(out))), rays.T)
+    side = sides[ways.argmin(axis=0), np.arange(len(out))]
+    places = at + rays * ways.min(axis=0)[:, None]
     bare = room.is_bare(places.T, side)
     out = out[bare]
     seen.seen.reshape(-1)[out] = True
@@ -161,15 +136,12 @@ def grey_sections(seen: Surfaces, room: Room) -> None:
         beyond = (seen.places[..., others] < room.lower[others]) | (seen.places[..., others] > room.upper[others])
         sign, edge = (1, room.upper[axis]) if side % 2 else (-1, room.lower[axis])
         turned = sign * seen.normals[..., axis] > 0.9
-        cut = beyond.any(axis=2) & turned & (sign * (seen.places[..., axis] - edge) > -_SECTION_M)
+        cut = beyond.any(axis=2) & turned & (sign * (seen.places[..., axis] - edge) > -0.1)
         seen.albedo[cut], seen.gloss[cut] = _SECTION, (0.0, 0.9, 0.0)
 
 
 def beams(number: int, passes: int, per_pass: int) -> Iterator[tuple[Floats, float]]:
-    """Directions of drawing `number` of `passes`: one of the key light, then `per_pass` all over the sphere.
-
-    Each is a (3,) unit vector to the light and the weight of that light in the drawing.
-    """
+    """Yield (3,) unit vectors to the light of a drawing and weights: the key light, then `per_pass` from all over."""
     spread, turn = _KEY_SOFTNESS * math.sqrt((number + 0.5) / passes), 2.0 * math.pi * GOLDEN * number
     side = np.cross((0.0, 0.0, 1.0), _KEY)
     side /= np.linalg.norm(side)
@@ -186,62 +158,54 @@ def beams(number: int, passes: int, per_pass: int) -> Iterator[tuple[Floats, flo
         yield np.array([flat * math.cos(around), flat * math.sin(around), z]), 4.0 * weight / per_pass
 
 
-class Receiver:
-    """Surfaces of drawing `number` of a picture that gather light."""
+def light_on(surfaces: Surfaces, room: Room, number: int, light: Sequence[Beam]) -> Singles:
+    """(H, W, 3) light that the surfaces of drawing `number` gather, 0 where nothing is seen; the key light comes first.
 
-    def __init__(self, surfaces: Surfaces, room: Room, number: int) -> None:
-        self._surfaces, self._room = surfaces, room
-        self._at = np.flatnonzero(surfaces.seen)
-        self._normals = np.ascontiguousarray(surfaces.normals.reshape(-1, 3)[self._at].T)
-        self._places = np.ascontiguousarray(surfaces.places.reshape(-1, 3)[self._at].T)
-        self._places += np.float32(_OFF_SURFACE_M) * self._normals
-        rows, columns = np.divmod(self._at, surfaces.seen.shape[1])
-        # Two low-discrepancy sequences over the pixels: neighbours get values far apart. Ref: M. Roberts, R2.
-        across = rows / PLASTIC + columns / PLASTIC**2 + number * GOLDEN
-        along = rows / PLASTIC**2 - columns / PLASTIC + number * GOLDEN**2
-        self._noise = (np.stack([across, along]) % 1.0).astype(np.float32)
-        self._light = np.zeros((len(self._at), 3), dtype=np.float32)
-
-    def add(self, shadow: ShadowMap, weight: float, number: int) -> None:
-        """Add the light of direction `number` of the drawing; that of 0 is the key light."""
-        cosine = np.dot(shadow.frame[2], self._normals)
+    The ceiling and the plain surfaces in place of missing walls emit light; they are shown with that brightness.
+    """
+    at = np.flatnonzero(surfaces.seen)
+    normals = np.ascontiguousarray(surfaces.normals.reshape(-1, 3)[at].T)
+    places = np.ascontiguousarray(surfaces.places.reshape(-1, 3)[at].T)
+    places += np.float32(_OFF_SURFACE_M) * normals
+    rows, columns = np.divmod(at, surfaces.seen.shape[1])
+    # Two low-discrepancy sequences over the pixels: neighbours get values far apart. Ref: M. Roberts, R2.
+    across = rows / PLASTIC + columns / PLASTIC**2 + number * GOLDEN
+    along = rows / PLASTIC**2 - columns / PLASTIC + number * GOLDEN**2
+    noise = (np.stack([across, along]) % 1.0).astype(np.float32)
+    total = np.zeros((len(at), 3), dtype=np.float32)
+    for k, (shadow, weight) in enumerate(light):
+        cosine = np.dot(shadow.frame[2], normals)
         lit = np.flatnonzero(cosine > 0.01)
-        places = self._places[:, lit]
-        turn = number * GOLDEN % 1.0
-        noise = self._noise[:, lit] + np.array([[turn], [turn * GOLDEN]], dtype=np.float32)
-        noise -= np.floor(noise) + np.float32(0.5)
-        noise *= np.float32(2.0 * (_TILT if number else _KEY_SOFTNESS))
-        gap = shadowing(places, shadow, noise)
-        if number:
-            shown = self._room.seen(places, shadow.frame[:2].T @ noise + shadow.frame[2][:, None])
+        turn, here = k * GOLDEN % 1.0, places[:, lit]
+        tilt = noise[:, lit] + np.array([[turn], [turn * GOLDEN]], dtype=np.float32)
+        tilt -= np.floor(tilt) + np.float32(0.5)
+        tilt *= np.float32(2.0 * (_TILT if k else _KEY_SOFTNESS))
+        gap = shadowing(here, shadow, tilt)
+        if k:
+            shown = room.seen(here, shadow.frame[:2].T @ tilt + shadow.frame[2][:, None])
             hidden = np.flatnonzero(gap > 0.0)
             far = np.sqrt(np.clip((gap[hidden] - _NEAR_M) / np.float32(_FAR_M - _NEAR_M), 0.0, 1.0))
             shown[hidden] = _FIRST_HAND + far[:, None] * (_SECOND_HAND - _FIRST_HAND)
         else:
             shown = _KEY_COLOR * (gap <= 0.0)[:, None]
-        shown *= (cosine[lit] * np.float32(weight))[:, None]
-        self._light[lit] += shown
-
-    def image(self) -> Singles:
-        """(H, W, 3) light, 0 where nothing is seen, averaged over neighbours that lie in the same plane.
-
-        The ceiling and the plain surfaces in place of missing walls emit light; they are shown with that brightness.
-        """
-        is_ceiling = (self._normals[2] < -0.9) & (self._places[2] > self._room.upper[2] - 0.05)
-        self._light[is_ceiling] += _ON_CEILING
-        self._light[self._room.is_on_bare_side(self._places)] += _ON_OPEN_SIDE
-        light = np.zeros(self._surfaces.places.shape, dtype=np.float32)
-        light.reshape(-1, 3)[self._at] = self._light
-        return _smoothed(light, self._surfaces)
+        total[lit] += shown * (cosine[lit] * np.float32(weight))[:, None]
+    total[(normals[2] < -0.9) & (places[2] > room.upper[2] - 0.05)] += _ON_CEILING
+    is_open = np.zeros(len(at), dtype=np.bool_)
+    for side in range(4):
+        edge = (room.lower, room.upper)[side % 2][side // 2]
+        near = np.flatnonzero(np.abs(places[side // 2] - edge) < 0.02)
+        is_open[near] |= room.is_bare(places[:, near], np.full(len(near), side))
+    total[is_open] += _ON_OPEN_SIDE
+    image = np.zeros(surfaces.places.shape, dtype=np.float32)
+    image.reshape(-1, 3)[at] = total
+    return _smoothed(image, surfaces)
 
 
 def shadowing(places: Singles, shadow: ShadowMap, tilt: Singles) -> Singles:
-    """(N,) distance, metres, from each place to the object that hides it from the light; 0 if nothing hides it.
+    """(N,) metres from each place (3, N) to the object that hides it from the light; 0 if nothing hides it.
 
-    The first lookup finds the distance; the second is shifted sideways by as much as a soft light spreads over it.
-
-    Args:
-        places: (3, N) metres. tilt: (2, N) of the way to the light, along right and up of the map.
+    The first lookup finds the distance; the second is shifted sideways by as much as a soft light spreads over it:
+    (2, N) `tilt` of the way to the light, along right and up of the map.
     """
     x, y, z = shadow.frame @ places
     bias = np.float32(1.5 * shadow.pixel)
@@ -254,11 +218,11 @@ def shadowing(places: Singles, shadow: ShadowMap, tilt: Singles) -> Singles:
     return np.asarray(gap)
 
 
-def _smoothed(light: Singles, surfaces: Surfaces, reach_px: int = 2) -> Singles:
+def _smoothed(light: Singles, surfaces: Surfaces) -> Singles:
     """(H, W, 3) light, averaged over neighbours that lie in the same plane."""
     for axis in (0, 1):
         total, weight = light.copy(), np.ones(light.shape[:2], dtype=np.float32)
-        for step in (s for s in range(-reach_px, reach_px + 1) if s):
+        for step in (-2, -1, 1, 2):
             normals, places = np.roll(surfaces.normals, step, axis=axis), np.roll(surfaces.places, step, axis=axis)
             alike = np.einsum("ijk,ijk->ij", normals, surfaces.normals) > 0.95
             off = np.abs(np.einsum("ijk,ijk->ij", places - surfaces.places, surfaces.normals))
@@ -270,16 +234,20 @@ def _smoothed(light: Singles, surfaces: Surfaces, reach_px: int = 2) -> Singles:
 
 
 def shade(seen: Surfaces, light: Singles, room: Room, is_inside: bool) -> Floats:
-    """(H, W, 3) sRGB, 0..1, of a drawing: matt, metal and polish, glass before it, the tone curve.
+    """(H, W, 3) sRGB, 0..1, of a drawing in its light: matt, metal and polish, glass before it, the tone curve.
 
-    Args:
-        light: (H, W, 3) on its surfaces; 1 makes white look white.
-        is_inside: whether the eye is in the room, and sees the sky through windows.
+    An eye in the room (`is_inside`) sees the sky through windows.
     """
     color = linear_from_srgb_array(seen.albedo)
     metallic, rough, glow = (seen.gloss[..., k : k + 1] for k in range(3))
     facing = np.einsum("ijk,ijk->ij", seen.normals, seen.to_eye)[..., None]
-    reflected = _reflections(seen, light, room, 2.0 * facing * seen.normals - seen.to_eye, rough)
+    # Surfaces mirror the room and the key light; rough ones mix that with the light there.
+    away, shape = 2.0 * facing * seen.normals - seen.to_eye, seen.places.shape
+    mirrored = room.seen(seen.places.reshape(-1, 3).T, away.reshape(-1, 3).T, _MIRROR_BLUR).reshape(shape)
+    blur = 0.015 + 0.25 * rough**2
+    mirrored += _KEY_COLOR * (0.05 / blur) * np.exp((away @ _KEY.astype(np.float32) - 1.0)[..., None] / blur)
+    free = np.clip(light.mean(axis=2, keepdims=True) / _FREE_LIGHT, 0.0, 1.0)
+    reflected = (free * ((1.0 - 0.5 * rough) * mirrored + 0.5 * rough * light)).astype(np.float32)
     slant = (1.0 - np.clip(facing, 0.0, 1.0)) ** 5
     polish = (1.0 - rough) ** 2 * (_LEAST_REFLECTED + (1.0 - _LEAST_REFLECTED) * slant)
     lit = color * ((1.0 - metallic) * _MATT * light + metallic * reflected + _GLOW * glow)
@@ -292,13 +260,3 @@ def shade(seen: Surfaces, light: Singles, room: Room, is_inside: bool) -> Floats
     behind = _HORIZON + rise * (_ZENITH - _HORIZON) if is_inside else np.float32(_PAPER)
     tone = np.where(seen.seen[..., None], tone, behind)
     return np.asarray(tone * seen.clear + np.float32(_VEIL) * seen.veil, dtype=np.float64)
-
-
-def _reflections(seen: Surfaces, light: Singles, room: Room, away: Singles, rough: Singles) -> Singles:
-    """(H, W, 3) of the room and the key light, as the surfaces mirror them; rough ones mix it with the light there."""
-    shape = seen.places.shape
-    mirrored = room.seen(seen.places.reshape(-1, 3).T, away.reshape(-1, 3).T, _MIRROR_BLUR).reshape(shape)
-    blur = 0.015 + 0.25 * rough**2
-    mirrored += _KEY_COLOR * (0.05 / blur) * np.exp((away @ _KEY.astype(np.float32) - 1.0)[..., None] / blur)
-    free = np.clip(light.mean(axis=2, keepdims=True) / _FREE_LIGHT, 0.0, 1.0)
-    return np.asarray(free * ((1.0 - 0.5 * rough) * mirrored + 0.5 * rough * light), dtype=np.float32)

@@ -15,7 +15,7 @@ from PIL import Image
 
 from casa_assets.core.numeric import Floats, srgb_from_linear_array
 from casa_assets.errors import CasaError
-from casa_assets.model.asset.material import Material, Texture
+from casa_assets.model.asset.material import Texture
 from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.source import RawModel, RawPart, Up
 from casa_assets.preview import pictures, studio
@@ -82,8 +82,7 @@ def load_into_studio(
     """Compile an asset in the studio: (MjModel, MjData, (N, 3) visible points in metres).
 
     Args:
-        model_xml: as for `render`.
-        size_px: of the picture to be taken.
+        model_xml: as for `render`. size_px: of the picture to be taken.
         paint: RGBA for everything, instead of its materials.
         groups: of the geoms to be shown; each collider gets a different colour.
         pose: keyframe, or empty.
@@ -179,9 +178,7 @@ def render_turntable(model_xml: Path, view: View = _TURNTABLE_VIEW, frames: int 
 
     Args:
         model_xml: as for `render`.
-        view: the first frame.
-        frames: pictures per turn.
-        seconds: duration of a turn.
+        view: of the first frame. frames, seconds: pictures in a turn, and its duration.
     Raises:
         CannotDraw: MuJoCo cannot read the model, or nothing in it is visible.
         NoRenderer: there is no OpenGL.
@@ -247,10 +244,6 @@ def render_model(model: RawModel, view: View = _RAW_VIEW) -> bytes:
 def render_mesh(parts: Sequence[RawPart], up: Up = Up.Z, view: View = _RAW_VIEW) -> bytes:
     """PNG of raw parts in file units; size does not matter, broken and flat meshes are drawn from both sides.
 
-    Args:
-        parts: meshes with materials.
-        up: axis of the file that points up.
-        view: direction and size.
     Raises:
         CannotDraw: there is no triangle to draw, or MuJoCo cannot read them. NoRenderer: there is no OpenGL.
     """
@@ -321,7 +314,9 @@ def _add(spec: Any, part: RawPart, i: int) -> None:
         uv_faces = np.arange(len(uv))
     material = spec.add_material()
     material.name = f"look{i}"
-    material.rgba = list(_srgb(part.material))
+    base = part.material.base_color
+    # However clear it is, it can be seen.
+    material.rgba = [*srgb_from_linear_array(np.array(base[:3])), max(base[3], 0.15)]
     material.metallic, material.roughness = part.material.metallic, part.material.roughness
     if pixels is not None:
         # MuJoCo's images begin at the top, ours at the lower left.
@@ -363,10 +358,3 @@ def _opened(texture: Texture) -> Pixels:
         picture = source.convert("RGB")
     picture.thumbnail((_LARGEST_PX, _LARGEST_PX), Image.Resampling.BOX)
     return np.asarray(picture)
-
-
-def _srgb(material: Material) -> Floats:
-    """(4,) base colour as a screen shows it, 0..1; alpha no lower than what can be seen."""
-    rgb = np.array(material.base_color[:3])
-    curve = srgb_from_linear_array(rgb)
-    return np.array([*curve, max(material.base_color[3], 0.15)])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import colorsys
-import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -100,7 +99,10 @@ def _stand(model: Any, data: Any, pose: Mapping[str, float]) -> Floats:
 
 
 def _shot(model: Any, data: Any, pose: Mapping[str, float]) -> bytes:
-    points = _stand(model, data, pose)
+    return _picture(model, data, _stand(model, data, pose))
+
+
+def _picture(model: Any, data: Any, points: Floats) -> bytes:
     return pictures.png(studio.render(model, data, points, fit(points, _VIEW), _VIEW, both_sides=True))
 
 
@@ -122,8 +124,7 @@ def _apart(model: Any, data: Any, names: Sequence[str]) -> bytes:
         moved[body] = offset
     for g in range(model.ngeom):
         data.geom_xpos[g] += moved.get(int(model.geom_bodyid[g]), np.zeros(3))
-    points = studio.place_floor(model, data)
-    return pictures.png(studio.render(model, data, points, fit(points, _VIEW), _VIEW, both_sides=True))
+    return _picture(model, data, studio.place_floor(model, data))
 
 
 def _painted(model: Any, data: Any, names: Sequence[str]) -> bytes:
@@ -170,9 +171,7 @@ def _with_axes(picture: Pixels, camera: Camera, model: Any, data: Any, names: Se
         pen.text(
             (at[1][0] + 7, at[1][1] - 8), str(i), fill=_DARK, font=font, stroke_width=2, stroke_fill=(255, 255, 255)
         )
-    out = io.BytesIO()
-    image.save(out, "PNG")
-    return out.getvalue()
+    return pictures.png(np.asarray(image))
 
 
 def part_color(i: int) -> tuple[float, float, float]:

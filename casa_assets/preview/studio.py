@@ -18,14 +18,7 @@ from PIL import Image, ImageFilter
 from casa_assets.core.numeric import Floats, Mask
 from casa_assets.preview import pictures, renderer
 from casa_assets.preview.pictures import Pixels
-from casa_assets.preview.renderer import (
-    GOLDEN,
-    PLASTIC,
-    CameraFrustum,
-    drawing_ids,
-    one_group,
-    set_quality,
-)
+from casa_assets.preview.renderer import GOLDEN, PLASTIC, CameraFrustum, drawing_ids, one_group, set_quality
 
 
 @dataclass(frozen=True)
@@ -73,12 +66,7 @@ class Camera:
 
 
 def fit(points: Floats, view: View) -> Camera:
-    """The camera that sees all points, centred, as large as `view.fill` allows.
-
-    Args:
-        points: (N, 3) metres, world frame.
-        view: direction and fill.
-    """
+    """The camera that sees all (N, 3) points (metres, world frame), centred, as large as `view.fill` allows."""
     azimuth, elevation = math.radians(view.azimuth_deg), math.radians(view.elevation_deg)
     flat = math.cos(elevation)
     forward = np.array([-math.sin(azimuth) * flat, math.cos(azimuth) * flat, -math.sin(elevation)])
@@ -173,11 +161,8 @@ def render(model: Any, data: Any, points: Floats, camera: Camera, view: View, bo
     """Render a model that is on the studio's floor.
 
     Args:
-        model, data: as `place_floor` left them.
-        points: (N, 3) metres, world frame, from `place_floor`.
-        camera: fitted to the points.
-        view: size and number of drawings.
-        both_sides: shows faces from behind too.
+        model, data, points: as `place_floor` left and returned them.
+        view: size and number of drawings. both_sides: shows faces from behind too.
     Returns:
         (size_px, size_px, 3) uint8.
     Raises:

@@ -63,10 +63,10 @@ def samples_of(
     Args:
         face_types: by side, the (F,) types of faces: what is turned or pressed from there.
     """
-    panels = find_panels(measured, FRONT)
+    panels = find_panels(measured)
     rectangles = [(p.lower[:2], p.upper[:2]) for p in panels]
     front = find_controls(measured, FRONT, [f for p in panels for f in p.members])
-    levers, front = find_levers(measured, FRONT, front)
+    levers, front = find_levers(measured, front)
     gone = [f for v in levers for f in v.control.fragments]
     for side, controls, plates in ((FRONT, front, rectangles), (TOP, find_controls(measured, TOP, gone), [])):
         if not controls:

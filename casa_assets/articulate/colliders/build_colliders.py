@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence, Set
 from dataclasses import dataclass
 
-import manifold3d
 import numpy as np
 
-from casa_assets.articulate.colliders.clearance import LinkSolid, clear_moving_parts, subtract_box
+from casa_assets.articulate.colliders.clearance import LinkSolid, clear_moving_parts, overlap, subtract_box
 from casa_assets.articulate.colliders.link_shapes import (
     box_cloud,
     convex_clouds,
@@ -56,13 +55,15 @@ def add_edge_grip(solid: LinkSolid, kind: PartKind) -> None:
     box = np.array([lower[chosen], upper[chosen]])
     wide = min(GRIP_WIDTH_M, 0.3 * float(box[1][edge] - box[0][edge]))
     box[0 if sign > 0 else 1][edge] = end - sign * wide
-    thin = _across(solid, edge)
+    # Neither the axis of its edge nor the one that the edge runs along.
+    along = int(np.argmax(np.abs(solid.axis)))
+    thin = next(k for k in (1, 2, 0) if k not in (edge, along)) if solid.turns else 1
     # The side that is seen: of a lid the upper one.
     if box[1][thin] - box[0][thin] > GRIP_THICKNESS_M:
         box[1 if thin != 2 else 0][thin] = (
             box[0][thin] + GRIP_THICKNESS_M if thin != 2 else box[1][thin] - GRIP_THICKNESS_M
         )
-    strip = _shared(solid.clouds[chosen], box)
+    strip = overlap(solid.clouds[chosen], box_cloud(box[0], box[1]), MIN_GRIP_M3)
     if strip is not None:
         solid.grips = [strip]
         solid.clouds[chosen : chosen + 1] = subtract_box(solid.clouds[chosen], box) or [solid.clouds[chosen]]
@@ -80,51 +81,25 @@ def _edge(solid: LinkSolid, lower: Floats, upper: Floats) -> tuple[int, float]:
     return axis, 1.0 if away[axis] > 0 else -1.0
 
 
-def _across(solid: LinkSolid, edge: int) -> int:
-    """Return the axis along which a front is thin: neither that of its edge nor the one that the edge runs along."""
-    assert solid.axis is not None
-    if not solid.turns:
-        return 1
-    along = int(np.argmax(np.abs(solid.axis)))
-    return next(k for k in (1, 2, 0) if k not in (edge, along))
-
-
-def _shared(cloud: Floats, box: Sequence[Floats] | Floats) -> Floats | None:
-    """Return the (N, 3) corners of the intersection of a convex cloud and a box, None if it is too small to hold."""
-    both = manifold3d.Manifold.hull_points(cloud) ^ manifold3d.Manifold.hull_points(box_cloud(box[0], box[1]))
-    if both.is_empty() or both.volume() < MIN_GRIP_M3:
-        return None
-    return np.array(both.to_mesh64().vert_properties[:, :3], dtype=np.float64)
-
-
 # Build colliders ------------------------------------------------------------------------------------------------------
 
-# Most collision shapes of a link before cuts, which may split one into several.
-MAX_SHAPES_BEFORE_CUTS = 22
-# Most collision shapes of a link. Ref: registry/limits.yaml, hull_count.
-MAX_SHAPES = 32
-# Shapes of the body that are left for the floors of slots, which come when an asset gets its runtime names.
-RESERVED_SHAPES = 4
+# Most collision shapes of a link (Ref: registry/limits.yaml, hull_count), and before cuts, which may split one; those
+# of the body that are left for the floors of slots, which come when an asset gets its runtime names.
+MAX_SHAPES, MAX_SHAPES_BEFORE_CUTS, RESERVED_SHAPES = 32, 22, 4
 # Most collision shapes of a handle before those that _cover_extremes adds.
 MAX_HANDLE_SHAPES = 6
 # Fewest shapes that are kept of the mesh's own faces where a built interior adds shapes to a link.
 MIN_OWN_SHAPES = 14
-# Owner of the faces of the body. Ref: Articulation.face_owner.
-BODY_OWNER = -1
-# Owner of the faces of built interiors, which bring their own shapes.
-BUILT_OWNER = -2
-# A fragment gets no shape of its own if it reaches out of the boxes of earlier shapes by no more than this, metres.
-REACH_M = 0.004
-# The same distance where it is larger, as a share of the diagonal of the faces that are covered.
-REACH_SHARE = 0.012
+# Owners of the faces of the body (Ref: Articulation.face_owner), and of built interiors, which bring their own shapes.
+BODY_OWNER, BUILT_OWNER = -1, -2
+# A fragment gets no shape of its own if it reaches out of the boxes of earlier shapes by no more than this, metres, or
+# that share of the diagonal of the faces that are covered.
+REACH_M, REACH_SHARE = 0.004, 0.012
 # Samples of the visible surface of a link.
 SURFACE_SAMPLES = 30000
-# Most shapes of a ring-like fragment that reaches farthest to a side.
-MAX_END_SHAPES = 12
-# Fewest shapes that go round the opening of a ring-like fragment: one for each of four sides.
-FRAME_SIDES = 4
-# A fragment longer than this share of the faces that are covered is tested for being ring-like.
-LARGE_FRAME_SHARE = 0.4
+# Of a ring-like fragment: most shapes if it reaches farthest to a side, and fewest, one for each side of its opening.
+# A fragment is tested for it if it is longer than this share of the faces that are covered.
+MAX_END_SHAPES, FRAME_SIDES, LARGE_FRAME_SHARE = 12, 4, 0.4
 # Most fragments of a link that get shapes, the largest first.
 MAX_FRAGMENTS = 60
 # Parts that are pressed or turned by fingers have one shape.
@@ -155,18 +130,12 @@ def part_label(kind: PartKind) -> str:
 
 
 def build_colliders(
-    points: Floats,
-    mesh: WeldedMesh,
-    fragment_of_face: Ints,
-    articulation: Articulation,
-    substance: str,
-    refit: Set[int] = frozenset(),
+    points: Floats, mesh: WeldedMesh, articulation: Articulation, substance: str, refit: Set[int] = frozenset()
 ) -> list[LinkColliders]:
     """Return the colliders of the body and of each part, in this order.
 
     Args:
         points: (P, 3) of the mesh, metres, asset frame.
-        fragment_of_face: (F,) index of the fragment, -1 for none.
         substance: of all shapes.
         refit: links, 0 for the body, whose shapes are fitted to the link as a whole and are never cut: those that
             follow its fragments, or were cut where others pass, did not fit what is seen.
@@ -177,9 +146,9 @@ def build_colliders(
     blocking_parts = [_front_before(p, articulation.parts, mesh) for p in articulation.parts]
     for added in articulation.added:
         owner[added.faces] = BUILT_OWNER
-    solids = [_link_solid(points, mesh, fragment_of_face, np.flatnonzero(owner == BODY_OWNER), None)]
+    solids = [_link_solid(points, mesh, np.flatnonzero(owner == BODY_OWNER), None)]
     for i, part in enumerate(articulation.parts):
-        solid = _link_solid(points, mesh, fragment_of_face, np.flatnonzero(owner == i), part)
+        solid = _link_solid(points, mesh, np.flatnonzero(owner == i), part)
         door = blocking_parts[i]
         solid.carrier = names.index(part.parent) + 1 if part.parent else 0
         solid.is_whole = part.kind in SINGLE_SHAPE_KINDS
@@ -188,9 +157,13 @@ def build_colliders(
     for i in sorted(refit):
         rows = np.flatnonzero(owner == (BODY_OWNER if i == 0 else i - 1))
         if len(rows):
-            _fit_as_a_whole(solids[i], points, mesh, rows)
-    _set_joints(solids, articulation, points, mesh, metres_per_unit)
-    _add_interiors(solids, articulation, points, mesh, metres_per_unit)
+            # Its shapes do not follow its fragments, but all its faces together.
+            solids[i].clouds = convex_clouds(points, mesh.faces[rows], MAX_SHAPES_BEFORE_CUTS)
+            solids[i].is_whole = True
+    # Of the analysed mesh, in the asset frame.
+    origin = points[0] - mesh.points[0] * metres_per_unit if len(points) else np.zeros(3)
+    _set_joints(solids, articulation, origin, metres_per_unit)
+    _add_interiors(solids, articulation, origin, metres_per_unit)
     for i, solid in enumerate(solids):
         solid.clouds = [snap_to_box(c) for c in solid.clouds]
         # Link 0 is the body; link i is part i - 1.
@@ -210,17 +183,10 @@ def build_colliders(
     return out
 
 
-def _fit_as_a_whole(solid: LinkSolid, points: Floats, mesh: WeldedMesh, rows: Ints) -> None:
-    """Replace the shapes of a link that follow its fragments by those of all its faces together; in place."""
-    solid.clouds = convex_clouds(points, mesh.faces[rows], MAX_SHAPES_BEFORE_CUTS)
-    solid.is_whole = True
-
-
 def _set_joints(
-    solids: Sequence[LinkSolid], articulation: Articulation, points: Floats, mesh: WeldedMesh, metres_per_unit: float
+    solids: Sequence[LinkSolid], articulation: Articulation, origin: Floats, metres_per_unit: float
 ) -> None:
     """Set the joint of each link but the body, asset frame; in place."""
-    origin = _frame_origin(points, mesh, metres_per_unit)
     for solid, part in zip(solids[1:], articulation.parts, strict=True):
         joint = part.joint
         solid.turns = joint.kind is JointKind.HINGE
@@ -237,14 +203,7 @@ def _narrowed(cloud: Floats, anchor: Floats, axis: Floats) -> Floats:
     """Return a cloud that is SPIN_PLAY_SHARE nearer to an axis, and as long along it."""
     away = cloud - anchor
     away -= np.outer(away @ axis, axis)
-    found: Floats = cloud - SPIN_PLAY_SHARE * away
-    return found
-
-
-def _frame_origin(points: Floats, mesh: WeldedMesh, metres_per_unit: float) -> Floats:
-    """Return the (3,) origin of the analysed mesh in the asset frame, metres."""
-    origin: Floats = points[0] - mesh.points[0] * metres_per_unit if len(points) else np.zeros(3)
-    return origin
+    return cloud - SPIN_PLAY_SHARE * away
 
 
 def _largest(clouds: Sequence[Floats], max_count: int) -> list[Floats]:
@@ -259,15 +218,13 @@ def _largest(clouds: Sequence[Floats], max_count: int) -> list[Floats]:
 
 
 def _add_interiors(
-    solids: Sequence[LinkSolid], articulation: Articulation, points: Floats, mesh: WeldedMesh, metres_per_unit: float
+    solids: Sequence[LinkSolid], articulation: Articulation, origin: Floats, metres_per_unit: float
 ) -> None:
     """Add the shapes of built interiors to their links, and subtract the cavities from the body; in place."""
-    origin = _frame_origin(points, mesh, metres_per_unit)
     names = [p.name for p in articulation.parts]
     # An interior that is neither cut out of the body nor furnished leaves the shapes of the body as they are.
     for cavity in (r for r in articulation.cavities if r.built and (r.cut is not None or r.furnish)):
-        holes = [cavity.cut or (cavity.lower, cavity.upper), *cavity.fronts]
-        for hole in holes:
+        for hole in (cavity.cut or (cavity.lower, cavity.upper), *cavity.fronts):
             box = np.array(hole) * metres_per_unit + origin
             solids[0].clouds = [piece for c in solids[0].clouds for piece in subtract_box(c, box)]
     for added in articulation.added:
@@ -276,15 +233,13 @@ def _add_interiors(
         solid.clouds = [*own, *(c * metres_per_unit + origin for c in added.clouds)]
 
 
-def _link_solid(
-    points: Floats, mesh: WeldedMesh, fragment_of_face: Ints, rows: Ints, part: PartPlan | None
-) -> LinkSolid:
+def _link_solid(points: Floats, mesh: WeldedMesh, rows: Ints, part: PartPlan | None) -> LinkSolid:
     """Return the shapes of one link before any cut.
 
     Args:
         rows: indices of its faces. part: None for the body.
     """
-    rows = rows[fragment_of_face[rows] >= 0]
+    rows = rows[mesh.fragment_labels[rows] >= 0]
     if part is not None and part.kind is PartKind.TRAY and len(rows):
         # One shape for each wire of a rack would exceed the budget, so the rack is covered as a whole.
         return LinkSolid(None, convex_clouds(points, mesh.faces[rows], MAX_SHAPES_BEFORE_CUTS), [])
@@ -293,15 +248,11 @@ def _link_solid(
     in_handle = np.isin(rows, part.grip) if part is not None and has_handle else np.zeros(len(rows), dtype=bool)
     if part is not None and part.kind in SINGLE_SHAPE_KINDS and len(rows):
         return LinkSolid(None, convex_clouds(points, mesh.faces[rows], 1), [])
-    handle = _cover_fragments(points, mesh, fragment_of_face, rows[in_handle], MAX_HANDLE_SHAPES)
-    return LinkSolid(
-        None, _cover_fragments(points, mesh, fragment_of_face, rows[~in_handle], MAX_SHAPES_BEFORE_CUTS), handle
-    )
+    handle = _cover_fragments(points, mesh, rows[in_handle], MAX_HANDLE_SHAPES)
+    return LinkSolid(None, _cover_fragments(points, mesh, rows[~in_handle], MAX_SHAPES_BEFORE_CUTS), handle)
 
 
-def _cover_fragments(
-    points: Floats, mesh: WeldedMesh, fragment_of_face: Ints, rows: Ints, max_count: int
-) -> list[Floats]:
+def _cover_fragments(points: Floats, mesh: WeldedMesh, rows: Ints, max_count: int) -> list[Floats]:
     """Return shapes that cover some faces, fragment by fragment, the largest first.
 
     Shapes of the fragments that reach farthest to a side come on top of `max_count`; `_largest` cuts the shapes of a
@@ -309,14 +260,14 @@ def _cover_fragments(
     """
     if not len(rows):
         return []
-    areas = np.bincount(fragment_of_face[rows], mesh.areas[rows])
+    areas = np.bincount(mesh.fragment_labels[rows], mesh.areas[rows])
     ranked = np.argsort(-areas, kind="stable")[: int((areas > 0.0).sum())][:MAX_FRAGMENTS]
     extent = np.ptp(points[np.unique(mesh.faces[rows])], axis=0)
     reach = max(REACH_M, REACH_SHARE * float(np.linalg.norm(extent)))
     out: list[Floats] = []
     boxes: list[Floats] = []
     for n, fragment in enumerate(ranked.tolist()):
-        faces = mesh.faces[rows[fragment_of_face[rows] == fragment]]
+        faces = mesh.faces[rows[mesh.fragment_labels[rows] == fragment]]
         cloud = points[np.unique(faces)]
         if any((cloud >= b[0] - reach).all() and (cloud <= b[1] + reach).all() for b in boxes):
             continue
@@ -334,22 +285,21 @@ def _cover_fragments(
         clouds = convex_clouds(points, faces, share)[:budget]
         out += clouds
         boxes += [np.array([c.min(axis=0), c.max(axis=0)]) for c in clouds]
-    return out + _cover_extremes(points, mesh, fragment_of_face, rows, out, reach)
+    return out + _cover_extremes(points, mesh, rows, out, reach)
 
 
-def _cover_extremes(
-    points: Floats, mesh: WeldedMesh, fragment_of_face: Ints, rows: Ints, clouds: list[Floats], reach: float
-) -> list[Floats]:
+def _cover_extremes(points: Floats, mesh: WeldedMesh, rows: Ints, clouds: list[Floats], reach: float) -> list[Floats]:
     """Return shapes for fragments left out of `clouds` that reach farthest: a gripper touches the outermost first."""
     corners = points[mesh.faces[rows]]
     lower, upper = (np.array([f(c, axis=0) for c in clouds]) for f in (np.min, np.max))
     wanted: list[int] = []
     for axis in range(3):
-        if corners[..., axis].min() < lower[:, axis].min() - reach:
-            wanted.append(int(fragment_of_face[rows[np.argmin(corners[..., axis].min(axis=1))]]))
-        if corners[..., axis].max() > upper[:, axis].max() + reach:
-            wanted.append(int(fragment_of_face[rows[np.argmax(corners[..., axis].max(axis=1))]]))
-    reached = [mesh.faces[rows[fragment_of_face[rows] == fragment]] for fragment in sorted(set(wanted))]
+        at = corners[..., axis]
+        if at.min() < lower[:, axis].min() - reach:
+            wanted.append(int(mesh.fragment_labels[rows[np.argmin(at.min(axis=1))]]))
+        if at.max() > upper[:, axis].max() + reach:
+            wanted.append(int(mesh.fragment_labels[rows[np.argmax(at.max(axis=1))]]))
+    reached = [mesh.faces[rows[mesh.fragment_labels[rows] == fragment]] for fragment in sorted(set(wanted))]
     return [
         c for faces in reached for c in convex_clouds(points, faces, MAX_END_SHAPES if is_frame(points, faces) else 1)
     ]

@@ -115,8 +115,13 @@ def _cut(solid: LinkSolid, index: int, boxes: list[Floats], min_left: float) -> 
     """Subtract boxes from one shape of a link, unless its shapes would then fall short of what is seen; in place."""
     if solid.is_whole:
         return
-    clouds = solid.clouds.copy()
-    clouds[index : index + 1] = _subtract_boxes(clouds[index], boxes, min_left)
+    clouds, cloud = solid.clouds.copy(), solid.clouds[index]
+    rest = [cloud]
+    for box in _merge_boxes(boxes, cloud):
+        rest = [slab for c in rest for slab in subtract_box(c, box)]
+    # It stays whole where less than a share of it would be left.
+    if sum(hull_volume(c) for c in rest) >= min_left * hull_volume(cloud):
+        clouds[index : index + 1] = rest
     if _still_fits(solid, clouds):
         solid.clouds = clouds
 
@@ -143,11 +148,7 @@ def _bounds(clouds: Sequence[Floats]) -> Floats:
 
 
 def _record_overlaps(
-    solids: Sequence[LinkSolid],
-    mover: int,
-    share: float,
-    pairs: dict[Pair, list[Floats]],
-    crossed: set[Pair],
+    solids: Sequence[LinkSolid], mover: int, share: float, pairs: dict[Pair, list[Floats]], crossed: set[Pair]
 ) -> None:
     """Record the overlaps of one link with the others when it is at a given share of its range."""
     moving = [k for k in range(len(solids)) if _is_carried_by(solids, k, mover)]
@@ -157,8 +158,11 @@ def _record_overlaps(
             if b in moving or not solids[a].clouds or not solids[b].clouds:
                 continue
             moving_clouds = [_transform(c, poses[a]) for c in (*solids[a].clouds, *solids[a].grips)]
-            if solids[mover].spins:
-                moving_clouds = [_turned_round(c, solids[mover]) for c in moving_clouds]
+            axis, anchor = solids[mover].axis, solids[mover].anchor
+            if solids[mover].spins and axis is not None and anchor is not None:
+                # In every pose of a turn about its axis.
+                turns = [about_axis(axis, 2.0 * np.pi * k / TURN_POSES) for k in range(TURN_POSES)]
+                moving_clouds = [np.concatenate([(c - anchor) @ t.T + anchor for t in turns]) for c in moving_clouds]
             other_clouds = [_transform(c, poses[b]) for c in solids[b].clouds]
             for p, q in _overlapping_pairs(moving_clouds, other_clouds):
                 notch = (
@@ -175,7 +179,7 @@ def _record_overlaps(
                     if cuts_other
                     else (moving_clouds[p], _inflate(other_clouds[q]))
                 )
-                shared = _overlap(*pair)
+                shared = overlap(*pair)
                 if shared is None:
                     continue
                 link, index = (b, q) if cuts_other else (a, p)
@@ -191,7 +195,7 @@ def _record_overlaps(
 
 def _is_notch(cloud: Floats, other: Floats, mover: LinkSolid) -> bool:
     """Return whether a sliding part takes no more than a corner or a stretch of an edge of a shape as it passes."""
-    shared = None if mover.turns or mover.axis is None else _overlap(_inflate(cloud), other)
+    shared = None if mover.turns or mover.axis is None else overlap(_inflate(cloud), other)
     if shared is None or mover.axis is None:
         return False
     lower, upper = other.min(axis=0), other.max(axis=0)
@@ -251,31 +255,18 @@ def _pose_at(solids: Sequence[LinkSolid], link: int, shares: dict[int, float]) -
     return rotation, translation
 
 
-def _turned_round(cloud: Floats, solid: LinkSolid) -> Floats:
-    """Return the points of a cloud in every pose of a turn about the axis of a link."""
-    if solid.axis is None or solid.anchor is None:
-        return cloud
-    turns = [about_axis(solid.axis, 2.0 * np.pi * k / TURN_POSES) for k in range(TURN_POSES)]
-    found: Floats = np.concatenate([(cloud - solid.anchor) @ turn.T + solid.anchor for turn in turns])
-    return found
-
-
 def _inflate(cloud: Floats) -> Floats:
     """Return a cloud enlarged by CLEARANCE_M on every side."""
     middle = (cloud.min(axis=0) + cloud.max(axis=0)) / 2
-    found: Floats = np.concatenate([cloud, cloud + np.sign(cloud - middle) * CLEARANCE_M])
-    return found
+    return np.concatenate([cloud, cloud + np.sign(cloud - middle) * CLEARANCE_M])
 
 
 def _bounding_volume(cloud: Floats) -> float:
-    """Return the volume of the bounding box of a cloud."""
     return float(np.prod(np.ptp(cloud, axis=0)))
 
 
 def _transform(cloud: Floats, motion: tuple[Floats, Floats]) -> Floats:
-    """Return a cloud moved by a rotation and a shift."""
-    found: Floats = cloud @ motion[0].T + motion[1]
-    return found
+    return cloud @ motion[0].T + motion[1]
 
 
 def _overlapping_pairs(first: list[Floats], second: list[Floats]) -> list[tuple[int, int]]:
@@ -285,20 +276,12 @@ def _overlapping_pairs(first: list[Floats], second: list[Floats]) -> list[tuple[
     return [(int(p), int(q)) for p, q in np.argwhere(overlaps.all(axis=2))]
 
 
-def _overlap(first: Floats, second: Floats) -> Floats | None:
-    """Return the (N, 3) corners of the intersection of two convex clouds, or None."""
+def overlap(first: Floats, second: Floats, least: float = 1e-12) -> Floats | None:
+    """Return the (N, 3) corners of the intersection of two convex clouds; None if its volume is less than `least`."""
     shared = manifold3d.Manifold.hull_points(first) ^ manifold3d.Manifold.hull_points(second)
-    if shared.is_empty() or shared.volume() < 1e-12:
+    if shared.is_empty() or shared.volume() < least:
         return None
     return np.array(shared.to_mesh64().vert_properties[:, :3], dtype=np.float64)
-
-
-def _subtract_boxes(cloud: Floats, boxes: list[Floats], min_share: float) -> list[Floats]:
-    """Subtract boxes from a convex cloud; return it whole where less than a share of it would be left."""
-    rest = [cloud]
-    for box in _merge_boxes(boxes, cloud):
-        rest = [slab for c in rest for slab in subtract_box(c, box)]
-    return rest if sum(hull_volume(c) for c in rest) >= min_share * hull_volume(cloud) else [cloud]
 
 
 def _merge_boxes(boxes: list[Floats], cloud: Floats) -> list[Floats]:

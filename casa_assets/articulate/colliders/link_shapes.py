@@ -3,21 +3,17 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 from scipy import ndimage
-from scipy.spatial import ConvexHull, QhullError
 
-from casa_assets.articulate.plan import round7
-from casa_assets.articulate.segment.orthographic import render_depth
-from casa_assets.core.numeric import Floats, Ints
+from casa_assets.articulate.plan import round7, to_vec3
+from casa_assets.articulate.segment.orthographic import outline_area, render_depth
+from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.errors import DegenerateShape
 from casa_assets.geometry.grid.voxels import Grid, voxelise
 from casa_assets.geometry.solid.deviation import surface_samples
 from casa_assets.geometry.solid.solids import hull_planes, hull_volume, small_hull
 from casa_assets.model.asset.parts import Box, Hull, Mesh, Shape
 from casa_assets.model.pose import Pose
-
-Bools = npt.NDArray[np.bool_]
 
 # A surface that fills at least this share of its hull becomes the hull, of its box, a box.
 MIN_HULL_FILL, MIN_BOX_FILL = 0.8, 0.985
@@ -50,10 +46,17 @@ def convex_clouds(points: Floats, faces: Ints, max_count: int) -> list[Floats]:
     cloud, triangles = points[used], local.reshape(-1, 3)
     extent = np.ptp(cloud, axis=0)
     is_thin = bool(extent.min() < MIN_THICKNESS_M)
-    if is_thin and (max_count == 1 or _fills_its_box(cloud, triangles)):
-        return [box_cloud(*_thick_bounds(cloud))]
-    if is_thin and _fills_its_outline(cloud, triangles):
-        return [_flat_hull(cloud)]
+    flat = int(np.argmin(extent))
+    # A flat surface without a large hole in its largest side: a box fits it.
+    is_board = _projected_area(cloud, triangles) >= MIN_HULL_FILL * float(np.prod(np.delete(extent, flat)))
+    lower, upper = _thick_bounds(cloud)
+    if is_thin and (max_count == 1 or is_board):
+        return [box_cloud(lower, upper)]
+    outline_size = MIN_OUTLINE_FILL * outline_area(np.delete(cloud, flat, axis=1)) if is_thin else 0.0
+    if 0.0 < outline_size <= _projected_area(cloud, triangles):  # a convex plate, such as a disc
+        outline = np.concatenate([cloud, cloud])
+        outline[: len(cloud), flat], outline[len(cloud) :, flat] = lower[flat], upper[flat]
+        return [_hull_or_box(outline)]
     finest = voxelise(cloud, triangles, cells=VOXEL_COUNTS[0])
     if max_count == 1 or (not is_thin and finest.volume >= MIN_HULL_FILL * hull_volume(cloud)):
         return [_hull_or_box(cloud)]
@@ -96,11 +99,15 @@ def is_frame(points: Floats, faces: Ints) -> bool:
     """Return whether a surface is flat and has a large hole."""
     used, local = np.unique(faces, return_inverse=True)
     cloud = points[used]
-    return _is_flat(cloud) and _largest_hole(cloud, local.reshape(-1, 3)) >= MIN_HOLE_SHARE
+    if not _is_flat(cloud):
+        return False
+    axes = np.roll(np.eye(3), 2 - int(np.argmin(np.ptp(cloud, axis=0))), axis=0)
+    # The largest connected free part of its rectangle is a hole.
+    free, _ = ndimage.label(render_depth(cloud, local.reshape(-1, 3), axes, HOLE_PX).face < 0)
+    return float(np.bincount(free.reshape(-1))[1:].max(initial=0) / free.size) >= MIN_HOLE_SHARE
 
 
 def _is_flat(cloud: Floats) -> bool:
-    """Return whether a cloud is thin for its length."""
     extent = np.ptp(cloud, axis=0)
     return bool(extent.min() < MAX_FLAT_RATIO * extent.max())
 
@@ -110,14 +117,16 @@ def fit_shape(cloud: Floats) -> tuple[Shape, Pose]:
     lower, upper = cloud.min(axis=0), cloud.max(axis=0)
     size = np.maximum(upper - lower, MIN_THICKNESS_M)
     middle = (lower + upper) / 2
+    pose = Pose(position=to_vec3(round7(v) for v in middle))
+    box = Box(size=to_vec3(round7(v) for v in size))
     if hull_volume(cloud) >= MIN_BOX_FILL * float(np.prod(size)):
-        return _box(size), Pose(position=_vec(middle))
-    center = np.array(_vec(middle))
+        return box, pose
     try:
-        points, faces = small_hull(with_thickness(cloud - center).astype(np.float32).astype(np.float64))
+        thick = with_thickness(cloud - np.array(pose.position))
+        points, faces = small_hull(thick.astype(np.float32).astype(np.float64))
     except DegenerateShape:
-        return _box(size), Pose(position=_vec(middle))
-    return Hull(mesh=Mesh(vertices=points, faces=faces)), Pose(position=_vec(middle))
+        return box, pose
+    return Hull(mesh=Mesh(vertices=points, faces=faces)), pose
 
 
 def with_thickness(cloud: Floats) -> Floats:
@@ -150,32 +159,7 @@ def snap_to_box(cloud: Floats) -> Floats:
 
 def box_cloud(lower: Floats, upper: Floats) -> Floats:
     """Return the (8, 3) corners of a box."""
-    found: Floats = lower + _CORNERS * (upper - lower)
-    return found
-
-
-def _fills_its_box(cloud: Floats, triangles: Ints) -> bool:
-    """Return whether a flat surface has no large hole in its largest side, so that a box fits it."""
-    extent = np.ptp(cloud, axis=0)
-    return _projected_area(cloud, triangles) >= MIN_HULL_FILL * float(
-        np.prod(np.delete(extent, int(np.argmin(extent))))
-    )
-
-
-def _largest_hole(cloud: Floats, triangles: Ints) -> float:
-    """Return the largest connected free part of the rectangle of a flat surface, as a share."""
-    axes = np.roll(np.eye(3), 2 - int(np.argmin(np.ptp(cloud, axis=0))), axis=0)
-    free, _ = ndimage.label(render_depth(cloud, triangles, axes, HOLE_PX).face < 0)
-    return float(np.bincount(free.reshape(-1))[1:].max(initial=0) / free.size)
-
-
-def _fills_its_outline(cloud: Floats, triangles: Ints) -> bool:
-    """Return whether a flat surface is a convex plate, such as a disc."""
-    try:
-        outline = float(ConvexHull(np.delete(cloud, int(np.argmin(np.ptp(cloud, axis=0))), axis=1)).volume)
-    except QhullError:
-        return False
-    return _projected_area(cloud, triangles) >= MIN_OUTLINE_FILL * outline
+    return lower + _CORNERS * (upper - lower)
 
 
 def _projected_area(cloud: Floats, triangles: Ints) -> float:
@@ -183,15 +167,6 @@ def _projected_area(cloud: Floats, triangles: Ints) -> float:
     a, b, c = (cloud[triangles[:, k]] for k in range(3))
     facing = np.cross(b - a, c - a)[:, int(np.argmin(np.ptp(cloud, axis=0)))] / 2
     return max(float(facing[facing > 0].sum()), float(-facing[facing < 0].sum()))
-
-
-def _flat_hull(cloud: Floats) -> Floats:
-    """Return the outline of a flat surface, at least as thick as contacts need."""
-    axis = int(np.argmin(np.ptp(cloud, axis=0)))
-    lower, upper = _thick_bounds(cloud)
-    out = np.concatenate([cloud, cloud])
-    out[: len(cloud), axis], out[len(cloud) :, axis] = lower[axis], upper[axis]
-    return _hull_or_box(out)
 
 
 def _thick_bounds(cloud: Floats) -> tuple[Floats, Floats]:
@@ -225,20 +200,16 @@ def _boxes_of_voxels(grid: Grid, samples: Floats, max_count: int) -> tuple[list[
             lower = grid.origin + (filled.min(axis=0) + a - 0.5) * grid.cell
             upper = grid.origin + (filled.max(axis=0) + a + 0.5) * grid.cell
             inside = np.concatenate([inside, box_cloud(lower, upper)])
-        if len(inside) >= 4:
-            out.append(_shrink_to_points(inside))
+        if len(inside) < 4:
+            continue
+        lower, upper = _thick_bounds(inside)
+        is_flat = np.ptp(inside, axis=0).min() < MIN_THICKNESS_M
+        fills = hull_volume(inside) >= 0.85 * float(np.prod(upper - lower))
+        out.append(box_cloud(lower, upper) if fills or is_flat else _hull_or_box(inside))
     return out, bool(remaining.any())
 
 
-def _shrink_to_points(points: Floats) -> Floats:
-    """Return the box around points where they nearly fill it, else their hull."""
-    lower, upper = _thick_bounds(points)
-    if hull_volume(points) >= 0.85 * float(np.prod(upper - lower)) or np.ptp(points, axis=0).min() < MIN_THICKNESS_M:
-        return box_cloud(lower, upper)
-    return _hull_or_box(points)
-
-
-def _largest_box(solid: Bools) -> tuple[Ints, Ints]:
+def _largest_box(solid: Mask) -> tuple[Ints, Ints]:
     """Return a large box of full cells: grown from seed cells along the axes in several orders, the best of them."""
     cells = np.argwhere(solid)
     best: tuple[int, Ints, Ints] = (0, cells[0], cells[0] + 1)
@@ -253,7 +224,7 @@ def _largest_box(solid: Bools) -> tuple[Ints, Ints]:
     return best[1], best[2]
 
 
-def _extend_box(solid: Bools, a: Ints, b: Ints, axis: int) -> None:
+def _extend_box(solid: Mask, a: Ints, b: Ints, axis: int) -> None:
     """Extend a box both ways along an axis while all new cells are full; in place."""
     for step in (-1, 1):
         while True:
@@ -268,15 +239,3 @@ def _extend_box(solid: Bools, a: Ints, b: Ints, axis: int) -> None:
                 a[axis] -= 1
             else:
                 b[axis] += 1
-
-
-def _box(size: Floats) -> Box:
-    """Return a box shape with rounded sizes."""
-    x, y, z = (round7(v) for v in size)
-    return Box(size=(x, y, z))
-
-
-def _vec(values: Floats) -> tuple[float, float, float]:
-    """Return three numbers rounded to seven digits."""
-    x, y, z = (round7(v) for v in values)
-    return (x, y, z)

@@ -6,7 +6,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.spatial import ConvexHull, QhullError
 
 from casa_assets.articulate.controls.controls import (
     MIN_ROUND_SHARE_OF_ROW,
@@ -18,9 +17,9 @@ from casa_assets.articulate.controls.controls import (
 )
 from casa_assets.articulate.plan import PartKind
 from casa_assets.articulate.segment.fragments import SIDES, TOP, MeasuredFragments, corners_from_side
-from casa_assets.articulate.segment.welded_mesh import Bools
+from casa_assets.articulate.segment.orthographic import outline_area
 from casa_assets.core.forest import Forest
-from casa_assets.core.numeric import Floats, Ints
+from casa_assets.core.numeric import Floats, Ints, Mask
 
 # Features -------------------------------------------------------------------------------------------------------------
 # Compute the dimensionless features of the controls on a side, from which their type is classified.
@@ -65,17 +64,13 @@ CONTROL_FEATURES = (
 )
 # A panel is large from this share of its side on; the tip of a control is this share of its depth.
 LARGE_PANEL_SHARE, TIP_SHARE = 0.08, 0.3
-Rectangle = tuple[Floats, Floats]
+Rectangle = tuple[Floats, Floats]  # (2,) lower and upper corner of a panel in (u, v)
 
 
 def control_features(
     measured: MeasuredFragments, side: int, controls: Sequence[Control], panels: Sequence[Rectangle]
 ) -> tuple[Floats, list[ControlGroup]]:
-    """Return the (N, len(CONTROL_FEATURES)) features of all controls of a side, and their groups.
-
-    Args:
-        panels: (2,) lower and upper corner in (u, v) of each panel of the side.
-    """
+    """Return the (N, len(CONTROL_FEATURES)) features of all controls of a side, and their groups."""
     if measured.mesh.cell > 0.0:
         controls = _round_as_their_group(controls, measured.mesh.cell)
     groups = group_controls(controls, measured.mesh.cell)
@@ -110,7 +105,7 @@ def _own(measured: MeasuredFragments, side: int, control: Control) -> tuple[floa
     """Return what a control looks like by itself."""
     width, narrow = float(control.across.max()), float(control.across.min())
     points = measured.points_of(control.fragments) @ SIDES[side].T
-    whole = _hull_area(points[:, :2])
+    whole = outline_area(points[:, :2])
     depth = float(np.ptp(points[:, 2]))
     tip = points[points[:, 2] <= points[:, 2].min() + TIP_SHARE * depth]
     box = max(float(np.prod(control.across)), 1e-12)
@@ -124,7 +119,7 @@ def _own(measured: MeasuredFragments, side: int, control: Control) -> tuple[floa
         whole / (np.pi / 4 * box),
         float(control.is_round),
         float(np.log(len(control.fragments))),
-        _hull_area(tip[:, :2]) / max(whole, 1e-12),
+        outline_area(tip[:, :2]) / max(whole, 1e-12),
         float(measured.visible_area[control.fragments, side].sum()) / box,
         depth_around(measured.depth_images[side], control.lower, control.upper)[1],
     )
@@ -164,7 +159,6 @@ def _place(
         most = shares[k]
         beside = float((max(a[0] - control.middle[0], 0.0) + max(control.middle[0] - b[0], 0.0)) / extent[0])
         above = float((min(control.middle[1] - a[1], 0.0) + max(control.middle[1] - b[1], 0.0)) / extent[1])
-    large = sum(s >= LARGE_PANEL_SHARE for s in shares)
     return (
         float(abs(middle[0] - 0.5)),
         float(middle[1]),
@@ -174,7 +168,7 @@ def _place(
         above,
         *on[3:],
         most,
-        float(large),
+        float(sum(s >= LARGE_PANEL_SHARE for s in shares)),
     )
 
 
@@ -186,16 +180,6 @@ def _round_as_their_group(controls: Sequence[Control], cell: float) -> list[Cont
             for i in group.members:
                 found[i] = replace(found[i], is_round=True)
     return found
-
-
-def _hull_area(flat: Floats) -> float:
-    """Return the area of the convex hull of (P, 2) points, 0 where they lie on a line."""
-    if len(flat) < 3:
-        return 0.0
-    try:
-        return float(ConvexHull(flat).volume)
-    except QhullError:
-        return 0.0
 
 
 # Classify -------------------------------------------------------------------------------------------------------------
@@ -227,17 +211,9 @@ MAX_CONTROLS = 1000
 
 
 def tell_by_forest(
-    measured: MeasuredFragments,
-    side: int,
-    controls: Sequence[Control],
-    panels: Sequence[Rectangle],
-    forest: Forest,
+    measured: MeasuredFragments, side: int, controls: Sequence[Control], panels: Sequence[Rectangle], forest: Forest
 ) -> TellControl:
-    """Return the type of each control of a side: all of a group have the type that fits the group best.
-
-    Args:
-        panels: (2,) lower and upper corner in (u, v) of each panel of the side.
-    """
+    """Return the type of each control of a side: all of a group have the type that fits the group best."""
     told: dict[tuple[int, ...], ControlType] = {}
     if 0 < len(controls) <= MAX_CONTROLS:
         features, groups = control_features(measured, side, controls, panels)
@@ -253,11 +229,7 @@ def tell_by_forest(
 
 
 def tell_beside_dials(tell: TellControl) -> TellControl:
-    """Return a classifier for the controls of a toaster: round ones that are clearly smaller than its dials are keys.
-
-    Args:
-        tell: classifies a control by its form and place alone.
-    """
+    """Return a classifier for controls of a toaster: round ones that are clearly smaller than its dials are keys."""
 
     def told(control: Control, others: Sequence[Control]) -> ControlType:
         kind, confidence, reason = tell(control, others)
@@ -274,25 +246,21 @@ def tell_beside_dials(tell: TellControl) -> TellControl:
 def pooled(chances: Floats) -> Floats:
     """Return the (C,) probabilities of a group from the (N, C) ones of its members: their geometric mean."""
     mean = np.exp(np.log(np.maximum(chances, LEAST_PROBABILITY)).mean(axis=0))
-    found: Floats = mean / mean.sum()
-    return found
+    return np.asarray(mean / mean.sum())
 
 
-def decided(chances: Floats, on_top: Bools) -> Ints:
+def decided(chances: Floats, on_top: Mask) -> Ints:
     """Return the (N,) indices in CONTROL_CLASSES for (N, C) probabilities: a knob or key is at least rather likely.
 
-    Args:
-        on_top: (N,) whether each is on the top, where less will do.
+    Less will do for those `on_top` (N,).
     """
     best = 1 + chances[:, 1:].argmax(axis=1)
     least = np.where(on_top, MIN_PROBABILITY_ON_TOP, MIN_PROBABILITY)
     is_one = chances[np.arange(len(chances)), best] >= least
-    found: Ints = np.where(is_one | (chances[:, 0] <= MAX_PROBABILITY_OF_NEITHER), best, 0)
-    return found
+    return np.where(is_one | (chances[:, 0] <= MAX_PROBABILITY_OF_NEITHER), best, 0)
 
 
 def _type(chances: Floats, group: ControlGroup, on_top: bool) -> ControlType:
-    """Return the type of a group, its probability and a reason."""
     best = int(decided(chances[None], np.array([on_top]))[0])
     if best == 0:
         return None, 0.0, ""

@@ -8,13 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
-from scipy.spatial import ConvexHull, QhullError
 
 from casa_assets.articulate.plan import PartKind
 from casa_assets.articulate.segment.fragments import SIDES, MeasuredFragments, corners_from_side
-from casa_assets.articulate.segment.orthographic import DepthImage
-from casa_assets.articulate.segment.welded_mesh import Bools
-from casa_assets.core.numeric import Floats, Ints
+from casa_assets.articulate.segment.orthographic import DepthImage, outline_area
+from casa_assets.core.numeric import Floats, Ints, Mask
 
 # Controls -------------------------------------------------------------------------------------------------------------
 # Compact things that protrude from a side, such as knobs, buttons and pulls.
@@ -73,21 +71,18 @@ class Control:
     @property
     def across(self) -> Floats:
         """Return the (2,) width and height."""
-        found: Floats = (self.upper - self.lower)[:2]
-        return found
+        return (self.upper - self.lower)[:2]
 
     @property
     def middle(self) -> Floats:
         """Return the (2,) middle of its rectangle."""
-        found: Floats = (self.upper + self.lower)[:2] / 2
-        return found
+        return (self.upper + self.lower)[:2] / 2
 
     @property
     def is_pin(self) -> bool:
         """Return whether it is one fragment, longer than wide: something pushed, not turned."""
-        return len(self.fragments) == 1 and float((self.upper - self.lower)[2]) > MIN_PIN_RATIO * float(
-            self.across.max()
-        )
+        length = float((self.upper - self.lower)[2])
+        return len(self.fragments) == 1 and length > MIN_PIN_RATIO * float(self.across.max())
 
     @property
     def long(self) -> float:
@@ -141,18 +136,13 @@ def control_normal(measured: MeasuredFragments, side: int, control: Control) -> 
         return outward
     cap = (areas[:, None] * normals)[normals @ normals[best] > CAP_FLAT_COS].sum(axis=0)
     found: Floats = cap / np.linalg.norm(cap)
-    return found if float(found @ _ground(measured, side, control)) > CAP_PARALLEL_COS else outward
-
-
-def _ground(measured: MeasuredFragments, side: int, control: Control) -> Floats:
-    """Return the (3,) unit vector along the median normal of the surface around a control, zero without a surface."""
+    # The (3,) unit vector along the median normal of the surface around it, zero without a surface.
     image = measured.depth_images[side]
-    face = image.face[_ring(image, control.lower, control.upper)]
+    face = image.face[_surroundings(image, control.lower, control.upper)]
     face = face[face >= 0]
     face = face[~np.isin(measured.label[face], control.fragments)]
     middle = np.median(measured.mesh.normals[face], axis=0) if len(face) else np.zeros(3)
-    found: Floats = middle / max(float(np.linalg.norm(middle)), 1e-9)
-    return found
+    return found if float(found @ (middle / max(float(np.linalg.norm(middle)), 1e-9))) > CAP_PARALLEL_COS else outward
 
 
 def classify_control(control: Control, others: Sequence[Control]) -> tuple[PartKind | None, float, str]:
@@ -163,44 +153,30 @@ def classify_control(control: Control, others: Sequence[Control]) -> tuple[PartK
         and abs(c.protrusion - control.protrusion) < 0.25 * across
         for c in others
     )
-    round_ = _is_round(control, others)
-    if control.is_pin and control.protrusion > MIN_STICK_RATIO * across:
-        return None, 0.0, ""
-    if control.is_pin and control.is_round and across <= 0.09 and control.protrusion >= 0.0005:
-        return PartKind.BUTTON, 0.7, "a round pin"
-    if round_ and control.protrusion >= 0.22 * across and across >= 0.015:
-        return PartKind.KNOB, 0.8 if alike > 1 else 0.65, "round, and stands out"
-    if control.long <= 5.0 and control.protrusion >= 0.0005 and (alike > 1 or control.is_round) and across <= 0.09:
-        return PartKind.BUTTON, 0.6 if alike > 1 else 0.45, "small, and one of several alike" if alike > 1 else "round"
-    return None, 0.0, ""
-
-
-def _is_round(control: Control, others: Sequence[Control]) -> bool:
-    """Return whether a control is round; in a row of similar controls, whether enough of the row are round."""
-    across = float(control.across.max())
     row = [
         c
         for c in others
         if float(np.abs(c.across - control.across).max()) < ROW_SIZE_TOLERANCE * across
         and abs(c.protrusion - control.protrusion) < ROW_SIZE_TOLERANCE * max(control.protrusion, c.protrusion)
     ]
-    return (
-        control.is_round
-        if len(row) < MIN_ROW_LENGTH
-        else sum(c.is_round for c in row) >= MIN_ROUND_SHARE_OF_ROW * len(row)
-    )
+    in_row = len(row) >= MIN_ROW_LENGTH
+    is_round = sum(c.is_round for c in row) >= MIN_ROUND_SHARE_OF_ROW * len(row) if in_row else control.is_round
+    if control.is_pin and control.protrusion > MIN_STICK_RATIO * across:
+        return None, 0.0, ""
+    if control.is_pin and control.is_round and across <= 0.09 and control.protrusion >= 0.0005:
+        return PartKind.BUTTON, 0.7, "a round pin"
+    if is_round and control.protrusion >= 0.22 * across and across >= 0.015:
+        return PartKind.KNOB, 0.8 if alike > 1 else 0.65, "round, and stands out"
+    if control.long <= 5.0 and control.protrusion >= 0.0005 and (alike > 1 or control.is_round) and across <= 0.09:
+        return PartKind.BUTTON, 0.6 if alike > 1 else 0.45, "small, and one of several alike" if alike > 1 else "round"
+    return None, 0.0, ""
 
 
 def has_finger_room(measured: MeasuredFragments, side: int, control: Control) -> bool:
     """Return whether fingers fit around a control: little of what surrounds it protrudes nearly as far."""
     image = measured.depth_images[side]
     near = float(corners_from_side(measured, side)[0][:, 2].min())
-    reach = FINGER_ROOM_BY_WIDTH * control.across
-    corners = np.array([control.lower[:2] - reach, control.upper[:2] + reach, control.lower[:2], control.upper[:2]])
-    row, column = image.rows_columns(corners)
-    ring = np.zeros(image.face.shape, dtype=bool)
-    ring[row[1] : row[0] + 1, column[0] : column[1] + 1] = True
-    ring[row[3] : row[2] + 1, column[2] : column[3] + 1] = False
+    ring = _ring(image, control.lower, control.upper, FINGER_ROOM_BY_WIDTH * control.across, 0.0)
     level = float(control.lower[2]) - near + 0.4 * max(control.protrusion, 0.0)
     return bool((image.depth[ring] <= level).mean() < MAX_BLOCKED_SHARE) if ring.any() else True
 
@@ -241,8 +217,7 @@ def _off_plate(
 def _without_bezel(lower: Floats, upper: Floats, group: list[int], ground: float) -> list[int]:
     """Return a group without the scale or bezel around it: fragments that are nearly flush while the rest protrudes.
 
-    Args:
-        ground: depth of what is around the group.
+    `ground` is the depth of what is around the group.
     """
     rows = np.array(group, dtype=np.int64)
     is_flush = lower[rows, 2] > ground - MAX_BEZEL_PROTRUSION
@@ -262,15 +237,19 @@ def _without_bezel(lower: Floats, upper: Floats, group: list[int], ground: float
 
 def depth_around(image: DepthImage, lower: Floats, upper: Floats) -> tuple[float, float]:
     """Return the median depth around a rectangle, and the share of the surroundings that is surface."""
-    depth = image.depth[_ring(image, lower, upper)]
+    depth = image.depth[_surroundings(image, lower, upper)]
     seen = depth[np.isfinite(depth)]
     return (float(np.median(seen)), len(seen) / len(depth)) if len(seen) else (0.0, 0.0)
 
 
-def _ring(image: DepthImage, lower: Floats, upper: Floats) -> Bools:
+def _surroundings(image: DepthImage, lower: Floats, upper: Floats) -> Mask:
     """Mark the (H, W) pixels right around a rectangle."""
-    margin = np.maximum(0.25 * (upper - lower)[:2], 2.5 * image.pixel)
-    corners = np.array([lower[:2] - margin, upper[:2] + margin, lower[:2] - image.pixel, upper[:2] + image.pixel])
+    return _ring(image, lower, upper, np.maximum(0.25 * (upper - lower)[:2], 2.5 * image.pixel), image.pixel)
+
+
+def _ring(image: DepthImage, lower: Floats, upper: Floats, outer: Floats, inner: float) -> Mask:
+    """Mark the (H, W) pixels of a rectangle that is grown by `outer`, without those of the one grown by `inner`."""
+    corners = np.array([lower[:2] - outer, upper[:2] + outer, lower[:2] - inner, upper[:2] + inner])
     row, column = image.rows_columns(corners)
     ring = np.zeros(image.face.shape, dtype=bool)
     ring[row[1] : row[0] + 1, column[0] : column[1] + 1] = True
@@ -287,12 +266,8 @@ def has_round_outline(measured: MeasuredFragments, side: int, group: Sequence[in
     if across.max() > 1.2 * across.min() + cell or across.min() <= 2.5 * cell:
         return False
     flat = measured.points_of(group) @ SIDES[side][:2].T
-    try:
-        hull = float(ConvexHull(flat).volume)
-    except QhullError:
-        return False
     inner = across - cell
-    share = (hull - cell * float(inner.sum()) - cell**2) / (np.pi / 4 * float(np.prod(inner)))
+    share = (outline_area(flat) - cell * float(inner.sum()) - cell**2) / (np.pi / 4 * float(np.prod(inner)))
     return bool(abs(share - 1.0) <= ROUNDNESS_TOLERANCE + CUBE_ROUNDNESS_TOLERANCE * cell / float(inner.min()))
 
 
@@ -331,8 +306,7 @@ class ControlGroup:
 def group_controls(controls: Sequence[Control], cell: float = 0.0) -> list[ControlGroup]:
     """Return the groups of the controls of one side; every control is in one, if alone.
 
-    Args:
-        cell: edge of the cubes that the object is made of, by which sizes of alike controls may differ; 0 for others.
+    Sizes of alike controls may differ by `cell`, the edge of the cubes that the object is made of; 0 for others.
     """
     if not controls:
         return []
@@ -351,7 +325,6 @@ def group_controls(controls: Sequence[Control], cell: float = 0.0) -> list[Contr
 
 
 def _group(rows: Ints, controls: Sequence[Control], middle: Floats, size: Floats) -> ControlGroup:
-    """Return the group of some controls."""
     places = middle[rows]
     reach = np.median(size[rows, :2], axis=0)
     distance = np.linalg.norm(places[:, None] - places[None], axis=2)

@@ -119,7 +119,11 @@ def find_faucet_parts(measured: MeasuredFragments, taken: set[int]) -> list[tupl
     Args:
         measured: of an object whose front is that of its spout. taken: fragments of other parts.
     """
-    if taken or not MIN_FRAGMENTS <= measured.count <= MAX_FRAGMENTS or _filled(measured) > MAX_FILLED:
+    if (
+        taken
+        or not MIN_FRAGMENTS <= measured.count <= MAX_FRAGMENTS
+        or float(np.mean([(measured.depth_images[s].face >= 0).mean() for s in (FRONT, LEFT, TOP)])) > MAX_FILLED
+    ):
         return []
     graph = piece_graph(measured)
     # A long lever may reach farther to the front than the spout.
@@ -128,54 +132,59 @@ def find_faucet_parts(measured: MeasuredFragments, taken: set[int]) -> list[tupl
         trunk = _trunk(graph, end)
         handles = _handles(graph, trunk) if trunk is not None else []
         if trunk is not None and handles:
-            parts = [(PartKind.LEVER, graph.fragments_of(h.pieces), _handle_joint(h)) for h in handles]
+            reason = "it branches off a slender trunk with a spout, and turns about its stem"
+            parts = [
+                (
+                    PartKind.LEVER,
+                    graph.fragments_of(h.pieces),
+                    _hinge(h.axis, (0.0, HANDLE_RANGE_RAD), 0.6 if h.is_lever else 0.5, reason),
+                )
+                for h in handles
+            ]
             spout = _swivel(graph, trunk, handles)
             if spout is not None:
-                parts.append((PartKind.SPOUT, graph.fragments_of(spout[0]), _spout_joint(spout[1])))
+                pieces, axis = spout
+                reason = "it rises from a round upright seat, and reaches to the front"
+                joint = _hinge(axis, (-SPOUT_RANGE_RAD, SPOUT_RANGE_RAD), 0.5, reason)
+                parts.append((PartKind.SPOUT, graph.fragments_of(pieces), joint))
             return parts
     return []
 
 
 def _handles(graph: PieceGraph, trunk: Trunk) -> list[FaucetHandle]:
     """Return the handles that branch off a trunk; empty if other objects branch off too, or too many handles."""
-    branches = [b for group in _branches(graph, trunk) for b in _sides(graph, group, float(trunk.tip[0]))]
+    branches = [
+        b
+        for group in graph.groups([i for i in range(len(graph.pieces)) if i not in set(trunk.pieces)])
+        for b in _sides(graph, group, float(trunk.tip[0]))
+    ]
     found = {i: h for i, b in enumerate(branches) if (h := _handle(graph, trunk, b)) is not None}
-    if not _is_explained(graph, trunk, [branches[i] for i in found]):
+    # The trunk and its handles are nearly all of the object: legs and leaves branch off, too.
+    known = {*trunk.pieces, *(p for i in found for p in branches[i])}
+    if sum(graph.pieces[i].area for i in known) < MIN_EXPLAINED * sum(p.area for p in graph.pieces):
         return []
-    straight = [h for h in found.values() if _is_straight(h, list(found.values()))]
-    levers = [h for h in straight if h.is_lever]
+    # They turn about axes of the frame, or about the mirror image of each other's axis.
+    straight = [
+        h
+        for h in found.values()
+        if float(np.abs(h.axis.direction).max()) > SAME_AXIS_COS or _is_mirrored(h, list(found.values()))
+    ]
     # A round thing alone is the knob of a lid; two alike may be the handles of a faucet.
-    handles = [h for h in straight if h.is_lever or any(_are_mirrored(h, o) for o in straight if o is not h)]
-    handles = handles if levers or all(h.axis.radius <= MAX_ROUND_RADIUS for h in handles) else []
+    handles = [h for h in straight if h.is_lever or _is_mirrored(h, straight)]
+    has_levers = any(h.is_lever for h in straight)
+    handles = handles if has_levers or all(h.axis.radius <= MAX_ROUND_RADIUS for h in handles) else []
     return handles if len(handles) <= MAX_HANDLES else []
 
 
-def _is_straight(handle: FaucetHandle, others: Sequence[FaucetHandle]) -> bool:
-    """Return whether a handle turns about an axis of the frame, or about the mirror image of another one's axis."""
-    x, y, z = (float(v) for v in handle.axis.direction)
-    if max(abs(x), abs(y), abs(z)) > SAME_AXIS_COS:
-        return True
-    return any(_are_mirrored(handle, o) for o in others if o is not handle)
-
-
-def _are_mirrored(first: FaucetHandle, second: FaucetHandle) -> bool:
-    """Return whether the axis of one handle is the mirror image of another one's, left for right."""
-    mirrored = np.array([-1.0, 1.0, 1.0])
-    same_way = float(mirrored * first.axis.direction @ second.axis.direction) > SAME_AXIS_COS
-    apart = np.abs(first.axis.origin - second.axis.origin)[1:]
-    return same_way and float(apart.max()) <= MIRROR_TOLERANCE
-
-
-def _filled(measured: MeasuredFragments) -> float:
-    """Return the mean share of its rectangle that the picture of an object fills, of front, left and top."""
-    return float(np.mean([(measured.depth_images[s].face >= 0).mean() for s in (FRONT, LEFT, TOP)]))
-
-
-def _is_explained(graph: PieceGraph, trunk: Trunk, branches: Sequence[Sequence[int]]) -> bool:
-    """Return whether the trunk and its handles are nearly all of the object: legs and leaves branch off, too."""
-    known = {*trunk.pieces, *(i for b in branches for i in b)}
-    area = sum(p.area for p in graph.pieces)
-    return sum(graph.pieces[i].area for i in known) >= MIN_EXPLAINED * area
+def _is_mirrored(handle: FaucetHandle, others: Sequence[FaucetHandle]) -> bool:
+    """Return whether the axis of one handle is the mirror image of that of another, left for right."""
+    mirrored = np.array([-1.0, 1.0, 1.0]) * handle.axis.direction
+    return any(
+        float(mirrored @ o.axis.direction) > SAME_AXIS_COS
+        and float(np.abs(handle.axis.origin - o.axis.origin)[1:].max()) <= MIRROR_TOLERANCE
+        for o in others
+        if o is not handle
+    )
 
 
 def _trunk(graph: PieceGraph, end: int) -> Trunk | None:
@@ -208,11 +217,6 @@ def _trunk(graph: PieceGraph, end: int) -> Trunk | None:
     return None
 
 
-def _branches(graph: PieceGraph, trunk: Trunk) -> list[list[int]]:
-    """Return the groups of connected pieces off the trunk."""
-    return graph.groups([i for i in range(len(graph.pieces)) if i not in set(trunk.pieces)])
-
-
 def _sides(graph: PieceGraph, branch: list[int], middle: float) -> list[list[int]]:
     """Split a branch that meets itself inside the trunk into what is left and what is right of the middle plane."""
     if any(_is_across(graph.pieces[i], middle) for i in branch):
@@ -224,7 +228,7 @@ def _sides(graph: PieceGraph, branch: list[int], middle: float) -> list[list[int
 def _with_crossbars(graph: PieceGraph, trunk: Trunk) -> list[int]:
     """Return the bars of a trunk, with the pipes across it that bear branches at both ends: two valves on one pipe."""
     middle, bars = float(trunk.tip[0]), trunk.bars
-    for branch in _branches(graph, trunk):
+    for branch in graph.groups([i for i in range(len(graph.pieces)) if i not in set(trunk.pieces)]):
         across = [i for i in branch if _is_across(graph.pieces[i], middle)]
         rest = graph.groups([i for i in branch if i not in across])
         sides = [float(np.sign(np.mean([graph.pieces[i].middle[0] for i in g]) - middle)) for g in rest]
@@ -404,6 +408,7 @@ def _swivel(graph: PieceGraph, trunk: Trunk, handles: Sequence[FaucetHandle]) ->
     first = max((h.place for h in handles), default=-1)
     path = trunk.path
     for k in range(max(first, 0), len(path) - 1):
+        post = pieces[path[k]]
         seat = graph.between([path[k]], [path[k + 1]])
         axis = _round_seat(seat, pieces[path[k + 1]])
         if axis is None:
@@ -412,19 +417,13 @@ def _swivel(graph: PieceGraph, trunk: Trunk, handles: Sequence[FaucetHandle]) ->
         groups = graph.groups([i for i in range(len(pieces)) if i not in stays and i not in held])
         moving = next((g for g in groups if path[-1] in g), [])
         points = np.concatenate([pieces[i].points for i in moving])
-        rise = MIN_RISE_ON_POST if _is_on_post(pieces[path[k]], seat) else MIN_SPOUT_RISE
+        is_post = post.turned is not None and abs(float(post.turned.direction[2])) >= MIN_SEAT_UPRIGHT
+        bottom, top = float(post.lower[2]), float(post.upper[2])
+        is_on_post = is_post and float(seat[:, 2].mean()) >= bottom + MIN_POST_SHARE * (top - bottom)
+        rise = MIN_RISE_ON_POST if is_on_post else MIN_SPOUT_RISE
         if float(np.ptp(points[:, 2])) >= rise * height:
             return moving, axis
     return None
-
-
-def _is_on_post(post: Piece, seat: Floats) -> bool:
-    """Return whether a contact lies at the upper end of a round upright piece."""
-    axis = post.turned
-    if axis is None or abs(float(axis.direction[2])) < MIN_SEAT_UPRIGHT:
-        return False
-    low, high = float(post.lower[2]), float(post.upper[2])
-    return float(seat[:, 2].mean()) >= low + MIN_POST_SHARE * (high - low)
 
 
 def _round_seat(seat: Floats, piece: Piece) -> Axis | None:
@@ -443,25 +442,12 @@ def _round_seat(seat: Floats, piece: Piece) -> Axis | None:
     return Axis(middle, np.array([0.0, 0.0, 1.0]), radius)
 
 
-def _handle_joint(handle: FaucetHandle) -> JointPlan:
-    """Return the hinge of a faucet handle."""
-    return JointPlan(
-        kind=JointKind.HINGE,
-        axis=to_vec3(handle.axis.direction),
-        anchor=to_vec3(handle.axis.origin),
-        range=(0.0, HANDLE_RANGE_RAD),
-        confidence=0.6 if handle.is_lever else 0.5,
-        reason="it branches off a slender trunk with a spout, and turns about its stem",
-    )
-
-
-def _spout_joint(axis: Axis) -> JointPlan:
-    """Return the hinge of a spout."""
+def _hinge(axis: Axis, span: tuple[float, float], confidence: float, reason: str) -> JointPlan:
     return JointPlan(
         kind=JointKind.HINGE,
         axis=to_vec3(axis.direction),
         anchor=to_vec3(axis.origin),
-        range=(-SPOUT_RANGE_RAD, SPOUT_RANGE_RAD),
-        confidence=0.5,
-        reason="it rises from a round upright seat, and reaches to the front",
+        range=span,
+        confidence=confidence,
+        reason=reason,
     )

@@ -11,8 +11,7 @@ import numpy as np
 from casa_assets.articulate.controls.controls import Control, has_round_outline
 from casa_assets.articulate.plan import JointPlan, PartKind, to_vec3
 from casa_assets.articulate.segment.fragments import FRONT, SIDES, MeasuredFragments, corners_from_side
-from casa_assets.articulate.segment.welded_mesh import Bools
-from casa_assets.core.numeric import Floats, Ints
+from casa_assets.core.numeric import Floats, Mask
 from casa_assets.model.asset.parts import JointKind
 
 # Levers ---------------------------------------------------------------------------------------------------------------
@@ -45,16 +44,19 @@ class Lever:
     length: float
 
 
-def find_levers(
-    measured: MeasuredFragments, side: int, controls: Sequence[Control]
-) -> tuple[list[Lever], list[Control]]:
+def find_levers(measured: MeasuredFragments, controls: Sequence[Control]) -> tuple[list[Lever], list[Control]]:
     """Separate controls that run in a slot from the others."""
-    near = float(corners_from_side(measured, side)[0][:, 2].min())
+    near = float(corners_from_side(measured, FRONT)[0][:, 2].min())
     levers: list[Lever] = []
     rest: list[Control] = []
     for control in controls:
-        flush = control.protrusion < MIN_PROTRUSION
-        found = None if control.is_round or flush else _longest(measured, side, control, near)
+        found: Lever | None = None
+        for along, sign in ((1, -1.0), (1, 1.0), (0, -1.0), (0, 1.0)):
+            if control.is_round or control.protrusion < MIN_PROTRUSION:
+                break
+            slot = _slot(measured, control, along, sign, near)
+            if slot is not None and (found is None or slot.length > found.length + 1e-6):
+                found = slot
         if found is None:
             rest.append(control)
         else:
@@ -62,11 +64,9 @@ def find_levers(
     return levers, rest
 
 
-def find_bar_levers(
-    measured: MeasuredFragments, side: int, controls: Sequence[Control]
-) -> tuple[list[Lever], list[Control]]:
+def find_bar_levers(measured: MeasuredFragments, controls: Sequence[Control]) -> tuple[list[Lever], list[Control]]:
     """Separate level bars, which lower the bread of a toaster though no slot is drawn for them, from other controls."""
-    floor = float(corners_from_side(measured, side)[0][:, 1].min())
+    floor = float(corners_from_side(measured, FRONT)[0][:, 1].min())
     levers: list[Lever] = []
     rest: list[Control] = []
     for control in controls:
@@ -79,25 +79,12 @@ def find_bar_levers(
     return levers, rest
 
 
-def _longest(measured: MeasuredFragments, side: int, control: Control, near: float) -> Lever | None:
-    """Return the lever with the longest slot of the four directions from a control, or None."""
-    best: Lever | None = None
-    for along, sign in ((1, -1.0), (1, 1.0), (0, -1.0), (0, 1.0)):
-        found = _slot(measured, side, control, along, sign, near)
-        if found is not None and (best is None or found.length > best.length + 1e-6):
-            best = found
-    return best
+def _slot(measured: MeasuredFragments, control: Control, along: int, sign: float, near: float) -> Lever | None:
+    """Return the slot that leads away from a control to the right (0) or up (1), or against it, or None.
 
-
-def _slot(
-    measured: MeasuredFragments, side: int, control: Control, along: int, sign: float, near: float
-) -> Lever | None:
-    """Return the slot that leads away from a control in one direction, or None.
-
-    Args:
-        along: 0 for right, 1 for up. sign: of the way. near: depth of what is nearest in the picture.
+    `near` is the depth of what is nearest in the picture.
     """
-    image = measured.depth_images[side]
+    image = measured.depth_images[FRONT]
     across = 1 - along
     wide = float(control.across[across])
     start = float((control.upper if sign > 0 else control.lower)[along])
@@ -113,56 +100,37 @@ def _slot(
     inside = np.isfinite(lines[1]) & np.isfinite(lines[2])
     left, right = np.where(inside, lines[1], 0.0), np.where(inside, lines[2], 0.0)
     beside = np.maximum(left, right)
+    # One fragment lies between two sides of another.
+    middle, one, other = marks
+    strip = (middle >= 0) & (one == other) & (middle != one)
+    painted = strip & (middle == (middle[strip][0] if strip.any() else -1))
     deep = (
         inside
         & (np.abs(left - right) < MIN_SLOT_DEPTH)
-        & ((lines[0] > beside + MIN_SLOT_DEPTH) | (_marked(marks) & (lines[0] > beside - PAINTED_SLOT_TOLERANCE)))
+        & ((lines[0] > beside + MIN_SLOT_DEPTH) | (painted & (lines[0] > beside - PAINTED_SLOT_TOLERANCE)))
     )
     last = _run(deep, image.pixel)
-    if last * image.pixel < max(MIN_SLOT_LENGTH, 1.2 * float(control.across[along])) or not _ends(deep, inside, last):
+    # The surface goes on beyond its end: a gap between fronts runs to the border.
+    beyond = slice(last + 2, last + 6)
+    ends = inside[beyond].all() and len(inside[beyond]) == 4 and not deep[beyond].any()
+    if last * image.pixel < max(MIN_SLOT_LENGTH, 1.2 * float(control.across[along])) or not ends:
         return None
-    slope = _slope(beside[:last]) / image.pixel
+    # By how much the surface falls back, from its first to its last third, for a shell of cubes goes down in stairs.
+    third = max(1, last // 3)
+    fall = float(np.median(beside[last - third : last]) - np.median(beside[:third]))
+    slope = fall / max(last - third, 1) / image.pixel
     way = np.zeros(3)
     way[along], way[2] = sign, slope
     return Lever(control, way / np.linalg.norm(way), last * image.pixel)
 
 
-def _slope(depth: Floats) -> float:
-    """Return how much a surface falls back from one step to the next.
-
-    Measured between its first and its last third, for a shell of cubes goes down in stairs.
-    """
-    third = max(1, len(depth) // 3)
-    steps = len(depth) - third
-    return float(np.median(depth[-third:]) - np.median(depth[:third])) / max(steps, 1)
-
-
-def _marked(marks: list[Ints]) -> Bools:
-    """Mark the steps of a line at which one fragment lies between two sides of another, like a painted slot.
-
-    Args:
-        marks: fragments along the line itself, and along lines to its left and right.
-    """
-    middle, left, right = marks
-    found: Bools = (middle >= 0) & (left == right) & (middle != left)
-    strip = middle[found][0] if found.any() else -1
-    same: Bools = found & (middle == strip)
-    return same
-
-
-def _run(deep: Bools, pixel: float) -> int:
+def _run(deep: Mask, pixel: float) -> int:
     """Return the number of steps that a slot goes on from its start, which may lie a little way off."""
     rows = np.flatnonzero(deep)
     if not len(rows) or rows[0] * pixel > MAX_SLOT_START_GAP:
         return 0
     breaks = np.flatnonzero(np.diff(rows) * pixel > MAX_SLOT_BREAK)
     return int(rows[breaks[0]] if len(breaks) else rows[-1]) + 1
-
-
-def _ends(deep: Bools, inside: Bools, last: int) -> bool:
-    """Return whether the surface goes on beyond the end of a slot: a gap between fronts runs to the border."""
-    beyond = slice(last + 2, last + 6)
-    return bool(inside[beyond].all() and len(inside[beyond]) == 4 and not deep[beyond].any())
 
 
 # Switches -------------------------------------------------------------------------------------------------------------

@@ -6,23 +6,20 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
-from scipy.spatial import ConvexHull, QhullError
 
 from casa_assets.articulate.controls.controls import Control, find_controls, has_round_outline
 from casa_assets.articulate.fronts.panels import find_panels
-from casa_assets.articulate.plan import JointPlan, round_mm, round_mm_vec3
+from casa_assets.articulate.plan import JointPlan, round_mm, round_mm_vec3, to_vec3
 from casa_assets.articulate.segment.fragments import FRONT, SIDES, MeasuredFragments
-from casa_assets.core.numeric import Floats
+from casa_assets.articulate.segment.orthographic import outline_area
+from casa_assets.core.numeric import Mask
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.parts import JointKind, Mesh
 
 # Burners --------------------------------------------------------------------------------------------------------------
 # Find the burners of a hob or range: round discs on its top, each named by its place.
-
-Bools = npt.NDArray[np.bool_]
 
 # Diameters of burners and rings, metres: from the cap of a simmer burner to the ring of a large zone.
 MIN_DIAMETER_M, MAX_DIAMETER_M = 0.035, 0.34
@@ -51,7 +48,12 @@ class Burner:
 
 def find_burners(asset: Asset) -> tuple[Burner, ...]:
     """Return the burners on the top of the body; empty if fewer than two are found or their places are ambiguous."""
-    found = _largest_of_heaps([d for v in asset.root.visuals for d in _discs(v.mesh)])
+    found: list[tuple[float, float, float, float]] = []
+    discs = [d for v in asset.root.visuals for d in _discs(v.mesh)]
+    for disc in sorted(discs, key=lambda d: (-round(d[3], 5), d[0], d[1])):
+        # Of discs that lie above each other the widest, so that none is within another.
+        if all(np.hypot(disc[0] - o[0], disc[1] - o[1]) > 0.8 * (o[3] + 0.5 * disc[3]) for o in found):
+            found.append(disc)
     if not found:
         return ()
     top = float(np.median([z for _, _, z, _ in found]))
@@ -75,13 +77,12 @@ def find_burners(asset: Asset) -> tuple[Burner, ...]:
     return tuple(burners)
 
 
-def burner_faces(mesh: Mesh, burner: Burner, below: float = 0.03) -> Bools:
+def burner_faces(mesh: Mesh, burner: Burner, below: float = 0.03) -> Mask:
     """Mark the (F,) faces of a mesh of the body that belong to a burner: those within its circle near its top."""
     corners = mesh.vertices[mesh.faces]
     away = np.linalg.norm(corners[..., :2] - np.array(burner.middle[:2]), axis=2)
     near = (away <= 1.06 * burner.radius).all(axis=1)
-    found: Bools = near & (np.abs(corners[..., 2] - burner.middle[2]) <= below).all(axis=1)
-    return found
+    return np.asarray(near & (np.abs(corners[..., 2] - burner.middle[2]) <= below).all(axis=1))
 
 
 def _discs(mesh: Mesh) -> list[tuple[float, float, float, float]]:
@@ -108,30 +109,14 @@ def _discs(mesh: Mesh) -> list[tuple[float, float, float, float]]:
         if (
             not MIN_DIAMETER_M <= wide.max() <= MAX_DIAMETER_M
             or wide.max() - wide.min() > MAX_SIDE_DIFFERENCE * wide.max()
+            or upper[2] - lower[2] > 0.6 * wide.max()
         ):
             continue
-        if upper[2] - lower[2] > 0.6 * wide.max() or not _is_round(points[:, :2], wide):
+        # The outline of a circle, or of a polygon with six corners or more.
+        if abs(outline_area(points[:, :2]) / (np.pi / 4 * float(np.prod(wide))) - 1.0) > ROUNDNESS_TOLERANCE:
             continue
         middle = (lower + upper) / 2
         out.append((float(middle[0]), float(middle[1]), float(upper[2]), float(wide.max()) / 2))
-    return out
-
-
-def _is_round(flat: Floats, wide: Floats) -> bool:
-    """Return whether the outline of points is a circle, or a polygon with six corners or more."""
-    try:
-        hull = float(ConvexHull(flat).volume)
-    except QhullError:
-        return False
-    return bool(abs(hull / (np.pi / 4 * float(np.prod(wide))) - 1.0) <= ROUNDNESS_TOLERANCE)
-
-
-def _largest_of_heaps(discs: Sequence[tuple[float, float, float, float]]) -> list[tuple[float, float, float, float]]:
-    """Keep the widest of discs that lie above each other, so that none is within another."""
-    out: list[tuple[float, float, float, float]] = []
-    for disc in sorted(discs, key=lambda d: (-round(d[3], 5), d[0], d[1])):
-        if all(np.hypot(disc[0] - o[0], disc[1] - o[1]) > 0.8 * (o[3] + 0.5 * disc[3]) for o in out):
-            out.append(disc)
     return out
 
 
@@ -158,15 +143,20 @@ MIN_PAN_SUPPORT_ARMS, MIN_ARM_RATIO, MAX_ARM_GAP_BY_WIDTH, MIN_FRONT_KNOBS, KNOB
 
 
 def drop_burner_caps(over: Sequence[Control], top: Sequence[Control], front: Sequence[Control]) -> list[Control]:
-    """Return the round controls on the top without the caps of burners.
+    """Return the round things on the top that may be knobs without the caps of burners.
 
-    Args:
-        over: round things that may be knobs. top, front: all controls of those sides.
+    All controls of the top and of the front are looked at.
     """
     knobs = [float(c.across.max()) for c in front if c.is_round and c.protrusion >= MIN_PROTRUSION]
     usual = float(np.median(knobs)) if len(knobs) >= MIN_FRONT_KNOBS else 0.0
     alike = [c for c in over if not usual or abs(float(c.across.max()) - usual) <= KNOB_WIDTH_TOLERANCE * usual]
-    return [c for c in alike if len({_way(c, a) for a in top if _is_arm(c, a)}) < MIN_PAN_SUPPORT_ARMS]
+    found = []
+    for cap in alike:
+        away = [bar.middle - cap.middle for bar in top if _is_arm(cap, bar)]
+        ways = {int(np.round(np.arctan2(y, x) / (np.pi / 2))) % 4 for x, y in away}  # right, up, left, down
+        if len(ways) < MIN_PAN_SUPPORT_ARMS:
+            found.append(cap)
+    return found
 
 
 def _is_arm(cap: Control, bar: Control) -> bool:
@@ -179,17 +169,11 @@ def _is_arm(cap: Control, bar: Control) -> bool:
     return 0.0 < away <= 0.5 + MAX_ARM_GAP_BY_WIDTH
 
 
-def _way(cap: Control, bar: Control) -> int:
-    """The side of a cap on which something is: right, up, left, down."""
-    x, y = (float(v) for v in bar.middle - cap.middle)
-    return int(np.round(np.arctan2(y, x) / (np.pi / 2))) % 4
-
-
 def find_single_button(measured: MeasuredFragments) -> Control | None:
     """Return what is round on a front, where there is one such thing and no more."""
     found = [c for c in find_controls(measured, FRONT, []) if c.is_round]
     taken = {f for c in found for f in c.fragments}
-    for panel in find_panels(measured, FRONT):
+    for panel in find_panels(measured):
         across = (panel.upper - panel.lower)[:2]
         own = sorted(panel.members)
         if (
@@ -204,12 +188,10 @@ def find_single_button(measured: MeasuredFragments) -> Control | None:
 
 def button_joint(key: Control, way: float) -> JointPlan:
     """Return the joint of a push button, with a travel of `way` diagonals at most."""
-    x, y, z = (float(v) for v in (key.lower + key.upper) / 2 @ SIDES[FRONT])
-    into_x, into_y, into_z = (float(v) for v in SIDES[FRONT][2])
     return JointPlan(
         kind=JointKind.SLIDE,
-        axis=(into_x, into_y, into_z),
-        anchor=(x, y, z),
+        axis=to_vec3(SIDES[FRONT][2]),
+        anchor=to_vec3((key.lower + key.upper) / 2 @ SIDES[FRONT]),
         range=(0.0, min(way, 0.5 * key.protrusion)),
         confidence=0.45,
         reason="round, and all that stands out of its front",

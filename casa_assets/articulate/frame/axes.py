@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from itertools import permutations
 
 import numpy as np
 
-from casa_assets.articulate.frame.score_candidate import SCORE_NAMES, score_candidate
+from casa_assets.articulate.frame.score_candidate import SCORE_WEIGHTS, score_candidate
 from casa_assets.articulate.frame.side_views import FEATURES, frame_features, hidden_area, measure_side
-from casa_assets.articulate.plan import Frame
+from casa_assets.articulate.plan import Frame, to_vec3
 from casa_assets.articulate.segment.fragments import SIDES, MeasuredFragments, measure_fragments, render_sides
 from casa_assets.articulate.segment.segmentations import segmentations
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh
@@ -62,10 +63,7 @@ def align_walls(mesh: WeldedMesh, kept_directions: Sequence[Sequence[float]] = (
     """Return a (3, 3) proper rotation whose rows are directions of the file that the walls of an object run along.
 
     The axes of the file stay where they serve; then they are turned about one of themselves, then about the normal of
-    a large face.
-
-    Args:
-        kept_directions: directions of which one is kept exactly as a row, such as the known up; empty to keep none.
+    a large face. One of `kept_directions`, such as the known up, is kept exactly as a row.
     """
     weight = mesh.areas / max(float(mesh.areas.sum()), 1e-300)
     tiers = (
@@ -89,9 +87,7 @@ def align_walls(mesh: WeldedMesh, kept_directions: Sequence[Sequence[float]] = (
 
 
 def _along(normals: Floats, weight: Floats, rotation: Floats) -> float:
-    """Return the share of the surface that lies along the axes."""
-    found: Floats = np.abs(normals @ rotation.T).max(axis=1)
-    return float(weight[found > np.cos(ALIGNED_RAD)].sum())
+    return float(weight[np.abs(normals @ rotation.T).max(axis=1) > np.cos(ALIGNED_RAD)].sum())
 
 
 def _turned(normals: Floats, weight: Floats, axis: Floats) -> Floats:
@@ -113,13 +109,12 @@ def _turned(normals: Floats, weight: Floats, axis: Floats) -> Floats:
         share = np.where(np.abs(off) < within, weight[wall], 0.0)
         turn += float(off @ share) / max(float(share.sum()), 1e-300)
     a = np.cos(turn) * x + np.sin(turn) * y
-    rows = np.stack([a, np.cross(axis, a), axis])
-    return _near_axes(rows)
+    return _near_axes(np.stack([a, np.cross(axis, a), axis]))
 
 
 def _near_axes(rows: Floats) -> Floats:
     """Order and orient three directions so that they are nearest to the file axes, as a proper rotation."""
-    orders = [(a, b, c) for a in range(3) for b in range(3) for c in range(3) if len({a, b, c}) == 3]
+    orders = list(permutations(range(3)))
     sums = [sum(abs(float(rows[o[i], i])) for i in range(3)) for o in orders]
     order = orders[int(np.argmax(np.round(sums, 9)))]
     found = rows[list(order)]
@@ -203,29 +198,6 @@ ASKEW_UP = 0.02
 FRAME_IMAGE_PX = 256
 # Weight of the log odds by appearance, where the parts are scored too. Ref: as WEIGHTS.
 APPEARANCE_WEIGHT = 0.605
-# Weights of the scores of the parts that a candidate would have. Ref: as WEIGHTS.
-SCORE_WEIGHTS: Mapping[str, float] = {
-    "front_coverage": 1.071,
-    "drawers": 0.2748,
-    "drawers_with_box": 1.119,
-    # Cancels `drawers` for drawer fronts without a box. Set by hand.
-    "drawers_without_box": -0.2748,
-    "knobs": 0.2237,
-    "buttons": 0.127,
-    "levers": 0.283,
-    # A faucet is found only where its spout reaches to the front, over its mount. Set by hand.
-    "faucet_levers": 3.0,
-    "lids": 1.247,
-    "racks": 2.274,
-    "turntables": 1.5,
-    "front_confidence": 1.565,
-    "joint_confidence": 0.7721,
-    "with_handle": 0.9607,
-    "hinged_aside": -0.11,
-    "hinged_below": -0.7205,
-    "hinged_above": -1.274,
-    "no_parts": -0.4505,
-}
 # Most candidates that are scored by their parts.
 MAX_SCORED = 6
 # Candidates whose log odds are this far below those of the best one are not scored by their parts.
@@ -248,16 +220,12 @@ def _frame_with_axes(mesh: WeldedMesh, rotation: Floats, reason: str) -> Frame:
     """Return the frame with these axes, centred in the bounding box of the object along them."""
     turned = mesh.points @ rotation.T
     lower, upper = turned.min(axis=0), turned.max(axis=0)
-    a, b, c = (float(v) for v in (lower + upper) / 2 @ rotation)
     scale = 1.0 / max(float(np.linalg.norm(upper - lower)), 1e-300)
-    return Frame(rotation=rotation, origin=(a, b, c), scale=scale, reason=reason)
+    return Frame(rotation=rotation, origin=to_vec3((lower + upper) / 2 @ rotation), scale=scale, reason=reason)
 
 
 def guess_frame(
-    mesh: WeldedMesh,
-    up: Sequence[float] | None = None,
-    front: Sequence[float] | None = None,
-    stated: int | None = None,
+    mesh: WeldedMesh, up: Sequence[float] | None = None, front: Sequence[float] | None = None, stated: int | None = None
 ) -> Frame:
     """Return the likeliest frame of an object, which may be rotated freely in its file.
 
@@ -282,15 +250,12 @@ def guess_frame(
     y, z = -outward[face], outward[top]
     reason = GUESSED_REASON if up is None or front is None else "given"
     return _frame_with_axes(mesh, np.stack([np.cross(y, z), y, z]), reason).replace(
-        confidence=round(probabilities[ranked[0]], 3),
-        runner_up="; ".join(_describe(k, straight) for k in ranked[1:3]),
+        confidence=round(probabilities[ranked[0]], 3), runner_up="; ".join(_describe(k, straight) for k in ranked[1:3])
     )
 
 
 def candidate_probabilities(
-    measured: MeasuredFragments,
-    log_prior: Mapping[tuple[int, int], float],
-    others: Sequence[MeasuredFragments] = (),
+    measured: MeasuredFragments, log_prior: Mapping[tuple[int, int], float], others: Sequence[MeasuredFragments] = ()
 ) -> dict[tuple[int, int], float]:
     """Return the probability of each candidate (front, top), by appearance and by the parts that it would move.
 
@@ -308,7 +273,7 @@ def candidate_probabilities(
     likely = [c for c in ranked[:MAX_SCORED] if scores[c] > scores[ranked[0]] - MAX_LOG_ODDS_BEHIND]
     if len(likely) == 1:
         return probabilities
-    weights = np.array([SCORE_WEIGHTS.get(name, 0.0) for name in SCORE_NAMES])
+    weights = np.array(list(SCORE_WEIGHTS.values()))
     rescored = {
         c: APPEARANCE_WEIGHT * (scores[c] - log_prior[c])
         + log_prior[c]

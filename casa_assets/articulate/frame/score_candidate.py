@@ -5,37 +5,42 @@ The fragments are measured once; for each candidate they are rotated by quarter 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from casa_assets.articulate.infer import articulate_fragments
-from casa_assets.articulate.plan import Articulation, Frame, HingeEdge, PartKind, PartPlan
+from casa_assets.articulate.plan import Frame, HingeEdge, PartKind
 from casa_assets.articulate.segment.fragments import FRONT, SIDES, MeasuredFragments
 from casa_assets.articulate.segment.orthographic import DepthImage
 from casa_assets.core.numeric import Floats
 from casa_assets.model.asset.parts import JointKind
 
-# Scores of a candidate; the sign of its weight in SCORE_WEIGHTS (frame/axes.py) tells whether a score speaks for it.
-SCORE_NAMES = (
-    "front_coverage",
-    "doors",
-    "drawers",
-    "drawers_with_box",
-    "drawers_without_box",
-    "knobs",
-    "buttons",
-    "levers",
-    "faucet_levers",
-    "lids",
-    "racks",
-    "turntables",
-    "front_confidence",
-    "joint_confidence",
-    "with_handle",
-    "hinged_aside",
-    "hinged_below",
-    "hinged_above",
-    "no_parts",
-)
+# Scores of a candidate by the parts that it would have, and their weights in its log odds. Ref: as WEIGHTS in axes.py.
+SCORE_WEIGHTS: Mapping[str, float] = {
+    "front_coverage": 1.071,
+    "doors": 0.0,
+    "drawers": 0.2748,
+    "drawers_with_box": 1.119,
+    # Cancels `drawers` for drawer fronts without a box. Set by hand.
+    "drawers_without_box": -0.2748,
+    "knobs": 0.2237,
+    "buttons": 0.127,
+    "levers": 0.283,
+    # A faucet is found only where its spout reaches to the front, over its mount. Set by hand.
+    "faucet_levers": 3.0,
+    "lids": 1.247,
+    "racks": 2.274,
+    "turntables": 1.5,
+    "front_confidence": 1.565,
+    "joint_confidence": 0.7721,
+    "with_handle": 0.9607,
+    "hinged_aside": -0.11,
+    "hinged_below": -0.7205,
+    "hinged_above": -1.274,
+    "no_parts": -0.4505,
+}
+SCORE_NAMES = tuple(SCORE_WEIGHTS)
 # Counts of parts are capped at this.
 MAX_COUNT = 8
 # A drawer that reaches back farther than this share of the depth, and than this in diagonals, has a box.
@@ -89,20 +94,25 @@ def _side(measured: MeasuredFragments, rotation: Floats, side: int) -> tuple[int
 def score_candidate(measured: MeasuredFragments, front: int, top: int) -> Floats:
     """Return the (len(SCORE_NAMES),) scores of what would be found in the frame of a candidate."""
     seen = rotate_fragments(measured, front, top)
-    frame = Frame(rotation=np.eye(3), origin=(0.0, 0.0, 0.0), scale=1.0)
-    return score_articulation(articulate_fragments(seen, frame), seen)
-
-
-def score_articulation(articulation: Articulation, measured: MeasuredFragments) -> Floats:
-    """Return the (len(SCORE_NAMES),) scores of an articulation."""
-    fronts = [p for p in articulation.parts if p.kind in (PartKind.DOOR, PartKind.DRAWER)]
+    parts = articulate_fragments(seen, Frame(rotation=np.eye(3), origin=(0.0, 0.0, 0.0), scale=1.0)).parts
+    fronts = [p for p in parts if p.kind in (PartKind.DOOR, PartKind.DRAWER)]
     doors = [p for p in fronts if p.kind is PartKind.DOOR]
-    trays = [p for p in articulation.parts if p.kind is PartKind.TRAY]
+    trays = [p for p in parts if p.kind is PartKind.TRAY]
     hinged = max(len(doors), 1)
-    coverage = _covered(fronts, measured)
+    face = seen.depth_images[FRONT].face
+    moves = np.zeros(len(seen.label) + 1, dtype=bool)
+    for part in fronts:
+        moves[part.faces] = True
+    coverage = float((moves[face] & (face >= 0)).sum() / max(int((face >= 0).sum()), 1))
     # The confidence in fronts says little where they cover only a small share of the side.
     coverage_weight = min(1.0, coverage / FULL_WEIGHT_COVERAGE)
-    with_box = sum(p.kind is PartKind.DRAWER and _reaches(p, measured) for p in fronts)
+    points, faces = seen.mesh.points[:, 1], seen.mesh.faces
+    deep = max(MIN_BOX_DEPTH_SHARE * float(np.ptp(points)), MIN_BOX_DEPTH)
+    with_box = sum(p.kind is PartKind.DRAWER and float(np.ptp(points[faces[p.faces]])) > deep for p in fronts)
+
+    def log_count(kind: PartKind) -> float:
+        return _log(sum(p.kind is kind for p in parts))
+
     return np.array(
         [
             coverage,
@@ -110,11 +120,11 @@ def score_articulation(articulation: Articulation, measured: MeasuredFragments) 
             _log(len(fronts) - len(doors)),
             _log(with_box),
             _log(len(fronts) - len(doors) - with_box),
-            _log(sum(p.kind is PartKind.KNOB for p in articulation.parts)),
-            _log(sum(p.kind is PartKind.BUTTON for p in articulation.parts)),
-            _log(sum(p.kind is PartKind.LEVER for p in articulation.parts)),
-            float(any(p.kind is PartKind.LEVER and p.joint.kind is JointKind.HINGE for p in articulation.parts)),
-            _log(sum(p.kind is PartKind.LID for p in articulation.parts)),
+            log_count(PartKind.KNOB),
+            log_count(PartKind.BUTTON),
+            log_count(PartKind.LEVER),
+            float(any(p.kind is PartKind.LEVER and p.joint.kind is JointKind.HINGE for p in parts)),
+            log_count(PartKind.LID),
             _log(sum(p.joint.kind is JointKind.SLIDE for p in trays)),
             _log(sum(p.joint.kind is JointKind.HINGE for p in trays)),
             coverage_weight * float(np.mean([p.confidence for p in fronts])) if fronts else 0.0,
@@ -123,26 +133,10 @@ def score_articulation(articulation: Articulation, measured: MeasuredFragments) 
             sum(p.joint.edge in (HingeEdge.LEFT, HingeEdge.RIGHT) for p in doors) / hinged,
             sum(p.joint.edge is HingeEdge.BOTTOM for p in doors) / hinged,
             sum(p.joint.edge is HingeEdge.TOP for p in doors) / hinged,
-            float(not articulation.parts),
+            float(not parts),
         ]
     )
 
 
 def _log(count: int) -> float:
-    """Return log(1 + count), with the count capped."""
     return float(np.log1p(min(count, MAX_COUNT)))
-
-
-def _reaches(part: PartPlan, measured: MeasuredFragments) -> bool:
-    """Return whether a drawer reaches far enough back to have a box."""
-    deep = np.ptp(measured.mesh.points[measured.mesh.faces[part.faces], 1])
-    return float(deep) > max(MIN_BOX_DEPTH_SHARE * float(np.ptp(measured.mesh.points[:, 1])), MIN_BOX_DEPTH)
-
-
-def _covered(fronts: list[PartPlan], measured: MeasuredFragments) -> float:
-    """Return the share of the image of the front that doors and drawers cover."""
-    face = measured.depth_images[FRONT].face
-    moves = np.zeros(len(measured.label) + 1, dtype=bool)
-    for part in fronts:
-        moves[part.faces] = True
-    return float((moves[face] & (face >= 0)).sum() / max(int((face >= 0).sum()), 1))

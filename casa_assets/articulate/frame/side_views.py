@@ -12,8 +12,7 @@ from scipy.spatial import ConvexHull
 from casa_assets.articulate.frame.category import ControlPlacement, shape_likelihood
 from casa_assets.articulate.segment.fragments import SIDES, MeasuredFragments, corners_from_side
 from casa_assets.articulate.segment.orthographic import DepthImage
-from casa_assets.articulate.segment.welded_mesh import Bools
-from casa_assets.core.numeric import Floats
+from casa_assets.core.numeric import Floats, Mask
 
 # Side views -----------------------------------------------------------------------------------------------------------
 # Edge density, panels, symmetry, small protrusions.
@@ -61,9 +60,8 @@ class SideView:
     """Measures of one side, in its own depth image.
 
     Attributes:
-        detail: share of its pixels that are edges of depth, bend, fragment or material.
-        panels: share of its rectangle that thin fragments near it cover.
-        protruding_share: share of its pixels that protrude from its median depth.
+        detail: share of its pixels that are edges of depth, bend, fragment or material. panels: share of its rectangle
+            that thin fragments near it cover. protruding_share: of its pixels, from its median depth.
         juts: how far its nearest points protrude from its plane, 0..1, reduced by `support`, since an object may rest
             on them.
         support: hull of the nearest pixels, as a share of the rectangle. filled: share of the rectangle that is less
@@ -107,7 +105,7 @@ def measure_side(measured: MeasuredFragments, side: int) -> SideView:
         mirror=(_similarity_to_mirror(depth, edges, 1), _similarity_to_mirror(depth, edges, 0)),
         blobs=_blobs(depth, seen, image.pixel, far),
         rings=_rings(measured, side, lower, upper),
-        slots=_slots(depth, seen, image.pixel),
+        slots=min(_slot_count(depth, seen, image.pixel), 4) / 2.0,
     )
 
 
@@ -120,19 +118,24 @@ def _panels(measured: MeasuredFragments, side: int, lower: Floats, upper: Floats
     return min(float(measured.visible_area[thin, side].sum() / max(whole[0] * whole[1], 1e-12)), 1.0)
 
 
-def _edges(measured: MeasuredFragments, image: DepthImage, seen: Bools, depth: Floats) -> Bools:
+def _edges(measured: MeasuredFragments, image: DepthImage, seen: Mask, depth: Floats) -> Mask:
     """Mark (H, W) pixels that differ from the one to the right or below in depth, direction, fragment or material."""
     normals = measured.mesh.normals[np.maximum(image.face, 0)]
     label = np.where(seen, measured.label[np.maximum(image.face, 0)], -1)
     material = np.where(seen, measured.mesh.material_index[np.maximum(image.face, 0)], -1)
-    out: Bools = np.zeros(image.face.shape, dtype=bool)
+    out: Mask = np.zeros(image.face.shape, dtype=bool)
     for axis in (0, 1):
-        a: list[slice] = [slice(None), slice(None)]
-        b: list[slice] = [slice(None), slice(None)]
-        a[axis], b[axis] = slice(None, -1), slice(1, None)
-        first, second = tuple(a), tuple(b)
+        first = (slice(None), slice(None, -1)) if axis else (slice(None, -1), slice(None))
+        second = (slice(None), slice(1, None)) if axis else (slice(1, None), slice(None))
         bend = np.abs((normals[first] * normals[second]).sum(axis=2)) < MAX_BEND_COS
-        off = np.where(bend, np.abs(np.diff(depth, axis=axis)), _off_slope(depth, axis))
+        # Without steps of a slope that continues before or after, which is no edge.
+        fall = np.diff(depth, axis=axis)
+        bends = np.abs(np.diff(fall, axis=axis))
+        margins = [(0, 0), (0, 0)]
+        margins[axis] = (1, 1)
+        bends = np.pad(bends, margins, constant_values=np.inf)
+        before, after = np.delete(bends, -1, axis=axis), np.delete(bends, 0, axis=axis)
+        off = np.where(bend, np.abs(np.diff(depth, axis=axis)), np.minimum(np.abs(fall), np.minimum(before, after)))
         step = off > MIN_DEPTH_STEP
         piece = (label[first] != label[second]) & (bend | step | (off > MIN_DEPTH_STEP / 8))
         # A window or a keypad may be no more than another material in the same plane.
@@ -141,18 +144,7 @@ def _edges(measured: MeasuredFragments, image: DepthImage, seen: Bools, depth: F
     return out
 
 
-def _off_slope(depth: Floats, axis: int) -> Floats:
-    """Return depth steps from pixel to pixel, less those of a slope that continues before or after: that is no edge."""
-    fall = np.diff(depth, axis=axis)
-    bends = np.abs(np.diff(fall, axis=axis))
-    wide = [(0, 0), (0, 0)]
-    wide[axis] = (1, 1)
-    bends = np.pad(bends, wide, constant_values=np.inf)
-    before, after = np.delete(bends, -1, axis=axis), np.delete(bends, 0, axis=axis)
-    return np.minimum(np.abs(fall), np.minimum(before, after))
-
-
-def _similarity_to_mirror(depth: Floats, edges: Bools, axis: int) -> float:
+def _similarity_to_mirror(depth: Floats, edges: Mask, axis: int) -> float:
     """Return the similarity 0..1 of an image to its mirror image: of depth, and of edges within a pixel."""
     other = np.flip(depth, axis=axis)
     same = float((np.abs(depth - other) < 0.01).mean())
@@ -163,7 +155,7 @@ def _similarity_to_mirror(depth: Floats, edges: Bools, axis: int) -> float:
     return 0.5 * same + 0.5 * hit
 
 
-def _support(near: Bools) -> float:
+def _support(near: Mask) -> float:
     """Return the area of the convex hull of some pixels, as a share of the image."""
     rows = np.flatnonzero(near.any(axis=1))
     if not len(rows):
@@ -174,7 +166,7 @@ def _support(near: Bools) -> float:
     return float(ConvexHull(corners).volume / near.size)
 
 
-def _blobs(depth: Floats, seen: Bools, pixel: float, far: float) -> tuple[SideFeature, ...]:
+def _blobs(depth: Floats, seen: Mask, pixel: float, far: float) -> tuple[SideFeature, ...]:
     """Find narrow regions that are nearer than the surface around them."""
     window = max(3, int(MAX_FEATURE_WIDTH / pixel) | 1)
     wide = ndimage.maximum_filter(depth, window, mode="nearest")
@@ -194,11 +186,6 @@ def _blobs(depth: Floats, seen: Bools, pixel: float, far: float) -> tuple[SideFe
     return tuple(found)
 
 
-def _slots(depth: Floats, seen: Bools, pixel: float) -> float:
-    """Return half the number of slots, at most 2."""
-    return min(_slot_count(depth, seen, pixel), 4) / 2.0
-
-
 def count_slots(image: DepthImage) -> int:
     """Return the number of deep narrow grooves in a picture that end before its border, as in a toaster."""
     seen = np.isfinite(image.depth)
@@ -206,7 +193,7 @@ def count_slots(image: DepthImage) -> int:
     return _slot_count(np.where(seen, image.depth, deepest), seen, image.pixel)
 
 
-def _slot_count(depth: Floats, seen: Bools, pixel: float) -> int:
+def _slot_count(depth: Floats, seen: Mask, pixel: float) -> int:
     """Count deep narrow grooves that end before the border, as in a toaster."""
     window = max(3, int(SLOT_WINDOW / pixel) | 1)
     narrow = ndimage.minimum_filter(depth, window, mode="nearest")
@@ -283,11 +270,7 @@ def side_facing(direction: Floats) -> int:
 def frame_features(
     measured: MeasuredFragments, sides: Sequence[SideView], front: int, top: int, inside: Floats
 ) -> Floats:
-    """Return the (len(FEATURES),) features of the hypothesis that these sides are the front and the top.
-
-    Args:
-        sides: of all six, as `measure_side` measures them. inside: as `hidden_area` measures it.
-    """
+    """Return the (len(FEATURES),) features of the hypothesis that these sides are the front and the top."""
     back, bottom = front ^ 1, top ^ 1
     up, out = -SIDES[top][2], -SIDES[front][2]
     across = np.cross(up, out)
@@ -337,8 +320,7 @@ def hidden_area(measured: MeasuredFragments) -> Floats:
         visible[image.face[image.face >= 0]] = True
     weight = np.where(visible, 0.0, measured.mesh.areas)
     aligned = np.abs(measured.mesh.normals) > 0.9
-    found: Floats = (aligned * weight[:, None]).sum(axis=0) / max(float(measured.mesh.areas.sum()), 1e-12)
-    return found
+    return np.asarray((aligned * weight[:, None]).sum(axis=0) / max(float(measured.mesh.areas.sum()), 1e-12))
 
 
 def _offset(blob: SideFeature, side: int, right: Floats, up: Floats) -> tuple[float, float]:

@@ -21,9 +21,9 @@ from casa_assets.articulate.fronts.relief import (
 )
 from casa_assets.articulate.segment.creases import BACKGROUND_DEPTH, Protrusion, SideRelief
 from casa_assets.articulate.segment.fragments import SIDES
-from casa_assets.articulate.segment.welded_mesh import Bools, WeldedMesh
+from casa_assets.articulate.segment.welded_mesh import WeldedMesh
 from casa_assets.core.forest import Forest
-from casa_assets.core.numeric import Floats, Ints
+from casa_assets.core.numeric import Floats, Ints, Mask
 
 # Least side of a front, diagonals, and least share of its rectangle that is surface.
 MIN_SIDE, MIN_COVERAGE = 0.035, 0.6
@@ -124,7 +124,7 @@ def check_front_forest(forest: Forest, with_context: bool) -> Forest:
 
 def find_fronts(
     mesh: WeldedMesh, relief: SideRelief, side: int, forests: tuple[Forest, Forest]
-) -> list[tuple[FrontRectangle, float | None]]:
+) -> list[tuple[FrontRectangle, float]]:
     """Return the rectangles of a side that are fronts, each with its probability, top down and left to right.
 
     Args:
@@ -138,9 +138,7 @@ def find_fronts(
     chances = forests[1].probabilities(features)[:, 1]
     kept = choose_fronts(found, log_odds(chances), MIN_SCORE)
     more = [k for k in choose_fronts(found, log_odds(chances), COMPLETING_SCORE) if _completes(found, relief, k, kept)]
-    out: list[tuple[FrontRectangle, float | None]] = []
-    for k in [*kept, *more]:
-        out.append((_measured(found, relief, k), max(float(chances[k]), 0.5)))
+    out = [(_measured(found, relief, k), max(float(chances[k]), 0.5)) for k in (*kept, *more)]
     return sorted(out, key=lambda m: (m[0].rows, m[0].columns))
 
 
@@ -184,7 +182,9 @@ def _are_alike(pull: Protrusion, other: Protrusion, pixel: float) -> bool:
 def propose_fronts(mesh: WeldedMesh, relief: SideRelief, side: int, given: Sequence[FrontRectangle]) -> FrontHypotheses:
     """Return the rectangles of a side between lines that something speaks for, and those given."""
     pixel = relief.image.pixel
-    rows, columns, middle = _given_lines(relief, given)
+    seen = np.flatnonzero((relief.depth < BACKGROUND_DEPTH / 2).any(axis=0))
+    middle = int(seen[0] + seen[-1] + 1) // 2 if len(seen) else 0
+    rows, columns = sorted({r for m in given for r in m.rows}), sorted({c for m in given for c in m.columns})
     level_maps, upright_maps = (seam_maps(mesh, relief, side, upright) for upright in (False, True))
     level_at = find_lines(level_maps, pixel, rows)
     central = [] if any(abs(middle - c) <= 2 for c in columns) else [middle]
@@ -196,7 +196,7 @@ def propose_fronts(mesh: WeldedMesh, relief: SideRelief, side: int, given: Seque
     ends = np.stack([level_at[top], level_at[bottom], upright_at[left], upright_at[right]], axis=1)
     is_given = np.array([tuple(e) in wanted for e in ends.tolist()], dtype=bool)
     fit = np.array([wanted.get(tuple(e), 0.0) for e in ends.tolist()])
-    support = _support(level, upright, top, bottom, left, right)
+    support = _support(level, upright, (top, bottom, left, right))
     kept = is_given | (support.max(axis=2).min(axis=1) >= MIN_SUPPORT)
     pick = np.flatnonzero(kept & (_coverage(relief, ends) >= MIN_COVERAGE))
     if len(pick) > MAX_RECTANGLES:
@@ -205,17 +205,8 @@ def propose_fronts(mesh: WeldedMesh, relief: SideRelief, side: int, given: Seque
     ends, is_given, fit = ends[pick], is_given[pick], fit[pick]
     index = top[pick], bottom[pick], left[pick], right[pick]
     features = _features(mesh, relief, side, ends, (is_given, fit), level, upright, index)
-    seen = np.flatnonzero((relief.depth < BACKGROUND_DEPTH / 2).any(axis=0))
     turn = float(seen[0] + seen[-1] + 1) if len(seen) else 0.0
     return FrontHypotheses(ends[:, :2], ends[:, 2:], features, turn, pixel)
-
-
-def _given_lines(relief: SideRelief, given: Sequence[FrontRectangle]) -> tuple[list[int], list[int], int]:
-    """Return the rows and columns of given rectangles, and the column in the middle of the outline."""
-    seen = np.flatnonzero((relief.depth < BACKGROUND_DEPTH / 2).any(axis=0))
-    middle = int(seen[0] + seen[-1] + 1) // 2 if len(seen) else 0
-    rows = sorted({r for m in given for r in m.rows})
-    return rows, sorted({c for m in given for c in m.columns}), middle
 
 
 def _pairs(level: Ints, upright: Ints, least: int) -> tuple[Ints, Ints, Ints, Ints]:
@@ -229,8 +220,9 @@ def _pairs(level: Ints, upright: Ints, least: int) -> tuple[Ints, Ints, Ints, In
     return np.repeat(a, len(c)), np.repeat(b, len(c)), np.tile(c, len(a)), np.tile(d, len(a))
 
 
-def _support(level: LineTable, upright: LineTable, top: Ints, bottom: Ints, left: Ints, right: Ints) -> Floats:
+def _support(level: LineTable, upright: LineTable, index: tuple[Ints, Ints, Ints, Ints]) -> Floats:
     """Return (N, 4, 4): of each side (top, bottom, left, right) its edge, groove, bend and outline."""
+    top, bottom, left, right = index
     out = []
     for table, at, first, last, outline in (
         (level, top, left, right, 3),
@@ -251,8 +243,7 @@ def _integral(values: Floats) -> Floats:
 def _sums(integral: Floats, ends: Ints) -> Floats:
     """Return the (N,) sums over rectangles (first row, last row, first column, last column; half-open)."""
     a, b, c, d = ends.T
-    found: Floats = integral[b, d] - integral[a, d] - integral[b, c] + integral[a, c]
-    return found
+    return np.asarray(integral[b, d] - integral[a, d] - integral[b, c] + integral[a, c])
 
 
 def _coverage(relief: SideRelief, ends: Ints) -> Floats:
@@ -266,7 +257,7 @@ def _features(
     relief: SideRelief,
     side: int,
     ends: Ints,
-    given: tuple[Bools, Floats],
+    given: tuple[Mask, Floats],
     level: LineTable,
     upright: LineTable,
     index: tuple[Ints, Ints, Ints, Ints],
@@ -276,24 +267,8 @@ def _features(
     Args:
         given: (N,) whether each was given, and how well its pull is placed on it.
     """
-    named = {
-        "constant": np.ones(len(ends)),
-        "given": given[0].astype(np.float64),
-        "pull_fit": given[1],
-        **_edge_features(relief, level, upright, index),
-        **_surface_features(mesh, relief, side, ends),
-        **_size_features(relief, ends),
-    }
-    named |= _thing_features(relief, ends, named["support_least"])
-    return np.stack([named[name] for name in FEATURES], axis=1)
-
-
-def _edge_features(
-    relief: SideRelief, level: LineTable, upright: LineTable, index: tuple[Ints, Ints, Ints, Ints]
-) -> dict[str, Floats]:
-    """Return what speaks for the four sides of rectangles, and for lines across them."""
     top, bottom, left, right = index
-    support = _support(level, upright, *index)
+    support = _support(level, upright, index)
     best = np.sort(support.max(axis=2), axis=1)
     above, below = level.values[top, left, right], level.values[bottom, left, right]
     before, after = upright.values[left, top, bottom], upright.values[right, top, bottom]
@@ -301,7 +276,16 @@ def _edge_features(
     visible = np.stack([above[:, 6], below[:, 6], before[:, 6], after[:, 6]], axis=1)
     proud, inset = np.maximum(steps, 0.0), np.maximum(-steps, 0.0)
     pixel = relief.image.pixel
-    return {
+    seen = relief.depth < BACKGROUND_DEPTH / 2
+    rows, columns = np.flatnonzero(seen.any(axis=1)), np.flatnonzero(seen.any(axis=0))
+    high = float(np.ptp(rows) + 1) if len(rows) else 1.0
+    wide = float(np.ptp(columns) + 1) if len(columns) else 1.0
+    height, width = (ends[:, 1] - ends[:, 0]) / high, (ends[:, 3] - ends[:, 2]) / wide
+    tall = np.log(np.maximum(ends[:, 1] - ends[:, 0], 1) / np.maximum(ends[:, 3] - ends[:, 2], 1))
+    named = {
+        "constant": np.ones(len(ends)),
+        "given": given[0].astype(np.float64),
+        "pull_fit": given[1],
         "support_least": best[:, 0],
         "support_second": best[:, 1],
         "support_mean": best.mean(axis=1),
@@ -318,7 +302,16 @@ def _edge_features(
         "visible_least": visible.min(axis=1),
         "cross_level": _crossing(level, top, bottom, left, right, pixel),
         "cross_upright": _crossing(upright, left, right, top, bottom, pixel),
+        **_surface_features(mesh, relief, side, ends),
+        "width": width,
+        "height": height,
+        "area": width * height,
+        "tall": np.maximum(tall, 0.0),
+        "wide": np.maximum(-tall, 0.0),
+        "whole": ((width > WHOLE_SHARE) & (height > WHOLE_SHARE)).astype(np.float64),
     }
+    named |= _thing_features(relief, ends, named["support_least"])
+    return np.stack([named[name] for name in FEATURES], axis=1)
 
 
 def _surface_features(mesh: WeldedMesh, relief: SideRelief, side: int, ends: Ints) -> dict[str, Floats]:
@@ -335,24 +328,6 @@ def _surface_features(mesh: WeldedMesh, relief: SideRelief, side: int, ends: Int
         "facing": _sums(_integral((faces & ground).astype(np.float64)), ends) / count,
         "roughness": np.minimum(spread / 0.02, 2.0),
         "depth": np.minimum((mean - float(relief.depth[seen].min(initial=0.0))) / 0.1, 3.0),
-    }
-
-
-def _size_features(relief: SideRelief, ends: Ints) -> dict[str, Floats]:
-    """Return the size of rectangles as shares of the outline, and their shape."""
-    seen = relief.depth < BACKGROUND_DEPTH / 2
-    rows, columns = np.flatnonzero(seen.any(axis=1)), np.flatnonzero(seen.any(axis=0))
-    high = float(np.ptp(rows) + 1) if len(rows) else 1.0
-    wide = float(np.ptp(columns) + 1) if len(columns) else 1.0
-    height, width = (ends[:, 1] - ends[:, 0]) / high, (ends[:, 3] - ends[:, 2]) / wide
-    tall = np.log(np.maximum(ends[:, 1] - ends[:, 0], 1) / np.maximum(ends[:, 3] - ends[:, 2], 1))
-    return {
-        "width": width,
-        "height": height,
-        "area": width * height,
-        "tall": np.maximum(tall, 0.0),
-        "wide": np.maximum(-tall, 0.0),
-        "whole": ((width > WHOLE_SHARE) & (height > WHOLE_SHARE)).astype(np.float64),
     }
 
 
@@ -411,8 +386,7 @@ def _crossing(table: LineTable, first: Ints, last: Ints, start: Ints, stop: Ints
             inner = np.flatnonzero((table.at - table.at[i] >= margin) & (table.at[j] - table.at >= margin))
             if len(inner):
                 best[i, j] = support[inner].max(axis=0)
-    found: Floats = best[first, last, start, stop]
-    return found
+    return best[first, last, start, stop]
 
 
 def context_features(hypotheses: FrontHypotheses, score: Floats) -> Floats:
@@ -430,7 +404,7 @@ def context_features(hypotheses: FrontHypotheses, score: Floats) -> Floats:
     return out
 
 
-def _relations(hypotheses: FrontHypotheses, k: int) -> tuple[Bools, Bools, Bools, Bools, Bools]:
+def _relations(hypotheses: FrontHypotheses, k: int) -> tuple[Mask, Mask, Mask, Mask, Mask]:
     """Return (N,) masks of the rectangles that one mirrors, is on or under, is next to, lies within, and contains."""
     rows, columns = hypotheses.rows, hypotheses.columns
     gap, turn = NEIGHBOUR_GAP / hypotheses.pixel, hypotheses.turn
@@ -450,18 +424,16 @@ def _relations(hypotheses: FrontHypotheses, k: int) -> tuple[Bools, Bools, Bools
     return same_rows & mirrored & apart, same_columns & stacked, same_rows & beside, within, around
 
 
-def _touch(spans: Ints, k: int, slack: float, gap: float) -> Bools:
+def _touch(spans: Ints, k: int, slack: float, gap: float) -> Mask:
     """Mark the (N,) spans that begin where one ends, or end where it begins."""
     after, before = spans[:, 0] - spans[k, 1], spans[k, 0] - spans[:, 1]
-    found: Bools = ((after >= -slack) & (after <= gap)) | ((before >= -slack) & (before <= gap))
-    return found
+    return np.asarray(((after >= -slack) & (after <= gap)) | ((before >= -slack) & (before <= gap)))
 
 
 def log_odds(probability: Floats) -> Floats:
     """Return the log odds of probabilities, bounded."""
     bounded = np.clip(probability, LEAST_PROBABILITY, 1 - LEAST_PROBABILITY)
-    found: Floats = np.log(bounded / (1 - bounded))
-    return found
+    return np.log(bounded / (1 - bounded))
 
 
 def choose_fronts(hypotheses: FrontHypotheses, score: Floats, least: float) -> list[int]:

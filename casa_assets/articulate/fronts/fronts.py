@@ -22,17 +22,15 @@ from casa_assets.articulate.interior.inner_parts import GROUPING_GAPS, group_tou
 from casa_assets.articulate.segment.fragments import (
     BACK,
     BOTTOM,
+    FRONT,
     LEFT,
     RIGHT,
-    SIDES,
     TOP,
     MeasuredFragments,
     corners_from_side,
 )
-from casa_assets.articulate.segment.orthographic import render_depth
 from casa_assets.articulate.segment.shell_segments import MIN_BOXINESS, NO_FRONTS, KnownFronts, boxiness
-from casa_assets.articulate.segment.welded_mesh import Bools
-from casa_assets.core.numeric import Floats
+from casa_assets.core.numeric import Floats, Mask
 
 # A small thing alone on a panel is its pull, unless it is a knob or a key with this confidence.
 MIN_SURE_CONTROL = 0.85
@@ -86,10 +84,10 @@ MAX_STRIP_SHARE = 0.13
 
 
 def attach_to_panels(
-    measured: MeasuredFragments, side: int, panels: list[Panel], controls: list[Control], tell: TellControl
+    measured: MeasuredFragments, panels: list[Panel], controls: list[Control], tell: TellControl
 ) -> list[Control]:
     """Give each panel its handles, trims and box; return the remaining controls."""
-    lower, upper = corners_from_side(measured, side)
+    lower, upper = corners_from_side(measured, FRONT)
     taken = {f for p in panels for f in p.members}
     far_out = [c for c in controls if c.long <= MAX_KEY_RATIO or c.protrusion >= MIN_HANDLE_PROTRUSION]
     sure = {id(c) for c in far_out if tell(c, far_out)[1] >= MIN_SURE_CONTROL}
@@ -106,30 +104,30 @@ def attach_to_panels(
             continue
         if upper[i, 2] <= panel.upper[2] + INSIDE_TOLERANCE and not _wraps(panel, lower[i], upper[i]):
             protrusion = float(panel.lower[2] - lower[i, 2])
-            is_grip = protrusion >= MIN_HANDLE_PROTRUSION and not (panel.controls and _is_mark(lower[i], upper[i]))
+            is_grip = protrusion >= MIN_HANDLE_PROTRUSION and not (
+                panel.controls and float((upper[i] - lower[i])[:2].max()) < MIN_HANDLE_SIZE
+            )
             (panel.grips.append([i]) if is_grip else panel.trims.append(i))
             panel.attachment_depths.append(float(lower[i, 2]))
             taken.add(i)
     rest = _feet(panels, rest, lower, upper)
     _count_controls(panels, rest)
     for panel in panels:
-        found = find_backing_plates(measured, side, panel, taken)
+        found = find_backing_plates(measured, panel, taken)
         panel.trims += found
         taken |= set(found)
-        found = find_door_bins(measured, side, panel, taken)
+        found = find_door_bins(measured, panel, taken)
         panel.trims += found
         taken |= set(found)
     for panel in panels:
-        panel.box = _box(measured, side, panel, lower, upper, taken)
+        panel.box = _box(measured, panel, lower, upper, taken)
         taken |= set(panel.box)
     return rest
 
 
-def find_handle_spots(
-    measured: MeasuredFragments, side: int, panels: list[Panel], controls: list[Control]
-) -> list[Floats]:
+def find_handle_spots(measured: MeasuredFragments, panels: list[Panel], controls: list[Control]) -> list[Floats]:
     """Return the (2,) middles in (u, v) of what protrudes from a panel like a handle."""
-    lower, upper = corners_from_side(measured, side)
+    lower, upper = corners_from_side(measured, FRONT)
     taken = {f for p in panels for f in p.members}
     spots = []
     for i in range(measured.count):
@@ -155,20 +153,14 @@ def _host(panels: list[Panel], lower: Floats, upper: Floats) -> Panel | None:
     found = None
     for p in panels:
         over = np.minimum(upper, p.upper)[:2] - np.maximum(lower, p.lower)[:2]
-        share = float(
-            np.prod(np.maximum(over, 1e-9)) / max(float(np.prod(np.maximum((upper - lower)[:2], 1e-9))), 1e-18)
-        )
+        area = max(float(np.prod(np.maximum((upper - lower)[:2], 1e-9))), 1e-18)
+        share = float(np.prod(np.maximum(over, 1e-9)) / area)
         inside = bool((middle >= p.lower[:2]).all() and (middle <= p.upper[:2]).all()) and share >= 0.7
         reach = min((float(p.lower[2]), *p.attachment_depths))
         near = lower[2] >= p.lower[2] - 0.12 and lower[2] <= p.upper[2] and upper[2] >= reach - MAX_HANDLE_GAP
         if inside and near and (found is None or p.width * p.height < found.width * found.height):
             found = p
     return found
-
-
-def _is_mark(lower: Floats, upper: Floats) -> bool:
-    """Return whether a fragment is so small that next to knobs it is a mark, not a handle."""
-    return float((upper - lower)[:2].max()) < MIN_HANDLE_SIZE
 
 
 def _wraps(panel: Panel, lower: Floats, upper: Floats) -> bool:
@@ -264,18 +256,12 @@ def _touches(control: Control, lower: Floats, upper: Floats) -> bool:
     return meet and float((upper - lower)[:2].max()) >= 1.5 * float(control.across.max())
 
 
-def _box(
-    measured: MeasuredFragments, side: int, panel: Panel, lower: Floats, upper: Floats, taken: Collection[int]
-) -> list[int]:
-    """Return fragments behind a panel that would move with it as a drawer's box; empty for none.
-
-    Args:
-        taken: fragments that are part of something else, or of the panel.
-    """
-    hidden = measured.visible_area[:, [s for s in (BACK, LEFT, RIGHT, BOTTOM) if s != side]].sum(axis=1)
-    aside = measured.visible_area[:, [s for s in (BACK, LEFT, RIGHT) if s != side]].sum(axis=1)
+def _box(measured: MeasuredFragments, panel: Panel, lower: Floats, upper: Floats, taken: Collection[int]) -> list[int]:
+    """Return fragments behind a panel that would move with it as a drawer's box; empty for none."""
+    hidden = measured.visible_area[:, [BACK, LEFT, RIGHT, BOTTOM]].sum(axis=1)
+    aside = measured.visible_area[:, [BACK, LEFT, RIGHT]].sum(axis=1)
     surface = np.maximum(measured.area, 1e-12)
-    inside: Bools = np.ones(measured.count, dtype=bool)
+    inside: Mask = np.ones(measured.count, dtype=bool)
     for k in (0, 1):
         inside &= (lower[:, k] >= panel.lower[k] - BOX_TOLERANCE) & (upper[:, k] <= panel.upper[k] + BOX_TOLERANCE)
     back = (lower[:, 2] >= panel.lower[2] - INSIDE_TOLERANCE) & (upper[:, 2] > panel.upper[2] + 0.01)
@@ -310,20 +296,17 @@ def _box(
             if len(found) == 1:
                 return found[0]
     blocks = inside & back & close & (hidden <= 0.05 * surface)
-    return [i for i in np.flatnonzero(blocks).tolist() if _is_block(measured, side, i, panel, lower, upper)][:1]
+    return [i for i in np.flatnonzero(blocks).tolist() if _is_block(measured, i, panel, lower, upper)][:1]
 
 
-def find_box_boards(measured: MeasuredFragments, side: int, panel: Panel, taken: Collection[int]) -> list[int]:
+def find_box_boards(measured: MeasuredFragments, panel: Panel, taken: Collection[int]) -> list[int]:
     """Return the hidden boards behind the front of a drawer that have its outline together; empty for none.
 
     They are its box where that is drawn as a block of which each side is a fragment. The lining of the body ends
     farther inside.
-
-    Args:
-        taken: fragments that are part of something else.
     """
-    lower, upper = corners_from_side(measured, side)
-    unseen = [s for s in (BACK, LEFT, RIGHT, BOTTOM) if s != side]
+    lower, upper = corners_from_side(measured, FRONT)
+    unseen = [BACK, LEFT, RIGHT, BOTTOM]
     inside = measured.visible_area[:, unseen].sum(axis=1) <= MAX_VISIBLE_SHARE * np.maximum(measured.area, 1e-12)
     for k in (0, 1):
         inside &= (lower[:, k] >= panel.lower[k] - BOX_TOLERANCE) & (upper[:, k] <= panel.upper[k] + BOX_TOLERANCE)
@@ -338,7 +321,7 @@ def find_box_boards(measured: MeasuredFragments, side: int, panel: Panel, taken:
     return rows.tolist() if float(ends) <= INSIDE_TOLERANCE and is_deep else []
 
 
-def _is_block(measured: MeasuredFragments, side: int, i: int, panel: Panel, lower: Floats, upper: Floats) -> bool:
+def _is_block(measured: MeasuredFragments, i: int, panel: Panel, lower: Floats, upper: Floats) -> bool:
     """Return whether a hidden fragment behind a panel is a drawer's box drawn as a block: closed towards the front.
 
     The lining of an oven or a cabinet is open there.
@@ -346,25 +329,22 @@ def _is_block(measured: MeasuredFragments, side: int, i: int, panel: Panel, lowe
     size = (upper - lower)[i]
     if size[0] < MIN_BLOCK_WIDTH_SHARE * panel.width or size[1] < MIN_BLOCK_HEIGHT_SHARE * panel.height:
         return False
-    faces = measured.mesh.faces[measured.faces_of([i])]
-    used, local = np.unique(faces, return_inverse=True)
-    image = render_depth(measured.mesh.points[used], local.reshape(-1, 3), SIDES[side], PIXELS)
+    image = measured.render_alone([i], FRONT, PIXELS)
     return float((image.depth <= MAX_BLOCK_SUNK_SHARE * float(size[2])).mean()) >= MIN_BLOCK_FILL
 
 
-def _boards(lower: Floats, upper: Floats, inside: Bools, panel: Panel) -> list[int]:
+def _boards(lower: Floats, upper: Floats, inside: Mask, panel: Panel) -> list[int]:
     """Return level plates behind a panel that span between walls of the body: they leave no room for a drawer."""
     size = upper - lower
     wide = (size[:, 0] >= 0.6 * panel.width) & (size[:, 1] <= 0.1 * size[:, 0]) & (size[:, 2] >= 3 * size[:, 1])
     return [i for i in np.flatnonzero(inside & wide).tolist() if is_shelf(lower, upper, i, ~inside)]
 
 
-def _open_above(measured: MeasuredFragments, lower: Floats, upper: Floats) -> Bools:
+def _open_above(measured: MeasuredFragments, lower: Floats, upper: Floats) -> Mask:
     """Mark (N,) fragments at the very top that are open above: basins, and no drawers."""
     plan = np.maximum((upper - lower)[:, 0] * (upper - lower)[:, 2], 1e-12)
     top = upper[:, 1] >= float(upper[:, 1].max()) - 0.05
-    found: Bools = top & (measured.visible_area[:, TOP] >= 0.5 * plan)
-    return found
+    return top & (measured.visible_area[:, TOP] >= 0.5 * plan)
 
 
 def _is_box(measured: MeasuredFragments, group: list[int], panel: Panel, lower: Floats, upper: Floats) -> bool:
@@ -374,29 +354,20 @@ def _is_box(measured: MeasuredFragments, group: list[int], panel: Panel, lower: 
     return wide and tall and view_from_above(measured, group).is_tub
 
 
-def box_depth(measured: MeasuredFragments, side: int, panel: Panel) -> float:
+def box_depth(measured: MeasuredFragments, panel: Panel) -> float:
     """Return how far the box of a panel reaches behind it, diagonals."""
-    _, upper = corners_from_side(measured, side)
+    _, upper = corners_from_side(measured, FRONT)
     return max((float(upper[i, 2] - panel.upper[2]) for i in panel.box), default=0.0)
 
 
 def select_opening_panels(
-    measured: MeasuredFragments,
-    side: int,
-    panels: list[Panel],
-    controls: list[Control],
-    known: KnownFronts = NO_FRONTS,
+    measured: MeasuredFragments, panels: list[Panel], controls: list[Control], known: KnownFronts = NO_FRONTS
 ) -> list[tuple[Panel, float, str]]:
-    """Return the panels that open, with confidence and reason.
-
-    Args:
-        controls: those on no panel.
-        known: fragments that are fronts.
-    """
+    """Return the panels that open, with confidence and reason."""
     door = next((p for p in panels if p.is_round), None)
     if door is not None:
-        return _with_round_door(measured, side, door, panels, controls)
-    lower, upper = corners_from_side(measured, side)
+        return _with_round_door(measured, door, panels, controls)
+    lower, upper = corners_from_side(measured, FRONT)
     whole = upper.max(axis=0) - lower.min(axis=0)
     gripped = [p for p in panels if p.grips]
     boxed = [p for p in panels if p.box or p.upper[2] - p.lower[2] > 0.34 * whole[2]]
@@ -410,11 +381,18 @@ def select_opening_panels(
         if chance is not None:
             out.append((p, chance, "its edges show on the front"))
             continue
-        if (p.is_recessed and not p.grips) or _is_set_back(p, panels, lower, upper) or _has_basin(measured, p, gripped):
+        # The false front of a sink: others have handles, its box is open on top.
+        has_basin = gripped and not p.grips and p.box and share_open_to_the_top(measured, p.box) > MIN_BASIN_SHARE
+        if (p.is_recessed and not p.grips) or _is_set_back(p, panels, lower, upper) or has_basin:
             continue
         if p.grips and p.controls >= MIN_CONTROLS and foot < MAX_CONTROL_PANEL_SHARE * whole[0] * whole[1]:
             continue
-        if not p.grips and p.controls >= MIN_CONTROLS and _is_face_of_case(p, float(whole[0])):
+        if (
+            not p.grips
+            and p.controls >= MIN_CONTROLS
+            and float(p.upper[2] - p.lower[2]) <= MAX_FACE_DEPTH
+            and p.width >= MIN_FACE_WIDTH_SHARE * float(whole[0])
+        ):
             continue
         strip = p.height < MAX_STRIP_SHARE * whole[1] or p.width < MAX_STRIP_SHARE * whole[0]
         if p.grips and _handle_count(p, lower, upper) > MAX_HANDLES:
@@ -432,25 +410,13 @@ def select_opening_panels(
             or (gripped and foot < 0.35 * max(q.width * q.height for q in gripped))
         ) or _is_key_pad(p, whole):
             continue
-        elif boxy and foot >= 0.08 * whole[0] * whole[1] and _closes(measured, side, p):
+        elif boxy and foot >= 0.08 * whole[0] * whole[1] and _closes(measured, p):
             out.append((p, 0.55, "lies on the front like a door"))
     if boxy:
-        chosen = [p for p, _, _ in out]
-        out += [(p, 0.5, "one of several fronts alike") for p in tiled_fronts(measured, side, panels, chosen)]
-        beside = None if out else door_beside_controls(measured, side, panels, controls)
+        out += [(p, 0.5, "one of several fronts alike") for p in tiled_fronts(measured, panels, [o[0] for o in out])]
+        beside = None if out else door_beside_controls(measured, panels, controls)
         out += [] if beside is None else [(beside, DOUBTFUL, "lies beside the controls like a door")]
     return out
-
-
-def _is_face_of_case(panel: Panel, width: float) -> bool:
-    """Return whether a panel is a sheet without thickness that is as wide as the side, as a face of its case is."""
-    return float(panel.upper[2] - panel.lower[2]) <= MAX_FACE_DEPTH and panel.width >= MIN_FACE_WIDTH_SHARE * width
-
-
-def _has_basin(measured: MeasuredFragments, panel: Panel, gripped: list[Panel]) -> bool:
-    """Return whether a panel is the false front of a sink: others have handles, its box is open on top."""
-    is_plain = bool(gripped) and not panel.grips and bool(panel.box)
-    return is_plain and share_open_to_the_top(measured, panel.box) > MIN_BASIN_SHARE
 
 
 def _is_key_pad(panel: Panel, whole: Floats) -> bool:
@@ -481,10 +447,10 @@ def _is_set_back(panel: Panel, panels: list[Panel], lower: Floats, upper: Floats
 
 
 def _with_round_door(
-    measured: MeasuredFragments, side: int, door: Panel, panels: list[Panel], controls: list[Control]
+    measured: MeasuredFragments, door: Panel, panels: list[Panel], controls: list[Control]
 ) -> list[tuple[Panel, float, str]]:
     """Return the panels that open on a side with a round door, as `select_opening_panels` does."""
-    drawers = detergent_drawers(measured, side, door, panels, controls)
+    drawers = detergent_drawers(measured, door, panels, controls)
     more = [p for p in panels if p.grips and p is not door and not any(p is d for d in drawers)]
     more = [p for p in more if not p.controls and not p.holds(door.lower, door.upper)]
     found = [(door, 0.9, "a round door"), *((p, 0.65, "beside a round door, without controls") for p in drawers)]
@@ -501,15 +467,13 @@ def _handle_count(panel: Panel, lower: Floats, upper: Floats) -> int:
         near = [k for k in boxes if (k[0] <= b + MAX_HANDLE_GAP).all() and (k[1] >= a - MAX_HANDLE_GAP).all()]
         while near:
             boxes = [k for k in boxes if not any(k is n for n in near)]
-            a, b = (
-                np.minimum(a, np.min([k[0] for k in near], axis=0)),
-                np.maximum(b, np.max([k[1] for k in near], axis=0)),
-            )
+            a = np.minimum(a, np.min([k[0] for k in near], axis=0))
+            b = np.maximum(b, np.max([k[1] for k in near], axis=0))
             near = [k for k in boxes if (k[0] <= b + MAX_HANDLE_GAP).all() and (k[1] >= a - MAX_HANDLE_GAP).all()]
     return count
 
 
-def _closes(measured: MeasuredFragments, side: int, panel: Panel) -> bool:
+def _closes(measured: MeasuredFragments, panel: Panel) -> bool:
     """Return whether there is a roofed cavity behind a panel."""
-    free = free_share_behind(measured, side, panel.everything, panel.lower, panel.upper)
-    return free >= MIN_HOLLOW_SHARE and roofed_share(measured, side, panel.lower, panel.upper) >= MIN_HOLLOW_SHARE
+    free = free_share_behind(measured, panel.everything, panel.lower, panel.upper)
+    return free >= MIN_HOLLOW_SHARE and roofed_share(measured, panel.lower, panel.upper) >= MIN_HOLLOW_SHARE

@@ -6,7 +6,6 @@ import numpy as np
 
 from casa_assets.articulate.fronts.panels import Panel
 from casa_assets.articulate.segment.fragments import FRONT, SIDES, MeasuredFragments, corners_from_side
-from casa_assets.articulate.segment.orthographic import render_depth
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh
 from casa_assets.core.numeric import Floats, Ints
 
@@ -100,19 +99,18 @@ BIN_START_SHARE, MAX_BIN_DEPTH_SHARE = 0.25, 0.3
 OUTLINE_TOLERANCE, MIN_LAYER_FILL, MAX_LAYERS = 0.006, 0.8, 3
 
 
-def find_backing_plates(measured: MeasuredFragments, side: int, panel: Panel, taken: set[int]) -> list[int]:
+def find_backing_plates(measured: MeasuredFragments, panel: Panel, taken: set[int]) -> list[int]:
     """Return plates right behind a panel with its outline, as layers of a door; the panel grows by them."""
-    lower, upper = corners_from_side(measured, side)
+    lower, upper = corners_from_side(measured, FRONT)
     depth = float(upper[:, 2].max() - lower[:, 2].min())
     found: list[int] = []
     for _ in range(MAX_LAYERS):
         matches = (np.abs(lower[:, :2] - panel.lower[:2]) < OUTLINE_TOLERANCE).all(axis=1)
         matches &= (np.abs(upper[:, :2] - panel.upper[:2]) < OUTLINE_TOLERANCE).all(axis=1)
-        matches &= (np.abs(lower[:, 2] - panel.upper[2]) < OUTLINE_TOLERANCE) & (
-            upper[:, 2] - lower[:, 2] < MAX_DEPTH_SHARE * depth
-        )
+        matches &= np.abs(lower[:, 2] - panel.upper[2]) < OUTLINE_TOLERANCE
+        matches &= upper[:, 2] - lower[:, 2] < MAX_DEPTH_SHARE * depth
         rows = [i for i in np.flatnonzero(matches).tolist() if i not in taken and i not in found]
-        rows = [i for i in rows if _fills(measured, side, i) >= MIN_LAYER_FILL]
+        rows = [i for i in rows if (measured.render_alone([i], FRONT, 48).face >= 0).mean() >= MIN_LAYER_FILL]
         if not rows:
             break
         found += rows
@@ -120,21 +118,13 @@ def find_backing_plates(measured: MeasuredFragments, side: int, panel: Panel, ta
     return found
 
 
-def _fills(measured: MeasuredFragments, side: int, fragment: int) -> float:
-    """Return the share of its rectangle that a fragment covers, seen alone."""
-    faces = measured.mesh.faces[measured.faces_of([fragment])]
-    used, local = np.unique(faces, return_inverse=True)
-    return float((render_depth(measured.mesh.points[used], local.reshape(-1, 3), SIDES[side], 48).face >= 0).mean())
-
-
-def find_door_bins(measured: MeasuredFragments, side: int, panel: Panel, taken: set[int]) -> list[int]:
+def find_door_bins(measured: MeasuredFragments, panel: Panel, taken: set[int]) -> list[int]:
     """Return fragments that hang on the back of a panel: shallow, hidden, away from its edges, and touching it."""
-    lower, upper = corners_from_side(measured, side)
+    lower, upper = corners_from_side(measured, FRONT)
     size = upper - lower
     hidden = measured.visible_area.sum(axis=1) <= 0.02 * np.maximum(measured.area, 1e-12)
-    inset = (lower[:, :2] >= panel.lower[:2] + MIN_EDGE_DISTANCE).all(axis=1) & (
-        upper[:, :2] <= panel.upper[:2] - MIN_EDGE_DISTANCE
-    ).all(axis=1)
+    inset = (lower[:, :2] >= panel.lower[:2] + MIN_EDGE_DISTANCE).all(axis=1)
+    inset &= (upper[:, :2] <= panel.upper[:2] - MIN_EDGE_DISTANCE).all(axis=1)
     depth = float(upper[:, 2].max() - lower[:, 2].min())
     # A bin that reaches into the panel hangs on it, though it is deep.
     reaches_in = lower[:, 2] <= panel.upper[2] - BIN_START_SHARE * (panel.upper[2] - panel.lower[2])

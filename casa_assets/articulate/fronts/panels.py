@@ -7,13 +7,13 @@ from dataclasses import dataclass, field
 from itertools import combinations
 
 import numpy as np
-from scipy.spatial import ConvexHull, QhullError
 
 from casa_assets.articulate.controls.controls import depth_around, has_round_outline
 from casa_assets.articulate.interior.hollow_parts import view_from_above
 from casa_assets.articulate.segment.fragments import (
     BACK,
     BOTTOM,
+    FRONT,
     LEFT,
     RIGHT,
     SIDES,
@@ -21,9 +21,8 @@ from casa_assets.articulate.segment.fragments import (
     MeasuredFragments,
     corners_from_side,
 )
-from casa_assets.articulate.segment.orthographic import render_depth
-from casa_assets.articulate.segment.welded_mesh import Bools
-from casa_assets.core.numeric import Floats
+from casa_assets.articulate.segment.orthographic import outline_area
+from casa_assets.core.numeric import Floats, Mask
 
 # Panels ---------------------------------------------------------------------------------------------------------------
 # Find panels among the fragments: flat fragments on a side that may be doors, drawers or control panels.
@@ -122,70 +121,58 @@ class Panel:
         return bool((lower[:2] >= self.lower[:2] - slack).all() and (upper[:2] <= self.upper[:2] + slack).all())
 
 
-def find_panels(measured: MeasuredFragments, side: int, without: Sequence[int] = ()) -> list[Panel]:
-    """Return the panels on a side, largest first.
-
-    Args:
-        without: fragments that are known to be something else.
-    """
-    lower, upper = corners_from_side(measured, side)
+def find_panels(measured: MeasuredFragments, without: Sequence[int] = ()) -> list[Panel]:
+    """Return the panels on a side, largest first."""
+    lower, upper = corners_from_side(measured, FRONT)
     size = upper - lower
     extent = upper.max(axis=0) - lower.min(axis=0)
     footprint = size[:, 0] * size[:, 1]
     start = lower[:, 2] - lower[:, 2].min()
     is_large = (size[:, :2].min(axis=1) >= MIN_SIDE) & (footprint >= MIN_AREA_SHARE * extent[0] * extent[1])
     is_large &= (size[:, :2].max(axis=1) >= MIN_LONG_SIDE) | (footprint >= MIN_AREA_SHARE_SMALL * extent[0] * extent[1])
-    is_plate = (size[:, 2] <= MAX_THICKNESS_BY_SIDE * size[:, :2].min(axis=1)) & (
-        size[:, 2] <= MAX_THICKNESS_OF_DEPTH * extent[2]
-    )
+    is_plate = size[:, 2] <= MAX_THICKNESS_BY_SIDE * size[:, :2].min(axis=1)
+    is_plate &= size[:, 2] <= MAX_THICKNESS_OF_DEPTH * extent[2]
     is_near = start <= MAX_START_DEPTH * extent[2]
-    in_niche = (
-        is_plate
-        & (start <= MAX_START_DEPTH_WITH_HANDLE * extent[2])
-        & (measured.visible_area[:, side] >= 0.6 * footprint)
-    )
-    candidates = is_large & (is_near | in_niche) & (measured.visible_area[:, side] >= 0.02 * footprint)
-    candidates |= _carry_handles(measured, side, np.flatnonzero(is_plate & is_near & ~is_large).tolist())
+    in_niche = is_plate & (start <= MAX_START_DEPTH_WITH_HANDLE * extent[2])
+    in_niche &= measured.visible_area[:, FRONT] >= 0.6 * footprint
+    candidates = is_large & (is_near | in_niche) & (measured.visible_area[:, FRONT] >= 0.02 * footprint)
+    candidates |= _carry_handles(measured, np.flatnonzero(is_plate & is_near & ~is_large).tolist())
     candidates[list(without)] = False
-    boxes = candidates & ~is_plate & _are_drawers(measured, side, size, extent)
-    boxes |= candidates & ~is_plate & _are_blocks(measured, side, lower, upper)
+    boxes = _are_drawers(measured, size, extent) | _are_blocks(measured, lower, upper)
     seeds = np.flatnonzero(candidates & (is_plate | boxes))
     order = seeds[np.lexsort((seeds, -footprint[seeds]))]
     groups: list[list[int]] = []
     for i in order.tolist():
         host = next((g for g in groups if _inside(lower, upper, i, g[0]) and _touch(lower, upper, i, g)), None)
-        if host is not None and _is_bar(measured, side, lower, upper, i, host[0]):
+        if host is not None and _is_bar(measured, lower, upper, i, host[0]):
             continue
         if host is None:
             groups.append([i])
         else:
             host.append(i)
-    plates = [p for g in groups for p in _plates(measured, side, lower, upper, g)]
-    panels = [_panel(measured, side, lower, upper, g) for g in plates]
+    plates = [p for g in groups for p in _plates(measured, lower, upper, g)]
+    panels = [_panel(measured, lower, upper, g) for g in plates]
     for p in panels:
         p.is_recessed = float(p.lower[2] - lower[:, 2].min()) > MAX_START_DEPTH * extent[2]
-    return [p for p in panels if p.visible_area >= 0.12 * p.width * p.height and _fills_rectangle(measured, side, p)]
+    return [p for p in panels if p.visible_area >= 0.12 * p.width * p.height and _fills_rectangle(measured, p)]
 
 
-def _fills_rectangle(measured: MeasuredFragments, side: int, panel: Panel) -> bool:
+def _fills_rectangle(measured: MeasuredFragments, panel: Panel) -> bool:
     """Return whether the outline of the largest piece of a panel is about a rectangle, and no triangle of a face."""
-    flat = measured.points_of(panel.members[:1]) @ SIDES[side][:2].T
-    try:
-        hull = float(ConvexHull(flat).volume)
-    except QhullError:
-        return False
-    return hull >= MIN_HULL_SHARE * float(np.prod(np.ptp(flat, axis=0)))
+    flat = measured.points_of(panel.members[:1]) @ SIDES[FRONT][:2].T
+    hull = outline_area(flat)
+    return hull > 0.0 and hull >= MIN_HULL_SHARE * float(np.prod(np.ptp(flat, axis=0)))
 
 
-def _carry_handles(measured: MeasuredFragments, side: int, rows: list[int]) -> Bools:
+def _carry_handles(measured: MeasuredFragments, rows: list[int]) -> Mask:
     """Mark, in an (N,) mask of all fragments, those small plates among `rows` that carry a pull.
 
     They are fronts of shallow drawers. A pull lies within its plate, is much smaller and protrudes; plates of knobs are
     round.
     """
-    lower, upper = corners_from_side(measured, side)
+    lower, upper = corners_from_side(measured, FRONT)
     size = upper - lower
-    found: Bools = np.zeros(measured.count, dtype=bool)
+    found: Mask = np.zeros(measured.count, dtype=bool)
     for i in rows:
         across = size[i, :2]
         if across.min() < MIN_SMALL_SIDE or across.max() < MIN_SMALL_LENGTH:
@@ -194,22 +181,22 @@ def _carry_handles(measured: MeasuredFragments, side: int, rows: list[int]) -> B
         on &= (size[:, :2] <= MAX_PULL_SHARE * across).any(axis=1) & (size[:, :2] <= 0.9 * across).all(axis=1)
         on &= (lower[:, 2] <= lower[i, 2] - MIN_PULL_PROTRUSION) & (upper[:, 2] >= lower[i, 2] - MIN_BAR_GAP)
         on[i] = False
-        found[i] = on.any() and not has_round_outline(measured, side, [i], across)
+        found[i] = on.any() and not has_round_outline(measured, FRONT, [i], across)
     return found
 
 
-def _are_drawers(measured: MeasuredFragments, side: int, size: Floats, extent: Floats) -> Bools:
+def _are_drawers(measured: MeasuredFragments, size: Floats, extent: Floats) -> Mask:
     """Mark (N,) deep fragments that are visible on one side only, as a drawer and its box in one fragment are.
 
     Where the floor or back of the body is missing, only a tub that something covers is a drawer.
     """
-    side_area = measured.visible_area[:, [s for s in (LEFT, RIGHT) if s != side]].sum(axis=1)
-    hidden_side_area = measured.visible_area[:, [s for s in (BACK, LEFT, RIGHT, BOTTOM) if s != side]].sum(axis=1)
+    side_area = measured.visible_area[:, [LEFT, RIGHT]].sum(axis=1)
+    hidden_side_area = measured.visible_area[:, [BACK, LEFT, RIGHT, BOTTOM]].sum(axis=1)
     wall_area = size[:, 2] * (size[:, 0] + size[:, 1])
-    shows_front = measured.visible_area[:, side] >= 0.3 * size[:, 0] * size[:, 1]
+    shows_front = measured.visible_area[:, FRONT] >= 0.3 * size[:, 0] * size[:, 1]
     is_narrow = size[:, 0] * size[:, 1] < 0.97 * extent[0] * extent[1]
     is_covered = measured.visible_area[:, TOP] <= 0.05 * size[:, 0] * size[:, 2]
-    found: Bools = (
+    found: Mask = (
         (side_area <= 0.12 * wall_area)
         & shows_front
         & is_narrow
@@ -221,21 +208,23 @@ def _are_drawers(measured: MeasuredFragments, side: int, size: Floats, extent: F
     return found
 
 
-def _are_blocks(measured: MeasuredFragments, side: int, lower: Floats, upper: Floats) -> Bools:
+def _are_blocks(measured: MeasuredFragments, lower: Floats, upper: Floats) -> Mask:
     """Mark (N,) deep fragments that only the front shows, each of the size of another in its column or row.
 
     Drawers are drawn so as closed blocks; a single one may be a device that is built in.
     """
     size = upper - lower
-    aside = measured.visible_area[:, [s for s in (BACK, LEFT, RIGHT) if s != side]].sum(axis=1)
-    found: Bools = (
+    aside = measured.visible_area[:, [BACK, LEFT, RIGHT]].sum(axis=1)
+    found: Mask = (
         (size[:, 2] >= MIN_BLOCK_DEPTH_SHARE * float(np.ptp([lower[:, 2].min(), upper[:, 2].max()])))
         & (size[:, 2] > MAX_THICKNESS_BY_SIDE * size[:, :2].min(axis=1))
         & (aside <= MAX_BLOCK_ASIDE_SHARE * size[:, 2] * (size[:, 0] + size[:, 1]))
-        & (measured.visible_area[:, side] >= MIN_BLOCK_SEEN_SHARE * size[:, 0] * size[:, 1])
+        & (measured.visible_area[:, FRONT] >= MIN_BLOCK_SEEN_SHARE * size[:, 0] * size[:, 1])
     )
     for i in np.flatnonzero(found).tolist():
-        found[i] = _is_closed(measured, side, i, float(size[i, 2]))
+        # It closes its rectangle near its front, unlike the lining of a slot or a niche.
+        depth = measured.render_alone([i], FRONT, CLOSED_PIXELS).depth
+        found[i] = float((depth <= MAX_SUNK_SHARE * float(size[i, 2])).mean()) >= MIN_CLOSED_SHARE
     rows = np.flatnonzero(found)
     corners = np.concatenate([lower[rows], upper[rows]], axis=1)
     alike = (np.abs(size[rows][:, None, :2] - size[rows][None, :, :2]) <= INSIDE_TOLERANCE).all(axis=2)
@@ -248,13 +237,6 @@ def _are_blocks(measured: MeasuredFragments, side: int, lower: Floats, upper: Fl
     return found
 
 
-def _is_closed(measured: MeasuredFragments, side: int, fragment: int, depth: float) -> bool:
-    """Return whether a fragment closes its rectangle near its front, unlike the lining of a slot or a niche."""
-    used, local = np.unique(measured.mesh.faces[measured.faces_of([fragment])], return_inverse=True)
-    image = render_depth(measured.mesh.points[used], local.reshape(-1, 3), SIDES[side], CLOSED_PIXELS)
-    return float((image.depth <= MAX_SUNK_SHARE * depth).mean()) >= MIN_CLOSED_SHARE
-
-
 def _inside(lower: Floats, upper: Floats, inner: int, outer: int) -> bool:
     """Return whether nine tenths of the rectangle of one fragment lie in that of another."""
     a = np.maximum(lower[inner, :2], lower[outer, :2])
@@ -263,7 +245,7 @@ def _inside(lower: Floats, upper: Floats, inner: int, outer: int) -> bool:
     return bool((b > a).all() and float(np.prod(b - a)) >= 0.9 * footprint)
 
 
-def _is_bar(measured: MeasuredFragments, side: int, lower: Floats, upper: Floats, i: int, host: int) -> bool:
+def _is_bar(measured: MeasuredFragments, lower: Floats, upper: Floats, i: int, host: int) -> bool:
     """Return whether a fragment is a handle: a bar with a gap to its host, or one that protrudes far from it."""
     size = (upper - lower)[i, :2]
     if size.max() < MIN_STOUT_BAR_RATIO * size.min() or size.min() > MAX_BAR_WIDTH:
@@ -271,12 +253,9 @@ def _is_bar(measured: MeasuredFragments, side: int, lower: Floats, upper: Floats
     if size.max() >= MIN_BAR_RATIO * size.min() and upper[i, 2] <= lower[host, 2] - MIN_BAR_GAP:
         return True
     # A bulging host falls back beside its middle.
-    ground = depth_around(measured.depth_images[side], lower[i], upper[i])[0] + float(lower[:, 2].min())
+    ground = depth_around(measured.depth_images[FRONT], lower[i], upper[i])[0] + float(lower[:, 2].min())
     protrusion = max(float(lower[host, 2]), min(ground, float(upper[host, 2]))) - float(lower[i, 2])
-    return bool(
-        size.min() <= MAX_BAR_WIDTH
-        and protrusion >= max(MIN_BAR_PROTRUSION, MIN_OUTSIDE_SHARE * float(upper[i, 2] - lower[i, 2]))
-    )
+    return protrusion >= max(MIN_BAR_PROTRUSION, MIN_OUTSIDE_SHARE * float(upper[i, 2] - lower[i, 2]))
 
 
 def _touch(lower: Floats, upper: Floats, i: int, group: list[int]) -> bool:
@@ -285,7 +264,7 @@ def _touch(lower: Floats, upper: Floats, i: int, group: list[int]) -> bool:
     return bool(lower[i, 2] <= upper[host, 2] + 0.02 and upper[i, 2] >= lower[host, 2] - 0.04)
 
 
-def _plates(measured: MeasuredFragments, side: int, lower: Floats, upper: Floats, group: list[int]) -> list[list[int]]:
+def _plates(measured: MeasuredFragments, lower: Floats, upper: Floats, group: list[int]) -> list[list[int]]:
     """Split a group whose first fragment is a board of the body that other plates cover; else return it whole."""
     first = group[0]
     footprint = np.prod(upper[:, :2] - lower[:, :2], axis=1)
@@ -302,9 +281,11 @@ def _plates(measured: MeasuredFragments, side: int, lower: Floats, upper: Floats
     ]
     separate = [i for i in alone if footprint[i] >= MIN_COVER_SHARE * footprint[first]]
     filling = [i for i in separate if _fills_hole(measured, lower, upper, i, first)]
-    if (len(separate) < 2 and not filling) or measured.visible_area[first, side] >= 0.35 * footprint[first]:
-        return [group]
-    if _is_frame(lower[alone, :2], upper[alone, :2], lower[first, :2], upper[first, :2]):
+    if (
+        (len(separate) < 2 and not filling)
+        or measured.visible_area[first, FRONT] >= 0.35 * footprint[first]
+        or _is_frame(lower[alone, :2], upper[alone, :2], lower[first, :2], upper[first, :2])
+    ):
         return [group]
     out: list[list[int]] = [[i] for i in alone]
     for i in group[1:]:
@@ -323,9 +304,8 @@ def _is_frame(lower: Floats, upper: Floats, board_lower: Floats, board_upper: Fl
     size, whole = upper - lower, board_upper - board_lower
     for across in (0, 1):
         along = 1 - across
-        slim = (size[:, along] >= MIN_STILE_LENGTH * whole[along]) & (
-            size[:, across] <= MAX_STILE_WIDTH * whole[across]
-        )
+        slim = size[:, along] >= MIN_STILE_LENGTH * whole[along]
+        slim &= size[:, across] <= MAX_STILE_WIDTH * whole[across]
         first = np.flatnonzero(slim & (lower[:, across] <= board_lower[across] + INSIDE_TOLERANCE))
         last = np.flatnonzero(slim & (upper[:, across] >= board_upper[across] - INSIDE_TOLERANCE))
         if not len(first) or not len(last):
@@ -334,10 +314,9 @@ def _is_frame(lower: Floats, upper: Floats, board_lower: Floats, board_upper: Fl
         width = MAX_RAIL_BY_STILE * float(max(size[first[0], across], size[last[0], across]))
         rails = (np.abs(lower[:, across] - a) <= INSIDE_TOLERANCE) & (np.abs(upper[:, across] - b) <= INSIDE_TOLERANCE)
         rails &= size[:, along] <= width
-        has_ends = (rails & (lower[:, along] <= board_lower[along] + INSIDE_TOLERANCE)).any() and (
-            rails & (upper[:, along] >= board_upper[along] - INSIDE_TOLERANCE)
-        ).any()
-        if has_ends and float(size[rails, along].sum()) <= MAX_RAILED_SHARE * float(whole[along]):
+        at_start = (rails & (lower[:, along] <= board_lower[along] + INSIDE_TOLERANCE)).any()
+        at_end = (rails & (upper[:, along] >= board_upper[along] - INSIDE_TOLERANCE)).any()
+        if at_start and at_end and float(size[rails, along].sum()) <= MAX_RAILED_SHARE * float(whole[along]):
             return True
     return False
 
@@ -352,9 +331,8 @@ def _fills_hole(measured: MeasuredFragments, lower: Floats, upper: Floats, i: in
     return is_flat and has_holes and bool(stands_out) and bool((size >= MIN_SHEET_SHARE * whole).all())
 
 
-def _panel(measured: MeasuredFragments, side: int, lower: Floats, upper: Floats, group: list[int]) -> Panel:
-    """Return the panel of a group of fragments."""
-    visible = float(measured.visible_area[group, side].sum())
+def _panel(measured: MeasuredFragments, lower: Floats, upper: Floats, group: list[int]) -> Panel:
+    visible = float(measured.visible_area[group, FRONT].sum())
     return Panel(list(group), lower[group].min(axis=0), upper[group].max(axis=0), visible_area=visible)
 
 
@@ -402,7 +380,6 @@ def merge_framed_panels(panels: list[Panel], handle_spots: list[Floats], slats: 
 
 
 def _merge(panels: list[Panel]) -> Panel:
-    """Return one panel around some panels."""
     return Panel(
         members=[f for p in panels for f in p.members],
         lower=np.min([p.lower for p in panels], axis=0),
@@ -413,56 +390,44 @@ def _merge(panels: list[Panel]) -> Panel:
     )
 
 
-def find_slats(measured: MeasuredFragments, side: int, panels: list[Panel]) -> list[Panel]:
+def find_slats(measured: MeasuredFragments, panels: list[Panel]) -> list[Panel]:
     """Return flat boards on a side that are too slim to be panels, largest first."""
-    lower, upper = corners_from_side(measured, side)
+    lower, upper = corners_from_side(measured, FRONT)
     size = upper - lower
     footprint = size[:, 0] * size[:, 1]
-    is_slat = (
-        (size[:, :2].min(axis=1) >= MIN_SLAT_WIDTH)
-        & (size[:, :2].max(axis=1) >= MIN_SLAT_LENGTH)
-        & (size[:, 2] < MAX_STRIP_THICKNESS)
-    )
-    is_slat &= (size[:, 2] <= MAX_THICKNESS_BY_WIDTH * size[:, :2].min(axis=1)) & (
-        measured.visible_area[:, side] >= MIN_VISIBLE_SHARE * footprint
-    )
+    is_slat = (size[:, :2].min(axis=1) >= MIN_SLAT_WIDTH) & (size[:, :2].max(axis=1) >= MIN_SLAT_LENGTH)
+    is_slat &= size[:, 2] < MAX_STRIP_THICKNESS
+    is_slat &= size[:, 2] <= MAX_THICKNESS_BY_WIDTH * size[:, :2].min(axis=1)
+    is_slat &= measured.visible_area[:, FRONT] >= MIN_VISIBLE_SHARE * footprint
     is_slat[[f for p in panels for f in p.members]] = False
     rows = np.flatnonzero(is_slat)
     order = rows[np.lexsort((rows, -footprint[rows]))][:MAX_SLATS].tolist()
-    return [Panel([i], lower[i], upper[i], visible_area=float(measured.visible_area[i, side])) for i in order]
+    return [Panel([i], lower[i], upper[i], visible_area=float(measured.visible_area[i, FRONT])) for i in order]
 
 
-def merge_bridged_panels(measured: MeasuredFragments, side: int, panels: list[Panel]) -> list[Panel]:
+def merge_bridged_panels(measured: MeasuredFragments, panels: list[Panel]) -> list[Panel]:
     """Merge neighbouring panels where a stile lies across the border between them."""
-    lower, upper = corners_from_side(measured, side)
+    lower, upper = corners_from_side(measured, FRONT)
     size = upper - lower
-    is_stile = (
-        (size[:, :2].max(axis=1) > 4 * size[:, :2].min(axis=1))
-        & (size[:, 2] < MAX_STRIP_THICKNESS)
-        & (measured.visible_area[:, side] > 0)
-    )
+    is_stile = size[:, :2].max(axis=1) > 4 * size[:, :2].min(axis=1)
+    is_stile &= (size[:, 2] < MAX_STRIP_THICKNESS) & (measured.visible_area[:, FRONT] > 0)
     is_stile[[f for p in panels for f in p.members]] = False
     stiles = np.flatnonzero(is_stile).tolist()
     remaining = list(panels)
     while True:
-        pair = next(
-            ((a, b) for a, b in combinations(remaining, 2) if any(_bridges(lower[i], upper[i], a, b) for i in stiles)),
-            None,
-        )
+        pairs = combinations(remaining, 2)
+        pair = next(([a, b] for a, b in pairs if any(_bridges(lower[i], upper[i], a, b) for i in stiles)), None)
         if pair is None:
             return remaining
-        remaining = [p for p in remaining if p is not pair[0] and p is not pair[1]] + [_merge(list(pair))]
+        remaining = [p for p in remaining if p is not pair[0] and p is not pair[1]] + [_merge(pair)]
 
 
 def _bridges(lower: Floats, upper: Floats, a: Panel, b: Panel) -> bool:
     """Return whether a strip lies upon two flush panels, along most of both."""
     along = int(np.argmax((upper - lower)[:2]))
     across = 1 - along
-    is_flush = (
-        abs(float(a.lower[2] - b.lower[2])) < MERGED_FLUSH_TOLERANCE
-        and abs(float(a.lower[across] - b.lower[across])) < TOUCH_TOLERANCE
-    )
-    is_flush &= abs(float(a.upper[across] - b.upper[across])) < TOUCH_TOLERANCE
+    ends = abs(float(a.lower[across] - b.lower[across])), abs(float(a.upper[across] - b.upper[across]))
+    is_flush = abs(float(a.lower[2] - b.lower[2])) < MERGED_FLUSH_TOLERANCE and max(ends) < TOUCH_TOLERANCE
     gap = max(float(a.lower[along]), float(b.lower[along])) - min(float(a.upper[along]), float(b.upper[along]))
     if not is_flush or abs(gap) > TOUCH_TOLERANCE:
         return False
@@ -499,27 +464,17 @@ def _are_stiles(a: Panel, b: Panel, along: int) -> bool:
     across = 1 - along
     length_a, length_b = float(a.upper[along] - a.lower[along]), float(b.upper[along] - b.lower[along])
     width_a, width_b = float(a.upper[across] - a.lower[across]), float(b.upper[across] - b.lower[across])
-    is_flush = (
-        abs(float(a.lower[along] - b.lower[along])) < TOUCH_TOLERANCE
-        and abs(float(a.upper[along] - b.upper[along])) < TOUCH_TOLERANCE
-    )
+    ends = abs(float(a.lower[along] - b.lower[along])), abs(float(a.upper[along] - b.upper[along]))
     span = max(float(a.upper[across]), float(b.upper[across])) - min(float(a.lower[across]), float(b.lower[across]))
-    is_slim = max(width_a, width_b) < MAX_BROAD_STILE_SHARE * span and max(width_a, width_b) < 0.8 * min(
-        length_a, length_b
-    )
-    return is_flush and is_slim and abs(float(a.lower[2] - b.lower[2])) < MERGED_FLUSH_TOLERANCE
+    is_slim = max(width_a, width_b) < min(MAX_BROAD_STILE_SHARE * span, 0.8 * min(length_a, length_b))
+    return max(ends) < TOUCH_TOLERANCE and is_slim and abs(float(a.lower[2] - b.lower[2])) < MERGED_FLUSH_TOLERANCE
 
 
 def _within(panel: Panel, lower: Floats, upper: Floats) -> bool:
     """Return whether a panel lies in a rectangle and at about its depth."""
-    inside = (panel.lower[:2] >= lower[:2] - TOUCH_TOLERANCE).all() and (
-        panel.upper[:2] <= upper[:2] + TOUCH_TOLERANCE
-    ).all()
-    return (
-        bool(inside)
-        and float(panel.lower[2]) >= float(lower[2]) - MERGED_FLUSH_TOLERANCE
-        and float(panel.lower[2]) <= float(upper[2]) + 0.02
-    )
+    inside = (panel.lower[:2] >= lower[:2] - TOUCH_TOLERANCE).all()
+    inside = inside and (panel.upper[:2] <= upper[:2] + TOUCH_TOLERANCE).all()
+    return bool(inside and lower[2] - MERGED_FLUSH_TOLERANCE <= panel.lower[2] <= upper[2] + 0.02)
 
 
 def _fills_door(
@@ -532,9 +487,14 @@ def _fills_door(
 ) -> bool:
     """Return whether boards fill a rectangle, and the boards inside their frame have no separate handle."""
     covered = sum(p.width * p.height for p in inner)
-    if _are_leaves(inner):
+    size = np.array([[p.width, p.height] for p in inner])
+    if bool((np.ptp(size, axis=0) < TOUCH_TOLERANCE).all() and size.min() >= MIN_LEAF_SIDE):
         return False
-    if covered < MIN_LEAF_COVERAGE * area or not (_is_narrow(frame, lower, upper) or _has_rails(inner, frame)):
+    across = 1 - _along(frame)
+    width = max(float((p.upper - p.lower)[across]) for p in frame)
+    if covered < MIN_LEAF_COVERAGE * area or not (
+        width < MAX_STILE_SHARE * float((upper - lower)[across]) or _has_rails(inner, frame)
+    ):
         return False
     for p in inner:
         is_slim = min(p.width, p.height) < MAX_STILE_SHARE * float(min((upper - lower)[:2]))
@@ -544,19 +504,6 @@ def _fills_door(
             return False
     handles = sum(any(((g >= p.lower[:2]) & (g <= p.upper[:2])).all() for g in handle_spots) for p in inner)
     return handles <= 1
-
-
-def _are_leaves(panels: list[Panel]) -> bool:
-    """Return whether panels are large and equal: fronts in a row, and no stiles with what they hold."""
-    size = np.array([[p.width, p.height] for p in panels])
-    return bool((np.ptp(size, axis=0) < TOUCH_TOLERANCE).all() and size.min() >= MIN_LEAF_SIDE)
-
-
-def _is_narrow(frame: tuple[Panel, Panel], lower: Floats, upper: Floats) -> bool:
-    """Return whether two stiles are narrow by the door that they frame."""
-    across = 1 - _along(frame)
-    width = max(float((p.upper - p.lower)[across]) for p in frame)
-    return width < MAX_STILE_SHARE * float((upper - lower)[across])
 
 
 def _has_rails(inner: list[Panel], frame: tuple[Panel, Panel]) -> bool:

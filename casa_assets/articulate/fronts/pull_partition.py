@@ -91,7 +91,10 @@ def part_between_pulls(rows: Span, columns: Span, items: Sequence[Item]) -> list
         return []
     best: _Part | None = None
     top = tuple(_top_distance(rows, [p for p in pulls if _lies(p) is lies]) for lies in (False, True))
-    for side in _side_distances(columns, pulls):
+    standing = [p for p in pulls if not _lies(p)]
+    ends = {min(p.columns[0] for p in standing) - columns[0]} if standing else set()
+    ends |= {columns[1] - max(p.columns[1] for p in standing)} if standing else set()
+    for side in [None, *sorted(e for e in ends if e < MAX_SIDE_SHARE * (columns[1] - columns[0]))]:
         cost = NO_COMMON_DISTANCE * (side is None)
         search = _Search(tuple(items), top, side, 1 + max(_size(rows), _size(columns)) // GRID)
         part = search.best(rows, columns, tuple(range(len(items))))
@@ -109,14 +112,6 @@ def _top_distance(rows: Span, pulls: Sequence[Item]) -> int | None:
     tops = [p.rows[0] for p in pulls]
     several = len(tops) > 1 and max(tops) - min(tops) > max(_size(p.rows) for p in pulls)
     return min(tops) - rows[0] if several else None
-
-
-def _side_distances(columns: Span, pulls: Sequence[Item]) -> list[int | None]:
-    """Return the distances from a side that standing pulls may all have."""
-    standing = [p for p in pulls if not _lies(p)]
-    ends = {min(p.columns[0] for p in standing) - columns[0]} if standing else set()
-    ends |= {columns[1] - max(p.columns[1] for p in standing)} if standing else set()
-    return [None, *sorted(e for e in ends if e < MAX_SIDE_SHARE * (columns[1] - columns[0]))]
 
 
 def _size(span: Span) -> int:
@@ -154,11 +149,7 @@ class _Search:
     known: dict[tuple[Span, Span], _Part | None] = field(default_factory=dict)
 
     def best(self, rows: Span, columns: Span, inside: tuple[int, ...]) -> _Part | None:
-        """Return the cheapest partition of a cell, or None if none is found.
-
-        Args:
-            inside: indices of the items of the cell.
-        """
+        """Return the cheapest partition of a cell, or None if none is found."""
         key = rows, columns
         if key not in self.known:
             if len(self.known) >= MAX_CELLS:

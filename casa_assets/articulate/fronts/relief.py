@@ -21,8 +21,8 @@ from casa_assets.articulate.segment.creases import (
     edge_lines,
 )
 from casa_assets.articulate.segment.fragments import SIDES
-from casa_assets.articulate.segment.welded_mesh import Bools, WeldedMesh
-from casa_assets.core.numeric import Floats, Ints
+from casa_assets.articulate.segment.welded_mesh import WeldedMesh
+from casa_assets.core.numeric import Floats, Ints, Mask
 
 # Seam evidence --------------------------------------------------------------------------------------------------------
 # Evidence for the seams around fronts in the relief of a side: grooves, steps, bends and outlines along lines.
@@ -51,6 +51,8 @@ _T = TypeVar("_T", bound=np.generic)
 
 # What is known of a line between two others, the last axis of `LineTable.values`.
 LINE_MEASURES = ("edge", "groove", "bend", "outline_before", "outline_after", "step", "visible")
+# (7, H + 1, W) by LINE_MEASURES, of the border above each row of a picture; zero where nothing is visible.
+SeamMaps = npt.NDArray[np.float32]
 
 
 @dataclass(frozen=True)
@@ -66,17 +68,6 @@ class LineTable:
     values: Floats
 
 
-@dataclass(frozen=True)
-class SeamMaps:
-    """Per-pixel evidence for lines along the rows of a picture.
-
-    Attributes:
-        maps: (7, H + 1, W) by LINE_MEASURES, of the border above each row; zero where nothing is visible.
-    """
-
-    maps: npt.NDArray[np.float32]
-
-
 def seam_maps(mesh: WeldedMesh, relief: SideRelief, side: int, upright: bool) -> SeamMaps:
     """Measure the evidence for level lines, or for upright ones in the transposed picture."""
     image = relief.image
@@ -87,11 +78,11 @@ def seam_maps(mesh: WeldedMesh, relief: SideRelief, side: int, upright: bool) ->
     depth = relief.base
     if upright:
         seen, free, tilt, edges, depth = seen.T, free.T, tilt.T, edges.T, depth.T
-    return SeamMaps(_maps(depth, tilt, edges, seen, free))
+    return _maps(depth, tilt, edges, seen, free)
 
 
-def _maps(depth: Floats, tilt: Floats, edges: Bools, seen: Bools, free: Bools) -> npt.NDArray[np.float32]:
-    """Return the maps of SeamMaps; `tilt` is the component of the normals down the picture."""
+def _maps(depth: Floats, tilt: Floats, edges: Mask, seen: Mask, free: Mask) -> SeamMaps:
+    """Return the maps of a picture; `tilt` is the component of the normals down the picture."""
     height = depth.shape[0]
     pad = BAND + GAP + 1
     far = np.pad(np.where(seen, depth, BACKGROUND_DEPTH), ((pad, pad), (0, 0)), constant_values=BACKGROUND_DEPTH)
@@ -101,8 +92,7 @@ def _maps(depth: Floats, tilt: Floats, edges: Bools, seen: Bools, free: Bools) -
 
     def rows(values: npt.NDArray[_T], first: int) -> npt.NDArray[_T]:
         """Return (H + 1, W): for each border the row that is `first` below it (-1 is the one above)."""
-        found: npt.NDArray[_T] = values[pad + first : pad + first + height + 1]
-        return found
+        return values[pad + first : pad + first + height + 1]
 
     above, below = -GAP - BAND // 2, GAP + BAND // 2 - 1
     a, b = rows(far, above), rows(far, below)
@@ -119,11 +109,10 @@ def _maps(depth: Floats, tilt: Floats, edges: Bools, seen: Bools, free: Bools) -
     after = first & ~(last & (b < a + OUTLINE_STEP))
     step = np.where(speaks, np.clip(a - b, -MAX_STEP, MAX_STEP) / MAX_STEP, 0.0)
     step = np.where(before, 1.0, np.where(after, -1.0, step))
-    strong = np.pad(edges, ((1, 0), (0, 0))) & (speaks | before | after)
     visible = speaks | before | after
     quiet = speaks & (np.abs(groove) < OUTLINE_STEP)
     layers = [
-        strong,
+        np.pad(edges, ((1, 0), (0, 0))) & visible,
         np.where(speaks, np.clip(groove / _loud(groove[quiet], MIN_GROOVE_NOISE), -1.0, 1.0), 0.0),
         np.where(speaks, np.clip(bend / _loud(bend[quiet], MIN_BEND_NOISE), -1.0, 1.0), 0.0),
         before,
@@ -142,7 +131,7 @@ def _loud(values: Floats, least: float) -> float:
 
 def find_lines(maps: SeamMaps, pixel: float, more: list[int]) -> Ints:
     """Return the pixel borders of lines that any stretch speaks for, and of those that are given, ascending."""
-    edge, groove, bend, before, after = maps.maps[:5]
+    edge, groove, bend, before, after = maps[:5]
     loud = np.maximum.reduce([edge, groove, bend, before, after])
     longest = max(loud.shape)
     heard = maximum_filter1d(loud, 3, axis=0)
@@ -166,11 +155,11 @@ def line_table(maps: SeamMaps, at: Ints, across: Ints, pixel: float) -> LineTabl
         at: (N,) borders of the lines. across: (M,) borders of those across.
     """
     waver = max(1, round(SAME_LINE / pixel / 3))
-    height = maps.maps.shape[1]
+    height = maps.shape[1]
     best: Floats | None = None
     for shift in range(-waver, waver + 1):
         rows = np.clip(at + shift, 0, height - 1)
-        sums = np.cumsum(np.pad(maps.maps[:, rows].astype(np.float64), ((0, 0), (0, 0), (1, 0))), axis=2)[:, :, across]
+        sums = np.cumsum(np.pad(maps[:, rows].astype(np.float64), ((0, 0), (0, 0), (1, 0))), axis=2)[:, :, across]
         total = sums[:, :, None, :] - sums[:, :, :, None]
         visible = np.maximum(total[6], 1.0)
         length = np.maximum((across[None, :] - across[:, None]).astype(np.float64), 1.0)
@@ -218,6 +207,9 @@ MAX_PULLS, MIN_WIDTH_SHARE, SIZE_TOLERANCE, MIN_CONTROLS_IN_ROW = 10, 0.45, 0.3,
 FRAME_DEPTH_QUANTILE, MIN_SUNK_SIDE, MAX_SUNK_DEPTH, MIN_SUNK_FILL = 0.15, 0.04, 0.05, 0.85
 
 
+Window = tuple[tuple[int, int], tuple[int, int]]  # half-open ranges of rows and of columns
+
+
 @dataclass(frozen=True)
 class FrontRectangle:
     """A rectangle of the front, as half-open pixel ranges.
@@ -243,29 +235,25 @@ def find_front_rectangles(side: SideRelief) -> list[FrontRectangle]:
     whole = FrontRectangle((int(rows[0]), int(rows[-1]) + 1), (int(columns[0]), int(columns[-1]) + 1))
     waver = max(1, round(LINE_TOLERANCE / side.image.pixel))
     lines = edge_lines(side, False, waver), edge_lines(side, True, waver)
-    parted = [
-        m
-        for rectangle in _parted(whole, lines, max(4, round(MIN_SIDE / side.image.pixel)))
-        for m in _held(side, rectangle)
-    ]
-    return sorted((measure_rectangle(side, m) for m in parted), key=lambda m: (m.rows, m.columns))
+    parted = _parted(whole, lines, max(4, round(MIN_SIDE / side.image.pixel)))
+    found = [measure_rectangle(side, m) for rectangle in parted for m in _held(side, rectangle)]
+    return sorted(found, key=lambda m: (m.rows, m.columns))
 
 
 def _parted(
-    rectangle: FrontRectangle, lines: tuple[tuple[Bools, Bools], tuple[Bools, Bools]], min_size: int
+    rectangle: FrontRectangle, lines: tuple[tuple[Mask, Mask], tuple[Mask, Mask]], min_size: int
 ) -> list[FrontRectangle]:
     """Split a rectangle along its best line, and the halves likewise, until no line is left."""
     level = _best(lines[0], rectangle.rows, rectangle.columns, min_size)
     upright = _best(lines[1], rectangle.columns, rectangle.rows, min_size)
     if max(level[0], upright[0]) < MIN_LINE_VISIBILITY:
         return [rectangle]
-    halves = _at_row(rectangle, level[1]) if level[0] >= upright[0] else _at_column(rectangle, upright[1])
+    is_level = level[0] >= upright[0]
+    halves = _split_at(rectangle, *("rows", level[1]) if is_level else ("columns", upright[1]))
     return [m for half in halves for m in _parted(half, lines, min_size)]
 
 
-def _best(
-    line: tuple[Bools, Bools], across: tuple[int, int], along: tuple[int, int], min_size: int
-) -> tuple[float, int]:
+def _best(line: tuple[Mask, Mask], across: tuple[int, int], along: tuple[int, int], min_size: int) -> tuple[float, int]:
     """Return the visibility 0..1 of the best line across a rectangle from end to end, and its place."""
     lower, upper = across[0] + min_size, across[1] - min_size
     if upper <= lower or along[1] - along[0] < 2 * LINE_STRETCHES:
@@ -288,17 +276,12 @@ def _best(
     return best, lower + int(run[len(run) // 2])
 
 
-def _at_row(rectangle: FrontRectangle, row: int) -> list[FrontRectangle]:
-    """Split a rectangle at a row."""
-    return [replace(rectangle, rows=(rectangle.rows[0], row)), replace(rectangle, rows=(row, rectangle.rows[1]))]
-
-
-def _at_column(rectangle: FrontRectangle, column: int) -> list[FrontRectangle]:
-    """Split a rectangle at a column."""
-    return [
-        replace(rectangle, columns=(rectangle.columns[0], column)),
-        replace(rectangle, columns=(column, rectangle.columns[1])),
-    ]
+def _split_at(rectangle: FrontRectangle, axis: str, at: int) -> list[FrontRectangle]:
+    """Split a rectangle at a row or a column; `axis` is the name of its field."""
+    (a, b), (c, d) = rectangle.rows, rectangle.columns
+    if axis == "rows":
+        return [replace(rectangle, rows=(a, at)), replace(rectangle, rows=(at, b))]
+    return [replace(rectangle, columns=(c, at)), replace(rectangle, columns=(at, d))]
 
 
 def _inside(side: SideRelief, rectangle: FrontRectangle) -> list[Protrusion]:
@@ -342,18 +325,17 @@ def _held(side: SideRelief, rectangle: FrontRectangle) -> list[FrontRectangle]:
     if len(pulls) < 2:
         return [rectangle]
     sunk = [s for s in _sunk(side, rectangle) if sum(_lies_in(b, s) for b in pulls) == 1]
-    items = [_item(b, sunk) for b in pulls] + _rooms(side, rectangle)
+    items = []
+    for pull in pulls:
+        # No cut may cross the sunk panel that it is on.
+        reach = next((s for s in sunk if _lies_in(pull, s)), (pull.rows, pull.columns))
+        items.append(Item(pull.rows, pull.columns, *reach))
+    items += _rooms(side, rectangle)
     cells = part_between_pulls(rectangle.rows, rectangle.columns, items)
     return [replace(rectangle, rows=c.rows, columns=c.columns, fit=math.exp(-c.cost)) for c in cells] or [rectangle]
 
 
-def _item(pull: Protrusion, sunk: Sequence[tuple[tuple[int, int], tuple[int, int]]]) -> Item:
-    """Return a pull with what no cut may cross: the sunk panel that it is on."""
-    reach = next((s for s in sunk if _lies_in(pull, s)), (pull.rows, pull.columns))
-    return Item(pull.rows, pull.columns, *reach)
-
-
-def _lies_in(blob: Protrusion, window: tuple[tuple[int, int], tuple[int, int]]) -> bool:
+def _lies_in(blob: Protrusion, window: Window) -> bool:
     """Return whether the middle of a protrusion is in a range of rows and columns."""
     return all(a <= sum(span) / 2 < b for span, (a, b) in zip((blob.rows, blob.columns), window, strict=True))
 
@@ -399,7 +381,7 @@ def _are_pulls(side: SideRelief, rectangle: FrontRectangle, inside: Sequence[Pro
     return alike and out and row < MIN_CONTROLS_IN_ROW
 
 
-def _sunk(side: SideRelief, rectangle: FrontRectangle) -> list[tuple[tuple[int, int], tuple[int, int]]]:
+def _sunk(side: SideRelief, rectangle: FrontRectangle) -> list[Window]:
     """Return rows and columns of rectangles that lie deeper than the frames around them; each belongs to one front."""
     window = slice(*rectangle.rows), slice(*rectangle.columns)
     depth, free = side.depth[window], side.blob[window] < 0
@@ -409,12 +391,8 @@ def _sunk(side: SideRelief, rectangle: FrontRectangle) -> list[tuple[tuple[int, 
     return _filled(side, rectangle, (depth > frame + MIN_DEPTH_STEP) & (depth < frame + MAX_SUNK_DEPTH) | ~free)
 
 
-def _filled(side: SideRelief, rectangle: FrontRectangle, deep: Bools) -> list[tuple[tuple[int, int], tuple[int, int]]]:
-    """Return rows and columns of the large connected regions that fill their rectangles.
-
-    Args:
-        deep: mask of the pixels of `rectangle`.
-    """
+def _filled(side: SideRelief, rectangle: FrontRectangle, deep: Mask) -> list[Window]:
+    """Return the large connected regions of a mask of the pixels of a rectangle that fill their own rectangles."""
     number, _ = label(deep)
     min_size = MIN_SUNK_SIDE / side.image.pixel
     out = []
@@ -440,18 +418,22 @@ def _band(rectangle: FrontRectangle, bars: list[Protrusion], others: list[Protru
         if max(far) >= hand or max(far) > 0.45 * span:
             continue
         at = ends[first] + step * min(max(far) + min(near), (max(far) + hand) // 2)
-        halves = _at_row(rectangle, at) if name == "rows" else _at_column(rectangle, at)
-        found.append((max(far) / span, order, halves))
+        found.append((max(far) / span, order, _split_at(rectangle, name, at)))
     return min(found, key=lambda f: f[:2])[2] if found else []
 
 
 def measure_rectangle(side: SideRelief, rectangle: FrontRectangle) -> FrontRectangle:
     """Return a rectangle with its median depth and its protrusions."""
-    window = slice(*rectangle.rows), slice(*rectangle.columns)
+    span = rectangle.rows, rectangle.columns
+    numbers = tuple(i for i, b in enumerate(side.blobs) if _lies_in(b, span))
+    return replace(rectangle, plane=_plane(side, span, BACKGROUND_DEPTH), blobs=numbers)
+
+
+def _plane(side: SideRelief, span: Window, none: float) -> float:
+    """Return the median depth of the ground in a range of rows and columns; `none` if all of it is hidden."""
+    window = slice(*span[0]), slice(*span[1])
     ground = side.depth[window][side.blob[window] < 0]
-    inside = _inside(side, rectangle)
-    numbers = tuple(i for i, b in enumerate(side.blobs) if any(b is o for o in inside))
-    return replace(rectangle, plane=float(np.median(ground)) if len(ground) else BACKGROUND_DEPTH, blobs=numbers)
+    return float(np.median(ground)) if len(ground) else none
 
 
 def rectangle_corners(side: SideRelief, rectangle: FrontRectangle) -> tuple[Floats, Floats]:
@@ -477,11 +459,7 @@ MIN_STAIRS = 3
 
 
 def merge_stairs(side: SideRelief, rectangles: list[FrontRectangle]) -> list[FrontRectangle]:
-    """Merge rectangles of a side that lie next to each other like the stairs of a bulging front.
-
-    Args:
-        rectangles: as `find_front_rectangles` returns them; the result has the same form.
-    """
+    """Merge rectangles of `find_front_rectangles` that lie next to each other like the stairs of a bulging front."""
     left = list(rectangles)
     for core in sorted(rectangles, key=lambda m: (round(m.plane, 6), m.rows, m.columns)):
         if not any(m is core for m in left):
@@ -541,9 +519,6 @@ def _goes_down(side: SideRelief, core: FrontRectangle, at: int, end: int) -> boo
 
 
 def _one(side: SideRelief, core: FrontRectangle, strips: list[FrontRectangle]) -> FrontRectangle:
-    """Return the rectangle around some strips."""
     columns = min(m.columns[0] for m in strips), max(m.columns[1] for m in strips)
-    window = slice(*core.rows), slice(*columns)
-    ground = side.depth[window][side.blob[window] < 0]
-    plane = float(np.median(ground)) if len(ground) else core.plane
+    plane = _plane(side, (core.rows, columns), core.plane)
     return replace(core, columns=columns, plane=plane, blobs=tuple(sorted({b for m in strips for b in m.blobs})))

@@ -8,7 +8,7 @@ import numpy as np
 
 from casa_assets.articulate.controls.controls import Control, has_round_outline
 from casa_assets.articulate.fronts.panels import Panel
-from casa_assets.articulate.segment.fragments import MeasuredFragments, corners_from_side
+from casa_assets.articulate.segment.fragments import FRONT, MeasuredFragments, corners_from_side
 from casa_assets.core.numeric import Floats
 
 # Tiled fronts ---------------------------------------------------------------------------------------------------------
@@ -26,15 +26,9 @@ MIN_CONTROLS_BESIDE, MIN_DOOR_SHARE, MAX_DOOR_SHARE = 2, 0.3, 0.93
 MAX_DRAWER_WIDTH_SHARE = 0.45
 
 
-def tiled_fronts(
-    measured: MeasuredFragments, side: int, panels: Sequence[Panel], chosen: Sequence[Panel]
-) -> list[Panel]:
-    """Return panels that, with those that surely open, tile a part of the side in rows or columns.
-
-    Args:
-        panels: all of the side. chosen: those that surely open.
-    """
-    rest = [p for p in panels if _is_plain(measured, side, p) and not any(p is c for c in chosen)]
+def tiled_fronts(measured: MeasuredFragments, panels: Sequence[Panel], chosen: Sequence[Panel]) -> list[Panel]:
+    """Return panels that, with those that surely open, tile a part of the side in rows or columns."""
+    rest = [p for p in panels if _is_plain(measured, p) and not any(p is c for c in chosen)]
     found: list[Panel] = []
     while True:
         sure = [*chosen, *found]
@@ -46,14 +40,10 @@ def tiled_fronts(
 
 
 def door_beside_controls(
-    measured: MeasuredFragments, side: int, panels: Sequence[Panel], controls: Sequence[Control]
+    measured: MeasuredFragments, panels: Sequence[Panel], controls: Sequence[Control]
 ) -> Panel | None:
-    """Return the one large panel without a handle that lies next to or below controls, as doors of appliances do.
-
-    Args:
-        controls: those on no panel that opens.
-    """
-    lower, upper = corners_from_side(measured, side)
+    """Return the one large panel without a handle that lies next to or below controls, as doors of appliances do."""
+    lower, upper = corners_from_side(measured, FRONT)
     extent = upper.max(axis=0) - lower.min(axis=0)
     beside = [c.middle for c in controls]
     found = []
@@ -61,7 +51,7 @@ def door_beside_controls(
         outside = sum(bool((m < p.lower[:2]).any() or (m > p.upper[:2]).any()) for m in beside)
         share = p.width * p.height / float(extent[0] * extent[1])
         if (
-            _is_plain(measured, side, p)
+            _is_plain(measured, p)
             and MIN_DOOR_SHARE <= share <= MAX_DOOR_SHARE
             and outside >= max(MIN_CONTROLS_BESIDE, len(beside))
         ):
@@ -70,10 +60,10 @@ def door_beside_controls(
 
 
 def detergent_drawers(
-    measured: MeasuredFragments, side: int, door: Panel, panels: Sequence[Panel], controls: Sequence[Control]
+    measured: MeasuredFragments, door: Panel, panels: Sequence[Panel], controls: Sequence[Control]
 ) -> list[Panel]:
     """Return the panel above a round door that is the front of a drawer: small, at one side, without controls."""
-    lower, upper = corners_from_side(measured, side)
+    lower, upper = corners_from_side(measured, FRONT)
     low, high = lower.min(axis=0), upper.max(axis=0)
     extent, middle = high - low, float((low + high)[0]) / 2
     found = [
@@ -89,9 +79,9 @@ def detergent_drawers(
     return found[:1] if len(found) == 1 else []
 
 
-def _is_plain(measured: MeasuredFragments, side: int, panel: Panel) -> bool:
+def _is_plain(measured: MeasuredFragments, panel: Panel) -> bool:
     """Return whether a panel may be a front though it has no handle: seen, no slat, and without controls."""
-    visible = float(measured.visible_area[panel.everything, side].sum())
+    visible = float(measured.visible_area[panel.everything, FRONT].sum())
     slim = min(panel.width, panel.height) < MIN_SLIMNESS * max(panel.width, panel.height)
     return (
         not panel.is_recessed
@@ -135,9 +125,9 @@ MAX_ECCENTRICITY, CIRCLE_TOLERANCE = 0.1, 1.06
 MAX_BEHIND = 0.02
 
 
-def find_round_door(measured: MeasuredFragments, side: int) -> Panel | None:
+def find_round_door(measured: MeasuredFragments) -> Panel | None:
     """Return the round door of a side, with all that lies in its circle, or None."""
-    lower, upper = corners_from_side(measured, side)
+    lower, upper = corners_from_side(measured, FRONT)
     size, whole_lower, whole_upper = upper - lower, lower.min(axis=0), upper.max(axis=0)
     extent = whole_upper - whole_lower
     if not MIN_TALL <= extent[1] / max(float(extent[0]), 1e-9) <= MAX_TALL:
@@ -150,8 +140,8 @@ def find_round_door(measured: MeasuredFragments, side: int) -> Panel | None:
         size[:, 2] <= MAX_DEPTH_BY_DIAMETER * across
     )
     fits &= np.abs(middle[:, 0] - (whole_lower + whole_upper)[0] / 2) <= MAX_OFFSET * extent[0]
-    fits &= measured.visible_area[:, side] >= ROUND_MIN_VISIBLE_SHARE * across**2
-    rings = [i for i in np.flatnonzero(fits).tolist() if has_round_outline(measured, side, [i], size[i, :2])]
+    fits &= measured.visible_area[:, FRONT] >= ROUND_MIN_VISIBLE_SHARE * across**2
+    rings = [i for i in np.flatnonzero(fits).tolist() if has_round_outline(measured, FRONT, [i], size[i, :2])]
     if not rings:
         return None
     first = max(rings, key=lambda i: (round(float(across[i]), 6), -i))
@@ -162,13 +152,13 @@ def find_round_door(measured: MeasuredFragments, side: int) -> Panel | None:
     inside = (np.abs(middle - middle[first]).max(axis=1) <= radius) & (upper[:, 2] <= back)
     inside &= corner.max(axis=1) <= CIRCLE_TOLERANCE * radius
     members = [first, *(i for i in np.flatnonzero(inside).tolist() if i != first)]
-    visible = float(measured.visible_area[members, side].sum())
+    visible = float(measured.visible_area[members, FRONT].sum())
     corners = lower[shared].min(axis=0), upper[shared].max(axis=0)
     return Panel(members, *corners, visible_area=visible, is_round=True)
 
 
-def fragments_around(measured: MeasuredFragments, side: int, door: Panel) -> list[int]:
+def fragments_around(measured: MeasuredFragments, door: Panel) -> list[int]:
     """Return the fragments whose rectangles hold a round door: the front of the body, in which it is hung."""
-    lower, upper = corners_from_side(measured, side)
+    lower, upper = corners_from_side(measured, FRONT)
     around = (lower[:, :2] <= door.lower[:2]).all(axis=1) & (upper[:, :2] >= door.upper[:2]).all(axis=1)
     return [i for i in np.flatnonzero(around).tolist() if i not in door.members]

@@ -10,8 +10,8 @@ import numpy as np
 from casa_assets.articulate.interior.cavity_views import CavityProbe, border_points, make_probe
 from casa_assets.articulate.plan import Articulation, Cavity, HingeEdge, InteriorKind, PartKind, PartPlan, to_vec3
 from casa_assets.articulate.segment.orthographic import RayCrossings, sample_grid
-from casa_assets.articulate.segment.welded_mesh import Bools, WeldedMesh
-from casa_assets.core.numeric import Floats
+from casa_assets.articulate.segment.welded_mesh import WeldedMesh
+from casa_assets.core.numeric import Floats, Mask
 from casa_assets.model.record import Vec3
 
 # Cavity limits --------------------------------------------------------------------------------------------------------
@@ -63,10 +63,8 @@ def fit_cavity(
     outer_low, outer_high = _shrink_to_skin(probe, part_ids, lower - wall, upper + wall)
     # The front of what is built lies in the mouth.
     outer_low[1] = mouth
-    inner_low, inner_high = (
-        np.maximum(lower, outer_low + _min_wall(wall)),
-        np.minimum(upper, outer_high - _min_wall(wall)),
-    )
+    # The least thickness of a wall is a share of the usual one.
+    inner_low, inner_high = np.maximum(lower, outer_low + 0.3 * wall), np.minimum(upper, outer_high - 0.3 * wall)
     inner_low[1] = mouth
     cut = None
     if is_closed:
@@ -97,14 +95,13 @@ def _shrink_to_covered(
         covered = np.isfinite(probe.cast_through_panels(1, spots, part_ids).first())
         if float(covered.mean()) >= MIN_BORDER_COVERAGE and _corners_covered(covered, spots):
             return lower, upper
-        lower[[0, 2]], upper[[0, 2]] = (
-            lower[[0, 2]] + ROUND_SHRINK_SHARE * (upper - lower)[[0, 2]],
-            upper[[0, 2]] - ROUND_SHRINK_SHARE * (upper - lower)[[0, 2]],
-        )
-    return np.array(lower), np.array(upper)
+        inset = ROUND_SHRINK_SHARE * (upper - lower)[[0, 2]]
+        lower[[0, 2]] += inset
+        upper[[0, 2]] -= inset
+    return lower, upper
 
 
-def _corners_covered(covered: Bools, spots: Floats) -> bool:
+def _corners_covered(covered: Mask, spots: Floats) -> bool:
     """Return whether the points nearest to the four corners are covered."""
     lower, upper = spots.min(axis=0), spots.max(axis=0)
     away = [np.abs(spots - (x, y)).sum(axis=1) for x in (lower[0], upper[0]) for y in (lower[1], upper[1])]
@@ -124,11 +121,6 @@ def _panel_boxes(probe: CavityProbe, part_ids: Sequence[int], mouth: float) -> t
     return tuple(out)
 
 
-def _min_wall(wall: float) -> Floats:
-    """Return the least thickness of a wall, each way."""
-    return np.full(3, 0.3 * wall)
-
-
 def _shrink_to_frame(
     probe: CavityProbe,
     part_ids: Sequence[int],
@@ -141,7 +133,7 @@ def _shrink_to_frame(
     a, b = panel_box[0][[0, 2]], panel_box[1][[0, 2]]
     lines = probe.cast_lines(1, sample_grid(a, b, FINE_LINES_PER_SIDE), part_ids)
     depth = lines.select(lines.at > float(panel_box[0][1])).first().reshape(FINE_LINES_PER_SIDE, FINE_LINES_PER_SIDE)
-    is_open: Bools = depth > mouth + 0.05
+    is_open: Mask = depth > mouth + 0.05
     step = (b - a) / FINE_LINES_PER_SIDE
     lower, upper = lower.copy(), upper.copy()
     for axis, k in ((0, 0), (2, 1)):
@@ -254,13 +246,12 @@ class FrontOpening:
     """The opening that one or two fronts close, in the frame.
 
     Attributes:
-        parts: that close it. part_ids: their places in the list of parts. drawer: the cavity is its own inside.
+        parts: that close it; the cavity of a drawer is its own inside. part_ids: their places in the list of parts.
         lower, upper: corners of their panels. mouth: depth at which the body begins behind them.
     """
 
     parts: tuple[PartPlan, ...]
     part_ids: tuple[int, ...]
-    drawer: bool
     lower: Floats
     upper: Floats
     mouth: float
@@ -280,12 +271,9 @@ def find_cavities(mesh: WeldedMesh, articulation: Articulation, category: str) -
     interior = interior_kind_of(articulation, category)
     out = []
     for opening in _openings(probe, articulation, interior):
-        cavity = (
-            _drawer_cavity(probe, opening, metres) if opening.drawer else _door_cavity(probe, opening, interior, metres)
-        )
-        if cavity is not None:
-            out.append(cavity)
-    return tuple(out)
+        is_drawer = opening.parts[0].kind is PartKind.DRAWER
+        out.append((_drawer_cavity if is_drawer else _door_cavity)(probe, opening, interior, metres))
+    return tuple(cavity for cavity in out if cavity is not None)
 
 
 def interior_kind_of(articulation: Articulation, category: str) -> InteriorKind:
@@ -309,10 +297,16 @@ def _openings(probe: CavityProbe, articulation: Articulation, interior: Interior
         if part.parent or part.kind not in (PartKind.DOOR, PartKind.DRAWER) or not len(part.faces):
             continue
         lower, upper = probe.panel_box_of(i)
-        behind = any(
-            b[0] <= lower[0] and b[1] >= upper[0] and b[2] < lower[1] for b in _door_panels(probe, articulation, i)
-        )
-        if part.kind is PartKind.DRAWER and behind:
+        doors = [
+            probe.panel_box_of(k)
+            for k, p in enumerate(articulation.parts)
+            if k != i and p.kind is PartKind.DOOR and not p.parent
+        ]
+        # A drawer behind a door.
+        if part.kind is PartKind.DRAWER and any(
+            float(a[0]) - MAX_DOOR_GAP <= lower[0] and float(b[0]) + MAX_DOOR_GAP >= upper[0] and float(b[1]) < lower[1]
+            for a, b in doors
+        ):
             continue
         panels.append((i, part, lower, upper))
     pairs: dict[int, int] = {}
@@ -328,19 +322,8 @@ def _openings(probe: CavityProbe, articulation: Articulation, interior: Interior
         group = [(i, part, lower, upper), *(leaf for leaf in panels if leaf[0] == pairs.get(i))]
         part_ids = tuple(g[0] for g in group)
         a, b = np.min([g[2] for g in group], axis=0), np.max([g[3] for g in group], axis=0)
-        drawer = part.kind is PartKind.DRAWER
-        out.append(FrontOpening(tuple(g[1] for g in group), part_ids, drawer, a, b, probe.mouth_depth(part_ids, a, b)))
+        out.append(FrontOpening(tuple(g[1] for g in group), part_ids, a, b, probe.mouth_depth(part_ids, a, b)))
     return out
-
-
-def _door_panels(probe: CavityProbe, articulation: Articulation, except_index: int) -> list[tuple[float, float, float]]:
-    """Return the left end, right end and depth of the panels of doors."""
-    boxes = [
-        probe.panel_box_of(i)
-        for i, p in enumerate(articulation.parts)
-        if i != except_index and p.kind is PartKind.DOOR and not p.parent
-    ]
-    return [(float(a[0]) - MAX_DOOR_GAP, float(b[0]) + MAX_DOOR_GAP, float(b[1])) for a, b in boxes]
 
 
 def _is_pair(
@@ -362,12 +345,15 @@ def _is_pair(
     return bool(abs(second[0][0] - first[1][0]) <= MAX_DOOR_GAP and over >= MIN_HEIGHT_OVERLAP * tall)
 
 
+def _lines_behind(probe: CavityProbe, opening: FrontOpening) -> RayCrossings:
+    """Intersect lines through an opening with what is behind its fronts."""
+    corners = opening.lower[[0, 2]], opening.upper[[0, 2]]
+    return probe.cast_lines(1, sample_grid(*corners, CAVITY_LINES_PER_SIDE, LINE_INSET_SHARE), opening.part_ids)
+
+
 def _door_cavity(probe: CavityProbe, opening: FrontOpening, interior: InteriorKind, metres: float) -> Cavity | None:
     """Return the cavity behind a door, or None if the depth behind it is too small."""
-    rect = np.array([opening.lower[[0, 2]], opening.upper[[0, 2]]])
-    lines = probe.cast_lines(
-        1, sample_grid(rect[0], rect[1], CAVITY_LINES_PER_SIDE, LINE_INSET_SHARE), opening.part_ids
-    )
+    lines = _lines_behind(probe, opening)
     behind = lines.select(lines.at > float(opening.lower[1]) + 0.002)
     back = probe.back_depth(behind, opening.mouth)
     depth = back - opening.mouth
@@ -378,7 +364,7 @@ def _door_cavity(probe: CavityProbe, opening: FrontOpening, interior: InteriorKi
     start = opening.mouth if closing is None else closing
     inner = behind.select(behind.at > start + 0.004)
     free = float(np.median(np.minimum(inner.first(), back)))
-    walls, free_box = probe.visible_walls(opening, start, free)
+    walls, free_box = probe.visible_walls(opening.part_ids, opening.lower, opening.upper, start, free)
     names = tuple(p.name for p in opening.parts)
     if walls >= MIN_WALLS:
         cavity = _existing_cavity(names, interior, free_box, f"{walls} of 5 inner walls are there")
@@ -438,13 +424,9 @@ def _existing_cavity(
     )
 
 
-def _drawer_cavity(probe: CavityProbe, opening: FrontOpening, metres: float) -> Cavity | None:
+def _drawer_cavity(probe: CavityProbe, opening: FrontOpening, _: InteriorKind, metres: float) -> Cavity | None:
     """Return the cavity of a drawer: the inside of its box, or one to be built behind its front."""
-    i = opening.part_ids[0]
-    rect = np.array([opening.lower[[0, 2]], opening.upper[[0, 2]]])
-    lines = probe.cast_lines(
-        1, sample_grid(rect[0], rect[1], CAVITY_LINES_PER_SIDE, LINE_INSET_SHARE), opening.part_ids
-    )
+    lines = _lines_behind(probe, opening)
     front = probe.panel_back_depth(opening.part_ids, opening.lower, opening.upper)
     behind = lines.select(lines.at > front - 0.002)
     back = probe.back_depth(behind, front)
@@ -454,14 +436,12 @@ def _drawer_cavity(probe: CavityProbe, opening: FrontOpening, metres: float) -> 
     box_reach = float(opening.upper[1]) - front
     names = tuple(p.name for p in opening.parts)
     if box_reach >= MIN_BOX_DEPTH_SHARE * depth:
-        box = probe.drawer_space(i, front)
+        box = probe.drawer_space(opening.part_ids[0], front)
         if box is None:
             return None
         return _existing_cavity(names, InteriorKind.DRAWER, box, "it has a box")
-    is_closed = (
-        float(np.isfinite(behind.select(behind.at <= opening.mouth + NEAR_WALL_SHARE * depth).first()).mean())
-        >= MIN_CLOSED_SHARE
-    )
+    near = behind.select(behind.at <= opening.mouth + NEAR_WALL_SHARE * depth).first()
+    is_closed = float(np.isfinite(near).mean()) >= MIN_CLOSED_SHARE
     wall = min(WALL_M[InteriorKind.DRAWER] / metres, 0.08 * float(opening.upper[2] - opening.lower[2]))
     reason = "the body is closed behind it" if is_closed else "there is no box behind it"
     panel_box = (opening.lower, np.array([opening.upper[0], front, opening.upper[2]]))

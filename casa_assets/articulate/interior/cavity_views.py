@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
 from casa_assets.articulate.plan import PartPlan
 from casa_assets.articulate.segment.orthographic import RayCrossings, cross_rays, sample_grid
-from casa_assets.articulate.segment.welded_mesh import Bools, WeldedMesh
-from casa_assets.core.numeric import Floats, Ints
+from casa_assets.articulate.segment.welded_mesh import WeldedMesh
+from casa_assets.core.numeric import Floats, Ints, Mask
 
 # Distance outside the edges of a front at which the body is looked for, diagonals.
 BORDER_DISTANCE = 0.008
@@ -34,22 +33,6 @@ MIN_SIZE_SHARE = 0.25
 LINES_PER_SIDE, LINES_DOWN_PER_SIDE = 7, 9
 # Share of a drawer over which its floor is visible from above.
 MIN_FLOOR_SHARE = 0.4
-
-
-class FrontBounds(Protocol):
-    """The corners and parts of an opening that a probe needs."""
-
-    @property
-    def part_ids(self) -> tuple[int, ...]:
-        """Return the indices of its parts."""
-
-    @property
-    def lower(self) -> Floats:
-        """Return its (3,) lower corner."""
-
-    @property
-    def upper(self) -> Floats:
-        """Return its (3,) upper corner."""
 
 
 @dataclass(frozen=True)
@@ -100,9 +83,8 @@ class CavityProbe:
         backs = []
         # A panel that is open behind, like a pan, is as thick as its rim.
         for inset in PANEL_RIM_INSETS:
-            last = self.cast_through_panels(
-                1, border_points(lower[[0, 2]], upper[[0, 2]], inset * narrow), parts
-            ).last()
+            spots = border_points(lower[[0, 2]], upper[[0, 2]], inset * narrow)
+            last = self.cast_through_panels(1, spots, parts).last()
             seen = last[np.isfinite(last)]
             # A box behind it reaches far back at some places only.
             backs += [float(np.percentile(seen, 30))] if len(seen) else []
@@ -143,17 +125,17 @@ class CavityProbe:
         seen = last[last > start + max(MAX_BODY_DISTANCE, MIN_BACK_DEPTH_SHARE * (end - start))]
         return float(np.percentile(seen, 25)) if len(seen) >= MIN_BACK_SHARE * behind.count else end
 
-    def visible_walls(self, front: FrontBounds, start: float, free: float) -> tuple[int, tuple[Floats, Floats]]:
+    def visible_walls(
+        self, parts: Sequence[int], lower: Floats, upper: Floats, start: float, free: float
+    ) -> tuple[int, tuple[Floats, Floats]]:
         """Count the walls of left, right, floor, roof and back that are visible; return also the free box."""
-        lower = np.array([front.lower[0], start, front.lower[2]])
-        upper = np.array([front.upper[0], max(free, start + 1e-3), front.upper[2]])
+        lower = np.array([lower[0], start, lower[2]])
+        upper = np.array([upper[0], max(free, start + 1e-3), upper[2]])
         middle, size = (lower + upper) / 2, upper - lower
         count, out = 0, [lower.copy(), upper.copy()]
         for axis, signs in ((0, (-1.0, 1.0)), (2, (-1.0, 1.0)), (1, (1.0,))):
             a, b = (k for k in range(3) if k != axis)
-            lines = self.cast_lines(
-                axis, sample_grid(lower[[a, b]], upper[[a, b]], LINES_PER_SIDE, 0.2), front.part_ids
-            )
+            lines = self.cast_lines(axis, sample_grid(lower[[a, b]], upper[[a, b]], LINES_PER_SIDE, 0.2), parts)
             for sign in signs:
                 way, looks = lines.beyond(float(middle[axis]), sign)
                 near = np.isfinite(way) & (way <= 0.75 * size[axis] if axis != 1 else way < np.inf)
@@ -161,7 +143,7 @@ class CavityProbe:
                 if axis == 2:
                     # Shelves stand back: right behind the mouth one sees the floor and the roof.
                     rim = np.array([upper[0], start + SHELF_FREE_SHARE * size[1]])
-                    edge = self.cast_lines(2, sample_grid(lower[:2], rim, LINES_PER_SIDE, 0.2), front.part_ids)
+                    edge = self.cast_lines(2, sample_grid(lower[:2], rim, LINES_PER_SIDE, 0.2), parts)
                     way, _ = edge.beyond(float(middle[2]), sign)
                     near = np.isfinite(way) & (way <= 0.5 * size[2])
                 if near.any():
@@ -201,8 +183,8 @@ def make_probe(mesh: WeldedMesh, parts: Sequence[PartPlan]) -> CavityProbe:
     parent = [names.index(p.parent) if p.parent in names else -1 for p in parts]
     carried = tuple(tuple(k for k in range(len(parts)) if _is_on(k, i, parent)) for i in range(len(parts)))
     rows = np.flatnonzero(mesh.areas > 0.0)
-    view = CavityProbe(mesh.points, mesh.faces[rows], owner[rows], grip[rows], carried, 1.0)
-    return CavityProbe(view.points, view.faces, view.owner, view.grip, carried, _turned(view))
+    sign = _turned(mesh.points, mesh.faces[rows])
+    return CavityProbe(mesh.points, mesh.faces[rows], owner[rows], grip[rows], carried, sign)
 
 
 def _is_on(part: int, host: int, parent: Sequence[int]) -> bool:
@@ -214,15 +196,14 @@ def _is_on(part: int, host: int, parent: Sequence[int]) -> bool:
     return False
 
 
-def _turned(probe: CavityProbe) -> float:
+def _turned(points: Floats, faces: Ints) -> float:
     """Return -1 where most of the surface met from outside faces away, so that the mesh is inside out; else 1."""
-    lower, upper = probe.points.min(axis=0), probe.points.max(axis=0)
-    away: list[Bools] = []
+    lower, upper = points.min(axis=0), points.max(axis=0)
+    away: list[Mask] = []
     for axis in range(3):
         a, b = (k for k in range(3) if k != axis)
-        lines = cross_rays(
-            probe.points, probe.faces, axis, sample_grid(lower[[a, b]], upper[[a, b]], 2 * LINES_PER_SIDE, 0.05)
-        )
+        spots = sample_grid(lower[[a, b]], upper[[a, b]], 2 * LINES_PER_SIDE, 0.05)
+        lines = cross_rays(points, faces, axis, spots)
         for sign, start in ((1.0, float(lower[axis]) - 1.0), (-1.0, float(upper[axis]) + 1.0)):
             way, looks = lines.beyond(start, sign)
             away.append(~looks[np.isfinite(way)])
@@ -236,11 +217,6 @@ def border_points(lower: Floats, upper: Floats, inset: float) -> Floats:
     # The ends lie a little inside the corners, so that no line runs along an edge.
     share = np.linspace(0.003, 0.9961, LINES_PER_SIDE)
     x, z = a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])
-    return np.concatenate(
-        [
-            np.stack([x, np.full(LINES_PER_SIDE, a[1])], axis=1),
-            np.stack([x, np.full(LINES_PER_SIDE, b[1])], axis=1),
-            np.stack([np.full(LINES_PER_SIDE, a[0]), z], axis=1),
-            np.stack([np.full(LINES_PER_SIDE, b[0]), z], axis=1),
-        ]
-    )
+    level = [np.stack([x, np.full(LINES_PER_SIDE, end)], axis=1) for end in (a[1], b[1])]
+    upright = [np.stack([np.full(LINES_PER_SIDE, end), z], axis=1) for end in (a[0], b[0])]
+    return np.concatenate([*level, *upright])

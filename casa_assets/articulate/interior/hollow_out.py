@@ -11,7 +11,7 @@ from casa_assets.articulate.plan import Articulation, Cavity, Frame, InteriorKin
 from casa_assets.articulate.segment.cutting import CutPlane, cut_triangles
 from casa_assets.articulate.segment.fragments import FRONT
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_model
-from casa_assets.core.numeric import Floats, Ints
+from casa_assets.core.numeric import Ints
 from casa_assets.errors import UnknownId
 from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.record import Vec3
@@ -55,27 +55,31 @@ def apply_cavity_decisions(
             out.append(cavity)
         elif not is_built:
             out.append(cavity.replace(built=False, empty=True))
-        elif decision is None or decision.build is None:
-            out.append(_unless_in_doubt(cavity, articulation, least_sure))
         else:
+            front = min((p for p in articulation.parts if p.name in cavity.parts), key=lambda p: p.confidence)
+            if (decision is None or decision.build is None) and front.confidence < least_sure:
+                reason = f"not built: {front.name} is {front.confidence:.0%} sure"
+                cavity = cavity.replace(built=False, empty=True, in_doubt=True, reason=reason)
             out.append(cavity)
     return tuple(out)
-
-
-def _unless_in_doubt(cavity: Cavity, articulation: Articulation, least_sure: float) -> Cavity:
-    """Return a cavity that is to be built, as one that is left closed where one of its fronts is not sure enough."""
-    front = min((p for p in articulation.parts if p.name in cavity.parts), key=lambda p: p.confidence)
-    if front.confidence >= least_sure:
-        return cavity
-    reason = f"not built: {front.name} is {front.confidence:.0%} sure"
-    return cavity.replace(built=False, empty=True, in_doubt=True, reason=reason)
 
 
 def _with_decision(cavity: Cavity, decision: CavityDecision, articulation: Articulation, mesh: WeldedMesh) -> Cavity:
     """Return one cavity with the user's changes."""
     changed = cavity
     if decision.build and not cavity.built:
-        changed = _with_liner(cavity)
+        lower, upper = np.array(cavity.lower), np.array(cavity.upper)
+        wall = LINER_SHARE * float((upper - lower).min())
+        inner = np.array([lower[0] + wall, lower[1], lower[2] + wall]), upper - wall
+        changed = cavity.replace(
+            lower=to_vec3(inner[0]),
+            upper=to_vec3(inner[1]),
+            wall=wall,
+            built=True,
+            furnish=False,
+            confidence=1.0,
+            reason=GIVEN_REASON,
+        )
     if (
         decision.interior is not None
         and decision.interior is not cavity.interior
@@ -87,22 +91,6 @@ def _with_decision(cavity: Cavity, decision: CavityDecision, articulation: Artic
     if decision.box_m is not None:
         changed = _with_box(changed, decision.box_m, articulation, mesh)
     return changed
-
-
-def _with_liner(cavity: Cavity) -> Cavity:
-    """Return a cavity of the mesh with walls to be built inside its own."""
-    lower, upper = np.array(cavity.lower), np.array(cavity.upper)
-    wall = LINER_SHARE * float((upper - lower).min())
-    inner = np.array([lower[0] + wall, lower[1], lower[2] + wall]), upper - wall
-    return cavity.replace(
-        lower=to_vec3(inner[0]),
-        upper=to_vec3(inner[1]),
-        wall=wall,
-        built=True,
-        furnish=False,
-        confidence=1.0,
-        reason=GIVEN_REASON,
-    )
 
 
 def _with_box(cavity: Cavity, box: tuple[Vec3, Vec3], articulation: Articulation, mesh: WeldedMesh) -> Cavity:
@@ -167,11 +155,7 @@ def hollow_out(
 
 
 def _carved(mesh: Mesh, rows: Ints, frame: Frame, holes: Sequence[Box]) -> tuple[Mesh, Ints]:
-    """Return a mesh without what lies in the boxes, and the face that each of its faces was part of.
-
-    Args:
-        rows: faces that may be cut.
-    """
+    """Return a mesh without what lies in the boxes, and the face that each of its faces was part of."""
     parent = np.arange(len(mesh.faces))
     free = np.zeros(len(mesh.faces), dtype=bool)
     free[rows] = True
@@ -181,7 +165,17 @@ def _carved(mesh: Mesh, rows: Ints, frame: Frame, holes: Sequence[Box]) -> tuple
         near = free & ((corners.min(axis=1) < upper) & (corners.max(axis=1) > lower)).all(axis=1)
         if not near.any():
             continue
-        done = cut_triangles(place, mesh.faces[near].astype(np.int64), _blades(lower, upper))
+        least, most = np.full(3, -PLANE_EXTENT), np.full(3, PLANE_EXTENT)
+        # A cut plane on the front counts right, up and depth: x, z and y.
+        done = cut_triangles(
+            place,
+            mesh.faces[near].astype(np.int64),
+            [
+                CutPlane(FRONT, k, float(end[axis]), least, most)
+                for k, axis in ((0, 0), (1, 2), (2, 1))
+                for end in (lower, upper)
+            ],
+        )
         middle = done.interpolate(place)[done.faces].mean(axis=1)
         out = ~((middle > lower) & (middle < upper)).all(axis=1)
         faces = np.concatenate([mesh.faces[~near].astype(np.int64), done.faces[out]])
@@ -189,15 +183,6 @@ def _carved(mesh: Mesh, rows: Ints, frame: Frame, holes: Sequence[Box]) -> tuple
         cut = np.flatnonzero(near)[done.parent[out]]
         parent, free = np.concatenate([parent[~near], parent[cut]]), np.concatenate([free[~near], free[cut]])
     return mesh, parent
-
-
-def _blades(lower: Floats, upper: Floats) -> list[CutPlane]:
-    """Return cut planes through the sides of a box."""
-    a, b = np.full(3, -PLANE_EXTENT), np.full(3, PLANE_EXTENT)
-    # A cut plane on the front counts right, up and depth: x, z and y.
-    return [
-        CutPlane(FRONT, k, float(end[axis]), a, b) for k, axis in ((0, 0), (1, 2), (2, 1)) for end in (lower, upper)
-    ]
 
 
 def _renumbered(articulation: Articulation, kept: Ints, count: int) -> Articulation:

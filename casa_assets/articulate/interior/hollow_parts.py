@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from casa_assets.articulate.segment.fragments import SIDES, TOP, MeasuredFragments
+from casa_assets.articulate.segment.fragments import FRONT, SIDES, TOP, MeasuredFragments
 from casa_assets.articulate.segment.orthographic import render_depth
 from casa_assets.core.numeric import Floats
 from casa_assets.geometry.solid.deviation import surface_samples
@@ -50,25 +50,23 @@ class PlanView:
 
 def view_from_above(measured: MeasuredFragments, fragments: Sequence[int]) -> PlanView:
     """Look down on some fragments alone."""
-    faces = measured.mesh.faces[measured.faces_of(fragments)]
+    rows = measured.faces_of(fragments)
     lower, upper = measured.box(fragments)
-    used, local = np.unique(faces, return_inverse=True)
-    image = render_depth(measured.mesh.points[used], local.reshape(-1, 3), SIDES[TOP], PIXELS)
+    image = measured.render_alone(fragments, TOP, PIXELS)
     height = max(float(upper[2] - lower[2]), 1e-9)
     share = image.depth / height
     seen = np.isfinite(share)
     total = float(share.size)
     deep, shallow = seen & (share > 0.5), seen & (share < 0.25)
-    thin = _thin_walls(surface_samples(measured.mesh.points, faces, SAMPLES), lower, upper, _area(measured, fragments))
+    samples = surface_samples(measured.mesh.points, measured.mesh.faces[rows], SAMPLES)
+    thin = _thin_walls(samples, lower, upper, float(measured.mesh.areas[rows].sum()))
     left, right, far = (max(pair) for pair in zip(_walls(share), thin, strict=True))
     return PlanView(
         float(seen.sum()) / total, float(deep.sum()) / total, float(shallow.sum()) / total, (left, right, far)
     )
 
 
-def free_share_behind(
-    measured: MeasuredFragments, side: int, fragments: Sequence[int], lower: Floats, upper: Floats
-) -> float:
+def free_share_behind(measured: MeasuredFragments, fragments: Sequence[int], lower: Floats, upper: Floats) -> float:
     """Return the share of a rectangle behind which there is free space, once some fragments are removed.
 
     Args:
@@ -79,24 +77,21 @@ def free_share_behind(
     faces = measured.mesh.faces[~gone]
     if not len(faces):
         return 0.0
-    image = render_depth(measured.mesh.points, faces, SIDES[side], 2 * PIXELS)
-    nearest = float((measured.mesh.points[faces] @ SIDES[side][2]).min())
-    row, column = image.rows_columns(np.array([lower[:2], upper[:2]]))
-    depth = image.depth[row[1] : row[0] + 1, column[0] : column[1] + 1] + nearest
+    image = render_depth(measured.mesh.points, faces, SIDES[FRONT], 2 * PIXELS)
+    nearest = float((measured.mesh.points[faces] @ SIDES[FRONT][2]).min())
+    depth = image.window(lower[:2], upper[:2]) + nearest
     return float((np.isfinite(depth) & (depth > float(upper[2]) + MIN_CAVITY_DEPTH)).mean())
 
 
-def roofed_share(measured: MeasuredFragments, side: int, lower: Floats, upper: Floats) -> float:
+def roofed_share(measured: MeasuredFragments, lower: Floats, upper: Floats) -> float:
     """Return the share of the strip right behind a front that something covers at the height of its top or above.
 
     Args:
         lower, upper: (3,) corners of the front in (u, v, w) of an upright side.
     """
-    strip = np.array([[lower[0], lower[1], upper[2]], [upper[0], upper[1], upper[2] + MIN_CAVITY_DEPTH]]) @ SIDES[side]
+    strip = np.array([[lower[0], lower[1], upper[2]], [upper[0], upper[1], upper[2] + MIN_CAVITY_DEPTH]]) @ SIDES[FRONT]
     flat = np.sort(strip @ SIDES[TOP].T, axis=0)
-    image = measured.depth_images[TOP]
-    row, column = image.rows_columns(flat[:, :2])
-    depth = image.depth[row[1] : row[0] + 1, column[0] : column[1] + 1]
+    depth = measured.depth_images[TOP].window(*flat[:, :2])
     height = float(measured.upper[:, 2].max()) - np.where(np.isfinite(depth), depth, np.inf)
     return float((height >= float(upper[1]) - 0.25 * float(upper[1] - lower[1])).mean())
 
@@ -108,9 +103,7 @@ def share_open_to_the_top(measured: MeasuredFragments, fragments: Sequence[int])
     """
     lower, upper = measured.box(fragments)
     corners = np.sort(np.array([lower, upper]) @ SIDES[TOP].T, axis=0)
-    image = measured.depth_images[TOP]
-    row, column = image.rows_columns(corners[:, :2])
-    depth = image.depth[row[1] : row[0] + 1, column[0] : column[1] + 1]
+    depth = measured.depth_images[TOP].window(*corners[:, :2])
     height = float(measured.upper[:, 2].max()) - np.where(np.isfinite(depth), depth, np.inf)
     return float((height < float(lower[2] + upper[2]) / 2).mean())
 
@@ -126,11 +119,6 @@ def _walls(share: Floats) -> tuple[float, float, float]:
         float(raised[:, -columns:].any(axis=1).mean()),
         float(raised[:rows].any(axis=0).mean()),
     )
-
-
-def _area(measured: MeasuredFragments, fragments: Sequence[int]) -> float:
-    """Return the area of some fragments."""
-    return float(measured.mesh.areas[measured.faces_of(fragments)].sum())
 
 
 def _thin_walls(samples: Floats, lower: Floats, upper: Floats, area: float) -> tuple[float, float, float]:

@@ -24,8 +24,8 @@ from casa_assets.articulate.segment.fragments import (
     corners_of_labels,
 )
 from casa_assets.articulate.segment.orthographic import render_depth
-from casa_assets.articulate.segment.welded_mesh import Bools, WeldedMesh
-from casa_assets.core.numeric import Floats, Ints
+from casa_assets.articulate.segment.welded_mesh import WeldedMesh
+from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.geometry.mesh.topology import face_components
 from casa_assets.geometry.solid.deviation import samples_with_faces
 from casa_assets.model.asset.parts import JointKind
@@ -71,7 +71,7 @@ def with_pieces_in_the_way(articulation: Articulation, mesh: WeldedMesh) -> Arti
     return articulation.replace(parts=tuple(parts))
 
 
-def _pieces_of_body(is_body: Bools, mesh: WeldedMesh) -> Ints:
+def _pieces_of_body(is_body: Mask, mesh: WeldedMesh) -> Ints:
     """Return the (F,) connected piece of each face of the body, -1 for all others.
 
     A fragment that parts have taken faces from may be several pieces.
@@ -83,12 +83,11 @@ def _pieces_of_body(is_body: Bools, mesh: WeldedMesh) -> Ints:
         rows = np.flatnonzero(label == shared)
         label[rows] = count + face_components(mesh.faces[rows], len(mesh.points))
         count = int(label.max()) + 1
-    found: Ints = np.unique(label, return_inverse=True)[1].reshape(-1) - int((label < 0).any())
-    return found
+    return np.unique(label, return_inverse=True)[1].reshape(-1) - int((label < 0).any())
 
 
 def _pieces_in_the_way(
-    part: PartPlan, mesh: WeldedMesh, label: Ints, free: Bools, lower: Floats, upper: Floats
+    part: PartPlan, mesh: WeldedMesh, label: Ints, free: Mask, lower: Floats, upper: Floats
 ) -> list[int]:
     """Return the free pieces that are in the way of a part; empty if it is neither a door nor a drawer.
 
@@ -176,10 +175,10 @@ class InnerPart:
 
 
 def find_inner_parts(
-    measured: MeasuredFragments, side: int, door: Panel, edge: HingeEdge | None, taken: Sequence[int]
+    measured: MeasuredFragments, door: Panel, edge: HingeEdge | None, taken: Sequence[int]
 ) -> list[InnerPart]:
     """Return the drawers and turntables behind a front, and the racks behind one that folds down."""
-    lower, upper = corners_from_side(measured, side)
+    lower, upper = corners_from_side(measured, FRONT)
     free = np.ones(measured.count, dtype=bool)
     free[list(taken)] = False
     within = (lower[:, :2] >= door.lower[:2] - 0.03).all(axis=1) & (upper[:, :2] <= door.upper[:2] + 0.03).all(axis=1)
@@ -188,7 +187,7 @@ def find_inner_parts(
     surface = MAX_VISIBLE_SHARE * np.maximum(measured.area, 1e-12)
     # A thing without a top or back shows what is in it; what shows elsewhere is a wall.
     covered = (
-        measured.visible_area[:, [s for s in (FRONT, LEFT, RIGHT, BOTTOM) if s != side]].sum(axis=1)
+        measured.visible_area[:, [LEFT, RIGHT, BOTTOM]].sum(axis=1)
         <= MAX_TUB_VISIBLE_SHARE / MAX_VISIBLE_SHARE * surface
     )
     found = []
@@ -200,12 +199,12 @@ def find_inner_parts(
             if (
                 _fills(lower, upper, group, door, MIN_TUB_WIDTH_SHARE)
                 and _is_tub(measured, lower, upper, group, door)
-                and _has_room(measured, side, group, door, 0.0)
+                and _has_room(measured, group, door, 0.0)
             ):
                 found.append(InnerPart(tuple(group), False, True, 0.7, "a tub behind a front"))
                 gone |= set(group)
     for group in _fronted_blocks(lower, upper, np.flatnonzero(rows & covered).tolist(), door):
-        if gone.isdisjoint(group) and _has_room(measured, side, group, door, 0.0):
+        if gone.isdisjoint(group) and _has_room(measured, group, door, 0.0):
             found.append(InnerPart(tuple(group), False, True, 0.6, "a block with a front of its own behind a front"))
             gone |= set(group)
     rows &= measured.visible_area.sum(axis=1) <= surface
@@ -214,7 +213,7 @@ def find_inner_parts(
         if not _fills(lower, upper, heap, door, MIN_TURNTABLE_WIDTH_SHARE):
             continue
         group = _with_what_it_holds(lower, upper, heap, rows)
-        tray = _rack(measured, side, group, edge, door)
+        tray = _rack(measured, group, edge, door)
         if tray is not None:
             found.append(tray)
             rows[group] = False
@@ -242,7 +241,7 @@ def _fronted_blocks(lower: Floats, upper: Floats, rows: list[int], door: Panel) 
     return found
 
 
-def _with_what_it_holds(lower: Floats, upper: Floats, group: list[int], free: Bools) -> list[int]:
+def _with_what_it_holds(lower: Floats, upper: Floats, group: list[int], free: Mask) -> list[int]:
     """Return a group with all that lies within its box: tines of a basket need not touch its wires."""
     a, b = lower[group].min(axis=0) - TOUCH_TOLERANCE, upper[group].max(axis=0) + TOUCH_TOLERANCE
     within = free & (lower >= a).all(axis=1) & (upper <= b).all(axis=1)
@@ -263,16 +262,14 @@ def _is_tub(measured: MeasuredFragments, lower: Floats, upper: Floats, group: li
     return bool(near and tall) and view_from_above(measured, group).is_tub
 
 
-def _rack(
-    measured: MeasuredFragments, side: int, group: list[int], edge: HingeEdge | None, door: Panel
-) -> InnerPart | None:
+def _rack(measured: MeasuredFragments, group: list[int], edge: HingeEdge | None, door: Panel) -> InnerPart | None:
     """Return a rack or a turntable, or None for neither: boards between the walls do not move."""
-    lower, upper = corners_from_side(measured, side)
+    lower, upper = corners_from_side(measured, FRONT)
     across = upper[group].max(axis=0) - lower[group].min(axis=0)
     if across[1] > 0.6 * min(across[0], across[2]):
         return None
-    disc = abs(float(across[0] - across[2])) < 0.03 * float(across[0]) and _is_disc(measured, side, group)
-    if not _has_room(measured, side, group, door, CLEAR_HEIGHT_SHARE):
+    disc = abs(float(across[0] - across[2])) < 0.03 * float(across[0]) and _is_disc(measured, group)
+    if not _has_room(measured, group, door, CLEAR_HEIGHT_SHARE):
         return None
     if disc:
         return InnerPart(tuple(group), True, False, 0.7, "a disc behind a door")
@@ -280,40 +277,40 @@ def _rack(
         edge is not HingeEdge.BOTTOM
         or not _fills(lower, upper, group, door, MIN_RACK_WIDTH_SHARE)
         or _is_board(lower, upper, group, measured.count)
-        or _lies_on_floor(measured, side, group, door)
+        or _lies_on_floor(measured, group, door)
         or view_from_above(measured, group).covered < MIN_RACK_COVER
-        or _is_lining(measured, side, group)
+        or _is_lining(measured, group)
     ):
         return None
     return InnerPart(tuple(group), False, False, 0.6, "a level rack behind a door that folds down")
 
 
-def _has_room(measured: MeasuredFragments, side: int, group: list[int], door: Panel, clear: float) -> bool:
+def _has_room(measured: MeasuredFragments, group: list[int], door: Panel, clear: float) -> bool:
     """Return whether a group could come out once its door is open, with free space above it.
 
     Args:
         clear: height of that space as a share of the height of the door.
     """
-    lower, upper = corners_from_side(measured, side)
+    lower, upper = corners_from_side(measured, FRONT)
     a, b = lower[group].min(axis=0), upper[group].max(axis=0)
     b[1] += clear * door.height
-    return _free_share(measured, side, group, door, a, b) >= MIN_FREE_SHARE
+    return _free_share(measured, group, door, a, b) >= MIN_FREE_SHARE
 
 
-def _lies_on_floor(measured: MeasuredFragments, side: int, group: list[int], door: Panel) -> bool:
+def _lies_on_floor(measured: MeasuredFragments, group: list[int], door: Panel) -> bool:
     """Return whether a group is a thin thing right above the floor of its cavity."""
-    lower, upper = corners_from_side(measured, side)
+    lower, upper = corners_from_side(measured, FRONT)
     a, b = lower[group].min(axis=0), upper[group].max(axis=0)
     reach = FLOOR_SHARE * door.height
     if b[1] - a[1] > reach:
         return False
     a[1], b[1] = a[1] - reach, a[1]
-    return _free_share(measured, side, group, door, a, b) < MIN_FREE_SHARE
+    return _free_share(measured, group, door, a, b) < MIN_FREE_SHARE
 
 
-def _is_lining(measured: MeasuredFragments, side: int, group: list[int]) -> bool:
+def _is_lining(measured: MeasuredFragments, group: list[int]) -> bool:
     """Return whether a group meets other surfaces along its left, right and back border, as floors of cavities do."""
-    points, faces = measured.mesh.points @ SIDES[side].T, measured.mesh.faces
+    points, faces = measured.mesh.points @ SIDES[FRONT].T, measured.mesh.faces
     mine = np.zeros(len(faces), dtype=bool)
     mine[measured.faces_of(group)] = True
     own = samples_with_faces(points, faces[mine], LINING_SAMPLES)[0]
@@ -331,30 +328,27 @@ def _is_lining(measured: MeasuredFragments, side: int, group: list[int]) -> bool
     return True
 
 
-def _free_share(
-    measured: MeasuredFragments, side: int, group: list[int], door: Panel, lower: Floats, upper: Floats
-) -> float:
+def _free_share(measured: MeasuredFragments, group: list[int], door: Panel, lower: Floats, upper: Floats) -> float:
     """Return the share of a rectangle through which one sees the middle of a box, without a door and a group.
 
     Args:
         lower, upper: (3,) corners of the box in (u, v, w); its outer tenths to the left and right are left out.
     """
     gone = np.zeros(len(measured.label), dtype=bool)
-    gone[measured.faces_of([*group, *door.everything, *_inside_door(measured, side, door)])] = True
+    gone[measured.faces_of([*group, *door.everything, *_inside_door(measured, door)])] = True
     faces = measured.mesh.faces[~gone]
     if not len(faces):
         return 1.0
-    image = render_depth(measured.mesh.points, faces, SIDES[side], BEHIND_PIXELS)
-    nearest = float((measured.mesh.points @ SIDES[side][2]).min())
+    image = render_depth(measured.mesh.points, faces, SIDES[FRONT], BEHIND_PIXELS)
+    nearest = float((measured.mesh.points @ SIDES[FRONT][2]).min())
     margin = np.array([OPENING_MARGIN * float(upper[0] - lower[0]), 0.0])
-    row, column = image.rows_columns(np.array([lower[:2] + margin, upper[:2] - margin]))
-    depth = image.depth[row[1] : row[0] + 1, column[0] : column[1] + 1] + nearest
+    depth = image.window(lower[:2] + margin, upper[:2] - margin) + nearest
     return float((depth > float(lower[2] + upper[2]) / 2).mean())
 
 
-def _inside_door(measured: MeasuredFragments, side: int, door: Panel) -> list[int]:
+def _inside_door(measured: MeasuredFragments, door: Panel) -> list[int]:
     """Return the fragments that begin within a door and keep within its outline: its lining, which opens with it."""
-    lower, upper = corners_from_side(measured, side)
+    lower, upper = corners_from_side(measured, FRONT)
     begins = (lower[:, 2] >= door.lower[2]) & (lower[:, 2] < door.upper[2] - TOUCH_TOLERANCE)
     shallow = upper[:, 2] - lower[:, 2] <= MAX_LINING_DEPTH * float(upper[:, 2].max() - lower[:, 2].min())
     return [i for i in np.flatnonzero(begins & shallow).tolist() if door.holds(lower[i], upper[i])]
@@ -369,7 +363,7 @@ def _is_board(lower: Floats, upper: Floats, group: list[int], count: int) -> boo
     return len(plates) == 1 and is_shelf(lower, upper, plates[0], others)
 
 
-def is_shelf(lower: Floats, upper: Floats, plate: int, others: Bools) -> bool:
+def is_shelf(lower: Floats, upper: Floats, plate: int, others: Mask) -> bool:
     """Return whether a level plate lies between two walls among `others`, as shelves, floors and tops do."""
     thick = float((upper - lower)[plate, 1])
     near = (
@@ -393,9 +387,9 @@ def group_touching(lower: Floats, upper: Floats, rows: list[int], gap: float = 0
     return [[r for r, k in zip(rows, label.tolist(), strict=True) if k == n] for n in range(int(label.max()) + 1)]
 
 
-def _is_disc(measured: MeasuredFragments, side: int, group: Sequence[int]) -> bool:
+def _is_disc(measured: MeasuredFragments, group: Sequence[int]) -> bool:
     """Return whether the outline seen from above is a circle, because its corners are empty."""
-    points = measured.points_of(group) @ SIDES[side][[0, 2]].T
+    points = measured.points_of(group) @ SIDES[FRONT][[0, 2]].T
     middle = (points.min(axis=0) + points.max(axis=0)) / 2
     radius = float(np.ptp(points, axis=0).max()) / 2
     return bool(np.linalg.norm(points - middle, axis=1).max() <= 1.06 * radius)

@@ -11,12 +11,10 @@ from scipy import ndimage
 from casa_assets.articulate.plan import round_mm, round_mm_vec3
 from casa_assets.articulate.segment.fragments import FRONT, SIDES, TOP
 from casa_assets.articulate.segment.orthographic import DepthImage, render_depth
-from casa_assets.core.numeric import Floats
+from casa_assets.core.numeric import Floats, Mask
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.parts import Box
 from casa_assets.model.pose import Pose
-
-Bools = npt.NDArray[np.bool_]
 
 PIXELS = 192
 # Height that a cup needs, and depth of its niche as a share of the machine.
@@ -35,14 +33,12 @@ class Niche:
     @property
     def middle(self) -> Floats:
         """Return its (3,) middle, metres."""
-        found: Floats = (np.array(self.lower) + np.array(self.upper)) / 2
-        return found
+        return np.asarray((np.array(self.lower) + np.array(self.upper)) / 2)
 
     @property
     def size(self) -> Floats:
         """Return its (3,) size, metres."""
-        found: Floats = np.array(self.upper) - np.array(self.lower)
-        return found
+        return np.asarray(np.array(self.upper) - np.array(self.lower))
 
 
 def find_cup_niche(asset: Asset) -> Niche | None:
@@ -62,7 +58,7 @@ def find_cup_niche(asset: Asset) -> Niche | None:
     return None if best is None else _box(image, points, back, best)
 
 
-def _largest(places: Bools, image: DepthImage) -> tuple[int, int, int, int] | None:
+def _largest(places: Mask, image: DepthImage) -> tuple[int, int, int, int] | None:
     """Return the rows and columns of the largest region that a cup fits into."""
     best: tuple[float, int, int, int, int] | None = None
     label, _ = ndimage.label(places)
@@ -106,12 +102,7 @@ def find_toaster_slots(asset: Asset) -> list[Niche]:
         y1, y0 = (float(image.lower[1]) + (deep.shape[0] - r) * image.pixel for r in (a, b))
         x0, x1 = (float(image.lower[0]) + k * image.pixel for k in (c, d))
         px = image.pixel
-        out.append(
-            Niche(
-                round_mm_vec3((x0 + px, y0 + px, floor)),
-                round_mm_vec3((x1 - px, y1 - px, upper[2])),
-            )
-        )
+        out.append(Niche(round_mm_vec3((x0 + px, y0 + px, floor)), round_mm_vec3((x1 - px, y1 - px, upper[2]))))
     along = bool(out) and float(out[0].size[1]) >= float(out[0].size[0])
     return sorted(out, key=lambda h: h.lower[0] if along else h.lower[1])
 
@@ -125,10 +116,9 @@ def niche_floor(niche: Niche, thick: float = 0.003) -> tuple[Box, Pose]:
     )
 
 
-def _above(solid: Bools) -> Bools:
+def _above(solid: Mask) -> Mask:
     """Mark pixels with something solid anywhere above in the same column."""
-    found: Bools = np.maximum.accumulate(solid, axis=0)
-    return found
+    return np.maximum.accumulate(solid, axis=0)
 
 
 def _box(image: DepthImage, points: Floats, back: Floats, span: tuple[int, int, int, int]) -> Niche:
@@ -141,10 +131,7 @@ def _box(image: DepthImage, points: Floats, back: Floats, span: tuple[int, int, 
     far = front + float(np.median(back[a:b, c:d]))
     # It begins where what stands under it does.
     near = front + float(np.median(back[b + 1, c:d])) if b + 1 < rows else front
-    return Niche(
-        round_mm_vec3((x0, min(near, far - 0.02), z0)),
-        round_mm_vec3((x1, far, z1)),
-    )
+    return Niche(round_mm_vec3((x0, min(near, far - 0.02), z0)), round_mm_vec3((x1, far, z1)))
 
 
 def _body(asset: Asset) -> tuple[Floats, npt.NDArray[np.int64]]:

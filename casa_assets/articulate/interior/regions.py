@@ -93,9 +93,8 @@ def _before(asset: Asset, lower: Floats, upper: Floats) -> Bounds:
     a, b = np.min([f[0] for f in near], axis=0), np.max([f[1] for f in near], axis=0)
     whole = link_bounds(asset, "object")
     a, b = np.maximum(a, whole[0]), np.minimum(b, whole[1])
-    return np.array([a[0], float(lower[1]), a[2]]) + BOARD_DISTANCE_M, np.array(
-        [b[0], float(upper[1]), b[2]]
-    ) - BOARD_DISTANCE_M
+    a[1], b[1] = lower[1], upper[1]
+    return a + BOARD_DISTANCE_M, b - BOARD_DISTANCE_M
 
 
 def _levels(asset: Asset, region: Region, lower: Floats, upper: Floats) -> list[Region]:
@@ -200,12 +199,7 @@ def region_over_rack(asset: Asset, rack: str, regions: list[Region]) -> Region |
     roof = min([floor + MAX_HEIGHT_OVER_RACK_M, *(z - CLEARANCE_M for z in above)])
     inset = 0.08 * (upper - lower)[:2]
     a, b = lower[:2] + inset, upper[:2] - inset
-    if roof - floor < 0.03 or float((b - a).min()) < MIN_REGION_M:
-        return None
-    center = np.array([(a[0] + b[0]) / 2, (a[1] + b[1]) / 2, (floor + roof) / 2])
-    local = asset.asset_from_link(rack).inverse().apply(center[None])[0]
-    size = round_mm_vec3((b[0] - a[0], b[1] - a[1], roof - floor))
-    return Region(name=rack, link=rack, pose=Pose(position=round_mm_vec3(local)), size=size)
+    return _region(asset, rack, np.append(a, floor), np.append(b, roof))
 
 
 def region_in_drawer(asset: Asset, drawer: str) -> Region | None:
@@ -219,12 +213,16 @@ def region_in_drawer(asset: Asset, drawer: str) -> Region | None:
     if not spans or spans[0][1] > lower[2] + 0.4 * (upper[2] - lower[2]):
         return None
     floor, roof = spans[0][1], min([float(upper[2]) - CLEARANCE_M, *(s[0] for s in spans[1:])])
-    if roof - floor < 0.03 or float((b - a).min()) < MIN_REGION_M:
+    return _region(asset, drawer, np.append(a, floor), np.append(b, roof))
+
+
+def _region(asset: Asset, link: str, lower: Floats, upper: Floats) -> Region | None:
+    """Return the region of a link, and with its name, between two corners, asset frame; None if it is too small."""
+    wide, deep, high = (upper - lower).tolist()
+    if high < 0.03 or min(wide, deep) < MIN_REGION_M:
         return None
-    center = np.array([[middle[0], middle[1], (floor + roof) / 2]])
-    local = asset.asset_from_link(drawer).inverse().apply(center)[0]
-    size = round_mm_vec3((b[0] - a[0], b[1] - a[1], roof - floor))
-    return Region(name=drawer, link=drawer, pose=Pose(position=round_mm_vec3(local)), size=size)
+    local = asset.asset_from_link(link).inverse().apply((lower + upper)[None] / 2)[0]
+    return Region(name=link, link=link, pose=Pose(position=round_mm_vec3(local)), size=round_mm_vec3(upper - lower))
 
 
 def floor_collider(asset: Asset, region: Region) -> str | None:

@@ -12,7 +12,7 @@ from casa_assets.articulate.controls.controls import Control
 from casa_assets.articulate.fronts.fronts import box_depth
 from casa_assets.articulate.fronts.panels import Panel
 from casa_assets.articulate.plan import HingeEdge
-from casa_assets.articulate.segment.fragments import MeasuredFragments, corners_from_side
+from casa_assets.articulate.segment.fragments import FRONT, MeasuredFragments, corners_from_side
 from casa_assets.core.numeric import Floats
 
 # Kind habits ----------------------------------------------------------------------------------------------------------
@@ -67,20 +67,14 @@ def edge_shares(kinds: Mapping[str, float]) -> Floats:
     rows = [(p, HABITS.get(kind, ANY_HABITS)) for kind, p in kinds.items()]
     rows.append((max(0.0, 1.0 - sum(kinds.values())), ANY_HABITS))
     shares = sum(p * np.array([h.left, h.right, h.bottom, h.top]) for p, h in rows)
-    found: Floats = np.asarray(shares) / np.sum(shares)
-    return found
+    return np.asarray(shares) / np.sum(shares)
 
 
 def drawer_share(kinds: Mapping[str, float]) -> float:
-    """Return the probability that a front is a drawer.
-
-    Args:
-        kinds: as for `edge_shares`.
-    """
+    """Return the probability that a front is a drawer; `kinds` as for `edge_shares`."""
     rest = max(0.0, 1.0 - sum(kinds.values()))
-    total = sum(kinds.values()) + rest
     share = sum(p * HABITS.get(kind, ANY_HABITS).drawers for kind, p in kinds.items()) + rest * ANY_HABITS.drawers
-    return float(share / total)
+    return float(share / (sum(kinds.values()) + rest))
 
 
 def share_with_fronts(kinds: Mapping[str, float]) -> float:
@@ -94,55 +88,58 @@ def share_with_fronts(kinds: Mapping[str, float]) -> float:
 EDGES = (HingeEdge.LEFT, HingeEdge.RIGHT, HingeEdge.BOTTOM, HingeEdge.TOP)
 # Axis of (u, v) across which an edge lies, and the way from the edge to the one that opens.
 _ACROSS = {HingeEdge.LEFT: (0, 1.0), HingeEdge.RIGHT: (0, -1.0), HingeEdge.BOTTOM: (1, 1.0), HingeEdge.TOP: (1, -1.0)}
-# What is said of an edge, in the order of the columns of `edge_features`. `beyond` is beside the edge that opens, `at`
-# beside the hinge.
-EDGE_FEATURES = (
-    "handle_away",
-    "handle_along",
-    "handle_long",
-    "far_and_along",
-    "wide",
-    "wide_without_handle",
-    "alone_and_wide",
-    "front_beyond",
-    "front_at",
-    "panel_beyond",
-    "panel_at",
-    "controls_beyond",
-    "controls_at",
-    "room_beyond",
-    "others_away",
-    "knobs_away",
-    "handle_off_middle",
-    "front_over_or_under",
-    "handles_face",
-)
-# What is said of a drawer, in the order of `drawer_features`.
-DRAWER_FEATURES = (
-    "constant",
-    "deep",
-    "box",
-    "shelf_behind",
-    "wide",
-    "height_share",
-    "covers_front",
-    "handle_aside",
-    "handle_upright",
-    "handle_level",
-    "handle_low",
-    "handle_centred",
-    "no_handle",
-    "stacked",
-    "many_stacked",
-    "alike",
-    "under_larger",
-    "over_larger",
-    "under_pair",
-    "low_beside_larger",
-    "level_and_centred",
-    "centred_beside_aside",
-    "others_have_boxes",
-)
+# Features of an edge and of a drawer, in the order in which they are computed: the weight of each in the log odds, and
+# what it says where it decides. `beyond` is beside the edge that opens, `at` beside the hinge. Ref: logistic regression
+# over the articulation bench and drawn furniture and appliances, as they are and as shells (benchmarks/train/hinges.py,
+# which states the bounds that four weights of a drawer lie on by choice).
+EDGE_TABLE: Mapping[str, tuple[float, str]] = {
+    "handle_away": (8.65, "its handle is at the other side"),
+    "handle_along": (1.08, "its handle runs along that edge"),
+    "handle_long": (0.0, "its handle runs along that edge"),
+    "far_and_along": (1.21, "a bar at the other side"),
+    "wide": (3.11, "by its proportions"),
+    "wide_without_handle": (-1.45, "by its proportions"),
+    "alone_and_wide": (-0.0189, "one front as wide as the thing"),
+    "front_beyond": (1.59, "another front beside it"),
+    "front_at": (0.0, "another front beside it"),
+    "panel_beyond": (0.173, "a panel that stays beside it"),
+    "panel_at": (0.0, "a panel that stays beside it"),
+    "controls_beyond": (0.483, "the controls are at the other side"),
+    "controls_at": (-0.86, "the controls are at the other side"),
+    "room_beyond": (1.96, "by its place on the front"),
+    "others_away": (0.0, "as the fronts above or below it"),
+    "knobs_away": (3.28, "its knob is at the other side"),
+    "handle_off_middle": (-4.68, "its handle is off its middle"),
+    "front_over_or_under": (0.0, "another front above or below it"),
+    "handles_face": (-4.34, "its handle is next to that of another front"),
+}
+DRAWER_TABLE: Mapping[str, tuple[float, str]] = {
+    "constant": (0.247, "by its form"),
+    "deep": (5.61, "it is deep, and seen from its front alone"),
+    "box": (7.04, "a box behind it goes with it"),
+    "shelf_behind": (-2.0, "a shelf behind it leaves no room for a box"),
+    "wide": (0.914, "by its proportions"),
+    "height_share": (-4.91, "by its height"),
+    "covers_front": (-0.0195, "it closes the front"),
+    "handle_aside": (-2.41, "its handle is at one side"),
+    "handle_upright": (-1.5, "its handle is upright"),
+    "handle_level": (1.61, "a level handle in its middle"),
+    "handle_low": (-0.655, "its handle is at its lower edge"),
+    "handle_centred": (2.0, "its handle is in its middle"),
+    "no_handle": (0.308, "by its form"),
+    "stacked": (0.0, "it is one of several above each other"),
+    "many_stacked": (2.62, "it is one of several above each other"),
+    "alike": (0.929, "it is one of several alike"),
+    "under_larger": (0.0, "it lies under a larger front"),
+    "over_larger": (1.4, "it lies above a larger front"),
+    "under_pair": (2.0, "it is as wide as the two fronts above it together"),
+    "low_beside_larger": (1.5, "it is low and lies over or under a larger front"),
+    "level_and_centred": (0.17, "a level handle in its middle"),
+    "centred_beside_aside": (0.858, "its handle is in its middle, those of others are at a side"),
+    "others_have_boxes": (-2.66, "boxes go with other fronts, none with it"),
+}
+EDGE_FEATURES, DRAWER_FEATURES = tuple(EDGE_TABLE), tuple(DRAWER_TABLE)
+EDGE_WEIGHTS, DRAWER_WEIGHTS = (np.array([w for w, _ in t.values()]) for t in (EDGE_TABLE, DRAWER_TABLE))
 # A front or its box that reaches back farther than this share of the thing is deep.
 MIN_DEEP_SHARE, MIN_BOX_SHARE = 0.34, 0.3
 # Logarithms of proportions are capped at this; counts of neighbours at this.
@@ -211,8 +208,7 @@ class FrontView:
     @property
     def extent(self) -> Floats:
         """Return the (3,) size of the whole thing."""
-        found: Floats = self.upper - self.lower
-        return found
+        return self.upper - self.lower
 
     @property
     def others(self) -> list[Panel]:
@@ -235,22 +231,14 @@ class FrontView:
 
 
 def view_fronts(
-    measured: MeasuredFragments,
-    side: int,
-    fronts: Sequence[Panel],
-    panels: Sequence[Panel],
-    controls: Sequence[Control],
+    measured: MeasuredFragments, fronts: Sequence[Panel], panels: Sequence[Panel], controls: Sequence[Control]
 ) -> list[FrontView]:
-    """Return a view of each front of a side, in their order.
-
-    Args:
-        fronts: panels that open. panels: all panels. controls: those that are on no panel that opens.
-    """
-    lower, upper = corners_from_side(measured, side)
+    """Return a view of each front of a side, in their order."""
+    lower, upper = corners_from_side(measured, FRONT)
     handles = [panel_handle(p, lower, upper) for p in fronts]
     still = [p for p in panels if not any(p is f for f in fronts)]
     middles = np.array([c.middle for c in controls]).reshape(-1, 2)
-    depths = [box_depth(measured, side, p) for p in fronts]
+    depths = [box_depth(measured, p) for p in fronts]
     return [
         FrontView(
             panel=p,
@@ -267,16 +255,10 @@ def view_fronts(
             handles=handles,
             still=still,
             controls=middles,
-            knobs=_on(p, [c for c in controls if c.is_round]),
+            knobs=np.array([c.middle for c in controls if c.is_round and p.holds(c.lower, c.upper)]).reshape(-1, 2),
         )
         for p, h in zip(fronts, handles, strict=True)
     ]
-
-
-def _on(panel: Panel, controls: Sequence[Control]) -> Floats:
-    """Return the (K, 2) middles of those controls that lie on a panel."""
-    middles = [c.middle for c in controls if panel.holds(c.lower, c.upper)]
-    return np.array(middles).reshape(-1, 2)
 
 
 def panel_handle(panel: Panel, lower: Floats, upper: Floats) -> PanelHandle | None:
@@ -296,7 +278,6 @@ def edge_features(view: FrontView) -> Floats:
 
 
 def _edge(view: FrontView, edge: HingeEdge) -> list[float]:
-    """Return what speaks for one edge."""
     axis, way = _ACROSS[edge]
     panel, level = view.panel, axis == 1
     away, along, long = _handle(view.panel, view.handle, axis, way)
@@ -474,12 +455,8 @@ def _is_under_pair(panel: Panel, others: Sequence[Panel]) -> bool:
     above = [o for o in others if o.lower[1] >= panel.upper[1] - SAME_PLACE]
     for a in above:
         for b in above:
-            level = (
-                abs(float(a.lower[1] - b.lower[1])) < SAME_PLACE and abs(float(a.upper[1] - b.upper[1])) < SAME_PLACE
-            )
-            ends = (
-                abs(float(a.lower[0] - panel.lower[0])) < SAME_PLACE and abs(b.upper[0] - panel.upper[0]) < SAME_PLACE
-            )
+            level = max(abs(a.lower[1] - b.lower[1]), abs(a.upper[1] - b.upper[1])) < SAME_PLACE
+            ends = max(abs(a.lower[0] - panel.lower[0]), abs(b.upper[0] - panel.upper[0])) < SAME_PLACE
             if level and ends and float(b.lower[0]) >= float(a.upper[0]) - SAME_PLACE:
                 return True
     return False

@@ -5,15 +5,17 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from casa_assets.articulate.fronts.panels import Panel
 from casa_assets.articulate.joints.front_features import (
     DRAWER_FEATURES,
+    DRAWER_TABLE,
+    DRAWER_WEIGHTS,
     EDGE_FEATURES,
+    EDGE_TABLE,
+    EDGE_WEIGHTS,
     EDGES,
     HABITS,
     FrontView,
@@ -24,8 +26,7 @@ from casa_assets.articulate.joints.front_features import (
     edge_shares,
 )
 from casa_assets.articulate.plan import HingeEdge, PartKind, PartPlan, round7
-from casa_assets.articulate.segment.fragments import MeasuredFragments, corners_from_side
-from casa_assets.articulate.segment.orthographic import DepthImage
+from casa_assets.articulate.segment.fragments import FRONT, MeasuredFragments, corners_from_side
 from casa_assets.core import hand_dynamics
 from casa_assets.core.hand_dynamics import START_N
 from casa_assets.core.numeric import Floats
@@ -43,7 +44,7 @@ FRAME_TOLERANCE = 0.006
 MIN_HANDLE_OFFSET = 0.3
 
 
-def sliding_direction(measured: MeasuredFragments, side: int, panel: Panel, grip: PanelHandle | None) -> float | None:
+def sliding_direction(measured: MeasuredFragments, panel: Panel, grip: PanelHandle | None) -> float | None:
     """Return 1 for a door that slides to the right, -1 to the left, None for one that does not slide.
 
     Args:
@@ -51,35 +52,29 @@ def sliding_direction(measured: MeasuredFragments, side: int, panel: Panel, grip
     """
     if grip is None:
         return None
-    lower, upper = corners_from_side(measured, side)
-    image, near = measured.depth_images[side], float(lower[:, 2].min())
+    lower, upper = corners_from_side(measured, FRONT)
+    image, near = measured.depth_images[FRONT], float(lower[:, 2].min())
     margin = 4 * image.pixel
     inset = 0.1 * panel.height
+    (left, bottom), (right, top) = panel.lower[:2], panel.upper[:2]
     frame = [
-        _depths(image, (panel.lower[0], panel.upper[1]), (panel.upper[0], panel.upper[1] + margin)),
-        _depths(image, (panel.lower[0], panel.lower[1] - margin), (panel.upper[0], panel.lower[1])),
+        image.window(np.array([left, top]), np.array([right, top + margin])),
+        image.window(np.array([left, bottom - margin]), np.array([right, bottom])),
     ]
     if all(float((f + near <= panel.lower[2] + FRAME_TOLERANCE).mean()) < 0.4 for f in frame):
         return None
     for sign in (1.0, -1.0):
-        edge = float(panel.upper[0] if sign > 0 else panel.lower[0])
+        edge = float(right if sign > 0 else left)
         far = edge + sign * MIN_OPEN_SHARE * panel.width
         if not float(lower[:, 0].min()) <= far <= float(upper[:, 0].max()):
             continue
         a, b = sorted((edge + sign * margin, far))
-        beside = _depths(image, (a, panel.lower[1] + inset), (b, panel.upper[1] - inset))
+        beside = image.window(np.array([a, bottom + inset]), np.array([b, top - inset]))
         clear = float((np.isfinite(beside) & (beside + near > panel.upper[2] + MIN_NICHE_DEPTH)).mean())
         place = float(grip.middle[0]) if sign < 0 else 1.0 - float(grip.middle[0])
         if clear >= 0.95 and place >= MIN_HANDLE_OFFSET:
             return sign
     return None
-
-
-def _depths(image: DepthImage, lower: tuple[Any, Any], upper: tuple[Any, Any]) -> npt.NDArray[np.float64]:
-    """Return the depths of the pixels of a rectangle in (u, v)."""
-    corners: Floats = np.array([lower, upper], dtype=np.float64)
-    row, column = image.rows_columns(corners)
-    return image.depth[row[1] : row[0] + 1, column[0] : column[1] + 1]
 
 
 # Hinges ---------------------------------------------------------------------------------------------------------------
@@ -94,95 +89,6 @@ HINGE_DEPTH_SHARE = 0.15
 # Travel of a drawer as a share of its depth. Ref: the 57 drawers of the same bench have a median of 0.82.
 DRAWER_TRAVEL_SHARE = 0.81
 DOOR_RANGE_RAD = math.pi / 2
-# Weight of each feature in the log odds of a hinge edge, and of a drawer. Ref: logistic regression over the
-# articulation bench and drawn furniture and appliances, as they are and as shells (benchmarks/train/hinges.py),
-# which states the bounds that four weights of a drawer lie on by choice.
-EDGE_WEIGHTS: Mapping[str, float] = {
-    "handle_away": 8.65,
-    "handle_along": 1.08,
-    "far_and_along": 1.21,
-    "wide": 3.11,
-    "wide_without_handle": -1.45,
-    "alone_and_wide": -0.0189,
-    "front_beyond": 1.59,
-    "panel_beyond": 0.173,
-    "controls_beyond": 0.483,
-    "controls_at": -0.86,
-    "room_beyond": 1.96,
-    "knobs_away": 3.28,
-    "handle_off_middle": -4.68,
-    "handles_face": -4.34,
-}
-DRAWER_WEIGHTS: Mapping[str, float] = {
-    "constant": 0.247,
-    "deep": 5.61,
-    "box": 7.04,
-    "shelf_behind": -2.0,
-    "wide": 0.914,
-    "height_share": -4.91,
-    "covers_front": -0.0195,
-    "handle_aside": -2.41,
-    "handle_upright": -1.5,
-    "handle_level": 1.61,
-    "handle_low": -0.655,
-    "handle_centred": 2.0,
-    "no_handle": 0.308,
-    "many_stacked": 2.62,
-    "alike": 0.929,
-    "over_larger": 1.4,
-    "under_pair": 2.0,
-    "low_beside_larger": 1.5,
-    "level_and_centred": 0.17,
-    "centred_beside_aside": 0.858,
-    "others_have_boxes": -2.66,
-}
-# What a feature says, where it decides.
-EDGE_REASONS: Mapping[str, str] = {
-    "handle_away": "its handle is at the other side",
-    "handle_along": "its handle runs along that edge",
-    "handle_long": "its handle runs along that edge",
-    "far_and_along": "a bar at the other side",
-    "wide": "by its proportions",
-    "wide_without_handle": "by its proportions",
-    "alone_and_wide": "one front as wide as the thing",
-    "front_beyond": "another front beside it",
-    "front_at": "another front beside it",
-    "panel_beyond": "a panel that stays beside it",
-    "panel_at": "a panel that stays beside it",
-    "controls_beyond": "the controls are at the other side",
-    "controls_at": "the controls are at the other side",
-    "room_beyond": "by its place on the front",
-    "others_away": "as the fronts above or below it",
-    "knobs_away": "its knob is at the other side",
-    "handle_off_middle": "its handle is off its middle",
-    "handles_face": "its handle is next to that of another front",
-    "front_over_or_under": "another front above or below it",
-}
-DRAWER_REASONS: Mapping[str, str] = {
-    "constant": "by its form",
-    "deep": "it is deep, and seen from its front alone",
-    "box": "a box behind it goes with it",
-    "shelf_behind": "a shelf behind it leaves no room for a box",
-    "wide": "by its proportions",
-    "height_share": "by its height",
-    "covers_front": "it closes the front",
-    "handle_aside": "its handle is at one side",
-    "handle_upright": "its handle is upright",
-    "handle_level": "a level handle in its middle",
-    "handle_centred": "its handle is in its middle",
-    "handle_low": "its handle is at its lower edge",
-    "no_handle": "by its form",
-    "stacked": "it is one of several above each other",
-    "many_stacked": "it is one of several above each other",
-    "alike": "it is one of several alike",
-    "under_larger": "it lies under a larger front",
-    "over_larger": "it lies above a larger front",
-    "low_beside_larger": "it is low and lies over or under a larger front",
-    "level_and_centred": "a level handle in its middle",
-    "centred_beside_aside": "its handle is in its middle, those of others are at a side",
-    "others_have_boxes": "boxes go with other fronts, none with it",
-    "under_pair": "it is as wide as the two fronts above it together",
-}
 # At most so many fronts of a thing speak for its kind.
 MAX_SPEAKING_FRONTS = 3
 # How often a thing of a kind without habits has what looks like a door or drawer.
@@ -209,44 +115,29 @@ def kind_log_odds(views: Sequence[FrontView]) -> dict[str, float]:
     """
     if not views:
         return {}
-    drawers = np.array([float(_weights_of_drawers() @ drawer_features(v)) for v in views])
-    scores = np.array([edge_features(v) @ _weights_of_edges() for v in views])
+    drawers = np.array([float(DRAWER_WEIGHTS @ drawer_features(v)) for v in views])
+    scores = np.array([edge_features(v) @ EDGE_WEIGHTS for v in views])
     edges = np.exp(scores - scores.max(axis=1, keepdims=True))
     edges *= len(EDGES) / edges.sum(axis=1, keepdims=True)
     count = min(len(views), MAX_SPEAKING_FRONTS) / len(views)
     found = {}
     for kind in (*HABITS, ""):
         share = drawer_share({kind: 1.0})
-        fits = share / (1.0 + np.exp(-drawers)) + (1.0 - share) / (1.0 + np.exp(drawers)) * (
-            edges @ edge_shares({kind: 1.0})
-        )
+        doors = (1.0 - share) / (1.0 + np.exp(drawers)) * (edges @ edge_shares({kind: 1.0}))
+        fits = share / (1.0 + np.exp(-drawers)) + doors
         found[kind] = count * float(np.log(fits).sum())
     found[""] += math.log(SHARE_WITH_FRONTS)
     return found
 
 
-def _weights_of_drawers() -> Floats:
-    """Return the (len(DRAWER_FEATURES),) weights."""
-    return np.array([DRAWER_WEIGHTS.get(name, 0.0) for name in DRAWER_FEATURES])
-
-
-def _weights_of_edges() -> Floats:
-    """Return the (len(EDGE_FEATURES),) weights."""
-    return np.array([EDGE_WEIGHTS.get(name, 0.0) for name in EDGE_FEATURES])
-
-
 def choose_drawer(view: FrontView, kinds: Mapping[str, float]) -> tuple[bool, float, str]:
-    """Return whether a front is that of a drawer, with its probability and the reason.
-
-    Args:
-        kinds: probability of each kind that the thing may be.
-    """
+    """Return whether a front is that of a drawer, with its probability and the reason."""
     if view.panel.is_round:
         return False, 0.95, "a round door"
     if any(o.is_round and o.upper[1] <= view.panel.upper[1] for o in view.others):
         return True, 0.8, "above a round door"
     share = drawer_share(kinds)
-    terms = _weights_of_drawers() * drawer_features(view)
+    terms = DRAWER_WEIGHTS * drawer_features(view)
     habit = math.log(share / (1.0 - share))
     odds = float(terms.sum()) + habit
     probability = 1.0 / (1.0 + math.exp(-odds))
@@ -254,18 +145,14 @@ def choose_drawer(view: FrontView, kinds: Mapping[str, float]) -> tuple[bool, fl
     sign = 1.0 if is_drawer else -1.0
     best = int(np.argmax(np.round(sign * terms, 9)))
     by_kind = sign * habit > max(sign * float(terms[best]), 0.0)
-    reason = "as such things have" if by_kind else DRAWER_REASONS[DRAWER_FEATURES[best]]
+    reason = "as such things have" if by_kind else DRAWER_TABLE[DRAWER_FEATURES[best]][1]
     return is_drawer, min(probability if is_drawer else 1.0 - probability, MAX_CONFIDENCE), reason
 
 
 def choose_hinge(view: FrontView, kinds: Mapping[str, float]) -> HingeChoice:
-    """Return the likeliest hinge edge of a door.
-
-    Args:
-        kinds: probability of each kind that the thing may be.
-    """
+    """Return the likeliest hinge edge of a door."""
     shares = edge_shares(kinds)
-    terms = edge_features(view) * _weights_of_edges()
+    terms = edge_features(view) * EDGE_WEIGHTS
     scores = np.log(shares) + terms.sum(axis=1)
     order = np.lexsort((np.arange(len(EDGES)), -np.round(scores, 9)))
     odds = np.exp(scores - scores.max())
@@ -273,7 +160,8 @@ def choose_hinge(view: FrontView, kinds: Mapping[str, float]) -> HingeChoice:
     gain = terms[best] - terms[second]
     habit = float(np.log(shares[best] / shares[second]))
     first = int(np.argmax(np.round(gain, 9)))
-    reason = EDGE_REASONS[EDGE_FEATURES[first]] if gain[first] > max(habit, 1e-9) else "as such things open"
+    by_kind = gain[first] <= max(habit, 1e-9)
+    reason = "as such things open" if by_kind else EDGE_TABLE[EDGE_FEATURES[first]][1]
     return HingeChoice(EDGES[best], EDGES[second], min(float(odds[best] / odds.sum()), MAX_CONFIDENCE), reason)
 
 

@@ -126,9 +126,7 @@ def find_box_lid(measured: MeasuredFragments) -> Lid | None:
         is_held, is_hollow = len(catches) == 1, _is_hollow(measured, below.tolist(), rim)
         if has_round_outline(measured, TOP, above.tolist(), (corners[1] - corners[0])[:2]) and not is_held:
             return None
-        if float(corners[1][2]) - rim < MIN_LID_HEIGHT:
-            continue
-        if not (is_hollow or is_held):
+        if float(corners[1][2]) - rim < MIN_LID_HEIGHT or not (is_hollow or is_held):
             continue
         # The hinge is at the height of the rim, whatever the lid's height is.
         level = np.array([[*corners[0][:2], rim], [*corners[1][:2], rim]])
@@ -180,8 +178,8 @@ def _has_walls(measured: MeasuredFragments, below: list[int], rim: float) -> boo
         return False
     lower, upper = measured.box(large)
     size = np.append((upper - lower)[:2], rim - lower[2])
-    walls = ((side, axis) for side, axis in ((FRONT, 0), (LEFT, 1)))
-    return all(float(measured.visible_area[large, s].sum()) >= MIN_WALL_SHARE * size[a] * size[2] for s, a in walls)
+    seen = {axis: float(measured.visible_area[large, side].sum()) for side, axis in ((FRONT, 0), (LEFT, 1))}
+    return all(area >= MIN_WALL_SHARE * size[axis] * size[2] for axis, area in seen.items())
 
 
 def _is_hollow(measured: MeasuredFragments, below: list[int], rim: float) -> bool:
@@ -223,11 +221,7 @@ def _handle_side(measured: MeasuredFragments, host: int, lid: list[int]) -> int:
     over &= measured.upper[:, 2] > upper[2] + MIN_HANDLE_REACH
     over[own] = False
     spout = others == 0.0 and bool(over.any())
-    return (
-        next(k for k, way in enumerate(HINGE_DIRECTIONS) if float(way @ HINGE_DIRECTIONS[best]) < -0.5)
-        if spout
-        else best
-    )
+    return int(np.argmin(HINGE_DIRECTIONS @ HINGE_DIRECTIONS[best])) if spout else best
 
 
 def _opened(measured: MeasuredFragments, lid: Lid) -> Lid:

@@ -9,8 +9,8 @@ from scipy.ndimage import binary_dilation, find_objects, grey_closing, grey_open
 
 from casa_assets.articulate.segment.fragments import SIDES
 from casa_assets.articulate.segment.orthographic import DepthImage, render_depth
-from casa_assets.articulate.segment.welded_mesh import Bools, WeldedMesh
-from casa_assets.core.numeric import Floats, Ints
+from casa_assets.articulate.segment.welded_mesh import WeldedMesh
+from casa_assets.core.numeric import Floats, Ints, Mask
 
 # Pixels along the longer side of a relief.
 PIXELS = 640
@@ -59,8 +59,7 @@ class Protrusion:
     @property
     def middle(self) -> Floats:
         """Return the (2,) middle of its rectangle."""
-        found: Floats = (self.lower + self.upper) / 2
-        return found
+        return (self.lower + self.upper) / 2
 
 
 @dataclass(frozen=True)
@@ -78,8 +77,8 @@ class SideRelief:
     base: Floats
     blob: Ints
     blobs: tuple[Protrusion, ...]
-    across: Bools
-    along: Bools
+    across: Mask
+    along: Mask
 
 
 def measure_relief(mesh: WeldedMesh, side: int) -> SideRelief:
@@ -88,7 +87,9 @@ def measure_relief(mesh: WeldedMesh, side: int) -> SideRelief:
     depth = np.where(image.face >= 0, image.depth, BACKGROUND_DEPTH)
     base, ground = depth, _without_slots(depth, max(3, round(MAX_SLOT_WIDTH / image.pixel)))
     for window in WINDOWS:
-        base = np.maximum(base, _close_depth(ground, max(3, round(window / image.pixel))))
+        size = max(3, round(window / image.pixel))
+        closed = grey_closing(np.pad(ground, size, mode="edge"), size=(size, size))
+        base = np.maximum(base, closed[size:-size, size:-size])
     # Where closing reaches past the outline there is no ground to stand out of.
     base = np.where(base > BACKGROUND_DEPTH / 2, depth, base)
     blob, blobs = _blobs(image, depth, base)
@@ -103,15 +104,7 @@ def _without_slots(depth: Floats, size: int) -> Floats:
     """
     padded = np.pad(depth, size, mode="edge")
     opened = grey_opening(padded, size=(size, size))[size:-size, size:-size]
-    found: Floats = np.where(opened < depth - MIN_SLOT_DEPTH, opened, depth)
-    return found
-
-
-def _close_depth(depth: Floats, size: int) -> Floats:
-    """Return the depth with everything nearer and narrower than `size` pixels pushed back to its surroundings."""
-    padded = np.pad(depth, size, mode="edge")
-    closed: Floats = grey_closing(padded, size=(size, size))[size:-size, size:-size]
-    return closed
+    return np.where(opened < depth - MIN_SLOT_DEPTH, opened, depth)
 
 
 def _blobs(image: DepthImage, depth: Floats, base: Floats) -> tuple[Ints, tuple[Protrusion, ...]]:
@@ -129,8 +122,16 @@ def _blobs(image: DepthImage, depth: Floats, base: Floats) -> tuple[Ints, tuple[
             mask = number[rows, columns] == i
             if mask.sum() < MIN_PIXELS or min(mask.shape) * image.pixel < MIN_SIZE:
                 continue
-            blob = _measure_blob(image, rows, columns, mask, protrusion)
-            if _ground_share(mask, seen, rows, columns) < MIN_GROUND_SHARE:
+            height = protrusion.shape[0]
+            lower = image.lower + image.pixel * np.array([columns.start, height - rows.stop])
+            upper = image.lower + image.pixel * np.array([columns.stop, height - rows.start])
+            stands = float(np.percentile(protrusion[rows, columns][mask], 95))
+            area = float(mask.sum()) * image.pixel**2
+            blob = Protrusion((rows.start, rows.stop), (columns.start, columns.stop), lower, upper, stands, area)
+            grown = dilate(np.pad(mask, 3), 3) & ~np.pad(mask, 3)
+            window = np.pad(seen, 3)[rows.start : rows.stop + 6, columns.start : columns.stop + 6]
+            ground_share = float(window[grown].mean())
+            if ground_share < MIN_GROUND_SHARE:
                 continue
             # What touches one that was found is its rim, or the rest of the frame from which it rose.
             if _is_small(blob) and not (found[_grow_slice(rows), _grow_slice(columns)] >= 0).any():
@@ -139,26 +140,9 @@ def _blobs(image: DepthImage, depth: Floats, base: Floats) -> tuple[Ints, tuple[
     return found, tuple(blobs)
 
 
-def _ground_share(mask: Bools, seen: Bools, rows: slice, columns: slice) -> float:
-    """Return the share of the immediate surroundings of a region that is surface: a ragged border has little."""
-    grown = dilate(np.pad(mask, 3), 3) & ~np.pad(mask, 3)
-    window = np.pad(seen, 3)[rows.start : rows.stop + 6, columns.start : columns.stop + 6]
-    return float(window[grown].mean())
-
-
 def _grow_slice(span: slice) -> slice:
     """Return a slice grown by one on both ends."""
     return slice(max(0, span.start - 1), span.stop + 1)
-
-
-def _measure_blob(image: DepthImage, rows: slice, columns: slice, mask: Bools, out: Floats) -> Protrusion:
-    """Measure one protruding region."""
-    height = out.shape[0]
-    lower = image.lower + image.pixel * np.array([columns.start, height - rows.stop])
-    upper = image.lower + image.pixel * np.array([columns.stop, height - rows.start])
-    stands = float(np.percentile(out[rows, columns][mask], 95))
-    area = float(mask.sum()) * image.pixel**2
-    return Protrusion((rows.start, rows.stop), (columns.start, columns.stop), lower, upper, stands, area)
 
 
 def _is_small(blob: Protrusion) -> bool:
@@ -174,7 +158,7 @@ def _is_small(blob: Protrusion) -> bool:
     )
 
 
-def _edges(mesh: WeldedMesh, side: int, image: DepthImage, depth: Floats) -> tuple[Bools, Bools]:
+def _edges(mesh: WeldedMesh, side: int, image: DepthImage, depth: Floats) -> tuple[Mask, Mask]:
     """Mark pixels that step, or bend inwards, against the one to their right, and the one below.
 
     Outward bends are left out: they are the facets of a bulging front, while a gap always has an inward one.
@@ -190,13 +174,12 @@ def _edges(mesh: WeldedMesh, side: int, image: DepthImage, depth: Floats) -> tup
     return across, along
 
 
-def dilate(mask: Bools, pixels: int) -> Bools:
+def dilate(mask: Mask, pixels: int) -> Mask:
     """Return a mask grown by some pixels in all directions."""
-    found: Bools = binary_dilation(mask, iterations=pixels) if pixels else mask
-    return found
+    return binary_dilation(mask, iterations=pixels) if pixels else mask
 
 
-def edge_lines(relief: SideRelief, upright: bool, pixels: int) -> tuple[Bools, Bools]:
+def edge_lines(relief: SideRelief, upright: bool, pixels: int) -> tuple[Mask, Mask]:
     """Return edges along one direction, each a few pixels wide, and the mask where no protrusion hides the ground.
 
     Returns:
@@ -205,6 +188,6 @@ def edge_lines(relief: SideRelief, upright: bool, pixels: int) -> tuple[Bools, B
     edges = relief.across if upright else relief.along
     hidden = dilate(relief.blob >= 0, 2)
     axis = 1 if upright else 0
-    thick: Bools = maximum_filter1d((edges & ~hidden).astype(np.uint8), 2 * pixels + 1, axis=axis).astype(bool)
+    thick: Mask = maximum_filter1d((edges & ~hidden).astype(np.uint8), 2 * pixels + 1, axis=axis).astype(bool)
     free = ~hidden
     return (thick.T, free.T) if upright else (thick, free)

@@ -11,7 +11,7 @@ import numpy as np
 
 from casa_assets.articulate.plan import PartKind, PartPlan
 from casa_assets.articulate.segment.fragments import FRONT, SIDES, TOP
-from casa_assets.articulate.segment.welded_mesh import Bools, WeldedMesh
+from casa_assets.articulate.segment.welded_mesh import WeldedMesh
 from casa_assets.core.numeric import Floats, Ints
 from casa_assets.model.asset.parts import Mesh
 
@@ -123,11 +123,7 @@ def _cut(points: Floats, faces: Ints, plane: CutPlane) -> tuple[tuple[Ints, Ints
     rest = np.ones(len(faces), dtype=bool)
     rest[near] = False
     whole = np.flatnonzero(rest)
-    return (
-        (a[good], b[good], share[good]),
-        np.concatenate([faces[whole], fresh]),
-        np.concatenate([whole, near[kept]]),
-    )
+    return ((a[good], b[good], share[good]), np.concatenate([faces[whole], fresh]), np.concatenate([whole, near[kept]]))
 
 
 def _pieces(faces: Ints, middle: Ints) -> tuple[Ints, Ints]:
@@ -207,7 +203,10 @@ def close_cuts(mesh: WeldedMesh, owner: Ints, parts: Sequence[PartPlan], backs: 
         if not len(shape[1]):
             continue
         far = int(np.bincount(other_part[rows] + 1).argmax()) - 1
-        open_back = board and _has_back(mesh, owner == i)
+        own = owner == i
+        facing = mesh.normals @ SIDES[FRONT][2]
+        front_area = float(mesh.areas[own & (facing < -0.8)].sum())
+        open_back = board and float(mesh.areas[own & (facing > 0.8)].sum()) >= MIN_BACK_SHARE * front_area
         against = shape[1][:walls] if open_back else shape[1]
         start = sum(len(p) for p in points)
         points.append(shape[0])
@@ -244,15 +243,7 @@ def _border_edges(mesh: WeldedMesh, owner: Ints) -> tuple[Ints, Ints, Ints]:
 def _inward_direction(part: PartPlan) -> Floats:
     """Return the direction from a small part into what carries it: that of the front or of the top."""
     axis = np.abs(np.array(part.joint.axis))
-    found: Floats = SIDES[TOP if axis[2] > 0.7 else FRONT][2]
-    return found
-
-
-def _has_back(mesh: WeldedMesh, own_faces: Bools) -> bool:
-    """Return whether a board has a surface that faces back."""
-    facing = mesh.normals @ SIDES[FRONT][2]
-    front = float(mesh.areas[own_faces & (facing < -0.8)].sum())
-    return float(mesh.areas[own_faces & (facing > 0.8)].sum()) >= MIN_BACK_SHARE * front
+    return np.asarray(SIDES[TOP if axis[2] > 0.7 else FRONT][2])
 
 
 def _cap_border(points: Floats, edges: Ints, normal: Floats, level: float | None) -> tuple[tuple[Floats, Ints], int]:

@@ -68,10 +68,14 @@ class MeasuredFragments:
         rows = list(fragments)
         return self.lower[rows].min(axis=0), self.upper[rows].max(axis=0)
 
+    def render_alone(self, fragments: Sequence[int], side: int, pixels: int) -> DepthImage:
+        """Render some fragments without the others, from one of SIDES."""
+        used, local = np.unique(self.mesh.faces[self.faces_of(fragments)], return_inverse=True)
+        return render_depth(self.mesh.points[used], local.reshape(-1, 3), SIDES[side], pixels)
+
     def points_of(self, fragments: Sequence[int]) -> Floats:
         """Return the (P, 3) points that some fragments use."""
-        found: Floats = self.mesh.points[np.unique(self.mesh.faces[self.faces_of(fragments)])]
-        return found
+        return self.mesh.points[np.unique(self.mesh.faces[self.faces_of(fragments)])]
 
 
 def corners_of_labels(mesh: WeldedMesh, label: Ints) -> tuple[Floats, Floats]:
@@ -149,13 +153,11 @@ class Axis:
     def distance(self, points: Floats) -> Floats:
         """Return the (N,) distances of points from the line."""
         away = points - self.origin
-        found: Floats = np.linalg.norm(away - np.outer(away @ self.direction, self.direction), axis=1)
-        return found
+        return np.asarray(np.linalg.norm(away - np.outer(away @ self.direction, self.direction), axis=1))
 
     def along(self, points: Floats) -> Floats:
         """Return the (N,) coordinates of points along the line."""
-        found: Floats = (points - self.origin) @ self.direction
-        return found
+        return (points - self.origin) @ self.direction
 
 
 @dataclass(frozen=True)
@@ -183,8 +185,7 @@ class Piece:
     @cached_property
     def middle(self) -> Floats:
         """Return the (3,) centre of its surface."""
-        found: Floats = self.points.mean(axis=0)
-        return found
+        return np.asarray(self.points.mean(axis=0))
 
     @cached_property
     def turned(self) -> Axis | None:

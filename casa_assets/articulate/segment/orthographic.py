@@ -8,9 +8,18 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from scipy.spatial import ConvexHull, QhullError
 
-from casa_assets.articulate.segment.welded_mesh import Bools
-from casa_assets.core.numeric import Floats, Ints
+from casa_assets.core.numeric import Floats, Ints, Mask
+
+
+def outline_area(flat: Floats) -> float:
+    """Return the area of the convex hull of (P, 2) points, 0 where they lie on a line."""
+    try:
+        return float(ConvexHull(flat).volume)
+    except QhullError:
+        return 0.0
+
 
 # Raster ---------------------------------------------------------------------------------------------------------------
 # Render orthographic depth and face-index images of triangles in NumPy.
@@ -42,6 +51,11 @@ class DepthImage:
         column = np.floor((flat[:, 0] - self.lower[0]) / self.pixel).astype(np.int64)
         row = height - 1 - np.floor((flat[:, 1] - self.lower[1]) / self.pixel).astype(np.int64)
         return np.clip(row, 0, height - 1), np.clip(column, 0, width - 1)
+
+    def window(self, lower: Floats, upper: Floats) -> Floats:
+        """Return the depths of the pixels of a rectangle between (2,) corners in (right, up)."""
+        row, column = self.rows_columns(np.array([lower, upper]))
+        return self.depth[row[1] : row[0] + 1, column[0] : column[1] + 1]
 
 
 def render_depth(points: Floats, faces: Ints, axes: Floats, size_px: int) -> DepthImage:
@@ -165,7 +179,7 @@ class RayCrossings:
     face: Ints
     count: int
 
-    def select(self, rows: Bools) -> RayCrossings:
+    def select(self, rows: Mask) -> RayCrossings:
         """Return some of the crossings."""
         return RayCrossings(self.line[rows], self.at[rows], self.towards[rows], self.face[rows], self.count)
 
@@ -181,7 +195,7 @@ class RayCrossings:
         np.maximum.at(out, self.line, self.at)
         return out
 
-    def beyond(self, start: float, sign: float) -> tuple[Floats, Bools]:
+    def beyond(self, start: float, sign: float) -> tuple[Floats, Mask]:
         """Return the distance to the first sheet from a coordinate along the axis (1) or against it (-1).
 
         Returns:
@@ -192,7 +206,7 @@ class RayCrossings:
         near = np.full(self.count, np.inf)
         np.minimum.at(near, self.line[rows], way[rows])
         meets = rows & (way <= near[self.line] + SAME_SHEET) & (self.towards * sign < 0)
-        looks: Bools = np.zeros(self.count, dtype=bool)
+        looks: Mask = np.zeros(self.count, dtype=bool)
         looks[self.line[meets]] = True
         return near, looks
 
@@ -234,13 +248,11 @@ def cross_rays(points: Floats, faces: Ints, axis: int, spots: Floats) -> RayCros
 
 def _cross(p: Floats, q: Floats) -> Floats:
     """Return the (N,) cross products of 2D vectors."""
-    found: Floats = p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]
-    return found
+    return p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]
 
 
 def sample_grid(lower: Floats, upper: Floats, count: int, inset: float = 0.0) -> Floats:
     """Return (count * count, 2) points that fill a rectangle evenly; `inset` of its size stays free on every side."""
     share = inset + (1 - 2 * inset) * (np.arange(count) + 0.5013) / count
     x, y = (lower[k] + share * (upper[k] - lower[k]) for k in (0, 1))
-    found: Floats = np.stack(np.meshgrid(x, y, indexing="ij"), axis=2).reshape(-1, 2)
-    return found
+    return np.stack(np.meshgrid(x, y, indexing="ij"), axis=2).reshape(-1, 2)

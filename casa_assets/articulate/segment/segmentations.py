@@ -12,8 +12,8 @@ from casa_assets.articulate.plan import Articulation, Frame, PartKind
 from casa_assets.articulate.segment.cutting import CapFaces, CutPlane, close_cuts, cut_triangles
 from casa_assets.articulate.segment.fragments import FRONT, SIDES, corners_of_labels
 from casa_assets.articulate.segment.shell_segments import Fragmentation, FusedShell, shell_cut_planes, shell_zones
-from casa_assets.articulate.segment.welded_mesh import Bools, WeldedMesh, weld_by_edges, weld_model
-from casa_assets.core.numeric import Ints
+from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_by_edges, weld_model
+from casa_assets.core.numeric import Ints, Mask
 from casa_assets.geometry.mesh.topology import connected_groups, merge_rows
 from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.source import RawModel, RawPart
@@ -38,20 +38,21 @@ class FlatSheets:
     """
 
     sheet: Ints
-    has_hole: Bools
+    has_hole: Mask
     edges: Ints
     rims: Ints
-
-    def rim_keys(self, faces: Ints, edge: Ints) -> Ints:
-        """Return the (N,) keys of the sheets of some faces and of an edge of each."""
-        return _rim_keys(self.sheet[faces], edge, self.edges)
 
 
 def split_at_holes(mesh: WeldedMesh, sheets: FlatSheets) -> Ints:
     """Return the (F,) number of what is connected without crossing the rim of a hole of a flat sheet."""
     left, right = mesh.solid_neighbors
-    edge = _shared_edges(mesh, left, right)
-    cut = np.isin(sheets.rim_keys(left, edge), sheets.rims) | np.isin(sheets.rim_keys(right, edge), sheets.rims)
+    ends_left, ends_right = mesh.faces[left], mesh.faces[right]
+    lone = np.argmin((ends_left[:, :, None] == ends_right[:, None, :]).any(axis=2), axis=1)
+    rows = np.arange(len(ends_left))
+    ends = np.sort(np.column_stack([ends_left[rows, (lone + 1) % 3], ends_left[rows, (lone + 2) % 3]]), axis=1)
+    edge = np.asarray(ends[:, 0] * len(mesh.points) + ends[:, 1])
+    keys = (_rim_keys(sheets.sheet[faces], edge, sheets.edges) for faces in (left, right))
+    cut = np.logical_or(*(np.isin(key, sheets.rims) for key in keys))
     return connected_groups(len(mesh.faces), left[~cut], right[~cut])[mesh.duplicate_of]
 
 
@@ -86,18 +87,7 @@ def find_flat_sheets(mesh: WeldedMesh) -> FlatSheets:
 
 def _rim_keys(sheet: Ints, edge: Ints, edges: Ints) -> Ints:
     """Return the (N,) keys of sheets and edges."""
-    found: Ints = sheet * len(edges) + np.searchsorted(edges, edge)
-    return found
-
-
-def _shared_edges(mesh: WeldedMesh, left: Ints, right: Ints) -> Ints:
-    """Return the (N,) key of the edge that each pair of faces shares."""
-    a, b = mesh.faces[left], mesh.faces[right]
-    lone = np.argmin((a[:, :, None] == b[:, None, :]).any(axis=2), axis=1)
-    rows = np.arange(len(a))
-    ends = np.sort(np.column_stack([a[rows, (lone + 1) % 3], a[rows, (lone + 2) % 3]]), axis=1)
-    found: Ints = ends[:, 0] * len(mesh.points) + ends[:, 1]
-    return found
+    return sheet * len(edges) + np.searchsorted(edges, edge)
 
 
 # Shell cuts -----------------------------------------------------------------------------------------------------------
@@ -154,8 +144,7 @@ def _parts_of_zones(mesh: WeldedMesh, zone: Ints, owner: Ints, shell: FusedShell
     share = np.zeros((count, int(owner.max()) + 2))
     rows = zone >= 0
     np.add.at(share, (zone[rows], owner[rows] + 1), mesh.areas[rows])
-    found: Ints = np.argmax(share, axis=1) - 1
-    return found
+    return np.asarray(np.argmax(share, axis=1) - 1)
 
 
 def _cut(model: RawModel, frame: Frame, planes: list[CutPlane]) -> tuple[RawModel, Ints]:
@@ -249,7 +238,9 @@ def segmentations(mesh: WeldedMesh) -> dict[Segmentation, Ints]:
     if 1 < count <= MAX_PIECES and alive.sum() >= MIN_FACES_PER_PIECE * count:
         pieces = _with_small_ones_joined(mesh, pieces, sheets)
         candidates[Segmentation.PIECES] = _numbered(alive, pieces, colours)
-        large = _is_large(mesh, welded)
+        lower, upper = corners_of_labels(mesh, welded)
+        wide = (upper - lower) >= LARGE_EXTENT_SHARE * np.ptp(mesh.points, axis=0)
+        large = wide.sum(axis=1) >= 2
         split = np.where(large[np.maximum(welded, 0)], pieces + 1, 0)
         candidates[Segmentation.LARGE_SPLIT] = _numbered(alive, welded, split)
     if len(np.unique(mesh.material_index[alive])) > 1:
@@ -275,7 +266,7 @@ def _split_at_creases(mesh: WeldedMesh) -> Ints:
     return connected_groups(len(mesh.faces), left[whole], right[whole])[mesh.duplicate_of]
 
 
-def _wind_inwards(mesh: WeldedMesh) -> Bools:
+def _wind_inwards(mesh: WeldedMesh) -> Mask:
     """Mark the (F,) faces of welded fragments whose volume about their middle is negative."""
     label = np.maximum(mesh.fragment_labels, 0)
     # The two copies of a face that is there twice would cancel each other.
@@ -285,8 +276,7 @@ def _wind_inwards(mesh: WeldedMesh) -> Bools:
     middle = np.stack([np.bincount(label, corners.mean(axis=1)[:, k]) for k in range(3)], axis=1) / count
     corners = corners - middle[label][:, None]
     volume = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2]))
-    found: Bools = np.bincount(label, np.where(counts, volume, 0.0))[label] < 0.0
-    return found
+    return np.bincount(label, np.where(counts, volume, 0.0))[label] < 0.0
 
 
 def _with_small_ones_joined(mesh: WeldedMesh, pieces: Ints, sheets: FlatSheets) -> Ints:
@@ -305,19 +295,10 @@ def _with_small_ones_joined(mesh: WeldedMesh, pieces: Ints, sheets: FlatSheets) 
     joined = connected_groups(count, left[both], right[both])
     lower, upper = corners_of_labels(mesh, joined[pieces])
     together = (upper - lower).max(axis=1) <= SMALL_PIECE * mesh.diagonal
-    found: Ints = np.where(together[joined], joined, joined.max(initial=0) + 1 + np.arange(count))[pieces]
-    return found
+    return np.where(together[joined], joined, joined.max(initial=0) + 1 + np.arange(count))[pieces]
 
 
-def _is_large(mesh: WeldedMesh, label: Ints) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
-    """Mark the (N,) fragments that span most of the object along two axes."""
-    lower, upper = corners_of_labels(mesh, label)
-    wide = (upper - lower) >= LARGE_EXTENT_SHARE * np.ptp(mesh.points, axis=0)
-    found: np.ndarray[tuple[int], np.dtype[np.bool_]] = wide.sum(axis=1) >= 2
-    return found
-
-
-def _numbered(alive: np.ndarray[tuple[int], np.dtype[np.bool_]], *keys: Ints) -> Ints:
+def _numbered(alive: Mask, *keys: Ints) -> Ints:
     """Return (F,) labels of faces that agree in all keys, numbered by first face; -1 for faces without area."""
     labels = np.full(len(alive), -1, dtype=np.int64)
     _, labels[alive] = merge_rows(np.column_stack(keys)[alive].astype(np.float64))

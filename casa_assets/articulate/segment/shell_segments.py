@@ -25,8 +25,8 @@ from casa_assets.articulate.segment.creases import BACKGROUND_DEPTH, SideRelief,
 from casa_assets.articulate.segment.cutting import CutPlane
 from casa_assets.articulate.segment.fragments import BACK, BOTTOM, FRONT, LEFT, RIGHT, SIDES, TOP
 from casa_assets.articulate.segment.orthographic import DepthImage, render_depth
-from casa_assets.articulate.segment.welded_mesh import Bools, WeldedMesh
-from casa_assets.core.numeric import Floats, Ints
+from casa_assets.articulate.segment.welded_mesh import WeldedMesh
+from casa_assets.core.numeric import Floats, Ints, Mask
 
 # Known fronts ---------------------------------------------------------------------------------------------------------
 # Fragments of a one-piece shell that segmentation has already found to be fronts, with their probabilities.
@@ -97,9 +97,9 @@ class FusedShell:
         things: indices of the protrusions of the front view, and of the top view, that belong to that side.
     """
 
-    mine: Bools
-    shown: Bools
-    skin: Bools
+    mine: Mask
+    shown: Mask
+    skin: Mask
     front: SideRelief
     top: SideRelief
     fronts: tuple[tuple[FrontRectangle, float], ...]
@@ -188,7 +188,7 @@ def find_shell(mesh: WeldedMesh, label: Ints, models: Models | None = None) -> F
 
 
 def _things_by_side(
-    mesh: WeldedMesh, mine: Bools, front: SideRelief, top: SideRelief
+    mesh: WeldedMesh, mine: Mask, front: SideRelief, top: SideRelief
 ) -> tuple[tuple[int, ...], tuple[int, ...]]:
     """Return the indices of the protrusions of the front and of the top without those that belong to the other side.
 
@@ -229,7 +229,8 @@ def _fronts_by_rule(mesh: WeldedMesh, front: SideRelief, depth: float) -> list[t
         beside = (
             has_marks
             and any(_are_adjacent(front, rectangle, o) for o in candidates)
-            and _pixels(rectangle) < WHOLE_SIDE_SHARE * seen
+            and ((rectangle.rows[1] - rectangle.rows[0]) * (rectangle.columns[1] - rectangle.columns[0]))
+            < WHOLE_SIDE_SHARE * seen
         )
         if beside or any(is_handle(front, front.blobs[i]) for i in rectangle.blobs):
             found.append((rectangle, None))
@@ -312,29 +313,29 @@ def _face_middles(mesh: WeldedMesh, side: int) -> tuple[Floats, float]:
     return flat, float(np.ptp(depth))
 
 
-def _in_rectangle(front: SideRelief, rectangle: FrontRectangle, flat: Floats) -> Bools:
+def _in_rectangle(front: SideRelief, rectangle: FrontRectangle, flat: Floats) -> Mask:
     """Mark the (F,) faces whose middle is in a rectangle, at any depth."""
     row, column = front.image.rows_columns(flat[:, :2])
-    found: Bools = (row >= rectangle.rows[0]) & (row < rectangle.rows[1])
+    found: Mask = (row >= rectangle.rows[0]) & (row < rectangle.rows[1])
     return found & (column >= rectangle.columns[0]) & (column < rectangle.columns[1])
 
 
-def _shell_faces(mesh: WeldedMesh, label: Ints) -> Bools:
+def _shell_faces(mesh: WeldedMesh, label: Ints) -> Mask:
     """Mark the (F,) faces of the piece that makes up most of the object; no faces if there is no such piece."""
     alive = label >= 0
-    none: Bools = np.zeros(len(label), dtype=bool)
+    none: Mask = np.zeros(len(label), dtype=bool)
     if not alive.any():
         return none
     area = np.bincount(label[alive], mesh.areas[alive])
     largest = int(np.argmax(area))
-    mine: Bools = label == largest
+    mine: Mask = label == largest
     points = mesh.points[mesh.faces[mine]].reshape(-1, 3)
     whole = np.ptp(mesh.points, axis=0)
     large = bool((np.ptp(points, axis=0) >= MIN_SHELL_EXTENT * whole).all())
     return mine if large and area[largest] >= MIN_SHELL_AREA * area.sum() else none
 
 
-def _thickness(mesh: WeldedMesh, inside: Bools, behind: Floats, depth: float) -> float:
+def _thickness(mesh: WeldedMesh, inside: Mask, behind: Floats, depth: float) -> float:
     """Return the thickness of a front: up to its back where that is visible, else a usual value; diagonals."""
     max_thickness = min(MAX_THICKNESS, MAX_THICKNESS_OF_DEPTH * depth)
     facing = mesh.normals @ SIDES[FRONT][2] > 0.8
@@ -393,11 +394,6 @@ def _are_adjacent(front: SideRelief, rectangle: FrontRectangle, other: FrontRect
     return rectangle is not other and adjacent and not is_narrow and depth_difference <= FLUSH_TOLERANCE
 
 
-def _pixels(rectangle: FrontRectangle) -> int:
-    """Return the area of a rectangle in pixels."""
-    return (rectangle.rows[1] - rectangle.rows[0]) * (rectangle.columns[1] - rectangle.columns[0])
-
-
 def _cut_depth(view: SideRelief, number: int) -> float:
     """Return the depth at which a protrusion is cut off: a little before the ground that it hides."""
     ground = float(np.median(view.base[view.blob == number]))
@@ -405,21 +401,12 @@ def _cut_depth(view: SideRelief, number: int) -> float:
 
 
 def _number_blobs(
-    out: Ints,
-    free: Bools,
-    view: SideRelief,
-    mesh: WeldedMesh,
-    side: int,
-    first: int,
-    chosen: Sequence[int],
+    out: Ints, free: Mask, view: SideRelief, mesh: WeldedMesh, side: int, first: int, chosen: Sequence[int]
 ) -> None:
     """Number the faces of each protrusion in `out`, from `first` on.
 
     Long triangles that reach from it far over the ground get -1, since they belong to neither: they would make both
     larger than they are.
-
-    Args:
-        chosen: indices of the protrusions to look at.
     """
     if not chosen:
         return

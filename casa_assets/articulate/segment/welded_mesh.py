@@ -12,16 +12,13 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 
 from casa_assets.articulate.plan import Frame
-from casa_assets.core.numeric import Floats, Ints
+from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.geometry.mesh.surface import face_normals
 from casa_assets.geometry.mesh.topology import connected_groups, face_components, merge_rows, weld
 from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.source import RawModel
-
-Bools = npt.NDArray[np.bool_]
 
 # Vertices closer than this share of the diagonal are one point. Ref: measured, parts of clean appliance meshes lie
 # farther apart, float32 exports of one point nearer.
@@ -110,11 +107,7 @@ class WeldedMesh:
 
 
 def weld_triangles(
-    vertices: Floats,
-    faces: Ints,
-    materials: Ints | None = None,
-    nodes: Ints | None = None,
-    joined: Ints | None = None,
+    vertices: Floats, faces: Ints, materials: Ints | None = None, nodes: Ints | None = None, joined: Ints | None = None
 ) -> WeldedMesh:
     """Weld triangles whose vertices nearly coincide.
 
@@ -146,11 +139,7 @@ def weld_triangles(
 
 
 def weld_model(model: RawModel, by_material: bool = True) -> WeldedMesh:
-    """Weld all triangles of a model, part by part, in file axes and units.
-
-    Args:
-        by_material: parts of different materials are different fragments.
-    """
+    """Weld all triangles of a model, part by part, in file axes and units."""
     starts = np.cumsum([0, *(len(p.mesh.vertices) for p in model.parts[:-1])])
     faces = [p.mesh.faces.astype(np.int64) + s for p, s in zip(model.parts, starts, strict=True)]
     ids = ["" if p.material is None else p.material.id for p in model.parts]
@@ -191,8 +180,7 @@ def _copied_vertices(mesh: Mesh) -> Ints:
     rank = np.empty(count, dtype=np.int64)
     rank[order] = np.arange(count) - np.repeat(start, np.diff(np.r_[start, count]))
     single = np.bincount(place, rank > 0, len(first))[place] == 0
-    found: Ints = np.where(single, first[place], np.arange(count))
-    return found
+    return np.where(single, first[place], np.arange(count))
 
 
 def weld_by_edges(mesh: WeldedMesh, by_material: bool = True) -> Ints:
@@ -270,7 +258,7 @@ def _adjacent_faces(mesh: WeldedMesh, index: Ints) -> tuple[Ints, Ints]:
     return np.concatenate(left), np.concatenate(right)
 
 
-def _wedges(mesh: WeldedMesh, index: Ints, ends: Ints, owner: Ints, forward: Bools) -> tuple[Ints, Ints]:
+def _wedges(mesh: WeldedMesh, index: Ints, ends: Ints, owner: Ints, forward: Mask) -> tuple[Ints, Ints]:
     """Pair the faces around an edge so that each pair bounds one wedge of solid; no pairs if windings contradict."""
     none = np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64)
     a, b = mesh.points[ends[0]], mesh.points[ends[1]]

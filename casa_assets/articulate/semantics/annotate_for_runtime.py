@@ -6,6 +6,7 @@ Only what exists is named. Whether it meets the contract is decided by the check
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Iterator, Sequence
 
 import numpy as np
@@ -109,7 +110,7 @@ def _regions(asset: Asset, category: str) -> Iterator[Region]:
     """Yield regions under the names of the category, lower ones first; then those of drawers and racks without any."""
     inner = [r for r in asset.regions if r.name != MAIN_REGION]
     inner.sort(key=lambda r: (round(_middle(asset, r)[2], 3), round(_middle(asset, r)[0], 3)))
-    count: dict[str, int] = {}
+    count: Counter[str] = Counter()
     yield from (r for r in asset.regions if r.name == MAIN_REGION)
     racks = [k.name for k in asset.links if re.fullmatch(r"rack[0-9]|tray", k.name)]
     for region in inner:
@@ -123,8 +124,8 @@ def _regions(asset: Asset, category: str) -> Iterator[Region]:
             if not shelved:
                 part = region_within_colliders(asset, part)
             word = _word(asset, part, category)
-            number = count.get(word, 0)
-            count[word] = number + 1
+            number = count[word]
+            count[word] += 1
             numbered = word.endswith(("shelf", "level", "drawer"))
             name = f"{word}{number}" if numbered else word if not number else f"{word}_{number}"
             yield part.replace(name=name)
@@ -133,9 +134,8 @@ def _regions(asset: Asset, category: str) -> Iterator[Region]:
         inner_region = region_in_drawer(asset, drawer)
         if inner_region is not None:
             word = _word(asset, inner_region, category)
-            number = count.get(word, 0)
-            count[word] = number + 1
-            yield inner_region.replace(name=f"{word}{number}" if word.endswith("drawer") else word)
+            yield inner_region.replace(name=f"{word}{count[word]}" if word.endswith("drawer") else word)
+            count[word] += 1
     for rack in racks:
         inner_region = region_over_rack(asset, rack, [r for r in inner if r.link == "object"])
         if inner_region is not None:
@@ -155,14 +155,12 @@ def _word(asset: Asset, region: Region, category: str) -> str:
 
 
 def _is_cabinet(category: str) -> bool:
-    """Return whether a category is a cabinet."""
     return any(word in category for word in (*CABINET_WORDS, "island_base"))
 
 
 def _middle(asset: Asset, region: Region) -> Floats:
     """Return the (3,) middle of a region, asset frame."""
-    found: Floats = asset.asset_from_link(region.link).apply(np.array([region.pose.position]))[0]
-    return found
+    return np.asarray(asset.asset_from_link(region.link).apply(np.array([region.pose.position]))[0])
 
 
 def _with_burners(asset: Asset, burners: Sequence[Burner]) -> Asset:
@@ -200,7 +198,6 @@ def _with_burners(asset: Asset, burners: Sequence[Burner]) -> Asset:
 
 
 def _rows(mesh: Mesh, own: npt.NDArray[np.bool_]) -> Mesh:
-    """Return some faces of a mesh as a mesh."""
     faces = mesh.faces[own]
     used, local = np.unique(faces, return_inverse=True)
     return Mesh(
@@ -242,7 +239,6 @@ def _with_slots(asset: Asset) -> Asset:
 
 
 def _region(name: str, niche: Niche) -> Region:
-    """Return a niche as a region."""
     x, y, z = (round(float(v), 4) for v in niche.middle)
     a, b, c = (round(max(float(v), 1e-3), 4) for v in niche.size)
     return Region(name=name, pose=Pose(position=(x, y, z)), size=(a, b, c))
@@ -292,6 +288,5 @@ def _poses(asset: Asset) -> Iterator[Keyframe]:
 
 
 def _pose(name: str, joint_shares: Sequence[tuple[Joint, float]]) -> Keyframe:
-    """Return a pose with joints at shares of their ranges."""
     values = tuple(JointValue(joint=j.name, value=max(j.range, key=abs) * share) for j, share in joint_shares)
     return Keyframe(name=name, joints=values)

@@ -14,7 +14,7 @@ from casa_assets.articulate.plan import Articulation, HingeEdge, PartKind, PartP
 from casa_assets.articulate.semantics.annotate_for_runtime import annotate_for_runtime
 from casa_assets.core.numeric import Floats
 from casa_assets.model.asset.asset import Asset
-from casa_assets.model.asset.parts import Collider, Joint, JointKind, Link, Region, Visual
+from casa_assets.model.asset.parts import Joint, JointKind, Link, Region
 from casa_assets.model.pose import Pose
 
 # Part roles -----------------------------------------------------------------------------------------------------------
@@ -71,7 +71,6 @@ def runtime_names(places: Sequence[PlacedPart], category: str, burners: Sequence
 
 
 def _named(place: PlacedPart, link: str, joint: str = "", shape: str = "") -> NamesByPart:
-    """Return the names of one part."""
     return {place.part.name: RuntimeName(link, joint or f"{link}_joint", shape)}
 
 
@@ -273,7 +272,6 @@ def _sorted_in_line(places: Sequence[PlacedPart]) -> list[PlacedPart]:
 
 
 def _on_body(places: Sequence[PlacedPart], kind: PartKind) -> list[PlacedPart]:
-    """Return the parts of a kind that the body carries."""
     return [p for p in places if p.part.kind is kind and not p.part.parent]
 
 
@@ -316,8 +314,7 @@ def rename_for_runtime(asset: Asset, articulation: Articulation, category: str) 
     asset = asset.replace(
         links=tuple(_link(k, new_names) for k in asset.links),
         joints=tuple(
-            _setting(_joint(j, new_names, joint_names, j.child in opens_positive), j.child in names)
-            for j in asset.joints
+            _joint(j, new_names, joint_names, j.child in opens_positive, j.child in names) for j in asset.joints
         ),
         states=tuple(
             s.replace(name=s.name.replace(s.joint, joint_names[s.joint]), joint=joint_names[s.joint])
@@ -355,17 +352,24 @@ def _link(link: Link, new_names: Mapping[str, RuntimeName]) -> Link:
     def renamed_word(word: str) -> str:
         return name + word[len(link.name) :] if word.startswith(link.name) else word
 
-    colliders: tuple[Collider, ...] = tuple(
+    colliders = tuple(
         c.replace(name=first if first and not i else renamed_word(c.name)) for i, c in enumerate(link.colliders)
     )
-    visuals: tuple[Visual, ...] = tuple(v.replace(name=renamed_word(v.name)) for v in link.visuals)
+    visuals = tuple(v.replace(name=renamed_word(v.name)) for v in link.visuals)
     return link.replace(name=name, parent=parent, colliders=colliders, visuals=visuals)
 
 
 def _joint(
-    joint: Joint, new_names: Mapping[str, RuntimeName], joint_names: Mapping[str, str], opens_positive: bool
+    joint: Joint,
+    new_names: Mapping[str, RuntimeName],
+    joint_names: Mapping[str, str],
+    opens_positive: bool,
+    known: bool,
 ) -> Joint:
-    """Return a joint renamed and with its axis snapped to x, y or z; that of a front points along +x, +y or +z."""
+    """Return a joint renamed and with its axis snapped to x, y or z; that of a front points along +x, +y or +z.
+
+    The range of a knob that sets something is limited: it does not turn endlessly.
+    """
     name = new_names[joint.child]
     grip = None
     if joint.grip is not None:
@@ -377,19 +381,14 @@ def _joint(
         axis=_straight(joint.axis),
         behind=None if joint.behind is None else joint_names[joint.behind],
     )
+    if known and name.joint.startswith("knob_") and renamed.range[1] > KNOB_SETTING_RANGE_RAD:
+        return renamed.replace(range=(renamed.range[0], KNOB_SETTING_RANGE_RAD))
     if not opens_positive or max(renamed.axis, key=abs) > 0:
         return renamed
     x, y, z = (-c if c else 0.0 for c in renamed.axis)
     drive = None if renamed.drive is None else renamed.drive.replace(target=-renamed.drive.target)
     lower, upper = renamed.range
     return renamed.replace(axis=(x, y, z), range=(-upper, -lower if lower else 0.0), drive=drive)
-
-
-def _setting(joint: Joint, known: bool) -> Joint:
-    """Limit the range of a knob that sets something: it does not turn endlessly."""
-    if known and joint.name.startswith("knob_") and joint.range[1] > KNOB_SETTING_RANGE_RAD:
-        return joint.replace(range=(joint.range[0], KNOB_SETTING_RANGE_RAD))
-    return joint
 
 
 def _straight(axis: tuple[float, float, float]) -> tuple[float, float, float]:

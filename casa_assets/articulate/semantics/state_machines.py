@@ -32,7 +32,8 @@ BREW: Vec4 = (0.05, 0.025, 0.012, 1.0)
 WATER: Vec4 = (0.45, 0.62, 0.75, 0.6)
 WARM: Vec4 = (1.0, 0.88, 0.65, 1.0)
 WHITE: Vec4 = (1.0, 1.0, 1.0, 1.0)
-OFF_ON = ("off", "on")
+_Parts = tuple[list[Variable], list[Rule], list[Effect]]  # of a state machine
+NOTHING: _Parts = ([], [], [])
 
 
 def behavior_for(asset: Asset, category: str) -> Behavior | None:
@@ -41,31 +42,31 @@ def behavior_for(asset: Asset, category: str) -> Behavior | None:
     Args:
         asset: under the names of its kind, with its regions and sites.
     """
-    joints = {j.name: j for j in asset.joints}
-    shapes = [c.name for k in asset.links for c in k.colliders]
-    if category == "microwave":
-        return _microwave(asset, joints, shapes)
-    if category in ("hob", "range"):
-        return _burners(asset, joints)
-    if category == "refrigerator":
-        return _fridge(asset, joints)
-    if category == "toaster_oven":
-        return _toaster_oven(asset, joints)
-    if category == "toaster":
-        return _toaster(asset, joints, shapes)
-    if category == "coffee_machine":
-        return _coffee_machine(asset, shapes)
-    if category == "kettle":
-        return _kettle(asset, joints)
-    if category == "sink":
-        return _faucet(asset, joints)
-    return None
-
-
-def _microwave(asset: Asset, joints: Mapping[str, Joint], shapes: Sequence[str]) -> Behavior | None:
-    """Start heats while the door is shut; the stop key or opening the door ends it."""
-    if not {"start_button", "stop_button"} <= set(shapes):
+    makers = {
+        "microwave": _microwave,
+        "hob": _burners,
+        "range": _burners,
+        "refrigerator": _fridge,
+        "toaster_oven": _toaster_oven,
+        "toaster": _toaster,
+        "coffee_machine": _coffee_machine,
+        "kettle": _kettle,
+        "sink": _faucet,
+    }
+    if category not in makers:
         return None
+    variables, rules, effects = makers[category](asset, {j.name: j for j in asset.joints})
+    return Behavior(variables=tuple(variables), rules=tuple(rules), effects=tuple(effects)) if variables else None
+
+
+def _has_shape(asset: Asset, name: str) -> bool:
+    return any(c.name == name for k in asset.links for c in k.colliders)
+
+
+def _microwave(asset: Asset, joints: Mapping[str, Joint]) -> _Parts:
+    """Start heats while the door is shut; the stop key or opening the door ends it."""
+    if not (_has_shape(asset, "start_button") and _has_shape(asset, "stop_button")):
+        return NOTHING
     start, stop = (Condition(contact=c, begins=True) for c in ("start_button", "stop_button"))
     rules = [Rule(variable="power", from_values=("on",), to="off", when=(stop,))]
     shut: tuple[Condition, ...] = ()
@@ -76,10 +77,10 @@ def _microwave(asset: Asset, joints: Mapping[str, Joint], shapes: Sequence[str])
     spins = [v.name for k in asset.links if k.name == "tray" for v in k.visuals]
     effects = [*_effects(asset, "power", "on", EffectKind.HEAT, ("int",))]
     effects += [Effect(variable="power", value="on", kind=EffectKind.SPIN, target=name) for name in spins]
-    return Behavior(variables=(_switch("power"),), rules=tuple(rules), effects=tuple(effects))
+    return [_switch("power")], rules, effects
 
 
-def _burners(asset: Asset, joints: Mapping[str, Joint]) -> Behavior | None:
+def _burners(asset: Asset, joints: Mapping[str, Joint]) -> _Parts:
     """Each knob sets its burner to off, low or high."""
     variables, rules, effects = [], [], []
     for site in (s.name for s in asset.sites if s.name.startswith("burner_on_")):
@@ -98,34 +99,34 @@ def _burners(asset: Asset, joints: Mapping[str, Joint]) -> Behavior | None:
             for kind in (EffectKind.SHOW, EffectKind.HEAT):
                 visible = Effect(variable=name, value=value, kind=kind, target=site, strength=strength)
                 effects.append(visible.replace(color=FLAME) if kind is EffectKind.SHOW else visible)
-    return Behavior(variables=tuple(variables), rules=tuple(rules), effects=tuple(effects)) if variables else None
+    return variables, rules, effects
 
 
-def _fridge(asset: Asset, joints: Mapping[str, Joint]) -> Behavior | None:
+def _fridge(asset: Asset, joints: Mapping[str, Joint]) -> _Parts:
     """The lamp is on while a door of the fridge is open."""
     closed = [_is_shut(j) for n, j in joints.items() if n.startswith("fridge") and "door" in n]
     if not closed:
-        return None
+        return NOTHING
     rules = [Rule(variable="light", to="off", when=tuple(closed))]
     rules += [Rule(variable="light", to="on", when=(s.replace(negated=True),)) for s in closed]
     effects = _effects(asset, "light", "on", EffectKind.SHOW, ("lamp",), WARM)
-    return Behavior(variables=(_switch("light"),), rules=tuple(rules), effects=tuple(effects))
+    return [_switch("light")], rules, effects
 
 
-def _toaster_oven(asset: Asset, joints: Mapping[str, Joint]) -> Behavior | None:
+def _toaster_oven(asset: Asset, joints: Mapping[str, Joint]) -> _Parts:
     """A toaster oven heats while its timer, and its other knobs where they exist, are away from zero."""
     knobs = [joints[n] for n in ("knob_time_joint", "knob_temp_joint", "knob_function_joint") if n in joints]
     if not knobs or knobs[0].name != "knob_time_joint":
-        return None
+        return NOTHING
     turned = [Condition(joint=j.name, interval=(0.1 * j.range[1], j.range[1] + STOP_SLACK)) for j in knobs]
     rules = [Rule(variable="power", from_values=("on",), to="off", when=(t.replace(negated=True),)) for t in turned]
     rules.append(Rule(variable="power", from_values=("off",), to="on", when=tuple(turned)))
     heats = [r.name for r in asset.regions if r.name.startswith(("rack", "tray", "int"))]
     effects = _effects(asset, "power", "on", EffectKind.HEAT, heats)
-    return Behavior(variables=(_switch("power"),), rules=tuple(rules), effects=tuple(effects))
+    return [_switch("power")], rules, effects
 
 
-def _toaster(asset: Asset, joints: Mapping[str, Joint], shapes: Sequence[str]) -> Behavior | None:
+def _toaster(asset: Asset, joints: Mapping[str, Joint]) -> _Parts:
     """A lever that goes down switches its slots on; its cancel key, or the lever going up, switches them off."""
     variables, rules, effects = [], [], []
     for stem, power in (("", "power"), ("side_l_", "power_l"), ("side_r_", "power_r")):
@@ -135,7 +136,7 @@ def _toaster(asset: Asset, joints: Mapping[str, Joint], shapes: Sequence[str]) -
         variables.append(_switch(power))
         down = _range_between(lever, LEVER_DOWN_SHARE, 1.0, begins=True)
         rules.append(Rule(variable=power, from_values=("off",), to="on", when=(down,)))
-        if f"{stem}button_cancel" in shapes:
+        if _has_shape(asset, f"{stem}button_cancel"):
             cancel = Condition(contact=f"{stem}button_cancel", begins=True)
             rules.append(Rule(variable=power, from_values=("on",), to="off", when=(cancel,)))
         rules.append(
@@ -143,27 +144,24 @@ def _toaster(asset: Asset, joints: Mapping[str, Joint], shapes: Sequence[str]) -
         )
         slots = [r.name for r in asset.regions if r.name.startswith(f"{stem}slot_")]
         effects += _effects(asset, power, "on", EffectKind.HEAT, slots)
-    return Behavior(variables=tuple(variables), rules=tuple(rules), effects=tuple(effects)) if variables else None
+    return variables, rules, effects
 
 
-def _coffee_machine(asset: Asset, shapes: Sequence[str]) -> Behavior | None:
+def _coffee_machine(asset: Asset, _: Mapping[str, Joint]) -> _Parts:
     """The start key starts a brew, which ends by itself."""
-    if "start_button" not in shapes:
-        return None
+    if not _has_shape(asset, "start_button"):
+        return NOTHING
     press, on = Condition(contact="start_button", begins=True), Condition(variable="power", equals="on")
     effects = _effects(asset, "power", "on", EffectKind.SHOW, ("coffee_liquid",), BREW)
     effects += _effects(asset, "power", "on", EffectKind.FLOW, ("coffee_liquid",), BREW)
-    return Behavior(
-        variables=(_switch("power"),),
-        rules=(
-            Rule(variable="power", from_values=("off",), to="on", when=(press,)),
-            Rule(variable="power", from_values=("on",), to="off", when=(on,), after_s=POURS_S),
-        ),
-        effects=tuple(effects),
-    )
+    rules = [
+        Rule(variable="power", from_values=("off",), to="on", when=(press,)),
+        Rule(variable="power", from_values=("on",), to="off", when=(on,), after_s=POURS_S),
+    ]
+    return [_switch("power")], rules, effects
 
 
-def _kettle(asset: Asset, joints: Mapping[str, Joint]) -> Behavior | None:
+def _kettle(asset: Asset, joints: Mapping[str, Joint]) -> _Parts:
     """A kettle heats while its switch is down; its lid is open or closed at the ends of its range."""
     variables, rules = [], []
     if "switch_joint" in joints:
@@ -178,14 +176,14 @@ def _kettle(asset: Asset, joints: Mapping[str, Joint]) -> Behavior | None:
         rules.append(Rule(variable="lid", from_values=("closed",), to="open", when=(wide,)))
         rules.append(Rule(variable="lid", from_values=("open",), to="closed", when=(shut,)))
     effects = _effects(asset, "power", "on", EffectKind.HEAT, ("int",)) if "switch_joint" in joints else []
-    return Behavior(variables=tuple(variables), rules=tuple(rules), effects=tuple(effects)) if variables else None
+    return variables, rules, effects
 
 
-def _faucet(asset: Asset, joints: Mapping[str, Joint]) -> Behavior | None:
+def _faucet(asset: Asset, joints: Mapping[str, Joint]) -> _Parts:
     """The flow handle runs the water; the other handle, where there is one, sets hot or cold."""
     handle, other = joints.get("handle_joint"), joints.get("handle_temp_joint")
     if handle is None or handle.range[1] <= FAUCET_ON_RAD:
-        return None
+        return NOTHING
     end = handle.range[1]
     half = max(end / 2, FAUCET_ON_RAD)
     levels = {"off": (-STOP_SLACK, FAUCET_ON_RAD), "low": (FAUCET_ON_RAD, half), "high": (half, end + STOP_SLACK)}
@@ -202,12 +200,11 @@ def _faucet(asset: Asset, joints: Mapping[str, Joint]) -> Behavior | None:
         visible = _effects(asset, "water", value, EffectKind.SHOW, ("water",), WATER)
         visible += _effects(asset, "water", value, EffectKind.FLOW, ("water",), WATER)
         effects += [e.replace(strength=strength) for e in visible]
-    return Behavior(variables=tuple(variables), rules=tuple(rules), effects=tuple(effects))
+    return variables, rules, effects
 
 
 def _switch(name: str) -> Variable:
-    """Return a variable that is off or on."""
-    return Variable(name=name, values=OFF_ON, initial="off")
+    return Variable(name=name, values=("off", "on"), initial="off")
 
 
 def _is_shut(joint: Joint) -> Condition:
@@ -227,12 +224,7 @@ def _range_between(joint: Joint, first: float, last: float, begins: bool = False
 
 
 def _effects(
-    asset: Asset,
-    variable: str,
-    value: str,
-    kind: EffectKind,
-    targets: Sequence[str],
-    color: Vec4 = WHITE,
+    asset: Asset, variable: str, value: str, kind: EffectKind, targets: Sequence[str], color: Vec4 = WHITE
 ) -> list[Effect]:
     """Return the effects of a variable's value on those targets that exist."""
     there = {s.name for s in asset.sites} | {r.name for r in asset.regions}

@@ -7,7 +7,6 @@ from pathlib import Path
 
 from casa_assets.articulate.decisions import axis_word
 from casa_assets.articulate.plan import Articulation, plan_confidence, weakest_part
-from casa_assets.checks.check import Check
 from casa_assets.checks.package.package import Package
 from casa_assets.checks.run import run
 from casa_assets.checks.table.table import TABLE
@@ -44,9 +43,10 @@ def unmet_checks(
     """
     for codes in (NAME_CODES, MOTION_CODES):
         rows = [check for check in TABLE if check.code.startswith(codes) and check.severity is Severity.ERROR]
-        faults = _faults(asset, Package(asset, category, root, contract), limits, rows)
-        if faults:
-            return faults
+        subjects = asset, Package(asset, category, root, contract)
+        issues = [i for subject in subjects for i in run(subject, asset.id, limits, table=rows).errors]
+        if issues:
+            return tuple(f"{i.code} {i.pointer}: {i.message}" if i.pointer else f"{i.code} {i.message}" for i in issues)
     return ()
 
 
@@ -63,18 +63,11 @@ def explanation(contract: str, known: Contract | None) -> str:
 
 def without_contract(asset: Asset, faults: tuple[str, ...]) -> Asset:
     """Return the asset without a contract, with the reason in its provenance."""
-    first = "; ".join(faults[:MAX_LISTED_FAULTS]) + (
-        f"; and {len(faults) - MAX_LISTED_FAULTS} more" if len(faults) > MAX_LISTED_FAULTS else ""
-    )
-    guess = Guess(subject="contract", value=f"not {asset.contract}", confidence=1.0, reason=first)
+    more = [f"and {len(faults) - MAX_LISTED_FAULTS} more"] if len(faults) > MAX_LISTED_FAULTS else []
+    reason = "; ".join([*faults[:MAX_LISTED_FAULTS], *more])
+    guess = Guess(subject="contract", value=f"not {asset.contract}", confidence=1.0, reason=reason)
     provenance = asset.provenance.replace(guesses=(*asset.provenance.guesses, guess))
     return asset.replace(contract=None, provenance=provenance)
-
-
-def _faults(asset: Asset, package: Package, limits: Mapping[str, float], rows: list[Check]) -> tuple[str, ...]:
-    """Run some checks on the asset and its package; return their errors as lines."""
-    issues = [i for subject in (asset, package) for i in run(subject, asset.id, limits, table=rows).errors]
-    return tuple(f"{i.code} {i.pointer}: {i.message}" if i.pointer else f"{i.code} {i.message}" for i in issues)
 
 
 # Doubts ---------------------------------------------------------------------------------------------------------------

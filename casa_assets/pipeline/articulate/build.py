@@ -122,8 +122,7 @@ def _guess_without_user(
         kind, confidence, look = classify_by_image()
         if kind:
             return CategoryGuess(known.fixtures[kind], confidence, look)
-    hints = [h for h in (one.source.category, *one.source.hints) if h]
-    named = kind_named(hints)
+    named = kind_named([h for h in (one.source.category, *one.source.hints) if h])
     if named is not None:
         return CategoryGuess(known.fixtures[named.id], named.confidence, f"by its name: {named.evidence}")
     kind, confidence = kind_by_parts(extent, articulation)
@@ -200,13 +199,11 @@ class ArticulateResult:
 
     def with_joints(self, joints: Mapping[str, JointPlan]) -> ArticulateResult:
         """Return the result with other joints for some parts."""
+        if not joints:
+            return self
         parts = tuple(p.replace(joint=joints[p.name]) if p.name in joints else p for p in self.articulation.parts)
         found = self.articulation.replace(parts=parts)
-        return (
-            replace(self, articulation=found, asset=assemble(self.model, self.placed, found, self.spec))
-            if joints
-            else self
-        )
+        return replace(self, articulation=found, asset=assemble(self.model, self.placed, found, self.spec))
 
     def with_refit_shapes(self, links: Set[str]) -> ArticulateResult:
         """Return the result with the collision shapes of some links fitted to each as a whole, and never cut."""
@@ -243,11 +240,9 @@ def build(request: ArticulateRequest) -> ArticulateResult:
     plan = choose_plan(placed, frame, stated, load_models())
     found = plan.articulation
     kind = _choose_category(source_file, request, model, placed, found)
-    category, confidence, reason = kind.category, kind.confidence, kind.reason
     longest = float(np.ptp(placed.points, axis=0).max()) / frame.scale
-    metres_per_file_unit, scale_confidence, scale_reason = _scale(
-        longest, model, request, category if kind.id else None
-    )
+    scale = _scale(longest, model, request, kind.category if kind.id else None)
+    metres_per_file_unit = scale[0]
     found = found.replace(frame=frame.replace(metres=metres_per_file_unit / frame.scale), category=kind.id)
     found = calibrate_parts(found, registry.load_confidence())
     try:
@@ -258,22 +253,21 @@ def build(request: ArticulateRequest) -> ArticulateResult:
     planned, read = found, model
     model, placed, found = _opened(model, plan.fragmentation, found, request, stated)
     planned = planned if found.parts else found
-    scale = metres_per_file_unit, scale_confidence, scale_reason
     spec = _spec(source_file, bundle.sha256, kind, scale, frame.scale)
     asset = assemble(model, placed, found, spec)
-    confidences = ((confidence, reason), (scale_confidence, scale_reason))
     return ArticulateResult(
-        asset,
-        found,
-        planned,
-        read,
-        placed,
-        model,
-        spec,
-        category,
-        *confidences,
-        longest * metres_per_file_unit,
-        source_file.source,
+        asset=asset,
+        articulation=found,
+        planned=planned,
+        read=read,
+        placed=placed,
+        model=model,
+        spec=spec,
+        category=kind.category,
+        confidence=(kind.confidence, kind.reason),
+        size=scale[1:],
+        longest_m=longest * metres_per_file_unit,
+        source=source_file.source,
     )
 
 

@@ -103,21 +103,13 @@ def text(built: ArticulateResult, given: Decisions) -> str:
     """
     frame = built.articulation.frame
     up, front = (frame.direction_to_file(v) for v in ((0.0, 0.0, 1.0), (0.0, -1.0, 0.0)))
-    kinds = ", ".join(PartKind)
-    lines = [
-        _HEAD.format(
-            name=built.source.path or "the mesh", file=DECISIONS_NAME, kinds=kinds, interiors=", ".join(InteriorKind)
-        )
-    ]
+    kinds, interiors = ", ".join(PartKind), ", ".join(InteriorKind)
+    name = built.source.path or "the mesh"
+    lines = [_HEAD.format(name=name, file=DECISIONS_NAME, kinds=kinds, interiors=interiors)]
     lines += [] if given.decision is None else [f"decision: {given.decision.value}"]
     # A guess that is not sure is not repeated as if somebody had said so.
-    lines.append(
-        _row(
-            "category" if built.confidence[0] >= NAMING_CONFIDENCE else "# category",
-            built.category.id,
-            built.confidence,
-        )
-    )
+    mark = "" if built.confidence[0] >= NAMING_CONFIDENCE else "# "
+    lines.append(_row(f"{mark}category", built.category.id, built.confidence))
     mark = "" if frame.confidence >= registry.load_confidence().bars.frame else "# "
     lines.append(_row(f"{mark}up", _axis(axis_word(up)), (frame.confidence, frame.reason), frame.runner_up))
     lines.append(_row(f"{mark}front", _axis(axis_word(front)), (frame.confidence, frame.reason)))
@@ -137,7 +129,6 @@ def text(built: ArticulateResult, given: Decisions) -> str:
 
 
 def _part(part: PartPlan, metres: float) -> list[str]:
-    """Return the lines of a part."""
     joint = part.joint
     lines = [_row(f"  {part.name}", "", (part.confidence, part.reason)), f"    kind: {part.kind.value}"]
     if part.parent:

@@ -27,7 +27,7 @@ from casa_assets.articulate.plan import (
     to_vec3,
 )
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_model
-from casa_assets.core.numeric import Floats, Ints
+from casa_assets.core.numeric import Ints
 from casa_assets.families.family import Supplies
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder, JointBuilder, LinkBuilder
 from casa_assets.families.kit.solids.solid import solid_mesh
@@ -140,7 +140,9 @@ def _build_interior(
         if cavity.cut is not None:
             interiors.add_walls(builder, interior, LINER_FINISHES[InteriorKind.PLAIN])
         builder.link(part.name)
-        finish = BOX_FINISHES.get(_box_interior(articulation), LINER_FINISHES[InteriorKind.DRAWER])
+        # As the first cavity that is not a drawer.
+        others = (r.interior for r in articulation.cavities if r.interior is not InteriorKind.DRAWER)
+        finish = BOX_FINISHES.get(next(others, InteriorKind.DRAWER), LINER_FINISHES[InteriorKind.DRAWER])
         depth = interiors.add_drawer_box(builder, part.name, interior, finish) / metres
         articulation = _limit_travel(articulation, part, depth)
     else:
@@ -154,13 +156,6 @@ def _build_interior(
             work.interior[name] = cavity.interior
     work.trays += sum(n.startswith("tray_") for n in builder.links if n not in links_before)
     return articulation
-
-
-def _box_interior(articulation: Articulation) -> InteriorKind:
-    """Return the kind of interior for drawer boxes: that of the first cavity that is not a drawer, or else DRAWER."""
-    return next(
-        (r.interior for r in articulation.cavities if r.interior is not InteriorKind.DRAWER), InteriorKind.DRAWER
-    )
 
 
 def _door_clearance(cavity: Cavity, articulation: Articulation, placed: WeldedMesh) -> tuple[float, float]:
@@ -203,7 +198,8 @@ def _with_added_parts(
             continue
         new_faces = np.arange(faces, faces + count)
         parts, faces = [*parts, *new_parts], faces + count
-        clouds = tuple(_to_frame(c, link, work.metres) for c in _collider_clouds(link))
+        shapes = (tessellate(c.shape, c.pose, 16)[0] for c in link.colliders)
+        clouds = tuple((cloud + np.array(link.pose.position)) / work.metres for cloud in shapes)
         name = "" if link.name == ROOT else link.name
         added.append(AddedGeometry(part=name, interior=interior, faces=new_faces, clouds=clouds))
         if name in parts_by_name:
@@ -213,8 +209,12 @@ def _with_added_parts(
         elif name:
             joint = next(m for m in work.builder.joints if m.child == name)
             parts_by_name[name] = _tray_part(name, new_faces, joint, link, work.metres, interior)
-    inner = [r for r in work.builder.regions if r.link != ROOT]
-    spaces = tuple(_region_space(r.name, r.link, r.pose.position, r.size, work) for r in inner)
+    spaces = []
+    for region in (r for r in work.builder.regions if r.link != ROOT):
+        center = np.array(region.pose.position) + np.array(work.builder.links[region.link].pose.position)
+        half = np.array(region.size) / 2
+        lower, upper = to_vec3((center - half) / work.metres), to_vec3((center + half) / work.metres)
+        spaces.append(StorageSpace(name=region.name, part=region.link, lower=lower, upper=upper))
     model = model.replace(parts=tuple(parts))
     articulation = articulation.replace(
         parts=tuple(parts_by_name.values()), added=tuple(added), spaces=(*articulation.spaces, *spaces)
@@ -241,17 +241,6 @@ def _raw_parts(
     return out
 
 
-def _collider_clouds(link: LinkBuilder) -> list[Floats]:
-    """Return the points of every collider of a built link, its frame, metres."""
-    return [tessellate(c.shape, c.pose, 16)[0] for c in link.colliders]
-
-
-def _to_frame(points: Floats, link: LinkBuilder, metres: float) -> Floats:
-    """Convert points of a built link to the frame of the analysis."""
-    found: Floats = (points + np.array(link.pose.position)) / metres
-    return found
-
-
 def _tray_part(
     name: str, rows: Ints, moved: JointBuilder, link: LinkBuilder, metres: float, interior: InteriorKind
 ) -> PartPlan:
@@ -276,15 +265,6 @@ def _tray_part(
     )
 
 
-def _region_space(name: str, link: str, middle: Vec3, size: Vec3, work: _InteriorBuild) -> StorageSpace:
-    """Return a region of a built link as a storage space."""
-    center = np.array(middle) + np.array(work.builder.links[link].pose.position)
-    half = np.array(size) / 2
-    lower, upper = (center - half) / work.metres, (center + half) / work.metres
-    return StorageSpace(name=name, part=link, lower=to_vec3(lower), upper=to_vec3(upper))
-
-
 def _to_metres(point: Vec3, metres: float) -> Vec3:
     """Convert a point of the frame to metres, rounded to 0.1 mm so that the last digit does not matter."""
-    x, y, z = (math.floor(v * metres * 1e4 + 0.5) / 1e4 for v in point)
-    return (x, y, z)
+    return to_vec3(math.floor(v * metres * 1e4 + 0.5) / 1e4 for v in point)

@@ -9,7 +9,6 @@ from dataclasses import replace
 from casa_assets import registry
 from casa_assets.articulate.assemble import ROOT
 from casa_assets.articulate.decisions import hinge_at_face
-from casa_assets.articulate.plan import JointPlan
 from casa_assets.checks.motion.joints import JointTravel, joint_travels
 from casa_assets.checks.motion.sweep import Penetration, contacts_of_files
 from casa_assets.errors import Rejected
@@ -61,7 +60,12 @@ def _limited(built: ArticulateResult, travel: Mapping[str, JointTravel]) -> tupl
     for part in built.articulation.parts:
         free, joint = travel[part.name].free_share, part.joint
         if MIN_FREE_TRAVEL <= free < 1.0 and not joint.endless:
-            end = _round_down(joint.range[1] * free, joint, metres)
+            end = joint.range[1] * free
+            # Rounded down to what decisions.yaml can express: tenths of a degree, or of a millimetre.
+            if joint.kind is JointKind.HINGE:
+                end = math.radians(math.floor(math.degrees(end) * 10) / 10)
+            else:
+                end = math.floor(end * metres * 1e4) / 1e4 / metres
             reason = f"{joint.reason}; then it runs into {travel[part.name].blocked_by}"
             limited[part.name] = joint.replace(range=(0.0, end), reason=reason)
     names = {joint.name for joint in built.asset.joints if joint.child in limited}
@@ -79,17 +83,6 @@ def _free_travel(built: ArticulateResult) -> Mapping[str, JointTravel]:
     except ValueError as error:
         raise Rejected("MJC001", f"MuJoCo cannot read the model: {error}") from error
     return {j.child: t for j, t in zip(built.asset.joints, found, strict=True)}
-
-
-def _round_down(end: float, joint: JointPlan, metres: float) -> float:
-    """Round the end of a range down to what decisions.yaml can express: tenths of a degree, or of a millimetre.
-
-    Args:
-        end: rad or diagonals. metres: length of the diagonal.
-    """
-    if joint.kind is JointKind.HINGE:
-        return math.radians(math.floor(math.degrees(end) * 10) / 10)
-    return math.floor(end * metres * 1e4) / 1e4 / metres
 
 
 # Mend -----------------------------------------------------------------------------------------------------------------

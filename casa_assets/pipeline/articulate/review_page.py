@@ -146,7 +146,7 @@ def _part(done: ArticulateOutcome, number: int) -> dict[str, Any]:
     share = min(travel.free_share, travel.pushed_share)
     return {
         "name": part.name,
-        "color": _css(part_color(number)),
+        "color": f"rgb({', '.join(str(round(255 * c)) for c in part_color(number))})",
         "joint_name": travel.joint,
         "kind": part.kind.value,
         "added": part.added,
@@ -164,8 +164,3 @@ def _png_size(path: Path) -> tuple[int, int]:
     """Return the width and height of a PNG file in pixels."""
     with Image.open(path) as picture:
         return picture.size
-
-
-def _css(color: tuple[float, float, float]) -> str:
-    """Return a colour as a style sheet has it."""
-    return f"rgb({', '.join(str(round(255 * c)) for c in color)})"

@@ -31,7 +31,7 @@ from casa_assets.pipeline.articulate.repairs import limit_ranges, mend
 from casa_assets.pipeline.cache.cache_key import CodeRef, digest_of, key_of, versions_of
 from casa_assets.pipeline.cache.store import Store
 from casa_assets.pipeline.clip import weights_digest
-from casa_assets.pipeline.ingest.job import RunAborted, first_error, writing
+from casa_assets.pipeline.ingest.job import Outcome, RunAborted, first_error, writing
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.asset_package import WRITING, certify, check_package, write_package
 from casa_assets.pipeline.library.identity import Identity, Producer
@@ -72,7 +72,14 @@ def write(outcome: ArticulateOutcome, folder: Path) -> None:
     Raises:
         CannotDraw, NoRenderer: no picture can be made of it, or on this machine.
     """
-    (folder / NAME).write_bytes(joint_strip(folder / "model.xml", moving_joints(outcome), _heading(outcome)))
+    (folder / NAME).write_bytes(_strip(outcome, folder))
+
+
+def _strip(outcome: ArticulateOutcome, folder: Path) -> bytes:
+    assert outcome.articulation is not None
+    sure = outcome.articulation.frame.confidence
+    heading = f"{outcome.mesh}: {outcome.category}; frame {sure:.0%} sure"
+    return joint_strip(folder / "model.xml", moving_joints(outcome), heading)
 
 
 def is_missing(outcome: ArticulateOutcome) -> bool:
@@ -83,7 +90,7 @@ def is_missing(outcome: ArticulateOutcome) -> bool:
 def add(outcome: ArticulateOutcome, library: Library) -> None:
     """Draw the strip of an entry that an earlier run made, and put it there by one rename. Raises as `write`."""
     assert outcome.folder is not None
-    picture = joint_strip(outcome.folder / "model.xml", moving_joints(outcome), _heading(outcome))
+    picture = _strip(outcome, outcome.folder)
     fresh = library.staging / f"{outcome.folder.name}.{process_name()}.png"
     fresh.write_bytes(picture)
     fresh.replace(outcome.folder / NAME)
@@ -96,18 +103,10 @@ def moving_joints(outcome: ArticulateOutcome) -> list[MovingJoint]:
         joint, travel = part.joint, outcome.travels[part.name]
         how = joint.kind.value + (f" {joint.edge.value}" if joint.edge else "")
         other = f", else {joint.runner_up}" if joint.runner_up else ""
-        message = f"{how}, {part.confidence:.0%} sure{other}" + (
-            "" if travel.free_share >= 1.0 else f"; runs into {travel.blocked_by}"
-        )
+        stops = "" if travel.free_share >= 1.0 else f"; runs into {travel.blocked_by}"
+        message = f"{how}, {part.confidence:.0%} sure{other}{stops}"
         found.append(MovingJoint(travel.joint, part.name, message, alone=part.kind not in _WITHOUT_PICTURE))
     return found
-
-
-def _heading(outcome: ArticulateOutcome) -> str:
-    """Return the heading of the strip."""
-    assert outcome.articulation is not None
-    frame = outcome.articulation.frame
-    return f"{outcome.mesh}: {outcome.category}; frame {frame.confidence:.0%} sure"
 
 
 # Run ------------------------------------------------------------------------------------------------------------------
@@ -234,7 +233,6 @@ def entry_key(request: ArticulateRequest, sha256: str, source: Source) -> EntryK
 
 @read_once
 def _code_key() -> str:
-    """Return the key of the code that makes an entry."""
     return key_of(build, limit_ranges, mend, with_contract, _write_and_check, certify)
 
 
@@ -254,16 +252,8 @@ def kept_outcome(
         reason = "" if accepted is None else remembered(library, key.identity, key.cache_key, accepted)
         return None if accepted is None or not reason else _outcome_of_accepted(request, key, accepted, reason)
     current, kept = found
-    record = Store(library.cache).get(_record_key(key))
-    if record is not None:
-        outcome = replace(from_json(record, request.mesh), folder=current, sha256=key.identity.sha256, kept=True)
-    elif kept.accepted:
-        return None  # nothing tells what moves in it
-    else:
-        outcome = ArticulateOutcome(
-            request.mesh, current, code=kept.code, message=kept.message, sha256=key.identity.sha256, kept=True
-        )
-    if bool(outcome.code) == kept.accepted:
+    outcome = _recorded(library, key, request.mesh, current, kept)
+    if outcome is None or bool(outcome.code) == kept.accepted:
         return None
     for folder in entries:
         if folder != current:  # a run was killed after it had put the current one in place
@@ -277,13 +267,19 @@ def outcome_of_entry(library: disk.Library, entry: Entry) -> ArticulateOutcome |
     None if it is unknown what moves in the asset: the cache was deleted, or other code has made the entry.
     """
     key = EntryKey(Identity(Producer.ARTICULATE, entry.sha256), entry.cache_key)
-    mesh, folder = Path(entry.source_path), library.root / entry.path
-    record = Store(library.cache).get(_record_key(key))
+    return _recorded(library, key, Path(entry.source_path), library.root / entry.path, entry)
+
+
+def _recorded(
+    library: Library, key: EntryKey, mesh: Path, folder: Path, made: Entry | Outcome
+) -> ArticulateOutcome | None:
+    """Return the recorded outcome of an entry in a folder, or its refusal; None if it is unknown what moves in it."""
+    record, sha256 = Store(library.cache).get(_record_key(key)), key.identity.sha256
     if record is not None:
-        return replace(from_json(record, mesh), folder=folder, sha256=entry.sha256, kept=True)
-    if entry.accepted:
+        return replace(from_json(record, mesh), folder=folder, sha256=sha256, kept=True)
+    if made.accepted:
         return None
-    return ArticulateOutcome(mesh, folder, code=entry.code, message=entry.message, sha256=entry.sha256, kept=True)
+    return ArticulateOutcome(mesh, folder, code=made.code, message=made.message, sha256=sha256, kept=True)
 
 
 def _kept_in_place_of(request: ArticulateRequest, key: EntryKey, new: NewResult) -> ArticulateOutcome | None:
@@ -361,7 +357,6 @@ def publish_refusal(
 
 
 def _record_key(key: EntryKey) -> str:
-    """Return the cache key of the record of an outcome."""
     return digest_of("articulate/outcome", key.identity.sha256, key.cache_key, key_of(to_json, from_json))
 
 
@@ -463,11 +458,7 @@ def _new_result(request: ArticulateRequest, result: ArticulateResult, report: Re
 def _mended(
     request: ArticulateRequest, built: ArticulateResult
 ) -> tuple[Path, ArticulateResult, Report, dict[str, JointTravel]]:
-    """Write and check an asset, and again once what its checks complain of is mended, as far as it can be.
-
-    Returns:
-        The staging folder, the asset under the names of runtimes, the report, and the travel of each part.
-    """
+    """Write and check an asset, and again once what its checks complain of is mended, as far as it can be."""
     library = disk.Library(request.out)
     for last in (*[False] * MAX_MENDS, True):
         staged = library.stage(built.asset.id)

@@ -253,7 +253,7 @@ def draw_cameras(
     Raises:
         CannotDraw, NoRenderer.
     """
-    made = room.open_scene(folder / mjcf.FILE, pose, frame)
+    made = room.open_scene(folder / mjcf.FILE, frame, pose)
     facts = json.loads((folder / SCENE_JSON).read_text(encoding="utf-8")) if EYE in cameras else {}
     seen = [
         eye_view(facts, name, frame.width_px / frame.height_px) if name == EYE else name

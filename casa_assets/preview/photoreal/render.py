@@ -114,8 +114,6 @@ def asset_still(usd: Path, settings: StillSettings | None = None, pose: str = ""
 
     Args:
         usd: `usd/<id>.usda` of its folder. pose: of the variant set `pose`; empty: as the file says.
-    Raises:
-        NoPathTracer: see there.
     """
     turn, tilt = math.radians(ASSET_AZIMUTH_DEG) / 2, math.radians(90 - ASSET_ELEVATION_DEG) / 2
     c, s, up, down = math.cos(turn), math.sin(turn), math.cos(tilt), math.sin(tilt)
@@ -154,11 +152,7 @@ FIREFLY_STEP = 100  # 8-bit brightness of a pixel above all but one of its 24 ne
 
 @dataclass(frozen=True)
 class PictureFaults:
-    """Numbers of pixels.
-
-    Attributes:
-        black: that no light has reached. fireflies: far brighter than all that is round them.
-    """
+    """Numbers of pixels that no light has reached, and that are far brighter than all that is round them."""
 
     black: int
     fireflies: int

@@ -6,7 +6,7 @@ The photographer is at eye level, at the point that shows most of the kitchen an
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from typing import Any
@@ -112,20 +112,24 @@ def eye_view(scene: Mapping[str, Any], name: str, aspect: float, beyond_m: float
 
 def _fixtures(scene: Mapping[str, Any]) -> _Fixtures:
     rows = []
+    for role, yaw, size, lower, upper in _boxes(scene, SHELL):
+        room_m = max(size[:2]) if role == "door" else CLEARANCE_M
+        rows.append((lower, upper, (math.sin(yaw), -math.cos(yaw)), WEIGHTS.get(role, SMALL), room_m))
+    return _Fixtures(*(np.array(column) for column in zip(*rows, strict=True)))
+
+
+def _boxes(
+    scene: Mapping[str, Any], without: Sequence[str]
+) -> Iterator[tuple[str, float, list[float], Floats, Floats]]:
+    """Role, yaw (rad), size along its own axes, and corners (3,) in the room, of each fixture of other roles."""
     for fixture in scene["fixtures"]:
         box = fixture["regions"].get("main")
-        if box is None or fixture["role"] in ("floor", "ceiling", "wall", "skirting", "cornice", "recess"):
-            continue
-        w, _, _, z = fixture["quaternion"]
-        yaw = 2 * math.atan2(z, w)
-        turned = abs(math.sin(yaw)) > 0.7
-        size = np.array(box["size"])[[1, 0, 2]] / 2 if turned else np.array(box["size"]) / 2
-        middle = np.array(box["position"])
-        worth = WEIGHTS.get(fixture["role"], SMALL)
-        room_m = max(box["size"][:2]) if fixture["role"] == "door" else CLEARANCE_M
-        rows.append((middle - size, middle + size, (math.sin(yaw), -math.cos(yaw)), worth, room_m))
-    lower, upper, front, worths, rooms = zip(*rows, strict=True)
-    return _Fixtures(np.array(lower), np.array(upper), np.array(front), np.array(worths), np.array(rooms))
+        if box is not None and fixture["role"] not in without:
+            w, _, _, z = fixture["quaternion"]
+            yaw = 2 * math.atan2(z, w)
+            half = np.array(box["size"])[[1, 0, 2] if abs(math.sin(yaw)) > 0.7 else [0, 1, 2]] / 2
+            middle = np.array(box["position"])
+            yield fixture["role"], yaw, box["size"], middle - half, middle + half
 
 
 def _places(
@@ -212,8 +216,7 @@ def _scores(eye: Floats, fixtures: _Fixtures, walls: Sequence[tuple[Floats, Floa
     within = np.clip((FOV_X_RAD / 2 - angle + half_wide) / (2 * half_wide), 0.0, 1.0) ** 2
     score = (within @ value) * _room_ahead(eye, fixtures, walls)
     straight = np.abs(np.sin(2 * yaws)) < 1e-6
-    aligned: Floats = score * np.where(straight, 1.06, 1.0)
-    return aligned
+    return np.asarray(score * np.where(straight, 1.06, 1.0))
 
 
 def _seen(eye: Floats, points: Floats, fixtures: _Fixtures, walls: Sequence[tuple[Floats, Floats, bool]]) -> Floats:
@@ -228,8 +231,7 @@ def _seen(eye: Floats, points: Floats, fixtures: _Fixtures, walls: Sequence[tupl
     for start, end, is_open in walls:
         if not is_open:
             behind |= _reach(eye, points - eye, start, end) < 0.97
-    seen: Floats = np.where(hides.any(axis=1) | behind, 0.0, 1.0)
-    return seen
+    return np.where(hides.any(axis=1) | behind, 0.0, 1.0)
 
 
 def _crossings(eye: Floats, rays: Floats, low: Floats, high: Floats) -> tuple[Floats, Floats]:
@@ -251,8 +253,7 @@ def _reach(eye: Floats, rays: Floats, start: Floats, end: Floats) -> Floats:
         at = (offset[0] * along[1] - offset[1] * along[0]) / cross
         share = (offset[0] * rays[:, 1] - offset[1] * rays[:, 0]) / cross
     hit = (cross < -1e-9) & (at > 1e-6) & (share >= -1e-6) & (share <= 1 + 1e-6)
-    length: Floats = np.where(hit, at, np.inf)
-    return length
+    return np.where(hit, at, np.inf)
 
 
 def _room_ahead(eye: Floats, fixtures: _Fixtures, walls: Sequence[tuple[Floats, Floats, bool]]) -> Floats:
@@ -273,8 +274,7 @@ def _room_ahead(eye: Floats, fixtures: _Fixtures, walls: Sequence[tuple[Floats, 
     half = round(FOV_X_RAD / 2 / (2 * np.pi) * TURNS)
     window = (np.arange(TURNS)[:, None] + np.arange(-half, half + 1)) % TURNS
     shares = [kind[window].mean(axis=1) for kind in (near, is_open, bare)]
-    factors: Floats = (1 - 0.85 * shares[0]) * (1 - 0.75 * shares[1]) * (1 - 0.5 * shares[2])
-    return factors
+    return np.asarray((1 - 0.85 * shares[0]) * (1 - 0.75 * shares[1]) * (1 - 0.5 * shares[2]))
 
 
 ELEVATIONS_DEG = (20.0, 24.0, 28.0, 32.0, 36.0, 40.0)
@@ -283,20 +283,8 @@ ACROSS, UP = (0.15, 0.35, 0.5, 0.65, 0.85), (0.1, 0.25, 0.4, 0.55)  # of an open
 NEAR_M = 1.2  # a patch as near to the window is a strip on its sill and worktop
 LEVEL, UPRIGHT = 1.0, 0.6  # worth of a patch on a floor or a worktop, and on a front or a wall
 FROM_BEHIND = -0.5  # worth of one on a front through the glazed doors behind the camera: as flat as a flash
-NOT_SOLID = (
-    "window",
-    "door",
-    "lamp",
-    "floor",
-    "ceiling",
-    "wall",
-    "skirting",
-    "cornice",
-    "switch",
-    "outlet",
-    "sink",
-    "recess",
-)
+SHELL = ("floor", "ceiling", "wall", "skirting", "cornice", "recess")
+NOT_SOLID = (*SHELL, "window", "door", "lamp", "switch", "outlet", "sink")
 
 
 def sun_direction(scene: Mapping[str, Any], view: View, aspect: float) -> tuple[float, float, float] | None:
@@ -309,7 +297,8 @@ def sun_direction(scene: Mapping[str, Any], view: View, aspect: float) -> tuple[
     if opening is None:
         return None
     origins, into = opening
-    low, high = _boxes(scene)
+    solids = [(low, high) for *_, low, high in _boxes(scene, NOT_SOLID)]
+    low, high = np.array(solids).reshape(-1, 2, 3).swapaxes(0, 1)
     best, found = -math.inf, (0.0, 0.0, -1.0)
     through_window = any(o["kind"] == "window" for o in scene["room"]["openings"])
     for elevation, aside in product(ELEVATIONS_DEG, ASIDE_DEG):
@@ -349,28 +338,12 @@ def _opening(room: Mapping[str, Any]) -> tuple[Floats, Floats] | None:
     return points, into
 
 
-def _boxes(scene: Mapping[str, Any]) -> tuple[Floats, Floats]:
-    """Corners (N, 3) of what stops light."""
-    low, high = [], []
-    for fixture in scene["fixtures"]:
-        box = fixture["regions"].get("main")
-        if box is None or fixture["role"] in NOT_SOLID:
-            continue
-        w, _, _, z = fixture["quaternion"]
-        turned = abs(math.sin(2 * math.atan2(z, w))) > 0.7
-        half = np.array(box["size"])[[1, 0, 2] if turned else [0, 1, 2]] / 2
-        low.append(np.array(box["position"]) - half)
-        high.append(np.array(box["position"]) + half)
-    return np.array(low).reshape(-1, 3), np.array(high).reshape(-1, 3)
-
-
 def _entries(origins: Floats, rays: Floats, low: Floats, high: Floats) -> Floats:
     """(R, N) length, in units of each ray, at which it enters each box; infinite where it does not."""
     safe = np.where(np.abs(rays) < 1e-9, 1e-9, rays)
     first, second = ((corner[None] - origins[:, None]) / safe[:, None] for corner in (low, high))
     enter, leave = np.minimum(first, second).max(axis=2), np.maximum(first, second).min(axis=2)
-    entries: Floats = np.where((enter < leave) & (enter > 1e-6), enter, np.inf)
-    return entries
+    return np.where((enter < leave) & (enter > 1e-6), enter, np.inf)
 
 
 def _landings(origins: Floats, ray: Floats, low: Floats, high: Floats, room: Mapping[str, Any]) -> tuple[Floats, Mask]:
@@ -404,5 +377,4 @@ def _in_view(places: Floats, view: View, aspect: float, low: Floats, high: Float
     inside = (depth > 0.1) & (np.abs(across) < half * depth) & (np.abs(up - shift * depth) < half / aspect * depth)
     eyes = np.repeat(np.array(view.position)[None], len(places), axis=0)
     hidden = (_entries(eyes, offset, low, high) < 0.98).any(axis=1)
-    seen: Mask = inside & ~hidden
-    return seen
+    return np.asarray(inside & ~hidden)

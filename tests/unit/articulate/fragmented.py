@@ -2,13 +2,37 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
+from casa_assets.articulate.frame.axes import given_frame
 from casa_assets.articulate.infer import articulate_fragments
 from casa_assets.articulate.plan import Articulation, Frame
 from casa_assets.articulate.segment.fragments import measure_fragments
-from casa_assets.articulate.segment.shell_segments import Fragmentation
+from casa_assets.articulate.segment.shell_segments import Fragmentation, fragment_mesh
+from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_triangles
+from tests.unit.articulate.blocks import Floats, Ints, Part, together
 
 
 def articulate_fragmentation(fragmentation: Fragmentation, frame: Frame, category: str = "") -> Articulation:
     """The moving parts of a mesh in its frame, which is split into these fragments."""
     measured = measure_fragments(fragmentation.mesh, fragmentation.labels)
     return articulate_fragments(measured, frame, category, known=fragmentation.fronts)
+
+
+def in_its_frame(vertices: Floats, faces: Ints, tint: Ints | None = None) -> tuple[WeldedMesh, Frame]:
+    """A mesh whose up is z and whose front faces -y, welded and in its frame."""
+    mesh = weld_triangles(vertices, faces, tint)
+    frame = given_frame(mesh, (0, 0, 1), (0, -1, 0))
+    return mesh.in_frame(frame), frame
+
+
+def found_on(vertices: Floats, faces: Ints, tint: Ints | None = None, category: str = "") -> Articulation:
+    """What is found on a mesh whose up is z and whose front faces -y."""
+    mesh, frame = in_its_frame(vertices, faces, tint)
+    return articulate_fragmentation(fragment_mesh(mesh), frame, category)
+
+
+def found_in(parts: Sequence[Part], category: str = "") -> tuple[Articulation, Ints]:
+    """What is found in solids whose up is z and whose front faces -y, and the solid of each face."""
+    vertices, faces, owner = together(*parts)
+    return found_on(vertices, faces, category=category), owner

@@ -16,9 +16,9 @@ from tests.unit.articulate.test_assemble import GIVEN, obj
 def test_the_second_side_is_told_and_a_copy_is_left_out() -> None:
     sheet = np.array([[0, 1, 2], [0, 2, 3]])
     faces = np.concatenate([sheet, sheet[:, ::-1], sheet[:, [1, 2, 0]]])
-    drawn = drawn_faces(faces)
-    assert drawn.front.tolist() == [True, True, False, False, False, False]
-    assert drawn.second.tolist() == [False, False, True, True, False, False]
+    front, second = drawn_faces(faces)
+    assert front.tolist() == [True, True, False, False, False, False]
+    assert second.tolist() == [False, False, True, True, False, False]
 
 
 def test_no_two_faces_of_a_link_coincide(tmp_path: Path) -> None:

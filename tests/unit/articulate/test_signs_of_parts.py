@@ -2,29 +2,18 @@
 
 from __future__ import annotations
 
-import numpy as np
 import pytest
 
-from casa_assets.articulate.plan import Frame
-from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_triangles
 from casa_assets.articulate.signs_of_parts import signs_of_parts
 from casa_assets.pipeline.articulate.build import load_models
 from tests.unit.articulate.blocks import Part, box, disc, together
+from tests.unit.articulate.fragmented import in_its_frame
 
 pytestmark = pytest.mark.content("code", "articulate", keep=0)
 
 
 def signs(*parts: Part, kind: str = "", names: tuple[str, ...] = ()) -> str:
-    points, faces, _ = together(*parts)
-    return "; ".join(signs_of_parts(placed(points, faces), kind, names, load_models()))
-
-
-def placed(points: np.ndarray, faces: np.ndarray) -> WeldedMesh:
-    extent = np.ptp(points, axis=0)
-    x, y, z = (float(v) for v in points.min(axis=0) + extent / 2)
-    return weld_triangles(points, faces).in_frame(
-        Frame(rotation=np.eye(3), origin=(x, y, z), scale=1.0 / float(np.linalg.norm(extent)))
-    )
+    return "; ".join(signs_of_parts(in_its_frame(*together(*parts)[:2])[0], kind, names, load_models()))
 
 
 CASE = box((0.0, 0.0, 0.0), (0.6, 0.5, 0.8))
@@ -45,11 +34,6 @@ def test_its_kind_and_names_in_the_file_are_signs(kind: str, names: tuple[str, .
 def test_a_bar_that_stands_out_of_any_side_is_one() -> None:
     side = box((0.6, 0.2, 0.3), (0.64, 0.22, 0.55))
     assert "right side stands out like a handle" in signs(CASE, side)
-
-
-def test_a_small_piece_that_stands_out_is_one() -> None:
-    key = disc((0.3, -0.02, 0.5), 0.03, 0.02)
-    assert "front stands out like a knob" in signs(CASE, key)
 
 
 def test_what_is_not_boxy_has_no_sign_but_its_name() -> None:

@@ -82,9 +82,6 @@ class TestViewpoint:
         _, y, _ = eye_view(room(RANGE, FRIDGE, deep=1.6), "eye", WIDE).position
         assert y > -1.6
 
-    def test_is_the_same_each_time(self) -> None:
-        assert eye_view(room(RANGE, FRIDGE), "eye", WIDE) == eye_view(room(RANGE, FRIDGE), "eye", WIDE)
-
 
 class TestSunshine:
     WINDOW: ClassVar = {"id": "w", "kind": "window", "wall": "0", "from": [1.4, 0.0, 1.0], "to": [2.6, 0.0, 2.0]}

@@ -54,13 +54,6 @@ def test_any_mesh_gives_a_picture(subtests: pytest.Subtests) -> None:
             assert colored(still.render_mesh([part(SHAPES[name])], Up.Z, QUICK)) > 0.10
 
 
-@pytest.mark.parametrize("end", [1.0, 0.0])
-def test_a_line_and_a_point_have_no_picture(end: float) -> None:
-    line = Mesh(vertices=np.array([[0, 0, 0], [end / 2, 0, 0], [end, 0, 0]]), faces=np.array([[0, 1, 2]]))
-    with pytest.raises(CasaError, match="mesh0"):
-        still.render_mesh([part(line)], Up.Z, QUICK)
-
-
 def test_no_triangle_is_an_error() -> None:
     empty = Mesh(vertices=np.zeros((3, 3)), faces=np.zeros((0, 3), dtype=np.int32))
     with pytest.raises(CasaError, match="no triangle"):

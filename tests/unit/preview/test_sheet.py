@@ -7,7 +7,7 @@ import io
 import numpy as np
 from PIL import Image
 
-from casa_assets.preview.pictures import SheetCell, contact_sheet, contact_sheets, trimmed
+from casa_assets.preview.pictures import SheetCell, contact_sheet, contact_sheets
 
 
 def shot(color: tuple[int, int, int], title: str = "mug_0123456789") -> SheetCell:
@@ -38,15 +38,6 @@ def test_a_picture_of_another_shape_fills_its_cell_and_loses_paper() -> None:
     red = (np.asarray(sheet) == (200, 40, 40)).all(axis=2)
     assert np.ptp(np.flatnonzero(red.any(axis=0))) > 0.85 * 150
     assert np.ptp(np.flatnonzero(red.any(axis=1))) > 0.85 * 100
-
-
-def test_a_picture_without_paper_is_not_framed() -> None:
-    page = trimmed(Image.effect_mandelbrot((60, 40), (-2, -1, 1, 1), 20).convert("RGB"), 1.5)
-    assert page.size == (60, 40)
-
-
-def test_a_picture_that_is_missing_leaves_an_empty_frame() -> None:
-    assert opened(contact_sheet([SheetCell("none", "", b"")], "One")).width > 0
 
 
 def test_long_and_strange_captions_are_cut_to_the_cell() -> None:

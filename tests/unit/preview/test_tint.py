@@ -7,7 +7,7 @@ import pytest
 
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.material import Material
-from casa_assets.preview.color_statistics import color_distance, color_histogram, lab_of
+from casa_assets.preview.color_statistics import color_distance, color_histogram
 from tests.assets import ball, rigid_mug, textured_box
 from tests.meshes import texture
 
@@ -47,12 +47,6 @@ def test_colours_have_their_names(subtests: pytest.Subtests) -> None:
     ]:
         with subtests.test(color=color, name=name):
             assert color_histogram(painted(*color)).names == ((name, 1.0),)
-
-
-def test_lab_of_the_primaries() -> None:
-    """Ref: the primaries of sRGB in CIELAB, such as Lindbloom gives them."""
-    found = lab_of(np.array([[1.0, 1.0, 1.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]))
-    assert found == pytest.approx(np.array([[100, 0, 0], [53.24, 80.09, 67.2], [32.3, 79.19, -107.86]]), abs=0.3)
 
 
 def test_pictures_are_looked_up_and_shares_are_by_area() -> None:

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from casa_assets.articulate.colliders.clearance import CLEARANCE_M, LinkSolid, clear_moving_parts
-from casa_assets.articulate.colliders.link_shapes import box_cloud, convex_clouds, fit_shape
-from casa_assets.model.asset.parts import Box, Hull
-from tests.unit.articulate.blocks import box, carcass, disc, together
+from casa_assets.articulate.colliders.link_shapes import box_cloud, convex_clouds
+from tests.unit.articulate.blocks import carcass, together
 
 
 def cloud(low: tuple[float, float, float], high: tuple[float, float, float]) -> np.ndarray:
@@ -38,16 +37,6 @@ def test_what_stands_in_the_way_is_left() -> None:
     assert np.ptp(drawer.clouds[0], axis=0) == pytest.approx([0.8, 0.4, 0.3])
 
 
-def test_a_swinging_door_keeps_its_shape() -> None:
-    body = LinkSolid(None, [cloud((-0.3, 0.0, 0.0), (0.3, 0.4, 0.5))], [])
-    axis, anchor = np.array([0.0, 0.0, -1.0]), np.array([-0.3, -0.002, 0.0])
-    leaf = cloud((-0.3, -0.02, 0.0), (0.3, 0.0, 0.5))
-    door = LinkSolid(0, [leaf], [], turns=True, axis=axis, anchor=anchor, max_travel=np.pi / 2)
-    clear_moving_parts([body, door])
-    assert sum(float(np.prod(np.ptp(c, axis=0))) for c in door.clouds) > 0.9 * float(np.prod(np.ptp(leaf, axis=0)))
-    assert all(c[:, 1].min() >= CLEARANCE_M - 1e-9 for c in body.clouds)
-
-
 def test_what_turns_round_gets_room_for_its_corners_in_every_pose() -> None:
     """A square knob beside a plate of the same depth: at rest its side lies 1 mm away, its corners reach farther."""
     plate = LinkSolid(None, [cloud((0.021, -0.02, -0.1), (0.2, 0.0, 0.1))], [])
@@ -60,18 +49,6 @@ def test_what_turns_round_gets_room_for_its_corners_in_every_pose() -> None:
         nearest = np.clip(np.zeros(3), low, high)[[0, 2]]
         assert np.linalg.norm(nearest) >= reach - 1e-9
     assert max(c[:, 0].max() for c in plate.clouds) == pytest.approx(0.2)
-
-
-def test_a_box_is_a_box_and_a_disc_a_hull() -> None:
-    points, faces = box((0, 0, 0), (0.2, 0.3, 0.1))
-    (only,) = convex_clouds(points, faces, 8)
-    shape, pose = fit_shape(only)
-    assert isinstance(shape, Box)
-    assert shape.size == pytest.approx((0.2, 0.3, 0.1))
-    assert pose.position == pytest.approx((0.1, 0.15, 0.05))
-    points, faces = disc((0, 0, 0), 0.03, 0.02)
-    shape, _ = fit_shape(convex_clouds(points, faces, 8)[0])
-    assert isinstance(shape, Hull)
 
 
 def test_shapes_leave_a_cavity_open_and_keep_to_their_number() -> None:

@@ -8,12 +8,8 @@ import pytest
 from casa_assets.articulate.colliders.build_colliders import GRIP_WIDTH_M, add_edge_grip
 from casa_assets.articulate.colliders.clearance import LinkSolid, clear_moving_parts, is_empty_region
 from casa_assets.articulate.colliders.link_shapes import box_cloud, convex_clouds, hull_closes_opening, is_frame
-from casa_assets.articulate.frame.axes import given_frame
 from casa_assets.articulate.plan import PartKind
-from casa_assets.articulate.segment.shell_segments import fragment_mesh
-from casa_assets.articulate.segment.welded_mesh import weld_triangles
-from tests.unit.articulate.blocks import box, carcass, disc, together
-from tests.unit.articulate.fragmented import articulate_fragmentation
+from tests.unit.articulate.blocks import box, disc, together
 
 Z = np.array([0.0, 0.0, 1.0])
 
@@ -104,17 +100,3 @@ def test_a_place_is_air_where_what_is_seen_bounds_it_on_one_side_alone() -> None
     assert not is_empty_region(np.concatenate([wall, other]), [place])
     assert not is_empty_region(wall + np.array([0.025, 0.0, 0.0]), [place])
     assert not is_empty_region(None, [place])
-
-
-def test_a_bin_that_reaches_into_a_leaf_hangs_on_it_and_a_shelf_behind_it_does_not() -> None:
-    leaf = [box((0, -0.03, 0), (0.6, 0, 1.2)), box((0.52, -0.07, 0.5), (0.54, -0.03, 0.8))]
-    basket = box((0.1, -0.02, 0.3), (0.5, 0.1, 0.4))
-    shelf = box((0.02, 0.14, 0.7), (0.58, 0.58, 0.72))
-    points, faces, owner = together(*carcass(0.6, 0.6, 1.2), *leaf, basket, shelf)
-    mesh = weld_triangles(points, faces)
-    frame = given_frame(mesh, (0, 0, 1), (0, -1, 0))
-    found = articulate_fragmentation(fragment_mesh(mesh.in_frame(frame)), frame)
-    (door,) = found.parts
-    own = set(owner[door.faces].tolist())
-    assert {5, 6, 7} <= own
-    assert 8 not in own

@@ -5,25 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from casa_assets.articulate.controls.controls import Control
-from casa_assets.articulate.controls.round_controls import _discs, drop_burner_caps, find_burners, find_single_button
-from casa_assets.articulate.frame.axes import given_frame
-from casa_assets.articulate.fronts.relief import is_bar
+from casa_assets.articulate.controls.round_controls import drop_burner_caps, find_burners, find_single_button
 from casa_assets.articulate.plan import PartKind
-from casa_assets.articulate.segment.creases import Protrusion
 from casa_assets.articulate.segment.fragments import measure_fragments
-from casa_assets.articulate.segment.shell_segments import fragment_mesh
-from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_triangles
 from casa_assets.model.asset.parts import Mesh
 from tests.assets import textured_box
 from tests.unit.articulate.blocks import Part, box, disc, together
-from tests.unit.articulate.fragmented import articulate_fragmentation
-
-
-def placed(*parts: Part) -> WeldedMesh:
-    points, faces, _ = together(*parts)
-    mesh = weld_triangles(points, faces)
-    frame = given_frame(mesh, (0, 0, 1), (0, -1, 0))
-    return mesh.in_frame(frame)
+from tests.unit.articulate.fragmented import found_in, in_its_frame
 
 
 def control(x: float, y: float, wide: float, high: float, round_: bool = True, stands: float = 0.02) -> Control:
@@ -37,9 +25,8 @@ def machine(*more: Part) -> tuple[Part, ...]:
 
 
 def test_the_one_round_thing_on_a_front_is_a_key_of_what_somebody_calls_a_machine() -> None:
-    mesh = placed(*machine(disc((0.1, -0.015, 0.31), 0.035, 0.015)))
-    frame = given_frame(mesh, (0, 0, 1), (0, -1, 0))
-    (part,) = articulate_fragmentation(fragment_mesh(mesh), frame, "coffee_machine").parts
+    found, _ = found_in(machine(disc((0.1, -0.015, 0.31), 0.035, 0.015)), "coffee_machine")
+    (part,) = found.parts
     assert part.kind is PartKind.BUTTON
     assert part.joint.axis[1] > 0.99
     assert part.confidence < 0.5
@@ -47,7 +34,7 @@ def test_the_one_round_thing_on_a_front_is_a_key_of_what_somebody_calls_a_machin
 
 def test_two_of_them_are_not_the_one_key() -> None:
     pair = [disc((x, -0.015, 0.31), 0.02, 0.015) for x in (0.05, 0.15)]
-    mesh = placed(*machine(*pair))
+    mesh, _ = in_its_frame(*together(*machine(*pair))[:2])
     assert find_single_button(measure_fragments(mesh, mesh.fragment_labels, 256)) is None
 
 
@@ -67,31 +54,6 @@ def test_what_arms_stand_round_is_a_burner_and_no_knob() -> None:
     assert left[0] is knob
 
 
-def test_what_differs_from_the_knobs_of_the_front_is_no_knob_on_the_top() -> None:
-    front = [control(x, 0.3, 0.04, 0.04) for x in (-0.1, 0.0, 0.1)]
-    cap, alike = control(0.1, 0.1, 0.07, 0.07), control(-0.1, 0.1, 0.042, 0.042)
-    left = drop_burner_caps([cap, alike], [cap, alike], front)
-    assert len(left) == 1
-    assert left[0] is alike
-
-
-def test_a_burner_of_six_sides_is_round_and_a_square_is_not() -> None:
-    def lying(sides: int) -> Mesh:
-        points, faces = disc((0, 0, 0), 0.09, 0.02, sides)
-        up = points[:, [0, 2, 1]] * np.array([1.0, 1.0, -1.0])
-        return Mesh(vertices=up, faces=faces.astype(np.int32))
-
-    assert len(_discs(lying(6))) == 1
-    assert len(_discs(lying(24))) == 1
-    assert _discs(lying(4)) == []
-
-
-def test_a_bar_is_long_and_stands_out() -> None:
-    low, high = np.zeros(2), np.array([0.2, 0.02])
-    assert is_bar(Protrusion((0, 10), (0, 100), low, high, 0.03, 0.004))
-    assert not is_bar(Protrusion((0, 10), (0, 100), low, high, 0.004, 0.004))
-
-
 def test_a_small_panel_with_knobs_and_a_lever_is_no_door() -> None:
     parts = [
         box((0, 0, 0), (0.2, 0.15, 0.2)),
@@ -100,8 +62,7 @@ def test_a_small_panel_with_knobs_and_a_lever_is_no_door() -> None:
     ]
     parts += [box((0.08, -0.03, 0.13), (0.12, -0.006, 0.14))]
     parts += [disc((x, -0.016, 0.07), 0.008, 0.01) for x in (0.08, 0.12)]
-    mesh = placed(*parts)
-    found = articulate_fragmentation(fragment_mesh(mesh), given_frame(mesh, (0, 0, 1), (0, -1, 0)))
+    found, _ = found_in(parts)
     assert [p.kind for p in found.parts] == [PartKind.KNOB, PartKind.KNOB]
 
 

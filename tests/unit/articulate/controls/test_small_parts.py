@@ -7,24 +7,12 @@ import pytest
 
 from casa_assets.articulate.controls.controls import find_controls
 from casa_assets.articulate.controls.levers_and_switches import Lever, find_levers
-from casa_assets.articulate.frame.axes import given_frame
-from casa_assets.articulate.plan import Articulation, PartKind
+from casa_assets.articulate.plan import PartKind
 from casa_assets.articulate.segment.fragments import FRONT, measure_fragments
-from casa_assets.articulate.segment.shell_segments import fragment_mesh
-from casa_assets.articulate.segment.welded_mesh import weld_triangles
-from casa_assets.model.asset.parts import JointKind
 from tests.unit.articulate.blocks import Floats, Part, box, carcass, disc, together
-from tests.unit.articulate.fragmented import articulate_fragmentation
+from tests.unit.articulate.fragmented import found_in, in_its_frame
 
 SQUARE = np.array([[0, 1, 2], [0, 2, 3]])
-
-
-def found_in(parts: list[Part]) -> tuple[Articulation, np.ndarray]:
-    """What is found where up is z and the front faces -y, and the part of each face."""
-    vertices, faces, owner = together(*parts)
-    mesh = weld_triangles(vertices, faces)
-    frame = given_frame(mesh, (0, 0, 1), (0, -1, 0))
-    return articulate_fragmentation(fragment_mesh(mesh.in_frame(frame)), frame), owner
 
 
 def turned(part: Part, degrees: float, about: tuple[float, float, float]) -> Part:
@@ -48,12 +36,9 @@ def slotted() -> list[Part]:
 
 def levers_in(parts: list[Part]) -> tuple[list[Lever], float]:
     """Levers on the front of some parts, and metres in a unit of the frame."""
-    vertices, faces, _ = together(*parts)
-    mesh = weld_triangles(vertices, faces)
-    frame = given_frame(mesh, (0, 0, 1), (0, -1, 0))
-    placed = mesh.in_frame(frame)
+    placed, frame = in_its_frame(*together(*parts)[:2])
     pieces = measure_fragments(placed, placed.fragment_labels)
-    levers, _ = find_levers(pieces, FRONT, find_controls(pieces, FRONT, []))
+    levers, _ = find_levers(pieces, find_controls(pieces, FRONT, []))
     return levers, 1 / frame.scale
 
 
@@ -62,14 +47,6 @@ def test_a_pad_at_the_end_of_a_slot_is_a_lever_that_goes_along_it() -> None:
     assert lever.way == pytest.approx((0, -1, 0), abs=0.02)
     assert lever.length * unit == pytest.approx(0.12, abs=0.01)
     assert (lever.control.upper - lever.control.lower) * unit == pytest.approx((0.04, 0.01, 0.025), abs=1e-6)
-
-
-def test_the_lever_becomes_a_part_that_slides() -> None:
-    found, owner = found_in([*slotted(), box((0.13, -0.03, 0.18), (0.17, -0.005, 0.19))])
-    (lever,) = [p for p in found.parts if p.kind is PartKind.LEVER]
-    assert lever.joint.kind is JointKind.SLIDE
-    assert lever.joint.axis == pytest.approx((0, 0, -1), abs=0.02)
-    assert set(owner[lever.faces].tolist()) == {5}
 
 
 def test_a_slot_that_falls_back_in_stairs_has_their_slope() -> None:
@@ -82,11 +59,6 @@ def test_a_slot_that_falls_back_in_stairs_has_their_slope() -> None:
     levers, _ = levers_in([*parts, box((0.13, 0.01, 0.24), (0.17, 0.044, 0.25))])
     lever = max(levers, key=lambda v: float(v.control.middle[1]))
     assert lever.way[2] / lever.way[1] == pytest.approx(0.2, abs=0.05)
-
-
-def test_without_a_slot_it_is_no_lever() -> None:
-    block = box((0.0, 0.0, 0.0), (0.3, 0.3, 0.25))
-    assert levers_in([block, box((0.13, -0.03, 0.18), (0.17, -0.005, 0.19))])[0] == []
 
 
 def test_a_gap_between_two_fronts_is_no_slot() -> None:
@@ -107,25 +79,10 @@ def test_a_knob_on_a_slope_turns_about_the_normal_of_its_cap() -> None:
         assert np.abs(np.array(part.joint.axis) @ [0, -np.cos(slope), -np.sin(slope)]) > 0.9999
 
 
-def test_a_cap_that_leans_away_from_its_ground_is_no_axis() -> None:
-    parts = [box((0, 0, 0), (0.5, 0.4, 0.3))]
-    parts += [turned(disc((x, -0.018, 0.15), 0.02, 0.03), 35.0, (x, 0.0, 0.15)) for x in (0.1, 0.25, 0.4)]
-    found, _ = found_in(parts)
-    assert len(found.parts) == 3
-    for part in found.parts:
-        assert np.abs(part.joint.axis) == pytest.approx((0, 1, 0))
-
-
 def test_one_of_a_row_of_knobs_need_not_be_round() -> None:
     knobs = [disc((x, -0.02, 0.15), 0.02, 0.02) for x in (0.1, 0.2, 0.3, 0.4)]
     found, _ = found_in([box((0, 0, 0), (0.6, 0.4, 0.3)), *knobs, box((0.48, -0.02, 0.13), (0.52, 0.0, 0.17))])
     assert [p.kind for p in found.parts] == [PartKind.KNOB] * 5
-
-
-def test_a_round_one_in_a_row_of_keys_is_a_key() -> None:
-    keys = [box((x, -0.008, 0.14), (x + 0.03, 0.0, 0.164)) for x in (0.1, 0.2, 0.3, 0.4)]
-    found, _ = found_in([box((0, 0, 0), (0.6, 0.4, 0.3)), *keys, disc((0.5, -0.008, 0.152), 0.0135, 0.008)])
-    assert [p.kind for p in found.parts] == [PartKind.BUTTON] * 5
 
 
 def test_a_pin_is_pushed_and_a_knob_is_turned() -> None:
@@ -146,14 +103,6 @@ def hob(*more: Part) -> list[Part]:
     """A slab with four knobs in a row at its front, and more. Parts: 0 slab, 1..4 knobs, 5.. more."""
     knobs = [lying(disc((x, -0.06, 0.05), 0.02, 0.03)) for x in (0.12, 0.24, 0.36, 0.48)]
     return [box((0, 0, 0), (0.6, 0.5, 0.03)), *knobs, *more]
-
-
-def test_knobs_on_a_hob_turn_about_the_vertical() -> None:
-    found, owner = found_in(hob())
-    assert [p.kind for p in found.parts] == [PartKind.KNOB] * 4
-    assert {int(owner[p.faces[0]]) for p in found.parts} == {1, 2, 3, 4}
-    for part in found.parts:
-        assert abs(part.joint.axis[2]) == pytest.approx(1.0)
 
 
 def test_burners_under_grates_are_no_knobs() -> None:
@@ -207,9 +156,7 @@ def test_what_stands_on_a_plate_of_a_toaster_is_its_lever_and_its_knob() -> None
 def test_a_sheet_that_a_knob_stands_on_stays() -> None:
     sheet = (np.array([[0.1, -0.01, 0.1], [0.18, -0.01, 0.1], [0.18, -0.01, 0.18], [0.1, -0.01, 0.18]]), SQUARE)
     parts = [box((0.0, 0.0, 0.0), (0.5, 0.3, 0.5)), sheet, disc((0.14, -0.035, 0.14), 0.025, 0.025)]
-    vertices, faces, _ = together(*parts)
-    mesh = weld_triangles(vertices, faces)
-    mesh = mesh.in_frame(given_frame(mesh, (0, 0, 1), (0, -1, 0)))
+    mesh, _ = in_its_frame(*together(*parts)[:2])
     (knob,) = find_controls(measure_fragments(mesh, mesh.fragment_labels), FRONT, [])
     assert knob.is_round
     assert len(knob.fragments) == 1

@@ -5,13 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from casa_assets.articulate.frame.axes import given_frame
-from casa_assets.articulate.plan import Articulation, PartKind
-from casa_assets.articulate.segment.shell_segments import fragment_mesh
-from casa_assets.articulate.segment.welded_mesh import weld_triangles
+from casa_assets.articulate.plan import PartKind
 from casa_assets.model.asset.parts import JointKind
-from tests.unit.articulate.blocks import Part, box, disc, together
-from tests.unit.articulate.fragmented import articulate_fragmentation
+from tests.unit.articulate.blocks import Part, box, disc
+from tests.unit.articulate.fragmented import found_in
 
 
 def upright(bottom: tuple[float, float, float], radius: float, height: float) -> Part:
@@ -28,14 +25,6 @@ def faucet(sticks: int = 2) -> list[Part]:
         parts.append((points[:, [1, 0, 2]] + np.array([x, 0.0, 0.035]), faces[:, ::-1]))
     parts += [upright((x, 0.0, 0.04), 0.004, 0.05) for x in (-0.045, 0.045)[:sticks]]
     return [*parts, upright((0.0, 0.0, 0.05), 0.015, 0.2), box((-0.015, -0.18, 0.24), (0.015, 0.015, 0.27))]
-
-
-def found_in(parts: list[Part]) -> tuple[Articulation, np.ndarray]:
-    """What is found where up is z and the front faces -y, and the part of each face."""
-    vertices, faces, owner = together(*parts)
-    mesh = weld_triangles(vertices, faces)
-    frame = given_frame(mesh, (0, 0, 1), (0, -1, 0))
-    return articulate_fragmentation(fragment_mesh(mesh.in_frame(frame)), frame), owner
 
 
 def test_a_stick_turns_with_its_valve_about_the_axis_of_that() -> None:
@@ -56,17 +45,6 @@ def test_the_spout_beside_sticks_swivels_about_its_column() -> None:
     assert set(owner[spout.faces].tolist()) == {6, 7}
     assert spout.joint.axis == pytest.approx((0, 0, 1))
     assert spout.joint.anchor[0] == pytest.approx(-found.frame.origin[0] * found.frame.scale, abs=1e-6)
-
-
-def test_a_low_spout_on_a_collar_swivels_too() -> None:
-    parts = [box((-0.15, -0.05, 0.0), (0.15, 0.05, 0.012)), upright((0.0, 0.0, 0.0), 0.02, 0.062)]
-    for x, end in ((-0.11, -0.18), (0.11, 0.18)):
-        parts.append(upright((x, 0.0, 0.012), 0.014, 0.03))
-        parts.append(box((min(x, end) - 0.006, -0.006, 0.042), (max(x, end) + 0.006, 0.006, 0.052)))
-    parts += [upright((0.0, 0.0, 0.062), 0.021, 0.012), box((-0.01, -0.16, 0.066), (0.01, 0.0, 0.082))]
-    found, owner = found_in(parts)
-    spouts = [p for p in found.parts if p.kind is PartKind.SPOUT]
-    assert [sorted(set(owner[p.faces].tolist())) for p in spouts] == [[6, 7]]
 
 
 def test_no_spout_without_sticks_and_no_sticks_on_a_rail() -> None:

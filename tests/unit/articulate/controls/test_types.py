@@ -8,14 +8,13 @@ import numpy as np
 import pytest
 
 from casa_assets.articulate.choose_plan import choose_plan
-from casa_assets.articulate.controls.classify import check_forest, decided, pooled, tell_beside_dials
+from casa_assets.articulate.controls.classify import check_forest, decided, tell_beside_dials
 from casa_assets.articulate.controls.controls import Control, group_controls
-from casa_assets.articulate.frame.axes import given_frame
 from casa_assets.articulate.plan import PartKind
-from casa_assets.articulate.segment.welded_mesh import weld_triangles
 from casa_assets.core.forest import forest_from_dict
 from casa_assets.pipeline.articulate.build import load_models
 from tests.unit.articulate.blocks import Part, box, carcass, disc, together
+from tests.unit.articulate.fragmented import in_its_frame
 
 
 def control(x: float, z: float, width: float, height: float, stands: float = 0.01) -> Control:
@@ -26,10 +25,8 @@ def control(x: float, z: float, width: float, height: float, stands: float = 0.0
 
 def kinds_of(*parts: Part) -> list[PartKind]:
     """The kinds of the knobs and keys that are found on a mesh, as the whole command would type them."""
-    points, faces, _ = together(*parts)
-    mesh = weld_triangles(points, faces)
-    frame = given_frame(mesh, (0, 0, 1), (0, -1, 0))
-    found = choose_plan(mesh.in_frame(frame), frame, models=load_models()).articulation.parts
+    mesh, frame = in_its_frame(*together(*parts)[:2])
+    found = choose_plan(mesh, frame, models=load_models()).articulation.parts
     return [p.kind for p in found if p.kind in (PartKind.KNOB, PartKind.BUTTON)]
 
 
@@ -38,10 +35,6 @@ def test_a_grid_is_one_group_and_a_wide_key_below_it_another() -> None:
     groups = group_controls([*grid, control(0.05, -0.06, 0.13, 0.03)])
     assert sorted((len(g.members), g.rows, g.columns) for g in groups) == [(1, 1, 1), (12, 4, 3)]
     assert groups[0].pitch == pytest.approx(0.05 / 0.03)
-
-
-def test_alike_controls_far_from_each_other_are_two_groups() -> None:
-    assert len(group_controls([control(0, 0, 0.02, 0.02), control(0.3, 0.3, 0.02, 0.02)])) == 2
 
 
 def test_round_keys_in_a_grid_beside_a_door_are_keys() -> None:
@@ -64,26 +57,9 @@ def test_pulls_of_drawers_are_neither() -> None:
     assert kinds_of(*carcass(0.5, 0.45, 0.61), *fronts, *pulls) == []
 
 
-def test_a_flat_mark_alone_is_no_key() -> None:
-    door, mark = box((0.0, -0.02, 0.0), (0.5, -0.0005, 0.6)), box((0.2, -0.0206, 0.5), (0.24, -0.0201, 0.52))
-    assert kinds_of(*carcass(0.5, 0.5, 0.6), door, mark) == []
-
-
-def test_a_group_is_told_by_the_mean_of_its_members() -> None:
-    told = pooled(np.array([[0.2, 0.7, 0.1], [0.2, 0.7, 0.1], [0.1, 0.3, 0.6]]))
-    assert told.argmax() == 1
-    assert told.sum() == pytest.approx(1.0)
-
-
 def test_what_is_surely_a_control_is_the_likelier_of_the_two() -> None:
     chances = np.array([[0.5, 0.4, 0.1], [0.2, 0.38, 0.42], [0.52, 0.02, 0.46], [0.45, 0.3, 0.25]])
     assert decided(chances, np.zeros(4, dtype=bool)).tolist() == [0, 2, 2, 0]
-
-
-def test_on_the_top_less_makes_a_control() -> None:
-    chances = np.array([[0.56, 0.34, 0.1], [0.7, 0.28, 0.02]])
-    assert decided(chances, np.zeros(2, dtype=bool)).tolist() == [0, 0]
-    assert decided(chances, np.ones(2, dtype=bool)).tolist() == [1, 0]
 
 
 def test_a_forest_gives_the_mean_of_its_trees() -> None:

@@ -7,29 +7,19 @@ from itertools import product
 import numpy as np
 import pytest
 
-from casa_assets.articulate.frame.axes import CANDIDATES, candidate_probabilities, given_frame
+from casa_assets.articulate.frame.axes import CANDIDATES, candidate_probabilities
 from casa_assets.articulate.frame.score_candidate import SCORE_NAMES, candidate_axes, rotate_fragments, score_candidate
-from casa_assets.articulate.frame.side_views import FEATURES, frame_features, hidden_area, measure_side
-from casa_assets.articulate.segment.fragments import (
-    BOTTOM,
-    FRONT,
-    LEFT,
-    SIDES,
-    TOP,
-    MeasuredFragments,
-    measure_fragments,
-)
-from casa_assets.articulate.segment.welded_mesh import weld_triangles
-from tests.unit.articulate.blocks import Part, box, carcass, drawers, microwave, together
+from casa_assets.articulate.frame.side_views import measure_side
+from casa_assets.articulate.segment.fragments import FRONT, LEFT, SIDES, TOP, MeasuredFragments, measure_fragments
+from tests.unit.articulate.blocks import Part, box, drawers, microwave, together
+from tests.unit.articulate.fragmented import in_its_frame
 
 PIXELS = 128
 
 
 def pieces_of(*parts: Part) -> MeasuredFragments:
     """The pieces of a thing that stands as it should."""
-    mesh = weld_triangles(*together(*parts)[:2])
-    frame = given_frame(mesh, (0, 0, 1), (0, -1, 0))
-    placed = mesh.in_frame(frame)
+    placed, _ = in_its_frame(*together(*parts)[:2])
     return measure_fragments(placed, placed.fragment_labels, PIXELS)
 
 
@@ -69,26 +59,6 @@ def test_a_candidate_upside_down_or_sideways_finds_less() -> None:
     assert aside["no_parts"] == 1.0
 
 
-def test_a_front_that_may_be_drawn_has_no_box_without_one() -> None:
-    parts = carcass(0.6, 0.5, 0.6)
-    for z in (0.0, 0.3):
-        parts += [box((0.0, -0.02, z), (0.6, 0.0, z + 0.295)), box((0.2, -0.05, z + 0.14), (0.4, -0.035, z + 0.155))]
-    bare = dict(zip(SCORE_NAMES, score_candidate(pieces_of(*parts), FRONT, TOP), strict=True))
-    whole_ = dict(zip(SCORE_NAMES, score_candidate(whole("drawers"), FRONT, TOP), strict=True))
-    assert bare["drawers_without_box"] == pytest.approx(np.log1p(2))
-    assert bare["drawers_with_box"] == 0.0
-    assert whole_["drawers_without_box"] == 0.0
-    assert whole_["drawers_with_box"] == pytest.approx(np.log1p(2))
-
-
-def test_a_slot_ends_before_the_border() -> None:
-    floor = box((0.0, 0.0, 0.0), (0.4, 0.3, 0.15))
-    long = [box((0.0, 0.0, 0.15), (0.4, 0.135, 0.25)), box((0.0, 0.165, 0.15), (0.4, 0.3, 0.25))]
-    ends = [box((0.0, 0.135, 0.15), (0.07, 0.165, 0.25)), box((0.33, 0.135, 0.15), (0.4, 0.165, 0.25))]
-    assert measure_side(pieces_of(floor, *long, *ends), TOP).slots == 0.5
-    assert measure_side(pieces_of(floor, *long), TOP).slots == 0.0
-
-
 def test_another_material_in_the_same_plane_is_detail() -> None:
     vertices, faces, _ = together(
         box((0, 0, 0), (0.6, 0.4, 0.3)),
@@ -99,25 +69,10 @@ def test_another_material_in_the_same_plane_is_detail() -> None:
     vertices[8:, 1] -= 1e-4
     details = []
     for tint in (np.zeros(len(faces), dtype=np.int64), np.repeat(np.arange(3), 12)):
-        mesh = weld_triangles(vertices, faces, tint)
-        frame = given_frame(mesh, (0, 0, 1), (0, -1, 0))
-        placed = mesh.in_frame(frame)
+        placed, _ = in_its_frame(vertices, faces, tint)
         details.append(measure_side(measure_fragments(placed, placed.fragment_labels, PIXELS), FRONT).detail)
     assert details[0] == 0.0
     assert details[1] > 0.02
-
-
-def test_what_stands_on_legs_does_so_on_its_bottom_alone() -> None:
-    legs = [box((x, y, 0.0), (x + 0.05, y + 0.05, 0.7)) for x in (0.0, 0.95) for y in (0.0, 0.55)]
-    pieces = pieces_of(box((0.0, 0.0, 0.7), (1.0, 0.6, 0.75)), *legs)
-    sides = [measure_side(pieces, i) for i in range(len(SIDES))]
-    number = {n: i for i, n in enumerate(FEATURES)}
-    upright = frame_features(pieces, sides, FRONT, TOP, hidden_area(pieces))
-    overturned = frame_features(pieces, sides, FRONT, BOTTOM, hidden_area(pieces))
-    assert upright[number["bottom_legs"]] > 0.8
-    assert upright[number["top_legs"]] == 0.0
-    assert overturned[number["bottom_legs"]] == 0.0
-    assert overturned[number["top_legs"]] > 0.8
 
 
 def test_shares_sum_to_one_and_what_is_known_counts() -> None:

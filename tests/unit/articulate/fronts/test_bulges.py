@@ -5,15 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from casa_assets.articulate.frame.axes import given_frame
-from casa_assets.articulate.frame.side_views import measure_side
 from casa_assets.articulate.fronts.panels import find_panels
 from casa_assets.articulate.fronts.relief import FrontRectangle, merge_stairs
 from casa_assets.articulate.segment.creases import SideRelief
-from casa_assets.articulate.segment.fragments import FRONT, MeasuredFragments, measure_fragments
+from casa_assets.articulate.segment.fragments import MeasuredFragments, measure_fragments
 from casa_assets.articulate.segment.orthographic import DepthImage
-from casa_assets.articulate.segment.welded_mesh import weld_triangles
 from tests.unit.articulate.blocks import Floats, Part, box, together
+from tests.unit.articulate.fragmented import in_its_frame
 
 COLUMNS = ((0, 20), (20, 40), (40, 160), (160, 180), (180, 200))
 
@@ -53,18 +51,9 @@ def test_what_is_no_bulge_stays_apart(subtests: pytest.Subtests) -> None:
             assert merge_stairs(side, leaves) == leaves
 
 
-def test_a_gap_between_fronts_is_no_stair() -> None:
-    side, leaves = fallen((0.012, 0.006, 0.0, 0.006, 0.012))
-    side.base[:, [20, 40, 160, 180]] = 0.05
-    assert merge_stairs(side, leaves) == leaves
-
-
 def measured(parts: list[Part]) -> MeasuredFragments:
     """The pieces of some parts, up z, front -y, a diagonal of 1."""
-    vertices, faces, _ = together(*parts)
-    mesh = weld_triangles(vertices, faces)
-    frame = given_frame(mesh, (0, 0, 1), (0, -1, 0))
-    placed = mesh.in_frame(frame)
+    placed, _ = in_its_frame(*together(*parts)[:2])
     return measure_fragments(placed, placed.fragment_labels)
 
 
@@ -85,13 +74,5 @@ def test_a_stout_bar_at_the_edge_of_a_bulging_front_is_no_part_of_its_leaf(stand
     front = wedge((0.0, 0.0, 0.0), (0.6, 0.06, 1.0), 0.02)
     bar = box((0.03, 0.018 - stands, 0.4), (0.08, 0.02, 0.6))
     pieces = measured([box((0.0, 0.06, 0.0), (0.6, 0.6, 1.0)), front, bar])
-    (panel,) = [p for p in find_panels(pieces, FRONT) if len(p.members) > 0 and p.width > 0.4]
+    (panel,) = [p for p in find_panels(pieces) if len(p.members) > 0 and p.width > 0.4]
     assert (len(panel.members) > 1) is (stands < 0.01)
-
-
-def test_a_slope_is_no_detail() -> None:
-    """A steep bevel has edges where it begins and ends, and none between."""
-    steep = measured([wedge((0.0, 0.0, 0.0), (0.2, 0.5, 0.5), 0.4)])
-    flat = measured([wedge((0.0, 0.0, 0.0), (0.2, 0.5, 0.5), 0.1)])
-    assert measure_side(steep, FRONT).detail == pytest.approx(measure_side(flat, FRONT).detail, abs=0.01)
-    assert measure_side(steep, FRONT).detail < 0.05

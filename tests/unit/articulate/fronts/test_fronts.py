@@ -2,24 +2,12 @@
 
 from __future__ import annotations
 
-import numpy as np
 import pytest
 
-from casa_assets.articulate.frame.axes import given_frame
 from casa_assets.articulate.plan import Articulation, HingeEdge, PartKind, PartPlan
-from casa_assets.articulate.segment.shell_segments import fragment_mesh
-from casa_assets.articulate.segment.welded_mesh import weld_triangles
 from casa_assets.model.asset.parts import JointKind
-from tests.unit.articulate.blocks import Part, box, carcass, disc, together
-from tests.unit.articulate.fragmented import articulate_fragmentation
-
-
-def found_in(parts: list[Part]) -> tuple[Articulation, np.ndarray]:
-    """What is found where up is z and the front faces -y, and the part of each face."""
-    vertices, faces, owner = together(*parts)
-    mesh = weld_triangles(vertices, faces)
-    frame = given_frame(mesh, (0, 0, 1), (0, -1, 0))
-    return articulate_fragmentation(fragment_mesh(mesh.in_frame(frame)), frame), owner
+from tests.unit.articulate.blocks import Part, box, carcass
+from tests.unit.articulate.fragmented import found_in
 
 
 def of_kind(found: Articulation, kind: PartKind) -> list[PartPlan]:
@@ -64,21 +52,6 @@ def test_a_basin_that_one_looks_into_stays_behind_a_false_front() -> None:
     parts = [*walls, box((0.0, -0.02, 0.5), (0.6, 0.0, 0.7)), *tub((0.1, 0.01, 0.52), (0.5, 0.45, 0.7))]
     found, _ = found_in(parts)
     assert of_kind(found, PartKind.DRAWER) == []
-
-
-def test_the_outer_wall_of_a_basin_is_no_box_of_a_drawer() -> None:
-    walls = [p for i, p in enumerate(carcass(0.6, 0.5, 0.7)) if i != 3]
-    rim = [
-        box((0.0, 0.0, 0.69), (0.1, 0.5, 0.71)),
-        box((0.5, 0.0, 0.69), (0.6, 0.5, 0.71)),
-        box((0.1, 0.0, 0.69), (0.5, 0.05, 0.71)),
-        box((0.1, 0.45, 0.69), (0.5, 0.5, 0.71)),
-    ]
-    basin = [*tub((0.1, 0.04, 0.55), (0.5, 0.46, 0.69)), *tub((0.07, 0.01, 0.52), (0.53, 0.49, 0.69))]
-    doors = [box((x, -0.02, 0.02), (x + 0.29, 0.0, 0.49)) for x in (0.005, 0.305)]
-    bars = [p for x in (0.26, 0.33) for p in bar((x, -0.06, 0.2), (x + 0.012, -0.05, 0.35), -0.02)]
-    found, _ = found_in([*walls, *rim, *basin, box((0.005, -0.02, 0.5), (0.595, 0.0, 0.69)), *doors, *bars])
-    assert [p.kind for p in found.parts] == [PartKind.DOOR, PartKind.DOOR]
 
 
 def test_a_tub_behind_a_door_is_a_drawer_of_its_own() -> None:
@@ -128,113 +101,9 @@ def test_a_door_in_a_niche_twice_as_wide_runs_sideways() -> None:
     assert door.joint.axis == pytest.approx((1, 0, 0))
 
 
-def test_a_leaf_of_two_boards_under_one_stile_is_one_door() -> None:
-    parts = [*carcass(0.4, 0.3, 0.9)]
-    parts += [box((0.0, -0.01, z), (0.4, 0.0, z + 0.45)) for z in (0.0, 0.45)]
-    parts += [box((x, -0.02, 0.0), (x + 0.02, -0.01, 0.9)) for x in (0.0, 0.38)]
-    parts += bar((0.365, -0.06, 0.4), (0.377, -0.05, 0.5), -0.01)
-    found, owner = found_in(parts)
-    (door,) = found.parts
-    assert door.joint.edge is HingeEdge.LEFT
-    assert set(owner[door.faces].tolist()) == set(range(5, 12))
-
-
-def test_stiles_and_rails_upon_a_board_are_one_front_with_it() -> None:
-    board = box((0.0, -0.01, 0.0), (0.5, 0.0, 0.4))
-    stiles = [box((x, -0.02, 0.0), (x + 0.06, -0.01, 0.4)) for x in (0.0, 0.44)]
-    rails = [box((0.06, -0.02, z), (0.44, -0.01, z + 0.11)) for z in (0.0, 0.29)]
-    handle = bar((0.41, -0.05, 0.15), (0.422, -0.04, 0.25), -0.01)
-    found, owner = found_in([*carcass(0.5, 0.5, 0.4), board, *stiles, *rails, *handle])
-    (door,) = found.parts
-    assert set(range(5, 10)) <= set(owner[door.faces].tolist())
-
-
 def test_a_plate_on_a_closed_block_is_no_door() -> None:
     found, _ = found_in([box((0, 0, 0), (0.6, 0.5, 0.5)), box((0.02, -0.02, 0.02), (0.58, 0.0, 0.48))])
     assert found.parts == ()
-
-
-def test_the_rim_of_an_open_stand_is_no_door() -> None:
-    walls = [p for i, p in enumerate(carcass(1.0, 0.5, 0.12)) if i in (0, 1, 4)]
-    found, _ = found_in([*walls, box((0.0, -0.02, 0.0), (1.0, 0.0, 0.12)), box((0.4, 0.2, 0.0), (0.6, 0.3, 0.4))])
-    assert of_kind(found, PartKind.DOOR) == []
-
-
-def test_the_feet_of_a_handle_are_no_buttons() -> None:
-    parts = [*carcass(0.5, 0.5, 0.6), box((0.0, -0.02, 0.0), (0.5, 0.0, 0.6))]
-    parts.append(box((0.1, -0.06, 0.5), (0.4, -0.045, 0.515)))
-    parts += [disc((x, -0.046, 0.507), 0.009, 0.026) for x in (0.11, 0.39)]
-    found, owner = found_in(parts)
-    (door,) = found.parts
-    assert set(owner[door.grip].tolist()) == {6, 7, 8}
-
-
-def test_a_cup_goes_with_the_low_front_that_it_draws() -> None:
-    parts = [
-        *carcass(0.8, 0.6, 0.9),
-        box((0.0, -0.02, 0.0), (0.8, 0.0, 0.74)),
-        box((0.0, -0.02, 0.75), (0.8, 0.0, 0.89)),
-    ]
-    parts += bar((0.74, -0.06, 0.3), (0.752, -0.05, 0.5), -0.02)
-    cup = len(parts)
-    parts += [box((0.355, -0.045, 0.8), (0.445, -0.02, 0.84))]
-    tray = len(parts)
-    parts += tub((0.03, 0.0, 0.77), (0.77, 0.5, 0.86))
-    found, owner = found_in(parts)
-    (drawer,) = of_kind(found, PartKind.DRAWER)
-    assert {cup, *range(tray, tray + 5)} <= set(owner[drawer.faces].tolist())
-
-
-def ring(width: float, height: float, rim: float) -> Part:
-    """A flat sheet in the plane y = 0 with one hole, which leaves a rim."""
-    outer = [(0.0, 0.0, 0.0), (width, 0.0, 0.0), (width, 0.0, height), (0.0, 0.0, height)]
-    inner = [(rim, 0.0, rim), (width - rim, 0.0, rim), (width - rim, 0.0, height - rim), (rim, 0.0, height - rim)]
-    sides = [((k, (k + 1) % 4, 4 + (k + 1) % 4), (k, 4 + (k + 1) % 4, 4 + k)) for k in range(4)]
-    return np.array([*outer, *inner]), np.array([t for pair in sides for t in pair])
-
-
-def test_two_tall_leaves_in_the_hole_of_a_sheet_are_doors_and_no_handles_of_it() -> None:
-    parts = [
-        ring(0.8, 2.0, 0.02),
-        box((0.0, 0.01, 0.0), (0.8, 0.6, 2.0)),
-        box((0.02, -0.05, 0.02), (0.398, -0.03, 1.98)),
-        box((0.402, -0.05, 0.02), (0.78, -0.03, 1.98)),
-    ]
-    found, owner = found_in(parts)
-    doors = of_kind(found, PartKind.DOOR)
-    assert sorted(set(owner[d.faces].tolist()).pop() for d in doors) == [2, 3]
-    assert {d.joint.edge for d in doors} == {HingeEdge.LEFT, HingeEdge.RIGHT}
-
-
-def test_a_board_set_back_at_the_floor_is_no_front() -> None:
-    feet = [box((x, 0.06, -0.08), (x + 0.03, 0.5, 0.0)) for x in (0.0, 0.47)]
-    plinth = box((0.0, 0.04, -0.08), (0.5, 0.06, 0.0))
-    pull = box((0.2, 0.01, -0.05), (0.3, 0.02, -0.035))
-    door = box((0.0, -0.02, 0.0), (0.5, 0.0, 0.6))
-    handle = bar((0.46, -0.06, 0.2), (0.472, -0.05, 0.4), -0.02)
-    found, owner = found_in([*carcass(0.5, 0.5, 0.6), *feet, plinth, pull, door, *handle])
-    (front,) = found.parts
-    assert front.kind is PartKind.DOOR
-    assert 7 not in owner[front.faces].tolist()
-
-
-def test_a_block_of_boards_behind_a_drawer_goes_with_it() -> None:
-    parts = carcass(0.5, 0.5, 0.62)
-    blocks = []
-    for z in (0.0, 0.21, 0.42):
-        front = box((0.02, -0.02, z), (0.48, 0.0, z + 0.2))
-        handle = bar((0.15, -0.06, z + 0.1), (0.35, -0.05, z + 0.112), -0.02)
-        start = len(parts) + 4
-        parts += [front, *handle, box((0.021, 0.001, z), (0.479, 0.45, z + 0.001))]
-        parts += [box((0.021, 0.001, z + 0.199), (0.479, 0.45, z + 0.2))]
-        parts += [box((0.0201, 0.001, z + 0.002), (0.0208, 0.45, z + 0.198))]
-        parts += [box((0.4792, 0.001, z + 0.002), (0.4799, 0.45, z + 0.198))]
-        blocks.append(set(range(start, start + 4)))
-    found, owner = found_in(parts)
-    assert [p.kind for p in found.parts] == [PartKind.DRAWER] * 3
-    assert sorted(min(b) for b in blocks) == sorted(
-        min(b) for b in blocks if any(b <= set(owner[p.faces].tolist()) for p in found.parts)
-    )
 
 
 def test_a_block_with_a_front_of_its_own_behind_a_door_is_a_drawer() -> None:

@@ -2,12 +2,7 @@
 
 import numpy as np
 
-from casa_assets.articulate.fronts.front_hypotheses import (
-    FrontHypotheses,
-    choose_fronts,
-    context_features,
-    propose_fronts,
-)
+from casa_assets.articulate.fronts.front_hypotheses import FrontHypotheses, choose_fronts, propose_fronts
 from casa_assets.articulate.fronts.moves_with_front import find_drawer_box
 from casa_assets.articulate.fronts.relief import LINE_MEASURES, FrontRectangle, find_lines, line_table, seam_maps
 from casa_assets.articulate.segment.creases import measure_relief
@@ -64,15 +59,6 @@ def test_two_leaves_go_before_the_whole_where_they_explain_more_together() -> No
     assert choose_fronts(found, np.array([2.0, 1.5, 1.5]), 0.0) == [1, 2]
     assert choose_fronts(found, np.array([4.0, 1.5, 1.5]), 0.0) == [0]
     assert choose_fronts(found, np.array([-1.0, -2.0, 1.5]), 0.0) == [2]
-
-
-def test_a_leaf_knows_how_good_its_mirror_is() -> None:
-    """Context: the left leaf sees the score of the right one, in the columns of mirrored and beside."""
-    found = _hypotheses([(0, 100, 0, 50), (0, 100, 50, 100), (0, 30, 0, 20)])
-    context = context_features(found, np.array([0.5, 3.0, -1.0]))
-    assert context[0, 0] == 3.0
-    assert context[0, 2] == 3.0
-    assert context[2, 0] < 0.0
 
 
 def _panel(lower: list[float], upper: list[float], axis: int, sign: int) -> tuple[np.ndarray, np.ndarray]:

@@ -6,14 +6,11 @@ import manifold3d
 import numpy as np
 import pytest
 
-from casa_assets.articulate.frame.axes import given_frame
-from casa_assets.articulate.plan import Articulation, PartKind, PartPlan
-from casa_assets.articulate.segment.shell_segments import fragment_mesh
-from casa_assets.articulate.segment.welded_mesh import weld_triangles
+from casa_assets.articulate.plan import PartKind, PartPlan
 from casa_assets.model.asset.parts import JointKind
-from tests.unit.articulate.blocks import Floats, Ints, Part, box, carcass, disc, together
-from tests.unit.articulate.fragmented import articulate_fragmentation
-from tests.unit.articulate.fronts.test_fronts import bar, found_in, of_kind, tub
+from tests.unit.articulate.blocks import Ints, Part, box, carcass, disc, together
+from tests.unit.articulate.fragmented import found_in, found_on
+from tests.unit.articulate.fronts.test_fronts import bar, of_kind, tub
 
 pytestmark = pytest.mark.content("code", "articulate", keep=0)
 
@@ -24,23 +21,8 @@ def shape_of(solid: manifold3d.Manifold) -> Part:
     return np.array(mesh.vert_properties, dtype=np.float64)[:, :3], np.array(mesh.tri_verts, dtype=np.int64)
 
 
-def found_on(vertices: Floats, faces: Ints, tint: Ints | None = None) -> Articulation:
-    """What is found where up is z and the front faces -y."""
-    mesh = weld_triangles(vertices, faces, tint)
-    frame = given_frame(mesh, (0, 0, 1), (0, -1, 0))
-    return articulate_fragmentation(fragment_mesh(mesh.in_frame(frame)), frame)
-
-
 def parts_of(plan: PartPlan, owner: Ints) -> set[int]:
     return set(owner[plan.faces].tolist())
-
-
-def test_faces_of_two_materials_are_two_fragments() -> None:
-    points, faces = box((0, 0, 0), (1, 1, 1))
-    tint = (np.arange(len(faces)) >= 8).astype(np.int64)
-    assert len(set(weld_triangles(points, faces).fragment_labels.tolist())) == 1
-    label = weld_triangles(points, faces, tint).fragment_labels
-    assert not set(label[tint == 0].tolist()) & set(label[tint == 1].tolist())
 
 
 def test_a_painted_slot_makes_a_block_at_its_end_a_lever() -> None:
@@ -68,17 +50,6 @@ def test_a_door_takes_its_core_its_liner_and_the_bins_on_it() -> None:
     (door,) = of_kind(found, PartKind.DOOR)
     assert parts_of(door, owner) == set(range(start, len(parts) - 1))
     assert not of_kind(found, PartKind.DRAWER)
-
-
-def test_two_tubs_side_by_side_are_two_drawers() -> None:
-    parts = [*carcass(0.7, 0.6, 1.0), box((0.0, -0.04, 0.0), (0.7, 0.0, 1.0))]
-    parts += bar((0.64, -0.08, 0.3), (0.652, -0.07, 0.7), -0.04)
-    start = len(parts)
-    parts += [*tub((0.03, 0.03, 0.03), (0.349, 0.5, 0.2)), *tub((0.352, 0.03, 0.03), (0.67, 0.5, 0.2))]
-    found, owner = found_in(parts)
-    first, last = sorted(of_kind(found, PartKind.DRAWER), key=lambda p: int(p.faces[0]))
-    assert parts_of(first, owner) == set(range(start, start + 5))
-    assert parts_of(last, owner) == set(range(start + 5, start + 10))
 
 
 def framed(left: float, right: float, knob: float) -> list[Part]:
@@ -115,14 +86,6 @@ def test_a_door_flush_in_a_frame_of_the_body_leaves_the_frame() -> None:
     found, owner = found_in(parts)
     (only,) = found.parts
     assert parts_of(only, owner) == set(range(9, 13))
-
-
-def test_a_cap_over_a_hinge_is_no_button() -> None:
-    parts = [*carcass(0.6, 0.6, 1.2), box((0.0, -0.05, 0.0), (0.6, 0.0, 1.2))]
-    parts += bar((0.54, -0.1, 0.4), (0.552, -0.09, 0.9), -0.05)
-    parts += [box((0.01, -0.04, 1.2), (0.06, 0.08, 1.22)), box((0.54, -0.04, 1.2), (0.59, 0.08, 1.22))]
-    found, _ = found_in(parts)
-    assert [p.kind for p in found.parts] == [PartKind.DOOR]
 
 
 def kettle(bail: bool, handle: bool) -> list[Part]:
@@ -174,9 +137,3 @@ def noisy(solid: manifold3d.Manifold, spread: float) -> Part:
 )
 def test_nothing_moves_on_a_scan_of_a_plain_thing(part: Part) -> None:
     assert not found_on(*part).parts
-
-
-def test_the_cap_of_a_bottle_is_no_knob() -> None:
-    solid = manifold3d.Manifold
-    bottle = [solid.cylinder(0.2, 0.05, 0.05, 32), solid.cylinder(0.04, 0.02, 0.02, 32).translate((0, 0, 0.2))]
-    assert not found_in([shape_of(p) for p in bottle])[0].parts

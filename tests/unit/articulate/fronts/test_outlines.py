@@ -7,7 +7,7 @@ import numpy as np
 from casa_assets.articulate.fronts.fronts import select_opening_panels
 from casa_assets.articulate.fronts.panels import Panel, find_panels
 from casa_assets.articulate.plan import Frame
-from casa_assets.articulate.segment.fragments import FRONT, MeasuredFragments, measure_fragments
+from casa_assets.articulate.segment.fragments import MeasuredFragments, measure_fragments
 from casa_assets.articulate.segment.welded_mesh import weld_triangles
 from tests.unit.articulate.blocks import box
 
@@ -23,7 +23,7 @@ def split_box(triangles: int) -> MeasuredFragments:
 
 
 def panels_of_front(measured: MeasuredFragments) -> list[Panel]:
-    return [p for p in find_panels(measured, FRONT) if 1 in p.members]
+    return [p for p in find_panels(measured) if 1 in p.members]
 
 
 def test_half_a_face_is_no_panel() -> None:
@@ -35,4 +35,4 @@ def test_the_face_of_a_case_with_controls_does_not_open() -> None:
     measured = split_box(2)
     (panel,) = panels_of_front(measured)
     panel.controls = 2
-    assert not select_opening_panels(measured, FRONT, [panel], [])
+    assert not select_opening_panels(measured, [panel], [])

@@ -41,13 +41,6 @@ def test_three_drawers_in_a_column_are_parted_where_their_pulls_keep_one_distanc
     assert near(boxes((0, 600), (0, 300), items), wanted, 12)
 
 
-def test_a_grid_of_drawers_is_parted_in_rows_and_columns() -> None:
-    """Four by three drawers, each with its pull in the middle."""
-    items = [pull(50 + 100 * r, 60 + 120 * c, 10, 40) for r in range(3) for c in range(4)]
-    wanted = [(100 * r, 100 * r + 100, 120 * c, 120 * c + 120) for r in range(3) for c in range(4)]
-    assert near(boxes((0, 300), (0, 480), items), wanted, 2)
-
-
 def test_a_wide_drawer_below_a_pair_of_doors() -> None:
     """Standing pulls at the outer sides of two doors; a lying one in the middle of the drawer."""
     items = [pull(150, 30, 100, 14), pull(150, 570, 100, 14), pull(450, 300, 14, 100)]
@@ -67,13 +60,6 @@ def test_an_open_room_is_no_front() -> None:
     items = [pull(50, 50, 10, 40), pull(50, 150, 10, 40), pull(150, 150, 10, 40), room(100, 200, 0, 100)]
     wanted = [(0, 100, 0, 100), (0, 100, 100, 200), (100, 200, 100, 200)]
     assert near(boxes((0, 200), (0, 200), items), wanted, 3)
-
-
-def test_two_pulls_may_be_of_one_drawer() -> None:
-    """Wide drawers in a column, each with two small pulls."""
-    items = [pull(40 + 80 * r, c, 12, 12) for r in range(3) for c in (70, 330)]
-    wanted = [(80 * r, 80 * r + 80, 0, 400) for r in range(3)]
-    assert near(boxes((0, 240), (0, 400), items), wanted, 3)
 
 
 def test_what_is_where_no_pull_would_be_is_not_parted() -> None:

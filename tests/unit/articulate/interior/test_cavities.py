@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from casa_assets.articulate.frame.axes import given_frame
 from casa_assets.articulate.interior.cavities import find_cavities
 from casa_assets.articulate.plan import Articulation, HingeEdge, JointPlan, PartKind, PartPlan
 from casa_assets.articulate.segment.orthographic import cross_rays
 from casa_assets.articulate.segment.shell_segments import fragment_mesh
-from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_triangles
+from casa_assets.articulate.segment.welded_mesh import WeldedMesh
 from casa_assets.model.asset.parts import JointKind
 from tests.unit.articulate.blocks import Floats, Ints, Part, box, carcass, disc, together
-from tests.unit.articulate.fragmented import articulate_fragmentation
+from tests.unit.articulate.fragmented import articulate_fragmentation, in_its_frame
 from tests.unit.articulate.interior.test_complete import block, door
 
 
@@ -24,8 +23,7 @@ def turned_in(part: Part) -> Part:
 def test_two_doors_that_meet_close_one_room() -> None:
     left = [box((0.0, -0.03, 0.0), (0.298, -0.001, 0.8)), box((0.26, -0.07, 0.3), (0.275, -0.03, 0.5))]
     right = [box((0.302, -0.03, 0.0), (0.6, -0.001, 0.8)), box((0.325, -0.07, 0.3), (0.34, -0.03, 0.5))]
-    vertices, faces, _ = block(*left, *right)
-    mesh, found = _inferred(vertices, faces)
+    mesh, found = _inferred(*block(*left, *right)[:2])
     (room,) = find_cavities(mesh, found, "base_cabinet")
     assert len(room.parts) == 2
     cavities = find_cavities(mesh, found, "refrigerator")
@@ -33,9 +31,7 @@ def test_two_doors_that_meet_close_one_room() -> None:
 
 
 def _inferred(vertices: Floats, faces: Ints) -> tuple[WeldedMesh, Articulation]:
-    mesh = weld_triangles(vertices, faces)
-    frame = given_frame(mesh, (0, 0, 1), (0, -1, 0))
-    placed = mesh.in_frame(frame)
+    placed, frame = in_its_frame(vertices, faces)
     return placed, articulate_fragmentation(fragment_mesh(placed), frame.replace(metres=1.0))
 
 
@@ -50,8 +46,7 @@ def test_an_inside_out_mesh_is_measured_as_the_same() -> None:
 def by_hand(edges: dict[int, HingeEdge], *parts: Part) -> tuple[WeldedMesh, Articulation]:
     """Solids of which some are doors, without anything being guessed: place in `parts` -> edge of its hinge."""
     vertices, faces, owner = together(*parts)
-    mesh = weld_triangles(vertices, faces)
-    frame = given_frame(mesh, (0, 0, 1), (0, -1, 0)).replace(metres=1.0)
+    placed, frame = in_its_frame(vertices, faces)
     joint = JointPlan(kind=JointKind.HINGE, axis=(0.0, 0.0, 1.0), anchor=(0.0, 0.0, 0.0), range=(0.0, 1.5))
     doors = [
         PartPlan(
@@ -63,8 +58,7 @@ def by_hand(edges: dict[int, HingeEdge], *parts: Part) -> tuple[WeldedMesh, Arti
         )
         for i, edge in edges.items()
     ]
-    placed = mesh.in_frame(frame)
-    return placed, Articulation(frame=frame, parts=tuple(doors))
+    return placed, Articulation(frame=frame.replace(metres=1.0), parts=tuple(doors))
 
 
 BLOCK = box((0.0, 0.0, 0.0), (0.6, 0.6, 0.8))
@@ -78,20 +72,6 @@ def test_behind_a_round_door_the_front_stays_whole() -> None:
     scale, middle = found.frame.scale, np.array(found.frame.origin)
     corners = [np.array([room.cut[i][0], room.cut[j][2]]) / scale + middle[[0, 2]] for i in (0, 1) for j in (0, 1)]
     assert all(float(np.linalg.norm(c - (0.3, 0.4))) < 0.25 for c in corners)
-
-
-def test_a_stile_between_two_doors_parts_their_cavities() -> None:
-    leaves = box((0.0, -0.03, 0.0), (0.29, -0.001, 0.8)), box((0.31, -0.03, 0.0), (0.6, -0.001, 0.8))
-    edges = {1: HingeEdge.LEFT, 2: HingeEdge.RIGHT}
-    assert len(find_cavities(*by_hand(edges, BLOCK, *leaves), "base_cabinet")) == 1
-    hollow = carcass(0.6, 0.6, 0.8)
-    behind = {len(hollow): HingeEdge.LEFT, len(hollow) + 1: HingeEdge.RIGHT}
-    assert len(find_cavities(*by_hand(behind, *hollow, *leaves), "base_cabinet")) == 1
-    board = box((0.29, 0.0, 0.02), (0.31, 0.58, 0.78))
-    cavities = find_cavities(*by_hand(behind, *hollow, *leaves, board), "base_cabinet")
-    assert [r.built for r in cavities] == [False, False]
-    stile = box((0.292, -0.03, 0.0), (0.308, 0.0, 0.8))
-    assert len(find_cavities(*by_hand(edges, BLOCK, *leaves, stile), "base_cabinet")) == 2
 
 
 def test_a_room_keeps_off_what_tapers_towards_the_back() -> None:

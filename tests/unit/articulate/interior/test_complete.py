@@ -10,7 +10,7 @@ import pytest
 from casa_assets.articulate.decisions import CavityDecision, Decisions
 from casa_assets.articulate.interior.hollow_out import hollow_out
 from casa_assets.articulate.plan import Articulation, Frame, InteriorKind, PartKind
-from casa_assets.articulate.segment.orthographic import cross_rays, sample_grid
+from casa_assets.articulate.segment.orthographic import cross_rays
 from casa_assets.articulate.segment.welded_mesh import weld_triangles
 from casa_assets.checks.motion.joints import joint_travels
 from casa_assets.errors import Rejected
@@ -21,7 +21,7 @@ from casa_assets.model.asset.parts import Mesh as Triangles
 from casa_assets.model.source import RawModel, RawPart
 from casa_assets.pipeline.articulate.build import ArticulateRequest, ArticulateResult, build
 from casa_assets.pipeline.articulate.decisions import read_decisions, text
-from tests.unit.articulate.blocks import Floats, Ints, Part, box, drawers, microwave, together
+from tests.unit.articulate.blocks import Floats, Ints, Part, box, microwave, together
 from tests.unit.articulate.test_assemble import obj
 
 pytestmark = pytest.mark.content("code", "articulate", keep=0)
@@ -78,21 +78,6 @@ def reach(built: ArticulateResult, spot: tuple[float, float]) -> float:
     return float(line.first()[0] - built.asset.bounds[0][1])
 
 
-def test_lines_say_where_they_cross_and_from_which_side() -> None:
-    points, faces, _ = together(box((0.0, 0.0, 0.0), (1.0, 2.0, 3.0)))
-    for axis, far in enumerate((1.0, 2.0, 3.0)):
-        others = [k for k in range(3) if k != axis]
-        found = cross_rays(points, faces, axis, sample_grid(np.zeros(2), np.array([1.0, 2.0, 3.0])[others], 3, 0.1))
-        assert found.first() == pytest.approx(np.zeros(9), abs=1e-12)
-        assert found.last() == pytest.approx(np.full(9, far))
-        assert (found.towards[found.at < 0.5] == -1).all()
-        assert (found.towards[found.at > 0.5] == 1).all()
-        way, looks = found.beyond(0.5, 1.0)
-        assert way == pytest.approx(np.full(9, far - 0.5))
-        assert not looks.any()
-        assert found.beyond(-1.0, 1.0)[1].all()
-
-
 def test_a_solid_block_gets_a_cavity_behind_its_door(tmp_path: Path) -> None:
     built = made(block(*door()), tmp_path, "base_cabinet")
     (room,) = built.articulation.cavities
@@ -104,15 +89,6 @@ def test_a_solid_block_gets_a_cavity_behind_its_door(tmp_path: Path) -> None:
     size = (np.array(room.upper) - np.array(room.lower)) * metres
     assert (size > 0.75 * whole).all()
     assert reach(built, (0.0, 0.25 * float(whole[2]))) > 0.8 * float(whole[1])
-
-
-def test_without_completion_the_block_stays_solid(tmp_path: Path) -> None:
-    mesh = block(*door())
-    built = made(mesh, tmp_path, "base_cabinet", complete=False)
-    assert [r.empty for r in built.articulation.cavities] == [True]
-    assert built.articulation.added == ()
-    assert sum(len(v.mesh.faces) for k in built.asset.links for v in k.visuals) == len(mesh[1])
-    assert reach(built, (0.0, 0.2)) < 0.12 * float(np.ptp(built.asset.bounds[:, 1]))
 
 
 def test_what_is_built_stays_within_the_skin(tmp_path: Path) -> None:
@@ -139,12 +115,6 @@ def test_a_mesh_that_has_its_cavity_keeps_it(tmp_path: Path) -> None:
     metres = built.articulation.frame.metres or 1.0
     size = (np.array(room.upper) - np.array(room.lower)) * metres / float(np.ptp(built.asset.bounds[:, 0]))
     assert size == pytest.approx(np.array([0.35, 0.34, 0.26]) / 0.5, abs=0.04)
-
-
-def test_a_drawer_that_has_a_box_keeps_it(tmp_path: Path) -> None:
-    built = made(drawers(), tmp_path, "drawer_stack")
-    assert [r.built for r in built.articulation.cavities] == [False, False]
-    assert {r.link for r in built.asset.regions if r.name != "main"} == {"drawer_0", "drawer_1"}
 
 
 def test_a_hollow_shell_gets_walls_but_is_not_cut(tmp_path: Path) -> None:

@@ -6,19 +6,15 @@ import numpy as np
 import pytest
 
 from casa_assets.articulate.interior.inner_parts import _is_lining
-from casa_assets.articulate.plan import Frame
-from casa_assets.articulate.segment.fragments import FRONT, measure_fragments
-from casa_assets.articulate.segment.welded_mesh import weld_triangles
+from casa_assets.articulate.segment.fragments import measure_fragments
 from tests.unit.articulate.blocks import box, carcass, together
+from tests.unit.articulate.fragmented import in_its_frame
 
 
 @pytest.mark.parametrize(("back", "is_lining"), [(0.48, True), (0.44, False)])
 def test_a_plate_that_meets_both_sides_and_the_back_is_lining(back: float, is_lining: bool) -> None:
     points, faces, owner = together(*carcass(0.6, 0.5, 0.4), box((0.0205, 0.03, 0.1), (0.5795, back - 0.0005, 0.105)))
-    extent = np.ptp(points, axis=0)
-    x, y, z = (float(v) for v in points.min(axis=0) + extent / 2)
-    frame = Frame(rotation=np.eye(3), origin=(x, y, z), scale=1.0 / float(np.linalg.norm(extent)))
-    mesh = weld_triangles(points, faces).in_frame(frame)
+    mesh, _ = in_its_frame(points, faces)
     measured = measure_fragments(mesh, mesh.fragment_labels)
     plate = int(mesh.fragment_labels[np.flatnonzero(owner == 5)[0]])
-    assert _is_lining(measured, FRONT, [plate]) is is_lining
+    assert _is_lining(measured, [plate]) is is_lining

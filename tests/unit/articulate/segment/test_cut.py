@@ -8,16 +8,14 @@ import manifold3d
 import numpy as np
 import pytest
 
-from casa_assets.articulate.frame.axes import given_frame
 from casa_assets.articulate.plan import Articulation, HingeEdge, PartKind, PartPlan
 from casa_assets.articulate.segment.segmentations import cut_shell_parts
 from casa_assets.articulate.segment.shell_segments import Fragmentation, fragment_mesh
-from casa_assets.articulate.segment.welded_mesh import weld_triangles
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.parts import JointKind, Mesh
 from casa_assets.model.source import RawModel, RawPart
-from tests.unit.articulate.blocks import box, disc, microwave
-from tests.unit.articulate.fragmented import articulate_fragmentation
+from tests.unit.articulate.blocks import box, disc
+from tests.unit.articulate.fragmented import articulate_fragmentation, in_its_frame
 
 pytestmark = pytest.mark.content("code", "articulate.segment", keep=0)
 
@@ -52,9 +50,8 @@ def oven() -> Shape:
 
 def placed_of(shape: Shape) -> tuple[Fragmentation, Articulation]:
     """The fragments of a shape with z up and its front to -y, in the frame; and what is found on them."""
-    mesh = weld_triangles(*shape)
-    frame = given_frame(mesh, (0, 0, 1), (0, -1, 0))
-    fragments = fragment_mesh(mesh.in_frame(frame))
+    placed, frame = in_its_frame(*shape)
+    fragments = fragment_mesh(placed)
     return fragments, articulate_fragmentation(fragments, frame)
 
 
@@ -97,28 +94,9 @@ def knobbed(*places: tuple[float, float]) -> list[PartPlan]:
     return sorted(found.parts, key=lambda p: float(np.mean(placed.mesh.points[placed.mesh.faces[p.faces]][..., 2])))
 
 
-def test_knobs_one_above_the_other_draw_fronts_without_a_seam() -> None:
-    parts = knobbed((0.3, 0.13), (0.3, 0.4), (0.3, 0.67))
-    assert [p.kind for p in parts] == [PartKind.DRAWER] * 3
-    assert all(len(p.grip) for p in parts)
-    sizes = np.array([len(p.faces) for p in parts])
-    assert sizes.min() > 0.7 * sizes.max()
-
-
 def test_knobs_in_a_row_are_controls_and_split_nothing() -> None:
     parts = knobbed((0.15, 0.7), (0.3, 0.7), (0.45, 0.7))
     assert not [p for p in parts if p.kind in (PartKind.DOOR, PartKind.DRAWER)]
-
-
-def test_the_door_ends_at_the_gap_over_it() -> None:
-    points, faces = oven()
-    _, found = placed_of((points, faces))
-    door = next(p for p in found.parts if p.kind is PartKind.DOOR)
-    middles = points[faces].mean(axis=1)
-    front = np.flatnonzero((np.abs(middles[:, 1] + 0.03) < 1e-6) & (middles[:, 2] < 0.64))
-    assert np.isin(front, door.faces).mean() > 0.95
-    assert middles[door.faces, 2].max() < 0.66
-    assert middles[door.faces, 1].max() < 0.06
 
 
 def test_cut_parts_are_closed_and_so_is_the_body() -> None:
@@ -148,17 +126,6 @@ def test_a_cut_keeps_surface_volume_and_texture() -> None:
     corners = caps.vertices[caps.faces]
     volume = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum()
     assert volume == pytest.approx(0, abs=1e-9)
-
-
-def test_pieces_of_their_own_are_left_alone() -> None:
-    vertices, faces, _ = microwave()
-    mesh = weld_triangles(vertices, faces)
-    frame = given_frame(mesh, (0, 0, 1), (0, -1, 0))
-    fragments = fragment_mesh(mesh.in_frame(frame))
-    assert fragments.shell is None
-    assert fragments.labels is fragments.mesh.fragment_labels
-    model = model_of((vertices, faces))
-    assert cut_shell_parts(model, fragments, articulate_fragmentation(fragments, frame))[0] is model
 
 
 def test_nothing_is_invented_on_a_plain_body() -> None:

@@ -64,10 +64,3 @@ def test_another_plan_is_taken_where_it_is_clearly_better_than_the_first() -> No
     # Over a plan without any part a part that is rather sure is enough.
     assert best_score([0.0, 0.3], needed_advantage(0)) == 1
     assert best_score([0.1, 0.4], needed_advantage(1)) == 0
-
-
-def test_a_mesh_that_winds_inwards_has_the_same_creases() -> None:
-    mesh, _ = pulled_out(0.1)
-    turned = weld_triangles(mesh.points, mesh.faces[:, ::-1])
-    labels = [segmentations(m)[Segmentation.CREASES].tolist() for m in (mesh, turned)]
-    assert labels[0] == labels[1]

@@ -26,17 +26,6 @@ def test_a_box_cut_across_stays_closed_and_keeps_its_surface() -> None:
     assert ((y.max(axis=1) <= 0.6 + 1e-12) | (y.min(axis=1) >= 0.6 - 1e-12)).all()
 
 
-def test_pieces_know_the_triangle_that_they_were() -> None:
-    points, faces = box((0, 0, 0), (1, 1, 1))
-    done = cut_triangles(points, faces, [CutPlane(FRONT, 1, 0.5, -WIDE, WIDE)])
-    after = done.interpolate(points)
-    before, _ = face_normals(points, faces)
-    now, areas = face_normals(after, done.faces)
-    assert np.allclose(now, before[done.parent])
-    assert np.bincount(done.parent, areas) == pytest.approx(np.full(12, 0.5))
-    assert (np.diff(done.parent) >= 0).all()
-
-
 def test_what_hangs_on_points_is_carried_along_the_edges() -> None:
     points, faces = box((0, 0, 0), (1, 2, 3))
     done = cut_triangles(points, faces, [CutPlane(FRONT, 2, 0.7, -WIDE, WIDE), CutPlane(FRONT, 0, 0.2, -WIDE, WIDE)])
@@ -55,10 +44,3 @@ def test_a_blade_cuts_within_its_limits_alone() -> None:
     assert len(fresh)
     assert (fresh[:, 1] <= 0.1 + 1e-5).all()
     assert is_closed(done.faces)
-
-
-def test_a_blade_that_misses_changes_nothing() -> None:
-    points, faces = box((0, 0, 0), (1, 1, 1))
-    done = cut_triangles(points, faces, [CutPlane(FRONT, 0, 2.0, -WIDE, WIDE)])
-    assert not done.new_points
-    assert np.array_equal(done.faces, faces)

@@ -26,14 +26,6 @@ def test_the_nearer_thing_is_seen_and_the_other_from_behind() -> None:
     assert set(owner[render_depth(vertices, faces, SIDES[BACK], 32).face.ravel()].tolist()) == {1}
 
 
-def test_depth_follows_a_slope() -> None:
-    vertices = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 1], [0, 1, 1.0]])
-    faces = np.array([[0, 1, 2], [0, 2, 3]])
-    picture = render_depth(vertices, faces, SIDES[FRONT], 16)
-    want = 1 - (np.arange(16) + 0.5) / 16
-    assert picture.depth == pytest.approx(np.repeat(want[:, None], 16, axis=1), abs=1e-6)
-
-
 def test_two_triangles_cover_a_pixel_grid_once() -> None:
     """Neighbouring triangles leave no hole, at any angle."""
     for angle in np.linspace(0, np.pi, 7):

@@ -22,11 +22,6 @@ def test_boxes_that_share_a_face_stay_two_fragments() -> None:
     assert label.tolist() == owner.tolist()
 
 
-def test_boxes_that_share_an_edge_stay_two_fragments() -> None:
-    vertices, faces, owner = together(box((0, 0, 0), (1, 1, 1)), box((1, 1, 0), (2, 2, 1)))
-    assert weld_triangles(vertices, faces).fragment_labels.tolist() == owner.tolist()
-
-
 def test_no_fragment_straddles_parts_and_none_is_split(subtests: pytest.Subtests) -> None:
     for make in [microwave, drawers]:
         with subtests.test(make=make.__name__):
@@ -42,14 +37,6 @@ def test_the_order_of_faces_does_not_matter() -> None:
     label = weld_triangles(vertices, faces[order]).fragment_labels
     assert pure(label, owner[order])
     assert int(label.max()) == int(owner.max())
-
-
-def test_a_doubled_face_goes_with_its_twin_and_a_flat_one_with_none() -> None:
-    vertices, faces, _ = together(box((0, 0, 0), (1, 1, 1)))
-    more = np.concatenate([faces, faces[[3]][:, [1, 2, 0]], [[0, 0, 1]]])
-    mesh = weld_triangles(vertices, more)
-    assert mesh.duplicate_of[12] == 3
-    assert mesh.fragment_labels.tolist() == [0] * 13 + [-1]
 
 
 def test_a_sheet_that_is_written_twice_is_one_fragment() -> None:

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from casa_assets import registry
-from casa_assets.articulate.frame.axes import given_frame
 from casa_assets.articulate.frame.category import (
     KIND_NAMES,
     KIND_TRAITS,
@@ -15,13 +14,9 @@ from casa_assets.articulate.frame.category import (
     kind_named,
     shape_likelihood,
 )
-from casa_assets.articulate.frame.side_views import measure_side
 from casa_assets.articulate.plan import Articulation
-from casa_assets.articulate.segment.fragments import BACK, FRONT, measure_fragments
-from casa_assets.articulate.segment.shell_segments import fragment_mesh
-from casa_assets.articulate.segment.welded_mesh import weld_triangles
-from tests.unit.articulate.blocks import drawers, microwave, together
-from tests.unit.articulate.fragmented import articulate_fragmentation
+from tests.unit.articulate.blocks import drawers, microwave
+from tests.unit.articulate.fragmented import found_on
 
 
 def test_whole_words_name_a_kind(subtests: pytest.Subtests) -> None:
@@ -63,28 +58,9 @@ def test_usual_proportions_are_likelier_upright() -> None:
 def test_parts_and_proportions_tell_the_kind(make: object, kind: str) -> None:
     assert callable(make)
     vertices, faces, _ = make()
-    mesh = weld_triangles(vertices, faces)
-    frame = given_frame(mesh, (0, 0, 1), (0, -1, 0))
-    found = articulate_fragmentation(fragment_mesh(mesh.in_frame(frame)), frame)
+    found = found_on(vertices, faces)
     x, y, z = (float(v) for v in np.ptp(vertices, axis=0))
     guessed, confidence = kind_by_parts((x, y, z), found)
     assert guessed == kind
     assert 0.2 < confidence <= 0.6
-    assert kind_by_parts((x, y, z), Articulation(frame=frame)) == ("", 0.0)
-
-
-def test_handle_and_knobs_stand_out_from_the_front() -> None:
-    mesh = weld_triangles(*together(*[(v, f) for v, f in [microwave()[:2]]])[:2])
-    frame = given_frame(mesh, (0, 0, 1), (0, -1, 0))
-    placed = mesh.in_frame(frame)
-    pieces = measure_fragments(placed, placed.fragment_labels, 256)
-    front, back = measure_side(pieces, FRONT), measure_side(pieces, BACK)
-    bars = [b for b in front.blobs if b.is_bar]
-    knobs = [b for b in front.blobs if b.is_knob]
-    assert len(bars) == 1
-    assert bars[0].size[1] > 4 * bars[0].size[0]
-    assert bars[0].middle == pytest.approx((0.685, 0.5), abs=0.01)
-    assert [k.middle for k in knobs] == [pytest.approx((0.874, 0.233), abs=0.01)]
-    assert front.juts > 0.5
-    assert not back.blobs
-    assert back.detail < front.detail
+    assert kind_by_parts((x, y, z), Articulation(frame=found.frame)) == ("", 0.0)

@@ -56,11 +56,6 @@ def test_the_lowest_keys_of_a_microwave_stop_and_start_it() -> None:
     assert set(names) == {"b2", "b3", "door_0", "disc"}
 
 
-def test_one_key_of_a_microwave_is_no_start() -> None:
-    places = [at("b0", PartKind.BUTTON, (0.4, -0.2, 0.1))]
-    assert runtime_names(places, "microwave") == {}
-
-
 BURNERS = tuple(
     Burner(loc, (x, y, 0.9), 0.08)
     for loc, x, y in (
@@ -116,12 +111,6 @@ def test_knobs_of_ovens_from_above(subtests: pytest.Subtests) -> None:
             assert list(joints(places, category).values()) == [f"knob_{w}_joint" for w in wanted]
 
 
-def test_racks_count_from_below() -> None:
-    places = [at("up", PartKind.TRAY, (0, 0, 0.5)), at("down", PartKind.TRAY, (0, 0, 0.2))]
-    places.append(at("front", PartKind.DOOR, (0, -0.3, 0.4), edge=HingeEdge.BOTTOM))
-    assert joints(places, "dishwasher") == {"down": "rack0_joint", "up": "rack1_joint", "front": "door_joint"}
-
-
 def test_doors_of_cabinets_by_the_side_that_they_hinge_on() -> None:
     left, right = (
         at(e.value, PartKind.DOOR, (x, -0.3, 0.5), edge=e) for e, x in ((HingeEdge.LEFT, -0.2), (HingeEdge.RIGHT, 0.2))
@@ -135,11 +124,6 @@ def test_doors_of_cabinets_by_the_side_that_they_hinge_on() -> None:
     assert joints([flap], "wall_cabinet") == {}
 
 
-def test_parts_on_other_parts_are_not_taken_for_those_of_the_body() -> None:
-    knob = at("k", PartKind.KNOB, (0.2, -0.2, 0.3), on="door_0")
-    assert joints([knob, at("k2", PartKind.KNOB, (0.3, -0.2, 0.3), on="door_0")], "wall_oven") == {}
-
-
 def test_toaster_coffee_machine_and_kettle() -> None:
     lever = at("l", PartKind.LEVER, (0, -0.15, 0.15), turns=False)
     keys = [at("high", PartKind.BUTTON, (0.05, -0.15, 0.1)), at("low", PartKind.BUTTON, (0.05, -0.15, 0.05))]
@@ -150,11 +134,7 @@ def test_toaster_coffee_machine_and_kettle() -> None:
     wide = at("wide", PartKind.BUTTON, (0, -0.1, 0.3), size=(0.05, 0.01, 0.03))
     assert joints([*keys, wide], "coffee_machine") == {"wide": "start_button_joint"}
     lid = at("lid", PartKind.LID, (0, 0, 0.2))
-    assert joints([lid, *keys], "kettle") == {
-        "lid": "lid_joint",
-        "low": "switch_joint",
-        "high": "button_lid_joint",
-    }
+    assert joints([lid, *keys], "kettle") == {"lid": "lid_joint", "low": "switch_joint", "high": "button_lid_joint"}
 
 
 def test_spout_and_handles_of_a_faucet() -> None:

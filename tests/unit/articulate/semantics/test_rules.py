@@ -102,26 +102,12 @@ def test_the_lever_of_a_toaster_switches_it_on_and_its_key_off() -> None:
     assert run.go(lever_joint=0.0) == {"power": "off"}
 
 
-def test_a_toaster_oven_heats_while_all_its_knobs_are_turned() -> None:
-    knobs = {f"knob_{w}_joint": (0.0, 5.0) for w in ("temp", "function", "time")}
-    run = Run(thing(knobs), "toaster_oven")
-    run.go(knob_temp_joint=4.0, knob_function_joint=4.0)
-    assert run.go(knob_time_joint=4.0) == {"power": "on"}
-    assert run.go(knob_time_joint=0.0) == {"power": "off"}
-
-
 def test_a_coffee_machine_pours_and_stops_by_itself() -> None:
     run = Run(thing({}, ("start_button",), ("coffee_liquid",)), "coffee_machine")
     assert run.go("start_button") == {"power": "on"}
     assert {e.kind.value for e in run.machine.effects} == {"show", "flow"}
     assert run.go(steps=200) == {"power": "on"}
     assert run.go(steps=320) == {"power": "off"}
-
-
-def test_a_kettle_heats_while_its_switch_is_down() -> None:
-    run = Run(thing({"switch_joint": (-0.01, 0.0), "lid_joint": (0.0, 1.5)}), "kettle")
-    assert run.go(switch_joint=-0.01, lid_joint=1.45) == {"power": "on", "lid": "open"}
-    assert run.go(switch_joint=0.0, lid_joint=0.0) == {"power": "off", "lid": "closed"}
 
 
 def test_water_runs_by_how_far_the_handle_is_turned() -> None:

@@ -7,10 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from casa_assets.articulate.frame.axes import given_frame
 from casa_assets.articulate.plan import Articulation
-from casa_assets.articulate.segment.shell_segments import fragment_mesh
-from casa_assets.articulate.segment.welded_mesh import weld_triangles
 from casa_assets.errors import UnknownId
 from casa_assets.ingest.sources.discover import discover
 from casa_assets.ingest.sources.found import Found
@@ -18,13 +15,12 @@ from casa_assets.model.record import Vec3
 from casa_assets.pipeline.articulate.build import NAMING_CONFIDENCE, guess_category
 from casa_assets.pipeline.clip import NO_WEIGHTS
 from tests.unit.articulate.blocks import drawers
-from tests.unit.articulate.fragmented import articulate_fragmentation
+from tests.unit.articulate.fragmented import found_on
 from tests.unit.articulate.test_assemble import obj
 
 
 def one(folder: Path, name: str) -> Found:
-    vertices, faces, _ = drawers()
-    (found,) = discover([obj(folder / name, vertices, faces)])
+    (found,) = discover([obj(folder / name, *drawers()[:2])])
     assert isinstance(found, Found)
     return found
 
@@ -32,10 +28,8 @@ def one(folder: Path, name: str) -> Found:
 @pytest.fixture(scope="module")
 def chest() -> tuple[Vec3, Articulation]:
     vertices, faces, _ = drawers()
-    mesh = weld_triangles(vertices, faces)
-    frame = given_frame(mesh, (0, 0, 1), (0, -1, 0))
     x, y, z = (float(v) for v in np.ptp(vertices, axis=0))
-    return (x, y, z), articulate_fragmentation(fragment_mesh(mesh.in_frame(frame)), frame)
+    return (x, y, z), found_on(vertices, faces)
 
 
 def toaster() -> tuple[str, float, str]:
@@ -73,13 +67,6 @@ def test_the_shape_names_what_nothing_else_does(tmp_path: Path, chest: tuple[Vec
     assert "by its shape and parts" in kind.reason
     assert NO_WEIGHTS in kind.reason
     assert "names nothing" in guess_category(mesh, *chest, classify_by_image=nothing).reason
-
-
-def test_a_thing_of_no_parts_is_any_thing(tmp_path: Path, chest: tuple[Vec3, Articulation]) -> None:
-    bare = Articulation(frame=chest[1].frame)
-    kind = guess_category(one(tmp_path, "mesh_0042.obj"), chest[0], bare)
-    assert kind.id == ""
-    assert "like no one kind's" in kind.reason
 
 
 def test_a_word_that_repeats_a_sure_guess_leaves_it_one(tmp_path: Path, chest: tuple[Vec3, Articulation]) -> None:

@@ -27,8 +27,7 @@ def _complaint(code: str, pointer: str) -> Report:
 
 
 def test_shapes_that_do_not_fit_are_fitted_anew(tmp_path: Path) -> None:
-    vertices, faces, _ = microwave()
-    built = build(ArticulateRequest(obj(tmp_path / "microwave.obj", vertices, faces), tmp_path, **AXES))
+    built = build(ArticulateRequest(obj(tmp_path / "microwave.obj", *microwave()[:2]), tmp_path, **AXES))
     named = built.with_runtime_names()
     mended = mend(built, named, _complaint("AST009", "links/door/colliders"))
     assert mended is not None
@@ -93,10 +92,9 @@ def test_parts_that_run_into_each_other_are_put_to_a_person(tmp_path: Path) -> N
 def test_a_part_that_hardly_moves_is_put_to_a_person(tmp_path: Path) -> None:
     """A post of the body stands 20 mm before a drawer that is to open by 300 mm."""
     post = box((0.1, -0.08, 0.0), (0.3, -0.06, 0.3))
-    vertices, faces, _ = together(*_crossing_drawers()[:9], post)
     left = PartDecision(kind=PartKind.DRAWER, box_m=((-0.38, -0.26, 0.0), (0.0, 0.3, 0.3)), travel_m=0.3)
     request = ArticulateRequest(
-        obj(tmp_path / "cabinet.obj", vertices, faces),
+        obj(tmp_path / "cabinet.obj", *together(*_crossing_drawers()[:9], post)[:2]),
         tmp_path / "lib",
         category="base_cabinet",
         size_m=0.8,

@@ -49,8 +49,7 @@ def test_a_plan_below_its_bar_is_in_review_until_a_person_accepts_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     _strict(monkeypatch, plan=1.0)
-    vertices, faces, _ = microwave()
-    request = ArticulateRequest(obj(tmp_path / "microwave.obj", vertices, faces), tmp_path / "lib", **AXES)
+    request = ArticulateRequest(obj(tmp_path / "microwave.obj", *microwave()[:2]), tmp_path / "lib", **AXES)
     done = _articulate(request)
     assert done.decision is Decision.REVIEW
     assert not done.accepted
@@ -82,8 +81,7 @@ def test_a_plan_below_its_bar_is_in_review_until_a_person_accepts_it(
 def test_a_guessed_frame_below_its_bar_is_in_review_with_the_runner_up(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    vertices, faces, _ = microwave()
-    mesh = obj(tmp_path / "microwave.obj", vertices, faces)
+    mesh = obj(tmp_path / "microwave.obj", *microwave()[:2])
     found = build(ArticulateRequest(mesh, tmp_path)).articulation
     unsure = found.replace(frame=found.frame.replace(confidence=0.33, runner_up="front +x, up +z"))
     (issue,) = (i for i in doubts(unsure, registry.load_confidence()) if i.pointer == "frame")
@@ -96,8 +94,7 @@ def test_a_guessed_frame_below_its_bar_is_in_review_with_the_runner_up(
 
 
 def test_nothing_is_built_behind_a_front_in_doubt(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    vertices, faces, _ = microwave()
-    mesh = obj(tmp_path / "microwave.obj", vertices, faces)
+    mesh = obj(tmp_path / "microwave.obj", *microwave()[:2])
     request = ArticulateRequest(mesh, tmp_path, **AXES)
     cavities = build(request).articulation.cavities
     model = registry.load_confidence()
@@ -120,8 +117,7 @@ def test_confidences_are_shares_of_what_is_right(tmp_path: Path) -> None:
     assert [curve.at(x) for x in (0.0, 0.1, 0.5, 1.0)] == [0.0, 0.05, 0.4, 0.7]
     with pytest.raises(ValidationError):
         Curve(given=(0.2, 0.8), right=(0.7, 0.1))
-    vertices, faces, _ = microwave()
-    found = build(ArticulateRequest(obj(tmp_path / "m.obj", vertices, faces), tmp_path, **AXES)).articulation
+    found = build(ArticulateRequest(obj(tmp_path / "m.obj", *microwave()[:2]), tmp_path, **AXES)).articulation
     model = registry.load_confidence()
     worse = found.replace(parts=(found.parts[0].replace(confidence=0.05), *found.parts[1:]))
     assert plan_confidence(worse, model) < plan_confidence(found, model)
@@ -169,8 +165,7 @@ def test_of_nearly_nothing_nothing_moves(
 
 
 def test_a_mesh_with_signs_of_parts_of_which_none_was_found_is_in_review(tmp_path: Path) -> None:
-    vertices, faces, _ = together(box((0, 0, 0), (0.6, 0.6, 0.6)))
-    mesh = obj(tmp_path / "oven.obj", vertices, faces)
+    mesh = obj(tmp_path / "oven.obj", *together(box((0, 0, 0), (0.6, 0.6, 0.6)))[:2])
     done = _articulate(ArticulateRequest(mesh, tmp_path / "lib", preview=True))
     assert done.decision is Decision.REVIEW, done.message
     assert "plan" in done.to_decide

@@ -11,12 +11,11 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
-from casa_assets.articulate.decisions import Decisions
 from casa_assets.articulate.plan import HingeEdge
 from casa_assets.cli.main import app
 from casa_assets.errors import RegistryError, UnknownId
 from casa_assets.model.asset.parts import JointKind
-from casa_assets.pipeline.articulate.decisions import decided, keep, read_review
+from casa_assets.pipeline.articulate.decisions import decided, read_review
 from casa_assets.pipeline.articulate.review_page import NAME
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.review import ReviewServer
@@ -150,15 +149,6 @@ def test_a_review_file_that_means_nothing_is_told_with_its_line(tmp_path: Path) 
     path.write_text(json.dumps({"meshes": {sha256: {"category": "no_such_thing"}}}), encoding="utf-8")
     with pytest.raises(UnknownId):
         read_review(path)
-
-
-def test_decisions_on_a_mesh_replace_older_ones(tmp_path: Path) -> None:
-    library = disk.Library(tmp_path)
-    one, two = "1" * 64, "2" * 64
-    with library.locked():
-        keep(library, {one: Decisions(size_m=0.5), two: Decisions(category="microwave")})
-        kept = keep(library, {one: Decisions()})
-    assert kept == decided(library) == {two: Decisions(category="microwave")}
 
 
 def test_a_page_that_is_served_writes_into_the_library(place: Path) -> None:

@@ -270,7 +270,7 @@ class TestIds:
 
 def test_every_camera_sees_the_kitchen(out: Path) -> None:
     frame = kitchen.PictureSettings(96, 72, 1)
-    made = kitchen.open_scene(out / SCENE / "scene.xml", frame=frame)
+    made = kitchen.open_scene(out / SCENE / "scene.xml", frame)
     assert {"overview", "above", "at_sink", "at_stove"} <= set(made.cameras)
     for name, pixels in kitchen.render_cameras(made, made.cameras, frame):
         assert pixels.shape == (72, 96, 3)
@@ -279,7 +279,7 @@ def test_every_camera_sees_the_kitchen(out: Path) -> None:
     with pytest.raises(CasaError, match="overview"):
         list(kitchen.render_cameras(made, ["overvew"], frame))
     with pytest.raises(CasaError, match="half_open"):
-        kitchen.open_scene(out / SCENE / "scene.xml", "half_open")
+        kitchen.open_scene(out / SCENE / "scene.xml", frame, "half_open")
 
 
 def test_globs(tmp_path: Path) -> None:
