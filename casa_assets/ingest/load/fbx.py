@@ -32,11 +32,7 @@ _count_reference.argtypes, _count_reference.restype = [ctypes.py_object], None
 
 
 def open_fbx(data: bytes, name: str) -> ufbx.Scene:
-    """The scene of an FBX; no file that it names is opened.
-
-    Raises:
-        Rejected: SCENE_UNREADABLE, TRUNCATED.
-    """
+    """The scene of an FBX; no file that it names is opened. Raises Rejected SCENE_UNREADABLE, TRUNCATED."""
     try:
         scene = ufbx.load_memory(
             data,

@@ -59,11 +59,7 @@ Raw = npt.NDArray[np.generic]
 
 
 def parse(text: bytes, name: str) -> Json:
-    """The JSON object of a glTF.
-
-    Raises:
-        Rejected: BAD_JSON where it is cut, garbled, too deep, or not an object.
-    """
+    """The JSON object of a glTF. Raises Rejected BAD_JSON where it is cut, garbled, too deep, or not an object."""
     try:
         value = json.loads(text.removeprefix(b"\xef\xbb\xbf").rstrip(b"\0 \t\r\n"))
     except (ValueError, RecursionError) as error:
@@ -250,11 +246,7 @@ def _overrun(kind: int, end: int, length: int, size: int, name: str) -> Rejected
 
 
 def data_uri(uri: str, where: str) -> bytes:
-    """Bytes of a `data:` URI.
-
-    Raises:
-        Rejected: BAD_SCHEMA where it cannot be decoded.
-    """
+    """Bytes of a `data:` URI. Raises Rejected BAD_SCHEMA where it cannot be decoded."""
     head, comma, body = uri.partition(",")
     if not comma:
         raise Rejected(codes.BAD_SCHEMA, f"glTF {where}: a data URI without a comma; export the file again")
