@@ -13,7 +13,7 @@ from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load import gltf
 from casa_assets.ingest.load.formats import Format, Reference
-from casa_assets.ingest.load.notes import Notes, printable
+from casa_assets.ingest.load.text import Notes, printable
 from casa_assets.model.source import Bundle, RawModel, Up
 
 _SCRIPT = Path(__file__).with_name("blend_convert.py")

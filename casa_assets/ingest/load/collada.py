@@ -25,7 +25,6 @@ from casa_assets.ingest.load.guarded_xml import (
     text_of,
 )
 from casa_assets.ingest.load.materials import Images, ImageUse, linear_from_srgb
-from casa_assets.ingest.load.notes import Notes, printable
 from casa_assets.ingest.load.polygons import cut_whole, fan, strip
 from casa_assets.ingest.load.raw_parts import (
     ReadPart,
@@ -36,7 +35,7 @@ from casa_assets.ingest.load.raw_parts import (
     transformed,
     turn,
 )
-from casa_assets.ingest.load.text import UniqueNames
+from casa_assets.ingest.load.text import Notes, UniqueNames, printable
 from casa_assets.model.asset.material import ColorSpace, Material, Texture
 from casa_assets.model.source import Bundle, RawModel, Up
 

@@ -23,7 +23,7 @@ import numpy.typing as npt
 
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
-from casa_assets.ingest.load.notes import printable
+from casa_assets.ingest.load.text import printable
 
 Json = Mapping[str, object]
 _JSON, _BIN = 0x4E4F534A, 0x004E4942

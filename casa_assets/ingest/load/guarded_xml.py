@@ -13,8 +13,7 @@ from lxml import etree
 from casa_assets.core.numeric import Floats
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
-from casa_assets.ingest.load.notes import printable
-from casa_assets.ingest.load.text import parsed_numbers
+from casa_assets.ingest.load.text import parsed_numbers, printable
 
 Element = etree._Element
 

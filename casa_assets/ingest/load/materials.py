@@ -19,8 +19,7 @@ from PIL import Image, UnidentifiedImageError
 
 from casa_assets.core import numeric
 from casa_assets.ingest import rejection_codes as codes
-from casa_assets.ingest.load.notes import Notes, printable
-from casa_assets.ingest.load.text import UniqueNames
+from casa_assets.ingest.load.text import Notes, UniqueNames, printable
 from casa_assets.model.asset.material import ColorSpace, Material, Texture
 
 # Longer sides are scaled down: no simulator gains from more, and files grow with the square.

@@ -14,9 +14,8 @@ from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.formats import Format, Reference, Role
 from casa_assets.ingest.load.materials import Look, Materials, linear_from_srgb, roughness_of_shininess
-from casa_assets.ingest.load.notes import Notes, printable
 from casa_assets.ingest.load.raw_parts import ReadPart, check_face_count, raw_model
-from casa_assets.ingest.load.text import decode
+from casa_assets.ingest.load.text import Notes, decode, printable
 from casa_assets.model.asset.material import Material
 from casa_assets.model.source import Bundle, RawModel, Up
 

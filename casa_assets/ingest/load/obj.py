@@ -15,10 +15,9 @@ from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.formats import Format, Reference, Role
 from casa_assets.ingest.load.materials import Images, ImageUse, Pixels, linear_from_srgb, roughness_of_shininess
-from casa_assets.ingest.load.notes import Notes, printable
 from casa_assets.ingest.load.polygons import triangulate
 from casa_assets.ingest.load.raw_parts import ReadPart, check_face_count, merged_corners, raw_model, rgba
-from casa_assets.ingest.load.text import UniqueNames, decode, normalize_text, numbers, parsed_numbers
+from casa_assets.ingest.load.text import Notes, UniqueNames, decode, normalize_text, numbers, parsed_numbers, printable
 from casa_assets.model.asset.material import ColorSpace, Material, Texture
 from casa_assets.model.source import Bundle, RawModel
 

@@ -15,10 +15,9 @@ from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.formats import Format, Reference, Role
 from casa_assets.ingest.load.materials import Images, ImageUse
-from casa_assets.ingest.load.notes import Notes, printable
 from casa_assets.ingest.load.polygons import cut_whole
 from casa_assets.ingest.load.raw_parts import ReadPart, check_face_count, raw_model, rgba
-from casa_assets.ingest.load.text import decode
+from casa_assets.ingest.load.text import Notes, decode, printable
 from casa_assets.model.asset.material import Material
 from casa_assets.model.source import Bundle, RawModel
 

@@ -9,8 +9,8 @@ import numpy.typing as npt
 
 from casa_assets.core.numeric import Floats, Ints
 from casa_assets.ingest import rejection_codes as codes
-from casa_assets.ingest.load.notes import Notes
 from casa_assets.ingest.load.raw_parts import Bytes, ReadPart, check_face_count, merged_corners
+from casa_assets.ingest.load.text import Notes
 from casa_assets.model.asset.material import Material
 
 # Ear clipping costs the square of the corners; beyond this a fan has to do.

@@ -13,8 +13,7 @@ from casa_assets.core.numeric import Floats, Ints, about_axis
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.formats import Format
-from casa_assets.ingest.load.notes import Notes
-from casa_assets.ingest.load.text import UniqueNames
+from casa_assets.ingest.load.text import Notes, UniqueNames
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.source import RawModel, RawPart, Up

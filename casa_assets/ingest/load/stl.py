@@ -10,9 +10,8 @@ import numpy as np
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.formats import Format, Reference, is_binary_stl
-from casa_assets.ingest.load.notes import Notes, printable
 from casa_assets.ingest.load.raw_parts import ReadPart, check_face_count, raw_model
-from casa_assets.ingest.load.text import decode, normalize_text, numbers
+from casa_assets.ingest.load.text import Notes, decode, normalize_text, numbers, printable
 from casa_assets.model.asset.material import Material
 from casa_assets.model.source import Bundle, RawModel
 

@@ -25,9 +25,9 @@ from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.formats import Format, Reference, Role
 from casa_assets.ingest.load.materials import Look, Materials, srgb_bytes_from_linear
-from casa_assets.ingest.load.notes import Notes, printable
 from casa_assets.ingest.load.polygons import cut_polygons, part_of_corners
 from casa_assets.ingest.load.raw_parts import Bytes, ReadPart, check_face_count, raw_model, transformed
+from casa_assets.ingest.load.text import Notes, printable
 from casa_assets.model.asset.material import Material
 from casa_assets.model.source import Bundle, RawModel, Up
 

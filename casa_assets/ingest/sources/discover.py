@@ -14,16 +14,11 @@ from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.formats import SUFFIXES, suffix_of
 from casa_assets.ingest.sources import manifest, objaverse
-from casa_assets.ingest.sources.bounded_reads import utf8_escaped
-from casa_assets.ingest.sources.containers.archive import archive_suffix
-from casa_assets.ingest.sources.containers.archived import archived
-from casa_assets.ingest.sources.containers.table import is_table
-from casa_assets.ingest.sources.containers.tabled import tabled
-from casa_assets.ingest.sources.found import Found, Refused
-from casa_assets.ingest.sources.other_files import HIDDEN, kind_of_other, unread
-from casa_assets.ingest.sources.package import Package
-from casa_assets.ingest.sources.places import StoreRoot, folder_of
-from casa_assets.ingest.sources.untrusted_fields import unique_hints
+from casa_assets.ingest.sources.containers.archive import archived
+from casa_assets.ingest.sources.containers.table import is_table, tabled
+from casa_assets.ingest.sources.found import HIDDEN, Found, Package, Refused, archive_suffix, kind_of_other, unread
+from casa_assets.ingest.sources.places import StoreRoot, folder_of, utf8_escaped
+from casa_assets.ingest.sources.rows import unique_hints
 from casa_assets.model.source import Source, SourceKind
 
 DEEPEST_FOLDER = 64

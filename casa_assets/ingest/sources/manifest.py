@@ -10,11 +10,9 @@ from dataclasses import replace
 
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
-from casa_assets.ingest.load.notes import printable
-from casa_assets.ingest.sources.found import Found, Refused
-from casa_assets.ingest.sources.package import Package
-from casa_assets.ingest.sources.rows import check_types, remarks, source_of
-from casa_assets.ingest.sources.untrusted_fields import parse_json, safe_id
+from casa_assets.ingest.load.text import printable
+from casa_assets.ingest.sources.found import Found, Package, Refused
+from casa_assets.ingest.sources.rows import check_types, parse_json, remarks, safe_id, source_of
 from casa_assets.model.source import Source
 
 # Names that announce a manifest, whatever the state of its content.

@@ -27,9 +27,8 @@ from urllib.parse import quote, unquote, urlsplit
 from casa_assets.errors import CasaError, Rejected
 from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.formats import PACKED_SUFFIXES, SUFFIXES, UNREAD_SUFFIXES, suffix_of
-from casa_assets.ingest.load.notes import printable
-from casa_assets.ingest.sources.containers.archive import archive_suffix
-from casa_assets.ingest.sources.found import Refused
+from casa_assets.ingest.load.text import printable
+from casa_assets.ingest.sources.found import Refused, archive_suffix
 from casa_assets.ingest.sources.places import Entry, StoreRoot
 
 if TYPE_CHECKING:

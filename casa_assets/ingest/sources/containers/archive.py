@@ -1,9 +1,15 @@
-"""Archives (zip, tar) in a folder: their members, bounded in number and size; no link among them is followed."""
+"""Archives (zip, tar) in a folder: their members, bounded in number and size; no link among them is followed.
+
+Meshes in an archive are inputs named `archive.zip!member`. A JSON member of a tar that has the name of a mesh
+describes it, as in a shard of WebDataset: files of one key belong together, `0001.glb` and `0001.json`. A key is the
+path up to the first dot of the file's name, as the `webdataset` package reads it.
+"""
 
 from __future__ import annotations
 
 import gzip
 import io
+import json
 import posixpath
 import re
 import stat
@@ -11,18 +17,29 @@ import struct
 import tarfile
 import zipfile
 import zlib
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import IO
 
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
-from casa_assets.ingest.load.notes import printable
-from casa_assets.ingest.sources.places import Folder
+from casa_assets.ingest.load.text import printable
+from casa_assets.ingest.sources.found import (
+    ARCHIVE_SUFFIXES,
+    HIDDEN,
+    Found,
+    Package,
+    Refused,
+    archive_suffix,
+    kind_of_other,
+    unread,
+)
+from casa_assets.ingest.sources.places import Folder, utf8_escaped
+from casa_assets.ingest.sources.rows import check_types, parse_json, remarks, safe_id, source_of, unique_hints
+from casa_assets.model.source import Source, SourceKind
 
-# By suffix: how it is read, and nothing else is. Others may need memory that no limit here would stop.
-SUFFIXES = {".zip": "zip", ".zae": "zip", ".kmz": "zip", ".tar": "tar", ".tgz": "tar", ".tar.gz": "tar"}
 # What an archive may hold; choices. A zip's list of members is read whole, so its size is bounded too. Shards of
 # WebDataset, which are tars, have several members for each sample.
 MAX_MEMBERS = {"zip": 20_000, "tar": 100_000}
@@ -54,12 +71,6 @@ _FAULTS = (
     OverflowError,
     UnicodeError,
 )
-
-
-def archive_suffix(name: str) -> str:
-    """Suffix, in lower case, of an archive that is read (`.tar.gz` counts as one); empty for other names."""
-    lower = name.lower()
-    return next((s for s in (".tar.gz", *SUFFIXES) if lower.endswith(s) and lower != s), "")
 
 
 def _plain(path: str) -> str:
@@ -220,7 +231,7 @@ class Archive:
 
     @property
     def _is_zip(self) -> bool:
-        return SUFFIXES.get(archive_suffix(self.path)) == "zip"
+        return ARCHIVE_SUFFIXES.get(archive_suffix(self.path)) == "zip"
 
     @contextmanager
     def _zip(self) -> Iterator[zipfile.ZipFile]:
@@ -259,3 +270,106 @@ class Archive:
     def _refused(self, code: str, why: str) -> Rejected:
         name = printable(posixpath.basename(self.path))
         return Rejected(code, f"{name}: an archive that {why}; unpack what you need of it and name that folder")
+
+
+class ShardRows:
+    """Descriptions of meshes in the JSON members of one tar; ids must differ.
+
+    Args:
+        package: folder of the tar. name: of its file.
+        texts: content of JSON members by their paths, see Archive.members.
+    """
+
+    def __init__(self, package: Package, name: str, texts: Mapping[str, bytes]) -> None:
+        self._package, self._name, self._texts = package, name, texts
+        self._is_full = sum(map(len, texts.values())) >= MAX_TEXTS_BYTES
+        self._ids: dict[str, str] = {}
+
+    def described(self, found: Found) -> Found | Refused:
+        """A mesh with the description in its JSON; unchanged if it has no JSON; refused if the JSON is wrong."""
+        path = next((p for p in _paths(found.main) if p in self._texts), None)
+        if path is None:
+            return found
+        place = f"{printable(self._name)}!{printable(path, 80)}"
+        try:
+            row = self._row(path, place)
+            uid = self._uid(row, place)
+            check_types(row, place)
+        except Rejected as error:
+            return self._package.refuse(self._name, error)
+        if uid:
+            self._ids[uid] = place
+        source = source_of(row, found.source.path, uid, found.source.hints)
+        return replace(found, source=source, notes=remarks(place, row))
+
+    def _row(self, path: str, place: str) -> Mapping[str, object]:
+        text = self._texts[path]
+        if len(text) > MAX_TEXT_BYTES or (self._is_full and not _is_whole(text)):
+            message = f"{place}: over {MAX_TEXT_BYTES} bytes, or over {MAX_TEXTS_BYTES} with the others; shorten it"
+            raise Rejected(codes.TOO_LARGE, message)
+        row = parse_json(text.decode("utf-8-sig", "replace"), place)
+        if not isinstance(row, dict):
+            raise Rejected(codes.BAD_ROW, f"{place}: {printable(json.dumps(row), 40)} is not an object; fix it")
+        return row
+
+    def _uid(self, row: Mapping[str, object], place: str) -> str:
+        """The id that a row states, as text; empty if it states none, since the key distinguishes samples."""
+        value = row.get("uid", row.get("id"))
+        if value is None:
+            return ""
+        uid = safe_id(str(value) if type(value) is int else value, place)
+        if uid in self._ids:
+            raise Rejected(codes.DUPLICATE_ID, f"{place}: id {uid!r} was used by {self._ids[uid]}; rename one")
+        return uid
+
+
+def _paths(mesh: str) -> tuple[str, str]:
+    """Where the JSON of a mesh may be: under its name, and under its key."""
+    folder, base = posixpath.split(mesh)
+    stem, key = posixpath.splitext(base)[0], base.partition(".")[0]
+    return posixpath.join(folder, f"{stem}.json"), posixpath.join(folder, f"{key}.json")
+
+
+def _is_whole(text: bytes) -> bool:
+    return text.rstrip().endswith((b"}", b"]"))
+
+
+def archived(package: Package, name: str, others: Counter[str]) -> Iterator[Found | Refused]:
+    """Inputs in one archive of a folder; refused as a whole where it is broken, too large, or leaves its folder."""
+    path = package.prefix + name
+    try:
+        if utf8_escaped(path) != path:
+            raise Rejected(codes.BAD_NAME, f"{utf8_escaped(name)}: the name is not UTF-8; rename the file")
+        texts: dict[str, bytes] = {}
+        members = Archive(name, package.files).members(texts)
+    except Rejected as error:
+        yield Refused(utf8_escaped(path), error.code, error.message)
+        return
+    rows = ShardRows(package, name, texts)
+    in_folder: dict[str, set[str]] = {}
+    for member in members:
+        folder, base = posixpath.split(member.path)
+        in_folder.setdefault(folder, set()).add(base.lower())
+    for member in members:
+        folders, base = member.path.split("/")[:-1], posixpath.basename(member.path)
+        place = utf8_escaped(f"{path}!{member.path}")
+        if any(part.startswith(".") or part == "__MACOSX" for part in (*folders, base)):
+            others[HIDDEN] += 1
+        elif kind := kind_of_other(base, in_folder[posixpath.dirname(member.path)]):
+            others[kind] += 1
+        elif archive_suffix(base):
+            message = f"{utf8_escaped(base)}: an archive within an archive; unpack the outer one and name the folder"
+            yield Refused(place, codes.BAD_ARCHIVE, message)
+        elif (refused := unread(place)) is not None:
+            yield refused
+        else:
+            yield rows.described(_found(package, name, member, place))
+
+
+def _found(package: Package, name: str, member: Member, place: str) -> Found:
+    stem, suffix = posixpath.splitext(posixpath.basename(member.path))[0], archive_suffix(name)
+    around = [*posixpath.dirname(member.path).split("/")[::-1], name[: -len(suffix)]]
+    outer = package.prefix.rstrip("/").split("/")[::-1]
+    hints = unique_hints([stem], around, outer, [package.root.name])
+    source = Source(kind=SourceKind.FOLDER, path=place, hints=hints)
+    return Found(package.root, member.path, source, archive=name, at=member.at)

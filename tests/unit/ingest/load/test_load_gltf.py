@@ -12,7 +12,7 @@ import pytest
 
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes
-from casa_assets.ingest.load.gltf_materials import Mapping2D
+from casa_assets.ingest.load.gltf import Mapping2D
 from casa_assets.model.source import Up
 from tests.mesh_files import QUARTERS, Gltf, codes_of, glb_bytes, load_bytes, png, texel
 

@@ -14,8 +14,7 @@ from PIL import Image
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes
 from casa_assets.ingest.load.materials import Images, ImageUse
-from casa_assets.ingest.load.notes import MAX_NOTES, Notes
-from casa_assets.ingest.load.text import UniqueNames, identifier
+from casa_assets.ingest.load.text import MAX_NOTES, Notes, UniqueNames, identifier
 from casa_assets.model.source import Up
 from tests.mesh_files import LIMITS, QUARTERS, Gltf, codes_of, load_bytes, png, texel
 

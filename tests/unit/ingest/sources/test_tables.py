@@ -17,8 +17,8 @@ from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load import load
 from casa_assets.ingest.sources import Found, Refused, collect, discover
-from casa_assets.ingest.sources.containers import table, tabled
-from casa_assets.ingest.sources.containers.place import place_of
+from casa_assets.ingest.sources.bundle import place_of
+from casa_assets.ingest.sources.containers import table
 from casa_assets.ingest.sources.places import root_of
 from casa_assets.model.source import SourceKind
 from tests.mesh_files import LIMITS, OBJ_TRIANGLE
@@ -176,7 +176,7 @@ def test_a_table_that_has_changed_meanwhile_gives_no_other_bytes(tmp_path: Path)
 
 
 def test_rows_beyond_what_a_run_holds_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(tabled, "MAX_ROWS", 3)
+    monkeypatch.setattr(table, "MAX_ROWS", 3)
     write(tmp_path / "t.parquet", {"mesh": meshes(5)})
     found, refused = read(tmp_path)
     assert len(found) == 3

@@ -15,7 +15,7 @@ import pytest
 from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load import load
 from casa_assets.ingest.sources import Found, Refused, collect, discover
-from casa_assets.ingest.sources.containers import archive, webdataset
+from casa_assets.ingest.sources.containers import archive
 from casa_assets.model.source import SourceKind
 from tests.mesh_files import LIMITS, OBJ_TRIANGLE
 
@@ -106,7 +106,6 @@ def test_a_row_that_is_wrong_is_refused_alone(
 
 def test_the_json_of_a_shard_is_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(archive, "MAX_TEXTS_BYTES", 50)
-    monkeypatch.setattr(webdataset, "MAX_TEXTS_BYTES", 50)
     members = [
         (f"{n}.{kind}", content) for n in "abc" for kind, content in (("json", {"name": "x" * 20}), ("obj", OBJ))
     ]

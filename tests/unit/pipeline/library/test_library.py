@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from casa_assets.errors import OutputError
-from casa_assets.ingest.sources.bounded_reads import utf8_escaped
+from casa_assets.ingest.sources.places import utf8_escaped
 from casa_assets.model.source import Source, SourceKind
 from casa_assets.pipeline.ingest import inputs
 from casa_assets.pipeline.library.identity import Producer
