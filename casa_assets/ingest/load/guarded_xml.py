@@ -105,7 +105,7 @@ def floats_of(element: Element | None) -> Floats:
     """(N,) numbers of an element's text; what is not a number becomes NaN."""
     text = text_of(element).encode("ascii", "replace")
     flat = parsed_numbers(text.replace(b"\n", b" ").replace(b"\t", b" ").replace(b"\r", b" "))
-    return flat if flat is not None else np.array([_number(word) for word in text.split()])
+    return flat if flat is not None else np.array([number_of(word) for word in text.split()])
 
 
 def integers_of(element: Element | None) -> npt.NDArray[np.int64]:
@@ -115,7 +115,8 @@ def integers_of(element: Element | None) -> npt.NDArray[np.int64]:
     return np.where(good, np.where(good, flat, 0.0), -1.0).astype(np.int64)
 
 
-def _number(word: bytes) -> float:
+def number_of(word: bytes | str) -> float:
+    """The number that a word is; NaN if it is none."""
     try:
         return float(word)
     except ValueError:

@@ -10,7 +10,7 @@ import math
 import struct
 import warnings
 import zlib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -184,6 +184,15 @@ def srgb_bytes_from_linear(values: npt.NDArray[np.float64]) -> Pixels:
     return np.rint(numeric.srgb_from_linear_array(clipped) * 255.0).astype(np.uint8)
 
 
+def rgba_of_linear(values: npt.NDArray[np.float64]) -> Pixels:
+    """(N, 4) sRGB bytes of (N, 3) or (N, 4) linear light and opacity in 0..1; opaque where they have no alpha."""
+    out = np.full((len(values), 4), 255, dtype=np.uint8)
+    out[:, :3] = srgb_bytes_from_linear(values[:, :3])
+    if values.shape[1] == 4:
+        out[:, 3] = np.rint(np.clip(values[:, 3], 0.0, 1.0) * 255.0).astype(np.uint8)
+    return out
+
+
 @dataclass(frozen=True)
 class Look:
     """Look of a surface, as a file says it.
@@ -212,15 +221,11 @@ class Materials:
         self._names = UniqueNames()
         self._made: dict[object, Material] = {}
 
-    def material(self, key: object, look: Look) -> Material:
-        """The material of a look; `key` identifies the look within one file."""
+    def material(self, key: object, look: Callable[[], Look]) -> Material:
+        """The material of a look, which is read once; `key` identifies it within one file."""
         if key not in self._made:
-            self._made[key] = self._make(look)
+            self._made[key] = self._make(look())
         return self._made[key]
-
-    def knows(self, key: object) -> Material | None:
-        """The material that was made under a key, or None."""
-        return self._made.get(key)
 
     def _make(self, look: Look) -> Material:
         opacity = _unit(look.opacity, 1.0)

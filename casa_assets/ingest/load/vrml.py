@@ -17,12 +17,11 @@ from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.formats import Format, Reference, Role
 from casa_assets.ingest.load.gltf_document import data_uri
-from casa_assets.ingest.load.guarded_xml import Element, local_name, parse_xml
+from casa_assets.ingest.load.guarded_xml import Element, local_name, number_of, parse_xml
 from casa_assets.ingest.load.materials import Look, Materials, linear_from_srgb, roughness_of_shininess
 from casa_assets.ingest.load.polygons import cut_polygons, fan, part_of_corners, strip
 from casa_assets.ingest.load.raw_parts import Bytes, ReadPart, check_face_count, raw_model, rgba, transformed, turn
 from casa_assets.ingest.load.text import Notes, decode, printable
-from casa_assets.model.asset.material import Material
 from casa_assets.model.source import Bundle, RawModel, Up
 
 # Scenes are a dozen deep. Text is read by functions that call each other, four for a level, and Python ends at 1000.
@@ -75,7 +74,7 @@ class Node:
         try:
             return np.array(words, dtype=np.float64)
         except ValueError:
-            return np.array([_number(word) for word in words])
+            return np.array([number_of(word) for word in words])
 
     def integers(self, name: str) -> Ints:
         """(N,) whole numbers; other words, and numbers of 2**31 or more, become -2, which is no point's index."""
@@ -98,13 +97,6 @@ class Node:
         if '"' not in text:
             return [text] if text else []
         return [word for word in text.split('"')[1::2] if word]
-
-
-def _number(word: str) -> float:
-    try:
-        return float(word)
-    except ValueError:
-        return float("nan")
 
 
 @dataclass(frozen=True)
@@ -323,12 +315,9 @@ def nodes_of_xml(data: bytes, name: str) -> list[Node]:
         if len(stack) > DEEPEST:
             raise _too_deep(name)
         stack.append((iter(element), node))
-    units = [Node("unit", "", {str(k): str(v) for k, v in e.attrib.items()}) for e in root.iter() if _is_unit(e)]
-    return [*top.nodes.get("children", []), *units]
-
-
-def _is_unit(element: Element) -> bool:
-    return local_name(element) == "unit" and element.get("category") == "length"
+    units = [e for e in root.iter() if local_name(e) == "unit" and e.get("category") == "length"]
+    nodes = [Node("unit", "", {str(k): str(v) for k, v in e.attrib.items()}) for e in units]
+    return [*top.nodes.get("children", []), *nodes]
 
 
 def nodes_of_text(data: bytes, name: str) -> list[Node]:
@@ -430,17 +419,10 @@ class _Words:
             node.fields[field] = " ".join(words)
         elif self._next in ("{", "["):
             self._skip_brackets()
-        elif field in ("ROUTE", "IS"):
+        elif field in ("ROUTE", "IS") or self._next == "NULL":
             self._take()
-        elif self._next and self._next != "}":
-            self._add(node, field, self._value_node(depth))
-
-    def _value_node(self, depth: int) -> Node | None:
-        """Read the node of a field; None for NULL, or if another field's name follows, which is not consumed."""
-        if self._next == "NULL":
-            self._take()
-            return None
-        return self._statement(depth + 1) if self._next[:1].isupper() else None
+        elif self._next[:1].isupper():  # else another field's name follows
+            self._add(node, field, self._statement(depth + 1))
 
     def _add(self, node: Node, field: str, child: Node | None) -> None:
         if child is not None:
@@ -489,12 +471,7 @@ def references(data: bytes, name: str) -> list[Reference]:
 
 
 def load(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawModel:
-    """RawModel of a VRML 2.0 or X3D file: metres (or the unit that X3D states), y up, as both formats have it.
-
-    Raises:
-        Rejected: SCENE_UNREADABLE, BAD_SCENE_GRAPH, TRUNCATED, UNSUPPORTED_VERSION, BAD_XML, XML_ENTITY, XML_DEPTH,
-            TOO_LARGE, NO_GEOMETRY, NO_FACES, NON_FINITE.
-    """
+    """RawModel of a VRML 2.0 or X3D file: metres (or the unit that X3D states), y up, as both formats have it."""
     name = printable(bundle.main)
     data = bundle.files[bundle.main]
     nodes = scene_nodes(data, name)
@@ -521,7 +498,12 @@ def _placed(nodes: list[Node], name: str, notes: Notes) -> Iterator[tuple[Node, 
             continue
         if node.kind in _NEVER or node.kind.endswith(("Sensor", "Interpolator")):
             continue
-        _remark(node, notes)
+        if node.kind in ("Inline", "ProtoInstance"):
+            message = "what other files or prototypes hold is left out; merge them first"
+            notes.add(codes.FEATURE_IGNORED, node.kind, message)
+        elif node.kind in ("HAnimHumanoid", "Skin"):
+            message = "a rigged mesh: read as it was modelled, without its rig"
+            notes.add(codes.FEATURE_IGNORED, node.kind, message)
         with np.errstate(all="ignore"):
             here = parent @ _matrix(node)
         waiting += [(child, here, depth + 1) for child in reversed(_shown(node))]
@@ -538,36 +520,19 @@ def _shown(node: Node) -> list[Node]:
     return children
 
 
-def _remark(node: Node, notes: Notes) -> None:
-    if node.kind in ("Inline", "ProtoInstance"):
-        notes.add(codes.FEATURE_IGNORED, node.kind, "what other files or prototypes hold is left out; merge them first")
-    elif node.kind in ("HAnimHumanoid", "Skin"):
-        notes.add(codes.FEATURE_IGNORED, node.kind, "a rigged mesh: read as it was modelled, without its rig")
-
-
 def _matrix(node: Node) -> Floats:
     """(4, 4) parent_from_node of a Transform. Ref: ISO 19775-1, 10.4.4."""
-    out = np.eye(4)
+    moved, center, back, spin, slant, scale = (np.eye(4) for _ in range(6))
     if node.kind not in ("Transform", "HAnimJoint", "HAnimHumanoid"):
-        return out
-    center, scale = _step(node.vector("center", (0.0, 0.0, 0.0))), np.eye(4)
-    spin, slant = _turn(node.vector("rotation", (0, 0, 1, 0))), _turn(node.vector("scaleOrientation", (0, 0, 1, 0)))
+        return moved
+    moved[:3, 3] = node.vector("translation", (0.0, 0.0, 0.0))
+    center[:3, 3] = node.vector("center", (0.0, 0.0, 0.0))
+    back[:3, 3] = -center[:3, 3]
+    for matrix, name in ((spin, "rotation"), (slant, "scaleOrientation")):
+        axis_angle = node.vector(name, (0, 0, 1, 0))
+        matrix[:3, :3] = turn(axis_angle[:3], float(axis_angle[3]))
     scale[:3, :3] = np.diag(node.vector("scale", (1.0, 1.0, 1.0)))
-    moved = _step(node.vector("translation", (0.0, 0.0, 0.0)))
-    back = _step(-node.vector("center", (0.0, 0.0, 0.0)))
     return np.asarray(moved @ center @ spin @ slant @ scale @ slant.T @ back)
-
-
-def _step(offset: Floats) -> Floats:
-    out = np.eye(4)
-    out[:3, 3] = offset
-    return out
-
-
-def _turn(axis_angle: Floats) -> Floats:
-    out = np.eye(4)
-    out[:3, :3] = turn(axis_angle[:3], float(axis_angle[3]))
-    return out
 
 
 class _Reader:
@@ -596,18 +561,16 @@ class _Reader:
         if is_mirrored:
             triangles = triangles[:, ::-1]
         appearance = shape.first("Appearance")
-        material = self._material(appearance, faces.colors is not None)
+        key = (id(appearance), faces.colors is not None)
+        material = self._materials.material(key, lambda: self._look(appearance, faces.colors is not None))
         label = shape.name or geometry.name or "shape"
-        uv = self._laid_out(appearance, faces.uv)
-        yield part_of_corners(label, points, faces.corners, triangles, material, uv, normals, faces.colors)
-
-    def _laid_out(self, appearance: Node | None, uv: Floats | None) -> Floats | None:
-        """Texture coordinates, turned over where a picture is stored so (X3D 4.1, flipVertically)."""
         if appearance is not None and appearance.first("TextureTransform") is not None:
             self._notes.add(codes.FEATURE_IGNORED, "TextureTransform", "a transform of texture coordinates is left out")
-        if uv is None or not any(t.flag("flipVertically", default=False) for t in _textures(appearance)[:1]):
-            return uv
-        return np.column_stack((uv[:, 0], 1.0 - uv[:, 1]))
+        uv = faces.uv
+        # X3D 4.1: a picture that is stored upside down
+        if uv is not None and any(t.flag("flipVertically", default=False) for t in _textures(appearance)[:1]):
+            uv = np.column_stack((uv[:, 0], 1.0 - uv[:, 1]))
+        yield part_of_corners(label, points, faces.corners, triangles, material, uv, normals, faces.colors)
 
     def _cut(self, geometry: Node) -> tuple[Faces, Ints] | None:
         """Faces of a geometry, and its triangles as places in their corners; None if it has no surface."""
@@ -618,10 +581,6 @@ class _Reader:
             return None
         triangles, _ = cut_polygons(faces.points, faces.corners, faces.counts, self._limits, self._notes, self._name)
         return faces, triangles if geometry.flag("ccw", default=True) else triangles[:, ::-1]
-
-    def _material(self, appearance: Node | None, is_colored: bool) -> Material:
-        key = (id(appearance), is_colored)
-        return self._materials.knows(key) or self._materials.material(key, self._look(appearance, is_colored))
 
     def _look(self, appearance: Node | None, is_colored: bool) -> Look:
         source = appearance.first("Material", "PhysicalMaterial", "UnlitMaterial") if appearance is not None else None
