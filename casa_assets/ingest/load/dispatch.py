@@ -68,16 +68,12 @@ def _meant(bundle: Bundle, model: RawModel) -> RawModel:
 
 
 def references(file_format: Format, data: bytes, name: str) -> list[Reference]:
-    """Files that a main file refers to, as written there, each once, in file order.
-
-    Raises:
-        Rejected: the file is too broken to list them.
-    """
+    """Files that a main file refers to, as written, each once, in file order. Raises Rejected where it is broken."""
     found = reader_of(file_format).references(data, name)
-    return told_once(r for r in found if not r.name.startswith("data:"))
+    return each_once(r for r in found if not r.name.startswith("data:"))
 
 
-def told_once(found: Iterable[Reference]) -> list[Reference]:
+def each_once(found: Iterable[Reference]) -> list[Reference]:
     """Names of files, each once and not too many of them."""
     return list(dict.fromkeys(r for r in found if r.name))[:MAX_REFERENCES]
 

@@ -64,7 +64,6 @@ _FOREIGN: tuple[tuple[bytes, str], ...] = (
     (b"Rar!", "a RAR archive; unpack it"),
 )
 _OBJ_LINE = re.compile(rb"^[ \t]*(v|vn|vt|f|o|g|l|p|mtllib|usemtl|s)[ \t]+\S", re.MULTILINE)
-_FACET = re.compile(rb"^[ \t]*(facet|endsolid)\b", re.MULTILINE)
 
 
 class Format(StrEnum):
@@ -190,7 +189,10 @@ def _zip(data: bytes, name: str) -> Format:
 
 
 def _sniff_text(data: bytes, name: str) -> Format:
-    head = _ascii_head(data)
+    # the first 4 KiB as one byte per character, whatever the encoding
+    head = data[:4096].removeprefix(b"\xef\xbb\xbf")
+    if data.startswith((b"\xff\xfe", b"\xfe\xff")):
+        head = data[:8192].decode("utf-16", "replace").encode("ascii", "replace")
     start = head.lstrip()
     lower = start[:512].lower()
     if re.match(rb"ply[ \t]*[\r\n]", start):
@@ -211,7 +213,7 @@ def _sniff_text(data: bytes, name: str) -> Format:
         return Format.FBX
     if re.match(rb"C?OFF\s", start) and suffix_of(name) != ".obj":
         return Format.OFF
-    if lower.startswith(b"solid") and _FACET.search(data):
+    if lower.startswith(b"solid") and re.search(rb"^[ \t]*(facet|endsolid)\b", data, re.MULTILINE):
         return Format.STL
     return _by_name(data, head, name)
 
@@ -223,7 +225,7 @@ def _by_name(data: bytes, head: bytes, name: str) -> Format:
         return Format.STL
     if is_text and (suffix == ".obj" or _OBJ_LINE.search(data[: 1 << 20])):
         return Format.OBJ
-    if suffix == ".obj" and _is_wide(data):
+    if suffix == ".obj" and data.startswith((b"\xff\xfe", b"\xfe\xff")):
         return Format.OBJ
     if suffix == ".stl" and not is_text and len(data) >= 15:
         return Format.STL
@@ -233,19 +235,7 @@ def _by_name(data: bytes, head: bytes, name: str) -> Format:
         raise Rejected(codes.BAD_MAGIC, message)
     if suffix in UNREAD_SUFFIXES:
         raise Rejected(codes.WRONG_TYPE, f"{name}: this is {UNREAD_SUFFIXES[suffix]}, not a mesh")
-    message = f"{name}: the content is none of {NAMES}"
-    raise Rejected(codes.WRONG_TYPE, message)
-
-
-def _ascii_head(data: bytes) -> bytes:
-    """First 4 KiB as one byte per character, whatever the encoding."""
-    if _is_wide(data):
-        return data[:8192].decode("utf-16", "replace").encode("ascii", "replace")
-    return data[:4096].removeprefix(b"\xef\xbb\xbf")
-
-
-def _is_wide(data: bytes) -> bool:
-    return data.startswith((b"\xff\xfe", b"\xfe\xff"))
+    raise Rejected(codes.WRONG_TYPE, f"{name}: the content is none of {NAMES}")
 
 
 def is_binary_stl(data: bytes) -> bool:

@@ -67,7 +67,7 @@ def raw_from_trimesh(
         name: for messages.
         up: the axis that points up; None: the `up_axis` of the metadata, or y if it came from a glTF file.
     Raises:
-        Rejected: NO_GEOMETRY, NO_FACES, NON_FINITE, TOO_LARGE, OUT_OF_BOUNDS, or MIXED_UNITS.
+        Rejected: also OUT_OF_BOUNDS or MIXED_UNITS.
     """
     notes = Notes()
     model = read_placed(thing, limits, notes, name, Format.TRIMESH, up)
@@ -79,10 +79,8 @@ def bundle_from_trimesh(
 ) -> Bundle:
     """A mesh or scene as a Bundle without files: `load` gives back its model, `sha256` is the digest of its content.
 
-    The digest covers arrays, materials, pictures, unit and axis, and none of trimesh's own state.
-
-    Raises:
-        Rejected: as raw_from_trimesh.
+    The digest covers arrays, materials, pictures, unit and axis, and none of trimesh's own state. Arguments and errors
+    are those of `raw_from_trimesh`.
     """
     return Bundle(main=f"{name}.trimesh", files={}, model=raw_from_trimesh(thing, limits, name, up))
 
@@ -108,23 +106,14 @@ def read_placed(
         raise Rejected(codes.MIXED_UNITS, f"{name}: {error}") from error
     stated = up_axis(thing)
     materials = _Materials(Images(limits, notes), notes)
-    parts = [_read_part(p, materials) for p in placed]
+    parts = []
+    for one in placed:
+        colors = one.colors
+        if colors is not None and one.is_linear:
+            colors = np.column_stack((srgb_bytes_from_linear(colors[:, :3] / 255.0), colors[:, 3]))
+        material = materials.material(one.finish, colors is not None)
+        parts.append(ReadPart(one.name, one.vertices, one.faces, material, one.uv, one.normals, colors))
     return raw_model(parts, notes, name, file_format, metres, up or (Up(stated) if stated else None))
-
-
-def _read_part(placed: PlacedMesh, materials: _Materials) -> ReadPart:
-    colors = placed.colors
-    if colors is not None and placed.is_linear:
-        colors = np.column_stack((srgb_bytes_from_linear(colors[:, :3] / 255.0), colors[:, 3]))
-    return ReadPart(
-        name=placed.name,
-        vertices=placed.vertices,
-        faces=placed.faces,
-        material=materials.material(placed.finish, placed.colors is not None),
-        uv=placed.uv,
-        normals=placed.normals,
-        colors=colors,
-    )
 
 
 class _Materials:
@@ -155,8 +144,17 @@ class _Materials:
         if max(color[:3]) <= _BLACK < max(source.emissive) and (picture is None or "emissive" in source.images):
             self._notes.add(codes.EMISSIVE_AS_BASE, name, "black surface that glows: its glow is its colour")
             picture, color = source.images.get("emissive"), (*source.emissive, color[3])
-        alpha, opacity = self._alpha(source, name)
+        alpha: str | float = "keep"
+        opacity = source.color[3]
+        if source.alpha_mode == "OPAQUE":
+            alpha, opacity = "drop", 1.0
+        elif opacity <= 0.0:
+            self._notes.add(codes.FULLY_TRANSPARENT, name, "alpha 0 would hide it; made opaque")
+            alpha, opacity = "drop", 1.0
+        elif source.alpha_mode == "MASK":
+            alpha, opacity = min(1.0, source.alpha_cutoff / opacity), 1.0
         base_picture = self._texture(picture, f"{name}_color", ImageUse(ColorSpace.SRGB, alpha))
+        raw = ImageUse(ColorSpace.RAW, "drop")
         rgb = color[:3] if source.is_linear else tuple(linear_from_srgb(c) for c in color[:3])
         if not source.is_linear and base_picture is not None:
             rgb = (1.0, 1.0, 1.0)  # as for OBJ: beside a picture the diffuse colour is a leftover as often as a tint
@@ -166,23 +164,9 @@ class _Materials:
             metallic=_metallic(source),
             roughness=_roughness(source),
             base_color_texture=base_picture,
-            metallic_roughness_texture=self._texture(
-                source.images.get("rough"), f"{name}_rough", ImageUse(ColorSpace.RAW, "drop")
-            ),
-            normal_texture=self._texture(
-                source.images.get("normal"), f"{name}_normal", ImageUse(ColorSpace.RAW, "drop")
-            ),
+            metallic_roughness_texture=self._texture(source.images.get("rough"), f"{name}_rough", raw),
+            normal_texture=self._texture(source.images.get("normal"), f"{name}_normal", raw),
         )
-
-    def _alpha(self, source: TrimeshMaterial, name: str) -> tuple[str | float, float]:
-        """Treatment of the picture's alpha (see ImageUse), and the opacity of the material."""
-        opacity = source.color[3]
-        if source.alpha_mode == "OPAQUE":
-            return "drop", 1.0
-        if opacity <= 0.0:
-            self._notes.add(codes.FULLY_TRANSPARENT, name, "alpha 0 would hide it; made opaque")
-            return "drop", 1.0
-        return (min(1.0, source.alpha_cutoff / opacity), 1.0) if source.alpha_mode == "MASK" else ("keep", opacity)
 
     def _texture(self, image: Image.Image | None, name: str, use: ImageUse) -> Texture | None:
         if image is None:
@@ -251,17 +235,8 @@ class _Object:
     inner: list[str] = field(default_factory=list)
 
 
-@dataclass(frozen=True)
-class PackageSize:
-    """Size of a 3MF package once built: triangles over all copies, copies, and whether it states colours."""
-
-    faces: int
-    copies: int
-    is_colored: bool
-
-
-def package_size(members: Mapping[str, bytes], limits: Mapping[str, float], name: str) -> PackageSize:
-    """Count what the build of a package places.
+def check_package(members: Mapping[str, bytes], limits: Mapping[str, float], name: str) -> bool:
+    """Count what the build of a 3MF package places; returns whether it states colours.
 
     Args:
         members: model files of the package by name, guarded against entities.
@@ -297,15 +272,15 @@ def package_size(members: Mapping[str, bytes], limits: Mapping[str, float], name
                 objects.setdefault(element.get("objectid", ""), _Object()).faces += triangles[path]
         elif kind == "item":
             placed.append(element.get("objectid", ""))
-    faces, copies = _placed(objects, placed, name)
+    faces = _placed_faces(objects, placed, name)
     check_face_count(faces, limits, name)
     if not faces:
         raise Rejected(codes.NO_GEOMETRY, f"{name}: its build places no triangle; export the object itself")
-    return PackageSize(faces, copies, is_colored)
+    return is_colored
 
 
-def _placed(objects: Mapping[str, _Object], placed: list[str], name: str) -> tuple[int, int]:
-    """Triangles and copies of all that the build places."""
+def _placed_faces(objects: Mapping[str, _Object], placed: list[str], name: str) -> int:
+    """Triangles of all that the build places, over all copies."""
     known: dict[str, tuple[int, int]] = {}
     open_now: set[str] = set()
 
@@ -321,10 +296,9 @@ def _placed(objects: Mapping[str, _Object], placed: list[str], name: str) -> tup
         return known[key]
 
     sums = [total(key) for key in placed]
-    faces, copies = sum(f for f, _ in sums), sum(c for _, c in sums)
-    if copies > MAX_COPIES:
+    if sum(copies for _, copies in sums) > MAX_COPIES:
         raise Rejected(codes.BAD_SCENE_GRAPH, f"{name}: objects are copied without end; export the file again")
-    return faces, copies
+    return sum(faces for faces, _ in sums)
 
 
 def references(data: bytes, name: str) -> list[Reference]:
@@ -333,12 +307,7 @@ def references(data: bytes, name: str) -> list[Reference]:
 
 
 def load(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawModel:
-    """RawModel of an OFF, a 3MF or a XAML file.
-
-    Raises:
-        Rejected: EXCHANGE_UNREADABLE, TOO_LARGE, XML_ENTITY, XML_DEPTH, BAD_XML, TRUNCATED, BAD_SCENE_GRAPH, and what
-            RawModels in memory are refused for.
-    """
+    """RawModel of an OFF, a 3MF or a XAML file."""
     name = printable(bundle.main)
     data = bundle.files[bundle.main]
     readers = {Format.OFF: _off, Format.THREE_MF: _package, Format.XAML: _xaml}
@@ -365,10 +334,13 @@ def _package(data: bytes, limits: Mapping[str, float], notes: Notes, name: str) 
     members = _unpacked(data, limits, name)
     for member in members.values():
         check_xml(member, name)
-    stated = package_size(members, limits, name)
-    if stated.is_colored:
+    if check_package(members, limits, name):
         notes.add(codes.FEATURE_IGNORED, "resources", "materials, colours and pictures of a 3MF are left out")
-    return _read(_packed(members), "3mf", Format.THREE_MF, limits, notes, name, Up.Z)
+    stored = io.BytesIO()  # trimesh takes no files but those of a zip
+    with zipfile.ZipFile(stored, "w", zipfile.ZIP_STORED) as archive:
+        for member, content in members.items():
+            archive.writestr(zipfile.ZipInfo(member), content)
+    return _read(stored.getvalue(), "3mf", Format.THREE_MF, limits, notes, name, Up.Z)
 
 
 def _xaml(data: bytes, limits: Mapping[str, float], notes: Notes, name: str) -> RawModel:
@@ -424,12 +396,3 @@ def _unpacked(data: bytes, limits: Mapping[str, float], name: str) -> dict[str, 
         message = f"{name}: the archive cannot be unpacked ({printable(str(error), 80)}); fetch it again"
         raise Rejected(codes.EXCHANGE_UNREADABLE, message) from error
     return out
-
-
-def _packed(members: Mapping[str, bytes]) -> bytes:
-    """A zip of these members, stored, for a reader that takes no other."""
-    out = io.BytesIO()
-    with zipfile.ZipFile(out, "w", zipfile.ZIP_STORED) as archive:
-        for name, data in members.items():
-            archive.writestr(zipfile.ZipInfo(name), data)
-    return out.getvalue()

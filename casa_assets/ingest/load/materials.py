@@ -77,7 +77,16 @@ class Images:
             pixels = self.pixels(key, data)
             if pixels is None:
                 return None
-            self._textures[key, use] = self.encode(_with_alpha(pixels, use.alpha), name, use.space)
+            if pixels.shape[2] == 4 and not isinstance(use.alpha, str):
+                pixels = pixels.copy()
+                pixels[:, :, 3] = np.where(pixels[:, :, 3] >= use.alpha * 255.0, 255, 0)
+            if (
+                pixels.shape[2] == 4
+                and use.alpha != "keep"
+                and (use.alpha == "drop" or int(pixels[:, :, 3].min()) == 255)
+            ):
+                pixels = np.ascontiguousarray(pixels[:, :, :3])
+            self._textures[key, use] = self.encode(pixels, name, use.space)
         return self._textures[key, use]
 
     def encode(self, pixels: Pixels, name: str, space: ColorSpace) -> Texture:
@@ -163,16 +172,6 @@ def _eight_bit(image: Image.Image) -> Pixels:
     return pixels
 
 
-def _with_alpha(pixels: Pixels, alpha: str | float) -> Pixels:
-    if pixels.shape[2] == 3 or alpha == "keep":
-        return pixels
-    if isinstance(alpha, str):
-        return np.ascontiguousarray(pixels[:, :, :3])
-    masked = pixels.copy()
-    masked[:, :, 3] = np.where(pixels[:, :, 3] >= alpha * 255.0, 255, 0)
-    return masked if int(masked[:, :, 3].min()) < 255 else np.ascontiguousarray(masked[:, :, :3])
-
-
 def linear_from_srgb(value: float) -> float:
     """One channel, display value, brought into 0..1 -> linear light in 0..1."""
     return numeric.linear_from_srgb(min(1.0, max(0.0, value)))
@@ -198,11 +197,8 @@ class Look:
     """Look of a surface, as a file says it.
 
     Attributes:
-        name: of the material.
-        color: linear RGB, 0..1; if there is a picture, its tint.
-        opacity: 0..1.
-        metallic, roughness: 0..1.
-        picture: key and bytes of the colour picture, or None.
+        color: linear RGB, 0..1; if there is a picture, its tint. opacity, metallic, roughness: 0..1.
+        picture: key and bytes of the colour picture.
     """
 
     name: str

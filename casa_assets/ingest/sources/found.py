@@ -117,8 +117,7 @@ def unread(path: str) -> Refused | None:
     suffix = suffix_of(path)
     if suffix not in UNREAD_SUFFIXES:
         return None
-    name = posixpath.basename(path)
-    message = f"{name}: this is {UNREAD_SUFFIXES[suffix]}, not a mesh that is read"
+    message = f"{posixpath.basename(path)}: this is {UNREAD_SUFFIXES[suffix]}, not a mesh that is read"
     return Refused(path, codes.WRONG_TYPE, message)
 
 
@@ -150,6 +149,11 @@ class Package:
     def refuse(self, name: str, error: Rejected) -> Refused:
         """Refusal that points at a file of the package."""
         return Refused(utf8_escaped(self.prefix + name), error.code, error.message)
+
+    def check_utf8(self, name: str) -> None:
+        """Raises Rejected BAD_NAME where the path of a file is no text."""
+        if utf8_escaped(self.prefix + name) != self.prefix + name:
+            raise Rejected(codes.BAD_NAME, f"{utf8_escaped(name)}: the name is not UTF-8; rename the file")
 
     def file(self, value: object, place: str) -> str:
         """POSIX path, relative to the package, of a file that a row names; it exists and may be read.

@@ -287,7 +287,11 @@ class ShardRows:
 
     def described(self, found: Found) -> Found | Refused:
         """A mesh with the description in its JSON; unchanged if it has no JSON; refused if the JSON is wrong."""
-        path = next((p for p in _paths(found.main) if p in self._texts), None)
+        folder, base = posixpath.split(found.main)
+        # under its name, or under its key
+        names = posixpath.splitext(base)[0], base.partition(".")[0]
+        paths = (posixpath.join(folder, f"{name}.json") for name in names)
+        path = next((p for p in paths if p in self._texts), None)
         if path is None:
             return found
         place = f"{printable(self._name)}!{printable(path, 80)}"
@@ -304,7 +308,7 @@ class ShardRows:
 
     def _row(self, path: str, place: str) -> Mapping[str, object]:
         text = self._texts[path]
-        if len(text) > MAX_TEXT_BYTES or (self._is_full and not _is_whole(text)):
+        if len(text) > MAX_TEXT_BYTES or (self._is_full and not text.rstrip().endswith((b"}", b"]"))):
             message = f"{place}: over {MAX_TEXT_BYTES} bytes, or over {MAX_TEXTS_BYTES} with the others; shorten it"
             raise Rejected(codes.TOO_LARGE, message)
         row = parse_json(text.decode("utf-8-sig", "replace"), place)
@@ -323,27 +327,14 @@ class ShardRows:
         return uid
 
 
-def _paths(mesh: str) -> tuple[str, str]:
-    """Where the JSON of a mesh may be: under its name, and under its key."""
-    folder, base = posixpath.split(mesh)
-    stem, key = posixpath.splitext(base)[0], base.partition(".")[0]
-    return posixpath.join(folder, f"{stem}.json"), posixpath.join(folder, f"{key}.json")
-
-
-def _is_whole(text: bytes) -> bool:
-    return text.rstrip().endswith((b"}", b"]"))
-
-
 def archived(package: Package, name: str, others: Counter[str]) -> Iterator[Found | Refused]:
     """Inputs in one archive of a folder; refused as a whole where it is broken, too large, or leaves its folder."""
-    path = package.prefix + name
     try:
-        if utf8_escaped(path) != path:
-            raise Rejected(codes.BAD_NAME, f"{utf8_escaped(name)}: the name is not UTF-8; rename the file")
+        package.check_utf8(name)
         texts: dict[str, bytes] = {}
         members = Archive(name, package.files).members(texts)
     except Rejected as error:
-        yield Refused(utf8_escaped(path), error.code, error.message)
+        yield package.refuse(name, error)
         return
     rows = ShardRows(package, name, texts)
     in_folder: dict[str, set[str]] = {}
@@ -352,7 +343,7 @@ def archived(package: Package, name: str, others: Counter[str]) -> Iterator[Foun
         in_folder.setdefault(folder, set()).add(base.lower())
     for member in members:
         folders, base = member.path.split("/")[:-1], posixpath.basename(member.path)
-        place = utf8_escaped(f"{path}!{member.path}")
+        place = utf8_escaped(f"{package.prefix}{name}!{member.path}")
         if any(part.startswith(".") or part == "__MACOSX" for part in (*folders, base)):
             others[HIDDEN] += 1
         elif kind := kind_of_other(base, in_folder[posixpath.dirname(member.path)]):
@@ -363,13 +354,8 @@ def archived(package: Package, name: str, others: Counter[str]) -> Iterator[Foun
         elif (refused := unread(place)) is not None:
             yield refused
         else:
-            yield rows.described(_found(package, name, member, place))
-
-
-def _found(package: Package, name: str, member: Member, place: str) -> Found:
-    stem, suffix = posixpath.splitext(posixpath.basename(member.path))[0], archive_suffix(name)
-    around = [*posixpath.dirname(member.path).split("/")[::-1], name[: -len(suffix)]]
-    outer = package.prefix.rstrip("/").split("/")[::-1]
-    hints = unique_hints([stem], around, outer, [package.root.name])
-    source = Source(kind=SourceKind.FOLDER, path=place, hints=hints)
-    return Found(package.root, member.path, source, archive=name, at=member.at)
+            around = [*folders[::-1], name[: -len(archive_suffix(name))]]
+            outer = package.prefix.rstrip("/").split("/")[::-1]
+            hints = unique_hints([posixpath.splitext(base)[0]], around, outer, [package.root.name])
+            source = Source(kind=SourceKind.FOLDER, path=place, hints=hints)
+            yield rows.described(Found(package.root, member.path, source, archive=name, at=member.at))

@@ -25,7 +25,7 @@ from casa_assets.ingest.load.text import printable
 from casa_assets.ingest.sources.containers.archive import SEEK_BLOCK
 from casa_assets.ingest.sources.found import MAX_INDEX_BYTES, Found, Package, Refused, kind_of_other, unread
 from casa_assets.ingest.sources.manifest import MAX_ROWS
-from casa_assets.ingest.sources.places import Folder, folder_of, utf8_escaped
+from casa_assets.ingest.sources.places import Folder, folder_of
 from casa_assets.ingest.sources.rows import (
     MAX_CHARACTERS,
     MAX_HINTS,
@@ -261,7 +261,6 @@ _CODE = (
     "from casa_assets.ingest.sources.containers.table import main; main()"
 )
 MAX_LINE_BYTES = 1 << 20
-OTHER_TABLES = "tables and settings"
 
 
 def tabled(package: Package, name: str, others: Counter[str], is_named: bool = False) -> Iterator[Found | Refused]:
@@ -271,24 +270,22 @@ def tabled(package: Package, name: str, others: Counter[str], is_named: bool = F
         is_named: the user pointed at it, so that it has to hold meshes.
     """
     try:
-        if utf8_escaped(package.prefix + name) != package.prefix + name:
-            raise Rejected(codes.BAD_NAME, f"{utf8_escaped(name)}: the name is not UTF-8; rename the file")
+        package.check_utf8(name)
         package.files.check(name)
         lines = _printed(package, name)
         head = next(lines, {})
         if not head.get("column"):
             if is_named:
-                raise Rejected(codes.WRONG_TYPE, _no_column(name, head))
-            others[OTHER_TABLES] += 1
+                has = ", ".join(printable(str(column), 40) for column in head.get("columns", ())) or "none"
+                message = (
+                    f"{printable(name)}: no column of bytes is called {', '.join(COLUMNS)}; it has {has}; rename one"
+                )
+                raise Rejected(codes.WRONG_TYPE, message)
+            others["tables and settings"] += 1
             return
         yield from _rows(package, name, str(head.get("suffix", "")), lines, others)
     except Rejected as error:
         yield package.refuse(name, error)
-
-
-def _no_column(name: str, head: Mapping[str, Any]) -> str:
-    has = ", ".join(printable(str(column), 40) for column in head.get("columns", ()))
-    return f"{printable(name)}: no column of bytes is called {', '.join(COLUMNS)}; it has {has or 'none'}; rename one"
 
 
 def _printed(package: Package, name: str) -> Iterator[dict[str, Any]]:
@@ -338,15 +335,21 @@ def _rows(
         except Rejected as error:
             yield package.refuse(name, error)
             continue
-        stated = _suffix(row)
-        main = f"{key}{stated or suffix or '.glb'}"
+        words = (f".{str(row.get(column, '')).lower().strip().removeprefix('.')}" for column in FORMATS)
+        stated = next((word for word in words if word in SUFFIXES), "")
+        named = (suffix_of(str(row.get(column, ""))) for column in PATHS)
+        main = f"{key}{stated or next(filter(None, named), '') or suffix or '.glb'}"
         path = f"{package.prefix}{name}!{main}"
         if kind := kind_of_other(main, frozenset()):
             others[kind] += 1
         elif (refused := unread(path)) is not None:
             yield refused
         else:
-            yield _found(package, name, row, (uid, main, path), number)
+            inner = next((str(row[column]) for column in PATHS if row.get(column)), "").replace("\\", "/")
+            stem, folders = posixpath.splitext(posixpath.basename(inner))[0], posixpath.dirname(inner).split("/")[::-1]
+            around = [name[: -len(SUFFIX)], *package.prefix.rstrip("/").split("/")[::-1], package.root.name]
+            source = source_of(row, path, uid, [stem, *folders, *around])
+            yield Found(package.root, main, source, archive=name, at=number)
 
 
 def _names(row: Mapping[str, Any], number: int, place: str, ids: dict[str, str]) -> tuple[str, str]:
@@ -359,37 +362,13 @@ def _names(row: Mapping[str, Any], number: int, place: str, ids: dict[str, str])
     if stated is None:
         return "", f"{number:06}"
     column, value = stated
-    text = str(value) if type(value) is int else value
-    if column in ("__key__", "key") and not _is_safe(text, place):
-        return "", f"{number:06}"
-    uid = safe_id(text, place)
+    try:
+        uid = safe_id(str(value) if type(value) is int else value, place)
+    except Rejected:
+        if column in ("__key__", "key"):
+            return "", f"{number:06}"
+        raise
     if uid in ids:
         raise Rejected(codes.DUPLICATE_ID, f"{place}: id {uid!r} was used by {ids[uid]}; rename one")
     ids[uid] = place
     return uid, uid
-
-
-def _is_safe(value: object, place: str) -> bool:
-    try:
-        safe_id(value, place)
-    except Rejected:
-        return False
-    return True
-
-
-def _suffix(row: Mapping[str, Any]) -> str:
-    """Suffix of the file in a row, such as `.obj`; empty if the row does not say it."""
-    for column in FORMATS:
-        word = f".{str(row.get(column, '')).lower().strip().removeprefix('.')}"
-        if word in SUFFIXES:
-            return word
-    return next((suffix_of(str(row[column])) for column in PATHS if suffix_of(str(row.get(column, "")))), "")
-
-
-def _found(package: Package, name: str, row: Mapping[str, Any], names: tuple[str, str, str], number: int) -> Found:
-    uid, main, path = names
-    inner = next((str(row[column]) for column in PATHS if row.get(column)), "").replace("\\", "/")
-    stem, folders = posixpath.splitext(posixpath.basename(inner))[0], posixpath.dirname(inner).split("/")[::-1]
-    around = [name[: -len(SUFFIX)], *package.prefix.rstrip("/").split("/")[::-1], package.root.name]
-    source = source_of(row, path, uid, [stem, *folders, *around])
-    return Found(package.root, main, source, archive=name, at=number)
