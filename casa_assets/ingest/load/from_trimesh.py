@@ -338,8 +338,8 @@ def _package(data: bytes, limits: Mapping[str, float], notes: Notes, name: str) 
         notes.add(codes.FEATURE_IGNORED, "resources", "materials, colours and pictures of a 3MF are left out")
     stored = io.BytesIO()  # trimesh takes no files but those of a zip
     with zipfile.ZipFile(stored, "w", zipfile.ZIP_STORED) as archive:
-        for member, content in members.items():
-            archive.writestr(zipfile.ZipInfo(member), content)
+        for file, content in members.items():
+            archive.writestr(zipfile.ZipInfo(file), content)
     return _read(stored.getvalue(), "3mf", Format.THREE_MF, limits, notes, name, Up.Z)
 
 

@@ -527,7 +527,8 @@ def _from_mode(flat: Ints, mode: int) -> Ints:
         return flat[fan(len(flat))]
     faces = flat[strip(len(flat))]
     # strips are stitched with repeated vertices, which are no faces
-    return faces[(faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 0] != faces[:, 2])]
+    is_face = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 0] != faces[:, 2])
+    return np.asarray(faces[is_face])
 
 
 def references(data: bytes, name: str) -> list[Reference]:

@@ -6,6 +6,7 @@ import math
 import struct
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
@@ -204,7 +205,7 @@ def _parts(
             look, file = looks.get(title, (Look(title or "material"), ""))
             if file in files:
                 look = replace(look, color=(1.0, 1.0, 1.0), picture=(file, files[file]))
-            material = materials.material(title, lambda look=look: look)
+            material = materials.material(title, partial(replace, look))
             yield ReadPart(mesh.name, mesh.points, mesh.faces[mask], material, uv)
     if rest.any() or not len(rest):
         material = materials.material("none", lambda: Look("material"))

@@ -426,7 +426,8 @@ def _triangles(lines: ObjLines, vertices: Floats, others: tuple[int, int], name:
         return _Triangles(none, none, none, np.zeros(0, dtype=np.int64))
     every_tri, every_order, every_group = (np.concatenate([f[i] for f in found]) for i in range(3))
     sort = np.argsort(every_order, kind="stable")
-    return _Triangles(*(every_tri[sort][:, :, i] for i in range(3)), every_group[sort])
+    every_tri = every_tri[sort]
+    return _Triangles(every_tri[:, :, 0], every_tri[:, :, 1], every_tri[:, :, 2], every_group[sort])
 
 
 def _read_part(

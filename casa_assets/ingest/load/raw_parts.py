@@ -92,8 +92,8 @@ def raw_model(
     for part in read_parts:
         # all three vertices of a face are finite and near enough to be meant
         with np.errstate(invalid="ignore"):
-            is_near = (np.abs(part.vertices) < MAX_COORDINATE).all(axis=1)
-        is_usable = is_near[part.faces].all(axis=1) if len(part.faces) else np.zeros(0, dtype=bool)
+            is_near = np.asarray((np.abs(part.vertices) < MAX_COORDINATE).all(axis=1))
+        is_usable = np.asarray(is_near[part.faces].all(axis=1)) if len(part.faces) else np.zeros(0, dtype=bool)
         total += len(is_usable)
         lost = int(len(is_usable) - is_usable.sum())
         dropped += lost
@@ -137,7 +137,7 @@ def _part(part: ReadPart, is_usable: npt.NDArray[np.bool_], names: UniqueNames, 
     uv = None if part.uv is None else part.uv[used]
     if uv is not None:
         with np.errstate(invalid="ignore"):
-            is_finite = (np.abs(uv) < MAX_UV).all(axis=1)
+            is_finite = np.asarray((np.abs(uv) < MAX_UV).all(axis=1))
         if not is_finite.all():
             message = f"{int((~is_finite).sum())} texture coordinates are NaN or absurd; set to 0"
             notes.add(codes.BAD_UV, part.name, message)

@@ -182,7 +182,7 @@ def _memory(pid: int) -> int:
     return 0
 
 
-PROC, CGROUPS = Path("/proc"), Path("/sys/fs/cgroup")
+CGROUPS = Path("/sys/fs/cgroup")
 # Part of the free memory that is left to the main process, the fork server and other programs; a choice.
 RESERVED_SHARE = 0.1
 # A worker with less than this fails on common inputs: a mesh of two million faces takes 1.9 GB.

@@ -143,14 +143,11 @@ class RayEngine:
                     ray.cancel(reference, force=True)
 
     def _submit(self, order: node.Order, job: Any, memory: int) -> Any:
+        fit = {"ray.io/node-id": f"!in({','.join(sorted(self._full))})"} if self._full else None
         task = ray.remote(node.work).options(
-            num_cpus=1, memory=memory, max_retries=0, retry_exceptions=False, label_selector=self._fit()
+            num_cpus=1, memory=memory, max_retries=0, retry_exceptions=False, label_selector=fit
         )
         return task.remote(replace(order, limits=replace(self._limits, memory_bytes=memory)), job)
-
-    def _fit(self) -> dict[str, str] | None:
-        """Return the requirement on a job's machine that Ray is given, or None if any machine will do."""
-        return {"ray.io/node-id": f"!in({','.join(sorted(self._full))})"} if self._full else None
 
     def _leave_out(self, full: node.Full) -> None:
         """Give no more jobs to a machine. Raises CasaError where it is the last one."""
