@@ -128,11 +128,13 @@ def work(order: Order, job: Any) -> Any:
     if (full := full_disk()) is None:
         ((_, answer),) = _pool(order).run(order.function, [job])
         full = full_disk()
-    if full is None:
-        return answer
+    return answer if full is None else Full(_node_id(), f"{socket.gethostname()}: {full}")
+
+
+def _node_id() -> str:
     import ray
 
-    return Full(str(ray.get_runtime_context().get_node_id()), f"{socket.gethostname()}: {full}")
+    return str(ray.get_runtime_context().get_node_id())
 
 
 def _unfit(order: Order) -> str:
