@@ -147,11 +147,7 @@ def suffix_of(name: str) -> str:
 
 
 def sniff(data: bytes, name: str) -> Format:
-    """Format of a main file.
-
-    Raises:
-        Rejected: EMPTY_FILE, WRONG_TYPE (something else, named), BAD_MAGIC (a GLB by name only).
-    """
+    """Format of a main file. Raises Rejected."""
     if not data.strip(b" \t\r\n\0"):
         raise Rejected(codes.EMPTY_FILE, f"{name}: the file is empty ({len(data)} bytes); fetch it again")
     for magic, known in _MAGIC:

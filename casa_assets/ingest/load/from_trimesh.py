@@ -236,12 +236,10 @@ class _Object:
 
 
 def check_package(members: Mapping[str, bytes], limits: Mapping[str, float], name: str) -> bool:
-    """Count what the build of a 3MF package places; returns whether it states colours.
+    """Count what the build of a 3MF package places; returns whether it states colours. Raises Rejected.
 
     Args:
         members: model files of the package by name, guarded against entities.
-    Raises:
-        Rejected: BAD_SCENE_GRAPH (copies without end, or of itself), TOO_LARGE, NO_GEOMETRY.
     """
     main = next(n for n in members if n.lower().endswith("3d/3dmodel.model"))
     objects: dict[str, _Object] = {}

@@ -229,11 +229,7 @@ class SceneGraph:
 
 
 def read_graph(document: JsonObject, notes: Notes) -> SceneGraph:
-    """Walk the shown scene; fall back to all root nodes, then to bare meshes, each with a note.
-
-    Raises:
-        Rejected: BAD_SCENE_GRAPH (a node reached twice: a cycle, or instances without end), OUT_OF_BOUNDS.
-    """
+    """Walk the shown scene; fall back to all root nodes, then to bare meshes, each with a note. Raises Rejected."""
     nodes = document.items("nodes")
     if document.array("scenes"):
         scene = document.pick(document.count("scene", 0), "scenes")

@@ -25,11 +25,7 @@ _CUT = tuple(
 
 
 def check_xml(data: bytes, name: str) -> None:
-    """Scan before parsing.
-
-    Raises:
-        Rejected: XML_ENTITY (any document type: entities live there), XML_DEPTH, TRUNCATED, BAD_XML.
-    """
+    """Scan before parsing. Raises Rejected."""
     depth = 0
 
     def start(tag: str, attributes: object) -> None:

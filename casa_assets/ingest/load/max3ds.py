@@ -68,11 +68,7 @@ class _Chunks:
         return decode(self.data[start:stop]), min(stop + 1, end)
 
     def table(self, start: int, end: int, dtype: str, width: int) -> tuple[Floats, int]:
-        """(N, width) numbers that a 16-bit count comes before, and the place behind them.
-
-        Raises:
-            Rejected: LENGTH_MISMATCH.
-        """
+        """(N, width) numbers that a 16-bit count comes before, and the place behind them. Raises Rejected."""
         count = struct.unpack_from("<H", self.data, start)[0] if start + 2 <= end else 0
         kind = np.dtype(dtype)
         stop = start + 2 + count * width * kind.itemsize

@@ -60,12 +60,9 @@ _LEFT_OUT = {
 
 
 def check_crate(data: bytes, name: str) -> None:
-    """Look at where the sections of a crate lie, and at how many items each claims. Text layers pass.
+    """Look at where the sections of a crate lie, and at how many items each claims. Text layers pass. Raises Rejected.
 
     Ref: OpenUSD, pxr/usd/sdf/crateFile.h: magic, version, place of the table; each section begins with its count.
-
-    Raises:
-        Rejected: TRUNCATED, LENGTH_MISMATCH.
     """
     if not data.startswith(MAGIC):
         return
@@ -94,11 +91,7 @@ def _mismatch(label: bytes, why: str, name: str) -> Rejected:
 
 
 def unpacked(data: bytes, main: str, limits: Mapping[str, float], name: str) -> tuple[str, dict[str, bytes]]:
-    """Main layer and members of a USDZ package; a bare layer is its own only member.
-
-    Raises:
-        Rejected: BAD_ARCHIVE, PATH_TRAVERSAL, TOO_LARGE, WRONG_TYPE.
-    """
+    """Main layer and members of a USDZ package; a bare layer is its own only member. Raises Rejected."""
     if not data.startswith(b"PK"):
         return main, {main: data}
     members: dict[str, bytes] = {}
@@ -123,11 +116,7 @@ def unpacked(data: bytes, main: str, limits: Mapping[str, float], name: str) -> 
 
 
 def inside(path: str, name: str, most_up: int = MOST_UP) -> str:
-    """A path, normalised, that begins with no more than `most_up` steps up.
-
-    Raises:
-        Rejected: PATH_TRAVERSAL, NETWORK_URI.
-    """
+    """A path, normalised, that begins with no more than `most_up` steps up. Raises Rejected."""
     plain = posixpath.normpath(path.replace("\\", "/"))
     if re.search(r"^([A-Za-z][A-Za-z0-9+.-]*:|/|\\|`|~)|\[|\]|\0", path) or plain.split("/").count("..") > most_up:
         message = f"{name}: {printable(path, 80)!r} lies outside of the package; put the file into it"

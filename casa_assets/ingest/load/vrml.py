@@ -285,11 +285,7 @@ _NEVER = frozenset({"Script", "ProtoDeclare", "ExternProtoDeclare", "ProtoBody",
 
 
 def nodes_of_xml(data: bytes, name: str) -> list[Node]:
-    """Nodes of an X3D scene, and `unit` nodes of its head.
-
-    Raises:
-        Rejected: XML_ENTITY, XML_DEPTH, TRUNCATED, BAD_XML, SCENE_UNREADABLE.
-    """
+    """Nodes of an X3D scene, and `unit` nodes of its head. Raises Rejected."""
     plain = _PLAIN_DOCTYPE.sub(b"", data[:4096], count=1) + data[4096:]
     root = parse_xml(plain, name)
     scene = next((child for child in root if local_name(child) == "Scene"), None)

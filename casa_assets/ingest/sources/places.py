@@ -32,11 +32,7 @@ def is_inside(path: str, root: Path) -> bool:
 
 
 def check_file(path: str, root: Path) -> os.stat_result:
-    """Stat of a regular, readable file inside the root; it is not opened.
-
-    Raises:
-        Rejected: MISSING_FILE, LINK_OUTSIDE, NOT_A_FILE, UNREADABLE.
-    """
+    """Stat of a regular, readable file inside the root; it is not opened. Raises Rejected."""
     name = printable(posixpath.basename(utf8_escaped(path)))
     is_link = False
     try:

@@ -135,13 +135,11 @@ class Archive:
     folder: Folder
 
     def members(self, texts: dict[str, bytes] | None = None) -> tuple[Member, ...]:
-        """Regular files in it, sorted by path; of several of one path the first.
+        """Regular files in it, sorted by path; of several of one path the first. Raises Rejected.
 
         Args:
             texts: takes up the JSON members of a tar by their paths, as it is read through: of each at most one byte
                 more than MAX_TEXT_BYTES, of all together MAX_TEXTS_BYTES; None: none is read.
-        Raises:
-            Rejected: BAD_ARCHIVE, TOO_LARGE, PATH_TRAVERSAL, and what files are refused for.
         """
         self.folder.check(self.path)
         found: dict[str, Member] = {}
