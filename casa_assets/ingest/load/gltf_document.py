@@ -477,26 +477,23 @@ class Accessors:
     def _buffer(self, index: int) -> bytes:
         if index not in self._buffers:
             buffer = self._document.pick(index, "buffers")
-            data = self._buffer_bytes(index, buffer)
+            uri = buffer.text("uri")
+            if uri.startswith("data:"):
+                data = data_uri(uri, buffer.place)
+            elif uri in self._files:
+                data = self._files[uri]
+            elif not uri and index == 0 and self._binary is not None:
+                data = self._binary
+            else:
+                why = f"the file {uri[:80]!r} is missing; add it" if uri else "has neither a file nor a binary chunk"
+                why += "" if uri else "; export it again"
+                raise Rejected(codes.MISSING_FILE, f"glTF {buffer.place}: {why}")
             wanted = buffer.count("byteLength")
             if len(data) < wanted:
                 message = f"glTF {buffer.place}: says {wanted} bytes, there are {len(data)}; fetch the file again"
                 raise Rejected(codes.LENGTH_MISMATCH, message)
             self._buffers[index] = data
         return self._buffers[index]
-
-    def _buffer_bytes(self, index: int, buffer: JsonObject) -> bytes:
-        uri = buffer.text("uri")
-        if uri.startswith("data:"):
-            return data_uri(uri, buffer.place)
-        if uri:
-            if uri not in self._files:
-                raise Rejected(codes.MISSING_FILE, f"glTF {buffer.place}: the file {uri[:80]!r} is missing; add it")
-            return self._files[uri]
-        if index == 0 and self._binary is not None:
-            return self._binary
-        message = f"glTF {buffer.place}: has neither a file nor a binary chunk; export it again"
-        raise Rejected(codes.MISSING_FILE, message)
 
 
 def unpack(primitive: JsonObject, accessors: Accessors) -> None:
