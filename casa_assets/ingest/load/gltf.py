@@ -384,13 +384,6 @@ def rest_vertices(
     return out
 
 
-def joint_count(document: JsonObject, graph: SceneGraph) -> int:
-    """Number of joints of the largest skin that moves a placed mesh; 0 if no skin does."""
-    nodes = [document.pick(placed.node, "nodes") for placed in graph.placed if placed.node is not None]
-    skins = {node.count("skin") for node in nodes if node.has("skin")}
-    return max((len(document.pick(skin, "skins").array("joints")) for skin in skins), default=0)
-
-
 def _joint_matrices(document: JsonObject, accessors: Accessors, graph: SceneGraph, skin: JsonObject) -> Floats | None:
     """(J, 4, 4) file_from_bind of every joint, or None if a joint is outside the scene."""
     joints = [j for j in skin.array("joints") if isinstance(j, int) and j in graph.world_from_node]
@@ -513,18 +506,14 @@ class _Reader:
                 raise Rejected(codes.OUT_OF_BOUNDS, message)
         else:
             flat = np.arange(count, dtype=np.int64)
-        return _from_mode(flat, mode)
-
-
-def _from_mode(flat: Ints, mode: int) -> Ints:
-    if mode == _TRIANGLES:
-        return flat[: len(flat) // 3 * 3].reshape(-1, 3)
-    if mode == _FAN:
-        return flat[fan(len(flat))]
-    faces = flat[strip(len(flat))]
-    # strips are stitched with repeated vertices, which are no faces
-    is_face = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 0] != faces[:, 2])
-    return np.asarray(faces[is_face])
+        if mode == _TRIANGLES:
+            return flat[: len(flat) // 3 * 3].reshape(-1, 3)
+        if mode == _FAN:
+            return flat[fan(len(flat))]
+        faces = flat[strip(len(flat))]
+        # strips are stitched with repeated vertices, which are no faces
+        is_face = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 0] != faces[:, 2])
+        return np.asarray(faces[is_face])
 
 
 def references(data: bytes, name: str) -> list[Reference]:
@@ -546,7 +535,10 @@ def load(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawModel:
         notes.add(codes.FEATURE_IGNORED, printable(extension, 60), "a glTF extension that is not taken over; left out")
     if document.array("animations"):
         notes.add(codes.FEATURE_IGNORED, "animations", "animations are left out; the rest pose is read")
+    nodes = [document.pick(placed.node, "nodes") for placed in graph.placed if placed.node is not None]
     reader = _Reader(document, accessors, surfaces, graph, limits, notes, name)
     found = Format.GLB if data.startswith(b"glTF") else Format.GLTF
-    joints = joint_count(document, graph)
+    skins = {node.count("skin") for node in nodes if node.has("skin")}
+    # of the largest skin that moves a placed mesh
+    joints = max((len(document.pick(skin, "skins").array("joints")) for skin in skins), default=0)
     return raw_model(reader.parts(), notes, name, found, 1.0, Up.Y, joints, instances)

@@ -281,8 +281,7 @@ def named_values(prim: Usd.Prim, name: str, width: int, corners: Ints, counts: I
     if not primvar or not len(corners):
         return None
     at = Usd.TimeCode.EarliestTime()
-    raw = primvar.Get(at)
-    values = np.asarray(raw, dtype=np.float64).reshape(-1, width) if _fits(raw, width) else np.zeros((0, width))
+    values = _array(primvar.Get(at), width)
     if primvar.IsIndexed():
         indices = np.asarray(primvar.GetIndices(at) or [], dtype=np.int64).reshape(-1)
         if not len(values) or not len(indices) or not 0 <= int(indices.min()) <= int(indices.max()) < len(values):
@@ -297,21 +296,14 @@ def named_values(prim: Usd.Prim, name: str, width: int, corners: Ints, counts: I
     return values[spread] if is_good else None
 
 
-def _fits(raw: Any, width: int) -> bool:
-    try:
-        return np.asarray(raw, dtype=np.float64).size % width == 0 and raw is not None
-    except (TypeError, ValueError):
-        return False
-
-
 def _display_look(prim: Usd.Prim, is_colored: bool) -> Look:
     """Look of a mesh without a material: its display colour, where it is one for the whole mesh."""
     if is_colored:
         return Look("material", (1.0, 1.0, 1.0))
     primvar = UsdGeom.PrimvarsAPI(prim).FindPrimvarWithInheritance("displayColor")
     raw = primvar.Get(Usd.TimeCode.EarliestTime()) if primvar else None
-    shades = np.asarray(raw, dtype=np.float64).reshape(-1) if raw is not None and _fits(raw, 3) else np.zeros(0)
-    return Look("display_color", _triple(shades[:3])) if len(shades) >= 3 else Look("material")
+    shades = _array(raw, 3)
+    return Look("display_color", _triple(shades[0])) if len(shades) else Look("material")
 
 
 def _source(shader: UsdShade.Shader, entry: str) -> UsdShade.Shader | None:

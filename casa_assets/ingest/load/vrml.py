@@ -120,10 +120,15 @@ def faces_of(node: Node) -> Faces | None:
     """Polygons of a geometry node; None if it is not a surface that is read."""
     if node.kind == "IndexedFaceSet":
         return _indexed(node, *_rows(node.integers("coordIndex")))
-    if node.kind in _SETS:
-        names, cut = _SETS[node.kind]
-        index = node.integers("index") if names else np.arange(len(_points(node)))
-        corners, counts = cut(node, index)
+    kind = node.kind.removeprefix("Indexed")
+    if kind in _SETS:
+        index = np.arange(len(_points(node))) if kind == node.kind else node.integers("index")
+        size, triangles, lengths = _SETS[kind]
+        if triangles is not None:
+            runs = [run[triangles(len(run))].reshape(-1) for run in _runs(node, index, lengths)]
+            index = np.concatenate([np.zeros(0, dtype=np.int64), *runs])
+        corners = index[: len(index) // size * size]
+        counts = np.full(len(corners) // size, size)
         return _indexed(node, corners, counts, np.arange(len(corners)), is_plain=True)
     if node.kind in _SOLIDS:
         return _SOLIDS[node.kind](node)
@@ -185,16 +190,6 @@ def _indexed(node: Node, corners: Ints, counts: Ints, places: Ints, is_plain: bo
     )
 
 
-def _threes(_: Node, index: Ints) -> tuple[Ints, Ints]:
-    count = len(index) // 3
-    return index[: 3 * count], np.full(count, 3)
-
-
-def _fours(_: Node, index: Ints) -> tuple[Ints, Ints]:
-    count = len(index) // 4
-    return index[: 4 * count], np.full(count, 4)
-
-
 def _runs(node: Node, index: Ints, field: str) -> list[Ints]:
     """Runs of corners: parted by -1, or of the lengths that a field has."""
     if node.kind.startswith("Indexed"):
@@ -204,27 +199,12 @@ def _runs(node: Node, index: Ints, field: str) -> list[Ints]:
     return list(np.split(index, ends[ends <= len(index)]))
 
 
-def _strips(node: Node, index: Ints) -> tuple[Ints, Ints]:
-    found = [run[strip(len(run))].reshape(-1) for run in _runs(node, index, "stripCount")]
-    return _threes(node, np.concatenate([np.zeros(0, dtype=np.int64), *found]))
-
-
-def _fans(node: Node, index: Ints) -> tuple[Ints, Ints]:
-    found = [run[fan(len(run))].reshape(-1) for run in _runs(node, index, "fanCount")]
-    return _threes(node, np.concatenate([np.zeros(0, dtype=np.int64), *found]))
-
-
-Cut = Callable[[Node, Ints], tuple[Ints, Ints]]
-# Kind -> whether it has an index, and how it is cut into polygons.
-_SETS: Mapping[str, tuple[bool, Cut]] = {
-    "IndexedTriangleSet": (True, _threes),
-    "TriangleSet": (False, _threes),
-    "IndexedQuadSet": (True, _fours),
-    "QuadSet": (False, _fours),
-    "IndexedTriangleStripSet": (True, _strips),
-    "TriangleStripSet": (False, _strips),
-    "IndexedTriangleFanSet": (True, _fans),
-    "TriangleFanSet": (False, _fans),
+# Kind of a set of triangles or quads -> corners of a polygon; of runs: their triangles, and the field of their lengths.
+_SETS: Mapping[str, tuple[int, Callable[[int], Ints] | None, str]] = {
+    "TriangleSet": (3, None, ""),
+    "QuadSet": (4, None, ""),
+    "TriangleStripSet": (3, strip, "stripCount"),
+    "TriangleFanSet": (3, fan, "fanCount"),
 }
 
 

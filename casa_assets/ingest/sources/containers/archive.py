@@ -169,7 +169,7 @@ class Archive:
         """
         self.folder.check(self.path)
         try:
-            data = self._content_at(path, int(max_bytes) + 1, at) if at > 0 and not self._is_zip else None
+            data = self._content(path, int(max_bytes) + 1, at) if at > 0 and not self._is_zip else None
             data = self._content(path, int(max_bytes) + 1) if data is None else data
         except _FAULTS as error:
             why = printable(str(error), 80) or type(error).__name__
@@ -201,8 +201,12 @@ class Archive:
                         left -= len(texts[member.path])
                 packed_tar.members = []  # type: ignore[attr-defined]  # the library keeps all that it has seen
 
-    def _content(self, path: str, most: int) -> bytes | None:
-        """Bytes of a member, at most `most`; None if there is no such member."""
+    def _content(self, path: str, most: int, at: int = 0) -> bytes | None:
+        """Bytes of a member, at most `most`; None if there is no such member.
+
+        Args:
+            at: of a tar, byte at which the header of the only member that is looked at begins.
+        """
         if self._is_zip:
             with self._zip() as packed:
                 for info in packed.infolist():
@@ -211,21 +215,14 @@ class Archive:
                         with packed.open(info) as stream:
                             return stream.read(min(info.file_size, most))
             return None
-        with self._tar(STREAM_BLOCK) as (packed_tar, bounded):
+        with self._tar(SEEK_BLOCK if at else STREAM_BLOCK, at) as (packed_tar, bounded):
             for one in packed_tar:
                 if one.isfile() and not one.issparse() and _plain(one.name) == path:
                     bounded.seek(one.offset_data)
                     return bounded.content(min(one.size, most))
+                if at:
+                    break
         return None
-
-    def _content_at(self, path: str, most: int, at: int) -> bytes | None:
-        """Bytes, at most `most`, of the member of a tar whose header begins at byte `at`; None if another one does."""
-        with self._tar(SEEK_BLOCK, at) as (packed_tar, bounded):
-            one = packed_tar.next()
-            if one is None or not one.isfile() or one.issparse() or _plain(one.name) != path:
-                return None
-            bounded.seek(one.offset_data)
-            return bounded.content(min(one.size, most))
 
     @property
     def _is_zip(self) -> bool:
