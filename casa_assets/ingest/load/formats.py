@@ -6,6 +6,7 @@ import io
 import re
 import struct
 import zipfile
+import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
@@ -63,6 +64,11 @@ _FOREIGN: tuple[tuple[bytes, str], ...] = (
     (b"%PDF", "a PDF document"),
     (b"Rar!", "a RAR archive; unpack it"),
 )
+# What Python's readers raise on packed data that is broken.
+PACKED_FAULTS = (
+    *(zipfile.BadZipFile, zlib.error, struct.error, OSError, EOFError),
+    *(ValueError, RuntimeError, LookupError, ArithmeticError),
+)
 _OBJ_LINE = re.compile(rb"^[ \t]*(v|vn|vt|f|o|g|l|p|mtllib|usemtl|s)[ \t]+\S", re.MULTILINE)
 
 
@@ -106,21 +112,10 @@ class Reference:
 
 # Suffix of each format that files come in.
 SUFFIX_OF: Mapping[Format, str] = {
-    Format.GLB: ".glb",
-    Format.GLTF: ".gltf",
-    Format.OBJ: ".obj",
-    Format.PLY: ".ply",
-    Format.STL: ".stl",
-    Format.DAE: ".dae",
-    Format.OFF: ".off",
+    **{one: f".{one.value}" for one in Format if one is not Format.TRIMESH},
     Format.THREE_MF: ".3mf",
-    Format.XAML: ".xaml",
-    Format.FBX: ".fbx",
-    Format.USD: ".usd",
-    Format.X3D: ".x3d",
     Format.VRML: ".wrl",
     Format.MAX_3DS: ".3ds",
-    Format.BLEND: ".blend",
 }
 # Other suffixes of the same formats.
 ALIASES: Mapping[str, Format] = {
@@ -172,7 +167,7 @@ def _zip(data: bytes, name: str) -> Format:
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             members = [m.replace("\\", "/") for m in archive.namelist()]
-    except (zipfile.BadZipFile, ValueError, OSError, EOFError, struct.error, NotImplementedError):
+    except PACKED_FAULTS:
         members = []  # damaged: all that is known of it are its first bytes
     if any(m.startswith("/") or m[1:2] == ":" or ".." in m.split("/") for m in members):
         message = f"{name}: a zip archive with members that leave the folder it is unpacked into; do not unpack it"

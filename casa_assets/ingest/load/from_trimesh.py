@@ -8,9 +8,7 @@ from __future__ import annotations
 
 import io
 import math
-import struct
 import zipfile
-import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 
@@ -30,7 +28,7 @@ from casa_assets.geometry.mesh.trimesh_exchange import (
     up_axis,
 )
 from casa_assets.ingest import rejection_codes as codes
-from casa_assets.ingest.load.formats import Format, Reference, sniff
+from casa_assets.ingest.load.formats import PACKED_FAULTS, Format, Reference, sniff
 from casa_assets.ingest.load.guarded_xml import broken_xml, check_xml, local_name
 from casa_assets.ingest.load.materials import (
     Images,
@@ -210,21 +208,7 @@ WORDS_PER_FACE = 16
 BYTES_PER_FACE = 200
 SMALLEST_PACKAGE = 1 << 20
 # What trimesh's readers raise on files that are broken.
-_FAULTS = (
-    ValueError,
-    LookupError,
-    AttributeError,
-    TypeError,
-    NameError,
-    ArithmeticError,
-    RuntimeError,
-    OSError,
-    StopIteration,
-    SyntaxError,
-    zipfile.BadZipFile,
-    zlib.error,
-    struct.error,
-)
+_FAULTS = (*PACKED_FAULTS, AttributeError, TypeError, NameError, StopIteration, SyntaxError)
 
 
 @dataclass

@@ -9,7 +9,6 @@ import io
 import math
 import struct
 import warnings
-import zlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
@@ -19,6 +18,7 @@ from PIL import Image, UnidentifiedImageError
 
 from casa_assets.core import numeric
 from casa_assets.ingest import rejection_codes as codes
+from casa_assets.ingest.load.formats import PACKED_FAULTS
 from casa_assets.ingest.load.text import Notes, UniqueNames, printable
 from casa_assets.model.asset.material import ColorSpace, Material, Texture
 
@@ -27,18 +27,6 @@ LARGEST_PX = 4096
 # Ref: KTX 2.0, 2: the identifier, then (from byte 20 on) width and height as 32-bit numbers.
 KTX2 = b"\xabKTX 20\xbb\r\n\x1a\n"
 FORMATS = ("PNG", "JPEG", "WEBP", "BMP", "TGA", "TIFF", "GIF")
-_DECODE_FAULTS = (
-    OSError,
-    SyntaxError,
-    ValueError,
-    TypeError,
-    IndexError,
-    KeyError,
-    OverflowError,
-    EOFError,
-    struct.error,
-    zlib.error,
-)
 
 Pixels = npt.NDArray[np.uint8]
 
@@ -118,7 +106,7 @@ class Images:
         except UnidentifiedImageError:
             message = f"not a {', '.join(FORMATS)} image (it starts with {data[:8]!r}); texture left out"
             self._notes.add(codes.IMAGE_UNREADABLE, where, message)
-        except _DECODE_FAULTS as error:
+        except (*PACKED_FAULTS, SyntaxError, TypeError) as error:
             message = f"the image cannot be decoded ({type(error).__name__}: {error}); texture left out"
             self._notes.add(codes.IMAGE_UNREADABLE, where, message)
         return None

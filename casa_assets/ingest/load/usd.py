@@ -24,7 +24,7 @@ from pxr import Sdf, Tf, Usd, UsdGeom, UsdShade
 from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
-from casa_assets.ingest.load.formats import Format, Reference, Role
+from casa_assets.ingest.load.formats import PACKED_FAULTS, Format, Reference, Role
 from casa_assets.ingest.load.materials import Look, Materials, rgba_of_linear
 from casa_assets.ingest.load.polygons import cut_polygons, part_of_corners
 from casa_assets.ingest.load.raw_parts import Bytes, ReadPart, check_face_count, raw_model, transformed
@@ -106,7 +106,7 @@ def unpacked(data: bytes, main: str, limits: Mapping[str, float], name: str) -> 
                 if not info.is_dir():
                     with archive.open(info) as stream:
                         members[path] = stream.read(info.file_size)
-    except (zipfile.BadZipFile, ValueError, OSError, EOFError, RuntimeError, struct.error) as error:
+    except PACKED_FAULTS as error:
         message = f"{name}: the package cannot be unpacked ({printable(str(error), 80)}); fetch it again"
         raise Rejected(codes.BAD_ARCHIVE, message) from error
     first = next(iter(members), "")

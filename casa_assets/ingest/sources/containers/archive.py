@@ -16,7 +16,6 @@ import stat
 import struct
 import tarfile
 import zipfile
-import zlib
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -25,6 +24,7 @@ from typing import IO
 
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
+from casa_assets.ingest.load.formats import PACKED_FAULTS
 from casa_assets.ingest.load.text import printable
 from casa_assets.ingest.sources.found import (
     ARCHIVE_SUFFIXES,
@@ -55,22 +55,7 @@ SEEK_BLOCK = 256 << 10
 # Deflate packs 1032 to one at most, and meshes ten to one; small files of blanks come near it.
 MAX_RATIO = 200
 SMALL_BYTES = 1 << 20
-_FAULTS = (
-    zipfile.BadZipFile,
-    tarfile.TarError,
-    gzip.BadGzipFile,
-    zlib.error,
-    struct.error,
-    OSError,
-    EOFError,
-    ValueError,
-    RuntimeError,
-    NotImplementedError,
-    KeyError,
-    IndexError,
-    OverflowError,
-    UnicodeError,
-)
+_FAULTS = (*PACKED_FAULTS, tarfile.TarError)
 
 
 def _plain(path: str) -> str:
