@@ -104,7 +104,7 @@ def opened_table(folder: Folder, path: str) -> Iterator[ParquetFile]:
     """
     name = printable(posixpath.basename(path))
     try:
-        # Not by `import`, for the reason that stores.client has.
+        # Not by `import`, for the reason that stores._fsspec has.
         pyarrow = importlib.import_module("pyarrow")
         parquet = importlib.import_module("pyarrow.parquet")
     except ImportError as error:
