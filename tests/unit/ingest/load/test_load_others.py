@@ -182,10 +182,7 @@ def test_every_kind_of_picture_becomes_eight_bit_rgb(subtests: pytest.Subtests) 
             texture = Images(LIMITS, Notes()).texture("a", out.getvalue(), "Ärger/../x", ImageUse())
             assert texture is not None
             assert (texture.name, texture.width_px, texture.png[24], texture.png[25]) == ("arger_x", 2, 8, 2)
-
-
-def test_sixteen_bit_grey_keeps_its_brightness() -> None:
-    out = io.BytesIO()
+    out = io.BytesIO()  # grey of sixteen bits keeps its brightness
     Image.fromarray(np.array([[0, 65535], [32768, 257]], dtype=np.uint16)).save(out, "PNG")
     pixels = Images(LIMITS, Notes()).pixels("a", out.getvalue())
     assert pixels is not None
@@ -202,6 +199,16 @@ def test_large_pictures_are_refused_unseen_and_big_ones_scaled() -> None:
     assert [n.code for n in notes.issues] == [rejection_codes.IMAGE_REFUSED, rejection_codes.IMAGE_DOWNSCALED]
 
 
+def test_notes_are_few_and_clean() -> None:
+    assert rejection_codes.TYPE_BY_CONTENT in codes_of(load_bytes("x.stl", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"))
+    notes = Notes()
+    for i in range(100):
+        notes.add(rejection_codes.BAD_VALUE, f"p{i}", "a\x00b\u202ec" + "x" * 1000)
+    assert len(notes.issues) == MAX_NOTES + 1
+    assert notes.issues[0].message.startswith("a?b?c")
+    assert notes.issues[-1].code == rejection_codes.MORE_NOTES
+
+
 def test_any_text_becomes_an_id(subtests: pytest.Subtests) -> None:
     for text in ["", "Ünïcødé 杯子", "3_x", "../../etc", 'a"\n<b>', "__", "x" * 500, "\u202eevil", "CupMesh"]:
         with subtests.test(text=text):
@@ -215,16 +222,3 @@ def test_any_text_becomes_an_id(subtests: pytest.Subtests) -> None:
                 assert "__" not in name
                 assert not name.endswith("_")
             assert identifier("CupMesh", "part") == "cup_mesh"
-
-
-def test_notes_are_few_and_clean() -> None:
-    notes = Notes()
-    for i in range(100):
-        notes.add(rejection_codes.BAD_VALUE, f"p{i}", "a\x00b\u202ec" + "x" * 1000)
-    assert len(notes.issues) == MAX_NOTES + 1
-    assert notes.issues[0].message.startswith("a?b?c")
-    assert notes.issues[-1].code == rejection_codes.MORE_NOTES
-
-
-def test_suffix_that_lies_is_remarked() -> None:
-    assert rejection_codes.TYPE_BY_CONTENT in codes_of(load_bytes("x.stl", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"))
