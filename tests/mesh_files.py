@@ -5,15 +5,18 @@ from __future__ import annotations
 import io
 import json
 import struct
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
+import pytest
 from PIL import Image
 
+from casa_assets.errors import Rejected
 from casa_assets.ingest.load import load
-from casa_assets.ingest.sources import Found, collect, discover
+from casa_assets.ingest.sources import Found, Refused, collect, discover
 from casa_assets.model.source import Bundle, RawModel
 
 LIMITS = {"input_bytes": 1e7, "input_faces": 1e5, "input_texture_px": 512, "input_texture_pixels": 200_000.0}
@@ -87,6 +90,12 @@ class Gltf:
         self.document["materials"] = [{"name": "paint", "pbrMetallicRoughness": pbr, **material}]
         self.primitive["material"] = 0
 
+    def text(self, uri: str) -> bytes:
+        """The finished file as text, with its buffer at an address."""
+        buffers = [{"byteLength": len(self.binary), "uri": uri}]
+        parts = {"bufferViews": self.views, "accessors": self.accessors, "buffers": buffers}
+        return json.dumps({**self.document, **parts}).encode()
+
     def glb(self) -> bytes:
         """The finished file."""
         parts = {"bufferViews": self.views, "accessors": self.accessors, "buffers": [{"byteLength": len(self.binary)}]}
@@ -97,6 +106,20 @@ def load_bytes(name: str, data: bytes | str, **files: bytes) -> RawModel:
     """RawModel of a file that refers to `files` by these names."""
     raw = data.encode() if isinstance(data, str) else data
     return load(Bundle(main=name, files={name: raw, **files}), LIMITS)
+
+
+def refusal(name: str, data: bytes | str, **files: bytes) -> str:
+    """Code that a file is refused with."""
+    with pytest.raises(Rejected) as caught:
+        load_bytes(name, data, **files)
+    assert caught.value.message
+    return caught.value.code
+
+
+def inputs_of(path: Path, others: Counter[str] | None = None) -> tuple[list[Found], list[Refused]]:
+    """What is found under a path, and what is refused."""
+    every = list(discover([path], others))
+    return [one for one in every if isinstance(one, Found)], [one for one in every if isinstance(one, Refused)]
 
 
 def load_path(path: Path) -> RawModel:

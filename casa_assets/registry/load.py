@@ -11,7 +11,7 @@ from typing import Any
 
 from casa_assets.errors import UnknownId
 from casa_assets.model.asset.material import Density, Substance
-from casa_assets.model.registry.category import FALLBACK, Category, Certainty, QCode, Vocabulary
+from casa_assets.model.registry.category import FALLBACK, Category, Certainty, Vocabulary
 from casa_assets.model.registry.contract import Contract
 from casa_assets.model.registry.document import Document, KeyPath, expected_one_of
 from casa_assets.model.registry.rows import (
@@ -120,18 +120,13 @@ def read_classes(document: Document) -> dict[str, TaxonomyClass]:
             if parent is not None and str(parent) not in rows:
                 raise document.fault((name, "parent"), "a class", repr(parent))
             if parent is not None and "qcode" not in row:
-                row["qcode"] = inherited_q_code(read(parent, (*below, name)).qcode)
+                row["qcode"] = read(parent, (*below, name)).qcode.replace(certainty=Certainty.PARENT)
             elif parent is not None:
                 read(parent, (*below, name))
             classes[name] = read_record(TaxonomyClass, row, document, (name,), id=name)
         return classes[name]
 
     return {name: read(name, ()) for name in rows}
-
-
-def inherited_q_code(qcode: QCode) -> QCode:
-    """The Q-code of a class as it is used for what lies below it."""
-    return qcode.replace(certainty=Certainty.PARENT)
 
 
 def read_span(value: Any, document: Document, path: KeyPath) -> Any:
@@ -160,7 +155,7 @@ def read_categories(
         if isinstance(row, dict) and isinstance(row.get("portions"), dict):
             row["portions"] = _read_portions(row["portions"], document, (name, "portions"))
         if isinstance(row, dict) and str(row.get("parent")) in classes:
-            row.setdefault("qcode", inherited_q_code(classes[row["parent"]].qcode))
+            row.setdefault("qcode", classes[row["parent"]].qcode.replace(certainty=Certainty.PARENT))
         elif isinstance(row, dict) and "parent" in row:
             raise document.fault((name, "parent"), "a class of classes.yaml", repr(row["parent"]))
         categories[name] = found = read_record(Category, row, document, (name,), id=name)
@@ -201,11 +196,6 @@ def read_densities(document: Document, substances: Mapping[str, Substance]) -> d
             raise document.fault((name, "substance"), expected, repr(row.substance))
         found[name] = substances[row.substance].density * row.fill if row.substance else float(row.kg_m3 or 0.0)
     return found
-
-
-def read_contracts(documents: Mapping[str, Document]) -> dict[str, Contract]:
-    """The contracts by id, one file each."""
-    return {name: read_record(Contract, one.value, one, (), id=name) for name, one in documents.items()}
 
 
 def read_vocabulary(document: Document, categories: Mapping[str, Category], words: MisleadingWords) -> Vocabulary:
@@ -268,7 +258,9 @@ def load(root: Path | None = None) -> Registry:
         limit_units=MappingProxyType({name: limit.unit for name, limit in limits.items()}),
         waivers=tuple(read_record(Waiver, row, waivers, (i,)) for i, row in enumerate(waivers.value or [])),
         rejections=MappingProxyType(read_table(Rejection, documents["rejections"], "code")),
-        contracts=MappingProxyType(read_contracts(contracts)),
+        contracts=MappingProxyType(
+            {name: read_record(Contract, one.value, one, (), id=name) for name, one in contracts.items()}
+        ),
         digest=digest.hexdigest(),
         vocabulary=read_vocabulary(documents["categories"], categories, words),
         other_things=read_record(OtherThingsWords, documents["other_things"].value, documents["other_things"], ()),

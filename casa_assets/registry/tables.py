@@ -43,11 +43,7 @@ def robot_names() -> tuple[str, ...]:
 
 
 def load_robot(name: str) -> Robot:
-    """A robot.
-
-    Raises:
-        UnknownId: no robot has that name. RegistryError: its file is not a valid robot.
-    """
+    """A robot. Raises UnknownId: no robot has that name. RegistryError: its file is not a valid robot."""
     if name not in robot_names():
         raise UnknownId("robot", name, robot_names())
     document = read_topmost(f"{FOLDER}/{name}.yaml")

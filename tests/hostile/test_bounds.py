@@ -16,7 +16,7 @@ from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes
 from casa_assets.ingest.load import polygons
 from casa_assets.ingest.load.formats import sniff
-from casa_assets.ingest.sources import Found, Refused, bounded_reads, collect, discover
+from casa_assets.ingest.sources import Found, Refused, collect, discover, places
 from casa_assets.ingest.sources.manifest import MAX_BROKEN_ROWS
 from casa_assets.pipeline.ingest.job import Event
 from casa_assets.pipeline.ingest.run import Options, ingest
@@ -171,7 +171,7 @@ def test_a_file_that_is_exchanged_while_it_is_opened(tmp_path: Path, monkeypatch
     folder.mkdir()
     (folder / "a.obj").write_text(OBJ_TRIANGLE, encoding="ascii")
     secret.write_text(OBJ_TRIANGLE, encoding="ascii")
-    look = bounded_reads.check_file
+    look = places.check_file
 
     def slow_look(path: str, root: Path) -> os.stat_result:
         found = look(path, root)
@@ -179,9 +179,9 @@ def test_a_file_that_is_exchanged_while_it_is_opened(tmp_path: Path, monkeypatch
         Path(path).symlink_to(secret)
         return found
 
-    monkeypatch.setattr(bounded_reads, "check_file", slow_look)
+    monkeypatch.setattr(places, "check_file", slow_look)
     with pytest.raises(Rejected, match="exchanged") as error:
-        bounded_reads.read_file(str(folder / "a.obj"), folder, 1e6)
+        places.read_file(str(folder / "a.obj"), folder, 1e6)
     assert error.value.code == rejection_codes.UNREADABLE
 
 
@@ -202,5 +202,5 @@ def test_a_file_that_is_exchanged_while_it_is_looked_at(tmp_path: Path, monkeypa
 
     monkeypatch.setattr(os, "lstat", exchange_once)
     with pytest.raises(Rejected) as error:
-        bounded_reads.read_file(str(place), folder, 1e6)
+        places.read_file(str(place), folder, 1e6)
     assert error.value.code in (rejection_codes.UNREADABLE, rejection_codes.LINK_OUTSIDE)

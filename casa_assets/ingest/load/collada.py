@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -21,11 +21,11 @@ from casa_assets.ingest.load.guarded_xml import (
     floats_of,
     integers_of,
     local_name,
+    number_of,
     parse_xml,
     text_of,
 )
 from casa_assets.ingest.load.materials import Images, ImageUse, linear_from_srgb
-from casa_assets.ingest.load.notes import Notes, printable
 from casa_assets.ingest.load.polygons import cut_whole, fan, strip
 from casa_assets.ingest.load.raw_parts import (
     ReadPart,
@@ -36,11 +36,10 @@ from casa_assets.ingest.load.raw_parts import (
     transformed,
     turn,
 )
-from casa_assets.ingest.load.text import UniqueNames
-from casa_assets.model.asset.material import ColorSpace, Material, Texture
+from casa_assets.ingest.load.text import Notes, UniqueNames, printable
+from casa_assets.model.asset.material import ColorSpace, Material
 from casa_assets.model.source import Bundle, RawModel, Up
 
-_SHADERS = ("phong", "lambert", "blinn", "constant")
 _BLACK = 0.02
 SURFACES = ("triangles", "polylist", "polygons", "tristrips", "trifans")
 # instance_node may share nodes, so a small file can ask for endless copies
@@ -48,7 +47,6 @@ MAX_NODES = 20_000
 DEEPEST_NODE = 400
 # Names of so many levels of nodes are kept.
 MAX_NAMES = 16
-_UPS = {"X_UP": Up.X, "Y_UP": Up.Y, "Z_UP": Up.Z}
 
 
 @dataclass
@@ -116,7 +114,7 @@ class Surfaces:
         instance = find_path(node, "instance_effect")
         effect = self.document.target(instance.get("url") if instance is not None else None)
         profile = find_path(effect, "profile_COMMON")
-        shader = next(children(find_path(profile, "technique"), *_SHADERS), None)
+        shader = next(children(find_path(profile, "technique"), "phong", "lambert", "blinn", "constant"), None)
         if profile is None or shader is None:
             self.notes.add(codes.MATERIAL_MISSING, name, "a material without a common effect; a grey one is used")
             return Surface(Material(id=self.names.unique(name, "material")))
@@ -124,8 +122,16 @@ class Surfaces:
         file, texcoord = self._file(profile, find_path(slot, "texture"))
         transparent = find_path(shader, "transparent")
         look = ImageUse(ColorSpace.SRGB, "keep" if find_path(transparent, "texture") is not None else "drop")
-        texture = self._texture(file, f"{name}_color", look)
-        color = (1.0, 1.0, 1.0) if texture is not None else self._rgb(slot, name)
+        data = self.files.get(file)
+        texture = None if data is None else self.images.texture(file, data, f"{name}_color", look)
+        color = (1.0, 1.0, 1.0)
+        if texture is None:
+            values = floats_of(find_path(slot, "color"))
+            is_color = len(values) >= 3 and bool(np.isfinite(values[:3]).all())
+            if not is_color and find_path(slot, "color") is not None:
+                self.notes.add(codes.BAD_VALUE, f"{name}/diffuse", "the colour is not three numbers; grey is used")
+            r, g, b = (linear_from_srgb(float(v)) for v in values[:3]) if is_color else (0.8, 0.8, 0.8)
+            color = (r, g, b)
         material = Material(
             id=self.names.unique(name, "material"),
             base_color=(*color, self._alpha(shader, transparent, name)),
@@ -143,20 +149,10 @@ class Surfaces:
         glows = find_path(emission, "texture") is not None or (len(glow) == 3 and bool((glow > _BLACK).any()))
         plain = floats_of(find_path(diffuse, "color"))[:3]
         if glows and (diffuse is None or (len(plain) == 3 and bool((plain <= _BLACK).all()))):
-            self.notes.add(
-                codes.EMISSIVE_AS_BASE, local_name(shader), "black surface that glows: its glow is its colour"
-            )
+            message = "black surface that glows: its glow is its colour"
+            self.notes.add(codes.EMISSIVE_AS_BASE, local_name(shader), message)
             return emission
         return diffuse
-
-    def _rgb(self, slot: Element | None, name: str) -> tuple[float, float, float]:
-        values = floats_of(find_path(slot, "color"))
-        if len(values) < 3 or not np.isfinite(values[:3]).all():
-            if find_path(slot, "color") is not None:
-                self.notes.add(codes.BAD_VALUE, f"{name}/diffuse", "the colour is not three numbers; grey is used")
-            return (0.8, 0.8, 0.8)
-        r, g, b = (linear_from_srgb(float(v)) for v in values[:3])
-        return (r, g, b)
 
     def _alpha(self, shader: Element, transparent: Element | None, name: str) -> float:
         """Opacity in (0, 1]. Ref: COLLADA 1.4.1, "Determining Transparency (Opacity) in COLLADA"."""
@@ -187,10 +183,6 @@ class Surfaces:
         # many exporters write 0..1 where an exponent is meant; those say nothing
         exponent = float(values[0])
         return 0.6 if exponent <= 1.0 else float(min(0.9, max(0.2, (2.0 / (exponent + 2.0)) ** 0.25)))
-
-    def _texture(self, file: str, name: str, look: ImageUse) -> Texture | None:
-        data = self.files.get(file) if file else None
-        return None if data is None else self.images.texture(file, data, name, look)
 
     def _file(self, profile: Element, texture: Element | None) -> tuple[str, str]:
         """File name as written, and the texture coordinates symbol."""
@@ -244,42 +236,12 @@ class _Input:
     number: int
 
 
-def primitives_of(
-    document: Document, mesh: Element, notes: Notes, check_count: Callable[[int], None]
-) -> list[Primitive]:
-    """Every surface primitive of a <mesh>.
-
-    Args:
-        check_count: is given the number of triangles so far before more are made, and raises where they are too many.
-    Raises:
-        Rejected: OUT_OF_BOUNDS where an index is past its source; what `check_count` raises.
-    """
-    out, count = [], 0
-    for primitive in children(mesh, *SURFACES):
-        count += _triangle_count(primitive)
-        check_count(count)
-        read = _piece(document, primitive, notes)
-        if read is not None:
-            out.append(read)
-    return out
-
-
-def vertex_count(document: Document, mesh: Element) -> int:
-    """Number of positions of a <mesh>, whether a face uses them or not."""
-    place = next((i for i in children(find_path(mesh, "vertices"), "input") if i.get("semantic") == "POSITION"), None)
-    return 0 if place is None else len(_table(document.target(place.get("source"))))
-
-
 def _triangle_count(primitive: Element) -> int:
     """Most triangles that a primitive can come to, from its own numbers."""
     kind = local_name(primitive)
     if kind == "polylist":
         return int(np.maximum(integers_of(find_path(primitive, "vcount")) - 2, 0).sum())
-    stride = (
-        max(count_of(i, "offset", 0) for i in children(primitive, "input")) + 1
-        if find_path(primitive, "input") is not None
-        else 1
-    )
+    stride = max((count_of(i, "offset", 0) for i in children(primitive, "input")), default=0) + 1
     corners = [len(integers_of(p)) // stride for p in children(primitive, "p")]
     return sum(corners) // 3 if kind == "triangles" else sum(max(0, n - 2) for n in corners)
 
@@ -292,7 +254,13 @@ def _piece(document: Document, primitive: Element, notes: Notes) -> Primitive | 
     corners, lengths = _corners(primitive, stride, notes)
     if not len(lengths):
         return None
-    _check(inputs, corners, primitive)
+    for one in inputs:
+        column = corners[:, one.offset]
+        if len(column) and not 0 <= int(column.min()) <= int(column.max()) < len(one.table):
+            message = (
+                f"COLLADA <{local_name(primitive)}>: index {int(column.max())} of {len(one.table)} in {one.semantic}"
+            )
+            raise Rejected(codes.OUT_OF_BOUNDS, message + "; export the file again")
     position = next(i for i in inputs if i.semantic == "POSITION")
     picks = _triangles(position.table, corners[:, position.offset], lengths, notes)
     if not len(picks):
@@ -372,24 +340,11 @@ def _corners(primitive: Element, stride: int, notes: Notes) -> tuple[Ints, Ints]
         lengths = integers_of(find_path(primitive, "vcount"))
         fits = (lengths >= 0) & (np.cumsum(lengths) <= len(whole))
         if not fits.all():
-            notes.add(
-                codes.FACE_DROPPED,
-                "polylist",
-                f"{int((~fits).sum())} polygons past the index list were dropped",
-            )
+            message = f"{int((~fits).sum())} polygons past the index list were dropped"
+            notes.add(codes.FACE_DROPPED, "polylist", message)
             lengths = lengths[: int(np.argmin(fits))]
         return whole[: int(lengths.sum())], lengths
     return whole[: len(whole) // 3 * 3], np.full(len(whole) // 3, 3, dtype=np.int64)
-
-
-def _check(inputs: list[_Input], corners: Ints, primitive: Element) -> None:
-    for one in inputs:
-        column = corners[:, one.offset]
-        if len(column) and not 0 <= int(column.min()) <= int(column.max()) < len(one.table):
-            message = (
-                f"COLLADA <{local_name(primitive)}>: index {int(column.max())} of {len(one.table)} in {one.semantic}"
-            )
-            raise Rejected(codes.OUT_OF_BOUNDS, message + "; export the file again")
 
 
 def _triangles(points: Floats, corners: Ints, lengths: Ints, notes: Notes) -> Ints:
@@ -450,28 +405,34 @@ class _Reader:
         if geometry is None or mesh is None:
             return
         if mesh not in self._pieces:
-            so_far = self.faces
-            self._pieces[mesh] = primitives_of(
-                self.document,
-                mesh,
-                self.notes,
-                lambda count: check_face_count(so_far + count, self.limits, self.name),
-            )
+            # Counted before any triangle of a primitive is made.
+            pieces, count = [], self.faces
+            for element in children(mesh, *SURFACES):
+                count += _triangle_count(element)
+                check_face_count(count, self.limits, self.name)
+                read = _piece(self.document, element, self.notes)
+                pieces += [] if read is None else [read]
+            self._pieces[mesh] = pieces
         bound = {b.get("symbol", ""): b for b in children(find_path(instance, "bind_material", "technique_common"))}
         name = label or geometry.get("name") or geometry.get("id") or "part"
         for primitive in self._pieces[mesh]:
             self.faces += len(primitive.faces)
             check_face_count(self.faces, self.limits, self.name)
             binding = bound.get(primitive.symbol)
-            url = binding.get("target") if binding is not None else self._unbound(primitive.symbol)
-            self.parts.append(_placed(primitive, self.surfaces.surface(url), binding, world, name))
+            # Files without bind_material name the material itself as the symbol.
+            url = binding.get("target") if binding is not None else primitive.symbol and f"#{primitive.symbol}"
+            surface = self.surfaces.surface(url)
+            vertices, normals, is_mirrored = transformed(primitive.vertices, primitive.normals, world)
+            faces = primitive.faces[:, ::-1] if is_mirrored else primitive.faces
+            uv = _chosen_uv(primitive, surface, binding)
+            self.parts.append(ReadPart(name, vertices, faces, surface.material, uv, normals, primitive.colors))
         if not self._pieces[mesh]:
-            bare = np.zeros((min(1, vertex_count(self.document, mesh)), 3))
+            inputs = children(find_path(mesh, "vertices"), "input")
+            sources = [i.get("source") for i in inputs if i.get("semantic") == "POSITION"]
+            has_vertices = bool(sources) and len(_table(self.document.target(sources[0]))) > 0
+            # the vertices are only counted, for telling a point cloud from an empty file
+            bare = np.zeros((int(has_vertices), 3))
             self.parts.append(ReadPart(name, bare, np.zeros((0, 3), dtype=np.int64), Material(id="none")))
-
-    def _unbound(self, symbol: str) -> str | None:
-        """Files without bind_material name the material itself as the symbol."""
-        return f"#{symbol}" if symbol else None
 
     def _controller(self, instance: Element, world: Floats, label: str) -> None:
         skin = find_path(self.document.target(instance.get("url")), "skin")
@@ -485,13 +446,6 @@ class _Reader:
         if len(shape) == 16 and np.isfinite(shape).all():
             world = world @ shape.reshape(4, 4)
         self.geometry(self.document.target(skin.get("source")), instance, world, label)
-
-
-def _placed(primitive: Primitive, surface: Surface, binding: Element | None, world: Floats, name: str) -> ReadPart:
-    vertices, normals, is_mirrored = transformed(primitive.vertices, primitive.normals, world)
-    faces = primitive.faces[:, ::-1] if is_mirrored else primitive.faces
-    uv = _chosen_uv(primitive, surface, binding)
-    return ReadPart(name, vertices, faces, surface.material, uv, normals, primitive.colors)
 
 
 def _chosen_uv(primitive: Primitive, surface: Surface, binding: Element | None) -> Floats | None:
@@ -526,29 +480,19 @@ def node_matrix(node: Element, notes: Notes) -> Floats:
     return out
 
 
-def _roots(document: Document) -> list[Element]:
-    instance = find_path(document.root, "scene", "instance_visual_scene")
-    scene = document.target(instance.get("url")) if instance is not None else None
-    if scene is None:
-        scene = find_path(document.root, "library_visual_scenes", "visual_scene")
-    return list(children(scene, "node"))
-
-
 def _unit_and_up(document: Document, notes: Notes) -> tuple[float | None, Up]:
     """Metres per unit where the file states it, and the up axis (COLLADA: y where it is not stated)."""
     asset = find_path(document.root, "asset")
     unit = find_path(asset, "unit")
+    ups = {"X_UP": Up.X, "Y_UP": Up.Y, "Z_UP": Up.Z}
     metres: float | None = None
     if unit is not None and unit.get("meter") is not None:
-        try:
-            metres = float(unit.get("meter", ""))
-        except ValueError:
-            metres = None
-        if metres is None or not math.isfinite(metres) or metres <= 0:
+        metres = number_of(unit.get("meter", ""))
+        if not 0 < metres < math.inf:
             text = printable(unit.get("meter", ""), 20)
             notes.add(codes.BAD_VALUE, "asset/unit", f"meter={text!r} is no length; ignored")
             metres = None
-    return metres, _UPS.get(text_of(find_path(asset, "up_axis")).upper(), Up.Y)
+    return metres, ups.get(text_of(find_path(asset, "up_axis")).upper(), Up.Y)
 
 
 def references(data: bytes, name: str) -> list[Reference]:
@@ -559,25 +503,21 @@ def references(data: bytes, name: str) -> list[Reference]:
 
 
 def load(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawModel:
-    """RawModel of a COLLADA file, vertices in file units and axes.
-
-    Raises:
-        Rejected: XML_ENTITY, XML_DEPTH, BAD_XML, TRUNCATED, WRONG_TYPE, OUT_OF_BOUNDS, BAD_SCENE_GRAPH, TOO_LARGE,
-            NO_FACES, NO_GEOMETRY, NON_FINITE.
-    """
+    """RawModel of a COLLADA file, vertices in file units and axes."""
     name = printable(bundle.main)
     document = open_dae(bundle.files[bundle.main], name)
     surfaces = Surfaces(document, bundle.files, Images(limits, notes), notes)
     reader = _Reader(document, surfaces, limits, notes, name)
-    reader.walk(_roots(document))
+    instance = find_path(document.root, "scene", "instance_visual_scene")
+    scene = document.target(instance.get("url")) if instance is not None else None
+    if scene is None:
+        scene = find_path(document.root, "library_visual_scenes", "visual_scene")
+    reader.walk(list(children(scene, "node")))
     if not any(len(r.faces) for r in reader.parts):
         geometries = list(children(find_path(document.root, "library_geometries"), "geometry"))
         if geometries and not reader.parts:
-            notes.add(
-                codes.MESH_OUTSIDE_SCENE,
-                "scene",
-                "no mesh stands in the scene; all meshes of the file are used",
-            )
+            message = "no mesh stands in the scene; all meshes of the file are used"
+            notes.add(codes.MESH_OUTSIDE_SCENE, "scene", message)
             for geometry in geometries:
                 reader.geometry(geometry, None, np.eye(4), "")
     if find_path(document.root, "library_animations") is not None:

@@ -9,8 +9,8 @@ import numpy as np
 
 from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.formats import ALIASES, SUFFIX_OF, Format, Reference, sniff, suffix_of
-from casa_assets.ingest.load.notes import Notes, printable
 from casa_assets.ingest.load.raw_parts import check_face_count
+from casa_assets.ingest.load.text import Notes, printable
 from casa_assets.model.source import Bundle, RawModel
 
 # A hostile file may name thousands of files.
@@ -68,25 +68,18 @@ def _meant(bundle: Bundle, model: RawModel) -> RawModel:
 
 
 def references(file_format: Format, data: bytes, name: str) -> list[Reference]:
-    """Files that a main file refers to, as written there, each once, in file order.
-
-    Raises:
-        Rejected: the file is too broken to list them.
-    """
+    """Files that a main file refers to, as written, each once, in file order. Raises Rejected where it is broken."""
     found = reader_of(file_format).references(data, name)
-    return told_once(r for r in found if not r.name.startswith("data:"))
+    return each_once(r for r in found if not r.name.startswith("data:"))
 
 
-def told_once(found: Iterable[Reference]) -> list[Reference]:
+def each_once(found: Iterable[Reference]) -> list[Reference]:
     """Names of files, each once and not too many of them."""
     return list(dict.fromkeys(r for r in found if r.name))[:MAX_REFERENCES]
 
 
 def reader_of(file_format: Format) -> Reader:
     """The reader of a format. They are imported when one is asked for: some need libraries that take long to import."""
-    readers = _common_readers()
-    if file_format in readers:
-        return readers[file_format]
     if file_format is Format.USD:
         from casa_assets.ingest.load import usd
 
@@ -95,16 +88,13 @@ def reader_of(file_format: Format) -> Reader:
         from casa_assets.ingest.load import fbx
 
         return fbx
-    from casa_assets.ingest.load import by_trimesh
+    if file_format in (Format.OFF, Format.THREE_MF, Format.XAML):
+        from casa_assets.ingest.load import from_trimesh
 
-    return by_trimesh
-
-
-def _common_readers() -> Mapping[Format, Reader]:
-    """The readers that need nothing but what a worker has loaded for other stages anyway."""
+        return from_trimesh
     from casa_assets.ingest.load import blend, collada, gltf, max3ds, obj, ply, stl, vrml
 
-    return {
+    readers: Mapping[Format, Reader] = {
         Format.GLB: gltf,
         Format.GLTF: gltf,
         Format.OBJ: obj,
@@ -116,8 +106,9 @@ def _common_readers() -> Mapping[Format, Reader]:
         Format.MAX_3DS: max3ds,
         Format.BLEND: blend,
     }
+    return readers[file_format]
 
 
 def warm() -> None:
     """Import the readers of common formats, once for all workers that are forked later."""
-    _common_readers()
+    reader_of(Format.GLB)

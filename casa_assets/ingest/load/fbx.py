@@ -9,18 +9,17 @@ from typing import Any
 import numpy as np
 import ufbx
 
-from casa_assets.core.numeric import Floats, Ints
+from casa_assets.core.numeric import Floats
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.formats import Format, Reference, Role
 from casa_assets.ingest.load.materials import Look, Materials, linear_from_srgb
-from casa_assets.ingest.load.notes import Notes, printable
 from casa_assets.ingest.load.polygons import cut_polygons, part_of_corners
 from casa_assets.ingest.load.raw_parts import ReadPart, check_face_count, raw_model, rgba, transformed
+from casa_assets.ingest.load.text import Notes, printable
 from casa_assets.model.asset.material import Material
 from casa_assets.model.source import Bundle, RawModel, Up
 
-_UPS = {0: Up.X, 2: Up.Y, 4: Up.Z}
 _TURNED = {1: Up.X, 3: Up.Y, 5: Up.Z}
 DEEPEST_NODE = 1000
 
@@ -32,11 +31,7 @@ _count_reference.argtypes, _count_reference.restype = [ctypes.py_object], None
 
 
 def open_fbx(data: bytes, name: str) -> ufbx.Scene:
-    """The scene of an FBX; no file that it names is opened.
-
-    Raises:
-        Rejected: SCENE_UNREADABLE, TRUNCATED.
-    """
+    """The scene of an FBX; no file that it names is opened. Raises Rejected SCENE_UNREADABLE, TRUNCATED."""
     try:
         scene = ufbx.load_memory(
             data,
@@ -63,14 +58,18 @@ def references(data: bytes, name: str) -> list[Reference]:
 
 
 def load(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawModel:
-    """RawModel of an FBX: its stated unit (the format has one always) and up axis.
-
-    Raises:
-        Rejected: SCENE_UNREADABLE, TRUNCATED, TOO_LARGE, NO_GEOMETRY, NO_FACES, NON_FINITE.
-    """
+    """RawModel of an FBX: its stated unit (the format has one always) and up axis."""
     name = printable(bundle.main)
     scene = open_fbx(bundle.files[bundle.main], name)
-    _remark_unread(scene, notes)
+    left_out = {
+        "skin_deformers": "a rigged mesh: read as it was modelled, without its rig",
+        "blend_deformers": "morph targets are left out; the rest shape is read",
+        "anim_curves": "animations are left out; the rest pose is read",
+        "nurbs_surfaces": "NURBS surfaces are left out; convert them to meshes",
+    }
+    for what, message in left_out.items():
+        if len(getattr(scene, what)):
+            notes.add(codes.FEATURE_IGNORED, what, message)
     reader = _Reader(bundle.files, limits, notes, name)
     parts = [part for node in _held(scene.nodes) if node.mesh is not None for part in reader.parts(node)]
     metres, up = float(scene.settings.unit_meters), int(scene.settings.axes.up)
@@ -78,7 +77,8 @@ def load(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawModel:
         notes.add(codes.FEATURE_IGNORED, "axes", f"states that minus {_TURNED[up].value} points up; read as if plus")
     stated = metres if np.isfinite(metres) and metres > 0.0 else None
     joints = max((len(skin.clusters) for skin in _held(scene.skin_deformers)), default=0)
-    return raw_model(parts, notes, name, Format.FBX, stated, _UPS.get(up, _TURNED.get(up)), joints)
+    ups = {0: Up.X, 2: Up.Y, 4: Up.Z, **_TURNED}
+    return raw_model(parts, notes, name, Format.FBX, stated, ups.get(up), joints)
 
 
 class _Reader:
@@ -97,7 +97,8 @@ class _Reader:
         points = np.array(mesh.vertices, dtype=np.float64).reshape(-1, 3)
         corners = np.array(mesh.vertex_indices, dtype=np.int64).reshape(-1)
         spans = np.array(mesh.faces, dtype=np.int64).reshape(-1, 2)
-        triangles, owner = cut_polygons(points, corners, _in_order(spans), self._limits, self._notes, self._name)
+        counts = spans[:, 1]  # ufbx numbers corners face after face
+        triangles, owner = cut_polygons(points, corners, counts, self._limits, self._notes, self._name)
         points, _, is_mirrored = transformed(points, None, _matrix(node.geometry_to_world))
         normals = _corner_values(mesh.vertex_normal, len(corners), 3)
         if normals is not None:
@@ -120,10 +121,9 @@ class _Reader:
     def _material(self, materials: Sequence[Any], number: int, is_colored: bool) -> Material:
         if number >= len(materials):
             look = Look("material", (1.0, 1.0, 1.0)) if is_colored else Look("material")
-            return self._materials.material(("none", is_colored), look)
+            return self._materials.material(("none", is_colored), lambda: look)
         source = materials[number]
-        key = int(source.element_id)
-        return self._materials.knows(key) or self._materials.material(key, self._look(source))
+        return self._materials.material(int(source.element_id), lambda: self._look(source))
 
     def _look(self, source: Any) -> Look:
         pbr, fbx = source.pbr, source.fbx
@@ -134,8 +134,10 @@ class _Reader:
         is_pbr = bool(source.features.pbr.enabled)
         color = [float(value.x), float(value.y), float(value.z)] if base.has_value else [0.8] * 3
         texture = base.texture or fbx.diffuse_color.texture
-        picture = None if texture is None else self._picture(texture)
-        if picture is not None:
+        picture = None
+        # packed into the file, or next to it
+        if texture is not None and (content := bytes(texture.content) or self._files.get(_file_name(texture), b"")):
+            picture = _file_name(texture) or texture.name or f"picture {texture.element_id}", content
             color, share = [1.0, 1.0, 1.0], 1.0
         opacity = float(pbr.opacity.value_vec4.x) if pbr.opacity.has_value else 1.0
         red, green, blue = (c * share if is_pbr else linear_from_srgb(c * share) for c in color)
@@ -147,12 +149,6 @@ class _Reader:
             roughness=float(pbr.roughness.value_vec4.x) if is_pbr and pbr.roughness.has_value else 0.6,
             picture=picture,
         )
-
-    def _picture(self, texture: Any) -> tuple[str, bytes] | None:
-        """Key and bytes of a picture: packed into the file, or next to it."""
-        name = _file_name(texture)
-        content = bytes(texture.content) or self._files.get(name, b"")
-        return (name or texture.name or f"picture {texture.element_id}", content) if content else None
 
 
 def _held(elements: Any) -> Iterator[Any]:
@@ -175,11 +171,6 @@ def _matrix(columns: Any) -> Floats:
     return out
 
 
-def _in_order(spans: Ints) -> Ints:
-    """(F,) corners of each face; ufbx numbers corners face after face."""
-    return spans[:, 1]
-
-
 def _corner_values(attribute: Any, count: int, width: int) -> Floats | None:
     """(count, width) values of each corner, or None if they are missing or too few."""
     if not attribute.exists:
@@ -191,16 +182,3 @@ def _corner_values(attribute: Any, count: int, width: int) -> Floats | None:
     if int(places.min()) < 0 or int(places.max()) >= len(values):
         return None
     return values[places]
-
-
-def _remark_unread(scene: Any, notes: Notes) -> None:
-    """Add a note for everything that is left out."""
-    left_out = {
-        "skin_deformers": "a rigged mesh: read as it was modelled, without its rig",
-        "blend_deformers": "morph targets are left out; the rest shape is read",
-        "anim_curves": "animations are left out; the rest pose is read",
-        "nurbs_surfaces": "NURBS surfaces are left out; convert them to meshes",
-    }
-    for what, message in left_out.items():
-        if len(getattr(scene, what)):
-            notes.add(codes.FEATURE_IGNORED, what, message)

@@ -6,6 +6,7 @@ import io
 import re
 import struct
 import zipfile
+import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
@@ -63,8 +64,12 @@ _FOREIGN: tuple[tuple[bytes, str], ...] = (
     (b"%PDF", "a PDF document"),
     (b"Rar!", "a RAR archive; unpack it"),
 )
+# What Python's readers raise on packed data that is broken.
+PACKED_FAULTS = (
+    *(zipfile.BadZipFile, zlib.error, struct.error, OSError, EOFError),
+    *(ValueError, RuntimeError, LookupError, ArithmeticError),
+)
 _OBJ_LINE = re.compile(rb"^[ \t]*(v|vn|vt|f|o|g|l|p|mtllib|usemtl|s)[ \t]+\S", re.MULTILINE)
-_FACET = re.compile(rb"^[ \t]*(facet|endsolid)\b", re.MULTILINE)
 
 
 class Format(StrEnum):
@@ -107,21 +112,10 @@ class Reference:
 
 # Suffix of each format that files come in.
 SUFFIX_OF: Mapping[Format, str] = {
-    Format.GLB: ".glb",
-    Format.GLTF: ".gltf",
-    Format.OBJ: ".obj",
-    Format.PLY: ".ply",
-    Format.STL: ".stl",
-    Format.DAE: ".dae",
-    Format.OFF: ".off",
+    **{one: f".{one.value}" for one in Format if one is not Format.TRIMESH},
     Format.THREE_MF: ".3mf",
-    Format.XAML: ".xaml",
-    Format.FBX: ".fbx",
-    Format.USD: ".usd",
-    Format.X3D: ".x3d",
     Format.VRML: ".wrl",
     Format.MAX_3DS: ".3ds",
-    Format.BLEND: ".blend",
 }
 # Other suffixes of the same formats.
 ALIASES: Mapping[str, Format] = {
@@ -148,11 +142,7 @@ def suffix_of(name: str) -> str:
 
 
 def sniff(data: bytes, name: str) -> Format:
-    """Format of a main file.
-
-    Raises:
-        Rejected: EMPTY_FILE, WRONG_TYPE (something else, named), BAD_MAGIC (a GLB by name only).
-    """
+    """Format of a main file. Raises Rejected."""
     if not data.strip(b" \t\r\n\0"):
         raise Rejected(codes.EMPTY_FILE, f"{name}: the file is empty ({len(data)} bytes); fetch it again")
     for magic, known in _MAGIC:
@@ -177,7 +167,7 @@ def _zip(data: bytes, name: str) -> Format:
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             members = [m.replace("\\", "/") for m in archive.namelist()]
-    except (zipfile.BadZipFile, ValueError, OSError, EOFError, struct.error, NotImplementedError):
+    except PACKED_FAULTS:
         members = []  # damaged: all that is known of it are its first bytes
     if any(m.startswith("/") or m[1:2] == ":" or ".." in m.split("/") for m in members):
         message = f"{name}: a zip archive with members that leave the folder it is unpacked into; do not unpack it"
@@ -190,7 +180,10 @@ def _zip(data: bytes, name: str) -> Format:
 
 
 def _sniff_text(data: bytes, name: str) -> Format:
-    head = _ascii_head(data)
+    # the first 4 KiB as one byte per character, whatever the encoding
+    head = data[:4096].removeprefix(b"\xef\xbb\xbf")
+    if data.startswith((b"\xff\xfe", b"\xfe\xff")):
+        head = data[:8192].decode("utf-16", "replace").encode("ascii", "replace")
     start = head.lstrip()
     lower = start[:512].lower()
     if re.match(rb"ply[ \t]*[\r\n]", start):
@@ -211,7 +204,7 @@ def _sniff_text(data: bytes, name: str) -> Format:
         return Format.FBX
     if re.match(rb"C?OFF\s", start) and suffix_of(name) != ".obj":
         return Format.OFF
-    if lower.startswith(b"solid") and _FACET.search(data):
+    if lower.startswith(b"solid") and re.search(rb"^[ \t]*(facet|endsolid)\b", data, re.MULTILINE):
         return Format.STL
     return _by_name(data, head, name)
 
@@ -223,7 +216,7 @@ def _by_name(data: bytes, head: bytes, name: str) -> Format:
         return Format.STL
     if is_text and (suffix == ".obj" or _OBJ_LINE.search(data[: 1 << 20])):
         return Format.OBJ
-    if suffix == ".obj" and _is_wide(data):
+    if suffix == ".obj" and data.startswith((b"\xff\xfe", b"\xfe\xff")):
         return Format.OBJ
     if suffix == ".stl" and not is_text and len(data) >= 15:
         return Format.STL
@@ -233,19 +226,7 @@ def _by_name(data: bytes, head: bytes, name: str) -> Format:
         raise Rejected(codes.BAD_MAGIC, message)
     if suffix in UNREAD_SUFFIXES:
         raise Rejected(codes.WRONG_TYPE, f"{name}: this is {UNREAD_SUFFIXES[suffix]}, not a mesh")
-    message = f"{name}: the content is none of {NAMES}"
-    raise Rejected(codes.WRONG_TYPE, message)
-
-
-def _ascii_head(data: bytes) -> bytes:
-    """First 4 KiB as one byte per character, whatever the encoding."""
-    if _is_wide(data):
-        return data[:8192].decode("utf-16", "replace").encode("ascii", "replace")
-    return data[:4096].removeprefix(b"\xef\xbb\xbf")
-
-
-def _is_wide(data: bytes) -> bool:
-    return data.startswith((b"\xff\xfe", b"\xfe\xff"))
+    raise Rejected(codes.WRONG_TYPE, f"{name}: the content is none of {NAMES}")
 
 
 def is_binary_stl(data: bytes) -> bool:

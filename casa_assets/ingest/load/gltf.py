@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -15,21 +16,179 @@ from casa_assets.ingest.load.formats import Format, Reference, Role
 from casa_assets.ingest.load.gltf_document import (
     Accessors,
     JsonObject,
+    data_uri,
     dropped_extensions,
     open_document,
     unpack,
 )
-from casa_assets.ingest.load.gltf_materials import Surfaces
-from casa_assets.ingest.load.materials import Images, srgb_bytes_from_linear
-from casa_assets.ingest.load.notes import Notes, printable
+from casa_assets.ingest.load.materials import Images, ImageUse, rgba_of_linear
 from casa_assets.ingest.load.polygons import fan, strip
 from casa_assets.ingest.load.raw_parts import ReadPart, check_face_count, raw_model, transformed, used_vertices
+from casa_assets.ingest.load.text import Notes, UniqueNames, printable
+from casa_assets.model.asset.material import ColorSpace, Material, Texture
 from casa_assets.model.source import Bundle, RawModel, Up
+
+_BLACK = 0.02
+
+
+@dataclass(frozen=True)
+class Mapping2D:
+    """Texture coordinate set of a picture and its transform (KHR_texture_transform).
+
+    Attributes:
+        uv_set: n of TEXCOORD_n.
+        offset, scale: in glTF texture space (origin at the upper left).
+        rotation: rad, counter-clockwise.
+    """
+
+    uv_set: int = 0
+    offset: tuple[float, float] = (0.0, 0.0)
+    scale: tuple[float, float] = (1.0, 1.0)
+    rotation: float = 0.0
+
+    def apply(self, uv: Floats) -> Floats:
+        """(V, 2) glTF texture coordinates -> ours, origin at the lower left; turned as three.js and Blender do."""
+        c, s = math.cos(self.rotation), math.sin(self.rotation)
+        u, v = uv[:, 0] * self.scale[0], uv[:, 1] * self.scale[1]
+        moved_u = c * u + s * v + self.offset[0]
+        moved_v = -s * u + c * v + self.offset[1]
+        return np.column_stack((moved_u, 1.0 - moved_v))
+
+
+@dataclass(frozen=True)
+class Surface:
+    """A material and the mapping of its pictures (None if they have no mapping)."""
+
+    material: Material
+    mapping: Mapping2D | None = None
+
+
+@dataclass
+class Surfaces:
+    """Reads each material of one document once."""
+
+    document: JsonObject
+    accessors: Accessors
+    files: Mapping[str, bytes]
+    images: Images
+    notes: Notes
+    names: UniqueNames = field(default_factory=UniqueNames)
+    _read: dict[int | None, Surface] = field(default_factory=dict)
+
+    def surface(self, index: int | None) -> Surface:
+        """Surface of material `index`; the glTF default where None."""
+        if index not in self._read:
+            if index is None:
+                # Ref: glTF 2.0, 3.9.6: the default material is white; here rough and not metallic
+                material = Material(id=self.names.unique("default", "material"), base_color=(1.0, 1.0, 1.0, 1.0))
+                self._read[index] = Surface(material)
+            else:
+                self._read[index] = self._surface(self.document.pick(index, "materials"))
+        return self._read[index]
+
+    def _surface(self, node: JsonObject) -> Surface:
+        pbr = node.child("pbrMetallicRoughness")
+        old = node.child("extensions").child("KHR_materials_pbrSpecularGlossiness")
+        if old.value:
+            color_node, color = old.child("diffuseTexture"), old.numbers("diffuseFactor", (1.0, 1.0, 1.0, 1.0))
+            metallic, roughness = 0.0, 1.0 - old.number("glossinessFactor", 1.0)
+            rough_node = JsonObject({}, old.place)
+        else:
+            color_node, color = pbr.child("baseColorTexture"), pbr.numbers("baseColorFactor", (1.0, 1.0, 1.0, 1.0))
+            metallic, roughness = pbr.number("metallicFactor", 1.0), pbr.number("roughnessFactor", 1.0)
+            rough_node = pbr.child("metallicRoughnessTexture")
+        if not pbr.value and not old.value:
+            metallic, roughness = 0.0, 0.9
+        color_node, color = self._emissive(node, color_node, color)
+        alpha, color = self._alpha(node, color)
+        name = node.text("name") or "material"
+        base_picture = self._picture(color_node, f"{name}_color", ImageUse(ColorSpace.SRGB, alpha))
+        rough_picture = self._picture(rough_node, f"{name}_rough", ImageUse(ColorSpace.RAW, "drop"))
+        normal_picture = self._picture(node.child("normalTexture"), f"{name}_normal", ImageUse(ColorSpace.RAW, "drop"))
+        mapping, base, rough, normal = self._one_mapping(node.place, base_picture, rough_picture, normal_picture)
+        metallic, roughness, r, g, b, a = (min(1.0, max(0.0, value)) for value in (metallic, roughness, *color))
+        return Surface(
+            Material(
+                id=self.names.unique(name, "material"),
+                base_color=(r, g, b, a),
+                metallic=metallic,
+                roughness=roughness,
+                base_color_texture=base,
+                metallic_roughness_texture=rough,
+                normal_texture=normal,
+            ),
+            mapping,
+        )
+
+    def _emissive(
+        self, node: JsonObject, picture: JsonObject, color: tuple[float, ...]
+    ) -> tuple[JsonObject, tuple[float, ...]]:
+        """A black surface whose picture glows is an unlit export: the picture is its colour."""
+        glow = node.numbers("emissiveFactor", (0.0, 0.0, 0.0))
+        is_black = max(color[:3]) <= _BLACK
+        if not is_black or max(glow) <= _BLACK or (picture.value and not node.has("emissiveTexture")):
+            return picture, color
+        self.notes.add(codes.EMISSIVE_AS_BASE, node.place, "black surface that glows: its glow is its colour")
+        return node.child("emissiveTexture"), (*glow, color[3])
+
+    def _alpha(self, node: JsonObject, color: tuple[float, ...]) -> tuple[str | float, tuple[float, ...]]:
+        mode = node.text("alphaMode") or "OPAQUE"
+        if mode == "OPAQUE":
+            return "drop", (*color[:3], 1.0)
+        if color[3] <= 0.0:
+            self.notes.add(codes.FULLY_TRANSPARENT, node.place, "alpha 0 would hide it; made opaque")
+            return "drop", (*color[:3], 1.0)
+        if mode == "MASK":
+            return min(1.0, node.number("alphaCutoff", 0.5) / color[3]), (*color[:3], 1.0)
+        return "keep", color
+
+    def _picture(self, node: JsonObject, name: str, look: ImageUse) -> tuple[Texture, Mapping2D] | None:
+        if not node.has("index"):
+            return None
+        texture = self.document.pick(node.count("index"), "textures")
+        extensions = texture.child("extensions")
+        # best first: images of an extension, then the one for programs that do not know it
+        nodes = (extensions.child("EXT_texture_webp"), extensions.child("KHR_texture_basisu"), texture)
+        sources = [node.count("source") for node in nodes if node.has("source")]
+        if not sources:
+            self.notes.add(codes.IMAGE_UNREADABLE, texture.place, "a texture without a readable image; left out")
+        for source in sources:
+            image = self.document.pick(source, "images")
+            data = self._image_bytes(image)
+            made = data and self.images.texture(f"image {source}", data, image.text("name") or name, look)
+            if made:
+                moved = node.child("extensions").child("KHR_texture_transform")
+                offset, scale = moved.numbers("offset", (0.0, 0.0)), moved.numbers("scale", (1.0, 1.0))
+                uv_set = moved.count("texCoord", node.count("texCoord", 0))
+                mapping = Mapping2D(uv_set, (offset[0], offset[1]), (scale[0], scale[1]), moved.number("rotation", 0.0))
+                return made, mapping
+        return None
+
+    def _image_bytes(self, image: JsonObject) -> bytes | None:
+        uri = "" if image.has("bufferView") else image.text("uri")
+        try:
+            if image.has("bufferView"):
+                return self.accessors.view_bytes(image.count("bufferView"))
+            return data_uri(uri, image.place) if uri.startswith("data:") else self.files.get(uri)
+        except Rejected as error:
+            self.notes.add(codes.IMAGE_UNREADABLE, image.place, f"embedded image left out: {error.message}")
+            return None
+
+    def _one_mapping(
+        self, place: str, *pictures: tuple[Texture, Mapping2D] | None
+    ) -> tuple[Mapping2D | None, Texture | None, Texture | None, Texture | None]:
+        """The leading picture's mapping; pictures laid out otherwise are left out with a note."""
+        lead = next((p[1] for p in pictures if p is not None), None)
+        for picture in pictures:
+            if picture is not None and picture[1] != lead:
+                self.notes.add(codes.UV_SET_MIXED, place, f"{picture[0].name} uses other texture coordinates; left out")
+        base, rough, normal = (p[0] if p is not None and p[1] == lead else None for p in pictures)
+        return lead, base, rough, normal
+
 
 MAX_NAMES = 16
 # A quaternion shorter than this states no rotation.
 _SHORTEST = 1e-9
-_IDENTITY16 = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 _INSTANCING = "EXT_mesh_gpu_instancing"
 # Copies that are read of one file, a choice: more of them say nothing new of what the file holds.
 MAX_COPIES = 256
@@ -70,22 +229,15 @@ class SceneGraph:
 
 
 def read_graph(document: JsonObject, notes: Notes) -> SceneGraph:
-    """Walk the shown scene; fall back to all root nodes, then to bare meshes, each with a note.
-
-    Raises:
-        Rejected: BAD_SCENE_GRAPH (a node reached twice: a cycle, or instances without end), OUT_OF_BOUNDS.
-    """
+    """Walk the shown scene; fall back to all root nodes, then to bare meshes, each with a note. Raises Rejected."""
     nodes = document.items("nodes")
-    roots = _scene_roots(document)
-    if roots is not None:
-        graph = _walk(document, nodes, roots, notes)
+    if document.array("scenes"):
+        scene = document.pick(document.count("scene", 0), "scenes")
+        graph = _walk(document, nodes, [_index(value, scene) for value in scene.array("nodes")], notes)
         if graph.placed or not document.array("meshes"):
             return graph
-    notes.add(
-        codes.MESH_OUTSIDE_SCENE,
-        "scenes",
-        "no mesh stands in the shown scene; all meshes of the file are used",
-    )
+    message = "no mesh stands in the shown scene; all meshes of the file are used"
+    notes.add(codes.MESH_OUTSIDE_SCENE, "scenes", message)
     children = {_index(child, node) for node in nodes for child in node.array("children")}
     graph = _walk(document, nodes, [i for i in range(len(nodes)) if i not in children], notes)
     if graph.placed:
@@ -95,14 +247,6 @@ def read_graph(document: JsonObject, notes: Notes) -> SceneGraph:
         raise Rejected(codes.BAD_SCENE_GRAPH, message)
     bare = tuple(MeshInstance(None, i, np.eye(4)) for i in range(len(document.items("meshes"))))
     return SceneGraph(bare, graph.world_from_node)
-
-
-def _scene_roots(document: JsonObject) -> list[int] | None:
-    scenes = document.array("scenes")
-    if not scenes:
-        return None
-    scene = document.pick(document.count("scene", 0), "scenes")
-    return [_index(value, scene) for value in scene.array("nodes")]
 
 
 def _walk(document: JsonObject, nodes: list[JsonObject], roots: list[int], notes: Notes) -> SceneGraph:
@@ -135,7 +279,7 @@ def _walk(document: JsonObject, nodes: list[JsonObject], roots: list[int], notes
 def local_matrix(node: JsonObject, notes: Notes) -> Floats:
     """(4, 4) parent_from_node, file units."""
     if node.has("matrix"):
-        return np.array(node.numbers("matrix", _IDENTITY16)).reshape(4, 4).T
+        return np.array(node.numbers("matrix", (0.0,) * 16)).reshape(4, 4).T
     x, y, z, w = node.numbers("rotation", (0.0, 0.0, 0.0, 1.0))
     if x * x + y * y + z * z + w * w < _SHORTEST**2:
         notes.add(codes.BAD_ROTATION, node.place, "the rotation quaternion is zero; read as no rotation")
@@ -182,10 +326,11 @@ def with_instances(
     placed: list[MeshInstance] = []
     copies = left_out = 0
     for one in graph.placed:
-        attributes = _attributes(document, one)
-        if attributes is None:
+        node = JsonObject({}, "") if one.node is None else document.pick(one.node, "nodes")
+        if not node.child("extensions").has(_INSTANCING):
             placed.append(one)
             continue
+        attributes = node.child("extensions").child(_INSTANCING).child("attributes")
         columns = {
             name: accessors.floats(attributes.count(name), (len(still),))
             for name, still in _STILL
@@ -202,14 +347,6 @@ def with_instances(
         message = f"{copies} copies of meshes ({_INSTANCING}) are read as things of their own"
         notes.add(codes.FEATURE_IGNORED, "nodes", message + (f"; {left_out} more are left out" if left_out else ""))
     return (SceneGraph(tuple(placed), graph.world_from_node), copies) if copies else (graph, 0)
-
-
-def _attributes(document: JsonObject, placed: MeshInstance) -> JsonObject | None:
-    """Attributes that the instancing extension gives a placed mesh, or None if its node does not use the extension."""
-    if placed.node is None:
-        return None
-    extensions = document.pick(placed.node, "nodes").child("extensions")
-    return extensions.child(_INSTANCING).child("attributes") if extensions.has(_INSTANCING) else None
 
 
 def rest_vertices(
@@ -245,13 +382,6 @@ def rest_vertices(
         m = matrices[joints[:, k]]
         out += weights[:, k, None] * (np.einsum("vij,vj->vi", m[:, :3, :3], vertices) + m[:, :3, 3])
     return out
-
-
-def joint_count(document: JsonObject, graph: SceneGraph) -> int:
-    """Number of joints of the largest skin that moves a placed mesh; 0 if no skin does."""
-    nodes = [document.pick(placed.node, "nodes") for placed in graph.placed if placed.node is not None]
-    skins = {node.count("skin") for node in nodes if node.has("skin")}
-    return max((len(document.pick(skin, "skins").array("joints")) for skin in skins), default=0)
 
 
 def _joint_matrices(document: JsonObject, accessors: Accessors, graph: SceneGraph, skin: JsonObject) -> Floats | None:
@@ -300,7 +430,8 @@ class _Reader:
             self.notes.add(codes.FEATURE_IGNORED, primitive.place, "a primitive without POSITION; left out")
             return None
         unpack(primitive, self.accessors)
-        self._remark(primitive)
+        if primitive.array("targets"):
+            self.notes.add(codes.FEATURE_IGNORED, "meshes", "morph targets are left out; the rest shape is read")
         count = self.accessors.count(attributes.count("POSITION"))
         faces = self._triangles(primitive, count)
         self.faces += len(faces)
@@ -319,7 +450,12 @@ class _Reader:
         index = primitive.count("material") if primitive.has("material") else None
         surface = self.surfaces.surface(index)
         normals = self._attribute(attributes, "NORMAL", (3,), used)
-        vertices, normals, is_mirrored = self._placed(placed, attributes, used, vertices, normals)
+        skinned = rest_vertices(self.document, self.accessors, self.graph, placed, attributes, used, vertices)
+        if skinned is not None:
+            self.notes.add(codes.FEATURE_IGNORED, "skins", "a rigged mesh: read in its rest pose, without its rig")
+            vertices, normals, is_mirrored = skinned, None, False
+        else:
+            vertices, normals, is_mirrored = transformed(vertices, normals, placed.world_from_mesh)
         uv = self._attribute(attributes, f"TEXCOORD_{surface.mapping.uv_set if surface.mapping else 0}", (2,), used)
         if uv is not None:
             with np.errstate(invalid="ignore", over="ignore"):
@@ -333,16 +469,6 @@ class _Reader:
             normals=normals,
             colors=self._colors(attributes, used),
         )
-
-    def _placed(
-        self, placed: MeshInstance, attributes: JsonObject, used: Ints, vertices: Floats, normals: Floats | None
-    ) -> tuple[Floats, Floats | None, bool]:
-        """Vertices and normals in the frame of the file, and whether the transform mirrors."""
-        skinned = rest_vertices(self.document, self.accessors, self.graph, placed, attributes, used, vertices)
-        if skinned is not None:
-            self.notes.add(codes.FEATURE_IGNORED, "skins", "a rigged mesh: read in its rest pose, without its rig")
-            return skinned, None, False
-        return transformed(vertices, normals, placed.world_from_mesh)
 
     def _attribute(self, attributes: JsonObject, key: str, widths: tuple[int, ...], used: Ints) -> Floats | None:
         if not attributes.has(key):
@@ -362,11 +488,7 @@ class _Reader:
         if not np.isfinite(values).all():
             self.notes.add(codes.BAD_COLOR, attributes.place, "vertex colours hold NaN; left out")
             return None
-        out = np.full((len(values), 4), 255, dtype=np.uint8)
-        out[:, :3] = srgb_bytes_from_linear(values[:, :3])
-        if values.shape[1] == 4:
-            out[:, 3] = np.rint(np.clip(values[:, 3], 0.0, 1.0) * 255.0).astype(np.uint8)
-        return out
+        return rgba_of_linear(values)
 
     def _triangles(self, primitive: JsonObject, count: int) -> Ints:
         """(F, 3) indices into the vertices of the primitive."""
@@ -374,7 +496,8 @@ class _Reader:
         if mode not in (_TRIANGLES, _STRIP, _FAN):
             self.notes.add(codes.FEATURE_IGNORED, primitive.place, "points or lines, not a surface; left out")
             return np.zeros((0, 3), dtype=np.int64)
-        check_face_count(self._claimed_faces(primitive, count, mode), self.limits, self.name)
+        claimed = self.accessors.count(primitive.count("indices")) if primitive.has("indices") else count
+        check_face_count(claimed // 3 if mode == _TRIANGLES else claimed, self.limits, self.name)
         if primitive.has("indices"):
             index = primitive.count("indices")
             flat = self.accessors.integers(index)
@@ -383,27 +506,14 @@ class _Reader:
                 raise Rejected(codes.OUT_OF_BOUNDS, message)
         else:
             flat = np.arange(count, dtype=np.int64)
-        return _from_mode(flat, mode)
-
-    def _claimed_faces(self, primitive: JsonObject, count: int, mode: int) -> int:
-        indices = self.accessors.count(primitive.count("indices")) if primitive.has("indices") else count
-        return indices // 3 if mode == _TRIANGLES else indices
-
-    def _remark(self, primitive: JsonObject) -> None:
-        if primitive.array("targets"):
-            self.notes.add(codes.FEATURE_IGNORED, "meshes", "morph targets are left out; the rest shape is read")
-
-
-def _from_mode(flat: Ints, mode: int) -> Ints:
-    if mode == _TRIANGLES:
-        return flat[: len(flat) // 3 * 3].reshape(-1, 3)
-    if mode == _FAN:
-        return flat[fan(len(flat))]
-    faces = flat[strip(len(flat))]
-    # strips are stitched with repeated vertices, which are no faces
-    real = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 0] != faces[:, 2])
-    out: Ints = faces[real]
-    return out
+        if mode == _TRIANGLES:
+            return flat[: len(flat) // 3 * 3].reshape(-1, 3)
+        if mode == _FAN:
+            return flat[fan(len(flat))]
+        faces = flat[strip(len(flat))]
+        # strips are stitched with repeated vertices, which are no faces
+        is_face = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 0] != faces[:, 2])
+        return np.asarray(faces[is_face])
 
 
 def references(data: bytes, name: str) -> list[Reference]:
@@ -414,11 +524,7 @@ def references(data: bytes, name: str) -> list[Reference]:
 
 
 def load(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawModel:
-    """RawModel of a GLB or glTF: metres, y up, as the specification has it.
-
-    Raises:
-        Rejected: SRC codes of container, scene graph, accessors and geometry.
-    """
+    """RawModel of a GLB or glTF: metres, y up, as the specification has it."""
     name = printable(bundle.main)
     data = bundle.files[bundle.main]
     document, binary = open_document(data, name)
@@ -429,7 +535,10 @@ def load(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawModel:
         notes.add(codes.FEATURE_IGNORED, printable(extension, 60), "a glTF extension that is not taken over; left out")
     if document.array("animations"):
         notes.add(codes.FEATURE_IGNORED, "animations", "animations are left out; the rest pose is read")
+    nodes = [document.pick(placed.node, "nodes") for placed in graph.placed if placed.node is not None]
     reader = _Reader(document, accessors, surfaces, graph, limits, notes, name)
     found = Format.GLB if data.startswith(b"glTF") else Format.GLTF
-    joints = joint_count(document, graph)
+    skins = {node.count("skin") for node in nodes if node.has("skin")}
+    # of the largest skin that moves a placed mesh
+    joints = max((len(document.pick(skin, "skins").array("joints")) for skin in skins), default=0)
     return raw_model(reader.parts(), notes, name, found, 1.0, Up.Y, joints, instances)

@@ -15,6 +15,7 @@ import struct
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import ModuleType
+from typing import TypeVar
 from urllib.parse import unquote_to_bytes
 
 import DracoPy
@@ -23,7 +24,7 @@ import numpy.typing as npt
 
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
-from casa_assets.ingest.load.notes import printable
+from casa_assets.ingest.load.text import printable
 
 Json = Mapping[str, object]
 _JSON, _BIN = 0x4E4F534A, 0x004E4942
@@ -56,14 +57,11 @@ _MAX_STRIDE = 256
 _COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
 Raw = npt.NDArray[np.generic]
+T = TypeVar("T", Json, list[object], str)
 
 
-def parse(text: bytes, name: str) -> Json:
-    """The JSON object of a glTF.
-
-    Raises:
-        Rejected: BAD_JSON where it is cut, garbled, too deep, or not an object.
-    """
+def _parse(text: bytes, name: str) -> Json:
+    """The JSON object of a glTF. Raises Rejected BAD_JSON where it is cut, garbled, too deep, or not an object."""
     try:
         value = json.loads(text.removeprefix(b"\xef\xbb\xbf").rstrip(b"\0 \t\r\n"))
     except (ValueError, RecursionError) as error:
@@ -97,12 +95,7 @@ class JsonObject:
 
     def child(self, key: str) -> JsonObject:
         """Object at `key`; an empty one if the key is missing or null."""
-        value = self.value.get(key)
-        if value is None:
-            return JsonObject({}, f"{self.place}/{key}")
-        if not isinstance(value, dict):
-            raise self.fail(key, "an object")
-        return JsonObject(value, f"{self.place}/{key}")
+        return JsonObject(self._at(key, {}, "an object"), f"{self.place}/{key}")
 
     def items(self, key: str) -> list[JsonObject]:
         """Objects of the array at `key`; empty if it is missing."""
@@ -115,25 +108,20 @@ class JsonObject:
 
     def array(self, key: str) -> list[object]:
         """The array at `key`; empty where it is missing."""
-        value = self.value.get(key)
-        if value is None:
-            return []
-        if not isinstance(value, list):
-            raise self.fail(key, "an array")
-        return value
+        return self._at(key, [], "an array")
 
     def text(self, key: str) -> str:
         """String at `key`; empty where it is missing."""
+        return self._at(key, "", "a string").encode("utf-8", "replace").decode("utf-8")
+
+    def _at(self, key: str, default: T, wanted: str) -> T:
+        """Value at `key`, of the type of the default; the default if it is missing or null."""
         value = self.value.get(key)
         if value is None:
-            return ""
-        if not isinstance(value, str):
-            raise self.fail(key, "a string")
-        return value.encode("utf-8", "replace").decode("utf-8")
-
-    def flag(self, key: str) -> bool:
-        """True where the value at `key` is true."""
-        return self.value.get(key) is True
+            return default
+        if not isinstance(value, type(default)):
+            raise self.fail(key, wanted)
+        return value
 
     def count(self, key: str, default: int | None = None) -> int:
         """Whole number >= 0 at `key`. Raises where it is missing and there is no default."""
@@ -189,29 +177,20 @@ def dropped_extensions(document: JsonObject) -> list[str]:
 
 
 def open_document(data: bytes, name: str) -> tuple[JsonObject, bytes | None]:
-    """The document and the GLB's binary chunk (None in a .gltf).
-
-    Raises:
-        Rejected: TRUNCATED, LENGTH_MISMATCH, UNSUPPORTED_VERSION, BAD_JSON, UNSUPPORTED_EXTENSION.
-    """
+    """The document and the GLB's binary chunk (None in a .gltf). Raises Rejected."""
     if data.startswith(b"glTF"):
         text, binary = _chunks(data, name)
     else:
         text, binary = data, None
-    document = JsonObject(parse(text, name), "")
+    document = JsonObject(_parse(text, name), "")
     version = document.child("asset").value.get("version", "2.0")
     if not isinstance(version, str) or not version.startswith("2"):
         raise Rejected(codes.UNSUPPORTED_VERSION, f"{name}: glTF version {str(version)[:8]!r}; only 2.x can be read")
-    _check_extensions(document, name)
-    return document, binary
-
-
-def _check_extensions(document: JsonObject, name: str) -> None:
     for wanted in document.array("extensionsRequired"):
-        readable = isinstance(wanted, str) and (wanted in READABLE or wanted.startswith("KHR_materials_"))
-        if not readable:
+        if not isinstance(wanted, str) or not (wanted in READABLE or wanted.startswith("KHR_materials_")):
             message = f"{name}: requires the glTF extension {str(wanted)[:60]!r}, not supported; export without it"
             raise Rejected(codes.UNSUPPORTED_EXTENSION, message)
+    return document, binary
 
 
 def _chunks(data: bytes, name: str) -> tuple[bytes, bytes | None]:
@@ -227,7 +206,9 @@ def _chunks(data: bytes, name: str) -> tuple[bytes, bytes | None]:
         size, kind = struct.unpack_from("<II", data, offset)
         end = offset + 8 + size
         if end > len(data):
-            raise _overrun(kind, end, length, len(data), name)
+            message = f"{name}: a chunk ends at byte {end}, the file at {len(data)} (header: {length}); fetch it again"
+            is_cut = kind == _BIN or end <= length
+            raise Rejected(codes.TRUNCATED if is_cut else codes.LENGTH_MISMATCH, message)
         if text is None and kind != _JSON:
             raise Rejected(codes.BAD_JSON, f"{name}: the first chunk of a GLB must be JSON; export it again")
         if kind == _JSON and text is None:
@@ -243,18 +224,8 @@ def _chunks(data: bytes, name: str) -> tuple[bytes, bytes | None]:
     return text, binary
 
 
-def _overrun(kind: int, end: int, length: int, size: int, name: str) -> Rejected:
-    message = f"{name}: a chunk ends at byte {end}, the file at {size} (header: {length}); fetch it again"
-    is_cut = kind == _BIN or end <= length
-    return Rejected(codes.TRUNCATED if is_cut else codes.LENGTH_MISMATCH, message)
-
-
 def data_uri(uri: str, where: str) -> bytes:
-    """Bytes of a `data:` URI.
-
-    Raises:
-        Rejected: BAD_SCHEMA where it cannot be decoded.
-    """
+    """Bytes of a `data:` URI. Raises Rejected BAD_SCHEMA where it cannot be decoded."""
     head, comma, body = uri.partition(",")
     if not comma:
         raise Rejected(codes.BAD_SCHEMA, f"glTF {where}: a data URI without a comma; export the file again")
@@ -290,7 +261,10 @@ def decompressed(extension: JsonObject, data: bytes, max_bytes: int) -> bytes:
     if mode == "ATTRIBUTES":
         _check_attributes(extension, stride)
     elif mode in ("TRIANGLES", "INDICES"):
-        _check_indices(extension, stride, count)
+        if stride not in (2, 4):
+            raise extension.fail("byteStride", "2 or 4")
+        if mode == "TRIANGLES" and count % 3:
+            raise extension.fail("count", "a multiple of 3")
     else:
         raise _unknown(extension, "mode", mode)
     if not count:
@@ -298,7 +272,11 @@ def decompressed(extension: JsonObject, data: bytes, max_bytes: int) -> bytes:
     decoder = _decoder(extension)
     try:
         if mode == "ATTRIBUTES":
-            return _attributes(decoder, extension, data, count, stride)
+            out = decoder.decode_vertex_buffer(count, stride, data, dtype=np.dtype(f"V{stride}"))
+            if function := _FILTERS[extension.text("filter") or "NONE"][0]:
+                # The binding declares no argument types for filters: numbers have to be of their C types already.
+                out = getattr(decoder, function)(out.view(np.uint8), ctypes.c_size_t(count), ctypes.c_size_t(stride))
+            return bytes(out.tobytes())
         decode = decoder.decode_index_buffer if mode == "TRIANGLES" else decoder.decode_index_sequence
         # The binding's array has room for 4 bytes each; the decoder fills it from the front.
         return bytes(decode(count, stride, data).tobytes()[: count * stride])
@@ -318,13 +296,6 @@ def _check_attributes(extension: JsonObject, stride: int) -> None:
         raise extension.fail("byteStride", f"one of {strides} for the filter {name}")
 
 
-def _check_indices(extension: JsonObject, stride: int, count: int) -> None:
-    if stride not in (2, 4):
-        raise extension.fail("byteStride", "2 or 4")
-    if extension.text("mode") == "TRIANGLES" and count % 3:
-        raise extension.fail("count", "a multiple of 3")
-
-
 def _decoder(extension: JsonObject) -> ModuleType:
     """The module that decodes. It has no wheels and is optional: the extra `meshopt`."""
     try:
@@ -336,15 +307,6 @@ def _decoder(extension: JsonObject) -> ModuleType:
             "without compression by `gltf-transform copy in.glb out.glb`"
         )
         raise Rejected(codes.UNSUPPORTED_EXTENSION, message) from error
-
-
-def _attributes(decoder: ModuleType, extension: JsonObject, data: bytes, count: int, stride: int) -> bytes:
-    out = decoder.decode_vertex_buffer(count, stride, data, dtype=np.dtype(f"V{stride}"))
-    function, _ = _FILTERS[extension.text("filter") or "NONE"]
-    if function:
-        # The binding declares no argument types for filters: numbers have to be of their C types already.
-        out = getattr(decoder, function)(out.view(np.uint8), ctypes.c_size_t(count), ctypes.c_size_t(stride))
-    return bytes(out.tobytes())
 
 
 def _unknown(extension: JsonObject, key: str, name: str) -> Rejected:
@@ -384,7 +346,7 @@ class Accessors:
         if index not in self._floats:
             array = self._array(index)
             scale = 1.0
-            if array.dtype.kind in "iu" and self._document.pick(index, "accessors").flag("normalized"):
+            if array.dtype.kind in "iu" and self._document.pick(index, "accessors").value.get("normalized") is True:
                 scale = float(2 ** (8 * array.dtype.itemsize - (array.dtype.kind == "i")) - 1)
             values = array.astype(np.float64) / scale
             self._floats[index] = np.maximum(values, -1.0) if scale != 1.0 else values
@@ -488,7 +450,11 @@ class Accessors:
         """Buffer, start and length of a view."""
         packed = [e for e in _MESHOPT if view.child("extensions").has(e)]
         if packed:
-            data = self._unpack(view.child("extensions").child(packed[0]))
+            extension = view.child("extensions").child(packed[0])
+            if extension.place not in self._unpacked:
+                stored, start, size = self._cut(extension)
+                self._unpacked[extension.place] = decompressed(extension, stored[start : start + size], self._max_bytes)
+            data = self._unpacked[extension.place]
             if view.count("byteLength") > len(data):
                 message = (
                     f"glTF {view.place}: says {view.count('byteLength')} bytes, {len(data)} are packed; export it again"
@@ -496,12 +462,6 @@ class Accessors:
                 raise Rejected(codes.LENGTH_MISMATCH, message)
             return data, 0, view.count("byteLength")
         return self._cut(view)
-
-    def _unpack(self, extension: JsonObject) -> bytes:
-        if extension.place not in self._unpacked:
-            data, start, length = self._cut(extension)
-            self._unpacked[extension.place] = decompressed(extension, data[start : start + length], self._max_bytes)
-        return self._unpacked[extension.place]
 
     def _cut(self, view: JsonObject) -> tuple[bytes, int, int]:
         """Buffer, start and length of what a view, or its compressed form, names."""
@@ -517,26 +477,23 @@ class Accessors:
     def _buffer(self, index: int) -> bytes:
         if index not in self._buffers:
             buffer = self._document.pick(index, "buffers")
-            data = self._buffer_bytes(index, buffer)
+            uri = buffer.text("uri")
+            if uri.startswith("data:"):
+                data = data_uri(uri, buffer.place)
+            elif uri in self._files:
+                data = self._files[uri]
+            elif not uri and index == 0 and self._binary is not None:
+                data = self._binary
+            else:
+                why = f"the file {uri[:80]!r} is missing; add it" if uri else "has neither a file nor a binary chunk"
+                why += "" if uri else "; export it again"
+                raise Rejected(codes.MISSING_FILE, f"glTF {buffer.place}: {why}")
             wanted = buffer.count("byteLength")
             if len(data) < wanted:
                 message = f"glTF {buffer.place}: says {wanted} bytes, there are {len(data)}; fetch the file again"
                 raise Rejected(codes.LENGTH_MISMATCH, message)
             self._buffers[index] = data
         return self._buffers[index]
-
-    def _buffer_bytes(self, index: int, buffer: JsonObject) -> bytes:
-        uri = buffer.text("uri")
-        if uri.startswith("data:"):
-            return data_uri(uri, buffer.place)
-        if uri:
-            if uri not in self._files:
-                raise Rejected(codes.MISSING_FILE, f"glTF {buffer.place}: the file {uri[:80]!r} is missing; add it")
-            return self._files[uri]
-        if index == 0 and self._binary is not None:
-            return self._binary
-        message = f"glTF {buffer.place}: has neither a file nor a binary chunk; export it again"
-        raise Rejected(codes.MISSING_FILE, message)
 
 
 def unpack(primitive: JsonObject, accessors: Accessors) -> None:

@@ -13,8 +13,7 @@ from lxml import etree
 from casa_assets.core.numeric import Floats
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
-from casa_assets.ingest.load.notes import printable
-from casa_assets.ingest.load.text import parsed_numbers
+from casa_assets.ingest.load.text import parsed_numbers, printable
 
 Element = etree._Element
 
@@ -26,11 +25,7 @@ _CUT = tuple(
 
 
 def check_xml(data: bytes, name: str) -> None:
-    """Scan before parsing.
-
-    Raises:
-        Rejected: XML_ENTITY (any document type: entities live there), XML_DEPTH, TRUNCATED, BAD_XML.
-    """
+    """Scan before parsing. Raises Rejected."""
     depth = 0
 
     def start(tag: str, attributes: object) -> None:
@@ -106,7 +101,7 @@ def floats_of(element: Element | None) -> Floats:
     """(N,) numbers of an element's text; what is not a number becomes NaN."""
     text = text_of(element).encode("ascii", "replace")
     flat = parsed_numbers(text.replace(b"\n", b" ").replace(b"\t", b" ").replace(b"\r", b" "))
-    return flat if flat is not None else np.array([_number(word) for word in text.split()])
+    return flat if flat is not None else np.array([number_of(word) for word in text.split()])
 
 
 def integers_of(element: Element | None) -> npt.NDArray[np.int64]:
@@ -116,7 +111,8 @@ def integers_of(element: Element | None) -> npt.NDArray[np.int64]:
     return np.where(good, np.where(good, flat, 0.0), -1.0).astype(np.int64)
 
 
-def _number(word: bytes) -> float:
+def number_of(word: bytes | str) -> float:
+    """The number that a word is; NaN if it is none."""
     try:
         return float(word)
     except ValueError:

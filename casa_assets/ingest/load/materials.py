@@ -9,8 +9,7 @@ import io
 import math
 import struct
 import warnings
-import zlib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,8 +18,8 @@ from PIL import Image, UnidentifiedImageError
 
 from casa_assets.core import numeric
 from casa_assets.ingest import rejection_codes as codes
-from casa_assets.ingest.load.notes import Notes, printable
-from casa_assets.ingest.load.text import UniqueNames
+from casa_assets.ingest.load.formats import PACKED_FAULTS
+from casa_assets.ingest.load.text import Notes, UniqueNames, printable
 from casa_assets.model.asset.material import ColorSpace, Material, Texture
 
 # Longer sides are scaled down: no simulator gains from more, and files grow with the square.
@@ -28,18 +27,6 @@ LARGEST_PX = 4096
 # Ref: KTX 2.0, 2: the identifier, then (from byte 20 on) width and height as 32-bit numbers.
 KTX2 = b"\xabKTX 20\xbb\r\n\x1a\n"
 FORMATS = ("PNG", "JPEG", "WEBP", "BMP", "TGA", "TIFF", "GIF")
-_DECODE_FAULTS = (
-    OSError,
-    SyntaxError,
-    ValueError,
-    TypeError,
-    IndexError,
-    KeyError,
-    OverflowError,
-    EOFError,
-    struct.error,
-    zlib.error,
-)
 
 Pixels = npt.NDArray[np.uint8]
 
@@ -78,7 +65,16 @@ class Images:
             pixels = self.pixels(key, data)
             if pixels is None:
                 return None
-            self._textures[key, use] = self.encode(_with_alpha(pixels, use.alpha), name, use.space)
+            if pixels.shape[2] == 4 and not isinstance(use.alpha, str):
+                pixels = pixels.copy()
+                pixels[:, :, 3] = np.where(pixels[:, :, 3] >= use.alpha * 255.0, 255, 0)
+            if (
+                pixels.shape[2] == 4
+                and use.alpha != "keep"
+                and (use.alpha == "drop" or int(pixels[:, :, 3].min()) == 255)
+            ):
+                pixels = np.ascontiguousarray(pixels[:, :, :3])
+            self._textures[key, use] = self.encode(pixels, name, use.space)
         return self._textures[key, use]
 
     def encode(self, pixels: Pixels, name: str, space: ColorSpace) -> Texture:
@@ -110,7 +106,7 @@ class Images:
         except UnidentifiedImageError:
             message = f"not a {', '.join(FORMATS)} image (it starts with {data[:8]!r}); texture left out"
             self._notes.add(codes.IMAGE_UNREADABLE, where, message)
-        except _DECODE_FAULTS as error:
+        except (*PACKED_FAULTS, SyntaxError, TypeError) as error:
             message = f"the image cannot be decoded ({type(error).__name__}: {error}); texture left out"
             self._notes.add(codes.IMAGE_UNREADABLE, where, message)
         return None
@@ -164,16 +160,6 @@ def _eight_bit(image: Image.Image) -> Pixels:
     return pixels
 
 
-def _with_alpha(pixels: Pixels, alpha: str | float) -> Pixels:
-    if pixels.shape[2] == 3 or alpha == "keep":
-        return pixels
-    if isinstance(alpha, str):
-        return np.ascontiguousarray(pixels[:, :, :3])
-    masked = pixels.copy()
-    masked[:, :, 3] = np.where(pixels[:, :, 3] >= alpha * 255.0, 255, 0)
-    return masked if int(masked[:, :, 3].min()) < 255 else np.ascontiguousarray(masked[:, :, :3])
-
-
 def linear_from_srgb(value: float) -> float:
     """One channel, display value, brought into 0..1 -> linear light in 0..1."""
     return numeric.linear_from_srgb(min(1.0, max(0.0, value)))
@@ -185,16 +171,22 @@ def srgb_bytes_from_linear(values: npt.NDArray[np.float64]) -> Pixels:
     return np.rint(numeric.srgb_from_linear_array(clipped) * 255.0).astype(np.uint8)
 
 
+def rgba_of_linear(values: npt.NDArray[np.float64]) -> Pixels:
+    """(N, 4) sRGB bytes of (N, 3) or (N, 4) linear light and opacity in 0..1; opaque where they have no alpha."""
+    out = np.full((len(values), 4), 255, dtype=np.uint8)
+    out[:, :3] = srgb_bytes_from_linear(values[:, :3])
+    if values.shape[1] == 4:
+        out[:, 3] = np.rint(np.clip(values[:, 3], 0.0, 1.0) * 255.0).astype(np.uint8)
+    return out
+
+
 @dataclass(frozen=True)
 class Look:
     """Look of a surface, as a file says it.
 
     Attributes:
-        name: of the material.
-        color: linear RGB, 0..1; if there is a picture, its tint.
-        opacity: 0..1.
-        metallic, roughness: 0..1.
-        picture: key and bytes of the colour picture, or None.
+        color: linear RGB, 0..1; if there is a picture, its tint. opacity, metallic, roughness: 0..1.
+        picture: key and bytes of the colour picture.
     """
 
     name: str
@@ -213,15 +205,11 @@ class Materials:
         self._names = UniqueNames()
         self._made: dict[object, Material] = {}
 
-    def material(self, key: object, look: Look) -> Material:
-        """The material of a look; `key` identifies the look within one file."""
+    def material(self, key: object, look: Callable[[], Look]) -> Material:
+        """The material of a look, which is read once; `key` identifies it within one file."""
         if key not in self._made:
-            self._made[key] = self._make(look)
+            self._made[key] = self._make(look())
         return self._made[key]
-
-    def knows(self, key: object) -> Material | None:
-        """The material that was made under a key, or None."""
-        return self._made.get(key)
 
     def _make(self, look: Look) -> Material:
         opacity = _unit(look.opacity, 1.0)

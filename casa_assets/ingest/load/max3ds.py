@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 import struct
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
@@ -14,10 +15,8 @@ from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.formats import Format, Reference, Role
 from casa_assets.ingest.load.materials import Look, Materials, linear_from_srgb, roughness_of_shininess
-from casa_assets.ingest.load.notes import Notes, printable
 from casa_assets.ingest.load.raw_parts import ReadPart, check_face_count, raw_model
-from casa_assets.ingest.load.text import decode
-from casa_assets.model.asset.material import Material
+from casa_assets.ingest.load.text import Notes, decode, printable
 from casa_assets.model.source import Bundle, RawModel, Up
 
 _MAIN, _EDITOR, _OBJECT, _MESH, _MATERIAL = 0x4D4D, 0x3D3D, 0x4000, 0x4100, 0xAFFF
@@ -69,11 +68,7 @@ class _Chunks:
         return decode(self.data[start:stop]), min(stop + 1, end)
 
     def table(self, start: int, end: int, dtype: str, width: int) -> tuple[Floats, int]:
-        """(N, width) numbers that a 16-bit count comes before, and the place behind them.
-
-        Raises:
-            Rejected: LENGTH_MISMATCH.
-        """
+        """(N, width) numbers that a 16-bit count comes before, and the place behind them. Raises Rejected."""
         count = struct.unpack_from("<H", self.data, start)[0] if start + 2 <= end else 0
         kind = np.dtype(dtype)
         stop = start + 2 + count * width * kind.itemsize
@@ -87,11 +82,7 @@ class _Chunks:
 
 
 def load(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawModel:
-    """RawModel of a 3DS: z up, as 3D Studio has it; its unit means nothing.
-
-    Raises:
-        Rejected: TRUNCATED, LENGTH_MISMATCH, OUT_OF_BOUNDS, TOO_LARGE, NO_GEOMETRY, NO_FACES, NON_FINITE.
-    """
+    """RawModel of a 3DS: z up, as 3D Studio has it; its unit means nothing."""
     name = printable(bundle.main)
     meshes, looks = _scene(bundle.files[bundle.main], name, limits)
     materials = Materials(limits, notes)
@@ -100,7 +91,7 @@ def load(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawModel:
 
 
 def references(data: bytes, name: str) -> list[Reference]:
-    """Pictures, as written. Raises Rejected TRUNCATED, LENGTH_MISMATCH, OUT_OF_BOUNDS, TOO_LARGE."""
+    """Pictures, as written. Raises Rejected as `load`."""
     _, looks = _scene(data, name, {"input_faces": math.inf})
     return [Reference(file, Role.IMAGE) for _, file in looks.values()]
 
@@ -208,16 +199,10 @@ def _parts(
         rest &= ~mask
         if mask.any():
             look, file = looks.get(title, (Look(title or "material"), ""))
-            yield ReadPart(mesh.name, mesh.points, mesh.faces[mask], _made(materials, title, look, file, files), uv)
+            if file in files:
+                look = replace(look, color=(1.0, 1.0, 1.0), picture=(file, files[file]))
+            material = materials.material(title, partial(replace, look))
+            yield ReadPart(mesh.name, mesh.points, mesh.faces[mask], material, uv)
     if rest.any() or not len(rest):
-        material = materials.material("none", Look("material"))
+        material = materials.material("none", lambda: Look("material"))
         yield ReadPart(mesh.name, mesh.points, mesh.faces[rest], material, uv)
-
-
-def _made(materials: Materials, title: str, look: Look, file: str, files: Mapping[str, bytes]) -> Material:
-    known = materials.knows(title)
-    if known is not None:
-        return known
-    if file in files:
-        look = Look(look.name, (1.0, 1.0, 1.0), look.opacity, look.metallic, look.roughness, (file, files[file]))
-    return materials.material(title, look)

@@ -15,10 +15,9 @@ from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.formats import Format, Reference, Role
 from casa_assets.ingest.load.materials import Images, ImageUse, Pixels, linear_from_srgb, roughness_of_shininess
-from casa_assets.ingest.load.notes import Notes, printable
 from casa_assets.ingest.load.polygons import triangulate
 from casa_assets.ingest.load.raw_parts import ReadPart, check_face_count, merged_corners, raw_model, rgba
-from casa_assets.ingest.load.text import UniqueNames, decode, normalize_text, numbers, parsed_numbers
+from casa_assets.ingest.load.text import Notes, UniqueNames, decode, normalize_text, numbers, parsed_numbers, printable
 from casa_assets.model.asset.material import ColorSpace, Material, Texture
 from casa_assets.model.source import Bundle, RawModel
 
@@ -27,13 +26,10 @@ _OPTIONS = {
     "-blendu": 1, "-blendv": 1, "-bm": 1, "-boost": 1, "-cc": 1, "-clamp": 1, "-imfchan": 1, "-mm": 2,
     "-o": 3, "-s": 3, "-t": 3, "-texres": 1, "-type": 1, "-colorspace": 1,
 }  # fmt: skip
-_NUMERIC = frozenset({"-o", "-s", "-t", "-mm"})
 MAPS = frozenset({"map_kd", "map_bump", "bump", "norm", "map_kn", "map_norm", "map_pr", "map_pm"})
-_UNSET = (0.8, 0.8, 0.8)
 # Statements that run or include something. Ref: Wavefront OBJ specification, "general statements"
 _DIRECTIVES = frozenset({b"call", b"csh", b"shadow_obj", b"trace_obj", b"ctech", b"stech"})
 MAX_GROUPS_AS_OBJECTS = 64
-_WHOLE = re.compile(rb"[+-]?\d{1,15}")
 
 
 @dataclass
@@ -49,7 +45,7 @@ class MtlEntry:
         maps: keyword in lower case -> file name as written.
     """
 
-    color: tuple[float, float, float] = _UNSET
+    color: tuple[float, float, float] = (0.8, 0.8, 0.8)
     alpha: float = 1.0
     has_alpha: bool = False
     shininess: float | None = None
@@ -70,7 +66,7 @@ def map_file(arguments: str) -> str:
         rest = after.strip()
         for index in range(max_arguments):
             value, _, after = rest.partition(" ")
-            if not after.strip() or (word.lower() in _NUMERIC and index > 0 and not _is_number(value)):
+            if not after.strip() or (word.lower() in ("-o", "-s", "-t", "-mm") and index > 0 and not _is_number(value)):
                 break
             rest = after.strip()
     return rest.strip('"')
@@ -146,7 +142,9 @@ class Materials:
 
     def material(self, name: str, entry: MtlEntry) -> Material:
         """Material of one entry; pictures that cannot be read are left out with a note."""
-        color_map = self._texture(entry.maps.get("map_kd"), f"{name}_color")
+        file = entry.maps.get("map_kd", "")
+        data = self.files.get(file)
+        color_map = None if data is None else self.images.texture(file, data, f"{name}_color", ImageUse())
         # With a picture, Kd is a leftover of the exporter as often as a tint: the picture is shown as it is.
         r, g, b = (1.0, 1.0, 1.0) if color_map else tuple(linear_from_srgb(c) for c in entry.color)
         alpha = min(1.0, max(0.0, entry.alpha))
@@ -154,31 +152,35 @@ class Materials:
             self.notes.add(codes.FULLY_TRANSPARENT, name, "d 0 (or Tr 1) would hide it; made opaque")
             alpha = 1.0
         rough_map, has_rough, has_metal = self._rough_map(entry, name)
+        roughness = roughness_of_shininess(entry.shininess, entry.specular)
+        if entry.roughness is not None:
+            roughness = min(1.0, max(0.0, entry.roughness))
         return Material(
             id=self.names.unique(name, "material"),
             base_color=(r, g, b, alpha),
             metallic=1.0 if has_metal else min(1.0, max(0.0, entry.metallic or 0.0)),
-            roughness=1.0 if has_rough else _roughness(entry),
+            roughness=1.0 if has_rough else roughness,
             base_color_texture=color_map,
             metallic_roughness_texture=rough_map,
             normal_texture=self._normal_map(entry, name),
         )
 
-    def _texture(self, file: str | None, name: str) -> Texture | None:
-        data = self.files.get(file) if file else None
-        return None if data is None or file is None else self.images.texture(file, data, name, ImageUse())
-
-    def _pixels(self, file: str | None) -> Pixels | None:
-        data = self.files.get(file) if file else None
-        return None if data is None or file is None else self.images.pixels(file, data)
+    def _pixels(self, file: str) -> Pixels | None:
+        data = self.files.get(file)
+        return None if data is None else self.images.pixels(file, data)
 
     def _normal_map(self, entry: MtlEntry, name: str) -> Texture | None:
-        """The normal map: `norm`, or `bump`, which may be a height map instead; only its colours show which."""
+        """The normal map: `norm`, or `bump`, which may be a height map instead; only its colours show which.
+
+        Tangent-space normals are bluish: z near 1, x and y near the middle.
+        """
         for key in ("norm", "map_norm", "map_kn", "map_bump", "bump"):
-            pixels = self._pixels(entry.maps.get(key))
+            pixels = self._pixels(entry.maps.get(key, ""))
             if pixels is None:
                 continue
-            if key in ("map_bump", "bump") and not _looks_like_normals(pixels):
+            red, green, blue = (float(pixels[:, :, i].mean()) for i in range(3))
+            is_bluish = blue > 170 and abs(red - 128) < 40 and abs(green - 128) < 40
+            if key in ("map_bump", "bump") and not is_bluish:
                 self.notes.add(codes.FEATURE_IGNORED, f"{name}/{key}", "a height map, not a normal map; left out")
                 continue
             return self.images.encode(np.ascontiguousarray(pixels[:, :, :3]), f"{name}_normal", ColorSpace.RAW)
@@ -186,7 +188,7 @@ class Materials:
 
     def _rough_map(self, entry: MtlEntry, name: str) -> tuple[Texture | None, bool, bool]:
         """map_Pr and map_Pm packed as glTF has them: green roughness, blue metallic."""
-        rough, metal = self._pixels(entry.maps.get("map_pr")), self._pixels(entry.maps.get("map_pm"))
+        rough, metal = self._pixels(entry.maps.get("map_pr", "")), self._pixels(entry.maps.get("map_pm", ""))
         if rough is None and metal is None:
             return None, False, False
         if rough is not None and metal is not None and rough.shape[:2] != metal.shape[:2]:
@@ -199,19 +201,6 @@ class Materials:
         if metal is not None:
             packed[:, :, 2] = metal[:, :, 0]
         return self.images.encode(packed, f"{name}_rough", ColorSpace.RAW), rough is not None, metal is not None
-
-
-def _roughness(entry: MtlEntry) -> float:
-    """0..1 from Pr, or from Ns as Blender's exporter maps it, or matt."""
-    if entry.roughness is not None:
-        return min(1.0, max(0.0, entry.roughness))
-    return roughness_of_shininess(entry.shininess, entry.specular)
-
-
-def _looks_like_normals(pixels: Pixels) -> bool:
-    """Tangent-space normals are bluish: z near 1, x and y near the middle."""
-    red, green, blue = (float(pixels[:, :, i].mean()) for i in range(3))
-    return blue > 170 and abs(red - 128) < 40 and abs(green - 128) < 40
 
 
 @dataclass
@@ -245,7 +234,7 @@ class ObjLines:
         groups: (object, material) in order of first use.
         libraries: mtllib arguments as written.
         bad_faces: lines that name no triangle.
-        primitives: count of `l` and `p` lines.
+        face_count: faces that name three corners or more.
     """
 
     v: list[bytes] = field(default_factory=list)
@@ -262,7 +251,11 @@ def read_lines(data: bytes, notes: Notes) -> ObjLines:
     """Sort the lines of a plain OBJ text (see text.plain)."""
     if b"\\\n" in data:
         data = data.replace(b"\\\n", b" ")
-    use_groups = _groups_are_objects(data)
+    # Some exporters name their objects by `g`; others write a group for every smooth patch.
+    has_objects = data.startswith(b"o ") or b"\no " in data or b"\no\t" in data
+    use_groups = False
+    if not has_objects and data.count(b"\ng ") < 10_000:
+        use_groups = 0 < len({line for line in data.split(b"\n") if line.startswith(b"g ")}) <= MAX_GROUPS_AS_OBJECTS
     out = ObjLines()
     tables = {b"v": out.v, b"vt": out.vt, b"vn": out.vn}
     known: dict[tuple[str, str], int] = {}
@@ -292,14 +285,6 @@ def read_lines(data: bytes, notes: Notes) -> ObjLines:
     return out
 
 
-def _groups_are_objects(data: bytes) -> bool:
-    """Some exporters name their objects by `g`; others write a group for every smooth patch."""
-    if data.startswith(b"o ") or b"\no " in data or b"\no\t" in data:
-        return False
-    names = {line for line in data.split(b"\n") if line.startswith(b"g ")} if data.count(b"\ng ") < 10_000 else set()
-    return 0 < len(names) <= MAX_GROUPS_AS_OBJECTS
-
-
 def _add_face(out: ObjLines, rest: bytes, group: int) -> None:
     if b"#" in rest:
         rest = rest.partition(b"#")[0]
@@ -322,7 +307,7 @@ def _add_face(out: ObjLines, rest: bytes, group: int) -> None:
     is_negative = b"-" in rest
     bucket = out.faces.get((corners, form, is_negative))
     if bucket is None:
-        bucket = out.faces.setdefault((corners, form, is_negative), FaceBucket(corners, form))
+        bucket = out.faces[corners, form, is_negative] = FaceBucket(corners, form)
     bucket.text.append(rest)
     bucket.order.append(out.face_count)
     bucket.group.append(group)
@@ -343,7 +328,7 @@ def corner_indices(bucket: FaceBucket) -> Ints:
     out = np.zeros((len(bucket.text), bucket.corners, kinds), dtype=np.int64)
     for i, text in enumerate(bucket.text):
         words = text.replace(b"/", b" ").split()
-        if len(words) == bucket.corners * kinds and all(_WHOLE.fullmatch(w) for w in words):
+        if len(words) == bucket.corners * kinds and all(re.fullmatch(rb"[+-]?\d{1,15}", w) for w in words):
             out[i] = np.array([int(w) for w in words]).reshape(bucket.corners, kinds)
     return out
 
@@ -375,11 +360,7 @@ def material_references(data: bytes, name: str) -> list[Reference]:
 
 
 def load(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawModel:
-    """RawModel of an OBJ; the format declares neither unit nor up axis.
-
-    Raises:
-        Rejected: ENCODING, BAD_NUMBER, NO_FACES, OUT_OF_BOUNDS (every face), TOO_LARGE, NON_FINITE, NO_GEOMETRY.
-    """
+    """RawModel of an OBJ; the format declares neither unit nor up axis."""
     name = printable(bundle.main)
     lines = read_lines(normalize_text(bundle.files[bundle.main], name), notes)
     if not lines.v and not lines.face_count:
@@ -399,8 +380,8 @@ def load(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawModel:
     for number, (object_name, material) in enumerate(lines.groups):
         rows = np.flatnonzero(triangles.group == number)
         if len(rows):
-            part = _read_part(triangles, rows, vertices[:, :3], uvs, normals, colors)
-            part.name, part.material = object_name or material or "part", materials[material]
+            part = _read_part(triangles, rows, vertices[:, :3], uvs, normals, colors, materials[material])
+            part.name = object_name or material or "part"
             part.nodes = (object_name,) if object_name else ()
             parts.append(part)
     return raw_model(parts, notes, name, Format.OBJ)
@@ -424,16 +405,12 @@ def _triangles(lines: ObjLines, vertices: Floats, others: tuple[int, int], name:
         good = (corners[:, :, 0] >= 0).all(axis=1)
         bad += int((~good).sum())
         corners = corners[good]
-        local, polygon, count = triangulate(vertices[corners[:, :, 0]])
-        fanned += count
+        local, polygon, fans = triangulate(vertices[corners[:, :, 0]])
+        fanned += fans
         tri = corners[polygon[:, None], local]
         order = np.array(bucket.order, dtype=np.int64)[good][polygon]
         group = np.array(bucket.group, dtype=np.int64)[good][polygon]
         found.append((tri, order, group))
-    return _gathered(found, bad, fanned, name, notes)
-
-
-def _gathered(found: list[tuple[Ints, Ints, Ints]], bad: int, fanned: int, name: str, notes: Notes) -> _Triangles:
     count = sum(len(order) for _, order, _ in found)
     if bad and not count:
         message = f"{name}: all {bad} faces name vertices that do not exist; export it again"
@@ -447,10 +424,10 @@ def _gathered(found: list[tuple[Ints, Ints, Ints]], bad: int, fanned: int, name:
     if not count:
         none = np.zeros((0, 3), dtype=np.int64)
         return _Triangles(none, none, none, np.zeros(0, dtype=np.int64))
-    tri, order, group = (np.concatenate([f[i] for f in found]) for i in range(3))
-    sort = np.argsort(order, kind="stable")
-    tri = tri[sort]
-    return _Triangles(tri[:, :, 0], tri[:, :, 1], tri[:, :, 2], group[sort])
+    every_tri, every_order, every_group = (np.concatenate([f[i] for f in found]) for i in range(3))
+    sort = np.argsort(every_order, kind="stable")
+    every_tri = every_tri[sort]
+    return _Triangles(every_tri[:, :, 0], every_tri[:, :, 1], every_tri[:, :, 2], every_group[sort])
 
 
 def _read_part(
@@ -460,20 +437,18 @@ def _read_part(
     uvs: Floats,
     normals: Floats,
     colors: npt.NDArray[np.uint8] | None,
+    material: Material,
 ) -> ReadPart:
     """Corners with the same (v, vt, vn) become one vertex."""
     v, vt, vn = (a[rows].reshape(-1) for a in (triangles.v, triangles.vt, triangles.vn))
     has_uv, has_normals = bool((vt >= 0).any()), bool((vn >= 0).all())
     first, faces = merged_corners([v, *([vt] if has_uv else []), *([vn] if has_normals else [])])
-    rough_uv = None
-    if has_uv:
-        rough_uv = np.where((vt[first] >= 0)[:, None], uvs[vt[first]], 0.0)
     return ReadPart(
         name="",
         vertices=vertices[v[first]],
         faces=faces,
-        material=Material(id="none"),
-        uv=rough_uv,
+        material=material,
+        uv=np.where((vt[first] >= 0)[:, None], uvs[vt[first]], 0.0) if has_uv else None,
         normals=normals[vn[first]] if has_normals else None,
         colors=None if colors is None else colors[v[first]],
     )
@@ -494,7 +469,14 @@ def _colors(vertices: Floats, notes: Notes) -> npt.NDArray[np.uint8] | None:
 def _materials(bundle: Bundle, lines: ObjLines, limits: Mapping[str, float], notes: Notes) -> dict[str, Material]:
     """Material of every name that a group uses."""
     entries: dict[str, MtlEntry] = {}
-    for file in _libraries(bundle, lines):
+    libraries: dict[str, None] = {}
+    for library in lines.libraries:
+        for file in (library, *library.split()):
+            if file in bundle.files and file != bundle.main and file not in libraries:
+                libraries[file] = None
+                if file == library:
+                    break
+    for file in libraries or sorted(f for f in bundle.files if f.lower().endswith(".mtl") and f != bundle.main):
         try:
             entries.update(parse_mtl(bundle.files[file], printable(file), notes))
         except Rejected as error:
@@ -509,22 +491,7 @@ def _materials(bundle: Bundle, lines: ObjLines, limits: Mapping[str, float], not
         if entry is None and not name and len(entries) == 1:
             entry = next(iter(entries.values()))
         if entry is None and name:
-            notes.add(
-                codes.MATERIAL_MISSING,
-                name,
-                f"material {printable(name, 40)!r} is not described; a grey one is used",
-            )
+            message = f"material {printable(name, 40)!r} is not described; a grey one is used"
+            notes.add(codes.MATERIAL_MISSING, name, message)
         out[name] = made.material(name or "material", entry or MtlEntry())
     return out
-
-
-def _libraries(bundle: Bundle, lines: ObjLines) -> list[str]:
-    """Keys of the bundle that hold this OBJ's materials."""
-    out = []
-    for library in lines.libraries:
-        for file in (library, *library.split()):
-            if file in bundle.files and file != bundle.main and file not in out:
-                out.append(file)
-                if file == library:
-                    break
-    return out or sorted(f for f in bundle.files if f.lower().endswith(".mtl") and f != bundle.main)

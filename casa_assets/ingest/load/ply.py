@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import struct
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -15,10 +15,9 @@ from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.formats import Format, Reference, Role
 from casa_assets.ingest.load.materials import Images, ImageUse
-from casa_assets.ingest.load.notes import Notes, printable
 from casa_assets.ingest.load.polygons import cut_whole
 from casa_assets.ingest.load.raw_parts import ReadPart, check_face_count, raw_model, rgba
-from casa_assets.ingest.load.text import decode
+from casa_assets.ingest.load.text import Notes, decode, printable
 from casa_assets.model.asset.material import Material
 from casa_assets.model.source import Bundle, RawModel
 
@@ -27,8 +26,7 @@ _TYPES = {
     "double": "f8", "int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4",
     "float32": "f4", "float64": "f8",
 }  # fmt: skip
-_FORMATS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
-# Names that writers use for texture coordinates of vertices.
+# Names that writers use for texture coordinates and colours of vertices.
 _UV_NAMES = (("s", "t"), ("u", "v"), ("texture_u", "texture_v"), ("texcoord_u", "texcoord_v"))
 _COLOR_NAMES = (("red", "green", "blue"), ("r", "g", "b"), ("diffuse_red", "diffuse_green", "diffuse_blue"))
 
@@ -105,7 +103,7 @@ def _header_line(header: Header, line: str, name: str) -> None:
         return
     try:
         if words[0] == "format":
-            header.order = _FORMATS[words[1]]
+            header.order = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}[words[1]]
         elif words[0] == "element":
             count = int(words[2])
             if count < 0 or count > 1 << 62:
@@ -184,7 +182,8 @@ def _binary_rows(data: bytes, at: int, element: Element, order: str, name: str) 
     if at + size <= len(data):
         rows = np.frombuffer(data, dtype=dtype, count=element.count, offset=at) if size else np.zeros(0, dtype)
         if all((rows[f"n{i}"] == lengths[i]).all() for i, p in enumerate(element.properties) if p.length):
-            return _table(element, rows, lengths), at + size
+            columns = [rows[f"p{i}"].reshape(-1) for i in range(len(element.properties))]
+            return _table(element, columns, {i: np.full(len(rows), n, np.int64) for i, n in lengths.items()}), at + size
     elif not any(p.length for p in element.properties):
         raise _truncated(element, name)
     return _slow_binary_rows(data, at, element, order, name)
@@ -211,64 +210,51 @@ def _first_lengths(data: bytes, at: int, element: Element, order: str) -> dict[i
     return out
 
 
-def _table(element: Element, rows: npt.NDArray[np.void], lengths: dict[int, int]) -> Table:
-    table = Table({}, {})
-    for i, p in enumerate(element.properties):
-        column = rows[f"p{i}"]
-        if p.length:
-            table.lists[p.name] = (column.reshape(-1), np.full(len(rows), lengths[i], dtype=np.int64))
-        else:
-            table.scalars[p.name] = column
-    return table
+def _table(
+    element: Element, columns: Sequence[npt.NDArray[np.generic]], lengths: Mapping[int, npt.NDArray[np.int64]]
+) -> Table:
+    """Table of the flat values of each column, and the lengths of those that are lists, by their place."""
+    rows = list(zip(element.properties, columns, strict=True))
+    return Table(
+        {p.name: column for p, column in rows if not p.length},
+        {p.name: (column, lengths[i]) for i, (p, column) in enumerate(rows) if p.length},
+    )
 
 
 def _slow_binary_rows(data: bytes, at: int, element: Element, order: str, name: str) -> tuple[Table, int]:
     """Row by row, for lists of varying length."""
     values: list[list[float]] = [[] for _ in element.properties]
     counts: list[list[int]] = [[] for _ in element.properties]
-    codes_of = [(struct.Struct(order + _struct(p.length)) if p.length else None, p) for p in element.properties]
+    # numpy's letters of these types are those of struct
+    codes_of = [np.dtype(p.dtype) for p in element.properties]
+    length_codes = [struct.Struct(order + np.dtype(p.length).char) if p.length else None for p in element.properties]
     try:
         for _ in range(element.count):
-            for i, (length, p) in enumerate(codes_of):
+            for i, (length, kind) in enumerate(zip(length_codes, codes_of, strict=True)):
                 n = 1
                 if length is not None:
                     n = int(length.unpack_from(data, at)[0])
                     at += length.size
                     counts[i].append(n)
-                    if n < 0 or n * np.dtype(p.dtype).itemsize > len(data) - at:
+                    if n < 0 or n * kind.itemsize > len(data) - at:
                         raise _truncated(element, name)
-                values[i].extend(struct.unpack_from(f"{order}{n}{_struct(p.dtype)}", data, at))
-                at += n * np.dtype(p.dtype).itemsize
+                values[i].extend(struct.unpack_from(f"{order}{n}{kind.char}", data, at))
+                at += n * kind.itemsize
     except struct.error as error:
         raise _truncated(element, name) from error
-    return _from_columns(element, values, counts), at
-
-
-def _from_columns(element: Element, values: list[list[float]], counts: list[list[int]]) -> Table:
-    table = Table({}, {})
-    for i, p in enumerate(element.properties):
-        column = np.array(values[i], dtype=p.dtype)
-        if p.length:
-            table.lists[p.name] = (column, np.array(counts[i], dtype=np.int64))
-        else:
-            table.scalars[p.name] = column
-    return table
-
-
-def _struct(dtype: str) -> str:
-    return {"i1": "b", "u1": "B", "i2": "h", "u2": "H", "i4": "i", "u4": "I", "f4": "f", "f8": "d"}[dtype]
+    columns = [np.array(column, dtype=kind) for column, kind in zip(values, codes_of, strict=True)]
+    return _table(element, columns, {i: np.array(n, dtype=np.int64) for i, n in enumerate(counts)}), at
 
 
 def _text_rows(words: list[bytes], at: int, element: Element, name: str) -> tuple[Table, int]:
     width = len(element.properties)
-    has_lists = any(p.length for p in element.properties)
     try:
-        if not has_lists:
+        if not any(p.length for p in element.properties):
             end = at + width * element.count
             if end > len(words):
                 raise _truncated(element, name)
             flat = np.array(words[at:end]).astype(np.float64).reshape(element.count, width)
-            return Table({p.name: _cast(flat[:, i], p) for i, p in enumerate(element.properties)}, {}), end
+            return _table(element, [_cast(flat[:, i], p) for i, p in enumerate(element.properties)], {}), end
         values: list[list[float]] = [[] for _ in element.properties]
         counts: list[list[int]] = [[] for _ in element.properties]
         for _ in range(element.count):
@@ -287,14 +273,8 @@ def _text_rows(words: list[bytes], at: int, element: Element, name: str) -> tupl
         message = f"{name}: a row of {printable(element.name, 20)!r} is not numbers ({printable(str(error), 60)})"
         message += "; export it again"
         raise Rejected(codes.BAD_NUMBER, message) from error
-    lists = Table({}, {})
-    for i, p in enumerate(element.properties):
-        column = _cast(np.array(values[i], dtype=np.float64), p)
-        if p.length:
-            lists.lists[p.name] = (column, np.array(counts[i], dtype=np.int64))
-        else:
-            lists.scalars[p.name] = column
-    return lists, at
+    columns = [_cast(np.array(v, dtype=np.float64), p) for v, p in zip(values, element.properties, strict=True)]
+    return _table(element, columns, {i: np.array(n, dtype=np.int64) for i, n in enumerate(counts)}), at
 
 
 def _cast(column: Floats, p: Property) -> npt.NDArray[np.generic]:
@@ -312,11 +292,7 @@ def references(data: bytes, name: str) -> list[Reference]:
 
 
 def load(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawModel:
-    """RawModel of a PLY; the format declares neither unit nor up axis.
-
-    Raises:
-        Rejected: BAD_HEADER, TRUNCATED, LENGTH_MISMATCH, BAD_NUMBER, OUT_OF_BOUNDS, NO_FACES, NO_GEOMETRY, NON_FINITE.
-    """
+    """RawModel of a PLY; the format declares neither unit nor up axis."""
     name = printable(bundle.main)
     data = bundle.files[bundle.main].lstrip(b" \t\r\n")
     header = read_header(data, name)
@@ -331,8 +307,10 @@ def load(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawModel:
     if vertex is None or not {"x", "y", "z"} <= vertex.scalars.keys():
         raise Rejected(codes.NO_GEOMETRY, f"{name}: the PLY has no vertices with x, y, z; export it again")
     vertices = _columns(vertex, ("x", "y", "z"))
-    check_face_count(_triangle_count(tables.get("face")), limits, name)
-    corners, polygons, fanned = _faces(tables.get("face"), vertices, name, notes)
+    lists = tables["face"].lists if "face" in tables else {}
+    indices = lists.get("vertex_indices", lists.get("vertex_index", (np.zeros(0), np.zeros(0, dtype=np.int64))))
+    check_face_count(int(np.maximum(indices[1] - 2, 0).sum()), limits, name)
+    corners, polygons, fanned = _faces(indices[0].astype(np.int64), indices[1], vertices, name, notes)
     check_face_count(len(corners), limits, name)
     if fanned:
         notes.add(codes.POLYGON_FAN, "face", f"{fanned} concave or crossed faces were cut as fans")
@@ -340,7 +318,8 @@ def load(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawModel:
     if {"nx", "ny", "nz"} <= vertex.scalars.keys():
         part.normals = _columns(vertex, ("nx", "ny", "nz"))
     part.colors = _colors(vertex, notes)
-    part.uv = _vertex_uv(vertex)
+    uv_names = next((pair for pair in _UV_NAMES if set(pair) <= vertex.scalars.keys()), None)
+    part.uv = None if uv_names is None else _columns(vertex, uv_names)
     if part.uv is None and len(corners):
         _spread_corner_uv(part, tables["face"], polygons, notes)
     return raw_model([part], notes, name, Format.PLY)
@@ -350,24 +329,12 @@ def _columns(table: Table, names: tuple[str, ...]) -> Floats:
     return np.column_stack([table.scalars[n].astype(np.float64) for n in names])
 
 
-def _corner_column(face: Table | None) -> str | None:
-    """Name of the list that holds the corners of faces."""
-    return next((n for n in ("vertex_indices", "vertex_index") if face and n in face.lists), None)
+def _faces(flat: Ints, lengths: Ints, vertices: Floats, name: str, notes: Notes) -> tuple[Ints, Ints, int]:
+    """(T, 3) vertices, (T, 4) face and its three corner numbers, and the count of faces cut as fans.
 
-
-def _triangle_count(face: Table | None) -> int:
-    """Number of triangles of the faces, before any is made."""
-    column = _corner_column(face)
-    return 0 if face is None or column is None else int(np.maximum(face.lists[column][1] - 2, 0).sum())
-
-
-def _faces(face: Table | None, vertices: Floats, name: str, notes: Notes) -> tuple[Ints, Ints, int]:
-    """(T, 3) vertices, (T, 4) face and its three corner numbers, and the count of faces cut as fans."""
-    none = np.zeros((0, 3), dtype=np.int64), np.zeros((0, 4), dtype=np.int64), 0
-    column = _corner_column(face)
-    if face is None or column is None:
-        return none
-    flat, lengths = face.lists[column][0].astype(np.int64), face.lists[column][1]
+    Args:
+        flat: vertex of each corner, face after face. lengths: (F,) corners of each face.
+    """
     if len(flat) and not 0 <= int(flat.min()) <= int(flat.max()) < len(vertices):
         message = f"{name}: a face names vertex {int(flat.max())} of {len(vertices)}; export the file again"
         raise Rejected(codes.OUT_OF_BOUNDS, message)
@@ -377,13 +344,6 @@ def _faces(face: Table | None, vertices: Floats, name: str, notes: Notes) -> tup
     starts = np.cumsum(lengths) - lengths
     places, owner, fanned = cut_whole(vertices, flat, starts, lengths, lengths >= 3)
     return flat[places], np.column_stack((owner, places - starts[owner][:, None])), fanned
-
-
-def _vertex_uv(vertex: Table) -> Floats | None:
-    for pair in _UV_NAMES:
-        if set(pair) <= vertex.scalars.keys():
-            return _columns(vertex, pair)
-    return None
 
 
 def _spread_corner_uv(part: ReadPart, face: Table, origin: Ints, notes: Notes) -> None:

@@ -9,8 +9,8 @@ import numpy.typing as npt
 
 from casa_assets.core.numeric import Floats, Ints
 from casa_assets.ingest import rejection_codes as codes
-from casa_assets.ingest.load.notes import Notes
 from casa_assets.ingest.load.raw_parts import Bytes, ReadPart, check_face_count, merged_corners
+from casa_assets.ingest.load.text import Notes
 from casa_assets.model.asset.material import Material
 
 # Ear clipping costs the square of the corners; beyond this a fan has to do.
@@ -32,7 +32,13 @@ def triangulate(points: Floats) -> tuple[Ints, Ints, int]:
     if corners == 3:
         return np.tile(np.arange(3), (count, 1)), np.arange(count), 0
     if corners == 4:
-        return (*_quads(points), 0)
+        # along the diagonal 0-2, or 1-3 where that would fold the quad over
+        with np.errstate(invalid="ignore", over="ignore"):
+            a = np.cross(points[:, 1] - points[:, 0], points[:, 2] - points[:, 0])
+            b = np.cross(points[:, 2] - points[:, 0], points[:, 3] - points[:, 0])
+            folds = (a * b).sum(axis=1) < 0.0
+        halves = np.where(folds[:, None, None], [[0, 1, 3], [1, 2, 3]], [[0, 1, 2], [0, 2, 3]])
+        return halves.reshape(-1, 3), np.repeat(np.arange(count), 2), 0
     concave = np.flatnonzero(~_is_convex(points))
     pieces = np.tile(fan(corners), (count, 1, 1))
     fanned, left = 0, MAX_TESTS
@@ -44,16 +50,6 @@ def triangulate(points: Floats) -> tuple[Ints, Ints, int]:
         else:
             pieces[p] = ears
     return pieces.reshape(-1, 3), np.repeat(np.arange(count), corners - 2), fanned
-
-
-def _quads(points: Floats) -> tuple[Ints, Ints]:
-    """Split along the diagonal 0-2, or 1-3 where that would fold the quad over."""
-    with np.errstate(invalid="ignore", over="ignore"):
-        a = np.cross(points[:, 1] - points[:, 0], points[:, 2] - points[:, 0])
-        b = np.cross(points[:, 2] - points[:, 0], points[:, 3] - points[:, 0])
-        folds = (a * b).sum(axis=1) < 0.0
-    straight, crossed = np.array([[0, 1, 2], [0, 2, 3]]), np.array([[0, 1, 3], [1, 2, 3]])
-    return np.where(folds[:, None, None], crossed, straight).reshape(-1, 3), np.repeat(np.arange(len(points)), 2)
 
 
 def _area_vectors(points: Floats) -> Floats:
@@ -82,7 +78,11 @@ def _clip(points: Floats, most_tests: int) -> tuple[Ints | None, int]:
     n = len(points)
     if n > MAX_CLIPPED_CORNERS or not np.isfinite(points).all():
         return None, 0
-    flat = _flattened(points - points[0])
+    points = points - points[0]
+    normal = _area_vectors(points[None])[0]
+    axis = int(np.argmax(np.abs(normal)))
+    flat = points[:, ((1, 2), (2, 0), (0, 1))[axis]]  # in the plane of the polygon, counter-clockwise
+    flat = flat if normal[axis] > 0 else flat * np.array([1.0, -1.0])
     left = list(range(n))
     triangles: list[tuple[int, int, int]] = []
     at, misses, tests = 0, 0, 0
@@ -100,15 +100,6 @@ def _clip(points: Floats, most_tests: int) -> tuple[Ints | None, int]:
                 return None, tests
     triangles.append((left[0], left[1], left[2]))
     return np.array(triangles, dtype=np.int64), tests
-
-
-def _flattened(points: Floats) -> Floats:
-    """(n, 2) points in the plane of the polygon, counter-clockwise."""
-    normal = _area_vectors(points[None])[0]
-    axis = int(np.argmax(np.abs(normal)))
-    u, v = ((1, 2), (2, 0), (0, 1))[axis]
-    flat = points[:, [u, v]]
-    return flat if normal[axis] > 0 else flat * np.array([1.0, -1.0])
 
 
 def _is_ear(flat: Floats, i: int, j: int, k: int, left: list[int]) -> bool:
@@ -149,9 +140,8 @@ def cut_polygons(
         notes.add(codes.FACE_DROPPED, name, message)
     places, owner, fanned = cut_whole(points, corners, starts, counts, is_whole)
     if fanned:
-        notes.add(
-            codes.POLYGON_FAN, name, f"{fanned} concave or crossed faces were cut as fans; triangulate them first"
-        )
+        message = f"{fanned} concave or crossed faces were cut as fans; triangulate them first"
+        notes.add(codes.POLYGON_FAN, name, message)
     return places, owner
 
 
@@ -214,7 +204,11 @@ def part_of_corners(
     extra = [values[picked] for values in (uv, normals, colors) if values is not None]
     if not len(picked) or not extra:
         return ReadPart(name, points, corners[triangles], material)
-    columns = [corners[picked], *(_row_numbers(values) for values in extra)]
+    columns = [corners[picked]]
+    for values in extra:  # the same number for equal rows, by their bits, so that NaN equals itself
+        rows = np.ascontiguousarray(values)
+        whole = rows.view(np.dtype((np.void, rows.dtype.itemsize * rows.shape[1]))).reshape(-1)
+        columns.append(np.unique(whole, return_inverse=True)[1].reshape(-1).astype(np.int64))
     first, faces = merged_corners(columns)
     chosen = picked[first]
     return ReadPart(
@@ -226,10 +220,3 @@ def part_of_corners(
         normals=None if normals is None else normals[chosen],
         colors=None if colors is None else colors[chosen],
     )
-
-
-def _row_numbers(values: np.ndarray[tuple[int, int], np.dtype[np.generic]]) -> Ints:
-    """(N,) the same number for equal rows, by their bits, so that NaN equals itself."""
-    rows = np.ascontiguousarray(values)
-    whole = rows.view(np.dtype((np.void, rows.dtype.itemsize * rows.shape[1]))).reshape(-1)
-    return np.unique(whole, return_inverse=True)[1].reshape(-1).astype(np.int64)

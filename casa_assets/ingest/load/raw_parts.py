@@ -13,8 +13,7 @@ from casa_assets.core.numeric import Floats, Ints, about_axis
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.formats import Format
-from casa_assets.ingest.load.notes import Notes
-from casa_assets.ingest.load.text import UniqueNames
+from casa_assets.ingest.load.text import Notes, UniqueNames
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.source import RawModel, RawPart, Up
@@ -91,7 +90,10 @@ def raw_model(
     parts: list[RawPart] = []
     total = dropped = 0
     for part in read_parts:
-        is_usable = _usable_faces(part)
+        # all three vertices of a face are finite and near enough to be meant
+        with np.errstate(invalid="ignore"):
+            is_near = np.asarray((np.abs(part.vertices) < MAX_COORDINATE).all(axis=1))
+        is_usable = np.asarray(is_near[part.faces].all(axis=1)) if len(part.faces) else np.zeros(0, dtype=bool)
         total += len(is_usable)
         lost = int(len(is_usable) - is_usable.sum())
         dropped += lost
@@ -107,7 +109,18 @@ def raw_model(
         if vertices:
             raise Rejected(codes.NO_FACES, f"{name}: {vertices} vertices but no triangle; export a surface mesh")
         raise Rejected(codes.NO_GEOMETRY, f"{name}: holds no mesh; export the object itself")
-    _remark_coarse(parts, notes)
+    # lies so far from the origin that single precision is coarse, and was stored in it
+    lower = np.min([part.mesh.vertices.min(axis=0) for part in parts], axis=0)
+    upper = np.max([part.mesh.vertices.max(axis=0) for part in parts], axis=0)
+    extent, reach = float((upper - lower).max()), float(max(np.abs(lower).max(), np.abs(upper).max()))
+    step = float(np.spacing(np.float32(reach)))
+    if step > COARSE_STEP_RATIO * extent > 0.0 and all(
+        np.array_equal(p.mesh.vertices, p.mesh.vertices.astype(np.float32)) for p in parts
+    ):
+        message = (
+            f"it lies {reach:.3g} units off the origin, where coordinates come in steps of {step / extent:.1%} of it"
+        )
+        notes.add(codes.PRECISION_LOST, "vertices", message)
     return RawModel(
         parts=tuple(parts),
         metres_per_unit=metres_per_unit,
@@ -118,32 +131,17 @@ def raw_model(
     )
 
 
-def _remark_coarse(parts: Sequence[RawPart], notes: Notes) -> None:
-    """Add a note if the mesh lies so far from the origin that single precision is coarse, and was stored in it."""
-    lower = np.min([part.mesh.vertices.min(axis=0) for part in parts], axis=0)
-    upper = np.max([part.mesh.vertices.max(axis=0) for part in parts], axis=0)
-    extent, reach = float((upper - lower).max()), float(max(np.abs(lower).max(), np.abs(upper).max()))
-    step = float(np.spacing(np.float32(reach)))
-    if not step > COARSE_STEP_RATIO * extent > 0.0:
-        return
-    if all(np.array_equal(p.mesh.vertices, p.mesh.vertices.astype(np.float32)) for p in parts):
-        message = (
-            f"it lies {reach:.3g} units off the origin, where coordinates come in steps of {step / extent:.1%} of it"
-        )
-        notes.add(codes.PRECISION_LOST, "vertices", message)
-
-
-def _usable_faces(part: ReadPart) -> npt.NDArray[np.bool_]:
-    """(F,) whether all three vertices of a face are finite and near enough to be meant."""
-    with np.errstate(invalid="ignore"):
-        is_near = np.asarray((np.abs(part.vertices) < MAX_COORDINATE).all(axis=1))
-    return np.asarray(is_near[part.faces].all(axis=1)) if len(part.faces) else np.zeros(0, dtype=bool)
-
-
 def _part(part: ReadPart, is_usable: npt.NDArray[np.bool_], names: UniqueNames, notes: Notes) -> RawPart:
     faces = part.faces if is_usable.all() else part.faces[is_usable]
     used, compact = used_vertices(faces, len(part.vertices))
-    uv = None if part.uv is None else _finite_uv(part.uv[used], part.name, notes)
+    uv = None if part.uv is None else part.uv[used]
+    if uv is not None:
+        with np.errstate(invalid="ignore"):
+            is_finite = np.asarray((np.abs(uv) < MAX_UV).all(axis=1))
+        if not is_finite.all():
+            message = f"{int((~is_finite).sum())} texture coordinates are NaN or absurd; set to 0"
+            notes.add(codes.BAD_UV, part.name, message)
+            uv = np.where(is_finite[:, None], uv, 0.0)
     normals = None
     if part.normals is not None:
         normals = _unit(part.normals[used], part.vertices[used], compact, part.name, notes)
@@ -178,15 +176,6 @@ def used_vertices(faces: Ints, count: int) -> tuple[Ints, Ints]:
     return used, place[faces]
 
 
-def _finite_uv(uv: Floats, name: str, notes: Notes) -> Floats:
-    with np.errstate(invalid="ignore"):
-        is_finite = np.asarray((np.abs(uv) < MAX_UV).all(axis=1))
-    if is_finite.all():
-        return uv
-    notes.add(codes.BAD_UV, name, f"{int((~is_finite).sum())} texture coordinates are NaN or absurd; set to 0")
-    return np.where(is_finite[:, None], uv, 0.0)
-
-
 def _unit(normals: Floats, vertices: Floats, faces: Ints, name: str, notes: Notes) -> Floats | None:
     """(V, 3) unit normals; a few bad ones are replaced. None if many are bad, so that all are recomputed later."""
     with np.errstate(invalid="ignore", over="ignore"):
@@ -198,22 +187,17 @@ def _unit(normals: Floats, vertices: Floats, faces: Ints, name: str, notes: Note
         notes.add(codes.BAD_NORMALS, name, f"{int(is_bad.sum())} normals are zero or NaN; all are computed anew")
         return None
     notes.add(codes.BAD_NORMALS, name, f"{int(is_bad.sum())} normals are zero or NaN; those are replaced")
-    repaired = np.where(is_bad[:, None], _vertex_normals(vertices, faces), normals)
+    with np.errstate(invalid="ignore", over="ignore"):
+        a, b, c = (vertices[faces[:, i]] for i in range(3))
+        area = np.cross(b - a, c - a)
+    around = np.zeros_like(vertices)  # sums of the area vectors of the faces around each vertex
+    for i in range(3):
+        np.add.at(around, faces[:, i], area)
+    repaired = np.where(is_bad[:, None], around, normals)
     repaired_length = np.linalg.norm(repaired, axis=1)
     is_zero = ~(np.isfinite(repaired_length) & (repaired_length > 0.0))
     repaired[is_zero], repaired_length[is_zero] = (0.0, 0.0, 1.0), 1.0
     return np.asarray(repaired / repaired_length[:, None])
-
-
-def _vertex_normals(vertices: Floats, faces: Ints) -> Floats:
-    """(V, 3) sums of the area vectors of the faces around each vertex."""
-    with np.errstate(invalid="ignore", over="ignore"):
-        a, b, c = (vertices[faces[:, i]] for i in range(3))
-        area = np.cross(b - a, c - a)
-    out = np.zeros_like(vertices)
-    for i in range(3):
-        np.add.at(out, faces[:, i], area)
-    return out
 
 
 def transformed(vertices: Floats, normals: Floats | None, matrix: Floats) -> tuple[Floats, Floats | None, bool]:

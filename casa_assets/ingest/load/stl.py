@@ -10,9 +10,8 @@ import numpy as np
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.formats import Format, Reference, is_binary_stl
-from casa_assets.ingest.load.notes import Notes, printable
 from casa_assets.ingest.load.raw_parts import ReadPart, check_face_count, raw_model
-from casa_assets.ingest.load.text import decode, normalize_text, numbers
+from casa_assets.ingest.load.text import Notes, decode, normalize_text, numbers, printable
 from casa_assets.model.asset.material import Material
 from casa_assets.model.source import Bundle, RawModel
 
@@ -25,11 +24,7 @@ def references(data: bytes, name: str) -> list[Reference]:
 
 
 def load(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawModel:
-    """RawModel of an STL; it declares neither unit nor up axis, and its facet normals are recomputed.
-
-    Raises:
-        Rejected: TRUNCATED, LENGTH_MISMATCH, BAD_NUMBER, TOO_LARGE, NO_FACES, NO_GEOMETRY, NON_FINITE.
-    """
+    """RawModel of an STL; it declares neither unit nor up axis, and its facet normals are recomputed."""
     name = printable(bundle.main)
     data = bundle.files[bundle.main]
     if data.lstrip()[:5].lower() == b"solid" and not is_binary_stl(data):
@@ -65,10 +60,10 @@ def _text(data: bytes, limits: Mapping[str, float], name: str) -> list[ReadPart]
         elif key == b"vertex" and solids:
             solids[-1][1].append(words[1] if len(words) > 1 else b"")
     check_face_count(sum(len(rows) for _, rows in solids) // 3, limits, name)
-    if data.rstrip()[-400:].lower().find(b"endsolid") < 0 and any(rows for _, rows in solids):
-        raise Rejected(codes.TRUNCATED, f"{name}: the text STL has no `endsolid`; fetch it again")
     if not any(rows for _, rows in solids):
         raise Rejected(codes.EMPTY_FILE, f"{name}: a solid without a single facet; fetch or export it again")
+    if b"endsolid" not in data.rstrip()[-400:].lower():
+        raise Rejected(codes.TRUNCATED, f"{name}: the text STL has no `endsolid`; fetch it again")
     out = []
     for title, rows in solids:
         if len(rows) % 3:

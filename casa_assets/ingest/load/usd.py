@@ -14,6 +14,7 @@ import struct
 import tempfile
 import zipfile
 from collections.abc import Iterator, Mapping
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -23,15 +24,16 @@ from pxr import Sdf, Tf, Usd, UsdGeom, UsdShade
 from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
-from casa_assets.ingest.load.formats import Format, Reference, Role
-from casa_assets.ingest.load.materials import Look, Materials, srgb_bytes_from_linear
-from casa_assets.ingest.load.notes import Notes, printable
+from casa_assets.ingest.load.formats import PACKED_FAULTS, Format, Reference, Role
+from casa_assets.ingest.load.materials import Look, Materials, rgba_of_linear
 from casa_assets.ingest.load.polygons import cut_polygons, part_of_corners
 from casa_assets.ingest.load.raw_parts import Bytes, ReadPart, check_face_count, raw_model, transformed
+from casa_assets.ingest.load.text import Notes, printable
 from casa_assets.model.asset.material import Material
 from casa_assets.model.source import Bundle, RawModel, Up
 
 MAGIC = b"PXR-USDC"
+LAYERS = (MAGIC, b"#usda")
 # A crate has six sections; others may come.
 MAX_SECTIONS = 64
 # Whole numbers take a quarter of a byte at least, and LZ4 packs 255 to one at most.
@@ -44,13 +46,11 @@ DEEPEST_PRIM = 200
 MOST_UP = 8
 # What the library of USD raises on files that are broken.
 FAULTS = (Tf.ErrorException, RuntimeError, UnicodeError, OverflowError, MemoryError, OSError)
-_OUTSIDE = re.compile(r"^([A-Za-z][A-Za-z0-9+.-]*:|/|\\|`|~)|\[|\]|\0")
 UV = "st"
 # Steps from a surface to its picture: a graph may be a circle.
 MAX_STEPS = 8
 # Prims of a stage with its instances expanded; references that double at each of many levels make more.
 MAX_PRIMS = 20_000
-_UPS = {"Y": Up.Y, "Z": Up.Z}
 _LEFT_OUT = {
     "PointInstancer": "points at which things are repeated are left out; make instances of them real",
     "BasisCurves": "curves are left out; convert them to meshes",
@@ -60,12 +60,9 @@ _LEFT_OUT = {
 
 
 def check_crate(data: bytes, name: str) -> None:
-    """Look at where the sections of a crate lie, and at how many items each claims. Text layers pass.
+    """Look at where the sections of a crate lie, and at how many items each claims. Text layers pass. Raises Rejected.
 
     Ref: OpenUSD, pxr/usd/sdf/crateFile.h: magic, version, place of the table; each section begins with its count.
-
-    Raises:
-        Rejected: TRUNCATED, LENGTH_MISMATCH.
     """
     if not data.startswith(MAGIC):
         return
@@ -94,11 +91,7 @@ def _mismatch(label: bytes, why: str, name: str) -> Rejected:
 
 
 def unpacked(data: bytes, main: str, limits: Mapping[str, float], name: str) -> tuple[str, dict[str, bytes]]:
-    """Main layer and members of a USDZ package; a bare layer is its own only member.
-
-    Raises:
-        Rejected: BAD_ARCHIVE, PATH_TRAVERSAL, TOO_LARGE, WRONG_TYPE.
-    """
+    """Main layer and members of a USDZ package; a bare layer is its own only member. Raises Rejected."""
     if not data.startswith(b"PK"):
         return main, {main: data}
     members: dict[str, bytes] = {}
@@ -113,7 +106,7 @@ def unpacked(data: bytes, main: str, limits: Mapping[str, float], name: str) -> 
                 if not info.is_dir():
                     with archive.open(info) as stream:
                         members[path] = stream.read(info.file_size)
-    except (zipfile.BadZipFile, ValueError, OSError, EOFError, RuntimeError, struct.error) as error:
+    except PACKED_FAULTS as error:
         message = f"{name}: the package cannot be unpacked ({printable(str(error), 80)}); fetch it again"
         raise Rejected(codes.BAD_ARCHIVE, message) from error
     first = next(iter(members), "")
@@ -123,13 +116,9 @@ def unpacked(data: bytes, main: str, limits: Mapping[str, float], name: str) -> 
 
 
 def inside(path: str, name: str, most_up: int = MOST_UP) -> str:
-    """A path, normalised, that begins with no more than `most_up` steps up.
-
-    Raises:
-        Rejected: PATH_TRAVERSAL, NETWORK_URI.
-    """
+    """A path, normalised, that begins with no more than `most_up` steps up. Raises Rejected."""
     plain = posixpath.normpath(path.replace("\\", "/"))
-    if _OUTSIDE.search(path) or plain.split("/").count("..") > most_up:
+    if re.search(r"^([A-Za-z][A-Za-z0-9+.-]*:|/|\\|`|~)|\[|\]|\0", path) or plain.split("/").count("..") > most_up:
         message = f"{name}: {printable(path, 80)!r} lies outside of the package; put the file into it"
         code = codes.NETWORK_URI if re.match(r"[A-Za-z][A-Za-z0-9+.-]+://", path) else codes.PATH_TRAVERSAL
         raise Rejected(code, message)
@@ -161,11 +150,10 @@ def references(data: bytes, name: str) -> list[Reference]:
 def _opened(data: bytes, name: str, folder: Path) -> Sdf.Layer:
     """A layer by itself: nothing that it names is opened. Raises Rejected SCENE_UNREADABLE."""
     check_crate(data, name)
-    suffix = ".usdc" if data.startswith(b"PXR-USDC") else ".usda"
-    copy = folder / f"layer{suffix}"
+    copy = folder / ("layer.usdc" if data.startswith(MAGIC) else "layer.usda")
     copy.write_bytes(data)
     try:
-        layer = Sdf.Layer.OpenAsAnonymous(str(copy)) if data.startswith((b"PXR-USDC", b"#usda")) else None
+        layer = Sdf.Layer.OpenAsAnonymous(str(copy)) if data.startswith(LAYERS) else None
     finally:
         copy.unlink()
     if layer is None:
@@ -190,7 +178,7 @@ def checked(layer: Sdf.Layer, path: str, members: Mapping[str, bytes], name: str
         if place not in members:
             message = f"{name}: the layer {printable(wanted, 80)!r} is missing; put it beside the file"
             raise Rejected(codes.MISSING_FILE, message)
-        if not members[place].startswith((b"PXR-USDC", b"#usda")):
+        if not members[place].startswith(LAYERS):
             message = f"{name}: {printable(wanted, 80)!r} is no USD layer; flatten the stage and export it again"
             raise Rejected(codes.SCENE_UNREADABLE, message)
 
@@ -227,18 +215,16 @@ class UsdMaterials:
 
     def __init__(self, materials: Materials, members: Mapping[str, bytes], folder: str) -> None:
         self._materials, self._members, self._folder = materials, members, folder
-        self._uv: dict[object, str] = {}
+        self._made: dict[object, tuple[Material, str]] = {}
 
     def of(self, prim: Usd.Prim, is_colored: bool) -> tuple[Material, str]:
         """Material of a mesh or of a subset of it, and the name of its texture coordinates."""
         bound = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial()[0]
         key = (str(bound.GetPath()) if bound else str(prim.GetPath()), is_colored)
-        known = self._materials.knows(key)
-        if known is None:
+        if key not in self._made:
             look, uv = self._look(bound) if bound else (_display_look(prim, is_colored), UV)
-            self._uv[key] = uv
-            known = self._materials.material(key, look)
-        return known, self._uv[key]
+            self._made[key] = self._materials.material(key, lambda: look), uv
+        return self._made[key]
 
     def _look(self, material: UsdShade.Material) -> tuple[Look, str]:
         name = material.GetPrim().GetName()
@@ -269,25 +255,16 @@ class UsdMaterials:
             return None, UV
         file = _value(source, "file", None)
         written = str(file.path) if isinstance(file, Sdf.AssetPath) else ""
-        data = self._bytes(written)
-        return ((written, data) if data else None), self._uv_name(source)
-
-    def _bytes(self, written: str) -> bytes | None:
         near = posixpath.normpath(posixpath.join(self._folder, written))
-        for path in (near, posixpath.normpath(written), written):
-            if path in self._members:
-                return self._members[path]
-        return None
-
-    def _uv_name(self, texture: UsdShade.Shader) -> str:
-        reader = _source(texture, "st")
+        paths = (near, posixpath.normpath(written), written)
+        data = next((self._members[path] for path in paths if path in self._members), None)
+        reader = _source(source, "st")
         for _ in range(MAX_STEPS):
-            if reader is None:
-                return UV
-            if reader.GetInput("varname"):
-                return str(_value(reader, "varname", UV) or UV)
+            if reader is None or reader.GetInput("varname"):
+                break
             reader = _source(reader, "in")
-        return UV
+        uv = UV if reader is None else str(_value(reader, "varname", UV) or UV)
+        return ((written, data) if data else None), uv
 
 
 def named_values(prim: Usd.Prim, name: str, width: int, corners: Ints, counts: Ints) -> Floats | None:
@@ -304,8 +281,7 @@ def named_values(prim: Usd.Prim, name: str, width: int, corners: Ints, counts: I
     if not primvar or not len(corners):
         return None
     at = Usd.TimeCode.EarliestTime()
-    raw = primvar.Get(at)
-    values = np.asarray(raw, dtype=np.float64).reshape(-1, width) if _fits(raw, width) else np.zeros((0, width))
+    values = _array(primvar.Get(at), width)
     if primvar.IsIndexed():
         indices = np.asarray(primvar.GetIndices(at) or [], dtype=np.int64).reshape(-1)
         if not len(values) or not len(indices) or not 0 <= int(indices.min()) <= int(indices.max()) < len(values):
@@ -320,21 +296,14 @@ def named_values(prim: Usd.Prim, name: str, width: int, corners: Ints, counts: I
     return values[spread] if is_good else None
 
 
-def _fits(raw: Any, width: int) -> bool:
-    try:
-        return np.asarray(raw, dtype=np.float64).size % width == 0 and raw is not None
-    except (TypeError, ValueError):
-        return False
-
-
 def _display_look(prim: Usd.Prim, is_colored: bool) -> Look:
     """Look of a mesh without a material: its display colour, where it is one for the whole mesh."""
     if is_colored:
         return Look("material", (1.0, 1.0, 1.0))
     primvar = UsdGeom.PrimvarsAPI(prim).FindPrimvarWithInheritance("displayColor")
     raw = primvar.Get(Usd.TimeCode.EarliestTime()) if primvar else None
-    shades = np.asarray(raw, dtype=np.float64).reshape(-1) if raw is not None and _fits(raw, 3) else np.zeros(0)
-    return Look("display_color", _triple(shades[:3])) if len(shades) >= 3 else Look("material")
+    shades = _array(raw, 3)
+    return Look("display_color", _triple(shades[0])) if len(shades) else Look("material")
 
 
 def _source(shader: UsdShade.Shader, entry: str) -> UsdShade.Shader | None:
@@ -373,10 +342,6 @@ def load(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawModel:
     """RawModel of a USD, USDA, USDC or USDZ: its stated unit (none stated: centimetres, as USD has it) and up axis.
 
     The layers are written into a temporary folder, as the library of USD reads no bytes.
-
-    Raises:
-        Rejected: SCENE_UNREADABLE, BAD_ARCHIVE, PATH_TRAVERSAL, NETWORK_URI, MISSING_FILE, TOO_LARGE, OUT_OF_BOUNDS,
-            NO_GEOMETRY, NO_FACES, NON_FINITE.
     """
     name = printable(bundle.main)
     main, members = unpacked(bundle.files[bundle.main], bundle.main, limits, name)
@@ -387,7 +352,7 @@ def load(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawModel:
         try:
             stage = _open(posixpath.normpath(main), members, Path(folder, *(["_"] * MOST_UP)), name)
             parts = [part for prim in _prims(stage, notes, name) for part in reader.parts(prim)]
-            up = _UPS.get(str(UsdGeom.GetStageUpAxis(stage)).upper())
+            up = {"Y": Up.Y, "Z": Up.Z}.get(str(UsdGeom.GetStageUpAxis(stage)).upper())
             metres = float(UsdGeom.GetStageMetersPerUnit(stage))
         except FAULTS as error:  # a crate is read piece by piece, so that a broken one may be found at any of these
             raise broken(name) from error
@@ -399,7 +364,7 @@ def _open(main: str, members: Mapping[str, bytes], folder: Path, name: str) -> U
     """The stage; its layers were looked at, each by itself, and name none but each other."""
     kept: list[Sdf.Layer] = []
     for path, data in members.items():
-        if data.startswith((b"PXR-USDC", b"#usda")):
+        if data.startswith(LAYERS):
             check_crate(data, name)
             place = folder / inside(path, name)
             place.parent.mkdir(parents=True, exist_ok=True)
@@ -420,9 +385,8 @@ def _open(main: str, members: Mapping[str, bytes], folder: Path, name: str) -> U
 def _prims(stage: Usd.Stage, notes: Notes, name: str) -> Iterator[UsdGeom.Mesh]:
     """Meshes that are shown, those of instances too."""
     every = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
-    for number, _ in enumerate(Usd.PrimRange.Stage(stage, every), start=1):
-        if number > MAX_PRIMS:
-            raise Rejected(codes.TOO_LARGE, f"{name}: more than {MAX_PRIMS} prims; export one object alone")
+    if sum(1 for _ in islice(iter(Usd.PrimRange.Stage(stage, every)), MAX_PRIMS + 1)) > MAX_PRIMS:
+        raise Rejected(codes.TOO_LARGE, f"{name}: more than {MAX_PRIMS} prims; export one object alone")
     prims = iter(Usd.PrimRange.Stage(stage, every))
     for prim in prims:
         kind = str(prim.GetTypeName())
@@ -463,8 +427,14 @@ class _Reader:
         triangles, owner = cut_polygons(points, corners, counts, self._limits, self._notes, self._name)
         self._faces += len(triangles)
         check_face_count(self._faces, self._limits, self._name)
-        triangles, owner = self._without_holes(mesh, triangles, owner)
-        self._remark(mesh)
+        is_kept = ~np.isin(owner, _array(mesh.GetHoleIndicesAttr().Get(at), 1).reshape(-1))
+        triangles, owner = triangles[is_kept], owner[is_kept]
+        scheme = mesh.GetSubdivisionSchemeAttr()
+        if scheme.HasAuthoredValue() and scheme.Get() not in (UsdGeom.Tokens.none, None):
+            message = f"subdivision ({printable(str(scheme.Get()), 20)}) is not carried out; the mesh is read as stored"
+            self._notes.add(codes.FEATURE_IGNORED, "subdivision", message)
+        if mesh.GetPointsAttr().GetNumTimeSamples() > 1:
+            self._notes.add(codes.FEATURE_IGNORED, "animation", "moving points are left out; the first pose is read")
         world = np.array(UsdGeom.Xformable(prim).ComputeLocalToWorldTransform(at), dtype=np.float64).T
         normals = self._normals(mesh, points, corners, counts)
         points, moved, is_mirrored = transformed(points, normals, world)
@@ -474,19 +444,6 @@ class _Reader:
         for material, uv_name, chosen in self._by_material(mesh, owner, len(counts), colors is not None):
             uv = named_values(prim, uv_name, 2, corners, counts)
             yield part_of_corners(label, points, corners, triangles[chosen], material, uv, moved, colors)
-
-    def _without_holes(self, mesh: UsdGeom.Mesh, triangles: Ints, owner: Ints) -> tuple[Ints, Ints]:
-        holes = _array(mesh.GetHoleIndicesAttr().Get(Usd.TimeCode.EarliestTime()), 1).reshape(-1)
-        is_kept = ~np.isin(owner, holes)
-        return triangles[is_kept], owner[is_kept]
-
-    def _remark(self, mesh: UsdGeom.Mesh) -> None:
-        scheme = mesh.GetSubdivisionSchemeAttr()
-        if scheme.HasAuthoredValue() and scheme.Get() not in (UsdGeom.Tokens.none, None):
-            message = f"subdivision ({printable(str(scheme.Get()), 20)}) is not carried out; the mesh is read as stored"
-            self._notes.add(codes.FEATURE_IGNORED, "subdivision", message)
-        if mesh.GetPointsAttr().GetNumTimeSamples() > 1:
-            self._notes.add(codes.FEATURE_IGNORED, "animation", "moving points are left out; the first pose is read")
 
     def _normals(self, mesh: UsdGeom.Mesh, points: Floats, corners: Ints, counts: Ints) -> Floats | None:
         found = named_values(mesh.GetPrim(), "normals", 3, corners, counts)
@@ -505,9 +462,7 @@ class _Reader:
         values = named_values(mesh.GetPrim(), "displayColor", 3, corners, counts)
         if values is None or not np.isfinite(values).all():
             return None
-        out = np.full((len(values), 4), 255, dtype=np.uint8)
-        out[:, :3] = srgb_bytes_from_linear(values)
-        return out
+        return rgba_of_linear(values)
 
     def _by_material(
         self, mesh: UsdGeom.Mesh, owner: Ints, count: int, is_colored: bool

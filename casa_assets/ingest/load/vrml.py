@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -16,15 +17,243 @@ from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.formats import Format, Reference, Role
 from casa_assets.ingest.load.gltf_document import data_uri
-from casa_assets.ingest.load.guarded_xml import Element, local_name, parse_xml
+from casa_assets.ingest.load.guarded_xml import Element, local_name, number_of, parse_xml
 from casa_assets.ingest.load.materials import Look, Materials, linear_from_srgb, roughness_of_shininess
-from casa_assets.ingest.load.notes import Notes, printable
-from casa_assets.ingest.load.polygons import cut_polygons, part_of_corners
-from casa_assets.ingest.load.raw_parts import ReadPart, check_face_count, raw_model, transformed, turn
-from casa_assets.ingest.load.text import decode
-from casa_assets.ingest.load.vrml_shapes import DEEPEST, LEFT_OUT, Faces, Node, faces_of
-from casa_assets.model.asset.material import Material
+from casa_assets.ingest.load.polygons import cut_polygons, fan, part_of_corners, strip
+from casa_assets.ingest.load.raw_parts import Bytes, ReadPart, check_face_count, raw_model, rgba, transformed, turn
+from casa_assets.ingest.load.text import Notes, decode, printable
 from casa_assets.model.source import Bundle, RawModel, Up
+
+# Scenes are a dozen deep. Text is read by functions that call each other, four for a level, and Python ends at 1000.
+DEEPEST = 150
+# Sides of a round shape; a choice.
+SIDES = 32
+LEFT_OUT: Mapping[str, str] = {
+    "Extrusion": "an extrusion without a mesh; convert it to one",
+    "ElevationGrid": "a relief without a mesh; convert it to one",
+    "Text": "text is left out",
+    "IndexedLineSet": "lines are left out",
+    "LineSet": "lines are left out",
+    "PointSet": "points are left out",
+    "NurbsPatchSurface": "NURBS are left out; convert them to meshes",
+}
+
+
+@dataclass(eq=False)
+class Node:
+    """A node of the scene.
+
+    Attributes:
+        kind: such as `IndexedFaceSet`.
+        name: that others use it by (DEF), or empty.
+        fields: name -> text of its value, numbers and strings as written.
+        nodes: name of the field -> nodes in it; of X3D, whose fields may go unnamed, all under `children`.
+    """
+
+    kind: str
+    name: str = ""
+    fields: dict[str, str] = field(default_factory=dict)
+    nodes: dict[str, list[Node]] = field(default_factory=dict)
+
+    def all(self) -> Iterator[Node]:
+        """Nodes in any field, in order."""
+        for found in self.nodes.values():
+            yield from found
+
+    def first(self, *kinds: str) -> Node | None:
+        """First node of one of these kinds in any field, or None."""
+        return next((node for node in self.all() if node.kind in kinds), None)
+
+    def flag(self, name: str, default: bool) -> bool:
+        """Truth value; the default where it is not written."""
+        return self.fields.get(name, str(default)).strip().lower() == "true"
+
+    def floats(self, name: str) -> Floats:
+        """(N,) numbers; what is not a number becomes NaN."""
+        words = self.fields.get(name, "").replace(",", " ").split()
+        try:
+            return np.array(words, dtype=np.float64)
+        except ValueError:
+            return np.array([number_of(word) for word in words])
+
+    def integers(self, name: str) -> Ints:
+        """(N,) whole numbers; other words, and numbers of 2**31 or more, become -2, which is no point's index."""
+        values = self.floats(name)
+        is_whole = np.isfinite(values) & (np.abs(values) < 2**31)
+        return np.where(is_whole, np.where(is_whole, values, 0.0), -2.0).astype(np.int64)
+
+    def vector(self, name: str, default: tuple[float, ...]) -> Floats:
+        """Numbers, as many as the default has, or the default."""
+        values = self.floats(name)
+        return values if len(values) == len(default) and np.isfinite(values).all() else np.array(default)
+
+    def number(self, name: str, default: float) -> float:
+        """One number, or the default."""
+        return float(self.vector(name, (default,))[0])
+
+    def texts(self, name: str) -> list[str]:
+        """Strings of a list of strings, quoted or bare."""
+        text = self.fields.get(name, "").strip()
+        if '"' not in text:
+            return [text] if text else []
+        return [word for word in text.split('"')[1::2] if word]
+
+
+@dataclass(frozen=True)
+class Faces:
+    """Polygons.
+
+    Attributes:
+        points: (P, 3). corners: (C,) point of each corner. counts: (F,) corners of each polygon.
+        uv, normals, colors: (C, 2), (C, 3), (C, 4) uint8 sRGB of each corner, or None.
+    """
+
+    points: Floats
+    corners: Ints
+    counts: Ints
+    uv: Floats | None = None
+    normals: Floats | None = None
+    colors: Bytes | None = None
+
+
+def faces_of(node: Node) -> Faces | None:
+    """Polygons of a geometry node; None if it is not a surface that is read."""
+    if node.kind == "IndexedFaceSet":
+        return _indexed(node, *_rows(node.integers("coordIndex")))
+    kind = node.kind.removeprefix("Indexed")
+    if kind in _SETS:
+        index = np.arange(len(_points(node))) if kind == node.kind else node.integers("index")
+        size, triangles, lengths = _SETS[kind]
+        if triangles is not None:
+            runs = [run[triangles(len(run))].reshape(-1) for run in _runs(node, index, lengths)]
+            index = np.concatenate([np.zeros(0, dtype=np.int64), *runs])
+        corners = index[: len(index) // size * size]
+        counts = np.full(len(corners) // size, size)
+        return _indexed(node, corners, counts, np.arange(len(corners)), is_plain=True)
+    if node.kind in _SOLIDS:
+        return _SOLIDS[node.kind](node)
+    return None
+
+
+def _points(node: Node) -> Floats:
+    found = node.first("Coordinate", "CoordinateDouble")
+    flat = found.floats("point") if found is not None else np.zeros(0)
+    return flat[: len(flat) // 3 * 3].reshape(-1, 3)
+
+
+def _rows(index: Ints) -> tuple[Ints, Ints, Ints]:
+    """Corners, corners of each polygon, and the places of the corners among numbers that -1 parts."""
+    places = np.flatnonzero(index != -1)
+    owner = np.cumsum(index == -1)[places]
+    counts = np.bincount(owner, minlength=int(owner[-1]) + 1) if len(owner) else np.zeros(0, dtype=np.int64)
+    return index[places], counts, places
+
+
+def _indexed(node: Node, corners: Ints, counts: Ints, places: Ints, is_plain: bool = False) -> Faces:
+    """Polygons with the texture coordinates, normals and colours that the node gives for their corners.
+
+    Args:
+        places: (C,) position of each corner among the numbers of `coordIndex`. is_plain: there is no other index.
+    """
+
+    def spread(kind: tuple[str, ...], field: str, width: int, index: str, per: str) -> Floats | None:
+        found = node.first(*kind) or (node.first("MultiTextureCoordinate") or Node("")).first(*kind)
+        if found is None:
+            return None
+        flat = found.floats(field)
+        values = flat[: len(flat) // width * width].reshape(-1, width)
+        wanted = np.zeros(0, dtype=np.int64) if is_plain else node.integers(index)
+        if per and not node.flag(per, default=True):
+            # One value for each polygon, in their order or by the numbers given.
+            owner = np.repeat(np.arange(len(counts)), counts)
+            given = wanted[wanted != -1]
+            chosen = given[owner] if len(given) > int(owner.max(initial=-1)) else owner
+        elif len(wanted):
+            if len(wanted) <= int(places.max(initial=-1)):
+                return None
+            chosen = wanted[places]
+        else:
+            chosen = corners
+        is_good = len(chosen) and 0 <= int(chosen.min()) <= int(chosen.max()) < len(values)
+        return values[chosen] if is_good else None
+
+    shades = spread(("Color",), "color", 3, "colorIndex", "colorPerVertex")
+    if shades is None:
+        shades = spread(("ColorRGBA",), "color", 4, "colorIndex", "colorPerVertex")
+    return Faces(
+        points=_points(node),
+        corners=corners,
+        counts=counts,
+        uv=spread(("TextureCoordinate",), "point", 2, "texCoordIndex", ""),
+        normals=spread(("Normal",), "vector", 3, "normalIndex", "normalPerVertex"),
+        colors=None if shades is None else rgba(np.nan_to_num(shades) * 255.0),
+    )
+
+
+def _runs(node: Node, index: Ints, field: str) -> list[Ints]:
+    """Runs of corners: parted by -1, or of the lengths that a field has."""
+    if node.kind.startswith("Indexed"):
+        corners, counts, _ = _rows(index)
+        return np.split(corners, np.cumsum(counts)[:-1]) if len(counts) else []
+    ends = np.cumsum(np.clip(node.integers(field), 0, len(index)))
+    return list(np.split(index, ends[ends <= len(index)]))
+
+
+# Kind of a set of triangles or quads -> corners of a polygon; of runs: their triangles, and the field of their lengths.
+_SETS: Mapping[str, tuple[int, Callable[[int], Ints] | None, str]] = {
+    "TriangleSet": (3, None, ""),
+    "QuadSet": (4, None, ""),
+    "TriangleStripSet": (3, strip, "stripCount"),
+    "TriangleFanSet": (3, fan, "fanCount"),
+}
+
+
+def _box(node: Node) -> Faces:
+    size = node.vector("size", (2.0, 2.0, 2.0))
+    points = np.array([(x, y, z) for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)]) * size
+    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    return Faces(points, np.array(quads).reshape(-1), np.full(6, 4))
+
+
+def _turned(profile: list[tuple[float, float]]) -> Faces:
+    """A profile of (radius, height), from the top down, turned about y; where a radius is 0 the end is closed."""
+    angle = np.arange(SIDES) * (2.0 * math.pi / SIDES)
+    rings = [np.column_stack((r * np.sin(angle), np.full(SIDES, h), r * np.cos(angle))) for r, h in profile]
+    quads = []
+    for ring in range(len(profile) - 1):
+        for side in range(SIDES):
+            a, b = ring * SIDES + side, ring * SIDES + (side + 1) % SIDES
+            quads.append((a, a + SIDES, b + SIDES, b))
+    return Faces(np.concatenate(rings), np.array(quads).reshape(-1), np.full(len(quads), 4))
+
+
+def _cylinder(node: Node) -> Faces:
+    r, h = node.number("radius", 1.0), node.number("height", 2.0) / 2
+    ends = (
+        ([(0.0, h)] if node.flag("top", default=True) else []),
+        ([(0.0, -h)] if node.flag("bottom", default=True) else []),
+    )
+    return _turned([*ends[0], (r, h), (r, -h), *ends[1]])
+
+
+def _cone(node: Node) -> Faces:
+    r, h = node.number("bottomRadius", 1.0), node.number("height", 2.0) / 2
+    return _turned([(0.0, h), (r, -h), *([(0.0, -h)] if node.flag("bottom", default=True) else [])])
+
+
+def _sphere(node: Node) -> Faces:
+    r = node.number("radius", 1.0)
+    steps = [math.pi * k / (SIDES // 2) for k in range(SIDES // 2 + 1)]
+    return _turned([(r * math.sin(a), r * math.cos(a)) for a in steps])
+
+
+_SOLIDS: Mapping[str, Callable[[Node], Faces]] = {
+    "Box": _box,
+    "Cylinder": _cylinder,
+    "Cone": _cone,
+    "Sphere": _sphere,
+}
+
 
 _WORD = re.compile(r'"(?:[^"\\]|\\.)*"|[\[\]{}]|[^\s,"\[\]{}#]+|#[^\n]*')
 _NUMBER = re.compile(r"[-+]?(\d|\.\d|inf|nan)", re.IGNORECASE)
@@ -36,11 +265,7 @@ _NEVER = frozenset({"Script", "ProtoDeclare", "ExternProtoDeclare", "ProtoBody",
 
 
 def nodes_of_xml(data: bytes, name: str) -> list[Node]:
-    """Nodes of an X3D scene, and `unit` nodes of its head.
-
-    Raises:
-        Rejected: XML_ENTITY, XML_DEPTH, TRUNCATED, BAD_XML, SCENE_UNREADABLE.
-    """
+    """Nodes of an X3D scene, and `unit` nodes of its head. Raises Rejected."""
     plain = _PLAIN_DOCTYPE.sub(b"", data[:4096], count=1) + data[4096:]
     root = parse_xml(plain, name)
     scene = next((child for child in root if local_name(child) == "Scene"), None)
@@ -66,12 +291,9 @@ def nodes_of_xml(data: bytes, name: str) -> list[Node]:
         if len(stack) > DEEPEST:
             raise _too_deep(name)
         stack.append((iter(element), node))
-    units = [Node("unit", "", {str(k): str(v) for k, v in e.attrib.items()}) for e in root.iter() if _is_unit(e)]
-    return [*top.nodes.get("children", []), *units]
-
-
-def _is_unit(element: Element) -> bool:
-    return local_name(element) == "unit" and element.get("category") == "length"
+    units = [e for e in root.iter() if local_name(e) == "unit" and e.get("category") == "length"]
+    nodes = [Node("unit", "", {str(k): str(v) for k, v in e.attrib.items()}) for e in units]
+    return [*top.nodes.get("children", []), *nodes]
 
 
 def nodes_of_text(data: bytes, name: str) -> list[Node]:
@@ -173,17 +395,10 @@ class _Words:
             node.fields[field] = " ".join(words)
         elif self._next in ("{", "["):
             self._skip_brackets()
-        elif field in ("ROUTE", "IS"):
+        elif field in ("ROUTE", "IS") or self._next == "NULL":
             self._take()
-        elif self._next and self._next != "}":
-            self._add(node, field, self._value_node(depth))
-
-    def _value_node(self, depth: int) -> Node | None:
-        """Read the node of a field; None for NULL, or if another field's name follows, which is not consumed."""
-        if self._next == "NULL":
-            self._take()
-            return None
-        return self._statement(depth + 1) if self._next[:1].isupper() else None
+        elif self._next[:1].isupper():  # else another field's name follows
+            self._add(node, field, self._statement(depth + 1))
 
     def _add(self, node: Node, field: str, child: Node | None) -> None:
         if child is not None:
@@ -232,12 +447,7 @@ def references(data: bytes, name: str) -> list[Reference]:
 
 
 def load(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawModel:
-    """RawModel of a VRML 2.0 or X3D file: metres (or the unit that X3D states), y up, as both formats have it.
-
-    Raises:
-        Rejected: SCENE_UNREADABLE, BAD_SCENE_GRAPH, TRUNCATED, UNSUPPORTED_VERSION, BAD_XML, XML_ENTITY, XML_DEPTH,
-            TOO_LARGE, NO_GEOMETRY, NO_FACES, NON_FINITE.
-    """
+    """RawModel of a VRML 2.0 or X3D file: metres (or the unit that X3D states), y up, as both formats have it."""
     name = printable(bundle.main)
     data = bundle.files[bundle.main]
     nodes = scene_nodes(data, name)
@@ -264,7 +474,12 @@ def _placed(nodes: list[Node], name: str, notes: Notes) -> Iterator[tuple[Node, 
             continue
         if node.kind in _NEVER or node.kind.endswith(("Sensor", "Interpolator")):
             continue
-        _remark(node, notes)
+        if node.kind in ("Inline", "ProtoInstance"):
+            message = "what other files or prototypes hold is left out; merge them first"
+            notes.add(codes.FEATURE_IGNORED, node.kind, message)
+        elif node.kind in ("HAnimHumanoid", "Skin"):
+            message = "a rigged mesh: read as it was modelled, without its rig"
+            notes.add(codes.FEATURE_IGNORED, node.kind, message)
         with np.errstate(all="ignore"):
             here = parent @ _matrix(node)
         waiting += [(child, here, depth + 1) for child in reversed(_shown(node))]
@@ -281,36 +496,19 @@ def _shown(node: Node) -> list[Node]:
     return children
 
 
-def _remark(node: Node, notes: Notes) -> None:
-    if node.kind in ("Inline", "ProtoInstance"):
-        notes.add(codes.FEATURE_IGNORED, node.kind, "what other files or prototypes hold is left out; merge them first")
-    elif node.kind in ("HAnimHumanoid", "Skin"):
-        notes.add(codes.FEATURE_IGNORED, node.kind, "a rigged mesh: read as it was modelled, without its rig")
-
-
 def _matrix(node: Node) -> Floats:
     """(4, 4) parent_from_node of a Transform. Ref: ISO 19775-1, 10.4.4."""
-    out = np.eye(4)
+    moved, center, back, spin, slant, scale = (np.eye(4) for _ in range(6))
     if node.kind not in ("Transform", "HAnimJoint", "HAnimHumanoid"):
-        return out
-    center, scale = _step(node.vector("center", (0.0, 0.0, 0.0))), np.eye(4)
-    spin, slant = _turn(node.vector("rotation", (0, 0, 1, 0))), _turn(node.vector("scaleOrientation", (0, 0, 1, 0)))
+        return moved
+    moved[:3, 3] = node.vector("translation", (0.0, 0.0, 0.0))
+    center[:3, 3] = node.vector("center", (0.0, 0.0, 0.0))
+    back[:3, 3] = -center[:3, 3]
+    for matrix, name in ((spin, "rotation"), (slant, "scaleOrientation")):
+        axis_angle = node.vector(name, (0, 0, 1, 0))
+        matrix[:3, :3] = turn(axis_angle[:3], float(axis_angle[3]))
     scale[:3, :3] = np.diag(node.vector("scale", (1.0, 1.0, 1.0)))
-    moved = _step(node.vector("translation", (0.0, 0.0, 0.0)))
-    back = _step(-node.vector("center", (0.0, 0.0, 0.0)))
     return np.asarray(moved @ center @ spin @ slant @ scale @ slant.T @ back)
-
-
-def _step(offset: Floats) -> Floats:
-    out = np.eye(4)
-    out[:3, 3] = offset
-    return out
-
-
-def _turn(axis_angle: Floats) -> Floats:
-    out = np.eye(4)
-    out[:3, :3] = turn(axis_angle[:3], float(axis_angle[3]))
-    return out
 
 
 class _Reader:
@@ -339,18 +537,16 @@ class _Reader:
         if is_mirrored:
             triangles = triangles[:, ::-1]
         appearance = shape.first("Appearance")
-        material = self._material(appearance, faces.colors is not None)
+        key = (id(appearance), faces.colors is not None)
+        material = self._materials.material(key, lambda: self._look(appearance, faces.colors is not None))
         label = shape.name or geometry.name or "shape"
-        uv = self._laid_out(appearance, faces.uv)
-        yield part_of_corners(label, points, faces.corners, triangles, material, uv, normals, faces.colors)
-
-    def _laid_out(self, appearance: Node | None, uv: Floats | None) -> Floats | None:
-        """Texture coordinates, turned over where a picture is stored so (X3D 4.1, flipVertically)."""
         if appearance is not None and appearance.first("TextureTransform") is not None:
             self._notes.add(codes.FEATURE_IGNORED, "TextureTransform", "a transform of texture coordinates is left out")
-        if uv is None or not any(t.flag("flipVertically", default=False) for t in _textures(appearance)[:1]):
-            return uv
-        return np.column_stack((uv[:, 0], 1.0 - uv[:, 1]))
+        uv = faces.uv
+        # X3D 4.1: a picture that is stored upside down
+        if uv is not None and any(t.flag("flipVertically", default=False) for t in _textures(appearance)[:1]):
+            uv = np.column_stack((uv[:, 0], 1.0 - uv[:, 1]))
+        yield part_of_corners(label, points, faces.corners, triangles, material, uv, normals, faces.colors)
 
     def _cut(self, geometry: Node) -> tuple[Faces, Ints] | None:
         """Faces of a geometry, and its triangles as places in their corners; None if it has no surface."""
@@ -361,10 +557,6 @@ class _Reader:
             return None
         triangles, _ = cut_polygons(faces.points, faces.corners, faces.counts, self._limits, self._notes, self._name)
         return faces, triangles if geometry.flag("ccw", default=True) else triangles[:, ::-1]
-
-    def _material(self, appearance: Node | None, is_colored: bool) -> Material:
-        key = (id(appearance), is_colored)
-        return self._materials.knows(key) or self._materials.material(key, self._look(appearance, is_colored))
 
     def _look(self, appearance: Node | None, is_colored: bool) -> Look:
         source = appearance.first("Material", "PhysicalMaterial", "UnlitMaterial") if appearance is not None else None

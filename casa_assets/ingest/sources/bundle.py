@@ -5,22 +5,22 @@ from __future__ import annotations
 import posixpath
 import re
 from collections.abc import Mapping
+from functools import cached_property
 from pathlib import Path
 from urllib.parse import unquote
 
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
-from casa_assets.ingest.load.dispatch import MAX_REFERENCES, reader_of, references, told_once
+from casa_assets.ingest.load.dispatch import MAX_REFERENCES, each_once, reader_of, references
 from casa_assets.ingest.load.formats import Format, Reference, Role, sniff
-from casa_assets.ingest.load.notes import Notes, printable
 from casa_assets.ingest.load.obj import material_references
-from casa_assets.ingest.sources.containers.place import place_of
+from casa_assets.ingest.load.text import Notes, printable
+from casa_assets.ingest.sources.containers.archive import Archive
+from casa_assets.ingest.sources.containers.table import TablePlace, is_table
 from casa_assets.ingest.sources.found import Found
-from casa_assets.ingest.sources.places import Place
+from casa_assets.ingest.sources.places import Folder, Place, folder_of
 from casa_assets.model.source import Bundle, RawModel
 
-_SCHEME = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+:")
-_DRIVE = re.compile(r"[A-Za-z]:[\\/]")
 # What the mesh cannot do without.
 _REQUIRED = (Role.BUFFER, Role.LAYER)
 # Where exporters put pictures, relative to the mesh. The last is the Gazebo layout.
@@ -83,7 +83,7 @@ class _Collector:
             self._guess_library()
         for name, place in self._libraries:
             try:
-                wanted = told_once(material_references(self.files[name], printable(name)))
+                wanted = each_once(material_references(self.files[name], printable(name)))
             except Rejected as error:
                 self.notes.add(codes.MATERIAL_MISSING, name, f"material file left out: {error.message}")
                 continue
@@ -112,11 +112,8 @@ class _Collector:
         stem = main.rpartition(".")[0].lower()
         fits = [n for n in self._listing(folder) if n.lower() in (f"{stem}.mtl", f"{main.lower()}.mtl")]
         if len(fits) == 1 and fits[0] not in self.files:
-            self.notes.add(
-                codes.MATERIAL_GUESSED,
-                fits[0],
-                f"{printable(fits[0])} is taken for its material file, by name",
-            )
+            message = f"{printable(fits[0])} is taken for its material file, by name"
+            self.notes.add(codes.MATERIAL_GUESSED, fits[0], message)
             self._add(Reference(fits[0], Role.MATERIAL), posixpath.join(folder, fits[0]))
 
     def _add(self, reference: Reference, place: str) -> None:
@@ -147,16 +144,12 @@ class _Collector:
             if place is not None:
                 return place
         if reference.role in _REQUIRED:
-            raise self._bad_buffer(reference, refusal)
+            name, what = printable(reference.name, 80), reference.role.value
+            if not refusal:
+                raise Rejected(codes.MISSING_FILE, f"{what} {name!r} is missing; put it beside the mesh")
+            why = "lies on the network, which is not read" if refusal == codes.NETWORK_URI else "leaves the package"
+            raise Rejected(refusal, f"{what} {name!r} {why}; pack it into the file")
         return self._by_base_name(reference, folder, refusal)
-
-    def _bad_buffer(self, reference: Reference, refusal: str | None) -> Rejected:
-        name, what = printable(reference.name, 80), reference.role.value
-        if refusal == codes.NETWORK_URI:
-            return Rejected(refusal, f"{what} {name!r} lies on the network, which is not read; pack it into the file")
-        if refusal:
-            return Rejected(refusal, f"{what} {name!r} leaves the package; pack it into the file")
-        return Rejected(codes.MISSING_FILE, f"{what} {name!r} is missing; put it beside the mesh")
 
     def _by_base_name(self, reference: Reference, folder: str, refusal: str | None) -> str | None:
         """A file of the same base name where pictures usually lie; else a note."""
@@ -204,8 +197,52 @@ class _Collector:
 def _refusal(name: str) -> str | None:
     """Code of what makes a name unacceptable before the disk is looked at, or None."""
     text = unquote(name).strip()
-    if _DRIVE.match(text) or text.startswith(("/", "\\")):
+    if re.match(r"[A-Za-z]:[\\/]", text) or text.startswith(("/", "\\")):
         return codes.PATH_TRAVERSAL
-    if _SCHEME.match(text):
+    if re.match(r"[A-Za-z][A-Za-z0-9+.-]+:", text):
         return codes.PATH_TRAVERSAL if text.lower().startswith("file:") else codes.NETWORK_URI
     return codes.PATH_TRAVERSAL if "\0" in text else None
+
+
+def place_of(found: Found, looked_at: set[str] | None = None) -> Place:
+    """Where an input and its companions lie.
+
+    Args:
+        looked_at: takes up the paths of all files and folders that are looked at from now on, missing ones too.
+    """
+    folder = folder_of(found.root, looked_at)
+    if not found.archive:
+        return folder
+    if looked_at is not None:
+        looked_at.add(str(found.root / found.archive))
+    if is_table(found.archive):
+        return TablePlace(folder, found.archive, found.main, found.at)
+    return _ArchivePlace(found, folder)
+
+
+class _ArchivePlace:
+    def __init__(self, found: Found, folder: Folder) -> None:
+        self._archive = Archive(found.archive, folder)
+        self._main, self._at = found.main, found.at
+
+    def read(self, path: str, max_bytes: float) -> bytes:
+        return self._archive.read(path, max_bytes, self._at if path == self._main else -1)
+
+    def has(self, path: str) -> bool:
+        folder, name = posixpath.split(path)
+        return name in self._names.get(folder, ())
+
+    def is_inside(self, folder: str) -> bool:
+        return True  # members are names in a list: there are no links among them
+
+    def listing(self, folder: str) -> list[str]:
+        return sorted(self._names.get(folder, ()))
+
+    @cached_property
+    def _names(self) -> dict[str, set[str]]:
+        """Names in each folder; listed only for meshes that refer to other files, as most do not."""
+        names: dict[str, set[str]] = {}
+        for member in self._archive.members():
+            folder, name = posixpath.split(member.path)
+            names.setdefault(folder, set()).add(name)
+        return names

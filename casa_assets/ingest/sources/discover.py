@@ -6,7 +6,7 @@ import hashlib
 import os
 import posixpath
 from collections import Counter
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,21 +14,14 @@ from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.formats import SUFFIXES, suffix_of
 from casa_assets.ingest.sources import manifest, objaverse
-from casa_assets.ingest.sources.bounded_reads import utf8_escaped
-from casa_assets.ingest.sources.containers.archive import archive_suffix
-from casa_assets.ingest.sources.containers.archived import archived
-from casa_assets.ingest.sources.containers.table import is_table
-from casa_assets.ingest.sources.containers.tabled import tabled
-from casa_assets.ingest.sources.found import Found, Refused
-from casa_assets.ingest.sources.other_files import HIDDEN, kind_of_other, unread
-from casa_assets.ingest.sources.package import Package
-from casa_assets.ingest.sources.places import StoreRoot, folder_of
-from casa_assets.ingest.sources.untrusted_fields import unique_hints
+from casa_assets.ingest.sources.containers.archive import archived
+from casa_assets.ingest.sources.containers.table import is_table, tabled
+from casa_assets.ingest.sources.found import HIDDEN, Found, Package, Refused, archive_suffix, kind_of_other, unread
+from casa_assets.ingest.sources.places import StoreRoot, folder_of, utf8_escaped
+from casa_assets.ingest.sources.rows import unique_hints
 from casa_assets.model.source import Source, SourceKind
 
 DEEPEST_FOLDER = 64
-# Folders of the Gazebo and ROS layout, whose textures lie beside the folder: ../materials/textures
-_MESH_FOLDERS = frozenset({"mesh", "meshes"})
 
 
 def discover(roots: Sequence[Path | StoreRoot], others: Counter[str] | None = None) -> Iterator[Found | Refused]:
@@ -49,30 +42,24 @@ def discover(roots: Sequence[Path | StoreRoot], others: Counter[str] | None = No
         for one in _discover(root, Counter() if others is None else others):
             if isinstance(one, Refused):
                 # A digest of the place and the reason, which names the line: there may be very many.
-                place = f"{_refused_place(root, one.path)}\0{one.code}\0{one.message}"
+                place = f"{root}/{one.path}"
+                if isinstance(root, Path):
+                    place = os.path.realpath((root if root.is_dir() else root.parent) / one.path)
+                place += f"\0{one.code}\0{one.message}"
                 digest = hashlib.sha256(place.encode("utf-8", "surrogateescape")).digest()[:16]
                 if digest in refused_digests:
                     continue
                 refused_digests.add(digest)
-            if isinstance(one, Found):
-                key = (_place(one, real_folders), one.source.uid)
-                if key in found_keys:
+            else:
+                # the same for an input by whatever path it is found
+                if isinstance(one.root, Path):
+                    path = _real_path(os.path.join(one.root, one.archive, one.main), real_folders)  # noqa: PTH118
+                else:
+                    path = str(one.root / one.archive / one.main)
+                if (key := (path, one.source.uid)) in found_keys:
                     continue
                 found_keys.add(key)
             yield one
-
-
-def _refused_place(root: Path | StoreRoot, path: str) -> str:
-    if isinstance(root, Path):
-        return os.path.realpath((root if root.is_dir() else root.parent) / path)
-    return f"{root}/{path}"
-
-
-def _place(found: Found, real_folders: dict[str, str]) -> str:
-    """Text that is the same for an input by whatever path it is found; see `_real_path`."""
-    if isinstance(found.root, Path):
-        return _real_path(os.path.join(found.root, found.archive, found.main), real_folders)  # noqa: PTH118
-    return str(found.root / found.archive / found.main)
 
 
 def _real_path(path: str, real_folders: dict[str, str]) -> str:
@@ -95,7 +82,14 @@ def _discover(root: Path | StoreRoot, others: Counter[str]) -> Iterator[Found | 
         is_folder = root.is_dir()
     else:
         place = root
-        is_folder = yield from _opened(root)
+        # a client of stores, which only this needs
+        from casa_assets.ingest.sources.stores import StoreFolder
+
+        folder = StoreFolder(root)
+        is_folder = not folder.is_file()
+        if is_folder:
+            yield from folder.list_all()
+    around = Package(place.parent, "")
     if is_folder:
         inputs = 0
         for one in _folder(Package(place, ""), set(), 0, others):
@@ -104,39 +98,24 @@ def _discover(root: Path | StoreRoot, others: Counter[str]) -> Iterator[Found | 
         if not inputs and suffix_of(place.name) in SUFFIXES:
             message = f"{utf8_escaped(place.name)}: a folder, not a regular file; put the file itself there"
             yield Refused(utf8_escaped(place.name), codes.NOT_A_FILE, message)
-    elif posixpath.splitext(place.name.lower())[1] in (".jsonl", ".json"):
-        yield from _named_manifest(Package(place.parent, ""), place.name)
+    elif posixpath.splitext(place.name.lower())[1] == ".jsonl":
+        yield from manifest.read_lines(around, place.name, is_named=True)
+    elif posixpath.splitext(place.name.lower())[1] == ".json":
+        listed = objaverse.read_xl(around, place.name)
+        yield from listed if listed is not None else manifest.read_list(around, place.name, is_named=True)
     elif archive_suffix(place.name):
-        yield from archived(Package(place.parent, ""), place.name, others)
+        yield from archived(around, place.name, others)
     elif is_table(place.name):
-        yield from tabled(Package(place.parent, ""), place.name, others, is_named=True)
+        yield from tabled(around, place.name, others, is_named=True)
     else:
-        is_in_layout = place.parent.name.lower() in _MESH_FOLDERS
-        package = Package(place.parent.parent if is_in_layout else place.parent, "")
+        # The Gazebo and ROS layout, whose textures lie beside the folder: ../materials/textures
+        is_in_layout = place.parent.name.lower() in ("mesh", "meshes")
+        package = Package(place.parent.parent, "") if is_in_layout else around
         main = f"{place.parent.name}/{place.name}" if is_in_layout else place.name
         one = _loose(package, main)
         if isinstance(one, Found):
             one = Found(one.root, one.main, one.source.replace(path=place.name))
         yield one
-
-
-def _opened(root: StoreRoot) -> Generator[Refused, None, bool]:
-    """List a folder on a store, once for all that follows; returns False for a file. Yields names that no disk has."""
-    from casa_assets.ingest.sources.stores import StoreFolder  # a client of stores, which only this needs
-
-    folder = StoreFolder(root)
-    if folder.is_file():
-        return False
-    yield from folder.list_all()
-    return True
-
-
-def _named_manifest(package: Package, name: str) -> Iterator[Found | Refused]:
-    if name.lower().endswith(".jsonl"):
-        yield from manifest.read_lines(package, name, is_named=True)
-        return
-    listed = objaverse.read_xl(package, name)
-    yield from listed if listed is not None else manifest.read_list(package, name, is_named=True)
 
 
 def _folder(package: Package, claimed: set[str], depth: int, others: Counter[str]) -> Iterator[Found | Refused]:
@@ -212,11 +191,10 @@ def _loose(package: Package, main: str) -> Found | Refused:
     """A mesh file that no package describes: its name and folders are all that is known."""
     path = package.prefix + main
     try:
-        if utf8_escaped(path) != path:
-            raise Rejected(codes.BAD_NAME, f"{utf8_escaped(main)}: the name is not UTF-8; rename the file")
+        package.check_utf8(main)
         package.files.check(main)
     except Rejected as error:
-        return Refused(utf8_escaped(path), error.code, error.message)
+        return package.refuse(main, error)
     stem = posixpath.splitext(posixpath.basename(main))[0]
     folders = posixpath.dirname(path).split("/")[::-1]
     source = Source(kind=SourceKind.FOLDER, path=path, hints=unique_hints([stem], folders, [package.root.name]))

@@ -5,17 +5,14 @@ from __future__ import annotations
 import codecs
 import json
 import posixpath
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import replace
 
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
-from casa_assets.ingest.load.notes import printable
-from casa_assets.ingest.sources.found import Found, Refused
-from casa_assets.ingest.sources.package import Package
-from casa_assets.ingest.sources.rows import check_types, remarks, source_of
-from casa_assets.ingest.sources.untrusted_fields import parse_json, safe_id
-from casa_assets.model.source import Source
+from casa_assets.ingest.load.text import printable
+from casa_assets.ingest.sources.found import Found, Package, Refused
+from casa_assets.ingest.sources.rows import check_types, parse_json, remarks, safe_id, source_of
 
 # Names that announce a manifest, whatever the state of its content.
 NAMES = frozenset({"manifest.jsonl", "manifest.json"})
@@ -120,11 +117,8 @@ class _Rows:
             check_types(row, place)
             main = self._package.file(row.get("file"), place)
             self._ids[uid] = place
-            return replace(self._package.found(main, _source(uid, main, row)), notes=remarks(place, row))
+            stem, folders = posixpath.splitext(posixpath.basename(main))[0], posixpath.dirname(main).split("/")[::-1]
+            source = source_of(row, main, uid, [stem, *folders])
+            return replace(self._package.found(main, source), notes=remarks(place, row))
         except Rejected as error:
             return self._package.refuse(self._name, error)
-
-
-def _source(uid: str, main: str, row: Mapping[str, object]) -> Source:
-    stem, folders = posixpath.splitext(posixpath.basename(main))[0], posixpath.dirname(main).split("/")[::-1]
-    return source_of(row, main, uid, [stem, *folders])

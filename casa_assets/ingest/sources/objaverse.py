@@ -13,13 +13,10 @@ from pathlib import Path
 
 from casa_assets.errors import CasaError, Rejected, UnknownId
 from casa_assets.ingest import rejection_codes as codes
-from casa_assets.ingest.load.notes import printable
-from casa_assets.ingest.sources.bounded_reads import utf8_escaped
-from casa_assets.ingest.sources.found import Found, Refused
-from casa_assets.ingest.sources.licence import spdx_id
-from casa_assets.ingest.sources.package import MAX_INDEX_BYTES, Package
-from casa_assets.ingest.sources.places import Folder
-from casa_assets.ingest.sources.untrusted_fields import parse_json, safe_id, text_field, text_list, unique_hints
+from casa_assets.ingest.load.text import printable
+from casa_assets.ingest.sources.found import MAX_INDEX_BYTES, Found, Package, Refused
+from casa_assets.ingest.sources.places import Folder, utf8_escaped
+from casa_assets.ingest.sources.rows import parse_json, safe_id, spdx_id, text_field, text_list, unique_hints
 from casa_assets.model.source import Source, SourceKind
 
 INDEX_FILES = frozenset(
@@ -36,7 +33,11 @@ def read_package(package: Package) -> Iterator[Found | Refused]:
     """Every GLB under `glbs/`, by name, with what annotations, metadata and LVIS say about it."""
     reader = _Reader(package)
     annotations = reader.mapping("annotations")
-    categories = _by_uid(reader.mapping("lvis-annotations"))
+    categories: dict[str, str] = {}  # LVIS category by uid; the first by name where several claim one
+    for category, uids in sorted(reader.mapping("lvis-annotations").items()):
+        for uid in uids if isinstance(uids, list) else ():
+            if isinstance(uid, str):
+                categories.setdefault(uid, printable(category))
     paths = reader.mapping("object-paths")
     yield from reader.refused
     seen: set[str] = set()
@@ -47,23 +48,23 @@ def read_package(package: Package) -> Iterator[Found | Refused]:
         row = annotations.get(uid)
         if row is None and folder:
             row = reader.metadata(folder).get(uid)
-        yield _input(package, main, uid, row, categories.get(uid, ""))
+        try:
+            package.files.check(main)
+            if utf8_escaped(main) != main:
+                raise Rejected(codes.BAD_NAME, f"{utf8_escaped(main)}: the name is not UTF-8; rename the file")
+            yield package.found(main, _source(main, uid, row, categories.get(uid, "")))
+        except Rejected as error:
+            yield package.refuse(main, error)
     # the package's own index lists all of Objaverse, downloaded or not; a plain one lists what should be here
-    if package.files.has("object-paths.json"):
-        for uid, path in sorted(paths.items()):
-            if not isinstance(path, str) or path not in seen:
-                yield from _listed_only(package, uid, path, annotations, categories)
-
-
-def _listed_only(
-    package: Package, uid: str, path: object, annotations: Mapping[str, object], categories: Mapping[str, str]
-) -> Iterator[Found | Refused]:
-    place = f"object-paths.json {printable(uid, 40)!r}"
-    try:
-        main = package.file(path, place)
-        yield package.found(main, _source(main, safe_id(uid, place), annotations.get(uid), categories.get(uid, "")))
-    except Rejected as error:
-        yield package.refuse("object-paths.json", error)
+    for uid, path in sorted(paths.items()) if package.files.has("object-paths.json") else ():
+        if isinstance(path, str) and path in seen:
+            continue
+        place = f"object-paths.json {printable(uid, 40)!r}"
+        try:
+            main = package.file(path, place)
+            yield package.found(main, _source(main, safe_id(uid, place), annotations.get(uid), categories.get(uid, "")))
+        except Rejected as error:
+            yield package.refuse("object-paths.json", error)
 
 
 def _glbs(files: Folder) -> list[tuple[str, str]]:
@@ -78,16 +79,6 @@ def _glbs(files: Folder) -> list[tuple[str, str]]:
         elif entry.name.lower().endswith(".glb"):
             out.append(("", entry.name))
     return sorted(out, key=lambda pair: (os.fsencode(pair[0]), os.fsencode(pair[1])))
-
-
-def _input(package: Package, main: str, uid: str, row: object, category: str) -> Found | Refused:
-    try:
-        package.files.check(main)
-        if utf8_escaped(main) != main:
-            raise Rejected(codes.BAD_NAME, f"{utf8_escaped(main)}: the name is not UTF-8; rename the file")
-        return package.found(main, _source(main, uid, row, category))
-    except Rejected as error:
-        return package.refuse(main, error)
 
 
 def _source(main: str, uid: str, row: object, category: str) -> Source:
@@ -106,16 +97,6 @@ def _source(main: str, uid: str, row: object, category: str) -> Source:
         category=category,
         hints=unique_hints([title], text_list(entry.get("tags")), text_list(entry.get("categories"))),
     )
-
-
-def _by_uid(categories: Mapping[str, object]) -> dict[str, str]:
-    """uid -> LVIS category; the first by name where several claim one."""
-    out: dict[str, str] = {}
-    for category, uids in sorted(categories.items()):
-        for uid in uids if isinstance(uids, list) else ():
-            if isinstance(uid, str):
-                out.setdefault(uid, printable(category))
-    return out
 
 
 class _Reader:

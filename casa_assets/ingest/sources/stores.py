@@ -27,9 +27,8 @@ from urllib.parse import quote, unquote, urlsplit
 from casa_assets.errors import CasaError, Rejected
 from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.formats import PACKED_SUFFIXES, SUFFIXES, UNREAD_SUFFIXES, suffix_of
-from casa_assets.ingest.load.notes import printable
-from casa_assets.ingest.sources.containers.archive import archive_suffix
-from casa_assets.ingest.sources.found import Refused
+from casa_assets.ingest.load.text import printable
+from casa_assets.ingest.sources.found import Refused, archive_suffix
 from casa_assets.ingest.sources.places import Entry, StoreRoot
 
 if TYPE_CHECKING:
@@ -41,7 +40,6 @@ T = TypeVar("T")
 TRIES = 3
 REQUEST_S = 60.0
 PAUSE_S = 0.5
-_S3_TIMES = {"connect_timeout": 10.0, "read_timeout": 50.0}
 # The listing of a whole bucket is one call of many requests: a thousand names in each, a fifth of a second.
 LISTING_S = 3600.0
 PIECE_BYTES = 16 << 20  # of one request
@@ -99,7 +97,8 @@ def _opened(root: StoreRoot) -> _Objects | _Pages:
     if re.match(r"s3a?://", root.base):
         # Requests are repeated by `_ask`, and not by botocore too, whose times would multiply. Servers that give the
         # checksum of a whole object with a part of it (rclone) would be taken to give wrong bytes.
-        options["config_kwargs"] = {"retries": {"mode": "standard", "total_max_attempts": 1}, **_S3_TIMES}
+        retries = {"mode": "standard", "total_max_attempts": 1}
+        options["config_kwargs"] = {"retries": retries, "connect_timeout": 10.0, "read_timeout": 50.0}
         os.environ.setdefault("AWS_RESPONSE_CHECKSUM_VALIDATION", "when_required")
     try:
         system, base = _fsspec().core.url_to_fs(root.base, **options)
@@ -395,10 +394,10 @@ class StoreFolder:
         size = self._file(self._look(path)).size
         whole, name = self._at(path), printable(posixpath.basename(path))
         if size is not None and size > max_bytes:
-            message = (
-                f"{name}: {size} bytes, more than the {max(0, int(max_bytes))} left of --max-size; simplify it first"
+            left = max(0, int(max_bytes))
+            raise Rejected(
+                codes.TOO_LARGE, f"{name}: {size} bytes, more than the {left} left of --max-size; simplify it first"
             )
-            raise Rejected(codes.TOO_LARGE, message)
         most = int(max_bytes) if size is None else size
         data = bytearray()
         while size != 0 and len(data) <= most:

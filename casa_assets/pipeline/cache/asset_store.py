@@ -124,8 +124,7 @@ FOLDER = "assets"
 # and for layers.
 SHARE = 0.25
 # Fields of an asset that its light form does not depend on.
-_MESHES: Mapping[str, IncEx] = {"visuals": {"__all__": {"mesh"}}}
-UNSEEN: Mapping[str, IncEx | bool] = {"materials": True, "links": {"__all__": _MESHES}}
+UNSEEN: Mapping[str, IncEx | bool] = {"materials": True, "links": {"__all__": {"visuals": {"__all__": {"mesh"}}}}}
 
 
 class AssetStore:
@@ -184,11 +183,7 @@ class AssetStore:
                 return unpack(data, key, self._picture)
             except READ_ERRORS:
                 pass  # made anew below, and written over
-        made = make()
-        self._keep(key, made)
-        return made
-
-    def _keep(self, key: str, asset: Asset) -> None:
+        asset = make()
         data, pictures = pack(asset.model_dump(), key)
         fresh = [name for name in pictures if name not in self._seen]
         self._seen.update(pictures)
@@ -197,6 +192,7 @@ class AssetStore:
                 self._pictures.put(name, pictures[name])
         self._assets.put(key, data)
         self._wrote = True
+        return asset
 
     def _picture(self, name: str) -> bytes:
         """Bytes by their sha256. Raises ValueError where they are not there, or others."""

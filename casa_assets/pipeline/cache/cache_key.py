@@ -124,16 +124,11 @@ def _bindings(tree: ast.Module) -> tuple[dict[str, list[ast.stmt]], dict[str, se
             names = [n.id for target in targets for n in ast.walk(target) if isinstance(n, ast.Name)]
             for name in names:
                 defined.setdefault(name, []).append(node)
-        elif not _is_inert(node):
-            always.append(node)
+        else:
+            is_docstring = isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
+            is_typing = isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"
+            always += [] if is_docstring or is_typing else [node]
     return defined, imported, always
-
-
-def _is_inert(node: ast.stmt) -> bool:
-    """A docstring, or a block under TYPE_CHECKING."""
-    if isinstance(node, ast.If):
-        return isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING"
-    return isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
 
 
 def _imported(node: ast.Import | ast.ImportFrom) -> Iterator[tuple[str, str]]:
@@ -203,7 +198,7 @@ def _source(module: str) -> str:
 # Cache key ------------------------------------------------------------------------------------------------------------
 # The key of a function is a digest of all code and data that it can reach.
 #
-# A kept result (a texture, a built asset, a scene, a picture, a report, an entry of a library) stands under a key. The
+# A kept result (a texture, a built asset, a scene, a picture, a report, an entry of a library) is kept under a key. The
 # key of the function that made it is a sha256 over
 #
 # - the function itself and what it uses of its own module, without comments;
@@ -218,11 +213,9 @@ def _source(module: str) -> str:
 #   where SimReady's validator runs there.
 #
 # Nobody raises a number. The rule may count too much, never too little: where a module is reached, all of it counts.
-# What a function is given as an argument is not covered and has to be put into the key beside it, by value (see
+# What a function is given as an argument is not covered and has to be put into the key too, by value (see
 # `digest_of`).
 
-# What stands for the version of a package that is not installed.
-ABSENT = "absent"
 # What reaches this module runs the checks of plug-ins.
 CHECKS_OF_PLUGINS = f"{PACKAGE}.registry.plugins.checks"
 # What reaches this module validates by SimReady, in another Python where this one has no SimReady.
@@ -257,7 +250,7 @@ class Reach:
         """Version of each distribution that provides one of the packages, by its name, sorted."""
         found: dict[str, str] = {}
         for package in self.packages:
-            found |= versions_of_package(package) or {package: ABSENT}
+            found |= versions_of_package(package) or {package: "absent"}
         if RULES_OF_SIMREADY in self.modules:
             found |= versions_elsewhere()
         return dict(sorted(found.items()))
@@ -323,7 +316,7 @@ def _key(addresses: tuple[tuple[str, str], ...]) -> str:
         [(name, _registry_digest(name)) for name in found.registry],
         [(name, _file_digest(package_root() / name)) for name in found.data],
         found.versions,
-        # Which plug-ins there are stands in no module. Families and textures have the digests of theirs in their keys.
+        # No module says which plug-ins there are. Families and textures have the digests of theirs in their keys.
         *(checks_of_plugins() if CHECKS_OF_PLUGINS in found.modules else ()),
     )
 
@@ -344,13 +337,13 @@ def state_of_everything() -> str:
 @read_once
 def last_change_ns() -> int:
     """When a file of the program, its registry or the project last changed, as `state_of_everything` sees them."""
-    registry_stamps = (stamp for _, stamp in _registry_stamps())
-    return max(max(stamp[:2]) for stamp in (*package_files().stamps.values(), *registry_stamps))
+    stamps = (*package_files().stamps.values(), *(stamp for _, stamp in _registry_stamps()))
+    return max(max(stamp[:2]) for stamp in stamps)
 
 
 @read_once
 def _registry_stamps() -> list[tuple[str, Stamp]]:
-    return [(str(path), stamp_of(path)) for name in _registry() for path in stated_in(name)]
+    return [(str(path), stamp_of(path.stat())) for name in _registry() for path in stated_in(name)]
 
 
 def checks_of_plugins() -> tuple[str, ...]:
@@ -377,18 +370,18 @@ def _reach(addresses: tuple[tuple[str, str], ...]) -> Reach:
 
 def _addresses(made_by: Iterable[CodeRef]) -> tuple[tuple[str, str], ...]:
     """Name of the module and of the top-level function or class in it, each once; no name for a whole module."""
-    return tuple(dict.fromkeys(map(_address, made_by)))
-
-
-def _address(made: CodeRef) -> tuple[str, str]:
-    if isinstance(made, str):
-        module, _, name = made.partition(":")
-        return module, name
-    if isinstance(made, ModuleType):
-        return made.__name__, ""
-    if "<lambda>" in made.__qualname__:
-        raise ValueError(f"a lambda of {made.__module__} has no name to find its source by; write a function")
-    return made.__module__, made.__qualname__.partition(".")[0]
+    found: dict[tuple[str, str], None] = {}
+    for made in made_by:
+        if isinstance(made, str):
+            module, _, name = made.partition(":")
+        elif isinstance(made, ModuleType):
+            module, name = made.__name__, ""
+        else:
+            module, name = made.__module__, made.__qualname__.partition(".")[0]
+            if "<lambda>" in made.__qualname__:
+                raise ValueError(f"a lambda of {module} has no name to find its source by; write a function")
+        found[module, name] = None
+    return tuple(found)
 
 
 def _closure(starts: Iterable[str], homes: Iterable[str]) -> list[str]:
@@ -404,14 +397,12 @@ def _closure(starts: Iterable[str], homes: Iterable[str]) -> list[str]:
         if name not in seen:
             seen.add(name)
             waiting += scan(name).modules
-    return sorted(seen | {package for name in (*seen, *homes) for package in _ancestors(name)})
-
-
-def _ancestors(module: str) -> Iterator[str]:
-    """Packages above a module, without the one on top, which holds the version and takes no part in any result."""
-    parts = module.split(".")
-    for count in range(2, len(parts)):
-        yield ".".join(parts[:count])
+    found = set(seen)
+    for name in (*seen, *homes):
+        # Not the package on top, which holds the version and takes no part in any result.
+        while (name := name.rpartition(".")[0]) not in ("", PACKAGE):
+            found.add(name)
+    return sorted(found)
 
 
 def _data_files(texts: Iterable[Scan | Part]) -> tuple[str, ...]:

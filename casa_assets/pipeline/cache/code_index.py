@@ -120,12 +120,12 @@ def package_files() -> Files:
             elif suffix == "py":
                 module = ".".join((PACKAGE, *place, *([] if stem == "__init__" else [stem])))
                 sources[module] = Path(entry.path)
-                stamps[module] = _stamp(entry.stat())
+                stamps[module] = stamp_of(entry.stat())
             elif suffix != "pyc":
                 parts = (*place, entry.name)
                 known = "/".join(parts[parts.index(TEMPLATES) + 1 :]) if TEMPLATES in parts else entry.name
                 data.setdefault(known, []).append("/".join(parts))
-                stamps["/".join(parts)] = _stamp(entry.stat())
+                stamps["/".join(parts)] = stamp_of(entry.stat())
     return Files(sources, stamps, data)
 
 
@@ -135,18 +135,14 @@ def versions_of_package(package: str) -> dict[str, str]:
     return _distributions().get(package, {})
 
 
-def stamp_of(path: Path) -> Stamp:
-    """Times of change and size of a file."""
-    return _stamp(path.stat())
-
-
 @lru_cache(maxsize=1)
 def installed() -> tuple[str, ...]:
     """Folders that describe the installed distributions; their names hold the versions."""
     return tuple(str(path) for folder in map(Path, sys.path) for path in sorted(folder.glob("*.*-info")))
 
 
-def _stamp(found: os.stat_result) -> Stamp:
+def stamp_of(found: os.stat_result) -> Stamp:
+    """Times of change and size of a file."""
     return found.st_mtime_ns, found.st_ctime_ns, found.st_size
 
 

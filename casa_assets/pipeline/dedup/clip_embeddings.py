@@ -11,7 +11,7 @@ import numpy as np
 from casa_assets import registry
 from casa_assets.checks.library import NAMED, CategoryRank
 from casa_assets.core.numeric import Floats
-from casa_assets.model.registry.category import Category, clip_prompts
+from casa_assets.model.registry.category import clip_prompts
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
 from casa_assets.pipeline.cache.store import Store
 from casa_assets.pipeline.clip import ClipModel, class_shares, render_model_views
@@ -52,7 +52,12 @@ def likenesses(
     categories = [category for category in registry.load().categories.values() if category.id != registry.FALLBACK]
     text_embeddings = np.array([text_embedding(clip_prompts(category), eye, store) for category in categories])
     for row in rows:
-        yield _likeness(row, categories, class_shares(seen[row.id], text_embeddings, eye.logit_scale))
+        shares = class_shares(seen[row.id], text_embeddings, eye.logit_scale).tolist()
+        both = sorted(zip(shares, categories, strict=True), key=lambda one: (-one[0], one[1].id))
+        ranked = [(category.id, round(share, 4)) for share, category in both]
+        rank = next((n for n, (name, _) in enumerate(ranked, start=1) if name == row.category), 0)
+        others = tuple(one for one in ranked if one[0] != row.category)[:NAMED]
+        yield CategoryRank(row.id, row.category, ranked[rank - 1][1] if rank else 0.0, rank, others)
 
 
 def similar_looking_pairs(seen: Mapping[str, Floats], min_cosine: float = MIN_COSINE) -> list[tuple[str, str, float]]:
@@ -70,15 +75,6 @@ def similar_looking_pairs(seen: Mapping[str, Floats], min_cosine: float = MIN_CO
             for j in np.flatnonzero(cosines >= min_cosine)
         ]
     return sorted(pairs, key=lambda pair: (-pair[2], pair[0], pair[1]))
-
-
-def _likeness(row: AssetRow, categories: Sequence[Category], shares: Floats) -> CategoryRank:
-    order = sorted(range(len(categories)), key=lambda i: (-float(shares[i]), categories[i].id))
-    names = [categories[i].id for i in order]
-    rank = names.index(row.category) + 1 if row.category in names else 0
-    others = [(categories[i].id, round(float(shares[i]), 4)) for i in order if categories[i].id != row.category]
-    share = round(float(shares[order[rank - 1]]), 4) if rank else 0.0
-    return CategoryRank(row.id, row.category, share, rank, tuple(others[:NAMED]))
 
 
 def _cached(store: Store, key_parts: Sequence[object], compute: Callable[[], Floats]) -> Floats:

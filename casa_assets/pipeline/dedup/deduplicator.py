@@ -74,7 +74,9 @@ class Deduplicator:
         if result.folder is None:
             return result
         job = result.job
-        is_settled = result.is_kept and self._is_settled(result.folder)
+        # An earlier run compared it with all others, and it is no copy of one of them. An asset with the form, size and
+        # colours of another one was kept on purpose, and is judged again.
+        is_settled = result.is_kept and self._digests.get(result.folder, "") in self._compared
         if is_settled and not self._fresh:
             self._deferred.append(result)  # there is nothing new that it could be a copy of
             return result
@@ -82,17 +84,25 @@ class Deduplicator:
         if row is None:
             row = row_of(result.outcome.manifest or disk.read_manifest(result.folder))
         row = replace(row, category=job.survey.category, path=job.found.source.place)
-        if row.signature is None:
+        if (signature := row.signature) is None:
             return result
         # What was compared by an earlier run and is no copy of anything can be one of what is new alone.
         others = (self._fresh_forms, self._fresh) if is_settled else (self._all_forms(), self._known)
         original_and_pair = self._original(row, *others)
         if original_and_pair is None:
             folder = row.folder if result.is_kept else self._library.folder(row.category, row.id)
-            self._add(replace(row, folder=folder), is_fresh=not result.is_kept)
+            row = replace(row, folder=folder)
+            self._all_forms()
+            self._take([row])
+            if not result.is_kept:
+                self._fresh_forms.add(signature.shape)
+                self._fresh.append(row)
             return result
         original, pair = original_and_pair
-        outcome = Outcome(False, NEAR_DUPLICATE_CODE, _message(original, pair))
+        size = "" if abs(pair.size - 1) <= SAME_SIZE else f", {pair.size:.2f} times as large"
+        near = f"95 % of the surface within {100 * pair.p95:.1f} % of its radius"
+        message = f"duplicate of {original.path} ({original.id}){size}: {near}, and the same colours; keep one of them"
+        outcome = Outcome(False, NEAR_DUPLICATE_CODE, message)
         twin = f"{original.folder.parent.name}/{original.folder.name}"
         return replace(result, outcome=outcome, is_kept=False, twin=twin)
 
@@ -110,14 +120,6 @@ class Deduplicator:
             if pair.twins(self._limit):
                 return other, pair
         return None
-
-    def _add(self, row: AssetRow, is_fresh: bool) -> None:
-        assert row.signature is not None
-        self._all_forms().add(row.signature.shape)
-        self._known.append(row)
-        if is_fresh:
-            self._fresh_forms.add(row.signature.shape)
-            self._fresh.append(row)
 
     def _all_forms(self) -> ShapeIndex:
         """Forms that an input may be a copy of, at first those of the library from inputs outside this run."""
@@ -138,13 +140,6 @@ class Deduplicator:
                 self._known.append(row)
                 self._forms.add(row.signature.shape)
 
-    def _is_settled(self, folder: Path) -> bool:
-        """Return whether an earlier run compared an asset with all others, and it is no copy of one of them.
-
-        An asset with the form, size and colours of another one was kept on purpose, and is judged again.
-        """
-        return self._digests.get(folder, "") in self._compared
-
     @cached_property
     def _compared(self) -> Set[str]:
         """Digests of the assets of the library that are no copies."""
@@ -163,9 +158,3 @@ class Deduplicator:
     @cached_property
     def _rows(self) -> dict[Path, AssetRow]:
         return {row.folder: row for row in self._entries.rows}
-
-
-def _message(original: AssetRow, pair: ShapePair) -> str:
-    size = "" if abs(pair.size - 1) <= SAME_SIZE else f", {pair.size:.2f} times as large"
-    near = f"95 % of the surface within {100 * pair.p95:.1f} % of its radius"
-    return f"duplicate of {original.path} ({original.id}){size}: {near}, and the same colours; keep one of them"

@@ -70,8 +70,7 @@ def compare_library(library: disk.Library, table: EntryTable, eye: ClipModel | N
     rows = table.rows
     store = Store(library.cache)
     before = read_library_report(library.root)
-    members = object_rows(rows)
-    view = LibraryView(len(rows), tuple(table.alike(store)))
+    alike = tuple(table.alike(store))
     weights, looks = (before.weights, before.looks) if before else ("", ())
     if eye is not None:
         embeddings = {row.id: image_embeddings(row, eye, store) for row in rows}
@@ -79,25 +78,41 @@ def compare_library(library: disk.Library, table: EntryTable, eye: ClipModel | N
         seen = tuple(likenesses(embeddings, rows, eye, store))
         unseen = ""
     else:
-        seen = _remembered(rows, before)
-        unseen = "" if seen and len(seen) == len(rows) else _why(len(seen), len(rows))
+        old = before.seen if before else {}
+        same = (row.id for row in rows if row.id in old and old[row.id].content == row.digest)
+        seen = tuple(likeness_of(name, old[name]) for name in same)
+        unseen = "" if seen and len(seen) == len(rows) else f"{NO_WEIGHTS} (--clip-weights)"
+        if unseen and seen:
+            new = len(rows) - len(seen)
+            unseen += f", and {new} of {len(rows)} assets were not there when somebody looked"
     ids = {row.id for row in rows}
     looks = tuple(pair for pair in looks if {pair[0], pair[1]} <= ids)
-    view = LibraryView(view.count, view.alike, looks, seen, unseen)
+    view = LibraryView(len(rows), alike, looks, seen, unseen)
     name, limits = "library", registry.load().limits
-    report = run(view, name, limits, table=libraries.ROWS) + run(_sizes(rows), name, limits, table=libraries.ROWS)
-    if members:
+    sizes = LibrarySizes(tuple((row.id, row.category, row.longest) for row in rows))
+    report = run(view, name, limits, table=libraries.ROWS) + run(sizes, name, limits, table=libraries.ROWS)
+    if members := object_rows(rows):
         from casa_assets.checks.table import objects  # here, since few libraries hold generated objects
 
-        report = report + run(_collection(members), name, limits, table=objects.ROWS)
+        found = [CollectedMember(r.id, r.category, r.signature, r.extents) for r in members if r.signature is not None]
+        report = report + run(ObjectCollection(tuple(found), look_alikes()), name, limits, table=objects.ROWS)
     digests = {row.id: row.digest for row in rows}
     content = LibraryReport(
         report=report,
         weights=weights if seen else "",
-        seen={one.asset: _kept(one, digests[one.asset]) for one in seen},
+        seen={
+            one.asset: LookRecord(
+                content=digests[one.asset], category=one.category, share=one.share, rank=one.rank, others=one.others
+            )
+            for one in seen
+        },
         looks=looks if not unseen else (),
     )
-    _write(library, content)
+    text = json.dumps(content.model_dump(mode="json"), sort_keys=True, indent=1, ensure_ascii=False, allow_nan=False)
+    library.private.mkdir(parents=True, exist_ok=True)
+    temporary = library.private / f"{NAME}.{os.getpid()}"
+    temporary.write_text(text + "\n", encoding="utf-8")
+    temporary.replace(library.root / NAME)
     return content
 
 
@@ -123,38 +138,3 @@ def read_library_report(root: Path) -> LibraryReport | None:
 def likeness_of(name: str, seen: LookRecord) -> CategoryRank:
     """The record as the checks have it."""
     return CategoryRank(name, seen.category, seen.share, seen.rank, seen.others)
-
-
-def _collection(members: Sequence[AssetRow]) -> ObjectCollection:
-    found = [CollectedMember(r.id, r.category, r.signature, r.extents) for r in members if r.signature is not None]
-    return ObjectCollection(tuple(found), look_alikes())
-
-
-def _sizes(found: Sequence[AssetRow]) -> LibrarySizes:
-    return LibrarySizes(tuple((r.id, r.category, r.longest) for r in found))
-
-
-def _remembered(found: Sequence[AssetRow], before: LibraryReport | None) -> tuple[CategoryRank, ...]:
-    if before is None:
-        return ()
-    old = before.seen
-    return tuple(likeness_of(r.id, old[r.id]) for r in found if r.id in old and old[r.id].content == r.digest)
-
-
-def _why(known_count: int, count: int) -> str:
-    if not known_count:
-        return f"{NO_WEIGHTS} (--clip-weights)"
-    new = count - known_count
-    return f"{NO_WEIGHTS} (--clip-weights), and {new} of {count} assets were not there when somebody looked"
-
-
-def _kept(one: CategoryRank, digest: str) -> LookRecord:
-    return LookRecord(content=digest, category=one.category, share=one.share, rank=one.rank, others=one.others)
-
-
-def _write(library: disk.Library, content: LibraryReport) -> None:
-    text = json.dumps(content.model_dump(mode="json"), sort_keys=True, indent=1, ensure_ascii=False, allow_nan=False)
-    library.private.mkdir(parents=True, exist_ok=True)
-    temporary = library.private / f"{NAME}.{os.getpid()}"
-    temporary.write_text(text + "\n", encoding="utf-8")
-    temporary.replace(library.root / NAME)

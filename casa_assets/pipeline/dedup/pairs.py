@@ -22,7 +22,6 @@ from casa_assets.model.record import Vec3
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
 from casa_assets.pipeline.cache.store import Store
 from casa_assets.pipeline.library import library as disk
-from casa_assets.pipeline.library import library as library_files
 from casa_assets.pipeline.library.identity import Producer
 from casa_assets.preview.color_statistics import color_distance, color_histogram
 
@@ -223,4 +222,4 @@ def _cloud(folder: Path, digest: str) -> SampledSurface:
     """Return the sampled surface of the asset in a folder; `digest` is part of the key of the `lru_cache`."""
     from casa_assets.geometry.mesh.registration import sampled_surface
 
-    return sampled_surface(*surface(library_files.read_asset(folder)))
+    return sampled_surface(*surface(disk.read_asset(folder)))

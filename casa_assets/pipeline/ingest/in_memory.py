@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Literal
 
 from casa_assets import registry
 from casa_assets.errors import Rejected
-from casa_assets.ingest.sources.bounded_reads import utf8_escaped
 from casa_assets.ingest.sources.found import Found, Refused
+from casa_assets.ingest.sources.places import utf8_escaped
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.issue import Report
 from casa_assets.model.source import Source, SourceKind, Up

@@ -14,10 +14,9 @@ from typing import Any
 from casa_assets import registry
 from casa_assets.core.system import cache_for
 from casa_assets.errors import OutputError, PluginFailure
-from casa_assets.ingest.sources.bounded_reads import utf8_escaped
 from casa_assets.ingest.sources.discover import discover
 from casa_assets.ingest.sources.found import Found, Refused
-from casa_assets.ingest.sources.places import StoreRoot, folder_of, root_of
+from casa_assets.ingest.sources.places import StoreRoot, folder_of, root_of, utf8_escaped
 from casa_assets.model.source import Source
 from casa_assets.pipeline.ingest.job import keep_trace
 from casa_assets.pipeline.library import library as disk

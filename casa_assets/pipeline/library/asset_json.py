@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from pathlib import Path
 from typing import Any
 
@@ -57,45 +58,25 @@ def asset_from_manifest(data: dict[str, Any], folder: Path) -> Asset:
     Raises:
         OutputError: a file lies outside of the folder, is missing, or does not hold what it should.
     """
+
+    def file(name: object, pointer: str) -> Path:
+        return file_inside(folder, name, folder / "asset.json", f"asset/{pointer}")
+
     try:
-        links = [
-            {
-                **link,
-                "visuals": [
-                    {**v, "mesh": _mesh(v["mesh"], folder, f"links/{i}/visuals/{j}/mesh")}
-                    for j, v in enumerate(link["visuals"])
-                ],
-                "colliders": [
-                    _collider(c, folder, f"links/{i}/colliders/{j}/shape/mesh") for j, c in enumerate(link["colliders"])
-                ],
-            }
-            for i, link in enumerate(data["links"])
-        ]
-        looks = [
-            {**look, **{s: _image(look[s], folder, f"materials/{i}/{s}") for s in SLOTS}}
-            for i, look in enumerate(data["materials"])
-        ]
+        links, looks = copy.deepcopy(data["links"]), copy.deepcopy(data["materials"])
+        for i, link in enumerate(links):
+            for j, visual in enumerate(link["visuals"]):
+                visual["mesh"] = read_obj(file(visual["mesh"]["obj"], f"links/{i}/visuals/{j}/mesh/obj"))
+            for j, shape in enumerate(collider["shape"] for collider in link["colliders"]):
+                if "mesh" in shape:
+                    shape["mesh"] = read_obj(file(shape["mesh"]["obj"], f"links/{i}/colliders/{j}/shape/mesh/obj"))
+        for i, look in enumerate(looks):
+            for slot in SLOTS:
+                if look[slot] is not None:
+                    look[slot]["png"] = file(look[slot]["png"], f"materials/{i}/{slot}/png").read_bytes()
         return Asset.model_validate({**data, "links": links, "materials": looks})
     except (OSError, KeyError, TypeError, ValueError, ValidationError) as error:
         raise OutputError(str(folder), f"asset.json or a file that it names is damaged: {error}") from error
-
-
-def _collider(row: dict[str, Any], folder: Path, pointer: str) -> dict[str, Any]:
-    shape = row["shape"]
-    if "mesh" in shape:
-        shape = {**shape, "mesh": _mesh(shape["mesh"], folder, pointer)}
-    return {**row, "shape": shape}
-
-
-def _mesh(row: dict[str, Any], folder: Path, pointer: str) -> Mesh:
-    return read_obj(file_inside(folder, row["obj"], folder / "asset.json", f"asset/{pointer}/obj"))
-
-
-def _image(row: dict[str, Any] | None, folder: Path, pointer: str) -> dict[str, Any] | None:
-    if row is None:
-        return None
-    path = file_inside(folder, row["png"], folder / "asset.json", f"asset/{pointer}/png")
-    return {**row, "png": path.read_bytes()}
 
 
 def read_obj(path: Path) -> Mesh:

@@ -66,12 +66,7 @@ class EntryTable:
         OutputError: an entry is damaged.
     """
 
-    def __init__(
-        self,
-        library: disk.Library,
-        skip_damaged: bool = False,
-        read_only: bool = False,
-    ) -> None:
+    def __init__(self, library: disk.Library, skip_damaged: bool = False, read_only: bool = False) -> None:
         self._library, self._read_only = library, read_only
         self._is_tidy = False  # thumbnails of entries that are gone were removed
         self._path = (library.cache / NAME).absolute()
@@ -121,7 +116,10 @@ class EntryTable:
                 if not entry.accepted:
                     continue
                 if (kept := self._kept(database, "row", entry)) is not None:
-                    found.append(_row_at(folder, kept))
+                    try:
+                        found.append(_row_of(kept, folder))
+                    except (ValueError, KeyError, TypeError):  # no row: its file says what it is
+                        found.append(read_row(folder))
                 elif (folder / disk.CERTIFICATE).exists():  # else it has gone since
                     found.append(read_row(folder))
         return found
@@ -253,7 +251,8 @@ def _read(
                     if entry.path == name:
                         yield entry, state
                         continue
-        state = _state_of_entry(folder, file, _folders_in(folder))
+        inner = sorted(os.path.relpath(place, folder) for place, _, _ in os.walk(folder))
+        state = _state_of_entry(folder, file, inner)
         try:
             manifest = disk.read_manifest(folder) if is_accepted else None
             entry = entry_of(manifest, library.root) if manifest else entry_at(folder, library.root)
@@ -354,14 +353,6 @@ def _row_of(text: str, folder: Path) -> AssetRow:
     return AssetRow(**{**data, "folder": folder, "extents": tuple(data["extents"])})
 
 
-def _row_at(folder: Path, text: str) -> AssetRow:
-    """The row of an asset as the table has it, or as its file says where that is no row."""
-    try:
-        return _row_of(text, folder)
-    except (ValueError, KeyError, TypeError):
-        return read_row(folder)
-
-
 def _unchecked(kind: type[R], values: dict[str, Any]) -> R:
     """A record of values that were checked before; `model_construct` does the same in five times the time."""
     names, every = _fields_of(kind)
@@ -385,11 +376,6 @@ def _folders(library: disk.Library) -> Iterator[tuple[Path, str, str]]:
     for folders, file in ((library.accepted(), disk.CERTIFICATE), (library.refused(), disk.REFUSAL)):
         for folder in folders:
             yield folder, f"{folder.parent.name}/{folder.name}", file
-
-
-def _folders_in(folder: Path) -> list[str]:
-    """Relative paths of a folder itself and of all folders below it, sorted."""
-    return sorted(os.path.relpath(place, folder) for place, _, _ in os.walk(folder))
 
 
 def _state_of_entry(folder: Path, file: str, folders: Iterable[str]) -> str:

@@ -402,17 +402,12 @@ def is_whole(folder: Path, certificate: Certificate) -> bool:
 
 def read_asset(folder: Path) -> Asset:
     """The whole Asset, meshes and textures included. Raises OutputError where a file is missing or damaged."""
-    return asset_from_manifest(read_section(folder, "asset"), folder)
+    return asset_from_manifest(_section(folder, _json(folder / CERTIFICATE), "asset"), folder)
 
 
 def read_refusal(folder: Path) -> Refusal:
     """Read the record of a rejected input. Raises OutputError where the file is damaged."""
     return _record(Refusal, folder / REFUSAL, _upgraded(_json(folder / REFUSAL), folder))
-
-
-def read_section(folder: Path, name: str) -> dict[str, Any]:
-    """The `asset` or `certificate` of an asset.json, as data. Raises OutputError where the file is damaged."""
-    return _section(folder, _json(folder / CERTIFICATE), name)
 
 
 def _section(folder: Path, data: Mapping[str, Any], name: str) -> dict[str, Any]:

@@ -136,12 +136,12 @@ def digests_of(path: str, manifest: bytes, names: Iterable[str], place: str) -> 
     """
     is_refusal = manifest_name(path) == disk.REFUSAL
     try:
-        said = json.loads(manifest)["code" if is_refusal else "certificate"]
+        stated = json.loads(manifest)["code" if is_refusal else "certificate"]
     except (ValueError, KeyError, TypeError, RecursionError) as error:
         raise DamagedEntry(place, "is damaged; make or push the entry again") from error
     if is_refusal:
         return {PICTURE: ""} if PICTURE in names else {}
-    files = said.get("files") if isinstance(said, dict) else None
+    files = stated.get("files") if isinstance(stated, dict) else None
     if not isinstance(files, dict) or not all(isinstance(digest, str) for digest in files.values()):
         raise DamagedEntry(place, "names no files; make the entry again")
     for name in files:
@@ -265,7 +265,12 @@ def push(
     foreign = {path for path, found in names.items() if manifest_name(path) in found}
     if extra is Extra.REFUSE:
         _check_extra(remote.url, str(library.root), foreign)
-        _check_decisions(library, remote)
+        with _fetched_decisions(library, remote) as held:
+            known, others = _decided(library), _decided(held)
+        for name in DECISIONS:
+            if missing := [digest for digest, decision in others[name].items() if known[name].get(digest) != decision]:
+                message = f"{name} there has decisions that {library.root} lacks, such as on {min(missing)[:10]}"
+                raise OutputError(remote.url, f"{message}; pull first, or overwrite them with --delete")
     # What has no manifest is what an upload that was cut off left. Some stores also list folders without a file.
     removed |= {path for path, found in names.items() if found} - foreign
     removed |= foreign if extra is Extra.REMOVE else set()
@@ -466,16 +471,6 @@ def _pull_books(library: disk.Library, remote: RemoteLibrary, there: Mapping[str
             fresh.replace(path)
     for name in own.keys() - there.keys() - set(DECISIONS) if is_mirror else ():
         own[name].unlink()
-
-
-def _check_decisions(library: disk.Library, remote: RemoteLibrary) -> None:
-    """Check that a push overwrites no decision. Raises OutputError if the store has one that the library lacks."""
-    with _fetched_decisions(library, remote) as there:
-        own, others = _decided(library), _decided(there)
-    for name in DECISIONS:
-        if lacking := [digest for digest, said in others[name].items() if own[name].get(digest) != said]:
-            message = f"{name} there has decisions that {library.root} lacks, such as on {min(lacking)[:10]}"
-            raise OutputError(remote.url, f"{message}; pull first, or overwrite them with --delete")
 
 
 def _take_over_decisions(library: disk.Library, remote: RemoteLibrary, is_overwritten: bool) -> None:

@@ -306,7 +306,7 @@ class WriterLock:
             message = "another run has taken the library over, because this one stood still; run again when that ends"
             raise OutputError(self._folder.url, message)
 
-    def acquire(self, told: Callable[[str], None]) -> None:
+    def acquire(self, report: Callable[[str], None]) -> None:
         """See `hold`."""
         while True:
             self._write()
@@ -316,7 +316,7 @@ class WriterLock:
             # Out of the way of another that begins too: it would wait for this one, and this one for it.
             self._folder.remove([self._path])
             for path in others:
-                self._wait_until_gone(path, told)
+                self._wait_until_gone(path, report)
 
     def release(self) -> None:
         """Let others write."""
@@ -348,7 +348,7 @@ class WriterLock:
     def _paths(self) -> list[str]:
         return [f"{WRITERS}/{name}" for name in self._folder.inside(WRITERS)[1] if name.endswith(".json")]
 
-    def _wait_until_gone(self, path: str, told: Callable[[str], None]) -> None:
+    def _wait_until_gone(self, path: str, report: Callable[[str], None]) -> None:
         """Wait for what another run left; it is removed if that is lost. Raises OutputError if it goes on."""
         first: Writer | None = None
         begin_s = _clock()
@@ -364,29 +364,29 @@ class WriterLock:
             if now.is_running is False or _clock() - begin_s > self._silence_s:
                 self._folder.remove([path])
                 return
-            told(f"looking for {self._silence_s:.0f} s whether process {now.process} on {now.host} still writes")
+            report(f"looking for {self._silence_s:.0f} s whether process {now.process} on {now.host} still writes")
             time.sleep(min(LOOK_S, self._beat_s))
 
 
 @contextmanager
 def hold(
-    folder: RemoteFolder, told: Callable[[str], None] = lambda _: None, lock: WriterLock | None = None
+    folder: RemoteFolder, report: Callable[[str], None] = lambda _: None, lock: WriterLock | None = None
 ) -> Iterator[WriterLock]:
     """Hold a library on a store for writing.
 
     Args:
-        told: called with a message on what is waited for. lock: with other times than usual.
+        report: called with a message on what is waited for. lock: with other times than usual.
     Raises:
         OutputError: another run is writing to it, or the store cannot be written to.
     """
     lock = lock or WriterLock(folder)
     try:
-        lock.acquire(told)
+        lock.acquire(report)
         threading.Thread(target=lock.beat_until_released, name="store-lock", daemon=True).start()
         yield lock
     finally:
         folder.close()
-        with suppress(OutputError):  # the next run removes it; what ended this one is to be told
+        with suppress(OutputError):  # the next run removes it; what ended this one is to be reported
             lock.release()
 
 

@@ -110,21 +110,16 @@ def cached_outcome(
         entry = known.get(folder)
         try:
             if entry is not None and entry.code != NEAR_DUPLICATE_CODE:
-                outcome = _of_entry(entry, cache_key, retried)
+                is_due = entry.cache_key != cache_key or entry.code in retried or not entry.is_whole
+                outcome = None if is_due else Outcome(entry.accepted, entry.code, entry.message, entry.warnings)
             else:  # of a copy only the file tells which asset it is a copy of, and that may be gone
                 is_refused = folder.parent.name == disk.REJECTED
                 outcome = _refused(folder, cache_key, retried) if is_refused else _accepted(folder, cache_key)
         except OutputError:
-            continue  # damaged: it is made anew
+            continue  # damaged, or a copy of what is gone: it is made anew
         if outcome is not None:
             return folder, outcome
     return None
-
-
-def _of_entry(entry: Entry, cache_key: str, retried: Set[str]) -> Outcome | None:
-    if entry.cache_key != cache_key or entry.code in retried or not entry.is_whole:
-        return None
-    return Outcome(entry.accepted, entry.code, entry.message, entry.warnings)
 
 
 def _accepted(folder: Path, cache_key: str) -> Outcome | None:
@@ -138,18 +133,9 @@ def _refused(folder: Path, cache_key: str, retried: Set[str]) -> Outcome | None:
     refusal = disk.read_refusal(folder)
     if refusal.cache_key != cache_key or refusal.code in retried:
         return None
-    if refusal.twin and not _is_in_library(folder, refusal.twin):
-        return None  # the asset that it was a copy of is gone
+    if refusal.twin:  # raises where the asset that it was a copy of is gone
+        file_inside(folder.parent.parent, f"{refusal.twin}/{disk.CERTIFICATE}", folder / disk.REFUSAL, "twin")
     return Outcome(False, refusal.code, refusal.message)
-
-
-def _is_in_library(folder: Path, twin: str) -> bool:
-    """True if the asset that an input is a copy of is still in the library."""
-    try:
-        file_inside(folder.parent.parent, f"{twin}/{disk.CERTIFICATE}", folder / disk.REFUSAL, "twin")
-    except OutputError:
-        return False
-    return True
 
 
 # Keep accepted --------------------------------------------------------------------------------------------------------

@@ -156,6 +156,9 @@ def subjects_to_review(entry: Entry) -> list[str]:
 def _info_cells(entry: Entry, subjects: Sequence[str]) -> dict[str, str]:
     """The columns that are ours; words of strangers are made fit for a spreadsheet, which takes `=` for a formula."""
     guesses = {g.subject: g for g in entry.guesses}
+    # of the guess, else of the first warning about the subject
+    reasons = {issue.pointer: issue.message for issue in reversed(entry.warnings)}
+    reasons |= {subject: guess.reason for subject, guess in guesses.items()}
     size = max(entry.summary.extents) if entry.summary else None
     cells = {
         "sha256": entry.sha256,
@@ -166,22 +169,12 @@ def _info_cells(entry: Entry, subjects: Sequence[str]) -> dict[str, str]:
         "size_m": "" if size is None else f"{size:.4g}",
         "up": guesses["up_axis"].value if "up_axis" in guesses else "",
         "mass_kg": "" if entry.summary is None else f"{entry.summary.mass:.4g}",
-        "reason": " | ".join(_reason(s, guesses, entry) for s in subjects) or entry.message,
+        "reason": " | ".join(reasons.get(subject, entry.message) for subject in subjects) or entry.message,
     }
-    return {name: _spreadsheet_safe(value) for name, value in cells.items()}
-
-
-def _reason(subject: str, guesses: Mapping[str, Guess], entry: Entry) -> str:
-    """Why a person should look at something: the reason of the guess, or the words of the warning about it."""
-    if subject in guesses:
-        return guesses[subject].reason
-    told = (issue.message for issue in entry.warnings if issue.pointer == subject)
-    return next(told, entry.message)
-
-
-def _spreadsheet_safe(value: str) -> str:
-    plain = " ".join("".join(c if c.isprintable() else " " for c in value).split())
-    return f"'{plain}" if plain[:1] in "=+-@" and plain[:1] else plain
+    plain = {
+        name: " ".join("".join(c if c.isprintable() else " " for c in value).split()) for name, value in cells.items()
+    }
+    return {name: f"'{value}" if value.startswith(("=", "+", "-", "@")) else value for name, value in plain.items()}
 
 
 def _read(library: disk.Library) -> dict[str, ReviewRow]:

@@ -182,7 +182,7 @@ def _memory(pid: int) -> int:
     return 0
 
 
-PROC, CGROUPS = Path("/proc"), Path("/sys/fs/cgroup")
+CGROUPS = Path("/sys/fs/cgroup")
 # Part of the free memory that is left to the main process, the fork server and other programs; a choice.
 RESERVED_SHARE = 0.1
 # A worker with less than this fails on common inputs: a mesh of two million faces takes 1.9 GB.
@@ -237,17 +237,20 @@ def available(proc: Path = PROC, cgroups: Path = CGROUPS) -> int | None:
 
     None if the system does not say.
     """
-    free = [value for value in (_of_machine(proc), *_of_groups(proc, cgroups)) if value is not None]
+    free = list(_of_groups(proc, cgroups))
+    kilobytes = _number_in(proc / "meminfo", "MemAvailable:")
+    with suppress(OSError, ValueError):
+        free.append(os.sysconf("SC_PHYS_PAGES") * PAGE_BYTES if kilobytes is None else 1024 * kilobytes)
     return max(0, min(free)) if free else None
 
 
-def _of_machine(proc: Path) -> int | None:
-    with suppress(OSError, ValueError, IndexError):
-        for line in (proc / "meminfo").read_text(encoding="ascii").splitlines():
-            if line.startswith("MemAvailable:"):
-                return int(line.split()[1]) * 1024
+def _number_in(file: Path, key: str) -> int | None:
+    """The number behind a key in a file of rows; None if it is not there."""
     with suppress(OSError, ValueError):
-        return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+        for line in file.read_text(encoding="ascii").splitlines():
+            name, value, *_ = line.split()
+            if name == key:
+                return int(value)
     return None
 
 
@@ -275,17 +278,8 @@ def _limits_up_the_tree(root: Path, path: str, files: tuple[str, str, str]) -> I
         with suppress(OSError, ValueError):  # no such file, or the word "max": no limit here
             limit = int((folder / limit_file).read_text(encoding="ascii"))
             used = int((folder / usage_file).read_text(encoding="ascii"))
-            yield limit - used + _cached(folder, cached_key)
-
-
-def _cached(folder: Path, key: str) -> int:
-    """Bytes of a group that hold copies of files, which the system gives up when memory is wanted."""
-    with suppress(OSError, ValueError):
-        for line in (folder / "memory.stat").read_text(encoding="ascii").splitlines():
-            name, value = line.split()
-            if name == key:
-                return int(value)
-    return 0
+            # Copies of files are given up by the system when memory is wanted.
+            yield limit - used + (_number_in(folder / "memory.stat", cached_key) or 0)
 
 
 # With less a job cannot count on its temporary files; those of readers and validators are a few megabytes. A choice.

@@ -19,7 +19,7 @@ from multiprocessing.connection import Connection, wait
 from pathlib import Path
 from signal import SIGKILL, SIGXCPU, Signals
 from types import TracebackType
-from typing import Any, Protocol, Self
+from typing import Any, Self
 
 from casa_assets.errors import CasaError
 from casa_assets.pipeline.optional_packages import require
@@ -63,33 +63,18 @@ class _Queue:
     was_alone: set[int]
 
 
-class Pool:
-    """Workers for one run; a context manager, at whose end no process is left. The first job starts the first one.
+class Engine:
+    """Runs the jobs of one run, each in a separate process with limits; a context manager.
 
-    Fewer run at once, or each with less memory, where they would not fit into the memory of the machine together. A job
-    that runs out of memory then, or is killed, is tried once more alone.
+    Nothing is started before the first job, and at the end no process of the run is left.
 
     Args:
-        workers: jobs at once; 0: one per core.
-        limits: of each job.
-        warm: `module:name` of a function that the server calls before it forks, so that what it loads is there for all.
-            It may not draw: a process that has drawn cannot be forked.
-        least_bytes: memory that a job needs at least; see `plan_workers`.
-    Raises:
-        CasaError: no worker can be started; from `run` and `prepare`.
+        warm: `module:name` of a function that is called in the process that workers are forked from, so that what it
+            loads is there for all. It may not draw: a process that has drawn cannot be forked.
     """
 
-    def __init__(self, workers: int, limits: Limits, warm: str, least_bytes: int = LEAST_WORKER_BYTES) -> None:
-        wanted = workers or len(os.sched_getaffinity(0))
-        self._plan = plan_workers(wanted, limits.memory_bytes, least_bytes)
-        self._workers, self._limits = self._plan.workers, replace(limits, memory_bytes=self._plan.memory_bytes)
-        self._limits_alone = replace(limits, memory_bytes=self._plan.alone_bytes)
+    def __init__(self, warm: str) -> None:
         self._warm = [warm]
-        self._server: subprocess.Popen[bytes] | None = None
-        self._control: socket.socket | None = None
-        self._deaths = 0
-        self._ticket = 0  # of the last worker; each try of a job has its own
-        self._running: dict[int, _Running] = {}
 
     def __enter__(self) -> Self:
         return self
@@ -97,12 +82,13 @@ class Pool:
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
         self.close()
 
+    def close(self) -> None:
+        """End what runs."""
+        raise NotImplementedError
+
     def prepare(self, warm: str) -> None:
-        """Have one more function called before the next fork."""
+        """Have one more function called before the next job."""
         self._warm.append(warm)
-        if self._control is not None:
-            with suppress(OSError):
-                self._control.send(pickle.dumps(("call", warm)))
 
     def run(
         self, function: str, jobs: Sequence[Any], started: Callable[[int], None] | None = None
@@ -113,6 +99,45 @@ class Pool:
             function: `module:name` of a function of one argument; it answers with something picklable.
             jobs: picklable. started: is called with the number of each job when a worker takes it.
         """
+        raise NotImplementedError
+
+
+class Pool(Engine):
+    """Workers for one run, on this machine.
+
+    Fewer run at once, or each with less memory, where they would not fit into the memory of the machine together. A job
+    that runs out of memory then, or is killed, is tried once more alone.
+
+    Args:
+        workers: jobs at once; 0: one per core.
+        limits: of each job. warm: see Engine. least_bytes: memory that a job needs at least; see `plan_workers`.
+    Raises:
+        CasaError: no worker can be started; from `run` and `prepare`.
+    """
+
+    def __init__(self, workers: int, limits: Limits, warm: str, least_bytes: int = LEAST_WORKER_BYTES) -> None:
+        wanted = workers or len(os.sched_getaffinity(0))
+        self._plan = plan_workers(wanted, limits.memory_bytes, least_bytes)
+        self._workers, self._limits = self._plan.workers, replace(limits, memory_bytes=self._plan.memory_bytes)
+        self._limits_alone = replace(limits, memory_bytes=self._plan.alone_bytes)
+        super().__init__(warm)
+        self._server: subprocess.Popen[bytes] | None = None
+        self._control: socket.socket | None = None
+        self._deaths = 0
+        self._ticket = 0  # of the last worker; each try of a job has its own
+        self._running: dict[int, _Running] = {}
+
+    def prepare(self, warm: str) -> None:
+        """Have one more function called before the next fork."""
+        super().prepare(warm)
+        if self._control is not None:
+            with suppress(OSError):
+                self._control.send(pickle.dumps(("call", warm)))
+
+    def run(
+        self, function: str, jobs: Sequence[Any], started: Callable[[int], None] | None = None
+    ) -> Iterator[tuple[int, Any]]:
+        """See Engine."""
         if len(jobs) > self._workers and self._plan.message:
             LOG.warning("%s", self._plan.message)
             self._plan = replace(self._plan, message="")
@@ -323,24 +348,6 @@ def waiting_jobs(workers: int) -> int:
 
 # Where jobs run: so many processes of this machine at once (0: one per core), or a cluster.
 Workers = int | RayCluster
-
-
-class Engine(Protocol):
-    """Runs the jobs of one run, each in a separate process with limits; a context manager."""
-
-    def __enter__(self) -> Self:
-        """Nothing is started before the first job."""
-
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
-        """No process of the run is left."""
-
-    def prepare(self, warm: str) -> None:
-        """Have one more function called before the next job, as `Pool.prepare`."""
-
-    def run(
-        self, function: str, jobs: Sequence[Any], started: Callable[[int], None] | None = None
-    ) -> Iterator[tuple[int, Any]]:
-        """Yield (number of the job, answer or WorkerFailure) as they finish, as `Pool.run`."""
 
 
 def open_engine(

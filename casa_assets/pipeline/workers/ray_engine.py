@@ -18,8 +18,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from types import TracebackType
-from typing import Any, Self
+from typing import Any
 
 import ray
 from ray import exceptions
@@ -28,7 +27,7 @@ from ray._private import worker as ray_worker
 from casa_assets.errors import CasaError
 from casa_assets.pipeline.workers import ray_node as node
 from casa_assets.pipeline.workers.limits import Limits, WorkerFailure
-from casa_assets.pipeline.workers.pool import RayCluster, waiting_jobs
+from casa_assets.pipeline.workers.pool import Engine, RayCluster, waiting_jobs
 from casa_assets.projects import plugin_use, project_folder
 
 LOG = logging.getLogger(__name__)
@@ -57,8 +56,8 @@ class _Queue:
     lost: Counter[int] = field(default_factory=Counter)
 
 
-class RayEngine:
-    """Jobs of one run on a Ray cluster; a context manager, at whose end no job of the run is left on it.
+class RayEngine(Engine):
+    """Jobs of one run on a Ray cluster.
 
     A job is started with as much memory as each of a machine's processors has its share of; one for which that is not
     enough is tried once more with all that it may use, as in the local pool.
@@ -73,7 +72,7 @@ class RayEngine:
 
     def __init__(self, cluster: RayCluster, limits: Limits, warm: str, shared: Path, least_bytes: int) -> None:
         self._cluster, self._limits, self._least_bytes = cluster, limits, least_bytes
-        self._warm = [warm]
+        super().__init__(warm)
         self._marker = Path(os.path.abspath(shared)) / f"cluster-{secrets.token_hex(8)}"  # noqa: PTH100
         self._is_ours = False
         self._is_connected = False
@@ -83,16 +82,6 @@ class RayEngine:
         self._head = ""
         self._head_seen_at = math.inf
         self._full: dict[str, str] = {}  # messages of machines whose disk is full, by Ray's id of them
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
-        self.close()
-
-    def prepare(self, warm: str) -> None:
-        """Have one more function called before the next job."""
-        self._warm.append(warm)
 
     def close(self) -> None:
         """End what runs, and the cluster where it was started here."""
@@ -105,12 +94,7 @@ class RayEngine:
     def run(
         self, function: str, jobs: Sequence[Any], started: Callable[[int], None] | None = None
     ) -> Iterator[tuple[int, Any]]:
-        """Yield (number of the job, answer or WorkerFailure) as they finish.
-
-        Args:
-            function: `module:name` of a function of one argument; it answers with something picklable.
-            jobs: picklable. started: is called with the number of each job when it is handed to the cluster.
-        """
+        """See Engine; a job has started when it is handed to the cluster."""
         if not jobs:
             return
         self._connect()
@@ -143,14 +127,11 @@ class RayEngine:
                     ray.cancel(reference, force=True)
 
     def _submit(self, order: node.Order, job: Any, memory: int) -> Any:
+        fit = {"ray.io/node-id": f"!in({','.join(sorted(self._full))})"} if self._full else None
         task = ray.remote(node.work).options(
-            num_cpus=1, memory=memory, max_retries=0, retry_exceptions=False, label_selector=self._fit()
+            num_cpus=1, memory=memory, max_retries=0, retry_exceptions=False, label_selector=fit
         )
         return task.remote(replace(order, limits=replace(self._limits, memory_bytes=memory)), job)
-
-    def _fit(self) -> dict[str, str] | None:
-        """Return the requirement on a job's machine that Ray is given, or None if any machine will do."""
-        return {"ray.io/node-id": f"!in({','.join(sorted(self._full))})"} if self._full else None
 
     def _leave_out(self, full: node.Full) -> None:
         """Give no more jobs to a machine. Raises CasaError where it is the last one."""

@@ -13,7 +13,7 @@ import platform
 import re
 import socket
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -84,16 +84,9 @@ class Full:
     message: str
 
 
-@dataclass
-class _Pools:
-    """Pools of this process, by their limits, and how many functions each has been warmed with."""
-
-    found: dict[tuple[Limits, int], Pool] = field(default_factory=dict)
-    warmed: dict[tuple[Limits, int], int] = field(default_factory=dict)
-    checked: set[tuple[str, Path]] = field(default_factory=set)
-
-
-_POOLS = _Pools()
+# Pools of this process by their limits, each with the number of functions that it has been warmed with.
+_pools: dict[tuple[Limits, int], tuple[Pool, int]] = {}
+_checked: set[tuple[str, Path]] = set()
 
 
 @read_once
@@ -125,12 +118,12 @@ def work(order: Order, job: Any) -> Any:
     Raises:
         CasaError: no worker can be started.
     """
-    if (order.version, order.marker) not in _POOLS.checked:
+    if (order.version, order.marker) not in _checked:
         message = _unfit(order)
         if message:
             return Unfit(f"{socket.gethostname()}: {message}")
         os.chdir(order.folder)
-        _POOLS.checked.add((order.version, order.marker))
+        _checked.add((order.version, order.marker))
     answer = None
     if (full := full_disk()) is None:
         ((_, answer),) = _pool(order).run(order.function, [job])
@@ -168,11 +161,8 @@ def _unfit(order: Order) -> str:
 
 def _pool(order: Order) -> Pool:
     key = (order.limits, order.least_bytes)
-    pool = _POOLS.found.get(key)
-    if pool is None:
-        pool = _POOLS.found[key] = Pool(1, order.limits, order.warm[0], order.least_bytes)
-        _POOLS.warmed[key] = 1
-    for warm in order.warm[_POOLS.warmed[key] :]:
+    pool, warmed = _pools.get(key) or (Pool(1, order.limits, order.warm[0], order.least_bytes), 1)
+    for warm in order.warm[warmed:]:
         pool.prepare(warm)
-    _POOLS.warmed[key] = max(_POOLS.warmed[key], len(order.warm))
+    _pools[key] = pool, max(warmed, len(order.warm))
     return pool

@@ -214,14 +214,21 @@ def _kill(pid: int) -> None:
 def _worker(channel: Connection, server: int, limits: Limits) -> NoReturn:
     """One job, read from the channel, answered there."""
     try:
-        _die_with(server)
+        # End with the server, however it dies, so that no orphan writes into a library that is being resumed.
+        if sys.platform == "linux":
+            ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+        if os.getppid() != server:
+            os._exit(1)
         os.setsid()  # what it starts is found by its session
         # Native libraries chat; a batch of thousands must stay readable.
         quiet = os.open(os.devnull, os.O_RDWR)
         for descriptor in (0, 1, 2):
             os.dup2(quiet, descriptor)
         function, job = channel.recv()
-        answer = pickle.dumps(_answer(function, job, limits))
+        with suppress(OSError):
+            OOM_FILE.write_text(str(OOM_SCORE), encoding="ascii")
+        restrict(limits)
+        answer = pickle.dumps(_find(function)(job))
     except BaseException as error:  # noqa: BLE001  a bug of ours or a library's is reported, and the batch goes on
         answer = _pickled_failure(error)
     code = 0
@@ -234,24 +241,16 @@ def _worker(channel: Connection, server: int, limits: Limits) -> NoReturn:
         os._exit(code)
 
 
-def _answer(function: str, job: Any, limits: Limits) -> Any:
-    with suppress(OSError):
-        OOM_FILE.write_text(str(OOM_SCORE), encoding="ascii")
-    restrict(limits)
-    return _find(function)(job)
-
-
 def _pickled_failure(error: BaseException) -> bytes:
     """Return the pickled failure of a job that raised an error; ends the process if there is no memory to pickle it."""
     try:
-        return pickle.dumps(OUT_OF_MEMORY if _is_out_of_memory(error) else _failure_of(error))
+        failure = OUT_OF_MEMORY
+        if not _is_out_of_memory(error):  # cut to a length that can be sent
+            message, trace = f"{type(error).__name__}: {error}"[:2000], traceback.format_exc()[-20000:]
+            failure = WorkerFailure("error", message, trace)
+        return pickle.dumps(failure)
     except MemoryError:
         os._exit(OUT_OF_MEMORY_EXIT)
-
-
-def _failure_of(error: BaseException) -> WorkerFailure:
-    """The failure of a job that raised an error, with its trace; both are cut to a length that can be sent."""
-    return WorkerFailure("error", f"{type(error).__name__}: {error}"[:2000], traceback.format_exc()[-20000:])
 
 
 def _is_out_of_memory(error: BaseException | None) -> bool:
@@ -277,11 +276,3 @@ def _is_out_of_memory(error: BaseException | None) -> bool:
 def _find(function: str) -> Any:
     module, name = function.split(":")
     return getattr(importlib.import_module(module), name)
-
-
-def _die_with(server: int) -> None:
-    """End with the server, however it dies, so that no orphan writes into a library that is being resumed."""
-    if sys.platform == "linux":
-        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
-    if os.getppid() != server:
-        os._exit(1)

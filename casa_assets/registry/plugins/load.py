@@ -14,7 +14,7 @@ import sys
 import traceback
 from collections.abc import Callable, Container, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from importlib.metadata import EntryPoint, entry_points
+from importlib.metadata import entry_points
 from pathlib import Path
 from types import ModuleType
 from typing import Any, TypeVar
@@ -111,17 +111,13 @@ def or_of_ignored() -> str:
 def _installed() -> Iterator[LoadedPlugin]:
     for point in sorted(entry_points(group=GROUP), key=lambda point: point.name):
         where = f"{point.dist.name if point.dist else 'a package'}, entry point {point.name}"
-        loaded = _attempt(where, point)
+        try:
+            loaded = point.load()
+        except Exception as error:
+            raise CasaError(f"{where}: cannot be imported\n{traceback.format_exc(limit=-3)}") from error
         plugin = getattr(loaded, OBJECT, None) if isinstance(loaded, ModuleType) else loaded
         module = sys.modules[point.value.partition(":")[0]]
         yield LoadedPlugin(_checked(plugin, where), where, _digest(_package_files(module)))
-
-
-def _attempt(where: str, point: EntryPoint) -> Any:
-    try:
-        return point.load()
-    except Exception as error:
-        raise CasaError(f"{where}: cannot be imported\n{traceback.format_exc(limit=-3)}") from error
 
 
 def _package_files(module: ModuleType) -> list[Path]:
@@ -147,19 +143,15 @@ def _modules(project: Path) -> tuple[Path, ...]:
 
 
 def _may_run(project: Path) -> bool:
-    return plugin_use() is PluginUse.ALL or project.resolve() in _trusted()
-
-
-def _trusted() -> Sequence[Path]:
-    """Projects that the user has listed. Raises RegistryError where the configuration is wrong."""
+    """True where the user said so, or has listed the project. Raises RegistryError where the configuration is wrong."""
     path = user_settings()
-    if not path.is_file():
-        return ()
+    if plugin_use() is PluginUse.ALL or not path.is_file():
+        return plugin_use() is PluginUse.ALL
     document = read_document(path, str(path))
     listed = document.value.get(TRUSTED, []) if isinstance(document.value, dict) else None
     if not isinstance(listed, list) or not all(isinstance(one, str) for one in listed):
         raise document.fault((TRUSTED,), "a list of folders", repr(document.value))
-    return [Path(one).expanduser().resolve() for one in listed]
+    return project.resolve() in [Path(one).expanduser().resolve() for one in listed]
 
 
 def _imported(path: Path, digest: str) -> ModuleType:
@@ -194,14 +186,13 @@ def _checked(plugin: Any, where: str) -> Plugin:
     """A plug-in whose parts are what they should be. Raises CasaError."""
     if not isinstance(plugin, Plugin):
         raise CasaError(f"{where}: {OBJECT} is no casa_assets.Plugin but {type(plugin).__name__}")
-    parts: tuple[tuple[str, Sequence[Any], type | tuple[type, ...]], ...] = (
-        ("source", plugin.sources, Source),
-        ("exporter", plugin.exporters, Exporter),
-    )
-    for kind, things, expected in parts:
-        for thing in things:
-            if not isinstance(thing, expected):
-                raise CasaError(f"{where}: {kind} {thing!r} lacks what casa_assets.registry.plugins.plugin asks of it")
+    parts = [
+        *(("source", one, Source) for one in plugin.sources),
+        *(("exporter", one, Exporter) for one in plugin.exporters),
+    ]
+    for kind, thing, expected in parts:
+        if not isinstance(thing, expected):
+            raise CasaError(f"{where}: {kind} {thing!r} lacks what casa_assets.registry.plugins.plugin asks of it")
     for kind, name in (("plug-in", plugin.name), *_names(plugin)):
         pattern = {"check": _CODE, "source": _SCHEME}.get(kind, _NAME)
         if not pattern.fullmatch(str(name)) or (kind == "source" and name in STORES):

@@ -14,9 +14,9 @@ import pytest
 from casa_assets.errors import CasaError, Rejected, UnknownId
 from casa_assets.ingest import rejection_codes
 from casa_assets.ingest.sources import Found, Refused, collect, discover, objaverse
-from casa_assets.ingest.sources.licence import spdx_id
+from casa_assets.ingest.sources.rows import spdx_id
 from casa_assets.model.source import SourceKind
-from tests.mesh_files import LIMITS, OBJ_TRIANGLE, QUARTERS, Gltf, codes_of, load_path, png
+from tests.mesh_files import LIMITS, OBJ_TRIANGLE, QUARTERS, Gltf, codes_of, inputs_of, load_path, png
 
 UID = "0" * 31 + "1"
 
@@ -29,12 +29,12 @@ def write(path: Path, data: bytes | str | object) -> Path:
     return path
 
 
-def found(root: Path) -> dict[str, Found]:
-    return {one.source.path: one for one in discover([root]) if isinstance(one, Found)}
-
-
 def refusals(root: Path) -> list[str]:
-    return [one.code for one in discover([root]) if isinstance(one, Refused)]
+    return [one.code for one in inputs_of(root)[1]]
+
+
+def found(root: Path) -> dict[str, Found]:
+    return {one.source.path: one for one in inputs_of(root)[0]}
 
 
 def only(root: Path) -> Refused:
@@ -150,11 +150,11 @@ def test_bad_rows_are_listed_with_their_line_and_the_others_go_on(tmp_path: Path
         (good % "two", ""),
     ]
     write(tmp_path / "set.jsonl", "\n".join(row for row, _ in rows))
-    refused = [one for one in discover([tmp_path]) if isinstance(one, Refused)]
+    good_rows, refused = inputs_of(tmp_path)
     assert [one.code for one in refused] == [code for _, code in rows if code]
     lines = [i for i, (_, code) in enumerate(rows, start=1) if code]
     assert all(f"line {line}:" in one.message for line, one in zip(lines, refused, strict=True))
-    assert [one.source.uid for one in discover([tmp_path]) if isinstance(one, Found)] == ["one", "two"]
+    assert [one.source.uid for one in good_rows] == ["one", "two"]
 
 
 def test_a_manifest_that_the_user_names_must_be_one(tmp_path: Path) -> None:
@@ -162,7 +162,7 @@ def test_a_manifest_that_the_user_names_must_be_one(tmp_path: Path) -> None:
     assert only(write(tmp_path / "x.json", {"a": 1})).code == rejection_codes.BAD_MANIFEST
     assert only(write(tmp_path / "y.json", "{")).code == rejection_codes.BAD_MANIFEST
     assert len(found(write(tmp_path / "z.json", [{"id": "a", "file": "m.obj"}]))) == 1
-    assert [one.code for one in discover([tmp_path]) if isinstance(one, Refused)] == []
+    assert refusals(tmp_path) == []
 
 
 def test_what_is_no_file_is_refused_and_never_opened(tmp_path: Path) -> None:
@@ -193,15 +193,10 @@ def test_what_is_no_file_is_refused_and_never_opened(tmp_path: Path) -> None:
         one.path.encode("utf-8")
 
 
-def test_an_input_that_two_roots_reach_comes_once(tmp_path: Path) -> None:
-    path = write(tmp_path / "a/x.obj", OBJ_TRIANGLE)
-    assert len(list(discover([tmp_path, path, tmp_path / "a"]))) == 1
-
-
-def test_size_is_refused_without_reading(tmp_path: Path) -> None:
-    path = write(tmp_path / "x.glb", b"glTF")
+def test_size_is_refused_without_reading_and_two_roots_are_no_two_inputs(tmp_path: Path) -> None:
+    path = write(tmp_path / "a/x.glb", b"glTF")
     os.truncate(path, 20 * 1024**3)
-    (one,) = discover([path])
+    (one,) = discover([tmp_path, path, tmp_path / "a"])
     assert isinstance(one, Found)
     with pytest.raises(Rejected) as caught:
         collect(one, LIMITS)
@@ -242,6 +237,16 @@ def test_pictures_are_found_inside_the_package_only(
             model = load_path(path)
             assert (model.parts[0].material.base_color_texture is not None) is bool(there)
             assert codes_of(model) == ({code} if code else set())
+
+
+def test_moving_a_package_keeps_its_digest(tmp_path: Path) -> None:
+    digests = set()
+    for name in ("a", "b/c"):
+        path = obj_with_map(tmp_path / name, "t.png")
+        write(path.parent / "t.png", png(QUARTERS))
+        ((one,), _) = inputs_of(path)
+        digests.add(collect(one, LIMITS).sha256)
+    assert len(digests) == 1
 
 
 def test_links_out_of_the_package_are_not_followed(tmp_path: Path) -> None:
@@ -285,32 +290,13 @@ def test_a_gltf_without_its_buffer_is_refused(
     ]:
         with subtests.test(uri=uri, code=code):
             tmp_path = tmp_path_factory.mktemp("case")
-            made = Gltf()
-            buffers = [{"byteLength": len(made.binary), "uri": uri}]
-            whole = {**made.document, "bufferViews": made.views, "accessors": made.accessors, "buffers": buffers}
-            path = write(tmp_path / "x.gltf", whole)
+            path = write(tmp_path / "x.gltf", Gltf().text(uri))
             with pytest.raises(Rejected) as caught:
                 load_path(path)
             assert caught.value.code == code
-
-
-def test_buffers_beside_a_gltf_are_read_with_percent_escapes(tmp_path: Path) -> None:
-    made = Gltf()
-    write(tmp_path / "my buffer.bin", made.binary)
-    buffers = [{"byteLength": len(made.binary), "uri": "my%20buffer.bin"}]
-    whole = {**made.document, "bufferViews": made.views, "accessors": made.accessors, "buffers": buffers}
-    assert load_path(write(tmp_path / "x.gltf", whole)).format == "gltf"
-
-
-def test_moving_a_package_keeps_its_digest(tmp_path: Path) -> None:
-    digests = set()
-    for name in ("a", "b/c"):
-        path = obj_with_map(tmp_path / name, "t.png")
-        write(path.parent / "t.png", png(QUARTERS))
-        (one,) = discover([path])
-        assert isinstance(one, Found)
-        digests.add(collect(one, LIMITS).sha256)
-    assert len(digests) == 1
+    tmp_path = tmp_path_factory.mktemp("whole")
+    write(tmp_path / "my buffer.bin", Gltf().binary)
+    assert load_path(write(tmp_path / "x.gltf", Gltf().text("my%20buffer.bin"))).format == "gltf"
 
 
 def test_licence_words(subtests: pytest.Subtests) -> None:

@@ -65,7 +65,7 @@ def test_a_set_is_one_asset_of_each_thing(made: Path) -> None:
     milk = found["breakfast.obj#milk_carton"]
     assert milk.accepted
     assert any("2 equal ones" in issue.message for issue in milk.warnings)
-    said = disk.read_section(made / "library" / milk.path, "asset")["provenance"]
+    said = disk.read_manifest(made / "library" / milk.path).asset["provenance"]
     assert (said["path"], said["node"]) == ("breakfast.obj", "milk_carton")
     again = run(made, split=True)
     assert {(event.kind, event.asset_id) for event in again} == {("kept", event.asset_id) for event in events}

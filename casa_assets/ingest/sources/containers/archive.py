@@ -1,28 +1,45 @@
-"""Archives (zip, tar) in a folder: their members, bounded in number and size; no link among them is followed."""
+"""Archives (zip, tar) in a folder: their members, bounded in number and size; no link among them is followed.
+
+Meshes in an archive are inputs named `archive.zip!member`. A JSON member of a tar that has the name of a mesh
+describes it, as in a shard of WebDataset: files of one key belong together, `0001.glb` and `0001.json`. A key is the
+path up to the first dot of the file's name, as the `webdataset` package reads it.
+"""
 
 from __future__ import annotations
 
 import gzip
 import io
+import json
 import posixpath
 import re
 import stat
 import struct
 import tarfile
 import zipfile
-import zlib
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import IO
 
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
-from casa_assets.ingest.load.notes import printable
-from casa_assets.ingest.sources.places import Folder
+from casa_assets.ingest.load.formats import PACKED_FAULTS
+from casa_assets.ingest.load.text import printable
+from casa_assets.ingest.sources.found import (
+    ARCHIVE_SUFFIXES,
+    HIDDEN,
+    Found,
+    Package,
+    Refused,
+    archive_suffix,
+    kind_of_other,
+    unread,
+)
+from casa_assets.ingest.sources.places import Folder, utf8_escaped
+from casa_assets.ingest.sources.rows import check_types, parse_json, remarks, safe_id, source_of, unique_hints
+from casa_assets.model.source import Source, SourceKind
 
-# By suffix: how it is read, and nothing else is. Others may need memory that no limit here would stop.
-SUFFIXES = {".zip": "zip", ".zae": "zip", ".kmz": "zip", ".tar": "tar", ".tgz": "tar", ".tar.gz": "tar"}
 # What an archive may hold; choices. A zip's list of members is read whole, so its size is bounded too. Shards of
 # WebDataset, which are tars, have several members for each sample.
 MAX_MEMBERS = {"zip": 20_000, "tar": 100_000}
@@ -38,28 +55,7 @@ SEEK_BLOCK = 256 << 10
 # Deflate packs 1032 to one at most, and meshes ten to one; small files of blanks come near it.
 MAX_RATIO = 200
 SMALL_BYTES = 1 << 20
-_FAULTS = (
-    zipfile.BadZipFile,
-    tarfile.TarError,
-    gzip.BadGzipFile,
-    zlib.error,
-    struct.error,
-    OSError,
-    EOFError,
-    ValueError,
-    RuntimeError,
-    NotImplementedError,
-    KeyError,
-    IndexError,
-    OverflowError,
-    UnicodeError,
-)
-
-
-def archive_suffix(name: str) -> str:
-    """Suffix, in lower case, of an archive that is read (`.tar.gz` counts as one); empty for other names."""
-    lower = name.lower()
-    return next((s for s in (".tar.gz", *SUFFIXES) if lower.endswith(s) and lower != s), "")
+_FAULTS = (*PACKED_FAULTS, tarfile.TarError)
 
 
 def _plain(path: str) -> str:
@@ -124,13 +120,11 @@ class Archive:
     folder: Folder
 
     def members(self, texts: dict[str, bytes] | None = None) -> tuple[Member, ...]:
-        """Regular files in it, sorted by path; of several of one path the first.
+        """Regular files in it, sorted by path; of several of one path the first. Raises Rejected.
 
         Args:
             texts: takes up the JSON members of a tar by their paths, as it is read through: of each at most one byte
                 more than MAX_TEXT_BYTES, of all together MAX_TEXTS_BYTES; None: none is read.
-        Raises:
-            Rejected: BAD_ARCHIVE, TOO_LARGE, PATH_TRAVERSAL, and what files are refused for.
         """
         self.folder.check(self.path)
         found: dict[str, Member] = {}
@@ -160,7 +154,7 @@ class Archive:
         """
         self.folder.check(self.path)
         try:
-            data = self._content_at(path, int(max_bytes) + 1, at) if at > 0 and not self._is_zip else None
+            data = self._content(path, int(max_bytes) + 1, at) if at > 0 and not self._is_zip else None
             data = self._content(path, int(max_bytes) + 1) if data is None else data
         except _FAULTS as error:
             why = printable(str(error), 80) or type(error).__name__
@@ -192,8 +186,12 @@ class Archive:
                         left -= len(texts[member.path])
                 packed_tar.members = []  # type: ignore[attr-defined]  # the library keeps all that it has seen
 
-    def _content(self, path: str, most: int) -> bytes | None:
-        """Bytes of a member, at most `most`; None if there is no such member."""
+    def _content(self, path: str, most: int, at: int = 0) -> bytes | None:
+        """Bytes of a member, at most `most`; None if there is no such member.
+
+        Args:
+            at: of a tar, byte at which the header of the only member that is looked at begins.
+        """
         if self._is_zip:
             with self._zip() as packed:
                 for info in packed.infolist():
@@ -202,25 +200,18 @@ class Archive:
                         with packed.open(info) as stream:
                             return stream.read(min(info.file_size, most))
             return None
-        with self._tar(STREAM_BLOCK) as (packed_tar, bounded):
+        with self._tar(SEEK_BLOCK if at else STREAM_BLOCK, at) as (packed_tar, bounded):
             for one in packed_tar:
                 if one.isfile() and not one.issparse() and _plain(one.name) == path:
                     bounded.seek(one.offset_data)
                     return bounded.content(min(one.size, most))
+                if at:
+                    break
         return None
-
-    def _content_at(self, path: str, most: int, at: int) -> bytes | None:
-        """Bytes, at most `most`, of the member of a tar whose header begins at byte `at`; None if another one does."""
-        with self._tar(SEEK_BLOCK, at) as (packed_tar, bounded):
-            one = packed_tar.next()
-            if one is None or not one.isfile() or one.issparse() or _plain(one.name) != path:
-                return None
-            bounded.seek(one.offset_data)
-            return bounded.content(min(one.size, most))
 
     @property
     def _is_zip(self) -> bool:
-        return SUFFIXES.get(archive_suffix(self.path)) == "zip"
+        return ARCHIVE_SUFFIXES.get(archive_suffix(self.path)) == "zip"
 
     @contextmanager
     def _zip(self) -> Iterator[zipfile.ZipFile]:
@@ -259,3 +250,92 @@ class Archive:
     def _refused(self, code: str, why: str) -> Rejected:
         name = printable(posixpath.basename(self.path))
         return Rejected(code, f"{name}: an archive that {why}; unpack what you need of it and name that folder")
+
+
+class ShardRows:
+    """Descriptions of meshes in the JSON members of one tar; ids must differ.
+
+    Args:
+        package: folder of the tar. name: of its file.
+        texts: content of JSON members by their paths, see Archive.members.
+    """
+
+    def __init__(self, package: Package, name: str, texts: Mapping[str, bytes]) -> None:
+        self._package, self._name, self._texts = package, name, texts
+        self._is_full = sum(map(len, texts.values())) >= MAX_TEXTS_BYTES
+        self._ids: dict[str, str] = {}
+
+    def described(self, found: Found) -> Found | Refused:
+        """A mesh with the description in its JSON; unchanged if it has no JSON; refused if the JSON is wrong."""
+        folder, base = posixpath.split(found.main)
+        # under its name, or under its key
+        names = posixpath.splitext(base)[0], base.partition(".")[0]
+        paths = (posixpath.join(folder, f"{name}.json") for name in names)
+        path = next((p for p in paths if p in self._texts), None)
+        if path is None:
+            return found
+        place = f"{printable(self._name)}!{printable(path, 80)}"
+        try:
+            row = self._row(path, place)
+            uid = self._uid(row, place)
+            check_types(row, place)
+        except Rejected as error:
+            return self._package.refuse(self._name, error)
+        if uid:
+            self._ids[uid] = place
+        source = source_of(row, found.source.path, uid, found.source.hints)
+        return replace(found, source=source, notes=remarks(place, row))
+
+    def _row(self, path: str, place: str) -> Mapping[str, object]:
+        text = self._texts[path]
+        if len(text) > MAX_TEXT_BYTES or (self._is_full and not text.rstrip().endswith((b"}", b"]"))):
+            message = f"{place}: over {MAX_TEXT_BYTES} bytes, or over {MAX_TEXTS_BYTES} with the others; shorten it"
+            raise Rejected(codes.TOO_LARGE, message)
+        row = parse_json(text.decode("utf-8-sig", "replace"), place)
+        if not isinstance(row, dict):
+            raise Rejected(codes.BAD_ROW, f"{place}: {printable(json.dumps(row), 40)} is not an object; fix it")
+        return row
+
+    def _uid(self, row: Mapping[str, object], place: str) -> str:
+        """The id that a row states, as text; empty if it states none, since the key distinguishes samples."""
+        value = row.get("uid", row.get("id"))
+        if value is None:
+            return ""
+        uid = safe_id(str(value) if type(value) is int else value, place)
+        if uid in self._ids:
+            raise Rejected(codes.DUPLICATE_ID, f"{place}: id {uid!r} was used by {self._ids[uid]}; rename one")
+        return uid
+
+
+def archived(package: Package, name: str, others: Counter[str]) -> Iterator[Found | Refused]:
+    """Inputs in one archive of a folder; refused as a whole where it is broken, too large, or leaves its folder."""
+    try:
+        package.check_utf8(name)
+        texts: dict[str, bytes] = {}
+        members = Archive(name, package.files).members(texts)
+    except Rejected as error:
+        yield package.refuse(name, error)
+        return
+    rows = ShardRows(package, name, texts)
+    in_folder: dict[str, set[str]] = {}
+    for member in members:
+        folder, base = posixpath.split(member.path)
+        in_folder.setdefault(folder, set()).add(base.lower())
+    for member in members:
+        folders, base = member.path.split("/")[:-1], posixpath.basename(member.path)
+        place = utf8_escaped(f"{package.prefix}{name}!{member.path}")
+        if any(part.startswith(".") or part == "__MACOSX" for part in (*folders, base)):
+            others[HIDDEN] += 1
+        elif kind := kind_of_other(base, in_folder[posixpath.dirname(member.path)]):
+            others[kind] += 1
+        elif archive_suffix(base):
+            message = f"{utf8_escaped(base)}: an archive within an archive; unpack the outer one and name the folder"
+            yield Refused(place, codes.BAD_ARCHIVE, message)
+        elif (refused := unread(place)) is not None:
+            yield refused
+        else:
+            around = [*folders[::-1], name[: -len(archive_suffix(name))]]
+            outer = package.prefix.rstrip("/").split("/")[::-1]
+            hints = unique_hints([posixpath.splitext(base)[0]], around, outer, [package.root.name])
+            source = Source(kind=SourceKind.FOLDER, path=place, hints=hints)
+            yield rows.described(Found(package.root, member.path, source, archive=name, at=member.at))

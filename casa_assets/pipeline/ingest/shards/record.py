@@ -13,8 +13,8 @@ from typing import Annotated, Literal
 from pydantic import Field, StringConstraints, ValidationError
 
 from casa_assets.errors import CasaError, OutputError, Rejected
-from casa_assets.ingest.sources.bounded_reads import utf8_escaped
 from casa_assets.ingest.sources.found import Found, Refused
+from casa_assets.ingest.sources.places import utf8_escaped
 from casa_assets.model.record import Record, Sha256
 from casa_assets.model.source import Source
 from casa_assets.pipeline.cache.cache_key import key_of

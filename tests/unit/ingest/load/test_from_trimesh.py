@@ -35,17 +35,27 @@ def square(material: PBRMaterial | SimpleMaterial) -> trimesh.Trimesh:
     return trimesh.Trimesh(vertices=points, faces=[(0, 1, 2), (0, 2, 3)], visual=visual, process=False)
 
 
-def test_units_are_those_that_trimesh_states(subtests: pytest.Subtests) -> None:
-    for units, metres in [("mm", 0.001), ("inches", 0.0254), ("meters", 1.0), (None, None)]:
-        with subtests.test(units=units, metres=metres):
-            found = raw_from_trimesh(box(units)).metres_per_unit
-            assert found == (None if metres is None else pytest.approx(metres))
+def test_units_are_those_that_trimesh_states() -> None:
+    for units, metres in (("mm", 0.001), ("inches", 0.0254), ("meters", 1.0), (None, None)):
+        found = raw_from_trimesh(box(units)).metres_per_unit
+        assert found == (None if metres is None else pytest.approx(metres)), units
 
 
-def test_meshes_of_different_units_are_refused() -> None:
-    with pytest.raises(Rejected) as refused:
-        raw_from_trimesh(trimesh.Scene([box("mm"), box("inches")]))
-    assert refused.value.code == rejection_codes.MIXED_UNITS
+def test_what_is_refused_or_passed_over() -> None:
+    few = {**LIMITS, "input_faces": 11}
+    broken = trimesh.Trimesh(vertices=[(0, 0, 0), (1, 0, 0), (0, 1, 0)], faces=[(0, 1, 7)], process=False)
+    for read, code in (
+        (lambda: raw_from_trimesh(trimesh.Scene([box("mm"), box("inches")])), rejection_codes.MIXED_UNITS),
+        (lambda: raw_from_trimesh(box(), few), rejection_codes.TOO_LARGE),
+        (lambda: load(bundle_from_trimesh(box()), few), rejection_codes.TOO_LARGE),
+        (lambda: raw_from_trimesh(broken), rejection_codes.OUT_OF_BOUNDS),
+    ):
+        with pytest.raises(Rejected) as refused:
+            read()
+        assert refused.value.code == code
+    raw = raw_from_trimesh(trimesh.Scene([box(), trimesh.PointCloud([(0, 0, 0)])]))
+    assert len(raw.parts) == 1
+    assert [n.code for n in raw.notes] == [rejection_codes.FEATURE_IGNORED]
 
 
 def test_nodes_place_and_mirror() -> None:
@@ -76,9 +86,7 @@ def test_pbr_pictures_and_factors() -> None:
     assert (part.material.base_color_texture.width_px, part.material.base_color_texture.height_px) == (2, 2)
     assert part.mesh.uv is not None
     assert part.mesh.uv[2].tolist() == [1.0, 1.0]
-
-
-def test_simple_colours_are_display_values() -> None:
+    # simple colours are display values
     (part,) = raw_from_trimesh(square(SimpleMaterial(diffuse=[188, 0, 0, 255]))).parts
     assert part.material.base_color[0] == pytest.approx(0.503, abs=0.001)
 
@@ -105,25 +113,6 @@ def test_the_digest_is_of_the_content() -> None:
     assert bundle_from_trimesh(box("cm")).sha256 != first
     mesh.vertices[0] += 0.5
     assert bundle_from_trimesh(mesh).sha256 != first
-
-
-def test_paths_and_clouds_are_passed_over() -> None:
-    raw = raw_from_trimesh(trimesh.Scene([box(), trimesh.PointCloud([(0, 0, 0)])]))
-    assert len(raw.parts) == 1
-    assert [n.code for n in raw.notes] == [rejection_codes.FEATURE_IGNORED]
-
-
-def test_limits_hold_for_what_is_in_memory_too() -> None:
-    with pytest.raises(Rejected) as refused:
-        raw_from_trimesh(box(), {**LIMITS, "input_faces": 11})
-    assert refused.value.code == rejection_codes.TOO_LARGE
-    with pytest.raises(Rejected) as refused:
-        load(bundle_from_trimesh(box()), {**LIMITS, "input_faces": 11})
-    assert refused.value.code == rejection_codes.TOO_LARGE
-    broken = trimesh.Trimesh(vertices=[(0, 0, 0), (1, 0, 0), (0, 1, 0)], faces=[(0, 1, 7)], process=False)
-    with pytest.raises(Rejected) as refused:
-        raw_from_trimesh(broken)
-    assert refused.value.code == rejection_codes.OUT_OF_BOUNDS
 
 
 def test_the_stages_take_it_like_a_file() -> None:

@@ -16,7 +16,7 @@ from casa_assets.ingest.load import load
 from casa_assets.ingest.sources import Found, Refused, collect, discover
 from casa_assets.model.source import RawModel, Up
 from tests import format_files as made
-from tests.mesh_files import LIMITS, OBJ_TRIANGLE, QUARTERS, codes_of, load_bytes, load_path, png
+from tests.mesh_files import LIMITS, OBJ_TRIANGLE, QUARTERS, codes_of, load_bytes, load_path, png, refusal
 
 PICTURE = {"a.png": png(QUARTERS)}
 # Format -> file, metres per unit, up, and the length of its sides in metres along x, y, z of the file.
@@ -29,6 +29,10 @@ FILES = {
     "a.wrl": (made.wrl().encode(), 1.0, Up.Y, SIZE),
     "a.3ds": (made.max3ds(), None, Up.Z, (0.08, 0.06, 0.1)),
 }
+
+
+# Where a node has moved the lowest point of the box to.
+MOVED = {"a.fbx": 2.0, "a.x3d": 0.02, "a.wrl": 0.02}
 
 
 def extents(model: RawModel) -> Floats:
@@ -45,6 +49,8 @@ def test_a_box_is_read_with_its_unit_and_axis(subtests: pytest.Subtests) -> None
             assert sum(len(part.mesh.faces) for part in model.parts) == 12
             assert np.allclose(extents(model), size, atol=1e-5)
             assert codes.TYPE_BY_CONTENT not in codes_of(model)
+            if name in MOVED:
+                assert model.parts[0].mesh.vertices[:, 1].min() == pytest.approx(MOVED[name])
 
 
 def test_the_picture_beside_it_is_shown(subtests: pytest.Subtests, tmp_path_factory: pytest.TempPathFactory) -> None:
@@ -55,26 +61,14 @@ def test_the_picture_beside_it_is_shown(subtests: pytest.Subtests, tmp_path_fact
             (tmp_path / "a.png").write_bytes(PICTURE["a.png"])
             model = load_path(tmp_path / name)
             assert model.parts[0].material.base_color_texture is not None
-
-
-def test_an_x3d_picture_that_is_stored_upside_down_is_turned() -> None:
-    plain = load_bytes("a.x3d", made.x3d(), **PICTURE).parts[0].mesh.uv
-    text = made.x3d().replace("<ImageTexture", "<ImageTexture flipVertically='true'")
-    turned = load_bytes("a.x3d", text, **PICTURE).parts[0].mesh.uv
+    packed = load_bytes("a.fbx", made.fbx(PICTURE["a.png"]))
+    assert packed.parts[0].material.base_color_texture is not None
+    # of X3D, stored upside down
+    text = made.x3d()
+    plain = load_bytes("a.x3d", text, **PICTURE).parts[0].mesh.uv
+    turned = load_bytes("a.x3d", text.replace("<ImageTexture", "<ImageTexture flipVertically='true'"), **PICTURE)
     assert plain is not None
-    assert turned is not None
-    assert np.allclose(plain * (1, -1) + (0, 1), turned)
-
-
-def test_a_picture_within_an_fbx_is_shown() -> None:
-    model = load_bytes("a.fbx", made.fbx(PICTURE["a.png"]))
-    assert model.parts[0].material.base_color_texture is not None
-
-
-def test_nodes_of_an_fbx_and_of_a_scene_are_moved() -> None:
-    for name, lowest in (("a.fbx", 2.0), ("a.x3d", 0.02), ("a.wrl", 0.02)):
-        points = load_bytes(name, FILES[name][0]).parts[0].mesh.vertices
-        assert points[:, 1].min() == pytest.approx(lowest)
+    assert np.allclose(plain * (1, -1) + (0, 1), turned.parts[0].mesh.uv)
 
 
 def test_usd_instances_are_expanded() -> None:
@@ -100,9 +94,7 @@ def test_usd_holes_hidden_prims_and_handedness_are_minded() -> None:
     turned = load_bytes("a.usda", text).parts[0].mesh
     assert _volume(whole.vertices, whole.faces) == pytest.approx(-_volume(turned.vertices, turned.faces))
     hidden = made.usda().replace("int[] faceVertexCounts", 'token visibility = "invisible"\n int[] faceVertexCounts')
-    with pytest.raises(Rejected) as error:
-        load_bytes("a.usda", hidden)
-    assert error.value.code == codes.NO_GEOMETRY
+    assert refusal("a.usda", hidden) == codes.NO_GEOMETRY
 
 
 def _volume(points: Floats, faces: Ints) -> float:
@@ -131,11 +123,8 @@ def test_shapes_of_vrml_are_closed(subtests: pytest.Subtests) -> None:
             mesh = load_bytes("a.wrl", made.wrl(f"{solid} {{ }}")).parts[0].mesh
             assert _volume(mesh.vertices, mesh.faces) > 1.0
             assert np.allclose(np.ptp(mesh.vertices, axis=0), 2.0, atol=0.02)
-
-
-def test_a_shape_that_is_used_twice_stands_twice() -> None:
-    text = made.wrl() + "Transform { translation 1 0 0 children USE thing }"
-    assert len(load_bytes("a.wrl", text).parts) == 2
+    used_twice = made.wrl() + "Transform { translation 1 0 0 children USE thing }"
+    assert len(load_bytes("a.wrl", used_twice).parts) == 2
 
 
 def test_members_of_archives_are_inputs_with_their_companions(tmp_path: Path) -> None:

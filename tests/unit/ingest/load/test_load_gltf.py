@@ -3,27 +3,18 @@
 from __future__ import annotations
 
 import base64
-import json
 import math
 import struct
 
 import numpy as np
 import pytest
 
-from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes
-from casa_assets.ingest.load.gltf_materials import Mapping2D
+from casa_assets.ingest.load.gltf import Mapping2D
 from casa_assets.model.source import Up
-from tests.mesh_files import QUARTERS, Gltf, codes_of, glb_bytes, load_bytes, png, texel
+from tests.mesh_files import QUARTERS, Gltf, codes_of, glb_bytes, load_bytes, png, refusal, texel
 
 RED, GREEN, BLUE = (255, 0, 0), (0, 255, 0), (0, 0, 255)
-
-
-def refused(data: bytes, name: str = "x.glb", **files: bytes) -> str:
-    with pytest.raises(Rejected) as caught:
-        load_bytes(name, data, **files)
-    assert caught.value.message
-    return caught.value.code
 
 
 def test_declares_metres_and_y_up_and_keeps_the_triangle() -> None:
@@ -51,14 +42,9 @@ def test_texture_transform_is_baked() -> None:
     assert texel(load_bytes("x.glb", made.glb()), 0, 0) == GREEN
     turned = Mapping2D(rotation=math.pi / 2).apply(np.array([[0.25, 0.5]]))
     assert np.allclose(turned, [[0.5, 1.25]])
-
-
-def test_second_uv_set_is_used_where_the_picture_asks_for_it() -> None:
-    made = Gltf()
+    # the second set of coordinates, where the picture asks for it
     made.attributes["TEXCOORD_1"] = made.add(np.array([[1, 0], [1, 0], [1, 0]], dtype="<f4"), "VEC2")
-    made.paint(png(QUARTERS))
-    picture = {"index": 0, "texCoord": 1}
-    made.document["materials"] = [{"pbrMetallicRoughness": {"baseColorTexture": picture}}]
+    made.document["materials"] = [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0, "texCoord": 1}}}]
     assert texel(load_bytes("x.glb", made.glb()), 0, 0) == GREEN
 
 
@@ -174,9 +160,7 @@ def test_text_gltf_with_data_uri_and_with_a_buffer_beside_it() -> None:
     made = Gltf()
     inside = "data:application/octet-stream;base64," + base64.b64encode(made.binary).decode()
     for uri, files in ((inside, {}), ("my%20buffer.bin", {"my%20buffer.bin": made.binary})):
-        buffers = [{"byteLength": len(made.binary), "uri": uri}]
-        whole = {**made.document, "bufferViews": made.views, "accessors": made.accessors, "buffers": buffers}
-        assert len(load_bytes("x.gltf", json.dumps(whole), **files).parts) == 1
+        assert len(load_bytes("x.gltf", made.text(uri), **files).parts) == 1
 
 
 def test_nan_uv_and_missing_uv_are_remarked() -> None:
@@ -218,20 +202,24 @@ def test_broken_containers_are_refused(subtests: pytest.Subtests) -> None:
         (lambda d: b"", rejection_codes.EMPTY_FILE),
     ]:
         with subtests.test(cut=cut, code=code):
-            assert refused(cut(Gltf().glb())) == code
+            assert refusal("x.glb", cut(Gltf().glb())) == code
 
 
 def test_claims_beyond_the_bytes_are_refused_before_allocation() -> None:
     made = Gltf()
     made.accessors[0]["count"] = 10_000
-    assert refused(made.glb()) == rejection_codes.OUT_OF_BOUNDS
+    assert refusal("x.glb", made.glb()) == rejection_codes.OUT_OF_BOUNDS
     del made.accessors[0]["bufferView"]
     made.accessors[0]["count"] = 2_000_000_000
-    assert refused(made.glb()) == rejection_codes.TOO_LARGE
-    buffers = [{"byteLength": 2**40, "uri": "data:;base64,AAAA"}]
-    whole = {**made.document, "bufferViews": made.views, "accessors": Gltf().accessors, "buffers": buffers}
-    assert refused(json.dumps(whole).encode(), "x.gltf") == rejection_codes.LENGTH_MISMATCH
-    assert refused(Gltf(indices=[0, 1, 9]).glb()) == rejection_codes.OUT_OF_BOUNDS
+    assert refusal("x.glb", made.glb()) == rejection_codes.TOO_LARGE
+    made = Gltf()
+    made.binary = b"\0" * 2**20
+    assert refusal("x.gltf", made.text("data:;base64,AAAA")) == rejection_codes.LENGTH_MISMATCH
+    assert refusal("x.glb", Gltf(indices=[0, 1, 9]).glb()) == rejection_codes.OUT_OF_BOUNDS
+    made = Gltf(indices=[0, 1, 2] * 20_000)
+    made.document["nodes"] = [{"mesh": 0} for _ in range(6)]
+    made.document["scenes"] = [{"nodes": list(range(6))}]
+    assert refusal("x.glb", made.glb()) == rejection_codes.TOO_LARGE
 
 
 def test_bad_scene_graphs_are_refused(subtests: pytest.Subtests) -> None:
@@ -248,21 +236,19 @@ def test_bad_scene_graphs_are_refused(subtests: pytest.Subtests) -> None:
         with subtests.test(nodes=nodes, code=code):
             made = Gltf()
             made.document["nodes"] = nodes
-            assert refused(made.glb()) == code
+            assert refusal("x.glb", made.glb()) == code
 
 
-def test_deep_node_chains_do_not_overflow_the_stack() -> None:
+def test_what_cannot_be_read_costs_the_input_or_the_picture() -> None:
     made = Gltf()
-    made.document["nodes"] = [{"children": [i + 1]} for i in range(5000)] + [{"mesh": 0}]
-    assert len(load_bytes("x.glb", made.glb()).parts) == 1
-
-
-def test_required_extensions_that_cannot_be_read_are_refused(subtests: pytest.Subtests) -> None:
-    for name in ["MPEG_texture_video", "X_y"]:
-        with subtests.test(name=name):
-            made = Gltf()
-            made.document["extensionsRequired"] = [name]
-            assert refused(made.glb()) == rejection_codes.UNSUPPORTED_EXTENSION
+    made.document["extensionsRequired"] = ["X_y"]
+    assert refusal("x.glb", made.glb()) == rejection_codes.UNSUPPORTED_EXTENSION
+    for picture in (b"no picture at all", png(QUARTERS)[:-30], png(np.zeros((600, 600), dtype=np.uint8))):
+        made = Gltf()
+        made.paint(picture)
+        model = load_bytes("x.glb", made.glb())
+        assert model.parts[0].material.textures == ()
+        assert codes_of(model) in ({rejection_codes.IMAGE_UNREADABLE}, {rejection_codes.IMAGE_REFUSED})
 
 
 def test_compression_that_is_only_used_is_refused_where_the_data_is_missing() -> None:
@@ -270,37 +256,14 @@ def test_compression_that_is_only_used_is_refused_where_the_data_is_missing() ->
     made.primitive["extensions"] = {"KHR_draco_mesh_compression": {"bufferView": 0, "attributes": {}}}
     assert len(load_bytes("x.glb", made.glb()).parts) == 1
     del made.accessors[0]["bufferView"]
-    assert refused(made.glb()) == rejection_codes.BAD_SCHEMA
+    assert refusal("x.glb", made.glb()) == rejection_codes.BAD_SCHEMA
 
 
 def test_nothing_to_show() -> None:
     made = Gltf()
     made.primitive["mode"] = 0
-    assert refused(made.glb()) == rejection_codes.NO_FACES
+    assert refusal("x.glb", made.glb()) == rejection_codes.NO_FACES
     made.document["meshes"] = []
     made.document["nodes"] = [{}]
-    assert refused(made.glb()) == rejection_codes.NO_GEOMETRY
-    assert refused(glb_bytes({"asset": {"version": "2.0"}})) == rejection_codes.NO_GEOMETRY
-
-
-def test_too_many_instances_are_refused_by_their_total() -> None:
-    made = Gltf(indices=[0, 1, 2] * 20_000)
-    made.document["nodes"] = [{"mesh": 0} for _ in range(6)]
-    made.document["scenes"] = [{"nodes": list(range(6))}]
-    assert refused(made.glb()) == rejection_codes.TOO_LARGE
-
-
-def test_bad_pictures_cost_the_picture_only() -> None:
-    for picture in (b"no picture at all", png(QUARTERS)[:-30], png(np.zeros((600, 600), dtype=np.uint8))):
-        made = Gltf()
-        made.paint(picture)
-        model = load_bytes("x.glb", made.glb())
-        assert model.parts[0].material.textures == ()
-        assert codes_of(model) <= {rejection_codes.IMAGE_UNREADABLE, rejection_codes.IMAGE_REFUSED}
-        assert codes_of(model)
-
-
-def test_the_same_bytes_give_the_same_record() -> None:
-    made = Gltf()
-    made.paint(png(QUARTERS))
-    assert load_bytes("x.glb", made.glb()).digest == load_bytes("x.glb", made.glb()).digest
+    assert refusal("x.glb", made.glb()) == rejection_codes.NO_GEOMETRY
+    assert refusal("x.glb", glb_bytes({"asset": {"version": "2.0"}})) == rejection_codes.NO_GEOMETRY

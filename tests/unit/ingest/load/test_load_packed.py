@@ -1,9 +1,10 @@
-"""glTF compressed by Draco, and pictures in KTX 2 and WebP: read as what they were packed from, or refused."""
+"""glTF compressed by Draco or meshopt, pictures in KTX 2 and WebP: read as what they were packed from, or refused."""
 
 from __future__ import annotations
 
 import io
 import struct
+import sys
 
 import DracoPy
 import numpy as np
@@ -12,11 +13,14 @@ from PIL import Image
 
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
+from casa_assets.ingest.load.gltf_document import JsonObject, decompressed
 from tests.ktx2_pictures import ETC1S, UASTC
-from tests.mesh_files import QUARTERS, Gltf, codes_of, load_bytes, png, texel
+from tests.mesh_files import QUARTERS, Gltf, codes_of, load_bytes, png, refusal, texel
 from tests.meshes import box_mesh
+from tests.meshopt_files import NAMES, packed, squeezed
 
 DRACO = "KHR_draco_mesh_compression"
+STREAM = bytes.fromhex("a0" + "00" * 56)  # meshoptimizer's encoding of 100 vertices of 12 bytes, all zero
 BOX = box_mesh((0.08, 0.1, 0.06), (0.0, 0.05, 0.0), shared=True)
 
 
@@ -39,12 +43,6 @@ def packed_by_draco(**changed: object) -> Gltf:
     return made
 
 
-def refusal(made: Gltf) -> str:
-    with pytest.raises(Rejected) as error:
-        load_bytes("a.glb", made.glb())
-    return error.value.code
-
-
 def test_draco_comes_out_as_it_went_in() -> None:
     mesh = load_bytes("a.glb", packed_by_draco().glb()).parts[0].mesh
     size = float(np.ptp(BOX.vertices, axis=0).max())
@@ -56,13 +54,17 @@ def test_draco_comes_out_as_it_went_in() -> None:
 
 
 def test_draco_that_is_broken_is_refused() -> None:
-    assert refusal(packed_by_draco(bufferView=0)) == codes.TRUNCATED
-    assert refusal(packed_by_draco(attributes={"POSITION": 77})) == codes.BAD_SCHEMA
+    assert refusal("a.glb", packed_by_draco(bufferView=0).glb()) == codes.TRUNCATED
+    assert refusal("a.glb", packed_by_draco(attributes={"POSITION": 77}).glb()) == codes.BAD_SCHEMA
     made = packed_by_draco()
     made.accessors[0]["count"] = 3
-    assert refusal(made) == codes.LENGTH_MISMATCH
+    assert refusal("a.glb", made.glb()) == codes.LENGTH_MISMATCH
     made.accessors[1]["count"] = 10**9
-    assert refusal(made) == codes.TOO_LARGE
+    assert refusal("a.glb", made.glb()) == codes.TOO_LARGE
+    made = packed_by_draco()
+    points = {"bufferView": made.view(DracoPy.encode(BOX.vertices)), "attributes": {"POSITION": 0}}
+    made.primitive["extensions"] = {DRACO: points}
+    assert refusal("a.glb", made.glb()) in (codes.NO_FACES, codes.TRUNCATED)
 
 
 def test_an_extension_that_is_dropped_is_told() -> None:
@@ -70,13 +72,6 @@ def test_an_extension_that_is_dropped_is_told() -> None:
     made.document["extensionsUsed"] = ["KHR_texture_transform", "KHR_materials_clearcoat", "X_y"]
     told = [note.pointer for note in load_bytes("a.glb", made.glb()).notes if note.code == codes.FEATURE_IGNORED]
     assert told == ["KHR_materials_clearcoat", "X_y"]
-
-
-def test_draco_of_points_alone_is_refused() -> None:
-    made = packed_by_draco()
-    view = made.view(DracoPy.encode(BOX.vertices))
-    made.primitive["extensions"] = {DRACO: {"bufferView": view, "attributes": {"POSITION": 0}}}
-    assert refusal(made) in (codes.NO_FACES, codes.TRUNCATED)
 
 
 @pytest.mark.parametrize("picture", [UASTC, ETC1S])
@@ -114,3 +109,36 @@ def test_a_ktx2_picture_that_lies_is_left_out() -> None:
         model = load_bytes("a.glb", made.glb())
         assert model.parts[0].material.base_color_texture is None
         assert codes_of(model) & {codes.IMAGE_UNREADABLE, codes.IMAGE_REFUSED}
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_without_a_decoder_the_message_says_what_to_do(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "meshoptimizer", None)
+    made = squeezed([(STREAM, 12, "ATTRIBUTES", 100), (b"", 2, "TRIANGLES", 99)], name)
+    with pytest.raises(Rejected, match=r"pip install meshoptimizer.*C\+\+ compiler.*gltf-transform copy") as caught:
+        load_bytes("x.glb", made.glb())
+    assert caught.value.code == codes.UNSUPPORTED_EXTENSION
+
+
+@pytest.mark.parametrize(
+    ("changes", "code"),
+    [
+        ({"mode": "PICTURES"}, codes.UNSUPPORTED_EXTENSION),
+        ({"filter": "COLOR"}, codes.UNSUPPORTED_EXTENSION),
+        ({"filter": "OCTAHEDRAL"}, codes.BAD_SCHEMA),
+        ({"byteStride": 6}, codes.BAD_SCHEMA),
+        ({"byteStride": 0}, codes.BAD_SCHEMA),
+        ({"byteStride": 260}, codes.BAD_SCHEMA),
+        ({"count": 10**9}, codes.TOO_LARGE),
+        ({"mode": "TRIANGLES", "byteStride": 4}, codes.BAD_SCHEMA),
+        ({"mode": "INDICES"}, codes.BAD_SCHEMA),
+    ],
+)
+def test_what_is_out_of_bounds_is_rejected_with_or_without_a_decoder(
+    changes: dict[str, object], code: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "meshoptimizer", None)
+    with pytest.raises(Rejected) as caught:
+        decompressed(JsonObject(packed(STREAM, 12, "ATTRIBUTES", 100) | changes, "x"), STREAM, 10**8)
+    assert caught.value.code == code
+    assert "pip install" not in str(caught.value)

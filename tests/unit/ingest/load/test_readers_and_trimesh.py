@@ -12,7 +12,7 @@ from trimesh.visual import TextureVisuals
 from trimesh.visual.material import PBRMaterial
 
 from tests.mesh_files import LIMITS, QUARTERS
-from tests.mesh_readings import Reading, differences, has_polygons, materials_of_one_color, ours, theirs
+from tests.mesh_readings import Reading, differences, ours, theirs
 
 EXAMPLES = Path(__file__).parents[4] / "examples" / "meshes"
 KINDS = (".glb", ".gltf", ".obj", ".ply", ".stl", ".dae")
@@ -78,26 +78,3 @@ def test_a_scale_near_one_is_kept(tmp_path: Path) -> None:
     mine, other = ours(tmp_path / "a.glb", ROOMY), theirs(tmp_path / "a.glb")
     assert np.ptp(other.bounds, axis=0) == pytest.approx(np.ptp(mine.bounds, axis=0), abs=1e-7)
     assert np.ptp(mine.bounds, axis=0).min() == pytest.approx(0.999995, abs=1e-7)
-
-
-def test_another_diagonal_explains_nothing_in_a_file_of_triangles(tmp_path: Path) -> None:
-    points = "".join(f"v {x} {y} 0\n" for x, y in [(0, 0), (1, 0), (1, 1), (0, 1), (50, 50), (51, 50), (50, 51)])
-    (tmp_path / "a.obj").write_text(points + "f 1 2 3\nf 1 3 4\nf 5 6 7\n")
-    (tmp_path / "b.obj").write_text(points + "f 1 2 3 4\nf 5 6 7\n")
-    right = ours(tmp_path / "a.obj", ROOMY)
-    other_way = ours(tmp_path / "a.obj", ROOMY).soup.copy()
-    corners = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], dtype=np.float64)
-    other_way[:2] = corners[[(0, 1, 3), (1, 2, 3)]]
-    other = Reading(other_way, right.materials, right.pictures, right.has_uv, right.has_colors)
-    assert not has_polygons(tmp_path / "a.obj")
-    assert has_polygons(tmp_path / "b.obj")
-    assert differences(tmp_path / "a.obj", right, other)
-    assert differences(tmp_path / "b.obj", right, other) == []
-
-
-def test_a_lost_material_is_no_material_of_one_color() -> None:
-    soup = np.zeros((1, 3, 3))
-    one = Reading(soup, 6, (), False, False, appearances=5)
-    dae = Path("pan.dae")
-    assert materials_of_one_color(dae, "materials", one, Reading(soup, 5, (), False, False))
-    assert not materials_of_one_color(dae, "materials", one, Reading(soup, 4, (), False, False))

@@ -189,26 +189,18 @@ def test_a_part_of_an_object_is_not_taken_for_the_whole() -> None:
     with pytest.raises(Rejected, match=f"gave {len(OBJ) - 1} of {len(OBJ)} bytes") as refused:
         collect(one, LIMITS)
     assert refused.value.code == codes.STORE_FAILED
-
-
-def test_an_object_that_grows_while_it_is_read_is_refused() -> None:
-    write(a__obj=OBJ)
-    (one,) = found_on()
     TrialSystem.changed = staticmethod(lambda _path, data: data + b"# more\n")
     with pytest.raises(Rejected, match="changed while it was being read"):
         collect(one, LIMITS)
 
 
-def test_no_more_is_read_than_an_input_may_have() -> None:
+def test_no_more_is_read_than_an_input_may_have(monkeypatch: pytest.MonkeyPatch) -> None:
     write(a__obj=OBJ + b"#" * 3000)
     (one,) = found_on()
     with pytest.raises(Rejected) as refused:
         collect(one, {**LIMITS, "input_bytes": 1000})
     assert refused.value.code == codes.TOO_LARGE
     assert TrialSystem.reads == []
-
-
-def test_large_objects_come_in_pieces(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(stores, "PIECE_BYTES", 1000)
     for size in (999, 1000, 1001, 2000, 3500):
         write(a__obj=OBJ.ljust(size, b"#"))
@@ -217,15 +209,6 @@ def test_large_objects_come_in_pieces(monkeypatch: pytest.MonkeyPatch) -> None:
         assert collect(one, LIMITS).files["a.obj"] == OBJ.ljust(size, b"#")
         assert max(end - start for _, start, end in TrialSystem.reads) <= 1001
         assert TrialSystem.reads[-1][2] == size + 1
-
-
-def test_what_is_listed_and_gone_is_missing() -> None:
-    write(a__obj=OBJ, b__obj=OBJ)
-    found = found_on()
-    TrialSystem().rm_file(f"{ROOT}/a.obj")
-    with pytest.raises(Rejected) as refused:
-        collect(found[0], LIMITS)
-    assert refused.value.code == codes.MISSING_FILE
 
 
 def test_names_that_no_folder_can_hold_are_refused() -> None:

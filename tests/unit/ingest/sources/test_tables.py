@@ -16,12 +16,12 @@ import pytest
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load import load
-from casa_assets.ingest.sources import Found, Refused, collect, discover
-from casa_assets.ingest.sources.containers import table, tabled
-from casa_assets.ingest.sources.containers.place import place_of
+from casa_assets.ingest.sources import collect
+from casa_assets.ingest.sources.bundle import place_of
+from casa_assets.ingest.sources.containers import table
 from casa_assets.ingest.sources.places import root_of
 from casa_assets.model.source import SourceKind
-from tests.mesh_files import LIMITS, OBJ_TRIANGLE
+from tests.mesh_files import LIMITS, OBJ_TRIANGLE, inputs_of
 from tests.source_stores import TrialSystem, put
 
 pytestmark = pytest.mark.content("code", "ingest.sources", keep=0)
@@ -38,11 +38,6 @@ def write(path: Path, columns: dict[str, Any], **options: Any) -> Path:
     return path
 
 
-def read(path: Path, others: Counter[str] | None = None) -> tuple[list[Found], list[Refused]]:
-    every = list(discover([path], others))
-    return [one for one in every if isinstance(one, Found)], [one for one in every if isinstance(one, Refused)]
-
-
 def test_each_row_is_an_input_with_what_its_columns_say(tmp_path: Path) -> None:
     columns = {
         "uid": ["m1", "m2", "m3"],
@@ -55,7 +50,7 @@ def test_each_row_is_an_input_with_what_its_columns_say(tmp_path: Path) -> None:
         "count": [1, 2, 3],
     }
     write(tmp_path / "t.parquet", columns)
-    found, refused = read(tmp_path)
+    found, refused = inputs_of(tmp_path)
     assert refused == []
     assert [one.source.path for one in found] == [f"t.parquet!m{n}.obj" for n in (1, 2, 3)]
     mug, kettle, pan = (one.source for one in found)
@@ -82,7 +77,7 @@ def test_columns_are_known_by_the_names_that_people_use(
     tmp_path: Path, columns: dict[str, Any], names: list[str]
 ) -> None:
     write(tmp_path / "t.parquet", columns)
-    found, _ = read(tmp_path)
+    found, _ = inputs_of(tmp_path)
     assert [one.main for one in found] == names
     assert collect(found[1], LIMITS).files[names[1]] == meshes(2)[1]
 
@@ -91,7 +86,7 @@ def test_a_row_is_read_without_the_rest_of_the_table(tmp_path: Path, monkeypatch
     noise = random.Random(0)
     rows = [OBJ + noise.randbytes(30_000) for _ in range(200)]
     write(tmp_path / "t.parquet", {"mesh": rows}, row_group_size=10, compression="none", use_dictionary=False)
-    found, _ = read(tmp_path)
+    found, _ = inputs_of(tmp_path)
     TrialSystem.begin()
     one = replace(found[155], root=root_of(put(tmp_path, "trial://tables/of_one_test")))
     assert place_of(one).read("000155.glb", 1e6) == rows[155]
@@ -110,7 +105,7 @@ def test_a_row_is_read_without_the_rest_of_the_table(tmp_path: Path, monkeypatch
 )
 def test_a_row_that_is_wrong_is_refused_alone(tmp_path: Path, columns: dict[str, Any], code: str) -> None:
     write(tmp_path / "t.parquet", {"mesh": meshes(2), **columns})
-    found, refused = read(tmp_path)
+    found, refused = inputs_of(tmp_path)
     assert [one.source.uid for one in found] == ["a"]
     assert [(one.path, one.code) for one in refused] == [("t.parquet", code)]
     assert "row 1" in refused[0].message
@@ -118,7 +113,7 @@ def test_a_row_that_is_wrong_is_refused_alone(tmp_path: Path, columns: dict[str,
 
 def test_a_row_without_bytes_or_with_too_many_is_refused(tmp_path: Path) -> None:
     write(tmp_path / "t.parquet", {"mesh": [None, b"", OBJ]})
-    found, _ = read(tmp_path)
+    found, _ = inputs_of(tmp_path)
     for one, code in zip(found, (codes.EMPTY_FILE, codes.EMPTY_FILE, codes.TOO_LARGE), strict=True):
         with pytest.raises(Rejected) as refused:
             collect(one, {**LIMITS, "input_bytes": 10})
@@ -128,9 +123,9 @@ def test_a_row_without_bytes_or_with_too_many_is_refused(tmp_path: Path) -> None
 def test_a_table_of_other_things_is_counted_unless_it_is_named(tmp_path: Path) -> None:
     path = write(tmp_path / "t.parquet", {"mass": [1.0], "picture": [b"png"], "name": ["x"]})
     others: Counter[str] = Counter()
-    assert read(tmp_path, others) == ([], [])
+    assert inputs_of(tmp_path, others) == ([], [])
     assert +others == {"tables and settings": 1}
-    found, (refused,) = read(path)
+    found, (refused,) = inputs_of(path)
     assert (found, refused.code) == ([], codes.WRONG_TYPE)
     assert "it has mass, picture, name" in refused.message
 
@@ -139,7 +134,7 @@ def test_files_of_rows_that_are_no_meshes_are_counted(tmp_path: Path) -> None:
     names = ["a.png", "b.obj", "c.max"]
     write(tmp_path / "t.parquet", {"content": [b"x", OBJ, b"y"], "file_name": names})
     others: Counter[str] = Counter()
-    found, refused = read(tmp_path, others)
+    found, refused = inputs_of(tmp_path, others)
     assert [one.main for one in found] == ["000001.obj"]
     assert +others == {"pictures": 1}
     assert [one.code for one in refused] == [codes.WRONG_TYPE]
@@ -158,7 +153,7 @@ def test_broken_tables_are_refused_and_end_nothing(tmp_path: Path) -> None:
     for name, data in broken.items():
         (tmp_path / f"{name}.parquet").write_bytes(data)
     (tmp_path / "whole.parquet").unlink()
-    found, refused = read(tmp_path)
+    found, refused = inputs_of(tmp_path)
     assert "a.obj" in [one.main for one in found]
     known = {one.path: one.code for one in refused}
     assert [known[f"{name}.parquet"] for name in ("cut", "empty", "text")] == [codes.BAD_ARCHIVE] * 3
@@ -168,7 +163,7 @@ def test_broken_tables_are_refused_and_end_nothing(tmp_path: Path) -> None:
 
 def test_a_table_that_has_changed_meanwhile_gives_no_other_bytes(tmp_path: Path) -> None:
     write(tmp_path / "t.parquet", {"mesh": meshes(3)})
-    found, _ = read(tmp_path)
+    found, _ = inputs_of(tmp_path)
     write(tmp_path / "t.parquet", {"mesh": meshes(1)})
     with pytest.raises(Rejected) as refused:
         collect(found[2], LIMITS)
@@ -176,16 +171,16 @@ def test_a_table_that_has_changed_meanwhile_gives_no_other_bytes(tmp_path: Path)
 
 
 def test_rows_beyond_what_a_run_holds_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(tabled, "MAX_ROWS", 3)
+    monkeypatch.setattr(table, "MAX_ROWS", 3)
     write(tmp_path / "t.parquet", {"mesh": meshes(5)})
-    found, refused = read(tmp_path)
+    found, refused = inputs_of(tmp_path)
     assert len(found) == 3
     assert [one.code for one in refused] == [codes.TOO_LARGE]
 
 
 def test_without_pyarrow_a_table_says_what_to_install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     write(tmp_path / "t.parquet", {"mesh": meshes(1)})
-    (one,), _ = read(tmp_path)
+    (one,), _ = inputs_of(tmp_path)
     monkeypatch.setitem(sys.modules, "pyarrow", None)
     with pytest.raises(Rejected, match="pip install") as refused:
         collect(one, LIMITS)

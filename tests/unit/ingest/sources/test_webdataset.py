@@ -14,10 +14,10 @@ import pytest
 
 from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load import load
-from casa_assets.ingest.sources import Found, Refused, collect, discover
-from casa_assets.ingest.sources.containers import archive, webdataset
+from casa_assets.ingest.sources import collect
+from casa_assets.ingest.sources.containers import archive
 from casa_assets.model.source import SourceKind
-from tests.mesh_files import LIMITS, OBJ_TRIANGLE
+from tests.mesh_files import LIMITS, OBJ_TRIANGLE, inputs_of
 
 OBJ = OBJ_TRIANGLE.encode()
 
@@ -32,11 +32,6 @@ def shard(*members: tuple[str, bytes | dict[str, Any]]) -> bytes:
             info.size = len(data)
             packed.addfile(info, io.BytesIO(data))
     return out.getvalue()
-
-
-def read(path: Path, others: Counter[str] | None = None) -> tuple[list[Found], list[Refused]]:
-    every = list(discover([path], others))
-    return [one for one in every if isinstance(one, Found)], [one for one in every if isinstance(one, Refused)]
 
 
 @pytest.mark.parametrize("suffix", ["tar", "tar.gz"])
@@ -55,7 +50,7 @@ def test_a_sample_is_what_its_json_says(tmp_path: Path, suffix: str) -> None:
     )
     (tmp_path / f"shard-000000.{suffix}").write_bytes(gzip.compress(data) if suffix == "tar.gz" else data)
     others: Counter[str] = Counter()
-    found, refused = read(tmp_path, others)
+    found, refused = inputs_of(tmp_path, others)
     assert refused == []
     assert [one.source.path for one in found] == [f"shard-000000.{suffix}!00000{n}.obj" for n in (1, 2, 3)]
     mug, kettle, bare = (one.source for one in found)
@@ -68,17 +63,9 @@ def test_a_sample_is_what_its_json_says(tmp_path: Path, suffix: str) -> None:
         assert len(load(collect(one, LIMITS), LIMITS).parts) == 1
 
 
-def test_shards_of_a_folder_are_read_in_their_order(tmp_path: Path) -> None:
-    for number in (1, 0, 10):
-        sample = shard(("a.obj", OBJ + b"# %d\n" % number), ("a.json", {"id": number, "name": f"thing {number}"}))
-        (tmp_path / f"shard-{number:06}.tar").write_bytes(sample)
-    found, _ = read(tmp_path)
-    assert [(one.source.uid, one.source.title) for one in found] == [(str(n), f"thing {n}") for n in (0, 1, 10)]
-
-
 def test_a_key_ends_at_the_first_dot(tmp_path: Path) -> None:
     (tmp_path / "a.tar").write_bytes(shard(("v1.2/m.high.obj", OBJ), ("v1.2/m.json", {"name": "Pan"})))
-    (one,), _ = read(tmp_path)
+    (one,), _ = inputs_of(tmp_path)
     assert one.source.title == "Pan"
 
 
@@ -98,7 +85,7 @@ def test_a_row_that_is_wrong_is_refused_alone(
             tmp_path = tmp_path_factory.mktemp("case")
             members = [("a.obj", OBJ), ("a.json", {"uid": "taken"}), ("b.obj", OBJ), ("b.json", text), ("c.obj", OBJ)]
             (tmp_path / "s.tar").write_bytes(shard(*members))
-            found, refused = read(tmp_path)
+            found, refused = inputs_of(tmp_path)
             assert [one.main for one in found] == ["a.obj", "c.obj"]
             assert [(one.path, one.code) for one in refused] == [("s.tar", code)]
             assert refused[0].message.startswith("s.tar!b.json: ")
@@ -106,12 +93,11 @@ def test_a_row_that_is_wrong_is_refused_alone(
 
 def test_the_json_of_a_shard_is_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(archive, "MAX_TEXTS_BYTES", 50)
-    monkeypatch.setattr(webdataset, "MAX_TEXTS_BYTES", 50)
     members = [
         (f"{n}.{kind}", content) for n in "abc" for kind, content in (("json", {"name": "x" * 20}), ("obj", OBJ))
     ]
     (tmp_path / "s.tar").write_bytes(shard(*members))
-    found, refused = read(tmp_path)
+    found, refused = inputs_of(tmp_path)
     assert [one.main for one in found] == ["a.obj"]
     assert [one.code for one in refused] == [codes.TOO_LARGE] * 2
 
@@ -119,7 +105,7 @@ def test_the_json_of_a_shard_is_bounded(tmp_path: Path, monkeypatch: pytest.Monk
 def test_of_two_members_of_one_name_the_first_counts(tmp_path: Path) -> None:
     rows = [("a.json", {"name": "first"}), ("a.obj", OBJ), ("a.json", {"name": "second"}), ("a.obj", b"junk")]
     (tmp_path / "s.tar").write_bytes(shard(*rows))
-    (one,), _ = read(tmp_path)
+    (one,), _ = inputs_of(tmp_path)
     assert one.source.title == "first"
     assert collect(one, LIMITS).files["a.obj"] == OBJ
 
@@ -127,7 +113,7 @@ def test_of_two_members_of_one_name_the_first_counts(tmp_path: Path) -> None:
 def test_a_member_is_read_where_it_begins(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A worker reads one header, not those of all members before it."""
     (tmp_path / "s.tar").write_bytes(shard(*((f"{n:04}.obj", OBJ + b"# %d\n" % n) for n in range(300))))
-    found, _ = read(tmp_path)
+    found, _ = inputs_of(tmp_path)
     headers: list[str] = []
     following = tarfile.TarFile.next
 
@@ -146,6 +132,6 @@ def test_a_member_is_read_where_it_begins(tmp_path: Path, monkeypatch: pytest.Mo
 
 def test_a_tar_that_has_changed_is_searched(tmp_path: Path) -> None:
     (tmp_path / "s.tar").write_bytes(shard(("a.obj", OBJ), ("b.obj", OBJ)))
-    found, _ = read(tmp_path)
+    found, _ = inputs_of(tmp_path)
     (tmp_path / "s.tar").write_bytes(shard(("x.obj", OBJ), ("y.obj", OBJ), ("b.obj", OBJ + b"# new\n")))
     assert collect(found[1], LIMITS).files["b.obj"].endswith(b"# new\n")

@@ -14,8 +14,8 @@ from pathlib import Path
 import pytest
 
 from casa_assets import registry
-from casa_assets.pipeline.cache import cache_key, store
-from casa_assets.pipeline.cache.cache_key import digest_of, key_of, reach
+from casa_assets.pipeline.cache import cache_key
+from casa_assets.pipeline.cache.cache_key import key_of, reach
 from casa_assets.pipeline.cache.code_index import PACKAGE, package_files, scan, target
 
 pytestmark = pytest.mark.content("code", "pipeline.cache", keep=0)
@@ -251,9 +251,7 @@ class TestImports:
     def test_packages_of_others_count_by_their_versions(self) -> None:
         versions = reach("casa_assets.ingest.collision.collide").versions
         assert {"numpy", "scipy", "coacd", "vhacdx", "manifold3d"} <= versions.keys()
-        assert cache_key.ABSENT not in versions.values()
-
-    def test_a_lambda_has_no_key(self) -> None:
+        assert "absent" not in versions.values()
         with pytest.raises(ValueError, match="write a function"):
             key_of(lambda: None)
 
@@ -288,13 +286,6 @@ print(json.dumps([sorted({o[len(root) + 1:] for o in opened if o.startswith(root
         opened, counted = json.loads(done.stdout)
         assert set(opened) <= set(counted)
         assert len(opened) > 50
-
-
-def test_two_processes_share_a_store(tmp_path: Path) -> None:
-    key = digest_of("a", 1)
-    store.Store(tmp_path).put(key, b"x")
-    assert store.Store(tmp_path).get(digest_of("a", 1)) == b"x"
-    assert digest_of("a", 2) != key
 
 
 def _imports(tree: ast.Module) -> set[str]:

@@ -54,44 +54,38 @@ def test_a_mesh_out_of_the_folder_is_told_with_file_and_place(entry: Path, name:
     assert error.value.path == str(entry / "asset.json")
 
 
-def test_a_picture_out_of_the_folder_is_told(entry: Path) -> None:
-    def change(asset: dict[str, object]) -> None:
-        next(m for m in asset["materials"] if m["base_color_texture"])["base_color_texture"]["png"] = "../../secret"  # type: ignore[attr-defined]
-
-    edit(entry, change)
-    with pytest.raises(
-        OutputError, match=r"asset/materials/0/base_color_texture/png: '\.\./\.\./secret' leaves the folder"
-    ):
-        disk.read_asset(entry)
+def test_an_export_reads_nothing_from_elsewhere(entry: Path, tmp_path: Path) -> None:
+    assert isinstance(disk.read_asset(entry), Asset)
+    edit(entry, lambda asset: asset["materials"][0]["base_color_texture"].update(png="../../secret"))  # type: ignore[index]
+    place = r"asset/materials/0/base_color_texture/png: '\.\./\.\./secret' leaves the folder of the asset"
+    with pytest.raises(OutputError, match=place):
+        list(export(tmp_path / "library", tmp_path / "out"))
+    assert not (tmp_path / "out").exists()
 
 
-def a_link(entry: Path, name: str) -> None:
-    (entry / name).unlink()
-    (entry / name).symlink_to(entry.parent.parent / "secret")
+LINKS: tuple[tuple[str, Callable[[Path], object]], ...] = (
+    ("meshes/*", lambda library: [disk.read_asset(folder) for folder in disk.Library(library).accepted()]),
+    ("meshes/*", lambda library: list(models([library]))),
+    ("asset.json", lambda library: write_report(library, library.parent / "report.html")),
+    ("preview.png", lambda library: write_report(library, library.parent / "report.html")),
+    ("asset.json", lambda library: search_by_words("box", disk.Library(library), 3)),
+    ("asset.json", lambda library: list(read_rows(disk.Library(library)))),
+)
 
 
-def test_links_that_leave_the_folder_are_not_followed(entry: Path, tmp_path: Path) -> None:
-    mesh = next((entry / "meshes").iterdir())
-    a_link(entry, mesh.relative_to(entry).as_posix())
+@pytest.mark.parametrize(("name", "read"), LINKS)
+def test_links_that_leave_the_folder_are_not_followed(entry: Path, name: str, read: Callable[[Path], object]) -> None:
+    path = next(entry.glob(name))
+    path.unlink()
+    path.symlink_to(entry.parent.parent / "secret")
     with pytest.raises(OutputError, match="is a link that leaves the folder"):
-        disk.read_asset(entry)
-    with pytest.raises(OutputError, match="is a link that leaves the folder"):
-        list(models([tmp_path / "library"]))
+        read(entry.parent.parent)
 
 
-@pytest.mark.parametrize("name", ["asset.json", "preview.png"])
-def test_the_report_follows_no_link_either(entry: Path, tmp_path: Path, name: str) -> None:
-    a_link(entry, name)
-    with pytest.raises(OutputError, match="is a link that leaves the folder"):
-        write_report(tmp_path / "library", tmp_path / "report.html")
-
-
-def test_search_and_export_follow_no_link_either(entry: Path, tmp_path: Path) -> None:
-    a_link(entry, "asset.json")
-    with pytest.raises(OutputError, match="is a link that leaves the folder"):
-        search_by_words("box", disk.Library(tmp_path / "library"), 3)
-    with pytest.raises(OutputError, match="is a link that leaves the folder"):
-        list(read_rows(disk.Library(tmp_path / "library")))
+def test_a_pipe_is_no_file(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(OutputError, match="no regular file"):
+        file_inside(tmp_path, "pipe", tmp_path / "asset.json", "files/0")
 
 
 def test_a_picture_that_is_none_is_told(entry: Path, tmp_path: Path) -> None:
@@ -116,20 +110,3 @@ def test_a_model_loads_nothing_from_elsewhere(entry: Path, old: str, new: str, m
     (entry / "model.xml").write_text(text.replace(old, new), encoding="utf-8")
     with pytest.raises(OutputError, match=message):
         list(models([entry]))
-
-
-def test_a_pipe_is_no_file(tmp_path: Path) -> None:
-    os.mkfifo(tmp_path / "pipe")
-    with pytest.raises(OutputError, match="no regular file"):
-        file_inside(tmp_path, "pipe", tmp_path / "asset.json", "files/0")
-
-
-def test_an_export_reads_nothing_from_elsewhere(entry: Path, tmp_path: Path) -> None:
-    edit(entry, lambda asset: asset["links"][0]["visuals"][0]["mesh"].update(obj="../../secret"))  # type: ignore[index]
-    with pytest.raises(OutputError, match="leaves the folder of the asset"):
-        list(export(tmp_path / "library", tmp_path / "out"))
-    assert not (tmp_path / "out").exists()
-
-
-def test_what_lies_inside_is_read(entry: Path) -> None:
-    assert isinstance(disk.read_asset(entry), Asset)

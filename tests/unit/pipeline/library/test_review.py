@@ -82,48 +82,32 @@ def test_a_persons_word_is_obeyed_kept_and_not_asked_for_again(unknown: Path) ->
     assert only(unknown).summary.mass == pytest.approx(0.9)  # type: ignore[union-attr]
 
 
-def test_a_word_that_means_nothing_is_said_with_its_row(
-    subtests: pytest.Subtests, tmp_path_factory: pytest.TempPathFactory
-) -> None:
-    for name, value in [
-        ("category", "no_such_thing"),
-        ("size_m", "long"),
-        ("size_m", "-1"),
-        ("up", "north"),
-        ("mass_kg", "nan"),
-    ]:
-        with subtests.test(name=name, value=value):
-            tmp_path = tmp_path_factory.mktemp("case")
-            (tmp_path / NAME).write_text(f"sha256,set_{name}\nabc,{value}\n", encoding="utf-8")
-            with pytest.raises(OutputError, match="row 2"):
-                read_overrides(Library(tmp_path))
-
-
-def test_rows_are_told_apart_by_their_digest(
-    subtests: pytest.Subtests, tmp_path_factory: pytest.TempPathFactory
-) -> None:
-    for text in ["input,set_up\na.obj,y\n", "sha256,set_up\n,y\n"]:
-        with subtests.test(text=text):
-            tmp_path = tmp_path_factory.mktemp("case")
-            (tmp_path / NAME).write_text(text, encoding="utf-8")
-            with pytest.raises(OutputError, match="sha256"):
-                read_overrides(Library(tmp_path))
-
-
 def test_a_list_without_rows_is_taken_away(tmp_path: Path) -> None:
     library = Library(tmp_path)
     library.staging.mkdir(parents=True)
     (tmp_path / NAME).write_text("sha256,set_up\nabc,\n", encoding="utf-8")
     assert write(library, entries(library)) == 0
     assert not (tmp_path / NAME).exists()
-
-
-def test_a_ruling_on_what_is_not_there_any_more_is_kept(tmp_path: Path) -> None:
-    library = Library(tmp_path)
-    library.staging.mkdir(parents=True)
+    # A ruling on what is not there any more is kept.
     (tmp_path / NAME).write_text("sha256,set_up\nabc,minus_y\n", encoding="utf-8")
     assert write(library, entries(library)) == 1
     assert read_overrides(library) == {"abc": UserOverride(up=UpAxis.MINUS_Y)}
+
+
+def test_a_word_that_means_nothing_is_said_with_its_row(subtests: pytest.Subtests, tmp_path: Path) -> None:
+    for text, place in [
+        ("sha256,set_category\nabc,no_such_thing\n", "row 2"),
+        ("sha256,set_size_m\nabc,long\n", "row 2"),
+        ("sha256,set_size_m\nabc,-1\n", "row 2"),
+        ("sha256,set_up\nabc,north\n", "row 2"),
+        ("sha256,set_mass_kg\nabc,nan\n", "row 2"),
+        ("input,set_up\na.obj,y\n", "sha256"),
+        ("sha256,set_up\n,y\n", "sha256"),
+    ]:
+        with subtests.test(text=text):
+            (tmp_path / NAME).write_text(text, encoding="utf-8")
+            with pytest.raises(OutputError, match=place):
+                read_overrides(Library(tmp_path))
 
 
 def test_only_what_a_person_can_decide_is_doubted() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -29,46 +30,27 @@ def order(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Order:
     return Order("tests.pool_jobs:do", (WARM,), limits, 1_000_000, Path.cwd(), marker, node.version())
 
 
-def answer(order: Order, *job: str) -> Any:
-    """What a job answers."""
-    found = node.work(order, job)
-    assert not isinstance(found, Unfit), found
-    return found
+def test_a_job_answers_and_its_faults_are_its_own(order: Order) -> None:
+    assert node.work(order, ("answer", "word")) == "WORD"
+    for job, reason in ((("segfault", ""), "signal"), (("burn", "60"), "timeout")):
+        found = node.work(order, job)
+        assert isinstance(found, WorkerFailure)
+        assert found.reason == reason
+    assert node.work(order, ("answer", "still")) == "STILL"
 
 
-def test_a_job_answers(order: Order) -> None:
-    assert answer(order, "answer", "word") == "WORD"
-
-
-def test_a_crash_ends_its_job_alone(order: Order) -> None:
-    found = answer(order, "segfault", "")
-    assert isinstance(found, WorkerFailure)
-    assert found.reason == "signal"
-    assert answer(order, "answer", "still") == "STILL"
-
-
-def test_the_limits_of_the_run_hold(order: Order) -> None:
-    found = answer(order, "burn", "60")
-    assert isinstance(found, WorkerFailure)
-    assert found.reason == "timeout"
-
-
-def test_another_version_is_refused(order: Order) -> None:
-    found = node.work(Order(**{**vars(order), "version": "another"}), ("answer", "word"))
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"version": "another"}, "another version"),
+        ({"marker": Path("/nowhere/elsewhere/marker")}, "does not see /nowhere/elsewhere"),
+        ({"folder": Path("/nowhere/away")}, "working folder /nowhere/away"),
+    ],
+)
+def test_an_unfit_machine_is_refused(order: Order, changed: dict[str, Any], message: str) -> None:
+    found = node.work(replace(order, **changed), ("answer", "word"))
     assert isinstance(found, Unfit)
-    assert "another version" in found.message
-
-
-def test_a_machine_without_the_shared_disk_is_refused(order: Order, tmp_path: Path) -> None:
-    found = node.work(Order(**{**vars(order), "marker": tmp_path / "elsewhere" / "marker"}), ("answer", "word"))
-    assert isinstance(found, Unfit)
-    assert f"does not see {tmp_path / 'elsewhere'}" in found.message
-
-
-def test_a_machine_without_the_working_folder_is_refused(order: Order, tmp_path: Path) -> None:
-    found = node.work(Order(**{**vars(order), "folder": tmp_path / "away"}), ("answer", "word"))
-    assert isinstance(found, Unfit)
-    assert f"working folder {tmp_path / 'away'}" in found.message
+    assert message in found.message
 
 
 @pytest.mark.parametrize("free", [[0], [10**9, 0]], ids=["before", "afterwards"])

@@ -55,21 +55,19 @@ def wait_until_gone(pid: int) -> None:
 
 
 def test_answers_belong_to_their_jobs(pool: Pool) -> None:
+    assert run(pool) == []
     words = [f"word {i}" for i in range(20)]
     assert run(pool, *(("answer", w) for w in words)) == [w.upper() for w in words]
-
-
-def test_a_worker_knows_that_it_is_one(pool: Pool) -> None:
-    assert run(pool, ("is_worker", "")) == [True]
-    assert not is_worker()
-
-
-def test_nothing_to_do(pool: Pool) -> None:
-    assert run(pool) == []
-
-
-def test_an_answer_may_be_none_or_large(pool: Pool) -> None:
     assert run(pool, ("nothing", ""), ("large", "x")) == [None, b"x" * 5_000_000]
+    (died,) = run(pool, ("raise", "7"))
+    assert "in _raise" in died.trace
+
+
+def test_a_worker_is_known_has_one_thread_and_is_ended_before_the_run(pool: Pool) -> None:
+    own = int(Path("/proc/self/oom_score_adj").read_text(encoding="ascii"))
+    jobs = [("is_worker", ""), ("threads", ""), ("oom_score", "")]
+    assert run(pool, *jobs) == [True, "1", max(own, OOM_SCORE)]
+    assert not is_worker()
 
 
 @pytest.mark.parametrize(
@@ -95,11 +93,6 @@ def test_a_job_that_fails_leaves_the_others_alone(pool: Pool, what: str, reason:
     assert isinstance(died, WorkerFailure)
     assert died.reason == reason
     assert message in died.message
-
-
-def test_a_python_error_comes_with_its_place(pool: Pool) -> None:
-    (died,) = run(pool, ("raise", "7"))
-    assert "in _raise" in died.trace
 
 
 def test_what_a_job_prints_goes_nowhere(pool: Pool, capfd: pytest.CaptureFixture[str]) -> None:
@@ -160,13 +153,9 @@ def test_a_job_is_not_to_blame_for_one_death_from_outside(pool: Pool, what: str,
     assert run(pool, *jobs) == ["A", "second time", "B", "C"]
 
 
-def test_a_server_that_cannot_get_ready_ends_the_run() -> None:
-    with Pool(1, LIMITS, "tests.pool_jobs:broken") as pool, pytest.raises(CasaError, match="libnothing"):
-        run(pool, ("answer", "a"))
-
-
-def test_a_server_that_dies_again_and_again_ends_the_run() -> None:
-    with Pool(1, LIMITS, "tests.pool_jobs:deadly") as pool, pytest.raises(CasaError, match="cannot be started"):
+@pytest.mark.parametrize(("warm", "message"), [("broken", "libnothing"), ("deadly", "cannot be started")])
+def test_a_server_that_cannot_get_ready_or_dies_again_and_again_ends_the_run(warm: str, message: str) -> None:
+    with Pool(1, LIMITS, f"tests.pool_jobs:{warm}") as pool, pytest.raises(CasaError, match=message):
         run(pool, ("answer", "a"))
 
 
@@ -182,15 +171,6 @@ def test_a_run_that_is_given_up_leaves_no_process(tmp_path: Path) -> None:
                     time.sleep(0.01)
                 break
     wait_until_gone(int(note.read_text(encoding="ascii")))
-
-
-def test_the_kernel_ends_workers_before_the_run(pool: Pool) -> None:
-    own = int(Path("/proc/self/oom_score_adj").read_text(encoding="ascii"))
-    assert run(pool, ("oom_score", "")) == [max(own, OOM_SCORE)]
-
-
-def test_workers_have_one_thread_each(pool: Pool) -> None:
-    assert run(pool, ("threads", "")) == ["1"]
 
 
 GB = 1_000_000_000
@@ -228,12 +208,6 @@ def test_free_memory_is_that_of_the_machine_and_of_its_groups(
                 path.parent.mkdir(parents=True, exist_ok=True)
                 path.write_text(text + "\n", encoding="ascii")
             assert available(tmp_path / "proc", tmp_path / "groups") == free
-
-
-def test_this_machine_tells_its_free_memory() -> None:
-    free = available()
-    assert free is not None
-    assert 0 < free <= os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
 
 
 def test_fewer_workers_than_asked_for_are_told_once(
