@@ -134,7 +134,7 @@ IN_MJCF = [
     ('name="grip__microjoint" data="handle_0"', 'name="grip__microjoint" data="door_0"', "grips"),
     ('name="behind__rack_joint" data="microjoint"', 'name="behind__rack_joint" data="knob_joint"', "behind"),
     ('data="microjoint open 0.9 1"', 'data="microjoint open 0.8 1"', "states/door_open/interval"),
-    ('data="microjoint open 0.9 1"', 'data="microjoint ajar 0.9 1"', "states"),
+    ('data="microjoint open 0.9 1"', 'data="microjoint ajar 0.9 1"', "states/door_open/value"),
     ("[0.5,2.4]", "[0.6,2.4]", "behavior"),
     ('name="contract" data="microwave"', 'name="contract" data="oven"', "contract"),
     ('key name="on"', 'key name="hot"', "poses"),
@@ -168,7 +168,7 @@ IN_USD = [
     ('semantics:labels:part = ["handle"]', 'semantics:labels:part = ["pull"]', "labels"),
     ('casa:grip = "handle_0"', 'casa:grip = "door_0"', "grips"),
     ('casa:behind = "microjoint"', 'casa:behind = "nothing"', "behind"),
-    ('string value = "open"', 'string value = "ajar"', "states"),
+    ('string value = "open"', 'string value = "ajar"', "states/door_open/value"),
     ("[0.5,2.4]", "[0.6,2.4]", "behavior"),
     ('casa:contract = "microwave"', 'casa:contract = "oven"', "contract"),
     (

@@ -8,9 +8,10 @@ from pathlib import Path
 
 import pytest
 
+from casa_assets.checks.package.parity import compare
 from casa_assets.checks.readers import scene_facts, usd_facts
 from casa_assets.checks.readers.scene_facts import SceneFacts
-from casa_assets.checks.scene.formats.parity import compare, scene_parity
+from casa_assets.checks.scene.formats.parity import LENGTH_TOLERANCE_M, TOLERANCE, scene_parity
 from casa_assets.geometry.inertia import adjacent_links
 from casa_assets.model.asset.asset import Base, Exclusion
 from casa_assets.model.kitchen.scene import Layer, Placement, Scene
@@ -134,7 +135,7 @@ IN_MJCF = [
     (
         'text name="oven__state__door_open" data="oven__microjoint',
         'text name="oven__state__door_open" data="second_oven__microjoint',
-        "placements/oven/states",
+        "placements/oven/states/door_open/joint",
     ),
     ('text name="ceiling__layer" data="ceiling"', 'text name="ceiling__layer" data="room"', "placements/ceiling/layer"),
     ('text name="mug__class" data="mug ', 'text name="mug__class" data="cup ', "placements/mug/classes"),
@@ -213,7 +214,9 @@ def test_contacts_are_compared_too(folder: Path) -> None:
 def test_a_base_that_floats_in_one_format_is_found(folder: Path) -> None:
     found = scene_facts.facts_of_mjcf(folder / "scene.xml")
     rows = tuple(p.replace(base=Base.FREE) if p.name == "oven" else p for p in found.placements)
-    assert [where for where, _ in compare(found, found.replace(placements=rows))] == ["placements/oven/base"]
+    assert [where for where, _ in compare(found, found.replace(placements=rows), TOLERANCE, LENGTH_TOLERANCE_M)] == [
+        "placements/oven/base"
+    ]
 
 
 def test_a_file_that_is_not_there_or_does_not_load_is_a_fault(folder: Path) -> None:
