@@ -28,18 +28,15 @@ def translated(states: StartStates, scene: Scene, fixtures: Collection[Placed]) 
     columns = [*_hinges(states, scene, fixtures), *_bodies(states, scene, fixtures)]
     joints, address = [], 0
     for name, values in columns:
-        width = values.shape[1]
-        joints.append(StateJoint.model_validate({"name": name, "address": address, "width": width}))
-        address += width
+        joints.append(StateJoint.model_validate({"name": name, "address": address, "width": values.shape[1]}))
+        address += values.shape[1]
     return states.replace(joints=tuple(joints), qpos=np.concatenate([values for _, values in columns], axis=1))
 
 
 def _values(states: StartStates, name: str) -> Floats | None:
     """(states, width) numbers of a joint of the scene, or None if the states do not have it."""
     found = next((joint for joint in states.joints if joint.name == name), None)
-    if found is None:
-        return None
-    return states.qpos[:, found.address : found.address + found.width].astype(np.float64)
+    return None if found is None else states.qpos[:, found.address : found.address + found.width].astype(np.float64)
 
 
 def _hinges(states: StartStates, scene: Scene, fixtures: Collection[Placed]) -> Iterator[Column]:
@@ -61,15 +58,9 @@ def _bodies(states: StartStates, scene: Scene, fixtures: Collection[Placed]) -> 
             continue
         asset_from_root = scene.asset_of[item.placement.name].root.pose
         root_from_fixture = asset_from_root.inverse() @ item.placement.pose.inverse() @ item.pose
-        rows = [_row(_pose(row) @ root_from_fixture) for row in values]
+        rows = []
+        for x, y, z, *quaternion in values.tolist():
+            turn = np.array(quaternion) / np.linalg.norm(quaternion)
+            pose = Pose(position=(x, y, z), quaternion=turn.tolist()) @ root_from_fixture
+            rows.append((*pose.position, *pose.quaternion))
         yield f"{item.name}_{FREE_SUFFIX}", np.array(rows)
-
-
-def _pose(row: Floats) -> Pose:
-    x, y, z, *quaternion = (float(number) for number in row)
-    turn = np.array(quaternion) / np.linalg.norm(quaternion)
-    return Pose(position=(x, y, z), quaternion=(float(turn[0]), float(turn[1]), float(turn[2]), float(turn[3])))
-
-
-def _row(pose: Pose) -> tuple[float, ...]:
-    return (*pose.position, *pose.quaternion)
