@@ -44,13 +44,8 @@ def variant(asset: Asset, pose: str) -> str | None:
 
 def set_pose(spec: Sdf.PrimSpec, pose: Pose) -> None:
     """Override the pose of a link in the frame of its asset."""
-    translate, orient = document.XFORM_OPS
-    kinds = Sdf.ValueTypeNames
-    Sdf.AttributeSpec(spec, translate, kinds.Double3).default = number.vec3d(pose.position)
-    Sdf.AttributeSpec(spec, orient, kinds.Quatd).default = number.quatd(pose.quaternion)
-    # Set again: an asset without keyframes has no op where its pose is the identity.
-    order = Sdf.AttributeSpec(spec, "xformOpOrder", kinds.TokenArray, Sdf.VariabilityUniform)
-    order.default = list(document.XFORM_OPS)
+    document.write_pose(spec, pose)
+    document.write_ops(spec)
 
 
 def set_joints(layer: Sdf.Layer, root: Sdf.Path, asset: Asset, positions: dict[str, float]) -> None:
@@ -120,7 +115,7 @@ def _light(stage: Usd.Stage, path: Sdf.Path, light: Light) -> None:
         attenuation = 1.0 / (a + b * REFERENCE_M + c * REFERENCE_M**2)
         lamp.CreateIntensityAttr(4.0 * math.pi * REFERENCE_M**2 * attenuation)
         lamp.CreateRadiusAttr(light.radius)
-        lamp.CreateExtentAttr(number.extent(np.array([[-light.radius] * 3, [light.radius] * 3])))
+        lamp.CreateExtentAttr(number.points(np.array([[-light.radius] * 3, [light.radius] * 3])))
     lamp.CreateNormalizeAttr(True)
     lamp.CreateColorAttr(Gf.Vec3f(*light.color))
     if light.kind is LightKind.SPOT:
@@ -128,9 +123,8 @@ def _light(stage: Usd.Stage, path: Sdf.Path, light: Light) -> None:
         shaping.CreateShapingConeAngleAttr(light.cone_deg)
         shaping.CreateShapingConeSoftnessAttr(light.softness)
     UsdLux.ShadowAPI.Apply(lamp.GetPrim()).CreateShadowEnableAttr(light.castshadow)
-    number.place(
-        lamp.GetPrim(), Pose(position=light.position, quaternion=pose_looking_along(light.direction).quaternion)
-    )
+    turned = pose_looking_along(light.direction)
+    number.place(lamp.GetPrim(), turned.replace(position=light.position))
 
 
 def _camera(stage: Usd.Stage, path: Sdf.Path, camera: Camera) -> None:
@@ -269,8 +263,7 @@ def _set_start_pose(layer: Sdf.Layer, variants: str, place: Placement, asset: As
     closed = next((joint_positions(key.joints) for key in asset.keyframes if key.name == CLOSED_POSE), {})
     if all(positions.get(joint.name, 0.0) == closed.get(joint.name, 0.0) for joint in asset.joints):
         return
-    root = _over(layer, variants, START_POSE, place).path
-    set_joints(layer, root, asset, positions)
+    set_joints(layer, _over(layer, variants, START_POSE, place).path, asset, positions)
 
 
 def _add_visibility_variants(layer: Sdf.Layer, name: str, places: list[Placement]) -> None:
