@@ -175,9 +175,7 @@ def _reduced(picture: Texture) -> Texture:
         small = image.convert("RGB").resize((width, height), Image.Resampling.BOX)
     data = io.BytesIO()
     small.save(data, "PNG")
-    return Texture(
-        name=picture.name, png=data.getvalue(), width_px=width, height_px=height, color_space=picture.color_space
-    )
+    return picture.replace(png=data.getvalue(), width_px=width, height_px=height)
 
 
 # Batch ----------------------------------------------------------------------------------------------------------------
@@ -240,7 +238,9 @@ def write(batch: BatchScene, sleeps: bool = True, shared: str = "../assets") -> 
         else:
             for link in form.links:
                 bit = meeting.get((place.name, link.name), 0)
-                _set_bits(_body(body, context.body_name(link.name)), DEFAULT | THINGS | bit, bit)
+                name = context.body_name(link.name)
+                own = next(below for below in body.iter("body") if below.get("name") == name)
+                _set_bits(own, DEFAULT | THINGS | bit, bit)
         contexts.append(context)
     block = etree.SubElement(root, "contact")
     for context in contexts:
@@ -255,11 +255,8 @@ def write(batch: BatchScene, sleeps: bool = True, shared: str = "../assets") -> 
 
 def _turned(form: Asset, looks: Mapping[str, Look]) -> Asset:
     """A form whose boxes are described as their looks require."""
-    links = [
-        link.replace(colliders=tuple(looks[collider.name].collider for collider in link.colliders))
-        for link in form.links
-    ]
-    return form.replace(links=tuple(links))
+    links = ((link, tuple(looks[collider.name].collider for collider in link.colliders)) for link in form.links)
+    return form.replace(links=tuple(link.replace(colliders=colliders) for link, colliders in links))
 
 
 def _paint(geom: etree._Element, look: Look) -> None:
@@ -289,11 +286,6 @@ def _meeting_bits(batch: BatchScene) -> dict[tuple[str, str], int]:
         bit = 1 << min(FIRST_MEETING + number_, LAST_MEETING)
         bits.update({(ref.placement, ref.link): bit for ref in group})
     return bits
-
-
-def _body(root: etree._Element, name: str) -> etree._Element:
-    """Return the body of that name: `root` or one below it."""
-    return next(body for body in root.iter("body") if body.get("name") == name)
 
 
 def _set_bits(body: etree._Element, contype: int, conaffinity: int) -> None:
