@@ -33,7 +33,7 @@ from casa_assets.geometry.mesh.topology import is_closed, weld
 from casa_assets.geometry.solid.deviation import distances_outside_hulls, surface_samples
 from casa_assets.geometry.solid.primitive import link_bounds, tessellate
 from casa_assets.geometry.solid.solids import union
-from casa_assets.model.asset.asset import Asset, Base, Collider, Inertial, Link
+from casa_assets.model.asset.asset import Asset, Base, Collider, Link
 from casa_assets.model.asset.parts import Hull
 
 # Collider coverage ----------------------------------------------------------------------------------------------------
@@ -337,12 +337,8 @@ def _mass_outside(link: Link) -> tuple[float, float]:
     lower, upper = _bounds(link)
     center = np.array(link.inertial.center_of_mass)
     outside = float(np.maximum(lower - center, center - upper).max())
-    excess = float((_deviation(link.inertial) - (upper - lower) / 2).max())
+    diagonal = np.diag(link.inertial.tensor)
+    # (3,) along the axes of the link
+    deviation = np.sqrt(np.maximum(diagonal.sum() / 2 - diagonal, 0.0) / link.inertial.mass)
+    excess = float((deviation - (upper - lower) / 2).max())
     return max(0.0, outside), max(0.0, excess)
-
-
-def _deviation(inertial: Inertial) -> Floats:
-    """(3,) standard deviation of mass along the axes of the link, metres."""
-    diagonal = np.diag(inertial.tensor)
-    deviation: Floats = np.sqrt(np.maximum(diagonal.sum() / 2 - diagonal, 0.0) / inertial.mass)
-    return deviation

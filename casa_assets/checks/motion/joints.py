@@ -104,7 +104,9 @@ def keys_spring_back(package: Package, limit: float) -> Measurement:
         set_joints(motion.model, data, {**open_before(asset, joint), joint.name: end})
         mujoco.mj_step(motion.model, data, nstep=int(PUSH_S / STEP_S))
         # A light key that is held against its stop stands a little beyond it, which does not count as away from rest.
-        left = max(0.0, float(data.qpos[motion.address[joint.name]]) / end) * abs(end) / _travel(joint)
+        left = (
+            max(0.0, float(data.qpos[motion.address[joint.name]]) / end) * abs(end) / (joint.range[1] - joint.range[0])
+        )
         shares.append(left)
         if left > limit:
             problems.append((f"joints/{joint.name}", f"keeps {left:.0%} of its stroke when it is let go"))
@@ -147,7 +149,9 @@ def joints_stay_put(package: Package, limit: float) -> Measurement:
                 continue  # it is meant to go back
             address = motion.address[joint.name]
             still = STILL_RAD if joint.kind is JointKind.HINGE else STILL_M
-            share = abs(float(data.qpos[address] - start[address])) / max(_travel(joint), still / limit)
+            share = abs(float(data.qpos[address] - start[address])) / max(
+                joint.range[1] - joint.range[0], still / limit
+            )
             worst = max(worst, share)
             if share > limit:
                 problems.append((f"joints/{joint.name}", f"drifts by {share:.1%} of its range in 5 s ({name})"))
@@ -215,7 +219,7 @@ def push(data: mujoco.MjData, address: int, start: float, goal: float, enough: f
         data: with the force applied. address: of the joint in qpos. start, goal: positions, rad or m.
     """
     best = 0.0
-    for _ in range(int(PUSH_S / STEP_S / CHUNK_STEPS)):
+    for _ in range(round(PUSH_S / data.model.opt.timestep / CHUNK_STEPS)):
         mujoco.mj_step(data.model, data, nstep=CHUNK_STEPS)
         best = max(best, (float(data.qpos[address]) - start) / (goal - start))
         if best >= enough:
@@ -232,11 +236,6 @@ def starting_force(motion: MotionModel, data: mujoco.MjData, asset: Asset, joint
     opening_force = sign * float(data.qfrc_passive[dof] - data.qfrc_bias[dof])
     arm = 1.0 if joint.kind is JointKind.SLIDE else hand_effort(asset, joint) / PULL_N
     return (joint.frictionloss - opening_force) / arm
-
-
-def _travel(joint: Joint) -> float:
-    """Length of a joint's range, rad or m."""
-    return joint.range[1] - joint.range[0]
 
 
 def _grip_label(asset: Asset, joint: Joint) -> str:
@@ -340,9 +339,8 @@ def joint_travels(asset: Asset, model: Path | Files, pushed: bool = True) -> tup
     travels = []
     for joint in asset.joints:
         free, blocked_by = _free_share(all_pairs, asset, joint)
-        travels.append(
-            JointTravel(joint.name, free, blocked_by, _pushed_share(as_written, asset, joint) if pushed else free)
-        )
+        share = _pushed_share(as_written, asset, joint) if pushed else free
+        travels.append(JointTravel(joint.name, free, blocked_by, share))
     return tuple(travels)
 
 
@@ -405,9 +403,8 @@ def moving_parts_keep_clear(package: Package, limit: float) -> Measurement:
         worst = max(worst, contact.depth)
         if contact.depth > limit:
             while_open = f" while {open_joint} stands open" if open_joint else ""
-            depth = f"sinks {contact.depth:.4f} m into"
-            message = f"{contact.geom1} {depth} {contact.geom2}{while_open}; make room between them"
-            problems.append((f"joints/{joint.name}", message))
+            sinks = f"{contact.geom1} sinks {contact.depth:.4f} m into {contact.geom2}{while_open}"
+            problems.append((f"joints/{joint.name}", f"{sinks}; make room between them"))
     return Measurement(worst, tuple(problems))
 
 
