@@ -150,14 +150,14 @@ class FingertipModel:
 
     def measure(self, positions: Mapping[str, float]) -> Stimulus:
         """Stimulus of the asset with joints at these positions (rad or m, others at zero) and nothing touched."""
-        return Stimulus(self._joint_positions(self._set_joints(positions)))
+        return self._stimulus(self._set_joints(positions), frozenset())
 
     def press(self, positions: Mapping[str, float], collider: str) -> Stimulus | None:
         """Stimulus while a fingertip touches this collider and no other; None if it cannot reach it."""
         data = self._set_joints(positions)
         for direction in _directions(self.model, data, collider):
             if self._touched_from(data, collider, direction) == {collider}:
-                return Stimulus(self._joint_positions(data), frozenset({collider}))
+                return self._stimulus(data, frozenset({collider}))
         return None
 
     def _set_joints(self, positions: Mapping[str, float]) -> mujoco.MjData:
@@ -169,8 +169,8 @@ class FingertipModel:
         mujoco.mj_forward(self.model, data)
         return data
 
-    def _joint_positions(self, data: mujoco.MjData) -> dict[str, float]:
-        return {name: float(data.joint(name).qpos[0]) for name in self.ranges}
+    def _stimulus(self, data: mujoco.MjData, touched: frozenset[str]) -> Stimulus:
+        return Stimulus({name: float(data.joint(name).qpos[0]) for name in self.ranges}, touched)
 
     def _touched_from(self, data: mujoco.MjData, collider: str, direction: Floats) -> set[str]:
         """Names of what the tip touches once it has come to the collider's middle from a direction."""
@@ -184,10 +184,7 @@ class FingertipModel:
             distance -= gap + PRESS_DEPTH_M
             if distance < 0:
                 return set()
-        return self._touched(data, tip)
-
-    def _touched(self, data: mujoco.MjData, tip: int) -> set[str]:
-        """Names of the geoms that the tip reaches into, by distance: MuJoCo makes no contacts with still bodies."""
+        # By distance: MuJoCo makes no contacts with still bodies.
         reach = self.model.geom_rbound + TIP_RADIUS_M
         near = np.linalg.norm(data.geom_xpos - data.geom_xpos[tip], axis=1) <= reach
         others = [int(g) for g in np.flatnonzero(near) if g != tip]

@@ -127,19 +127,14 @@ def lines_on_surface(member: ObjectMember) -> tuple[LineOnSurface, ...]:
 
 def _lines(member: ObjectMember) -> Iterator[LineOnSurface]:
     looks = {m.id: m for m in member.asset.materials}
-    for material, mesh in _printed_meshes(member.asset, set(member.printed)):
-        picture = _luminance(looks[material])
-        for line in member.printed[material]:
-            line_found = _on_mesh(line, material, picture, mesh)
-            if line_found is not None:
-                yield line_found
-
-
-def _printed_meshes(asset: Asset, materials: set[str]) -> Iterator[tuple[str, Mesh]]:
-    for link in asset.links:
-        for visual in link.visuals:
-            if visual.material in materials and visual.mesh.uv is not None:
-                yield visual.material, visual.mesh
+    for visual in (visual for link in member.asset.links for visual in link.visuals):
+        if visual.material not in member.printed or visual.mesh.uv is None:
+            continue
+        picture = _luminance(looks[visual.material])
+        for line in member.printed[visual.material]:
+            found = _on_mesh(line, visual.material, picture, visual.mesh)
+            if found is not None:
+                yield found
 
 
 def _luminance(look: Material) -> Floats:

@@ -111,11 +111,8 @@ class Bench:
             bounds = self._fingers_at(room, seed.arm, seed.grasp)
             q = self._solver.solve(seed.tip, seed.grasp, seed.posture, bounds, DISTANT)
             for back in np.arange(before - ADVANCE_M, -1e-9, -ADVANCE_M):
-                q = (
-                    None
-                    if q is None
-                    else self._solver.solve(seed.tip, _back(seed.grasp, back - before), q, bounds, NEXT)
-                )
+                if q is not None:
+                    q = self._solver.solve(seed.tip, _back(seed.grasp, back - before), q, bounds, NEXT)
             if q is None:
                 continue
             grasp = _as_held(workspace, seed.tip, _back(seed.grasp, -before), q)

@@ -89,8 +89,6 @@ def joints_are_reached(subject: SceneRobots, least: float) -> Measurement:
         return not_applicable("nothing with a parking place has a handle, knob, key or lever")
     share = found.reached / len(found.joints)
     missed = [joint for joint in found.joints if not joint.reached]
-    problems = [
-        (f"{j.fixture}/{j.joint}", f"{FLOOR_ROBOT} does not get its hand there: {j.missed or 'unknown'}")
-        for j in missed
-    ]
+    message = f"{FLOOR_ROBOT} does not get its hand there"
+    problems = [(f"{j.fixture}/{j.joint}", f"{message}: {j.missed or 'unknown'}") for j in missed]
     return Measurement(share, tuple(problems) if share < least else ())

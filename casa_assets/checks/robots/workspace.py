@@ -120,9 +120,8 @@ def _lifted(root: Any, legs: Legs) -> Any:
     """A body that rises and sinks with the trunk of a robot whose legs bend; zero is where they lean least."""
     trunk = root.add_body(name=TRUNK, mass=1.0, inertia=(1.0, 1.0, 1.0), explicitinertial=True)
     lowest = legs.length * (math.cos(legs.lean[1]) - math.cos(legs.lean[0]))
-    trunk.add_joint(
-        name=TRUNK, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=(0.0, 0.0, 1.0), range=(lowest, 0.0), limited=True
-    )
+    kind = mujoco.mjtJoint.mjJNT_SLIDE
+    trunk.add_joint(name=TRUNK, type=kind, axis=(0.0, 0.0, 1.0), range=(lowest, 0.0), limited=True)
     return trunk
 
 
@@ -135,17 +134,8 @@ def _read(robot: Robot, path: Path) -> Any:
     except (ValueError, etree.XMLSyntaxError) as error:
         raise CasaError(f"{path}: MuJoCo does not read this part of robot {robot.id}: {error}") from error
     spec.compiler.degree = False
-    for group in (
-        spec.actuators,
-        spec.sensors,
-        spec.tendons,
-        spec.equalities,
-        spec.keys,
-        spec.cameras,
-        spec.lights,
-        spec.sites,
-    ):
-        for element in list(group):
+    for group in ("actuators", "sensors", "tendons", "equalities", "keys", "cameras", "lights", "sites"):
+        for element in list(getattr(spec, group)):
             spec.delete(element)
     for joint in list(spec.joints):
         if joint.type == mujoco.mjtJoint.mjJNT_FREE:
@@ -153,7 +143,10 @@ def _read(robot: Robot, path: Path) -> Any:
     for geom in list(spec.geoms):
         if geom.type == mujoco.mjtGeom.mjGEOM_PLANE:
             spec.delete(geom)
-    _forget_options(spec)
+    # Options as MuJoCo has them by default: only the kitchen's count.
+    usual = mujoco.MjSpec().option
+    for name in ("integrator", "cone", "impratio", "gravity", "timestep", "solver", "iterations", "enableflags"):
+        setattr(spec.option, name, getattr(usual, name))
     for mesh in spec.meshes:
         mesh.file = str((path.parent / spec.meshdir / mesh.file).resolve())
     for body in spec.worldbody.bodies:
@@ -172,13 +165,6 @@ def _without_doubles(path: Path) -> str:
             parent.remove(mesh)
         seen.add(mesh.get("name", mesh.get("file", "")))
     return etree.tostring(tree, encoding="unicode")
-
-
-def _forget_options(spec: Any) -> None:
-    """Options as MuJoCo has them by default: only the kitchen's count."""
-    usual = mujoco.MjSpec().option
-    for name in ("integrator", "cone", "impratio", "gravity", "timestep", "solver", "iterations", "enableflags"):
-        setattr(spec.option, name, getattr(usual, name))
 
 
 def _fix_joints(robot: Robot, spec: Any) -> None:

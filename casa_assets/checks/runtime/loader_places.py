@@ -114,10 +114,8 @@ def _missing_places(
         if rule.heights_m is None or rule.heights_m[0] <= height <= rule.heights_m[1]:
             offered += 1
         if not _holds(model, data, region):
-            yield (
-                pointer,
-                f"has nothing within {MAX_FALL_M:g} m below the middle of its lower side; what is put there falls",
-            )
+            below = f"has nothing within {MAX_FALL_M:g} m below the middle of its lower side"
+            yield pointer, f"{below}; what is put there falls"
     if named and offered < rule.min_count:
         yield "model.xml/geom", f"{offered} regions {rule.regions!r} are where things are put, {rule.min_count} wanted"
 

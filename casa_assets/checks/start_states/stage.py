@@ -330,9 +330,10 @@ class Stage:
 
 def place_kind(category: str, region: str) -> Kind | None:
     """Kind of place that a region of a fixture is; None if nothing is put there."""
-    return next(
-        (kind for kind, wanted in PLACES.items() if category in wanted[0] and region.startswith(wanted[1])), None
+    kinds = (
+        kind for kind, (categories, names) in PLACES.items() if category in categories and region.startswith(names)
     )
+    return next(kinds, None)
 
 
 def _footprint() -> etree._Element:

@@ -69,6 +69,10 @@ def _uppers(view: TaskView, count: tuple[int, ...]) -> tuple[Fixture, ...]:
     return tuple(f for f in found if UPPER_BOTTOM_M[0] <= f.bottom <= UPPER_BOTTOM_M[1] and len(doors(f)) in count)
 
 
+def _regions(zones: Sequence[PlacingZone]) -> tuple[str, ...]:
+    return tuple(f"{zone.fixture}__{zone.region}" for zone in zones)
+
+
 def _cabinet(view: TaskView) -> TaskFinding:
     cabinets = _uppers(view, (1, 2))
     zones = tuple(z for f in cabinets for z in view.inside(f, r"level\d+|int"))
@@ -76,7 +80,7 @@ def _cabinet(view: TaskView) -> TaskFinding:
     return TaskFinding(
         cabinets,
         joints=tuple(n for f in cabinets for n in names(f, [j.name for j in doors(f)])),
-        regions=tuple(f"{z.fixture}__{z.region}" for z in zones),
+        regions=_regions(zones),
         puts=(Placing(counter, GRASPED), Placing(zones, GRASPED)),
         counter=counter,
         wants="" if cabinets and zones else "a wall cabinet with doors and room inside, before which the base parks",
@@ -90,7 +94,7 @@ def _sink(view: TaskView, size: BoxSizes) -> TaskFinding:
     counter = view.counter(sinks)
     return TaskFinding(
         sinks,
-        regions=tuple(f"{z.fixture}__{z.region}" for z in zones),
+        regions=_regions(zones),
         puts=(Placing(counter, size), Placing(zones, GRASPED)),
         counter=counter,
         wants="" if zones else "a sink with a basin",
@@ -105,7 +109,7 @@ def _microwaves(view: TaskView) -> TaskFinding:
     return TaskFinding(
         ovens,
         joints=tuple(f"{f.name}__microjoint" for f in ovens),
-        regions=tuple(f"{z.fixture}__{z.region}" for z in zones),
+        regions=_regions(zones),
         puts=(Placing(counter, PLATE), Placing(zones, PLATE)),
         counter=counter,
         wants="" if zones else "a microwave with a door and a tray",
@@ -147,7 +151,7 @@ def _doors(view: TaskView, count: int) -> TaskFinding:
     return TaskFinding(
         every,
         joints=tuple(n for f in every for n in names(f, [j.name for j in doors(f)])),
-        regions=tuple(f"{z.fixture}__{z.region}" for z in zones),
+        regions=_regions(zones),
         puts=(Placing(zones, GRASPED),),
         wants="" if every else f"a wall cabinet with {'one door' if count == 1 else 'two doors'}",
     )
@@ -173,7 +177,7 @@ def _drawers(view: TaskView) -> TaskFinding:
     return TaskFinding(
         tuple(dict.fromkeys(found)),
         joints=tuple(joints),
-        regions=tuple(f"{z.fixture}__{z.region}" for z in zones),
+        regions=_regions(zones),
         puts=(Placing(tuple(zones), FLAT),),
         wants="" if joints else "a top drawer with free floor to its left or right",
     )
@@ -185,7 +189,8 @@ def _faucet(view: TaskView, joint: str) -> TaskFinding:
         f for f in view.reached(Role.SINK) if f.joint(joint) is not None and "water" in {m.name for m in f.sites}
     )
     if joint == "spout_joint":
-        sinks = tuple(f for f in sinks if all(abs(end) >= SPOUT_RAD for end in _range(f, joint)))
+        ranges = {f.name: j.range for f in sinks if (j := f.joint(joint)) is not None}
+        sinks = tuple(f for f in sinks if all(abs(end) >= SPOUT_RAD for end in ranges[f.name]))
     counter = view.counter(sinks)
     return TaskFinding(
         sinks,
@@ -195,11 +200,6 @@ def _faucet(view: TaskView, joint: str) -> TaskFinding:
         counter=counter,
         wants="" if sinks else f"a sink with {joint} and a stream of water",
     )
-
-
-def _range(fixture: Fixture, name: str) -> tuple[float, float]:
-    joint = fixture.joint(name)
-    return (0.0, 0.0) if joint is None else joint.range
 
 
 def _pressed(view: TaskView, role: Role, button: str) -> TaskFinding:
@@ -259,13 +259,9 @@ def _having(roles: Sequence[Role], joint: str, region: str, wants: str) -> Findi
     """Fixtures of some roles with a joint and a region whose names match; an empty pattern asks for none."""
 
     def find(view: TaskView) -> TaskFinding:
-        found = tuple(
-            f
-            for f in view.reached(*roles)
-            if (not joint or any(re.fullmatch(joint, j.name) for j in f.joints))
-            and (not region or any(re.fullmatch(region, r.name) for r in f.regions))
-        )
-        return _with(found, wants)
+        jointed = [f for f in view.reached(*roles) if not joint or any(re.fullmatch(joint, j.name) for j in f.joints)]
+        found = [f for f in jointed if not region or any(re.fullmatch(region, r.name) for r in f.regions)]
+        return _with(tuple(found), wants)
 
     return find
 
@@ -274,12 +270,9 @@ def _of_category(category: str, joint: str, wants: str) -> Finding:
     """Things on worktops of a category, with a joint whose name matches."""
 
     def find(view: TaskView) -> TaskFinding:
-        found = tuple(
-            f
-            for f in view.facts.fixtures
-            if f.category == category and (not joint or any(re.fullmatch(joint, j.name) for j in f.joints))
-        )
-        return _with(found, wants)
+        kind = [f for f in view.facts.fixtures if f.category == category]
+        found = [f for f in kind if not joint or any(re.fullmatch(joint, j.name) for j in f.joints)]
+        return _with(tuple(found), wants)
 
     return find
 
@@ -287,11 +280,9 @@ def _of_category(category: str, joint: str, wants: str) -> Finding:
 def _cabinets_with_shelves(view: TaskView) -> TaskFinding:
     """Wall cabinets with a shelf where RoboCasa v1.0 looks for one."""
     low, high = SHELF_HEIGHTS_M
-    found = tuple(
-        f
-        for f in _uppers(view, (1, 2))
-        if any(low <= r.bottom <= high for r in f.regions if re.fullmatch(r"level\d+|int", r.name))
-    )
+    cabinets = _uppers(view, (1, 2))
+    levels = {f.name: [r for r in f.regions if re.fullmatch(r"level\d+|int", r.name)] for f in cabinets}
+    found = tuple(f for f in cabinets if any(low <= level.bottom <= high for level in levels[f.name]))
     return _with(found, "a wall cabinet with doors and a shelf between 1.0 and 1.5 m")
 
 
