@@ -162,9 +162,12 @@ def hulls_are_convex(asset: Asset, limit: float) -> Measurement:
     """AST007: farthest that a vertex of a hull lies outside one of its faces, metres."""
     depths, problems = [], []
     for pointer, hull in _hulls(asset):
-        depth = _dent_depth(hull)
+        vertices, faces = hull.mesh.vertices, hull.mesh.faces.astype(np.int64)
+        normals, areas = face_normals(vertices, faces)
+        offsets = np.einsum("ij,ij->i", normals, vertices[faces[:, 0]])
+        depth = max(0.0, float((vertices @ normals.T - offsets)[:, areas > 0].max(initial=0.0)))
         depths.append(depth)
-        if not is_closed(hull.mesh.faces.astype(np.int64)):
+        if not is_closed(faces):
             problems.append((pointer, "is not closed; take the convex hull of its vertices"))
         elif depth > limit:
             problems.append(
@@ -318,15 +321,6 @@ def _volume(colliders: tuple[Collider, ...]) -> float:
     """Volume of the union, m^3; zero where no shape is a solid. Cached because two checks of one asset ask for it."""
     joined = union([tessellate(c.shape, c.pose) for c in colliders])
     return 0.0 if joined is None else signed_volume(*joined)
-
-
-def _dent_depth(hull: Hull) -> float:
-    """How far the farthest vertex lies outside a face, metres."""
-    vertices, faces = hull.mesh.vertices, hull.mesh.faces.astype(np.int64)
-    normals, areas = face_normals(vertices, faces)
-    offsets = np.einsum("ij,ij->i", normals, vertices[faces[:, 0]])
-    heights = (vertices @ normals.T - offsets)[:, areas > 0]
-    return max(0.0, float(heights.max(initial=0.0)))
 
 
 def _mass_outside(link: Link) -> tuple[float, float]:

@@ -285,7 +285,12 @@ def textured_meshes_are_unwrapped(asset: Asset) -> Measurement:
     if not visuals:
         return not_applicable(NO_PICTURES)
     message = "shows a picture, but all its texture coordinates are missing or one point; unwrap it or drop the picture"
-    return count((pointer, message) for pointer, v in visuals if not _is_unwrapped(v))
+    problems = []
+    for pointer, visual in visuals:
+        uv = visual.mesh.uv
+        if uv is None or not np.isfinite(uv).all() or not float(np.ptp(uv, axis=0).max(initial=0.0)) > 0:
+            problems.append((pointer, message))
+    return count(problems)
 
 
 def texture_size_is_bounded(asset: Asset, limit: float) -> Measurement:
@@ -322,11 +327,6 @@ def meshes_are_unique(asset: Asset) -> Measurement:
         if twin != pointer:
             problems.append((pointer, f"is the same mesh in the same place as {twin}; leave one out"))
     return count(problems)
-
-
-def _is_unwrapped(visual: Visual) -> bool:
-    uv = visual.mesh.uv
-    return uv is not None and bool(np.isfinite(uv).all()) and float(np.ptp(uv, axis=0).max(initial=0.0)) > 0
 
 
 def _triangle_key(visual: Visual, pose: Pose) -> bytes:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,7 +15,6 @@ from casa_assets.checks.check import (
     Measurement,
     all_at_most,
     is_from_family,
-    largest,
     not_applicable,
     not_run,
 )
@@ -95,7 +93,7 @@ def keys_spring_back(package: Package, limit: float) -> Measurement:
     motion, asset = motion_model_of(package), package.asset
     if isinstance(motion, Measurement):
         return motion
-    problems, shares = [], []
+    shares = {}
     data = mujoco.MjData(motion.model)
     for joint in asset.joints:
         if not _is_sprung(asset, joint):
@@ -104,13 +102,10 @@ def keys_spring_back(package: Package, limit: float) -> Measurement:
         set_joints(motion.model, data, {**open_before(asset, joint), joint.name: end})
         mujoco.mj_step(motion.model, data, nstep=int(PUSH_S / STEP_S))
         # A light key that is held against its stop stands a little beyond it, which does not count as away from rest.
-        left = (
-            max(0.0, float(data.qpos[motion.address[joint.name]]) / end) * abs(end) / (joint.range[1] - joint.range[0])
-        )
-        shares.append(left)
-        if left > limit:
-            problems.append((f"joints/{joint.name}", f"keeps {left:.0%} of its stroke when it is let go"))
-    return largest(shares, problems, "it has no key that springs back")
+        away = max(0.0, float(data.qpos[motion.address[joint.name]]) / end) * abs(end)
+        shares[f"joints/{joint.name}"] = away / (joint.range[1] - joint.range[0])
+    message = "keeps {:.0%} of its stroke when it is let go"
+    return all_at_most(shares, limit, message, "it has no key that springs back")
 
 
 def joints_rest_in_range(package: Package, limit: float) -> Measurement:
@@ -339,7 +334,13 @@ def joint_travels(asset: Asset, model: Path | Files, pushed: bool = True) -> tup
     travels = []
     for joint in asset.joints:
         free, blocked_by = _free_share(all_pairs, asset, joint)
-        share = _pushed_share(as_written, asset, joint) if pushed else free
+        share = free
+        if pushed:
+            data, end = mujoco.MjData(as_written), open_end(joint)
+            set_joints(as_written, data, open_before(asset, joint))
+            number = int(as_written.joint(joint.name).id)
+            data.qfrc_applied[as_written.jnt_dofadr[number]] = math.copysign(hand_effort(asset, joint), end)
+            share = push(data, int(as_written.jnt_qposadr[number]), 0.0, end, FULL_SHARE)
         travels.append(JointTravel(joint.name, free, blocked_by, share))
     return tuple(travels)
 
@@ -372,15 +373,6 @@ def _depths(model: mujoco.MjModel, data: mujoco.MjData, moved: Mask) -> dict[tup
         pair = (int(geoms[row, 0]), int(geoms[row, 1]))
         depths[pair] = max(depths.get(pair, 0.0), -float(distances[row]))
     return depths
-
-
-def _pushed_share(model: mujoco.MjModel, asset: Asset, joint: Joint) -> float:
-    """Share of the range to which the force of a hand takes a joint, all others left alone."""
-    data = mujoco.MjData(model)
-    set_joints(model, data, open_before(asset, joint))
-    joint_id, end = int(model.joint(joint.name).id), open_end(joint)
-    data.qfrc_applied[model.jnt_dofadr[joint_id]] = math.copysign(hand_effort(asset, joint), end)
-    return push(data, int(model.jnt_qposadr[joint_id]), 0.0, end, FULL_SHARE)
 
 
 # Clearance ------------------------------------------------------------------------------------------------------------
@@ -417,9 +409,13 @@ def _deepest_contact(motion: MotionModel, asset: Asset, joint: Joint) -> tuple[P
     moved, everything = moved_by(model, joint_id), np.ones(model.nbody, dtype=bool)
     alone = sweep(model, data, joint_id, everything)
     worst, open_joint = alone.worst, ""
-    for other, with_other in _other_joints(asset, joint, positions):
+    for other in asset.joints:
+        before = open_before(asset, other)
+        # What needs this joint open cannot be out while it moves.
+        if other.name == joint.name or other.name in positions or joint.name in before:
+            continue
         moved_by_other = moved_by(model, motion.joint_id(other.name))
-        set_joints(model, data, with_other)
+        set_joints(model, data, {**positions, **before, other.name: open_end(other)})
         # What carries this joint along takes it away from the rest.
         if moved_by_other[model.jnt_bodyid[joint_id]]:
             continue
@@ -431,15 +427,6 @@ def _deepest_contact(motion: MotionModel, asset: Asset, joint: Joint) -> tuple[P
         if contact.depth > worst.depth:
             worst, open_joint = contact, other.name
     return worst, open_joint
-
-
-def _other_joints(asset: Asset, joint: Joint, positions: dict[str, float]) -> Iterator[tuple[Joint, dict[str, float]]]:
-    """Each joint that may be open while this one moves, and the positions of all those then open: rad or m."""
-    for other in asset.joints:
-        before = open_before(asset, other)
-        # What needs this joint open cannot be out while it moves.
-        if other.name != joint.name and other.name not in positions and joint.name not in before:
-            yield other, {**positions, **before, other.name: open_end(other)}
 
 
 def _stays_outside(model: mujoco.MjModel, data: mujoco.MjData, swept: SweepResult, bodies: Mask) -> bool:

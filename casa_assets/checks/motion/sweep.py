@@ -9,7 +9,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from casa_assets.checks.motion.simulation import box_around, collision_spec, find_contacts, geom_boxes, subtree
+from casa_assets.checks.motion.simulation import altered, box_around, collision_spec, find_contacts, geom_boxes, subtree
 from casa_assets.checks.readers import mujoco_facts, mujoco_load
 from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.model.files import Files
@@ -171,10 +171,8 @@ def _deepest_contact(
     seeming = _deepest_counted(model, data, moved, against)
     if seeming.depth <= 0.0:
         return seeming
-    margins = model.geom_margin.copy()
-    model.geom_margin[:] = 0.0
-    touching = _deepest_counted(model, data, moved, against)
-    model.geom_margin[:] = margins
+    with altered(model, geom_margin=0.0):
+        touching = _deepest_counted(model, data, moved, against)
     return touching if touching.geom1 else replace(seeming, depth=0.0)
 
 

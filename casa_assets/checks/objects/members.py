@@ -169,12 +169,12 @@ def _on_mesh(line: PrintedLine, material: str, picture: Floats, mesh: Mesh) -> L
         points, looks = np.einsum("nk,nkd->nd", weights, corners), normal / np.linalg.norm(normal, axis=1)[:, None]
         mirrored = float(np.mean(turned < 0))
         copies.append(LineOnSurface(line.text, material, height, contrast, points, looks, up, mirrored))
-    return max(copies, key=_readable, default=None)
 
+    def readable(one: LineOnSurface) -> tuple[bool, float]:
+        # What is not mirrored, has more of its letters, and larger ones.
+        return one.mirrored <= 0.5, len(one.points) * float(np.median(np.linalg.norm(one.up, axis=1)))
 
-def _readable(line: LineOnSurface) -> tuple[bool, float]:
-    """Of several copies of a line that which is not mirrored, has more of its letters, and larger ones, is read."""
-    return line.mirrored <= 0.5, len(line.points) * float(np.median(np.linalg.norm(line.up, axis=1)))
+    return max(copies, key=readable, default=None)
 
 
 def _height_px(letters: Mask, runs_upwards: bool) -> float:

@@ -22,7 +22,7 @@ CLOSED = "closed"
 
 
 def _sorted(rows: Iterable[Any]) -> tuple[Any, ...]:
-    return tuple(sorted(rows, key=lambda row: row.name if isinstance(row, Record) else row))
+    return tuple(sorted(rows, key=lambda row: getattr(row, "name", row)))
 
 
 # A table sorts its rows, records by name.

@@ -19,7 +19,7 @@ from casa_assets.checks.package.facts import (
 from casa_assets.checks.readers.mujoco_facts import bounds_around, pose_facts, three
 from casa_assets.core.numeric import about_axis
 from casa_assets.geometry.solid.primitive import link_bounds
-from casa_assets.model.asset.asset import Asset, Joint, JointKind, Link, Region, Site
+from casa_assets.model.asset.asset import Asset, Collider, Joint, JointKind, Link, Region, Site, Visual
 from casa_assets.model.asset.parts import joint_positions
 from casa_assets.model.pose import Pose
 
@@ -32,7 +32,7 @@ def facts(asset: Asset) -> AssetFacts:
         exclusions=[(pair.first, pair.second) for pair in asset.exclusions],
         words=_words(asset),
         bodies=[_body(asset, link) for link in asset.links],
-        places=[_place(item) for item in (*asset.sites, *asset.regions) if item.name != OUTER],
+        places=[place for place in (*map(_place, asset.sites), *map(_place, asset.regions)) if place.name != OUTER],
         looks=_looks(asset),
         poses=[_link_poses(asset, name, named[name]) for name in named] if asset.keyframes else (),
     )
@@ -77,9 +77,8 @@ def _joint(joint: Joint | None) -> JointFacts | None:
 
 
 def _place(item: Site | Region) -> PlaceFacts:
-    is_site = isinstance(item, Site)
     # A cylinder is as wide as its size along x.
-    x, y, z = item.size if item.size is not None else (2 * item.radius,) * 3 if is_site else (0.0,) * 3
+    x, y, z = item.size if item.size is not None else (2 * item.radius,) * 3 if isinstance(item, Site) else (0.0,) * 3
     return PlaceFacts(
         name=item.name,
         body=item.link,
@@ -87,7 +86,7 @@ def _place(item: Site | Region) -> PlaceFacts:
         position=item.pose.position,
         quaternion=item.pose.quaternion,
         size=(x, x, z) if item.kind == "cylinder" else (x, y, z),
-        color=item.color if is_site else None,
+        color=item.color if isinstance(item, Site) else None,
     )
 
 
@@ -129,7 +128,9 @@ def _joint_pose(joint: Joint, value: float) -> Pose:
 
 
 def _words(asset: Asset) -> ProgramTexts:
-    shapes = [shape for link in asset.links for shape in (*link.visuals, *link.colliders)]
+    shapes: list[Collider | Visual] = []
+    for link in asset.links:
+        shapes += (*link.visuals, *link.colliders)
     return ProgramTexts(
         classes=asset.labels.classes,
         portion=asset.labels.portion or "",

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterator
 from functools import cached_property
-from pathlib import Path
 from typing import Annotated, Any
 
 import mujoco
@@ -13,7 +12,7 @@ import numpy as np
 from pxr import Usd, UsdGeom, UsdLux, UsdPhysics
 
 from casa_assets.checks.package.facts import AssetFacts, PoseFacts, ProgramTexts, Sorted
-from casa_assets.checks.readers import mujoco_facts, mujoco_load, usd_facts
+from casa_assets.checks.readers import mujoco_facts, usd_facts
 from casa_assets.checks.readers.mujoco_facts import ROOT_BODY, facts_of_model, four, free_bodies, short_name, three
 from casa_assets.model.asset.asset import Base
 from casa_assets.model.pose import Pose
@@ -99,22 +98,17 @@ ASSET, MJCF_LAYER = "asset", "layer"
 NAMING = ("label__", "grip__", "behind__", "state__")
 
 
-def facts_of_mjcf(path: Path) -> SceneFacts:
-    """The table of a scene.xml. Raises ValueError where it does not compile, or names no body for a placement."""
-    loaded = mujoco_load.load_asset_file(path)
-    if loaded.model is None:
-        raise ValueError(f"{path.name} does not compile: {loaded.error}")
-    return facts_of_scene_model(loaded.model)
-
-
 def facts_of_scene_model(model: mujoco.MjModel) -> SceneFacts:
-    """The table of a compiled scene.xml."""
+    """The table of a compiled scene.xml. Raises ValueError where it names no body for a placement."""
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     return SceneFacts(
         gravity=three(model.opt.gravity),
         placements=_mjcf_placements(model, data),
-        cameras=[_mjcf_camera(model.camera(i)) for i in range(model.ncam)],
+        cameras=[
+            CameraFacts(name=camera.name, position=camera.pos, quaternion=camera.quat, fov_y_deg=float(camera.fovy[0]))
+            for camera in map(model.camera, range(model.ncam))
+        ],
         lights=[_mjcf_light(model.light(i)) for i in range(model.nlight)],
         things=facts_of_model(model, base=Base.FIXED, words=ProgramTexts(), scene=True),
     )
@@ -160,11 +154,6 @@ def _stripped(placement: str, key: str, text: str) -> str:
     named = words[:1] if key.startswith("state__") else words
     plain = [word.removeprefix(prefix) if word.startswith(prefix) else f"?{word}" for word in named]
     return " ".join([*plain, *words[len(named) :]])
-
-
-def _mjcf_camera(camera: Any) -> CameraFacts:
-    """`camera`: its view in the model."""
-    return CameraFacts(name=camera.name, position=camera.pos, quaternion=camera.quat, fov_y_deg=float(camera.fovy[0]))
 
 
 def _mjcf_light(light: Any) -> LightFacts:
@@ -253,14 +242,6 @@ class SceneReading(usd_facts.StageReading):
         )
 
 
-def facts_of_usd_by_mujoco(path: Path) -> SceneFacts:
-    """The table of a scene.usda as MuJoCo imports it. Raises ValueError where it does not."""
-    loaded = usd_facts.imported(path)
-    if loaded.model is None:
-        raise ValueError(loaded.error)
-    return facts_of_import(loaded.model, SceneReading(usd_facts.opened(path)))
-
-
 def facts_of_import(model: mujoco.MjModel, read: SceneReading) -> SceneFacts:
     """The table of a stage and of what MuJoCo imported from it."""
     data = mujoco.MjData(model)
@@ -272,13 +253,8 @@ def facts_of_import(model: mujoco.MjModel, read: SceneReading) -> SceneFacts:
     return read.table(usd_facts.facts_of_import(model, read), three(model.opt.gravity), roots, welded)
 
 
-def facts_of_usd_by_pxr(stage: Usd.Stage) -> SceneFacts:
-    """The table of a scene.usda as UsdPhysics parses it. Raises ValueError where it holds what no scene has."""
-    return facts_of_stage(SceneReading(stage))
-
-
 def facts_of_stage(read: SceneReading) -> SceneFacts:
-    """The same of a stage that is read for other tables too."""
+    """The table of a stage as UsdPhysics parses it. Raises ValueError where it holds what no scene has."""
     stage = read.stage
     things, welded = usd_facts.facts_of_stage(read)
     cache = UsdGeom.XformCache()

@@ -293,10 +293,24 @@ def mujoco_facts(path: Path) -> AssetFacts:
     loaded = imported(path)
     if loaded.model is None:
         raise ValueError(loaded.error)
-    read = StageReading(opened(path))
     base = Base.FREE if free_bodies(loaded.model) else Base.FIXED
-    table = facts_of_import(loaded.model, read)
-    return table.replace(base=base, poses=poses(read.stage), words=words(read.stage.GetDefaultPrim()))
+    stage = Usd.Stage.Open(str(path))
+    return _whole(facts_of_import(loaded.model, StageReading(stage)).replace(base=base), stage)
+
+
+def pxr_facts(path: Path) -> AssetFacts:
+    """Fact table of a USD file as UsdPhysics parses it; the poses of bodies follow from their joint frames.
+
+    Raises:
+        ValueError: the file has no default prim, or holds a joint that no asset has.
+    """
+    stage = Usd.Stage.Open(str(path))
+    return _whole(facts_of_stage(StageReading(stage))[0], stage)
+
+
+def _whole(table: AssetFacts, stage: Usd.Stage) -> AssetFacts:
+    """The table with poses and words."""
+    return table.replace(poses=poses(stage), words=words(stage.GetDefaultPrim()))
 
 
 class StageReading:
@@ -307,6 +321,9 @@ class StageReading:
     """
 
     def __init__(self, stage: Usd.Stage) -> None:
+        """Raise ValueError where the stage has no default prim."""
+        if not stage.GetDefaultPrim():
+            raise ValueError("there is no default prim")
         self.stage = stage
 
     @cached_property
@@ -327,17 +344,6 @@ def facts_of_import(model: mujoco.MjModel, read: StageReading) -> AssetFacts:
     colors = {place.name: place.color for place in read.places}
     places = [place.replace(color=colors.get(place.name)) for place in table.places]
     return table.replace(places=places, looks=read.looks)
-
-
-def pxr_facts(path: Path) -> AssetFacts:
-    """Fact table of a USD file as UsdPhysics parses it; the poses of bodies follow from their joint frames.
-
-    Raises:
-        ValueError: the file does not open, or holds a joint that no asset has.
-    """
-    stage = opened(path)
-    table, _ = facts_of_stage(StageReading(stage))
-    return table.replace(poses=poses(stage), words=words(stage.GetDefaultPrim()))
 
 
 def facts_of_stage(read: StageReading) -> tuple[AssetFacts, dict[str, Pose]]:
@@ -380,18 +386,6 @@ def facts_of_stage(read: StageReading) -> tuple[AssetFacts, dict[str, Pose]]:
         looks=read.looks,
     )
     return table, welded
-
-
-def opened(path: Path) -> Usd.Stage:
-    """The stage of a file. Raises ValueError where it has no default prim."""
-    return with_default_prim(Usd.Stage.Open(str(path)), path)
-
-
-def with_default_prim(stage: Usd.Stage | None, path: Path) -> Usd.Stage:
-    """The stage that was opened from a file. Raises ValueError where it has no default prim."""
-    if not stage or not stage.GetDefaultPrim():
-        raise ValueError(f"{path.name} has no default prim")
-    return stage
 
 
 @dataclass(frozen=True)

@@ -292,5 +292,4 @@ def _level(angle: float) -> Floats:
 def _angles(rotations: Floats, wanted: Floats, pivots: bool) -> Floats:
     """Angles between rotations of shape (n, 3, 3) and another; between their second axes where a hand may pivot."""
     cosine = rotations[:, :, 1] @ wanted[:, 1] if pivots else (np.einsum("nij,ij->n", rotations, wanted) - 1.0) / 2.0
-    angles: Floats = np.arccos(np.clip(cosine, -1.0, 1.0))
-    return angles
+    return np.arccos(np.clip(cosine, -1.0, 1.0))

@@ -68,7 +68,9 @@ class Bench:
                 if following is Following.DRIVING and not self.robot.drives:
                     continue
                 found = self._opened(task, held, following)
-                best = max(best, found, key=_rank)
+                best = max(
+                    best, found, key=lambda r: (r.reached, r.followed is not Following.NO, r.share, r.margin or 0.0)
+                )
                 if found.followed is not Following.NO:
                     return found
         return best if best.reached else best.model_copy(update={"missed": self._why(task)})
@@ -173,7 +175,10 @@ class Bench:
         q, margin, done = held.posture, _margin(workspace, held.posture), 0
         for value in values:
             workspace.open({**behind, task.joint: float(value)})
-            grasp = _moved(held.grasp, before, _pose(workspace.data, link))
+            position, axes = _pose(workspace.data, link)
+            turn, grasp = axes @ before[1].T, held.grasp
+            moved = position + turn @ (grasp.position - before[0])
+            grasp = replace(grasp, position=moved, rotation=turn @ grasp.rotation)
             found = self._solver.solve(held.tip, grasp, q, bounds, NEXT)
             if found is None:
                 break
@@ -188,10 +193,6 @@ class Bench:
             arm=held.arm.name,
             base=_base(held),
         )
-
-
-def _rank(found: JointReach) -> tuple[bool, bool, float, float]:
-    return (found.reached, found.followed is not Following.NO, found.share, found.margin or 0.0)
 
 
 def _is_key(model: Any, joint: str) -> bool:
@@ -318,12 +319,6 @@ def _back(grasp: Grasp, distance: float) -> Grasp:
 
 def _pose(data: Any, body: int) -> tuple[Floats, Floats]:
     return data.xpos[body].copy(), data.xmat[body].reshape(3, 3).copy()
-
-
-def _moved(grasp: Grasp, before: tuple[Floats, Floats], after: tuple[Floats, Floats]) -> Grasp:
-    """A grasp on a link that has moved."""
-    turn = after[1] @ before[1].T
-    return replace(grasp, position=after[0] + turn @ (grasp.position - before[0]), rotation=turn @ grasp.rotation)
 
 
 def _base(held: _Held) -> Vec3:

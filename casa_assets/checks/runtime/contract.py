@@ -328,7 +328,9 @@ def colliders_and_visuals_meet_contract(package: Package) -> Measurement:
     if contract is None:
         return _no_contract(package)
     faults = missing_requirements(asset, contract, shapes)
-    shown = [shape for link in asset.links for shape in (*link.colliders, *link.visuals)]
+    shown: list[Collider | Visual] = []
+    for link in asset.links:
+        shown += (*link.colliders, *link.visuals)
     labels = {s.label for s in shown}
     faults += [("links", f"nothing is labelled {label!r}") for label in contract.labels if label not in labels]
     for shape in shown:

@@ -24,7 +24,7 @@ from casa_assets.checks.motion.simulation import (
     subtree,
     vertices_of,
 )
-from casa_assets.checks.scene.subject import FILE, AllPairs, Contents, body_name, boxes_meet, collision_model
+from casa_assets.checks.scene.subject import FILE, Contents, all_pairs, body_name, boxes_meet, collision_model
 from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import CasaError
 from casa_assets.model.asset.parts import JointKind
@@ -275,7 +275,7 @@ class Stage:
 
     def depth_of_all_pairs(self, qpos: Floats) -> float:
         """Deepest overlap in a state, pairs that never collide in the scene included, m."""
-        with AllPairs(self.model):
+        with all_pairs(self.model):
             self.data.qpos[:] = qpos
             mujoco.mj_kinematics(self.model, self.data)
             mujoco.mj_collision(self.model, self.data)

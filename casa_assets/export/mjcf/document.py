@@ -14,7 +14,7 @@ from lxml import etree
 from casa_assets.export.mjcf import shapes
 from casa_assets.export.mjcf.shapes import Meshes
 from casa_assets.export.mujoco_values import ROBOSUITE_GROUPS, VIEWER_GROUPS, Groups
-from casa_assets.model.asset.asset import Asset, Base, Exclusion, Inertial, Joint, Link
+from casa_assets.model.asset.asset import Asset, Base, Collider, Exclusion, Inertial, Joint, Link, Visual
 from casa_assets.model.asset.parts import joint_positions
 from casa_assets.model.files import Files
 from casa_assets.model.kitchen.scene import OUTER_FACE
@@ -98,7 +98,10 @@ def add_body(parent: etree._Element, link: Link, context: BodyContext) -> etree.
     """
     asset, prefix = context.asset, context.prefix
     body = etree.SubElement(parent, "body", {"name": context.body_name(link.name), **shapes.place(link.pose)})
-    etree.SubElement(body, "inertial", _inertial(link.inertial))
+    inertial = etree.SubElement(body, "inertial")
+    inertial.set("pos", shapes.numbers(link.inertial.center_of_mass))
+    inertial.set("mass", shapes.number(link.inertial.mass))
+    inertial.set("fullinertia", shapes.numbers(full_inertia(link.inertial)))
     link_joint = asset.joint_of(link.name)
     if link_joint is not None:
         add_joint(body, link_joint, prefix)
@@ -133,14 +136,6 @@ def full_inertia(inertial: Inertial) -> list[float]:
     is_plate = moments[0] + moments[1] - moments[2] < 2 * PLATE_MARGIN * trace
     diagonal = [m + PLATE_MARGIN * trace if is_plate else m for m in inertial.inertia[:3]]
     return [*diagonal, *inertial.inertia[3:]]
-
-
-def _inertial(inertial: Inertial) -> dict[str, str]:
-    return {
-        "pos": shapes.numbers(inertial.center_of_mass),
-        "mass": shapes.number(inertial.mass),
-        "fullinertia": shapes.numbers(full_inertia(inertial)),
-    }
 
 
 # Contact --------------------------------------------------------------------------------------------------------------
@@ -249,9 +244,11 @@ def label_texts(asset: Asset, prefix: str = "") -> dict[str, str]:
 def geoms_by_label(asset: Asset) -> dict[str, list[str]]:
     """Label -> names of the geoms that carry it, sorted."""
     found: dict[str, list[str]] = {}
-    for part in (part for link in asset.links for part in (*link.colliders, *link.visuals)):
-        if part.label is not None:
-            found.setdefault(part.label, []).append(part.name)
+    for link in asset.links:
+        parts: tuple[Collider | Visual, ...] = (*link.colliders, *link.visuals)
+        for part in parts:
+            if part.label is not None:
+                found.setdefault(part.label, []).append(part.name)
     return {label: sorted(found[label]) for label in sorted(found)}
 
 

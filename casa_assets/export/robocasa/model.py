@@ -89,17 +89,12 @@ def _document(asset: Asset, meshes: shapes.Meshes) -> etree._Element:
     world = etree.SubElement(root, "worldbody")
     outer = etree.SubElement(world, "body")
     root_body = document.add_body(outer, asset.root, document.BodyContext(asset, meshes, names, ROBOSUITE_GROUPS))
-    _add_bbox_region(root_body, asset)
+    if root_body.find(f"geom[@name='reg_{shapes.OUTER_REGIONS[0]}']") is None:
+        found = next(region for region in asset.regions if region.name in shapes.OUTER_REGIONS)
+        shapes.add_region(root_body, found.replace(name=shapes.OUTER_REGIONS[0]), ROBOSUITE_GROUPS.regions)
     _add_liquid_site(root_body, asset)
     document.add_labels(root, asset)
     return root
-
-
-def _add_bbox_region(root_body: etree._Element, asset: Asset) -> None:
-    """Add the region `bbox` as the last geom, if the asset has another name for its outer volume."""
-    if root_body.find(f"geom[@name='reg_{shapes.OUTER_REGIONS[0]}']") is None:
-        outer = next(region for region in asset.regions if region.name in shapes.OUTER_REGIONS)
-        shapes.add_region(root_body, outer.replace(name=shapes.OUTER_REGIONS[0]), ROBOSUITE_GROUPS.regions)
 
 
 def _add_liquid_site(root_body: etree._Element, asset: Asset) -> None:

@@ -13,10 +13,10 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdPhysics, UsdShade, Vt
 from casa_assets.export.mujoco_values import VIEWER_GROUPS, contact_dimensions, site_group
 from casa_assets.export.usd import joint, number
 from casa_assets.geometry.mesh import surface
-from casa_assets.model.asset.asset import Asset, Collider, Link, Site
+from casa_assets.model.asset.asset import Asset, Collider, Link, Region, Site
 from casa_assets.model.asset.material import ColorSpace, Material, Substance, Texture
 from casa_assets.model.asset.parts import MAX_HULL_VERTICES, Box, Capsule, Cylinder, Hull, Mesh, Shape, Sphere
-from casa_assets.model.record import Vec3, Vec4
+from casa_assets.model.record import Vec4
 
 # Material -------------------------------------------------------------------------------------------------------------
 # Material -> UsdPreviewSurface; substance -> physics material.
@@ -291,12 +291,15 @@ def _set_collision(prim: Usd.Prim, collider: Collider, materials: MaterialPrims)
 
 def define_sites(stage: Usd.Stage, root: Sdf.Path, asset: Asset) -> None:
     """Sites and regions below `<root>/<link>/sites`."""
-    for item in (*asset.sites, *asset.regions):
+    items: tuple[Site | Region, ...] = (*asset.sites, *asset.regions)
+    for item in items:
         scope = UsdGeom.Scope.Define(stage, root.AppendChild(item.link).AppendChild("sites")).GetPath()
         if item.size is None:
             shape: Shape = Sphere(radius=item.radius)
+        elif item.kind == "box":
+            shape = Box(size=item.size)
         else:
-            shape = _volume(item.kind, item.size)
+            shape = Cylinder(radius=item.size[0] / 2, height=item.size[2])
         prim = define_shape(stage, scope.AppendChild(item.name), shape)
         number.place(prim, item.pose, shape.size if isinstance(shape, Box) else None)
         UsdGeom.Imageable(prim).CreatePurposeAttr(UsdGeom.Tokens.guide)
@@ -306,7 +309,3 @@ def define_sites(stage: Usd.Stage, root: Sdf.Path, asset: Asset) -> None:
         if isinstance(item, Site):
             UsdGeom.Gprim(prim).CreateDisplayColorAttr([Gf.Vec3f(*item.color[:3])])
             UsdGeom.Gprim(prim).CreateDisplayOpacityAttr([item.color[3]])
-
-
-def _volume(kind: str, size: Vec3) -> Shape:
-    return Box(size=size) if kind == "box" else Cylinder(radius=size[0] / 2, height=size[2])

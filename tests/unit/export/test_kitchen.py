@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import os
-import subprocess
-import sys
 import warnings
 from pathlib import Path
 
@@ -23,8 +20,6 @@ from casa_assets.layouts.compose.cameras import look_at
 from casa_assets.model.kitchen.scene import OUTER_FACE, Camera, Placement, Scene
 from tests.assets import microwave, textured_box
 from tests.scenes import Weight, body, corner, expected, in_form, put
-
-ROOT = Path(__file__).parents[3]
 
 
 def loaded(scene: Scene, folder: Path, weight: Weight = Weight.FULL) -> mujoco.MjModel:
@@ -287,26 +282,6 @@ class TestLight:
         said = {str(e.get("name")): str(e.get("data")) for e in text(corner(), Weight.LIGHT).findall("custom/text")}
         assert "heat_glow" in said["grill__behavior"]
         assert "lamp_main" not in said["grill__behavior"]
-
-
-class TestBytes:
-    @pytest.mark.representatives(1)
-    @pytest.mark.parametrize("weight", list(Weight))
-    def test_do_not_depend_on_the_hash_seed(self, weight: Weight) -> None:
-        program = (
-            "import hashlib; from casa_assets.export.mjcf.scene.kitchen import write;"
-            "from tests.scenes import Weight, corner, in_form;"
-            f"files = write(in_form(corner(), Weight('{weight.value}')));"
-            "print(hashlib.sha256(repr(files.sums()).encode()).hexdigest())"
-        )
-        here = hashlib.sha256(repr(write(in_form(corner(), weight)).sums()).encode()).hexdigest()
-        assert hashlib.sha256(repr(write(in_form(corner(), weight)).sums()).encode()).hexdigest() == here
-        for seed in ("0", "4711"):
-            environment = {**os.environ, "PYTHONHASHSEED": seed, "PYTHONPATH": str(ROOT)}
-            done = subprocess.run(
-                [sys.executable, "-c", program], cwd=ROOT, env=environment, capture_output=True, text=True, check=True
-            )
-            assert done.stdout.strip() == here
 
 
 def test_a_scene_runs(full: mujoco.MjModel) -> None:

@@ -6,6 +6,7 @@ import ast
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import mujoco
@@ -15,7 +16,7 @@ from lxml import etree
 
 from casa_assets import registry
 from casa_assets.export import mjcf
-from casa_assets.export.robocasa import casa_objects, entries, model, task_objects
+from casa_assets.export.robocasa import casa_kitchens, casa_objects, entries, model, task_objects
 from casa_assets.model.asset.asset import Asset, Joint, JointKind, Keyframe, Link
 from casa_assets.model.asset.provenance import Split
 from casa_assets.model.pose import Pose
@@ -308,8 +309,9 @@ class TestFill:
         }
 
 
-def test_the_registrar_needs_nothing_of_ours() -> None:
-    tree = ast.parse(Path(casa_objects.__file__).read_text(encoding="utf-8"))
+@pytest.mark.parametrize("script", [casa_objects, casa_kitchens])
+def test_what_is_copied_needs_nothing_of_ours(script: ModuleType) -> None:
+    tree = ast.parse(Path(str(script.__file__)).read_text(encoding="utf-8"))
     froms = [node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
     plain = [alias.name for node in ast.walk(tree) if isinstance(node, ast.Import) for alias in node.names]
     assert {str(name).split(".")[0] for name in froms + plain} <= sys.stdlib_module_names

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 import json
 import sys
 from functools import cache
@@ -251,13 +250,6 @@ def test_before_a_deep_thing_no_place_is_told() -> None:
     assert description.free_surfaces(counter, [shallow]) == (whole,)
     everywhere = ((left, front + 0.2), (left + width, front + depth))
     assert description.free_surfaces(counter, [everywhere]) == (whole,)
-
-
-def test_the_module_that_is_copied_needs_robocasa_alone() -> None:
-    tree = ast.parse(Path(casa_kitchens.__file__).read_text(encoding="utf-8"))
-    froms = [node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
-    plain = [alias.name for node in ast.walk(tree) if isinstance(node, ast.Import) for alias in node.names]
-    assert {str(name).split(".")[0] for name in froms + plain} <= sys.stdlib_module_names
 
 
 @pytest.fixture

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
-from functools import cache
 
 import mujoco
 import numpy as np
 import pytest
 from lxml import etree
-from pxr import Sdf, Usd, UsdPhysics
+from pxr import Usd, UsdPhysics
 
 from casa_assets.export.mjcf import write
 from casa_assets.export.usd import document
@@ -19,6 +18,7 @@ from casa_assets.model.asset.behavior import Behavior
 from casa_assets.model.pose import Pose
 from tests.articulated_assets import grill
 from tests.assets import drawer_unit, microwave, rigid_mug
+from tests.packages import stage_of
 
 
 def xml(asset: Asset, file: str = "model.xml") -> etree._Element:
@@ -32,13 +32,6 @@ def texts(asset: Asset) -> dict[str, str]:
 def one(root: etree._Element, path: str) -> dict[str, str]:
     (found,) = root.findall(path)
     return {str(name): str(value) for name, value in found.attrib.items()}
-
-
-@cache  # also keeps the stage alive, without which its prims expire
-def stage_of(asset: Asset) -> Usd.Stage:
-    layer = Sdf.Layer.CreateAnonymous(".usda")
-    assert layer.ImportFromString(document.layer_text(asset))
-    return Usd.Stage.Open(layer)
 
 
 def prim_of(asset: Asset, path: str) -> Usd.Prim:

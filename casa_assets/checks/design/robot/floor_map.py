@@ -54,7 +54,9 @@ class FloorMap:
         self.room = _inside(facts.outline, xs, ys)
         self.solid = np.zeros(self.shape, dtype=bool)
         for outline in obstacles(facts):
-            self._fill(outline)
+            rows, columns = self._window(outline, 0.0)
+            inside = distance(outline, self._points(rows, columns)) <= 0.0
+            self.solid[rows, columns] |= inside.reshape(points_shape(rows, columns))
         self.clear = ndimage.distance_transform_edt(~self.solid) * CELL_M
         self.free: Mask = self.room & (self.clear > BASE_RADIUS_M)
         self.entries = np.zeros(self.shape, dtype=bool)
@@ -64,11 +66,6 @@ class FloorMap:
         for start, end in lines:
             self.entries |= self._inside_of(start, end) & self.free
         self.reached: Mask = self.connected(self.free)
-
-    def _fill(self, outline: Outline) -> None:
-        rows, columns = self._window(outline, 0.0)
-        points = self._points(rows, columns)
-        self.solid[rows, columns] |= (distance(outline, points) <= 0.0).reshape(points_shape(rows, columns))
 
     def _window(self, outline: Outline, gap: float) -> tuple[slice, slice]:
         corners = np.asarray(outline)

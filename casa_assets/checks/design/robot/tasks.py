@@ -31,13 +31,12 @@ from casa_assets.checks.design.robot.task_view import (
 from casa_assets.core.numeric import rng_for
 from casa_assets.core.robocasa import MIN_SURFACE_M, PLATE_DEPTH_M, SHELF_HEIGHTS_M
 from casa_assets.model.asset.parts import JointKind
-from casa_assets.model.kitchen.floor import Fixture, FixtureRegion, Footprint, KitchenFacts, Role
+from casa_assets.model.kitchen.floor import Fixture, FixtureRegion, KitchenFacts, Role
 
 SAMPLES = 200
 FLOOR_RADIUS_M = 1.0  # around a parking place, in which floor is measured
 GRASPED = BoxSizes(0.05, 0.12, 0.05, 0.18)
 PLATE = BoxSizes(0.22, 0.26, 0.02, 0.03)
-FOOD = BoxSizes(0.05, 0.15, 0.04, 0.10)
 PAN = BoxSizes(0.18, 0.26, 0.05, 0.08)
 MUG = BoxSizes(0.08, 0.11, 0.08, 0.11)
 FLAT = BoxSizes(0.05, 0.10, 0.04, 0.10)
@@ -301,20 +300,19 @@ def _microwaves_with_worktop(view: TaskView) -> TaskFinding:
     if (found := _microwaves(view)).wants:
         return found
     tops = [region for _, region in worktop_regions(view.facts)]
-    roomy = tuple(f for f in found.fixtures if all(_has_room(f, top.footprint) for top in tops if _is_on(f, top)))
+    roomy = tuple(f for f in found.fixtures if all(_has_room(f, top) for top in tops))
     return _with(roomy, f"{MIN_SURFACE_M[0]} m of worktop beside a microwave, or {PLATE_DEPTH_M} m before it")
 
 
-def _is_on(fixture: Fixture, top: FixtureRegion) -> bool:
-    across, before = top.footprint.to_local(fixture.footprint.center)
-    width, depth = top.footprint.size
-    return abs(fixture.bottom - top.bottom) < ABOVE_M / 2 and abs(across) < width / 2 and -depth < before < 0
-
-
-def _has_room(fixture: Fixture, top: Footprint) -> bool:
+def _has_room(fixture: Fixture, worktop: FixtureRegion) -> bool:
+    """True if there is room beside or before a fixture on a worktop, or it is not on it."""
+    top = worktop.footprint
+    across, before = top.to_local(fixture.footprint.center)
+    half = top.size[0] / 2
+    if abs(fixture.bottom - worktop.bottom) >= ABOVE_M / 2 or abs(across) >= half or not -top.size[1] < before < 0:
+        return True
     corners = [top.to_local(corner) for corner in fixture.footprint.corners]
     left, right = min(c[0] for c in corners), max(c[0] for c in corners)
-    half = top.size[0] / 2
     return max(left + half, half - right) >= MIN_SURFACE_M[0] or -max(c[1] for c in corners) >= PLATE_DEPTH_M
 
 

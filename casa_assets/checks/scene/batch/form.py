@@ -15,7 +15,7 @@ import numpy as np
 from casa_assets.checks.check import Measurement, Problem, at_most, not_applicable, not_run
 from casa_assets.checks.motion.joints import PUSH_S, hand_effort, push
 from casa_assets.checks.motion.motion_model import open_before, open_end
-from casa_assets.checks.motion.simulation import START, reset_to_start
+from casa_assets.checks.motion.simulation import START, altered, reset_to_start
 from casa_assets.checks.readers.mujoco_load import Loaded, load_asset_file
 from casa_assets.checks.scene.formats.light_form import LIGHT_FILE
 from casa_assets.checks.scene.motion.rest import Settled, farthest, settle
@@ -70,15 +70,11 @@ class BatchSubject:
 @contextmanager
 def awake(model: mujoco.MjModel) -> Iterator[mujoco.MjData]:
     """The scene as it begins, with nothing asleep while the block lasts."""
-    saved = int(model.opt.enableflags)
-    model.opt.enableflags = saved & ~int(mujoco.mjtEnableBit.mjENBL_SLEEP)
-    try:
+    with altered(model.opt, enableflags=model.opt.enableflags & ~int(mujoco.mjtEnableBit.mjENBL_SLEEP)):
         data = mujoco.MjData(model)
         reset_to_start(model, data)
         mujoco.mj_forward(model, data)
         yield data
-    finally:
-        model.opt.enableflags = saved
 
 
 def pose_both(batch: mujoco.MjModel, light: mujoco.MjModel, key: str) -> tuple[mujoco.MjData, mujoco.MjData]:

@@ -164,7 +164,9 @@ def settled_scene(files: SceneFiles) -> Settled | None:
 def _differences(full: mujoco.MjModel, light: mujoco.MjModel) -> Iterator[Problem]:
     """Names of joints, bodies that move and poses that only one has, and numbers of them that differ."""
     for kind, word, field in ((mujoco.mjtObj.mjOBJ_JOINT, "joints", "njnt"), (mujoco.mjtObj.mjOBJ_KEY, "keys", "nkey")):
-        full_names, light_names = (_names(model, kind, getattr(model, field)) for model in (full, light))
+        full_names, light_names = (
+            [str(mujoco.mj_id2name(model, kind, i)) for i in range(getattr(model, field))] for model in (full, light)
+        )
         if full_names != light_names:
             only_one = [n for n in [*full_names, *light_names] if (n in full_names) != (n in light_names)]
             yield word, f"are others, or in another order, than in the full form: {', '.join(only_one[:5])}"
@@ -183,7 +185,3 @@ def _number_differences(field: str, full: np.ndarray, light: np.ndarray) -> Iter
     off = ~np.isclose(full, light, rtol=1e-6, atol=1e-9)
     if off.any():
         yield field, f"differs in {int(off.sum())} numbers, by at most {np.abs(full - light)[off].max():.3g}"
-
-
-def _names(model: mujoco.MjModel, kind: mujoco.mjtObj, number: int) -> list[str]:
-    return [str(mujoco.mj_id2name(model, kind, i)) for i in range(number)]

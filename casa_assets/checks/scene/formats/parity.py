@@ -13,9 +13,8 @@ from pxr import Tf, Usd
 
 from casa_assets.checks.check import Measurement, Problem, count, not_run
 from casa_assets.checks.package.parity import compare, parameter_differences, parameter_table
-from casa_assets.checks.readers import mujoco_load, scene_facts, usd_facts
+from casa_assets.checks.readers import scene_facts, usd_facts
 from casa_assets.checks.readers.mujoco_facts import short_name
-from casa_assets.checks.readers.mujoco_load import Loaded
 from casa_assets.checks.readers.quiet import quiet
 from casa_assets.checks.readers.scene_facts import SceneFacts
 from casa_assets.checks.scene.formats.light_form import SceneFiles
@@ -39,7 +38,7 @@ def formats_agree(files: SceneFiles, limit: float) -> Measurement:
     missing = usd_facts.missing_importer()
     model, composed = files.scene_subject.loaded.model, (files.composed[0], files.composed_nested[0])
     flat, nested = (None, None) if missing else (files.imported.model, files.imported_nested.model)
-    if model is None or None in composed or (None in (flat, nested) and not missing):
+    if model is None or composed[0] is None or composed[1] is None or (None in (flat, nested) and not missing):
         return not_run("one of scene.xml, scene.usda and scene_nested.usda cannot be read")
     expected = _read(lambda: scene_facts.facts_of_scene_model(model))
     problems = _differences(model, expected, flat, files.usd, composed[0])
@@ -76,36 +75,19 @@ def _are_alike(one: npt.NDArray[Any], other: npt.NDArray[Any]) -> bool:
     return bool((one == other).all()) or float(np.abs(one.astype(float) - other.astype(float)).max()) <= SAME
 
 
-def scene_parity(mjcf: Path, usd: Path) -> list[Problem]:
-    """One problem for each cell in which what MuJoCo and UsdPhysics read from the USD differs from the MJCF.
-
-    If MuJoCo's reader of USD is not installed, UsdPhysics alone reads it.
-
-    Args:
-        mjcf, usd: scene.xml and scene.usda, in the same folder as the shared folder that they name.
-    """
-    model, error = _model(mujoco_load.load_asset_file, mjcf)
-    if model is None:
-        return [(mjcf.name, error)]
-    imported, error = (None, "") if usd_facts.missing_importer() else _model(usd_facts.imported, usd)
-    problems = [(usd.name, error)] if error else []
-    expected = _read(lambda: scene_facts.facts_of_scene_model(model))
-    return problems + _differences(model, expected, imported, usd)
-
-
 def _differences(
     mjcf: mujoco.MjModel,
     reading: tuple[SceneFacts | None, str],
     imported: mujoco.MjModel | None,
     usd: Path,
-    stage: Usd.Stage | None = None,
+    stage: Usd.Stage,
 ) -> list[Problem]:
     """Differences between files that MuJoCo has already read.
 
     Args:
         mjcf: of scene.xml. reading: its table, or the reason why there is none.
         imported: of scene.usda, which lies at `usd`; None leaves what UsdPhysics reads.
-        stage: composed of that file, left as it is; None: it is opened here.
+        stage: composed of that file, left as it is.
     """
     expected, error = reading
     if expected is None:
@@ -114,10 +96,9 @@ def _differences(
     if imported is not None:
         rows = parameter_differences(parameter_table(mjcf), parameter_table(imported))
         problems += [row.problem for row in rows if row.exceeds(TOLERANCE)]
-    composed, error = _read(lambda: usd_facts.with_default_prim(stage, usd) if stage else usd_facts.opened(usd))
-    if composed is None:
+    read, error = _read(lambda: scene_facts.SceneReading(stage))
+    if read is None:
         return [*problems, (usd.name, error)]
-    read = scene_facts.SceneReading(composed)
     readers = [lambda: scene_facts.facts_of_stage(read)]
     if imported is not None:
         readers.insert(0, lambda: scene_facts.facts_of_import(imported, read))
@@ -129,15 +110,6 @@ def _differences(
             problems += compare(expected, actual, TOLERANCE, LENGTH_TOLERANCE_M)
     # What both readers of the USD find is reported once.
     return list(dict.fromkeys(problems))
-
-
-def _model(load: Callable[[Path], Loaded], path: Path) -> tuple[mujoco.MjModel | None, str]:
-    """The model of a file, or the reason why it cannot be loaded."""
-    if not path.is_file():
-        return None, "does not exist"
-    with quiet():
-        loaded = load(path)
-    return loaded.model, f"does not load: {loaded.error}" if loaded.model is None else ""
 
 
 def _read(reader: Callable[[], Facts]) -> tuple[Facts | None, str]:

@@ -12,7 +12,7 @@ import numpy as np
 from casa_assets.checks.check import Measurement, all_at_most, count, largest, not_applicable
 from casa_assets.checks.motion.simulation import reset_to_start, simulation_warnings
 from casa_assets.checks.readers.mujoco_facts import free_bodies
-from casa_assets.checks.scene.subject import AllPairs, SceneSubject
+from casa_assets.checks.scene.subject import SceneSubject, all_pairs
 from casa_assets.core.numeric import Floats, Mask
 from casa_assets.model.asset.asset import JointKind
 
@@ -112,7 +112,7 @@ def penetrations(subject: SceneSubject, data: mujoco.MjData) -> Iterator[Penetra
     """Contacts of all pairs of geoms in the present state, the deepest first; `data` is only read."""
     model, posed = subject.model, mujoco.MjData(subject.model)
     posed.qpos[:] = data.qpos
-    with AllPairs(model):
+    with all_pairs(model):
         mujoco.mj_kinematics(model, posed)
         mujoco.mj_collision(model, posed)
     depths: dict[tuple[int, int], float] = {}

@@ -187,9 +187,11 @@ def _fixture_name(placement: str, part: str, asset: Asset, taken: Collection[str
         name = name.replace("corner", "angle")
     name = name.replace("stack", "unit")
     is_paired = re.match(r"(blender|jar|oil_bottle|salt_shaker)", name)
-    shapes = [shape for link in asset.links for shape in (*link.visuals, *link.colliders)]
-    named = (*asset.links, *asset.joints, *asset.sites, *asset.regions, *shapes)
-    if is_paired or name == asset.labels.category or any(f"{name}_" in one.name for one in named):
+    parts_named = [k.name for k in asset.links] + [j.name for j in asset.joints]
+    parts_named += [s.name for s in asset.sites] + [r.name for r in asset.regions]
+    for link in asset.links:
+        parts_named += [v.name for v in link.visuals] + [c.name for c in link.colliders]
+    if is_paired or name == asset.labels.category or any(f"{name}_" in one for one in parts_named):
         name = f"the_{name}"
     while name in taken:
         name = f"{name}_again"
@@ -238,7 +240,11 @@ def describe(scene: Scene, fixtures: Collection[Placed], folder: str) -> dict[st
                 "solid_height": _solid_height(item),
                 "facts": _facts(item, standing),
                 "lid_of": _lid_of(item, fixtures),
-                "start": {at.joint: at.value for at in item.placement.joints if at.joint in _joint_names(item)},
+                "start": {
+                    at.joint: at.value
+                    for at in item.placement.joints
+                    if at.joint in {j.name for j in item.centered.joints}
+                },
             }
             for item in sorted(fixtures, key=lambda item: (item.type == LID, not item.type.startswith(FRIDGE)))
         ],
@@ -249,10 +255,6 @@ def _lid_of(item: Placed, fixtures: Collection[Placed]) -> str:
     """Name of the nearest blender, to which a lid belongs; empty if it is not a lid, or if there is no blender."""
     blenders = [other for other in fixtures if item.type == LID and other.type == BLENDER]
     return min(((math.dist(item.pose.position, b.pose.position), b.name) for b in blenders), default=(0.0, ""))[1]
-
-
-def _joint_names(item: Placed) -> set[str]:
-    return {joint.name for joint in item.centered.joints}
 
 
 def _solid_height(item: Placed) -> float:

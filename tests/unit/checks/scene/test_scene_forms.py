@@ -168,5 +168,5 @@ class TestSpeed:
         clock, processor = iter([10.0, 40.0, 50.0, 50.5]), iter([2.0, 3.5, 4.0, 6.0])
         monkeypatch.setattr(scene_subject.time, "perf_counter", lambda: next(clock))
         monkeypatch.setattr(scene_subject.time, "process_time", lambda: next(processor))
-        assert scene_subject._since(scene_subject._now()) == 1.5, "of 30 s of the clock"
-        assert scene_subject._since(scene_subject._now()) == 0.5, "two threads have used 2 s of the processor"
+        assert scene_subject.timed(list)[1] == 1.5, "of 30 s of the clock"
+        assert scene_subject.timed(list)[1] == 0.5, "two threads have used 2 s of the processor"

@@ -142,7 +142,7 @@ class TestPulling:
         before = found.model.opt.enableflags
         sleeping = opening.pull_all(found, 0.95)
         assert found.model.opt.enableflags == before
-        monkeypatch.setattr(opening, "_sleeping", lambda model: nullcontext())
+        monkeypatch.setattr(opening, "altered", lambda options, **_: nullcontext())
         for name, (share, met) in opening.pull_all(found, 0.95).items():
             assert sleeping[name][0] == pytest.approx(share, rel=1e-4)
             assert sleeping[name][1] == met
