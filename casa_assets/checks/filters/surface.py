@@ -143,7 +143,13 @@ def mesh_is_connected(asset: Asset, limit: float) -> Measurement:
     surface = welded_surface(asset)
     if isinstance(surface, Measurement):
         return surface
-    parts = _large_parts(surface)
+    samples = surface.visibility.samples
+    at = np.floor((samples - samples.min(axis=0)) / (VOXEL * surface.longest)).astype(np.int64)
+    occupied = np.zeros(at.max(axis=0) + 1, dtype=bool)
+    occupied[tuple(at.T)] = True
+    label, _ = ndimage.label(occupied, np.ones((3, 3, 3)))
+    boxes = ndimage.find_objects(label)
+    parts = sum(max(s.stop - s.start for s in box) * VOXEL > LARGE_PART for box in boxes)
     message = f"{parts} large parts stand apart, though they move as one"
     return at_most(float(parts), limit, VISUALS, f"{message}; give each object a file of its own, or join them")
 
@@ -199,14 +205,3 @@ def _is_card(surface: WeldedSurface, rows: Mask) -> bool:
     if float((front & back).mean()) > TWO_SIDED_SHARE:
         return True
     return faces_both_ways and float(front.mean()) > 2 * TWO_SIDED_SHARE
-
-
-def _large_parts(surface: WeldedSurface) -> int:
-    """Number of connected groups of occupied voxels that reach far."""
-    samples = surface.visibility.samples
-    at = np.floor((samples - samples.min(axis=0)) / (VOXEL * surface.longest)).astype(np.int64)
-    occupied = np.zeros(at.max(axis=0) + 1, dtype=bool)
-    occupied[tuple(at.T)] = True
-    label, _ = ndimage.label(occupied, np.ones((3, 3, 3)))
-    boxes = ndimage.find_objects(label)
-    return sum(max(s.stop - s.start for s in box) * VOXEL > LARGE_PART for box in boxes)

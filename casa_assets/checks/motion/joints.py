@@ -28,7 +28,7 @@ from casa_assets.checks.motion.motion_model import (
     open_end,
 )
 from casa_assets.checks.motion.simulation import box_around, find_contacts, geom_boxes, set_joints
-from casa_assets.checks.motion.sweep import Penetration, SweepResult, moved_by, sweep
+from casa_assets.checks.motion.sweep import Penetration, moved_by, sweep
 from casa_assets.checks.package.package import Package
 from casa_assets.checks.readers import mujoco_load
 from casa_assets.core.hand_dynamics import PULL_N
@@ -421,16 +421,12 @@ def _deepest_contact(motion: MotionModel, asset: Asset, joint: Joint) -> tuple[P
             continue
         # What it carries, such as a latch, changes the outline of its own part, which is then swept against everything.
         carried = bool(moved[moved_by_other].any())
-        if not carried and _stays_outside(model, data, alone, moved_by_other):
-            continue
+        if not carried:
+            mujoco.mj_kinematics(model, data)
+            lower, upper = box_around(geom_boxes(model, data, np.flatnonzero(moved_by_other[model.geom_bodyid])))
+            if (lower > alone.bounds[1]).any() or (upper < alone.bounds[0]).any():
+                continue
         contact = sweep(model, data, joint_id, everything if carried else moved_by_other, PAIR_STEP_M).worst
         if contact.depth > worst.depth:
             worst, open_joint = contact, other.name
     return worst, open_joint
-
-
-def _stays_outside(model: mujoco.MjModel, data: mujoco.MjData, swept: SweepResult, bodies: Mask) -> bool:
-    """True if bodies lie outside the box that a joint's part passes through."""
-    mujoco.mj_kinematics(model, data)
-    lower, upper = box_around(geom_boxes(model, data, np.flatnonzero(bodies[model.geom_bodyid])))
-    return bool((lower > swept.bounds[1]).any() or (upper < swept.bounds[0]).any())

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -155,7 +155,11 @@ class FingertipModel:
     def press(self, positions: Mapping[str, float], collider: str) -> Stimulus | None:
         """Stimulus while a fingertip touches this collider and no other; None if it cannot reach it."""
         data = self._set_joints(positions)
-        for direction in _directions(self.model, data, collider):
+        # From the front, above, the sides, behind and below, then along the collider's own axes.
+        directions = [*np.array([[0, -1, 0], [0, 0, 1], [-1, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, -1]], dtype=float)]
+        for axis in data.geom_xmat[self.model.geom(collider).id].reshape(3, 3).T.copy():
+            directions += [axis, -axis]
+        for direction in directions:
             if self._touched_from(data, collider, direction) == {collider}:
                 return self._stimulus(data, frozenset({collider}))
         return None
@@ -213,12 +217,3 @@ def _compile(path: Path, digest: str) -> FingertipModel:
     model = spec.compile()
     joints = [model.joint(i) for i in range(model.njnt)]
     return FingertipModel(model, {j.name: (float(j.range[0]), float(j.range[1])) for j in joints})
-
-
-def _directions(model: mujoco.MjModel, data: mujoco.MjData, collider: str) -> Iterator[Floats]:
-    """Directions to come from: the front, above, the sides, behind and below, then along the collider's own axes."""
-    yield from np.array([[0, -1, 0], [0, 0, 1], [-1, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, -1]], dtype=float)
-    axes = data.geom_xmat[model.geom(collider).id].reshape(3, 3).T.copy()
-    for axis in axes:
-        yield axis
-        yield -axis

@@ -122,19 +122,14 @@ class LineOnSurface:
 @lru_cache(maxsize=4)
 def lines_on_surface(member: ObjectMember) -> tuple[LineOnSurface, ...]:
     """Every printed line of a member that some surface shows. Cached since several checks ask for it."""
-    return tuple(_lines(member))
-
-
-def _lines(member: ObjectMember) -> Iterator[LineOnSurface]:
     looks = {m.id: m for m in member.asset.materials}
+    found = []
     for visual in (visual for link in member.asset.links for visual in link.visuals):
         if visual.material not in member.printed or visual.mesh.uv is None:
             continue
         picture = _luminance(looks[visual.material])
-        for line in member.printed[visual.material]:
-            found = _on_mesh(line, visual.material, picture, visual.mesh)
-            if found is not None:
-                yield found
+        found += [_on_mesh(line, visual.material, picture, visual.mesh) for line in member.printed[visual.material]]
+    return tuple(line for line in found if line is not None)
 
 
 def _luminance(look: Material) -> Floats:

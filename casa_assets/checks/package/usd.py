@@ -27,22 +27,22 @@ UNAVAILABLE = frozenset({"usdShadeValidators:ShaderSdrCompliance"})
 
 def usd_opens(package: Package) -> Measurement:
     """USD001: its layers parse and compose, without complaint, to stages with a default prim."""
-    return count(problem for path in package.usd_files for problem in _opening_problems(path))
-
-
-def _opening_problems(path: Path) -> list[Problem]:
-    if not path.is_file():
-        return [("usd", f"{path.name} does not exist")]
-    with quiet():
-        diagnostics = Diagnostics()
-        stage = open_stage(path)
-        messages = diagnostics.take()
-    if stage is None:
-        return [("usd", f"{path.name} does not open: {'; '.join(messages) or 'no reason given'}")]
-    problems = [("usd", message) for message in messages]
-    if not stage.GetDefaultPrim():
-        problems.append(("usd", "there is no default prim"))
-    return problems
+    problems: list[Problem] = []
+    for path in package.usd_files:
+        if not path.is_file():
+            problems.append(("usd", f"{path.name} does not exist"))
+            continue
+        with quiet():
+            diagnostics = Diagnostics()
+            stage = open_stage(path)
+            messages = diagnostics.take()
+        if stage is None:
+            problems.append(("usd", f"{path.name} does not open: {'; '.join(messages) or 'no reason given'}"))
+            continue
+        problems += [("usd", message) for message in messages]
+        if not stage.GetDefaultPrim():
+            problems.append(("usd", "there is no default prim"))
+    return count(problems)
 
 
 def usd_meets_simready_profile(package: Package) -> Measurement:

@@ -157,7 +157,12 @@ def facts_of_model(model: mujoco.MjModel, *, base: Base, words: ProgramTexts, sc
     Raises:
         ValueError: a joint is neither free, hinge nor slide.
     """
-    at_rest, turns = _rest_poses(model), rotations_of(model.geom_quat)
+    # World pose of each body at qpos0, the root at the origin; parents have lower indices.
+    at_rest, turns = [Pose()], rotations_of(model.geom_quat)
+    for body in range(1, model.nbody):
+        parent = int(model.body_parentid[body])
+        local = Pose(position=three(model.body_pos[body]), quaternion=four(model.body_quat[body]))
+        at_rest.append(at_rest[parent] @ local if _is_link(model, parent) else Pose())
     # Ref: mjModel.exclude_signature is (body1 << 16) + body2.
     pairs = [(int(signature) >> 16, int(signature) & 0xFFFF) for signature in model.exclude_signature]
     return AssetFacts(
@@ -293,16 +298,6 @@ def bounds_around(boxes: Sequence[Floats]) -> tuple[Vec3, Vec3]:
     if not boxes:
         return (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
     return three(np.min([box[0] for box in boxes], axis=0)), three(np.max([box[1] for box in boxes], axis=0))
-
-
-def _rest_poses(model: mujoco.MjModel) -> list[Pose]:
-    """World pose of each body at qpos0, the root at the origin; parents have lower indices."""
-    poses = [Pose()]
-    for body in range(1, model.nbody):
-        parent = int(model.body_parentid[body])
-        local = Pose(position=three(model.body_pos[body]), quaternion=four(model.body_quat[body]))
-        poses.append(poses[parent] @ local if _is_link(model, parent) else Pose())
-    return poses
 
 
 def _is_link(model: mujoco.MjModel, body: int) -> bool:

@@ -106,18 +106,13 @@ def links(path: Path) -> tuple[UrdfLink, ...]:
         joint = by_child.get(name)
         parent = "" if joint is None else _child(joint, "parent").get("link", "")
         found.append(UrdfLink(name, parent, element, joint))
-    _check_tree(path.name, found, len(root.findall("joint")))
-    return tuple(found)
-
-
-def _check_tree(file: str, found: list[UrdfLink], joints: int) -> None:
-    """Raise ValueError unless links and joints are one tree: a joint above every link but the root."""
     names = {link.name for link in found}
-    roots = [link for link in found if link.joint is None]
     lost = sorted(link.parent for link in found if link.parent and link.parent not in names)
-    if len(names) != len(found) or lost or len(roots) != 1 or joints != len(found) - 1:
+    roots, joints = sum(link.joint is None for link in found), len(root.findall("joint"))
+    if len(names) != len(found) or lost or roots != 1 or joints != len(found) - 1:
         what = f"a joint hangs on {lost[0]!r}, which is no link" if lost else "its links are not one tree"
-        raise ValueError(f"{file}: {what}")
+        raise ValueError(f"{path.name}: {what}")
+    return tuple(found)
 
 
 def table(tree: tuple[UrdfLink, ...], folder: Path, aside: Json, prefix: str = "") -> AssetFacts:

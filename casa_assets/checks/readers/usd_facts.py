@@ -132,6 +132,9 @@ def _places(stage: Usd.Stage) -> list[PlaceFacts]:
     found = []
     for prim, body, matrix, at, turn in zip(sites, bodies, matrices, *rigid_all(matrices), strict=True):
         kind, own = _volume(prim)
+        # A region defines no colour itself.
+        gprim = UsdGeom.Gprim(prim)
+        colors, alphas = gprim.GetDisplayColorAttr().Get(), gprim.GetDisplayOpacityAttr().Get()
         found.append(
             PlaceFacts(
                 name=short_name(str(prim.GetPath())),
@@ -140,7 +143,7 @@ def _places(stage: Usd.Stage) -> list[PlaceFacts]:
                 position=at,
                 quaternion=turn,
                 size=[float(matrix.GetRow3(i).GetLength() * own[i]) for i in range(3)],
-                color=_color(UsdGeom.Gprim(prim)),
+                color=(*three(colors[0]), float(alphas[0])) if colors and alphas else None,
             )
         )
     return [place for place in found if own_name(place.name) != OUTER]
@@ -159,15 +162,6 @@ def _volume(prim: Usd.Prim) -> tuple[Literal["sphere", "box", "cylinder"], Vec3]
         across = 2 * float(rod.GetRadiusAttr().Get())
         return "cylinder", (across, across, float(rod.GetHeightAttr().Get()))
     raise ValueError(f"place {prim.GetName()!r} is neither sphere, cube nor cylinder about z")
-
-
-def _color(gprim: UsdGeom.Gprim) -> Vec4 | None:
-    """Linear RGBA, or None if the prim does not define a colour itself."""
-    colors, alphas = gprim.GetDisplayColorAttr().Get(), gprim.GetDisplayOpacityAttr().Get()
-    if not colors or not alphas:
-        return None
-    red, green, blue = (float(n) for n in colors[0])
-    return red, green, blue, float(alphas[0])
 
 
 def rigid(matrix: Gf.Matrix4d) -> Pose:

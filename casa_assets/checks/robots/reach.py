@@ -131,7 +131,10 @@ class Bench:
         """Grasps with arms, so far before the handle (m), each with a posture to begin with, the best first."""
         workspace = self._workspace
         grip, motion = _grip(workspace, task), _motion(workspace, task)
-        press, turning = _is_key(workspace.model, task.joint), _knob_axis(workspace, task, grip)
+        joint, turning = workspace.model.joint(task.joint), _knob_axis(workspace, task, grip)
+        # What moves so little is pressed, not held.
+        most = KEY_TURN_RAD if joint.type[0] == mujoco.mjtJoint.mjJNT_HINGE else KEY_TRAVEL_M
+        press = float(np.ptp(joint.range)) <= most
         found = []
         for number, arm in enumerate(self.robot.arms):
             grasps = presses(grip, motion) if press else pinches(grip, arm.opening, turning)
@@ -147,8 +150,12 @@ class Bench:
         low, high = bounds.low.copy(), bounds.high.copy()
         for other, arm in enumerate(self.robot.arms):
             fingers = dict(arm.grasp.fingers)
-            if other == number:
-                fingers = _fingers(arm, grasp.width)
+            if other == number and grasp.width == 0.0:
+                fingers = arm.press.fingers
+            elif other == number:
+                share = min(1.0, (grasp.width + 2 * FINGER_GAP_M) / arm.opening) if arm.closed else 1.0
+                closed = {**fingers, **arm.closed}
+                fingers = {name: closed[name] + share * (opened - closed[name]) for name, opened in fingers.items()}
             for name, value in fingers.items():
                 low[self._workspace.number(name)] = high[self._workspace.number(name)] = value
         return Bounds(low, high)
@@ -193,13 +200,6 @@ class Bench:
             arm=held.arm.name,
             base=_base(held),
         )
-
-
-def _is_key(model: Any, joint: str) -> bool:
-    """True if a joint moves so little that it is pressed, not held."""
-    found = model.joint(joint)
-    travel = float(np.ptp(found.range))
-    return travel <= (KEY_TURN_RAD if found.type[0] == mujoco.mjtJoint.mjJNT_HINGE else KEY_TRAVEL_M)
 
 
 def _end(model: Any, joint: str) -> float:
@@ -284,15 +284,6 @@ def _with_room(bounds: Bounds, room: Room) -> Bounds:
 def _standing(bounds: Bounds, q: Floats) -> Bounds:
     """Bounds that leave the base where it is."""
     return _with_room(bounds, ((q[0], q[0]), (q[1], q[1]), (q[2], q[2])))
-
-
-def _fingers(arm: Arm, width: float) -> dict[str, float]:
-    """Joints of the fingers around a thing of a width, m; closed as for keys where that is zero."""
-    if width == 0.0:
-        return arm.press.fingers
-    share = min(1.0, (width + 2 * FINGER_GAP_M) / arm.opening) if arm.closed else 1.0
-    opened, closed = arm.grasp.fingers, {**arm.grasp.fingers, **arm.closed}
-    return {name: closed[name] + share * (opened[name] - closed[name]) for name in opened}
 
 
 def _margin(workspace: Workspace, q: Floats) -> float:

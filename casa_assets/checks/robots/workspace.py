@@ -105,7 +105,13 @@ def _stand(robot: Robot, models: Path) -> Any:
     for name, axis in zip(BASE_JOINTS, AXES, strict=True):
         kind = mujoco.mjtJoint.mjJNT_HINGE if name == BASE_JOINTS[2] else mujoco.mjtJoint.mjJNT_SLIDE
         root.add_joint(name=name, type=kind, axis=axis, range=(-1.0, 1.0), limited=True)
-    lifted = _lifted(root, robot.legs) if robot.legs else root
+    lifted = root
+    if (legs := robot.legs) is not None:
+        # It rises and sinks with the trunk; zero is where the legs lean least.
+        lifted = root.add_body(name=TRUNK, mass=1.0, inertia=(1.0, 1.0, 1.0), explicitinertial=True)
+        lowest = legs.length * (math.cos(legs.lean[1]) - math.cos(legs.lean[0]))
+        kind = mujoco.mjtJoint.mjJNT_SLIDE
+        lifted.add_joint(name=TRUNK, type=kind, axis=(0.0, 0.0, 1.0), range=(lowest, 0.0), limited=True)
     for part in robot.parts:
         child = _read(robot, models / part.file)
         carrier = spec.body(part.onto) if part.onto else lifted
@@ -114,15 +120,6 @@ def _stand(robot: Robot, models: Path) -> Any:
         at = (0.0, 0.0, 0.0) if part.onto else (-robot.centre[0], -robot.centre[1], 0.0)
         spec.attach(child, prefix=f"{part.name}_", frame=carrier.add_frame(pos=at))
     return spec
-
-
-def _lifted(root: Any, legs: Legs) -> Any:
-    """A body that rises and sinks with the trunk of a robot whose legs bend; zero is where they lean least."""
-    trunk = root.add_body(name=TRUNK, mass=1.0, inertia=(1.0, 1.0, 1.0), explicitinertial=True)
-    lowest = legs.length * (math.cos(legs.lean[1]) - math.cos(legs.lean[0]))
-    kind = mujoco.mjtJoint.mjJNT_SLIDE
-    trunk.add_joint(name=TRUNK, type=kind, axis=(0.0, 0.0, 1.0), range=(lowest, 0.0), limited=True)
-    return trunk
 
 
 def _read(robot: Robot, path: Path) -> Any:

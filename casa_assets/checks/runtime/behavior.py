@@ -119,7 +119,9 @@ def _search(group: VariableGroup) -> list[tuple[str, str]]:
 def _moves(group: VariableGroup, state: State) -> Iterator[State]:
     """States one act away: one joint elsewhere, one thing touched or let go, or time gone by."""
     values, at, touched = state
-    stood = step(_machine(group, values), _stimulus(group, at, touched), 0.0)
+    named = dict(zip((v.name for v in group.behavior.variables), values, strict=True))
+    machine = BehaviorState(group.behavior, named, None, (0.0,) * len(group.behavior.rules))
+    stood = step(machine, _stimulus(group, at, touched), 0.0)
     for i, options in enumerate(group.stands):
         for there in options:
             if there != at[i]:
@@ -136,11 +138,6 @@ def _after(
 ) -> State:
     done = step(machine, _stimulus(group, at, touched), seconds)
     return tuple(done.values[v.name] for v in group.behavior.variables), at, touched
-
-
-def _machine(group: VariableGroup, values: tuple[str, ...]) -> BehaviorState:
-    named = dict(zip((v.name for v in group.behavior.variables), values, strict=True))
-    return BehaviorState(group.behavior, named, None, (0.0,) * len(group.behavior.rules))
 
 
 def _stimulus(group: VariableGroup, at: tuple[float, ...], touched: tuple[bool, ...]) -> Stimulus:

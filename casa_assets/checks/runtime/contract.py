@@ -24,7 +24,6 @@ from casa_assets.model.registry.contract import (
     NamePattern,
     OpeningSide,
     Requirements,
-    ShapeRule,
     SiteRule,
 )
 
@@ -99,8 +98,12 @@ def shapes(asset: Asset, needs: Requirements) -> list[Problem]:
         faults += _counted(kind, rules, [shape.name for _, shape in found])
         for rule in rules:
             for link, shape in found:
-                if rule.matches(shape.name):
-                    faults += [(f"{kind}/{shape.name}", message) for message in _shape(link, shape, rule)]
+                if not rule.matches(shape.name):
+                    continue
+                if rule.link is not None and not re.fullmatch(rule.link, link):
+                    faults.append((f"{kind}/{shape.name}", f"is on link {link!r}, not on {rule.link!r}"))
+                if rule.label is not None and shape.label != rule.label:
+                    faults.append((f"{kind}/{shape.name}", f"is labelled {shape.label!r}, not {rule.label!r}"))
     return faults
 
 
@@ -195,13 +198,6 @@ def _joint(asset: Asset, joint: Joint, rule: JointRule) -> Iterator[str]:
         yield f"moves a link {depth} below object, not {rule.depth}: RoboCasa looks at a fixed path"
     if rule.link is not None and not re.fullmatch(rule.link, joint.child):
         yield f"moves link {joint.child!r}, not {rule.link!r}"
-
-
-def _shape(link: str, shape: Collider | Visual, rule: ShapeRule) -> Iterator[str]:
-    if rule.link is not None and not re.fullmatch(rule.link, link):
-        yield f"is on link {link!r}, not on {rule.link!r}"
-    if rule.label is not None and shape.label != rule.label:
-        yield f"is labelled {shape.label!r}, not {rule.label!r}"
 
 
 # Contract paths -------------------------------------------------------------------------------------------------------

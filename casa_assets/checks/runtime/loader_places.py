@@ -58,7 +58,12 @@ def faults(path: Path, contract: Contract) -> Iterator[Problem]:
     regions = read_regions(root)
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    yield from _displaced(data, regions)
+    origin = data.body("object").xpos
+    for name, region in regions.items():
+        off = float(np.linalg.norm(data.geom(PREFIX + name).xpos - origin - region.middle))
+        if off > SLACK_M:
+            message = f"is {off:.4f} m from where RoboCasa takes it to be; its body's frame should be that of object"
+            yield f"model.xml/geom/{PREFIX}{name}", message
     for rule in contract.places:
         yield from _missing_places(model, data, regions, rule)
     for name in contract.beside:
@@ -85,15 +90,6 @@ def read_regions(root: etree._Element) -> dict[str, ReadRegion]:
 
 def _numbers(element: etree._Element, attribute: str) -> Floats:
     return np.array([float(n) for n in element.get(attribute, "").split()])
-
-
-def _displaced(data: mujoco.MjData, regions: Mapping[str, ReadRegion]) -> Iterator[Problem]:
-    origin = data.body("object").xpos
-    for name, region in regions.items():
-        off = float(np.linalg.norm(data.geom(PREFIX + name).xpos - origin - region.middle))
-        if off > SLACK_M:
-            message = f"is {off:.4f} m from where RoboCasa takes it to be; its body's frame should be that of object"
-            yield f"model.xml/geom/{PREFIX}{name}", message
 
 
 def _missing_places(

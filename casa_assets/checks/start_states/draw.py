@@ -144,7 +144,11 @@ def _draw(stage: Stage, wanted: Wanted, number: int, refused: Counter[str]) -> _
 def _try(stage: Stage, wanted: Wanted, rng: np.random.Generator) -> _Drawn | str:
     """One draw: a state, or the reason why it was given up."""
     draft = _Draft(stage.at_rest.copy())
-    _open(stage, draft, wanted.request.opened, rng)
+    doors = [stage.doors[int(k)] for k in rng.permutation(len(stage.doors))[: wanted.request.opened]]
+    for _, address, closed, opened in doors:
+        draft.qpos[address] = closed + float(rng.uniform(*OPENED_SHARES)) * (opened - closed)
+    draft.qpos = stage.with_contents(draft.qpos)
+    draft.opened = tuple(sorted(name for name, *_ in doors))
     chosen = _choose(stage, wanted.request.things, rng)
     # Out of the kitchen, each to a different place high above it, until they are put somewhere.
     for k, thing in enumerate(chosen):
@@ -177,15 +181,6 @@ def _try(stage: Stage, wanted: Wanted, rng: np.random.Generator) -> _Drawn | str
     return _Drawn(settled, parking, notes, seen.depth, seen.motion)
 
 
-def _open(stage: Stage, draft: _Draft, count: int, rng: np.random.Generator) -> None:
-    """Open some doors or drawers, each by a share of its way."""
-    doors = [stage.doors[int(k)] for k in rng.permutation(len(stage.doors))[:count]]
-    for _, address, closed, opened in doors:
-        draft.qpos[address] = closed + float(rng.uniform(*OPENED_SHARES)) * (opened - closed)
-    draft.qpos = stage.with_contents(draft.qpos)
-    draft.opened = tuple(sorted(name for name, *_ in doors))
-
-
 def _choose(stage: Stage, count: int, rng: np.random.Generator) -> list[LooseThing]:
     """Things that are put somewhere else; of a stack the upper ones are taken first."""
     waiting = [stage.things[int(k)] for k in rng.permutation(len(stage.things))]
@@ -216,7 +211,11 @@ def _put(stage: Stage, draft: _Draft, thing: LooseThing, rng: np.random.Generato
         if pose is None:
             continue
         draft.qpos[part] = pose
-        if _touches_nothing(stage, draft, thing):
+        stage.data.qpos[:] = draft.qpos
+        mujoco.mj_kinematics(stage.model, stage.data)
+        mujoco.mj_collision(stage.model, stage.data)
+        contact = stage.data.contact
+        if not (np.isin(contact.geom, thing.geoms).any(axis=1) & (contact.dist < 0.0)).any():
             draft.placed[thing.name] = place
             return True
     return False
@@ -242,15 +241,6 @@ def _pose_in(stage: Stage, draft: _Draft, thing: LooseThing, place: Place, at: F
     z = centre[2] - half[2] + OVER_M - local[0][2]
     shifted = stage.carried(draft.qpos, place, np.array([x, y, z]))
     return np.concatenate([shifted, quaternion])
-
-
-def _touches_nothing(stage: Stage, draft: _Draft, thing: LooseThing) -> bool:
-    stage.data.qpos[:] = draft.qpos
-    mujoco.mj_kinematics(stage.model, stage.data)
-    mujoco.mj_collision(stage.model, stage.data)
-    contact = stage.data.contact
-    mine = np.isin(contact.geom, thing.geoms).any(axis=1)
-    return not bool((mine & (contact.dist < 0.0)).any())
 
 
 def _is_in(stage: Stage, thing: LooseThing, place: Place) -> bool:

@@ -223,9 +223,7 @@ class Stage:
     @cached_property
     def places(self) -> tuple[Place, ...]:
         """Boxes that things are put into."""
-        return tuple(self._places())
-
-    def _places(self) -> Iterator[Place]:
+        found = []
         for fixture in self.facts["fixtures"]:
             if fixture["base"] != "fixed":
                 continue
@@ -237,7 +235,8 @@ class Stage:
                 body = body_name(fixture["name"], link)
                 pose = Pose(position=tuple(region["position"]), quaternion=tuple(region["quaternion"]))
                 size = np.array(region["size"], dtype=np.float64)
-                yield Place(f"{fixture['name']}/{name}", kind, pose, size, int(self.model.body(body).id))
+                found.append(Place(f"{fixture['name']}/{name}", kind, pose, size, int(self.model.body(body).id)))
+        return tuple(found)
 
     @cached_property
     def parking(self) -> tuple[Parking, ...]:

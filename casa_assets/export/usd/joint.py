@@ -49,7 +49,17 @@ def define_joints(stage: Usd.Stage, root: Sdf.Path, asset: Asset) -> None:
             mount = UsdPhysics.FixedJoint.Define(stage, scope.AppendChild(f"{link.name}Mount"))
             _attach(mount, parent, child, link.pose, Pose())
             continue
-        prim = _define_moving(stage, scope.AppendChild(joint.name), parent, child, link.pose, joint)
+        is_hinge = joint.kind is JointKind.HINGE
+        schema = UsdPhysics.RevoluteJoint if is_hinge else UsdPhysics.PrismaticJoint
+        moving = schema.Define(stage, scope.AppendChild(joint.name))
+        prim = moving.GetPrim()
+        token, rotation = axis_and_rotation(joint.axis)
+        moving.CreateAxisAttr(token)
+        low, high = (math.degrees(n) if is_hinge else n for n in joint.range)
+        moving.CreateLowerLimitAttr(low)
+        moving.CreateUpperLimitAttr(high)
+        _attach(moving, parent, child, link.pose, Pose(position=joint.anchor, quaternion=rotation))
+        _set_dynamics(prim, joint, is_hinge)
         # Named states: fractions of the way from closed (0) to open (1).
         states = [state for state in asset.states if state.joint == joint.name]
         if states:
@@ -70,21 +80,6 @@ def axis_and_rotation(axis: Vec3) -> tuple[str, Vec4]:
     quaternion = np.array([1.0 + z, -y, x, 0.0])
     w, i, j, k = (float(n) for n in quaternion / math.sqrt(float(quaternion @ quaternion)))
     return Z, (w, i, j, k)
-
-
-def _define_moving(
-    stage: Usd.Stage, path: Sdf.Path, parent: Sdf.Path, child: Sdf.Path, pose: Pose, joint: Joint
-) -> Usd.Prim:
-    is_hinge = joint.kind is JointKind.HINGE
-    schema = (UsdPhysics.RevoluteJoint if is_hinge else UsdPhysics.PrismaticJoint).Define(stage, path)
-    token, rotation = axis_and_rotation(joint.axis)
-    schema.CreateAxisAttr(token)
-    low, high = (math.degrees(n) if is_hinge else n for n in joint.range)
-    schema.CreateLowerLimitAttr(low)
-    schema.CreateUpperLimitAttr(high)
-    _attach(schema, parent, child, pose, Pose(position=joint.anchor, quaternion=rotation))
-    _set_dynamics(schema.GetPrim(), joint, is_hinge)
-    return schema.GetPrim()
 
 
 def _attach(

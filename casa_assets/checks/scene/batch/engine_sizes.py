@@ -85,7 +85,11 @@ def engine_sizes(subject: BatchSubject) -> EngineSizes:
     ]
     # MuJoCo warns where the stand-in touches what should sleep at the start.
     with all_warnings():
-        at_rest = _at_rest(subject.batch.model)
+        model = subject.batch.model
+        data = mujoco.MjData(model)
+        reset_to_start(model, data)
+        mujoco.mj_step(model, data, nstep=round(REST_S / model.opt.timestep))
+        at_rest = {str(model.joint(number).name): data.joint(number).qpos.copy() for number in range(model.njnt)}
         for used in pulled:
             _simulate(subject, at_rest, used, stressed, with_things=True)
             _simulate(subject, at_rest, used, in_use, with_things=False)
@@ -167,14 +171,6 @@ def _simulate(
         most.count(data)
         if step % PAIR_STEPS == 0:
             most.convex = max(most.convex, _near(model, data, convex))
-
-
-def _at_rest(model: mujoco.MjModel) -> dict[str, Floats]:
-    """Name of a joint -> its positions once the kitchen has been left alone."""
-    data = mujoco.MjData(model)
-    reset_to_start(model, data)
-    mujoco.mj_step(model, data, nstep=round(REST_S / model.opt.timestep))
-    return {str(model.joint(number).name): data.joint(number).qpos.copy() for number in range(model.njnt)}
 
 
 def _add_robot(spec: mujoco.MjSpec, grip: Floats, out: Floats) -> None:

@@ -276,7 +276,12 @@ def pull_all(subject: SceneSubject, enough: float) -> dict[str, tuple[float, str
     sweeper = JointSweeper(subject, 0.0)
     rounds: list[list[Pull]] = []
     for joint in subject.operated.values():
-        pull = _pull(sweeper, joint)
+        path = paths_of(subject)[joint.name]
+        # What has to stand open for it takes room as well.
+        sweeper.set_joints(joint.before)
+        geoms = [subject.joints[name].geoms for name in joint.before]
+        boxes = [path.bounds, *(box_around(geom_boxes(sweeper.model, sweeper.data, found)) for found in geoms)]
+        pull = Pull(joint, float(path.positions[0]), float(path.positions[-1]), box_around(np.array(boxes)))
         joined = next((r for r in rounds if all(_are_independent(subject, pull, other) for other in r)), None)
         if joined is None:
             rounds.append([pull])
@@ -291,16 +296,6 @@ def pull_all(subject: SceneSubject, enough: float) -> dict[str, tuple[float, str
         for pulls in rounds:
             reached |= _simulate(subject, pulls, enough)
     return reached
-
-
-def _pull(sweeper: JointSweeper, joint: SceneJoint) -> Pull:
-    path = paths_of(sweeper.subject)[joint.name]
-    boxes = [path.bounds]
-    # What has to stand open for it takes room as well.
-    sweeper.set_joints(joint.before)
-    for name in joint.before:
-        boxes.append(box_around(geom_boxes(sweeper.model, sweeper.data, sweeper.subject.joints[name].geoms)))
-    return Pull(joint, float(path.positions[0]), float(path.positions[-1]), box_around(np.array(boxes)))
 
 
 def _are_independent(subject: SceneSubject, pull: Pull, other: Pull) -> bool:

@@ -18,7 +18,6 @@ from casa_assets.model.kitchen.scene import (
     CLOSED_POSE,
     OPEN_POSE,
     START_POSE,
-    Camera,
     Layer,
     Light,
     LightKind,
@@ -97,7 +96,12 @@ def define_lights_and_cameras(stage: Usd.Stage, world: Sdf.Path, scene: Scene) -
     for light in scene.lights:
         _light(stage, world.AppendChild(light.name), light)
     for camera in scene.cameras:
-        _camera(stage, world.AppendChild(camera.name), camera)
+        prim = UsdGeom.Camera.Define(stage, world.AppendChild(camera.name))
+        prim.CreateVerticalApertureAttr(SENSOR_HEIGHT_MM)
+        prim.CreateHorizontalApertureAttr(SENSOR_WIDTH_MM)
+        prim.CreateFocalLengthAttr(SENSOR_HEIGHT_MM / 2 / math.tan(math.radians(camera.fov_y_deg) / 2))
+        prim.CreateClippingRangeAttr(Gf.Vec2f(*CLIPPING_RANGE_M))
+        number.place(prim.GetPrim(), camera.pose)
 
 
 def _light(stage: Usd.Stage, path: Sdf.Path, light: Light) -> None:
@@ -125,15 +129,6 @@ def _light(stage: Usd.Stage, path: Sdf.Path, light: Light) -> None:
     UsdLux.ShadowAPI.Apply(lamp.GetPrim()).CreateShadowEnableAttr(light.castshadow)
     turned = pose_looking_along(light.direction)
     number.place(lamp.GetPrim(), turned.replace(position=light.position))
-
-
-def _camera(stage: Usd.Stage, path: Sdf.Path, camera: Camera) -> None:
-    prim = UsdGeom.Camera.Define(stage, path)
-    prim.CreateVerticalApertureAttr(SENSOR_HEIGHT_MM)
-    prim.CreateHorizontalApertureAttr(SENSOR_WIDTH_MM)
-    prim.CreateFocalLengthAttr(SENSOR_HEIGHT_MM / 2 / math.tan(math.radians(camera.fov_y_deg) / 2))
-    prim.CreateClippingRangeAttr(Gf.Vec2f(*CLIPPING_RANGE_M))
-    number.place(prim.GetPrim(), camera.pose)
 
 
 def pose_looking_along(direction: Vec3) -> Pose:
