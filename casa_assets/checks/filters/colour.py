@@ -122,7 +122,12 @@ def _sample_visual(visual: Visual, material: Material, count: int) -> tuple[Floa
         return np.tile(base, (count, 1)), np.zeros(count), np.zeros(count)
     pixels, edge_px = _pixels(image), _edge_width(image)
     face, weights = _points_on_faces(_areas(visual), count)
-    displayed = _pixels_at(pixels, np.einsum("nk,nkd->nd", weights, uv[visual.mesh.faces[face]]))
+    at = np.einsum("nk,nkd->nd", weights, uv[visual.mesh.faces[face]])
+    # The nearest pixels: pictures repeat, and v goes up.
+    high, wide = pixels.shape[:2]
+    column = np.minimum((at[:, 0] % 1.0 * wide).astype(np.int64), wide - 1)
+    row = np.minimum(((1 - at[:, 1] % 1.0) * high).astype(np.int64), high - 1)
+    displayed = pixels[np.maximum(row, 0), column]
     texels_per_m = _texels_per_m(visual, image)[face]
     is_gradient = edge_px > GRADIENT_SHARE * max(image.width_px, image.height_px)
     # What was painted by `ingest` has one patch to a triangle, however sharp the vertex colours were.
@@ -176,12 +181,3 @@ def _edge_width(image: Texture) -> float:
     contrast, steep = float(np.ptp(np.percentile(grey, (1, 99)))), float(np.percentile(slope, 99.8))
     file_px = max(image.width_px, image.height_px) / max(grey.shape)
     return max(1.0, contrast / steep * file_px) if contrast > 0 and steep > 0 else 1.0
-
-
-def _pixels_at(pixels: Floats, uv: Floats) -> Floats:
-    """(N, 3) nearest pixels; pictures repeat, and v goes up."""
-    high, wide = pixels.shape[:2]
-    column = np.minimum((uv[:, 0] % 1.0 * wide).astype(np.int64), wide - 1)
-    row = np.minimum(((1 - uv[:, 1] % 1.0) * high).astype(np.int64), high - 1)
-    picked: Floats = pixels[np.maximum(row, 0), column]
-    return picked

@@ -236,7 +236,15 @@ def path_faults(path: Path, asset: Asset, contract: Contract) -> Iterator[Proble
             for name in (c.name for k in asset.links for c in k.colliders if rule.matches(c.name)):
                 if groups.get(name) != TOUCHED:
                     yield f"model.xml/geom/{name}", f"should be a geom of group {TOUCHED}, which is touched"
-    yield from _regions(root, body, asset)
+    geoms = {g.get("name") for g in root.iter("geom")}
+    for region in asset.regions:
+        if f"reg_{region.name}" not in geoms:
+            yield f"model.xml/geom/reg_{region.name}", "is not there: v1.0 reads regions from geoms"
+    if any(region.name == "main" for region in asset.regions):
+        sites = {s.get("name") for s in body.findall("site")}
+        missing = [f"ext_{end}" for end in CORNERS if f"ext_{end}" not in sites]
+        if missing:
+            yield f"model.xml/site/{missing[0]}", "is not on object: v0.2 reads the outer size from sites"
 
 
 def met(asset: Asset, contract: Contract) -> list[Requirements]:
@@ -266,18 +274,6 @@ def _deep_elements(root: etree._Element, asset: Asset, needs: Requirements) -> I
             yield f"model.xml/joint/{name}", "says no range; RoboCasa reads it from the element"
         elif tag == "site" and (element.get("pos") is None or element.get("size") is None):
             yield f"model.xml/site/{name}", "should say pos and size; RoboCasa reads them from the element"
-
-
-def _regions(root: etree._Element, body: etree._Element, asset: Asset) -> Iterator[Problem]:
-    geoms = {g.get("name") for g in root.iter("geom")}
-    for region in asset.regions:
-        if f"reg_{region.name}" not in geoms:
-            yield f"model.xml/geom/reg_{region.name}", "is not there: v1.0 reads regions from geoms"
-    if any(region.name == "main" for region in asset.regions):
-        sites = {s.get("name") for s in body.findall("site")}
-        missing = [f"ext_{end}" for end in CORNERS if f"ext_{end}" not in sites]
-        if missing:
-            yield f"model.xml/site/{missing[0]}", "is not on object: v0.2 reads the outer size from sites"
 
 
 # Contract -------------------------------------------------------------------------------------------------------------

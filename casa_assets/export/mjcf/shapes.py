@@ -99,7 +99,13 @@ def add_texture(assets: etree._Element, image: Texture, path: str) -> None:
 
 def add_material(assets: etree._Element, material: Material, name: str) -> None:
     """`<material>` named `name`, with a reference to the texture of its colour image."""
-    metallic, roughness = _mean_metallic_roughness(material)
+    metallic, roughness = material.metallic, material.roughness
+    if material.metallic_roughness_texture is not None:
+        # The mean of the map over the whole surface.
+        with Image.open(io.BytesIO(material.metallic_roughness_texture.png)) as image:
+            _, green, blue = ImageStat.Stat(image.convert("RGB")).mean
+        metallic, roughness = metallic * blue / 255, roughness * green / 255
+    metallic, roughness = round(metallic, 3), round(roughness, 3)
     attributes = {"name": name}
     if material.base_color_texture is not None:
         attributes |= {"texture": _stem(material.base_color_texture), "texuniform": "false"}
@@ -114,16 +120,6 @@ def add_material(assets: etree._Element, material: Material, name: str) -> None:
     if material.glow:
         attributes["emission"] = number(material.glow)
     etree.SubElement(assets, "material", attributes)
-
-
-def _mean_metallic_roughness(material: Material) -> tuple[float, float]:
-    """Metallic and roughness of the whole surface: the factors times the mean of their map, three digits."""
-    metallic, roughness = material.metallic, material.roughness
-    if material.metallic_roughness_texture is not None:
-        with Image.open(io.BytesIO(material.metallic_roughness_texture.png)) as image:
-            _, green, blue = ImageStat.Stat(image.convert("RGB")).mean
-        metallic, roughness = metallic * blue / 255, roughness * green / 255
-    return round(metallic, 3), round(roughness, 3)
 
 
 def _shininess(roughness: float) -> float:

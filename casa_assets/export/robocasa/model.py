@@ -92,21 +92,15 @@ def _document(asset: Asset, meshes: shapes.Meshes) -> etree._Element:
     if root_body.find(f"geom[@name='reg_{shapes.OUTER_REGIONS[0]}']") is None:
         found = next(region for region in asset.regions if region.name in shapes.OUTER_REGIONS)
         shapes.add_region(root_body, found.replace(name=shapes.OUTER_REGIONS[0]), ROBOSUITE_GROUPS.regions)
-    _add_liquid_site(root_body, asset)
+    if asset.labels.category in HOLD_LIQUID:
+        # Tasks colour the site `liquid` of a vessel: an upright cylinder inside it, invisible until then.
+        lower, upper = asset.bounds
+        radius, half_height = LIQUID_SHARE * min(upper[:2] - lower[:2]) / 2, LIQUID_SHARE * (upper[2] - lower[2]) / 2
+        at, size = shapes.numbers((0.0, 0.0, (lower[2] + upper[2]) / 2)), shapes.numbers((radius, half_height))
+        attributes = {"name": "liquid", "type": "cylinder", "pos": at, "size": size, "rgba": "0 0 0 0"}
+        etree.SubElement(root_body, "site", attributes)
     document.add_labels(root, asset)
     return root
-
-
-def _add_liquid_site(root_body: etree._Element, asset: Asset) -> None:
-    """Add the site `liquid` of a vessel, which tasks colour: an upright cylinder inside it, invisible until then."""
-    if asset.labels.category not in HOLD_LIQUID:
-        return
-    lower, upper = asset.bounds
-    radius, half_height = LIQUID_SHARE * min(upper[:2] - lower[:2]) / 2, LIQUID_SHARE * (upper[2] - lower[2]) / 2
-    at, size = shapes.numbers((0.0, 0.0, (lower[2] + upper[2]) / 2)), shapes.numbers((radius, half_height))
-    etree.SubElement(
-        root_body, "site", {"name": "liquid", "type": "cylinder", "pos": at, "size": size, "rgba": "0 0 0 0"}
-    )
 
 
 def _text(root: etree._Element) -> bytes:

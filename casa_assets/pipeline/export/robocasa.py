@@ -25,7 +25,7 @@ from casa_assets.layouts.compose.floor_facts import facts_of
 from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.model.asset.asset import Asset, Base
 from casa_assets.model.asset.provenance import TEST_SHARE, Split, split_of
-from casa_assets.model.kitchen.scene import Scene, StartStates
+from casa_assets.model.kitchen.scene import Scene
 from casa_assets.model.record import Vec3
 from casa_assets.model.registry.category import Category, RestingPose
 from casa_assets.model.registry.contract import RobocasaRelease
@@ -109,7 +109,14 @@ def export_kitchen(recipe: SceneRecipe, root: Path, cache: Path, states: Path | 
     tasks = afforded_tasks(kitchen, scene)
     disk.write_files(folder, document.write_kitchen(scene, fixtures, tasks))
     if states is not None:
-        write_states(folder, translated(_states_of(recipe, states / scene.id), scene, fixtures))
+        drawn = states / scene.id
+        found = read_states(drawn)
+        if not is_whole(drawn, scene_key(recipe)) or digest_of_file(drawn / SCENE_XML) != found.scene_xml:
+            raise CasaError(
+                f"{drawn}: its start states are of an older build of the scene; draw them again with "
+                f"casa-assets scenes states {drawn.name} --out {shlex.quote(str(drawn.parent))}"
+            )
+        write_states(folder, translated(found, scene, fixtures))
     return KitchenResult(
         scene.id,
         description.number_of(scene.id),
@@ -118,17 +125,6 @@ def export_kitchen(recipe: SceneRecipe, root: Path, cache: Path, states: Path | 
         measures_of(kitchen, scene),
         credits=attribution.credits_of(scene),
     )
-
-
-def _states_of(recipe: SceneRecipe, folder: Path) -> StartStates:
-    """Return the start states of a scene that has a separate folder. Raises CasaError if they are of an older build."""
-    found = read_states(folder)
-    if not is_whole(folder, scene_key(recipe)) or digest_of_file(folder / SCENE_XML) != found.scene_xml:
-        raise CasaError(
-            f"{folder}: its start states are of an older build of the scene; draw them again with "
-            f"casa-assets scenes states {folder.name} --out {shlex.quote(str(folder.parent))}"
-        )
-    return found
 
 
 def afforded_tasks(kitchen: KitchenRequest, scene: Scene) -> tuple[str, ...]:

@@ -248,17 +248,11 @@ def _add_pose_variants(layer: Sdf.Layer, scene: Scene) -> None:
             own = variant(asset, own_pose(place, pose))
             if own is not None:
                 _over(layer, variants, pose, place).variantSelections[document.VARIANT_SET] = own
-            if pose == START_POSE:
-                _set_start_pose(layer, variants, place, asset)
-
-
-def _set_start_pose(layer: Sdf.Layer, variants: str, place: Placement, asset: Asset) -> None:
-    """Write the start pose if it differs from the closed pose, stronger than a variant of the asset."""
-    positions = joint_positions(place.joints)
-    closed = next((joint_positions(key.joints) for key in asset.keyframes if key.name == CLOSED_POSE), {})
-    if all(positions.get(joint.name, 0.0) == closed.get(joint.name, 0.0) for joint in asset.joints):
-        return
-    set_joints(layer, _over(layer, variants, START_POSE, place).path, asset, positions)
+            # The start pose, if it differs from the closed one, is stronger than a variant of the asset.
+            positions = joint_positions(place.joints)
+            closed = next((joint_positions(key.joints) for key in asset.keyframes if key.name == CLOSED_POSE), {})
+            if pose == START_POSE and any(positions.get(j.name, 0.0) != closed.get(j.name, 0.0) for j in asset.joints):
+                set_joints(layer, _over(layer, variants, pose, place).path, asset, positions)
 
 
 def _add_visibility_variants(layer: Sdf.Layer, name: str, places: list[Placement]) -> None:
