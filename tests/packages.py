@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import io
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 
 from PIL import Image
+from pxr import Sdf, Usd
 
 from casa_assets.checks.package.package import Package
 from casa_assets.checks.readers.usd_facts import missing_importer
@@ -25,6 +27,14 @@ def thumbnail() -> bytes:
     out = io.BytesIO()
     Image.new("RGB", (256, 256), (128, 128, 128)).save(out, "PNG")
     return out.getvalue()
+
+
+@cache  # also keeps the stage alive, without which its prims expire
+def stage_of(asset: Asset) -> Usd.Stage:
+    """The USD of an asset, in memory."""
+    layer = Sdf.Layer.CreateAnonymous(".usda")
+    assert layer.ImportFromString(usd.layer_text(asset))
+    return Usd.Stage.Open(layer)
 
 
 def written(asset: Asset, library: Path) -> Package:

@@ -136,12 +136,13 @@ class LibraryView:
 
 def shapes_are_unique(view: LibraryView, limit: float) -> Measurement:
     """LIB001: distance of the two most alike surfaces, as a part of their radius."""
-    bound = limit
     problems = []
     for pair in view.alike:
-        if pair.same_form(bound):
-            message = f"has the form of {pair.one}, {_differs(pair)}; keep one of them, or both if that is meant"
-            problems.append((pair.other, message))
+        if pair.same_form(limit):
+            size = f"{pair.size:.2f} times as large" if abs(pair.size - 1) > SAME_SIZE else "of the same size"
+            color = "in the same colours" if pair.colors <= SAME_COLORS else "in other colours"
+            alike = f"has the form of {pair.one}, {size}, {color}"
+            problems.append((pair.other, f"{alike}; keep one of them, or both if that is meant"))
     if view.count < 2:
         return not_applicable(ALONE)
     # Pairs whose forms are far apart are not compared point by point: where all are, there is no number to tell.
@@ -152,11 +153,10 @@ def looks_are_unique(view: LibraryView, limit: float) -> Measurement:
     """LIB002: largest cosine between the picture embeddings of two assets."""
     if view.unseen:
         return not_run(view.unseen)
-    bound = limit
     problems = [
         (other, f"looks like {one} to a model (cosine {near:.3f}); keep one of them, or both if that is meant")
         for one, other, near in view.looks
-        if near >= bound
+        if near >= limit
     ]
     if view.count < 2:
         return not_applicable(ALONE)
@@ -182,9 +182,3 @@ def in_words(one: CategoryRank) -> str:
     if not one.rank:
         return f"looks like {named}; it has no category to compare with"
     return f"is called {one.category} ({one.share:.0%}, number {one.rank} of what it looks like); others: {named}"
-
-
-def _differs(pair: ShapePair) -> str:
-    words = [f"{pair.size:.2f} times as large" if abs(pair.size - 1) > SAME_SIZE else "of the same size"]
-    words.append("in the same colours" if pair.colors <= SAME_COLORS else "in other colours")
-    return ", ".join(words)

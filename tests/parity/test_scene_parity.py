@@ -6,14 +6,19 @@ import math
 from collections.abc import Callable
 from pathlib import Path
 
+import mujoco
 import pytest
+from pxr import Usd
 
+from casa_assets.checks.package.parity import compare
 from casa_assets.checks.readers import scene_facts, usd_facts
-from casa_assets.checks.readers.scene_facts import SceneFacts
-from casa_assets.checks.scene.formats.parity import compare, scene_parity
+from casa_assets.checks.readers.scene_facts import SceneFacts, SceneReading
+from casa_assets.checks.scene.formats.light_form import SceneFiles
+from casa_assets.checks.scene.formats.parity import LENGTH_TOLERANCE_M, TOLERANCE, formats_agree
+from casa_assets.checks.scene.subject import SceneSubject
 from casa_assets.geometry.inertia import adjacent_links
 from casa_assets.model.asset.asset import Base, Exclusion
-from casa_assets.model.kitchen.scene import Layer, Placement, Scene
+from casa_assets.model.kitchen.scene import Placement, Scene
 from tests.packages import tamper
 from tests.scenes import body, corner, expected, written
 
@@ -24,12 +29,12 @@ def folder(tmp_path: Path) -> Path:
 
 
 def pointers(folder: Path) -> list[str]:
-    return list(dict.fromkeys(where for where, _ in scene_parity(folder / "scene.xml", folder / "scene.usda")))
+    files = SceneFiles(SceneSubject(corner(), folder))
+    return list(dict.fromkeys(where for where, _ in formats_agree(files, 0.0).problems))
 
 
-@pytest.mark.parametrize("name", ["scene.usda", "scene_nested.usda"])
-def test_both_formats_say_the_same(name: str, folder: Path) -> None:
-    assert scene_parity(folder / "scene.xml", folder / name) == []
+def test_both_formats_say_the_same(folder: Path) -> None:
+    assert pointers(folder) == []
 
 
 # What stands in scene_nested.usda, what is put there instead, and a cell that then differs.
@@ -42,26 +47,32 @@ IN_NESTED = [
 @pytest.mark.parametrize(("old", "new", "cell"), IN_NESTED)
 def test_what_the_nested_layer_says_otherwise_is_found(old: str, new: str, cell: str, folder: Path) -> None:
     tamper(folder / "scene_nested.usda", (old, new))
-    found = scene_parity(folder / "scene.xml", folder / "scene_nested.usda")
-    assert any(where.startswith(cell) for where, _ in found), found
+    scene, nested = by_mujoco(folder / "scene.xml"), by_openusd(folder / "scene_nested.usda")
+    found = [where for where, _ in compare(scene, nested, TOLERANCE, LENGTH_TOLERANCE_M)]
+    assert any(where.startswith(cell) for where in found), found
 
 
 def _exclusions(scene: Scene) -> list[tuple[Placement, Exclusion]]:
     return [(place, pair) for place in scene.placements for pair in scene.asset_of[place.name].exclusions]
 
 
-READERS: list[tuple[str, Callable[[Path], SceneFacts]]] = [
-    ("scene.xml", scene_facts.facts_of_mjcf),
-    ("scene.usda", lambda path: scene_facts.facts_of_usd_by_pxr(usd_facts.opened(path))),
-    ("scene_nested.usda", lambda path: scene_facts.facts_of_usd_by_pxr(usd_facts.opened(path))),
-]
+def by_openusd(path: Path) -> SceneFacts:
+    return scene_facts.facts_of_stage(SceneReading(Usd.Stage.Open(str(path))))
+
+
+def by_mujoco(path: Path) -> SceneFacts:
+    if path.suffix == ".xml":
+        return scene_facts.facts_of_scene_model(mujoco.MjModel.from_xml_path(str(path)))
+    return scene_facts.facts_of_import(usd_facts.imported(path).model, SceneReading(Usd.Stage.Open(str(path))))
+
+
 # MuJoCo's reader of USD is not there for every Python; joints to the world and contacts are compared by it alone.
 BY_MUJOCO = pytest.mark.skipif(bool(usd_facts.missing_importer()), reason=usd_facts.missing_importer())
-if not usd_facts.missing_importer():
-    READERS += [
-        ("scene.usda", scene_facts.facts_of_usd_by_mujoco),
-        ("scene_nested.usda", scene_facts.facts_of_usd_by_mujoco),
-    ]
+READERS = [
+    ("scene.xml", by_mujoco),
+    *((name, by_openusd) for name in ("scene.usda", "scene_nested.usda")),
+    *(pytest.param(name, by_mujoco, marks=BY_MUJOCO) for name in ("scene.usda", "scene_nested.usda")),
+]
 
 
 @pytest.mark.parametrize(("name", "reader"), READERS)
@@ -134,7 +145,7 @@ IN_MJCF = [
     (
         'text name="oven__state__door_open" data="oven__microjoint',
         'text name="oven__state__door_open" data="second_oven__microjoint',
-        "placements/oven/states",
+        "placements/oven/states/door_open/joint",
     ),
     ('text name="ceiling__layer" data="ceiling"', 'text name="ceiling__layer" data="room"', "placements/ceiling/layer"),
     ('text name="mug__class" data="mug ', 'text name="mug__class" data="cup ', "placements/mug/classes"),
@@ -211,23 +222,11 @@ def test_contacts_are_compared_too(folder: Path) -> None:
 
 
 def test_a_base_that_floats_in_one_format_is_found(folder: Path) -> None:
-    found = scene_facts.facts_of_mjcf(folder / "scene.xml")
+    found = by_mujoco(folder / "scene.xml")
     rows = tuple(p.replace(base=Base.FREE) if p.name == "oven" else p for p in found.placements)
-    assert [where for where, _ in compare(found, found.replace(placements=rows))] == ["placements/oven/base"]
-
-
-def test_a_file_that_is_not_there_or_does_not_load_is_a_fault(folder: Path) -> None:
-    assert scene_parity(folder / "none.xml", folder / "scene.usda") == [("none.xml", "does not exist")]
-    readers = 1 if usd_facts.missing_importer() else 2
-    assert [w for w, _ in scene_parity(folder / "scene.xml", folder / "none.usda")] == ["none.usda"] * readers
-    (folder / "scene.xml").write_text("<mujoco><nonsense/></mujoco>")
-    ((where, message),) = scene_parity(folder / "scene.xml", folder / "scene.usda")
-    assert where == "scene.xml"
-    assert "nonsense" in message
-
-
-def test_layers_have_three_names() -> None:
-    assert {place.layer for place in corner().placements} == set(Layer)
+    assert [where for where, _ in compare(found, found.replace(placements=rows), TOLERANCE, LENGTH_TOLERANCE_M)] == [
+        "placements/oven/base"
+    ]
 
 
 def test_a_thing_that_one_format_alone_holds_fast_is_found(folder: Path) -> None:

@@ -23,7 +23,7 @@ from casa_assets.checks.motion.motion_model import grip_of
 from casa_assets.core.numeric import Floats
 from casa_assets.geometry.solid.deviation import distances_outside_hulls, surface_samples
 from casa_assets.geometry.solid.primitive import link_bounds, shape_bounds, tessellate
-from casa_assets.model.asset.asset import Asset, Collider, Joint, Link
+from casa_assets.model.asset.asset import Asset, Collider, Joint
 from casa_assets.model.asset.parts import MeshShape
 from casa_assets.model.pose import Pose
 
@@ -156,7 +156,8 @@ def grips_fit_a_gripper(asset: Asset, limit: float) -> Measurement:
         elif grip.label not in GRIP_LABELS:
             fault = f"its grip is labelled {grip.label!r}, not one of {', '.join(sorted(GRIP_LABELS))}"
         else:
-            sides = _sorted_sides(grip)
+            # Full sizes along its own axes, metres.
+            sides = np.sort(np.ptp(shape_bounds(grip.shape, Pose()), axis=0)).tolist()
             if grip.label not in PUSHED_LABELS:
                 widest = max(widest, sides[0])
             fault = _size_fault(grip, sides, limit)
@@ -171,15 +172,12 @@ def joint_axes_are_aligned(asset: Asset, limit: float) -> Measurement:
     """KIN008: joint axes of built things lie along x, y or z; largest deviation, rad."""
     if not is_fixture_like(asset) or not asset.joints:
         return not_applicable(NO_JOINTS if is_fixture_like(asset) else NOT_BUILT)
-    deviations = {f"joints/{joint.name}": _angle_to_nearest_axis(asset, joint) for joint in asset.joints}
+    deviations = {}
+    for joint in asset.joints:
+        x, y, z = np.sort(np.abs(asset.asset_from_link(joint.child).rotation @ np.array(joint.axis)))
+        # The arc cosine of a number near 1 would lose half of the digits.
+        deviations[f"joints/{joint.name}"] = float(np.arctan2(np.hypot(x, y), z))
     return all_at_most(deviations, limit, "its axis is {:.3g} rad off x, y or z; turn it straight", NO_JOINTS)
-
-
-def _angle_to_nearest_axis(asset: Asset, joint: Joint) -> float:
-    """Angle between the axis of a joint and the nearest of x, y and z of the asset frame, rad."""
-    x, y, z = np.sort(np.abs(asset.asset_from_link(joint.child).rotation @ np.array(joint.axis)))
-    # The arc cosine of a number near 1 would lose half of the digits.
-    return float(np.arctan2(np.hypot(x, y), z))
 
 
 def inertia_matches_colliders(asset: Asset, limit: float) -> Measurement:
@@ -199,23 +197,13 @@ def inertia_matches_colliders(asset: Asset, limit: float) -> Measurement:
         if not MIN_GYRATION_RATIO * limit <= ratio <= limit:
             message = f"turns as if its mass were {gyration:.3f} m from its middle; its shapes reach {half:.3f} m"
             problems.append((pointer, message))
-        outside = _center_of_mass_outside(link)
+        points = np.concatenate([tessellate(c.shape, c.pose)[0] for c in link.colliders])
+        support = (DIRECTIONS @ points.T).max(axis=1)
+        # Along the worst direction.
+        outside = float((DIRECTIONS @ np.array(link.inertial.center_of_mass) - support).max())
         if outside > MAX_OFF_HULL_M:
             problems.append((pointer, f"centre of mass is {outside:.3f} m outside the hull of its shapes"))
     return largest(ratios, problems, NO_COLLIDERS)
-
-
-def _center_of_mass_outside(link: Link) -> float:
-    """How far the centre of mass lies outside the convex hull of the shapes, metres, along the worst direction."""
-    points = np.concatenate([tessellate(c.shape, c.pose)[0] for c in link.colliders])
-    support = (DIRECTIONS @ points.T).max(axis=1)
-    return float((DIRECTIONS @ np.array(link.inertial.center_of_mass) - support).max())
-
-
-def _sorted_sides(grip: Collider) -> list[float]:
-    """Full sizes of a shape along its own axes, metres, the least first."""
-    lower, upper = shape_bounds(grip.shape, Pose())
-    return sorted(float(side) for side in upper - lower)
 
 
 def _size_fault(grip: Collider, sides: list[float], limit: float) -> str:

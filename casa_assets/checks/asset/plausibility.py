@@ -33,7 +33,7 @@ from casa_assets.geometry.mesh.topology import is_closed, weld
 from casa_assets.geometry.solid.deviation import distances_outside_hulls, surface_samples
 from casa_assets.geometry.solid.primitive import link_bounds, tessellate
 from casa_assets.geometry.solid.solids import union
-from casa_assets.model.asset.asset import Asset, Base, Collider, Inertial, Link
+from casa_assets.model.asset.asset import Asset, Base, Collider, Link
 from casa_assets.model.asset.parts import Hull
 
 # Collider coverage ----------------------------------------------------------------------------------------------------
@@ -162,9 +162,12 @@ def hulls_are_convex(asset: Asset, limit: float) -> Measurement:
     """AST007: farthest that a vertex of a hull lies outside one of its faces, metres."""
     depths, problems = [], []
     for pointer, hull in _hulls(asset):
-        depth = _dent_depth(hull)
+        vertices, faces = hull.mesh.vertices, hull.mesh.faces.astype(np.int64)
+        normals, areas = face_normals(vertices, faces)
+        offsets = np.einsum("ij,ij->i", normals, vertices[faces[:, 0]])
+        depth = max(0.0, float((vertices @ normals.T - offsets)[:, areas > 0].max(initial=0.0)))
         depths.append(depth)
-        if not is_closed(hull.mesh.faces.astype(np.int64)):
+        if not is_closed(faces):
             problems.append((pointer, "is not closed; take the convex hull of its vertices"))
         elif depth > limit:
             problems.append(
@@ -320,15 +323,6 @@ def _volume(colliders: tuple[Collider, ...]) -> float:
     return 0.0 if joined is None else signed_volume(*joined)
 
 
-def _dent_depth(hull: Hull) -> float:
-    """How far the farthest vertex lies outside a face, metres."""
-    vertices, faces = hull.mesh.vertices, hull.mesh.faces.astype(np.int64)
-    normals, areas = face_normals(vertices, faces)
-    offsets = np.einsum("ij,ij->i", normals, vertices[faces[:, 0]])
-    heights = (vertices @ normals.T - offsets)[:, areas > 0]
-    return max(0.0, float(heights.max(initial=0.0)))
-
-
 def _mass_outside(link: Link) -> tuple[float, float]:
     """How far the centre of mass is outside the box of the colliders, and how much too wide mass is spread, metres.
 
@@ -337,12 +331,8 @@ def _mass_outside(link: Link) -> tuple[float, float]:
     lower, upper = _bounds(link)
     center = np.array(link.inertial.center_of_mass)
     outside = float(np.maximum(lower - center, center - upper).max())
-    excess = float((_deviation(link.inertial) - (upper - lower) / 2).max())
+    diagonal = np.diag(link.inertial.tensor)
+    # (3,) along the axes of the link
+    deviation = np.sqrt(np.maximum(diagonal.sum() / 2 - diagonal, 0.0) / link.inertial.mass)
+    excess = float((deviation - (upper - lower) / 2).max())
     return max(0.0, outside), max(0.0, excess)
-
-
-def _deviation(inertial: Inertial) -> Floats:
-    """(3,) standard deviation of mass along the axes of the link, metres."""
-    diagonal = np.diag(inertial.tensor)
-    deviation: Floats = np.sqrt(np.maximum(diagonal.sum() / 2 - diagonal, 0.0) / inertial.mass)
-    return deviation

@@ -26,7 +26,6 @@ from casa_assets.geometry.mesh.surface import backward_share, face_normals
 from casa_assets.geometry.mesh.topology import inside_out_faces, weld
 from casa_assets.geometry.planar import counter_clockwise, signed_area
 from casa_assets.model.asset.asset import Asset, Link, Visual
-from casa_assets.model.asset.material import Texture
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec2
 
@@ -239,7 +238,9 @@ SAME_VERTEX_M = 1e-6  # what float32 storage may move a vertex by, metres
 
 def triangles_have_area(asset: Asset) -> Measurement:
     """VIS001: number of triangles without area."""
-    counts = {pointer: int((_normals_and_areas(v)[1] <= 0).sum()) for pointer, _, v in visuals_of(asset)}
+    meshes = {pointer: visual.mesh for pointer, _, visual in visuals_of(asset)}
+    areas = {pointer: face_normals(m.vertices, m.faces.astype(np.int64))[1] for pointer, m in meshes.items()}
+    counts = {pointer: int((area <= 0).sum()) for pointer, area in areas.items()}
     if not counts:
         return not_applicable(NO_VISUALS)
     problems = tuple((p, f"{n} triangles have no area; leave them out") for p, n in counts.items() if n)
@@ -284,7 +285,12 @@ def textured_meshes_are_unwrapped(asset: Asset) -> Measurement:
     if not visuals:
         return not_applicable(NO_PICTURES)
     message = "shows a picture, but all its texture coordinates are missing or one point; unwrap it or drop the picture"
-    return count((pointer, message) for pointer, v in visuals if not _is_unwrapped(v))
+    problems = []
+    for pointer, visual in visuals:
+        uv = visual.mesh.uv
+        if uv is None or not np.isfinite(uv).all() or not float(np.ptp(uv, axis=0).max(initial=0.0)) > 0:
+            problems.append((pointer, message))
+    return count(problems)
 
 
 def texture_size_is_bounded(asset: Asset, limit: float) -> Measurement:
@@ -292,7 +298,8 @@ def texture_size_is_bounded(asset: Asset, limit: float) -> Measurement:
     sides, problems = [], []
     for material in asset.materials:
         for texture in material.textures:
-            size = _png_size(texture)
+            # From the header of the file. Ref: PNG 1.2, the first chunk is IHDR.
+            size = (int.from_bytes(texture.png[16:20], "big"), int.from_bytes(texture.png[20:24], "big"))
             sides.append(float(max(size)))
             pointer = f"materials/{material.id}/{texture.name}"
             if size != (texture.width_px, texture.height_px):
@@ -320,21 +327,6 @@ def meshes_are_unique(asset: Asset) -> Measurement:
         if twin != pointer:
             problems.append((pointer, f"is the same mesh in the same place as {twin}; leave one out"))
     return count(problems)
-
-
-def _normals_and_areas(visual: Visual) -> tuple[Floats, Floats]:
-    """(F, 3) unit normals of the triangles and (F,) areas in square metres."""
-    return face_normals(visual.mesh.vertices, visual.mesh.faces.astype(np.int64))
-
-
-def _is_unwrapped(visual: Visual) -> bool:
-    uv = visual.mesh.uv
-    return uv is not None and bool(np.isfinite(uv).all()) and float(np.ptp(uv, axis=0).max(initial=0.0)) > 0
-
-
-def _png_size(texture: Texture) -> tuple[int, int]:
-    """Width and height in pixels, from the header of the file. Ref: PNG 1.2, the first chunk is IHDR."""
-    return int.from_bytes(texture.png[16:20], "big"), int.from_bytes(texture.png[20:24], "big")
 
 
 def _triangle_key(visual: Visual, pose: Pose) -> bytes:

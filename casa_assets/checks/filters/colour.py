@@ -53,11 +53,9 @@ class ColorSamples:
 
 def is_not_too_dark(asset: Asset, limit: float) -> Measurement:
     """FLT010: mean luminance of what is seen in white light, 0..1; coal has 0.04."""
-    colors = _color_samples(asset)
+    colors = _own_colors(asset)
     if isinstance(colors, Measurement):
         return colors
-    if _is_metal(asset):
-        return not_applicable(IS_METAL)
     luminance = float((colors.linear @ LUMINANCE).mean())
     message = f"is black, it gives back {luminance:.2%} of the light; set the colours of its materials"
     return at_least(luminance, limit, "materials", message)
@@ -65,11 +63,9 @@ def is_not_too_dark(asset: Asset, limit: float) -> Measurement:
 
 def is_not_plain_grey(asset: Asset, limit: float) -> Measurement:
     """FLT011: largest distance of what is seen from one plain grey, as displayed, 0..1."""
-    colors = _color_samples(asset)
+    colors = _own_colors(asset)
     if isinstance(colors, Measurement):
         return colors
-    if _is_metal(asset):
-        return not_applicable(IS_METAL)
     displayed = srgb_from_linear_array(colors.linear)
     distance = float(np.percentile(np.abs(displayed - displayed.mean()).max(axis=1), 99))
     return at_least(distance, limit, "materials", "has one plain grey all over; bring its materials, or a picture")
@@ -83,9 +79,8 @@ def textures_are_sharp(asset: Asset, limit: float) -> Measurement:
     assert not isinstance(surface, Measurement), "colours are sampled from the surface"
     textured = (colors.edges_per_m > 0) & (colors.texels_per_m * surface.longest >= MIN_PIXELS)
     if textured.mean() < MIN_TEXTURED_SHARE:
-        return not_applicable(
-            f"less than {MIN_TEXTURED_SHARE:.0%} of what is seen shows a picture with sharp edges in it"
-        )
+        share = f"less than {MIN_TEXTURED_SHARE:.0%}"
+        return not_applicable(f"{share} of what is seen shows a picture with sharp edges in it")
     luminance = srgb_from_linear_array(colors.linear[textured]) @ LUMINANCE
     if float(np.ptp(np.percentile(luminance, (2, 98)))) < MIN_CONTRAST:
         return not_applicable("its pictures are one plain colour where they are seen")
@@ -96,9 +91,12 @@ def textures_are_sharp(asset: Asset, limit: float) -> Measurement:
     return at_least(points, limit, "materials", message)
 
 
-def _is_metal(asset: Asset) -> bool:
-    """True if one of its materials is bare metal."""
-    return any(m.metallic >= MIN_METALNESS for m in asset.materials)
+def _own_colors(asset: Asset) -> ColorSamples | Measurement:
+    """As `_color_samples`, if none of the materials is bare metal."""
+    colors = _color_samples(asset)
+    if not isinstance(colors, Measurement) and any(m.metallic >= MIN_METALNESS for m in asset.materials):
+        return not_applicable(IS_METAL)
+    return colors
 
 
 def _color_samples(asset: Asset) -> ColorSamples | Measurement:
@@ -124,7 +122,12 @@ def _sample_visual(visual: Visual, material: Material, count: int) -> tuple[Floa
         return np.tile(base, (count, 1)), np.zeros(count), np.zeros(count)
     pixels, edge_px = _pixels(image), _edge_width(image)
     face, weights = _points_on_faces(_areas(visual), count)
-    displayed = _pixels_at(pixels, np.einsum("nk,nkd->nd", weights, uv[visual.mesh.faces[face]]))
+    at = np.einsum("nk,nkd->nd", weights, uv[visual.mesh.faces[face]])
+    # The nearest pixels: pictures repeat, and v goes up.
+    high, wide = pixels.shape[:2]
+    column = np.minimum((at[:, 0] % 1.0 * wide).astype(np.int64), wide - 1)
+    row = np.minimum(((1 - at[:, 1] % 1.0) * high).astype(np.int64), high - 1)
+    displayed = pixels[np.maximum(row, 0), column]
     texels_per_m = _texels_per_m(visual, image)[face]
     is_gradient = edge_px > GRADIENT_SHARE * max(image.width_px, image.height_px)
     # What was painted by `ingest` has one patch to a triangle, however sharp the vertex colours were.
@@ -178,12 +181,3 @@ def _edge_width(image: Texture) -> float:
     contrast, steep = float(np.ptp(np.percentile(grey, (1, 99)))), float(np.percentile(slope, 99.8))
     file_px = max(image.width_px, image.height_px) / max(grey.shape)
     return max(1.0, contrast / steep * file_px) if contrast > 0 and steep > 0 else 1.0
-
-
-def _pixels_at(pixels: Floats, uv: Floats) -> Floats:
-    """(N, 3) nearest pixels; pictures repeat, and v goes up."""
-    high, wide = pixels.shape[:2]
-    column = np.minimum((uv[:, 0] % 1.0 * wide).astype(np.int64), wide - 1)
-    row = np.minimum(((1 - uv[:, 1] % 1.0) * high).astype(np.int64), high - 1)
-    picked: Floats = pixels[np.maximum(row, 0), column]
-    return picked

@@ -15,7 +15,7 @@ from casa_assets.geometry.mesh.surface import face_normals
 from casa_assets.geometry.mesh.topology import edge_counts, face_components, weld
 from casa_assets.geometry.mesh.visibility import Visibility, measure_visibility
 from casa_assets.model.asset.asset import Asset, Visual
-from casa_assets.model.registry.category import Category, MatterFill, RestingPose
+from casa_assets.model.registry.category import MatterFill, RestingPose
 
 # Welded surface -------------------------------------------------------------------------------------------------------
 # Weld the visible mesh of an ingested asset into one surface, and view it from all around.
@@ -81,6 +81,8 @@ GROUND_TOP, OBJECT_BOTTOM = 0.04, 0.12
 # An object that stands on a ground is so many times broader for its height than is usual for its category.
 BROADER_THAN_USUAL = 1.5
 VISUALS = "links/object/visuals"
+# Of the positive and of the negative direction of each axis.
+SIDES = ("the right", "behind", "above"), ("the left", "the front", "below")
 
 
 def surface_is_opaque(asset: Asset, limit: float) -> Measurement:
@@ -101,8 +103,10 @@ def no_side_is_missing(package: Package, limit: float) -> Measurement:
     if category.build not in (MatterFill.SOLID, MatterFill.FILLED):
         return not_applicable(f"a {category.id} may be hollow and open")
     worst = int(surface.visibility.behind.argmax())
-    share, away = float(surface.visibility.behind[worst]), surface.visibility.away[worst]
-    message = f"seen from {_side_name(-away)} {share:.0%} of it is an open hollow, and a {category.id} is full"
+    share, toward = float(surface.visibility.behind[worst]), -surface.visibility.away[worst]
+    axis = int(np.abs(toward).argmax())
+    side = SIDES[0 if toward[axis] > 0 else 1][axis]
+    message = f"seen from {side} {share:.0%} of it is an open hollow, and a {category.id} is full"
     return at_most(share, limit, VISUALS, f"{message}; close that side")
 
 
@@ -139,7 +143,13 @@ def mesh_is_connected(asset: Asset, limit: float) -> Measurement:
     surface = welded_surface(asset)
     if isinstance(surface, Measurement):
         return surface
-    parts = _large_parts(surface)
+    samples = surface.visibility.samples
+    at = np.floor((samples - samples.min(axis=0)) / (VOXEL * surface.longest)).astype(np.int64)
+    occupied = np.zeros(at.max(axis=0) + 1, dtype=bool)
+    occupied[tuple(at.T)] = True
+    label, _ = ndimage.label(occupied, np.ones((3, 3, 3)))
+    boxes = ndimage.find_objects(label)
+    parts = sum(max(s.stop - s.start for s in box) * VOXEL > LARGE_PART for box in boxes)
     message = f"{parts} large parts stand apart, though they move as one"
     return at_most(float(parts), limit, VISUALS, f"{message}; give each object a file of its own, or join them")
 
@@ -157,18 +167,13 @@ def no_ground_plane(package: Package, limit: float) -> Measurement:
     lowest, above = points[height <= GROUND_TOP * tallest], points[height >= OBJECT_BOTTOM * tallest]
     if not len(above) or not len(lowest):
         return not_applicable("it is flat, with nothing above its lowest layer")
-    if _is_usually_so_wide(points, category):
+    size = np.ptp(points, axis=0)
+    x, y, z = (extent.typical for extent in category.extents)
+    if category.id != "object" and float(size[:2].max()) / float(size[2]) <= BROADER_THAN_USUAL * max(x, y) / z:
         return not_applicable(f"a {category.id} is usually as broad for its height")
     ratio = float((np.ptp(lowest[:, :2], axis=0) / np.maximum(np.ptp(above[:, :2], axis=0), 1e-9)).min())
     message = f"stands on a ground that is {ratio:.1f} times wider than itself; export it without"
     return at_most(ratio, limit, VISUALS, message)
-
-
-def _side_name(toward: Floats) -> str:
-    """Name of the side that a direction looks from."""
-    names = ("the right", "behind", "above"), ("the left", "the front", "below")
-    axis = int(np.abs(toward).argmax())
-    return names[0 if toward[axis] > 0 else 1][axis]
 
 
 def _flat_components(surface: WeldedSurface) -> Mask:
@@ -200,21 +205,3 @@ def _is_card(surface: WeldedSurface, rows: Mask) -> bool:
     if float((front & back).mean()) > TWO_SIDED_SHARE:
         return True
     return faces_both_ways and float(front.mean()) > 2 * TWO_SIDED_SHARE
-
-
-def _large_parts(surface: WeldedSurface) -> int:
-    """Number of connected groups of occupied voxels that reach far."""
-    samples = surface.visibility.samples
-    at = np.floor((samples - samples.min(axis=0)) / (VOXEL * surface.longest)).astype(np.int64)
-    occupied = np.zeros(at.max(axis=0) + 1, dtype=bool)
-    occupied[tuple(at.T)] = True
-    label, _ = ndimage.label(occupied, np.ones((3, 3, 3)))
-    boxes = ndimage.find_objects(label)
-    return sum(max(s.stop - s.start for s in box) * VOXEL > LARGE_PART for box in boxes)
-
-
-def _is_usually_so_wide(points: Floats, category: Category) -> bool:
-    """True if a usual thing of the category is nearly as broad for its height as this one."""
-    size = np.ptp(points, axis=0)
-    x, y, z = (side.typical for side in category.extents)
-    return category.id != "object" and float(size[:2].max()) / float(size[2]) <= BROADER_THAN_USUAL * max(x, y) / z

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,7 +15,6 @@ from casa_assets.checks.check import (
     Measurement,
     all_at_most,
     is_from_family,
-    largest,
     not_applicable,
     not_run,
 )
@@ -30,7 +28,7 @@ from casa_assets.checks.motion.motion_model import (
     open_end,
 )
 from casa_assets.checks.motion.simulation import box_around, find_contacts, geom_boxes, set_joints
-from casa_assets.checks.motion.sweep import Penetration, SweepResult, moved_by, sweep
+from casa_assets.checks.motion.sweep import Penetration, moved_by, sweep
 from casa_assets.checks.package.package import Package
 from casa_assets.checks.readers import mujoco_load
 from casa_assets.core.hand_dynamics import PULL_N
@@ -95,7 +93,7 @@ def keys_spring_back(package: Package, limit: float) -> Measurement:
     motion, asset = motion_model_of(package), package.asset
     if isinstance(motion, Measurement):
         return motion
-    problems, shares = [], []
+    shares = {}
     data = mujoco.MjData(motion.model)
     for joint in asset.joints:
         if not _is_sprung(asset, joint):
@@ -104,11 +102,10 @@ def keys_spring_back(package: Package, limit: float) -> Measurement:
         set_joints(motion.model, data, {**open_before(asset, joint), joint.name: end})
         mujoco.mj_step(motion.model, data, nstep=int(PUSH_S / STEP_S))
         # A light key that is held against its stop stands a little beyond it, which does not count as away from rest.
-        left = max(0.0, float(data.qpos[motion.address[joint.name]]) / end) * abs(end) / _travel(joint)
-        shares.append(left)
-        if left > limit:
-            problems.append((f"joints/{joint.name}", f"keeps {left:.0%} of its stroke when it is let go"))
-    return largest(shares, problems, "it has no key that springs back")
+        away = max(0.0, float(data.qpos[motion.address[joint.name]]) / end) * abs(end)
+        shares[f"joints/{joint.name}"] = away / (joint.range[1] - joint.range[0])
+    message = "keeps {:.0%} of its stroke when it is let go"
+    return all_at_most(shares, limit, message, "it has no key that springs back")
 
 
 def joints_rest_in_range(package: Package, limit: float) -> Measurement:
@@ -147,7 +144,9 @@ def joints_stay_put(package: Package, limit: float) -> Measurement:
                 continue  # it is meant to go back
             address = motion.address[joint.name]
             still = STILL_RAD if joint.kind is JointKind.HINGE else STILL_M
-            share = abs(float(data.qpos[address] - start[address])) / max(_travel(joint), still / limit)
+            share = abs(float(data.qpos[address] - start[address])) / max(
+                joint.range[1] - joint.range[0], still / limit
+            )
             worst = max(worst, share)
             if share > limit:
                 problems.append((f"joints/{joint.name}", f"drifts by {share:.1%} of its range in 5 s ({name})"))
@@ -215,7 +214,7 @@ def push(data: mujoco.MjData, address: int, start: float, goal: float, enough: f
         data: with the force applied. address: of the joint in qpos. start, goal: positions, rad or m.
     """
     best = 0.0
-    for _ in range(int(PUSH_S / STEP_S / CHUNK_STEPS)):
+    for _ in range(round(PUSH_S / data.model.opt.timestep / CHUNK_STEPS)):
         mujoco.mj_step(data.model, data, nstep=CHUNK_STEPS)
         best = max(best, (float(data.qpos[address]) - start) / (goal - start))
         if best >= enough:
@@ -232,11 +231,6 @@ def starting_force(motion: MotionModel, data: mujoco.MjData, asset: Asset, joint
     opening_force = sign * float(data.qfrc_passive[dof] - data.qfrc_bias[dof])
     arm = 1.0 if joint.kind is JointKind.SLIDE else hand_effort(asset, joint) / PULL_N
     return (joint.frictionloss - opening_force) / arm
-
-
-def _travel(joint: Joint) -> float:
-    """Length of a joint's range, rad or m."""
-    return joint.range[1] - joint.range[0]
 
 
 def _grip_label(asset: Asset, joint: Joint) -> str:
@@ -340,9 +334,14 @@ def joint_travels(asset: Asset, model: Path | Files, pushed: bool = True) -> tup
     travels = []
     for joint in asset.joints:
         free, blocked_by = _free_share(all_pairs, asset, joint)
-        travels.append(
-            JointTravel(joint.name, free, blocked_by, _pushed_share(as_written, asset, joint) if pushed else free)
-        )
+        share = free
+        if pushed:
+            data, end = mujoco.MjData(as_written), open_end(joint)
+            set_joints(as_written, data, open_before(asset, joint))
+            number = int(as_written.joint(joint.name).id)
+            data.qfrc_applied[as_written.jnt_dofadr[number]] = math.copysign(hand_effort(asset, joint), end)
+            share = push(data, int(as_written.jnt_qposadr[number]), 0.0, end, FULL_SHARE)
+        travels.append(JointTravel(joint.name, free, blocked_by, share))
     return tuple(travels)
 
 
@@ -376,15 +375,6 @@ def _depths(model: mujoco.MjModel, data: mujoco.MjData, moved: Mask) -> dict[tup
     return depths
 
 
-def _pushed_share(model: mujoco.MjModel, asset: Asset, joint: Joint) -> float:
-    """Share of the range to which the force of a hand takes a joint, all others left alone."""
-    data = mujoco.MjData(model)
-    set_joints(model, data, open_before(asset, joint))
-    joint_id, end = int(model.joint(joint.name).id), open_end(joint)
-    data.qfrc_applied[model.jnt_dofadr[joint_id]] = math.copysign(hand_effort(asset, joint), end)
-    return push(data, int(model.jnt_qposadr[joint_id]), 0.0, end, FULL_SHARE)
-
-
 # Clearance ------------------------------------------------------------------------------------------------------------
 # Find moving parts that run into other parts of the asset over their range (KIN005).
 
@@ -405,9 +395,8 @@ def moving_parts_keep_clear(package: Package, limit: float) -> Measurement:
         worst = max(worst, contact.depth)
         if contact.depth > limit:
             while_open = f" while {open_joint} stands open" if open_joint else ""
-            depth = f"sinks {contact.depth:.4f} m into"
-            message = f"{contact.geom1} {depth} {contact.geom2}{while_open}; make room between them"
-            problems.append((f"joints/{joint.name}", message))
+            sinks = f"{contact.geom1} sinks {contact.depth:.4f} m into {contact.geom2}{while_open}"
+            problems.append((f"joints/{joint.name}", f"{sinks}; make room between them"))
     return Measurement(worst, tuple(problems))
 
 
@@ -420,33 +409,24 @@ def _deepest_contact(motion: MotionModel, asset: Asset, joint: Joint) -> tuple[P
     moved, everything = moved_by(model, joint_id), np.ones(model.nbody, dtype=bool)
     alone = sweep(model, data, joint_id, everything)
     worst, open_joint = alone.worst, ""
-    for other, with_other in _other_joints(asset, joint, positions):
+    for other in asset.joints:
+        before = open_before(asset, other)
+        # What needs this joint open cannot be out while it moves.
+        if other.name == joint.name or other.name in positions or joint.name in before:
+            continue
         moved_by_other = moved_by(model, motion.joint_id(other.name))
-        set_joints(model, data, with_other)
+        set_joints(model, data, {**positions, **before, other.name: open_end(other)})
         # What carries this joint along takes it away from the rest.
         if moved_by_other[model.jnt_bodyid[joint_id]]:
             continue
         # What it carries, such as a latch, changes the outline of its own part, which is then swept against everything.
         carried = bool(moved[moved_by_other].any())
-        if not carried and _stays_outside(model, data, alone, moved_by_other):
-            continue
+        if not carried:
+            mujoco.mj_kinematics(model, data)
+            lower, upper = box_around(geom_boxes(model, data, np.flatnonzero(moved_by_other[model.geom_bodyid])))
+            if (lower > alone.bounds[1]).any() or (upper < alone.bounds[0]).any():
+                continue
         contact = sweep(model, data, joint_id, everything if carried else moved_by_other, PAIR_STEP_M).worst
         if contact.depth > worst.depth:
             worst, open_joint = contact, other.name
     return worst, open_joint
-
-
-def _other_joints(asset: Asset, joint: Joint, positions: dict[str, float]) -> Iterator[tuple[Joint, dict[str, float]]]:
-    """Each joint that may be open while this one moves, and the positions of all those then open: rad or m."""
-    for other in asset.joints:
-        before = open_before(asset, other)
-        # What needs this joint open cannot be out while it moves.
-        if other.name != joint.name and other.name not in positions and joint.name not in before:
-            yield other, {**positions, **before, other.name: open_end(other)}
-
-
-def _stays_outside(model: mujoco.MjModel, data: mujoco.MjData, swept: SweepResult, bodies: Mask) -> bool:
-    """True if bodies lie outside the box that a joint's part passes through."""
-    mujoco.mj_kinematics(model, data)
-    lower, upper = box_around(geom_boxes(model, data, np.flatnonzero(bodies[model.geom_bodyid])))
-    return bool((lower > swept.bounds[1]).any() or (upper < swept.bounds[0]).any())

@@ -105,8 +105,15 @@ def lever_arm(asset: Asset, joint: Joint) -> float:
     """
     if joint.kind is JointKind.SLIDE:
         return 1.0
-    arm = np.array(_grip_point(asset, joint)) - np.array(joint.anchor)
-    axis = np.array(joint.axis)
+    link, grip = grip_of(asset, joint)
+    child = asset.link(joint.child)
+    if grip is not None:
+        point = dict(_rigid_group(asset, joint.child))[link].apply(_middle(grip)[None])[0]
+    elif child.colliders:
+        point = np.mean([_middle(c) for c in child.colliders], axis=0)
+    else:
+        point = np.array(child.inertial.center_of_mass)
+    arm, axis = point - np.array(joint.anchor), np.array(joint.axis)
     return float(np.linalg.norm(arm - axis * float(arm @ axis)))
 
 
@@ -117,17 +124,6 @@ def grip_of(asset: Asset, joint: Joint) -> tuple[str, Collider | None]:
             if collider.name == joint.grip:
                 return link, collider
     return "", None
-
-
-def _grip_point(asset: Asset, joint: Joint) -> Floats:
-    """(3,) middle of the grip of a joint in the frame of the link that it moves, metres."""
-    link, grip = grip_of(asset, joint)
-    if grip is not None:
-        pose = dict(_rigid_group(asset, joint.child))[link]
-        point: Floats = pose.apply(_middle(grip)[None])[0]
-        return point
-    centers = [_middle(c) for c in asset.link(joint.child).colliders]
-    return np.mean(centers, axis=0) if centers else np.array(asset.link(joint.child).inertial.center_of_mass)
 
 
 def _middle(collider: Collider) -> Floats:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -150,14 +150,18 @@ class FingertipModel:
 
     def measure(self, positions: Mapping[str, float]) -> Stimulus:
         """Stimulus of the asset with joints at these positions (rad or m, others at zero) and nothing touched."""
-        return Stimulus(self._joint_positions(self._set_joints(positions)))
+        return self._stimulus(self._set_joints(positions), frozenset())
 
     def press(self, positions: Mapping[str, float], collider: str) -> Stimulus | None:
         """Stimulus while a fingertip touches this collider and no other; None if it cannot reach it."""
         data = self._set_joints(positions)
-        for direction in _directions(self.model, data, collider):
+        # From the front, above, the sides, behind and below, then along the collider's own axes.
+        directions = [*np.array([[0, -1, 0], [0, 0, 1], [-1, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, -1]], dtype=float)]
+        for axis in data.geom_xmat[self.model.geom(collider).id].reshape(3, 3).T.copy():
+            directions += [axis, -axis]
+        for direction in directions:
             if self._touched_from(data, collider, direction) == {collider}:
-                return Stimulus(self._joint_positions(data), frozenset({collider}))
+                return self._stimulus(data, frozenset({collider}))
         return None
 
     def _set_joints(self, positions: Mapping[str, float]) -> mujoco.MjData:
@@ -169,8 +173,8 @@ class FingertipModel:
         mujoco.mj_forward(self.model, data)
         return data
 
-    def _joint_positions(self, data: mujoco.MjData) -> dict[str, float]:
-        return {name: float(data.joint(name).qpos[0]) for name in self.ranges}
+    def _stimulus(self, data: mujoco.MjData, touched: frozenset[str]) -> Stimulus:
+        return Stimulus({name: float(data.joint(name).qpos[0]) for name in self.ranges}, touched)
 
     def _touched_from(self, data: mujoco.MjData, collider: str, direction: Floats) -> set[str]:
         """Names of what the tip touches once it has come to the collider's middle from a direction."""
@@ -184,10 +188,7 @@ class FingertipModel:
             distance -= gap + PRESS_DEPTH_M
             if distance < 0:
                 return set()
-        return self._touched(data, tip)
-
-    def _touched(self, data: mujoco.MjData, tip: int) -> set[str]:
-        """Names of the geoms that the tip reaches into, by distance: MuJoCo makes no contacts with still bodies."""
+        # By distance: MuJoCo makes no contacts with still bodies.
         reach = self.model.geom_rbound + TIP_RADIUS_M
         near = np.linalg.norm(data.geom_xpos - data.geom_xpos[tip], axis=1) <= reach
         others = [int(g) for g in np.flatnonzero(near) if g != tip]
@@ -216,12 +217,3 @@ def _compile(path: Path, digest: str) -> FingertipModel:
     model = spec.compile()
     joints = [model.joint(i) for i in range(model.njnt)]
     return FingertipModel(model, {j.name: (float(j.range[0]), float(j.range[1])) for j in joints})
-
-
-def _directions(model: mujoco.MjModel, data: mujoco.MjData, collider: str) -> Iterator[Floats]:
-    """Directions to come from: the front, above, the sides, behind and below, then along the collider's own axes."""
-    yield from np.array([[0, -1, 0], [0, 0, 1], [-1, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, -1]], dtype=float)
-    axes = data.geom_xmat[model.geom(collider).id].reshape(3, 3).T.copy()
-    for axis in axes:
-        yield axis
-        yield -axis

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import copy
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 
 import mujoco
@@ -55,6 +57,19 @@ def reset_to_start(model: mujoco.MjModel, data: mujoco.MjData) -> None:
         mujoco.mj_resetDataKeyframe(model, data, key)
     else:
         mujoco.mj_resetData(model, data)
+
+
+@contextmanager
+def altered(owner: mujoco.MjModel | mujoco.MjOption, **values: object) -> Iterator[None]:
+    """While it is entered, these fields of a model, or of its options, hold these values."""
+    saved = {name: copy.copy(getattr(owner, name)) for name in values}
+    try:
+        for name, value in values.items():
+            setattr(owner, name, value)
+        yield
+    finally:
+        for name, value in saved.items():
+            setattr(owner, name, value)
 
 
 def find_contacts(model: mujoco.MjModel, data: mujoco.MjData) -> None:

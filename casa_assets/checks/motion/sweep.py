@@ -9,7 +9,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from casa_assets.checks.motion.simulation import box_around, collision_spec, find_contacts, geom_boxes, subtree
+from casa_assets.checks.motion.simulation import altered, box_around, collision_spec, find_contacts, geom_boxes, subtree
 from casa_assets.checks.readers import mujoco_facts, mujoco_load
 from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.model.files import Files
@@ -71,13 +71,18 @@ def contacts_of_files(mjcf: Files) -> dict[str, tuple[Penetration, float]]:
 
 def _deepest_contacts(compiled: mujoco.MjModel) -> dict[str, Penetration]:
     """Joint name -> deepest contact over its range."""
-    model = with_margins(compiled)
+    model, texts = with_margins(compiled), mujoco_facts.texts(compiled)
     found: dict[str, Penetration] = {}
     data = mujoco.MjData(model)
     for joint in map(int, np.flatnonzero(model.jnt_type != mujoco.mjtJoint.mjJNT_FREE)):
         mujoco.mj_resetData(model, data)
-        for before in _open_before(model, joint):
-            data.qpos[model.jnt_qposadr[before]] = max(model.jnt_range[before], key=abs)
+        # Joints that have to be open before it can move, as the custom texts `behind__<joint>` have it.
+        opened: set[int] = set()
+        before = texts.get(f"behind__{model.joint(joint).name}")
+        while before is not None and (number := int(model.joint(before).id)) not in opened:
+            opened.add(number)
+            data.qpos[model.jnt_qposadr[number]] = max(model.jnt_range[number], key=abs)
+            before = texts.get(f"behind__{before}")
         everything = np.ones(model.nbody, dtype=bool)
         found[model.joint(joint).name] = sweep(model, data, joint, everything).worst
     return found
@@ -135,17 +140,6 @@ def sweep(model: mujoco.MjModel, data: mujoco.MjData, joint: int, against: Mask,
     return SweepResult(max(contacts, key=lambda contact: contact.depth), bounds)
 
 
-def _open_before(model: mujoco.MjModel, joint: int) -> list[int]:
-    """Joints that have to be open before one can move, as the custom texts `behind__<joint>` have it."""
-    texts = mujoco_facts.texts(model)
-    joints: list[int] = []
-    name = texts.get(f"behind__{model.joint(joint).name}")
-    while name is not None and model.joint(name).id not in joints:
-        joints.append(int(model.joint(name).id))
-        name = texts.get(f"behind__{name}")
-    return joints
-
-
 def _positions(model: mujoco.MjModel, data: mujoco.MjData, joint: int, geoms: Ints, step_m: float) -> Floats:
     """(N,) positions of a joint from end to end, rad or m."""
     low, high = model.jnt_range[joint]
@@ -171,10 +165,8 @@ def _deepest_contact(
     seeming = _deepest_counted(model, data, moved, against)
     if seeming.depth <= 0.0:
         return seeming
-    margins = model.geom_margin.copy()
-    model.geom_margin[:] = 0.0
-    touching = _deepest_counted(model, data, moved, against)
-    model.geom_margin[:] = margins
+    with altered(model, geom_margin=0.0):
+        touching = _deepest_counted(model, data, moved, against)
     return touching if touching.geom1 else replace(seeming, depth=0.0)
 
 

@@ -122,24 +122,14 @@ class LineOnSurface:
 @lru_cache(maxsize=4)
 def lines_on_surface(member: ObjectMember) -> tuple[LineOnSurface, ...]:
     """Every printed line of a member that some surface shows. Cached since several checks ask for it."""
-    return tuple(_lines(member))
-
-
-def _lines(member: ObjectMember) -> Iterator[LineOnSurface]:
     looks = {m.id: m for m in member.asset.materials}
-    for material, mesh in _printed_meshes(member.asset, set(member.printed)):
-        picture = _luminance(looks[material])
-        for line in member.printed[material]:
-            line_found = _on_mesh(line, material, picture, mesh)
-            if line_found is not None:
-                yield line_found
-
-
-def _printed_meshes(asset: Asset, materials: set[str]) -> Iterator[tuple[str, Mesh]]:
-    for link in asset.links:
-        for visual in link.visuals:
-            if visual.material in materials and visual.mesh.uv is not None:
-                yield visual.material, visual.mesh
+    found = []
+    for visual in (visual for link in member.asset.links for visual in link.visuals):
+        if visual.material not in member.printed or visual.mesh.uv is None:
+            continue
+        picture = _luminance(looks[visual.material])
+        found += [_on_mesh(line, visual.material, picture, visual.mesh) for line in member.printed[visual.material]]
+    return tuple(line for line in found if line is not None)
 
 
 def _luminance(look: Material) -> Floats:
@@ -174,12 +164,12 @@ def _on_mesh(line: PrintedLine, material: str, picture: Floats, mesh: Mesh) -> L
         points, looks = np.einsum("nk,nkd->nd", weights, corners), normal / np.linalg.norm(normal, axis=1)[:, None]
         mirrored = float(np.mean(turned < 0))
         copies.append(LineOnSurface(line.text, material, height, contrast, points, looks, up, mirrored))
-    return max(copies, key=_readable, default=None)
 
+    def readable(one: LineOnSurface) -> tuple[bool, float]:
+        # What is not mirrored, has more of its letters, and larger ones.
+        return one.mirrored <= 0.5, len(one.points) * float(np.median(np.linalg.norm(one.up, axis=1)))
 
-def _readable(line: LineOnSurface) -> tuple[bool, float]:
-    """Of several copies of a line that which is not mirrored, has more of its letters, and larger ones, is read."""
-    return line.mirrored <= 0.5, len(line.points) * float(np.median(np.linalg.norm(line.up, axis=1)))
+    return max(copies, key=readable, default=None)
 
 
 def _height_px(letters: Mask, runs_upwards: bool) -> float:

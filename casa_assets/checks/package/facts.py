@@ -1,23 +1,33 @@
-"""Fact table that MJCF and USD are both reduced to, and its comparison cell by cell."""
+"""Table of facts that the files of an asset are reduced to, and the comparison of two tables cell by cell."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from typing import Literal, NamedTuple, TypeVar
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
+from pydantic import BeforeValidator
 
-from casa_assets.checks.check import Measurement
+from casa_assets.checks.check import Measurement, Problem
 from casa_assets.model.asset.asset import Base, JointKind
 from casa_assets.model.record import Record, Vec2, Vec3, Vec4
 
 # Facts ----------------------------------------------------------------------------------------------------------------
-# Fact table that MJCF and USD are both reduced to; equal tables mean parity.
+# Equal tables mean parity. Cells are compared in the order of the fields.
 
 # The outer volume that MJCF holds also of an asset that names none: the bounds of colliders that are compared anyway.
 OUTER = "bbox"
 # The pose that every asset with named poses has, said or not: all joints at zero.
 CLOSED = "closed"
+
+
+def _sorted(rows: Iterable[Any]) -> tuple[Any, ...]:
+    return tuple(sorted(rows, key=lambda row: getattr(row, "name", row)))
+
+
+# A table sorts its rows, records by name.
+Sorted = BeforeValidator(_sorted)
+Pairs = Annotated[tuple[tuple[str, str], ...], Sorted]
 
 
 class JointFacts(Record):
@@ -36,31 +46,31 @@ class JointFacts(Record):
 
 
 class BodyFacts(Record):
-    """One body.
+    """One body, called as in the asset: `object` is the root.
 
     Attributes:
-        name: as in the asset; `object` for the root.
         parent: name, or empty for the root.
-        position, quaternion: world_from_body with every joint at zero and the root at the origin.
-        mass: kg. center_of_mass: metres, body frame.
-        inertia: (xx, yy, zz, xy, xz, yz) about the centre of mass, body axes, kg*m^2.
         colliders: number of collision geoms.
+        position, quaternion: world_from_body with every joint at zero and the root at the origin.
+        center_of_mass: metres, body frame.
         lower, upper: corners of all collision geoms, body frame, metres; zero if the body has no collision geoms.
-        frictions: distinct (sliding, torsional, rolling) of its colliders, sorted.
+        mass: kg.
+        inertia: (xx, yy, zz, xy, xz, yz) about the centre of mass, body axes, kg*m^2.
+        frictions: distinct (sliding, torsional, rolling) of its colliders.
         joint: None if it is the root or rigidly attached.
     """
 
     name: str
     parent: str
-    position: Vec3
-    quaternion: Vec4
-    mass: float
-    center_of_mass: Vec3
-    inertia: tuple[float, float, float, float, float, float]
     colliders: int
+    position: Vec3
+    center_of_mass: Vec3
     lower: Vec3
     upper: Vec3
-    frictions: tuple[Vec3, ...]
+    quaternion: Vec4
+    mass: float
+    inertia: tuple[float, float, float, float, float, float]
+    frictions: Annotated[tuple[Vec3, ...], Sorted]
     joint: JointFacts | None = None
 
 
@@ -98,7 +108,7 @@ class VisualFacts(Record):
 
 
 class PoseFacts(Record):
-    """Poses of the bodies in a named pose: root_from_body of each, sorted by name."""
+    """A named pose: root_from_body, in a scene world_from_body, of each body, sorted by the names of the bodies."""
 
     name: str
     bodies: tuple[str, ...]
@@ -119,23 +129,23 @@ class ProgramTexts(Record):
     """Texts of a file for programs that read names.
 
     Attributes:
-        classes: semantic labels from the category upwards. portion: remaining portion of a thing that was cut, or
-            empty.
-        labels: (visual or collider, label of the part), sorted.
-        grips: (joint, collider that a hand takes), sorted. behind: (joint, joint that has to be open), sorted.
-        states: sorted by name.
+        classes: semantic labels from the category upwards.
+        portion: remaining portion of a thing that was cut, or empty.
+        labels: (visual or collider, label of the part).
+        grips: (joint, collider that a hand takes).
+        behind: (joint, joint that has to be open).
         contract: id, empty if there is no contract.
         behavior: sha256 of the state machine's canonical JSON, empty if there is no state machine.
     """
 
-    classes: tuple[str, ...]
+    classes: tuple[str, ...] = ()
     portion: str = ""
-    labels: tuple[tuple[str, str], ...] = ()
-    grips: tuple[tuple[str, str], ...] = ()
-    behind: tuple[tuple[str, str], ...] = ()
-    states: tuple[StateFacts, ...] = ()
+    labels: Pairs = ()
+    grips: Pairs = ()
+    behind: Pairs = ()
     contract: str = ""
     behavior: str = ""
+    states: Annotated[tuple[StateFacts, ...], Sorted] = ()
 
 
 class AssetFacts(Record):
@@ -143,148 +153,102 @@ class AssetFacts(Record):
 
     Attributes:
         base: free or fixed to the world.
-        bodies: sorted by name.
-        exclusions: (first, second) names, each pair sorted, pairs sorted.
-        places, looks: sorted by name.
-        poses: sorted by name; `closed` among them where there are any.
-        words: classes, labels, states, behaviour.
+        exclusions: names of two bodies, sorted.
+        poses: `closed` is among them if there are any.
     """
 
     base: Base
-    bodies: tuple[BodyFacts, ...]
-    exclusions: tuple[tuple[str, str], ...]
-    places: tuple[PlaceFacts, ...] = ()
-    looks: tuple[VisualFacts, ...] = ()
-    poses: tuple[PoseFacts, ...] = ()
+    exclusions: Annotated[Pairs, BeforeValidator(lambda pairs: {(min(pair), max(pair)) for pair in pairs})]
     words: ProgramTexts
+    bodies: Annotated[tuple[BodyFacts, ...], Sorted]
+    places: Annotated[tuple[PlaceFacts, ...], Sorted] = ()
+    looks: Annotated[tuple[VisualFacts, ...], Sorted] = ()
+    poses: Annotated[tuple[PoseFacts, ...], Sorted] = ()
 
 
-# Fact differences -----------------------------------------------------------------------------------------------------
-# Compare two fact tables cell by cell.
+# Comparison -----------------------------------------------------------------------------------------------------------
 
-# Cells of a body that are no numbers.
-TEXT_CELLS = ("parent", "colliders")
-# Cells of a body in metres.
-LENGTH_CELLS = ("position", "center_of_mass", "lower", "upper")
-PROGRAM_TEXT_CELLS = ("classes", "portion", "labels", "grips", "behind", "contract", "behavior")
-Row = TypeVar("Row", BodyFacts, PlaceFacts, VisualFacts, PoseFacts)
+# Cells in metres; a range is one where the joint slides.
+LENGTHS = frozenset({"position", "center_of_mass", "lower", "upper", "anchor", "size"})
+# Tables whose cells are named as if they were those of the table that holds them.
+INNER = ("words", "things")
 
 
 class Difference(NamedTuple):
-    """One cell of two tables: its pointer, by how much it differs (None if it is not a number), and both values."""
+    """One cell of two tables.
+
+    Attributes:
+        size: by how much it differs; None if it is not a number.
+        is_length: its size is in metres.
+    """
 
     pointer: str
     size: float | None
     expected: object
     actual: object
+    is_length: bool = False
 
     @property
-    def message(self) -> str:
-        """Message about the cell; made only for differences that are reported, since nearly all cells agree."""
-        return f"is {_formatted(self.actual)}, should be {_formatted(self.expected)}"
+    def problem(self) -> Problem:
+        """Pointer and message; made only for differences that are reported, since nearly all cells agree."""
+        return self.pointer, f"is {_formatted(self.actual)}, should be {_formatted(self.expected)}"
+
+    def exceeds(self, tolerance: float) -> bool:
+        """True if the cell differs by more than the tolerance, or is no number and differs."""
+        return self.size is None or not self.size <= tolerance
 
 
 def agree(expected: AssetFacts, actual: AssetFacts, tolerance: float) -> Measurement:
     """The largest difference, and a problem for each that exceeds the tolerance."""
-    rows = list(differences(expected, actual))
+    return measured(differences(expected, actual), tolerance)
+
+
+def measured(cells: Iterable[Difference], tolerance: float) -> Measurement:
+    """The largest of some differences, and a problem for each that exceeds the tolerance."""
+    rows = list(cells)
     worst = max((r.size for r in rows if r.size is not None), default=0.0)
-    problems = [(r.pointer, r.message) for r in rows if r.size is None or not r.size <= tolerance]
-    return Measurement(worst, tuple(problems))
+    return Measurement(worst, tuple(dict.fromkeys(r.problem for r in rows if r.exceeds(tolerance))))
 
 
-def differences(expected: AssetFacts, actual: AssetFacts) -> Iterator[Difference]:
-    """Every cell, row by row; cells of text only where they differ."""
-    for name in ("base", "exclusions"):
-        yield from text(name, getattr(expected, name), getattr(actual, name))
-    yield from texts(expected.words, actual.words)
-    yield from _rows("bodies", expected.bodies, actual.bodies, _body)
-    yield from _rows("places", expected.places, actual.places, _place)
-    yield from _rows("looks", expected.looks, actual.looks, _look)
-    yield from _rows("poses", expected.poses, actual.poses, _pose)
+def differences(expected: Record, actual: Record, at: str = "") -> Iterator[Difference]:
+    """Every cell of two tables of one type, row by row; cells that are no numbers only where they differ.
+
+    Args:
+        at: begins all pointers; ends in a slash.
+    """
+    if isinstance(expected, PoseFacts) and isinstance(actual, PoseFacts):
+        yield from _pose(at, expected, actual)
+        return
+    for name in type(expected).model_fields:
+        one, other, pointer = getattr(expected, name), getattr(actual, name), f"{at}{name}"
+        if isinstance(one, Record) and isinstance(other, Record):
+            yield from differences(one, other, at if name in INNER else f"{pointer}/")
+        elif isinstance(one, Record) or isinstance(other, Record):
+            yield Difference(pointer, None, one and one.name, other and other.name)
+        elif any(isinstance(rows, tuple) and rows and isinstance(rows[0], Record) for rows in (one, other)):
+            yield from _rows(pointer, one, other)
+        elif np.shape(one) != np.shape(other) or np.asarray(one).dtype.kind != "f":
+            yield from text(pointer, one, other)
+        else:
+            yield _numbers(pointer, name, one, other, expected)
 
 
-def _rows(
-    table: str,
-    expected: Sequence[Row],
-    actual: Sequence[Row],
-    compare: Callable[[str, Row, Row], Iterator[Difference]],
-) -> Iterator[Difference]:
+def _rows(at: str, expected: Sequence[Any], actual: Sequence[Any]) -> Iterator[Difference]:
     """The names of the rows of a table, then the cells of those that both have."""
     by_name = {row.name: row for row in actual}
-    yield from text(table, sorted(row.name for row in expected), sorted(by_name))
+    yield from text(at, sorted(row.name for row in expected), sorted(by_name))
     for row in expected:
         if row.name in by_name:
-            yield from compare(f"{table}/{row.name}", row, by_name[row.name])
-
-
-def relative_difference(expected: np.ndarray, actual: np.ndarray) -> float:
-    """The largest difference of two arrays of one shape, each relative to the larger of its two numbers."""
-    scale = np.maximum(np.maximum(np.abs(expected), np.abs(actual)), 1e-12)
-    return float((np.abs(expected - actual) / scale).max(initial=0.0))
-
-
-def _body(at: str, expected: BodyFacts, actual: BodyFacts) -> Iterator[Difference]:
-    for name in TEXT_CELLS:
-        yield from text(f"{at}/{name}", getattr(expected, name), getattr(actual, name))
-    for name in LENGTH_CELLS:
-        yield numbers(f"{at}/{name}", getattr(expected, name), getattr(actual, name))
-    yield quaternion(f"{at}/quaternion", expected.quaternion, actual.quaternion)
-    yield numbers(f"{at}/mass", (expected.mass,), (actual.mass,), expected.mass)
-    yield numbers(f"{at}/inertia", expected.inertia, actual.inertia, sum(expected.inertia[:3]))
-    if len(expected.frictions) == len(actual.frictions):
-        yield numbers(f"{at}/frictions", np.ravel(expected.frictions), np.ravel(actual.frictions))
-    else:
-        yield from text(f"{at}/frictions", expected.frictions, actual.frictions)
-    yield from _joint(f"{at}/joint", expected.joint, actual.joint)
-
-
-def _joint(at: str, expected: JointFacts | None, actual: JointFacts | None) -> Iterator[Difference]:
-    if expected is None or actual is None:
-        yield from text(at, expected and expected.name, actual and actual.name)
-        return
-    for name in ("name", "kind"):
-        yield from text(f"{at}/{name}", getattr(expected, name), getattr(actual, name))
-    for name in ("axis", "anchor", "range"):
-        yield numbers(f"{at}/{name}", getattr(expected, name), getattr(actual, name))
-    yield relative(f"{at}/resistance", np.array(expected.resistance), np.array(actual.resistance))
-
-
-def _place(at: str, expected: PlaceFacts, actual: PlaceFacts) -> Iterator[Difference]:
-    yield from text(f"{at}/body", expected.body, actual.body)
-    yield from text(f"{at}/kind", expected.kind, actual.kind)
-    yield numbers(f"{at}/position", expected.position, actual.position)
-    yield quaternion(f"{at}/quaternion", expected.quaternion, actual.quaternion)
-    yield numbers(f"{at}/size", expected.size, actual.size)
-    if expected.color is None or actual.color is None:
-        yield from text(f"{at}/color", expected.color, actual.color)
-    else:
-        yield numbers(f"{at}/color", expected.color, actual.color)
-
-
-def _look(at: str, expected: VisualFacts, actual: VisualFacts) -> Iterator[Difference]:
-    yield numbers(f"{at}/color", expected.color, actual.color)
-    yield numbers(f"{at}/light", expected.light, actual.light)
-    yield from text(f"{at}/picture", expected.picture, actual.picture)
+            yield from differences(row, by_name[row.name], f"{at}/{row.name}/")
 
 
 def _pose(at: str, expected: PoseFacts, actual: PoseFacts) -> Iterator[Difference]:
     if expected.bodies != actual.bodies:
-        yield from text(f"{at}/bodies", expected.bodies, actual.bodies)
+        yield from text(f"{at}bodies", expected.bodies, actual.bodies)
         return
     for i, body in enumerate(expected.bodies):
-        yield numbers(f"{at}/{body}/position", expected.positions[i], actual.positions[i])
-        yield quaternion(f"{at}/{body}/quaternion", expected.quaternions[i], actual.quaternions[i])
-
-
-def texts(expected: ProgramTexts, actual: ProgramTexts) -> Iterator[Difference]:
-    """Differences of the texts that programs read."""
-    for name in PROGRAM_TEXT_CELLS:
-        yield from text(name, getattr(expected, name), getattr(actual, name))
-    a, b = ([(s.name, s.joint, s.value) for s in table.states] for table in (expected, actual))
-    yield from text("states", a, b)
-    if a == b:
-        for first, second in zip(expected.states, actual.states, strict=True):
-            yield numbers(f"states/{first.name}/interval", first.interval, second.interval)
+        yield _numbers(f"{at}{body}/position", "position", expected.positions[i], actual.positions[i])
+        yield _numbers(f"{at}{body}/quaternion", "quaternion", expected.quaternions[i], actual.quaternions[i])
 
 
 def text(at: str, expected: object, actual: object) -> Iterator[Difference]:
@@ -293,23 +257,29 @@ def text(at: str, expected: object, actual: object) -> Iterator[Difference]:
         yield Difference(at, None, expected, actual)
 
 
-def quaternion(at: str, expected: object, actual: object) -> Difference:
-    """A rotation. q and -q are one; which of them is canonical can flip where w is near zero."""
-    a, b = np.asarray(expected, dtype=np.float64), np.asarray(actual, dtype=np.float64)
-    return numbers(at, a, -b if float(a @ b) < 0 else b)
+def _numbers(at: str, name: str, expected: Any, actual: Any, row: Record | None = None) -> Difference:
+    """A cell of numbers: the largest difference; of mass and inertia over those of the whole body.
 
-
-def numbers(at: str, expected: object, actual: object, scale: float = 1.0) -> Difference:
-    """A cell of numbers: the largest difference, over `scale`."""
-    a, b = np.asarray(expected, dtype=np.float64), np.asarray(actual, dtype=np.float64)
+    Args:
+        name: of the field. row: that has the expected numbers.
+    """
+    a, b = np.ravel(np.asarray(expected, dtype=np.float64)), np.ravel(np.asarray(actual, dtype=np.float64))
+    if name == "resistance":
+        return relative(at, a, b)
+    if name == "quaternion" and float(a @ b) < 0:
+        b = -b  # q and -q are one rotation; which of them is canonical can flip where w is near zero
+    scale = expected if name == "mass" else sum(expected[:3]) if name == "inertia" else 1.0
+    slides = name == "range" and isinstance(row, JointFacts) and row.kind is JointKind.SLIDE
     size = float(np.abs(a - b).max(initial=0.0)) / scale
-    return Difference(at, size, a, b)
+    return Difference(at, size, a, b, name in LENGTHS or slides)
 
 
 def relative(at: str, expected: np.ndarray, actual: np.ndarray) -> Difference:
     """A cell of numbers: the largest difference, each relative to the larger of its two numbers."""
-    size = relative_difference(expected, actual) if expected.shape == actual.shape else None
-    return Difference(at, size, expected, actual)
+    if expected.shape != actual.shape:
+        return Difference(at, None, expected, actual)
+    scale = np.maximum(np.maximum(np.abs(expected), np.abs(actual)), 1e-12)
+    return Difference(at, float((np.abs(expected - actual) / scale).max(initial=0.0)), expected, actual)
 
 
 def _formatted(values: object) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path, PurePosixPath
 
@@ -49,15 +50,15 @@ def faults(path: Path) -> Iterator[Problem]:
     """Every rule that a model.xml breaks. Raises etree.XMLSyntaxError where it is no XML."""
     root = etree.parse(str(path)).getroot()
     yield from _tree_faults(root)
-    for geom in root.iter("geom"):
-        yield from _broken(geom, _geom_rules(geom))
-    for joint in root.iter("joint"):
-        yield from _broken(joint, _joint_rules(joint))
-    for material in root.iter("material"):
-        yield from _broken(material, _material_rules(material))
+    for tag, rules in (("geom", _geom_rules), ("joint", _joint_rules), ("material", _material_rules)):
+        for element in root.iter(tag):
+            yield from _broken(element, rules(element))
     for element in root.iter("mesh", "texture"):
         yield from _broken(element, _file_rules(element, path.parent))
-    yield from _repeated_names(root)
+    for tag in NAMED_TAGS:
+        counts = Counter(element.get("name") for element in root.iter(tag))
+        for name in sorted(name for name, number in counts.items() if name is not None and number > 1):
+            yield f"{tag}/{name}", "name occurs twice"
 
 
 def visual_faults(path: Path) -> Iterator[Problem]:
@@ -65,11 +66,8 @@ def visual_faults(path: Path) -> Iterator[Problem]:
     for geom in etree.parse(str(path)).getroot().iter("geom"):
         if geom.get("type") == "plane" or geom.get("group") not in VISUAL_GROUPS:
             continue
-        rules = (
-            (geom.get("mass") == "0", "is seen and should have mass 0"),
-            (geom.get("contype") == "0", "is seen and should have contype 0"),
-            (geom.get("conaffinity") == "0", "is seen and should have conaffinity 0"),
-        )
+        names = ("mass", "contype", "conaffinity")
+        rules = tuple((geom.get(name) == "0", f"is seen and should have {name} 0") for name in names)
         yield from ((f"{path.name}/{pointer}", message) for pointer, message in _broken(geom, rules))
 
 
@@ -146,13 +144,6 @@ def _file_rules(element: etree._Element, folder: Path) -> tuple[Rule, ...]:
     )
 
 
-def _repeated_names(root: etree._Element) -> Iterator[Problem]:
-    for tag in NAMED_TAGS:
-        names = [e.get("name") for e in root.iter(tag) if e.get("name") is not None]
-        for name in sorted({n for n in names if n is not None and names.count(n) > 1}):
-            yield f"{tag}/{name}", "name occurs twice"
-
-
 # Mjcf -----------------------------------------------------------------------------------------------------------------
 
 # MJC001 alone reports what cannot be read or compiled; the other checks are then not run.
@@ -162,7 +153,7 @@ NEVER_RESTED = "it never came to rest"
 
 def mjcf_compiles(package: Package) -> Measurement:
     """MJC001: number of files that do not compile."""
-    errors = {path.name: mujoco_load.load_mjcf(path).error for path in _files(package)}
+    errors = {path.name: mujoco_load.load_mjcf(path).error for path in (package.mjcf, package.scene)}
     return count((name, f"does not compile: {error}") for name, error in errors.items() if error)
 
 
@@ -253,12 +244,8 @@ def joints_move_without_collision(package: Package, limit: float) -> Measurement
     return all_at_most(depths, limit, "its part sinks {:.4f} m into another on the way", NO_JOINTS)
 
 
-def _files(package: Package) -> tuple[Path, Path]:
-    return package.mjcf, package.scene
-
-
 def _compiling(package: Package) -> list[Path]:
-    return [path for path in _files(package) if not mujoco_load.load_mjcf(path).error]
+    return [path for path in (package.mjcf, package.scene) if not mujoco_load.load_mjcf(path).error]
 
 
 def _drop(package: Package, protocol: DropProtocol) -> DropResult | Measurement:

@@ -2,23 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import NamedTuple, TypeVar
+from typing import TypeVar
 
 import mujoco
 import numpy as np
 from pxr import Tf
 
 from casa_assets.checks.check import Measurement, Problem, not_run
-from casa_assets.checks.package.facts import AssetFacts, Difference, differences, relative
+from casa_assets.checks.package.facts import AssetFacts, Difference, differences, measured, relative
 from casa_assets.checks.package.package import Package
 from casa_assets.checks.readers import asset_facts, mujoco_facts, mujoco_load, urdf_facts, usd_facts
 from casa_assets.checks.readers.mujoco_facts import FREE_JOINT, colliders_of, resistance, short_name
 from casa_assets.checks.readers.quiet import quiet
 from casa_assets.checks.readers.urdf_facts import UrdfLink
 from casa_assets.core.numeric import Floats
-from casa_assets.model.asset.asset import Asset, JointKind
+from casa_assets.model.asset.asset import Asset
+from casa_assets.model.record import Record
 
 # Parity ---------------------------------------------------------------------------------------------------------------
 # Find differences between the MJCF and the USD of one asset, its nested layer too where it has one.
@@ -27,30 +28,22 @@ from casa_assets.model.asset.asset import Asset, JointKind
 
 UNREADABLE = "one of the files cannot be read"
 T = TypeVar("T")
-# Cells of the table in metres; a range is one where the joint slides.
-LENGTH_CELLS = frozenset({"position", "center_of_mass", "lower", "upper", "anchor", "size"})
+ANGLE_TOLERANCE_DEG = 1e-4
 
 
-class FactDifference(NamedTuple):
-    """A difference and whether it is a length."""
-
-    difference: Difference
-    is_length: bool
-
-
-def compare(expected: AssetFacts, actual: AssetFacts, tolerance: float, length_m: float) -> list[Problem]:
-    """One problem for each cell in which two tables differ by more than they may.
+def compare(expected: Record, actual: Record, tolerance: float, length_m: float) -> list[Problem]:
+    """One problem for each cell in which two tables, of assets or of scenes, differ by more than they may.
 
     Args:
         expected, actual: what it should be, and what it is.
         tolerance: of ratios, unit vectors, radians and of masses and moments relative to those of the body.
         length_m: tolerance of lengths, metres.
     """
-    rows = _rows(expected, actual)
+    limits = {"gravity": 10 * tolerance, "fov_y_deg": ANGLE_TOLERANCE_DEG, "cone_deg": ANGLE_TOLERANCE_DEG}
     return [
-        (row.difference.pointer, row.difference.message)
-        for row in rows
-        if exceeds(row.difference, length_m if row.is_length else tolerance)
+        row.problem
+        for row in differences(expected, actual)
+        if row.exceeds(length_m if row.is_length else limits.get(row.pointer.rsplit("/", 1)[-1], tolerance))
     ]
 
 
@@ -59,13 +52,13 @@ def mujoco_reads_both_alike(package: Package, limit: float) -> Measurement:
     if missing := usd_facts.missing_importer():
         return not_run(missing, waived=True)
     rows = _compare_files(package, usd_facts.mujoco_facts)
-    return not_run(UNREADABLE) if rows is None else _measured((r.difference for r in rows if not r.is_length), limit)
+    return not_run(UNREADABLE) if rows is None else measured((r for r in rows if not r.is_length), limit)
 
 
 def openusd_reads_as_mujoco(package: Package, limit: float) -> Measurement:
     """PAR002: largest difference, other than of lengths, between UsdPhysics' reading of the USD and the MJCF."""
     rows = _compare_files(package, usd_facts.pxr_facts)
-    return not_run(UNREADABLE) if rows is None else _measured((r.difference for r in rows if not r.is_length), limit)
+    return not_run(UNREADABLE) if rows is None else measured((r for r in rows if not r.is_length), limit)
 
 
 def lengths_agree(package: Package, limit: float) -> Measurement:
@@ -75,7 +68,7 @@ def lengths_agree(package: Package, limit: float) -> Measurement:
     by_openusd = _compare_files(package, usd_facts.pxr_facts)
     if by_mujoco is None or by_openusd is None:
         return not_run(UNREADABLE)
-    found = _measured((r.difference for r in (*by_mujoco, *by_openusd) if r.is_length), limit)
+    found = measured((r for r in (*by_mujoco, *by_openusd) if r.is_length), limit)
     return not_run(missing, waived=True) if missing and not found.problems else found
 
 
@@ -89,60 +82,13 @@ def contact_parameters_agree(package: Package, limit: float) -> Measurement:
         usd = _read_quietly(lambda path: usd_facts.imported(path).model, path)
         if mjcf is None or usd is None:
             return not_run(UNREADABLE)
-        rows += parameters(mjcf, usd)
-    return _measured(rows, limit)
-
-
-def parameters(expected: mujoco.MjModel, actual: mujoco.MjModel) -> list[Difference]:
-    """Contact and joint parameters of what two models have in common, relative to the larger of two numbers."""
-    return parameter_differences(parameter_table(expected), parameter_table(actual))
+        rows += parameter_differences(parameter_table(mjcf), parameter_table(usd))
+    return measured(rows, limit)
 
 
 def parameter_differences(expected: dict[str, Floats], actual: dict[str, Floats]) -> list[Difference]:
-    """The same of the tables of two models."""
+    """Differences of the parameters that two models have in common, relative to the larger of two numbers."""
     return [relative(key, expected[key], actual[key]) for key in sorted(expected.keys() & actual.keys())]
-
-
-def exceeds(difference: Difference, tolerance: float) -> bool:
-    """True if a cell differs by more than the tolerance, or is no number and differs."""
-    return difference.size is None or not difference.size <= tolerance
-
-
-def _compare_files(package: Package, read_usd: Callable[[Path], AssetFacts]) -> list[FactDifference] | None:
-    """Differences of the MJCF and each layer of the USD; None if one of them cannot be read."""
-    expected = _read_quietly(mujoco_facts.facts, package.mjcf)
-    rows: list[FactDifference] = []
-    for path in package.usd_files:
-        actual = _read_quietly(read_usd, path)
-        if expected is None or actual is None:
-            return None
-        rows += _rows(expected, actual)
-    return rows
-
-
-def _read_quietly(read: Callable[[Path], T], path: Path) -> T | None:
-    """Result of a reader on a file, or None if it fails."""
-    if not path.is_file():
-        return None
-    with quiet():
-        try:
-            return read(path)
-        except (ValueError, Tf.ErrorException):
-            return None
-
-
-def _rows(expected: AssetFacts, actual: AssetFacts) -> Iterator[FactDifference]:
-    sliding = {b.name for b in expected.bodies if b.joint is not None and b.joint.kind is JointKind.SLIDE}
-    for difference in differences(expected, actual):
-        cell = difference.pointer.rsplit("/", 1)[-1]
-        is_travel = cell == "range" and difference.pointer.split("/")[1] in sliding
-        yield FactDifference(difference, difference.size is not None and (cell in LENGTH_CELLS or is_travel))
-
-
-def _measured(differences: Iterable[Difference], limit: float) -> Measurement:
-    rows = list(differences)
-    worst = max((r.size for r in rows if r.size is not None), default=0.0)
-    return Measurement(worst, tuple(dict.fromkeys((r.pointer, r.message) for r in rows if exceeds(r, limit))))
 
 
 def parameter_table(model: mujoco.MjModel) -> dict[str, Floats]:
@@ -151,7 +97,10 @@ def parameter_table(model: mujoco.MjModel) -> dict[str, Floats]:
     Of a body one row per collider, in an order that does not depend on names; of a joint one row.
     """
     table: dict[str, Floats] = {}
-    contacts = _contact_parameters(model)
+    # (ngeom, 14)
+    plain = (model.geom_contype, model.geom_conaffinity, model.geom_condim, model.geom_priority)
+    soft = (model.geom_solmix, model.geom_margin, model.geom_gap)
+    contacts = np.column_stack([*plain, *soft, model.geom_solref, model.geom_solimp])
     for body in range(1, model.nbody):
         rows = sorted(contacts[colliders_of(model, body)].tolist())
         if rows:
@@ -165,12 +114,27 @@ def parameter_table(model: mujoco.MjModel) -> dict[str, Floats]:
     return table
 
 
-def _contact_parameters(model: mujoco.MjModel) -> Floats:
-    """(ngeom, 14) contype, conaffinity, condim, priority, solmix, margin, gap, solref, solimp of each geom."""
-    plain = (model.geom_contype, model.geom_conaffinity, model.geom_condim, model.geom_priority)
-    soft = (model.geom_solmix, model.geom_margin, model.geom_gap)
-    found: Floats = np.column_stack([*plain, *soft, model.geom_solref, model.geom_solimp])
-    return found
+def _compare_files(package: Package, read_usd: Callable[[Path], AssetFacts]) -> list[Difference] | None:
+    """Differences of the MJCF and each layer of the USD; None if one of them cannot be read."""
+    expected = _read_quietly(mujoco_facts.facts, package.mjcf)
+    rows: list[Difference] = []
+    for path in package.usd_files:
+        actual = _read_quietly(read_usd, path)
+        if expected is None or actual is None:
+            return None
+        rows += differences(expected, actual)
+    return rows
+
+
+def _read_quietly(read: Callable[[Path], T], path: Path) -> T | None:
+    """Result of a reader on a file, or None if it fails."""
+    if not path.is_file():
+        return None
+    with quiet():
+        try:
+            return read(path)
+        except (ValueError, Tf.ErrorException):
+            return None
 
 
 # Urdf -----------------------------------------------------------------------------------------------------------------
@@ -206,12 +170,8 @@ def table_differences(
     expected = urdf_facts.on_joint_axes(asset_facts.facts(asset))
     actual = urdf_facts.table(tree, folder, aside, prefix)
     problems = compare(expected, actual, TOLERANCE, LENGTH_TOLERANCE_M)
-    return problems + _visual_differences(asset, urdf_facts.visual_bounds(tree, folder, prefix))
-
-
-def _visual_differences(asset: Asset, found: Mapping[str, Floats]) -> list[Problem]:
-    """Visuals that are not where those of the asset are; their names are compared with the looks."""
-    problems = []
+    # Names of visuals are compared with the looks.
+    found = urdf_facts.visual_bounds(tree, folder, prefix)
     for link in asset.links:
         joint = asset.joint_of(link.name)
         anchor = np.array(joint.anchor if joint else (0.0, 0.0, 0.0))

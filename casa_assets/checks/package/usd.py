@@ -5,7 +5,6 @@ A file that does not open at all is reported once, by `usd_opens`; the other che
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
@@ -28,22 +27,22 @@ UNAVAILABLE = frozenset({"usdShadeValidators:ShaderSdrCompliance"})
 
 def usd_opens(package: Package) -> Measurement:
     """USD001: its layers parse and compose, without complaint, to stages with a default prim."""
-    return count(problem for path in package.usd_files for problem in _opening_problems(path))
-
-
-def _opening_problems(path: Path) -> list[Problem]:
-    if not path.is_file():
-        return [("usd", f"{path.name} does not exist")]
-    with quiet():
-        diagnostics = Diagnostics()
-        stage = open_stage(path)
-        messages = diagnostics.take()
-    if stage is None:
-        return [("usd", f"{path.name} does not open: {'; '.join(messages) or 'no reason given'}")]
-    problems = [("usd", message) for message in messages]
-    if not stage.GetDefaultPrim():
-        problems.append(("usd", "there is no default prim"))
-    return problems
+    problems: list[Problem] = []
+    for path in package.usd_files:
+        if not path.is_file():
+            problems.append(("usd", f"{path.name} does not exist"))
+            continue
+        with quiet():
+            diagnostics = Diagnostics()
+            stage = open_stage(path)
+            messages = diagnostics.take()
+        if stage is None:
+            problems.append(("usd", f"{path.name} does not open: {'; '.join(messages) or 'no reason given'}"))
+            continue
+        problems += [("usd", message) for message in messages]
+        if not stage.GetDefaultPrim():
+            problems.append(("usd", "there is no default prim"))
+    return count(problems)
 
 
 def usd_meets_simready_profile(package: Package) -> Measurement:
@@ -100,7 +99,12 @@ def usd_pictures_are_png(package: Package) -> Measurement:
         stage = open_stage(package.usd)
         if stage is None:
             return not_run(UNREADABLE)
-        pictures = list(_pictures(stage))
+        pictures = []
+        for prim in stage.Traverse():
+            shader = UsdShade.Shader(prim)
+            if shader and shader.GetIdAttr().Get() == "UsdUVTexture":
+                value = shader.GetInput("file").Get()
+                pictures.append((str(prim.GetPath()), value.path if value else ""))
     folder = package.usd.parent
     problems = [(prim, message) for prim, path in pictures if (message := _png_fault(folder, path))]
     thumbnail = f".thumbs/256x256/{package.usd.name}.png"
@@ -134,15 +138,6 @@ def open_stage(path: Path) -> Usd.Stage | None:
         return Usd.Stage.Open(str(path)) or None
     except Tf.ErrorException:
         return None
-
-
-def _pictures(stage: Usd.Stage) -> Iterator[tuple[str, str]]:
-    """(path of the shader, path of the picture as written) for every texture."""
-    for prim in stage.Traverse():
-        shader = UsdShade.Shader(prim)
-        if shader and shader.GetIdAttr().Get() == "UsdUVTexture":
-            value = shader.GetInput("file").Get()
-            yield str(prim.GetPath()), value.path if value else ""
 
 
 def _png_fault(folder: Path, path: str) -> str:

@@ -16,54 +16,48 @@ from casa_assets.checks.package.facts import (
     StateFacts,
     VisualFacts,
 )
-from casa_assets.checks.readers.mujoco_facts import three
+from casa_assets.checks.readers.mujoco_facts import bounds_around, pose_facts, three
 from casa_assets.core.numeric import about_axis
 from casa_assets.geometry.solid.primitive import link_bounds
-from casa_assets.model.asset.asset import Asset, Joint, JointKind, Link, Region, Site
+from casa_assets.model.asset.asset import Asset, Collider, Joint, JointKind, Link, Region, Site, Visual
+from casa_assets.model.asset.parts import joint_positions
 from casa_assets.model.pose import Pose
-from casa_assets.model.record import Vec3
 
 
 def facts(asset: Asset) -> AssetFacts:
     """The table of an asset: joints at zero, root at the origin."""
-    bodies = sorted((_body(asset, link) for link in asset.links), key=lambda body: body.name)
-    pairs = {(min(e.first, e.second), max(e.first, e.second)) for e in asset.exclusions}
-    places = [*map(_place, asset.sites), *map(_place, asset.regions)]
+    named = {CLOSED: {}, **{key.name: joint_positions(key.joints) for key in asset.keyframes}}
     return AssetFacts(
         base=asset.base,
-        bodies=tuple(bodies),
-        exclusions=tuple(sorted(pairs)),
-        places=tuple(sorted((p for p in places if p.name != OUTER), key=lambda place: place.name)),
-        looks=_looks(asset),
-        poses=_poses(asset),
+        exclusions=[(pair.first, pair.second) for pair in asset.exclusions],
         words=_words(asset),
+        bodies=[_body(asset, link) for link in asset.links],
+        places=[place for place in (*map(_place, asset.sites), *map(_place, asset.regions)) if place.name != OUTER],
+        looks=_looks(asset),
+        poses=[_link_poses(asset, name, named[name]) for name in named] if asset.keyframes else (),
     )
 
 
 def _body(asset: Asset, link: Link) -> BodyFacts:
     pose = asset.root.pose.inverse() @ asset.asset_from_link(link.name)
     bounds = link_bounds(link)
-    corners = np.zeros((2, 3)) if bounds is None else bounds
+    lower, upper = bounds_around([] if bounds is None else [bounds])
+    matters = [asset.substance(collider.substance) for collider in link.colliders]
     return BodyFacts(
         name=link.name,
         parent=link.parent or "",
+        colliders=len(link.colliders),
         position=pose.position,
+        center_of_mass=link.inertial.center_of_mass,
+        lower=lower,
+        upper=upper,
         quaternion=pose.quaternion,
         mass=link.inertial.mass,
-        center_of_mass=link.inertial.center_of_mass,
         inertia=link.inertial.inertia,
-        colliders=len(link.colliders),
-        lower=three(corners[0]),
-        upper=three(corners[1]),
-        frictions=tuple(sorted({_friction(asset, c.substance) for c in link.colliders})),
+        # MuJoCo has one coefficient for sliding, that of motion.
+        frictions={(m.dynamic_friction, m.torsional_friction, m.rolling_friction) for m in matters},
         joint=_joint(asset.joint_of(link.name)),
     )
-
-
-def _friction(asset: Asset, substance: str) -> Vec3:
-    """(sliding, torsional, rolling); MuJoCo has one coefficient for sliding, that of motion."""
-    matter = asset.substance(substance)
-    return matter.dynamic_friction, matter.torsional_friction, matter.rolling_friction
 
 
 def _joint(joint: Joint | None) -> JointFacts | None:
@@ -83,10 +77,8 @@ def _joint(joint: Joint | None) -> JointFacts | None:
 
 
 def _place(item: Site | Region) -> PlaceFacts:
-    site = isinstance(item, Site)
-    size = item.size if item.size is not None else (2 * item.radius,) * 3 if site else (0.0,) * 3
     # A cylinder is as wide as its size along x.
-    x, y, z = size
+    x, y, z = item.size if item.size is not None else (2 * item.radius,) * 3 if isinstance(item, Site) else (0.0,) * 3
     return PlaceFacts(
         name=item.name,
         body=item.link,
@@ -98,33 +90,20 @@ def _place(item: Site | Region) -> PlaceFacts:
     )
 
 
-def _looks(asset: Asset) -> tuple[VisualFacts, ...]:
+def _looks(asset: Asset) -> list[VisualFacts]:
     by_id = {material.id: material for material in asset.materials}
     found = []
     for visual in (v for link in asset.links for v in link.visuals):
         material = by_id[visual.material]
-        red, green, blue, _ = material.base_color
+        light = tuple(material.glow * channel for channel in material.base_color[:3])
         picture = material.base_color_texture
-        found.append(
-            VisualFacts(
-                name=visual.name,
-                color=material.base_color,
-                light=(material.glow * red, material.glow * green, material.glow * blue),
-                picture=picture.file_name if picture is not None else "",
-            )
-        )
-    return tuple(sorted(found, key=lambda look: look.name))
-
-
-def _poses(asset: Asset) -> tuple[PoseFacts, ...]:
-    if not asset.keyframes:
-        return ()
-    named = {CLOSED: {}, **{key.name: {at.joint: at.value for at in key.joints} for key in asset.keyframes}}
-    return tuple(_link_poses(asset, name, named[name]) for name in sorted(named))
+        file = picture.file_name if picture is not None else ""
+        found.append(VisualFacts(name=visual.name, color=material.base_color, light=light, picture=file))
+    return found
 
 
 def _link_poses(asset: Asset, name: str, values: dict[str, float]) -> PoseFacts:
-    """Forward kinematics, parents before children."""
+    """Forward kinematics, parents before children, by other formulas than those that the writers use."""
     root_from: dict[str, Pose] = {}
     for link in asset.links:
         if link.parent is None:
@@ -133,13 +112,7 @@ def _link_poses(asset: Asset, name: str, values: dict[str, float]) -> PoseFacts:
         joint = asset.joint_of(link.name)
         moved = Pose() if joint is None else _joint_pose(joint, values.get(joint.name, 0.0))
         root_from[link.name] = root_from[link.parent] @ link.pose @ moved
-    order = sorted(root_from)
-    return PoseFacts(
-        name=name,
-        bodies=tuple(order),
-        positions=tuple(root_from[link].position for link in order),
-        quaternions=tuple(root_from[link].quaternion for link in order),
-    )
+    return pose_facts(name, root_from)
 
 
 def _joint_pose(joint: Joint, value: float) -> Pose:
@@ -155,16 +128,16 @@ def _joint_pose(joint: Joint, value: float) -> Pose:
 
 
 def _words(asset: Asset) -> ProgramTexts:
-    shapes = [(seen.name, seen.label) for link in asset.links for seen in link.visuals]
-    shapes += [(touched.name, touched.label) for link in asset.links for touched in link.colliders]
-    states = [StateFacts(name=s.name, joint=s.joint, value=s.value, interval=s.interval) for s in asset.states]
+    shapes: list[Collider | Visual] = []
+    for link in asset.links:
+        shapes += (*link.visuals, *link.colliders)
     return ProgramTexts(
         classes=asset.labels.classes,
         portion=asset.labels.portion or "",
-        labels=tuple(sorted((name, label) for name, label in shapes if label is not None)),
-        grips=tuple(sorted((j.name, j.grip) for j in asset.joints if j.grip is not None)),
-        behind=tuple(sorted((j.name, j.behind) for j in asset.joints if j.behind is not None)),
-        states=tuple(sorted(states, key=lambda state: state.name)),
+        labels=[(shape.name, shape.label) for shape in shapes if shape.label is not None],
+        grips=[(joint.name, joint.grip) for joint in asset.joints if joint.grip is not None],
+        behind=[(joint.name, joint.behind) for joint in asset.joints if joint.behind is not None],
         contract=asset.contract or "",
         behavior=asset.behavior.digest if asset.behavior is not None else "",
+        states=[StateFacts(name=s.name, joint=s.joint, value=s.value, interval=s.interval) for s in asset.states],
     )

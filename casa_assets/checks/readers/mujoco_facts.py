@@ -11,7 +11,6 @@ from typing import Any, Literal
 
 import mujoco
 import numpy as np
-import numpy.typing as npt
 
 from casa_assets.checks.package.facts import (
     CLOSED,
@@ -96,46 +95,37 @@ def quaternions_of(rotations: Floats) -> Floats:
 COLOR = int(mujoco.mjtTextureRole.mjTEXROLE_RGB)
 
 
-def looks(model: mujoco.MjModel) -> tuple[VisualFacts, ...]:
-    """Named geoms that have a material and touch nothing, sorted by name; what hangs on the world is left out."""
-    found = []
+def looks(model: mujoco.MjModel) -> list[VisualFacts]:
+    """Named geoms that have a material and touch nothing; what hangs on the world is left out."""
     collides = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
+    seen = np.flatnonzero(~collides & (model.geom_matid >= 0) & (model.geom_bodyid != 0)).tolist()
     surfaces = cache(lambda material: _surface(model, material))
-    for geom in np.flatnonzero(~collides & (model.geom_matid >= 0) & (model.geom_bodyid != 0)).tolist():
-        name = model.geom(geom).name
-        if name:
-            color, light, picture = surfaces(int(model.geom_matid[geom]))
-            found.append(VisualFacts(name=name, color=color, light=light, picture=picture))
-    return tuple(sorted(found, key=lambda look: look.name))
+    named = [(model.geom(geom).name, surfaces(int(model.geom_matid[geom]))) for geom in seen]
+    return [
+        VisualFacts(name=name, color=color, light=light, picture=picture)
+        for name, (color, light, picture) in named
+        if name
+    ]
 
 
 def _surface(model: mujoco.MjModel, material: int) -> tuple[Vec4, Vec3, str]:
     """Colour, light that it gives off and picture of a material, as `VisualFacts` has them."""
-    color = linear(tuple(float(n) for n in model.mat_rgba[material]))
+    color = linear(model.mat_rgba[material])
     glow = float(model.mat_emission[material])
     light = (glow * color[0], glow * color[1], glow * color[2])
-    return color, light, _picture(model, int(model.mat_texid[material][COLOR]))
+    texture = int(model.mat_texid[material][COLOR])
+    picture = "" if texture < 0 else _string(bytes(model.paths), int(model.tex_pathadr[texture]))
+    return color, light, PurePosixPath(picture).name
 
 
-def linear(rgba: tuple[float, ...]) -> Vec4:
+def linear(rgba: Floats) -> Vec4:
     """Display colour -> linear, alpha as it is."""
-    red, green, blue, alpha = rgba
-    dark = [linear_from_srgb(c) for c in (red, green, blue)]
-    return dark[0], dark[1], dark[2], alpha
-
-
-def _picture(model: mujoco.MjModel, texture: int) -> str:
-    """File name of a texture, empty if there is no texture."""
-    if texture < 0:
-        return ""
-    paths, start = bytes(model.paths), int(model.tex_pathadr[texture])
-    return PurePosixPath(paths[start : paths.index(0, start)].decode()).name
+    red, green, blue, alpha = (float(n) for n in rgba)
+    return linear_from_srgb(red), linear_from_srgb(green), linear_from_srgb(blue), alpha
 
 
 # Mujoco facts ---------------------------------------------------------------------------------------------------------
 # Compiled MuJoCo model -> fact table, whichever format the model was loaded from.
-
-Array = npt.NDArray[np.float64]
 
 KINDS = {
     int(mujoco.mjtJoint.mjJNT_HINGE): JointKind.HINGE,
@@ -167,48 +157,51 @@ def facts_of_model(model: mujoco.MjModel, *, base: Base, words: ProgramTexts, sc
     Raises:
         ValueError: a joint is neither free, hinge nor slide.
     """
-    at_rest, turns = _rest_poses(model), rotations_of(model.geom_quat)
-    bodies = [_body(model, b, at_rest[b], turns) for b in range(model.nbody) if _is_link(model, b)]
-    bodies.sort(key=lambda body: body.name)
+    # World pose of each body at qpos0, the root at the origin; parents have lower indices.
+    at_rest, turns = [Pose()], rotations_of(model.geom_quat)
+    for body in range(1, model.nbody):
+        parent = int(model.body_parentid[body])
+        local = Pose(position=three(model.body_pos[body]), quaternion=four(model.body_quat[body]))
+        at_rest.append(at_rest[parent] @ local if _is_link(model, parent) else Pose())
+    # Ref: mjModel.exclude_signature is (body1 << 16) + body2.
+    pairs = [(int(signature) >> 16, int(signature) & 0xFFFF) for signature in model.exclude_signature]
     return AssetFacts(
         base=base,
-        bodies=tuple(bodies),
-        exclusions=_exclusions(model),
-        places=places(model),
-        looks=looks(model),
-        poses=poses(model, scene),
+        exclusions=[(short_name(model.body(a).name), short_name(model.body(b).name)) for a, b in pairs],
         words=words,
+        bodies=[_body(model, b, at_rest[b], turns) for b in range(model.nbody) if _is_link(model, b)],
+        places=_places(model),
+        looks=looks(model),
+        poses=_poses(model, scene),
     )
 
 
-def places(model: mujoco.MjModel) -> tuple[PlaceFacts, ...]:
-    """Sites of links and geoms called `reg_...`, sorted by name; without what MJCF derives from them or from colliders.
+def _places(model: mujoco.MjModel) -> list[PlaceFacts]:
+    """Sites of links and geoms called `reg_...`, without what MJCF derives from them or from colliders.
 
     Raises:
         ValueError: one is neither sphere, box nor cylinder.
     """
     found = []
-    for i in range(model.nsite):
-        site = model.site(i)
+    for site in map(model.site, range(model.nsite)):
         name = short_name(site.name)
         if _is_link(model, int(site.bodyid[0])) and not CORNER.fullmatch(own_name(name)):
-            found.append(_place(model, name, site, linear(tuple(float(n) for n in site.rgba))))
-    for i in range(model.ngeom):
-        geom = model.geom(i)
+            found.append(_place(model, name, site, linear(site.rgba)))
+    for geom in map(model.geom, range(model.ngeom)):
         own = own_name(geom.name)
         if own.startswith(REGION) and _is_link(model, int(geom.bodyid[0])):
             name = geom.name.removesuffix(own) + own.removeprefix(REGION)
             found.append(_place(model, name, geom, None))
-    return tuple(sorted((p for p in found if own_name(p.name) != OUTER), key=lambda place: place.name))
+    return [place for place in found if own_name(place.name) != OUTER]
 
 
-def poses(model: mujoco.MjModel, scene: bool = False) -> tuple[PoseFacts, ...]:
+def _poses(model: mujoco.MjModel, scene: bool) -> list[PoseFacts]:
     """Poses of the bodies at each keyframe, and at zero as `closed`; empty if there are no keyframes."""
     if not model.nkey:
-        return ()
+        return []
     links = sorted((short_name(model.body(b).name), b) for b in range(model.nbody) if _is_link(model, b))
     bodies = [b for _, b in links]
-    tops = [name for name, b in links if not _is_link(model, int(model.body_parentid[b]))]
+    root = next(name for name, b in links if not _is_link(model, int(model.body_parentid[b])))
     data = mujoco.MjData(model)
     found = {}
     for key in range(-1, model.nkey):
@@ -217,34 +210,34 @@ def poses(model: mujoco.MjModel, scene: bool = False) -> tuple[PoseFacts, ...]:
         else:
             mujoco.mj_resetDataKeyframe(model, data, key)
         mujoco.mj_kinematics(model, data)
-        positions, quaternions = data.xpos[bodies] + 0.0, canonical(data.xquat[bodies])
-        world_from = {
-            name: (three(at), four(turn))
-            for (name, _), at, turn in zip(links, positions.tolist(), quaternions.tolist(), strict=True)
-        }
         name = CLOSED if key < 0 else model.key(key).name
-        found[name] = pose_facts(name, world_from, None if scene else tops[0])
-    return tuple(found[name] for name in sorted(found))
+        poses = zip((data.xpos[bodies] + 0.0).tolist(), canonical(data.xquat[bodies]).tolist(), strict=True)
+        world_from = dict(zip((name for name, _ in links), poses, strict=True))
+        found[name] = pose_facts_of_many(name, world_from, None if scene else root)
+    return list(found.values())
 
 
-def pose_facts(name: str, world_from: Mapping[str, tuple[Vec3, Vec4]], root: str | None) -> PoseFacts:
+def pose_facts(name: str, poses: Mapping[str, Pose]) -> PoseFacts:
+    """Facts of a named pose. `poses`: name of a body -> root_from_body."""
+    return pose_facts_of_many(name, {body: (pose.position, pose.quaternion) for body, pose in poses.items()}, None)
+
+
+def pose_facts_of_many(
+    name: str, world_from: Mapping[str, tuple[Sequence[float], Sequence[float]]], root: str | None
+) -> PoseFacts:
     """Facts of a named pose.
 
     Args:
-        world_from: name of a body -> its position and quaternion as `Pose` has it. root: the body in whose frame they
-            are returned; None: the world frame.
+        world_from: name of a body -> its position and quaternion as `Pose` has it.
+        root: the body in whose frame they are returned; None: the world frame.
     """
-    stand = {body: world_from[body] for body in sorted(world_from)}
     if root is not None:
-        poses = {body: Pose(position=at, quaternion=turn) for body, (at, turn) in stand.items()}
-        seen = [poses[root].inverse() @ pose for pose in poses.values()]
-        stand = {body: (pose.position, pose.quaternion) for body, pose in zip(poses, seen, strict=True)}
-    return PoseFacts(
-        name=name,
-        bodies=tuple(stand),
-        positions=tuple(at for at, _ in stand.values()),
-        quaternions=tuple(turn for _, turn in stand.values()),
-    )
+        poses = {body: Pose(position=at, quaternion=turn) for body, (at, turn) in world_from.items()}
+        root_from_world = poses[root].inverse()
+        return pose_facts(name, {body: root_from_world @ pose for body, pose in poses.items()})
+    bodies = sorted(world_from)
+    positions, quaternions = ([world_from[body][i] for body in bodies] for i in (0, 1))
+    return PoseFacts(name=name, bodies=bodies, positions=positions, quaternions=quaternions)
 
 
 def free_bodies(model: mujoco.MjModel) -> list[int]:
@@ -268,7 +261,7 @@ def own_name(name: str) -> str:
     return name.rsplit("__", 1)[-1]
 
 
-def shape_bounds(model: mujoco.MjModel, geom: int, rotation: Array) -> Array:
+def shape_bounds(model: mujoco.MjModel, geom: int, rotation: Floats) -> Floats:
     """(2, 3) corners of the box around a geom, body frame, metres; exact for every kind of shape.
 
     Args:
@@ -296,24 +289,15 @@ def shape_bounds(model: mujoco.MjModel, geom: int, rotation: Array) -> Array:
 def colliders_of(model: mujoco.MjModel, body: int) -> list[int]:
     """Geoms of a body that can touch anything."""
     start = int(model.body_geomadr[body])
-    return [g for g in range(start, start + int(model.body_geomnum[body])) if collides(model, g)]
+    geoms = range(start, start + int(model.body_geomnum[body]))
+    return [g for g in geoms if model.geom_contype[g] or model.geom_conaffinity[g]]
 
 
-def bounds_around(boxes: Sequence[Array]) -> tuple[Vec3, Vec3]:
+def bounds_around(boxes: Sequence[Floats]) -> tuple[Vec3, Vec3]:
     """Lower and upper corner of the box around (2, 3) boxes; zeros if there are no boxes."""
     if not boxes:
         return (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
     return three(np.min([box[0] for box in boxes], axis=0)), three(np.max([box[1] for box in boxes], axis=0))
-
-
-def _rest_poses(model: mujoco.MjModel) -> list[Pose]:
-    """World pose of each body at qpos0, the root at the origin; parents have lower indices."""
-    poses = [Pose()]
-    for body in range(1, model.nbody):
-        parent = int(model.body_parentid[body])
-        local = Pose(position=three(model.body_pos[body]), quaternion=four(model.body_quat[body]))
-        poses.append(poses[parent] @ local if _is_link(model, parent) else Pose())
-    return poses
 
 
 def _is_link(model: mujoco.MjModel, body: int) -> bool:
@@ -321,33 +305,32 @@ def _is_link(model: mujoco.MjModel, body: int) -> bool:
     return body != 0 and bool(model.body(body).name)
 
 
-def _body(model: mujoco.MjModel, body: int, pose: Pose, turns: Array) -> BodyFacts:
+def _body(model: mujoco.MjModel, body: int, pose: Pose, turns: Floats) -> BodyFacts:
     """`pose`: of the body at rest. `turns`: (ngeom, 3, 3) body_from_geom."""
     parent = int(model.body_parentid[body])
     principal = Pose(quaternion=four(model.body_iquat[body])).rotation
-    tensor = principal @ np.diag(model.body_inertia[body]) @ principal.T
     geoms = colliders_of(model, body)
     lower, upper = bounds_around([shape_bounds(model, g, turns[g]) for g in geoms])
     return BodyFacts(
         name=short_name(model.body(body).name),
         parent=short_name(model.body(parent).name) if _is_link(model, parent) else "",
-        position=pose.position,
-        quaternion=pose.quaternion,
-        mass=float(model.body_mass[body]),
-        center_of_mass=three(model.body_ipos[body]),
-        inertia=tensor_entries(tensor),
         colliders=len(geoms),
+        position=pose.position,
+        center_of_mass=three(model.body_ipos[body]),
         lower=lower,
         upper=upper,
-        frictions=tuple(sorted({three(model.geom_friction[g]) for g in geoms})),
+        quaternion=pose.quaternion,
+        mass=float(model.body_mass[body]),
+        inertia=tensor_entries(principal @ np.diag(model.body_inertia[body]) @ principal.T),
+        frictions={three(model.geom_friction[g]) for g in geoms},
         joint=_joint(model, body),
     )
 
 
-def tensor_entries(tensor: Array) -> tuple[float, float, float, float, float, float]:
+def tensor_entries(tensor: Floats) -> tuple[float, float, float, float, float, float]:
     """(xx, yy, zz, xy, xz, yz) of a symmetric (3, 3) tensor."""
-    t = tensor
-    return float(t[0, 0]), float(t[1, 1]), float(t[2, 2]), float(t[0, 1]), float(t[0, 2]), float(t[1, 2])
+    xx, yy, zz, xy, xz, yz = (float(tensor[at]) for at in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)))
+    return xx, yy, zz, xy, xz, yz
 
 
 def _joint(model: mujoco.MjModel, body: int) -> JointFacts | None:
@@ -401,27 +384,13 @@ def _place(model: mujoco.MjModel, name: str, item: Any, color: Vec4 | None) -> P
     )
 
 
-def collides(model: mujoco.MjModel, geom: int) -> bool:
-    """True if a geom can touch anything."""
-    return bool(model.geom_contype[geom] or model.geom_conaffinity[geom])
-
-
-def _exclusions(model: mujoco.MjModel) -> tuple[tuple[str, str], ...]:
-    pairs = []
-    for signature in model.exclude_signature:
-        # Ref: mjModel.exclude_signature is (body1 << 16) + body2.
-        names = [short_name(model.body(int(b)).name) for b in (signature >> 16, signature & 0xFFFF)]
-        pairs.append((min(names), max(names)))
-    return tuple(sorted(set(pairs)))
-
-
-def three(values: Sequence[float] | Array) -> Vec3:
+def three(values: Sequence[float] | Floats) -> Vec3:
     """Three numbers as floats of Python."""
     x, y, z = (float(v) for v in values)
     return x, y, z
 
 
-def four(values: Sequence[float] | Array) -> Vec4:
+def four(values: Sequence[float] | Floats) -> Vec4:
     """Four numbers as floats of Python."""
     w, x, y, z = (float(v) for v in values)
     return w, x, y, z
@@ -446,43 +415,36 @@ def facts(path: Path) -> AssetFacts:
     said = texts(model)
     geoms, joints = {model.geom(i).name for i in range(model.ngeom)}, {model.joint(i).name for i in range(model.njnt)}
     table = facts_of_model(model, base=Base(said.get("base", "")), words=words(said, geoms, joints))
-    bodies = [body for body in table.bodies if body.name]
-    roots = [Pose(position=b.position, quaternion=b.quaternion) for b in bodies if not b.parent]
+    frames = {b.name: Pose(position=b.position, quaternion=b.quaternion) for b in table.bodies}
+    roots = [body.name for body in table.bodies if not body.parent]
     if len(roots) != 1:
         raise ValueError(f"{path.name} has {len(roots)} root bodies, not one")
-    return table.replace(bodies=tuple(_seen_from(roots[0], body) for body in bodies))
-
-
-def _seen_from(root: Pose, body: BodyFacts) -> BodyFacts:
-    pose = root.inverse() @ Pose(position=body.position, quaternion=body.quaternion)
-    return body.replace(position=pose.position, quaternion=pose.quaternion)
+    root_from_world = frames[roots[0]].inverse()
+    seen = {name: root_from_world @ frame for name, frame in frames.items()}
+    bodies = [b.replace(position=seen[b.name].position, quaternion=seen[b.name].quaternion) for b in table.bodies]
+    return table.replace(bodies=bodies)
 
 
 def words(texts: dict[str, str], geoms: set[str], joints: set[str]) -> ProgramTexts:
     """Words of the texts; of geoms and joints those that there are."""
-    labels = [(name, label) for label, names in _after("label__", texts) for name in names.split() if name in geoms]
-    grips = [(joint, name) for joint, name in _after("grip__", texts) if joint in joints and name in geoms]
-    behind = [(joint, name) for joint, name in _after("behind__", texts) if joint in joints and name in joints]
+
+    def after(prefix: str) -> list[tuple[str, str]]:
+        return [(name.removeprefix(prefix), data) for name, data in texts.items() if name.startswith(prefix)]
+
+    states = [(name, *data.split()) for name, data in after("state__")]
     return ProgramTexts(
-        classes=tuple(texts.get("class", "").split()),
+        classes=texts.get("class", "").split(),
         portion=texts.get("portion", ""),
-        labels=tuple(sorted(labels)),
-        grips=tuple(sorted(grips)),
-        behind=tuple(sorted(behind)),
-        states=tuple(_state(name, data) for name, data in sorted(_after("state__", texts))),
+        labels=[(name, label) for label, names in after("label__") for name in names.split() if name in geoms],
+        grips=[(joint, name) for joint, name in after("grip__") if joint in joints and name in geoms],
+        behind=[(joint, name) for joint, name in after("behind__") if joint in joints and name in joints],
         contract=texts.get("contract", ""),
         behavior=hashlib.sha256(texts["behavior"].encode()).hexdigest() if "behavior" in texts else "",
+        states=[
+            StateFacts(name=name, joint=joint, value=value, interval=(float(low), float(high)))
+            for name, joint, value, low, high in states
+        ],
     )
-
-
-def _after(prefix: str, texts: dict[str, str]) -> list[tuple[str, str]]:
-    """(rest of the name, text) of the texts whose names begin so."""
-    return [(name.removeprefix(prefix), data) for name, data in texts.items() if name.startswith(prefix)]
-
-
-def _state(name: str, data: str) -> StateFacts:
-    joint, value, low, high = data.split()
-    return StateFacts(name=name, joint=joint, value=value, interval=(float(low), float(high)))
 
 
 def texts(model: mujoco.MjModel) -> dict[str, str]:

@@ -32,7 +32,9 @@ class Loaded:
 
 def load_mjcf(path: Path) -> Loaded:
     """Compile an MJCF file; again only if it, or a file in the `meshes` or `textures` next to it, has changed."""
-    return _load(path, _state(path))
+    found = [path, *(f for folder in ("meshes", "textures") for f in sorted((path.parent / folder).glob("*")))]
+    stats = [(f.name, f.stat()) for f in found if f.exists()]
+    return _load(path, tuple((name, stat.st_mtime_ns, stat.st_size) for name, stat in stats))
 
 
 def load_asset_file(path: Path) -> Loaded:
@@ -74,10 +76,3 @@ def all_warnings() -> Iterator[list[str]]:
 @lru_cache(maxsize=KEPT)
 def _load(path: Path, state: tuple[tuple[str, int, int], ...]) -> Loaded:
     return load_asset_file(path)
-
-
-def _state(path: Path) -> tuple[tuple[str, int, int], ...]:
-    """Name, time and size of the file and of the meshes and images that it may name."""
-    found = [path, *(f for folder in ("meshes", "textures") for f in sorted((path.parent / folder).glob("*")))]
-    stats = [(f.name, f.stat()) for f in found if f.exists()]
-    return tuple((name, stat.st_mtime_ns, stat.st_size) for name, stat in stats)

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from functools import cached_property
-from pathlib import Path
+from typing import Annotated, Any
 
 import mujoco
 import numpy as np
 from pxr import Usd, UsdGeom, UsdLux, UsdPhysics
 
-from casa_assets.checks.package.facts import AssetFacts, PoseFacts, ProgramTexts
-from casa_assets.checks.readers import mujoco_facts, mujoco_load, usd_facts
+from casa_assets.checks.package.facts import AssetFacts, PoseFacts, ProgramTexts, Sorted
+from casa_assets.checks.readers import mujoco_facts, usd_facts
 from casa_assets.checks.readers.mujoco_facts import ROOT_BODY, facts_of_model, four, free_bodies, short_name, three
 from casa_assets.model.asset.asset import Base
 from casa_assets.model.pose import Pose
@@ -26,7 +26,9 @@ class PlacementFacts(Record):
     """One copy of an asset.
 
     Attributes:
-        asset: id. layer: thing, room or ceiling. base: whether it floats.
+        asset: id.
+        layer: thing, room or ceiling.
+        base: whether it floats.
         position, quaternion: world_from_root as physics finds it, every joint at zero.
         words: with the names that things have in the asset.
     """
@@ -61,10 +63,10 @@ class LightFacts(Record):
 
     name: str
     kind: str
+    castshadow: bool
     position: Vec3
     direction: Vec3
     tint: Vec3
-    castshadow: bool
     cone_deg: float
 
 
@@ -73,16 +75,15 @@ class SceneFacts(Record):
 
     Attributes:
         gravity: m/s^2.
-        placements, cameras, lights: sorted by name.
         things: bodies, exclusions, places, looks and poses of all placements under their names in the scene, `cup` and
             `cup__handle`. Bodies are in the frame of the root of their placement, poses are world_from_body. Base and
             words are empty here: they belong to placements.
     """
 
     gravity: Vec3
-    placements: tuple[PlacementFacts, ...]
-    cameras: tuple[CameraFacts, ...] = ()
-    lights: tuple[LightFacts, ...] = ()
+    placements: Annotated[tuple[PlacementFacts, ...], Sorted]
+    cameras: Annotated[tuple[CameraFacts, ...], Sorted] = ()
+    lights: Annotated[tuple[LightFacts, ...], Sorted] = ()
     things: AssetFacts
 
 
@@ -97,29 +98,23 @@ ASSET, MJCF_LAYER = "asset", "layer"
 NAMING = ("label__", "grip__", "behind__", "state__")
 
 
-def facts_of_mjcf(path: Path) -> SceneFacts:
-    """The table of a scene.xml. Raises ValueError where it does not compile, or names no body for a placement."""
-    loaded = mujoco_load.load_asset_file(path)
-    if loaded.model is None:
-        raise ValueError(f"{path.name} does not compile: {loaded.error}")
-    return facts_of_scene_model(loaded.model)
-
-
 def facts_of_scene_model(model: mujoco.MjModel) -> SceneFacts:
-    """The table of a compiled scene.xml."""
+    """The table of a compiled scene.xml. Raises ValueError where it names no body for a placement."""
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     return SceneFacts(
         gravity=three(model.opt.gravity),
-        placements=tuple(_mjcf_placements(model, data)),
-        cameras=_mjcf_cameras(model),
-        lights=_mjcf_lights(model),
-        things=facts_of_model(model, base=Base.FIXED, words=ProgramTexts(classes=()), scene=True),
+        placements=_mjcf_placements(model, data),
+        cameras=[
+            CameraFacts(name=camera.name, position=camera.pos, quaternion=camera.quat, fov_y_deg=float(camera.fovy[0]))
+            for camera in map(model.camera, range(model.ncam))
+        ],
+        lights=[_mjcf_light(model.light(i)) for i in range(model.nlight)],
+        things=facts_of_model(model, base=Base.FIXED, words=ProgramTexts(), scene=True),
     )
 
 
 def _mjcf_placements(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[PlacementFacts]:
-    """Sorted by name."""
     said = _grouped(mujoco_facts.texts(model))
     geoms = _grouped({model.geom(i).name: "" for i in range(model.ngeom)})
     joints = _grouped({model.joint(i).name: "" for i in range(model.njnt)})
@@ -161,40 +156,20 @@ def _stripped(placement: str, key: str, text: str) -> str:
     return " ".join([*plain, *words[len(named) :]])
 
 
-def _mjcf_cameras(model: mujoco.MjModel) -> tuple[CameraFacts, ...]:
-    found = []
-    for i in range(model.ncam):
-        place = {"position": three(model.cam_pos[i]), "quaternion": four(model.cam_quat[i])}
-        found.append(CameraFacts(name=model.camera(i).name, fov_y_deg=float(model.cam_fovy[i]), **place))
-    return tuple(sorted(found, key=lambda camera: camera.name))
-
-
-def _light_kind(model: mujoco.MjModel, light: int) -> str:
-    """`directional`, `spot`, or `point`, which is written as a spot whose cone holds all directions."""
-    kinds = mujoco.mjtLightType
-    if model.light_type[light] == kinds.mjLIGHT_DIRECTIONAL:
-        return "directional"
-    is_cone = model.light_type[light] == kinds.mjLIGHT_SPOT and model.light_cutoff[light] < ALL_SIDES_DEG
-    return "spot" if is_cone else "point"
-
-
-def _mjcf_lights(model: mujoco.MjModel) -> tuple[LightFacts, ...]:
-    found = []
-    for i in range(model.nlight):
-        kind = _light_kind(model, i)
-        color = model.light_diffuse[i] / max(float(model.light_diffuse[i].max()), 1e-12)
-        found.append(
-            LightFacts(
-                name=model.light(i).name,
-                kind=kind,
-                position=three(model.light_pos[i]),
-                direction=three(np.zeros(3) if kind == "point" else model.light_dir[i]),
-                tint=three(color),
-                castshadow=bool(model.light_castshadow[i]),
-                cone_deg=float(model.light_cutoff[i]) if kind == "spot" else 0.0,
-            )
-        )
-    return tuple(sorted(found, key=lambda light: light.name))
+def _mjcf_light(light: Any) -> LightFacts:
+    """`light`: its view in the model. A point light is written as a spot whose cone holds all directions."""
+    kinds, cutoff = mujoco.mjtLightType, float(light.cutoff[0])
+    is_directional = light.type[0] == kinds.mjLIGHT_DIRECTIONAL
+    is_cone = light.type[0] == kinds.mjLIGHT_SPOT and cutoff < ALL_SIDES_DEG
+    return LightFacts(
+        name=light.name,
+        kind="directional" if is_directional else "spot" if is_cone else "point",
+        castshadow=bool(light.castshadow[0]),
+        position=three(light.pos),
+        direction=three(light.dir) if is_directional or is_cone else (0.0, 0.0, 0.0),
+        tint=three(light.diffuse / max(float(light.diffuse.max()), 1e-12)),
+        cone_deg=cutoff if is_cone else 0.0,
+    )
 
 
 # Scene usd ------------------------------------------------------------------------------------------------------------
@@ -207,7 +182,7 @@ class SceneReading(usd_facts.StageReading):
     """What OpenUSD alone reads of the stage of a scene, read once for the tables of both readers."""
 
     @cached_property
-    def poses(self) -> tuple[PoseFacts, ...]:
+    def poses(self) -> list[PoseFacts]:
         """Named poses of all bodies."""
         return usd_facts.poses(self.stage, scene=True)
 
@@ -215,25 +190,56 @@ class SceneReading(usd_facts.StageReading):
     def words(self) -> dict[str, ProgramTexts]:
         """Name of a placement -> what programs read of it."""
         found = self.stage.GetDefaultPrim().GetChildren()
-        return {prim.GetName(): usd_facts.words_below(prim) for prim in found if prim.GetPrimAtPath(ROOT_BODY)}
+        return {prim.GetName(): usd_facts.words(prim) for prim in found if prim.GetPrimAtPath(ROOT_BODY)}
 
     @cached_property
-    def cameras(self) -> tuple[CameraFacts, ...]:
-        """Cameras, by name."""
-        return _usd_cameras(self.stage)
+    def cameras(self) -> list[CameraFacts]:
+        """Cameras of the scene."""
+        cache = UsdGeom.XformCache()
+        return [_usd_camera(prim, cache) for prim in self.stage.Traverse() if prim.IsA(UsdGeom.Camera)]
 
     @cached_property
-    def lights(self) -> tuple[LightFacts, ...]:
-        """Lights, by name."""
-        return _usd_lights(self.stage)
+    def lights(self) -> list[LightFacts]:
+        """Distant lights and balls; the dome belongs to all of the scene."""
+        cache = UsdGeom.XformCache()
+        kinds = (UsdLux.DistantLight, UsdLux.SphereLight)
+        return [_usd_light(prim, cache) for prim in self.stage.Traverse() if any(map(prim.IsA, kinds))]
 
+    def table(self, things: AssetFacts, gravity: Vec3, roots: dict[str, Pose], welded: Collection[str]) -> SceneFacts:
+        """Table of the scene.
 
-def facts_of_usd_by_mujoco(path: Path) -> SceneFacts:
-    """The table of a scene.usda as MuJoCo imports it. Raises ValueError where it does not."""
-    loaded = usd_facts.imported(path)
-    if loaded.model is None:
-        raise ValueError(loaded.error)
-    return facts_of_import(loaded.model, SceneReading(usd_facts.opened(path)))
+        Args:
+            things: bodies of all placements, as one of the readers has them, like `gravity`.
+            roots: names of placements, and of other bodies -> world_from_root.
+            welded: placements that are fixed to the world.
+        Raises:
+            ValueError: physics knows nothing of a placement.
+        """
+        placements = []
+        for prim in self.stage.GetDefaultPrim().GetChildren():
+            name = prim.GetName()
+            if name not in self.words:
+                continue
+            if name not in roots:
+                raise ValueError(f"placement {name!r} has no body {ROOT_BODY!r}")
+            placements.append(
+                PlacementFacts(
+                    name=name,
+                    asset=Usd.ModelAPI(prim).GetAssetName(),
+                    layer=str(prim.GetAttribute(USD_LAYER).Get() or ""),
+                    base=Base.FIXED if name in welded else Base.FREE,
+                    position=roots[name].position,
+                    quaternion=roots[name].quaternion,
+                    words=self.words[name],
+                )
+            )
+        return SceneFacts(
+            gravity=gravity,
+            placements=placements,
+            cameras=self.cameras,
+            lights=self.lights,
+            things=things.replace(base=Base.FIXED, poses=self.poses),
+        )
 
 
 def facts_of_import(model: mujoco.MjModel, read: SceneReading) -> SceneFacts:
@@ -241,106 +247,50 @@ def facts_of_import(model: mujoco.MjModel, read: SceneReading) -> SceneFacts:
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     names = {short_name(model.body(i).name): i for i in range(1, model.nbody)}
-    stand = {n: Pose(position=three(data.xpos[b]), quaternion=four(data.xquat[b])) for n, b in names.items()}
+    roots = {n: Pose(position=three(data.xpos[b]), quaternion=four(data.xquat[b])) for n, b in names.items()}
     free = set(free_bodies(model))
-    welded = {name: stand[name] for name, body in names.items() if body not in free}
-    things = usd_facts.facts_of_import(model, read).replace(poses=read.poses)
-    return SceneFacts(
-        gravity=three(model.opt.gravity),
-        placements=tuple(_usd_placements(read, stand, welded)),
-        cameras=read.cameras,
-        lights=read.lights,
-        things=things,
-    )
-
-
-def facts_of_usd_by_pxr(stage: Usd.Stage) -> SceneFacts:
-    """The table of a scene.usda as UsdPhysics parses it. Raises ValueError where it holds what no scene has."""
-    return facts_of_stage(SceneReading(stage))
+    welded = [name for name, body in names.items() if body not in free]
+    return read.table(usd_facts.facts_of_import(model, read), three(model.opt.gravity), roots, welded)
 
 
 def facts_of_stage(read: SceneReading) -> SceneFacts:
-    """The same of a stage that is read for other tables too."""
+    """The table of a stage as UsdPhysics parses it. Raises ValueError where it holds what no scene has."""
     stage = read.stage
     things, welded = usd_facts.facts_of_stage(read)
     cache = UsdGeom.XformCache()
     bodies = [prim for prim in stage.Traverse() if prim.HasAPI(UsdPhysics.RigidBodyAPI)]
     rows = usd_facts.rigid_all([cache.GetLocalToWorldTransform(prim) for prim in bodies])
-    stand = {
+    roots = {
         short_name(str(prim.GetPath())): Pose(position=position, quaternion=quaternion)
         for prim, position, quaternion in zip(bodies, *rows, strict=True)
     }
-    return SceneFacts(
-        gravity=_gravity(stage),
-        placements=tuple(_usd_placements(read, stand | welded, welded)),
-        cameras=read.cameras,
-        lights=read.lights,
-        # A scene has no base of its own.
-        things=things.replace(base=Base.FIXED, poses=read.poses),
-    )
-
-
-def _usd_placements(read: SceneReading, stand: dict[str, Pose], welded: dict[str, Pose]) -> Iterator[PlacementFacts]:
-    """Sorted by name. Raises ValueError where physics knows nothing of one."""
-    for prim in sorted(read.stage.GetDefaultPrim().GetChildren(), key=lambda p: p.GetName()):
-        name = prim.GetName()
-        if name not in read.words:
-            continue
-        if name not in stand:
-            raise ValueError(f"placement {name!r} has no body {ROOT_BODY!r}")
-        layer = prim.GetAttribute(USD_LAYER).Get()
-        yield PlacementFacts(
-            name=name,
-            asset=Usd.ModelAPI(prim).GetAssetName(),
-            layer=str(layer or ""),
-            base=Base.FIXED if name in welded else Base.FREE,
-            position=stand[name].position,
-            quaternion=stand[name].quaternion,
-            words=read.words[name],
-        )
-
-
-def _gravity(stage: Usd.Stage) -> Vec3:
-    """Gravity of the one physics scene. Raises ValueError if there is not exactly one."""
     scenes = [UsdPhysics.Scene(p) for p in stage.Traverse() if p.IsA(UsdPhysics.Scene)]
     if len(scenes) != 1:
         raise ValueError(f"there are {len(scenes)} physics scenes, not one")
     strength = float(scenes[0].GetGravityMagnitudeAttr().Get())
-    return three(np.array(scenes[0].GetGravityDirectionAttr().Get(), dtype=np.float64) * strength)
+    gravity = np.array(scenes[0].GetGravityDirectionAttr().Get(), dtype=np.float64) * strength
+    return read.table(things, three(gravity), roots | welded, welded)
 
 
-def _usd_cameras(stage: Usd.Stage) -> tuple[CameraFacts, ...]:
-    found, cache = [], UsdGeom.XformCache()
-    for prim in (p for p in stage.Traverse() if p.IsA(UsdGeom.Camera)):
-        lens, pose = UsdGeom.Camera(prim), usd_facts.rigid(cache.GetLocalToWorldTransform(prim))
-        high, focal = lens.GetVerticalApertureAttr().Get(), lens.GetFocalLengthAttr().Get()
-        fov = math.degrees(2 * math.atan(high / 2 / focal))
-        place = {"position": pose.position, "quaternion": pose.quaternion}
-        found.append(CameraFacts(name=prim.GetName(), fov_y_deg=fov, **place))
-    return tuple(sorted(found, key=lambda camera: camera.name))
+def _usd_camera(prim: Usd.Prim, cache: UsdGeom.XformCache) -> CameraFacts:
+    lens, pose = UsdGeom.Camera(prim), usd_facts.rigid(cache.GetLocalToWorldTransform(prim))
+    high, focal = lens.GetVerticalApertureAttr().Get(), lens.GetFocalLengthAttr().Get()
+    fov = math.degrees(2 * math.atan(high / 2 / focal))
+    return CameraFacts(name=prim.GetName(), position=pose.position, quaternion=pose.quaternion, fov_y_deg=fov)
 
 
-def _usd_lights(stage: Usd.Stage) -> tuple[LightFacts, ...]:
-    """Distant lights and balls; the dome is no light of the scene's own."""
-    found, cache = [], UsdGeom.XformCache()
-    for prim in stage.Traverse():
-        distant = prim.IsA(UsdLux.DistantLight)
-        if not distant and not prim.IsA(UsdLux.SphereLight):
-            continue
-        shaping = UsdLux.ShapingAPI(prim) if prim.HasAPI(UsdLux.ShapingAPI) else None
-        kind = "directional" if distant else "point" if shaping is None else "spot"
-        pose = usd_facts.rigid(cache.GetLocalToWorldTransform(prim))
-        color = np.array(UsdLux.LightAPI(prim).GetColorAttr().Get(), dtype=np.float64)
-        found.append(
-            LightFacts(
-                name=prim.GetName(),
-                kind=kind,
-                position=pose.position,
-                # Lights of USD shine along their -z.
-                direction=three(np.zeros(3) if kind == "point" else -pose.rotation[:, 2]),
-                tint=three(color / max(float(color.max()), 1e-12)),
-                castshadow=bool(UsdLux.ShadowAPI(prim).GetShadowEnableAttr().Get()),
-                cone_deg=float(shaping.GetShapingConeAngleAttr().Get()) if shaping is not None else 0.0,
-            )
-        )
-    return tuple(sorted(found, key=lambda light: light.name))
+def _usd_light(prim: Usd.Prim, cache: UsdGeom.XformCache) -> LightFacts:
+    shaping = UsdLux.ShapingAPI(prim) if prim.HasAPI(UsdLux.ShapingAPI) else None
+    kind = "directional" if prim.IsA(UsdLux.DistantLight) else "point" if shaping is None else "spot"
+    pose = usd_facts.rigid(cache.GetLocalToWorldTransform(prim))
+    color = np.array(UsdLux.LightAPI(prim).GetColorAttr().Get(), dtype=np.float64)
+    return LightFacts(
+        name=prim.GetName(),
+        kind=kind,
+        castshadow=bool(UsdLux.ShadowAPI(prim).GetShadowEnableAttr().Get()),
+        position=pose.position,
+        # Lights of USD shine along their -z.
+        direction=three(np.zeros(3) if kind == "point" else -pose.rotation[:, 2]),
+        tint=three(color / max(float(color.max()), 1e-12)),
+        cone_deg=float(shaping.GetShapingConeAngleAttr().Get()) if shaping is not None else 0.0,
+    )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -19,19 +19,17 @@ from casa_assets.checks.package.facts import (
     BodyFacts,
     JointFacts,
     PlaceFacts,
-    PoseFacts,
     ProgramTexts,
     StateFacts,
     VisualFacts,
 )
-from casa_assets.checks.readers.mujoco_facts import three
+from casa_assets.checks.readers.mujoco_facts import bounds_around, pose_facts, tensor_entries, three
 from casa_assets.core.numeric import Floats, about_axis, linear_from_srgb
 from casa_assets.geometry.solid.primitive import shape_bounds
 from casa_assets.model.asset.asset import Base, JointKind
 from casa_assets.model.asset.behavior import Behavior
 from casa_assets.model.asset.parts import Box, Cylinder, Sphere
 from casa_assets.model.pose import Pose
-from casa_assets.model.record import Vec3
 
 KINDS = {"revolute": JointKind.HINGE, "prismatic": JointKind.SLIDE}
 # In the name of a sphere at the end of a capsule, which is no collider of its own.
@@ -108,18 +106,13 @@ def links(path: Path) -> tuple[UrdfLink, ...]:
         joint = by_child.get(name)
         parent = "" if joint is None else _child(joint, "parent").get("link", "")
         found.append(UrdfLink(name, parent, element, joint))
-    _check_tree(path.name, found, len(root.findall("joint")))
-    return tuple(found)
-
-
-def _check_tree(file: str, found: list[UrdfLink], joints: int) -> None:
-    """Raise ValueError unless links and joints are one tree: a joint above every link but the root."""
     names = {link.name for link in found}
-    roots = [link for link in found if link.joint is None]
     lost = sorted(link.parent for link in found if link.parent and link.parent not in names)
-    if len(names) != len(found) or lost or len(roots) != 1 or joints != len(found) - 1:
+    roots, joints = sum(link.joint is None for link in found), len(root.findall("joint"))
+    if len(names) != len(found) or lost or roots != 1 or joints != len(found) - 1:
         what = f"a joint hangs on {lost[0]!r}, which is no link" if lost else "its links are not one tree"
-        raise ValueError(f"{file}: {what}")
+        raise ValueError(f"{path.name}: {what}")
+    return tuple(found)
 
 
 def table(tree: tuple[UrdfLink, ...], folder: Path, aside: Json, prefix: str = "") -> AssetFacts:
@@ -129,16 +122,16 @@ def table(tree: tuple[UrdfLink, ...], folder: Path, aside: Json, prefix: str = "
         tree: links of the asset, whose root is called `object`. folder: of the URDF. aside: the JSON that goes with it.
         prefix: begins the names of its joints, visuals and colliders, which the table has without it.
     """
+    named = {CLOSED: {}, **aside["keyframes"]} if aside["keyframes"] else {}
     at_zero = root_from_links(tree)
-    poses = [] if not aside["keyframes"] else [(CLOSED, {}), *aside["keyframes"].items()]
     return AssetFacts(
         base=Base(aside["base"]),
-        bodies=tuple(sorted((_body(k, at_zero, folder, aside, prefix) for k in tree), key=lambda body: body.name)),
-        exclusions=tuple(sorted((min(pair), max(pair)) for pair in map(tuple, aside["exclusions"]))),
-        places=tuple(sorted(_places(aside), key=lambda place: place.name)),
-        looks=tuple(sorted(_looks(tree, folder, prefix), key=lambda look: look.name)),
-        poses=tuple(_pose_facts(name, values, tree, prefix) for name, values in sorted(dict(poses).items())),
+        exclusions=aside["exclusions"],
         words=_words(aside),
+        bodies=[_body(link, at_zero, folder, aside, prefix) for link in tree],
+        places=[_place(item) for item in (*aside["sites"], *aside["regions"]) if item["name"] != OUTER],
+        looks=[_look(visual, folder, prefix) for link in tree for visual in link.element.findall("visual")],
+        poses=[pose_facts(name, root_from_links(tree, values, prefix)) for name, values in named.items()],
     )
 
 
@@ -149,30 +142,25 @@ def on_joint_axes(asset: AssetFacts) -> AssetFacts:
         asset: in the frames of the asset, in which an anchor is a point of the body.
     """
     anchors = {body.name: np.array(body.joint.anchor if body.joint else (0.0, 0.0, 0.0)) for body in asset.bodies}
-    places = tuple(p.replace(position=three(np.array(p.position) - anchors[p.body])) for p in asset.places)
-    return asset.replace(
-        bodies=tuple(_moved_body(body, anchors[body.name]) for body in asset.bodies),
-        places=places,
-        poses=tuple(_moved_poses(pose, anchors) for pose in asset.poses),
-    )
-
-
-def _moved_body(body: BodyFacts, anchor: Floats) -> BodyFacts:
-    moved = Pose(position=body.position, quaternion=body.quaternion) @ Pose(position=three(anchor))
-    shapes = anchor if body.colliders else np.zeros(3)
-    return body.replace(
-        position=moved.position,
-        center_of_mass=three(np.array(body.center_of_mass) - anchor),
-        lower=three(np.array(body.lower) - shapes),
-        upper=three(np.array(body.upper) - shapes),
-        joint=body.joint and body.joint.replace(anchor=(0.0, 0.0, 0.0)),
-    )
-
-
-def _moved_poses(pose: PoseFacts, anchors: Mapping[str, Floats]) -> PoseFacts:
-    frames = zip(pose.bodies, pose.positions, pose.quaternions, strict=True)
-    moved = [Pose(position=p, quaternion=q) @ Pose(position=three(anchors[name])) for name, p, q in frames]
-    return pose.replace(positions=tuple(frame.position for frame in moved))
+    bodies, poses = [], []
+    for body in asset.bodies:
+        anchor = anchors[body.name]
+        moved = Pose(position=body.position, quaternion=body.quaternion) @ Pose(position=three(anchor))
+        shapes = anchor if body.colliders else np.zeros(3)
+        changes = {
+            "position": moved.position,
+            "center_of_mass": three(np.array(body.center_of_mass) - anchor),
+            "lower": three(np.array(body.lower) - shapes),
+            "upper": three(np.array(body.upper) - shapes),
+            "joint": body.joint and body.joint.replace(anchor=(0.0, 0.0, 0.0)),
+        }
+        bodies.append(body.replace(**changes))
+    for pose in asset.poses:
+        frames = zip(pose.bodies, pose.positions, pose.quaternions, strict=True)
+        by_body = {b: Pose(position=p, quaternion=q) @ Pose(position=three(anchors[b])) for b, p, q in frames}
+        poses.append(pose.replace(positions=[by_body[body].position for body in pose.bodies]))
+    places = [p.replace(position=three(np.array(p.position) - anchors[p.body])) for p in asset.places]
+    return asset.replace(bodies=bodies, places=places, poses=poses)
 
 
 def root_from_links(
@@ -221,36 +209,28 @@ def _body(link: UrdfLink, at_zero: Mapping[str, Pose], folder: Path, aside: Json
     """Row of a link. `at_zero`: poses of all links of the asset."""
     own, pose = link.parent not in at_zero, at_zero[link.name]
     inertial = _child(link.element, "inertial")
-    frame = origin(inertial)
-    tensor = frame.rotation @ _tensor(inertial) @ frame.rotation.T
+    frame, moments = origin(inertial), _child(inertial, "inertia")
+    xx, yy, zz, xy, xz, yz = (_number(moments, name) for name in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz"))
+    tensor = frame.rotation @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ frame.rotation.T
     shapes = link.element.findall("collision")
-    corners = [_bounds(shape, folder) for shape in shapes]
+    lower, upper = bounds_around([_bounds(shape, folder) for shape in shapes])
     names = [shape.get("name", "").removeprefix(prefix) for shape in shapes]
     colliders = [name for name in names if CAPSULE_END not in name]
+    matters = [aside["colliders"][name] for name in colliders]
     return BodyFacts(
         name=link.name,
         parent="" if own else link.parent,
+        colliders=len(colliders),
         position=pose.position,
+        center_of_mass=frame.position,
+        lower=lower,
+        upper=upper,
         quaternion=pose.quaternion,
         mass=_number(_child(inertial, "mass"), "value"),
-        center_of_mass=frame.position,
-        inertia=tuple(float(tensor[i, j]) for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))),
-        colliders=len(colliders),
-        lower=three(np.min([c[0] for c in corners], axis=0)) if corners else (0.0, 0.0, 0.0),
-        upper=three(np.max([c[1] for c in corners], axis=0)) if corners else (0.0, 0.0, 0.0),
-        frictions=tuple(sorted({_friction(aside["colliders"][name]) for name in colliders})),
+        inertia=tensor_entries(tensor),
+        frictions={(m["dynamic_friction"], m["torsional_friction"], m["rolling_friction"]) for m in matters},
         joint=None if own or not link.is_moved else _joint(link, aside, prefix),
     )
-
-
-def _tensor(inertial: etree._Element) -> Floats:
-    element = _child(inertial, "inertia")
-    xx, yy, zz, xy, xz, yz = (_number(element, name) for name in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz"))
-    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-
-
-def _friction(matter: Json) -> Vec3:
-    return matter["dynamic_friction"], matter["torsional_friction"], matter["rolling_friction"]
 
 
 def _joint_name(link: UrdfLink, prefix: str) -> str:
@@ -274,27 +254,17 @@ def _joint(link: UrdfLink, aside: Json, prefix: str) -> JointFacts:
     )
 
 
-def _places(aside: Json) -> list[PlaceFacts]:
-    found = []
-    for item in (*aside["sites"], *aside["regions"]):
-        x, y, z = item["size"]
-        if item["name"] != OUTER:
-            found.append(
-                PlaceFacts(
-                    name=item["name"],
-                    body=item["link"],
-                    kind=item["kind"],
-                    position=tuple(item["position"]),
-                    quaternion=tuple(item["quaternion"]),
-                    size=(x, x, z) if item["kind"] == "cylinder" else (x, y, z),
-                    color=tuple(item["color"]) if "color" in item else None,
-                )
-            )
-    return found
-
-
-def _looks(tree: tuple[UrdfLink, ...], folder: Path, prefix: str) -> list[VisualFacts]:
-    return [_look(visual, folder, prefix) for link in tree for visual in link.element.findall("visual")]
+def _place(item: Json) -> PlaceFacts:
+    x, y, z = item["size"]
+    return PlaceFacts(
+        name=item["name"],
+        body=item["link"],
+        kind=item["kind"],
+        position=item["position"],
+        quaternion=item["quaternion"],
+        size=(x, x, z) if item["kind"] == "cylinder" else (x, y, z),
+        color=item.get("color"),
+    )
 
 
 def _look(visual: etree._Element, folder: Path, prefix: str) -> VisualFacts:
@@ -305,7 +275,11 @@ def _look(visual: etree._Element, folder: Path, prefix: str) -> VisualFacts:
     """
     name = visual.get("name", "")
     obj = folder / _child(_child(visual, "geometry"), "mesh").get("filename", "")
-    mtl = _material_lines(obj.parent / _first_line(obj, "mtllib"))
+    library = next((line for line in _lines(obj) if line.startswith("mtllib ")), None)
+    if library is None:
+        raise ValueError(f"{obj.name} has no mtllib")
+    pairs = [line.split(maxsplit=1) for line in _lines(obj.parent / library.removeprefix("mtllib "))]
+    mtl = {pair[0]: pair[1] for pair in pairs if len(pair) == 2}
     shown = [*map(float, mtl["Kd"].split()), float(mtl["d"])]
     stated = visual.find("material/color")
     if stated is not None and not np.allclose(_numbers(stated, "rgba"), shown, atol=1e-6):
@@ -313,37 +287,20 @@ def _look(visual: etree._Element, folder: Path, prefix: str) -> VisualFacts:
     picture = mtl.get("map_Kd", "")
     if picture and not (obj.parent / picture).is_file():
         raise ValueError(f"visual {name!r}: there is no picture {picture}")
-    red, green, blue = (linear_from_srgb(c) for c in shown[:3])
-    light = [linear_from_srgb(float(c)) for c in mtl["Ke"].split()]
     return VisualFacts(
         name=name.removeprefix(prefix),
-        color=(red, green, blue, shown[3]),
-        light=three(np.array(light)),
+        color=(*(linear_from_srgb(c) for c in shown[:3]), shown[3]),
+        light=[linear_from_srgb(float(c)) for c in mtl["Ke"].split()],
         picture=Path(picture).name,
     )
 
 
-def _material_lines(mtl: Path) -> dict[str, str]:
+def _lines(file: Path) -> list[str]:
+    """Lines of an OBJ or MTL file."""
     try:
-        pairs = [line.split(maxsplit=1) for line in mtl.read_text(encoding="ascii").splitlines()]
+        return file.read_text(encoding="ascii").splitlines()
     except OSError as error:
-        raise ValueError(f"{mtl.name} cannot be read: {error.strerror}") from error
-    return {pair[0]: pair[1] for pair in pairs if len(pair) == 2}
-
-
-def _first_line(obj: Path, word: str) -> str:
-    """The rest of the first line of an OBJ file that begins with a word."""
-    for line in _text(obj).splitlines():
-        if line.startswith(f"{word} "):
-            return line.removeprefix(f"{word} ")
-    raise ValueError(f"{obj.name} has no {word}")
-
-
-def _text(obj: Path) -> str:
-    try:
-        return obj.read_text(encoding="ascii")
-    except OSError as error:
-        raise ValueError(f"{obj.name} cannot be read: {error.strerror}") from error
+        raise ValueError(f"{file.name} cannot be read: {error.strerror}") from error
 
 
 def _bounds(element: etree._Element, folder: Path) -> Floats:
@@ -356,51 +313,29 @@ def _bounds(element: etree._Element, folder: Path) -> Floats:
         return shape_bounds(Sphere(radius=_number(shape, "radius")), pose)
     if shape.tag == "cylinder":
         return shape_bounds(Cylinder(radius=_number(shape, "radius"), height=_number(shape, "length")), pose)
-    points = pose.apply(_vertices(folder / shape.get("filename", "")))
+    obj = folder / shape.get("filename", "")
+    rows = [line[2:].split() for line in _lines(obj) if line.startswith("v ")]
+    if not rows:
+        raise ValueError(f"{obj.name} has no points")
+    points = pose.apply(np.array(rows, dtype=np.float64))
     return np.array([points.min(axis=0), points.max(axis=0)])
 
 
-def _vertices(obj: Path) -> Floats:
-    """(N, 3) positions of an OBJ file."""
-    rows = [line[2:].split() for line in _text(obj).splitlines() if line.startswith("v ")]
-    if not rows:
-        raise ValueError(f"{obj.name} has no points")
-    return np.array(rows, dtype=np.float64)
-
-
-def _pose_facts(name: str, values: Json, tree: tuple[UrdfLink, ...], prefix: str) -> PoseFacts:
-    poses = root_from_links(tree, values, prefix)
-    order = sorted(poses)
-    return PoseFacts(
-        name=name,
-        bodies=tuple(order),
-        positions=tuple(poses[link].position for link in order),
-        quaternions=tuple(poses[link].quaternion for link in order),
-    )
-
-
 def _words(aside: Json) -> ProgramTexts:
-    shapes = {**aside["visuals"], **aside["colliders"]}
-    joints: Json = aside["joints"]
-    states = [
-        StateFacts(name=s["name"], joint=s["joint"], value=s["value"], interval=tuple(s["interval"]))
-        for s in aside["states"]
-    ]
-    behavior = aside["behavior"]
+    shapes, joints, behavior = {**aside["visuals"], **aside["colliders"]}, aside["joints"].items(), aside["behavior"]
     return ProgramTexts(
-        classes=tuple(aside["classes"]),
+        classes=aside["classes"],
         portion=aside.get("portion", ""),
-        labels=tuple(sorted((name, said["label"]) for name, said in shapes.items() if said["label"])),
-        grips=_pairs(joints, lambda said: said["grip"]),
-        behind=_pairs(joints, lambda said: said["behind"]),
-        states=tuple(sorted(states, key=lambda state: state.name)),
+        labels=[(name, said["label"]) for name, said in shapes.items() if said["label"]],
+        grips=[(name, said["grip"]) for name, said in joints if said["grip"]],
+        behind=[(name, said["behind"]) for name, said in joints if said["behind"]],
         contract=aside["contract"],
         behavior="" if behavior is None else Behavior.model_validate(behavior).digest,
+        states=[
+            StateFacts(name=s["name"], joint=s["joint"], value=s["value"], interval=s["interval"])
+            for s in aside["states"]
+        ],
     )
-
-
-def _pairs(joints: Json, value: Callable[[Json], Any]) -> tuple[tuple[str, str], ...]:
-    return tuple(sorted((name, value(said)) for name, said in joints.items() if value(said)))
 
 
 def _child(element: etree._Element, tag: str) -> etree._Element:

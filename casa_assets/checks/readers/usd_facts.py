@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from importlib.util import find_spec
 from pathlib import Path, PurePosixPath
@@ -12,7 +13,6 @@ from typing import Literal
 
 import mujoco
 import numpy as np
-import numpy.typing as npt
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdPhysics, UsdSemantics, UsdShade
 
 from casa_assets.checks.package.facts import (
@@ -33,13 +33,14 @@ from casa_assets.checks.readers.mujoco_facts import (
     four,
     free_bodies,
     own_name,
-    pose_facts,
+    pose_facts_of_many,
     quaternions_of,
     short_name,
     tensor_entries,
     three,
 )
 from casa_assets.checks.readers.mujoco_load import Loaded, all_warnings
+from casa_assets.core.numeric import Floats
 from casa_assets.model.asset.asset import Base, JointKind
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3, Vec4
@@ -51,47 +52,45 @@ SITE = "MjcSiteAPI"
 VARIANTS = "pose"
 
 
-def words(stage: Usd.Stage) -> ProgramTexts:
-    """Classes and labels, states, grips, contract and behaviour."""
-    return words_below(stage.GetDefaultPrim())
-
-
-def words_below(root: Usd.Prim) -> ProgramTexts:
-    """Classes and labels, states, grips, contract and behaviour of one asset of many."""
+def words(root: Usd.Prim) -> ProgramTexts:
+    """Classes and labels, states, grips, contract and behaviour of the asset at a prim."""
     prims = list(Usd.PrimRange(root))
     joints = [prim for prim in prims if prim.IsA(UsdPhysics.Joint)]
     names = {prim.GetName() for prim in prims}
     behavior = _text(root, "casa:behavior")
+    grips, behind = (
+        [(joint.GetName(), _text(joint, name)) for joint in joints] for name in ("casa:grip", "casa:behind")
+    )
+    states = [(joint, joint.GetCustomDataByKey("states") or {}) for joint in joints]
     return ProgramTexts(
         classes=_labels(root, "class"),
         portion=" ".join(_labels(root, "portion")),
-        labels=tuple(
-            sorted((p.GetName(), label) for p in prims if p.IsA(UsdGeom.Gprim) for label in _labels(p, "part"))
-        ),
-        grips=_links(joints, "casa:grip", names),
-        behind=_links(joints, "casa:behind", names),
-        states=tuple(sorted((s for j in joints for s in _states(j)), key=lambda state: state.name)),
+        labels=[(p.GetName(), label) for p in prims if p.IsA(UsdGeom.Gprim) for label in _labels(p, "part")],
+        # Names of prims that there are.
+        grips=[(joint, target) for joint, target in grips if target in names],
+        behind=[(joint, target) for joint, target in behind if target in names],
         contract=_text(root, "casa:contract"),
         behavior=hashlib.sha256(behavior.encode()).hexdigest() if behavior else "",
+        states=[
+            StateFacts(name=name, joint=joint.GetName(), value=said["value"], interval=(said["from"], said["to"]))
+            for joint, named in states
+            for name, said in named.items()
+        ],
     )
 
 
-def places_of(stage: Usd.Stage) -> tuple[PlaceFacts, ...]:
-    """Prims that are sites, sorted by name; those with their own colour are no regions.
-
-    Raises:
-        ValueError: one is neither sphere, cube nor cylinder about z.
-    """
-    cache = UsdGeom.XformCache()
-    # As written: GetAppliedSchemas knows the schemas of MuJoCo only where its reader of USD is installed.
-    sites = [prim for prim in stage.Traverse() if SITE in prim.GetPrimTypeInfo().GetAppliedAPISchemas()]
-    matrices = [_in_body(prim, cache) for prim in sites]
-    found = [_place(*site) for site in zip(sites, matrices, *rigid_all(matrices), strict=True)]
-    return tuple(sorted((place for place in found if own_name(place.name) != OUTER), key=lambda place: place.name))
+def _labels(prim: Usd.Prim, taxonomy: str) -> tuple[str, ...]:
+    if not prim.HasAPI(UsdSemantics.LabelsAPI, taxonomy):
+        return ()
+    return tuple(UsdSemantics.LabelsAPI(prim, taxonomy).GetLabelsAttr().Get() or ())
 
 
-def poses(stage: Usd.Stage, scene: bool = False) -> tuple[PoseFacts, ...]:
-    """Poses of the bodies in each variant of `pose`, sorted by name. The stage is left as it was.
+def _text(prim: Usd.Prim, name: str) -> str:
+    return str(prim.GetAttribute(name).Get() or "")
+
+
+def poses(stage: Usd.Stage, scene: bool = False) -> list[PoseFacts]:
+    """Poses of the bodies in each variant of `pose`. The stage is left as it was.
 
     Args:
         stage: with the variants on its default prim.
@@ -109,54 +108,45 @@ def poses(stage: Usd.Stage, scene: bool = False) -> tuple[PoseFacts, ...]:
             cache = UsdGeom.XformCache()
             matrices = [cache.GetLocalToWorldTransform(stage.GetPrimAtPath(path)) for path in bodies]
             world_from = dict(zip(names, zip(*rigid_all(matrices), strict=True), strict=True))
-            found.append(pose_facts(name, world_from, None if scene else ROOT_BODY))
+            found.append(pose_facts_of_many(name, world_from, None if scene else ROOT_BODY))
         variants.ClearVariantSelection()
-    return tuple(found)
+    return found
 
 
-def _labels(prim: Usd.Prim, taxonomy: str) -> tuple[str, ...]:
-    if not prim.HasAPI(UsdSemantics.LabelsAPI, taxonomy):
-        return ()
-    return tuple(UsdSemantics.LabelsAPI(prim, taxonomy).GetLabelsAttr().Get() or ())
+def _places(stage: Usd.Stage) -> list[PlaceFacts]:
+    """Prims that are sites; those without their own colour are regions.
 
-
-def _text(prim: Usd.Prim, name: str) -> str:
-    return str(prim.GetAttribute(name).Get() or "")
-
-
-def _links(joints: list[Usd.Prim], name: str, known: set[str]) -> tuple[tuple[str, str], ...]:
-    """(joint, name of a prim that there is) of the joints that have the attribute."""
-    found = [(joint.GetName(), _text(joint, name)) for joint in joints]
-    return tuple(sorted((joint, target) for joint, target in found if target in known))
-
-
-def _states(joint: Usd.Prim) -> list[StateFacts]:
-    named = joint.GetCustomDataByKey("states") or {}
-    return [
-        StateFacts(name=name, joint=joint.GetName(), value=said["value"], interval=(said["from"], said["to"]))
-        for name, said in named.items()
+    Raises:
+        ValueError: one is neither sphere, cube nor cylinder about z.
+    """
+    cache = UsdGeom.XformCache()
+    # As written: GetAppliedSchemas knows the schemas of MuJoCo only where its reader of USD is installed.
+    sites = [prim for prim in stage.Traverse() if SITE in prim.GetPrimTypeInfo().GetAppliedAPISchemas()]
+    # Places lie two levels below their body.
+    bodies = [prim.GetParent().GetParent() for prim in sites]
+    # body_from_place with its scale
+    matrices = [
+        cache.GetLocalToWorldTransform(prim) * cache.GetLocalToWorldTransform(body).GetInverse()
+        for prim, body in zip(sites, bodies, strict=True)
     ]
-
-
-def _in_body(prim: Usd.Prim, cache: UsdGeom.XformCache) -> Gf.Matrix4d:
-    """body_from_place with its scale; places lie two levels below their body."""
-    body = prim.GetParent().GetParent()
-    return cache.GetLocalToWorldTransform(prim) * cache.GetLocalToWorldTransform(body).GetInverse()
-
-
-def _place(prim: Usd.Prim, matrix: Gf.Matrix4d, position: Vec3, quaternion: Vec4) -> PlaceFacts:
-    scale = [matrix.GetRow3(i).GetLength() for i in range(3)]
-    kind, own = _volume(prim)
-    x, y, z = (float(s * n) for s, n in zip(scale, own, strict=True))
-    return PlaceFacts(
-        name=short_name(str(prim.GetPath())),
-        body=short_name(str(prim.GetParent().GetParent().GetPath())),
-        kind=kind,
-        position=position,
-        quaternion=quaternion,
-        size=(x, y, z),
-        color=_color(UsdGeom.Gprim(prim)),
-    )
+    found = []
+    for prim, body, matrix, at, turn in zip(sites, bodies, matrices, *rigid_all(matrices), strict=True):
+        kind, own = _volume(prim)
+        # A region defines no colour itself.
+        gprim = UsdGeom.Gprim(prim)
+        colors, alphas = gprim.GetDisplayColorAttr().Get(), gprim.GetDisplayOpacityAttr().Get()
+        found.append(
+            PlaceFacts(
+                name=short_name(str(prim.GetPath())),
+                body=short_name(str(body.GetPath())),
+                kind=kind,
+                position=at,
+                quaternion=turn,
+                size=[float(matrix.GetRow3(i).GetLength() * own[i]) for i in range(3)],
+                color=(*three(colors[0]), float(alphas[0])) if colors and alphas else None,
+            )
+        )
+    return [place for place in found if own_name(place.name) != OUTER]
 
 
 def _volume(prim: Usd.Prim) -> tuple[Literal["sphere", "box", "cylinder"], Vec3]:
@@ -172,15 +162,6 @@ def _volume(prim: Usd.Prim) -> tuple[Literal["sphere", "box", "cylinder"], Vec3]
         across = 2 * float(rod.GetRadiusAttr().Get())
         return "cylinder", (across, across, float(rod.GetHeightAttr().Get()))
     raise ValueError(f"place {prim.GetName()!r} is neither sphere, cube nor cylinder about z")
-
-
-def _color(gprim: UsdGeom.Gprim) -> Vec4 | None:
-    """Linear RGBA, or None if the prim does not define a colour itself."""
-    colors, alphas = gprim.GetDisplayColorAttr().Get(), gprim.GetDisplayOpacityAttr().Get()
-    if not colors or not alphas:
-        return None
-    red, green, blue = (float(n) for n in colors[0])
-    return red, green, blue, float(alphas[0])
 
 
 def rigid(matrix: Gf.Matrix4d) -> Pose:
@@ -201,8 +182,8 @@ def rigid_all(matrices: Sequence[Gf.Matrix4d]) -> tuple[list[Vec3], list[Vec4]]:
 # USD stage -> what its visuals look like. Read with OpenUSD alone.
 
 
-def looks(stage: Usd.Stage) -> tuple[VisualFacts, ...]:
-    """Meshes that physics does not touch, sorted by name, in the material that they are bound to.
+def looks(stage: Usd.Stage) -> list[VisualFacts]:
+    """Meshes that physics does not touch, in the material that they are bound to.
 
     Raises:
         ValueError: one has no surface to be seen.
@@ -219,7 +200,7 @@ def looks(stage: Usd.Stage) -> tuple[VisualFacts, ...]:
             surfaces[bound] = _surface(prim, material)
         color, light, picture = surfaces[bound]
         found.append(VisualFacts(name=short_name(str(prim.GetPath())), color=color, light=light, picture=picture))
-    return tuple(sorted(found, key=lambda look: look.name))
+    return found
 
 
 def _surface(prim: Usd.Prim, material: UsdShade.Material) -> tuple[Vec4, Vec3, str]:
@@ -228,8 +209,9 @@ def _surface(prim: Usd.Prim, material: UsdShade.Material) -> tuple[Vec4, Vec3, s
     if not shader:
         raise ValueError(f"{prim.GetName()!r} has no surface")
     red, green, blue, _ = _value(shader, "diffuseColor")
-    opacity, light = _value(shader, "opacity")[3], _three(_value(shader, "emissiveColor"))
-    return (red, green, blue, opacity), light, _picture(shader)
+    node = _node(shader, "diffuseColor")
+    picture = PurePosixPath(node.GetInput("file").Get().path).name if node is not None else ""
+    return (red, green, blue, _value(shader, "opacity")[3]), three(_value(shader, "emissiveColor")[:3]), picture
 
 
 def _node(shader: UsdShade.Shader, name: str) -> UsdShade.Shader | None:
@@ -245,29 +227,14 @@ def _value(shader: UsdShade.Shader, name: str) -> Vec4:
     node = _node(shader, name)
     if node is not None:
         scale = node.GetInput("scale")
-        red, green, blue, alpha = (float(n) for n in (scale.Get() if scale else (1, 1, 1, 1)))
-        return red, green, blue, alpha
+        return four(scale.Get() if scale else (1, 1, 1, 1))
     port = shader.GetInput(name)
     value = port.Get() if port else (0.0, 0.0, 0.0)
-    if isinstance(value, float):
-        return 1.0, 1.0, 1.0, value
-    red, green, blue = (float(n) for n in value)
-    return red, green, blue, 1.0
-
-
-def _picture(shader: UsdShade.Shader) -> str:
-    node = _node(shader, "diffuseColor")
-    return PurePosixPath(node.GetInput("file").Get().path).name if node is not None else ""
-
-
-def _three(rgba: Vec4) -> Vec3:
-    return rgba[0], rgba[1], rgba[2]
+    return (1.0, 1.0, 1.0, value) if isinstance(value, float) else (*three(value), 1.0)
 
 
 # Usd facts ------------------------------------------------------------------------------------------------------------
 # USD file -> fact table, by two readers that share no code: MuJoCo and UsdPhysics.
-
-Array = npt.NDArray[np.float64]
 
 AXES = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "Z": (0.0, 0.0, 1.0)}
 # Axis of a cylinder or capsule -> columns of its matrix, the axis last.
@@ -320,10 +287,24 @@ def mujoco_facts(path: Path) -> AssetFacts:
     loaded = imported(path)
     if loaded.model is None:
         raise ValueError(loaded.error)
-    stage = opened(path)
     base = Base.FREE if free_bodies(loaded.model) else Base.FIXED
-    table = facts_of_import(loaded.model, StageReading(stage))
-    return table.replace(base=base, poses=poses(stage), words=words(stage))
+    stage = Usd.Stage.Open(str(path))
+    return _whole(facts_of_import(loaded.model, StageReading(stage)).replace(base=base), stage)
+
+
+def pxr_facts(path: Path) -> AssetFacts:
+    """Fact table of a USD file as UsdPhysics parses it; the poses of bodies follow from their joint frames.
+
+    Raises:
+        ValueError: the file has no default prim, or holds a joint that no asset has.
+    """
+    stage = Usd.Stage.Open(str(path))
+    return _whole(facts_of_stage(StageReading(stage))[0], stage)
+
+
+def _whole(table: AssetFacts, stage: Usd.Stage) -> AssetFacts:
+    """The table with poses and words."""
+    return table.replace(poses=poses(stage), words=words(stage.GetDefaultPrim()))
 
 
 class StageReading:
@@ -334,37 +315,29 @@ class StageReading:
     """
 
     def __init__(self, stage: Usd.Stage) -> None:
+        """Raise ValueError where the stage has no default prim."""
+        if not stage.GetDefaultPrim():
+            raise ValueError("there is no default prim")
         self.stage = stage
 
     @cached_property
-    def places(self) -> tuple[PlaceFacts, ...]:
-        """Sites and regions. Raises as `places_of` does."""
-        return places_of(self.stage)
+    def places(self) -> list[PlaceFacts]:
+        """Sites and regions. Raises as `_places` does."""
+        return _places(self.stage)
 
     @cached_property
-    def looks(self) -> tuple[VisualFacts, ...]:
+    def looks(self) -> list[VisualFacts]:
         """Appearance of the visuals."""
         return looks(self.stage)
 
 
 def facts_of_import(model: mujoco.MjModel, read: StageReading) -> AssetFacts:
     """Fact table of a stage as MuJoCo imported it, without poses and words."""
-    table = facts_of_model(model, base=Base.FIXED, words=ProgramTexts(classes=()))
+    table = facts_of_model(model, base=Base.FIXED, words=ProgramTexts())
     # MuJoCo leaves the colours of sites, most of what a surface is, and the variants of USD out; OpenUSD reads them.
     colors = {place.name: place.color for place in read.places}
     places = [place.replace(color=colors.get(place.name)) for place in table.places]
-    return table.replace(places=tuple(places), looks=read.looks)
-
-
-def pxr_facts(path: Path) -> AssetFacts:
-    """Fact table of a USD file as UsdPhysics parses it; the poses of bodies follow from their joint frames.
-
-    Raises:
-        ValueError: the file does not open, or holds a joint that no asset has.
-    """
-    stage = opened(path)
-    table, welded = facts_of_stage(StageReading(stage))
-    return table.replace(base=Base.FIXED if welded else Base.FREE, poses=poses(stage), words=words(stage))
+    return table.replace(places=places, looks=read.looks)
 
 
 def facts_of_stage(read: StageReading) -> tuple[AssetFacts, dict[str, Pose]]:
@@ -379,89 +352,80 @@ def facts_of_stage(read: StageReading) -> tuple[AssetFacts, dict[str, Pose]]:
     shapes = [p for p in stage.Traverse() if p.HasAPI(UsdPhysics.CollisionAPI)]
     parsed = UsdPhysics.LoadUsdPhysicsFromRange(stage, ["/"], sorted({p.GetParent().GetPath() for p in shapes}))
     kinds = UsdPhysics.ObjectType
-    links = {d.primPath: d for d in _found(parsed, kinds.RigidBody)}
-    mounts = {d.body1: d for d in _found(parsed, kinds.FixedJoint)}
-    movers = {d.body1: d for kind in (kinds.RevoluteJoint, kinds.PrismaticJoint) for d in _found(parsed, kind)}
-    if _found(parsed, kinds.SphericalJoint, kinds.DistanceJoint, kinds.D6Joint, kinds.CustomJoint):
+
+    def found(*kinds: object) -> list[UsdPhysics.ObjectDesc]:
+        return [described for kind in kinds if kind in parsed for described in parsed[kind][1]]
+
+    links = {d.primPath: d for d in found(kinds.RigidBody)}
+    mounts = {d.body1: d for d in found(kinds.FixedJoint)}
+    movers = {d.body1: d for d in found(kinds.RevoluteJoint, kinds.PrismaticJoint)}
+    if found(kinds.SphericalJoint, kinds.DistanceJoint, kinds.D6Joint, kinds.CustomJoint):
         raise ValueError("a joint is neither fixed, revolute nor prismatic")
-    cache, joints = UsdGeom.XformCache(), {**mounts, **movers}
     below: dict[Sdf.Path, list[Usd.Prim]] = {path: [] for path in links}
     for shape in shapes:
-        # The nearest body has it: bodies may stand below others.
+        # The nearest body has it: bodies may be below others.
         nearest = next((path for path in reversed(shape.GetPath().GetPrefixes()) if path in below), None)
         if nearest is not None:
             below[nearest].append(shape)
-    frictions = _frictions(shapes)
-    bodies = [_body(stage, d, joints, movers.get(path), below[path], cache, frictions) for path, d in links.items()]
+    joints = {**mounts, **movers}
+    bodies = _Bodies(stage, joints, UsdGeom.XformCache(), _frictions(shapes))
     filtered = [(short_name(str(p)), short_name(str(o))) for p, d in links.items() for o in d.filteredCollisions]
     welded = {short_name(str(b)): _body1_in_body0(d) for b, d in mounts.items() if d.body0.isEmpty and b in links}
     table = AssetFacts(
         base=Base.FIXED if welded else Base.FREE,
-        bodies=tuple(sorted(bodies, key=lambda b: b.name)),
-        exclusions=tuple(sorted({(min(pair), max(pair)) for pair in filtered})),
+        exclusions=filtered,
+        words=ProgramTexts(),
+        bodies=[bodies.row(path, below[path], movers.get(path)) for path in links],
         places=read.places,
         looks=read.looks,
-        words=ProgramTexts(classes=()),
     )
     return table, welded
 
 
-def _found(parsed: dict[object, object], *kinds: object) -> list[UsdPhysics.ObjectDesc]:
-    """Descriptors of some kinds."""
-    return [d for kind in kinds if kind in parsed for d in parsed[kind][1]]  # type: ignore[index]
+@dataclass(frozen=True)
+class _Bodies:
+    """Rows of the bodies of a stage.
 
+    Attributes:
+        joints: path of a body -> the joint that ties it to its parent or the world.
+        frictions: of each collider.
+    """
 
-def opened(path: Path) -> Usd.Stage:
-    """The stage of a file. Raises ValueError where it has no default prim."""
-    return with_default_prim(Usd.Stage.Open(str(path)), path)
+    stage: Usd.Stage
+    joints: dict[Sdf.Path, UsdPhysics.JointDesc]
+    cache: UsdGeom.XformCache
+    frictions: dict[Usd.Prim, Vec3]
 
+    def row(self, path: Sdf.Path, shapes: list[Usd.Prim], mover: UsdPhysics.JointDesc | None) -> BodyFacts:
+        """Row of a body. `shapes`: its colliders. `mover`: the joint that moves it."""
+        prim = self.stage.GetPrimAtPath(path)
+        mass = UsdPhysics.MassAPI(prim)
+        axes = _pose(Gf.Vec3f(0), mass.GetPrincipalAxesAttr().Get()).rotation
+        body_from_world = self.cache.GetLocalToWorldTransform(prim).GetInverse()
+        boxes = [_bounds(s, self.cache.GetLocalToWorldTransform(s) * body_from_world) for s in shapes]
+        lower, upper = bounds_around(boxes)
+        pose, up = self._world_from(path), self.joints.get(path)
+        return BodyFacts(
+            name=short_name(str(path)),
+            parent=short_name(str(up.body0)) if up is not None and not up.body0.isEmpty else "",
+            colliders=len(shapes),
+            position=pose.position,
+            center_of_mass=three(mass.GetCenterOfMassAttr().Get()),
+            lower=lower,
+            upper=upper,
+            quaternion=pose.quaternion,
+            mass=float(mass.GetMassAttr().Get()),
+            inertia=tensor_entries(axes @ np.diag(three(mass.GetDiagonalInertiaAttr().Get())) @ axes.T),
+            frictions={self.frictions[shape] for shape in shapes},
+            joint=None if mover is None else _joint(mover, self.stage.GetPrimAtPath(mover.primPath)),
+        )
 
-def with_default_prim(stage: Usd.Stage | None, path: Path) -> Usd.Stage:
-    """The stage that was opened from a file. Raises ValueError where it has no default prim."""
-    if not stage or not stage.GetDefaultPrim():
-        raise ValueError(f"{path.name} has no default prim")
-    return stage
-
-
-def _body(
-    stage: Usd.Stage,
-    body: UsdPhysics.RigidBodyDesc,
-    joints: dict[object, UsdPhysics.JointDesc],
-    mover: UsdPhysics.JointDesc | None,
-    shapes: list[Usd.Prim],
-    cache: UsdGeom.XformCache,
-    frictions: dict[Usd.Prim, Vec3],
-) -> BodyFacts:
-    prim = stage.GetPrimAtPath(body.primPath)
-    mass = UsdPhysics.MassAPI(prim)
-    axes = _pose(Gf.Vec3f(0), mass.GetPrincipalAxesAttr().Get()).rotation
-    tensor = axes @ np.diag(three(mass.GetDiagonalInertiaAttr().Get())) @ axes.T
-    body_from_world = cache.GetLocalToWorldTransform(prim).GetInverse()
-    lower, upper = bounds_around([_bounds(s, cache.GetLocalToWorldTransform(s) * body_from_world) for s in shapes])
-    pose = _world_from_body(body.primPath, joints)
-    up = joints.get(body.primPath)
-    return BodyFacts(
-        name=short_name(str(body.primPath)),
-        parent=short_name(str(up.body0)) if up is not None and not up.body0.isEmpty else "",
-        position=pose.position,
-        quaternion=pose.quaternion,
-        mass=float(mass.GetMassAttr().Get()),
-        center_of_mass=three(mass.GetCenterOfMassAttr().Get()),
-        inertia=tensor_entries(tensor),
-        colliders=len(shapes),
-        lower=lower,
-        upper=upper,
-        frictions=tuple(sorted({frictions[shape] for shape in shapes})),
-        joint=None if mover is None else _joint(mover, stage.GetPrimAtPath(mover.primPath)),
-    )
-
-
-def _world_from_body(path: object, joints: dict[object, UsdPhysics.JointDesc]) -> Pose:
-    """Pose that the joint frames demand, every joint at zero and the root at the origin."""
-    joint = joints.get(path)
-    if joint is None or joint.body0.isEmpty:
-        return Pose()
-    return _world_from_body(joint.body0, joints) @ _body1_in_body0(joint)
+    def _world_from(self, path: Sdf.Path) -> Pose:
+        """Pose that the joint frames demand, every joint at zero and the root at the origin."""
+        joint = self.joints.get(path)
+        if joint is None or joint.body0.isEmpty:
+            return Pose()
+        return self._world_from(joint.body0) @ _body1_in_body0(joint)
 
 
 def _body1_in_body0(joint: UsdPhysics.JointDesc) -> Pose:
@@ -472,53 +436,40 @@ def _body1_in_body0(joint: UsdPhysics.JointDesc) -> Pose:
 
 
 def _joint(joint: UsdPhysics.JointDesc, prim: Usd.Prim) -> JointFacts:
+    """Row of a joint; its resistance as PhysX and Newton read it."""
     frame = _pose(joint.localPose1Position, joint.localPose1Orientation)
     axis = frame.rotation @ np.array(AXES[str(joint.axis)[-1]])
-    hinge = joint.type == UsdPhysics.ObjectType.RevoluteJoint
-    span = (joint.limit.lower, joint.limit.upper) if joint.limit.enabled else (-math.inf, math.inf)
-    low, high = (math.radians(n) if hinge else float(n) for n in span)
+    is_hinge = joint.type == UsdPhysics.ObjectType.RevoluteJoint
+    low, high = (joint.limit.lower, joint.limit.upper) if joint.limit.enabled else (-math.inf, math.inf)
+    # Angles are degrees in USD.
+    unit, drive = math.pi / 180 if is_hinge else 1.0, joint.drive
+    stiffness, rest = (drive.stiffness / unit, drive.targetPosition * unit) if drive.enabled else (0.0, 0.0)
+    damping, friction, armature = _numbers(prim, "newton:damping", "newton:friction", "newton:armature")
     return JointFacts(
         name=short_name(str(joint.primPath)),
-        kind=JointKind.HINGE if hinge else JointKind.SLIDE,
+        kind=JointKind.HINGE if is_hinge else JointKind.SLIDE,
         axis=three(axis),
         anchor=frame.position,
-        range=(low, high),
-        resistance=_resistance(joint, prim, math.pi / 180 if hinge else 1.0),
+        range=(math.radians(low), math.radians(high)) if is_hinge else (float(low), float(high)),
+        resistance=(stiffness, rest, damping / unit, friction, armature),
     )
 
 
-def _resistance(joint: UsdPhysics.JointDesc, prim: Usd.Prim, unit: float) -> tuple[float, float, float, float, float]:
-    """(stiffness, where that spring rests, damping, frictionloss, armature) as PhysX and Newton read them, SI.
-
-    Args:
-        joint: as UsdPhysics parses it.
-        prim: the joint.
-        unit: of its positions, in radians or metres: angles are degrees in USD.
-    """
-    drive = joint.drive
-    stiffness, rest = (drive.stiffness / unit, drive.targetPosition * unit) if drive.enabled else (0.0, 0.0)
-    names = ("newton:damping", "newton:friction", "newton:armature")
-    damping, friction, armature = (float(prim.GetAttribute(n).Get() or 0.0) for n in names)
-    return stiffness, rest, damping / unit, friction, armature
+def _numbers(prim: Usd.Prim, *names: str) -> Vec3:
+    """Values of three attributes, zero where one is not set."""
+    return three([float(prim.GetAttribute(name).Get() or 0.0) for name in names])
 
 
 def _frictions(shapes: list[Usd.Prim]) -> dict[Usd.Prim, Vec3]:
-    """Friction of the material that each shape is bound to for physics; they are found at once, as in `looks`."""
+    """(sliding, torsional, rolling) friction of each shape, by its material for physics; found at once, as `looks`."""
     bound = [material.GetPrim() for material in UsdShade.MaterialBindingAPI.ComputeBoundMaterials(shapes, "physics")[0]]
-    of = {material: _friction(material) for material in set(bound)}
+    names = ("physics:dynamicFriction", "newton:torsionalFriction", "newton:rollingFriction")
+    # Of a shape without a material USD's own zeros.
+    of = {material: _numbers(material, *names) if material else (0.0, 0.0, 0.0) for material in set(bound)}
     return {shape: of[material] for shape, material in zip(shapes, bound, strict=True)}
 
 
-def _friction(prim: Usd.Prim) -> Vec3:
-    """(sliding, torsional, rolling) of a material; USD's own zeros if there is no material."""
-    if not prim:
-        return (0.0, 0.0, 0.0)
-    names = ("physics:dynamicFriction", "newton:torsionalFriction", "newton:rollingFriction")
-    sliding, torsional, rolling = (float(prim.GetAttribute(n).Get() or 0.0) for n in names)
-    return sliding, torsional, rolling
-
-
-def _bounds(shape: Usd.Prim, rows: Gf.Matrix4d) -> Array:
+def _bounds(shape: Usd.Prim, rows: Gf.Matrix4d) -> Floats:
     """(2, 3) corners of a collider, body frame, metres; exact for every shape.
 
     Args:
@@ -529,25 +480,17 @@ def _bounds(shape: Usd.Prim, rows: Gf.Matrix4d) -> Array:
     if shape.IsA(UsdGeom.Mesh):
         points = np.array(UsdGeom.Mesh(shape).GetPointsAttr().Get(), dtype=np.float64) @ linear.T + centre
         return np.array([points.min(axis=0), points.max(axis=0)])
-    half = _half(shape, linear)
-    return np.array([centre - half, centre + half])
-
-
-def _half(shape: Usd.Prim, linear: Array) -> Array:
-    """(3,) half extents of a shape under a linear map: its support function along the axes."""
-    half: Array
+    # Half extents of a shape under a linear map: its support function along the axes.
     if shape.IsA(UsdGeom.Cube):
         half = np.abs(linear).sum(axis=1) * UsdGeom.Cube(shape).GetSizeAttr().Get() / 2
-        return half
-    radius = shape.GetAttribute("radius").Get()
-    if shape.IsA(UsdGeom.Sphere):
-        half = radius * np.sqrt((linear**2).sum(axis=1))
-        return half
-    turned = linear[:, COLUMNS[shape.GetAttribute("axis").Get()]]
-    rod = np.abs(turned[:, 2]) * shape.GetAttribute("height").Get() / 2
-    span = turned if shape.IsA(UsdGeom.Capsule) else turned[:, :2]
-    half = rod + radius * np.sqrt((span**2).sum(axis=1))
-    return half
+    elif shape.IsA(UsdGeom.Sphere):
+        half = shape.GetAttribute("radius").Get() * np.sqrt((linear**2).sum(axis=1))
+    else:
+        turned = linear[:, COLUMNS[shape.GetAttribute("axis").Get()]]
+        rod = np.abs(turned[:, 2]) * shape.GetAttribute("height").Get() / 2
+        span = turned if shape.IsA(UsdGeom.Capsule) else turned[:, :2]
+        half = rod + shape.GetAttribute("radius").Get() * np.sqrt((span**2).sum(axis=1))
+    return np.array([centre - half, centre + half])
 
 
 def _pose(position: Gf.Vec3f, orientation: Gf.Quatf) -> Pose:

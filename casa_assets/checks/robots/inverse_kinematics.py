@@ -242,7 +242,12 @@ class Seeds:
             base = np.clip((goal - there)[:, :2], low[:2], high[:2])
             missing = goal - there
             missing[:, :2] -= base
-            angles = _angles(drawn.rotations, _level(-turn) @ wanted, grasp.pivots)
+            turned = _level(-turn) @ wanted
+            if grasp.pivots:
+                cosine = drawn.rotations[:, :, 1] @ turned[:, 1]
+            else:
+                cosine = (np.einsum("nij,ij->n", drawn.rotations, turned) - 1.0) / 2.0
+            angles = np.arccos(np.clip(cosine, -1.0, 1.0))
             apart = np.sqrt(np.einsum("ni,ni->n", missing, missing)) + M_PER_RAD * angles
             least = np.argpartition(apart, min(LOOKED_AT, len(apart) - 1))[:LOOKED_AT]
             for k in least[np.lexsort((least, apart[least]))]:
@@ -287,10 +292,3 @@ def _level(angle: float) -> Floats:
     """Rotation about the upright axis."""
     c, s = math.cos(angle), math.sin(angle)
     return np.array(((c, -s, 0.0), (s, c, 0.0), (0.0, 0.0, 1.0)))
-
-
-def _angles(rotations: Floats, wanted: Floats, pivots: bool) -> Floats:
-    """Angles between rotations of shape (n, 3, 3) and another; between their second axes where a hand may pivot."""
-    cosine = rotations[:, :, 1] @ wanted[:, 1] if pivots else (np.einsum("nij,ij->n", rotations, wanted) - 1.0) / 2.0
-    angles: Floats = np.arccos(np.clip(cosine, -1.0, 1.0))
-    return angles

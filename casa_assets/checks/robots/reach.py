@@ -68,7 +68,9 @@ class Bench:
                 if following is Following.DRIVING and not self.robot.drives:
                     continue
                 found = self._opened(task, held, following)
-                best = max(best, found, key=_rank)
+                best = max(
+                    best, found, key=lambda r: (r.reached, r.followed is not Following.NO, r.share, r.margin or 0.0)
+                )
                 if found.followed is not Following.NO:
                     return found
         return best if best.reached else best.model_copy(update={"missed": self._why(task)})
@@ -111,11 +113,8 @@ class Bench:
             bounds = self._fingers_at(room, seed.arm, seed.grasp)
             q = self._solver.solve(seed.tip, seed.grasp, seed.posture, bounds, DISTANT)
             for back in np.arange(before - ADVANCE_M, -1e-9, -ADVANCE_M):
-                q = (
-                    None
-                    if q is None
-                    else self._solver.solve(seed.tip, _back(seed.grasp, back - before), q, bounds, NEXT)
-                )
+                if q is not None:
+                    q = self._solver.solve(seed.tip, _back(seed.grasp, back - before), q, bounds, NEXT)
             if q is None:
                 continue
             grasp = _as_held(workspace, seed.tip, _back(seed.grasp, -before), q)
@@ -132,7 +131,10 @@ class Bench:
         """Grasps with arms, so far before the handle (m), each with a posture to begin with, the best first."""
         workspace = self._workspace
         grip, motion = _grip(workspace, task), _motion(workspace, task)
-        press, turning = _is_key(workspace.model, task.joint), _knob_axis(workspace, task, grip)
+        joint, turning = workspace.model.joint(task.joint), _knob_axis(workspace, task, grip)
+        # What moves so little is pressed, not held.
+        most = KEY_TURN_RAD if joint.type[0] == mujoco.mjtJoint.mjJNT_HINGE else KEY_TRAVEL_M
+        press = float(np.ptp(joint.range)) <= most
         found = []
         for number, arm in enumerate(self.robot.arms):
             grasps = presses(grip, motion) if press else pinches(grip, arm.opening, turning)
@@ -148,8 +150,12 @@ class Bench:
         low, high = bounds.low.copy(), bounds.high.copy()
         for other, arm in enumerate(self.robot.arms):
             fingers = dict(arm.grasp.fingers)
-            if other == number:
-                fingers = _fingers(arm, grasp.width)
+            if other == number and grasp.width == 0.0:
+                fingers = arm.press.fingers
+            elif other == number:
+                share = min(1.0, (grasp.width + 2 * FINGER_GAP_M) / arm.opening) if arm.closed else 1.0
+                closed = {**fingers, **arm.closed}
+                fingers = {name: closed[name] + share * (opened - closed[name]) for name, opened in fingers.items()}
             for name, value in fingers.items():
                 low[self._workspace.number(name)] = high[self._workspace.number(name)] = value
         return Bounds(low, high)
@@ -176,7 +182,10 @@ class Bench:
         q, margin, done = held.posture, _margin(workspace, held.posture), 0
         for value in values:
             workspace.open({**behind, task.joint: float(value)})
-            grasp = _moved(held.grasp, before, _pose(workspace.data, link))
+            position, axes = _pose(workspace.data, link)
+            turn, grasp = axes @ before[1].T, held.grasp
+            moved = position + turn @ (grasp.position - before[0])
+            grasp = replace(grasp, position=moved, rotation=turn @ grasp.rotation)
             found = self._solver.solve(held.tip, grasp, q, bounds, NEXT)
             if found is None:
                 break
@@ -191,17 +200,6 @@ class Bench:
             arm=held.arm.name,
             base=_base(held),
         )
-
-
-def _rank(found: JointReach) -> tuple[bool, bool, float, float]:
-    return (found.reached, found.followed is not Following.NO, found.share, found.margin or 0.0)
-
-
-def _is_key(model: Any, joint: str) -> bool:
-    """True if a joint moves so little that it is pressed, not held."""
-    found = model.joint(joint)
-    travel = float(np.ptp(found.range))
-    return travel <= (KEY_TURN_RAD if found.type[0] == mujoco.mjtJoint.mjJNT_HINGE else KEY_TRAVEL_M)
 
 
 def _end(model: Any, joint: str) -> float:
@@ -288,15 +286,6 @@ def _standing(bounds: Bounds, q: Floats) -> Bounds:
     return _with_room(bounds, ((q[0], q[0]), (q[1], q[1]), (q[2], q[2])))
 
 
-def _fingers(arm: Arm, width: float) -> dict[str, float]:
-    """Joints of the fingers around a thing of a width, m; closed as for keys where that is zero."""
-    if width == 0.0:
-        return arm.press.fingers
-    share = min(1.0, (width + 2 * FINGER_GAP_M) / arm.opening) if arm.closed else 1.0
-    opened, closed = arm.grasp.fingers, {**arm.grasp.fingers, **arm.closed}
-    return {name: closed[name] + share * (opened[name] - closed[name]) for name in opened}
-
-
 def _margin(workspace: Workspace, q: Floats) -> float:
     """Smallest distance of a hinge, the base's left out, to an end of its range, as a share of half the range."""
     low, high = workspace.alone.jnt_range[workspace.hinges].T
@@ -321,12 +310,6 @@ def _back(grasp: Grasp, distance: float) -> Grasp:
 
 def _pose(data: Any, body: int) -> tuple[Floats, Floats]:
     return data.xpos[body].copy(), data.xmat[body].reshape(3, 3).copy()
-
-
-def _moved(grasp: Grasp, before: tuple[Floats, Floats], after: tuple[Floats, Floats]) -> Grasp:
-    """A grasp on a link that has moved."""
-    turn = after[1] @ before[1].T
-    return replace(grasp, position=after[0] + turn @ (grasp.position - before[0]), rotation=turn @ grasp.rotation)
 
 
 def _base(held: _Held) -> Vec3:

@@ -52,24 +52,20 @@ def tasks_of(facts: Mapping[str, Any]) -> tuple[list[Task], list[str]]:
                 without.append(joint["name"])
                 continue
             door = joint["behind"] or ""
+            # Before the open door, where there is one.
+            opened = parking["open"]
+            rows = [opened.get(door.rpartition("__")[2])] if door else [parking["shut"], opened.get(name)]
+            places = [(float(row["x"]), float(row["y"]), float(row["yaw"])) for row in rows if row is not None]
             task = Task(
                 fixture=fixture["name"],
                 joint=joint["name"],
                 grip=joint["grip"],
                 behind=door,
                 front=(-float(x), -float(y), 0.0),
-                places=_places(parking, name, door.rpartition("__")[2]),
+                places=tuple(dict.fromkeys(places)),
             )
             tasks.append(task)
     return tasks, without
-
-
-def _places(parking: Mapping[str, Any], joint: str, door: str) -> tuple[Vec3, ...]:
-    """Where a robot parks that works a joint: before the open door, where there is one."""
-    opened = parking["open"]
-    rows = [opened.get(door)] if door else [parking["shut"], opened.get(joint)]
-    found = [(float(row["x"]), float(row["y"]), float(row["yaw"])) for row in rows if row is not None]
-    return tuple(dict.fromkeys(found))
 
 
 # Verdict --------------------------------------------------------------------------------------------------------------
@@ -89,8 +85,6 @@ def joints_are_reached(subject: SceneRobots, least: float) -> Measurement:
         return not_applicable("nothing with a parking place has a handle, knob, key or lever")
     share = found.reached / len(found.joints)
     missed = [joint for joint in found.joints if not joint.reached]
-    problems = [
-        (f"{j.fixture}/{j.joint}", f"{FLOOR_ROBOT} does not get its hand there: {j.missed or 'unknown'}")
-        for j in missed
-    ]
+    message = f"{FLOOR_ROBOT} does not get its hand there"
+    problems = [(f"{j.fixture}/{j.joint}", f"{message}: {j.missed or 'unknown'}") for j in missed]
     return Measurement(share, tuple(problems) if share < least else ())

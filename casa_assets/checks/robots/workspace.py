@@ -105,7 +105,13 @@ def _stand(robot: Robot, models: Path) -> Any:
     for name, axis in zip(BASE_JOINTS, AXES, strict=True):
         kind = mujoco.mjtJoint.mjJNT_HINGE if name == BASE_JOINTS[2] else mujoco.mjtJoint.mjJNT_SLIDE
         root.add_joint(name=name, type=kind, axis=axis, range=(-1.0, 1.0), limited=True)
-    lifted = _lifted(root, robot.legs) if robot.legs else root
+    lifted = root
+    if (legs := robot.legs) is not None:
+        # It rises and sinks with the trunk; zero is where the legs lean least.
+        lifted = root.add_body(name=TRUNK, mass=1.0, inertia=(1.0, 1.0, 1.0), explicitinertial=True)
+        lowest = legs.length * (math.cos(legs.lean[1]) - math.cos(legs.lean[0]))
+        kind = mujoco.mjtJoint.mjJNT_SLIDE
+        lifted.add_joint(name=TRUNK, type=kind, axis=(0.0, 0.0, 1.0), range=(lowest, 0.0), limited=True)
     for part in robot.parts:
         child = _read(robot, models / part.file)
         carrier = spec.body(part.onto) if part.onto else lifted
@@ -114,16 +120,6 @@ def _stand(robot: Robot, models: Path) -> Any:
         at = (0.0, 0.0, 0.0) if part.onto else (-robot.centre[0], -robot.centre[1], 0.0)
         spec.attach(child, prefix=f"{part.name}_", frame=carrier.add_frame(pos=at))
     return spec
-
-
-def _lifted(root: Any, legs: Legs) -> Any:
-    """A body that rises and sinks with the trunk of a robot whose legs bend; zero is where they lean least."""
-    trunk = root.add_body(name=TRUNK, mass=1.0, inertia=(1.0, 1.0, 1.0), explicitinertial=True)
-    lowest = legs.length * (math.cos(legs.lean[1]) - math.cos(legs.lean[0]))
-    trunk.add_joint(
-        name=TRUNK, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=(0.0, 0.0, 1.0), range=(lowest, 0.0), limited=True
-    )
-    return trunk
 
 
 def _read(robot: Robot, path: Path) -> Any:
@@ -135,17 +131,8 @@ def _read(robot: Robot, path: Path) -> Any:
     except (ValueError, etree.XMLSyntaxError) as error:
         raise CasaError(f"{path}: MuJoCo does not read this part of robot {robot.id}: {error}") from error
     spec.compiler.degree = False
-    for group in (
-        spec.actuators,
-        spec.sensors,
-        spec.tendons,
-        spec.equalities,
-        spec.keys,
-        spec.cameras,
-        spec.lights,
-        spec.sites,
-    ):
-        for element in list(group):
+    for group in ("actuators", "sensors", "tendons", "equalities", "keys", "cameras", "lights", "sites"):
+        for element in list(getattr(spec, group)):
             spec.delete(element)
     for joint in list(spec.joints):
         if joint.type == mujoco.mjtJoint.mjJNT_FREE:
@@ -153,7 +140,10 @@ def _read(robot: Robot, path: Path) -> Any:
     for geom in list(spec.geoms):
         if geom.type == mujoco.mjtGeom.mjGEOM_PLANE:
             spec.delete(geom)
-    _forget_options(spec)
+    # Options as MuJoCo has them by default: only the kitchen's count.
+    usual = mujoco.MjSpec().option
+    for name in ("integrator", "cone", "impratio", "gravity", "timestep", "solver", "iterations", "enableflags"):
+        setattr(spec.option, name, getattr(usual, name))
     for mesh in spec.meshes:
         mesh.file = str((path.parent / spec.meshdir / mesh.file).resolve())
     for body in spec.worldbody.bodies:
@@ -172,13 +162,6 @@ def _without_doubles(path: Path) -> str:
             parent.remove(mesh)
         seen.add(mesh.get("name", mesh.get("file", "")))
     return etree.tostring(tree, encoding="unicode")
-
-
-def _forget_options(spec: Any) -> None:
-    """Options as MuJoCo has them by default: only the kitchen's count."""
-    usual = mujoco.MjSpec().option
-    for name in ("integrator", "cone", "impratio", "gravity", "timestep", "solver", "iterations", "enableflags"):
-        setattr(spec.option, name, getattr(usual, name))
 
 
 def _fix_joints(robot: Robot, spec: Any) -> None:

@@ -119,7 +119,9 @@ def _search(group: VariableGroup) -> list[tuple[str, str]]:
 def _moves(group: VariableGroup, state: State) -> Iterator[State]:
     """States one act away: one joint elsewhere, one thing touched or let go, or time gone by."""
     values, at, touched = state
-    stood = step(_machine(group, values), _stimulus(group, at, touched), 0.0)
+    named = dict(zip((v.name for v in group.behavior.variables), values, strict=True))
+    machine = BehaviorState(group.behavior, named, None, (0.0,) * len(group.behavior.rules))
+    stood = step(machine, _stimulus(group, at, touched), 0.0)
     for i, options in enumerate(group.stands):
         for there in options:
             if there != at[i]:
@@ -136,13 +138,6 @@ def _after(
 ) -> State:
     done = step(machine, _stimulus(group, at, touched), seconds)
     return tuple(done.values[v.name] for v in group.behavior.variables), at, touched
-
-
-def _machine(group: VariableGroup, values: tuple[str, ...]) -> BehaviorState:
-    names = (v.name for v in group.behavior.variables)
-    return BehaviorState(
-        group.behavior, dict(zip(names, values, strict=True)), None, (0.0,) * len(group.behavior.rules)
-    )
 
 
 def _stimulus(group: VariableGroup, at: tuple[float, ...], touched: tuple[bool, ...]) -> Stimulus:
@@ -237,18 +232,14 @@ def _thresholds(asset: Asset, behavior: Behavior, contract: Contract) -> Iterato
             if condition.joint is None or condition.interval is None:
                 continue
             low, high = ranges[condition.joint]
-            named = {
-                t.name: t.position((low, high)) for t in contract.thresholds if re.fullmatch(t.joint, condition.joint)
-            }
+            thresholds = [t for t in contract.thresholds if re.fullmatch(t.joint, condition.joint)]
+            named = {t.name: t.position((low, high)) for t in thresholds}
             for end in condition.interval if named else ():
-                if low + THRESHOLD_TOLERANCE < end < high - THRESHOLD_TOLERANCE and all(
-                    abs(end - at) > THRESHOLD_TOLERANCE for at in named.values()
-                ):
+                is_inside = low + THRESHOLD_TOLERANCE < end < high - THRESHOLD_TOLERANCE
+                if is_inside and all(abs(end - at) > THRESHOLD_TOLERANCE for at in named.values()):
                     there = ", ".join(f"{name} {at:.4g}" for name, at in named.items())
-                    message = (
-                        f"{condition.joint} changes {rule.variable} at {end:.4g}; RoboCasa's thresholds are {there}"
-                    )
-                    yield f"behavior/rules/{i}", message
+                    changes = f"{condition.joint} changes {rule.variable} at {end:.4g}"
+                    yield f"behavior/rules/{i}", f"{changes}; RoboCasa's thresholds are {there}"
 
 
 def _pose(model: operate.FingertipModel, asset: Asset, behavior: Behavior, rule: KeyRule) -> Iterator[Problem]:

@@ -14,9 +14,9 @@ from lxml import etree
 from casa_assets.checks.check import Measurement, Problem, count, not_applicable, not_run
 from casa_assets.checks.package.package import Package
 from casa_assets.checks.runtime import loader_places
-from casa_assets.model.asset.asset import Asset, Collider, Joint, Region, Site, Visual
+from casa_assets.model.asset.asset import Asset, Collider, Joint, Link, Region, Site, Visual
+from casa_assets.model.asset.behavior import Variable
 from casa_assets.model.registry.contract import (
-    Axis,
     Contract,
     JointRule,
     KeyRule,
@@ -24,7 +24,6 @@ from casa_assets.model.registry.contract import (
     NamePattern,
     OpeningSide,
     Requirements,
-    ShapeRule,
     SiteRule,
 )
 
@@ -70,15 +69,11 @@ def in_use(asset: Asset, contract: Contract, key: str) -> list[str]:
 def links_and_joints(asset: Asset, needs: Requirements) -> list[Problem]:
     """Rules on links and on joints."""
     faults = list(_counted("links", needs.links, [k.name for k in asset.links]))
-    for link_rule in needs.links:
-        for link in asset.links:
-            if link_rule.matches(link.name):
-                faults += _depth(f"links/{link.name}", link_rule, depth_of(asset, link.name))
+    for link_rule, link in _pairs(needs.links, asset.links):
+        faults += _depth(f"links/{link.name}", link_rule, depth_of(asset, link.name))
     faults += _counted("joints", needs.joints, [j.name for j in asset.joints])
-    for rule in needs.joints:
-        for joint in asset.joints:
-            if rule.matches(joint.name):
-                faults += [(f"joints/{joint.name}", message) for message in _joint(asset, joint, rule)]
+    for rule, joint in _pairs(needs.joints, asset.joints):
+        faults += [(f"joints/{joint.name}", message) for message in _joint(asset, joint, rule)]
     return faults
 
 
@@ -103,8 +98,12 @@ def shapes(asset: Asset, needs: Requirements) -> list[Problem]:
         faults += _counted(kind, rules, [shape.name for _, shape in found])
         for rule in rules:
             for link, shape in found:
-                if rule.matches(shape.name):
-                    faults += [(f"{kind}/{shape.name}", message) for message in _shape(link, shape, rule)]
+                if not rule.matches(shape.name):
+                    continue
+                if rule.link is not None and not re.fullmatch(rule.link, link):
+                    faults.append((f"{kind}/{shape.name}", f"is on link {link!r}, not on {rule.link!r}"))
+                if rule.label is not None and shape.label != rule.label:
+                    faults.append((f"{kind}/{shape.name}", f"is labelled {shape.label!r}, not {rule.label!r}"))
     return faults
 
 
@@ -121,11 +120,10 @@ def variables(asset: Asset, needs: Requirements) -> list[Problem]:
     """Rules on the variables of the behaviour."""
     found = asset.behavior.variables if asset.behavior else ()
     faults = list(_counted("behavior/variables", needs.variables, [v.name for v in found]))
-    for rule in needs.variables:
-        for variable in found:
-            missing = [v for v in rule.values if v not in variable.values]
-            if rule.matches(variable.name) and missing:
-                faults.append((f"behavior/variables/{variable.name}", f"has no value {missing[0]!r}"))
+    for rule, variable in _pairs(needs.variables, found):
+        missing = [v for v in rule.values if v not in variable.values]
+        if missing:
+            faults.append((f"behavior/variables/{variable.name}", f"has no value {missing[0]!r}"))
     return faults
 
 
@@ -158,16 +156,14 @@ def _counted(kind: str, rules: Iterable[NamePattern], names: Sequence[str]) -> I
     for rule in rules:
         count = sum(rule.matches(name) for name in names)
         if count < rule.min_count:
-            there = ", ".join(names) or "none"
-            yield (
-                f"{kind}/{rule.name}",
-                f"there are {count} of that name, {rule.min_count} wanted; there are: {there:.160}",
-            )
+            there = f"{', '.join(names) or 'none':.160}"
+            message = f"there are {count} of that name, {rule.min_count} wanted; there are: {there}"
+            yield f"{kind}/{rule.name}", message
         elif rule.max_count is not None and count > rule.max_count:
             yield f"{kind}/{rule.name}", f"there are {count} of that name, at most {rule.max_count} wanted"
 
 
-T = TypeVar("T", Site, Region)
+T = TypeVar("T", Link, Joint, Site, Region, Variable)
 
 
 def _pairs(rules: Iterable[Rule], things: Iterable[T]) -> list[tuple[Rule, T]]:
@@ -185,10 +181,13 @@ def _joint(asset: Asset, joint: Joint, rule: JointRule) -> Iterator[str]:
     low, high = joint.range
     if rule.kind is not None and joint.kind is not rule.kind:
         yield f"is a {joint.kind.value}, not a {rule.kind.value}"
-    if rule.axis is not None and not _along(axis_of(asset, joint), rule.axis):
-        yield f"turns or slides along {axis_of(asset, joint)}, not along {rule.axis.value}"
+    axis = axis_of(asset, joint)
+    # A rule without a sign is met by both directions.
+    if rule.axis is not None and rule.axis.value not in (axis, axis[1:]):
+        yield f"turns or slides along {axis}, not along {rule.axis.value}"
     found = opening(joint)
-    if rule.opens is not None and (found is None or rule.opens not in _ways(found)):
+    ways = {found} if found in (None, OpeningSide.BOTH) else {found, OpeningSide.EITHER}
+    if rule.opens is not None and rule.opens not in ways:
         yield f"has the range {low:.4g}..{high:.4g}; it should open {rule.opens.value}, zero is closed"
     if rule.reach is not None and (low > rule.reach[0] + ROUNDING or high < rule.reach[1] - ROUNDING):
         yield f"has the range {low:.4g}..{high:.4g}, which does not reach {rule.reach[0]:.4g}..{rule.reach[1]:.4g}"
@@ -199,21 +198,6 @@ def _joint(asset: Asset, joint: Joint, rule: JointRule) -> Iterator[str]:
         yield f"moves a link {depth} below object, not {rule.depth}: RoboCasa looks at a fixed path"
     if rule.link is not None and not re.fullmatch(rule.link, joint.child):
         yield f"moves link {joint.child!r}, not {rule.link!r}"
-
-
-def _along(found: str, wanted: Axis) -> bool:
-    return found == wanted.value or (len(wanted.value) == 1 and found[1:] == wanted.value)
-
-
-def _ways(found: OpeningSide) -> tuple[OpeningSide, ...]:
-    return (found,) if found is OpeningSide.BOTH else (found, OpeningSide.EITHER)
-
-
-def _shape(link: str, shape: Collider | Visual, rule: ShapeRule) -> Iterator[str]:
-    if rule.link is not None and not re.fullmatch(rule.link, link):
-        yield f"is on link {link!r}, not on {rule.link!r}"
-    if rule.label is not None and shape.label != rule.label:
-        yield f"is labelled {shape.label!r}, not {rule.label!r}"
 
 
 # Contract paths -------------------------------------------------------------------------------------------------------
@@ -232,9 +216,12 @@ def path_faults(path: Path, asset: Asset, contract: Contract) -> Iterator[Proble
 
     The file is well-formed and compiles: see MJC001.
     """
-    root = _read(path)
-    body = None if root is None else root.find(OBJECT)
-    if root is None or body is None:
+    try:
+        root = etree.parse(str(path)).getroot()
+        body = root.find(OBJECT)
+    except etree.XMLSyntaxError:
+        body = None
+    if body is None:
         yield "model.xml", "has no worldbody/body/body called object"
         return
     if any(float(n) != 0.0 for n in body.get("pos", "0").split()) or body.get("quat") is not None:
@@ -242,10 +229,22 @@ def path_faults(path: Path, asset: Asset, contract: Contract) -> Iterator[Proble
     if root.find("actuator") is not None:
         yield "model.xml/actuator", "should not be there: RoboCasa would hand it to the robot's controller"
     for needs in met(asset, contract):
-        yield from _joints(root, asset, needs)
-        yield from _sites(root, asset, needs)
-        yield from _geoms(root, asset, needs)
-    yield from _regions(root, body, asset)
+        yield from _deep_elements(root, asset, needs)
+        # Named colliders are geoms that touch; names of contacts and handles are looked up as geoms.
+        groups = {g.get("name", ""): g.get("group") for g in root.iter("geom")}
+        for rule in needs.colliders:
+            for name in (c.name for k in asset.links for c in k.colliders if rule.matches(c.name)):
+                if groups.get(name) != TOUCHED:
+                    yield f"model.xml/geom/{name}", f"should be a geom of group {TOUCHED}, which is touched"
+    geoms = {g.get("name") for g in root.iter("geom")}
+    for region in asset.regions:
+        if f"reg_{region.name}" not in geoms:
+            yield f"model.xml/geom/reg_{region.name}", "is not there: v1.0 reads regions from geoms"
+    if any(region.name == "main" for region in asset.regions):
+        sites = {s.get("name") for s in body.findall("site")}
+        missing = [f"ext_{end}" for end in CORNERS if f"ext_{end}" not in sites]
+        if missing:
+            yield f"model.xml/site/{missing[0]}", "is not on object: v0.2 reads the outer size from sites"
 
 
 def met(asset: Asset, contract: Contract) -> list[Requirements]:
@@ -259,62 +258,22 @@ def met(asset: Asset, contract: Contract) -> list[Requirements]:
     return found
 
 
-def _read(path: Path) -> etree._Element | None:
-    try:
-        return etree.parse(str(path)).getroot()
-    except etree.XMLSyntaxError:
-        return None
-
-
-def _joints(root: etree._Element, asset: Asset, needs: Requirements) -> Iterator[Problem]:
-    for rule in needs.joints:
-        for joint in asset.joints:
-            if not rule.matches(joint.name) or rule.depth is None:
-                continue
-            where = "./worldbody/body/body" + "/body" * rule.depth + "/joint"
-            element = root.find(f"{where}[@name='{joint.name}']")
-            if element is None:
-                yield f"model.xml/joint/{joint.name}", f"is not at {where[2:]}, where RoboCasa looks"
-            elif len(element.get("range", "").split()) != 2:
-                yield f"model.xml/joint/{joint.name}", "says no range; RoboCasa reads it from the element"
-
-
-def _sites(root: etree._Element, asset: Asset, needs: Requirements) -> Iterator[Problem]:
-    for rule in needs.sites:
-        for site in asset.sites:
-            if not rule.matches(site.name) or rule.depth is None:
-                continue
-            where = "./worldbody/body/body" + "/body" * rule.depth + "/site"
-            element = root.find(f"{where}[@name='{site.name}']")
-            if element is None:
-                yield f"model.xml/site/{site.name}", f"is not at {where[2:]}, where RoboCasa looks"
-            elif element.get("pos") is None or element.get("size") is None:
-                yield f"model.xml/site/{site.name}", "should say pos and size; RoboCasa reads them from the element"
-
-
-def _geoms(root: etree._Element, asset: Asset, needs: Requirements) -> Iterator[Problem]:
-    """Named colliders are geoms that touch; names of contacts and handles are looked up as geoms."""
-    groups = {g.get("name", ""): g.get("group") for g in root.iter("geom")}
-    for rule in needs.colliders:
-        for name in _colliders(asset, rule):
-            if groups.get(name) != TOUCHED:
-                yield f"model.xml/geom/{name}", f"should be a geom of group {TOUCHED}, which is touched"
-
-
-def _colliders(asset: Asset, rule: ShapeRule) -> list[str]:
-    return [c.name for k in asset.links for c in k.colliders if rule.matches(c.name)]
-
-
-def _regions(root: etree._Element, body: etree._Element, asset: Asset) -> Iterator[Problem]:
-    geoms = {g.get("name") for g in root.iter("geom")}
-    for region in asset.regions:
-        if f"reg_{region.name}" not in geoms:
-            yield f"model.xml/geom/reg_{region.name}", "is not there: v1.0 reads regions from geoms"
-    if any(region.name == "main" for region in asset.regions):
-        sites = {s.get("name") for s in body.findall("site")}
-        missing = [f"ext_{end}" for end in CORNERS if f"ext_{end}" not in sites]
-        if missing:
-            yield f"model.xml/site/{missing[0]}", "is not on object: v0.2 reads the outer size from sites"
+def _deep_elements(root: etree._Element, asset: Asset, needs: Requirements) -> Iterator[Problem]:
+    """Joints and sites that are not at the depth where RoboCasa looks, or do not say what it reads."""
+    joints, sites = _pairs(needs.joints, asset.joints), _pairs(needs.sites, asset.sites)
+    named = [("joint", rule.depth, joint.name) for rule, joint in joints]
+    named += [("site", rule.depth, site.name) for rule, site in sites]
+    for tag, depth, name in named:
+        if depth is None:
+            continue
+        where = "./worldbody/body/body" + "/body" * depth + f"/{tag}"
+        element = root.find(f"{where}[@name='{name}']")
+        if element is None:
+            yield f"model.xml/{tag}/{name}", f"is not at {where[2:]}, where RoboCasa looks"
+        elif tag == "joint" and len(element.get("range", "").split()) != 2:
+            yield f"model.xml/joint/{name}", "says no range; RoboCasa reads it from the element"
+        elif tag == "site" and (element.get("pos") is None or element.get("size") is None):
+            yield f"model.xml/site/{name}", "should say pos and size; RoboCasa reads them from the element"
 
 
 # Contract -------------------------------------------------------------------------------------------------------------
@@ -363,7 +322,7 @@ def colliders_and_visuals_meet_contract(package: Package) -> Measurement:
     faults = missing_requirements(asset, contract, shapes)
     shown: list[Collider | Visual] = []
     for link in asset.links:
-        shown += [*link.colliders, *link.visuals]
+        shown += (*link.colliders, *link.visuals)
     labels = {s.label for s in shown}
     faults += [("links", f"nothing is labelled {label!r}") for label in contract.labels if label not in labels]
     for shape in shown:
@@ -393,9 +352,8 @@ def regions_meet_contract(package: Package, limit: float) -> Measurement:
         if gap > limit:
             faults.append(("regions/main", f"leaves out {gap:.4f} m of what is seen"))
         if spare > contract.main_margin_m:
-            faults.append(
-                ("regions/main", f"is {spare:.4f} m wider than what is seen; {contract.main_margin_m:g} is enough")
-            )
+            wider = f"is {spare:.4f} m wider than what is seen"
+            faults.append(("regions/main", f"{wider}; {contract.main_margin_m:g} is enough"))
     for region in asset.regions:
         if region.name == "main" or not _is_inside(contract, region):
             continue
@@ -427,11 +385,10 @@ def thresholds_meet_contract(package: Package) -> Measurement:
     faults = []
     for threshold in contract.thresholds:
         for joint in asset.joints:
-            at = threshold.position(joint.range)
-            if re.fullmatch(threshold.joint, joint.name) and not _within(at, joint, threshold.share is None):
-                message = (
-                    f"{threshold.name} is at {at:.4g}, out of the range {joint.range[0]:.4g}..{joint.range[1]:.4g}"
-                )
+            at, (low, high) = threshold.position(joint.range), joint.range
+            margin = MARGIN if threshold.share is None else 0.0
+            if re.fullmatch(threshold.joint, joint.name) and not low + margin <= at <= high - margin:
+                message = f"{threshold.name} is at {at:.4g}, out of the range {low:.4g}..{high:.4g}"
                 faults.append((f"joints/{joint.name}", message))
     for rule in contract.keyframes:
         faults += _pose(asset, rule)
@@ -486,12 +443,6 @@ def _is_inside(contract: Contract, region: Region) -> bool:
     rules = [*contract.regions, *(r for c in contract.one_of for needs in c.any_of for r in needs.regions)]
     named = [rule for rule in rules if rule.matches(region.name)]
     return bool(named) and all(rule.inside for rule in named)
-
-
-def _within(at: float, joint: Joint, fixed: bool) -> bool:
-    low, high = joint.range
-    margin = MARGIN if fixed else 0.0
-    return low + margin <= at <= high - margin
 
 
 def _pose(asset: Asset, rule: KeyRule) -> list[Problem]:

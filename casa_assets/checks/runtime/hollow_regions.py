@@ -81,15 +81,8 @@ def _model_with_balls(package: Package, regions: list[Region]) -> mujoco.MjModel
         center = np.array([[0.0, 0.0, -region.size[2] / 2 + radius + DROP_HEIGHT_M]])
         body = spec.worldbody.add_body(name=_ball(region), pos=_pose(package, region).apply(center)[0])
         body.add_freejoint()
-        body.add_geom(
-            type=mujoco.mjtGeom.mjGEOM_SPHERE,
-            size=[radius, radius, radius],
-            mass=0.05,
-            contype=0,
-            conaffinity=1,
-            condim=6,
-            friction=[0.6, 0.02, 0.01],
-        )
+        touch = {"contype": 0, "conaffinity": 1, "condim": 6, "friction": [0.6, 0.02, 0.01]}
+        body.add_geom(type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[radius, radius, radius], mass=0.05, **touch)
     return spec.compile()
 
 

@@ -58,7 +58,12 @@ def faults(path: Path, contract: Contract) -> Iterator[Problem]:
     regions = read_regions(root)
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    yield from _displaced(data, regions)
+    origin = data.body("object").xpos
+    for name, region in regions.items():
+        off = float(np.linalg.norm(data.geom(PREFIX + name).xpos - origin - region.middle))
+        if off > SLACK_M:
+            message = f"is {off:.4f} m from where RoboCasa takes it to be; its body's frame should be that of object"
+            yield f"model.xml/geom/{PREFIX}{name}", message
     for rule in contract.places:
         yield from _missing_places(model, data, regions, rule)
     for name in contract.beside:
@@ -87,15 +92,6 @@ def _numbers(element: etree._Element, attribute: str) -> Floats:
     return np.array([float(n) for n in element.get(attribute, "").split()])
 
 
-def _displaced(data: mujoco.MjData, regions: Mapping[str, ReadRegion]) -> Iterator[Problem]:
-    origin = data.body("object").xpos
-    for name, region in regions.items():
-        off = float(np.linalg.norm(data.geom(PREFIX + name).xpos - origin - region.middle))
-        if off > SLACK_M:
-            message = f"is {off:.4f} m from where RoboCasa takes it to be; its body's frame should be that of object"
-            yield f"model.xml/geom/{PREFIX}{name}", message
-
-
 def _missing_places(
     model: mujoco.MjModel, data: mujoco.MjData, regions: Mapping[str, ReadRegion], rule: PlaceRule
 ) -> Iterator[Problem]:
@@ -114,10 +110,8 @@ def _missing_places(
         if rule.heights_m is None or rule.heights_m[0] <= height <= rule.heights_m[1]:
             offered += 1
         if not _holds(model, data, region):
-            yield (
-                pointer,
-                f"has nothing within {MAX_FALL_M:g} m below the middle of its lower side; what is put there falls",
-            )
+            below = f"has nothing within {MAX_FALL_M:g} m below the middle of its lower side"
+            yield pointer, f"{below}; what is put there falls"
     if named and offered < rule.min_count:
         yield "model.xml/geom", f"{offered} regions {rule.regions!r} are where things are put, {rule.min_count} wanted"
 

@@ -3,22 +3,26 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import TypeVar
 
 import mujoco
 import numpy as np
 from lxml import etree
 
-from casa_assets.checks.motion.motion_model import open_before, open_end
-from casa_assets.checks.motion.simulation import reset_to_start, subtree
+from casa_assets.checks.motion.motion_model import open_before
+from casa_assets.checks.motion.simulation import altered, reset_to_start, subtree
 from casa_assets.checks.readers.mujoco_facts import ROOT_BODY
 from casa_assets.checks.readers.mujoco_load import Loaded, load_asset_file, native_warnings
 from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.model.asset.asset import Asset, Base, Joint
 from casa_assets.model.kitchen.scene import FREE_JOINT, Placement, Scene
+
+T = TypeVar("T")
 
 # Contents -------------------------------------------------------------------------------------------------------------
 # Objects in drawers, on racks and in doors go along with them where joints are moved without dynamics.
@@ -44,7 +48,13 @@ class Contents:
         data = mujoco.MjData(model)
         data.qpos[:] = qpos
         mujoco.mj_kinematics(model, data)
-        self._relative = [self._pose_in(data, body, holder) for body, holder, _ in self.rows]
+        # Position and quaternion of each in the frame of what holds it.
+        self._relative: list[tuple[Floats, Floats]] = []
+        for body, holder, _ in self.rows:
+            back, unturned, position, turn = np.empty(3), np.empty(4), np.empty(3), np.empty(4)
+            mujoco.mju_negPose(back, unturned, data.xpos[holder], data.xquat[holder])
+            mujoco.mju_mulPose(position, turn, back, unturned, data.xpos[body], data.xquat[body])
+            self._relative.append((position, turn))
 
     def moved_with(self, moved: Mask) -> Mask:
         """(nbody,) the bodies that move, and the objects that rest on one of them."""
@@ -65,15 +75,6 @@ class Contents:
             data.qpos[address : address + 3], data.qpos[address + 3 : address + 7] = position, turn
         mujoco.mj_kinematics(self.model, data)
 
-    @staticmethod
-    def _pose_in(data: mujoco.MjData, body: int, holder: int) -> tuple[Floats, Floats]:
-        """Position and quaternion of a body in the frame of another."""
-        back, unturned = np.empty(3), np.empty(4)
-        mujoco.mju_negPose(back, unturned, data.xpos[holder], data.xquat[holder])
-        position, turn = np.empty(3), np.empty(4)
-        mujoco.mju_mulPose(position, turn, back, unturned, data.xpos[body], data.xquat[body])
-        return position, turn
-
 
 # Stopwatch ------------------------------------------------------------------------------------------------------------
 # Measure how fast a scene loads and steps on this machine.
@@ -89,9 +90,7 @@ def timed_load(scene_xml: Path) -> tuple[Loaded, float]:
     # MuJoCo keeps what it has made of meshes and pictures for as long as a process lives, so that a second load tells
     # little of the first.
     mujoco.mj_clearCache(mujoco.mj_getCache())
-    begin = _now()
-    loaded = load_asset_file(scene_xml)
-    return loaded, _since(begin)
+    return timed(lambda: load_asset_file(scene_xml))
 
 
 def steps_per_second(model: mujoco.MjModel) -> float:
@@ -99,19 +98,14 @@ def steps_per_second(model: mujoco.MjModel) -> float:
     data = mujoco.MjData(model)
     reset_to_start(model, data)
     mujoco.mj_step(model, data)
-    begin = _now()
-    mujoco.mj_step(model, data, nstep=STEPS)
-    return STEPS / max(_since(begin), 1e-9)
+    return STEPS / max(timed(lambda: mujoco.mj_step(model, data, nstep=STEPS))[1], 1e-9)
 
 
-def _now() -> tuple[float, float]:
-    """Seconds of the clock, and of the processor in all threads of this process."""
-    return time.perf_counter(), time.process_time()
-
-
-def _since(begin: tuple[float, float]) -> float:
-    """The fewer of the seconds of clock and processor since then."""
-    return min(now - then for now, then in zip(_now(), begin, strict=True))
+def timed(call: Callable[[], T]) -> tuple[T, float]:
+    """The result of a call, and the fewer of its seconds of the clock and of the processor in all threads."""
+    begin = time.perf_counter(), time.process_time()
+    result = call()
+    return result, min(time.perf_counter() - begin[0], time.process_time() - begin[1])
 
 
 # Subject --------------------------------------------------------------------------------------------------------------
@@ -141,11 +135,6 @@ class SceneJoint:
     moved: Mask
     geoms: Ints
     before: dict[str, float]
-
-    @property
-    def open_end(self) -> float:
-        """The end of its range where it is open, rad or m."""
-        return open_end(self.joint)
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,7 +173,7 @@ class SceneSubject:
     def model(self) -> mujoco.MjModel:
         """Collision model, without visuals, images and materials. Whoever changes it restores it.
 
-        Pairs that the file excludes do not collide in it, unless `AllPairs` is entered. Raises ValueError where the
+        Pairs that the file excludes do not collide in it, unless `all_pairs` is entered. Raises ValueError where the
         file does not compile.
         """
         return collision_model(self.mjcf)
@@ -194,7 +183,7 @@ class SceneSubject:
         """The scene as it begins, with the contacts of all pairs; shared, so nobody steps it."""
         data = mujoco.MjData(self.model)
         reset_to_start(self.model, data)
-        with AllPairs(self.model):
+        with all_pairs(self.model):
             mujoco.mj_forward(self.model, data)
         return data
 
@@ -219,16 +208,13 @@ class SceneSubject:
     @cached_property
     def geoms_of(self) -> dict[str, Ints]:
         """Name of a placement -> its geoms."""
-        by_name: dict[str, list[int]] = {placement.name: [] for placement in self.scene.placements}
-        for geom, name in enumerate(self.placement_of):
-            by_name[name].append(geom)
-        return {name: np.array(geoms, dtype=np.int64) for name, geoms in by_name.items()}
+        names = np.array(self.placement_of)
+        return {place.name: np.flatnonzero(names == place.name) for place in self.scene.placements}
 
     @cached_property
     def is_fixed(self) -> Mask:
         """(ngeom,) whether a geom never moves."""
-        mask: Mask = self.model.body_weldid[self.model.geom_bodyid] == 0
-        return mask
+        return np.asarray(self.model.body_weldid[self.model.geom_bodyid] == 0)
 
     @cached_property
     def joints(self) -> dict[str, SceneJoint]:
@@ -249,10 +235,10 @@ class SceneSubject:
                 joint_id = int(model.joint(name).id)
                 moved = self.contents.moved_with(subtree(model, int(model.jnt_bodyid[joint_id])))
                 yield SceneJoint(
-                    placement=placement,
-                    asset=asset,
-                    joint=joint,
-                    name=name,
+                    placement,
+                    asset,
+                    joint,
+                    name,
                     id=joint_id,
                     address=int(model.jnt_qposadr[joint_id]),
                     dof=int(model.jnt_dofadr[joint_id]),
@@ -301,8 +287,7 @@ def collision_model(path: Path, *added: etree._Element) -> mujoco.MjModel:
         assert parent is not None, "a geom lies in a body"
         parent.remove(geom)
     for geom in root.iter("geom"):
-        if "material" in geom.attrib:
-            del geom.attrib["material"]
+        geom.attrib.pop("material", "")
     used = {g.get("mesh") for g in root.iter("geom")}
     for asset in root.iter("asset"):
         for child in list(asset):
@@ -320,22 +305,13 @@ def collision_model(path: Path, *added: etree._Element) -> mujoco.MjModel:
         return mujoco.MjModel.from_xml_string(etree.tostring(root, encoding="unicode"))
 
 
-class AllPairs:
+def all_pairs(model: mujoco.MjModel) -> AbstractContextManager[None]:
     """While it is entered, pairs that the file excludes collide as well.
 
     A scene excludes a door and the frame that it hangs in for the sake of speed, but checks look whether they overlap.
     """
-
-    def __init__(self, model: mujoco.MjModel) -> None:
-        self.model = model
-        self.saved = model.exclude_signature.copy()
-
-    def __enter__(self) -> None:
-        # Ref: mjModel.exclude_signature is (body1 << 16) + body2, sorted. 0 excludes the world from itself: nothing.
-        self.model.exclude_signature[:] = 0
-
-    def __exit__(self, *_: object) -> None:
-        self.model.exclude_signature[:] = self.saved
+    # Ref: mjModel.exclude_signature is (body1 << 16) + body2, sorted. 0 excludes the world from itself: nothing.
+    return altered(model, exclude_signature=0)
 
 
 def boxes_meet(first: Floats, second: Floats, gap: float = 0.0) -> Mask:

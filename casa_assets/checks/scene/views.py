@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 
 import mujoco
@@ -12,10 +10,10 @@ import numpy as np
 import numpy.typing as npt
 
 from casa_assets.checks.check import Measurement, all_at_least, all_at_most, not_run
-from casa_assets.checks.motion.simulation import reset_to_start
+from casa_assets.checks.motion.simulation import altered, reset_to_start
 from casa_assets.checks.scene.placement.support import WALL
 from casa_assets.checks.scene.subject import SceneSubject
-from casa_assets.core.numeric import Floats
+from casa_assets.core.numeric import Floats, Ints
 from casa_assets.model.kitchen.scene import Camera
 
 Pixels = npt.NDArray[np.uint8]
@@ -82,7 +80,7 @@ def visible_wall_shares(subject: SceneSubject) -> dict[str, float]:
     walls = {p.name: int(model.body(p.name).id) for p in subject.scene.placements if subject.category(p.name) == WALL}
     best = dict.fromkeys(walls, 0.0)
     for camera in subject.scene.cameras:
-        with _walls_looked_through(model, data, np.array(camera.pose.position), list(walls.values())):
+        with altered(model, geom_group=_groups(model, data, np.array(camera.pose.position), list(walls.values()))):
             bodies = _bodies_hit(model, data, camera)
         for name, body in walls.items():
             best[name] = max(best[name], float((bodies == body).mean()))
@@ -110,10 +108,9 @@ def _rays(camera: Camera) -> Floats:
     return unit
 
 
-@contextmanager
-def _walls_looked_through(model: mujoco.MjModel, data: mujoco.MjData, eye: Floats, walls: list[int]) -> Iterator[None]:
-    """While it is entered, walls that the eye is behind are hidden, and what hangs on them."""
-    saved = model.geom_group.copy()
+def _groups(model: mujoco.MjModel, data: mujoco.MjData, eye: Floats, walls: list[int]) -> Ints:
+    """(ngeom,) group of each geom, with the walls that the eye is behind, and what hangs on them, hidden."""
+    groups: Ints = model.geom_group.copy()
     for wall in walls:
         rotation, position = data.xmat[wall].reshape(3, 3), data.xpos[wall]
         # A wall faces the room with its -y; the origin of its frame is in the middle of its thickness.
@@ -122,8 +119,5 @@ def _walls_looked_through(model: mujoco.MjModel, data: mujoco.MjData, eye: Float
         boxes = model.geom_aabb[model.geom_bodyid == wall]
         reach = (np.abs(boxes[:, 0]) + boxes[:, 3]).max() + 0.1
         x, y, _ = ((data.geom_xpos - position) @ rotation).T
-        model.geom_group[(np.abs(x) < reach) & (y > -HANGS_INSIDE_M) & (y < HANGS_OUTSIDE_M)] = HIDDEN_GROUP
-    try:
-        yield
-    finally:
-        model.geom_group[:] = saved
+        groups[(np.abs(x) < reach) & (y > -HANGS_INSIDE_M) & (y < HANGS_OUTSIDE_M)] = HIDDEN_GROUP
+    return groups

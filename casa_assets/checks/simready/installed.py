@@ -55,7 +55,11 @@ def validator_python() -> str:
         python = str(place / _PYTHON)
         if _has_validator(_versions_in(python)):
             return python
-    raise NoVerdict(_not_installed(), is_missing=True)
+    if sys.version_info[:2] > NEWEST_PYTHON:
+        advice = " and needs Python 3.11 or 3.12: see `casa-assets doctor`"
+    else:
+        advice = f": pip install 'casa-assets[{EXTRA}]'"
+    raise NoVerdict(f"SimReady's validator is not installed{advice}", is_missing=True)
 
 
 def validator_versions() -> dict[str, str]:
@@ -80,12 +84,6 @@ def how_to_install() -> str:
         return "./dev setup  # needs a Python 3.11 or 3.12, such as PYTHON=python3.12"
     place = shlex.quote(str(user_environment(EXTRA)))
     return f"python3.12 -m venv {place} && {place}/bin/pip install numpy 'usd-core<26' {' '.join(NEEDED)}"
-
-
-def _not_installed() -> str:
-    if sys.version_info[:2] > NEWEST_PYTHON:
-        return "SimReady's validator is not installed and needs Python 3.11 or 3.12: see `casa-assets doctor`"
-    return f"SimReady's validator is not installed: pip install 'casa-assets[{EXTRA}]'"
 
 
 def _has_validator(versions: dict[str, str]) -> bool:

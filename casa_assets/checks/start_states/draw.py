@@ -12,7 +12,7 @@ import numpy as np
 from casa_assets.checks.start_states.stage import ENVELOPE, Kind, LooseThing, Parking, Place, Stage, settle, watch
 from casa_assets.core.numeric import Floats, rng_for
 from casa_assets.errors import CasaError
-from casa_assets.model.kitchen.scene import FREE_WIDTH, StartStates, StateJoint, StateNotes
+from casa_assets.model.kitchen.scene import FREE_WIDTH, StartStates, StateNotes
 
 RANDOM_LANE = "start_states"
 # How often a thing is put into each kind of place, where there is one.
@@ -124,9 +124,8 @@ def _check(stage: Stage, asked: StateRequest) -> None:
     if asked.things and not stage.places:
         raise CasaError(f"{name}: it has no worktop, shelf or drawer that things could be put on")
     if len(stage.doors) < asked.opened:
-        raise CasaError(
-            f"{name}: {asked.opened} doors were to stand open, and it has {len(stage.doors)}; ask for fewer"
-        )
+        doors = f"{asked.opened} doors were to stand open, and it has {len(stage.doors)}"
+        raise CasaError(f"{name}: {doors}; ask for fewer")
 
 
 def _draw(stage: Stage, wanted: Wanted, number: int, refused: Counter[str]) -> _Drawn:
@@ -145,9 +144,15 @@ def _draw(stage: Stage, wanted: Wanted, number: int, refused: Counter[str]) -> _
 def _try(stage: Stage, wanted: Wanted, rng: np.random.Generator) -> _Drawn | str:
     """One draw: a state, or the reason why it was given up."""
     draft = _Draft(stage.at_rest.copy())
-    _open(stage, draft, wanted.request.opened, rng)
+    doors = [stage.doors[int(k)] for k in rng.permutation(len(stage.doors))[: wanted.request.opened]]
+    for _, address, closed, opened in doors:
+        draft.qpos[address] = closed + float(rng.uniform(*OPENED_SHARES)) * (opened - closed)
+    draft.qpos = stage.with_contents(draft.qpos)
+    draft.opened = tuple(sorted(name for name, *_ in doors))
     chosen = _choose(stage, wanted.request.things, rng)
-    _lift(draft, chosen)
+    # Out of the kitchen, each to a different place high above it, until they are put somewhere.
+    for k, thing in enumerate(chosen):
+        draft.qpos[thing.address : thing.address + 3] = (2.0 * k, 0.0, 50.0)
     for thing in chosen:
         if not _put(stage, draft, thing, rng):
             return NO_ROOM
@@ -158,7 +163,8 @@ def _try(stage: Stage, wanted: Wanted, rng: np.random.Generator) -> _Drawn | str
     by_name = {thing.name: thing for thing in chosen}
     if not all(_is_in(stage, by_name[name], place) for name, place in draft.placed.items()):
         return LEFT
-    if not all(_has_stayed(draft.qpos, settled, joint) for joint in stage.joints if joint.width == FREE_WIDTH):
+    loose = [slice(j.address, j.address + 3) for j in stage.joints if j.width == FREE_WIDTH]
+    if any(float(np.linalg.norm(settled[part] - draft.qpos[part])) > STAYED_M for part in loose):
         return FELL
     parking = _park(stage, rng)
     if parking is None:
@@ -175,15 +181,6 @@ def _try(stage: Stage, wanted: Wanted, rng: np.random.Generator) -> _Drawn | str
     return _Drawn(settled, parking, notes, seen.depth, seen.motion)
 
 
-def _open(stage: Stage, draft: _Draft, count: int, rng: np.random.Generator) -> None:
-    """Open some doors or drawers, each by a share of its way."""
-    doors = [stage.doors[int(k)] for k in rng.permutation(len(stage.doors))[:count]]
-    for _, address, closed, opened in doors:
-        draft.qpos[address] = closed + float(rng.uniform(*OPENED_SHARES)) * (opened - closed)
-    draft.qpos = stage.with_contents(draft.qpos)
-    draft.opened = tuple(sorted(name for name, *_ in doors))
-
-
 def _choose(stage: Stage, count: int, rng: np.random.Generator) -> list[LooseThing]:
     """Things that are put somewhere else; of a stack the upper ones are taken first."""
     waiting = [stage.things[int(k)] for k in rng.permutation(len(stage.things))]
@@ -195,12 +192,6 @@ def _choose(stage: Stage, count: int, rng: np.random.Generator) -> list[LooseThi
         chosen.append(thing)
         taken.add(thing.name)
     return chosen
-
-
-def _lift(draft: _Draft, chosen: list[LooseThing]) -> None:
-    """Take things out of the kitchen, each to a different place high above it, until they are put somewhere."""
-    for k, thing in enumerate(chosen):
-        draft.qpos[thing.address : thing.address + 3] = (2.0 * k, 0.0, 50.0)
 
 
 def _put(stage: Stage, draft: _Draft, thing: LooseThing, rng: np.random.Generator) -> bool:
@@ -220,7 +211,11 @@ def _put(stage: Stage, draft: _Draft, thing: LooseThing, rng: np.random.Generato
         if pose is None:
             continue
         draft.qpos[part] = pose
-        if _touches_nothing(stage, draft, thing):
+        stage.data.qpos[:] = draft.qpos
+        mujoco.mj_kinematics(stage.model, stage.data)
+        mujoco.mj_collision(stage.model, stage.data)
+        contact = stage.data.contact
+        if not (np.isin(contact.geom, thing.geoms).any(axis=1) & (contact.dist < 0.0)).any():
             draft.placed[thing.name] = place
             return True
     return False
@@ -248,27 +243,12 @@ def _pose_in(stage: Stage, draft: _Draft, thing: LooseThing, place: Place, at: F
     return np.concatenate([shifted, quaternion])
 
 
-def _touches_nothing(stage: Stage, draft: _Draft, thing: LooseThing) -> bool:
-    stage.data.qpos[:] = draft.qpos
-    mujoco.mj_kinematics(stage.model, stage.data)
-    mujoco.mj_collision(stage.model, stage.data)
-    contact = stage.data.contact
-    mine = np.isin(contact.geom, thing.geoms).any(axis=1)
-    return not bool((mine & (contact.dist < 0.0)).any())
-
-
 def _is_in(stage: Stage, thing: LooseThing, place: Place) -> bool:
     """Whether the middle of a thing is still in its place, in the present state."""
     low, high = stage.low_and_high(thing)
     half = np.abs(place.pose.rotation) @ place.size / 2
     centre = stage.carried(stage.data.qpos, place, np.array(place.pose.position))
     return bool((np.abs((low + high) / 2 - centre) <= half).all())
-
-
-def _has_stayed(before: Floats, settled: Floats, joint: StateJoint) -> bool:
-    """Whether something loose is still near where it was when the state began to settle."""
-    part = slice(joint.address, joint.address + 3)
-    return float(np.linalg.norm(settled[part] - before[part])) <= STAYED_M
 
 
 def _park(stage: Stage, rng: np.random.Generator) -> Parking | None:

@@ -24,7 +24,7 @@ from casa_assets.checks.motion.simulation import (
     subtree,
     vertices_of,
 )
-from casa_assets.checks.scene.subject import FILE, AllPairs, Contents, body_name, boxes_meet, collision_model
+from casa_assets.checks.scene.subject import FILE, Contents, all_pairs, body_name, boxes_meet, collision_model
 from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import CasaError
 from casa_assets.model.asset.parts import JointKind
@@ -223,9 +223,7 @@ class Stage:
     @cached_property
     def places(self) -> tuple[Place, ...]:
         """Boxes that things are put into."""
-        return tuple(self._places())
-
-    def _places(self) -> Iterator[Place]:
+        found = []
         for fixture in self.facts["fixtures"]:
             if fixture["base"] != "fixed":
                 continue
@@ -237,7 +235,8 @@ class Stage:
                 body = body_name(fixture["name"], link)
                 pose = Pose(position=tuple(region["position"]), quaternion=tuple(region["quaternion"]))
                 size = np.array(region["size"], dtype=np.float64)
-                yield Place(f"{fixture['name']}/{name}", kind, pose, size, int(self.model.body(body).id))
+                found.append(Place(f"{fixture['name']}/{name}", kind, pose, size, int(self.model.body(body).id)))
+        return tuple(found)
 
     @cached_property
     def parking(self) -> tuple[Parking, ...]:
@@ -275,7 +274,7 @@ class Stage:
 
     def depth_of_all_pairs(self, qpos: Floats) -> float:
         """Deepest overlap in a state, pairs that never collide in the scene included, m."""
-        with AllPairs(self.model):
+        with all_pairs(self.model):
             self.data.qpos[:] = qpos
             mujoco.mj_kinematics(self.model, self.data)
             mujoco.mj_collision(self.model, self.data)
@@ -330,9 +329,10 @@ class Stage:
 
 def place_kind(category: str, region: str) -> Kind | None:
     """Kind of place that a region of a fixture is; None if nothing is put there."""
-    return next(
-        (kind for kind, wanted in PLACES.items() if category in wanted[0] and region.startswith(wanted[1])), None
+    kinds = (
+        kind for kind, (categories, names) in PLACES.items() if category in categories and region.startswith(names)
     )
+    return next(kinds, None)
 
 
 def _footprint() -> etree._Element:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -72,15 +71,15 @@ def states_leave_room_for_the_robot(subject: StatesSubject, limit: float) -> Mea
     """STA004: number of states in which the robot, at its base pose, overlaps something."""
     if subject.misfits:
         return not_run(OTHER_SCENE)
-    return count(_blocked(subject), allowed=limit) if len(subject.states) else not_applicable(NO_STATES)
-
-
-def _blocked(subject: StatesSubject) -> Iterator[tuple[str, str]]:
+    if not len(subject.states):
+        return not_applicable(NO_STATES)
+    problems = []
     for k, (row, base) in enumerate(zip(subject.rows, subject.states.base, strict=True)):
         subject.stage.show(row)
         thing = subject.stage.in_the_way(base.astype(np.float64))
         if thing is not None:
-            yield f"states/{k}", f"{thing} stands in the robot; draw it again"
+            problems.append((f"states/{k}", f"{thing} stands in the robot; draw it again"))
+    return count(problems, allowed=limit)
 
 
 def states_differ(subject: StatesSubject, limit: float) -> Measurement:

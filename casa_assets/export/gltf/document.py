@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any
@@ -12,8 +12,8 @@ import numpy as np
 
 from casa_assets.export.gltf.mesh import Binary, Materials, Meshes, glb, placed, rounded
 from casa_assets.geometry.solid.primitive import tessellate
-from casa_assets.model.asset.asset import Asset, Collider, Joint, JointValue, Link, Region, Visual
-from casa_assets.model.asset.parts import Box, Capsule, Cylinder, Hull, MeshShape, Shape, Sphere, joint_positions
+from casa_assets.model.asset.asset import Asset, Joint, Link, Region, Visual
+from casa_assets.model.asset.parts import Box, Cylinder, Shape, Sphere, joint_positions
 from casa_assets.model.kitchen.scene import CLOSED_POSE, OUTER_FACE, Layer, Placement, Scene, key_positions
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
@@ -65,33 +65,23 @@ def layer_nodes(link: Link, regions: tuple[Region, ...], meshes: Meshes, wanted:
     """
     if wanted.colliders:
         for number, collider in enumerate(link.colliders):
-            yield _collider(collider, number, meshes)
+            turn = number % len(COLLIDER_COLORS)
+            material = meshes.materials.plain(f"collider_{turn}", COLLIDER_COLORS[turn])
+            facts = {"name": collider.name, "kind": collider.shape.kind, "substance": collider.substance}
+            extras = {"layer": LayerName.COLLIDER.value, "collider": facts}
+            shown = _shown(collider.shape, collider.pose, meshes, material)
+            yield {"name": collider.name, "extras": extras, **shown}
     if wanted.regions:
-        for region in regions:
-            if region.link == link.name:
-                yield _region(region, meshes)
-
-
-def _collider(collider: Collider, number: int, meshes: Meshes) -> dict[str, Any]:
-    turn = number % len(COLLIDER_COLORS)
-    material = meshes.materials.plain(f"collider_{turn}", COLLIDER_COLORS[turn])
-    extras = {
-        "layer": LayerName.COLLIDER.value,
-        "collider": {"name": collider.name, "kind": collider.shape.kind, "substance": collider.substance},
-    }
-    return {"name": collider.name, "extras": extras, **_shown(collider.shape, collider.pose, meshes, material)}
-
-
-def _region(region: Region, meshes: Meshes) -> dict[str, Any]:
-    material = meshes.materials.plain("region", REGION_COLOR)
-    width, depth, height = region.size
-    # A cylinder whose box is not square is an ellipse; the scale of its node makes it one.
-    shape: Shape = Box(size=region.size) if region.kind == "box" else Cylinder(radius=0.5, height=1.0)
-    shown = _shown(shape, region.pose, meshes, material)
-    if region.kind == "cylinder":
-        shown["scale"] = rounded((width / 2, depth / 2, height))
-    extras = {"layer": LayerName.REGION.value, "region": {"name": region.name, "kind": region.kind}}
-    return {"name": region.name, "extras": extras, **shown}
+        for region in (region for region in regions if region.link == link.name):
+            material = meshes.materials.plain("region", REGION_COLOR)
+            width, depth, height = region.size
+            # A cylinder whose box is not square is an ellipse; the scale of its node makes it one.
+            shape: Shape = Box(size=region.size) if region.kind == "box" else Cylinder(radius=0.5, height=1.0)
+            shown = _shown(shape, region.pose, meshes, material)
+            if region.kind == "cylinder":
+                shown["scale"] = rounded((width / 2, depth / 2, height))
+            extras = {"layer": LayerName.REGION.value, "region": {"name": region.name, "kind": region.kind}}
+            yield {"name": region.name, "extras": extras, **shown}
 
 
 def _shown(shape: Shape, pose: Pose, meshes: Meshes, material: int) -> dict[str, Any]:
@@ -112,7 +102,6 @@ def _unit(shape: Shape) -> tuple[Shape, Vec3]:
         return Sphere(radius=1.0), (shape.radius, shape.radius, shape.radius)
     if isinstance(shape, Cylinder):
         return Cylinder(radius=1.0, height=1.0), (shape.radius, shape.radius, shape.height)
-    assert isinstance(shape, Capsule | Hull | MeshShape)
     return shape, (1.0, 1.0, 1.0)
 
 
@@ -173,7 +162,6 @@ def add_nodes(nodes: Nodes, meshes: Meshes, copy: Copy, below: int, wanted: Laye
 def joint_facts(asset: Asset, joint: Joint, copy: Copy) -> dict[str, Any]:
     """`extras.joint` of the link that a joint moves; `rest` is the position of the joint in the file."""
     states = {s.value: rounded(s.interval) for s in asset.states if s.joint == joint.name}
-    behind = {} if joint.behind is None else {"behind": copy.prefix + joint.behind}
     return {
         "name": copy.prefix + joint.name,
         "type": joint.kind.value,
@@ -182,7 +170,7 @@ def joint_facts(asset: Asset, joint: Joint, copy: Copy) -> dict[str, Any]:
         "range": rounded(joint.range),
         "rest": rounded([copy.positions.get(joint.name, 0.0)])[0],
         **({"states": states} if states else {}),
-        **behind,
+        **({} if joint.behind is None else {"behind": copy.prefix + joint.behind}),
     }
 
 
@@ -260,16 +248,15 @@ def asset_glb(asset: Asset, layers: Layers = SEEN_ALONE, picture_px: int = PICTU
         picture_px: maximum pixels along a side of a picture.
     """
     document = Document(asset.id, "asset", picture_px)
-    document.extras["poses"] = {key.name: values(key.joints) for key in asset.keyframes}
+    document.extras["poses"] = {key.name: values(joint_positions(key.joints)) for key in asset.keyframes}
     document.extras["category"] = asset.labels.category
     start = joint_positions(asset.keyframes[0].joints) if asset.keyframes else {}
     add_nodes(document.nodes, document.meshes, Copy(asset, positions=start), document.root, layers)
     return document.bytes()
 
 
-def values(joints: Iterable[JointValue] | Mapping[str, float], prefix: str = "") -> dict[str, float]:
+def values(positions: Mapping[str, float], prefix: str = "") -> dict[str, float]:
     """Name of a joint in the file -> position, rad or m."""
-    positions = joints if isinstance(joints, Mapping) else joint_positions(joints)
     return {prefix + name: rounded([at])[0] for name, at in positions.items()}
 
 

@@ -198,21 +198,18 @@ class Materials:
         """Reference to a picture, and the alpha mode that it requires."""
         key = f"{texture.file_name} {texture.color_space.value}"
         if key not in self._image_of:
-            content, kind, mode = self._encoded(key, texture)
+            # Kitchens of a style have the same pictures.
+            place = f"{key} {self.picture_px}"
+            if place not in _KEPT:
+                if len(_KEPT) >= _MOST_KEPT:
+                    _KEPT.clear()
+                _KEPT[place] = encoded(texture, self.picture_px)
+            content, kind, mode = _KEPT[place]
             view = self.binary.view(content)
             self.images.append({"bufferView": view, "mimeType": kind, "name": texture.name})
             self._image_of[key] = len(self.images) - 1, mode
         index, mode = self._image_of[key]
         return {"index": index}, mode
-
-    def _encoded(self, key: str, texture: Texture) -> tuple[bytes, str, str]:
-        """As `encoded`, cached: kitchens of a style have the same pictures."""
-        place = f"{key} {self.picture_px}"
-        if place not in _KEPT:
-            if len(_KEPT) >= _MOST_KEPT:
-                _KEPT.clear()
-            _KEPT[place] = encoded(texture, self.picture_px)
-        return _KEPT[place]
 
 
 def encoded(texture: Texture, most_px: int) -> tuple[bytes, str, str]:

@@ -12,10 +12,9 @@ import numpy.typing as npt
 from lxml import etree
 
 from casa_assets.export.mjcf import shapes
-from casa_assets.export.mjcf import shapes as material
 from casa_assets.export.mjcf.shapes import Meshes
 from casa_assets.export.mujoco_values import ROBOSUITE_GROUPS, VIEWER_GROUPS, Groups
-from casa_assets.model.asset.asset import Asset, Base, Exclusion, Inertial, Joint, Link
+from casa_assets.model.asset.asset import Asset, Base, Collider, Exclusion, Inertial, Joint, Link, Visual
 from casa_assets.model.asset.parts import joint_positions
 from casa_assets.model.files import Files
 from casa_assets.model.kitchen.scene import OUTER_FACE
@@ -99,7 +98,10 @@ def add_body(parent: etree._Element, link: Link, context: BodyContext) -> etree.
     """
     asset, prefix = context.asset, context.prefix
     body = etree.SubElement(parent, "body", {"name": context.body_name(link.name), **shapes.place(link.pose)})
-    etree.SubElement(body, "inertial", _inertial(link.inertial))
+    inertial = etree.SubElement(body, "inertial")
+    inertial.set("pos", shapes.numbers(link.inertial.center_of_mass))
+    inertial.set("mass", shapes.number(link.inertial.mass))
+    inertial.set("fullinertia", shapes.numbers(full_inertia(link.inertial)))
     link_joint = asset.joint_of(link.name)
     if link_joint is not None:
         add_joint(body, link_joint, prefix)
@@ -136,24 +138,14 @@ def full_inertia(inertial: Inertial) -> list[float]:
     return [*diagonal, *inertial.inertia[3:]]
 
 
-def _inertial(inertial: Inertial) -> dict[str, str]:
-    return {
-        "pos": shapes.numbers(inertial.center_of_mass),
-        "mass": shapes.number(inertial.mass),
-        "fullinertia": shapes.numbers(full_inertia(inertial)),
-    }
-
-
 # Contact --------------------------------------------------------------------------------------------------------------
 # Exclusion -> `<exclude>` between two bodies.
 
 
-def add_exclusion(contact: etree._Element, exclusion: Exclusion, context: BodyContext | None = None) -> None:
-    """`<exclude>` below `<contact>`; `context` gives the bodies their names in a scene."""
-    first, second = exclusion.first, exclusion.second
-    name = f"{first}__{second}"
-    if context is not None:
-        name, first, second = context.prefix + name, context.body_name(first), context.body_name(second)
+def add_exclusion(contact: etree._Element, exclusion: Exclusion, context: BodyContext) -> None:
+    """`<exclude>` below `<contact>`; `context` gives the bodies their names."""
+    first, second = context.body_name(exclusion.first), context.body_name(exclusion.second)
+    name = f"{context.prefix}{exclusion.first}__{exclusion.second}"
     etree.SubElement(contact, "exclude", {"name": name, "body1": first, "body2": second})
 
 
@@ -240,9 +232,8 @@ def label_texts(asset: Asset, prefix: str = "") -> dict[str, str]:
         found[f"state__{state.name}"] = f"{prefix}{state.joint} {state.value} {shapes.numbers(state.interval)}"
     if asset.contract is not None:
         found["contract"] = asset.contract
-    found |= {
-        f"label__{label}": " ".join(prefix + name for name in names) for label, names in geoms_by_label(asset).items()
-    }
+    labelled = geoms_by_label(asset).items()
+    found |= {f"label__{label}": " ".join(prefix + name for name in names) for label, names in labelled}
     found |= {f"grip__{joint.name}": prefix + joint.grip for joint in asset.joints if joint.grip is not None}
     found |= {f"behind__{joint.name}": prefix + joint.behind for joint in asset.joints if joint.behind is not None}
     if asset.behavior is not None:
@@ -254,10 +245,10 @@ def geoms_by_label(asset: Asset) -> dict[str, list[str]]:
     """Label -> names of the geoms that carry it, sorted."""
     found: dict[str, list[str]] = {}
     for link in asset.links:
-        parts = [(c.label, c.name) for c in link.colliders] + [(v.label, v.name) for v in link.visuals]
-        for label, name in parts:
-            if label is not None:
-                found.setdefault(label, []).append(name)
+        parts: tuple[Collider | Visual, ...] = (*link.colliders, *link.visuals)
+        for part in parts:
+            if part.label is not None:
+                found.setdefault(part.label, []).append(part.name)
     return {label: sorted(found[label]) for label in sorted(found)}
 
 
@@ -304,9 +295,8 @@ def add_stage_frame(root: etree._Element, asset: Asset) -> None:
     center, diagonal = _center_and_diagonal(asset)
     etree.SubElement(root, "statistic", {"center": shapes.numbers(center), "extent": shapes.number(diagonal)})
     view = etree.SubElement(root, "visual")
-    etree.SubElement(
-        view, "global", {"azimuth": "60", "elevation": "-22", "fovy": "40", "offwidth": "1280", "offheight": "960"}
-    )
+    angles = {"azimuth": "60", "elevation": "-22", "fovy": "40"}
+    etree.SubElement(view, "global", {**angles, "offwidth": "1280", "offheight": "960"})
     etree.SubElement(view, "quality", {"shadowsize": "4096", "offsamples": "8"})
     etree.SubElement(view, "headlight", HEADLIGHT)
     etree.SubElement(view, "map", {"znear": "0.02", "zfar": "80", "shadowclip": "2"})
@@ -321,13 +311,8 @@ def add_stage(assets: etree._Element, world: etree._Element, asset: Asset) -> No
     for i, (direction, light) in enumerate(LIGHTS):
         # A directional light shines from everywhere, but its shadows are drawn from here: near means sharp.
         position = shapes.numbers(center - LIGHT_DISTANCE * diagonal * np.array(direction))
-        attributes = {
-            "name": f"scene__light_{i}",
-            "directional": "true",
-            "pos": position,
-            "dir": shapes.numbers(direction),
-        }
-        etree.SubElement(world, "light", attributes | light)
+        placed = {"directional": "true", "pos": position, "dir": shapes.numbers(direction)}
+        etree.SubElement(world, "light", {"name": f"scene__light_{i}", **placed, **light})
     # MuJoCo takes the larger of two frictions. The least of the asset's own lets each collider's value act.
     names = ("dynamic_friction", "torsional_friction", "rolling_friction")
     friction = [min(getattr(s, name) for s in asset.substances) for name in names]
@@ -382,43 +367,44 @@ def write(asset: Asset, groups: Groups = ROBOSUITE_GROUPS) -> Files:
         merge), `scene.xml` (the same body on a floor, with a free joint if its base is free), `meshes/*.obj` and
         `textures/*.png`, and `behavior.json` if the asset has a behaviour. Paths are relative to the XML.
     """
-    meshes = shapes.gather_meshes(asset)
+    meshes, names = shapes.gather_meshes(asset), shapes.material_names(asset)
     entries = {file.path: file.data for file in meshes.files}
-    entries |= {path: image.png for path, image in material.texture_files(asset).items()}
-    entries["model.xml"] = _model(asset, meshes, groups)
-    entries["scene.xml"] = _scene(asset, meshes)
+    entries |= {path: image.png for path, image in shapes.texture_files(asset).items()}
+    entries["model.xml"] = _model(BodyContext(asset, meshes, names, groups))
+    entries["scene.xml"] = _scene(BodyContext(asset, meshes, names, VIEWER_GROUPS))
     if asset.behavior is not None:
         entries["behavior.json"] = behavior_file(asset)
     return Files.of(entries)
 
 
-def _model(asset: Asset, meshes: shapes.Meshes, groups: Groups) -> bytes:
+def _model(context: BodyContext) -> bytes:
+    asset = context.asset
     root = _root(asset.id)
-    _add_assets(root, asset, meshes)
+    _add_assets(root, context)
     world = etree.SubElement(root, "worldbody")
     outer = etree.SubElement(world, "body")
-    add_body(outer, asset.root, BodyContext(asset, meshes, material.material_names(asset), groups))
+    add_body(outer, asset.root, context)
     shapes.add_size_sites(outer, asset)
-    _add_exclusions_and_labels(root, asset)
+    _add_exclusions_and_labels(root, context)
     add_keyframes(root, asset)
-    return _text(root)
+    return etree.tostring(root, encoding="us-ascii", pretty_print=True)
 
 
-def _scene(asset: Asset, meshes: shapes.Meshes) -> bytes:
+def _scene(context: BodyContext) -> bytes:
+    asset = context.asset
     root = _root(f"{asset.id}__scene")
     option = etree.SubElement(root, "option", {"timestep": "0.002", "integrator": "implicitfast"})
     # Several contacts between a pair of shapes, so that what stands does not rock. MuJoCo 4 does so by default, but its
     # own detection tilts their normals by up to four degrees, and what stands slides; libccd's are level on average.
     etree.SubElement(option, "flag", {"multiccd": "enable", "nativeccd": "disable"})
     add_stage_frame(root, asset)
-    assets = _add_assets(root, asset, meshes)
+    assets = _add_assets(root, context)
     world = etree.SubElement(root, "worldbody")
     add_stage(assets, world, asset)
-    context = BodyContext(asset, meshes, material.material_names(asset), VIEWER_GROUPS)
     free_joint = add_object(world, context)
-    _add_exclusions_and_labels(root, asset)
+    _add_exclusions_and_labels(root, context)
     add_keyframes(root, asset, free_joint)
-    return _text(root)
+    return etree.tostring(root, encoding="us-ascii", pretty_print=True)
 
 
 def _root(name: str) -> etree._Element:
@@ -427,21 +413,17 @@ def _root(name: str) -> etree._Element:
     return root
 
 
-def _add_assets(root: etree._Element, asset: Asset, meshes: shapes.Meshes) -> etree._Element:
+def _add_assets(root: etree._Element, context: BodyContext) -> etree._Element:
     assets = etree.SubElement(root, "asset")
-    material.add_materials(assets, asset)
-    for file in meshes.files:
+    shapes.add_materials(assets, context.asset)
+    for file in context.meshes.files:
         shapes.add_mesh(assets, file)
     return assets
 
 
-def _add_exclusions_and_labels(root: etree._Element, asset: Asset) -> None:
-    if asset.exclusions:
+def _add_exclusions_and_labels(root: etree._Element, context: BodyContext) -> None:
+    if context.asset.exclusions:
         pairs = etree.SubElement(root, "contact")
-        for exclusion in asset.exclusions:
-            add_exclusion(pairs, exclusion)
-    add_labels(root, asset)
-
-
-def _text(root: etree._Element) -> bytes:
-    return etree.tostring(root, encoding="us-ascii", pretty_print=True)
+        for exclusion in context.asset.exclusions:
+            add_exclusion(pairs, exclusion, context)
+    add_labels(root, context.asset)

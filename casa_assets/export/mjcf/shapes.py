@@ -99,39 +99,27 @@ def add_texture(assets: etree._Element, image: Texture, path: str) -> None:
 
 def add_material(assets: etree._Element, material: Material, name: str) -> None:
     """`<material>` named `name`, with a reference to the texture of its colour image."""
-    etree.SubElement(assets, "material", _attributes(material, name))
-
-
-def _attributes(material: Material, name: str) -> dict[str, str]:
-    metallic, roughness = _mean_metallic_roughness(material)
+    metallic, roughness = material.metallic, material.roughness
+    if material.metallic_roughness_texture is not None:
+        # The mean of the map over the whole surface.
+        with Image.open(io.BytesIO(material.metallic_roughness_texture.png)) as image:
+            _, green, blue = ImageStat.Stat(image.convert("RGB")).mean
+        metallic, roughness = metallic * blue / 255, roughness * green / 255
+    metallic, roughness = round(metallic, 3), round(roughness, 3)
     attributes = {"name": name}
     if material.base_color_texture is not None:
         attributes |= {"texture": _stem(material.base_color_texture), "texuniform": "false"}
     attributes |= {
         "rgba": srgb(material.base_color),
-        "specular": number(_specular(metallic, roughness)),
+        # Strength of the highlight, 0..1: zero on rough surfaces, full on polished metal. Chosen by eye.
+        "specular": number((1.0 - roughness) * (0.4 + 0.6 * metallic)),
         "shininess": number(_shininess(roughness)),
         "metallic": number(metallic),
         "roughness": number(roughness),
     }
     if material.glow:
         attributes["emission"] = number(material.glow)
-    return attributes
-
-
-def _mean_metallic_roughness(material: Material) -> tuple[float, float]:
-    """Metallic and roughness of the whole surface: the factors times the mean of their map, three digits."""
-    metallic, roughness = material.metallic, material.roughness
-    if material.metallic_roughness_texture is not None:
-        with Image.open(io.BytesIO(material.metallic_roughness_texture.png)) as image:
-            _, green, blue = ImageStat.Stat(image.convert("RGB")).mean
-        metallic, roughness = metallic * blue / 255, roughness * green / 255
-    return round(metallic, 3), round(roughness, 3)
-
-
-def _specular(metallic: float, roughness: float) -> float:
-    """Strength of the highlight, 0..1: zero on rough surfaces, full on polished metal. Chosen by eye."""
-    return (1.0 - roughness) * (0.4 + 0.6 * metallic)
+    etree.SubElement(assets, "material", attributes)
 
 
 def _shininess(roughness: float) -> float:
@@ -278,18 +266,14 @@ def add_collider(
         "contype": "1",
         "conaffinity": "1",
         "condim": str(contact_dimensions(collider.shape)),
-        "friction": friction(substance),
+        # Sliding, torsional (m), rolling (m). MuJoCo's one sliding coefficient is the dynamic one.
+        "friction": numbers((substance.dynamic_friction, substance.torsional_friction, substance.rolling_friction)),
         # All mass is in <inertial>. A consumer that ignores that finds a body without mass and says so, where a density
         # would silently give it the weight of hulls that overlap.
         "mass": "0",
         "rgba": COLOR,
     }
     return etree.SubElement(body, "geom", attributes)
-
-
-def friction(substance: Substance) -> str:
-    """MuJoCo's `friction`: sliding, torsional (m), rolling (m). Its one sliding coefficient is the dynamic one."""
-    return numbers((substance.dynamic_friction, substance.torsional_friction, substance.rolling_friction))
 
 
 def _shape(collider: Collider, meshes: Meshes) -> dict[str, str]:

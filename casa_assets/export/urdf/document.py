@@ -16,13 +16,13 @@ from casa_assets.export.mjcf.document import full_inertia
 from casa_assets.export.mjcf.scene.kitchen import world_from_root
 from casa_assets.export.mjcf.shapes import MESHES, MeshUse, mesh_uses, numbers, obj_text
 from casa_assets.export.mjcf.shapes import number as text
-from casa_assets.model.asset.asset import Asset, Base, Collider, Inertial, Joint, JointKind, Link, Region, Site, Visual
+from casa_assets.model.asset.asset import Asset, Base, Collider, Joint, JointKind, Link, Region, Site
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.parts import Box, Capsule, Cylinder, Sphere, joint_positions
 from casa_assets.model.files import Files
-from casa_assets.model.kitchen.scene import WORLD, Camera, PlacedLink, Placement, Scene
+from casa_assets.model.kitchen.scene import WORLD, PlacedLink, Placement, Scene
 from casa_assets.model.pose import Pose
-from casa_assets.model.record import Record, Vec3
+from casa_assets.model.record import Vec3
 
 # Number ---------------------------------------------------------------------------------------------------------------
 # Pose -> `<origin>`: metres, and roll, pitch and yaw in radians.
@@ -63,13 +63,6 @@ def mtl_name(material: Material) -> str:
     return f"{material.id}_{material.digest[:12]}.mtl"
 
 
-def add_material(visual: etree._Element, material: Material) -> None:
-    """`<material>` below `<visual>`, unless the material has a picture; its name is unique per content."""
-    if material.base_color_texture is None:
-        element = etree.SubElement(visual, "material", {"name": mtl_name(material).removesuffix(".mtl")})
-        etree.SubElement(element, "color", {"rgba": shapes.srgb(material.base_color)})
-
-
 def mtl_text(material: Material) -> bytes:
     """MTL text: colour and emitted light as display values, opacity, roughness and metallic, and the picture."""
     lines = [
@@ -100,16 +93,6 @@ class Meshes:
 
     of: dict[str, str]
     entries: dict[str, bytes]
-
-
-def add_visual(
-    link: etree._Element, visual: Visual, look: Material, path: str, urdf_from_link: Pose, prefix: str = ""
-) -> None:
-    """`<visual>` below `<link>`; its name begins with `prefix`."""
-    element = etree.SubElement(link, "visual", {"name": prefix + visual.name})
-    add_origin(element, urdf_from_link)
-    add_mesh(element, path)
-    add_material(element, look)
 
 
 def add_mesh(element: etree._Element, path: str) -> None:
@@ -277,20 +260,20 @@ def _add_link(robot: etree._Element, link: Link, context: BodyContext) -> None:
     looks = {item.id: item for item in context.asset.materials}
     urdf_from_link = link_from_urdf(context.asset, link.name).inverse()
     element = etree.SubElement(robot, "link", {"name": context.link_name(link.name)})
-    _add_inertial(element, link.inertial, urdf_from_link)
+    inertial = etree.SubElement(element, "inertial")
+    add_origin(inertial, urdf_from_link @ Pose(position=link.inertial.center_of_mass))
+    etree.SubElement(inertial, "mass", {"value": text(link.inertial.mass)})
+    etree.SubElement(inertial, "inertia", dict(zip(INERTIA, map(text, full_inertia(link.inertial)), strict=True)))
     for shown in link.visuals:
-        path = context.meshes.of[shown.name]
-        add_visual(element, shown, looks[shown.material], path, urdf_from_link, context.prefix)
+        visual = etree.SubElement(element, "visual", {"name": context.prefix + shown.name})
+        add_origin(visual, urdf_from_link)
+        add_mesh(visual, context.meshes.of[shown.name])
+        look = looks[shown.material]
+        if look.base_color_texture is None:
+            plain = etree.SubElement(visual, "material", {"name": mtl_name(look).removesuffix(".mtl")})
+            etree.SubElement(plain, "color", {"rgba": shapes.srgb(look.base_color)})
     for shape in link.colliders:
         add_colliders(element, shape, context.meshes, urdf_from_link, context.prefix)
-
-
-def _add_inertial(link: etree._Element, inertial: Inertial, urdf_from_link: Pose) -> None:
-    element = etree.SubElement(link, "inertial")
-    add_origin(element, urdf_from_link @ Pose(position=inertial.center_of_mass))
-    etree.SubElement(element, "mass", {"value": text(inertial.mass)})
-    tensor = zip(INERTIA, map(text, full_inertia(inertial)), strict=True)
-    etree.SubElement(element, "inertia", dict(tensor))
 
 
 # Label ----------------------------------------------------------------------------------------------------------------
@@ -323,9 +306,9 @@ def facts_beside(asset: Asset, urdf: str) -> dict[str, Any]:
         "joints": {joint.name: _joint(joint) for joint in asset.joints},
         "colliders": _colliders(asset),
         "visuals": {v.name: {"label": v.label} for link in asset.links for v in link.visuals},
-        "sites": [_site(asset, site) for site in asset.sites],
+        "sites": [{**_place(asset, site), "color": list(site.color)} for site in asset.sites],
         "regions": [_place(asset, region) for region in asset.regions],
-        "states": _dumped(asset.states),
+        "states": [state.model_dump(mode="json") for state in asset.states],
         "keyframes": {key.name: joint_positions(key.joints) for key in asset.keyframes},
         "exclusions": [[pair.first, pair.second] for pair in asset.exclusions],
         "behavior": None if asset.behavior is None else asset.behavior.model_dump(mode="json"),
@@ -344,11 +327,10 @@ def rounded(values: tuple[float, ...]) -> list[float]:
 
 def _joint(joint: Joint) -> dict[str, Any]:
     """Armature, stiffness of dry friction, spring, collider that a hand takes hold of, joint that opens first."""
-    spring = joint.drive and {"stiffness": joint.drive.stiffness, "rest": joint.drive.target}
     return {
         "armature": joint.armature,
         "friction_impedance": list(joint.friction_impedance),
-        "spring": spring,
+        "spring": joint.drive and {"stiffness": joint.drive.stiffness, "rest": joint.drive.target},
         "grip": joint.grip,
         "behind": joint.behind,
     }
@@ -369,20 +351,11 @@ def _colliders(asset: Asset) -> dict[str, Any]:
     return found
 
 
-def _site(asset: Asset, site: Site) -> dict[str, Any]:
-    size = [2 * site.radius] * 3 if site.size is None else list(site.size)
-    return {**_place(asset, site), "size": size, "color": list(site.color)}
-
-
 def _place(asset: Asset, item: Site | Region) -> dict[str, Any]:
     """Name, link, kind, pose in the frame of the URDF's link, and full size."""
     inside = link_from_urdf(asset, item.link).inverse() @ item.pose
-    size = list(item.size) if item.size is not None else []
+    size = [2 * item.radius] * 3 if item.size is None else list(item.size)
     return {"name": item.name, "link": item.link, "kind": item.kind, "size": size, **pose_values(inside)}
-
-
-def _dumped(records: tuple[Record, ...]) -> list[Any]:
-    return [record.model_dump(mode="json") for record in records]
 
 
 # Document -------------------------------------------------------------------------------------------------------------
@@ -406,18 +379,13 @@ def texts(asset: Asset, meshes: Meshes) -> dict[str, bytes]:
     add_links(root, BodyContext(asset, meshes))
     return {
         urdf_name(asset.id): document_text(root),
-        json_name(asset.id): json_text(facts_beside(asset, urdf_name(asset.id))),
+        f"{asset.id}.json": json_text(facts_beside(asset, urdf_name(asset.id))),
     }
 
 
 def urdf_name(asset: str) -> str:
     """Name of the URDF of an asset."""
     return f"{asset}.urdf"
-
-
-def json_name(asset: str) -> str:
-    """Name of the JSON file that accompanies the URDF of an asset."""
-    return f"{asset}.json"
 
 
 def robot(name: str) -> etree._Element:
@@ -481,7 +449,8 @@ def _list(scene: Scene) -> dict[str, Any]:
         "gravity": list(scene.gravity),
         "placements": [_placement(place, asset_of[place.name]) for place in scene.placements],
         "exclusions": [[name_of(first), name_of(second)] for first, second in scene.exclusions],
-        "cameras": [_camera(camera) for camera in scene.cameras],
+        # They look along their -z, y up.
+        "cameras": [{"name": c.name, "fov_y_deg": c.fov_y_deg, **pose_values(c.pose)} for c in scene.cameras],
     }
 
 
@@ -498,8 +467,3 @@ def _placement(place: Placement, asset: Asset) -> dict[str, Any]:
         **pose_values(pose),
         "rpy": rounded(roll_pitch_yaw(pose)),
     }
-
-
-def _camera(camera: Camera) -> dict[str, Any]:
-    """One camera; it looks along its -z, y up."""
-    return {"name": camera.name, "fov_y_deg": camera.fov_y_deg, **pose_values(camera.pose)}

@@ -12,7 +12,7 @@ from pxr import Gf, Kind, Sdf, Usd, UsdGeom, UsdPhysics
 from casa_assets.export.usd import number, shapes
 from casa_assets.export.usd.joint import SCOPE, attach_labels, define_behavior, define_joints
 from casa_assets.export.usd.shapes import MaterialPrims
-from casa_assets.model.asset.asset import Asset, Base, Inertial, Joint, JointKind, Link
+from casa_assets.model.asset.asset import Asset, Base, Joint, JointKind, Link
 from casa_assets.model.asset.parts import joint_positions
 from casa_assets.model.files import Files
 from casa_assets.model.kitchen.scene import CLOSED_POSE, Scene, key_positions
@@ -20,14 +20,6 @@ from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 
 # Contact --------------------------------------------------------------------------------------------------------------
-# Exclusions -> filtered pairs.
-
-
-def filter_exclusions(stage: Usd.Stage, root: Sdf.Path, asset: Asset) -> None:
-    """Filter each excluded pair, on its first link."""
-    for pair in asset.exclusions:
-        api = UsdPhysics.FilteredPairsAPI.Apply(stage.GetPrimAtPath(root.AppendChild(pair.first)))
-        api.CreateFilteredPairsRel().AddTarget(root.AppendChild(pair.second))
 
 
 def filter_pair(layer: Sdf.Layer, first: Sdf.Path, second: Sdf.Path) -> None:
@@ -56,8 +48,17 @@ def define_poses(stage: Usd.Stage, root: Usd.Prim, asset: Asset) -> None:
         return
     variants = root.GetVariantSets().AddVariantSet(VARIANT_SET)
     poses = {CLOSED_POSE: {}, **{key.name: joint_positions(key.joints) for key in asset.keyframes}}
-    moving = [link.name for link in asset.links if asset.is_moved(link.name)]
-    _prepare_prims(stage, root, asset, moving)
+    moving, scope = [link.name for link in asset.links if asset.is_moved(link.name)], root.GetPath().AppendChild(SCOPE)
+    # Outside of the variants: xform ops without values, and the schema of joint states.
+    for link in moving:
+        xform = UsdGeom.Xformable(stage.GetPrimAtPath(root.GetPath().AppendChild(link)))
+        xform.ClearXformOpOrder()
+        for op in XFORM_OPS:
+            xform.GetPrim().RemoveProperty(op)
+        xform.AddTranslateOp(UsdGeom.XformOp.PrecisionDouble)
+        xform.AddOrientOp(UsdGeom.XformOp.PrecisionDouble)
+    for joint in asset.joints:
+        stage.GetPrimAtPath(scope.AppendChild(joint.name)).AddAppliedSchema(state_schema(joint))
     for name, positions in poses.items():
         variants.AddVariant(name)
         variants.SetVariantSelection(name)
@@ -68,24 +69,10 @@ def define_poses(stage: Usd.Stage, root: Usd.Prim, asset: Asset) -> None:
                 prim.GetAttribute(XFORM_OPS[0]).Set(number.vec3d(pose.position))
                 prim.GetAttribute(XFORM_OPS[1]).Set(number.quatd(pose.quaternion))
             for joint in asset.joints:
-                attribute = state_attribute(joint)
-                prim = stage.OverridePrim(_path(root, joint))
-                position = state_position(joint, positions.get(joint.name, 0.0))
-                number.author(prim, attribute, Sdf.ValueTypeNames.Float, position, uniform=False)
+                prim = stage.OverridePrim(scope.AppendChild(joint.name))
+                name, position = state_attribute(joint), state_position(joint, positions.get(joint.name, 0.0))
+                prim.CreateAttribute(name, Sdf.ValueTypeNames.Float, custom=False).Set(position)
     variants.SetVariantSelection(CLOSED_POSE)
-
-
-def _prepare_prims(stage: Usd.Stage, root: Usd.Prim, asset: Asset, moving: list[str]) -> None:
-    """Set up, outside of the variants, xform ops without values and the joint state schema."""
-    for link in moving:
-        xform = UsdGeom.Xformable(stage.GetPrimAtPath(root.GetPath().AppendChild(link)))
-        xform.ClearXformOpOrder()
-        for op in XFORM_OPS:
-            xform.GetPrim().RemoveProperty(op)
-        xform.AddTranslateOp(UsdGeom.XformOp.PrecisionDouble)
-        xform.AddOrientOp(UsdGeom.XformOp.PrecisionDouble)
-    for joint in asset.joints:
-        stage.GetPrimAtPath(_path(root, joint)).AddAppliedSchema(state_schema(joint))
 
 
 def state_schema(joint: Joint) -> str:
@@ -100,15 +87,11 @@ def state_attribute(joint: Joint) -> str:
 
 def state_position(joint: Joint, position: float) -> float:
     """Joint position (rad or m) in the units of that schema: degrees or metres."""
-    return number.degrees(position) if joint.kind is JointKind.HINGE else position
+    return math.degrees(position) if joint.kind is JointKind.HINGE else position
 
 
 def _axis(joint: Joint) -> str:
     return "angular" if joint.kind is JointKind.HINGE else "linear"
-
-
-def _path(root: Usd.Prim, joint: Joint) -> Sdf.Path:
-    return root.GetPath().AppendChild(SCOPE).AppendChild(joint.name)
 
 
 # Body -----------------------------------------------------------------------------------------------------------------
@@ -122,7 +105,12 @@ def define_body(stage: Usd.Stage, path: Sdf.Path, asset: Asset, link: Link, mate
     prim = UsdGeom.Xform.Define(stage, path).GetPrim()
     number.place(prim, asset.asset_from_link(link.name))
     UsdPhysics.RigidBodyAPI.Apply(prim)
-    _mass(prim, link.inertial)
+    moments, axes = principal_axes(link.inertial.tensor)
+    mass = UsdPhysics.MassAPI.Apply(prim)
+    mass.CreateMassAttr(link.inertial.mass)
+    mass.CreateCenterOfMassAttr(number.vec3f(link.inertial.center_of_mass))
+    mass.CreateDiagonalInertiaAttr(number.vec3f(float32_moments(moments)))
+    mass.CreatePrincipalAxesAttr(number.quatf(axes.quaternion))
     if link is asset.root and (len(asset.links) > 1 or asset.base is Base.FIXED):
         # Newton refuses joints, even fixed ones, outside an articulation. Only on the base body do SimReady, MuJoCo and
         # Newton all accept its root.
@@ -176,15 +164,6 @@ def float32_moments(moments: Vec3) -> Vec3:
         values[largest] = np.nextafter(values[largest], np.float32(0.0))
     x, y, z = (float(m) for m in values)
     return x, y, z
-
-
-def _mass(prim: Usd.Prim, inertial: Inertial) -> None:
-    moments, axes = principal_axes(inertial.tensor)
-    mass = UsdPhysics.MassAPI.Apply(prim)
-    mass.CreateMassAttr(inertial.mass)
-    mass.CreateCenterOfMassAttr(number.vec3f(inertial.center_of_mass))
-    mass.CreateDiagonalInertiaAttr(number.vec3f(float32_moments(moments)))
-    mass.CreatePrincipalAxesAttr(number.quatf(axes.quaternion))
 
 
 # Nested ---------------------------------------------------------------------------------------------------------------
@@ -262,14 +241,14 @@ def _nest(layer: Sdf.Layer, root: Sdf.Path, copies: Iterable[tuple[Sdf.Path, Ass
             path = nested_path(prim, asset, link.name)
             moves.append((prim.AppendChild(link.name), path))
             spec = Sdf.CreatePrimInLayer(layer, path)
-            order = Sdf.AttributeSpec(spec, "xformOpOrder", Sdf.ValueTypeNames.TokenArray, Sdf.VariabilityUniform)
-            order.default = list(XFORM_OPS)
+            write_ops(spec)
             if not poses or not asset.is_moved(link.name):
-                _place(spec, asset, link.name, {})
+                write_pose(spec, asset.parent_from_link(link.name))
                 continue
             for pose, positions in poses.items():
                 variant = _variant(layer, root, pose)
-                _place(Sdf.CreatePrimInLayer(layer, path.ReplacePrefix(root, variant)), asset, link.name, positions)
+                spec = Sdf.CreatePrimInLayer(layer, path.ReplacePrefix(root, variant))
+                write_pose(spec, asset.parent_from_link(link.name, positions))
     layer.relocates = moves
 
 
@@ -285,12 +264,17 @@ def _variant(layer: Sdf.Layer, root: Sdf.Path, pose: str) -> Sdf.Path:
     return root.AppendVariantSelection(VARIANT_SET, pose)
 
 
-def _place(spec: Sdf.PrimSpec, asset: Asset, link: str, positions: Mapping[str, float]) -> None:
-    """Write the pose of a link in the frame of the link that carries it."""
-    pose, kinds = asset.parent_from_link(link, positions), Sdf.ValueTypeNames
+def write_pose(spec: Sdf.PrimSpec, pose: Pose) -> None:
+    """Write parent_from_prim over that of a layer below."""
     translate, orient = XFORM_OPS
-    Sdf.AttributeSpec(spec, translate, kinds.Double3).default = number.vec3d(pose.position)
-    Sdf.AttributeSpec(spec, orient, kinds.Quatd).default = number.quatd(pose.quaternion)
+    Sdf.AttributeSpec(spec, translate, Sdf.ValueTypeNames.Double3).default = number.vec3d(pose.position)
+    Sdf.AttributeSpec(spec, orient, Sdf.ValueTypeNames.Quatd).default = number.quatd(pose.quaternion)
+
+
+def write_ops(spec: Sdf.PrimSpec) -> None:
+    """Write the order of the xform ops: where the pose in the layer below is the identity, it has none."""
+    order = Sdf.AttributeSpec(spec, "xformOpOrder", Sdf.ValueTypeNames.TokenArray, Sdf.VariabilityUniform)
+    order.default = list(XFORM_OPS)
 
 
 # Document -------------------------------------------------------------------------------------------------------------
@@ -349,15 +333,21 @@ def layer_text(asset: Asset, textures: str = f"./{TEXTURES}") -> str:
     root = UsdGeom.Xform.Define(stage, Sdf.Path.absoluteRootPath.AppendChild(asset.id)).GetPrim()
     path = root.GetPath()
     set_stage(stage, root)
-    _set_model(root, asset)
-    _set_provenance(layer, asset)
+    model = Usd.ModelAPI(root)
+    model.SetKind(Kind.Tokens.component)
+    model.SetAssetName(asset.id)
+    model.SetAssetIdentifier(Sdf.AssetPath(f"./{asset.id}.usda"))
+    model.SetAssetVersion(WRITER_VERSION)
+    layer.customLayerData = {"SimReady_Metadata": _provenance(asset)}
     attach_labels(root, asset)
     materials = shapes.define_materials(stage, path, asset, textures)
     for link in asset.links:
         define_body(stage, path.AppendChild(link.name), asset, link, materials)
     define_joints(stage, path, asset)
     shapes.define_sites(stage, path, asset)
-    filter_exclusions(stage, path, asset)
+    for pair in asset.exclusions:
+        api = UsdPhysics.FilteredPairsAPI.Apply(stage.GetPrimAtPath(path.AppendChild(pair.first)))
+        api.CreateFilteredPairsRel().AddTarget(path.AppendChild(pair.second))
     define_behavior(stage, root, asset)
     define_poses(stage, root, asset)
     text: str = layer.ExportToString()
@@ -372,34 +362,23 @@ def set_stage(stage: Usd.Stage, root: Usd.Prim) -> None:
     stage.SetDefaultPrim(root)
 
 
-def _set_model(root: Usd.Prim, asset: Asset) -> None:
-    """Kind and assetInfo."""
-    model = Usd.ModelAPI(root)
-    model.SetKind(Kind.Tokens.component)
-    model.SetAssetName(asset.id)
-    model.SetAssetIdentifier(Sdf.AssetPath(f"./{asset.id}.usda"))
-    model.SetAssetVersion(WRITER_VERSION)
-
-
-def _set_provenance(layer: Sdf.Layer, asset: Asset) -> None:
+def _provenance(asset: Asset) -> dict[str, object]:
     """The fields that SimReady asks for, with the asset's own values.
 
     Ref: SimReady Foundation requirement SR.004.
     """
     lower, upper = asset.bounds
     provenance = asset.provenance
-    layer.customLayerData = {
-        "SimReady_Metadata": {
-            "asset_name": asset.id,
-            "asset_type": "prop",
-            "category": asset.labels.category,
-            "author": provenance.author or UNKNOWN,
-            "asset_license": provenance.licence or UNKNOWN,
-            "source_file": provenance.path,
-            "usd_date_generated": WRITER_DATE,
-            "qcode": asset.labels.qcode.id,
-            "rigid_body_count": len(asset.links),
-            "asset_extents": Gf.Vec3f(*(float(n) for n in upper - lower)),
-            "mass": asset.mass,
-        }
+    return {
+        "asset_name": asset.id,
+        "asset_type": "prop",
+        "category": asset.labels.category,
+        "author": provenance.author or UNKNOWN,
+        "asset_license": provenance.licence or UNKNOWN,
+        "source_file": provenance.path,
+        "usd_date_generated": WRITER_DATE,
+        "qcode": asset.labels.qcode.id,
+        "rigid_body_count": len(asset.links),
+        "asset_extents": Gf.Vec3f(*(float(n) for n in upper - lower)),
+        "mass": asset.mass,
     }

@@ -9,7 +9,7 @@ import numpy as np
 from pxr import Sdf, Usd, UsdGeom, UsdPhysics, UsdSemantics, Vt
 
 from casa_assets.export.usd import number
-from casa_assets.model.asset.asset import Asset, Base, Drive, Joint, JointKind, State
+from casa_assets.model.asset.asset import Asset, Base, Drive, Joint, JointKind
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3, Vec4
 
@@ -39,16 +39,32 @@ def define_joints(stage: Usd.Stage, root: Sdf.Path, asset: Asset) -> None:
     if asset.base is Base.FIXED:
         # To the asset's own root prim: an end without a target is at the origin of the stage, and PhysX would pull a
         # base that is placed elsewhere back to it.
-        _define_fixed(stage, scope.AppendChild(BASE_TO_WORLD), root, root.AppendChild(asset.root.name), asset.root.pose)
+        held = UsdPhysics.FixedJoint.Define(stage, scope.AppendChild(BASE_TO_WORLD))
+        _attach(held, root, root.AppendChild(asset.root.name), asset.root.pose, Pose())
     for link in asset.links[1:]:
         assert link.parent is not None
         parent, child = root.AppendChild(link.parent), root.AppendChild(link.name)
         joint = asset.joint_of(link.name)
         if joint is None:
-            _define_fixed(stage, scope.AppendChild(f"{link.name}Mount"), parent, child, link.pose)
-        else:
-            prim = _define_moving(stage, scope.AppendChild(joint.name), parent, child, link.pose, joint)
-            _set_states(prim, [s for s in asset.states if s.joint == joint.name])
+            mount = UsdPhysics.FixedJoint.Define(stage, scope.AppendChild(f"{link.name}Mount"))
+            _attach(mount, parent, child, link.pose, Pose())
+            continue
+        is_hinge = joint.kind is JointKind.HINGE
+        schema = UsdPhysics.RevoluteJoint if is_hinge else UsdPhysics.PrismaticJoint
+        moving = schema.Define(stage, scope.AppendChild(joint.name))
+        prim = moving.GetPrim()
+        token, rotation = axis_and_rotation(joint.axis)
+        moving.CreateAxisAttr(token)
+        low, high = (math.degrees(n) if is_hinge else n for n in joint.range)
+        moving.CreateLowerLimitAttr(low)
+        moving.CreateUpperLimitAttr(high)
+        _attach(moving, parent, child, link.pose, Pose(position=joint.anchor, quaternion=rotation))
+        _set_dynamics(prim, joint, is_hinge)
+        # Named states: fractions of the way from closed (0) to open (1).
+        states = [state for state in asset.states if state.joint == joint.name]
+        if states:
+            named = {s.name: {"value": s.value, "from": s.interval[0], "to": s.interval[1]} for s in states}
+            prim.SetCustomDataByKey("states", named)
 
 
 def axis_and_rotation(axis: Vec3) -> tuple[str, Vec4]:
@@ -66,29 +82,6 @@ def axis_and_rotation(axis: Vec3) -> tuple[str, Vec4]:
     return Z, (w, i, j, k)
 
 
-def _define_fixed(stage: Usd.Stage, path: Sdf.Path, parent: Sdf.Path, child: Sdf.Path, pose: Pose) -> None:
-    joint = UsdPhysics.FixedJoint.Define(stage, path)
-    _attach(joint, parent, child, pose, Pose())
-
-
-def _define_moving(
-    stage: Usd.Stage, path: Sdf.Path, parent: Sdf.Path, child: Sdf.Path, pose: Pose, joint: Joint
-) -> Usd.Prim:
-    is_hinge = joint.kind is JointKind.HINGE
-    schema = (UsdPhysics.RevoluteJoint if is_hinge else UsdPhysics.PrismaticJoint).Define(stage, path)
-    token, rotation = axis_and_rotation(joint.axis)
-    schema.CreateAxisAttr(token)
-    low, high = (number.degrees(n) if is_hinge else n for n in joint.range)
-    schema.CreateLowerLimitAttr(low)
-    schema.CreateUpperLimitAttr(high)
-    _attach(schema, parent, child, pose, Pose(position=joint.anchor, quaternion=rotation))
-    prim = schema.GetPrim()
-    if joint.drive is not None:
-        _drive(prim, joint.drive, is_hinge)
-    _set_dynamics(prim, joint, is_hinge)
-    return prim
-
-
 def _attach(
     joint: UsdPhysics.Joint, parent: Sdf.Path, child: Sdf.Path, parent_from_child: Pose, child_from_joint: Pose
 ) -> None:
@@ -102,41 +95,30 @@ def _attach(
     joint.CreateLocalRot1Attr(number.quatf(child_from_joint.quaternion))
 
 
-def _drive(prim: Usd.Prim, drive: Drive, is_hinge: bool) -> None:
-    """A spring as PhysX and Newton read it; per degree for a hinge."""
-    api = UsdPhysics.DriveAPI.Apply(prim, "angular" if is_hinge else "linear")
-    per_unit = math.pi / 180 if is_hinge else 1.0
-    api.CreateTypeAttr(UsdPhysics.Tokens.force)
-    api.CreateStiffnessAttr(drive.stiffness * per_unit)
-    api.CreateDampingAttr(drive.damping * per_unit)
-    api.CreateTargetPositionAttr(drive.target / per_unit)
-
-
 def _set_dynamics(prim: Usd.Prim, joint: Joint, is_hinge: bool) -> None:
-    """Friction, damping and armature, and for MuJoCo the drive as a spring of the joint."""
-    float_type, double_type = Sdf.ValueTypeNames.Float, Sdf.ValueTypeNames.Double
+    """Friction, damping, armature and drive: a spring as PhysX and Newton read it, and one of the joint for MuJoCo."""
     per_unit = math.pi / 180 if is_hinge else 1.0
     drive = joint.drive or Drive(stiffness=0.0, damping=0.0)
-    prim.AddAppliedSchema("NewtonJointAPI")
-    number.author(prim, "newton:armature", float_type, joint.armature, uniform=False)
-    number.author(prim, "newton:damping", float_type, (joint.damping + drive.damping) * per_unit, uniform=False)
-    number.author(prim, "newton:friction", float_type, joint.frictionloss, uniform=False)
-    prim.AddAppliedSchema("MjcJointAPI")
-    number.author(prim, "mjc:solimplimit", Sdf.ValueTypeNames.DoubleArray, Vt.DoubleArray(joint.limit_impedance))
-    if joint.frictionloss:
-        impedance = Vt.DoubleArray(joint.friction_impedance)
-        number.author(prim, "mjc:solimpfriction", Sdf.ValueTypeNames.DoubleArray, impedance)
     if joint.drive is not None:
-        number.author(prim, "mjc:stiffness", double_type, drive.stiffness)
-        number.author(prim, "mjc:springref", double_type, drive.target / per_unit)
-        number.author(prim, "mjc:margin", double_type, joint.limit_margin)
-
-
-def _set_states(prim: Usd.Prim, states: list[State]) -> None:
-    """Named states as custom data: fractions of the way from closed (0) to open (1)."""
-    if states:
-        named = {s.name: {"value": s.value, "from": s.interval[0], "to": s.interval[1]} for s in states}
-        prim.SetCustomDataByKey("states", named)
+        api = UsdPhysics.DriveAPI.Apply(prim, "angular" if is_hinge else "linear")
+        api.CreateTypeAttr(UsdPhysics.Tokens.force)
+        api.CreateStiffnessAttr(drive.stiffness * per_unit)
+        api.CreateDampingAttr(drive.damping * per_unit)
+        api.CreateTargetPositionAttr(drive.target / per_unit)
+    newton = {
+        "newton:armature": joint.armature,
+        "newton:damping": (joint.damping + drive.damping) * per_unit,
+        "newton:friction": joint.frictionloss,
+    }
+    number.apply(prim, "NewtonJointAPI", newton)
+    mjc: dict[str, object] = {"mjc:solimplimit": Vt.DoubleArray(joint.limit_impedance)}
+    if joint.frictionloss:
+        mjc["mjc:solimpfriction"] = Vt.DoubleArray(joint.friction_impedance)
+    if joint.drive is not None:
+        mjc["mjc:stiffness"] = drive.stiffness
+        mjc["mjc:springref"] = drive.target / per_unit
+        mjc["mjc:margin"] = joint.limit_margin
+    number.apply(prim, "MjcJointAPI", mjc)
 
 
 # Label ----------------------------------------------------------------------------------------------------------------

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -16,26 +15,22 @@ from casa_assets.model.record import Vec4
 
 def vec3f(values: Sequence[float] | npt.NDArray[np.float64]) -> Gf.Vec3f:
     """Three floats, rounded to float32."""
-    x, y, z = (float(v) for v in values)
-    return Gf.Vec3f(x, y, z)
+    return Gf.Vec3f(*(float(v) for v in values))
 
 
 def vec3d(values: Sequence[float] | npt.NDArray[np.float64]) -> Gf.Vec3d:
     """Three doubles, exact."""
-    x, y, z = (float(v) for v in values)
-    return Gf.Vec3d(x, y, z)
+    return Gf.Vec3d(*(float(v) for v in values))
 
 
 def quatf(quaternion: Vec4) -> Gf.Quatf:
     """(w, x, y, z) -> quaternion, rounded to float32."""
-    w, x, y, z = quaternion
-    return Gf.Quatf(w, x, y, z)
+    return Gf.Quatf(*quaternion)
 
 
 def quatd(quaternion: Vec4) -> Gf.Quatd:
     """(w, x, y, z) -> quaternion, to twelve digits: the last ones differ from processor to processor."""
-    w, x, y, z = (decimals(c, 12) for c in quaternion)
-    return Gf.Quatd(w, x, y, z)
+    return Gf.Quatd(*(decimals(c, 12) for c in quaternion))
 
 
 def points(array: npt.NDArray[np.float64]) -> Vt.Vec3fArray:
@@ -46,16 +41,6 @@ def points(array: npt.NDArray[np.float64]) -> Vt.Vec3fArray:
 def coordinates(array: npt.NDArray[np.float64]) -> Vt.Vec2fArray:
     """(N, 2) float64 -> Vec2fArray."""
     return Vt.Vec2fArray.FromNumpy(np.ascontiguousarray(array, dtype=np.float32))
-
-
-def extent(bounds: npt.NDArray[np.float64]) -> Vt.Vec3fArray:
-    """(2, 3) corners -> the value of a boundable's extent."""
-    return points(bounds)
-
-
-def degrees(radians: float) -> float:
-    """Radians -> degrees, the unit of every angle in UsdPhysics."""
-    return math.degrees(radians)
 
 
 def place(prim: Usd.Prim, pose: Pose, scale: Sequence[float] | None = None) -> None:
@@ -75,15 +60,22 @@ def place(prim: Usd.Prim, pose: Pose, scale: Sequence[float] | None = None) -> N
         xform.AddScaleOp(UsdGeom.XformOp.PrecisionDouble).Set(vec3d(scale))
 
 
-def author(prim: Usd.Prim, name: str, kind: Sdf.ValueTypeName, value: object, uniform: bool = True) -> None:
-    """Set an attribute of a schema that this USD build may not have registered (mjc, newton).
+# Attributes of schemas (mjc, newton) that this USD build may not have registered: declared type, whether uniform.
+_FLOAT, _DOUBLE, _INT = Sdf.ValueTypeNames.Float, Sdf.ValueTypeNames.Double, Sdf.ValueTypeNames.Int
+_KINDS: dict[str, tuple[Sdf.ValueTypeName, bool]] = {
+    **dict.fromkeys(("newton:armature", "newton:damping", "newton:friction"), (_FLOAT, False)),
+    **dict.fromkeys(("newton:torsionalFriction", "newton:rollingFriction"), (_FLOAT, False)),
+    "newton:massModel": (Sdf.ValueTypeNames.Token, True),
+    **dict.fromkeys(("newton:maxHullVertices", "mjc:condim", "mjc:group"), (_INT, True)),
+    **dict.fromkeys(("mjc:solimplimit", "mjc:solimpfriction"), (Sdf.ValueTypeNames.DoubleArray, True)),
+    **dict.fromkeys(("mjc:stiffness", "mjc:springref", "mjc:margin"), (_DOUBLE, True)),
+}
 
-    Args:
-        prim: carries the schema's name among its apiSchemas.
-        name: full attribute name, such as `mjc:condim`.
-        kind: declared type.
-        value: of that type.
-        uniform: whether the schema declares it uniform.
-    """
-    variability = Sdf.VariabilityUniform if uniform else Sdf.VariabilityVarying
-    prim.CreateAttribute(name, kind, custom=False, variability=variability).Set(value)
+
+def apply(prim: Usd.Prim, schema: str, values: Mapping[str, object]) -> None:
+    """Apply a schema that this USD build may not have registered, and set its attributes by their full names."""
+    prim.AddAppliedSchema(schema)
+    for name, value in values.items():
+        kind, is_uniform = _KINDS[name]
+        variability = Sdf.VariabilityUniform if is_uniform else Sdf.VariabilityVarying
+        prim.CreateAttribute(name, kind, custom=False, variability=variability).Set(value)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import numpy.typing as npt
@@ -14,8 +16,7 @@ from casa_assets.geometry.mesh import surface
 from casa_assets.model.asset.asset import Asset, Collider, Link, Region, Site
 from casa_assets.model.asset.material import ColorSpace, Material, Substance, Texture
 from casa_assets.model.asset.parts import MAX_HULL_VERTICES, Box, Capsule, Cylinder, Hull, Mesh, Shape, Sphere
-from casa_assets.model.pose import Pose
-from casa_assets.model.record import Vec3, Vec4
+from casa_assets.model.record import Vec4
 
 # Material -------------------------------------------------------------------------------------------------------------
 # Material -> UsdPreviewSurface; substance -> physics material.
@@ -57,15 +58,12 @@ def _contact(stage: Usd.Stage, path: Sdf.Path, substance: Substance) -> UsdShade
     physics.CreateStaticFrictionAttr(substance.static_friction)
     physics.CreateDynamicFrictionAttr(substance.dynamic_friction)
     physics.CreateDensityAttr(substance.density)
-    prim.AddAppliedSchema("NewtonMaterialAPI")
     torsional, rolling = substance.torsional_friction, substance.rolling_friction
-    number.author(prim, "newton:torsionalFriction", Sdf.ValueTypeNames.Float, torsional, uniform=False)
-    number.author(prim, "newton:rollingFriction", Sdf.ValueTypeNames.Float, rolling, uniform=False)
+    values = {"newton:torsionalFriction": torsional, "newton:rollingFriction": rolling}
+    number.apply(prim, "NewtonMaterialAPI", values)
     # MuJoCo reads the all-purpose material of a collider as its appearance, and warns where it has no surface.
     shader = _shader(stage, path.AppendChild("surface"), "UsdPreviewSurface")
-    shader.CreateInput("diffuseColor", Sdf.ValueTypeNames.Color3f).Set(Gf.Vec3f(*GREY))
-    shader.CreateInput("metallic", Sdf.ValueTypeNames.Float).Set(substance.metallic)
-    shader.CreateInput("roughness", Sdf.ValueTypeNames.Float).Set(substance.roughness)
+    _set(shader, diffuseColor=Gf.Vec3f(*GREY), metallic=substance.metallic, roughness=substance.roughness)
     material.CreateSurfaceOutput().ConnectToSource(shader.ConnectableAPI(), "surface")
     joint.attach_label(prim, "material", [substance.id])
     return material
@@ -75,116 +73,73 @@ def _surface(stage: Usd.Stage, path: Sdf.Path, material: Material, textures: str
     prim = UsdShade.Material.Define(stage, path)
     shader = _shader(stage, path.AppendChild("surface"), "UsdPreviewSurface")
     prim.CreateSurfaceOutput().ConnectToSource(shader.ConnectableAPI(), "surface")
-    _Surface(stage, path, material, shader, _uv_reader(stage, path) if material.textures else None, textures).define()
+    if material.textures:
+        reader = _shader(stage, path.AppendChild("st"), "UsdPrimvarReader_float2")
+        _set(reader, varname="st")
+        reader.CreateOutput("result", Sdf.ValueTypeNames.Float2)
+    _set_inputs(shader, material, partial(_picture, stage, path, textures))
     joint.attach_label(prim.GetPrim(), "material", [material.substance])
     return prim
 
 
-@dataclass(frozen=True)
-class _Surface:
-    """Inputs of one UsdPreviewSurface.
-
-    Attributes:
-        path: path of the material prim.
-        shader: the UsdPreviewSurface.
-        uv_reader: reader of the primvar `st`, or None if the material has no pictures.
-        textures: path from the layer to the folder of the pictures.
-    """
-
-    stage: Usd.Stage
-    path: Sdf.Path
-    material: Material
-    shader: UsdShade.Shader
-    uv_reader: UsdShade.Shader | None
-    textures: str
-
-    def define(self) -> None:
-        """Define every input, in the order in which a layer lists them."""
-        self._color()
-        self._metallic_roughness()
-        if self.material.normal_texture is not None:
-            node = self._texture("normal", self.material.normal_texture, (2, 2, 2, 1))
-            # 0..1 -> -1..1, as UsdPreviewSurface wants of an 8 bit map.
-            node.CreateInput("bias", Sdf.ValueTypeNames.Float4).Set(Gf.Vec4f(-1, -1, -1, 0))
-            _connect(self.shader, "normal", Sdf.ValueTypeNames.Normal3f, node, "rgb", Sdf.ValueTypeNames.Float3)
-        if self.material.glow:
-            self._emission()
-
-    def _set_color(self, name: str, red: float, green: float, blue: float) -> None:
-        self.shader.CreateInput(name, Sdf.ValueTypeNames.Color3f).Set(Gf.Vec3f(red, green, blue))
-
-    def _set_float(self, name: str, value: float) -> None:
-        self.shader.CreateInput(name, Sdf.ValueTypeNames.Float).Set(value)
-
-    def _connect_color(self, name: str, node: UsdShade.Shader) -> None:
-        _connect(self.shader, name, Sdf.ValueTypeNames.Color3f, node, "rgb", Sdf.ValueTypeNames.Float3)
-
-    def _connect_channel(self, name: str, node: UsdShade.Shader, channel: str) -> None:
-        _connect(self.shader, name, Sdf.ValueTypeNames.Float, node, channel, Sdf.ValueTypeNames.Float)
-
-    def _color(self) -> None:
-        red, green, blue, alpha = self.material.base_color
-        texture = self.material.base_color_texture
-        if texture is None:
-            self._set_color("diffuseColor", red, green, blue)
-            self._set_float("opacity", alpha)
-            return
-        self._connect_color("diffuseColor", self._texture("base_color", texture, (red, green, blue, alpha)))
-        if texture.png[PNG_COLOR_TYPE] in PNG_WITH_ALPHA:
-            # A node of its own: SimReady wants alpha read as raw numbers, and one node has one colour space.
-            node = self._texture("opacity", texture)
-            node.GetInput("sourceColorSpace").Set("raw")
-            _scale(node, (1, 1, 1, alpha))
-            self._connect_channel("opacity", node, "a")
+def _set_inputs(shader: UsdShade.Shader, material: Material, picture: Callable[..., UsdShade.Shader]) -> None:
+    """Inputs of a UsdPreviewSurface, in the order in which a layer lists them; `picture`: as `_picture`."""
+    alpha, base = material.base_color[3], material.base_color_texture
+    if base is None:
+        _set(shader, diffuseColor=Gf.Vec3f(*material.base_color[:3]), opacity=alpha)
+    else:
+        _feed(shader, "diffuseColor", picture("base_color", base, material.base_color), "rgb")
+        if base.png[PNG_COLOR_TYPE] in PNG_WITH_ALPHA:
+            # A second node: SimReady wants alpha read as raw numbers, and one node has one colour space.
+            _feed(shader, "opacity", picture("opacity", base, (1, 1, 1, alpha), "raw"), "a")
         else:
-            self._set_float("opacity", alpha)
-
-    def _emission(self) -> None:
-        """A share of the base colour; if that is a picture (a display), of the picture."""
-        red, green, blue = (self.material.glow * c for c in self.material.base_color[:3])
-        if self.material.base_color_texture is None:
-            self._set_color("emissiveColor", red, green, blue)
-            return
-        node = self._texture("glow", self.material.base_color_texture)
-        node.CreateInput("scale", Sdf.ValueTypeNames.Float4).Set(Gf.Vec4f(red, green, blue, 1))
-        self._connect_color("emissiveColor", node)
-
-    def _metallic_roughness(self) -> None:
-        metallic, roughness = self.material.metallic, self.material.roughness
-        if self.material.metallic_roughness_texture is None:
-            self._set_float("metallic", metallic)
-            self._set_float("roughness", roughness)
-            return
-        texture = self.material.metallic_roughness_texture
-        node = self._texture("metallic_roughness", texture, (1, roughness, metallic, 1))
-        self._connect_channel("roughness", node, "g")
-        self._connect_channel("metallic", node, "b")
-
-    def _texture(self, name: str, texture: Texture, scale: Vec4 = (1, 1, 1, 1)) -> UsdShade.Shader:
-        """A UsdUVTexture node of that name below the material."""
-        assert self.uv_reader is not None, "a material with pictures has one"
-        node = _shader(self.stage, self.path.AppendChild(name), "UsdUVTexture")
-        node.CreateInput("file", Sdf.ValueTypeNames.Asset).Set(f"{self.textures}/{texture.file_name}")
-        color_space = "sRGB" if texture.color_space is ColorSpace.SRGB else "raw"
-        node.CreateInput("sourceColorSpace", Sdf.ValueTypeNames.Token).Set(color_space)
-        node.CreateInput("wrapS", Sdf.ValueTypeNames.Token).Set("repeat")
-        node.CreateInput("wrapT", Sdf.ValueTypeNames.Token).Set("repeat")
-        _connect(node, "st", Sdf.ValueTypeNames.Float2, self.uv_reader, "result", Sdf.ValueTypeNames.Float2)
-        _scale(node, scale)
-        return node
+            _set(shader, opacity=alpha)
+    metallic, roughness = material.metallic, material.roughness
+    if material.metallic_roughness_texture is None:
+        _set(shader, metallic=metallic, roughness=roughness)
+    else:
+        node = picture("metallic_roughness", material.metallic_roughness_texture, (1, roughness, metallic, 1))
+        _feed(shader, "roughness", node, "g")
+        _feed(shader, "metallic", node, "b")
+    if material.normal_texture is not None:
+        node = picture("normal", material.normal_texture, (2, 2, 2, 1))
+        # 0..1 -> -1..1, as UsdPreviewSurface wants of an 8 bit map.
+        _set(node, bias=Gf.Vec4f(-1, -1, -1, 0))
+        _feed(shader, "normal", node, "rgb")
+    if material.glow:
+        # A share of the base colour; if that is a picture (a display), of the picture.
+        glow = [material.glow * c for c in material.base_color[:3]]
+        if base is None:
+            _set(shader, emissiveColor=Gf.Vec3f(*glow))
+        else:
+            node = picture("glow", base)
+            _set(node, scale=Gf.Vec4f(*glow, 1))
+            _feed(shader, "emissiveColor", node, "rgb")
 
 
-def _scale(node: UsdShade.Shader, scale: Vec4) -> None:
-    """Set the factors of a picture's channels, unless all are 1."""
+def _picture(
+    stage: Usd.Stage,
+    path: Sdf.Path,
+    textures: str,
+    name: str,
+    texture: Texture,
+    scale: Vec4 = (1, 1, 1, 1),
+    color_space: str = "",
+) -> UsdShade.Shader:
+    """A UsdUVTexture node below a material.
+
+    Args:
+        path: of the material. textures: path from the layer to the folder of the pictures. name: of the node.
+        scale: factors of the channels. color_space: other than that of the texture.
+    """
+    node = _shader(stage, path.AppendChild(name), "UsdUVTexture")
+    space = color_space or ("sRGB" if texture.color_space is ColorSpace.SRGB else "raw")
+    file = f"{textures}/{texture.file_name}"
+    _set(node, file=file, sourceColorSpace=space, wrapS="repeat", wrapT="repeat")
+    _feed(node, "st", UsdShade.Shader(stage.GetPrimAtPath(path.AppendChild("st"))), "result")
     if scale != (1, 1, 1, 1):
-        node.CreateInput("scale", Sdf.ValueTypeNames.Float4).Set(Gf.Vec4f(*scale))
-
-
-def _uv_reader(stage: Usd.Stage, path: Sdf.Path) -> UsdShade.Shader:
-    reader = _shader(stage, path.AppendChild("st"), "UsdPrimvarReader_float2")
-    reader.CreateInput("varname", Sdf.ValueTypeNames.String).Set("st")
-    reader.CreateOutput("result", Sdf.ValueTypeNames.Float2)
-    return reader
+        _set(node, scale=Gf.Vec4f(*scale))
+    return node
 
 
 def _shader(stage: Usd.Stage, path: Sdf.Path, identifier: str) -> UsdShade.Shader:
@@ -193,16 +148,33 @@ def _shader(stage: Usd.Stage, path: Sdf.Path, identifier: str) -> UsdShade.Shade
     return shader
 
 
-def _connect(
-    target: UsdShade.Shader,
-    target_input: str,
-    input_type: Sdf.ValueTypeName,
-    source: UsdShade.Shader,
-    source_output: str,
-    output_type: Sdf.ValueTypeName,
-) -> None:
-    source.CreateOutput(source_output, output_type)
-    target.CreateInput(target_input, input_type).ConnectToSource(source.ConnectableAPI(), source_output)
+_COLOR, _FLOAT, _TOKEN = Sdf.ValueTypeNames.Color3f, Sdf.ValueTypeNames.Float, Sdf.ValueTypeNames.Token
+_INPUTS = {
+    **dict.fromkeys(("diffuseColor", "emissiveColor"), _COLOR),
+    **dict.fromkeys(("metallic", "roughness", "opacity"), _FLOAT),
+    "normal": Sdf.ValueTypeNames.Normal3f,
+    "file": Sdf.ValueTypeNames.Asset,
+    **dict.fromkeys(("sourceColorSpace", "wrapS", "wrapT"), _TOKEN),
+    **dict.fromkeys(("scale", "bias"), Sdf.ValueTypeNames.Float4),
+    "st": Sdf.ValueTypeNames.Float2,
+    "varname": Sdf.ValueTypeNames.String,
+}
+_OUTPUTS = {
+    "rgb": Sdf.ValueTypeNames.Float3,
+    "result": Sdf.ValueTypeNames.Float2,
+    **dict.fromkeys(("g", "b", "a"), _FLOAT),
+}
+
+
+def _set(shader: UsdShade.Shader, **values: object) -> None:
+    for name, value in values.items():
+        shader.CreateInput(name, _INPUTS[name]).Set(value)
+
+
+def _feed(target: UsdShade.Shader, name: str, source: UsdShade.Shader, output: str) -> None:
+    """Connect an input to the output of another node."""
+    source.CreateOutput(output, _OUTPUTS[output])
+    target.CreateInput(name, _INPUTS[name]).ConnectToSource(source.ConnectableAPI(), output)
 
 
 # Visual ---------------------------------------------------------------------------------------------------------------
@@ -219,11 +191,9 @@ def define_visuals(stage: Usd.Stage, body: Sdf.Path, link: Link, materials: Mate
         UsdShade.MaterialBindingAPI.Apply(prim).Bind(materials.surfaces[visual.material])
         if visual.label is not None:
             joint.attach_label(prim, joint.PART, [visual.label])
-        prim.AddAppliedSchema("MjcImageableAPI")
-        number.author(prim, "mjc:group", Sdf.ValueTypeNames.Int, VIEWER_GROUPS.visuals)
+        number.apply(prim, "MjcImageableAPI", {"mjc:group": VIEWER_GROUPS.visuals})
         # MuJoCo refuses a mesh without volume unless it is declared a shell; the body has the mass.
-        prim.AddAppliedSchema("NewtonMassAPI")
-        number.author(prim, "newton:massModel", Sdf.ValueTypeNames.Token, "shell")
+        number.apply(prim, "NewtonMassAPI", {"newton:massModel": "shell"})
 
 
 def define_mesh(stage: Usd.Stage, path: Sdf.Path, mesh: Mesh) -> Usd.Prim:
@@ -233,13 +203,10 @@ def define_mesh(stage: Usd.Stage, path: Sdf.Path, mesh: Mesh) -> Usd.Prim:
     geom.CreateFaceVertexCountsAttr(Vt.IntArray(len(mesh.faces), 3))
     geom.CreateFaceVertexIndicesAttr(Vt.IntArray.FromNumpy(np.ascontiguousarray(mesh.faces.ravel(), dtype=np.int32)))
     geom.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
-    geom.CreateExtentAttr(number.extent(mesh.bounds))
-    if mesh.normals is not None:
-        geom.CreateNormalsAttr(number.points(mesh.normals))
-        geom.SetNormalsInterpolation(UsdGeom.Tokens.vertex)
-    else:
-        geom.CreateNormalsAttr(number.points(face_normals(mesh)))
-        geom.SetNormalsInterpolation(UsdGeom.Tokens.uniform)
+    geom.CreateExtentAttr(number.points(mesh.bounds))
+    normals = mesh.normals if mesh.normals is not None else face_normals(mesh)
+    geom.CreateNormalsAttr(number.points(normals))
+    geom.SetNormalsInterpolation(UsdGeom.Tokens.vertex if mesh.normals is not None else UsdGeom.Tokens.uniform)
     if mesh.uv is not None:
         st = UsdGeom.PrimvarsAPI(geom).CreatePrimvar("st", Sdf.ValueTypeNames.TexCoord2fArray, UsdGeom.Tokens.vertex)
         st.Set(number.coordinates(mesh.uv))
@@ -276,12 +243,12 @@ def define_shape(stage: Usd.Stage, path: Sdf.Path, shape: Shape) -> Usd.Prim:
         # A unit cube under a scale; USD has no other box.
         cube = UsdGeom.Cube.Define(stage, path)
         cube.CreateSizeAttr(1.0)
-        cube.CreateExtentAttr(number.extent(np.array([[-0.5] * 3, [0.5] * 3])))
+        cube.CreateExtentAttr(number.points(np.array([[-0.5] * 3, [0.5] * 3])))
         return cube.GetPrim()
     if isinstance(shape, Sphere):
         ball = UsdGeom.Sphere.Define(stage, path)
         ball.CreateRadiusAttr(shape.radius)
-        ball.CreateExtentAttr(number.extent(np.array([[-shape.radius] * 3, [shape.radius] * 3])))
+        ball.CreateExtentAttr(number.points(np.array([[-shape.radius] * 3, [shape.radius] * 3])))
         return ball.GetPrim()
     if isinstance(shape, Cylinder | Capsule):
         kind = UsdGeom.Cylinder if isinstance(shape, Cylinder) else UsdGeom.Capsule
@@ -291,7 +258,7 @@ def define_shape(stage: Usd.Stage, path: Sdf.Path, shape: Shape) -> Usd.Prim:
         cylinder.CreateHeightAttr(shape.height)
         cap = shape.radius if isinstance(shape, Capsule) else 0.0
         half = np.array([shape.radius, shape.radius, shape.height / 2 + cap])
-        cylinder.CreateExtentAttr(number.extent(np.array([-half, half])))
+        cylinder.CreateExtentAttr(number.points(np.array([-half, half])))
         return cylinder.GetPrim()
     return define_mesh(stage, path, shape.mesh)
 
@@ -308,11 +275,9 @@ def _set_collision(prim: Usd.Prim, collider: Collider, materials: MaterialPrims)
         kind = UsdPhysics.Tokens.convexHull if hull else UsdPhysics.Tokens.none
         UsdPhysics.MeshCollisionAPI.Apply(prim).CreateApproximationAttr(kind)
         if hull:
-            prim.AddAppliedSchema("NewtonMeshCollisionAPI")
-            number.author(prim, "newton:maxHullVertices", Sdf.ValueTypeNames.Int, MAX_HULL_VERTICES)
-    prim.AddAppliedSchema("MjcCollisionAPI")
-    number.author(prim, "mjc:condim", Sdf.ValueTypeNames.Int, contact_dimensions(collider.shape))
-    number.author(prim, "mjc:group", Sdf.ValueTypeNames.Int, VIEWER_GROUPS.colliders)
+            number.apply(prim, "NewtonMeshCollisionAPI", {"newton:maxHullVertices": MAX_HULL_VERTICES})
+    condim = contact_dimensions(collider.shape)
+    number.apply(prim, "MjcCollisionAPI", {"mjc:condim": condim, "mjc:group": VIEWER_GROUPS.colliders})
     # Twice: PhysX and Newton read the `physics` binding, MuJoCo only the one for all purposes.
     binding = UsdShade.MaterialBindingAPI.Apply(prim)
     material = materials.contacts[collider.substance]
@@ -326,37 +291,21 @@ def _set_collision(prim: Usd.Prim, collider: Collider, materials: MaterialPrims)
 
 def define_sites(stage: Usd.Stage, root: Sdf.Path, asset: Asset) -> None:
     """Sites and regions below `<root>/<link>/sites`."""
-    for site in asset.sites:
-        prim = _define(stage, _path(stage, root, site), _shape(site), site.pose)
-        red, green, blue, alpha = site.color
-        number.author(prim, "mjc:group", Sdf.ValueTypeNames.Int, site_group(site))
-        UsdGeom.Gprim(prim).CreateDisplayColorAttr([Gf.Vec3f(red, green, blue)])
-        UsdGeom.Gprim(prim).CreateDisplayOpacityAttr([alpha])
-    for region in asset.regions:
-        prim = _define(stage, _path(stage, root, region), _volume(region.kind, region.size), region.pose)
-        number.author(prim, "mjc:group", Sdf.ValueTypeNames.Int, VIEWER_GROUPS.regions)
-
-
-def _path(stage: Usd.Stage, root: Sdf.Path, item: Site | Region) -> Sdf.Path:
-    return (
-        UsdGeom.Scope.Define(stage, root.AppendChild(item.link).AppendChild("sites")).GetPath().AppendChild(item.name)
-    )
-
-
-def _shape(site: Site) -> Shape:
-    return Sphere(radius=site.radius) if site.size is None else _volume(site.kind, site.size)
-
-
-def _volume(kind: str, size: Vec3) -> Shape:
-    if kind == "box":
-        return Box(size=size)
-    return Cylinder(radius=size[0] / 2, height=size[2])
-
-
-def _define(stage: Usd.Stage, path: Sdf.Path, shape: Shape, pose: Pose) -> Usd.Prim:
-    prim = define_shape(stage, path, shape)
-    number.place(prim, pose, shape.size if isinstance(shape, Box) else None)
-    UsdGeom.Imageable(prim).CreatePurposeAttr(UsdGeom.Tokens.guide)
-    for schema in ("NewtonSiteAPI", "MjcSiteAPI"):
-        prim.AddAppliedSchema(schema)
-    return prim
+    items: tuple[Site | Region, ...] = (*asset.sites, *asset.regions)
+    for item in items:
+        scope = UsdGeom.Scope.Define(stage, root.AppendChild(item.link).AppendChild("sites")).GetPath()
+        if item.size is None:
+            shape: Shape = Sphere(radius=item.radius)
+        elif item.kind == "box":
+            shape = Box(size=item.size)
+        else:
+            shape = Cylinder(radius=item.size[0] / 2, height=item.size[2])
+        prim = define_shape(stage, scope.AppendChild(item.name), shape)
+        number.place(prim, item.pose, shape.size if isinstance(shape, Box) else None)
+        UsdGeom.Imageable(prim).CreatePurposeAttr(UsdGeom.Tokens.guide)
+        prim.AddAppliedSchema("NewtonSiteAPI")
+        group = site_group(item) if isinstance(item, Site) else VIEWER_GROUPS.regions
+        number.apply(prim, "MjcSiteAPI", {"mjc:group": group})
+        if isinstance(item, Site):
+            UsdGeom.Gprim(prim).CreateDisplayColorAttr([Gf.Vec3f(*item.color[:3])])
+            UsdGeom.Gprim(prim).CreateDisplayOpacityAttr([item.color[3]])

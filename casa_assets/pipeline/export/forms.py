@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, Protocol, TypeVar
+from typing import Any, TypeVar
 
 from casa_assets.core.system import cache_for
 from casa_assets.errors import BatchFault, OutputError
@@ -57,8 +57,7 @@ def certified_asset(folder: Path) -> Asset:
             raise OutputError(str(folder / path), "is missing; remove the asset's folder and run ingest again")
         if digests[path] != certified[path]:
             raise OutputError(str(folder / path), "was changed since it was checked; run ingest again without it")
-    asset = disk.read_asset(folder)
-    if asset.id != folder.name:
+    if (asset := disk.read_asset(folder)).id != folder.name:
         raise OutputError(str(folder / disk.CERTIFICATE), f"holds the asset {asset.id!r}; move it to such a folder")
     return asset
 
@@ -67,26 +66,25 @@ def certified_asset(folder: Path) -> Asset:
 # Tell the faults of the program among the outcomes of an export.
 
 
-class Result(Protocol):
-    """Outcome of the export of a kitchen; see its implementations."""
+@dataclass(frozen=True)
+class Outcome:
+    """Outcome of the export of one asset or kitchen.
 
-    @property
-    def id(self) -> str:
-        """Of the scene."""
+    Attributes:
+        id: of the asset or scene. message: why it was not written. is_fault: the program is to blame; then the message
+            is a trace. credits: of the assets of a kitchen. total: how many are exported.
+    """
 
-    @property
-    def message(self) -> str:
-        """Why it failed, empty where it did not."""
-
-    @property
-    def is_fault(self) -> bool:
-        """The program is to blame; `message` is a trace then."""
+    id: str
+    message: str = field(default="", kw_only=True)
+    is_fault: bool = field(default=False, kw_only=True)
+    credits: tuple[attribution.Credit, ...] = field(default=(), kw_only=True)
+    total: int = field(default=0, kw_only=True)
 
 
-def raise_faults(results: Iterable[Result]) -> None:
-    """Raise BatchFault with the results of which the program is to blame, if there are any."""
-    faults = [result for result in results if result.is_fault]
-    if faults:
+def raise_faults(results: Iterable[Outcome]) -> None:
+    """Raise BatchFault where the program is to blame for some."""
+    if faults := [result for result in results if result.is_fault]:
         raise BatchFault([result.id for result in faults], "\n".join(result.message for result in faults))
 
 
@@ -111,11 +109,9 @@ def check_replaceable(out: Path, required: Collection[str], allowed: Collection[
     if out.is_symlink() or (out.exists() and not out.is_dir()):
         raise OutputError(str(out), "is no folder; name another")
     inside = {path.name for path in out.iterdir()} if out.is_dir() else set()
-    needed = set(required)
-    if inside and not (inside >= needed):
-        lacking = min(needed - inside)
-        raise OutputError(str(out), f"is neither empty nor an earlier export (it has no {lacking}); name another")
-    if strange := sorted(inside - needed - set(allowed)):
+    if inside and (lacking := set(required) - inside):
+        raise OutputError(str(out), f"is neither empty nor an earlier export (it has no {min(lacking)}); name another")
+    if strange := sorted(inside.difference(required, allowed)):
         raise OutputError(
             str(out / strange[0]), "was not written by an export, which would remove it; name another OUT"
         )
@@ -164,28 +160,20 @@ README = "README.md"
 ASSETS, SCENES = "assets", "scenes"
 KEPT_SCENES = Path("out/scenes")  # where finishes are found that the id of a scene has as a digest alone
 SCHEMA_VERSION = 1
-BY_PLUGIN = f"{PACKAGE}.pipeline.export.by_plugin"  # what it calls is no code of this package
 
 
 @dataclass(frozen=True)
-class ExportResult:
-    """Outcome of the export of one asset or kitchen.
+class ExportResult(Outcome):
+    """Outcome of the export in a form.
 
     Attributes:
-        id: of the asset or scene. file: its path below the export, empty where it was refused.
-        facts: what the manifest says of it besides. credits: of the assets of a kitchen. message: why it was refused,
-            or left out (is_left_out) because a person has to decide something about it.
-            is_fault: the program is to blame; then that is a trace. total: how many there are.
+        file: its path below the export, empty where there is none. facts: what the manifest says of it besides.
+        is_left_out: a person has to decide about it, as `message` says.
     """
 
-    id: str
     file: str = ""
     facts: dict[str, Any] = field(default_factory=dict)
-    credits: tuple[attribution.Credit, ...] = ()
-    message: str = ""
-    is_fault: bool = False
     is_left_out: bool = False
-    total: int = 0
 
 
 @dataclass(frozen=True)
@@ -262,10 +250,13 @@ def export_scenes(form: Form, patterns: Sequence[str], out: Path, jobs: int = 0)
         return
 
     def results(staged: Path) -> Iterator[ExportResult]:
-        for result in export_in_parallel(form.write_scene, failed_scene, recipes, staged, jobs):
+        for result in export_in_parallel(form.write_scene, ExportResult, recipes, staged, jobs):
             yield replace(result, total=len(recipes))
 
-    yield from _exported(form, out, SCENES, results, _credit_of_kitchens, lambda: _key_of_kitchens(form, recipes))
+    def credit(written: Sequence[ExportResult]) -> str:
+        return attribution.kitchens_text([one.id for one in written], (c for one in written for c in one.credits))
+
+    yield from _exported(form, out, SCENES, results, credit, lambda: _key_of_kitchens(form, recipes))
 
 
 def _key_of_kitchens(form: Form, recipes: Sequence[SceneRecipe]) -> str:
@@ -275,7 +266,7 @@ def _key_of_kitchens(form: Form, recipes: Sequence[SceneRecipe]) -> str:
     if isinstance(write, partial):
         write, options = write.func, repr((write.args, sorted(write.keywords.items())))
     known = [remembered_kitchen_key(recipe) for recipe in recipes]
-    if not all(known) or not write.__module__.startswith(f"{PACKAGE}.") or write.__module__ == BY_PLUGIN:
+    if not all(known) or not write.__module__.startswith(f"{PACKAGE}."):
         return ""
     return digest_of("export", form.name, options, known, key_of(write, export_scenes), dict(form.readmes))
 
@@ -291,17 +282,6 @@ def _kept_kitchens(form: Form, out: Path, key: str) -> list[ExportResult]:
     except (OSError, ValueError, KeyError, TypeError):
         return []
     return found if all((out / one.file).exists() for one in found) else []
-
-
-def _credit_of_kitchens(written: Sequence[ExportResult]) -> str:
-    """Text of ATTRIBUTION.md."""
-    found = (credit for result in written for credit in result.credits)
-    return attribution.kitchens_text([result.id for result in written], found)
-
-
-def failed_scene(scene_id: str, message: str, is_fault: bool) -> ExportResult:
-    """Outcome for a kitchen that was not written."""
-    return ExportResult(scene_id, message=message, is_fault=is_fault)
 
 
 def _exported(
@@ -344,27 +324,26 @@ def _exported(
 # Scenes ---------------------------------------------------------------------------------------------------------------
 # Export kitchens several at a time: one that fails is told, and the others go on.
 
-R = TypeVar("R", bound=Result)
+R = TypeVar("R", bound=Outcome)
 # Writes a kitchen below the root of an export, with a folder that keeps built assets.
 Export = Callable[[SceneRecipe, Path, Path], R]
-# Id of a scene, message, whether the program is to blame -> a result that says so.
-Failed = Callable[[str, str, bool], R]
 
 
 def export_in_parallel(
-    export: Export[R], failed: Failed[R], recipes: Sequence[SceneRecipe], root: Path, jobs: int = 0
+    export: Export[R], kind: type[R], recipes: Sequence[SceneRecipe], root: Path, jobs: int = 0
 ) -> Iterator[R]:
     """Yield a result for each scene as they are done, each made in a worker; one that fails does not stop the others.
 
     Args:
-        export, failed: functions of a module. root: folder of the export. jobs: processes; 0 for one per core.
+        export: function of a module. kind: of the results. root: folder of the export.
+        jobs: processes; 0 for one per core.
     Raises:
         CasaError: the disk, the renderer or the memory of this machine does not suffice.
     """
-    work = partial(export_one, export=export, failed=failed, root=root, cache=cache_for(root))
+    work = partial(export_one, export=export, kind=kind, root=root, cache=cache_for(root))
     for number, answer in run_batch(work, recipes, root, jobs, WARM, WORKER_BYTES):
         if isinstance(answer, WorkerFailure):
-            answer = failed(recipes[number].scene_id, answer.text, True)
+            answer = kind(recipes[number].scene_id, message=answer.text, is_fault=True)
         yield answer
 
 
@@ -379,7 +358,7 @@ def measures_of(kitchen: KitchenRequest, scene: Scene) -> dict[str, Any]:
     }
 
 
-def export_one(recipe: SceneRecipe, export: Export[R], failed: Failed[R], root: Path, cache: Path) -> R:
+def export_one(recipe: SceneRecipe, export: Export[R], kind: type[R], root: Path, cache: Path) -> R:
     """Export one scene; errors are reported in the result."""
 
     def make() -> R:
@@ -387,4 +366,4 @@ def export_one(recipe: SceneRecipe, export: Export[R], failed: Failed[R], root: 
         kitchen_key(recipe)  # remembered, so that the same export again is known to be there
         return done
 
-    return attempt(make, partial(failed, recipe.scene_id), root)
+    return attempt(make, lambda text, is_fault: kind(recipe.scene_id, message=text, is_fault=is_fault), root)

@@ -6,6 +6,7 @@ import os
 import re
 import shlex
 import shutil
+from collections import Counter
 from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -24,11 +25,12 @@ from casa_assets.layouts.compose.floor_facts import facts_of
 from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.model.asset.asset import Asset, Base
 from casa_assets.model.asset.provenance import TEST_SHARE, Split, split_of
-from casa_assets.model.kitchen.scene import Scene, StartStates
+from casa_assets.model.kitchen.scene import Scene
 from casa_assets.model.record import Vec3
 from casa_assets.model.registry.category import Category, RestingPose
 from casa_assets.model.registry.contract import RobocasaRelease
 from casa_assets.pipeline.export.forms import (
+    Outcome,
     certified_asset,
     check_apart,
     check_replaceable,
@@ -56,24 +58,17 @@ from casa_assets.registry.objects import object_names
 
 
 @dataclass(frozen=True)
-class KitchenResult:
+class KitchenResult(Outcome):
     """Outcome of the export of one kitchen.
 
     Attributes:
-        id: of the scene. number: by which RoboCasa knows it. fixtures: count by class.
-        tasks: atomic tasks that it has the fixtures for.
-        credits: of its assets. message: why it failed; is_fault: the program is to blame.
-        total: kitchens of the export. measured: its mass and size, see `measures_of`.
+        number: by which RoboCasa knows it. fixtures: count by class. tasks: atomic tasks that it has the fixtures for.
+        measured: its mass and size, see `measures_of`.
     """
 
-    id: str
     number: int = 0
     fixtures: dict[str, int] = field(default_factory=dict)
     tasks: tuple[str, ...] = ()
-    credits: tuple[attribution.Credit, ...] = ()
-    message: str = ""
-    is_fault: bool = False
-    total: int = 0
     measured: dict[str, Any] = field(default_factory=dict)
 
 
@@ -88,18 +83,13 @@ def export_kitchens(
         jobs: processes; 0 for one per core. states: folder of scenes whose start states are written, too.
     """
     numbers: dict[int, str] = {}
-    for result in export_in_parallel(partial(export_kitchen, states=states), failed_kitchen, recipes, staged, jobs):
+    for result in export_in_parallel(partial(export_kitchen, states=states), KitchenResult, recipes, staged, jobs):
         twin = result.id if result.message else numbers.setdefault(result.number, result.id)
         if twin == result.id:
             yield result
         else:
             shutil.rmtree(staged / document.KITCHENS / result.id)
             yield KitchenResult(result.id, message=f"has the same number as {twin}; export them into two folders")
-
-
-def failed_kitchen(scene_id: str, message: str, is_fault: bool) -> KitchenResult:
-    """Outcome for a kitchen that was not written."""
-    return KitchenResult(scene_id, message=message, is_fault=is_fault)
 
 
 def export_kitchen(recipe: SceneRecipe, root: Path, cache: Path, states: Path | None = None) -> KitchenResult:
@@ -119,24 +109,22 @@ def export_kitchen(recipe: SceneRecipe, root: Path, cache: Path, states: Path | 
     tasks = afforded_tasks(kitchen, scene)
     disk.write_files(folder, document.write_kitchen(scene, fixtures, tasks))
     if states is not None:
-        write_states(folder, translated(_states_of(recipe, states / scene.id), scene, fixtures))
-    counts: dict[str, int] = {}
-    for placed in fixtures:
-        counts[placed.type] = counts.get(placed.type, 0) + 1
-    number, sorted_counts = description.number_of(scene.id), dict(sorted(counts.items()))
-    measured = measures_of(kitchen, scene)
-    return KitchenResult(scene.id, number, sorted_counts, tasks, attribution.credits_of(scene), measured=measured)
-
-
-def _states_of(recipe: SceneRecipe, folder: Path) -> StartStates:
-    """Return the start states of a scene that has a separate folder. Raises CasaError if they are of an older build."""
-    found = read_states(folder)
-    if not is_whole(folder, scene_key(recipe)) or digest_of_file(folder / SCENE_XML) != found.scene_xml:
-        raise CasaError(
-            f"{folder}: its start states are of an older build of the scene; draw them again with "
-            f"casa-assets scenes states {folder.name} --out {shlex.quote(str(folder.parent))}"
-        )
-    return found
+        drawn = states / scene.id
+        found = read_states(drawn)
+        if not is_whole(drawn, scene_key(recipe)) or digest_of_file(drawn / SCENE_XML) != found.scene_xml:
+            raise CasaError(
+                f"{drawn}: its start states are of an older build of the scene; draw them again with "
+                f"casa-assets scenes states {drawn.name} --out {shlex.quote(str(drawn.parent))}"
+            )
+        write_states(folder, translated(found, scene, fixtures))
+    return KitchenResult(
+        scene.id,
+        description.number_of(scene.id),
+        dict(sorted(Counter(placed.type for placed in fixtures).items())),
+        tasks,
+        measures_of(kitchen, scene),
+        credits=attribution.credits_of(scene),
+    )
 
 
 def afforded_tasks(kitchen: KitchenRequest, scene: Scene) -> tuple[str, ...]:
@@ -280,7 +268,9 @@ def export(
         raise OutputError(str(out), f"{name!r} is no name of a registry; use small letters, digits and single _")
     if library is not None:
         check_apart(out, library)
-    _check_replaceable(out)
+    inside = {path.name for path in out.iterdir()} if out.is_dir() else set()
+    groups = [group for group in (OBJECT_FILES, KITCHEN_FILES) if inside & group] or [OBJECT_FILES]
+    check_replaceable(out, COMMON_FILES.union(*groups), allowed=("__pycache__",))
     out = out.absolute()
     with writing(out.parent), staging(out) as staged:
         run = _Export(staged, name, registry.load().categories, with_review)
@@ -300,13 +290,6 @@ def export(
         replace_target(staged, out)
 
 
-def _check_replaceable(out: Path) -> None:
-    """Raise OutputError unless `out` is missing, empty or an earlier export, of objects, of kitchens or of both."""
-    inside = {path.name for path in out.iterdir()} if out.is_dir() else set()
-    groups = [group for group in (OBJECT_FILES, KITCHEN_FILES) if inside & group] or [OBJECT_FILES]
-    check_replaceable(out, COMMON_FILES.union(*groups), allowed=("__pycache__",))
-
-
 def _export_asset(folder: Path, run: _Export) -> ExportResult:
     asset = certified_asset(folder)
     category_id = asset.labels.category
@@ -314,28 +297,22 @@ def _export_asset(folder: Path, run: _Export) -> ExportResult:
         return ExportResult(asset.id, category_id, message=reason)
     if asset.base is Base.FIXED or asset.contract is not None:
         return ExportResult(asset.id, category_id, message="is a fixture, which stands where a kitchen has it")
-    if category_id not in run.categories:
-        return ExportResult(
-            asset.id, category_id, message="is of a category that the registry of objects does not have"
-        )
-    category = run.categories[category_id]
+    if (category := run.categories.get(category_id)) is None:
+        lacking = "is of a category that the registry of objects does not have"
+        return ExportResult(asset.id, category_id, message=lacking)
     split = asset.labels.split or split_of(asset.provenance.sha256)
     instance = entries.Instance(id=asset.id, category=category_id, split=split)
     folder_inside = entries.instance_folder(instance, run.registry)
-    lies = category.upright is RestingPose.LIES
-    disk.write_files(run.staged / folder_inside, model.write(asset, stood_up=lies))
-    run.instances.append(instance)
-    run.rows.append(_row(asset, category, f"{folder_inside}/{model.FILE}", split))
-    return ExportResult(asset.id, category_id, f"{folder_inside}/{model.FILE}", split.value, size=_size(asset))
-
-
-def _size(asset: Asset) -> Vec3:
+    file = f"{folder_inside}/{model.FILE}"
+    disk.write_files(run.staged / folder_inside, model.write(asset, stood_up=category.upright is RestingPose.LIES))
     low, high = asset.bounds
     x, y, z = (float(v) for v in high - low)
-    return (x, y, z)
+    run.instances.append(instance)
+    run.rows.append(_row(asset, category, file, split, (x, y, z)))
+    return ExportResult(asset.id, category_id, file, split.value, size=(x, y, z))
 
 
-def _row(asset: Asset, category: Category, path: str, split: Split) -> dict[str, Any]:
+def _row(asset: Asset, category: Category, path: str, split: Split, size: Vec3) -> dict[str, Any]:
     origin = asset.provenance
     return {
         "id": asset.id,
@@ -344,7 +321,7 @@ def _row(asset: Asset, category: Category, path: str, split: Split) -> dict[str,
         "model": path,
         "split": split.value,
         "sha256": origin.sha256,
-        "size_m": [round(v, 6) for v in _size(asset)],
+        "size_m": [round(v, 6) for v in size],
         "mass_kg": asset.mass,
         "substances": [s.id for s in asset.substances],
         "affords": [use.value for use in category.affords],
@@ -369,10 +346,9 @@ def _write_manifests(run: _Export, library: Path | None) -> None:
         files[SPLITS] = entries.json_bytes({"rule": SPLIT_RULE, **_splits(run.instances)})
         files[SCRIPT.name] = SCRIPT.read_bytes()
     if run.kitchens:
-        numbers = {name: run.kitchens[name].number for name in sorted(run.kitchens)}
+        numbers = {name: kitchen.number for name, kitchen in sorted(run.kitchens.items())}
         manifest["kitchens"] = [
-            {"id": name, "number": run.kitchens[name].number, "fixtures": run.kitchens[name].fixtures}
-            for name in numbers
+            {"id": name, "number": number, "fixtures": run.kitchens[name].fixtures} for name, number in numbers.items()
         ]
         files[casa_kitchens.INDEX] = entries.json_bytes({"schema_version": 1, "kitchens": numbers})
         files[KITCHEN_SCRIPT.name] = KITCHEN_SCRIPT.read_bytes()
@@ -380,7 +356,8 @@ def _write_manifests(run: _Export, library: Path | None) -> None:
         credit += ("\n" if credit else "") + attribution.kitchens_text(run.kitchens, found)
     files[MANIFEST] = entries.json_bytes(manifest)
     files[attribution.NAME] = credit.encode()
-    files[README] = _readme(run).encode("ascii")
+    parts = ([_readme_of_kitchens(run)] if run.kitchens else []) + ([_readme_of_objects(run)] if run.instances else [])
+    files[README] = "\n".join(parts).encode("ascii")
     for path, data in files.items():
         (run.staged / path).write_bytes(data)
 
@@ -389,17 +366,10 @@ def _splits(instances: Sequence[entries.Instance]) -> Mapping[str, list[str]]:
     return {split.value: sorted(i.id for i in instances if i.split is split) for split in Split}
 
 
-def _readme(run: _Export) -> str:
-    """Return the README of the folder: its contents and how to use them; kitchens first if there are any."""
-    parts = ([_readme_of_kitchens(run)] if run.kitchens else []) + ([_readme_of_objects(run)] if run.instances else [])
-    return "\n".join(parts)
-
-
 def _readme_of_kitchens(run: _Export) -> str:
-    first = min(run.kitchens)
     objects = f', obj_registries=("{run.registry}",)' if run.instances else ""
-    register = "import casa_objects, casa_kitchens" if run.instances else "import casa_kitchens"
-    call = "casa_objects.register(); casa_kitchens.register()" if run.instances else "casa_kitchens.register()"
+    scripts = ["casa_objects", "casa_kitchens"] if run.instances else ["casa_kitchens"]
+    register, call = f"import {', '.join(scripts)}", "; ".join(f"{script}.register()" for script in scripts)
     return f"""# Kitchens for RoboCasa
 
 {len(run.kitchens)} kitchens in which the tasks of RoboCasa v1.0 run as they are. In Python:
@@ -409,7 +379,7 @@ def _readme_of_kitchens(run: _Export) -> str:
     {register}
     casa_kitchens.patch_robosuite()  # for the robosuite 1.5.2 of PyPI
     {call}
-    pairs = casa_kitchens.layout_and_style_ids("{first}")  # no id: all, drawn by the seed
+    pairs = casa_kitchens.layout_and_style_ids("{min(run.kitchens)}")  # no id: all, drawn by the seed
     env = robosuite.make("OpenDrawer", robots="PandaOmron", layout_and_style_ids=pairs, seed=0,
                          has_renderer=False, use_camera_obs=False{objects})
     env.reset()

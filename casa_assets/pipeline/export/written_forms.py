@@ -39,15 +39,11 @@ def _asset(folder: Path, staged: Path, layers: Layers) -> ExportResult:
 
 
 def _scene(recipe: SceneRecipe, staged: Path, cache: Path, layers: Layers) -> ExportResult:
-    # Here, since this loads all families.
-    from casa_assets.pipeline.export.forms import measures_of
-    from casa_assets.pipeline.kitchens.resolve import build_scene
-
     request, scene = build_scene(recipe, cache)
     data = scene_glb(scene, layers)
     facts = {"placements": len(scene.placements), "bytes": len(data), **measures_of(request, scene)}
     file = _put(staged, f"{SCENES}/{scene.id}.glb", data)
-    return ExportResult(scene.id, file, facts, attribution.credits_of(scene))
+    return ExportResult(scene.id, file, facts, credits=attribution.credits_of(scene))
 
 
 def _put(staged: Path, file: str, data: bytes) -> str:
@@ -91,16 +87,12 @@ def export_asset(folder: Path, staged: Path) -> ExportResult:
 
 
 def export_scene(recipe: SceneRecipe, staged: Path, cache: Path) -> ExportResult:
-    """Build one kitchen, write its files and compare them.
-
-    Args:
-        staged: folder of the export. cache: keeps built assets.
-    """
+    """Build one kitchen, write its files and compare them."""
     request, scene = build_scene(recipe, cache)
     inside = f"{SCENES}/{scene.id}"
     disk.write_files(staged / inside, document.write_scene(scene))
     facts = {"placements": len(scene.placements), "list": f"{inside}/{document.LIST}", **measures_of(request, scene)}
-    result = ExportResult(scene.id, f"{inside}/{document.FILE}", facts, attribution.credits_of(scene))
+    result = ExportResult(scene.id, f"{inside}/{document.FILE}", facts, credits=attribution.credits_of(scene))
     return _judged(staged, result, scene_differences(staged / inside, scene))
 
 

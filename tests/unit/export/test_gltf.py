@@ -25,7 +25,6 @@ from casa_assets.model.kitchen.scene import Resting
 from casa_assets.model.pose import Pose
 from tests.articulated_assets import grill
 from tests.assets import EVERY, drawer_unit, microwave, rigid_mug
-from tests.mesh_files import load_bytes
 from tests.scenes import corner
 
 ASSETS = [*EVERY, grill]
@@ -105,17 +104,6 @@ def test_links_stand_where_the_asset_has_them_in_every_named_pose(subtests: pyte
                     assert_same_pose(found[link.name], asset.asset_from_link(link.name, positions))
 
 
-def test_a_joint_says_how_it_moves() -> None:
-    asset = microwave()
-    joint = next(one for one in asset.joints if one.kind is JointKind.HINGE)
-    nodes = {node["name"]: node for node in json_of(asset_glb(asset))["nodes"]}
-    facts = nodes[joint.child]["extras"]["joint"]
-    assert (facts["name"], facts["type"]) == (joint.name, "hinge")
-    assert facts["range"] == pytest.approx(joint.range)
-    assert facts["axis"] == pytest.approx(joint.axis)
-    assert {state.value for state in asset.states if state.joint == joint.name} == set(facts.get("states", {}))
-
-
 def test_colliders_and_regions_are_there_only_where_they_are_asked_for() -> None:
     asset = microwave()
     plain, full = json_of(asset_glb(asset)), json_of(asset_glb(asset, EVERYTHING))
@@ -173,13 +161,6 @@ def test_a_material_is_written_as_it_is() -> None:
     surface = row["pbrMetallicRoughness"]
     assert surface["baseColorFactor"] == pytest.approx(look.base_color)
     assert (surface["metallicFactor"], surface["roughnessFactor"]) == (0.25, 0.125)
-
-
-def test_our_reader_reads_it() -> None:
-    raw = load_bytes("mug.glb", asset_glb(rigid_mug()))
-    assert sum(len(part.mesh.faces) for part in raw.parts) == sum(
-        len(v.mesh.faces) for link in rigid_mug().links for v in link.visuals
-    )
 
 
 def test_a_scene_has_each_mesh_once() -> None:

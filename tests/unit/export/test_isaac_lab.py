@@ -97,12 +97,10 @@ def test_the_usd_has_what_it_names(members: dict[str, Any]) -> None:
             continue
         roots = [p for p in Usd.PrimRange(prim) if p.HasAPI(UsdPhysics.ArticulationRootAPI)]
         assert len(roots) == 1, entity.prim_path
-        moving = [p.GetName() for p in Usd.PrimRange(prim) if p.IsA(UsdPhysics.Joint) and not _is_fixed(p)]
+        moving = [
+            p.GetName() for p in Usd.PrimRange(prim) if p.IsA(UsdPhysics.Joint) and not p.IsA(UsdPhysics.FixedJoint)
+        ]
         assert sorted(entity.actuators["joints"].joint_names_expr) == sorted(moving)
-
-
-def _is_fixed(prim: Usd.Prim) -> bool:
-    return bool(prim.IsA(UsdPhysics.FixedJoint))
 
 
 def test_springs_are_aimed_at_where_they_rest(members: dict[str, Any]) -> None:

@@ -3,28 +3,20 @@
 from __future__ import annotations
 
 import hashlib
-import os
 import re
-import subprocess
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 from lxml import etree
 
-from casa_assets.core.numeric import srgb_from_linear
 from casa_assets.export.mjcf import shapes, write
-from casa_assets.export.mjcf.document import _inertial
-from casa_assets.model.asset.asset import Asset, Base, Inertial, Region
+from casa_assets.export.mjcf.document import full_inertia
+from casa_assets.model.asset.asset import Asset, Inertial, Region
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.parts import Mesh
-from casa_assets.model.files import Files
 from casa_assets.model.pose import Pose
 from tests.assets import EVERY, ball, drawer_unit, microwave, rigid_mug, textured_box
 from tests.meshes import box_mesh
-
-ROOT = Path(__file__).parents[3]
 
 
 def model(asset: Asset) -> etree._Element:
@@ -60,11 +52,6 @@ class TestModel:
             "horizontal_radius_site": "0.0525 0.04 0",
         }
 
-    def test_measures_that_the_asset_has_are_not_written_twice(self) -> None:
-        mug = rigid_mug()
-        named = mug.replace(sites=(mug.sites[0].replace(name="top_site"),))
-        assert len(model(named).findall(".//site[@name='top_site']")) == 1
-
     def test_outer_region_bounds_the_colliders(self) -> None:
         assert attributes(model(ball()), ".//geom[@name='reg_bbox']") == {
             "name": "reg_bbox",
@@ -85,27 +72,6 @@ class TestModel:
                 regions = [e.get("name") for e in model(named).iter("geom") if str(e.get("name")).startswith("reg_")]
                 assert regions == [f"reg_{name}"]
 
-    def test_regions_stand_in_the_body_of_their_link(self) -> None:
-        root = model(microwave())
-        names = [
-            e.get("name") for e in root.findall("worldbody/body/body/geom") if e.get("name", "").startswith("reg_")
-        ]
-        assert names == ["reg_bbox", "reg_int", "reg_tray"]
-        assert attributes(root, ".//body[@name='door']/geom[@name='reg_door_front']")["size"] == "0.19 0.005 0.14"
-        assert attributes(root, ".//geom[@name='reg_tray']")["size"] == "0.15 0.005"
-
-    def test_sites_exclusions_and_texts(self) -> None:
-        root = model(microwave())
-        assert attributes(root, ".//site[@name='plate_place']")["pos"] == "-0.04 0 0.03"
-        assert attributes(root, "contact/exclude") == {"name": "object__door", "body1": "object", "body2": "door"}
-        assert {e.get("name"): e.get("data") for e in root.findall("custom/text")} == {
-            "base": "fixed",
-            "class": "microwave appliance",
-            "qcode": "Q127956",
-            "state__door_open": "microjoint open 0.9 1",
-            "state__door_closed": "microjoint closed 0 0.005",
-        }
-
 
 class TestJoint:
     def test_hinge_is_in_radians_and_limited(self) -> None:
@@ -122,16 +88,6 @@ class TestJoint:
             "solimplimit": "0.9999 0.9999 0.001 0.5 2",
             "solimpfriction": "0.9999 0.9999 0.001 0.5 2",
         }
-
-    def test_drive_is_a_spring_whose_damping_adds_up(self) -> None:
-        found = attributes(model(drawer_unit()), ".//joint[@name='drawer_joint']")
-        assert (found["damping"], found["stiffness"], found["springref"]) == ("3.5", "5", "0")
-        assert found["margin"] == "1e-05"
-
-    def test_a_link_without_joint_is_rigidly_attached(self) -> None:
-        knob = model(drawer_unit()).find(".//body[@name='drawer']/body[@name='knob']")
-        assert knob is not None
-        assert knob.findall("joint") == []
 
 
 class TestCollider:
@@ -151,10 +107,6 @@ class TestCollider:
             "friction": "0.4 0.005 0.0001",
             "mass": "0",
         }
-
-    def test_only_a_sphere_needs_rolling_friction(self) -> None:
-        assert attributes(model(ball()), ".//geom[@name='peel_0']")["condim"] == "6"
-        assert {e.get("condim") for e in model(rigid_mug()).findall(".//geom[@group='0']")} == {"4"}
 
     def test_hulls_are_convex_and_bounded(self) -> None:
         mesh_name = attributes(model(rigid_mug()), ".//geom[@name='wall_0']")["mesh"]
@@ -222,11 +174,6 @@ class TestMesh:
 
 
 class TestMaterial:
-    def test_color_is_what_a_display_shows(self) -> None:
-        assert [round(srgb_from_linear(x), 4) for x in (0.0, 0.001, 0.2, 1.0)] == [0.0, 0.0129, 0.4845, 1.0]
-        found = attributes(model(rigid_mug()), "asset/material")
-        assert [round(float(n), 3) for n in found["rgba"].split()] == [0.798, 0.248, 0.152, 1.0]
-
     def test_highlights_are_legal(self, subtests: pytest.Subtests) -> None:
         for roughness in [0.0, 0.01, 0.3, 1.0]:
             for metallic in [0.0, 0.5, 1.0]:
@@ -257,13 +204,6 @@ class TestMaterial:
 
 
 class TestInertial:
-    def test_is_written_as_measured(self) -> None:
-        assert attributes(model(rigid_mug()), ".//inertial") == {
-            "pos": "0.004 0 0.042",
-            "mass": "0.3",
-            "fullinertia": "0.0004 0.00043 0.00036 0 1.5e-05 0",
-        }
-
     def test_rounding_leaves_a_flat_plate_a_possible_body(self) -> None:
         rng = np.random.default_rng(1)
         for _ in range(200):
@@ -271,8 +211,8 @@ class TestInertial:
             turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
             t = turn @ np.diag([a, b, a + b]) @ turn.T
             entries = (t[0, 0], t[1, 1], t[2, 2], t[0, 1], t[0, 2], t[1, 2])
-            written = _inertial(Inertial(mass=1.0, center_of_mass=(0.0, 0.0, 0.0), inertia=entries))["fullinertia"]
-            xx, yy, zz, xy, xz, yz = (float(n) for n in written.split())
+            inertial = Inertial(mass=1.0, center_of_mass=(0.0, 0.0, 0.0), inertia=entries)
+            xx, yy, zz, xy, xz, yz = (float(n) for n in shapes.numbers(full_inertia(inertial)).split())
             low, middle, high = np.linalg.eigvalsh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
             assert low + middle >= high
             np.testing.assert_allclose([xx, yy, zz, xy, xz, yz], entries, atol=1e-7 * np.trace(t))
@@ -285,10 +225,6 @@ class TestScene:
         root = scene(sunk)
         assert attributes(root, "worldbody/body[@name='object']")["pos"] == "0.1 0 0"
         assert root.findall("worldbody/body/freejoint")
-
-    def test_fixed_asset_is_welded(self) -> None:
-        assert scene(microwave()).findall(".//freejoint") == []
-        assert len(scene(microwave(Base.FREE)).findall(".//freejoint")) == 1
 
     def test_floor_lets_the_friction_of_the_asset_act(self) -> None:
         floor = attributes(scene(drawer_unit()), ".//geom[@name='scene__floor']")
@@ -319,25 +255,3 @@ class TestBytes:
                     root = etree.fromstring(files.entries[name])
                     named = {str(e.get("file")) for e in root.iter("mesh", "texture") if e.get("file")}
                     assert named == files.entries.keys() - {"model.xml", "scene.xml"}
-
-    def test_do_not_depend_on_the_process(self) -> None:
-        script = (
-            "import json; from casa_assets.export.mjcf import write; from tests.assets import EVERY;"
-            "print(json.dumps([write(build()).sums() for build in EVERY]))"
-        )
-        outputs = {
-            subprocess.run(
-                [sys.executable, "-c", script],
-                cwd=ROOT,
-                env={**os.environ, "PYTHONHASHSEED": seed},
-                check=True,
-                capture_output=True,
-                text=True,
-            ).stdout
-            for seed in ("0", "1", "4711")
-        }
-        assert len(outputs) == 1
-        assert write(rigid_mug()) == write(rigid_mug())
-
-    def test_are_files(self) -> None:
-        assert isinstance(write(ball()), Files)

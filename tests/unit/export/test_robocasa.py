@@ -6,6 +6,7 @@ import ast
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import mujoco
@@ -15,11 +16,10 @@ from lxml import etree
 
 from casa_assets import registry
 from casa_assets.export import mjcf
-from casa_assets.export.robocasa import casa_objects, entries, mesh_volume, model, task_objects, upright
+from casa_assets.export.robocasa import casa_kitchens, casa_objects, entries, model, task_objects
 from casa_assets.model.asset.asset import Asset, Joint, JointKind, Keyframe, Link
 from casa_assets.model.asset.provenance import Split
 from casa_assets.model.pose import Pose
-from casa_assets.model.registry.category import Affordance
 from casa_assets.model.registry.contract import RobocasaRelease
 from casa_assets.registry.objects import object_names
 from tests.assets import ball, rigid_mug, textured_box, write_to
@@ -139,7 +139,7 @@ class TestUpright:
         assert sorted(stood.body_inertia[-1]) == pytest.approx(sorted(lying.body_inertia[-1]))
         data = mujoco.MjData(stood)
         mujoco.mj_forward(stood, data)
-        turn = upright.turn_of(asset)
+        turn = model.turn_of(asset)
         center = turn.apply(np.array([asset.root.inertial.center_of_mass]))[0]
         assert data.xipos[-1] == pytest.approx(center, abs=1e-6)
         spun = turn.rotation @ asset.root.inertial.tensor @ turn.rotation.T
@@ -151,7 +151,7 @@ class TestUpright:
         mesh = box_mesh(size, (0.0, 0.0, 0.005))
         asset = slice_of_bread()
         link = asset.root.replace(visuals=(asset.root.visuals[0].replace(mesh=mesh),))
-        turn = upright.turn_of(asset.replace(links=(link,)))
+        turn = model.turn_of(asset.replace(links=(link,)))
         corners = turn.apply(mesh.vertices)
         assert np.ptp(corners, axis=0) == pytest.approx([0.01, 0.02, 0.2])
         assert corners.min(axis=0) == pytest.approx([-0.005, -0.01, -0.1])
@@ -161,7 +161,7 @@ class TestUpright:
         tall = box_mesh((0.05, 0.06, 0.2), (0.0, 0.0, 0.1))
         link = asset.root.replace(visuals=(asset.root.visuals[0].replace(mesh=tall),))
         asset = asset.replace(links=(link,))
-        assert upright.turn_of(asset) == Pose()
+        assert model.turn_of(asset) == Pose()
         files = model.write(asset, stood_up=True).entries
         assert etree.fromstring(files[model.FILE]).findall(".//geom[@quat]") == []
         assert files[model.FILE] == files[model.UPRIGHT_FILE]
@@ -171,17 +171,14 @@ class TestThick:
     def test_a_flat_print_gets_a_point_behind_it(self) -> None:
         asset = slice_of_bread()
         crumb, ink = asset.root.visuals
-        assert [mesh_volume.has_volume(v.mesh) for v in (crumb, ink)] == [True, False]
-        after = mesh_volume.thickened(asset).root.visuals
+        assert [model.has_volume(v.mesh) for v in (crumb, ink)] == [True, False]
+        after = model.thickened(asset).root.visuals
         assert after[0] == crumb
-        assert mesh_volume.has_volume(after[1].mesh)
+        assert model.has_volume(after[1].mesh)
         assert len(after[1].mesh.faces) == len(ink.mesh.faces) + 3
         added = after[1].mesh.vertices[-1]
-        assert 0 < ink.mesh.vertices[0, 2] - added[2] <= mesh_volume.MAX_DEPTH_M + 1e-12
+        assert 0 < ink.mesh.vertices[0, 2] - added[2] <= model.MAX_DEPTH_M + 1e-12
         assert after[1].mesh.faces[: len(ink.mesh.faces)].tolist() == ink.mesh.faces.tolist()
-
-    def test_nothing_else_changes(self) -> None:
-        assert mesh_volume.thickened(rigid_mug()) == rigid_mug()
 
 
 # ---- categories
@@ -220,13 +217,6 @@ class TestEntries:
         entry = tables(APPLE[0])[RobocasaRelease.V0_2]["apple"]
         assert "casa_train" in entry
         assert "casa_test" not in entry
-
-    def test_affordances_are_those_of_the_registry(self) -> None:
-        known = registry.load().category("apple")
-        entry = tables(*APPLE)[RobocasaRelease.V1_0]["apple"]
-        assert {use for use in entries.ATTRIBUTES[RobocasaRelease.V1_0] if entry[use.value]} == {
-            use for use in known.affords if use not in (Affordance.CONTAINER, Affordance.STACKABLE)
-        }
 
 
 class _Rows:
@@ -319,8 +309,9 @@ class TestFill:
         }
 
 
-def test_the_registrar_needs_nothing_of_ours() -> None:
-    tree = ast.parse(Path(casa_objects.__file__).read_text(encoding="utf-8"))
+@pytest.mark.parametrize("script", [casa_objects, casa_kitchens])
+def test_what_is_copied_needs_nothing_of_ours(script: ModuleType) -> None:
+    tree = ast.parse(Path(str(script.__file__)).read_text(encoding="utf-8"))
     froms = [node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
     plain = [alias.name for node in ast.walk(tree) if isinstance(node, ast.Import) for alias in node.names]
     assert {str(name).split(".")[0] for name in froms + plain} <= sys.stdlib_module_names

@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 from casa_assets.checks.readers import scene_facts
-from casa_assets.checks.scene.formats.parity import scene_parity
+from casa_assets.checks.scene.formats.light_form import SceneFiles
+from casa_assets.checks.scene.formats.parity import formats_agree
+from casa_assets.checks.scene.subject import SceneSubject
 from casa_assets.errors import PlanConflict, RegistryError
 from casa_assets.geometry.outline import contains_point
 from casa_assets.layouts.compose.compose import pose_at_spot
@@ -350,9 +352,11 @@ def test_both_formats_say_the_same_of_the_room(name: str, tmp_path: Path) -> Non
         ),
     )
     folder = written(scene, tmp_path)
-    assert scene_parity(folder / "scene.xml", folder / "scene.usda") == []
-    assert scene_parity(folder / "scene.xml", folder / "scene_nested.usda") == []
-    found = {p.name: p for p in scene_facts.facts_of_mjcf(folder / "scene.xml").placements}
+    files = SceneFiles(SceneSubject(scene, folder))
+    assert formats_agree(files, 0.0).problems == ()
+    model = files.scene_subject.loaded.model
+    assert model is not None
+    found = {p.name: p for p in scene_facts.facts_of_scene_model(model).placements}
     assert found.keys() == built.keys()
 
 

@@ -17,7 +17,6 @@ from casa_assets.model.kitchen.scene import Placement, Scene, StartStates
 from casa_assets.model.pose import Pose
 from casa_assets.pipeline.export import forms, robocasa, written_forms
 from casa_assets.pipeline.export import robocasa as robocasa_kitchens
-from casa_assets.pipeline.kitchens import resolve as resolve_module
 from casa_assets.pipeline.kitchens.recipe import SceneRecipe
 from casa_assets.pipeline.kitchens.resolve import resolve
 from casa_assets.pipeline.kitchens.state_file import digest_of_file, read_states, write_states
@@ -27,7 +26,7 @@ from tests.libraries import casa
 
 GOOD, BAD, LOST = (SceneRecipe(plan, "rustic") for plan in ("l_small", "galley", "u_small"))
 # Where each form looks up what builds a kitchen.
-MODULES = {"urdf": written_forms, "glb": resolve_module, "robocasa": robocasa_kitchens}
+MODULES = {"urdf": written_forms, "glb": written_forms, "robocasa": robocasa_kitchens}
 
 
 def built(recipe: SceneRecipe, cache: Path, errors: dict[SceneRecipe, Exception]) -> tuple[KitchenRequest, Scene]:

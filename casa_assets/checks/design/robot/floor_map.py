@@ -54,18 +54,18 @@ class FloorMap:
         self.room = _inside(facts.outline, xs, ys)
         self.solid = np.zeros(self.shape, dtype=bool)
         for outline in obstacles(facts):
-            self._fill(outline)
+            rows, columns = self._window(outline, 0.0)
+            inside = distance(outline, self._points(rows, columns)) <= 0.0
+            self.solid[rows, columns] |= inside.reshape(points_shape(rows, columns))
         self.clear = ndimage.distance_transform_edt(~self.solid) * CELL_M
         self.free: Mask = self.room & (self.clear > BASE_RADIUS_M)
         self.entries = np.zeros(self.shape, dtype=bool)
-        for mask in self._entries():
-            self.entries |= mask & self.free
+        # Just inside of each doorway and of each open side.
+        lines = [(w.start, w.end) for w in facts.walls if w.is_open]
+        lines += [(w.start, w.end) for w in facts.openings if w.kind is not OpeningKind.WINDOW and w.leads_out]
+        for start, end in lines:
+            self.entries |= self._inside_of(start, end) & self.free
         self.reached: Mask = self.connected(self.free)
-
-    def _fill(self, outline: Outline) -> None:
-        rows, columns = self._window(outline, 0.0)
-        points = self._points(rows, columns)
-        self.solid[rows, columns] |= (distance(outline, points) <= 0.0).reshape(points_shape(rows, columns))
 
     def _window(self, outline: Outline, gap: float) -> tuple[slice, slice]:
         corners = np.asarray(outline)
@@ -117,13 +117,6 @@ class FloorMap:
         largest = 1 + int(np.argmax(np.bincount(numbers.ravel())[1:]))
         return bool((numbers[self._inside_of(start, end)] == largest).any())
 
-    def _entries(self) -> Iterator[Mask]:
-        """Cells just inside of each doorway and of each open side."""
-        lines = [(w.start, w.end) for w in self.facts.walls if w.is_open]
-        lines += [(w.start, w.end) for w in self.facts.openings if w.kind is not OpeningKind.WINDOW and w.leads_out]
-        for start, end in lines:
-            yield self._inside_of(start, end)
-
     def _inside_of(self, start: Vec2, end: Vec2) -> Mask:
         every = self._points(slice(0, self.shape[0]), slice(0, self.shape[1]))
         near: Mask = (distance(np.array([start, end]), every) <= ENTRY_DEPTH_M).reshape(self.shape)
@@ -137,13 +130,10 @@ def points_shape(rows: slice, columns: slice) -> tuple[int, int]:
 
 def obstacles(facts: KitchenFacts) -> Iterator[Outline]:
     """Outlines of all that the base cannot pass: walls, rows of units with their worktops, fixtures on the floor."""
+    passed = [w for w in facts.openings if w.kind is OpeningKind.PASSAGE]
     for wall in facts.walls:
         if not wall.is_open:
-            yield from _wall(
-                facts.outline,
-                wall,
-                [(w.start, w.end) for w in facts.openings if _is_passed(w.kind) and w.wall == wall.id],
-            )
+            yield from _wall(facts.outline, wall, [(w.start, w.end) for w in passed if w.wall == wall.id])
     for row in facts.runs:
         yield from row_parts(row)
     for fixture in facts.fixtures:
@@ -154,10 +144,6 @@ def obstacles(facts: KitchenFacts) -> Iterator[Outline]:
 def stands(fixture: Fixture) -> bool:
     """True if a fixture is on the floor in the way of a base."""
     return fixture.role not in NO_OBSTACLES and fixture.bottom < HANGING_M and fixture.top > DRIVEN_OVER_M
-
-
-def _is_passed(kind: OpeningKind) -> bool:
-    return kind is OpeningKind.PASSAGE
 
 
 def _wall(room: Corners, wall: RoomWall, holes: Sequence[tuple[Vec2, Vec2]]) -> Iterator[Outline]:
@@ -189,12 +175,8 @@ def row_parts(row: PlacedRun) -> Iterator[Corners]:
     if row.units and last > row.units[-1].right:
         parts.append((row.units[-1].right, last, row.depth_before))
     for left, right, front in parts:
-        yield (
-            row.at(left, front),
-            row.at(right, front),
-            row.at(right, -row.depth_behind),
-            row.at(left, -row.depth_behind),
-        )
+        back = -row.depth_behind
+        yield row.at(left, front), row.at(right, front), row.at(right, back), row.at(left, back)
 
 
 def _inside(outline: Corners, xs: Floats, ys: Floats) -> Mask:
@@ -345,9 +327,8 @@ def _around(fixture: Fixture, joint: FixtureJoint, edge: float) -> Iterator[Park
         for aside, stance in ((right + more, ParkingSide.RIGHT), (left - more, ParkingSide.LEFT)):
             yield _place(fixture, aside, edge + BASE_RADIUS_M, stance, look)
     for k in range(5):
-        yield _place(
-            fixture, (left + right) / 2, max(out + GAP_M / 2, edge) + BASE_RADIUS_M + k * STEP_M, ParkingSide.BEHIND
-        )
+        before = max(out + GAP_M / 2, edge) + BASE_RADIUS_M + k * STEP_M
+        yield _place(fixture, (left + right) / 2, before, ParkingSide.BEHIND)
 
 
 def _first(places: Iterator[ParkingPlace], floor: FloorMap, reached: Mask) -> ParkingPlace | None:

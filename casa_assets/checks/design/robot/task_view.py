@@ -51,14 +51,8 @@ class WorldBox:
 
     def intersection(self, other: WorldBox) -> WorldBox:
         """Intersection of two boxes; empty where they are apart."""
-        return WorldBox(
-            max(self.x0, other.x0),
-            max(self.y0, other.y0),
-            min(self.x1, other.x1),
-            min(self.y1, other.y1),
-            max(self.z0, other.z0),
-            min(self.z1, other.z1),
-        )
+        x0, y0, z0 = max(self.x0, other.x0), max(self.y0, other.y0), max(self.z0, other.z0)
+        return WorldBox(x0, y0, min(self.x1, other.x1), min(self.y1, other.y1), z0, min(self.z1, other.z1))
 
 
 @dataclass(frozen=True)
@@ -97,18 +91,15 @@ def box_around(foot: Footprint, low: float, high: float) -> WorldBox:
 
 def shoulders(places: Iterable[ParkingPlace]) -> Floats:
     """(N, 2) front of the base at each place: where a mobile manipulator carries its arm."""
-    points = [
-        (p.position[0] + BASE_RADIUS_M * math.cos(p.yaw), p.position[1] + BASE_RADIUS_M * math.sin(p.yaw))
-        for p in places
-    ]
+    rows = ((*p.position, math.cos(p.yaw), math.sin(p.yaw)) for p in places)
+    points = [(x + BASE_RADIUS_M * cosine, y + BASE_RADIUS_M * sine) for x, y, cosine, sine in rows]
     return np.array(points, dtype=np.float64).reshape(-1, 2)
 
 
 def worktop_regions(facts: KitchenFacts) -> list[tuple[Fixture, FixtureRegion]]:
     """Regions of worktops on which things can be placed."""
-    return [
-        (f, v) for f in facts.with_role(Role.WORKTOP) for v in f.regions if v.name == "top" or v.name.startswith("top_")
-    ]
+    tops = facts.with_role(Role.WORKTOP)
+    return [(f, v) for f in tops for v in f.regions if v.name == "top" or v.name.startswith("top_")]
 
 
 def on_worktops(facts: KitchenFacts) -> list[WorldBox]:

@@ -31,13 +31,12 @@ from casa_assets.checks.design.robot.task_view import (
 from casa_assets.core.numeric import rng_for
 from casa_assets.core.robocasa import MIN_SURFACE_M, PLATE_DEPTH_M, SHELF_HEIGHTS_M
 from casa_assets.model.asset.parts import JointKind
-from casa_assets.model.kitchen.floor import Fixture, FixtureRegion, Footprint, KitchenFacts, Role
+from casa_assets.model.kitchen.floor import Fixture, FixtureRegion, KitchenFacts, Role
 
 SAMPLES = 200
 FLOOR_RADIUS_M = 1.0  # around a parking place, in which floor is measured
 GRASPED = BoxSizes(0.05, 0.12, 0.05, 0.18)
 PLATE = BoxSizes(0.22, 0.26, 0.02, 0.03)
-FOOD = BoxSizes(0.05, 0.15, 0.04, 0.10)
 PAN = BoxSizes(0.18, 0.26, 0.05, 0.08)
 MUG = BoxSizes(0.08, 0.11, 0.08, 0.11)
 FLAT = BoxSizes(0.05, 0.10, 0.04, 0.10)
@@ -69,6 +68,10 @@ def _uppers(view: TaskView, count: tuple[int, ...]) -> tuple[Fixture, ...]:
     return tuple(f for f in found if UPPER_BOTTOM_M[0] <= f.bottom <= UPPER_BOTTOM_M[1] and len(doors(f)) in count)
 
 
+def _regions(zones: Sequence[PlacingZone]) -> tuple[str, ...]:
+    return tuple(f"{zone.fixture}__{zone.region}" for zone in zones)
+
+
 def _cabinet(view: TaskView) -> TaskFinding:
     cabinets = _uppers(view, (1, 2))
     zones = tuple(z for f in cabinets for z in view.inside(f, r"level\d+|int"))
@@ -76,7 +79,7 @@ def _cabinet(view: TaskView) -> TaskFinding:
     return TaskFinding(
         cabinets,
         joints=tuple(n for f in cabinets for n in names(f, [j.name for j in doors(f)])),
-        regions=tuple(f"{z.fixture}__{z.region}" for z in zones),
+        regions=_regions(zones),
         puts=(Placing(counter, GRASPED), Placing(zones, GRASPED)),
         counter=counter,
         wants="" if cabinets and zones else "a wall cabinet with doors and room inside, before which the base parks",
@@ -90,7 +93,7 @@ def _sink(view: TaskView, size: BoxSizes) -> TaskFinding:
     counter = view.counter(sinks)
     return TaskFinding(
         sinks,
-        regions=tuple(f"{z.fixture}__{z.region}" for z in zones),
+        regions=_regions(zones),
         puts=(Placing(counter, size), Placing(zones, GRASPED)),
         counter=counter,
         wants="" if zones else "a sink with a basin",
@@ -105,7 +108,7 @@ def _microwaves(view: TaskView) -> TaskFinding:
     return TaskFinding(
         ovens,
         joints=tuple(f"{f.name}__microjoint" for f in ovens),
-        regions=tuple(f"{z.fixture}__{z.region}" for z in zones),
+        regions=_regions(zones),
         puts=(Placing(counter, PLATE), Placing(zones, PLATE)),
         counter=counter,
         wants="" if zones else "a microwave with a door and a tray",
@@ -147,7 +150,7 @@ def _doors(view: TaskView, count: int) -> TaskFinding:
     return TaskFinding(
         every,
         joints=tuple(n for f in every for n in names(f, [j.name for j in doors(f)])),
-        regions=tuple(f"{z.fixture}__{z.region}" for z in zones),
+        regions=_regions(zones),
         puts=(Placing(zones, GRASPED),),
         wants="" if every else f"a wall cabinet with {'one door' if count == 1 else 'two doors'}",
     )
@@ -173,7 +176,7 @@ def _drawers(view: TaskView) -> TaskFinding:
     return TaskFinding(
         tuple(dict.fromkeys(found)),
         joints=tuple(joints),
-        regions=tuple(f"{z.fixture}__{z.region}" for z in zones),
+        regions=_regions(zones),
         puts=(Placing(tuple(zones), FLAT),),
         wants="" if joints else "a top drawer with free floor to its left or right",
     )
@@ -185,7 +188,8 @@ def _faucet(view: TaskView, joint: str) -> TaskFinding:
         f for f in view.reached(Role.SINK) if f.joint(joint) is not None and "water" in {m.name for m in f.sites}
     )
     if joint == "spout_joint":
-        sinks = tuple(f for f in sinks if all(abs(end) >= SPOUT_RAD for end in _range(f, joint)))
+        ranges = {f.name: j.range for f in sinks if (j := f.joint(joint)) is not None}
+        sinks = tuple(f for f in sinks if all(abs(end) >= SPOUT_RAD for end in ranges[f.name]))
     counter = view.counter(sinks)
     return TaskFinding(
         sinks,
@@ -195,11 +199,6 @@ def _faucet(view: TaskView, joint: str) -> TaskFinding:
         counter=counter,
         wants="" if sinks else f"a sink with {joint} and a stream of water",
     )
-
-
-def _range(fixture: Fixture, name: str) -> tuple[float, float]:
-    joint = fixture.joint(name)
-    return (0.0, 0.0) if joint is None else joint.range
 
 
 def _pressed(view: TaskView, role: Role, button: str) -> TaskFinding:
@@ -259,13 +258,9 @@ def _having(roles: Sequence[Role], joint: str, region: str, wants: str) -> Findi
     """Fixtures of some roles with a joint and a region whose names match; an empty pattern asks for none."""
 
     def find(view: TaskView) -> TaskFinding:
-        found = tuple(
-            f
-            for f in view.reached(*roles)
-            if (not joint or any(re.fullmatch(joint, j.name) for j in f.joints))
-            and (not region or any(re.fullmatch(region, r.name) for r in f.regions))
-        )
-        return _with(found, wants)
+        jointed = [f for f in view.reached(*roles) if not joint or any(re.fullmatch(joint, j.name) for j in f.joints)]
+        found = [f for f in jointed if not region or any(re.fullmatch(region, r.name) for r in f.regions)]
+        return _with(tuple(found), wants)
 
     return find
 
@@ -274,12 +269,9 @@ def _of_category(category: str, joint: str, wants: str) -> Finding:
     """Things on worktops of a category, with a joint whose name matches."""
 
     def find(view: TaskView) -> TaskFinding:
-        found = tuple(
-            f
-            for f in view.facts.fixtures
-            if f.category == category and (not joint or any(re.fullmatch(joint, j.name) for j in f.joints))
-        )
-        return _with(found, wants)
+        kind = [f for f in view.facts.fixtures if f.category == category]
+        found = [f for f in kind if not joint or any(re.fullmatch(joint, j.name) for j in f.joints)]
+        return _with(tuple(found), wants)
 
     return find
 
@@ -287,11 +279,9 @@ def _of_category(category: str, joint: str, wants: str) -> Finding:
 def _cabinets_with_shelves(view: TaskView) -> TaskFinding:
     """Wall cabinets with a shelf where RoboCasa v1.0 looks for one."""
     low, high = SHELF_HEIGHTS_M
-    found = tuple(
-        f
-        for f in _uppers(view, (1, 2))
-        if any(low <= r.bottom <= high for r in f.regions if re.fullmatch(r"level\d+|int", r.name))
-    )
+    cabinets = _uppers(view, (1, 2))
+    levels = {f.name: [r for r in f.regions if re.fullmatch(r"level\d+|int", r.name)] for f in cabinets}
+    found = tuple(f for f in cabinets if any(low <= level.bottom <= high for level in levels[f.name]))
     return _with(found, "a wall cabinet with doors and a shelf between 1.0 and 1.5 m")
 
 
@@ -310,20 +300,19 @@ def _microwaves_with_worktop(view: TaskView) -> TaskFinding:
     if (found := _microwaves(view)).wants:
         return found
     tops = [region for _, region in worktop_regions(view.facts)]
-    roomy = tuple(f for f in found.fixtures if all(_has_room(f, top.footprint) for top in tops if _is_on(f, top)))
+    roomy = tuple(f for f in found.fixtures if all(_has_room(f, top) for top in tops))
     return _with(roomy, f"{MIN_SURFACE_M[0]} m of worktop beside a microwave, or {PLATE_DEPTH_M} m before it")
 
 
-def _is_on(fixture: Fixture, top: FixtureRegion) -> bool:
-    across, before = top.footprint.to_local(fixture.footprint.center)
-    width, depth = top.footprint.size
-    return abs(fixture.bottom - top.bottom) < ABOVE_M / 2 and abs(across) < width / 2 and -depth < before < 0
-
-
-def _has_room(fixture: Fixture, top: Footprint) -> bool:
+def _has_room(fixture: Fixture, worktop: FixtureRegion) -> bool:
+    """True if there is room beside or before a fixture on a worktop, or it is not on it."""
+    top = worktop.footprint
+    across, before = top.to_local(fixture.footprint.center)
+    half = top.size[0] / 2
+    if abs(fixture.bottom - worktop.bottom) >= ABOVE_M / 2 or abs(across) >= half or not -top.size[1] < before < 0:
+        return True
     corners = [top.to_local(corner) for corner in fixture.footprint.corners]
     left, right = min(c[0] for c in corners), max(c[0] for c in corners)
-    half = top.size[0] / 2
     return max(left + half, half - right) >= MIN_SURFACE_M[0] or -max(c[1] for c in corners) >= PLATE_DEPTH_M
 
 

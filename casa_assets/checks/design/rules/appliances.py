@@ -6,8 +6,6 @@ import itertools
 import math
 from collections.abc import Iterator
 
-import numpy as np
-
 from casa_assets.checks.check import Measurement, least, not_applicable
 from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.geometry.outline import penetration_depth
@@ -46,21 +44,16 @@ def _beside(run: PlacedRun, left: float, right: float, other: PlacedRun) -> Iter
     """Distance along a run from a unit to another run that protrudes beyond the fronts next to the unit."""
     if other.id == run.id:
         return
-    (us, vs), front = _box_in(run, other), run.depth_before
-    if vs[1] <= front + MIN_OVERLAP_M or vs[0] >= front + STANDING_DEPTH_M:
+    front = run.depth_before
+    # Distances along the run's line, and before it, of the other run.
+    points = [run.to_local(other.at(u, v)) for u in other.span for v in (-other.depth_behind, other.depth_before)]
+    us, vs = zip(*points, strict=True)
+    if max(vs) <= front + MIN_OVERLAP_M or min(vs) >= front + STANDING_DEPTH_M:
         return
-    if us[0] >= right - 1e-3:
-        yield round(us[0] - right, 4)
-    elif us[1] <= left + 1e-3:
-        yield round(left - us[1], 4)
-
-
-def _box_in(run: PlacedRun, other: PlacedRun) -> tuple[Vec2, Vec2]:
-    """Least and greatest distance along a run's line, and before it, of another run."""
-    first, last = other.span
-    points = [run.to_local(other.at(u, v)) for u in (first, last) for v in (-other.depth_behind, other.depth_before)]
-    us, vs = [p[0] for p in points], [p[1] for p in points]
-    return (min(us), max(us)), (min(vs), max(vs))
+    if min(us) >= right - 1e-3:
+        yield round(min(us) - right, 4)
+    elif max(us) <= left + 1e-3:
+        yield round(left - max(us), 4)
 
 
 def hoods_clear_cooktops(subject: DesignSubject, limit: float) -> Measurement:
@@ -191,29 +184,17 @@ def beside(facts: KitchenFacts, run: PlacedRun, left: float, right: float) -> Ve
     before = after = 0.0
     for a, b in run.frontages:
         if a < left + 0.01 and b > left - STRIP:
-            before = max(0.0, min(left, b) - a) + (_to_corner(facts, run) if _first(run, a) else 0.0)
+            before = max(0.0, min(left, b) - a)
+            # Frontage between the first unit and the corner where the edges of two worktops meet.
+            if run.left_end is RunEnd.CORNER and abs(a - run.corner_left) < 0.01:
+                last_run = next((r for r in facts.runs if r.next_run == run.id), None)
+                before += max(0.0, run.corner_left - (last_run.depth_before if last_run else 0.0))
         if b > right - 0.01 and a < right + STRIP:
-            after = max(0.0, b - max(right, a)) + (_past_corner(facts, run) if _last(run, b) else 0.0)
+            after = max(0.0, b - max(right, a))
+            if run.right_end is RunEnd.CORNER and abs(b - (run.length - run.corner_right)) < 0.01:
+                next_run = facts.run(run.next_run) if run.next_run else None
+                after += max(0.0, run.corner_right - (next_run.depth_before if next_run else 0.0))
     return before, after
-
-
-def _first(run: PlacedRun, at: float) -> bool:
-    return run.left_end is RunEnd.CORNER and abs(at - run.corner_left) < 0.01
-
-
-def _last(run: PlacedRun, at: float) -> bool:
-    return run.right_end is RunEnd.CORNER and abs(at - (run.length - run.corner_right)) < 0.01
-
-
-def _to_corner(facts: KitchenFacts, run: PlacedRun) -> float:
-    """Frontage between the first unit and the corner where the edges of two worktops meet."""
-    before = next((r for r in facts.runs if r.next_run == run.id), None)
-    return max(0.0, run.corner_left - (before.depth_before if before else 0.0))
-
-
-def _past_corner(facts: KitchenFacts, run: PlacedRun) -> float:
-    after = facts.run(run.next_run) if run.next_run else None
-    return max(0.0, run.corner_right - (after.depth_before if after else 0.0))
 
 
 def landings(facts: KitchenFacts, *roles: Role) -> Iterator[tuple[Fixture, Vec2]]:
@@ -248,11 +229,6 @@ def shorter_sink_side(facts: KitchenFacts) -> float | None:
     return None if best is None else min(best)
 
 
-def prep_area(facts: KitchenFacts) -> float | None:
-    """Metres of the widest uninterrupted worktop that begins at a sink."""
-    return longer_sink_side(facts)
-
-
 def longer_cook_side(facts: KitchenFacts) -> float | None:
     """Metres of worktop at the better side of the cooktop that has least."""
     return min((max(sides) for _, sides in landings(facts, *COOKTOPS)), default=None)
@@ -281,11 +257,8 @@ def fridge_side(facts: KitchenFacts) -> float | None:
         if across(facts, run, 1.219):
             left = right = max(left, right, 0.381)
         fridge = next((f for f in facts.with_role(Role.FRIDGE) if f.run == run.id), None)
-        grips = (
-            [f.grip_point for f in fridge.joints if f.grip_point and f.swept_area and not f.swept_area.sweeps_front]
-            if fridge
-            else []
-        )
+        doors = [j for j in fridge.joints if j.swept_area and not j.swept_area.sweeps_front] if fridge else []
+        grips = [j.grip_point for j in doors if j.grip_point]
         sides = [fridge.footprint.to_local((g[0], g[1]))[0] for g in grips] if fridge else []
         one_sided = bool(sides) and (min(sides) > 0.1 or max(sides) < -0.1)
         found.append((right if min(sides) > 0 else left) if one_sided else max(left, right))
@@ -380,14 +353,11 @@ def cut(facts: KitchenFacts) -> float | None:
     """Metres of a leg of the work triangle that cross an island or a peninsula, the most; None if there is neither."""
     runs = [r for r in facts.runs if not r.at_wall and r.units]
     own = {f.run for f, _ in centres(facts)}
-    crossed = [length_inside(_outline(r), a, b) for r in runs if r.id not in own for a, b in legs(facts)]
+    crossed = []
+    for run in (run for run in runs if run.id not in own):
+        corners = [run.at(u, v) for u in run.span for v in (-run.depth_behind, run.depth_before)]
+        crossed += [length_inside(outline_of(corners), a, b) for a, b in legs(facts)]
     return max(crossed, default=None)
-
-
-def _outline(run: PlacedRun) -> np.ndarray:
-    left, right = run.span
-    corners = [run.at(u, v) for u in (left, right) for v in (-run.depth_behind, run.depth_before)]
-    return outline_of(corners)
 
 
 def tall_between(facts: KitchenFacts) -> float | None:
@@ -412,9 +382,8 @@ def crossed(facts: KitchenFacts) -> float | None:
         return None
     middles = [((w.start[0] + w.end[0]) / 2, (w.start[1] + w.end[1]) / 2) for w in doors]
     triangle = outline_of(points)
-    return (
-        max(length_inside(triangle, a, b) for a, b in itertools.combinations(middles, 2)) if len(triangle) == 3 else 0.0
-    )
+    ways = itertools.combinations(middles, 2)
+    return max(length_inside(triangle, a, b) for a, b in ways) if len(triangle) == 3 else 0.0
 
 
 def between_sink(facts: KitchenFacts) -> float | None:

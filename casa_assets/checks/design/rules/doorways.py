@@ -34,7 +34,8 @@ def entry_doors_swing_freely(subject: DesignSubject, limit: float) -> Measuremen
     if not doors:
         return not_applicable("it has no door with a leaf")
     worst, problems = 0.0, []
-    solids = [*_appliances(subject.facts), *_appliance_leaves(subject.facts)]
+    fixtures = subject.facts.with_role(*APPLIANCES)
+    solids = [*((f.name, f.footprint.corners, f.bottom, f.top) for f in fixtures), *_appliance_leaves(subject.facts)]
     for door, leaf in doors:
         for name, outline, bottom, top in solids:
             if _share_height(leaf.bottom, leaf.top, bottom, top):
@@ -64,11 +65,6 @@ def appliance_doors_swing_apart(subject: DesignSubject, limit: float) -> Measure
 
 # Name, outline seen from above, and heights of the lower and upper end, metres.
 Solid = tuple[str, Corners, float, float]
-
-
-def _appliances(facts: KitchenFacts) -> Iterator[Solid]:
-    for fixture in facts.with_role(*APPLIANCES):
-        yield fixture.name, fixture.footprint.corners, fixture.bottom, fixture.top
 
 
 def _appliance_leaves(facts: KitchenFacts) -> Iterator[Solid]:

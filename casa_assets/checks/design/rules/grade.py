@@ -83,7 +83,7 @@ DESIGN: tuple[Rule, ...] = (
     Rule(
         "N11_short", "worktop on the narrower side of the sink", 0.457, "m", False, _plain(appliances.shorter_sink_side)
     ),
-    Rule("N12", "worktop for preparing food beside the sink", 0.914, "m", False, _plain(appliances.prep_area)),
+    Rule("N12", "worktop for preparing food beside the sink", 0.914, "m", False, _plain(appliances.longer_sink_side)),
     Rule("N13", "distance from dishwasher to sink", 0.914, "m", True, sizes.sink_to_dishwasher),
     Rule("N16", "worktop beside the refrigerator", 0.381, "m", False, _plain(appliances.fridge_side)),
     Rule("N17_long", "worktop on the wider side of cooktops", 0.381, "m", False, _plain(appliances.longer_cook_side)),
@@ -158,14 +158,8 @@ def design_score_is_high_enough(subject: DesignSubject, limit: float) -> Measure
     if found.score >= limit:
         return Measurement(found.score)
     missed = [f for f in found.design if f.passed is False and not f.waived]
-    return Measurement(
-        found.score,
-        tuple(
-            (f"rules/{f.rule}", f"{f.title}: {f.number:g} {f.unit}, {_word(f)} {f.limit:g} advised".replace(" ,", ","))
-            for f in missed
-        ),
-    )
-
-
-def _word(finding: Finding) -> str:
-    return "at most" if finding.most else "at least"
+    problems = []
+    for f in missed:
+        advice = f"{'at most' if f.most else 'at least'} {f.limit:g} advised"
+        problems.append((f"rules/{f.rule}", f"{f.title}: {f.number:g} {f.unit}, {advice}".replace(" ,", ",")))
+    return Measurement(found.score, tuple(problems))

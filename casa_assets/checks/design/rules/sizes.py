@@ -44,10 +44,8 @@ def _free_behind(facts: KitchenFacts, seat: Fixture) -> float:
 def seat_width(subject: DesignSubject) -> float | None:
     """Metres from seat to seat, the least."""
     seats = [s for s in subject.facts.with_role(Role.SEAT) if s.run]
-    apart = [
-        math.dist(a.footprint.center, b.footprint.center) for a in seats for b in seats if a is not b and a.run == b.run
-    ]
-    return min(apart, default=None)
+    pairs = [(a.footprint, b.footprint) for a in seats for b in seats if a is not b and a.run == b.run]
+    return min((math.dist(a.center, b.center) for a, b in pairs), default=None)
 
 
 def knee_depth(subject: DesignSubject) -> float | None:
@@ -59,19 +57,11 @@ def knee_depth(subject: DesignSubject) -> float | None:
 def sink_to_dishwasher(subject: DesignSubject) -> float | None:
     """Metres between the nearest edges of dishwasher and sink."""
     facts = subject.facts
-    found = []
-    for washer in facts.with_role(Role.DISHWASHER):
-        for sink in facts.with_role(Role.SINK):
-            edges = [(a, b) for a in (-0.5, 0.5) for b in (-0.5, 0.5)]
-            gaps = [
-                math.dist(
-                    washer.footprint.at(a * washer.footprint.size[0], 0.0),
-                    sink.footprint.at(b * sink.footprint.size[0], 0.0),
-                )
-                for a, b in edges
-            ]
-            found.append(min(gaps))
-    return min(found, default=None)
+    washers, sinks = (
+        [f.footprint.at(share * f.footprint.size[0], 0.0) for f in facts.with_role(role) for share in (-0.5, 0.5)]
+        for role in (Role.DISHWASHER, Role.SINK)
+    )
+    return min((math.dist(edge, other) for edge in washers for other in sinks), default=None)
 
 
 def hoods(subject: DesignSubject) -> float | None:
@@ -163,10 +153,8 @@ def _has_floor(subject: DesignSubject, name: str) -> bool:
     _, before = fixture.footprint.to_local(place.position)
     start = before - BASE_RADIUS_M - GAP_M
     for wide, deep in (CLEAR, CLEAR[::-1]):
-        middle = fixture.footprint.at(0.0, start + deep / 2 + CELL_M)
-        if not _is_taken(
-            subject, Footprint(center=middle, size=(wide - CELL_M, deep - CELL_M), yaw=fixture.footprint.yaw)
-        ):
+        middle, size = fixture.footprint.at(0.0, start + deep / 2 + CELL_M), (wide - CELL_M, deep - CELL_M)
+        if not _is_taken(subject, Footprint(center=middle, size=size, yaw=fixture.footprint.yaw)):
             return True
     return False
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -76,10 +76,20 @@ def engine_sizes(subject: BatchSubject) -> EngineSizes:
     if subject.batch.model is None:
         raise ValueError(subject.batch.error)
     stressed, in_use = _Most(), _Most()
-    pulled = list(_used(subject))
+    assets = subject.form.scene.asset_of
+    forms = zip(subject.form.scene.placements, subject.form.forms, strict=True)
+    pulled = [
+        _Used(place, assets[place.name], frozenset(joint.name for joint in form.joints))
+        for place, form in forms
+        if form.base is Base.FIXED and form.joints
+    ]
     # MuJoCo warns where the stand-in touches what should sleep at the start.
     with all_warnings():
-        at_rest = _at_rest(subject.batch.model)
+        model = subject.batch.model
+        data = mujoco.MjData(model)
+        reset_to_start(model, data)
+        mujoco.mj_step(model, data, nstep=round(REST_S / model.opt.timestep))
+        at_rest = {str(model.joint(number).name): data.joint(number).qpos.copy() for number in range(model.njnt)}
         for used in pulled:
             _simulate(subject, at_rest, used, stressed, with_things=True)
             _simulate(subject, at_rest, used, in_use, with_things=False)
@@ -111,14 +121,6 @@ class _Used(NamedTuple):
     joints: frozenset[str]
 
 
-def _used(subject: BatchSubject) -> Iterator[_Used]:
-    """The fixtures of a batch form that move, in their order."""
-    assets = subject.form.scene.asset_of
-    for place, form in zip(subject.form.scene.placements, subject.form.forms, strict=True):
-        if form.base is Base.FIXED and form.joints:
-            yield _Used(place, assets[place.name], frozenset(joint.name for joint in form.joints))
-
-
 def _stand(used: _Used) -> tuple[Floats, Floats]:
     """Where hands are at a fixture, and the way out of it into the room; (3,) and (3,), world frame, metres."""
     place, asset, _ = used
@@ -137,14 +139,22 @@ def _stand(used: _Used) -> tuple[Floats, Floats]:
 def _simulate(
     subject: BatchSubject, at_rest: Mapping[str, Floats], used: _Used, most: _Most, with_things: bool
 ) -> None:
-    """One fixture in use, in a kitchen at rest; `most` takes in what is counted."""
+    """Use one fixture in a kitchen at rest and asleep.
+
+    Args:
+        at_rest: name of a joint of the kitchen -> its positions. most: takes in the numbers.
+    """
     stand = _stand(used)
     spec = mujoco.MjSpec.from_file(str(subject.root / BATCH_FILE))
     _add_robot(spec, *stand)
     if with_things:
         _add_things(spec, *stand)
     model = spec.compile()
-    data = _begin(model, at_rest)
+    data = mujoco.MjData(model)
+    for name, positions in at_rest.items():
+        first = int(model.joint(name).qposadr[0])
+        data.qpos[first : first + len(positions)] = positions
+    mujoco.mj_step(model, data, nstep=SLEEP_STEPS)
     for joint in used.asset.joints:
         if joint.name in used.joints:
             dof = int(model.jnt_dofadr[model.joint(f"{used.place.name}__{joint.name}").id])
@@ -161,28 +171,6 @@ def _simulate(
         most.count(data)
         if step % PAIR_STEPS == 0:
             most.convex = max(most.convex, _near(model, data, convex))
-
-
-def _begin(model: mujoco.MjModel, at_rest: Mapping[str, Floats]) -> mujoco.MjData:
-    """The kitchen at rest and asleep, and what was added where it was put.
-
-    Args:
-        at_rest: name of a joint of the kitchen -> its positions.
-    """
-    data = mujoco.MjData(model)
-    for name, positions in at_rest.items():
-        first = int(model.joint(name).qposadr[0])
-        data.qpos[first : first + len(positions)] = positions
-    mujoco.mj_step(model, data, nstep=SLEEP_STEPS)
-    return data
-
-
-def _at_rest(model: mujoco.MjModel) -> dict[str, Floats]:
-    """Name of a joint -> its positions once the kitchen has been left alone."""
-    data = mujoco.MjData(model)
-    reset_to_start(model, data)
-    mujoco.mj_step(model, data, nstep=round(REST_S / model.opt.timestep))
-    return {str(model.joint(number).name): data.joint(number).qpos.copy() for number in range(model.njnt)}
 
 
 def _add_robot(spec: mujoco.MjSpec, grip: Floats, out: Floats) -> None:

@@ -13,13 +13,12 @@ import mujoco
 import numpy as np
 
 from casa_assets.checks.check import Measurement, Problem, at_most, not_applicable, not_run
-from casa_assets.checks.motion.joints import CHUNK_STEPS, PUSH_S, hand_effort
+from casa_assets.checks.motion.joints import PUSH_S, hand_effort, push
 from casa_assets.checks.motion.motion_model import open_before, open_end
-from casa_assets.checks.motion.simulation import START, reset_to_start
-from casa_assets.checks.readers.mujoco_facts import free_bodies
+from casa_assets.checks.motion.simulation import START, altered, reset_to_start
 from casa_assets.checks.readers.mujoco_load import Loaded, load_asset_file
 from casa_assets.checks.scene.formats.light_form import LIGHT_FILE
-from casa_assets.checks.scene.motion.rest import MM_PER_M, NO_FREE_THINGS, SETTLED_S, SIMULATED_S
+from casa_assets.checks.scene.motion.rest import Settled, farthest, settle
 from casa_assets.core.hand_dynamics import PULL_N
 from casa_assets.core.numeric import Mask
 from casa_assets.model.asset.asset import Asset, Base, Joint
@@ -71,15 +70,11 @@ class BatchSubject:
 @contextmanager
 def awake(model: mujoco.MjModel) -> Iterator[mujoco.MjData]:
     """The scene as it begins, with nothing asleep while the block lasts."""
-    saved = int(model.opt.enableflags)
-    model.opt.enableflags = saved & ~int(mujoco.mjtEnableBit.mjENBL_SLEEP)
-    try:
+    with altered(model.opt, enableflags=model.opt.enableflags & ~int(mujoco.mjtEnableBit.mjENBL_SLEEP)):
         data = mujoco.MjData(model)
         reset_to_start(model, data)
         mujoco.mj_forward(model, data)
         yield data
-    finally:
-        model.opt.enableflags = saved
 
 
 def pose_both(batch: mujoco.MjModel, light: mujoco.MjModel, key: str) -> tuple[mujoco.MjData, mujoco.MjData]:
@@ -152,11 +147,9 @@ def _problems(subject: BatchSubject, batch: mujoco.MjModel, light: mujoco.MjMode
             yield f"joints/{name}", "is not in the light form"
             continue
         other, dofs = light.joint(name), (int(batch.jnt_dofadr[number]), int(light.joint(name).dofadr[0]))
-        for field in JOINT_FIELDS:
-            if not np.allclose(getattr(batch, field)[number], getattr(light, field)[other.id], rtol=1e-6, atol=1e-9):
-                yield f"joints/{name}", f"has another {field} than in the light form"
-        for field in DOF_FIELDS:
-            if not np.isclose(getattr(batch, field)[dofs[0]], getattr(light, field)[dofs[1]], rtol=1e-6, atol=1e-9):
+        rows = [(field, number, other.id) for field in JOINT_FIELDS] + [(field, *dofs) for field in DOF_FIELDS]
+        for field, one, two in rows:
+            if not np.allclose(getattr(batch, field)[one], getattr(light, field)[two], rtol=1e-6, atol=1e-9):
                 yield f"joints/{name}", f"has another {field} than in the light form"
 
 
@@ -213,59 +206,27 @@ def candidate_pairs(model: mujoco.MjModel) -> Mask:
 # Find things that stand in each other in the batch form, or do not stay where they stand.
 
 
-@dataclass(frozen=True)
-class _Settled:
-    """How deep pairs of geoms were in each other, at the start or later, and how far things went, metres."""
-
-    depths: dict[tuple[str, str], float]
-    drift: dict[str, float]
-
-
 def no_penetration(subject: BatchSubject, limit: float) -> Measurement:
     """BAT005: deepest penetration at the start and after 1 s with nothing asleep, metres."""
     settled = _settled(subject)
     if settled is None:
         return not_run(UNREADABLE)
-    problems = [
-        (f"geoms/{first}", f"is {depth * MM_PER_M:.2f} mm in {second} in the batch form")
-        for (first, second), depth in sorted(settled.depths.items())
-        if depth > limit
-    ]
-    return Measurement(max(settled.depths.values(), default=0.0), tuple(problems[:MAX_LISTED]))
+    return settled.deepest(limit, "in the batch form")
 
 
 def loose_things_stay_put(subject: BatchSubject, limit: float) -> Measurement:
     """BAT006: largest distance that a free-standing object moves in 5 s with nothing asleep, metres."""
     settled = _settled(subject)
-    if settled is None:
-        return not_run(UNREADABLE)
-    if not settled.drift:
-        return not_applicable(NO_FREE_THINGS)
-    problems = [
-        (f"placements/{name}", f"moves {drift * MM_PER_M:.1f} mm in {SIMULATED_S:g} s in the batch form")
-        for name, drift in settled.drift.items()
-        if drift > limit
-    ]
-    return Measurement(max(settled.drift.values()), tuple(problems[:MAX_LISTED]))
+    return not_run(UNREADABLE) if settled is None else farthest(settled.drift, limit, " in the batch form", MAX_LISTED)
 
 
 @lru_cache(maxsize=1)
-def _settled(subject: BatchSubject) -> _Settled | None:
+def _settled(subject: BatchSubject) -> Settled | None:
     """Simulate the batch form for 5 s, once; None if it does not load."""
-    model = subject.batch.model
-    if model is None:
+    if subject.batch.model is None:
         return None
-    with awake(model) as data:
-        start, depths = data.geom_xpos.copy(), dict[tuple[str, str], float]()
-        for seconds in (SETTLED_S, SIMULATED_S - SETTLED_S):
-            for (first, second), distance in zip(data.contact.geom.tolist(), data.contact.dist.tolist(), strict=True):
-                pair = (str(model.geom(first).name), str(model.geom(second).name))
-                depths[pair] = max(depths.get(pair, 0.0), -distance)
-            mujoco.mj_step(model, data, nstep=round(seconds / model.opt.timestep))
-        distances = np.where(subject.colliding, np.linalg.norm(data.geom_xpos - start, axis=1), 0.0)
-    roots = model.body_rootid[model.geom_bodyid]
-    drift = {str(model.body(b).name): float(distances[roots == b].max(initial=0.0)) for b in free_bodies(model)}
-    return _Settled(depths, drift)
+    with awake(subject.batch.model) as data:
+        return settle(data, subject.colliding)
 
 
 # Opening --------------------------------------------------------------------------------------------------------------
@@ -306,10 +267,4 @@ def _share(model: mujoco.MjModel, place: str, asset: Asset, joint: Joint, enough
     number = model.joint(f"{place}__{joint.name}").id
     goal = open_end(joint)
     data.qfrc_applied[model.jnt_dofadr[number]] = math.copysign(hand_effort(asset, joint), goal)
-    share = 0.0
-    for _ in range(round(PUSH_S / model.opt.timestep / CHUNK_STEPS)):
-        mujoco.mj_step(model, data, nstep=CHUNK_STEPS)
-        share = max(share, float(data.qpos[model.jnt_qposadr[number]]) / goal)
-        if share >= enough:
-            break
-    return share
+    return push(data, int(model.jnt_qposadr[number]), 0.0, goal, enough)

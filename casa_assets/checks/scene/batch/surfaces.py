@@ -104,7 +104,9 @@ def room_inside_is_kept(subject: BatchSubject, limit: float) -> Measurement:
         return not_run(UNREADABLE)
     batch, light = subject.models
     in_batch, in_light = pose_both(batch, light, START)
-    blocks = _locked_bodies(subject, light)
+    # Geoms of the light form that each locked joint moves.
+    joints = [light.joint(f"{ref.placement}__{ref.joint}").id for ref in subject.form.locked]
+    blocks = [np.flatnonzero(light.geom_bodyid == int(light.jnt_bodyid[joint])) for joint in joints]
     shares = {}
     for place, asset, region in _kept_regions(subject):
         body = place.name if region.link == asset.root.name else f"{place.name}__{region.link}"
@@ -131,15 +133,6 @@ def _kept_regions(subject: BatchSubject) -> Iterator[tuple[Placement, Asset, Reg
         for region in asset.regions:
             if region.name != WHOLE:
                 yield place, asset, region
-
-
-def _locked_bodies(subject: BatchSubject, light: mujoco.MjModel) -> list[Ints]:
-    """Geoms of the light form that each locked joint moves."""
-    found = []
-    for ref in subject.form.locked:
-        body = int(light.jnt_bodyid[light.joint(f"{ref.placement}__{ref.joint}").id])
-        found.append(np.flatnonzero(light.geom_bodyid == body))
-    return found
 
 
 def _within(data: mujoco.MjData, blocks: list[Ints], points: Floats) -> Mask:

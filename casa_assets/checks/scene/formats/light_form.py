@@ -12,14 +12,13 @@ import mujoco
 import numpy as np
 from pxr import Tf, Usd
 
-from casa_assets.checks.check import Measurement, Problem, not_applicable, not_run
+from casa_assets.checks.check import Measurement, Problem, not_run
 from casa_assets.checks.motion.simulation import reset_to_start
 from casa_assets.checks.package.usd import Diagnostics
-from casa_assets.checks.readers.mujoco_facts import free_bodies
 from casa_assets.checks.readers.mujoco_load import Loaded, load_asset_file
 from casa_assets.checks.readers.quiet import quiet
 from casa_assets.checks.readers.usd_facts import imported
-from casa_assets.checks.scene.motion.rest import MM_PER_M, NO_FREE_THINGS, SETTLED_S, SIMULATED_S
+from casa_assets.checks.scene.motion.rest import Settled, farthest, settle
 from casa_assets.checks.scene.subject import SceneSubject
 
 # Files ----------------------------------------------------------------------------------------------------------------
@@ -138,13 +137,7 @@ def no_penetration_after_settling(files: SceneFiles, limit: float) -> Measuremen
     settled = settled_scene(files)
     if settled is None:
         return not_run(UNREADABLE)
-    message = "is {:.2f} mm in {} in the light form; see the shapes that stand for it there"
-    problems = [
-        (f"geoms/{geom1}", message.format(depth * MM_PER_M, geom2))
-        for (geom1, geom2), depth in sorted(settled.depths.items())
-        if depth > limit
-    ]
-    return Measurement(max(settled.depths.values(), default=0.0), tuple(problems[:MAX_LISTED]))
+    return settled.deepest(limit, "in the light form; see the shapes that stand for it there")
 
 
 def loose_things_stay_put(files: SceneFiles, limit: float) -> Measurement:
@@ -152,32 +145,12 @@ def loose_things_stay_put(files: SceneFiles, limit: float) -> Measurement:
     settled = settled_scene(files)
     if settled is None:
         return not_run(UNREADABLE)
-    if not settled.drift:
-        return not_applicable(NO_FREE_THINGS)
-    message = "moves {:.1f} mm in {:g} s in the light form; the shapes that stand for it there do not stand"
-    problems = [
-        (f"placements/{name}", message.format(drift * MM_PER_M, SIMULATED_S))
-        for name, drift in settled.drift.items()
-        if drift > limit
-    ]
-    return Measurement(max(settled.drift.values()), tuple(problems[:MAX_LISTED]))
-
-
-@dataclass(frozen=True)
-class SettledScene:
-    """State of a light form after it was left alone.
-
-    Attributes:
-        depths: names of two geoms -> penetration depth at the start or after 1 s, whichever is larger, metres.
-        drift: name of a free-standing body -> largest distance that any of its shapes has moved in 5 s, metres.
-    """
-
-    depths: dict[tuple[str, str], float]
-    drift: dict[str, float]
+    advice = " in the light form; the shapes that stand for it there do not stand"
+    return farthest(settled.drift, limit, advice, MAX_LISTED)
 
 
 @lru_cache(maxsize=1)
-def settled_scene(files: SceneFiles) -> SettledScene | None:
+def settled_scene(files: SceneFiles) -> Settled | None:
     """Simulate the light form for 5 s, once; None if it does not load."""
     model = files.light_form.model
     if model is None:
@@ -185,22 +158,15 @@ def settled_scene(files: SceneFiles) -> SettledScene | None:
     data = mujoco.MjData(model)
     reset_to_start(model, data)
     mujoco.mj_forward(model, data)
-    start, depths = data.geom_xpos.copy(), dict[tuple[str, str], float]()
-    for seconds in (SETTLED_S, SIMULATED_S - SETTLED_S):
-        for (geom1, geom2), distance in zip(data.contact.geom.tolist(), data.contact.dist.tolist(), strict=True):
-            pair = (str(model.geom(geom1).name), str(model.geom(geom2).name))
-            depths[pair] = max(depths.get(pair, 0.0), -distance)
-        mujoco.mj_step(model, data, nstep=round(seconds / model.opt.timestep))
-    distances = np.linalg.norm(data.geom_xpos - start, axis=1)
-    roots = model.body_rootid[model.geom_bodyid]
-    drift = {str(model.body(b).name): float(distances[roots == b].max(initial=0.0)) for b in free_bodies(model)}
-    return SettledScene(depths, drift)
+    return settle(data)
 
 
 def _differences(full: mujoco.MjModel, light: mujoco.MjModel) -> Iterator[Problem]:
     """Names of joints, bodies that move and poses that only one has, and numbers of them that differ."""
     for kind, word, field in ((mujoco.mjtObj.mjOBJ_JOINT, "joints", "njnt"), (mujoco.mjtObj.mjOBJ_KEY, "keys", "nkey")):
-        full_names, light_names = (_names(model, kind, getattr(model, field)) for model in (full, light))
+        full_names, light_names = (
+            [str(mujoco.mj_id2name(model, kind, i)) for i in range(getattr(model, field))] for model in (full, light)
+        )
         if full_names != light_names:
             only_one = [n for n in [*full_names, *light_names] if (n in full_names) != (n in light_names)]
             yield word, f"are others, or in another order, than in the full form: {', '.join(only_one[:5])}"
@@ -219,7 +185,3 @@ def _number_differences(field: str, full: np.ndarray, light: np.ndarray) -> Iter
     off = ~np.isclose(full, light, rtol=1e-6, atol=1e-9)
     if off.any():
         yield field, f"differs in {int(off.sum())} numbers, by at most {np.abs(full - light)[off].max():.3g}"
-
-
-def _names(model: mujoco.MjModel, kind: mujoco.mjtObj, number: int) -> list[str]:
-    return [str(mujoco.mj_id2name(model, kind, i)) for i in range(number)]

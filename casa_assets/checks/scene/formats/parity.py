@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from functools import cached_property
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -13,24 +12,18 @@ import numpy.typing as npt
 from pxr import Tf, Usd
 
 from casa_assets.checks.check import Measurement, Problem, count, not_run
-from casa_assets.checks.package import parity
-from casa_assets.checks.package.facts import Difference, numbers, quaternion, text, texts
-from casa_assets.checks.readers import mujoco_load, scene_facts, usd_facts
+from casa_assets.checks.package.parity import compare, parameter_differences, parameter_table
+from casa_assets.checks.readers import scene_facts, usd_facts
 from casa_assets.checks.readers.mujoco_facts import short_name
-from casa_assets.checks.readers.mujoco_load import Loaded
 from casa_assets.checks.readers.quiet import quiet
-from casa_assets.checks.readers.scene_facts import CameraFacts, LightFacts, PlacementFacts, SceneFacts
+from casa_assets.checks.readers.scene_facts import SceneFacts
 from casa_assets.checks.scene.formats.light_form import SceneFiles
-from casa_assets.core.numeric import Floats
 
-Posed = PlacementFacts | CameraFacts
 Facts = TypeVar("Facts")
-Row = TypeVar("Row", PlacementFacts, CameraFacts, LightFacts)
 
 # Of ratios, unit vectors, radians, and masses relative to those of the body, which USD holds as float32.
 TOLERANCE = 1e-5
 LENGTH_TOLERANCE_M = 2e-6  # a float32 six metres from the origin is right to 2.4e-7
-ANGLE_TOLERANCE_DEG = 1e-4
 # Numbers of two models that differ by less are the same: the two have a pose in one step and in several.
 SAME = 1e-9
 # Sizes of a model that hang on how long its names are.
@@ -45,15 +38,15 @@ def formats_agree(files: SceneFiles, limit: float) -> Measurement:
     missing = usd_facts.missing_importer()
     model, composed = files.scene_subject.loaded.model, (files.composed[0], files.composed_nested[0])
     flat, nested = (None, None) if missing else (files.imported.model, files.imported_nested.model)
-    if model is None or None in composed or (None in (flat, nested) and not missing):
+    if model is None or composed[0] is None or composed[1] is None or (None in (flat, nested) and not missing):
         return not_run("one of scene.xml, scene.usda and scene_nested.usda cannot be read")
-    expected = MjcfReading(model)
-    problems = parity_of(expected, flat, files.usd, stage=composed[0])
+    expected = _read(lambda: scene_facts.facts_of_scene_model(model))
+    problems = _differences(model, expected, flat, files.usd, composed[0])
     # What the flat layer says otherwise, the nested one says by reference; that is one fault.
     shared = {at for at, _ in problems}
     # Of a model that is the flat one again MuJoCo would be asked the same twice.
     apart = None if missing or _is_same(flat, nested) else nested
-    told = parity_of(expected, apart, files.nested, stage=composed[1])
+    told = _differences(model, expected, apart, files.nested, composed[1])
     problems += [(f"nested/{at}", said) for at, said in told if at not in shared]
     return not_run(missing, waived=True) if missing and not problems else count(problems, allowed=limit)
 
@@ -82,147 +75,41 @@ def _are_alike(one: npt.NDArray[Any], other: npt.NDArray[Any]) -> bool:
     return bool((one == other).all()) or float(np.abs(one.astype(float) - other.astype(float)).max()) <= SAME
 
 
-class MjcfReading:
-    """Contents of scene.xml, read once for all comparisons.
-
-    Attributes:
-        model: compiled from it.
-    """
-
-    def __init__(self, model: mujoco.MjModel) -> None:
-        self.model = model
-
-    @cached_property
-    def facts(self) -> tuple[SceneFacts | None, str]:
-        """Its table, or the reason why it cannot be read."""
-        return _read(lambda: scene_facts.facts_of_scene_model(self.model))
-
-    @cached_property
-    def parameters(self) -> dict[str, Floats]:
-        """Contact and joint parameters."""
-        return parity.parameter_table(self.model)
-
-
-def scene_parity(
-    mjcf: Path, usd: Path, tolerance: float = TOLERANCE, length_m: float = LENGTH_TOLERANCE_M
-) -> list[Problem]:
-    """One problem for each cell in which what MuJoCo and UsdPhysics read from the USD differs from the MJCF.
-
-    If MuJoCo's reader of USD is not installed, UsdPhysics alone reads it.
-
-    Args:
-        mjcf, usd: scene.xml and scene.usda, in the same folder as the shared folder that they name.
-        tolerance: of ratios, unit vectors, radians, and of masses and moments relative to those of the body.
-        length_m: tolerance of lengths, metres.
-    """
-    model, error = _model(mujoco_load.load_asset_file, mjcf)
-    if model is None:
-        return [(mjcf.name, error)]
-    imported, error = (None, "") if usd_facts.missing_importer() else _model(usd_facts.imported, usd)
-    problems = [(usd.name, error)] if error else []
-    return problems + parity_of(MjcfReading(model), imported, usd, tolerance, length_m)
-
-
-def parity_of(
-    mjcf: MjcfReading,
+def _differences(
+    mjcf: mujoco.MjModel,
+    reading: tuple[SceneFacts | None, str],
     imported: mujoco.MjModel | None,
     usd: Path,
-    tolerance: float = TOLERANCE,
-    length_m: float = LENGTH_TOLERANCE_M,
-    stage: Usd.Stage | None = None,
+    stage: Usd.Stage,
 ) -> list[Problem]:
     """Differences between files that MuJoCo has already read.
 
     Args:
-        mjcf: of scene.xml. imported: of scene.usda, which lies at `usd`; None leaves what UsdPhysics reads.
-        stage: composed of that file, left as it is; None: it is opened here.
+        mjcf: of scene.xml. reading: its table, or the reason why there is none.
+        imported: of scene.usda, which lies at `usd`; None leaves what UsdPhysics reads.
+        stage: composed of that file, left as it is.
     """
-    expected, error = mjcf.facts
+    expected, error = reading
     if expected is None:
         return [("scene.xml", error)]
     problems = []
     if imported is not None:
-        rows = parity.parameter_differences(mjcf.parameters, parity.parameter_table(imported))
-        problems += [(row.pointer, row.message) for row in rows if parity.exceeds(row, tolerance)]
-    composed, error = _read(lambda: usd_facts.with_default_prim(stage, usd) if stage else usd_facts.opened(usd))
-    if composed is None:
+        rows = parameter_differences(parameter_table(mjcf), parameter_table(imported))
+        problems += [row.problem for row in rows if row.exceeds(TOLERANCE)]
+    read, error = _read(lambda: scene_facts.SceneReading(stage))
+    if read is None:
         return [*problems, (usd.name, error)]
-    read = scene_facts.SceneReading(composed)
     readers = [lambda: scene_facts.facts_of_stage(read)]
     if imported is not None:
         readers.insert(0, lambda: scene_facts.facts_of_import(imported, read))
     for reader in readers:
         actual, error = _read(reader)
-        problems += [(usd.name, error)] if actual is None else compare(expected, actual, tolerance, length_m)
+        if actual is None:
+            problems.append((usd.name, error))
+        else:
+            problems += compare(expected, actual, TOLERANCE, LENGTH_TOLERANCE_M)
     # What both readers of the USD find is reported once.
     return list(dict.fromkeys(problems))
-
-
-def compare(
-    expected: SceneFacts, actual: SceneFacts, tolerance: float = TOLERANCE, length_m: float = LENGTH_TOLERANCE_M
-) -> list[Problem]:
-    """One problem for each cell in which two tables of a scene differ by more than they may."""
-    tolerances = {
-        "gravity": 10 * tolerance,
-        "position": length_m,
-        "fov_y_deg": ANGLE_TOLERANCE_DEG,
-        "cone_deg": ANGLE_TOLERANCE_DEG,
-    }
-    problems = [
-        (row.pointer, row.message)
-        for row in _differences(expected, actual)
-        if parity.exceeds(row, tolerances.get(row.pointer.rsplit("/", 1)[-1], tolerance))
-    ]
-    return problems + parity.compare(expected.things, actual.things, tolerance, length_m)
-
-
-def _differences(expected: SceneFacts, actual: SceneFacts) -> Iterator[Difference]:
-    """Every cell but those of the things in the scene."""
-    yield numbers("gravity", expected.gravity, actual.gravity)
-    for placement, other in _matching(expected.placements, actual.placements):
-        at = f"placements/{placement.name}"
-        for name in ("asset", "layer", "base"):
-            yield from text(f"{at}/{name}", getattr(placement, name), getattr(other, name))
-        yield from _pose(at, placement, other)
-        for row in texts(placement.words, other.words):
-            yield row._replace(pointer=f"{at}/{row.pointer}")
-    yield from _names("placements", expected.placements, actual.placements)
-    for camera, found in _matching(expected.cameras, actual.cameras):
-        at = f"cameras/{camera.name}"
-        yield from _pose(at, camera, found)
-        yield numbers(f"{at}/fov_y_deg", camera.fov_y_deg, found.fov_y_deg)
-    yield from _names("cameras", expected.cameras, actual.cameras)
-    for light, lamp in _matching(expected.lights, actual.lights):
-        at = f"lights/{light.name}"
-        for name in ("kind", "castshadow"):
-            yield from text(f"{at}/{name}", getattr(light, name), getattr(lamp, name))
-        for name in ("position", "direction", "tint", "cone_deg"):
-            yield numbers(f"{at}/{name}", getattr(light, name), getattr(lamp, name))
-    yield from _names("lights", expected.lights, actual.lights)
-
-
-def _pose(at: str, expected: Posed, actual: Posed) -> Iterator[Difference]:
-    yield numbers(f"{at}/position", expected.position, actual.position)
-    yield quaternion(f"{at}/quaternion", expected.quaternion, actual.quaternion)
-
-
-def _matching(expected: Sequence[Row], actual: Sequence[Row]) -> Iterator[tuple[Row, Row]]:
-    """Pairs of rows of one name."""
-    by_name = {row.name: row for row in actual}
-    return ((row, by_name[row.name]) for row in expected if row.name in by_name)
-
-
-def _names(at: str, expected: Sequence[Row], actual: Sequence[Row]) -> Iterator[Difference]:
-    return text(at, sorted(row.name for row in expected), sorted(row.name for row in actual))
-
-
-def _model(load: Callable[[Path], Loaded], path: Path) -> tuple[mujoco.MjModel | None, str]:
-    """The model of a file, or the reason why it cannot be loaded."""
-    if not path.is_file():
-        return None, "does not exist"
-    with quiet():
-        loaded = load(path)
-    return loaded.model, f"does not load: {loaded.error}" if loaded.model is None else ""
 
 
 def _read(reader: Callable[[], Facts]) -> tuple[Facts | None, str]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
@@ -13,11 +13,12 @@ import numpy as np
 
 from casa_assets.checks.check import Measurement, not_applicable
 from casa_assets.checks.motion.joints import CHUNK_STEPS, PUSH_S, hand_effort
-from casa_assets.checks.motion.simulation import box_around, box_corners, boxes_at, geom_boxes, reset_to_start
+from casa_assets.checks.motion.motion_model import open_end
+from casa_assets.checks.motion.simulation import altered, box_around, box_corners, boxes_at, geom_boxes, reset_to_start
 from casa_assets.checks.scene.motion.rest import NO_JOINTS
-from casa_assets.checks.scene.subject import AllPairs, SceneJoint, SceneSubject, boxes_meet
+from casa_assets.checks.scene.subject import SceneJoint, SceneSubject, all_pairs, boxes_meet
 from casa_assets.core.hand_dynamics import PULL_N
-from casa_assets.core.numeric import Floats, Ints, Mask
+from casa_assets.core.numeric import Floats, Mask
 from casa_assets.model.asset.asset import JointKind
 
 # Opening --------------------------------------------------------------------------------------------------------------
@@ -66,13 +67,8 @@ class Clash:
 
     @property
     def pair(self) -> Pair:
-        """The two geoms in order."""
-        return ordered_pair(self.moved, self.other)
-
-
-def ordered_pair(geom1: int, geom2: int) -> Pair:
-    """Two geoms, the lower number first."""
-    return (min(geom1, geom2), max(geom1, geom2))
+        """The two geoms, the lower number first."""
+        return min(self.moved, self.other), max(self.moved, self.other)
 
 
 def joints_open_without_collision(subject: SceneSubject, limit: float) -> Measurement:
@@ -85,7 +81,10 @@ def joints_open_without_collision(subject: SceneSubject, limit: float) -> Measur
         for clash in _clashes(sweeper, joint, paths):
             worst = max(worst, clash.depth)
             if clash.depth > limit:
-                problems.append((f"joints/{joint.name}", _message(subject, clash)))
+                while_open = f" while {clash.open_joint} stands open" if clash.open_joint else ""
+                moved, other = subject.geom_name(clash.moved), subject.geom_name(clash.other)
+                way = f"from {clash.share:.0%} of its way {moved} runs up to {clash.depth * MM_PER_M:.1f} mm"
+                problems.append((f"joints/{joint.name}", f"{way} into {other}{while_open}"))
     return Measurement(worst, tuple(problems))
 
 
@@ -94,13 +93,6 @@ def paths_of(subject: SceneSubject) -> dict[str, SweptPath]:
     """The paths of all operated joints of a scene, by name, followed once; they are only read."""
     sweeper = JointSweeper(subject, 0.0)
     return {name: sweeper.path(joint) for name, joint in subject.operated.items()}
-
-
-def _message(subject: SceneSubject, clash: Clash) -> str:
-    while_open = f" while {clash.open_joint} stands open" if clash.open_joint else ""
-    moved, other = subject.geom_name(clash.moved), subject.geom_name(clash.other)
-    depth = f"{clash.depth * MM_PER_M:.1f} mm"
-    return f"from {clash.share:.0%} of its way {moved} runs up to {depth} into {other}{while_open}"
 
 
 def _clashes(sweeper: JointSweeper, joint: SceneJoint, paths: Mapping[str, SweptPath]) -> Iterator[Clash]:
@@ -115,18 +107,14 @@ def _clashes(sweeper: JointSweeper, joint: SceneJoint, paths: Mapping[str, Swept
         other_path = paths[other.name]
         if other.name == joint.name or other.name in path.before or joint.name in other_path.before:
             continue
-        for end in _open_ends(other):
+        low, high = other.joint.range
+        least = BOTH_WAYS_SHARE * (high - low)
+        both_ways = low < -least and high > least
+        for end in (low, high) if both_ways else (open_end(other.joint),):
             positions = {**other_path.before, **path.before, other.name: end}
             for clash in sweeper.clashes_beside(joint, path, other, positions):
                 if clash.pair not in reported:
                     yield clash
-
-
-def _open_ends(joint: SceneJoint) -> list[float]:
-    """Open positions of a joint: both ends where it goes both ways."""
-    low, high = joint.joint.range
-    least = BOTH_WAYS_SHARE * (high - low)
-    return [low, high] if low < -least and high > least else [joint.open_end]
 
 
 class JointSweeper:
@@ -137,7 +125,7 @@ class JointSweeper:
         self.model = subject.model
         self.data = mujoco.MjData(self.model)
         self.set_joints({})
-        with AllPairs(self.model):
+        with all_pairs(self.model):
             mujoco.mj_collision(self.model, self.data)
         self.depths_at_rest = dict(self._depths())
 
@@ -145,7 +133,7 @@ class JointSweeper:
         """Path of what a joint moves, from shut to open."""
         self.set_joints(joint.before)
         low, high = joint.joint.range
-        start, end = (low, high) if joint.open_end == high else (high, low)
+        start, end = (low, high) if open_end(joint.joint) == high else (high, low)
         steps = int(np.clip(np.ceil((high - low) * self._reach(joint) / STEP_M), MIN_POSES, MAX_POSES))
         return self._follow(joint, np.linspace(start, end, steps + 1), joint.before)
 
@@ -178,7 +166,7 @@ class JointSweeper:
         if not against.any():
             return []
         poses = boxes_meet(path.boxes[:, None], boxes[against][None], STEP_M).any(axis=1)
-        with AllPairs(self.model), OnlyPairs(self.model, moved, against):
+        with all_pairs(self.model), only_pairs(self.model, moved, against):
             for i in np.flatnonzero(poses):
                 self.data.qpos[joint.address] = path.positions[i]
                 self.subject.contents.pose(self.data)
@@ -217,7 +205,7 @@ class JointSweeper:
         """Ordered pair of geoms and depth of each contact, metres; negative where they are apart."""
         contact = self.data.contact
         for (geom1, geom2), distance in zip(contact.geom.tolist(), contact.dist.tolist(), strict=True):
-            yield ordered_pair(geom1, geom2), -distance
+            yield (min(geom1, geom2), max(geom1, geom2)), -distance
 
     def set_joints(self, positions: Mapping[str, float]) -> None:
         """Shut all joints but these: rad or m, by name in the model."""
@@ -235,30 +223,16 @@ class JointSweeper:
         return float(np.linalg.norm(arm - np.outer(arm @ axis, axis), axis=1).max())
 
 
-class OnlyPairs:
+def only_pairs(model: mujoco.MjModel, moved: Mask, against: Mask) -> AbstractContextManager[None]:
     """While it is entered, only moved geoms collide, and only with those that they are swept against."""
-
-    FIELDS = ("geom_contype", "geom_conaffinity", "body_contype", "body_conaffinity")
-
-    def __init__(self, model: mujoco.MjModel, moved: Mask, against: Mask) -> None:
-        self.model = model
-        self.saved = [getattr(model, field).copy() for field in self.FIELDS]
-        self.wanted = [moved, against, *(bodies_of(model, np.flatnonzero(mask)) for mask in (moved, against))]
-
-    def __enter__(self) -> None:
-        for field, wanted in zip(self.FIELDS, self.wanted, strict=True):
-            getattr(self.model, field)[:] = wanted
-
-    def __exit__(self, *_: object) -> None:
-        for field, saved in zip(self.FIELDS, self.saved, strict=True):
-            getattr(self.model, field)[:] = saved
-
-
-def bodies_of(model: mujoco.MjModel, geoms: Ints) -> Mask:
-    """(nbody,) which bodies have one of these geoms."""
-    mask = np.zeros(model.nbody, dtype=bool)
-    mask[model.geom_bodyid[geoms]] = True
-    return mask
+    bodies = []
+    for geoms in (moved, against):
+        has = np.zeros(model.nbody, dtype=bool)
+        has[model.geom_bodyid[geoms]] = True
+        bodies.append(has)
+    return altered(
+        model, geom_contype=moved, geom_conaffinity=against, body_contype=bodies[0], body_conaffinity=bodies[1]
+    )
 
 
 # Pulling --------------------------------------------------------------------------------------------------------------
@@ -302,41 +276,26 @@ def pull_all(subject: SceneSubject, enough: float) -> dict[str, tuple[float, str
     sweeper = JointSweeper(subject, 0.0)
     rounds: list[list[Pull]] = []
     for joint in subject.operated.values():
-        pull = _pull(sweeper, joint)
+        path = paths_of(subject)[joint.name]
+        # What has to stand open for it takes room as well.
+        sweeper.set_joints(joint.before)
+        geoms = [subject.joints[name].geoms for name in joint.before]
+        boxes = [path.bounds, *(box_around(geom_boxes(sweeper.model, sweeper.data, found)) for found in geoms)]
+        pull = Pull(joint, float(path.positions[0]), float(path.positions[-1]), box_around(np.array(boxes)))
         joined = next((r for r in rounds if all(_are_independent(subject, pull, other) for other in r)), None)
         if joined is None:
             rounds.append([pull])
         else:
             joined.append(pull)
     reached: dict[str, tuple[float, str]] = {}
-    with AllPairs(subject.model), _sleeping(subject.model):
+    options = subject.model.opt
+    # MuJoCo lets sleep what is at rest and not pulled, which takes less than half of the time. How far parts go was the
+    # same to the last digit with and without, on 255 joints of three kitchens.
+    asleep = options.enableflags | int(mujoco.mjtEnableBit.mjENBL_SLEEP)
+    with all_pairs(subject.model), altered(options, enableflags=asleep):
         for pulls in rounds:
             reached |= _simulate(subject, pulls, enough)
     return reached
-
-
-@contextmanager
-def _sleeping(model: mujoco.MjModel) -> Iterator[None]:
-    """While it is entered, MuJoCo lets sleep what is at rest and not pulled, which takes less than half of the time.
-
-    How far parts go was the same to the last digit with and without, on 255 joints of three kitchens.
-    """
-    saved = int(model.opt.enableflags)
-    model.opt.enableflags = saved | int(mujoco.mjtEnableBit.mjENBL_SLEEP)
-    try:
-        yield
-    finally:
-        model.opt.enableflags = saved
-
-
-def _pull(sweeper: JointSweeper, joint: SceneJoint) -> Pull:
-    path = paths_of(sweeper.subject)[joint.name]
-    boxes = [path.bounds]
-    # What has to stand open for it takes room as well.
-    sweeper.set_joints(joint.before)
-    for name in joint.before:
-        boxes.append(box_around(geom_boxes(sweeper.model, sweeper.data, sweeper.subject.joints[name].geoms)))
-    return Pull(joint, float(path.positions[0]), float(path.positions[-1]), box_around(np.array(boxes)))
 
 
 def _are_independent(subject: SceneSubject, pull: Pull, other: Pull) -> bool:

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 
 import mujoco
 import numpy as np
 
-from casa_assets.checks.check import Measurement, all_at_most, count, not_applicable
+from casa_assets.checks.check import Measurement, all_at_most, count, largest, not_applicable
 from casa_assets.checks.motion.simulation import reset_to_start, simulation_warnings
-from casa_assets.checks.scene.subject import AllPairs, SceneSubject
-from casa_assets.core.numeric import Floats
+from casa_assets.checks.readers.mujoco_facts import free_bodies
+from casa_assets.checks.scene.subject import SceneSubject, all_pairs
+from casa_assets.core.numeric import Floats, Mask
 from casa_assets.model.asset.asset import JointKind
 
 SETTLED_S, SIMULATED_S = 1.0, 5.0
@@ -88,15 +89,7 @@ def joints_stay_put(subject: SceneSubject, limit: float) -> Measurement:
 def loose_things_stay_put(subject: SceneSubject, limit: float) -> Measurement:
     """SCN011: largest distance that a free-standing object moves in 5 s, metres."""
     drift = idle_run(subject).drift
-    if not drift:
-        return not_applicable(NO_FREE_THINGS)
-    message = "moves {:.1f} mm in {:g} s; set it down where it stands firmly"
-    problems = [
-        (f"placements/{name}", message.format(distance * MM_PER_M, SIMULATED_S))
-        for name, distance in drift.items()
-        if distance > limit
-    ]
-    return Measurement(max(drift.values()), tuple(problems))
+    return farthest(drift, limit, "; set it down where it stands firmly")
 
 
 @lru_cache(maxsize=1)
@@ -119,7 +112,7 @@ def penetrations(subject: SceneSubject, data: mujoco.MjData) -> Iterator[Penetra
     """Contacts of all pairs of geoms in the present state, the deepest first; `data` is only read."""
     model, posed = subject.model, mujoco.MjData(subject.model)
     posed.qpos[:] = data.qpos
-    with AllPairs(model):
+    with all_pairs(model):
         mujoco.mj_kinematics(model, posed)
         mujoco.mj_collision(model, posed)
     depths: dict[tuple[int, int], float] = {}
@@ -128,6 +121,63 @@ def penetrations(subject: SceneSubject, data: mujoco.MjData) -> Iterator[Penetra
         depths[key] = max(depths.get(key, -1.0), -distance)
     for (geom1, geom2), depth in sorted(depths.items(), key=lambda item: (-item[1], item[0])):
         yield Penetration(subject.geom_name(geom1), subject.geom_name(geom2), depth)
+
+
+@dataclass(frozen=True)
+class Settled:
+    """State of a form of a scene after it was left alone.
+
+    Attributes:
+        depths: names of two geoms -> penetration depth at the start or after 1 s, whichever is larger, metres.
+        drift: name of a free-standing body -> largest distance that any of its shapes has moved in 5 s, metres.
+    """
+
+    depths: dict[tuple[str, str], float]
+    drift: dict[str, float]
+
+    def deepest(self, limit: float, where: str) -> Measurement:
+        """The deepest penetration, metres; `where`: end of the messages."""
+        problems = [
+            (f"geoms/{first}", f"is {depth * MM_PER_M:.2f} mm in {second} {where}")
+            for (first, second), depth in sorted(self.depths.items())
+            if depth > limit
+        ]
+        return Measurement(max(self.depths.values(), default=0.0), tuple(problems[:MAX_LISTED]))
+
+
+def settle(data: mujoco.MjData, counted: Mask | None = None) -> Settled:
+    """Simulate a form of a scene for 5 s from its present state, computed with `mj_forward`.
+
+    Args:
+        counted: (ngeom,) shapes whose ways count; None: all.
+    """
+    model = data.model
+    start, depths = data.geom_xpos.copy(), dict[tuple[str, str], float]()
+    for seconds in (SETTLED_S, SIMULATED_S - SETTLED_S):
+        for (first, second), distance in zip(data.contact.geom.tolist(), data.contact.dist.tolist(), strict=True):
+            pair = (str(model.geom(first).name), str(model.geom(second).name))
+            depths[pair] = max(depths.get(pair, 0.0), -distance)
+        mujoco.mj_step(model, data, nstep=round(seconds / model.opt.timestep))
+    distances = np.linalg.norm(data.geom_xpos - start, axis=1)
+    if counted is not None:
+        distances = np.where(counted, distances, 0.0)
+    roots = model.body_rootid[model.geom_bodyid]
+    drift = {str(model.body(b).name): float(distances[roots == b].max(initial=0.0)) for b in free_bodies(model)}
+    return Settled(depths, drift)
+
+
+def farthest(drift: Mapping[str, float], limit: float, advice: str, listed: int | None = None) -> Measurement:
+    """The farthest that a free-standing thing moved in 5 s, metres; not applicable if there are none.
+
+    Args:
+        drift: name of a placement -> distance. advice: end of the messages. listed: problems that are named at most.
+    """
+    problems = [
+        (f"placements/{name}", f"moves {distance * MM_PER_M:.1f} mm in {SIMULATED_S:g} s{advice}")
+        for name, distance in drift.items()
+        if distance > limit
+    ]
+    return largest(drift.values(), problems[:listed], NO_FREE_THINGS)
 
 
 def _deepest(contacts: tuple[Penetration, ...], limit: float, when: str) -> Measurement:

@@ -47,13 +47,12 @@ def fixed_things_are_supported(subject: SceneSubject, limit: float) -> Measureme
         held = [name for name in waiting if any(tester.holds(name, carrier) for carrier in carriers)]
         waiting = [name for name in waiting if name not in held]
         carriers = held
-    return count(((f"placements/{name}", _message(tester, name)) for name in waiting), allowed=limit)
-
-
-def _message(tester: SupportTester, name: str) -> str:
-    height = tester.bounds[name][0, 2] - tester.floor
-    foot = f"its foot is {height * MM_PER_M:.0f} mm over the floor"
-    return f"is held by nothing: {foot}; set it on, or against, what carries it"
+    problems = []
+    for name in waiting:
+        height = tester.bounds[name][0, 2] - tester.floor
+        foot = f"its foot is {height * MM_PER_M:.0f} mm over the floor"
+        problems.append((f"placements/{name}", f"is held by nothing: {foot}; set it on, or against, what carries it"))
+    return count(problems, allowed=limit)
 
 
 class SupportTester:
@@ -124,12 +123,9 @@ class SupportTester:
 # Overlap --------------------------------------------------------------------------------------------------------------
 # Find fixed things that overlap; MuJoCo makes no contacts between them, so they are measured.
 
-# Categories of two things of which one may stand in the other -> how deep, metres, and why.
-ALLOWED: dict[tuple[str, str], tuple[float, str]] = {}
-
 
 def fixed_things_do_not_overlap(subject: SceneSubject, limit: float) -> Measurement:
-    """SCN007: deepest overlap of fixed shapes of two things, metres; allowed ones are left out.
+    """SCN007: deepest overlap of fixed shapes of two things, metres.
 
     SCN002 reports overlaps of what moves.
     """
@@ -140,18 +136,10 @@ def fixed_things_do_not_overlap(subject: SceneSubject, limit: float) -> Measurem
             worst[names] = (depth, geom1, geom2)
     problems, deepest = [], 0.0
     for names, (depth, geom1, geom2) in worst.items():
-        if depth <= max(limit, allowance(subject, *names)):
-            continue
         deepest = max(deepest, depth)
         overlap = f"{subject.geom_name(geom1)} is {depth * MM_PER_M:.1f} mm in {subject.geom_name(geom2)}"
         problems.append((f"placements/{names[0]}", f"{overlap}; move one, or make it smaller"))
     return Measurement(deepest, tuple(problems))
-
-
-def allowance(subject: SceneSubject, placement1: str, placement2: str) -> float:
-    """Depth by which two placements may overlap, metres."""
-    categories = (subject.category(placement1), subject.category(placement2))
-    return max(ALLOWED.get(categories, (0.0, ""))[0], ALLOWED.get(categories[::-1], (0.0, ""))[0])
 
 
 def overlapping_pairs(subject: SceneSubject, limit: float) -> Iterator[tuple[int, int, float]]:
@@ -196,7 +184,9 @@ def things_are_inside_room(subject: SceneSubject, limit: float) -> Measurement:
             continue
         geoms = subject.geoms_of[name]
         points = np.concatenate([turned_vertices_of(subject.model, subject.data, int(g)) for g in geoms])
-        beside = float(np.min([_distance_outside(edges, points) for edges in outlines], axis=0).max())
+        # (outlines, points) how far beyond the farthest edge, metres; 0 inside.
+        outside = [np.maximum(0.0, (points[:, :2] @ e[:, :2].T + e[:, 2]).max(axis=1)) for e in outlines]
+        beside = float(np.min(outside, axis=0).max())
         distances = {
             "beside the room": max(0.0, beside - ALLOWED_BESIDE_M.get(category, 0.0)),
             "below the floor": low - points[:, 2].min(),
@@ -208,12 +198,6 @@ def things_are_inside_room(subject: SceneSubject, limit: float) -> Measurement:
                 message = f"reaches {distance * MM_PER_M:.0f} mm {where}; move it in"
                 problems.append((f"placements/{name}", message))
     return Measurement(worst, tuple(problems))
-
-
-def _distance_outside(edges: Floats, points: Floats) -> Floats:
-    """(N,) how far points are beyond the farthest edge, metres; 0 inside."""
-    distances: Floats = np.maximum(0.0, (points[:, :2] @ edges[:, :2].T + edges[:, 2]).max(axis=1))
-    return distances
 
 
 def _heights(subject: SceneSubject, categories: dict[str, str]) -> tuple[float, float]:

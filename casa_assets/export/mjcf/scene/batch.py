@@ -175,9 +175,7 @@ def _reduced(picture: Texture) -> Texture:
         small = image.convert("RGB").resize((width, height), Image.Resampling.BOX)
     data = io.BytesIO()
     small.save(data, "PNG")
-    return Texture(
-        name=picture.name, png=data.getvalue(), width_px=width, height_px=height, color_space=picture.color_space
-    )
+    return picture.replace(png=data.getvalue(), width_px=width, height_px=height)
 
 
 # Batch ----------------------------------------------------------------------------------------------------------------
@@ -226,10 +224,17 @@ def write(batch: BatchScene, sleeps: bool = True, shared: str = "../assets") -> 
     appearance = Appearance(batch)
     _add_world(world, batch, full, appearance)
     contexts = []
-    meeting = _meeting_bits(batch)
+    # (placement, link) -> bit of the set of links that it can meet; if there are too many, sets share the last bit.
+    meeting = {
+        (ref.placement, ref.link): 1 << min(FIRST_MEETING + number, LAST_MEETING)
+        for number, group in enumerate(batch.meeting)
+        for ref in group
+    }
     for place, form in zip(scene.placements, batch.forms, strict=True):
         looks = {c.name: appearance.parts[place.name, c.name] for link in form.links for c in link.colliders}
-        form = _turned(form, looks)
+        # Boxes are described as their looks require.
+        links = [k.replace(colliders=tuple(looks[c.name].collider for c in k.colliders)) for k in form.links]
+        form = form.replace(links=tuple(links))
         context = BodyContext(form, Meshes((), {}), {}, GROUPS, place.name)
         body = add_placement(world, place, context)
         geoms = {geom.get("name"): geom for geom in body.iter("geom")}
@@ -240,7 +245,9 @@ def write(batch: BatchScene, sleeps: bool = True, shared: str = "../assets") -> 
         else:
             for link in form.links:
                 bit = meeting.get((place.name, link.name), 0)
-                _set_bits(_body(body, context.body_name(link.name)), DEFAULT | THINGS | bit, bit)
+                name = context.body_name(link.name)
+                own = next(below for below in body.iter("body") if below.get("name") == name)
+                _set_bits(own, DEFAULT | THINGS | bit, bit)
         contexts.append(context)
     block = etree.SubElement(root, "contact")
     for context in contexts:
@@ -251,15 +258,6 @@ def write(batch: BatchScene, sleeps: bool = True, shared: str = "../assets") -> 
     appearance.add_resources(assets, shared)
     text = etree.tostring(root, encoding="us-ascii", pretty_print=True)
     return Files.of({FILE: text, **appearance.resources.entries})
-
-
-def _turned(form: Asset, looks: Mapping[str, Look]) -> Asset:
-    """A form whose boxes are described as their looks require."""
-    links = [
-        link.replace(colliders=tuple(looks[collider.name].collider for collider in link.colliders))
-        for link in form.links
-    ]
-    return form.replace(links=tuple(links))
 
 
 def _paint(geom: etree._Element, look: Look) -> None:
@@ -280,20 +278,6 @@ def _add_world(world: etree._Element, batch: BatchScene, assets: Mapping[str, As
         _paint(geom, look)
         geom.set("contype", str(DEFAULT if item.is_overhead else DEFAULT | THINGS))
         geom.set("conaffinity", "0")
-
-
-def _meeting_bits(batch: BatchScene) -> dict[tuple[str, str], int]:
-    """(placement, link) -> bit of the set of links that it can meet; if there are too many, sets share the last bit."""
-    bits = {}
-    for number_, group in enumerate(batch.meeting):
-        bit = 1 << min(FIRST_MEETING + number_, LAST_MEETING)
-        bits.update({(ref.placement, ref.link): bit for ref in group})
-    return bits
-
-
-def _body(root: etree._Element, name: str) -> etree._Element:
-    """Return the body of that name: `root` or one below it."""
-    return next(body for body in root.iter("body") if body.get("name") == name)
 
 
 def _set_bits(body: etree._Element, contype: int, conaffinity: int) -> None:

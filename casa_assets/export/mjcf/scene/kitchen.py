@@ -25,7 +25,6 @@ from casa_assets.model.kitchen.scene import (
     FREE_JOINT,
     OPEN_POSE,
     START_POSE,
-    Camera,
     Layer,
     Light,
     LightKind,
@@ -194,7 +193,8 @@ def add_lights_and_cameras(world: etree._Element, scene: Scene) -> None:
     for light in scene.lights:
         etree.SubElement(world, "light", _light(light))
     for camera in scene.cameras:
-        etree.SubElement(world, "camera", _camera(camera))
+        lens = {"name": camera.name, **shapes.place(camera.pose), "fovy": shapes.number(camera.fov_y_deg)}
+        etree.SubElement(world, "camera", lens)
 
 
 def scene_bounds(scene: Scene) -> npt.NDArray[np.float64]:
@@ -228,15 +228,9 @@ def _light(light: Light) -> dict[str, str]:
         return attributes
     attributes["attenuation"] = shapes.numbers(light.attenuation)
     if light.kind is LightKind.SPOT:
-        return attributes | {
-            "cutoff": shapes.number(light.cone_deg),
-            "exponent": shapes.number(MAX_SPOT_EXPONENT * light.softness),
-        }
+        exponent = shapes.number(MAX_SPOT_EXPONENT * light.softness)
+        return attributes | {"cutoff": shapes.number(light.cone_deg), "exponent": exponent}
     return attributes | {"cutoff": ALL_SIDES_DEG, "exponent": "0"}
-
-
-def _camera(camera: Camera) -> dict[str, str]:
-    return {"name": camera.name, **shapes.place(camera.pose), "fovy": shapes.number(camera.fov_y_deg)}
 
 
 # Kitchen --------------------------------------------------------------------------------------------------------------
@@ -248,11 +242,7 @@ def _camera(camera: Camera) -> dict[str, str]:
 FILE = "scene.xml"
 
 
-def write(
-    scene: Scene | LightScene,
-    shared: str = "../assets",
-    groups: Groups = VIEWER_GROUPS,
-) -> Files:
+def write(scene: Scene | LightScene, shared: str = "../assets", groups: Groups = VIEWER_GROUPS) -> Files:
     """Return the MJCF of a scene; the same scene gives the same bytes.
 
     The light form has no images and no meshes: its colliders are drawn, in the mean colour of the visuals that they
@@ -366,11 +356,8 @@ def add_texts(root: etree._Element, scene: Scene, contexts: list[BodyContext]) -
     """Add the texts of each asset, and the asset and layer of each placement."""
     custom = etree.SubElement(root, "custom")
     for place, context in zip(scene.placements, contexts, strict=True):
-        texts = {
-            "asset": place.asset,
-            "layer": place.layer.value,
-            **document.label_texts(context.asset, context.prefix),
-        }
+        labels = document.label_texts(context.asset, context.prefix)
+        texts = {"asset": place.asset, "layer": place.layer.value, **labels}
         for name, data in texts.items():
             etree.SubElement(custom, "text", {"name": context.prefix + name, "data": data})
 

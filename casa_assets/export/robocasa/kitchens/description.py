@@ -8,17 +8,17 @@ from __future__ import annotations
 import hashlib
 import math
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from casa_assets.core.numeric import decimals
-from casa_assets.core.robocasa import SHELF_HEIGHTS_M
-from casa_assets.export.robocasa.kitchens import centering, parts, surfaces
+from casa_assets.core.robocasa import MIN_SURFACE_M, PLATE_DEPTH_M, SHELF_HEIGHTS_M
+from casa_assets.export.robocasa.kitchens import parts
 from casa_assets.export.robocasa.kitchens.parts import Part
-from casa_assets.model.asset.asset import Asset, Base
+from casa_assets.model.asset.asset import Asset, Base, Region
 from casa_assets.model.kitchen.scene import Layer, Placement, Scene
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
@@ -83,7 +83,7 @@ def fixtures_of(scene: Scene, classes: Mapping[str, str]) -> tuple[Placed, ...]:
     turned = {place.asset for place in scene.placements if _is_corner_of_side(scene, place)}
     divided = {a.id: parts.divide(_worktop_without_upstand(_with_main(a)), a.id in turned) for a in scene.assets}
     ready = {
-        (asset, p.name): centering.moved(p.asset, np.array(_origin(p.asset)))
+        (asset, p.name): parts.moved(p.asset, np.array(_origin(p.asset)))
         for asset, found in divided.items()
         for p in found
     }
@@ -101,7 +101,7 @@ def fixtures_of(scene: Scene, classes: Mapping[str, str]) -> tuple[Placed, ...]:
 
 def _origin(asset: Asset) -> Vec3:
     """Origin of a fixture's frame: the middle of `main`; a lid keeps its own frame, at a site of its blender."""
-    return (0.0, 0.0, 0.0) if asset.contract == LID_CONTRACT else centering.main_center(asset)
+    return (0.0, 0.0, 0.0) if asset.contract == LID_CONTRACT else parts.main_center(asset)
 
 
 def _is_in_a_corner(item: Placed, worktops: Collection[Placed]) -> bool:
@@ -121,7 +121,7 @@ def _is_in_a_corner(item: Placed, worktops: Collection[Placed]) -> bool:
 
 
 def _half_size(item: Placed) -> Sequence[float]:
-    return [length / 2 for length in centering.main_region(item.centered).size]
+    return [length / 2 for length in parts.main_region(item.centered).size]
 
 
 def _outside(item: Placed, at: Pose) -> float:
@@ -140,11 +140,11 @@ def _is_corner_of_side(scene: Scene, worktop: Placement) -> bool:
         return False
     (x, y, _), (width, depth, _) = side.pose.position, side.size
     worktop_from_world = worktop.pose.inverse()
-    back = centering.main_center(asset)[1] + centering.main_region(asset).size[1] / 2
+    back = parts.main_center(asset)[1] + parts.main_region(asset).size[1] / 2
     for place in scene.placements:
         cabinet = scene.asset_of[place.name]
         if cabinet.contract in parts.CABINETS:
-            at = worktop_from_world @ place.pose @ Pose(position=centering.main_center(cabinet))
+            at = worktop_from_world @ place.pose @ Pose(position=parts.main_center(cabinet))
             is_within = abs(at.position[0] - x) <= width / 2 and y + depth / 2 <= at.position[1] <= back
             if is_within and abs(abs(yaw(at)) - QUARTER_TURN) < QUARTER_TURN / 2:
                 return True
@@ -153,10 +153,10 @@ def _is_corner_of_side(scene: Scene, worktop: Placement) -> bool:
 
 def _with_main(asset: Asset) -> Asset:
     """An asset with a region `main`; for objects, which do not have one, it is the bounding box."""
-    if any(region.name == centering.MAIN for region in asset.regions):
+    if any(region.name == parts.MAIN for region in asset.regions):
         return asset
     low, high = asset.bounds
-    return asset.replace(regions=(*asset.regions, parts.box_region(centering.MAIN, low, high)))
+    return asset.replace(regions=(*asset.regions, parts.box_region(parts.MAIN, low, high)))
 
 
 def _worktop_without_upstand(asset: Asset) -> Asset:
@@ -167,7 +167,7 @@ def _worktop_without_upstand(asset: Asset) -> Asset:
     tops = [r for r in asset.regions if asset.contract == parts.COUNTER and r.name.startswith("top")]
     if not tops:
         return asset
-    main = centering.main_region(asset)
+    main = parts.main_region(asset)
     center, half = np.array(main.pose.position), np.array(main.size) / 2
     upper = center + half
     upper[2] = min(r.pose.position[2] - r.size[2] / 2 for r in tops)
@@ -187,20 +187,15 @@ def _fixture_name(placement: str, part: str, asset: Asset, taken: Collection[str
         name = name.replace("corner", "angle")
     name = name.replace("stack", "unit")
     is_paired = re.match(r"(blender|jar|oil_bottle|salt_shaker)", name)
-    if is_paired or name == asset.labels.category or any(f"{name}_" in other for other in _names_in(asset)):
+    parts_named = [k.name for k in asset.links] + [j.name for j in asset.joints]
+    parts_named += [s.name for s in asset.sites] + [r.name for r in asset.regions]
+    for link in asset.links:
+        parts_named += [v.name for v in link.visuals] + [c.name for c in link.colliders]
+    if is_paired or name == asset.labels.category or any(f"{name}_" in one for one in parts_named):
         name = f"the_{name}"
     while name in taken:
         name = f"{name}_again"
     return name
-
-
-def _names_in(asset: Asset) -> list[str]:
-    """Names of all bodies, joints, geoms, sites and regions of an asset."""
-    names = [link.name for link in asset.links] + [joint.name for joint in asset.joints]
-    names += [site.name for site in asset.sites] + [region.name for region in asset.regions]
-    for link in asset.links:
-        names += [visual.name for visual in link.visuals] + [collider.name for collider in link.colliders]
-    return names
 
 
 def _class_of(asset: Asset, pose: Pose, classes: Mapping[str, str]) -> str:
@@ -208,17 +203,11 @@ def _class_of(asset: Asset, pose: Pose, classes: Mapping[str, str]) -> str:
     if contract == "room":
         return {"floor": "Floor", "wall": "Wall"}.get(category, PLAIN)
     found = classes.get(contract, PLAIN)
-    if found == OPEN_CABINET and not any(
-        SHELF_HEIGHTS_M[0] <= _bottom(pose, region) <= SHELF_HEIGHTS_M[1]
-        for region in asset.regions
-        if region.name.startswith("level")
-    ):
+    levels = [region for region in asset.regions if region.name.startswith("level")]
+    bottoms = [float(pose.position[2] + level.pose.position[2] - level.size[2] / 2) for level in levels]
+    if found == OPEN_CABINET and not any(SHELF_HEIGHTS_M[0] <= z <= SHELF_HEIGHTS_M[1] for z in bottoms):
         return PLAIN
     return found
-
-
-def _bottom(pose: Pose, region: Any) -> float:
-    return float(pose.position[2] + region.pose.position[2] - region.size[2] / 2)
 
 
 def describe(scene: Scene, fixtures: Collection[Placed], folder: str) -> dict[str, Any]:
@@ -251,7 +240,11 @@ def describe(scene: Scene, fixtures: Collection[Placed], folder: str) -> dict[st
                 "solid_height": _solid_height(item),
                 "facts": _facts(item, standing),
                 "lid_of": _lid_of(item, fixtures),
-                "start": {at.joint: at.value for at in item.placement.joints if _has_joint(item, at.joint)},
+                "start": {
+                    at.joint: at.value
+                    for at in item.placement.joints
+                    if at.joint in {j.name for j in item.centered.joints}
+                },
             }
             for item in sorted(fixtures, key=lambda item: (item.type == LID, not item.type.startswith(FRIDGE)))
         ],
@@ -260,21 +253,13 @@ def describe(scene: Scene, fixtures: Collection[Placed], folder: str) -> dict[st
 
 def _lid_of(item: Placed, fixtures: Collection[Placed]) -> str:
     """Name of the nearest blender, to which a lid belongs; empty if it is not a lid, or if there is no blender."""
-    if item.type != LID:
-        return ""
-    near = [
-        (math.dist(item.pose.position, other.pose.position), other.name) for other in fixtures if other.type == BLENDER
-    ]
-    return min(near)[1] if near else ""
-
-
-def _has_joint(item: Placed, joint: str) -> bool:
-    return any(j.name == joint for j in item.centered.joints)
+    blenders = [other for other in fixtures if item.type == LID and other.type == BLENDER]
+    return min(((math.dist(item.pose.position, b.pose.position), b.name) for b in blenders), default=(0.0, ""))[1]
 
 
 def _solid_height(item: Placed) -> float:
     """Height above its foot below which nothing can be put into it, metres: up to its lowest shelf, tray or slot."""
-    main = centering.main_region(item.centered)
+    main = parts.main_region(item.centered)
     foot = main.pose.position[2] - main.size[2] / 2
     floors = [r.pose.position[2] - r.size[2] / 2 - foot for r in item.centered.regions if r.name != main.name]
     return decimals(min(max(MIN_SOLID_M, min(floors, default=main.size[2])), main.size[2]), 9)
@@ -289,8 +274,8 @@ def _stands_on(item: Placed, counter: Placed) -> bool:
     """Whether an item is on a worktop, so that nothing else may be put there."""
     if item.placement.layer is not Layer.THINGS:
         return False
-    half = np.array(centering.main_region(counter.centered).size) / 2
-    foot = item.pose.position[2] - centering.main_region(item.centered).size[2] / 2
+    half = np.array(parts.main_region(counter.centered).size) / 2
+    foot = item.pose.position[2] - parts.main_region(item.centered).size[2] / 2
     local = counter.pose.inverse().apply(np.array([item.pose.position]))[0]
     return bool(abs(foot - counter.pose.position[2] - half[2]) <= MAX_GAP_M and (np.abs(local[:2]) <= half[:2]).all())
 
@@ -299,24 +284,22 @@ def _facts(item: Placed, standing: Collection[Placed]) -> dict[str, Any]:
     """Attributes that RoboCasa's own classes would derive from the parts that they build."""
     if item.type in ("HingeCabinet", "SingleCabinet", "OpenCabinet", "HousingCabinet", "PanelCabinet", "Drawer"):
         levels = sum(bool(re.fullmatch(r"level\d+", region.name)) for region in item.centered.regions)
-        facts: dict[str, Any] = {
-            "num_levels": levels,
-            "is_corner_cab": item.centered.labels.category == "corner_cabinet",
-        }
+        is_corner = item.centered.labels.category == "corner_cabinet"
+        facts: dict[str, Any] = {"num_levels": levels, "is_corner_cab": is_corner}
         if item.type == "SingleCabinet":
             opens_left = any(joint.range[0] < 0 for joint in item.centered.joints)
             facts["orientation"] = "left" if opens_left else "right"
         return facts
     if item.type == COUNTER:
-        found = surfaces.free(item.centered, [_footprint(one, item) for one in standing if _stands_on(one, item)])
+        found = free_surfaces(item.centered, [_footprint(one, item) for one in standing if _stands_on(one, item)])
         rows = [{"position": list(top.position), "size": list(top.size)} for top in found]
         return {"island_only": "island" in item.name, "base_opening": [False, False], "surfaces": rows}
     return {}
 
 
-def _footprint(item: Placed, counter: Placed) -> surfaces.Footprint:
+def _footprint(item: Placed, counter: Placed) -> Footprint:
     """Footprint of an item on a worktop: x and y of two corners in the frame of the worktop, metres."""
-    x, y, _ = np.array(centering.main_region(item.centered).size) / 2
+    x, y, _ = np.array(parts.main_region(item.centered).size) / 2
     corners = np.array([(i * x, j * y, 0.0) for i in (-1, 1) for j in (-1, 1)])
     local = counter.pose.inverse().apply(item.pose.apply(corners))
     low, high = local.min(axis=0), local.max(axis=0)
@@ -347,12 +330,57 @@ def excluded_bodies(scene: Scene, fixtures: Collection[Placed]) -> tuple[tuple[s
         for link, name in item.part.links.items():
             root = name == item.centered.root.name
             body[item.placement.name, link] = f"{item.name}_{'main' if root else name}"
+    own = [(place.name, pair) for place in scene.placements for pair in scene.asset_of[place.name].exclusions]
+    found = [(body[name, pair.first], body[name, pair.second]) for name, pair in own]
+    found += [(body[one.placement, one.link], body[other.placement, other.link]) for one, other in scene.exclusions]
     pairs: dict[frozenset[str], tuple[str, str]] = {}
-    for place in scene.placements:
-        for pair in scene.asset_of[place.name].exclusions:
-            first, second = body[place.name, pair.first], body[place.name, pair.second]
-            pairs.setdefault(frozenset((first, second)), (first, second))
-    for one, other in scene.exclusions:
-        first, second = body[one.placement, one.link], body[other.placement, other.link]
-        pairs.setdefault(frozenset((first, second)), (first, second))
+    for names in found:
+        pairs.setdefault(frozenset(names), names)
     return tuple(pairs.values())
+
+
+# Surfaces -------------------------------------------------------------------------------------------------------------
+# Free surfaces of a worktop on which RoboCasa may put objects, without shallow areas in front of deep appliances.
+#
+# RoboCasa v1.0 puts a task's plate in front of the microwave, as near to the front edge as it can, and gives up if
+# there is no room. An area that is too shallow there is left out, so that RoboCasa uses the area next to it.
+
+Corner = tuple[float, float]
+Footprint = tuple[Corner, Corner]
+PREFIX = "top"
+
+
+@dataclass(frozen=True)
+class Surface:
+    """A rectangle of a worktop: its middle and full size in the frame of the worktop, metres."""
+
+    position: Vec3
+    size: Vec3
+
+
+def free_surfaces(counter: Asset, things: Iterable[Footprint]) -> tuple[Surface, ...]:
+    """Return the free surfaces of a worktop, whose front is at its minimum y.
+
+    Args:
+        counter: the worktop, centred.
+        things: footprints of the objects on it, in its frame.
+    """
+    tops = [region for region in counter.regions if region.name.startswith(PREFIX)]
+    footprints = sorted(things)
+    return tuple(surface for top in tops for surface in _without(top, footprints))
+
+
+def _without(region: Region, things: Iterable[Footprint]) -> list[Surface]:
+    """Cut a region at footprints that leave too little room; uncut if no large enough part would remain."""
+    (x, y, z), (width, depth, height) = region.pose.position, region.size
+    left, right, front, back = x - width / 2, x + width / 2, y - depth / 2, y + depth / 2
+    spans = [(left, right)]
+    for low, high in things:
+        if low[1] < back and high[1] > front and low[1] - front < PLATE_DEPTH_M:
+            parts = [part for a, b in spans for part in ((a, min(b, low[0])), (max(a, high[0]), b))]
+            spans = [(a, b) for a, b in parts if b > a]
+    kept = [(a, b) for a, b in spans if b - a >= MIN_SURFACE_M[0] and depth >= MIN_SURFACE_M[1]] or [(left, right)]
+    return [
+        Surface((decimals((a + b) / 2, 9), decimals(y, 9), decimals(z, 9)), (decimals(b - a, 9), depth, height))
+        for a, b in kept
+    ]

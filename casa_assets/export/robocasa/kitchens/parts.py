@@ -1,4 +1,4 @@
-"""Divide an asset into the fixtures that RoboCasa knows: each drawer, each pair of doors, each arm of a worktop.
+"""Divide an asset into the fixtures that RoboCasa knows, and move each so that its frame is where RoboCasa expects it.
 
 RoboCasa v1.0 has one joint `slidejoint` per Drawer, one pair of doors per HingeCabinet, one door per SingleCabinet.
 One of our units may have several of them. A part that is divided off gets its moving links, their joints with
@@ -11,25 +11,90 @@ import math
 import re
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
-from casa_assets.export.robocasa.kitchens.centering import MAIN, main_region
+from casa_assets.core.numeric import Floats, decimals
 from casa_assets.geometry.solid.primitive import link_bounds
-from casa_assets.model.asset.asset import Asset, Exclusion, Inertial, Joint, Keyframe, Link, Region, State, Visual
+from casa_assets.model.asset.asset import Asset, Collider, Inertial, Link, Region, Site, Visual
 from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 
-DRAWER, PAIR, SINGLE, COUNTER, HOUSING, PANEL = (
-    "drawer",
-    "hinge_cabinet",
-    "single_cabinet",
-    "counter",
-    "housing_cabinet",
-    "panel_cabinet",
-)
+# Centre ---------------------------------------------------------------------------------------------------------------
+# RoboCasa v1.0 places a fixture by the frame of its body `object`, and interprets the position of a region in that
+# frame, whichever body the region belongs to. It also assumes half of a fixture's size on each side of the frame
+# (counters), and recognises a top drawer by the height of the frame. All of this is correct if the frames of the asset,
+# and of every body that is not rotated, are in the middle of its region `main`.
+
+MAIN = "main"
+# A quaternion this close to none is none: frames of families are turned by quarter turns or not at all.
+MAX_TURN = 1e-9
+T = TypeVar("T", Site, Region, Collider)
+
+
+def main_region(asset: Asset) -> Region:
+    """The region `main` of an asset. Raises KeyError if it does not exist."""
+    return {region.name: region for region in asset.regions}[MAIN]
+
+
+def main_center(asset: Asset) -> Vec3:
+    """Middle of `main` in the asset frame, metres."""
+    main = main_region(asset)
+    return _rounded(np.array((asset.asset_from_link(main.link) @ main.pose).position))
+
+
+def moved(asset: Asset, center: Floats) -> Asset:
+    """The asset with its origin, and the frames of bodies that are not rotated, at a given point, metres."""
+    frames: dict[str, Pose] = {}  # link -> its new frame in the centred asset
+    links, offsets = [], {}
+    for link in asset.links:
+        old = asset.asset_from_link(link.name)
+        is_turned = max(abs(q) for q in old.quaternion[1:]) > MAX_TURN
+        place = _rounded(np.array(old.position) - center)
+        frames[link.name] = Pose(position=place, quaternion=old.quaternion) if is_turned else Pose()
+        offsets[link.name] = np.zeros(3) if is_turned else np.array(place)
+        parent = Pose() if link.parent is None else frames[link.parent]
+        links.append(_moved_link(link, offsets[link.name]).replace(pose=parent.inverse() @ frames[link.name]))
+    return asset.replace(
+        links=tuple(links),
+        joints=tuple(
+            joint.replace(anchor=_rounded(np.array(joint.anchor) + offsets[joint.child])) for joint in asset.joints
+        ),
+        sites=tuple(_moved(site, offsets[site.link]) for site in asset.sites),
+        regions=tuple(_moved(region, offsets[region.link]) for region in asset.regions),
+    )
+
+
+def _moved_link(link: Link, offset: Floats) -> Link:
+    if not offset.any():
+        return link
+    center = _rounded(np.array(link.inertial.center_of_mass) + offset)
+    meshes = [visual.mesh.with_vertices(visual.mesh.vertices + offset, visual.mesh.normals) for visual in link.visuals]
+    return link.replace(
+        inertial=link.inertial.replace(center_of_mass=center),
+        visuals=tuple(visual.replace(mesh=mesh) for visual, mesh in zip(link.visuals, meshes, strict=True)),
+        colliders=tuple(_moved(collider, offset) for collider in link.colliders),
+    )
+
+
+def _moved(thing: T, offset: Floats) -> T:
+    pose = Pose(position=_rounded(np.array(thing.pose.position) + offset), quaternion=thing.pose.quaternion)
+    return thing.replace(pose=pose)
+
+
+def _rounded(values: Floats) -> Vec3:
+    """Round to ten decimals: sums of lengths in metres must not leave errors such as 1e-17."""
+    x, y, z = (decimals(float(v), 10) for v in values)
+    return x, y, z
+
+
+# Parts ----------------------------------------------------------------------------------------------------------------
+
+DRAWER, PAIR, SINGLE = "drawer", "hinge_cabinet", "single_cabinet"
+COUNTER, HOUSING, PANEL = "counter", "housing_cabinet", "panel_cabinet"
 # Contracts of units that may hold several drawers and doors.
 CABINETS = (DRAWER, PAIR, SINGLE, HOUSING, "open_cabinet", "island_base")
 _JOINT = re.compile(r"(?:(?P<prefix>\w+?)_)?(?P<kind>slidejoint|leftdoorhinge|rightdoorhinge|doorhinge)")
@@ -37,7 +102,6 @@ _JOINT = re.compile(r"(?:(?P<prefix>\w+?)_)?(?P<kind>slidejoint|leftdoorhinge|ri
 FIXED = Inertial(mass=0.001, center_of_mass=(0.0, 0.0, 0.0), inertia=(1e-6, 1e-6, 1e-6, 0.0, 0.0, 0.0))
 # The second arm of an L-shaped worktop: its free surface, and the board below it.
 SIDE_TOP = "top_side"
-SAME = Pose()
 
 
 @dataclass(frozen=True)
@@ -54,7 +118,7 @@ class Part:
     name: str
     asset: Asset
     links: Mapping[str, str]
-    whole_from_part: Pose = SAME
+    whole_from_part: Pose = Pose()  # noqa: RUF009
 
 
 @dataclass
@@ -100,7 +164,8 @@ def _divide_cabinet(asset: Asset) -> tuple[Part, ...]:
     rest = rest.replace(contract=contract, regions=_renumbered(rest.regions))
     parts = [Part("", rest, {link.name: link.name for link in rest.links})]
     for group in split_off:
-        links = [_empty_root(asset), *(link for link in asset.links if link.name in moved[group.prefix])]
+        empty = Link(name=asset.root.name, pose=asset.root.pose, inertial=FIXED)
+        links = [empty, *(link for link in asset.links if link.name in moved[group.prefix])]
         found = [region.replace(name=name) for region, name in regions[group.prefix]]
         box = _front_box(asset, _children(asset, group.joints))
         name = group.prefix or DRAWER
@@ -151,11 +216,11 @@ def _renumbered(regions: Iterable[Region]) -> tuple[Region, ...]:
     return tuple(out)
 
 
-def _middle(asset: Asset, region: Region) -> npt.NDArray[np.float64]:
+def _middle(asset: Asset, region: Region) -> Floats:
     return np.array((asset.asset_from_link(region.link) @ region.pose).position)
 
 
-def _span(asset: Asset, links: Collection[str]) -> npt.NDArray[np.float64]:
+def _span(asset: Asset, links: Collection[str]) -> Floats:
     """(2, 3) corners of the colliders of links, asset frame, joints at zero, metres."""
     boxes = [b for n in links if (b := link_bounds(asset.link(n), asset.asset_from_link(n))) is not None]
     return np.array([np.min(boxes, axis=0)[0], np.max(boxes, axis=0)[1]])
@@ -171,13 +236,9 @@ def _front_box(asset: Asset, links: Collection[str]) -> Region:
     return box_region(MAIN, lower, upper)
 
 
-def box_region(name: str, lower: npt.NDArray[np.float64], upper: npt.NDArray[np.float64]) -> Region:
+def box_region(name: str, lower: Floats, upper: Floats) -> Region:
     """A region of the root link between two corners, metres."""
     return Region(name=name, pose=Pose(position=_vec3((lower + upper) / 2)), size=_vec3(upper - lower))
-
-
-def _empty_root(asset: Asset) -> Link:
-    return Link(name=asset.root.name, pose=asset.root.pose, inertial=FIXED)
 
 
 def _selected(
@@ -192,40 +253,26 @@ def _selected(
     links = tuple(links)
     names = {link.name for link in links}
     kept = [joint for joint in asset.joints if joint.child in names]
-    known = {joint.name for joint in kept}
-    renamed = {joint.name: joints.get(joint.name, joint.name) for joint in kept}
+    new = {joint.name: joints.get(joint.name, joint.name) for joint in kept}
     shown = {visual.material for link in links for visual in link.visuals}
     felt = {collider.substance for link in links for collider in link.colliders}
+    keyframes = []
+    for key in asset.keyframes:
+        values = tuple(at.replace(joint=new[at.joint]) for at in key.joints if at.joint in new)
+        keyframes.append(key.replace(joints=values))
     return asset.replace(
         id=f"{asset.id}_{name}" if name else asset.id,
         links=links,
-        joints=tuple(_renamed_joint(joint, renamed) for joint in kept),
+        joints=tuple(j.replace(name=new[j.name], behind=new.get(j.behind) if j.behind else None) for j in kept),
         sites=tuple(site for site in asset.sites if site.link in names),
         regions=tuple(regions),
-        states=tuple(_renamed_state(state, renamed) for state in asset.states if state.joint in known),
-        exclusions=tuple(pair for pair in asset.exclusions if _within(pair, names)),
-        keyframes=tuple(_kept_keyframe(key, renamed) for key in asset.keyframes),
+        states=tuple(state.replace(joint=new[state.joint]) for state in asset.states if state.joint in new),
+        exclusions=tuple(pair for pair in asset.exclusions if pair.first in names and pair.second in names),
+        keyframes=tuple(keyframes),
         behavior=asset.behavior if len(kept) == len(asset.joints) else None,
         materials=tuple(material for material in asset.materials if material.id in shown),
         substances=tuple(s for s in asset.substances if s.id in felt) or asset.substances,
     )
-
-
-def _renamed_joint(joint: Joint, names: Mapping[str, str]) -> Joint:
-    behind = names.get(joint.behind) if joint.behind else None
-    return joint.replace(name=names[joint.name], behind=behind)
-
-
-def _renamed_state(state: State, names: Mapping[str, str]) -> State:
-    return state.replace(joint=names[state.joint])
-
-
-def _kept_keyframe(key: Keyframe, names: Mapping[str, str]) -> Keyframe:
-    return key.replace(joints=tuple(at.replace(joint=names[at.joint]) for at in key.joints if at.joint in names))
-
-
-def _within(pair: Exclusion, names: Collection[str]) -> bool:
-    return pair.first in names and pair.second in names
 
 
 def _divide_worktop(asset: Asset, is_corner_of_side: bool) -> tuple[Part, ...]:
@@ -318,6 +365,6 @@ def _with_faces(mesh: Mesh, faces: npt.NDArray[np.int32]) -> Mesh:
     )
 
 
-def _vec3(values: npt.NDArray[np.float64]) -> Vec3:
+def _vec3(values: Floats) -> Vec3:
     x, y, z = (float(v) for v in values)
     return x, y, z

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection
 
 import numpy as np
 
@@ -13,7 +13,6 @@ from casa_assets.model.pose import Pose
 
 # robosuite numbers the joints that a model is given; those of a fixture out of a file keep their names.
 FREE_SUFFIX = "joint0"
-Column = tuple[str, Floats]
 
 
 def translated(states: StartStates, scene: Scene, fixtures: Collection[Placed]) -> StartStates:
@@ -25,51 +24,35 @@ def translated(states: StartStates, scene: Scene, fixtures: Collection[Placed]) 
         scene: scene of the states.
         fixtures: result of `fixtures_of`.
     """
-    columns = [*_hinges(states, scene, fixtures), *_bodies(states, scene, fixtures)]
-    joints, address = [], 0
-    for name, values in columns:
-        width = values.shape[1]
-        joints.append(StateJoint.model_validate({"name": name, "address": address, "width": width}))
-        address += width
-    return states.replace(joints=tuple(joints), qpos=np.concatenate([values for _, values in columns], axis=1))
-
-
-def _values(states: StartStates, name: str) -> Floats | None:
-    """(states, width) numbers of a joint of the scene, or None if the states do not have it."""
-    found = next((joint for joint in states.joints if joint.name == name), None)
-    if found is None:
-        return None
-    return states.qpos[:, found.address : found.address + found.width].astype(np.float64)
-
-
-def _hinges(states: StartStates, scene: Scene, fixtures: Collection[Placed]) -> Iterator[Column]:
-    """Joints of doors, drawers, knobs and keys."""
+    columns: list[tuple[str, Floats]] = []
     for item in fixtures:
         whole = {joint.child: joint.name for joint in scene.asset_of[item.placement.name].joints}
         links = {name: link for link, name in item.part.links.items()}
         for joint in item.centered.joints:
             values = _values(states, f"{item.placement.name}__{whole[links[joint.child]]}")
             if values is not None:
-                yield f"{item.name}_{joint.name}", values
-
-
-def _bodies(states: StartStates, scene: Scene, fixtures: Collection[Placed]) -> Iterator[Column]:
-    """Poses of movable fixtures, in terms of the frames that they have in RoboCasa."""
+                columns.append((f"{item.name}_{joint.name}", values))
     for item in fixtures:
         values = _values(states, f"{item.placement.name}__{FREE_JOINT}") if is_free(item) else None
         if values is None:
             continue
         asset_from_root = scene.asset_of[item.placement.name].root.pose
+        # Into the frames that fixtures have in RoboCasa.
         root_from_fixture = asset_from_root.inverse() @ item.placement.pose.inverse() @ item.pose
-        rows = [_row(_pose(row) @ root_from_fixture) for row in values]
-        yield f"{item.name}_{FREE_SUFFIX}", np.array(rows)
+        rows = []
+        for x, y, z, *quaternion in values.tolist():
+            turn = np.array(quaternion) / np.linalg.norm(quaternion)
+            pose = Pose(position=(x, y, z), quaternion=turn.tolist()) @ root_from_fixture
+            rows.append((*pose.position, *pose.quaternion))
+        columns.append((f"{item.name}_{FREE_SUFFIX}", np.array(rows)))
+    joints, address = [], 0
+    for name, values in columns:
+        joints.append(StateJoint.model_validate({"name": name, "address": address, "width": values.shape[1]}))
+        address += values.shape[1]
+    return states.replace(joints=tuple(joints), qpos=np.concatenate([values for _, values in columns], axis=1))
 
 
-def _pose(row: Floats) -> Pose:
-    x, y, z, *quaternion = (float(number) for number in row)
-    turn = np.array(quaternion) / np.linalg.norm(quaternion)
-    return Pose(position=(x, y, z), quaternion=(float(turn[0]), float(turn[1]), float(turn[2]), float(turn[3])))
-
-
-def _row(pose: Pose) -> tuple[float, ...]:
-    return (*pose.position, *pose.quaternion)
+def _values(states: StartStates, name: str) -> Floats | None:
+    """(states, width) numbers of a joint of the scene, or None if the states do not have it."""
+    found = next((joint for joint in states.joints if joint.name == name), None)
+    return None if found is None else states.qpos[:, found.address : found.address + found.width].astype(np.float64)

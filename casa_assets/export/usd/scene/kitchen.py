@@ -18,7 +18,6 @@ from casa_assets.model.kitchen.scene import (
     CLOSED_POSE,
     OPEN_POSE,
     START_POSE,
-    Camera,
     Layer,
     Light,
     LightKind,
@@ -44,13 +43,8 @@ def variant(asset: Asset, pose: str) -> str | None:
 
 def set_pose(spec: Sdf.PrimSpec, pose: Pose) -> None:
     """Override the pose of a link in the frame of its asset."""
-    translate, orient = document.XFORM_OPS
-    kinds = Sdf.ValueTypeNames
-    Sdf.AttributeSpec(spec, translate, kinds.Double3).default = number.vec3d(pose.position)
-    Sdf.AttributeSpec(spec, orient, kinds.Quatd).default = number.quatd(pose.quaternion)
-    # Set again: an asset without keyframes has no op where its pose is the identity.
-    order = Sdf.AttributeSpec(spec, "xformOpOrder", kinds.TokenArray, Sdf.VariabilityUniform)
-    order.default = list(document.XFORM_OPS)
+    document.write_pose(spec, pose)
+    document.write_ops(spec)
 
 
 def set_joints(layer: Sdf.Layer, root: Sdf.Path, asset: Asset, positions: dict[str, float]) -> None:
@@ -102,7 +96,12 @@ def define_lights_and_cameras(stage: Usd.Stage, world: Sdf.Path, scene: Scene) -
     for light in scene.lights:
         _light(stage, world.AppendChild(light.name), light)
     for camera in scene.cameras:
-        _camera(stage, world.AppendChild(camera.name), camera)
+        prim = UsdGeom.Camera.Define(stage, world.AppendChild(camera.name))
+        prim.CreateVerticalApertureAttr(SENSOR_HEIGHT_MM)
+        prim.CreateHorizontalApertureAttr(SENSOR_WIDTH_MM)
+        prim.CreateFocalLengthAttr(SENSOR_HEIGHT_MM / 2 / math.tan(math.radians(camera.fov_y_deg) / 2))
+        prim.CreateClippingRangeAttr(Gf.Vec2f(*CLIPPING_RANGE_M))
+        number.place(prim.GetPrim(), camera.pose)
 
 
 def _light(stage: Usd.Stage, path: Sdf.Path, light: Light) -> None:
@@ -120,7 +119,7 @@ def _light(stage: Usd.Stage, path: Sdf.Path, light: Light) -> None:
         attenuation = 1.0 / (a + b * REFERENCE_M + c * REFERENCE_M**2)
         lamp.CreateIntensityAttr(4.0 * math.pi * REFERENCE_M**2 * attenuation)
         lamp.CreateRadiusAttr(light.radius)
-        lamp.CreateExtentAttr(number.extent(np.array([[-light.radius] * 3, [light.radius] * 3])))
+        lamp.CreateExtentAttr(number.points(np.array([[-light.radius] * 3, [light.radius] * 3])))
     lamp.CreateNormalizeAttr(True)
     lamp.CreateColorAttr(Gf.Vec3f(*light.color))
     if light.kind is LightKind.SPOT:
@@ -128,18 +127,8 @@ def _light(stage: Usd.Stage, path: Sdf.Path, light: Light) -> None:
         shaping.CreateShapingConeAngleAttr(light.cone_deg)
         shaping.CreateShapingConeSoftnessAttr(light.softness)
     UsdLux.ShadowAPI.Apply(lamp.GetPrim()).CreateShadowEnableAttr(light.castshadow)
-    number.place(
-        lamp.GetPrim(), Pose(position=light.position, quaternion=pose_looking_along(light.direction).quaternion)
-    )
-
-
-def _camera(stage: Usd.Stage, path: Sdf.Path, camera: Camera) -> None:
-    prim = UsdGeom.Camera.Define(stage, path)
-    prim.CreateVerticalApertureAttr(SENSOR_HEIGHT_MM)
-    prim.CreateHorizontalApertureAttr(SENSOR_WIDTH_MM)
-    prim.CreateFocalLengthAttr(SENSOR_HEIGHT_MM / 2 / math.tan(math.radians(camera.fov_y_deg) / 2))
-    prim.CreateClippingRangeAttr(Gf.Vec2f(*CLIPPING_RANGE_M))
-    number.place(prim.GetPrim(), camera.pose)
+    turned = pose_looking_along(light.direction)
+    number.place(lamp.GetPrim(), turned.replace(position=light.position))
 
 
 def pose_looking_along(direction: Vec3) -> Pose:
@@ -259,18 +248,11 @@ def _add_pose_variants(layer: Sdf.Layer, scene: Scene) -> None:
             own = variant(asset, own_pose(place, pose))
             if own is not None:
                 _over(layer, variants, pose, place).variantSelections[document.VARIANT_SET] = own
-            if pose == START_POSE:
-                _set_start_pose(layer, variants, place, asset)
-
-
-def _set_start_pose(layer: Sdf.Layer, variants: str, place: Placement, asset: Asset) -> None:
-    """Write the start pose if it differs from the closed pose, stronger than a variant of the asset."""
-    positions = joint_positions(place.joints)
-    closed = next((joint_positions(key.joints) for key in asset.keyframes if key.name == CLOSED_POSE), {})
-    if all(positions.get(joint.name, 0.0) == closed.get(joint.name, 0.0) for joint in asset.joints):
-        return
-    root = _over(layer, variants, START_POSE, place).path
-    set_joints(layer, root, asset, positions)
+            # The start pose, if it differs from the closed one, is stronger than a variant of the asset.
+            positions = joint_positions(place.joints)
+            closed = next((joint_positions(key.joints) for key in asset.keyframes if key.name == CLOSED_POSE), {})
+            if pose == START_POSE and any(positions.get(j.name, 0.0) != closed.get(j.name, 0.0) for j in asset.joints):
+                set_joints(layer, _over(layer, variants, pose, place).path, asset, positions)
 
 
 def _add_visibility_variants(layer: Sdf.Layer, name: str, places: list[Placement]) -> None:

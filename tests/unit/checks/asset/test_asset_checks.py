@@ -159,12 +159,6 @@ def test_right_though_odd(subtests: pytest.Subtests) -> None:
             assert codes(make()) == set()
 
 
-def test_overlapping_shapes_are_weighed_once() -> None:
-    whole = plain_box().root.colliders[0]
-    twice = touched(whole, whole.replace(name="again"))
-    assert {r.code: r.number for r in judged(twice).results}["AST003"] == pytest.approx(0.3)
-
-
 def test_every_link_is_looked_at() -> None:
     oven = microwave()
     door = oven.link("door").replace(inertial=box_inertial(80.0, (0.38, 0.02, 0.28), (0.19, -0.01, 0.0)))

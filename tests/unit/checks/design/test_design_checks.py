@@ -184,10 +184,6 @@ class TestExamples:
         assert low < high
 
 
-def test_every_row_has_examples() -> None:
-    assert EXAMPLES.keys() == ROWS.keys()
-
-
 def test_all_tasks_are_only_asked_of_plans_that_say_so() -> None:
     facts = changed(kitchen(), "coffee_machine", None)
     assert [issue.code for issue in judged(facts).issues] == ["TSK001"] * 3

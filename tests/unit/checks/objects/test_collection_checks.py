@@ -17,7 +17,6 @@ from casa_assets.checks.objects.collection import (
 )
 from casa_assets.checks.run import run
 from casa_assets.checks.table.table import TABLE
-from casa_assets.geometry.mesh.registration import descriptor_distance, descriptor_distances
 from casa_assets.model.asset.provenance import (
     CENTER_SHARES,
     PAIR_SHARES,
@@ -130,9 +129,3 @@ def test_a_few_members_tell_nothing_of_a_kind() -> None:
     few = ObjectCollection((*kind("bar", 0.1, 10.0, 3), *kind("slab", 0.5, 90.0, 3)), {})
     status = {r.code: r.status for r in run(few, "library", LIMITS).results}
     assert status == {"OBJ005": Status.PASSED, "OBJ006": Status.NOT_APPLICABLE, "OBJ007": Status.NOT_APPLICABLE}
-
-
-def test_distances_in_a_table_are_those_of_pairs() -> None:
-    shapes = [shape_of(sides) for sides in ((0.1, 0.1, 0.1), (0.3, 0.1, 0.1), (0.3, 0.2, 0.02))]
-    table = descriptor_distances(shapes, shapes[:2])
-    assert table == pytest.approx(np.array([[descriptor_distance(a, b) for b in shapes[:2]] for a in shapes]))

@@ -104,12 +104,6 @@ def test_letters_on_a_line_that_runs_upwards_are_measured_across_it() -> None:
     assert (line.up[:, 0] < 0).all(), "the head of a letter is to its left"
 
 
-def test_contrast_is_that_of_the_two_luminances() -> None:
-    (line,) = lines_on_surface(package(ink=0))
-    pale = ((PALE / 255 + 0.055) / 1.055) ** 2.4
-    assert line.contrast == pytest.approx((pale + 0.05) / 0.05, rel=1e-6)
-
-
 def test_a_mirrored_line_is_not_read_however_large_it_is() -> None:
     report = run(package(mesh=sheet(mirrored=True)), "carton", LIMITS)
     assert [(i.code, "mirrored" in i.message) for i in report.issues] == [("OBJ002", True)]

@@ -52,9 +52,3 @@ def test_what_is_no_rotation_is_refused_as_by_poses(subtests: pytest.Subtests) -
                 Pose.from_matrix(matrix)
             with pytest.raises(ValueError, match="not a proper rotation"):
                 quaternions_of(np.array([np.eye(3), matrix]))
-
-
-def test_of_nothing_there_is_none() -> None:
-    assert canonical(np.empty((0, 4))).shape == (0, 4)
-    assert rotations_of(np.empty((0, 4))).shape == (0, 3, 3)
-    assert quaternions_of(np.empty((0, 3, 3))).shape == (0, 4)

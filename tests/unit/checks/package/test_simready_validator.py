@@ -100,11 +100,6 @@ def test_a_python_that_cannot_import_it_keeps_nothing_out(tmp_path: Path, monkey
     assert report.passed
 
 
-def test_a_wrong_name_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv(installed.VARIABLE, "/no/python")
-    assert "CASA_SIMREADY_PYTHON names '/no/python'" in judged(tmp_path)[1].reason
-
-
 def test_without_mujocos_reader_of_usd_an_asset_and_a_kitchen_pass(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import multiprocessing
-import subprocess
 from collections.abc import Callable
 from pathlib import Path
 
@@ -13,7 +12,6 @@ from PIL import Image
 
 from casa_assets.checks.package import usd
 from casa_assets.checks.package.package import Package
-from casa_assets.checks.readers.quiet import quiet
 from casa_assets.checks.simready.validator import load_rules
 from casa_assets.model.asset.asset import Asset
 from tests.articulated_assets import grill
@@ -74,12 +72,6 @@ def test_bad_example_trips_its_code_alone(code: str, tmp_path: Path) -> None:
     assert tripped(package, FILES) == {code} - not_run_here()
 
 
-def test_missing_file_is_reported_once(tmp_path: Path) -> None:
-    package = written(rigid_mug(), tmp_path)
-    package.usd.unlink()
-    assert tripped(package, FILES) == {"USD001"}
-
-
 def test_thumbnail_of_the_wrong_size(tmp_path: Path) -> None:
     package = written(rigid_mug(), tmp_path)
     small = package.usd.parent / ".thumbs/256x256" / f"{package.usd.name}.png"
@@ -102,13 +94,6 @@ def test_checks_leave_the_folder_alone(tmp_path: Path, monkeypatch: pytest.Monke
     before = sorted(tmp_path.rglob("*"))
     tripped(package, FILES)
     assert sorted(tmp_path.rglob("*")) == before
-
-
-def test_quiet_hands_over_what_was_said() -> None:
-    with quiet() as said:
-        print("a word")
-        subprocess.run(["echo", "from below"], check=True)
-    assert sorted(said) == ["a word", "from below"]
 
 
 def test_checks_run_in_a_forked_child(tmp_path: Path) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from pathlib import Path
 
@@ -13,11 +12,11 @@ from casa_assets.checks.motion import operate
 from casa_assets.checks.run import run
 from casa_assets.checks.runtime.behavior import position, unreached
 from casa_assets.checks.table.table import TABLE
-from casa_assets.core.behavior_interpreter import BehaviorState, Stimulus, start, step
+from casa_assets.core.behavior_interpreter import Stimulus, start, step
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.behavior import Behavior, Condition, Effect, EffectKind, Rule, Variable
 from casa_assets.model.registry.contract import Contract
-from tests.contract_fixtures import HIGH, LOW, block, burning, hob, oven, packed
+from tests.contract_fixtures import HIGH, block, burning, hob, oven, packed
 from tests.unit.checks.runtime.test_contract_checks import codes
 
 KNOWN = registry.load()
@@ -112,9 +111,6 @@ class TestSays:
         found = message(hob().replace(keyframes=(still, still.replace(name="on"))), tmp_path)
         assert found == ["keyframes/on: in this pose burner_left is 'off', not 'low|high'"]
 
-    def test_of_a_key(self, tmp_path: Path) -> None:
-        assert "cannot be touched by a fingertip" in message(walled_in(), tmp_path)[0]
-
 
 def walk(behavior: Behavior, acts: list[tuple[dict[str, float], set[str]]], dt: float = 0.05) -> list[str]:
     """Value of the first variable after each step."""
@@ -137,15 +133,6 @@ class TestMachine:
         assert walk(both, [IDLE, HELD, ({}, {"key", "stop"}), HELD, IDLE, HELD]) == [
             "off",
             "on",
-            "off",
-            "off",
-            "off",
-            "on",
-        ]
-
-    def test_what_holds_from_the_start_has_not_begun(self) -> None:
-        rule = Rule(variable="power", to="on", when=(PRESS,))
-        assert walk(Behavior(variables=(SWITCH,), rules=(rule,)), [HELD, HELD, IDLE, HELD]) == [
             "off",
             "off",
             "off",
@@ -176,17 +163,6 @@ class TestMachine:
         assert walk(Behavior(variables=(SWITCH,), rules=(on, off)), [HELD, HELD]) == ["on", "on"]
         assert walk(Behavior(variables=(SWITCH,), rules=(off, on)), [HELD, HELD]) == ["off", "off"]
 
-    def test_effects_follow_values(self) -> None:
-        burner = burning(LOW, HIGH)
-        for angle, seen in ((0.0, []), (0.8, ["low"]), (2.0, ["high"])):
-            machine = step(start(burner), Stimulus({"knob_left_joint": angle}), 0.05)
-            assert [e.value for e in machine.effects] == seen
-
-    def test_a_step_leaves_the_machine_as_it_was(self) -> None:
-        before: BehaviorState = start(burning(LOW, HIGH))
-        step(before, Stimulus({"knob_left_joint": 2.0}), 0.05)
-        assert before.values == {"burner_left": "off"}
-
 
 class TestReachable:
     def test_finds_what_takes_several_moves(self) -> None:
@@ -209,19 +185,6 @@ class TestReachable:
         assert unreached(machine, {"knob": (0.0, 1.9)}) == [("power", "on")]
         assert unreached(machine, {"knob": (0.0, 2.0)}) == []
 
-    def test_conditions_that_exclude_each_other(self) -> None:
-        never = (Condition(contact="key"), Condition(contact="key", negated=True))
-        machine = Behavior(variables=(SWITCH,), rules=(Rule(variable="power", to="on", when=never),))
-        assert unreached(machine, {}) == [("power", "on")]
-
-    def test_two_rules_make_a_toggle(self) -> None:
-        """All rules see the value of before, so the second does not undo what the first has set."""
-        on = Rule(variable="power", from_values=("off",), to="on", when=(PRESS,))
-        off = Rule(variable="power", from_values=("on",), to="off", when=(PRESS,))
-        toggle = Behavior(variables=(SWITCH,), rules=(on, off))
-        assert unreached(toggle, {}) == []
-        assert walk(toggle, [IDLE, HELD, IDLE, HELD, IDLE]) == ["off", "on", "on", "off", "off"]
-
 
 class TestOperated:
     def test_a_fingertip_touches_one_key(self, tmp_path: Path) -> None:
@@ -230,17 +193,6 @@ class TestOperated:
         pressed = model.press({}, "stop_button")
         assert pressed is not None
         assert pressed.touched == {"stop_button"}
-
-    def test_positions_are_those_of_the_file(self, tmp_path: Path) -> None:
-        model = operate.fingertip_model(packed(oven(), tmp_path))
-        assert model is not None
-        assert model.measure({}).joints == {"microjoint": 0.0}
-        assert model.measure({"microjoint": -9.0}).joints["microjoint"] == pytest.approx(-math.pi / 2)
-
-    def test_a_file_that_does_not_compile_is_left_alone(self, tmp_path: Path) -> None:
-        package = packed(oven(), tmp_path)
-        package.mjcf.write_text("<mujoco><worldbody><body/></worldbody></mujoco")
-        assert operate.fingertip_model(package) is None
 
     def test_ways_go_from_zero(self, subtests: pytest.Subtests) -> None:
         for span, way, at in [

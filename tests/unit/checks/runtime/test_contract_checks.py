@@ -12,7 +12,7 @@ from casa_assets import registry
 from casa_assets.checks.package.package import Package
 from casa_assets.checks.run import run
 from casa_assets.checks.runtime import loader_places
-from casa_assets.checks.runtime.contract import axis_of, in_use, missing_requirements, opening, regions
+from casa_assets.checks.runtime.contract import axis_of, missing_requirements, opening, regions
 from casa_assets.checks.table.table import TABLE
 from casa_assets.model.asset.asset import Asset, JointKind, Keyframe, Region
 from casa_assets.model.pose import Pose
@@ -23,7 +23,6 @@ from casa_assets.model.registry.contract import (
     PlaceRule,
     RegionRule,
     Requirements,
-    RobocasaRelease,
     Threshold,
 )
 from tests.assets import microwave, rigid_mug
@@ -183,10 +182,6 @@ class TestGood:
         numbers = {r.code: r.number for r in run(package, "subject", KNOWN.limits, table=ROWS).results}
         assert [code for code, number in numbers.items() if number is None] == []
 
-    def test_without_a_contract_nothing_is_asked(self, tmp_path: Path) -> None:
-        report = run(packed(rigid_mug(), tmp_path), "subject", KNOWN.limits, table=ROWS)
-        assert {r.number for r in report.results} == {None}
-
 
 class TestBad:
     @pytest.mark.parametrize(("code", "make"), BAD)
@@ -244,11 +239,6 @@ class TestRules:
         assert [pointer for pointer, _ in missing_requirements(sink(("left",)), asked, look)] == ["regions/basin"]
         assert len(missing_requirements(sink(("bowl",)), asked, look)) == 1
 
-    def test_values_in_use(self) -> None:
-        asked = KNOWN.contracts["stovetop"]
-        assert in_use(hob(), asked, "loc") == ["left"]
-        assert in_use(oven(), asked, "loc") == []
-
     def test_no_burner_at_all(self, tmp_path: Path) -> None:
         bare = hob().replace(links=hob().links[:1], joints=(), sites=(), behavior=None, keyframes=())
         package = packed(bare, tmp_path)
@@ -275,6 +265,3 @@ class TestRules:
             if (a := plain.replace(links=(plain.root, plain.links[1].replace(pose=pose))))
         ]
         assert found == ["-z", "+y", "askew"]
-
-    def test_generations_are_named(self) -> None:
-        assert KNOWN.contracts["microwave"].read_by[RobocasaRelease.V0_2] == ("Microwave",)

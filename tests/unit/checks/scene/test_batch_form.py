@@ -115,10 +115,6 @@ def test_bad_trips_its_code_alone(code: str, tmp_path: Path) -> None:
     assert {(issue.code, issue.severity) for issue in report.issues} == {(code, ROWS[code].severity)}
 
 
-def test_every_row_is_here() -> None:
-    assert EXAMPLES.keys() == ROWS.keys()
-
-
 def test_a_file_that_is_not_there_is_said_once(tmp_path: Path) -> None:
     subject = forms(tmp_path)
     (subject.root / BATCH_FILE).unlink()

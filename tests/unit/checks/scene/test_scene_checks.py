@@ -182,11 +182,6 @@ def test_what_does_not_load_is_said_once(tmp_path: Path) -> None:
     assert [i.pointer for i in report.issues] == ["scene.xml"]
 
 
-def test_the_same_twice(tmp_path: Path) -> None:
-    found = subject(round_a_corner(0.1), tmp_path)
-    assert run_scene(found, LIMITS) == run_scene(SceneSubject(found.scene, found.root), LIMITS)
-
-
 def test_waived_rows_do_not_run(tmp_path: Path) -> None:
     report = run_scene(subject(hung(0.1), tmp_path), LIMITS, {"SCN008": "it hangs from a wire"})
     (waived,) = [r for r in report.results if r.code == "SCN008"]

@@ -12,8 +12,7 @@ from casa_assets.checks.readers.mujoco_load import native_warnings
 from casa_assets.checks.run import run
 from casa_assets.checks.scene import subject as scene_subject
 from casa_assets.checks.scene.formats.light_form import SceneFiles
-from casa_assets.checks.scene.formats.usd_layer import OF_SINGLE_PROPS
-from casa_assets.checks.scene.motion.budget import MeasuredSpeed, scene_sizes
+from casa_assets.checks.scene.motion.budget import MeasuredSpeed
 from casa_assets.checks.scene.views import PreviewImages
 from casa_assets.checks.table.table import TABLE
 from casa_assets.model.asset.asset import Base
@@ -105,10 +104,6 @@ def test_bad_trips_its_code_alone(code: str, tmp_path: Path) -> None:
     assert all(issue.severity is ROWS[code].severity for issue in report.issues)
 
 
-def test_every_row_is_here() -> None:
-    assert EXAMPLES.keys() == ROWS.keys()
-
-
 class TestForms:
     def test_what_is_not_there_is_said_once(self, tmp_path: Path) -> None:
         files = forms(tmp_path)
@@ -118,24 +113,12 @@ class TestForms:
         assert [i.code for i in report.issues] == ["SCN018", "SCN021"]
         assert all(i.pointer in (files.usd.name, files.light.name) for i in report.issues)
 
-    def test_a_layer_that_is_cut_in_half_is_said_once(self, tmp_path: Path) -> None:
-        files = forms(tmp_path)
-        text = files.usd.read_text()
-        files.usd.write_text(text[: len(text) // 2])
-        assert [i.code for i in run(files, "room", LIMITS).issues] == ["SCN018"]
-
     def test_what_the_nested_layer_alone_says_is_found(self, tmp_path: Path) -> None:
         files = in_all_forms(room((cupboard(), at(0.0, 0.0, 0.0))), tmp_path)
         over = 'over "object"\n        {\n'
         tamper(files.nested, (over, f"{over}            float physics:mass = 77\n"))
         (issue,) = run(files, "room", LIMITS).issues
         assert (issue.code, issue.pointer) == ("SCN017", "nested/bodies/thing_0/mass")
-
-    def test_a_missing_nested_layer_is_said_once(self, tmp_path: Path) -> None:
-        files = forms(tmp_path)
-        files.nested.unlink()
-        (issue,) = run(files, "room", LIMITS).issues
-        assert (issue.code, issue.pointer) == ("SCN018", "scene_nested.usda")
 
     def test_the_count_is_that_of_the_cells(self, tmp_path: Path) -> None:
         files = forms(tmp_path)
@@ -156,9 +139,6 @@ class TestForms:
         assert (issue.code, issue.pointer) == ("SCN021", "joints")
         assert "thing_0__door_hinge" in issue.message
 
-    def test_what_is_excused_has_a_reason(self) -> None:
-        assert all(why.endswith(".") for why in OF_SINGLE_PROPS.values())
-
     def test_a_meshed_light_form(self, tmp_path: Path) -> None:
         files = forms(tmp_path)
         files.light.write_bytes(files.scene_subject.mjcf.read_bytes())
@@ -167,25 +147,13 @@ class TestForms:
 
 
 class TestPictures:
-    def test_the_picture_is_named(self, tmp_path: Path) -> None:
-        (issue,) = judged(picture(black=1.0), tmp_path).issues
-        assert (issue.pointer, issue.message.split(":")[0]) == ("previews/at_sink", "100.0% of it is black")
-
     def test_no_picture_is_no_pass(self) -> None:
         report = run(PreviewImages({}), "room", LIMITS)
         assert {(r.code, r.status) for r in report.results} == {(c, Status.NOT_RUN) for c in ("SCN024", "SCN025")}
         assert not report.passed
 
-    def test_a_pure_colour_is_neither(self) -> None:
-        blue = np.zeros((4, 4, 3), dtype=np.uint8)
-        blue[..., 2] = 255
-        assert run(PreviewImages({"overview": blue}), "room", LIMITS).issues == ()
-
 
 class TestSpeed:
-    def test_pace_is_simulated_seconds_per_second(self) -> None:
-        assert MeasuredSpeed(1.0, 4000.0, 0.002).pace == pytest.approx(8.0)
-
     def test_stopwatch_leaves_no_log(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         found = subject(things(), tmp_path, ("<statistic ", '<statistic meaninertia="1" '))
         here = tmp_path / "here"
@@ -200,16 +168,5 @@ class TestSpeed:
         clock, processor = iter([10.0, 40.0, 50.0, 50.5]), iter([2.0, 3.5, 4.0, 6.0])
         monkeypatch.setattr(scene_subject.time, "perf_counter", lambda: next(clock))
         monkeypatch.setattr(scene_subject.time, "process_time", lambda: next(processor))
-        assert scene_subject._since(scene_subject._now()) == 1.5, "of 30 s of the clock"
-        assert scene_subject._since(scene_subject._now()) == 0.5, "two threads have used 2 s of the processor"
-
-    def test_stopwatch_tells_why_a_file_does_not_load(self, tmp_path: Path) -> None:
-        (tmp_path / "scene.xml").write_text("<mujoco><worldbody><geom/></worldbody></mujoco>")
-        loaded, _ = scene_subject.timed_load(tmp_path / "scene.xml")
-        assert loaded.model is None
-        assert "size" in loaded.error
-
-    def test_holdings_are_those_of_the_model(self, tmp_path: Path) -> None:
-        held = scene_sizes(subject(room((cupboard(), at(0.0, 0.0, 0.0))), tmp_path))
-        assert (held["joints"], held["nv"], held["colliders"], held["hulls"]) == (4, 4, 18, 0)
-        assert held["bodies"] == 1 + 1 + 5
+        assert scene_subject.timed(list)[1] == 1.5, "of 30 s of the clock"
+        assert scene_subject.timed(list)[1] == 0.5, "two threads have used 2 s of the processor"

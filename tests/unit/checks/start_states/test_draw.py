@@ -99,12 +99,6 @@ def test_what_never_comes_to_rest_is_refused(stage: Stage, monkeypatch: pytest.M
         draw_states(stage, wanted())
 
 
-def test_a_draw_that_is_given_up_is_counted(stage: Stage, monkeypatch: pytest.MonkeyPatch) -> None:
-    answers = iter([None])
-    monkeypatch.setattr(draw, "settle", lambda *of: next(answers, settle(*of)))
-    assert draw_states(stage, wanted(count=1)).refused == {"did not come to rest": 1}
-
-
 def test_asking_for_too_much_is_an_error(subtests: pytest.Subtests, stage: Stage) -> None:
     for asked, told in [
         (wanted(things=4), "4 things were to be put somewhere in each state, and it has 3"),

@@ -87,10 +87,3 @@ def test_states_of_another_scene_are_not_simulated() -> None:
         **dict.fromkeys(("STA002", "STA003", "STA004"), Status.NOT_RUN),
         "STA005": Status.PASSED,
     }
-
-
-def test_one_state_alone_differs_from_none() -> None:
-    one = sound()
-    first = {name: getattr(one, name)[:1] for name in ("qpos", "base", "depth", "motion")}
-    results = {r.code: r.status for r in judged(one.replace(notes=one.notes[:1], **first)).results}
-    assert results["STA005"] is Status.NOT_APPLICABLE

@@ -48,6 +48,10 @@ def unpacked(zipped: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / SCENE
 
 
+def facts(stage: Usd.Stage) -> scene_facts.SceneFacts:
+    return scene_facts.facts_of_stage(scene_facts.SceneReading(stage))
+
+
 class TestZip:
     @pytest.mark.parametrize("file", ["scene.xml", "scene_light.xml"])
     def test_mujoco_reads_the_same(self, file: str, unpacked: Path, checked_kitchen: Checked) -> None:
@@ -64,7 +68,7 @@ class TestZip:
     ) -> None:
         here = Usd.Stage.Open(str(checked_kitchen[0] / SCENE / file))
         there = Usd.Stage.Open(str(unpacked / file))
-        assert scene_facts.facts_of_usd_by_pxr(there) == scene_facts.facts_of_usd_by_pxr(here)
+        assert facts(there) == facts(here)
         layers, pictures, unresolved = UsdUtils.ComputeAllDependencies(str(unpacked / file))
         assert unresolved == []
         assert pictures
@@ -94,8 +98,7 @@ class TestUsdz:
     def test_opens_with_all_that_it_names(self, usdz: Path, checked_kitchen: Checked) -> None:
         stage = Usd.Stage.Open(str(usdz))
         assert stage.GetCompositionErrors() == []
-        facts = scene_facts.facts_of_usd_by_pxr(Usd.Stage.Open(str(checked_kitchen[0] / SCENE / "scene.usda")))
-        assert scene_facts.facts_of_usd_by_pxr(stage) == facts
+        assert facts(stage) == facts(Usd.Stage.Open(str(checked_kitchen[0] / SCENE / "scene.usda")))
         nested = Usd.Stage.Open(f"{usdz}[scene_nested.usda]")
         assert nested.GetPrimAtPath("/World/main_dishwasher/object/door")
         layers, pictures, unresolved = UsdUtils.ComputeAllDependencies(str(usdz))
