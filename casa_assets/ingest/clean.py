@@ -12,21 +12,18 @@ from casa_assets.ingest.draft import Draft, Surface, warning
 from casa_assets.ingest.repair.components import (
     enclosed_parts,
     intersecting_components,
+    is_transparent,
     solidity,
     split_components,
-    transparent_parts,
 )
 from casa_assets.ingest.repair.faces import cut_nonmanifold_faces, orient_outward, sheet_fins, valid_faces
 from casa_assets.ingest.repair.foreign_parts import foreign_parts, separate_objects
 from casa_assets.ingest.repair.gaps import close_cracks, close_missing_sides, split_t_junctions
 from casa_assets.ingest.texture import submesh
-from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.issue import Issue
-from casa_assets.model.registry.category import Category, MatterFill
+from casa_assets.model.registry.category import FALLBACK, Category, MatterFill
 from casa_assets.model.source import RawModel, RawPart
 
-# Category of what could not be named.
-UNKNOWN = "object"
 # Share of a mesh's area whose normals may look backwards; smoothing over sharp edges turns up to 0.6 %.
 MAX_BACKWARD_SHARE = 0.01
 # Normals within half a degree of the plane of their face count as backwards: rounding moves them to either side.
@@ -58,7 +55,7 @@ def clean(model: RawModel, category: Category | None = None) -> Draft:
     draft = cut_nonmanifold_faces(draft)
     _refuse_flat(draft.surface.vertices)
     is_full = category is not None and category.build in (MatterFill.SOLID, MatterFill.FILLED)
-    if category is not None and is_full and category.id != UNKNOWN:
+    if category is not None and is_full and category.id != FALLBACK:
         draft = close_missing_sides(draft)
     return _measured(draft, is_full)
 
@@ -100,7 +97,7 @@ def _wound_outward(draft: Draft) -> Draft:
         message = f"{int(turned.sum())} faces ({turned.mean():.0%}) were turned to face outwards"
         notes.append(warning("MSH011", "winding", message))
     components = split_components(surface.vertices, faces, surface.point_of_vertex)
-    see_through = np.repeat(transparent_parts(draft.parts), [len(p.mesh.faces) for p in draft.parts])
+    see_through = np.repeat([is_transparent(p) for p in draft.parts], [len(p.mesh.faces) for p in draft.parts])
     sealed, more = enclosed_parts(components, see_through)
     parts = _parts(draft, surface.vertices, faces, ~sealed[components.label], turned)
     return draft.replace(parts=parts, notes=draft.noted(*notes, *more))
@@ -111,7 +108,11 @@ def _without_wrong_normals(draft: Draft) -> Draft:
 
     The faces must be wound outwards already.
     """
-    wrong = [_normals_are_wrong(part.mesh) for part in draft.parts]
+    wrong = [
+        mesh.normals is not None
+        and backward_share(mesh.vertices, mesh.faces, mesh.normals, LEAST_COSINE) > MAX_BACKWARD_SHARE
+        for mesh in (part.mesh for part in draft.parts)
+    ]
     if not any(wrong):
         return draft
     parts = tuple(
@@ -120,13 +121,6 @@ def _without_wrong_normals(draft: Draft) -> Draft:
     )
     message = f"normals of {sum(wrong)} of {len(wrong)} meshes looked against their faces and are computed anew"
     return draft.replace(parts=parts, notes=draft.noted(warning("MSH025", "normals", message)))
-
-
-def _normals_are_wrong(mesh: Mesh) -> bool:
-    normals = mesh.normals
-    if normals is None:
-        return False
-    return backward_share(mesh.vertices, mesh.faces, normals, LEAST_COSINE) > MAX_BACKWARD_SHARE
 
 
 def _measured(draft: Draft, full: bool) -> Draft:
@@ -187,9 +181,9 @@ def _parts(draft: Draft, vertices: Floats, faces: Ints, keep: Mask, turned: Mask
 
 
 def _refuse_flat(cloud: Floats) -> None:
-    spread = np.linalg.svd(cloud - cloud.mean(axis=0), compute_uv=False) if len(cloud) < 4 else None
-    if spread is None:
-        covariance = np.cov(cloud.T)
-        spread = np.sqrt(np.maximum(np.linalg.eigvalsh(covariance)[::-1], 0))
+    if len(cloud) < 4:
+        spread = np.linalg.svd(cloud - cloud.mean(axis=0), compute_uv=False)
+    else:
+        spread = np.sqrt(np.maximum(np.linalg.eigvalsh(np.cov(cloud.T))[::-1], 0))
     if spread[0] <= 0 or spread[-1] < 1e-4 * spread[0]:
         raise Rejected("MSH002", "all faces lie in one plane or on one line; a thing that is handled needs a thickness")

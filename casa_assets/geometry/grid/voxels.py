@@ -6,10 +6,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy import ndimage
 
-from casa_assets.core.numeric import Floats, Ints
+from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.geometry.mesh.surface import face_normals
 from casa_assets.geometry.solid.deviation import samples_with_faces
 from casa_assets.geometry.solid.solids import convex_hull
@@ -32,8 +31,8 @@ class Grid:
 
     origin: Floats
     cell: float
-    solid: npt.NDArray[np.bool_]
-    skin: npt.NDArray[np.bool_]
+    solid: Mask
+    skin: Mask
 
     @property
     def volume(self) -> float:
@@ -41,9 +40,10 @@ class Grid:
         inner = int((self.solid & ~self.skin).sum())
         return (inner + 0.5 * int((self.solid & self.skin).sum())) * self.cell**3
 
-    def centers(self) -> Floats:
-        """(N, 3) centres of the solid cubes."""
-        return self.origin + np.argwhere(self.solid) * self.cell
+    def cubes_at(self, places: Floats) -> tuple[Ints, ...]:
+        """Index of the cube that each of (N, 3) places lies in, or of the nearest one."""
+        at = np.round((places - self.origin) / self.cell).astype(int)
+        return tuple(np.clip(at, 0, np.array(self.solid.shape) - 1).T)
 
 
 def voxelise(points: Floats, faces: Ints, cells: int = 64, bridge: bool = False) -> Grid:
@@ -67,7 +67,7 @@ def voxelise(points: Floats, faces: Ints, cells: int = 64, bridge: bool = False)
     return Grid(origin, cell, solid, skin)
 
 
-def skin_cells(points: Floats, faces: Ints, grid: Grid) -> npt.NDArray[np.bool_]:
+def skin_cells(points: Floats, faces: Ints, grid: Grid) -> Mask:
     """(X, Y, Z) cubes of a grid that another surface, (P, 3) points and (F, 3) faces, passes through.
 
     Parts of the surface outside the grid are drawn onto its border.
@@ -75,7 +75,7 @@ def skin_cells(points: Floats, faces: Ints, grid: Grid) -> npt.NDArray[np.bool_]
     return _skin(points, faces, grid.origin, grid.cell, grid.solid.shape)
 
 
-def _skin(points: Floats, faces: Ints, origin: Floats, cell: float, shape: tuple[int, ...]) -> npt.NDArray[np.bool_]:
+def _skin(points: Floats, faces: Ints, origin: Floats, cell: float, shape: tuple[int, ...]) -> Mask:
     """Cubes of a grid that a surface passes through."""
     skin = np.zeros(shape, dtype=bool)
     for samples in _samples(points, faces, cell * 0.5):
@@ -84,7 +84,7 @@ def _skin(points: Floats, faces: Ints, origin: Floats, cell: float, shape: tuple
     return skin
 
 
-def _between(skin: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+def _between(skin: Mask) -> Mask:
     """Cubes with skin on both sides along at least two of the axes."""
     votes = np.zeros(skin.shape, dtype=np.int8)
     for axis in range(3):
@@ -146,10 +146,8 @@ def boundary(grid: Grid) -> tuple[Floats, Ints]:
 # Fillable volume ------------------------------------------------------------------------------------------------------
 # Find the empty voxels of a solid that would hold water: the inside of an open vessel.
 
-VoxelMask = npt.NDArray[np.bool_]
 
-
-def fillable_volume(solid: VoxelMask) -> VoxelMask:
+def fillable_volume(solid: Mask) -> Mask:
     """Mark the empty voxels that are reached from outside and that water, which runs sideways and down, does not leave.
 
     Args:
@@ -166,7 +164,7 @@ def fillable_volume(solid: VoxelMask) -> VoxelMask:
             start[edge] = here[edge]
         runs[:, :, level] = ndimage.binary_propagation(start, plane, mask=here)
     reached = ndimage.binary_propagation(runs & air, ndimage.generate_binary_structure(3, 1), mask=air)
-    held: VoxelMask = (air & reached & ~runs)[:, :, 1:-1]
+    held: Mask = (air & reached & ~runs)[:, :, 1:-1]
     return held
 
 
@@ -213,7 +211,7 @@ class OpenRooms:
     """
 
     grid: Grid
-    rooms: npt.NDArray[np.int64]
+    rooms: Ints
     shares: tuple[float, ...]
     enclosed: tuple[float, ...]
     facing: tuple[float, ...]
@@ -278,7 +276,7 @@ def open_rooms(points: Floats, faces: Ints) -> OpenRooms:
     )
 
 
-def swept_by_ball(matter: VoxelMask, radius: float) -> VoxelMask:
+def swept_by_ball(matter: Mask, radius: float) -> Mask:
     """Mark the voxels swept by a ball that comes from above or from the sides, but never below the lowest matter.
 
     Args:
@@ -312,13 +310,11 @@ def closed_shares(found: OpenRooms, points: Floats, faces: Ints) -> list[float]:
     return [1.0 - float(left[found.rooms == k + 1].mean()) for k in range(len(found.shares))]
 
 
-def _facing(points: Floats, faces: Ints, grid: Grid, rooms: npt.NDArray[np.int64], count: int) -> tuple[float, ...]:
+def _facing(points: Floats, faces: Ints, grid: Grid, rooms: Ints, count: int) -> tuple[float, ...]:
     """Share of the wall of each room that shows it its faces."""
     samples, face = samples_with_faces(points, faces, WALL_SAMPLES)
-    normals = face_normals(points, faces)[0][face]
-    seen = np.zeros((2, count + 1))
-    for side, sign in enumerate((1.0, -1.0)):
-        at = np.round((samples + sign * LOOK_CELLS * grid.cell * normals - grid.origin) / grid.cell).astype(int)
-        at = np.clip(at, 0, np.array(grid.solid.shape) - 1)
-        seen[side] = np.bincount(rooms[tuple(at.T)], minlength=count + 1)
+    look = LOOK_CELLS * grid.cell * face_normals(points, faces)[0][face]
+    seen = np.array(
+        [np.bincount(rooms[grid.cubes_at(at)], minlength=count + 1) for at in (samples + look, samples - look)]
+    )
     return tuple(float(v) for v in (seen[0] / np.maximum(seen.sum(axis=0), 1))[1:])

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from casa_assets.geometry.merging.fit_primitives import box_between
 from casa_assets.geometry.merging.moving_parts import (
     WHOLE,
     Inside,
@@ -20,7 +21,7 @@ from casa_assets.geometry.merging.moving_parts import (
     with_plain_parts,
 )
 from casa_assets.geometry.merging.still_parts import StillPart, exposed_parts, merged_parts, still_parts
-from casa_assets.geometry.solid.primitive import link_bounds
+from casa_assets.geometry.solid.primitive import box_around, link_bounds
 from casa_assets.model.asset.asset import Asset, Base, Collider, Joint, JointKind, Link, Region
 from casa_assets.model.asset.parts import joint_positions
 from casa_assets.model.kitchen.choices import JointWord
@@ -186,12 +187,8 @@ def _with_outer_region(form: Asset, whole: Asset) -> Asset:
     boxes = [found for found in bounds if found is not None]
     if not boxes:
         return form
-    corners = np.array(boxes)
-    lower, upper = corners[:, 0].min(axis=0), corners[:, 1].max(axis=0)
-    a, b, c = (float(value) for value in (lower + upper) / 2)
-    x, y, z = (float(value) for value in upper - lower)
-    outer = Region(name=OUTER_REGIONS[0], pose=Pose(position=(a, b, c)), size=(x, y, z))
-    return form.replace(regions=(*form.regions, outer))
+    box, pose = box_between(box_around(np.array(boxes)))
+    return form.replace(regions=(*form.regions, Region(name=OUTER_REGIONS[0], pose=pose, size=box.size)))
 
 
 # Choose joints --------------------------------------------------------------------------------------------------------

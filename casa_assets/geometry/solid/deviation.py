@@ -64,6 +64,15 @@ def distances_outside_hulls(samples: Floats, clouds: Sequence[Floats]) -> Floats
     return nearest
 
 
+def inside_share(points: Floats, clouds: Sequence[Floats]) -> float:
+    """Share of some points, (N, 3), that lie in the hull of one of the clouds."""
+    is_inside = np.zeros(len(points), dtype=bool)
+    for cloud in clouds:
+        planes = hull_planes(cloud)
+        is_inside |= ((points @ planes[:, :3].T + planes[:, 3]).round(9) < 0).all(axis=1)
+    return float(is_inside.mean())
+
+
 # Deviation ------------------------------------------------------------------------------------------------------------
 # Measure the error of convex shapes against a solid: volume that they add, surface that they leave bare or bury.
 

@@ -89,10 +89,13 @@ def link_bounds(link: Link, pose: Pose | None = None) -> Floats | None:
         None if the link has no colliders.
     """
     frame = pose or Pose()
-    corners = [shape_bounds(c.shape, frame @ c.pose) for c in link.colliders]
-    if not corners:
-        return None
-    return np.array([np.min([c[0] for c in corners], axis=0), np.max([c[1] for c in corners], axis=0)])
+    corners = np.array([shape_bounds(c.shape, frame @ c.pose) for c in link.colliders])
+    return box_around(corners) if len(corners) else None
+
+
+def box_around(boxes: Floats) -> Floats:
+    """(2, 3) corners of the box around (N, 2, 3) boxes."""
+    return np.array([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
 
 
 # Primitive ------------------------------------------------------------------------------------------------------------

@@ -38,10 +38,6 @@ class SurfaceSample:
     hull_faces: Ints
     hull_volume: float
 
-    def rotated(self, rotation: Floats) -> tuple[Floats, Floats]:
-        """Samples and hull points after a rotation (3, 3)."""
-        return self.samples @ rotation.T, self.hull_points @ rotation.T
-
 
 def sample_surface(points: Floats, faces: Ints) -> SurfaceSample:
     """Sample a surface and compute its hull.
@@ -151,14 +147,10 @@ def origin_evidence(points: Floats, names: list[str]) -> Floats:
 
 def priors(key: str, names: list[str]) -> Floats:
     """Log prior of each candidate, by its name."""
-    known_priors = UP_PRIOR.get(key, UP_PRIOR["unknown"])
-    other_prior = (1 - sum(known_priors.values())) / (len(UP_ROTATIONS) - len(known_priors))
-    log_priors: Floats = np.log(
-        np.array(
-            [known_priors.get(n, other_prior if n in UP_ROTATIONS else other_prior * OFF_AXIS_PRIOR) for n in names]
-        )
-    )
-    return log_priors
+    known = UP_PRIOR.get(key, UP_PRIOR["unknown"])
+    other = (1 - sum(known.values())) / (len(UP_ROTATIONS) - len(known))
+    shares = [known.get(n, other if n in UP_ROTATIONS else other * OFF_AXIS_PRIOR) for n in names]
+    return np.asarray(np.log(np.array(shares)))
 
 
 def candidates(cloud: SurfaceSample) -> list[tuple[str, Floats]]:
@@ -263,7 +255,7 @@ def stance(cloud: SurfaceSample, rotation: Floats, with_rain: bool) -> Stance:
     Args:
         rotation: asset_from_file. with_rain: measure the rain volumes too, which takes the longest.
     """
-    samples, hull_points = cloud.rotated(rotation)
+    samples, hull_points = cloud.samples @ rotation.T, cloud.hull_points @ rotation.T
     lower, upper = hull_points.min(axis=0), hull_points.max(axis=0)
     height = max(float(upper[2] - lower[2]), 1e-9)
     _, long, wide = smallest_rectangle(hull_points[:, :2])
@@ -362,34 +354,15 @@ def pose_score(pose: Stance, category: Category) -> float:
     if category.build is MatterFill.VESSEL:  # one without an opening has its lid on
         closed_share = 1 - max(upright_share, inverted_share)
         neck = min(max(taper, -0.6), 0.6)
-        return (
-            total
-            + 6.0 * capacity_score
-            + 1.3 * foot_score
-            + closed_share * (1.5 * neck + 4.0 * pose.center_below_middle + 0.5 * foot_over_crown)
-        )
+        lid = 1.5 * neck + 4.0 * pose.center_below_middle + 0.5 * foot_over_crown
+        return total + 6.0 * capacity_score + 1.3 * foot_score + closed_share * lid
+    middle = pose.center_below_middle
     if category.build is MatterFill.FILLED:  # cans and bottles have a dent below
         dent = float(np.clip((pose.rain_volume_inverted - pose.rain_volume) / 0.02, -1, 1))
-        return (
-            total + 3.5 * taper + 6.0 * pose.center_below_middle + 0.8 * foot_over_crown + 1.0 * foot_score + 1.0 * dent
-        )
+        return total + 3.5 * taper + 6.0 * middle + 0.8 * foot_over_crown + 1.0 * foot_score + 1.0 * dent
     if category.build is MatterFill.HOLLOW:
-        return (
-            total
-            + 1.2 * taper
-            + 4.0 * pose.center_below_middle
-            + 0.5 * foot_over_crown
-            + 1.0 * foot_score
-            + 0.8 * capacity_score
-        )
-    return (
-        total
-        + 0.5 * taper
-        + 4.0 * pose.center_below_middle
-        + 1.0 * foot_over_crown
-        + 1.0 * foot_score
-        + 1.0 * capacity_score
-    )
+        return total + 1.2 * taper + 4.0 * middle + 0.5 * foot_over_crown + 1.0 * foot_score + 0.8 * capacity_score
+    return total + 0.5 * taper + 4.0 * middle + 1.0 * foot_over_crown + 1.0 * foot_score + 1.0 * capacity_score
 
 
 def balance_score(pose: Stance, category: Category) -> float:
