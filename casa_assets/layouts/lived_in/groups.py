@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from casa_assets.core.numeric import Floats, about_axis
-from casa_assets.layouts.lived_in.spaces import CELL_M, Silhouette, box_in_world
+from casa_assets.layouts.compose.compose import box_in_world
+from casa_assets.layouts.lived_in.spaces import CELL_M, Silhouette
 from casa_assets.model.kitchen.habit import Arrangement
 from casa_assets.model.pose import Pose
 
@@ -60,19 +61,17 @@ def _turns(arrangement: Arrangement, members: Sequence[Silhouette], rng: np.rand
     if arrangement is Arrangement.LOOSE:
         return [float(rng.uniform(-math.pi, math.pi)) for _ in members]
     if arrangement is Arrangement.HANDLE_FRONT:
-        return [_handle_to_front(m) + math.radians(float(rng.uniform(-HOB_TURN_DEG, HOB_TURN_DEG))) for m in members]
+        jitter = [math.radians(float(rng.uniform(-HOB_TURN_DEG, HOB_TURN_DEG))) for _ in members]
+        # The handle is turned to the front, -y.
+        handles = [m.handle for m in members]
+        to_front = [0.0 if h is None else -math.pi / 2 - math.atan2(float(h[1]), float(h[0])) for h in handles]
+        return [a + j for a, j in zip(to_front, jitter, strict=True)]
     jitter = [math.radians(float(rng.uniform(-ROW_TURN_DEG, ROW_TURN_DEG))) for _ in members]
     if arrangement is Arrangement.ROW:
         return jitter
     # From front to back: a quarter turn for what is longer from left to right, its head to the back.
     wide = [np.ptp(m.box[:, 0]) > np.ptp(m.box[:, 1]) for m in members]
     return [(math.pi / 2 if w else 0.0) + 0.4 * j for w, j in zip(wide, jitter, strict=True)]
-
-
-def _handle_to_front(member: Silhouette) -> float:
-    """Angle that turns the handle of an object to the front, -y; radians."""
-    handle = member.handle
-    return 0.0 if handle is None else -math.pi / 2 - math.atan2(float(handle[1]), float(handle[0]))
 
 
 def turned_box(member: Silhouette, angle: float) -> Floats:
@@ -106,12 +105,9 @@ def _side_by_side(members: Sequence[Silhouette], turns: Sequence[float], rng: np
 
 
 def _stack(members: Sequence[Silhouette]) -> Group:
-    first = members[0]
-    middle, foot = first.box.mean(axis=0), float(first.box[0, 2])
-    pitch = first.pitch
-    poses = [
-        _upright(-float(middle[0]), -float(middle[1]), -foot + SET_DOWN_GAP_M + k * pitch) for k in range(len(members))
-    ]
+    first, pitch = members[0], members[0].pitch
+    (x, y, _), foot = (float(c) for c in first.box.mean(axis=0)), float(first.box[0, 2])
+    poses = [_upright(-x, -y, -foot + SET_DOWN_GAP_M + k * pitch) for k in range(len(members))]
     width, depth, height = (float(s) for s in np.ptp(first.box, axis=0))
     return Group(tuple(poses), (width, depth, height + (len(members) - 1) * pitch))
 

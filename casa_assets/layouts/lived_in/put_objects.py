@@ -10,8 +10,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from casa_assets.core.numeric import Floats, decimals
+from casa_assets.layouts.compose.compose import box_in_world
 from casa_assets.layouts.lived_in.groups import Group, arrange
-from casa_assets.layouts.lived_in.spaces import Rect, Silhouette, Space, box_in_world, silhouette, taken_by
+from casa_assets.layouts.lived_in.spaces import Rect, Silhouette, Space, silhouette, taken_by
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.kitchen.habit import Habit, Habits, SpaceKind
 from casa_assets.model.kitchen.scene import Placement, Resting
@@ -141,11 +142,12 @@ def _put_group(draw: _Draw, name: str, habit: Habit, left: int) -> PutGroup | No
     assets = _members(draw, habit, number)
     kind = _pick(habit.spaces, rng)
     for tried in (kind, *(k for k in sorted(habit.spaces) if k != kind)):
-        rooms = [r for r in draw.rooms if tried in r.space.kinds and _suits(r, habit)]
-        space_kind = draw.habits.spaces[tried]
-        weights = np.array([_ease(r.space) * (space_kind.together if r.theme else 1.0) for r in rooms])
+        rooms = [r for r in draw.rooms if tried in r.space.kinds and r.theme in ("", habit.theme)]
         if not rooms:
             continue
+        space_kind = draw.habits.spaces[tried]
+        ease = [1.0 if r.space.pose.position[2] <= EASY_REACH_M else HARD_REACH_WEIGHT for r in rooms]
+        weights = np.array([e * (space_kind.together if r.theme else 1.0) for e, r in zip(ease, rooms, strict=True)])
         order = rng.choice(len(rooms), size=len(rooms), replace=False, p=weights / weights.sum())
         for index in order:
             room = rooms[int(index)]
@@ -173,14 +175,6 @@ def _member(draw: _Draw, categories: Mapping[str, float]) -> Asset:
         if asset.labels.portion is None:
             return asset
     return draw.member(category, first)
-
-
-def _suits(room: _Room, habit: Habit) -> bool:
-    return not room.theme or room.theme == habit.theme
-
-
-def _ease(space: Space) -> float:
-    return 1.0 if space.pose.position[2] <= EASY_REACH_M else HARD_REACH_WEIGHT
 
 
 def _free_spot(
@@ -225,12 +219,7 @@ def _overlap(a: Rect, b: Rect) -> bool:
 
 
 def _set_down(
-    draw: _Draw,
-    name: str,
-    room: _Room,
-    assets: Sequence[Asset],
-    group: Group,
-    spot: tuple[float, float],
+    draw: _Draw, name: str, room: _Room, assets: Sequence[Asset], group: Group, spot: tuple[float, float]
 ) -> PutGroup:
     """The objects of a group as placements, and what they take noted."""
     (x, y), space, (width, depth, height) = spot, room.space, group.size
@@ -239,10 +228,7 @@ def _set_down(
     rest = Resting(placement=space.placement, link=space.link, region=space.region)
     placements = tuple(
         Placement(
-            name=draw.new_name(asset.labels.category),
-            asset=asset.id,
-            pose=rounded_pose(frame @ pose),
-            resting=rest,
+            name=draw.new_name(asset.labels.category), asset=asset.id, pose=rounded_pose(frame @ pose), resting=rest
         )
         for asset, pose in zip(assets, group.poses, strict=True)
     )

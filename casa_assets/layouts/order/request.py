@@ -31,7 +31,7 @@ from casa_assets.layouts.order.trim import (
 from casa_assets.layouts.order.worktops import WORKTOP_BREAKS
 from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.place import place_runs
-from casa_assets.layouts.plan.room import CeilingSlope, Room, WallHole, build_room
+from casa_assets.layouts.plan.room import Room, WallHole, build_room
 from casa_assets.layouts.plan.runs import CornerPart, RunLine, UnitSlot, base_slots, upper_slots
 from casa_assets.layouts.plan.style_models import FamilyPresets, StyleModels, check_plan_models
 from casa_assets.model.kitchen.floor import PlacedRun, PlacedUnit, RunEnd
@@ -75,7 +75,8 @@ def keep_clear(
             if not room.slopes:
                 least = math.ceil(100 * high) / 100
                 raise PlanConflict(plan.id, ("height",), f"at least {least} m, for {slot.name}", f"{over} m", least)
-            k = _lowest(room.slopes, slot.line, us, vs)
+            points = [slot.line.frame.at(u, v)[:2] for u in us for v in vs]
+            k = min(range(len(room.slopes)), key=lambda k: min(room.slopes[k].height_at(*p) for p in points))
             expected = f"a ceiling of at least {high:.2f} m over {slot.name}"
             knee = plan.slopes[k].knee + high - over
             raise PlanConflict(plan.id, ("slopes", k), expected, f"{over:.2f} m", knee)
@@ -109,12 +110,6 @@ def _height(slot: UnitSlot, models: StyleModels) -> float | None:
     is_high = abs(slot.top - standard_sizes.UPPER_TO) < 1e-3
     cornice = CORNICE_HEIGHT_M if is_high and models.style.cabinets.cornice is not None else 0.0
     return round(slot.top + cornice + PLAY_M, 4)
-
-
-def _lowest(slopes: Sequence[CeilingSlope], line: RunLine, us: Vec2, vs: Vec2) -> int:
-    """Number of the slope that is lowest over a rectangle on the floor."""
-    points = [line.frame.at(u, v)[:2] for u in us for v in vs]
-    return min(range(len(slopes)), key=lambda k: min(slopes[k].height_at(*p) for p in points))
 
 
 # Placed runs ----------------------------------------------------------------------------------------------------------

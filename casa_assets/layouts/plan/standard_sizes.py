@@ -134,9 +134,8 @@ def room_beside(unit: BaseUnit | UpperUnit, is_library: bool, sweep: float = 0.0
 def _span_of_model(unit: BaseUnit, models: StyleModels) -> WidthRange | None:
     if unit.kind in (BaseKind.RANGE, BaseKind.DISHWASHER, BaseKind.FRIDGE, BaseKind.OVEN):
         model = models.for_unit(unit)
-        width = round(
-            model.length("width") + room_beside(unit, model.choice.is_library, model.params.get("sweep", 0.0)), 3
-        )
+        beside = room_beside(unit, model.choice.is_library, model.params.get("sweep", 0.0))
+        width = round(model.length("width") + beside, 3)
         return WidthRange(width, width)
     if unit.kind is BaseKind.SINK:
         minimum = round(models.for_unit(unit).length("width") + 0.08, 2)

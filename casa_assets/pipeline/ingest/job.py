@@ -34,8 +34,8 @@ class Job:
     """One input to be worked on, once its id is known.
 
     Attributes:
-        limits: those of the registry, with what this run changes of them.
-        cache_key: of what it becomes. override: what a person decided about it.
+        limits: those of the registry, with what this run changes of them. cache_key: of what it becomes.
+        override: what a person decided about it.
     """
 
     found: Found

@@ -52,11 +52,7 @@ class RefusedFile(Record):
 
 
 class RefusedRows:
-    """The refused rows of one run; its memory is bounded however many there are.
-
-    Args:
-        library: what an earlier run refused is kept there.
-    """
+    """The refused rows of one run, and those of the run before it; its memory is bounded however many there are."""
 
     def __init__(self, library: Library) -> None:
         self._library = library

@@ -28,7 +28,7 @@ from ray._private import worker as ray_worker
 from casa_assets.errors import CasaError
 from casa_assets.pipeline.workers import ray_node as node
 from casa_assets.pipeline.workers.limits import Limits, WorkerFailure
-from casa_assets.pipeline.workers.pool import RayCluster, waiting_jobs
+from casa_assets.pipeline.workers.pool import RayCluster, Step, address_of, waiting_jobs
 from casa_assets.projects import plugin_use, project_folder
 
 LOG = logging.getLogger(__name__)
@@ -71,9 +71,9 @@ class RayEngine:
         CasaError: no cluster answers, or a machine of it is unfit (another version, no shared disk); from `run`.
     """
 
-    def __init__(self, cluster: RayCluster, limits: Limits, warm: str, shared: Path, least_bytes: int) -> None:
+    def __init__(self, cluster: RayCluster, limits: Limits, warm: Step, shared: Path, least_bytes: int) -> None:
         self._cluster, self._limits, self._least_bytes = cluster, limits, least_bytes
-        self._warm = [warm]
+        self._warm = [address_of(warm)]
         self._marker = Path(os.path.abspath(shared)) / f"cluster-{secrets.token_hex(8)}"  # noqa: PTH100
         self._is_ours = False
         self._is_connected = False
@@ -90,9 +90,9 @@ class RayEngine:
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
         self.close()
 
-    def prepare(self, warm: str) -> None:
+    def prepare(self, warm: Step) -> None:
         """Have one more function called before the next job."""
-        self._warm.append(warm)
+        self._warm.append(address_of(warm))
 
     def close(self) -> None:
         """End what runs, and the cluster where it was started here."""
@@ -103,18 +103,18 @@ class RayEngine:
         self._is_ours = self._is_connected = False
 
     def run(
-        self, function: str, jobs: Sequence[Any], started: Callable[[int], None] | None = None
+        self, function: Step, jobs: Sequence[Any], started: Callable[[int], None] | None = None
     ) -> Iterator[tuple[int, Any]]:
         """Yield (number of the job, answer or WorkerFailure) as they finish.
 
         Args:
-            function: `module:name` of a function of one argument; it answers with something picklable.
+            function: of one argument; it answers with something picklable.
             jobs: picklable. started: is called with the number of each job when it is handed to the cluster.
         """
         if not jobs:
             return
         self._connect()
-        order = self._order(function)
+        order = self._order(address_of(function))
         queue = _Queue(deque(range(len(jobs))))
         try:
             while queue.waiting or queue.running:
