@@ -13,12 +13,7 @@ TIME_SLACK_S = 1e-9
 
 @dataclass(frozen=True)
 class Stimulus:
-    """Measurements of a runtime in one step.
-
-    Attributes:
-        joints: name -> position, rad or m.
-        touched: names of colliders that something else touches.
-    """
+    """Measurements of a runtime in one step: positions of joints, rad or m, and colliders that something touches."""
 
     joints: Mapping[str, float]
     touched: frozenset[str] = frozenset()

@@ -66,11 +66,7 @@ def lighten(asset: Asset) -> Asset:
 
 
 def light_scene(scene: Scene, form: Callable[[Asset], Asset] = lighten) -> LightScene:
-    """The light form of a scene.
-
-    Args:
-        form: `lighten`, or what gives the same faster.
-    """
+    """The light form of a scene. `form`: `lighten`, or what gives the same faster."""
     return LightScene(scene=scene, light_assets=tuple(form(asset) for asset in scene.assets))
 
 
@@ -176,8 +172,7 @@ def _foot_of(shape: Shape, pose: Pose) -> float:
 def _foot(pose: Pose, points: Floats, found: Sequence[tuple[Shape, Pose]]) -> tuple[tuple[Box, Pose], ...]:
     """Return a thin upright box in the lowest part of a hull, or nothing if another shape already rests flat there.
 
-    Args:
-        pose: of the hull in its link. points: (N, 3) its vertices. found: primitives fitted to the hull, in its frame.
+    `pose`: of the hull in its link. `points`: (N, 3) its vertices. `found`: primitives fitted to it, in its frame.
     """
     low = float(pose.apply(points)[:, 2].min())
     flat = [(shape, pose @ at) for shape, at in found if np.abs((pose @ at).rotation[2]).max() > FLAT_COSINE]
@@ -218,8 +213,7 @@ def _frames(points: Floats) -> list[Floats]:
 class _Wanted(NamedTuple):
     """Input of one fit: planes of a hull, a frame, how far a primitive of unit half sizes reaches, its proportions.
 
-    Attributes:
-        reach: (F, 3) of a box, (F, 2) of a cylinder, towards each plane.
+    `reach`: (F, 3) of a box, (F, 2) of a cylinder, towards each plane.
     """
 
     planes: Floats

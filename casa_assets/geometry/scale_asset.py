@@ -18,12 +18,9 @@ UPPER_SHARE = 0.6
 
 
 def scaled(asset: Asset, factor: float, mass: float) -> Asset:
-    """An asset made larger or smaller evenly; its parts move as far, and a hand needs as much force to move them.
+    """An asset made larger or smaller evenly, of the given mass, kg; a hand needs as much force to move its parts.
 
     Pictures on it are stretched with it, and materials stay as they are.
-
-    Args:
-        factor: > 0. mass: of the result, kg; all links share it as they did.
     """
     heavier = mass / asset.mass
     kinds = {joint.name: joint.kind for joint in asset.joints}

@@ -165,8 +165,7 @@ class ShownMaterials:
     ) -> ShownMaterials:
         """Those of some visuals, each with the pose that takes its mesh into the common frame.
 
-        Args:
-            middle: (3,) of the thing that they belong to, or of the room. is_room: they are seen from there.
+        `middle`: (3,) of the thing that they belong to, or of the room. `is_room`: they are seen from there.
         """
         known = {material.id: material for material in materials}
         order = {name: number for number, name in enumerate(known)}
@@ -186,14 +185,10 @@ class ShownMaterials:
         return cls(tuple(known.values()), number, points, centroids, normals, double / 2, weights, np.concatenate(uv))
 
     def on(self, shape: Shape, pose: Pose, open_sides: Mask) -> Shown | None:
-        """Return the material that a primitive shows.
+        """Return the material that a primitive, posed in the frame of the triangles, shows.
 
-        None if visuals cover next to nothing of it, or if they are a frame with panes of glass.
-
-        Args:
-            pose: of the primitive in the frame of the triangles.
-            open_sides: (6,) of a box, the sides below and above along each axis: True if nothing is right in front of
-                them.
+        None if visuals cover next to nothing of it, or if they are a frame with panes of glass. `open_sides`: (6,) of a
+        box, below and above along each axis: True if nothing is right in front of them.
         """
         lower, upper = shape_bounds(shape, pose)
         near = ((self.centroids >= lower - OUTSIDE_M) & (self.centroids <= upper + OUTSIDE_M)).all(axis=1)
@@ -271,11 +266,7 @@ def _sides(local: Floats, normals: Floats, areas: Floats, half: Floats) -> Float
 
 
 def open_sides(primitives: Sequence[tuple[Shape, Pose]]) -> Mask:
-    """(N, 6) True for sides of primitives, below and above along each axis, without another primitive in front.
-
-    Args:
-        primitives: shapes with their poses in one frame; each is taken as the box around it along its own axes.
-    """
+    """(N, 6) True for sides of primitives, below and above along each own axis, without another primitive in front."""
     corners = np.array([shape_bounds(shape, Pose()) for shape, _ in primitives])
     half = (corners[:, 1] - corners[:, 0]) / 2
     rotation = np.array([pose.rotation for _, pose in primitives])

@@ -33,11 +33,8 @@ LEAST_COSINE = 0.01
 def clean(model: RawModel, category: Category | None = None) -> Draft:
     """Repair what can be repaired without changing the looks; a sound mesh stays as it is.
 
-    Args:
-        category: its proportions distinguish a pedestal from a foot, and its build decides whether the inside is solid;
-            None if unknown.
-    Raises:
-        Rejected: no faces are left (MSH001), or the remaining surface is flat (MSH002).
+    The proportions of the category distinguish a pedestal from a foot; its build tells whether the inside is solid.
+    Raises Rejected: no faces are left (MSH001), or the remaining surface is flat (MSH002).
     """
     draft = Draft(
         parts=model.parts,
@@ -104,10 +101,7 @@ def _wound_outward(draft: Draft) -> Draft:
 
 
 def _without_wrong_normals(draft: Draft) -> Draft:
-    """The parts, without normals that contradict the faces; those normals are computed again later.
-
-    The faces must be wound outwards already.
-    """
+    """The parts, wound outwards, without normals that contradict the faces; those are computed again later."""
     wrong = [
         mesh.normals is not None
         and backward_share(mesh.vertices, mesh.faces, mesh.normals, LEAST_COSINE) > MAX_BACKWARD_SHARE
@@ -161,11 +155,7 @@ def _without_extras(surface: Surface, keep: Mask, category: Category | None) -> 
 
 
 def _parts(draft: Draft, vertices: Floats, faces: Ints, keep: Mask, turned: Mask) -> tuple[RawPart, ...]:
-    """The parts with the faces that stay, and the vertices that these use, at their new places.
-
-    Args:
-        vertices, faces: of all parts. keep: (F,) faces that stay. turned: (F,) whose normals are dropped.
-    """
+    """The parts with the (F,) faces to keep and the vertices that these use; `turned`: (F,) normals to be dropped."""
     out, start, offset = [], 0, 0
     for part in draft.parts:
         face_count, vertex_count = len(part.mesh.faces), len(part.mesh.vertices)

@@ -99,10 +99,7 @@ def _best_candidate(
     stated_up: str | None,
     failed_ups: Sequence[str],
 ) -> tuple[str, Floats, float]:
-    """Name and rotation of the best candidate, and the confidence in it, 0..1.
-
-    That is the stated one unless another is much more probable.
-    """
+    """Name, rotation and confidence, 0..1, of the best candidate: the stated one unless another is far likelier."""
     options = [one for one in candidates(cloud) if _up_in_words(*one) not in failed_ups]
     names, rotations = [name for name, _ in options], [rotation for _, rotation in options]
     prior = priors(prior_key, names) + origin_evidence(points, names)
@@ -134,11 +131,7 @@ def _best_candidate(
 
 
 def _front(samples: Floats, category: Category, draft: Draft, name: str, override: UserOverride) -> Facing:
-    """The turn to the front; if no turn is needed, a pose off the axes is straightened.
-
-    Args:
-        samples: (N, 3) in the chosen pose. name: of that pose.
-    """
+    """The turn to the front of (N, 3) samples in the chosen pose; else a pose off the axes is straightened."""
     if override.turn_deg is not None:
         turned = f"turned by {override.turn_deg:g} degrees"
         return Facing(float(np.radians(override.turn_deg)), turned, 1.0, "a person decided")

@@ -23,11 +23,7 @@ from casa_assets.model.source import RawPart
 
 
 def submesh(mesh: Mesh, faces: Ints, keep_normals: bool = True) -> Mesh:
-    """The mesh with these faces alone, and the vertices that they use in the order that they had.
-
-    Args:
-        faces: (F, 3) indices into the vertices of the mesh.
-    """
+    """The mesh with these (F, 3) faces of it alone, and the vertices that they use in the order that they had."""
     used, local = np.unique(faces, return_inverse=True)
     return Mesh(
         vertices=mesh.vertices[used],
@@ -110,12 +106,9 @@ INVISIBLE = 0.02
 
 
 def texture(draft: Draft, largest_px: int, substance: Substance) -> Draft:
-    """Make the materials portable and merge the parts that share one.
+    """Make the materials portable and merge the parts that share one; longer sides are scaled down to `largest_px`.
 
-    Args:
-        draft: any stage after `simplify`.
-        largest_px: longer sides are scaled down to this.
-        substance: its metallic and roughness values are used if the file states none.
+    Metallic and roughness values of the substance are used if the file states none.
     """
     notes = []
     parts = []
@@ -152,8 +145,7 @@ def texture(draft: Draft, largest_px: int, substance: Substance) -> Draft:
 def painted(mesh: Mesh, material: Material) -> tuple[Mesh, Material]:
     """Vertex colours as a texture: two triangles share a square patch, one in each corner of it.
 
-    Returns:
-        The mesh with three separate vertices per face, and the material with the texture.
+    The mesh gets three separate vertices per face.
     """
     assert mesh.colors is not None
     count = len(mesh.faces)

@@ -28,8 +28,7 @@ SHEET_HALF_CELLS = 0.6
 def signed_distance_field(points: Floats, faces: Ints, grid: Grid) -> Floats:
     """(X, Y, Z) signed distances at voxel centres, metres, positive within matter; coarse away from the surface.
 
-    Args:
-        points: (P, 3). faces: (F, 3), any winding, open or not. grid: of that surface.
+    The grid is of that surface, wound any way, open or not.
     """
     normals, areas = face_normals(points, faces)
     count = int(min(MAX_SAMPLES, max(2000, 4 * areas.sum() / grid.cell**2)))
@@ -64,13 +63,11 @@ MIN_EDGE_SHARE = 0.05
 
 
 def isosurface(field: Floats, origin: Floats, cell: float) -> tuple[Floats, Ints]:
-    """Triangulate the border of all that is positive.
+    """Triangulate the border of all that is positive: a manifold of outward faces, empty if nothing is positive.
 
     Args:
         field: (X, Y, Z) at the corners of a grid; its border has to be negative, or the surface is cut open there.
         origin: (3,) of the first corner. cell: distance between two, metres.
-    Returns:
-        (P, 3) points and (F, 3) outward faces: a manifold, empty where nothing is positive.
     Ref: Kuhn's six tetrahedra of a cube; neighbouring cubes share their diagonals, so that no gap opens.
     """
     shape = np.array(field.shape)

@@ -25,8 +25,7 @@ SAMPLES_AT_ONCE = 1_000_000
 class Grid:
     """Cubes of side `cell` (m); cube (i, j, k) is centred on origin + (i, j, k) * cell.
 
-    Attributes:
-        solid: (X, Y, Z) what the surface encloses, itself included. skin: (X, Y, Z) what it passes through.
+    `solid`: (X, Y, Z) what the surface encloses, itself included. `skin`: (X, Y, Z) what it passes through.
     """
 
     origin: Floats
@@ -47,13 +46,10 @@ class Grid:
 
 
 def voxelise(points: Floats, faces: Ints, cells: int = 64, bridge: bool = False) -> Grid:
-    """Voxel grid of everything that the surface encloses, flooding from outside.
+    """Voxel grid of everything that the surface, wound any way, open or not, encloses, flooding from outside.
 
-    Args:
-        points: (P, 3). faces: (F, 3), any winding, open or not.
-        cells: cubes along the longest side.
-        bridge: also fill what lies between two walls along at least two of the axes, so that a missing
-            bottom or lid does not empty a thing that is known to be full.
+    `cells`: along the longest side. `bridge`: also fill what lies between two walls along at least two of the axes, so
+    that a missing bottom or lid does not empty a thing that is known to be full.
     """
     low = points.min(axis=0)
     extent = np.ptp(points, axis=0)
@@ -148,10 +144,9 @@ def boundary(grid: Grid) -> tuple[Floats, Ints]:
 
 
 def fillable_volume(solid: Mask) -> Mask:
-    """Mark the empty voxels that are reached from outside and that water, which runs sideways and down, does not leave.
+    """(X, Y, Z) empty voxels that are reached from outside and that water, which runs sideways and down, stays in.
 
-    Args:
-        solid: (X, Y, Z) cubes of matter, z up, with air all around.
+    `solid`: cubes of matter, z up, with air all around.
     """
     air = np.pad(~solid, ((0, 0), (0, 0), (1, 1)), constant_values=True)
     runs = np.zeros_like(air)
@@ -219,9 +214,7 @@ class OpenRooms:
     def kept(self, with_gaps: bool) -> tuple[int, ...]:
         """Indices of the rooms that collision shapes have to leave open.
 
-        Args:
-            with_gaps: also those into which backs of faces look: sheets without thickness, and not gaps in the surface
-                of something full.
+        `with_gaps`: also those that backs of faces look into, of sheets without thickness, not gaps in something full.
         """
         is_hollow = self.encloses(with_gaps)
         return tuple(
@@ -245,10 +238,7 @@ NO_ROOMS = OpenRooms(Grid(np.zeros(3), 1.0, _NOWHERE, _NOWHERE), _NOWHERE.astype
 def open_rooms(points: Floats, faces: Ints) -> OpenRooms:
     """Find the rooms of a surface that a ball reaches from outside, within its hull.
 
-    Args:
-        points: (P, 3), all of them used, z up; the floor is at the lowest. faces: (F, 3), any winding, open or not.
-    Raises:
-        DegenerateShape: the points span no volume.
+    `points`: all used, z up; the floor is at the lowest. Raises DegenerateShape: the points span no volume.
     """
     hull_points, hull_faces = convex_hull(points)
     grid = voxelise(points, faces, CELLS)
@@ -277,10 +267,9 @@ def open_rooms(points: Floats, faces: Ints) -> OpenRooms:
 
 
 def swept_by_ball(matter: Mask, radius: float) -> Mask:
-    """Mark the voxels swept by a ball that comes from above or from the sides, but never below the lowest matter.
+    """(X, Y, Z) voxels swept by a ball that comes from above or the sides, but never below the lowest matter.
 
-    Args:
-        matter: (X, Y, Z), z up, with air all around. radius: of the ball, voxels.
+    `matter`: z up, with air all around. `radius`: in voxels.
     """
     rim = int(np.ceil(radius)) + 2
     levels = np.flatnonzero(matter.any(axis=(0, 1)))
@@ -298,12 +287,7 @@ def swept_by_ball(matter: Mask, radius: float) -> Mask:
 
 
 def closed_shares(found: OpenRooms, points: Floats, faces: Ints) -> list[float]:
-    """Share of each room, 0..1, that another surface fills or closes off.
-
-    Args:
-        found: rooms of a surface. points: (P, 3) of the surfaces of collision shapes, one after the other, same frame.
-        faces: (F, 3).
-    """
+    """Share of each room, 0..1, that another surface in the same frame, of collision shapes, fills or closes off."""
     # The grid ends close around the thing: what of the shapes lies farther out takes no room of it.
     matter = ndimage.binary_fill_holes(skin_cells(points, faces, found.grid))
     left = swept_by_ball(matter, SMALL_BALL_CELLS) & ~matter

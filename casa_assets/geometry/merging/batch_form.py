@@ -36,10 +36,7 @@ def with_joints_locked(asset: Asset, locked: Collection[str], positions: Mapping
     """The asset without some of its joints; the colliders of what they moved go to the link that carries it.
 
     States and named poses lose what they say of a locked joint. Behaviour that looks at one, or at a key that it moved,
-    is left out.
-
-    Args:
-        locked: names of joints. positions: of joints, rad or m; a locked one stays at its own, 0 where it has none.
+    is left out. `positions`: of joints, rad or m; a locked one stays at its own, or 0.
     """
     poses = {
         link.name: asset.parent_from_link(link.name, positions)
@@ -94,11 +91,7 @@ OUTER_REGIONS = ("bbox", "main")
 
 
 class BatchForms:
-    """Batch forms of one scene with more or fewer joints; what several of them share is made once.
-
-    Args:
-        light: the light form of the scene.
-    """
+    """Batch forms of one scene with more or fewer joints; what several of them share is made once."""
 
     def __init__(self, light: LightScene) -> None:
         self._scene = light.scene
@@ -336,11 +329,7 @@ def _steps(assets: Mapping[str, Asset], locked: Collection[Ref]) -> Iterator[_St
 
 
 def _of_several(units: Mapping[str, str]) -> Iterator[str]:
-    """Names of units of which there are several of a category, the last of the most frequent one first.
-
-    Args:
-        units: name -> category.
-    """
+    """Of units, name -> category, those of which there are several, the last of the most frequent category first."""
     left = dict(units)
     while left:
         counts = Counter(left.values())

@@ -78,13 +78,10 @@ class FitLimits:
 
 
 def fit_primitives(shapes: Sequence[tuple[Shape, Pose]], limits: FitLimits) -> list[Fitted]:
-    """Boxes and upright cylinders around groups of primitives.
+    """Boxes and upright cylinders around groups of primitives with their poses in a body.
 
     One is fitted around all. The one that is most empty is divided in two along an axis, until all are full enough or
     there are enough of them. A group of one stays as it is. A box that holds what has to be free becomes its walls.
-
-    Args:
-        shapes: primitives with their poses in the body.
     """
     bounds = np.array([shape_bounds(shape, pose) for shape, pose in shapes])
     sizes = np.array([np.diff(shape_bounds(shape, Pose()), axis=0)[0] for shape, _ in shapes])  # along the own axes
@@ -177,10 +174,7 @@ class _Grid:
 def _not_negligible(bounds: Floats, volumes: Floats, sizes: Floats) -> Ints:
     """Indices of shapes, smallest first, without those that are small together and reach no farther out than others.
 
-    Shapes at the bottom, which the body rests on, are kept.
-
-    Args:
-        bounds: (N, 2, 3) corners, volumes: (N,), sizes: (N, 3) along the own axes, ascending; metres and m^3.
+    Shapes at the bottom, which the body rests on, are kept. `sizes`: (N, 3) along the own axes, ascending; metres.
     """
     kept = np.ones(len(volumes), dtype=bool)
     lower, upper = bounds[:, 0].min(axis=0) + OUTLINE_M, bounds[:, 1].max(axis=0) - OUTLINE_M
@@ -300,11 +294,7 @@ def _around(
 
 
 def _walls(parts: Sequence[tuple[Shape, Pose]], box: Floats, limits: FitLimits) -> list[tuple[Shape, Pose]]:
-    """Return the rest of an aligned box after removing the space to be kept free, as boxes shrunk to the parts in them.
-
-    Args:
-        box: (2, 3) its corners, metres.
-    """
+    """Return the rest of an aligned (2, 3) box, less the space to be kept free, as boxes shrunk to parts in them."""
     left = [box]
     for kept, at in limits.free:
         hole = shape_bounds(kept, at) + np.array([[FREE_MARGIN_M], [-FREE_MARGIN_M]])
@@ -328,10 +318,7 @@ def _walls(parts: Sequence[tuple[Shape, Pose]], box: Floats, limits: FitLimits) 
 
 
 def _cut_off(piece: Fitted, beside: Floats) -> Fitted:
-    """An aligned box or an upright cylinder, cut so that it does not reach into other bodies; others as they are.
-
-    Each time the cut is made that takes least away.
-    """
+    """An aligned box or upright cylinder, cut out of other bodies, each time where least is lost; others unchanged."""
     shape, pose = piece.shape, piece.pose
     if isinstance(shape, Sphere | Capsule) or not is_aligned(pose):
         return piece

@@ -73,13 +73,10 @@ Ref = tuple[str, str]  # name of a placement, and of a link of it
 
 
 def meeting_links(placements: Sequence[Placement], forms: Sequence[Asset]) -> list[tuple[Ref, ...]]:
-    """Sets of moving links of fixtures that can touch each other, each of two links or more.
+    """Sets of two or more moving links of fixtures that can touch each other; `forms`: the asset of each placement.
 
     Two links can where the boxes that they pass through over the ranges of their joints come near each other, unless
     one carries the other or the asset says that they never collide.
-
-    Args:
-        forms: the asset of each placement.
     """
     swept: dict[Ref, Floats] = {}
     apart: set[frozenset[Ref]] = set()
@@ -166,9 +163,7 @@ class Inside(Enum):
 def with_few_primitives(place: Placement, form: Asset, loose: Sequence[LoosePart], inside: Inside) -> Asset:
     """The form with fewer primitives on each link that moves; on those that never do only what a behaviour looks at.
 
-    Args:
-        loose: the primitives of all loose things, and others that this one keeps out of.
-        inside: of a loose thing, and of the bins of doors.
+    `loose`: the primitives of loose things, and others that this one avoids. `inside`: of it, and of bins of doors.
     """
     links, touched = [], touched_colliders(form)
     for link in form.links:
@@ -276,11 +271,7 @@ def _of_moving_part(form: Asset, link: Link, inside: Inside) -> tuple[Collider, 
 
 
 def with_plain_parts(asset: Asset, locked: Collection[str]) -> Asset:
-    """The asset without the posts of handles; what is locked has no handle, and a drawer or rack of it is one block.
-
-    Args:
-        locked: names of joints.
-    """
+    """The asset without the posts of handles; a locked part has no handle, and a locked drawer or rack is one block."""
     touched = touched_colliders(asset)
     grips = {joint.grip for joint in asset.joints} | touched
     moved_by_locked = {joint.child for joint in asset.joints if joint.name in locked}
@@ -307,10 +298,7 @@ def with_plain_parts(asset: Asset, locked: Collection[str]) -> Asset:
 def _without_lining(boxes: list[tuple[Floats, int]]) -> list[tuple[Floats, int]]:
     """Boxes without the thin ones that lie flat against a larger one, which becomes as thick as both.
 
-    So a drawer has its front as one box and not two.
-
-    Args:
-        boxes: (2, 3) corners, and the index of the largest collider that each replaces.
+    So a drawer has its front as one box and not two. Each has the index of the largest collider that it replaces.
     """
     found: list[tuple[Floats, int]] = []
     for corners, index in sorted(boxes, key=lambda box: -float(np.prod(box[0][1] - box[0][0]))):
@@ -377,11 +365,7 @@ def _other_links(form: Asset, link: str) -> Floats:
 
 
 def _filled(boxes: list[tuple[Floats, int]], kept_free: Floats, most_empty: float) -> list[tuple[Floats, int]]:
-    """Boxes of which pairs with little between them are one, where nothing goes.
-
-    Args:
-        kept_free: (N, 2, 3) corners of what they do not reach into. most_empty: between two that become one, m^3.
-    """
+    """Boxes of which pairs with at most `most_empty` m^3 between them are one, outside of (N, 2, 3) `kept_free`."""
     found = list(boxes)
     while True:
         best: tuple[float, int, int] | None = None

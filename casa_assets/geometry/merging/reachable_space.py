@@ -40,12 +40,9 @@ class ReachableSpace:
     """
 
     def __init__(self, boxes: Floats, seeds: Floats, askew: Sequence[tuple[Shape, Pose]] = ()) -> None:
-        """Find the space.
+        """Find the space among (N, 2, 3) corners of axis-aligned boxes, N > 0, metres, and other shapes, in the world.
 
-        Args:
-            boxes: (N, 2, 3) corners of axis-aligned boxes, N > 0, metres, world frame.
-            seeds: (M, 3) points from which it is reached; those inside of boxes are passed over.
-            askew: other shapes, with their poses in the world.
+        `seeds`: (M, 3) points from which it is reached; those inside of boxes are passed over.
         """
         self.boxes = boxes
         closed = boxes + np.array([[-CLOSED_GAP_HALF_M] * 3, [CLOSED_GAP_HALF_M] * 3])
@@ -120,10 +117,7 @@ class ReachableSpace:
 def is_inside(shape: Shape, points: Floats, margin: float = 0.0) -> Mask:
     """(N,) whether points of the frame of a primitive lie in it or at most `margin` metres from its faces.
 
-    Args:
-        points: (N, 3) metres.
-    Raises:
-        ValueError: the shape is no primitive.
+    Raises ValueError: the shape is no primitive.
     """
     if isinstance(shape, Box):
         beside = np.abs(points) - np.array(shape.size) / 2

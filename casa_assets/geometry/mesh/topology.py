@@ -16,11 +16,8 @@ WELD_RELATIVE = 1e-6
 
 
 def weld(vertices: Floats, relative: float = WELD_RELATIVE) -> tuple[Floats, Ints]:
-    """Merge vertices that lie in one cell of a fine grid.
+    """Merge vertices that lie in one cell of a grid, whose cell size is a `relative` part of the longest extent.
 
-    Args:
-        vertices: (V, 3) any unit.
-        relative: cell size as a part of the longest extent.
     Returns:
         (P, 3) the first vertex of each cell, ordered by first use; (V,) index of each vertex's point.
     """
@@ -54,11 +51,7 @@ def merge_rows(rows: Floats) -> tuple[Ints, Ints]:
 
 
 def face_components(faces: Ints, count: int) -> Ints:
-    """(F,) component of each face, connected through shared points; numbered by first face.
-
-    Args:
-        faces: (F, 3) indices of welded points. count: number of points.
-    """
+    """(F,) component of each face over `count` points, connected through shared points; numbered by first face."""
     if not len(faces):
         return np.empty(0, dtype=np.int64)
     rows = np.concatenate([faces[:, 0], faces[:, 1]])
@@ -68,11 +61,7 @@ def face_components(faces: Ints, count: int) -> Ints:
 
 
 def component_boxes(corners: Floats, label: Ints) -> tuple[Floats, Floats]:
-    """(N, 3) lower and upper corners of the box around each component of some faces.
-
-    Args:
-        corners: (F, 3, 3) of the faces. label: (F,) component of each.
-    """
+    """(N, 3) lower and upper corners of the box around each component of (F, 3, 3) corners of faces; (F,) labels."""
     count = int(label.max()) + 1
     lower, upper = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
     np.minimum.at(lower, label, corners.min(axis=1))
@@ -88,11 +77,7 @@ def connected_groups(count: int, left: Ints, right: Ints) -> Ints:
 
 
 def manifold_patches(ids: Ints) -> Ints:
-    """(F,) patch of each face: patches are joined over edges of exactly two faces.
-
-    Args:
-        ids: (F, 3) indices of welded points, at least one face.
-    """
+    """(F,) patch of each of (F, 3) faces, at least one: patches are joined over edges of exactly two faces."""
     directed = np.sort(directed_edges(ids), axis=1)
     owner = np.tile(np.arange(len(ids)), 3)
     key = directed[:, 0] * (int(ids.max()) + 1) + directed[:, 1]
@@ -170,8 +155,7 @@ def consistent_winding(faces: Ints) -> tuple[Ints, Mask]:
 def _turns(left: Ints, right: Ints, clash: Mask, count: int) -> Mask:
     """(F,) parity of the clashes on the way from each face to the first face of its patch.
 
-    Args:
-        left, right: (E,) faces that are neighbours, each pair once. clash: (E,) they run the same way.
+    `left`, `right`: (E,) neighbouring faces, each pair once. `clash`: (E,) they run the same way.
     """
     # One more node, joined to the first face of each patch, makes one tree of all patches.
     _, first = np.unique(connected_groups(count, left, right), return_index=True)
@@ -199,11 +183,7 @@ MIN_NEGATIVE_VOLUME = 1e-9
 
 
 def inside_out_faces(points: Floats, faces: Ints) -> Mask:
-    """(F,) which faces are on closed components of negative volume that are not the lining of another one.
-
-    Args:
-        points: (P, 3) welded. faces: (F, 3) over them.
-    """
+    """(F,) True for faces on closed components of negative volume that are not the lining of another one."""
     if not len(faces):
         return np.zeros(0, dtype=bool)
     component = face_components(faces, len(points))
@@ -248,8 +228,7 @@ def fill_holes(
 
     Args:
         points: (P, 3) welded. faces: (F, 3), consistently wound.
-        widest: of a hole that is closed, in units of the points: the longest side of the box around it.
-        most_torn: maximum share of edges that are torn.
+        widest: longest side of the box around a hole. most_torn: maximum share of edges that are torn.
     """
     if not len(faces):
         return None
@@ -328,8 +307,7 @@ def _loops(faces: Ints) -> list[Ints] | None:
 def _around(third: dict[int, int], before: int, spot: int, count: int) -> int:
     """End of the fan of faces that an open way from `before` to `spot` runs along end, going around that point.
 
-    Args:
-        third: of each directed edge, first * count + second, the corner across from it. count: of the points.
+    `third`: of each directed edge, first * count + second, the corner across from it. `count`: of the points.
     """
     for _ in range(len(third)):
         across = third[spot * count + before]

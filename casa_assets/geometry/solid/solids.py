@@ -26,11 +26,7 @@ MOST_PIECES = 1000
 
 
 def solid_of(points: Floats, faces: Ints) -> Solid | None:
-    """Return the surface as a solid, or None if it is not a manifold or has no volume.
-
-    Args:
-        points: (P, 3) welded. faces: (F, 3), outward.
-    """
+    """Return welded (P, 3) points and outward (F, 3) faces as a solid, or None: no manifold, or without volume."""
     if len(faces) < 4:
         return None
     # Copies: the binding takes no arrays that may only be read.
@@ -106,14 +102,9 @@ LEVEL_SHARE = 1e-6
 
 
 def convex_hull(points: Floats) -> tuple[Floats, Ints]:
-    """Hull of a point cloud.
+    """Hull of (N, 3) points: (M, 3) vertices in order of input and (F, 3) outward triangles.
 
-    Args:
-        points: (N, 3).
-    Returns:
-        (M, 3) hull vertices in order of input; (F, 3) outward triangles.
-    Raises:
-        DegenerateShape: the points span no volume.
+    Raises DegenerateShape: the points span no volume.
     """
     hull, _, _ = _qhull(points)
     index = np.sort(hull.vertices)
@@ -131,10 +122,9 @@ def convex_hull(points: Floats) -> tuple[Floats, Ints]:
 
 
 def hull_planes(points: Floats) -> Floats:
-    """(F, 4) planes of the hull's faces: outward unit normal and offset; normal . x + offset is negative within.
+    """(F, 4) outward unit normals and offsets; normal . x + offset is negative within the hull.
 
-    Raises:
-        DegenerateShape: the points span no volume.
+    Raises DegenerateShape: the points span no volume.
     """
     hull, center, scale = _qhull(points)
     planes: Floats = hull.equations.copy()
@@ -167,14 +157,8 @@ def hull_volume(points: Floats) -> float:
 def small_hull(points: Floats, limit: int = 64) -> tuple[Floats, Ints]:
     """Hull of at most `limit` vertices: grown from the outermost points, always by the point that sticks out most.
 
-    If the full hull has a flat bottom to rest level on, so has this one.
-
-    Args:
-        points: (N, 3). limit: maximum number of vertices.
-    Returns:
-        As `convex_hull`; it lies inside the full hull and touches it in every vertex.
-    Raises:
-        DegenerateShape: the points span no volume.
+    If the full hull has a flat bottom to rest level on, so has this one. It lies inside the full hull and touches it in
+    every vertex. Returns and raises as `convex_hull`.
     """
     from scipy.spatial import ConvexHull, QhullError
 
@@ -236,11 +220,9 @@ def without_voids(solid: Solid) -> Solid:
 
 
 def simplify_solid(solid: Solid, tolerance: float, faces: int = 0, most: float = 0.0) -> Solid:
-    """Simplify a solid; its surface moves by no more than about a tolerance.
+    """Simplify a solid; its surface moves by no more than about a tolerance, metres.
 
-    Args:
-        tolerance: metres. faces, most: with more faces than these it grows step by step, as long as it is no more than
-            `most`.
+    With more than `faces` faces the tolerance grows step by step, as long as it is no more than `most`.
     """
     slim = solid.simplify(tolerance)
     while slim.num_tri() > faces and TOLERANCE_GROWTH * tolerance <= most:
@@ -286,8 +268,7 @@ def volume_of_hull(solids: Sequence[Solid]) -> float:
 def hull_within_tolerance(cloud: Floats, limit: int, tolerance: float) -> Floats:
     """(N, 3) vertices, at most `limit`, of a hull that differs from that of the cloud by about `tolerance`, metres.
 
-    Raises:
-        DegenerateShape: the cloud spans no volume.
+    Raises DegenerateShape: the cloud spans no volume.
     """
     whole = manifold3d.Manifold.hull_points(np.ascontiguousarray(cloud, dtype=np.float64))
     if whole.is_empty() or whole.volume() <= 0:
@@ -304,14 +285,11 @@ def hull_within_tolerance(cloud: Floats, limit: int, tolerance: float) -> Floats
 
 
 def hull_with_volume(cloud: Floats, volume_m3: float, box: Floats) -> Floats:
-    """(N, 3) vertices of a hull with few vertices, grown about its middle to a volume, but not beyond a box.
+    """(N, 3) vertices of a hull of few vertices, grown about its middle to a volume, but not out of a (2, 3) box, m.
 
     A hull with few vertices lies inside the shape that it approximates, and a round one loses up to a tenth of its
-    volume. Growing it puts its sides as far outside as they were inside.
-
-    Args:
-        cloud: vertices. volume_m3: of the approximated shape; a larger hull stays as it is.
-        box: (2, 3) lower and upper corner, metres, so that an object on a floor does not sink into it.
+    volume. Growing it puts its sides as far outside as they were inside, but no object on a floor sinks into it. A
+    larger hull stays as it is.
     """
     whole = manifold3d.Manifold.hull_points(np.ascontiguousarray(cloud, dtype=np.float64))
     volume = float(whole.volume())

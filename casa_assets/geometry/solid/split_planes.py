@@ -95,11 +95,7 @@ def _pieces(
 
 
 def concave_edge_planes(points: Floats, faces: Ints, most: int) -> list[Plane]:
-    """Planes of the faces along concave edges, those with the longest edges first: built things part there.
-
-    Args:
-        points: (P, 3). faces: (F, 3) of a closed outward surface. most: planes at most.
-    """
+    """At most `most` planes of faces at concave edges, those with the longest edges first: built things part there."""
     normals, areas = face_normals(points, faces)
     directed = directed_edges(faces)
     ends = np.sort(directed, axis=1)

@@ -125,12 +125,7 @@ FAR_RATIO = 0.012
 
 @dataclass(frozen=True)
 class AssembledSolid:
-    """Solid that a surface was made into.
-
-    Attributes:
-        steps: what was done for that, in words.
-        sheet_share: share of the surface area that belonged to sheets, which enclose no volume.
-    """
+    """Solid that a surface was made into, by which steps, and the share of its area in sheets, without volume."""
 
     solid: Solid
     steps: tuple[str, ...]
@@ -138,11 +133,9 @@ class AssembledSolid:
 
 
 def assemble_solid(points: Floats, faces: Ints, grid: Grid) -> AssembledSolid | None:
-    """Build the solid of a surface from its components; None if there are too many, or if they span no volume.
+    """Build the solid of a surface, wound any way, from its components; None if too many, or without a volume.
 
-    Args:
-        points: (P, 3) welded, metres. faces: (F, 3), any winding.
-        grid: voxels of the surface; a lid is put on an opening only where the grid is filled.
+    `grid`: voxels of the surface; a lid is put on an opening only where it is filled.
     """
     longest = float(np.ptp(points, axis=0).max())
     component = face_components(faces, len(points))

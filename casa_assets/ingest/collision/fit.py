@@ -182,13 +182,7 @@ def _opening_points(points: Floats, faces: Ints) -> Floats:
 
 
 def measure_fit(clouds: Sequence[Floats], reference: FitReference, limits: CollideParams) -> FitErrors:
-    """Measure how well convex shapes approximate a mesh.
-
-    Args:
-        clouds: vertices of each shape.
-    Raises:
-        DegenerateShape: a cloud spans no volume, or there are no clouds.
-    """
+    """Measure how well convex shapes approximate a mesh. Raises DegenerateShape: no clouds, or one without a volume."""
     outside = distances_outside_hulls(reference.samples, clouds).round(6)
     off, bound = deviation(clouds, reference.surface, outside), reference.bound
     ratios = [error / most for error, most in zip(astuple(off), (bound.p95, bound.worst) * 3, strict=True)]
@@ -266,11 +260,8 @@ def on_flat_foot(shapes: Sequence[PlacedShape], solid: Solid | None) -> tuple[Pl
     """Shapes with a box added under hulls that rest on a flat foot, or the same shapes if no such box fits.
 
     MuJoCo 3.3 occasionally finds only a single corner of a hull in contact with a plane, so that the object rocks and
-    creeps. A box rests on its four corners in every version.
-
-    Args:
-        shapes: metres, z up, resting on their lowest point.
-        solid: the solid that they approximate; None if it fills its hull.
+    creeps. A box rests on its four corners in every version. Shapes: metres, z up, resting on their lowest point.
+    `solid`: that they approximate; None if it fills its hull.
     """
     bounds = np.array([shape_bounds(s.shape, s.pose) for s in shapes])
     lowest, size = float(bounds[:, 0, 2].min()), np.ptp(bounds.reshape(-1, 3), axis=0)

@@ -79,10 +79,7 @@ def split_to_bound(
     """Split solids until the hulls of the parts lie within a bound, or there are `max_parts` of them.
 
     The part that fits worst is cut next: into its connected components, or else along the plane that leaves the least
-    volume between the hulls and the solid.
-
-    Args:
-        reference: surface that the hulls are measured against: of these solids, or of one that they are parts of.
+    volume between the hulls and the solid. `reference`: of these solids, or of one that they are parts of.
     """
     min_volume_m3 = MIN_PART_SHARE * sum(float(s.volume()) for s in solids)
     parts = [_part(s, reference, bound) for s in solids]

@@ -107,10 +107,7 @@ def choose_slabs(
 ) -> list[Slab] | None:
     """Choose slabs, bottom to top, with the fewest parts that keep the walls within the errors; None if no choice does.
 
-    Args:
-        chord: error around the axis, metres. bend: error along it, metres.
-        sector_count: sectors of a wall that is not round; None for a round one.
-        foot_height_m: height of the hollow below the floor that may be filled.
+    `chord`, `bend`: errors around the axis and along it, metres. `sector_count`: None for a round wall.
     """
     count = len(costs.bend)
     sectors = _sectors(costs, chord, bend, sector_count, foot_height_m)
@@ -395,11 +392,7 @@ def _floors_and_sectors(solid: Solid, profile: WallProfile, plan: RingPlan) -> t
 
 
 def _wedges(layer: Solid, center: Floats, edges: Floats) -> list[Solid]:
-    """The layer cut by half planes about the axis; neighbouring ones are no more than half a turn apart.
-
-    Args:
-        center: (2,) of the axis. edges: (N,) angles of the half planes, radians, ascending.
-    """
+    """The layer cut by half planes at (N,) ascending angles, radians, at most half a turn apart, about the axis."""
     out = []
     for k in range(len(edges)):
         begin, end = edges[k], edges[(k + 1) % len(edges)]

@@ -81,11 +81,9 @@ class SolidProxy:
 
 
 def solid_proxy(points: Floats, faces: Ints, is_full: bool) -> SolidProxy | None:
-    """Build the solid that represents a surface, or return None if no volume can be made of it.
+    """Build the solid that represents a surface, welded, metres, or return None if no volume can be made of it.
 
-    Args:
-        points: (P, 3) welded, metres. faces: (F, 3).
-        is_full: known to be solid all through, so that openings and cavities are filled.
+    `is_full`: known to be solid all through, so that openings and cavities are filled.
     """
     longest = float(np.ptp(points, axis=0).max())
     area = float(face_normals(points, faces)[1].sum())
@@ -113,10 +111,7 @@ def without_windows(points: Floats, faces: Ints) -> SolidProxy | None:
     """Build the solid of a lattice (a basket, a colander, a grille) with its windows closed: walls in place of bars.
 
     A window is an opening that a ball with a diameter of 8 % of the longest side cannot pass. Return None if few
-    windows are found.
-
-    Args:
-        points: (P, 3) welded, metres. faces: (F, 3).
+    windows are found. `points`: (P, 3) welded, metres.
     """
     grid = voxelise(points, faces, CELLS)
     rim = int(WINDOW_CELLS) + 2
@@ -162,8 +157,7 @@ def _classified(
 ) -> SolidProxy:
     """The proxy with its kind, which follows from the share of the hull filled, wall thickness and sealed volume.
 
-    Args:
-        raw: the solid before sealed cavities were filled; None if the surface does not bound a solid.
+    `raw`: the solid before sealed cavities were filled; None if the surface does not bound a solid.
     """
     volume = float(solid.volume())
     hull_fill = volume / max(volume_of_hull([solid]), 1e-30)

@@ -313,9 +313,7 @@ def _shape_or_none(cloud: Floats, task: CollisionTask) -> PlacedShape | None:
 def whole_shape(cloud: Floats, fill: float, is_packed: bool, params: CollideParams, samples: Floats) -> PlacedShape:
     """The one shape around everything; packed goods get a box whose sides lie between its bulges and its edges.
 
-    Args:
-        fill: share of the hull of the cloud that is matter, 0..1.
-        samples: (N, 3) points spread over the surface, metres.
+    `fill`: share of the hull that is matter, 0..1. `samples`: (N, 3) points spread over the surface, metres.
     """
     min_ratio = min(params.primitive_ratio, PACKED_PRIMITIVE_FILL) if is_packed else params.primitive_ratio
     placed = one_shape(cloud, params.replace(primitive_ratio=min_ratio))

@@ -100,11 +100,7 @@ class Estimate:
 
 @dataclass(frozen=True)
 class CombinedMass:
-    """Mass after combining estimates, kg.
-
-    Attributes:
-        confidence: 0..1. ratio: largest ratio between two estimates. message: all estimates in words.
-    """
+    """Mass after combining estimates, kg, with a confidence, the largest ratio of two, and all of them in words."""
 
     kg: float
     confidence: float
@@ -115,12 +111,7 @@ class CombinedMass:
 def estimate_masses(
     points: Floats, faces: Ints, solid: tuple[Floats, Ints] | None, category: Category, substance: Substance
 ) -> list[Estimate]:
-    """All estimates that apply.
-
-    Args:
-        points: (P, 3) welded, metres, z up. faces: (F, 3). solid: `closed_solid` of them.
-        category: how much of it is solid, and its usual size and mass. substance: what it is made of.
-    """
+    """All estimates that apply to welded points, metres, z up, with their `closed_solid`."""
     hull = convex_hull(points)
     surface_area, hull_area = float(face_normals(points, faces)[1].sum()), float(face_normals(*hull)[1].sum())
     estimates = (
@@ -315,11 +306,7 @@ CONFIDENCE, CONFIDENCE_WITH_SUBSTANCE = 0.3, 0.4
 
 
 def form_of(points: Floats, faces: Ints, solid: tuple[Floats, Ints] | None) -> MatterFill:
-    """Whether an object in its pose, z up, is an open vessel, solid, or mostly air inside.
-
-    Args:
-        points: (P, 3) welded. faces: (F, 3). solid: `closed_solid` of them.
-    """
+    """Whether an object in its pose, z up, is an open vessel, solid, or mostly air; `solid`: its `closed_solid`."""
     volume = max(hull_volume(points), 1e-12)
     if rain_volume(surface_samples(points, faces, SAMPLES)) > VESSEL_SHARE * volume:
         return MatterFill.VESSEL
@@ -348,11 +335,7 @@ def apparent_substance(parts: Sequence[RawPart]) -> tuple[str, float] | None:
 def combine_unknown(
     points: Floats, faces: Ints, solid: tuple[Floats, Ints] | None, parts: Sequence[RawPart]
 ) -> CombinedMass:
-    """Mass of what nobody could name; it is bounded by nothing.
-
-    Args:
-        points: (P, 3) welded, metres, z up. faces: (F, 3). solid: `closed_solid` of them. parts: with their materials.
-    """
+    """Mass of an object of unknown kind, without bounds; points: welded, metres, z up; `solid`: `closed_solid`."""
     form = form_of(points, faces, solid)
     law = SIZE_LAWS[form]
     box_volume = float(np.maximum(np.ptp(points, axis=0), 1e-6).prod())
@@ -398,11 +381,9 @@ def mass(
     """Compute mass, centre of mass and inertia of the whole, asset frame.
 
     Args:
-        draft: metres, with colliders.
+        draft: metres, with colliders. agreement_ratio: up to which two estimates agree, > 1.
         category: mass_kg is the prior and the range, build says what the volume means.
-        substance: density of what it is made of.
-        agreement_ratio: up to which two estimates agree, > 1.
-        override_kg: as a person decided, 0 where nobody did.
+        override_kg: as a person decided, or 0.
     """
     points, faces = draft.surface.points, draft.surface.welded_faces
     solid = closed_solid(points, faces)
@@ -435,11 +416,7 @@ def mass(
 
 
 def _moments(draft: Draft, solid: ClosedSurface | None, category: Category) -> tuple[float, Floats, Floats, str]:
-    """Volume, centre, inertia at density 1, and over what they were taken.
-
-    Args:
-        solid: of the mesh, where it is closed.
-    """
+    """Volume, centre, inertia at density 1, and what they were measured of; `solid`: of the mesh, if it is closed."""
     surfaces = [tessellate(p.shape, p.pose) for p in draft.colliders]
     hulls = union(surfaces) or convex_hull(np.concatenate([s[0] for s in surfaces]))
     may_stand = category.build in (MatterFill.SOLID, MatterFill.VESSEL)

@@ -39,12 +39,7 @@ class Facing:
 
 
 def facing(samples: Floats, category: Category, is_front_stated: bool) -> Facing:
-    """Find the turn about z that brings the front where the category has it.
-
-    Args:
-        samples: (N, 3) points spread evenly over the surface, z up.
-        is_front_stated: the format says where the front is.
-    """
+    """Find the turn about z that brings the front of evenly spread points, z up, where the category has it."""
     if category.front is FrontRule.LENGTH:
         return _lengthwise(samples)
     if category.front is FrontRule.HANDLE:

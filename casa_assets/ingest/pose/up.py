@@ -40,13 +40,7 @@ class SurfaceSample:
 
 
 def sample_surface(points: Floats, faces: Ints) -> SurfaceSample:
-    """Sample a surface and compute its hull.
-
-    Args:
-        points: (P, 3) finite. faces: (F, 3).
-    Raises:
-        DegenerateShape: the points span no volume.
-    """
+    """Sample a surface of finite points and compute its hull. Raises DegenerateShape: the points span no volume."""
     longest = float(np.ptp(points, axis=0).max())
     if not np.isfinite(longest) or longest <= 0:
         raise DegenerateShape("the points have no extent")
@@ -125,11 +119,7 @@ MIDDLE_SLACK, NATS_AROUND_ORIGIN = 0.02, -0.7
 
 
 def origin_evidence(points: Floats, names: list[str]) -> Floats:
-    """Log likelihood of each candidate, by its name, by where the origin of the file lies in the mesh.
-
-    Args:
-        points: (N, 3) in the axes of the file, about its origin.
-    """
+    """Log likelihood of each named candidate by where the file's origin lies among the (N, 3) points in its axes."""
     lower, upper = points.min(axis=0), points.max(axis=0)
     longest = float((upper - lower).max())
     out = np.zeros(len(names))
@@ -250,11 +240,7 @@ class Stance:
 
 
 def stance(cloud: SurfaceSample, rotation: Floats, with_rain: bool) -> Stance:
-    """Measure one resting pose.
-
-    Args:
-        rotation: asset_from_file. with_rain: measure the rain volumes too, which takes the longest.
-    """
+    """Measure one resting pose, `rotation` is asset_from_file; the rain volumes take the longest."""
     samples, hull_points = cloud.samples @ rotation.T, cloud.hull_points @ rotation.T
     lower, upper = hull_points.min(axis=0), hull_points.max(axis=0)
     height = max(float(upper[2] - lower[2]), 1e-9)
@@ -366,10 +352,7 @@ def pose_score(pose: Stance, category: Category) -> float:
 
 
 def balance_score(pose: Stance, category: Category) -> float:
-    """Log likelihood that an object that rests upright was modelled in a pose in which it would fall.
-
-    It is not divided by `doubts`.
-    """
+    """Log likelihood that an upright object was modelled in a pose in which it would fall; not divided by `doubts`."""
     stands = category.upright is RestingPose.STANDS and category.id != FALLBACK
     return FALLING_NATS if stands and (not pose.is_stable or pose.foot_area < LEAST_FOOT) else 0.0
 

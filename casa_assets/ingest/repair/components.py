@@ -61,11 +61,7 @@ class Components:
 
 
 def split_components(vertices: Floats, faces: Ints, place: Ints) -> Components:
-    """Split some faces of a surface into components.
-
-    Args:
-        vertices: (V, 3). faces: (F, 3). place: (V,) welded point of each vertex.
-    """
+    """Split some (F, 3) faces of a surface into components; `place`: (V,) welded point of each vertex."""
     ids = place[faces]
     points = np.zeros((int(place.max()) + 1, 3))
     points[ids.ravel()] = vertices[faces.ravel()]
@@ -101,11 +97,7 @@ MIN_INSIDE = 2
 
 
 def intersecting_components(points: Floats, faces: Ints) -> list[Issue]:
-    """One warning (MSH050) if components of similar size intersect, else an empty list.
-
-    Args:
-        points: (V, 3), welded. faces: (F, 3).
-    """
+    """One warning (MSH050) if components of similar size intersect, else an empty list; `points`: (V, 3), welded."""
     if not 0 < len(faces) <= MAX_FACES:
         return []
     component = face_components(faces, len(points))
@@ -154,12 +146,9 @@ PNG_TYPE_OFFSET = 25
 
 
 def enclosed_parts(components: Components, see_through: Mask) -> tuple[Mask, list[Issue]]:
-    """(N,) True for components sealed up in others that cannot be seen through, and notes where there are some.
+    """(N,) True for components sealed up in others, of faces that cannot be seen through (F,), and notes on them.
 
     The inner wall of a sealed cavity stays, with a note, since it shows how thick the outer wall is.
-
-    Args:
-        see_through: (F,) faces that can be seen through.
     """
     is_sealed = np.zeros(components.count, dtype=bool)
     glass = np.zeros(components.count, dtype=bool)
@@ -231,14 +220,11 @@ VISIBILITY_SAMPLES = 30_000
 
 @dataclass(frozen=True)
 class Solidity:
-    """Measured kind of a surface.
+    """Measured kind of a surface, as `collide` calls it.
 
-    Attributes:
-        kind: as `collide` calls it.
-        hull_fill: its volume over that of its hull. wall_ratio: twice its volume over its area and longest side.
-        visible_share: share of its area that is seen from outside.
-        sealed_share: volume of sealed cavities over the volume with them.
-        is_closed: it bounds a volume, though it may touch itself; else its volume is that of a voxel grid.
+    `hull_fill`: its volume over that of its hull. `wall_ratio`: twice its volume over its area and longest side.
+    `visible_share`: of its area, from outside. `sealed_share`: volume of sealed cavities over the volume with them.
+    `is_closed`: it bounds a volume, though it may touch itself; else its volume is that of a voxel grid.
     """
 
     kind: SurfaceKind
@@ -264,11 +250,9 @@ class Solidity:
 
 
 def solidity(points: Floats, faces: Ints, is_full: bool = False) -> Solidity:
-    """Measure a surface.
+    """Measure a surface, welded, any unit, outward where it is closed.
 
-    Args:
-        points: (P, 3) welded, any unit. faces: (F, 3), outward where it is closed.
-        is_full: known to be solid all through, so that walls inside it are faults.
+    `is_full`: known to be solid all through, so that walls inside it are faults.
     """
     used, local = np.unique(faces, return_inverse=True)
     points, faces = points[used], local.reshape(-1, 3)

@@ -34,8 +34,7 @@ MOSTLY_CLOSED_SHARE = 0.98
 def valid_faces(vertices: Floats, faces: Ints, place: Ints) -> Mask:
     """(F,) True for faces to keep: with an area, each once; of faces and reversed twins one where that closes the mesh.
 
-    Args:
-        vertices: (V, 3). faces: (F, 3). place: (V,) the welded point of each vertex.
+    `place`: (V,) welded point of each vertex.
     """
     ids = place[faces]
     _, area = face_normals(vertices, faces)
@@ -123,9 +122,6 @@ def sheet_fins(ids: Ints) -> tuple[Mask, list[Issue]]:
     """(F,) True for fins, a few faces that hang by an edge on a closed surface, and a note if any were found.
 
     No face counts as a fin if the rest would stay open: then a single face may be all that is left of a wall.
-
-    Args:
-        ids: (F, 3) indices of welded points.
     """
     none = np.zeros(len(ids), dtype=bool)
     _, uses, _ = edge_counts(ids)

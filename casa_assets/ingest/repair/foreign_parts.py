@@ -65,8 +65,7 @@ MAX_APART = 64
 def foreign_parts(components: Components, category: Category | None) -> tuple[Mask, list[Issue]]:
     """(N,) True for components that do not belong to the object, and notes on them.
 
-    Args:
-        category: its usual proportions distinguish a pedestal from a foot; without one, pedestals are not looked for.
+    The usual proportions of the category distinguish a pedestal from a foot; without one, pedestals stay.
     """
     is_foreign = np.zeros(components.count, dtype=bool)
     if components.count == 1 or components.count > MAX_COMPONENTS:
@@ -144,11 +143,7 @@ def _backdrop(components: Components) -> Mask:
 
 
 def _is_corner(normals: Floats, share: Floats) -> bool:
-    """True if nearly all of the area lies in three perpendicular planes: a floor and two walls.
-
-    Args:
-        normals: (F, 3) unit normals. share: (F,) of the area.
-    """
+    """True if nearly all of the area, (F,) shares with (F, 3) normals, is a floor and two perpendicular walls."""
     first = normals[int(np.argmax(share))]
     is_perpendicular = np.abs(normals @ first) < COSINE_TOLERANCE
     if not is_perpendicular.any():

@@ -214,13 +214,10 @@ def _close_pairs(points: Floats, ids: Ints, edges: Ints, uses: Ints) -> Ints:
 
 
 def _within(points: Floats, reach: Floats) -> Ints:
-    """(N, 2) pairs of points that lie within the reach of both.
+    """(N, 2) pairs of points that lie within the (P,) reach of both.
 
     One search with the longest reach would pair each point of a finely divided rim with thousands of neighbours. So
     points are searched by powers of two of their reach, together with all whose reach is longer.
-
-    Args:
-        points: (P, 3). reach: (P,) of each, in the same unit.
     """
     pairs_by_level = [np.zeros((0, 2), dtype=np.int64)]
     level = np.floor(np.log2(np.maximum(reach, np.finfo(np.float64).tiny))).astype(np.int64)
@@ -246,11 +243,7 @@ def _clusters(pairs: Ints, count: int) -> Ints:
 
 
 def _useless_points(ids: Ints, cluster: Ints) -> Mask:
-    """(P,) points whose joining closes no edge, collapses a face, or makes a third face meet at an edge.
-
-    Args:
-        ids: (F, 3). cluster: (P,) the point that each point is joined to.
-    """
+    """(P,) points whose joining to (P,) `cluster` closes no edge, collapses a face, or makes an edge of three faces."""
     merged_faces = cluster[ids]
     moved = np.bincount(cluster, minlength=len(cluster))[cluster] > 1
     edges, uses, _ = edge_counts(ids)
@@ -295,10 +288,7 @@ def close_holes(draft: Draft, cut: Floats | None = None) -> Draft:
     """Close the small holes of the parts, with a note where there were some.
 
     Texture coordinates, normals and colours of the new vertex are means over the rim. Larger openings stay, and round
-    ones, which are meant.
-
-    Args:
-        cut: (N, 3) corners of faces that were cut out just before: a hole whose rim lies there is closed, round or not.
+    ones, which are meant, unless their rim is at (N, 3) corners of faces that were cut out just before.
     """
     points, place = draft.surface.points, draft.surface.point_of_vertex
     max_width = MAX_HOLE_WIDTH * float(np.ptp(points, axis=0).max())
@@ -345,10 +335,7 @@ def _closed(draft: Draft, rims: list[Ints]) -> Draft:
 def boundary_loops(faces: Ints, place: Ints) -> list[Ints]:
     """Boundary loops of a surface, against the direction of its faces; loops that branch are left out.
 
-    Args:
-        faces: (F, 3) vertices. place: (V,) welded point of each vertex.
-    Returns:
-        For each loop (K, 2) vertices, start and end of each edge.
+    `place`: (V,) welded point of each vertex. Each loop: (K, 2) vertices, start and end of each edge.
     """
     edges = directed_edges(faces)
     edge_points, count = place[edges], int(place.max()) + 1
@@ -380,11 +367,7 @@ def boundary_loops(faces: Ints, place: Ints) -> list[Ints]:
 
 
 def _is_torn(rim: Floats, max_width: float, cut_points: cKDTree | None) -> bool:
-    """True if a hole is a tear: small, not round unless it was cut out before, and flat enough for a fan.
-
-    Args:
-        rim: (K, 3) points. cut_points: corners of the faces that were cut out before.
-    """
+    """True if a (K, 3) rim is that of a tear: small, not round unless it was cut out before, flat enough for a fan."""
     was_cut_out = cut_points is not None and float(cut_points.query(rim)[0].max()) <= SAME_POINT_SHARE * max_width
     if len(rim) > MAX_EDGES or float(np.ptp(rim, axis=0).max()) > (CUT_WIDER if was_cut_out else 1) * max_width:
         return False
@@ -398,11 +381,7 @@ def _is_torn(rim: Floats, max_width: float, cut_points: cKDTree | None) -> bool:
 
 
 def _is_missing_side(rim: Floats, points: Floats) -> bool:
-    """True if a rim is that of a flat side, and all of the mesh lies on one side of it.
-
-    Args:
-        rim: (K, 3) points. points: (P, 3) of the mesh.
-    """
+    """True if a (K, 3) rim is that of a flat side, and all (P, 3) points of the mesh lie on one side of it."""
     longest = float(np.ptp(points, axis=0).max())
     normal = _fan_normal(rim)
     if normal is None or float(np.ptp(rim, axis=0).max()) <= MAX_HOLE_WIDTH * longest:

@@ -59,11 +59,9 @@ _SHIFTS = {
 
 @dataclass(frozen=True)
 class StatedSize:
-    """Size that titles and prompts state.
+    """Size that titles and prompts state: lengths of any side, metres, capacities, m^3, and the phrases.
 
-    Attributes:
-        lengths: of any side, metres. volumes: capacities, m^3.
-        shift: in standard deviations of the usual size. words: phrases that these come from.
+    `shift`: in standard deviations of the usual size.
     """
 
     lengths: tuple[float, ...] = ()
@@ -210,10 +208,7 @@ def _weighed_with_category(
     """The decision after a size that the file states and the category forbids was weighed against the category.
 
     Either the unit is wrong, or the thing is an odd one of its kind, or it is of another kind. The more the name alone
-    says what it is, the sooner the stated size is kept and the kind doubted.
-
-    Args:
-        longest: side in units of the file. says_nothing: the file's size is no size, since the mesh was normalised.
+    says what it is, the sooner the stated size is kept and the kind doubted. A normalised mesh `says_nothing`.
     """
     unit_m = draft.metres_per_unit
     sure = draft.confidence_in("category")

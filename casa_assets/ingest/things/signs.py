@@ -32,11 +32,7 @@ FEW_SAMPLES = 300
 
 
 class Contacts:
-    """Contacts between the components of a surface.
-
-    Attributes:
-        components: of the surface. pairs: (K, 2) components that touch, each pair once.
-    """
+    """Contacts between the components of a surface: (K, 2) that touch, each pair once."""
 
     def __init__(self, components: Components, touch_share: float = TOUCH_SHARE) -> None:
         self.components = components
@@ -430,12 +426,7 @@ COLLECTIVE = frozenset({"stack", "set", "bunch", "pack", "pile", "pair"})
 def guess_of_things(
     model: RawModel, source: Source, category: Category, vocabulary: Vocabulary, words: OtherThingsWords
 ) -> Guess | None:
-    """The guess that a file holds one object, with the signs against it; None if they hardly speak against it.
-
-    Args:
-        model: as read. source: its name and title. category: what it is taken for.
-        vocabulary: names of categories. words: names of things that are not household objects.
-    """
+    """The guess that a file holds one object, with the signs against it; None if they hardly speak against it."""
     signs = signs_of_words(source, vocabulary, words)
     if model.instances > 1:
         signs.append(Sign(MANY_COPIES, f"a list of places puts {model.instances} copies of meshes"))

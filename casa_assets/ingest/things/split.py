@@ -36,12 +36,7 @@ EQUAL = 1e-3
 
 @dataclass(frozen=True)
 class Thing:
-    """One thing of a file.
-
-    Attributes:
-        name: an id, each once in the file. parts: what it is made of, as they lie in the file.
-        count: how many equal ones the file holds, this one included.
-    """
+    """One thing of a file: an id that is unique in it, its parts as they lie there, and how many equal ones it has."""
 
     name: str
     parts: tuple[RawPart, ...]
@@ -78,11 +73,7 @@ def things_of(model: RawModel) -> Things:
 
 
 def model_of_thing(model: RawModel, name: str, file: str) -> RawModel:
-    """One object of a model as a separate model, with a note on what it was taken from.
-
-    Raises:
-        Rejected: the file holds no object of that name.
-    """
+    """One object of a model alone, with a note on where it is from. Raises Rejected: there is none of that name."""
     things = things_of(model)
     thing = next((one for one in things.taken if one.name == name), None)
     if thing is None:

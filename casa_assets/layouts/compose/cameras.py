@@ -36,10 +36,7 @@ WORKPLACES = {
 
 
 def cameras(kitchen: KitchenRequest) -> tuple[Camera, ...]:
-    """Overview from above the open side, straight from above, at each place of work, and two robot eyes.
-
-    Of a wall that none of these looks at there is one more robot eye.
-    """
+    """Overview over the open side, straight from above, places of work, two robot eyes, one more per unseen wall."""
     (x0, y0), (x1, y1) = kitchen.room.bounds()
     high = max((x1 - x0) / ASPECT, y1 - y0) / 2 / math.tan(math.radians(20.0)) * 1.06 + 2.4
     above = Pose(position=((x0 + x1) / 2, (y0 + y1) / 2, round(high, 4)))

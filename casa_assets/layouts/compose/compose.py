@@ -203,11 +203,7 @@ LID_SITE, LID_GAP_M = "lid_site", 0.0001
 
 
 def compose(kitchen: KitchenRequest, assets: Mapping[str, Asset], scene_id: str) -> Scene:
-    """The scene of a kitchen.
-
-    Args:
-        assets: by name of the ordered item; several names may have the same asset.
-    """
+    """The scene of a kitchen; `assets`: by name of the ordered item, several of which may have the same one."""
     by_name = {item.name: item for item in kitchen.items}
     placements = []
     for item in kitchen.items:

@@ -51,9 +51,7 @@ def scatter_props(
 ) -> tuple[tuple[OrderItem, Asset], ...]:
     """Choose props and free places for them on the worktops and shelves of a kitchen.
 
-    Args:
-        assets: by name of the ordered item. props: presets that the style scatters, the likeliest first.
-        seed: of the random choice.
+    `assets`: by name of the ordered item. `props`: presets that the style scatters, the likeliest first.
     """
     rng = rng_for(seed, f"{RANDOM_LANE}/{kitchen.plan.id}/{kitchen.style.id}")
     bounds = {

@@ -42,11 +42,7 @@ class Group:
 
 
 def arrange(arrangement: Arrangement, members: Sequence[Silhouette], rng: np.random.Generator) -> Group | None:
-    """A group of objects; None if they do not fit together, such as a melon and a cup.
-
-    Args:
-        members: silhouette of each, in its own frame; a vessel or rack first. rng: turns and shifts them.
-    """
+    """A group of objects, a vessel or rack first; None if they do not fit together, such as a melon and a cup."""
     if arrangement is Arrangement.STACK:
         return _stack(members)
     if arrangement is Arrangement.HEAP:
@@ -151,10 +147,7 @@ def _heap(members: Sequence[Silhouette], rng: np.random.Generator) -> Group | No
 
 
 def _on_edge(members: Sequence[Silhouette], rng: np.random.Generator) -> Group | None:
-    """The first object, a rack, upright; the others side by side in its slots, leaning to the left.
-
-    None if there are too few slots, or a plate is too thick or too wide for one.
-    """
+    """The first object, a rack, upright; the others in its slots, leaning left; None: too few, or one does not fit."""
     rack, *plates = members
     spare = len(rack.slots) - len(plates)
     if spare < 0:
@@ -179,8 +172,7 @@ def _on_edge(members: Sequence[Silhouette], rng: np.random.Generator) -> Group |
 def _in_slot(rack: Silhouette, slot: Floats, plate: Silhouette) -> Pose | None:
     """rack_from_plate of a plate in a slot: its foot on the tips of the left tines, its rim before the right ones.
 
-    Args:
-        slot: (2, 3) bounds between the tines.
+    `slot`: (2, 3) bounds between the tines.
     """
     (half_x, half_y, _), (wide, _, high) = np.ptp(plate.box, axis=0) / 2, slot[1] - slot[0]
     thick, lowest_by_x = float(np.ptp(plate.box[:, 2])), plate.low.min(axis=1)

@@ -93,13 +93,9 @@ def put_objects(
     rng: np.random.Generator,
     already: Sequence[PutGroup] = (),
 ) -> tuple[PutGroup, ...]:
-    """Groups of objects in free places, `count` objects in all, or fewer if no space is left.
+    """New groups of objects in free places, `count` objects in all, or fewer if no space is left.
 
-    Args:
-        spaces: of the kitchen. member: category and number -> the object, always the same.
-        rng: decides which object is put where. already: groups that are there.
-    Returns:
-        The new groups.
+    `member`: category and number -> the object, always the same. `already`: groups that are there.
     """
     draw = _Draw(habits, [_Room(space) for space in spaces], member, rng)
     for group in already:
@@ -180,11 +176,7 @@ def _member(draw: _Draw, categories: Mapping[str, float]) -> Asset:
 def _free_spot(
     room: _Room, kind: SpaceKind, group: Group, boxes: Sequence[Floats], rng: np.random.Generator
 ) -> tuple[float, float] | None:
-    """Middle of a free place for a group, in the frame of the space; None if no place is free.
-
-    Args:
-        boxes: (2, 3) in the world, around the objects that were put there.
-    """
+    """Middle of a free place for a group, in the frame of the space, clear of (2, 3) boxes in the world; or None."""
     space, gap = room.space, kind.gap_m
     width, depth, height = space.size
     half_x, half_y = group.size[0] / 2, group.size[1] / 2

@@ -55,10 +55,7 @@ class Silhouette:
 
     @property
     def body(self) -> Floats:
-        """(2,) middle of the body without the handle that reaches out of it to one side; frame of the asset, metres.
-
-        The body is taken to be as long as it is wide.
-        """
+        """(2,) middle of the body, taken to be as long as wide, without its handle; frame of the asset, metres."""
         middle: Floats = self.box[:, :2].mean(axis=0)
         handle = self.handle
         size = np.ptp(self.box[:, :2], axis=0)
@@ -118,11 +115,7 @@ def outline_points(shape: Shape) -> Floats:
 
 
 def _raster(planes: Floats, x: Floats, y: Floats, low: Floats, high: Floats) -> None:
-    """Widen the heights in the cells over which a convex body lies.
-
-    Args:
-        planes: (F, 4) outward normals and offsets. x, y: centres of the cells.
-    """
+    """Widen the heights in the cells, by their centres, over which a convex body of (F, 4) outward planes lies."""
     across, along, offset = (planes[:, k, None, None] for k in (0, 1, 3))
     at = across * x[None, :, None] + along * y[None, None, :] + offset
     slope = planes[:, 2]
@@ -278,7 +271,7 @@ def free_cells(space: Space) -> Mask:
 def largest_box(space: Space) -> tuple[tuple[float, float, float], tuple[float, float]]:
     """Size of the box over the largest free rectangle of the floor, and its middle in the frame of the space, metres.
 
-    The height is that of the space. The size is zero if nothing is free.
+    It is as high as the space, and zero if nothing is free.
     """
     free = free_cells(space)
     best, found = 0, (0, 0, 0, 0)

@@ -40,8 +40,7 @@ CHAIR_REACH_M = 0.45  # that a chair stands out beside the table
 class PlacedTable:
     """A table in the room: (x, y) of its middle, metres, and length and direction (unit vector) of its long side.
 
-    Attributes:
-        outline: corners (x, y) of what it and its chairs take up, metres.
+    `outline`: corners (x, y) of the area of it and its chairs, metres.
     """
 
     middle: Vec2
@@ -206,10 +205,9 @@ def _side_by_side(slot: UnitSlot, shares: Sequence[float], widths: Sequence[floa
 
 
 def seat_places(plan: Plan, lines: Mapping[str, RunLine]) -> dict[str, tuple[float, ...]]:
-    """Where the middles of seats are along their island or peninsula, metres.
+    """Middles of seats along their island or peninsula, metres.
 
-    Raises:
-        PlanConflict: there is no such run, it has seats already, or too little room.
+    Raises PlanConflict: there is no such run, it has seats already, or too little room.
     """
     found: dict[str, tuple[float, ...]] = {}
     for k, seats in enumerate(plan.seats):
@@ -300,11 +298,7 @@ def order_lamps(
     beams: BeamGrid | None,
     hoods: Sequence[UnitSlot] = (),
 ) -> None:
-    """Order lamps under the ceiling, between its beams; none near a hood, an island's lamps or those of a table.
-
-    Args:
-        hoods: which reach up to the ceiling, or towards it.
-    """
+    """Order lamps under the ceiling, between beams; none near a high hood, an island's lamps or those of a table."""
     (x0, y0), (x1, y1) = room.level_bounds()
     placed: list[Vec2] = []
     is_low = room.height < standard_sizes.UPPER_TO + LAMP_HEIGHT_M

@@ -119,10 +119,7 @@ def _height(slot: UnitSlot, models: StyleModels) -> float | None:
 def placed_run(line: RunLine, slots: Sequence[UnitSlot], fronts: Mapping[str, float]) -> PlacedRun:
     """A run with its units on the floor.
 
-    Args:
-        slots: of its units.
-        fronts: unit -> distance from the line to the front of the fixtures in its place, if they may reach further than
-            its worktop. Metres.
+    `fronts`: unit -> distance from the line to the front of fixtures that may reach further than its worktop. Metres.
     """
     corner = line.right.corner
     tall = {s.name for s in slots if s.kind in WORKTOP_BREAKS or s.top > standard_sizes.WORKTOP_HEIGHT}
@@ -172,12 +169,7 @@ def _unit(slot: UnitSlot, worktop: bool, fronts: Mapping[str, float]) -> PlacedU
 class KitchenRequest:
     """A plan in metres with a style applied, before anything is built.
 
-    Attributes:
-        parameters: values of the plan's parameters, metres.
-        room, holes, lines: walls, openings and runs.
-        slots: run -> slots of its units, on the floor and on the wall.
-        items: everything to build.
-        tables: places of dining tables, by id.
+    Parameters are values of the plan's, metres; slots are by run, of units on the floor and on the wall; tables by id.
     """
 
     plan: Plan

@@ -51,12 +51,7 @@ CHIMNEY_WIDTH_M = 0.5  # of most hoods, with a gap; only it reaches the ceiling
 
 @dataclass(frozen=True)
 class BeamGrid:
-    """Beams of one room, evenly apart.
-
-    Attributes:
-        along_x: whether they run along the room's x axis, else along y.
-        start, end: of the room across the beams, metres. count: of beams.
-    """
+    """`count` beams of one room, evenly apart from `start` to `end` across them, metres; along its x axis, or its y."""
 
     along_x: bool
     start: float
@@ -156,10 +151,7 @@ TAP_LEVERS_M, SILL_BEHIND_TAP_M = 1.08, 0.02
 def find_holes(
     plan: Plan, room: Room, parameters: Mapping[str, float], slots: Mapping[str, UnitSlot]
 ) -> tuple[WallHole, ...]:
-    """All openings in their walls; windows also in the backs of niches that come before them in the plan.
-
-    Raises PlanConflict where one does not fit.
-    """
+    """All openings in their walls; windows also in the backs of niches before them in the plan. Raises PlanConflict."""
     out: list[WallHole] = []
     for opening in plan.openings:
         at = ("openings", opening.id)

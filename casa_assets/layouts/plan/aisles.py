@@ -56,11 +56,7 @@ def find_aisles(
     outline: Corners,
     columns: Mapping[str, Corners] = MappingProxyType({}),
 ) -> tuple[Aisle, ...]:
-    """Narrowest place between each two faces that look at each other.
-
-    Args:
-        columns: corners of each column on the floor, clockwise seen from above, metres.
-    """
+    """Narrowest place between each two faces that look at each other; columns: clockwise from above, metres."""
     faces = [f for run in runs for f in _faces(run)]
     faces += [RunFace(FaceKind.WALL, w.id, w.start, w.end) for w in walls if not w.is_open]
     for name, corners in columns.items():

@@ -49,10 +49,7 @@ class ModelMisfit(CasaError):
 
 
 def category_of(asset_id: str) -> str:
-    """Category of an asset by its id, which is `<category>_<what it was made of>`, such as `mug` of `mug_0a1b2c3d4e`.
-
-    Articulated assets are called `<category>_articulated_<digits>`.
-    """
+    """Category of an asset by its id, such as `mug` of `mug_0a1b2c3d4e` or of `mug_articulated_<digits>`."""
     return asset_id.rpartition("_")[0].removesuffix("_articulated")
 
 

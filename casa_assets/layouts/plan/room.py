@@ -54,13 +54,7 @@ class WallLine:
 
 @dataclass(frozen=True)
 class Room:
-    """All walls, clockwise.
-
-    Attributes:
-        outline: corners (x, y), metres, clockwise from the back left.
-        height: of the level part of the ceiling, metres. slopes: of the ceiling.
-        columns: in the room.
-    """
+    """All walls, clockwise; outline: corners (x, y), metres, from the back left; height: of the level ceiling."""
 
     walls: tuple[WallLine, ...]
     outline: tuple[Vec2, ...]
@@ -113,12 +107,7 @@ def _bounds(outline: Sequence[Vec2]) -> tuple[Vec2, Vec2]:
 
 @dataclass(frozen=True)
 class CeilingSlope:
-    """A slope of the ceiling, from a wall up to its level part.
-
-    Attributes:
-        wall: that it begins at. knee: height there. pitch_deg: angle with the floor. run: how far it reaches into the
-            room. Metres.
-    """
+    """A slope of the ceiling, from height `knee` at a wall up to the level part, `run` into the room. Metres."""
 
     wall: WallLine
     knee: float

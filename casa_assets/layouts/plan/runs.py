@@ -213,12 +213,7 @@ def _strip(line: RunLine, name: str, left: float, right: float, beside: tuple[Ba
 
 
 def corner_slots(line: RunLine, side: RunSide, top: float, is_upper: bool = False) -> tuple[UnitSlot, ...]:
-    """Slot that a corner adds at one end of a run: a corner cabinet, or a strip next to that of the other run.
-
-    Args:
-        top: height of the slot's upper edge, metres.
-        is_upper: whether the corner of the wall units is meant.
-    """
+    """Slot that a corner adds at one end of a run, up to `top`, m: a corner cabinet, or a strip next to the other."""
     end = line.left if side is RunSide.LEFT else line.right
     kind = None if end.corner is None else end.corner.upper if is_upper else end.corner.base
     if end.corner is None or kind is None:

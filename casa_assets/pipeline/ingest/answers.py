@@ -35,12 +35,9 @@ MIN_AGE_NS = 50_000_000
 
 
 class SurveyTable:
-    """Surveys by input.
+    """Surveys by input, in the cache folder; `requested`: category for all inputs, or empty.
 
-    Args:
-        cache: folder of the cache. requested: category that is requested for all inputs, or empty.
-        limits: of the run; those on the bytes of an input count.
-        read_only: write nothing.
+    Of the limits of the run those on the bytes of an input count.
     """
 
     def __init__(self, cache: Path, requested: str, limits: Mapping[str, float], read_only: bool = False) -> None:
@@ -54,10 +51,9 @@ class SurveyTable:
             self._kept = dict(rows.fetchall())
 
     def survey(self, inputs: Sequence[Found], pool: Engine) -> Iterator[tuple[int, Survey | Rejected | WorkerFailure]]:
-        """Yield the number and the survey of every input, those that are known first; what is new is kept at the end.
+        """Yield number and survey of every input, the known ones first; what is new is kept at the end.
 
-        Args:
-            pool: whose workers read what is new. Those surveys alone have `looked_at`.
+        The workers of the pool read what is new. Those surveys alone have `looked_at`.
         """
         new: list[int] = []
         for number, one in enumerate(inputs):
@@ -163,9 +159,7 @@ class Answers(Protocol):
 class WorkerAnswers:
     """Answers of worker processes, which read the inputs and build the assets.
 
-    Attributes:
-        limits: of the run, by their names in registry/limits.yaml.
-        show_work: is called with the path of each input that is begun to be worked on.
+    `show_work` is called with the path of each input that is begun to be worked on.
     """
 
     pool: Engine

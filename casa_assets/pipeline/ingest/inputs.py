@@ -35,11 +35,7 @@ SHELF = "unread"
 
 
 class UnreadableInputs:
-    """The unreadable inputs of one run; several at one place (rows that name one mesh) are numbered.
-
-    Args:
-        producer: that the run is of.
-    """
+    """The unreadable inputs of one run; several at one place (rows that name one mesh) are numbered."""
 
     def __init__(self, producer: Producer = Producer.INGEST) -> None:
         self._producer = producer
@@ -91,11 +87,7 @@ class UnreadableInputs:
 
 
 def write_if_changed(library: disk.Library, refusal: disk.Refusal, before: disk.Library | None = None) -> bool:
-    """Write a refusal to the library and return True; False if `before` holds the same one already.
-
-    Args:
-        before: library that holds what earlier runs made; None: it is the same one.
-    """
+    """Write a refusal to the library and return True; False if the library, or `before`, holds the same one already."""
     known = (before or library).refusal_folder(refusal.id)
     try:
         if (known / disk.REFUSAL).exists() and disk.read_refusal(known) == refusal:
@@ -121,8 +113,7 @@ FAILED = "RUN009"
 def roots_of(words: Sequence[str | Path], library: Path) -> tuple[list[Path | StoreRoot], tuple[Refused, ...]]:
     """Paths, addresses of stores, and folders of what plug-ins fetch; and the addresses at which a plug-in failed.
 
-    Args:
-        library: keeps the traces of plug-ins that fail.
+    The library keeps the traces of plug-ins that fail.
     """
     roots: list[Path | StoreRoot] = []
     refused: list[Refused] = []
@@ -229,11 +220,9 @@ def _as_text(source: Source) -> Source:
 def _is_output(
     place: Path, real_roots: Set[Path], named_files: Set[Path], own_library: Path, is_output: dict[str, bool]
 ) -> bool:
-    """True if a file lies in our library, or in any library that lies below a root (a root may be one).
+    """True if a file is in our library, or in any library below a root (a root may be one).
 
-    Args:
-        named_files: roots that are files.
-        is_output: takes up what is known of folders, by their path.
+    `is_output`: takes up what is known of folders, by their path.
     """
     # Path would take longer than all the rest, and the real path of a folder is looked for once, not for each file.
     file = str(place)
@@ -246,11 +235,7 @@ def _is_output(
 
 
 def _is_in_library(folder: StoreRoot, is_output: dict[str, bool]) -> bool:
-    """True for a folder in a library on a store, below the folder that the user named.
-
-    Args:
-        is_output: takes up what is known of folders, by their address.
-    """
+    """True for a folder in a library on a store, below the folder that the user named; `is_output`: by address."""
     if not folder.path:
         return False  # the user asked for what is in there
     if (address := str(folder)) not in is_output:

@@ -278,10 +278,8 @@ def ingest_inputs(
 ) -> Generator[Event, None, None]:
     """Work on all inputs; yields an Event for each when it is done.
 
-    Args:
-        library: written to. table: entries of the library with the results of earlier runs: a different one in a dry
-            run. answers: answer the run's questions about the inputs, and make the assets.
-        is_looked_at: True for a file, as its source calls it, that the inputs were searched in.
+    `table`: entries of the library with the results of earlier runs, a different one in a dry run. `is_looked_at`: True
+    for a file, as its source calls it, that the inputs were searched in.
     """
     before = library if table.root == library.root else disk.Library(table.root)
     overrides = review.read_overrides(before)
@@ -391,11 +389,7 @@ def _due(run: _Run, one: Found, survey: Survey, options: Options) -> Iterator[Ev
 
 
 def cache_key(limits: Mapping[str, float], category: str = "") -> str:
-    """The key of what ingest makes of an input, besides the input and what a person decided about it.
-
-    Args:
-        limits: numbers of the run, by their names in registry/limits.yaml. category: ordered for all inputs, or empty.
-    """
+    """The key of what ingest makes of an input, besides the input and what a person decided about it."""
     return digest_of("ingest", key_of("casa_assets.pipeline.ingest.worker:work"), limits_in_key(limits), category)
 
 

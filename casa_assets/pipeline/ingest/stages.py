@@ -180,12 +180,9 @@ def run_stages(
     get: Callable[[str], bytes | None],
     put: Callable[[str, bytes], None],
 ) -> tuple[Asset, tuple[Issue, ...]]:
-    """An asset from a bundle, and the warnings on the way; kept results are taken from the store.
+    """An asset from a bundle, and the warnings on the way; `get` and `put` are of the store of results.
 
-    Args:
-        get, put: the store.
-    Raises:
-        Rejected: a stage cannot accept its input.
+    Raises Rejected: a stage cannot accept its input.
     """
     keys = _keys(context)
     start = 0
@@ -213,13 +210,10 @@ def build_asset(
     store: Store | None = None,
     failed_ups: tuple[str, ...] = (),
 ) -> tuple[Asset, tuple[Issue, ...]]:
-    """Build an asset from a bundle with a surveyed category; return it with warnings, including doubtful guesses.
+    """Build an asset from a surveyed bundle; return it with warnings, including doubtful guesses.
 
-    Args:
-        survey: category of the bundle. store: keeps results of stages; None: nothing is kept.
-        failed_ups: ways up, as in the asset's guesses of `up_axis`, in which it was built before and failed.
-    Raises:
-        Rejected: a stage cannot accept its input.
+    `store`: keeps results of stages. `failed_ups`: ways up, as in the asset's guesses of `up_axis`, that failed before.
+    Raises Rejected: a stage cannot accept its input.
     """
     if override.decision is Word.REJECT:
         raise Rejected(REJECTED_CODE, f"a person rejected it, in {NAME} of the library")

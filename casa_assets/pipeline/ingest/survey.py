@@ -23,8 +23,7 @@ CONTRADICTED_CONFIDENCE = 0.4
 class Survey:
     """Digest of an input and its category, with the confidence, 0..1, and the reason.
 
-    Attributes:
-        looked_at: files and folders whose state decided it, and that state, see `state_of`.
+    `looked_at`: files and folders that decided it, with their `state_of`.
     """
 
     sha256: str
@@ -35,11 +34,7 @@ class Survey:
 
 
 def state_of(path: str) -> str:
-    """Return the state of a file or folder, which changes whenever it is written again; empty if it does not exist.
-
-    Args:
-        path: on the disk, or the address of an object on a store, see `stores.folder.state_at`.
-    """
+    """State of a file, folder or object on a store, which changes whenever it is written; empty if there is none."""
     if is_url(path):
         return _store_state(path)
     try:

@@ -52,12 +52,9 @@ MAX_NAMED = 8
 
 
 def check_shards(records: Sequence[ShardRecord], cache_key: str, is_partial: bool) -> None:
-    """Check that shards may be merged.
+    """Check that shards may be merged; `cache_key`: of a run of this program with their options.
 
-    Args:
-        cache_key: of a run of this program with their options. is_partial: some may be missing.
-    Raises:
-        OutputError: they are not of one run, one is there twice or missing, or another version made them.
+    Raises OutputError: they are not of one run, one is there twice or missing, or another version made them.
     """
     first = records[0]
     seen: dict[int, Path] = {}
@@ -145,11 +142,7 @@ def merge(
 
 
 class ShardAnswers:
-    """Answers of shards: what their runs noted, and the entries that they made.
-
-    Args:
-        library: that is merged into. lines: of all shards, in the order of discovery, each with its shard.
-    """
+    """Answers of shards: what their runs noted, in the order of discovery, and the entries that they made."""
 
     def __init__(self, library: disk.Library, lines: Sequence[tuple[ShardLine, ShardRecord]]) -> None:
         self._library = library

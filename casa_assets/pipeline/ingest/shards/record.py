@@ -36,11 +36,7 @@ from casa_assets.pipeline.workers.limits import WorkerFailure
 
 @dataclass(frozen=True)
 class Shard:
-    """One of the parts that the inputs of a run are divided into.
-
-    Attributes:
-        index: 1 to count.
-    """
+    """One of the `count` parts that the inputs of a run are divided into; `index` is 1 to count."""
 
     index: int
     count: int
@@ -64,11 +60,7 @@ class Shard:
 
 
 def index_of(path: str, count: int) -> int:
-    """Index of the shard of a file, 1 to `count`: by the sha256 of its path, so other files do not change it.
-
-    Args:
-        path: as its source calls it.
-    """
+    """Index of the shard of a file, 1 to `count`: by the sha256 of its path, so other files do not change it."""
     return int.from_bytes(hashlib.sha256(path.encode()).digest()[:8], "big") % count + 1
 
 
@@ -249,12 +241,9 @@ def read_header(library: disk.Library) -> ShardHeader | None:
 
 
 def read_record(library: disk.Library, categories: Mapping[str, object]) -> ShardRecord:
-    """Return the results of a shard's run.
+    """Return the results of a shard's run; `categories`: all that exist, by id.
 
-    Args:
-        categories: all that exist, by id.
-    Raises:
-        OutputError: the library is no shard, its run has not ended, or the file is damaged.
+    Raises OutputError: the library is no shard, its run has not ended, or the file is damaged.
     """
     path = library.root / NAME
     header = read_header(library)
@@ -328,10 +317,7 @@ def check_is_no_shard(library: disk.Library) -> None:
 class Recorder:
     """Narrows a run to a shard and notes the answers that it gets.
 
-    Args:
-        table: the entries of the shard's library. header: of the run that begins.
-    Raises:
-        OutputError: the library is no shard, or another one, or one of a run with other options.
+    Raises OutputError: the library is no shard, or another one, or one of a run with other options.
     """
 
     def __init__(self, table: EntryTable, header: ShardHeader) -> None:
