@@ -47,11 +47,8 @@ def assemble(
 ) -> Asset:
     """Build a rigid asset of one link from a draft that went through every stage.
 
-    The origin goes to the centre of the footprint on the ground. Vertices are rounded to float32, which both
-    formats carry exactly.
-
-    Raises:
-        Rejected: nothing that can be seen (MSH001) or touched (MSH004) is left at that precision.
+    The origin goes to the centre of the footprint on the ground. Vertices are rounded to float32, which both formats
+    carry exactly. Raises Rejected: nothing to be seen (MSH001) or touched (MSH004) is left at that precision.
     """
     assert draft.inertial is not None, "the mass stage ran"
     vertices = draft.surface.vertices

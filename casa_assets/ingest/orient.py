@@ -45,14 +45,10 @@ def orient(
     override: UserOverride = NO_OVERRIDE,
     failed_ups: Sequence[str] = (),
 ) -> Draft:
-    """Turn the parts so that z is up and the front points where the category has it.
+    """Turn the parts, in file axes, so that z is up and the front points where the category has it.
 
-    Args:
-        draft: in file axes.
-        category: its usual shape and resting pose are the evidence.
-        generated: from a text-to-3D generator; these write y up whatever the format.
-        override: what a person decided; `up` and `turn_deg` count here.
-        failed_ups: ways up, named as in guesses, in which the object was built and fell over or could not be fitted.
+    `generated`: from a text-to-3D generator; these write y up whatever the format. `override`: `up` and `turn_deg`
+    count here. `failed_ups`: ways up, named as in guesses, in which the object was built and fell over or did not fit.
     """
     try:
         cloud = sample_surface(draft.surface.vertices, draft.surface.faces)

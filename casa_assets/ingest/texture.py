@@ -42,14 +42,10 @@ MIN_BACK_SHARE = 0.05
 
 
 def add_back_faces(draft: Draft, category: Category, missing_share: float) -> Draft:
-    """Add reversed copies of the faces of open components whose backs are visible.
+    """Add reversed copies of the faces of open components whose backs are visible, after all stages that measure.
 
-    It runs after all stages that measure the surface, since only the looks change.
-
-    Args:
-        draft: metres, as it rests.
-        category: something solid that lacks a side is left as it is, since nobody looks into an apple.
-        missing_share: share of the outline, seen from some side, that shows backs; from it on that side is missing.
+    Something solid that lacks a side, from which more than `missing_share` of its outline shows backs, is left as it
+    is, since nobody looks into an apple.
     """
     points, ids = draft.surface.points, draft.surface.welded_faces
     visibility = measure_visibility(points, ids)

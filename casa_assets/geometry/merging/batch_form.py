@@ -108,13 +108,10 @@ class BatchForms:
         filled: Collection[str] = (),
         blocks: Collection[str] = (),
     ) -> BatchScene:
-        """The batch form of the scene.
+        """The batch form of the scene without some joints, (placement, joint).
 
-        Args:
-            locked: joints that are left out, (placement, joint).
-            filled: placements of loose things that become solid, and of fixtures whose doors do: nothing can be put
-                into them, or into the bins of a door.
-            blocks: those of the fixtures of which all bins of a door become one block.
+        `filled`: placements of loose things that become solid, and of fixtures whose doors do: nothing can be put into
+        them, or into the bins of a door. `blocks`: those of fixtures of which all bins of a door become one block.
         """
         scene = self._scene
         keys = {
@@ -228,11 +225,8 @@ def batch_within(
     Where there are too many, this is given up in this order, only as much as needed: the inside of loose appliances
     and their knobs and keys, the bins of doors, drawers behind doors, units that the kitchen has several of, the last
     ones first, of several drawers in one unit all but the uppermost, the legs of seats one by one, racks, the last
-    window, room door, hood and cabinet, and what is free between the bins of a door.
-
-    Args:
-        most: primitives. The form has more where nothing is left to give up.
-        words: of the joints that stay. most_pairs: of primitives that an engine has to look at; None: any number.
+    window, room door, hood and cabinet, and what is free between the bins of a door. The form has more than `most`
+    primitives where nothing is left to give up. `most_pairs`: that an engine has to look at.
     """
     light_of = {asset.id: asset for asset in light.light_assets}
     assets = {place.name: light_of[place.asset] for place in light.scene.placements}

@@ -113,12 +113,7 @@ def fit_primitives(shapes: Sequence[tuple[Shape, Pose]], limits: FitLimits) -> l
 
 
 class _Group(NamedTuple):
-    """Some primitives and the aligned box around them: what is empty in it, and whether that has to be free.
-
-    Attributes:
-        members: indices of the primitives. box: (2, 3) its corners, metres.
-        empty_m3, empty_share: of the box, less what has to be free.
-    """
+    """Some primitives, by index, and the aligned (2, 3) box around them; what is empty in it but for free space."""
 
     members: Ints
     box: Floats

@@ -33,10 +33,7 @@ class ReachableSpace:
     """The space of a room that can be reached from given points, on a grid along the faces of the obstacles.
 
     Gaps of up to 12 mm count as closed. Moving parts are not obstacles: the inside of a cupboard with a door is
-    reachable.
-
-    Attributes:
-        boxes: (N, 2, 3) lower and upper corners of the obstacles, metres, world frame.
+    reachable. `boxes`: (N, 2, 3) lower and upper corners of the obstacles, metres, world frame.
     """
 
     def __init__(self, boxes: Floats, seeds: Floats, askew: Sequence[tuple[Shape, Pose]] = ()) -> None:
@@ -58,9 +55,8 @@ class ReachableSpace:
     def touches(self, lower: Floats, upper: Floats, margin: float) -> bool:
         """True where a box, `margin` metres larger on each side, holds reachable space.
 
-        Args:
-            lower, upper: (3,) corners, metres. margin: CLOSED_GAP_HALF_M and more asks whether anything can touch it;
-                that less TOLERANCE_M asks whether it would take away space from what could be there.
+        A margin of CLOSED_GAP_HALF_M and more asks whether anything can touch it; that less TOLERANCE_M asks whether it
+        would take away space from what could be there.
         """
         ranges = []
         for axis in range(3):

@@ -37,12 +37,7 @@ MIN_APPROACH_HEIGHT = -0.1
 
 @dataclass(frozen=True)
 class AntipodalGrasp:
-    """Two fingers closed on a surface.
-
-    Attributes:
-        center: (3,) middle between them, metres. closing: (3,) unit vector from one to the other.
-        approach: (3,) unit vector along which the hand comes. width: between the fingers, metres.
-    """
+    """Two fingers closed on a surface, m; unit vectors from one to the other, and along which the hand comes."""
 
     center: Floats
     closing: Floats

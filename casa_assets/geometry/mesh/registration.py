@@ -135,11 +135,9 @@ class SampledSurface:
 
 @dataclass(frozen=True)
 class Alignment:
-    """Best alignment of two surfaces and what it leaves, relative to their radius.
+    """Best alignment of two surfaces, a rotation of the first, and what it leaves, relative to their radius.
 
-    Attributes:
-        p95, p995: 95th and 99.5th percentile of the distance from either surface to the other, the larger of both.
-        turn: (3, 3) rotation from the first to the second.
+    `p95`, `p995`: percentiles of the distance from either surface to the other, the larger of both.
     """
 
     p95: float

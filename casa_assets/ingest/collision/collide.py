@@ -58,12 +58,8 @@ class Candidate:
 def collide(draft: Draft, category: Category, params: CollideParams, decomposer: Decomposer = decompose) -> Draft:
     """Choose collision shapes: the first strategy whose error is within the bound, else the one with the least error.
 
-    Args:
-        draft: metres, z up.
-        category: vessels keep their opening; solid and filled things are closed where the mesh is not.
-        decomposer: runs CoACD or V-HACD out of process.
-    Raises:
-        Rejected: no shape with a volume can be made (MSH004).
+    Vessels keep their opening; solid and filled things are closed where the mesh, metres, z up, is not. The decomposer
+    runs CoACD or V-HACD out of process. Raises Rejected: no shape with a volume can be made (MSH004).
     """
     points, faces = draft.surface.points, draft.surface.welded_faces
     rooms = _open_rooms(points, faces)

@@ -147,12 +147,9 @@ def fit_reference(
     rooms: OpenRooms = NO_ROOMS,
     kept_rooms: Sequence[int] = (),
 ) -> FitReference:
-    """Prepare what all candidate shapes of a mesh are measured against.
+    """Prepare what all candidate shapes of a mesh, welded, metres, z up, are measured against.
 
-    Args:
-        points: (P, 3) welded, metres, z up. faces: (F, 3). solid: proxy of the mesh.
-        is_open: openings of the mesh are meant, and not damage to something solid.
-        rooms: open rooms of the mesh. kept_rooms: indices of those that shapes have to leave open.
+    `is_open`: openings of the mesh are meant, and not damage to something solid. For the others see FitReference.
     """
     surface = _touchable(reference_surface(*surface_of(solid)), points, faces, not is_open)
     bound = ErrorBound(max(P95_M, P95_RATIO * surface.longest), WORST_RATIO * surface.longest)
@@ -290,13 +287,10 @@ def _area(polygon: Floats) -> float:
 
 
 def _box_within(foot: Floats, around_m2: float, filled_m2: float, lowest: float, height: float) -> PlacedShape | None:
-    """The largest of some rotated boxes about the middle of a foot, within its outline.
+    """The largest of some rotated boxes about the middle of a foot, (N, 2) points on the floor, within its outline.
 
     Return None if the outline is too small, if too little of it is filled, or if the box covers too little of it.
-
-    Args:
-        foot: (N, 2) points on the floor. around_m2: area of the object's bounding box, seen from above.
-        filled_m2: area of the matter just above the foot. lowest, height: of the foot, metres.
+    `around_m2`: of the bounding box, from above. `filled_m2`: of the matter just above the foot. Metres.
     """
     outline = outline_of(foot)
     area = _area(outline) if len(outline) > 2 else 0.0

@@ -105,11 +105,8 @@ def split_to_volume(
     """Split solids until their hulls together are wrong by no more than `excess_m3`, or there are `max_parts`.
 
     Wrong is what a hull holds beyond its part, and what it lacks for having few vertices. The part whose hull is worst
-    is cut next; what is near enough is cut on where that gains much, as of built things with flat sides.
-
-    Args:
-        min_slice_m: no part is thinner across the plane that it is cut by, metres.
-        reduced: the vertices, (N, 3), that are left of those of a hull.
+    is cut next; what is near enough is cut on where that gains much, as of built things with flat sides. `min_slice_m`:
+    no part is thinner across its cut. `reduced`: the vertices, (N, 3), that are left of those of a hull.
     """
     min_volume_m3 = MIN_PART_SHARE * sum(float(s.volume()) for s in solids)
     parts = list(solids)
@@ -264,10 +261,8 @@ def merge_within_bound(
 ) -> list[list[Solid]]:
     """Group solids that get one hull each: neighbours go together where their hull stays within the bound.
 
-    Args:
-        excess_m3: volume by which all hulls together may be wrong; what they are before is always granted.
-        reduced: as in `split_to_volume`.
-        opening_points: (N, 3) points in the opening of a vessel, which a common hull may not fill.
+    `excess_m3`: by which all hulls together may be wrong; what they are before is always granted. `reduced`: as in
+    `split_to_volume`. `opening_points`: (N, 3) in the opening of a vessel, which a common hull may not fill.
     """
     groups = {k: [solid] for k, solid in enumerate(solids)}
     sizes = {k: volume_of_hull(group) for k, group in groups.items()}

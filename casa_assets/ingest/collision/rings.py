@@ -175,13 +175,7 @@ MAX_SETBACK_SHARE = 0.6
 
 @dataclass(frozen=True)
 class CutVessel:
-    """An open vessel, cut.
-
-    Attributes:
-        floors: each is one part. wall_parts: sectors of the walls, most of them nearly convex.
-        handles: handles, knobs and spouts.
-        message: how it was cut, in words with numbers.
-    """
+    """An open vessel, cut: floors, each one part; nearly convex sectors of walls; handles and spouts; in words."""
 
     floors: tuple[Solid, ...]
     wall_parts: tuple[Solid, ...]

@@ -25,11 +25,9 @@ from casa_assets.model.source import RawPart
 
 @dataclass(frozen=True)
 class Components:
-    """Components of a surface, connected over shared points and numbered by their first face.
+    """Components of a welded surface, connected over shared points and numbered by their first face.
 
-    Attributes:
-        points: (P, 3) welded. faces: (F, 3). label: (F,) component of each face.
-        lower, upper: (N, 3) corners of the bounding boxes. longest_side: (N,) of each box.
+    `label`: (F,) component of each face. `lower`, `upper`: (N, 3) corners of the boxes; `longest_side`: (N,) of each.
     """
 
     points: Floats

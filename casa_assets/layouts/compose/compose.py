@@ -48,16 +48,12 @@ class AssetOutlines:
                     return (self.poses[link.name] @ collider.pose).position
         return None
 
-    def moved_points(self, joint: Joint) -> Floats:
-        """(N, 3) points of everything that a joint moves, joints at zero, asset frame, metres."""
+    def swept_points(self, joint: Joint) -> Floats:
+        """(S, N, 3) points of everything that a joint moves, from closed to open, asset frame, metres."""
         links = [joint.child]
         for link in self.asset.links:
             links += [link.name] if link.parent in links else []
-        return np.concatenate([self.points[name] for name in links])
-
-    def swept_points(self, joint: Joint) -> Floats:
-        """(S, N, 3) points of everything that a joint moves, from closed to open, asset frame, metres."""
-        closed = self.moved_points(joint)
+        closed = np.concatenate([self.points[name] for name in links])
         lower, upper = joint.range
         opened = upper if abs(upper) >= abs(lower) else lower
         pose = self.poses[joint.child]

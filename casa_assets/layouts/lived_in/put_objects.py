@@ -135,7 +135,9 @@ def _put_group(draw: _Draw, name: str, habit: Habit, left: int) -> PutGroup | No
     rng = draw.rng
     low, high = habit.count
     number = int(rng.integers(low, min(high, left - bool(habit.vessel)) + 1))
-    assets = _members(draw, habit, number)
+    assets = [_member(draw, habit.vessel)] if habit.vessel else []
+    alike = [_member(draw, habit.objects)] * number if habit.alike else []
+    assets += alike or [_member(draw, habit.objects) for _ in range(number)]
     kind = _pick(habit.spaces, rng)
     for tried in (kind, *(k for k in sorted(habit.spaces) if k != kind)):
         rooms = [r for r in draw.rooms if tried in r.space.kinds and r.theme in ("", habit.theme)]
@@ -153,14 +155,6 @@ def _put_group(draw: _Draw, name: str, habit: Habit, left: int) -> PutGroup | No
                 if group is not None and spot is not None:
                     return _set_down(draw, name, room, assets[:fewer], group, spot)
     return None
-
-
-def _members(draw: _Draw, habit: Habit, number: int) -> list[Asset]:
-    """The objects of a group, its vessel first."""
-    vessel = [_member(draw, habit.vessel)] if habit.vessel else []
-    if habit.alike:
-        return [*vessel, *[_member(draw, habit.objects)] * number]
-    return [*vessel, *(_member(draw, habit.objects) for _ in range(number))]
 
 
 def _member(draw: _Draw, categories: Mapping[str, float]) -> Asset:

@@ -195,12 +195,8 @@ def request_kitchen(
     closed: bool = False,
     roles: Mapping[str, RoleRule] | None = None,
 ) -> KitchenRequest:
-    """Resolve a plan and a style.
+    """Resolve a plan and a style; closed: open walls are built too; roles: which assets of libraries suit which.
 
-    Args:
-        presets: parameters of all presets of all families, and sizes of the assets of libraries.
-        given: values of the plan's parameters; those missing have their defaults. closed: open walls are built too.
-        roles: which assets of libraries suit which role.
     Raises:
         PlanConflict: the plan does not fit together.
         StyleConflict: the style names an asset of a library that does not suit its role.

@@ -56,15 +56,9 @@ def category_of(asset_id: str) -> str:
 def fitted_choice(
     choice: PresetChoice, role: str, rule: RoleRule, library: Mapping[str, Mapping[str, Any]], place: Place
 ) -> tuple[PresetChoice, dict[str, Any]]:
-    """An asset of a library, fitted to a role.
+    """An asset of a library, fitted to a role, with its scale and base if they differ; and its sizes at that scale.
 
-    Args:
-        choice: names it, and may state a scale and a base. library: sizes of all assets by id.
-        place: where it is placed.
-    Returns:
-        The choice, with its scale and base if they differ from those of the asset; the asset's sizes at that scale.
-    Raises:
-        ModelMisfit: it does not suit the role or the place.
+    The choice names it, and may state both. `library`: sizes of all assets by id. Raises ModelMisfit: it does not suit.
     """
     sizes = library[choice.name]
     if rule.refused:

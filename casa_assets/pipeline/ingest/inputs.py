@@ -133,10 +133,7 @@ def is_of_plugin(address: str) -> bool:
 
 
 def fetch(address: str, library: Path) -> Path | Refused:
-    """Return the folder with the files at a plug-in's address, or the address as a rejected input if fetching fails.
-
-    Files that an earlier run fetched with the same code are kept.
-    """
+    """The folder with the files at a plug-in's address, kept from a run of the same code, or a rejected input."""
     plugin, source = sources()[address.partition(":")[0]]
     key = hashlib.sha256(f"{address}\0{plugin.digest}".encode()).hexdigest()[:16]
     folder = cache_for(library) / FETCHED / key  # not in the library: what lies there is output, not input
@@ -173,13 +170,10 @@ def discover_inputs(
     library: Path,
     others: Counter[str] | None = None,
 ) -> Iterator[Found | Refused]:
-    """Inputs under the roots, in an order that no machine changes.
+    """Inputs under the roots, files and folders, on the disk or on stores, in an order that no machine changes.
 
-    Args:
-        roots: files and folders, on the disk or on stores. others: counts what is no mesh, by what it is.
-        library: what lies in it is output, not input; so is what lies in another library below a root.
-    Raises:
-        CasaError: there is nothing at an address, or its store cannot be reached, or no package reads it.
+    `others`: counts what is no mesh, by what it is. What lies in a library, ours or another, is output, not input.
+    Raises CasaError: there is nothing at an address, or its store cannot be reached, or no package reads it.
     """
     if any(isinstance(root, StoreRoot) for root in roots):
         require("fsspec", "stores", "Reading from a store")

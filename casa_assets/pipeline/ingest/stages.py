@@ -36,15 +36,10 @@ from casa_assets.pipeline.library.review import NAME, REJECTED_CODE, doubtful_gu
 
 
 class BuildContext(Record):
-    """Inputs of the stages besides the bytes of the bundle: ids, category, substance, limits and overrides.
+    """Inputs of the stages besides the bytes of the bundle.
 
-    Attributes:
-        asset_id: name of the result. sha256: of the bundle.
-        source: the source's own words. category, classes, substance: registry data on its kind.
-        limits: numbers of registry/limits.yaml that the stages read.
-        override: a person's decisions about this input.
-        failed_ups: ways up in which it was built before and failed.
-        kind: the guess of the category; None if it was not guessed.
+    `asset_id`: name of the result. `sha256`: of the bundle. `limits`: numbers of registry/limits.yaml. `override`: a
+    person's decisions. `failed_ups`: ways up in which it was built before and failed. `kind`: guess of the category.
     """
 
     asset_id: str
@@ -66,12 +61,9 @@ class BuildContext(Record):
 
 @dataclass(frozen=True)
 class Stage:
-    """One step of ingest.
+    """One step of ingest: a pure function of the result of the stage before it and the context.
 
-    Attributes:
-        name: such as `collide`.
-        function: pure, of the result of the stage before it and the context.
-        keep: the result, a Draft, is put into the store, under a key that is derived from the code up to here.
+    `keep`: the result, a Draft, is put into the store, under a key that is derived from the code up to here.
     """
 
     name: str

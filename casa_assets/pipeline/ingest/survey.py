@@ -36,18 +36,14 @@ class Survey:
 def state_of(path: str) -> str:
     """State of a file, folder or object on a store, which changes whenever it is written; empty if there is none."""
     if is_url(path):
-        return _store_state(path)
+        from casa_assets.ingest.sources.stores import state_at  # a client of stores, which only addresses need
+
+        return state_at(path)
     try:
         found = os.stat(path)  # noqa: PTH116  Path would take longer than the system does
     except (OSError, ValueError):
         return ""
     return f"{found.st_mtime_ns} {found.st_ctime_ns} {found.st_size} {found.st_ino}"
-
-
-def _store_state(address: str) -> str:
-    from casa_assets.ingest.sources.stores import state_at  # a client of stores, which only addresses need
-
-    return state_at(address)
 
 
 def warm() -> None:
