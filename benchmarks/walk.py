@@ -77,21 +77,21 @@ class Steps:
 @contextmanager
 def in_this_process() -> Iterator[None]:
     """Let the pool call its functions here, one after the other."""
-    from casa_assets.pipeline.workers.pool import Pool
+    from casa_assets.pipeline.workers.pool import Pool, Step, address_of
 
-    def called(function: str) -> Callable[..., Any]:
-        module, _, name = function.partition(":")
+    def called(function: Step) -> Callable[..., Any]:
+        module, _, name = address_of(function).partition(":")
         return getattr(import_module(module), name)  # type: ignore[no-any-return]
 
     def run(
-        _: Pool, function: str, jobs: Sequence[Any], started: Callable[[int], None] | None = None
+        _: Pool, function: Step, jobs: Sequence[Any], started: Callable[[int], None] | None = None
     ) -> Iterator[tuple[int, Any]]:
         for number, job in enumerate(jobs):
             if started is not None:
                 started(number)
             yield number, called(function)(job)
 
-    def prepare(_: Pool, warm: str) -> None:
+    def prepare(_: Pool, warm: Step) -> None:
         called(warm)()
 
     kept = Pool.run, Pool.prepare

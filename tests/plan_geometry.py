@@ -6,17 +6,19 @@ import itertools
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
+from casa_assets.errors import PlanConflict
 from casa_assets.geometry.outline import penetration_depth
 from casa_assets.layouts.order.request import KitchenRequest, request_kitchen
 from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.runs import RunLine, UnitSlot
 from casa_assets.layouts.plan.style_models import StyleModels
 from casa_assets.model.kitchen.plan import BaseKind, Plan
-from casa_assets.pipeline.kitchens.resolve import preset_params
-from casa_assets.registry.kitchens import load_plan, load_style
+from casa_assets.pipeline.kitchens.resolve import error_with_line, preset_params
+from casa_assets.registry.kitchens import load_plan, load_style, read_plan
 
 PLAY = 0.0015  # metres
 STYLE = "coastal"
@@ -133,6 +135,17 @@ def _touches(line: RunLine, wall: str, kitchen: KitchenRequest) -> bool:
 def made(name: str, given: Mapping[str, float] | None = None, style: str = STYLE) -> KitchenRequest:
     """A plan in metres."""
     return request_kitchen(load_plan(name)[0], load_style(style)[0], preset_params(), given)
+
+
+def kitchen_of(text: str, folder: Path, given: Mapping[str, float] | None = None, style: str = STYLE) -> KitchenRequest:
+    """A plan as written, in a style. Raises RegistryError as the pipeline does."""
+    path = folder / "tiny.yaml"
+    path.write_text(text)
+    plan, pages = read_plan(path)
+    try:
+        return request_kitchen(plan, load_style(style)[0], preset_params(), given)
+    except PlanConflict as error:
+        raise error_with_line(error, pages) from None
 
 
 def extremes(plan: Plan) -> Iterator[dict[str, float]]:

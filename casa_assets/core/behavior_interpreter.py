@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from casa_assets.model.asset.behavior import Behavior, Condition, Effect, Rule
+from casa_assets.model.asset.behavior import Behavior, Condition, Effect
 
 # Sums of steps of time: a rule that waits a second has waited it after fifty steps of 0.02 s.
 TIME_SLACK_S = 1e-9
@@ -13,12 +13,7 @@ TIME_SLACK_S = 1e-9
 
 @dataclass(frozen=True)
 class Stimulus:
-    """Measurements of a runtime in one step.
-
-    Attributes:
-        joints: name -> position, rad or m.
-        touched: names of colliders that something else touches.
-    """
+    """Measurements of a runtime in one step: positions of joints, rad or m, and colliders that something touches."""
 
     joints: Mapping[str, float]
     touched: frozenset[str] = frozenset()
@@ -64,7 +59,9 @@ def step(state: BehaviorState, stimulus: Stimulus, dt: float) -> BehaviorState:
         raw = tuple(_holds(c, stimulus, state.values) for c in rule.when)
         was = raw if state.before is None else state.before[i]
         now.append(raw)
-        if not _applies(rule, raw, was, state.values[rule.variable]):
+        true = [r and not w if c.begins else r for c, r, w in zip(rule.when, raw, was, strict=True)]
+        is_asked = not rule.from_values or state.values[rule.variable] in rule.from_values
+        if not is_asked or any(t == c.negated for t, c in zip(true, rule.when, strict=True)):
             held.append(0.0)
             continue
         held.append(state.held_s[i] + dt)
@@ -74,13 +71,6 @@ def step(state: BehaviorState, stimulus: Stimulus, dt: float) -> BehaviorState:
             values[rule.variable] = rule.to
             held[i] = 0.0 if rule.after_s else held[i]
     return BehaviorState(state.behavior, values, tuple(now), tuple(held))
-
-
-def _applies(rule: Rule, raw: tuple[bool, ...], was: tuple[bool, ...], value: str) -> bool:
-    if rule.from_values and value not in rule.from_values:
-        return False
-    true = [r and not w if c.begins else r for c, r, w in zip(rule.when, raw, was, strict=True)]
-    return all(t != c.negated for t, c in zip(true, rule.when, strict=True))
 
 
 def _holds(condition: Condition, stimulus: Stimulus, values: Mapping[str, str]) -> bool:

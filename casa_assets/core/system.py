@@ -22,13 +22,7 @@ from casa_assets.projects import user_environment
 
 
 def lower_limit(kind: int, soft: int, hard: int) -> None:
-    """Set a resource limit of this process; a limit that is already lower is kept.
-
-    Args:
-        kind: such as `resource.RLIMIT_CPU` (seconds) or `resource.RLIMIT_AS` (bytes).
-        soft: limit at which the system refuses more, or sends a signal.
-        hard: limit up to which the process may raise the soft one again.
-    """
+    """Lower a resource limit of this process, such as `resource.RLIMIT_AS` (bytes); a lower one is kept."""
     stands = resource.getrlimit(kind)[1]
     ceiling = hard if stands == resource.RLIM_INFINITY else min(hard, stands)
     resource.setrlimit(kind, (min(soft, ceiling), ceiling))

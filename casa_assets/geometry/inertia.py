@@ -25,10 +25,7 @@ def adjacent_links(scene: Scene) -> tuple[tuple[PlacedLink, PlacedLink], ...]:
 
     A door and the frame, walls and worktops around it are so close that a simulator checks them for contact at every
     step, although they never touch: the joint holds the door, and every scene is checked to be free of collisions over
-    the whole range of each joint.
-
-    Returns:
-        (moving link, fixed link), in the order of the placements and their links.
+    the whole range of each joint. The pairs are in the order of the placements and their links.
     """
     moving, fixed = _boxes(scene)
     if not moving or not fixed:

@@ -12,7 +12,7 @@ from scipy.sparse import block_diag
 from casa_assets.core.numeric import Floats, decimals, significant
 from casa_assets.errors import DegenerateShape
 from casa_assets.geometry.solid.solids import hull_planes, hull_volume
-from casa_assets.model.asset.asset import Asset, Base, Collider, Link
+from casa_assets.model.asset.asset import Asset, Base, Collider
 from casa_assets.model.asset.parts import Box, Capsule, Cylinder, Hull, MeshShape, Shape, Sphere
 from casa_assets.model.kitchen.scene import LightScene, Scene
 from casa_assets.model.pose import Pose
@@ -51,22 +51,22 @@ def lighten(asset: Asset) -> Asset:
 
     So nothing that was apart touches. Mass, joints, sites and regions stay; effects on visuals are left out.
     """
-    effects = _effects(asset)
     behavior = asset.behavior
-    if behavior is not None and len(effects) < len(behavior.effects):
-        behavior = behavior.replace(effects=tuple(behavior.effects[i] for i in effects))
+    if behavior is not None:
+        visuals = {v.name for link in asset.links for v in link.visuals}
+        behavior = behavior.replace(effects=tuple(e for e in behavior.effects if e.target not in visuals))
     # What stands has to stand on what it stood on; only the root link's frame is upright.
-    low = _lowest(asset.root) if asset.base is Base.FREE else None
-    links = tuple(_light_link(link, low if link is asset.root else None) for link in asset.links)
-    return asset.replace(links=links, materials=(), behavior=behavior)
+    heights = [_foot_of(c.shape, c.pose) for c in asset.root.colliders] if asset.base is Base.FREE else []
+    links = []
+    for link in asset.links:
+        low = min(heights, default=None) if link is asset.root else None
+        colliders = tuple(c for item in link.colliders for c in _light_collider(item, low))
+        links.append(link.replace(visuals=(), colliders=colliders))
+    return asset.replace(links=tuple(links), materials=(), behavior=behavior)
 
 
 def light_scene(scene: Scene, form: Callable[[Asset], Asset] = lighten) -> LightScene:
-    """The light form of a scene.
-
-    Args:
-        form: `lighten`, or what gives the same faster.
-    """
+    """The light form of a scene. `form`: `lighten`, or what gives the same faster."""
     return LightScene(scene=scene, light_assets=tuple(form(asset) for asset in scene.assets))
 
 
@@ -85,13 +85,12 @@ def inscribed_primitives(points: Floats) -> tuple[tuple[Box | Cylinder, Pose], .
     first, *others = _frames(points)
     for frames in ([first], others):
         spans = [np.ptp(points @ frame, axis=0) / 2 for frame in frames]
-        wanted = [
-            _Wanted(planes, frame, _box_reach(planes, frame), span) for frame, span in zip(frames, spans, strict=True)
-        ]
-        wanted += [
-            _Wanted(planes, frame, _rod_reach(planes, frame), np.array([min(span[0], span[1]), span[2]]))
-            for frame, span in zip(frames, spans, strict=True)
-        ]
+        normals = [planes[:, :3] @ frame for frame in frames]
+        wanted = [_Wanted(planes, *one) for one in zip(frames, map(np.abs, normals), spans, strict=True)]
+        # How far a cylinder of radius one, and one of half height one, reaches towards each plane.
+        reach = [np.stack([np.hypot(n[:, 0], n[:, 1]), np.abs(n[:, 2])], axis=1) for n in normals]
+        wide = [np.array([min(span[0], span[1]), span[2]]) for span in spans]
+        wanted += [_Wanted(planes, *one) for one in zip(frames, reach, wide, strict=True)]
         found = _largest(wanted)
         boxes += [one for one in found[: len(frames)] if one is not None]
         rods += [one for one in found[len(frames) :] if one is not None]
@@ -117,7 +116,7 @@ def _beside(planes: Floats, first: InscribedPrimitive, volume: float) -> list[In
             normal = sign * first.frame[:, axis]
             face = sign * first.center[axis] + first.half[axis]
             beyond = np.vstack([rest, [*-normal, face]])
-            wanted.append(_Wanted(beyond, first.frame, _box_reach(beyond, first.frame), first.half))
+            wanted.append(_Wanted(beyond, first.frame, np.abs(beyond[:, :3] @ first.frame), first.half))
             # What comes after stays on the near side of this face.
             rest = np.vstack([rest, [*normal, -face]])
     found = [box for box in _largest(wanted) if box is not None and box.volume >= MIN_BOX_SHARE * volume]
@@ -131,21 +130,13 @@ def _rounded(found: InscribedPrimitive) -> tuple[Box | Cylinder, Pose]:
     matrix[:3, 3] = np.round((found.frame @ found.center / SIZE_STEP_M).round(3)) * SIZE_STEP_M
     # The centre was rounded by up to half a unit along each axis.
     half = np.maximum(np.floor(((found.half - SIZE_STEP_M) / SIZE_STEP_M).round(3)) * SIZE_STEP_M, MIN_HALF_SIZE_M)
-    pose = _settled(Pose.from_matrix(matrix))
+    pose = Pose.from_matrix(matrix)
+    w, x, y, z = (decimals(c, 12) for c in pose.quaternion)  # a turn without the last digits
+    pose = pose.replace(quaternion=(w, x, y, z))
     if len(half) == 3:
         x, y, z = (2 * float(h) for h in half)
         return Box(size=(x, y, z)), pose
     return Cylinder(radius=float(half[0]), height=2 * float(half[1])), pose
-
-
-def _settled(pose: Pose) -> Pose:
-    """The pose with a turn that has no last digits."""
-    w, x, y, z = (decimals(c, 12) for c in pose.quaternion)
-    return pose.replace(quaternion=(w, x, y, z))
-
-
-def _light_link(link: Link, low: float | None = None) -> Link:
-    return link.replace(visuals=(), colliders=tuple(c for item in link.colliders for c in _light_collider(item, low)))
 
 
 def _light_collider(item: Collider, low: float | None) -> tuple[Collider, ...]:
@@ -162,12 +153,6 @@ def _light_collider(item: Collider, low: float | None) -> tuple[Collider, ...]:
     names = [item.name, *(LightScene.part_name(item.name, k) for k in range(1, len(found)))]
     pairs = zip(names, found, strict=True)
     return tuple(item.replace(name=name, shape=shape, pose=item.pose @ pose) for name, (shape, pose) in pairs)
-
-
-def _lowest(link: Link) -> float | None:
-    """Height of the lowest point of the colliders of a link."""
-    heights = [_foot_of(c.shape, c.pose) for c in link.colliders]
-    return min(heights, default=None)
 
 
 def _foot_of(shape: Shape, pose: Pose) -> float:
@@ -187,8 +172,7 @@ def _foot_of(shape: Shape, pose: Pose) -> float:
 def _foot(pose: Pose, points: Floats, found: Sequence[tuple[Shape, Pose]]) -> tuple[tuple[Box, Pose], ...]:
     """Return a thin upright box in the lowest part of a hull, or nothing if another shape already rests flat there.
 
-    Args:
-        pose: of the hull in its link. points: (N, 3) its vertices. found: primitives fitted to the hull, in its frame.
+    `pose`: of the hull in its link. `points`: (N, 3) its vertices. `found`: primitives fitted to it, in its frame.
     """
     low = float(pose.apply(points)[:, 2].min())
     flat = [(shape, pose @ at) for shape, at in found if np.abs((pose @ at).rotation[2]).max() > FLAT_COSINE]
@@ -217,14 +201,6 @@ def _foot(pose: Pose, points: Floats, found: Sequence[tuple[Shape, Pose]]) -> tu
     return ((shape, pose.inverse() @ at),)
 
 
-def _effects(asset: Asset) -> list[int]:
-    """Indices of the effects that act on something other than a visual."""
-    if asset.behavior is None:
-        return []
-    visuals = {v.name for link in asset.links for v in link.visuals}
-    return [i for i, effect in enumerate(asset.behavior.effects) if effect.target not in visuals]
-
-
 def _frames(points: Floats) -> list[Floats]:
     """Rotations (cloud from shape) worth trying: each axis of the cloud as z, then those of its covariance."""
     x, y, z = np.eye(3)
@@ -234,19 +210,11 @@ def _frames(points: Floats) -> list[Floats]:
     return [*axes, np.stack([a, np.cross(c, a), c], axis=1), np.stack([b, np.cross(a, b), a], axis=1)]
 
 
-def _box_reach(planes: Floats, frame: Floats) -> Floats:
-    """(F, 3) how far a box of half size one along each axis reaches towards each plane."""
-    return np.abs(planes[:, :3] @ frame)
-
-
-def _rod_reach(planes: Floats, frame: Floats) -> Floats:
-    """(F, 2) how far a cylinder of radius one, and of half height one, reaches towards each plane."""
-    normals = planes[:, :3] @ frame
-    return np.stack([np.hypot(normals[:, 0], normals[:, 1]), np.abs(normals[:, 2])], axis=1)
-
-
 class _Wanted(NamedTuple):
-    """Input of one fit: planes of a hull, a frame, reach of the primitive towards each plane, its proportions."""
+    """Input of one fit: planes of a hull, a frame, how far a primitive of unit half sizes reaches, its proportions.
+
+    `reach`: (F, 3) of a box, (F, 2) of a cylinder, towards each plane.
+    """
 
     planes: Floats
     frame: Floats
@@ -313,6 +281,4 @@ def _maxima(programs: Sequence[_Program]) -> list[Floats | None]:
     answer = milp(-gain, constraints=constraints, bounds=Bounds(np.concatenate([p.least for p in programs]), np.inf))
     if answer.status == 0:
         return list(np.split(answer.x, np.cumsum([len(program.gain) for program in programs])[:-1]))
-    if len(programs) == 1:
-        return [None]
-    return [_maxima([program])[0] for program in programs]
+    return [None] if len(programs) == 1 else [_maxima([program])[0] for program in programs]

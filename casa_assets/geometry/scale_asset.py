@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from casa_assets.core.numeric import Floats, seven_digits, significant
-from casa_assets.model.asset.asset import Asset, Collider, Drive, Joint, JointKind, JointValue, Link, Visual
+from casa_assets.model.asset.asset import Asset, Joint, JointKind, Link
 from casa_assets.model.asset.behavior import Behavior, Condition
 from casa_assets.model.asset.parts import Box, Capsule, Cylinder, Hull, Mesh, MeshShape, Shape, Sphere
 from casa_assets.model.pose import Pose
@@ -18,12 +18,9 @@ UPPER_SHARE = 0.6
 
 
 def scaled(asset: Asset, factor: float, mass: float) -> Asset:
-    """An asset made larger or smaller evenly; its parts move as far, and a hand needs as much force to move them.
+    """An asset made larger or smaller evenly, of the given mass, kg; a hand needs as much force to move its parts.
 
     Pictures on it are stretched with it, and materials stay as they are.
-
-    Args:
-        factor: > 0. mass: of the result, kg; all links share it as they did.
     """
     heavier = mass / asset.mass
     kinds = {joint.name: joint.kind for joint in asset.joints}
@@ -40,7 +37,13 @@ def scaled(asset: Asset, factor: float, mass: float) -> Asset:
         ),
         regions=tuple(r.replace(pose=_pose(r.pose, factor), size=_vector(r.size, factor)) for r in asset.regions),
         keyframes=tuple(
-            key.replace(joints=tuple(_value(at, kinds, factor) for at in key.joints)) for key in asset.keyframes
+            key.replace(
+                joints=tuple(
+                    at if kinds[at.joint] is JointKind.HINGE else at.replace(value=_length(at.value, factor))
+                    for at in key.joints
+                )
+            )
+            for key in asset.keyframes
         ),
         behavior=None if asset.behavior is None else _behavior(asset.behavior, kinds, factor),
     )
@@ -75,25 +78,16 @@ def level_of(asset: Asset) -> float:
 
 def _link(link: Link, factor: float, heavier: float) -> Link:
     own = link.inertial
-    inertia = tuple(seven_digits(value * heavier * factor**2) for value in own.inertia)
     return link.replace(
         pose=_pose(link.pose, factor),
         inertial=own.replace(
             mass=seven_digits(own.mass * heavier),
             center_of_mass=_vector(own.center_of_mass, factor),
-            inertia=inertia,
+            inertia=tuple(seven_digits(value * heavier * factor**2) for value in own.inertia),
         ),
-        visuals=tuple(_visual(visual, factor) for visual in link.visuals),
-        colliders=tuple(_collider(collider, factor) for collider in link.colliders),
+        visuals=tuple(visual.replace(mesh=_mesh(visual.mesh, factor)) for visual in link.visuals),
+        colliders=tuple(c.replace(shape=_shape(c.shape, factor), pose=_pose(c.pose, factor)) for c in link.colliders),
     )
-
-
-def _visual(visual: Visual, factor: float) -> Visual:
-    return visual.replace(mesh=_mesh(visual.mesh, factor))
-
-
-def _collider(collider: Collider, factor: float) -> Collider:
-    return collider.replace(shape=_shape(collider.shape, factor), pose=_pose(collider.pose, factor))
 
 
 def _shape(shape: Shape, factor: float) -> Shape:
@@ -109,39 +103,31 @@ def _shape(shape: Shape, factor: float) -> Shape:
 
 def _joint(joint: Joint, factor: float, heavier: float) -> Joint:
     """A joint whose part feels to a hand as it did: as much force at the handle, which is as much farther away."""
+    drive = joint.drive
     if joint.kind is JointKind.SLIDE:
-        # A spring pushes as hard over a way that is as much longer.
-        drive = joint.drive
+        if drive is not None:
+            # A spring pushes as hard over a way that is as much longer.
+            target = _length(drive.target, factor)
+            drive = drive.replace(stiffness=significant(drive.stiffness / factor, 3), target=target)
         return joint.replace(
             anchor=_vector(joint.anchor, factor),
             range=_span(joint.range, factor),
             armature=significant(joint.armature * heavier, 3),
-            drive=None
-            if drive is None
-            else Drive(
-                stiffness=significant(drive.stiffness / factor, 3),
-                damping=drive.damping,
-                target=_length(drive.target, factor),
-            ),
+            drive=drive,
         )
-    # A spring of a hinge carries the weight of its part, at an arm that is as much longer.
-    drive = joint.drive
+    if drive is not None:
+        # A spring of a hinge carries the weight of its part, at an arm that is as much longer.
+        drive = drive.replace(
+            stiffness=significant(drive.stiffness * heavier * factor, 3),
+            damping=significant(drive.damping * heavier * factor, 3),
+        )
     return joint.replace(
         anchor=_vector(joint.anchor, factor),
         damping=significant(joint.damping * factor, 3),
         frictionloss=significant(joint.frictionloss * factor, 3),
         armature=significant(joint.armature * heavier * factor**2, 3),
-        drive=None
-        if drive is None
-        else drive.replace(
-            stiffness=significant(drive.stiffness * heavier * factor, 3),
-            damping=significant(drive.damping * heavier * factor, 3),
-        ),
+        drive=drive,
     )
-
-
-def _value(at: JointValue, kinds: dict[str, JointKind], factor: float) -> JointValue:
-    return at if kinds[at.joint] is JointKind.HINGE else at.replace(value=_length(at.value, factor))
 
 
 def _behavior(behavior: Behavior, kinds: dict[str, JointKind], factor: float) -> Behavior:

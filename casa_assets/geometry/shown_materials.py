@@ -13,7 +13,7 @@ from PIL import Image, ImageStat
 
 from casa_assets.core.numeric import Floats, Ints, Mask, linear_from_srgb_array, srgb_from_linear
 from casa_assets.geometry.solid.primitive import shape_bounds
-from casa_assets.model.asset.asset import Asset, Collider, Link
+from casa_assets.model.asset.asset import Asset, Collider
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.parts import Box, Mesh, Shape, Visual
 from casa_assets.model.pose import Pose
@@ -34,12 +34,12 @@ def collider_colors(asset: Asset) -> dict[str, Vec4]:
     found = {}
     for link in asset.links:
         visuals = [_ColoredVisual.of(v.mesh, colors[v.material]) for v in link.visuals]
+        # Where nothing overlaps: the largest visual of the link, or of the asset where the link has none.
+        others = link.visuals or tuple(v for k in asset.links for v in k.visuals)
+        largest = max(others, key=lambda v: float(np.ptp(v.mesh.bounds, axis=0).sum()), default=None)
+        spare = NO_COLOR if largest is None else colors[largest.material]
         for collider in link.colliders:
-            found[collider.name] = (
-                _mean_within(collider, visuals)
-                or _best_overlap(collider, visuals)
-                or _largest_visual(asset, link, colors)
-            )
+            found[collider.name] = _mean_within(collider, visuals) or _best_overlap(collider, visuals) or spare
     return found
 
 
@@ -92,29 +92,17 @@ def _mean_within(collider: Collider, visuals: list[_ColoredVisual]) -> Vec4 | No
 
 
 def _best_overlap(collider: Collider, visuals: list[_ColoredVisual]) -> Vec4 | None:
-    """Colour of the visual whose bounds overlap most with those of a collider."""
-    own = _padded(shape_bounds(collider.shape, collider.pose))
-    overlaps = [_overlap(own, _padded(v.bounds)) for v in visuals]
+    """Colour of the visual whose bounds overlap most with those of a collider: intersection over union."""
+    padding = np.array([[-PADDING_M], [PADDING_M]])
+    own = shape_bounds(collider.shape, collider.pose) + padding
+    overlaps = []
+    for visual in visuals:
+        bounds = visual.bounds + padding
+        common = np.clip(np.minimum(own[1], bounds[1]) - np.maximum(own[0], bounds[0]), 0.0, None).prod()
+        total = np.ptp(own, axis=0).prod() + np.ptp(bounds, axis=0).prod() - common
+        overlaps.append(float(common / total))
     best = max(range(len(visuals)), key=lambda i: overlaps[i], default=None)
     return None if best is None or overlaps[best] <= 0 else visuals[best].color
-
-
-def _largest_visual(asset: Asset, link: Link, colors: dict[str, Vec4]) -> Vec4:
-    """Colour of the largest visual of the link, of the asset where the link has none."""
-    visuals = link.visuals or tuple(v for k in asset.links for v in k.visuals)
-    largest = max(visuals, key=lambda v: float(np.ptp(v.mesh.bounds, axis=0).sum()), default=None)
-    return NO_COLOR if largest is None else colors[largest.material]
-
-
-def _padded(bounds: Floats) -> Floats:
-    return np.array([bounds[0] - PADDING_M, bounds[1] + PADDING_M])
-
-
-def _overlap(first: Floats, second: Floats) -> float:
-    """Intersection over union of two boxes, 0..1."""
-    common = np.clip(np.minimum(first[1], second[1]) - np.maximum(first[0], second[0]), 0.0, None).prod()
-    total = np.ptp(first, axis=0).prod() + np.ptp(second, axis=0).prod() - common
-    return float(common / total)
 
 
 # Shown materials ------------------------------------------------------------------------------------------------------
@@ -177,8 +165,7 @@ class ShownMaterials:
     ) -> ShownMaterials:
         """Those of some visuals, each with the pose that takes its mesh into the common frame.
 
-        Args:
-            middle: (3,) of the thing that they belong to, or of the room. is_room: they are seen from there.
+        `middle`: (3,) of the thing that they belong to, or of the room. `is_room`: they are seen from there.
         """
         known = {material.id: material for material in materials}
         order = {name: number for number, name in enumerate(known)}
@@ -198,14 +185,10 @@ class ShownMaterials:
         return cls(tuple(known.values()), number, points, centroids, normals, double / 2, weights, np.concatenate(uv))
 
     def on(self, shape: Shape, pose: Pose, open_sides: Mask) -> Shown | None:
-        """Return the material that a primitive shows.
+        """Return the material that a primitive, posed in the frame of the triangles, shows.
 
-        None if visuals cover next to nothing of it, or if they are a frame with panes of glass.
-
-        Args:
-            pose: of the primitive in the frame of the triangles.
-            open_sides: (6,) of a box, the sides below and above along each axis: True if nothing is right in front of
-                them.
+        None if visuals cover next to nothing of it, or if they are a frame with panes of glass. `open_sides`: (6,) of a
+        box, below and above along each axis: True if nothing is right in front of them.
         """
         lower, upper = shape_bounds(shape, pose)
         near = ((self.centroids >= lower - OUTSIDE_M) & (self.centroids <= upper + OUTSIDE_M)).all(axis=1)
@@ -283,11 +266,7 @@ def _sides(local: Floats, normals: Floats, areas: Floats, half: Floats) -> Float
 
 
 def open_sides(primitives: Sequence[tuple[Shape, Pose]]) -> Mask:
-    """(N, 6) True for sides of primitives, below and above along each axis, without another primitive in front.
-
-    Args:
-        primitives: shapes with their poses in one frame; each is taken as the box around it along its own axes.
-    """
+    """(N, 6) True for sides of primitives, below and above along each own axis, without another primitive in front."""
     corners = np.array([shape_bounds(shape, Pose()) for shape, _ in primitives])
     half = (corners[:, 1] - corners[:, 0]) / 2
     rotation = np.array([pose.rotation for _, pose in primitives])

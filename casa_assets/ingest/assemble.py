@@ -13,9 +13,9 @@ from casa_assets.geometry.mesh.surface import with_normals
 from casa_assets.geometry.solid.primitive import shape_bounds
 from casa_assets.geometry.solid.solids import convex_hull
 from casa_assets.ingest.draft import Draft, PlacedShape
-from casa_assets.model.asset.asset import Asset, Base, Collider, Inertial, Link, Region, Visual
+from casa_assets.model.asset.asset import Asset, Base, Collider, Link, Region, Visual
 from casa_assets.model.asset.material import Material, Substance
-from casa_assets.model.asset.parts import Box, Capsule, Cylinder, Hull, Mesh, MeshShape, Shape, Sphere
+from casa_assets.model.asset.parts import Box, Hull, Mesh, MeshShape, Shape
 from casa_assets.model.asset.provenance import Labels, split_of
 from casa_assets.model.pose import Pose
 from casa_assets.model.registry.category import Category
@@ -26,13 +26,7 @@ from casa_assets.model.source import Source
 
 
 def grasp(draft: Draft, category: Category, opening_m: float) -> Draft:
-    """The best grasp of each kind that is possible.
-
-    Args:
-        draft: metres, z up, as it rests, with its mass.
-        category: vessels have a rim; some categories have a handle.
-        opening_m: largest opening of the gripper.
-    """
+    """The best grasp of each kind that is possible; draft: metres, z up, as it rests, with its mass."""
     assert draft.inertial is not None, "the mass stage ran"
     surface, center = draft.surface, draft.inertial.center_of_mass
     return draft.replace(grasps=choose_grasps(surface.points, surface.welded_faces, center, category, opening_m))
@@ -53,11 +47,8 @@ def assemble(
 ) -> Asset:
     """Build a rigid asset of one link from a draft that went through every stage.
 
-    The origin goes to the centre of the footprint on the ground. Vertices are rounded to float32, which both
-    formats carry exactly.
-
-    Raises:
-        Rejected: nothing that can be seen (MSH001) or touched (MSH004) is left at that precision.
+    The origin goes to the centre of the footprint on the ground. Vertices are rounded to float32, which both formats
+    carry exactly. Raises Rejected: nothing to be seen (MSH001) or touched (MSH004) is left at that precision.
     """
     assert draft.inertial is not None, "the mass stage ran"
     vertices = draft.surface.vertices
@@ -68,7 +59,9 @@ def assemble(
         Collider(name=f"object_collider_{i:03d}", shape=shape, pose=pose, substance=substance.id)
         for i, (shape, pose) in enumerate(_all_moved(draft.colliders, shift))
     )
-    link = Link(name="object", inertial=_moved_inertial(draft.inertial, shift), visuals=visuals, colliders=colliders)
+    x, y, z = (seven_digits(float(v)) for v in np.array(draft.inertial.center_of_mass) + shift)
+    inertial = draft.inertial.replace(center_of_mass=(x, y, z))
+    link = Link(name="object", inertial=inertial, visuals=visuals, colliders=colliders)
     return Asset(
         id=asset_id,
         base=Base.FIXED if category.fixed else Base.FREE,
@@ -114,12 +107,11 @@ def _in_float32(mesh: Mesh, shift: Floats) -> Mesh:
 def _with_center(mesh: Mesh) -> Mesh:
     """A single triangle cut into three at its centre, since MuJoCo refuses meshes of fewer than four vertices."""
     a, b, c = mesh.faces[0]
-    columns = [None if v is None else _float32(np.vstack([v, v.mean(axis=0)])) for v in (mesh.vertices, mesh.uv)]
     normals = None if mesh.normals is None else np.vstack([mesh.normals, _unit(mesh.normals.sum(axis=0)[None])])
     return Mesh(
-        vertices=columns[0],
-        faces=np.vstack([[(a, b, 3), (b, c, 3), (c, a, 3)], mesh.faces[1:]]),
-        uv=columns[1],
+        vertices=_float32(np.vstack([mesh.vertices, mesh.vertices.mean(axis=0)])),
+        faces=np.array([(a, b, 3), (b, c, 3), (c, a, 3)]),
+        uv=None if mesh.uv is None else _float32(np.vstack([mesh.uv, mesh.uv.mean(axis=0)])),
         normals=None if normals is None else _float32(normals),
     )
 
@@ -156,23 +148,11 @@ def _moved(placed: PlacedShape, shift: Floats) -> tuple[Shape, Pose]:
         return MeshShape(mesh=Mesh(vertices=points, faces=shape.mesh.faces)), Pose()
     position = tuple(seven_digits(float(v)) for v in np.array(pose.position) + shift)
     quaternion = tuple(seven_digits(q) for q in pose.quaternion)
-    return _rounded(shape), Pose(position=position, quaternion=quaternion)
-
-
-def _rounded(shape: Box | Sphere | Cylinder | Capsule) -> Shape:
+    pose = Pose(position=position, quaternion=quaternion)
     if isinstance(shape, Box):
         x, y, z = (seven_digits(s) for s in shape.size)
-        return Box(size=(x, y, z))
-    if isinstance(shape, Sphere):
-        return Sphere(radius=seven_digits(shape.radius))
-    if isinstance(shape, Cylinder):
-        return Cylinder(radius=seven_digits(shape.radius), height=seven_digits(shape.height))
-    return Capsule(radius=seven_digits(shape.radius), height=seven_digits(shape.height))
-
-
-def _moved_inertial(inertial: Inertial, shift: Floats) -> Inertial:
-    x, y, z = (seven_digits(float(v)) for v in np.array(inertial.center_of_mass) + shift)
-    return inertial.replace(center_of_mass=(x, y, z))
+        return Box(size=(x, y, z)), pose
+    return shape.replace(**{name: seven_digits(value) for name, value in shape if name != "kind"}), pose
 
 
 def _bounding_region(colliders: tuple[Collider, ...]) -> Region:

@@ -12,21 +12,18 @@ from casa_assets.ingest.draft import Draft, Surface, warning
 from casa_assets.ingest.repair.components import (
     enclosed_parts,
     intersecting_components,
+    is_transparent,
     solidity,
     split_components,
-    transparent_parts,
 )
 from casa_assets.ingest.repair.faces import cut_nonmanifold_faces, orient_outward, sheet_fins, valid_faces
 from casa_assets.ingest.repair.foreign_parts import foreign_parts, separate_objects
 from casa_assets.ingest.repair.gaps import close_cracks, close_missing_sides, split_t_junctions
 from casa_assets.ingest.texture import submesh
-from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.issue import Issue
-from casa_assets.model.registry.category import Category, MatterFill
+from casa_assets.model.registry.category import FALLBACK, Category, MatterFill
 from casa_assets.model.source import RawModel, RawPart
 
-# Category of what could not be named.
-UNKNOWN = "object"
 # Share of a mesh's area whose normals may look backwards; smoothing over sharp edges turns up to 0.6 %.
 MAX_BACKWARD_SHARE = 0.01
 # Normals within half a degree of the plane of their face count as backwards: rounding moves them to either side.
@@ -36,11 +33,8 @@ LEAST_COSINE = 0.01
 def clean(model: RawModel, category: Category | None = None) -> Draft:
     """Repair what can be repaired without changing the looks; a sound mesh stays as it is.
 
-    Args:
-        category: its proportions distinguish a pedestal from a foot, and its build decides whether the inside is solid;
-            None if unknown.
-    Raises:
-        Rejected: no faces are left (MSH001), or the remaining surface is flat (MSH002).
+    The proportions of the category distinguish a pedestal from a foot; its build tells whether the inside is solid.
+    Raises Rejected: no faces are left (MSH001), or the remaining surface is flat (MSH002).
     """
     draft = Draft(
         parts=model.parts,
@@ -58,7 +52,7 @@ def clean(model: RawModel, category: Category | None = None) -> Draft:
     draft = cut_nonmanifold_faces(draft)
     _refuse_flat(draft.surface.vertices)
     is_full = category is not None and category.build in (MatterFill.SOLID, MatterFill.FILLED)
-    if category is not None and is_full and category.id != UNKNOWN:
+    if category is not None and is_full and category.id != FALLBACK:
         draft = close_missing_sides(draft)
     return _measured(draft, is_full)
 
@@ -100,18 +94,19 @@ def _wound_outward(draft: Draft) -> Draft:
         message = f"{int(turned.sum())} faces ({turned.mean():.0%}) were turned to face outwards"
         notes.append(warning("MSH011", "winding", message))
     components = split_components(surface.vertices, faces, surface.point_of_vertex)
-    see_through = np.repeat(transparent_parts(draft.parts), [len(p.mesh.faces) for p in draft.parts])
+    see_through = np.repeat([is_transparent(p) for p in draft.parts], [len(p.mesh.faces) for p in draft.parts])
     sealed, more = enclosed_parts(components, see_through)
     parts = _parts(draft, surface.vertices, faces, ~sealed[components.label], turned)
     return draft.replace(parts=parts, notes=draft.noted(*notes, *more))
 
 
 def _without_wrong_normals(draft: Draft) -> Draft:
-    """The parts, without normals that contradict the faces; those normals are computed again later.
-
-    The faces must be wound outwards already.
-    """
-    wrong = [_normals_are_wrong(part.mesh) for part in draft.parts]
+    """The parts, wound outwards, without normals that contradict the faces; those are computed again later."""
+    wrong = [
+        mesh.normals is not None
+        and backward_share(mesh.vertices, mesh.faces, mesh.normals, LEAST_COSINE) > MAX_BACKWARD_SHARE
+        for mesh in (part.mesh for part in draft.parts)
+    ]
     if not any(wrong):
         return draft
     parts = tuple(
@@ -120,13 +115,6 @@ def _without_wrong_normals(draft: Draft) -> Draft:
     )
     message = f"normals of {sum(wrong)} of {len(wrong)} meshes looked against their faces and are computed anew"
     return draft.replace(parts=parts, notes=draft.noted(warning("MSH025", "normals", message)))
-
-
-def _normals_are_wrong(mesh: Mesh) -> bool:
-    normals = mesh.normals
-    if normals is None:
-        return False
-    return backward_share(mesh.vertices, mesh.faces, normals, LEAST_COSINE) > MAX_BACKWARD_SHARE
 
 
 def _measured(draft: Draft, full: bool) -> Draft:
@@ -167,11 +155,7 @@ def _without_extras(surface: Surface, keep: Mask, category: Category | None) -> 
 
 
 def _parts(draft: Draft, vertices: Floats, faces: Ints, keep: Mask, turned: Mask) -> tuple[RawPart, ...]:
-    """The parts with the faces that stay, and the vertices that these use, at their new places.
-
-    Args:
-        vertices, faces: of all parts. keep: (F,) faces that stay. turned: (F,) whose normals are dropped.
-    """
+    """The parts with the (F,) faces to keep and the vertices that these use; `turned`: (F,) normals to be dropped."""
     out, start, offset = [], 0, 0
     for part in draft.parts:
         face_count, vertex_count = len(part.mesh.faces), len(part.mesh.vertices)
@@ -187,9 +171,9 @@ def _parts(draft: Draft, vertices: Floats, faces: Ints, keep: Mask, turned: Mask
 
 
 def _refuse_flat(cloud: Floats) -> None:
-    spread = np.linalg.svd(cloud - cloud.mean(axis=0), compute_uv=False) if len(cloud) < 4 else None
-    if spread is None:
-        covariance = np.cov(cloud.T)
-        spread = np.sqrt(np.maximum(np.linalg.eigvalsh(covariance)[::-1], 0))
+    if len(cloud) < 4:
+        spread = np.linalg.svd(cloud - cloud.mean(axis=0), compute_uv=False)
+    else:
+        spread = np.sqrt(np.maximum(np.linalg.eigvalsh(np.cov(cloud.T))[::-1], 0))
     if spread[0] <= 0 or spread[-1] < 1e-4 * spread[0]:
         raise Rejected("MSH002", "all faces lie in one plane or on one line; a thing that is handled needs a thickness")

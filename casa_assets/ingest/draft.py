@@ -13,7 +13,7 @@ from pydantic import Field
 from casa_assets.core.numeric import Floats, Ints
 from casa_assets.geometry.mesh.topology import weld
 from casa_assets.model.asset.asset import Inertial
-from casa_assets.model.asset.parts import Grasp, Shape
+from casa_assets.model.asset.parts import Grasp, Hull, Mesh, Shape
 from casa_assets.model.asset.provenance import Guess
 from casa_assets.model.issue import Issue, Severity
 from casa_assets.model.pose import Pose
@@ -26,6 +26,11 @@ class PlacedShape(Record):
 
     shape: Shape
     pose: Pose = Pose()
+
+
+def placed_hull(points: Floats, faces: Ints) -> PlacedShape:
+    """A hull, (P, 3) points and (F, 3) faces, in the asset frame."""
+    return PlacedShape(shape=Hull(mesh=Mesh(vertices=points, faces=faces)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,9 +129,8 @@ class Draft(Record):
     def with_confidence(self, subject: str, confidence: float) -> Self:
         """A copy that is as sure as that of what it guessed about a subject; to two digits."""
         sure = round(float(confidence), 2)
-        return self.replace(
-            guesses=tuple(g.replace(confidence=sure) if g.subject == subject else g for g in self.guesses)
-        )
+        guesses = tuple(g.replace(confidence=sure) if g.subject == subject else g for g in self.guesses)
+        return self.replace(guesses=guesses)
 
     def noted(self, *notes: Issue) -> tuple[Issue, ...]:
         """The notes and some more, each once."""

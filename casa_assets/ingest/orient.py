@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from casa_assets.core.numeric import Floats, Mask
+from casa_assets.core.numeric import Floats
 from casa_assets.errors import DegenerateShape, Rejected
 from casa_assets.ingest.draft import Draft
 from casa_assets.ingest.pose.front import Facing, facing, straightened
@@ -24,7 +24,7 @@ from casa_assets.ingest.pose.up import (
     stance,
 )
 from casa_assets.model.registry.category import FALLBACK, Category, MatterFill, RestingPose
-from casa_assets.model.source import NO_OVERRIDE, RawPart, UserOverride
+from casa_assets.model.source import NO_OVERRIDE, UserOverride
 
 # Smallest confidence in a pose if the category rests in any pose.
 MIN_CONFIDENCE_ANY_POSE = 0.9
@@ -45,14 +45,10 @@ def orient(
     override: UserOverride = NO_OVERRIDE,
     failed_ups: Sequence[str] = (),
 ) -> Draft:
-    """Turn the parts so that z is up and the front points where the category has it.
+    """Turn the parts, in file axes, so that z is up and the front points where the category has it.
 
-    Args:
-        draft: in file axes.
-        category: its usual shape and resting pose are the evidence.
-        generated: from a text-to-3D generator; these write y up whatever the format.
-        override: what a person decided; `up` and `turn_deg` count here.
-        failed_ups: ways up, named as in guesses, in which the object was built and fell over or could not be fitted.
+    `generated`: from a text-to-3D generator; these write y up whatever the format. `override`: `up` and `turn_deg`
+    count here. `failed_ups`: ways up, named as in guesses, in which the object was built and fell over or did not fit.
     """
     try:
         cloud = sample_surface(draft.surface.vertices, draft.surface.faces)
@@ -77,14 +73,17 @@ def orient(
             reason += f"; with {' and '.join(failed_ups)} up it failed"
     front = _front(cloud.samples @ rotation.T, category, draft, name, override)
     rotation = _about_z(front.angle) @ rotation
-    out = draft.replace(parts=tuple(_rotated(p, rotation) for p in draft.parts), up="z")
-    value = _told(name, rotation)
-    out = out.replace(guesses=out.guessed("up_axis", value, confidence, reason))
+    parts = []
+    for part in draft.parts:
+        normals = None if part.mesh.normals is None else part.mesh.normals @ rotation.T
+        parts.append(part.replace(mesh=part.mesh.with_vertices(part.mesh.vertices @ rotation.T, normals)))
+    out = draft.replace(parts=tuple(parts), up="z")
+    out = out.replace(guesses=out.guessed("up_axis", _up_in_words(name, rotation), confidence, reason))
     return out.replace(guesses=out.guessed("front", front.value, front.confidence, front.reason))
 
 
-def _told(name: str, rotation: Floats) -> str:
-    """Name of a way up for a guess: the axis, or a direction in the axes of the file if it is not along an axis."""
+def _up_in_words(name: str, rotation: Floats) -> str:
+    """A way up for a guess: the axis, or a direction in the axes of the file if it is not along an axis."""
     return name if name in UP_ROTATIONS else " ".join(f"{v:.3f}" for v in rotation[2])
 
 
@@ -96,14 +95,10 @@ def _best_candidate(
     stated_up: str | None,
     failed_ups: Sequence[str],
 ) -> tuple[str, Floats, float]:
-    """Name and rotation of the best candidate, and the confidence in it, 0..1.
-
-    That is the stated one unless another is much more probable.
-    """
-    options = [(name, rotation) for name, rotation in candidates(cloud) if _told(name, rotation) not in failed_ups]
-    names = [name for name, _ in options]
+    """Name, rotation and confidence, 0..1, of the best candidate: the stated one unless another is far likelier."""
+    options = [one for one in candidates(cloud) if _up_in_words(*one) not in failed_ups]
+    names, rotations = [name for name, _ in options], [rotation for _, rotation in options]
     prior = priors(prior_key, names) + origin_evidence(points, names)
-    rotations = [rotation for _, rotation in options]
 
     log = prior + np.array([pose_score(stance(cloud, r, with_rain=False), category) for r in rotations])
     if category.upright is not RestingPose.ANY or category.id == FALLBACK:
@@ -115,8 +110,10 @@ def _best_candidate(
         log[kept] += [balance_score(s, category) for s in stances]
     share = np.exp(log - log.max())
     share /= share.sum()
+    # A slight tilt leaves no doubt about the resting pose; a banana rests equally well on either side.
+    ups = np.array([rotation[2] for rotation in rotations])
     lies_on_either_side = category.upright is RestingPose.LIES and category.build is MatterFill.SOLID
-    is_same = _same_poses(rotations, lies_on_either_side)
+    is_same = (np.abs(ups @ ups.T) if lies_on_either_side else ups @ ups.T) > SAME_COSINE
     together = is_same @ share
     group = is_same[int(np.argmax(together))]
     best = int(np.argmax(np.where(group, share, -1.0)))
@@ -129,24 +126,8 @@ def _best_candidate(
     return names[best], rotations[best], float(min(together[best], 1.0))
 
 
-def _same_poses(rotations: Sequence[Floats], on_either_side: bool) -> Mask:
-    """(N, N) whether two ways up count as the same: a slight tilt leaves no doubt about the resting pose.
-
-    Args:
-        on_either_side: opposite ways up count as the same too: a banana rests equally well on either side.
-    """
-    ups = np.array([rotation[2] for rotation in rotations])
-    cosine = ups @ ups.T
-    is_same: Mask = (np.abs(cosine) if on_either_side else cosine) > SAME_COSINE
-    return is_same
-
-
 def _front(samples: Floats, category: Category, draft: Draft, name: str, override: UserOverride) -> Facing:
-    """The turn to the front; if no turn is needed, a pose off the axes is straightened.
-
-    Args:
-        samples: (N, 3) in the chosen pose. name: of that pose.
-    """
+    """The turn to the front of (N, 3) samples in the chosen pose; else a pose off the axes is straightened."""
     if override.turn_deg is not None:
         turned = f"turned by {override.turn_deg:g} degrees"
         return Facing(float(np.radians(override.turn_deg)), turned, 1.0, "a person decided")
@@ -163,9 +144,3 @@ def _about_z(angle: float) -> Floats:
     if abs(quarters - round(quarters)) < 1e-9:
         c, s = float(round(c)), float(round(s))
     return np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]], dtype=np.float64)
-
-
-def _rotated(part: RawPart, rotation: Floats) -> RawPart:
-    mesh = part.mesh
-    normals = None if mesh.normals is None else mesh.normals @ rotation.T
-    return part.replace(mesh=mesh.with_vertices(mesh.vertices @ rotation.T, normals))

@@ -109,8 +109,7 @@ def _distinct(mesh: Mesh) -> tuple[Ints, dict[str, Floats], Ints]:
     """Vertices without those equal to an earlier one.
 
     Returns:
-        (N,) vertices of the mesh; their attributes as glTF names them, lengths as parts of the mesh's extent; (F, 3)
-        corners of the faces as indices into these.
+        (N,) vertices; their attributes as glTF names them, lengths as parts of the extent; (F, 3) corners over these.
     """
     used = mesh.vertices[mesh.faces]
     low = used.min(axis=(0, 1))
@@ -124,14 +123,9 @@ def _distinct(mesh: Mesh) -> tuple[Ints, dict[str, Floats], Ints]:
 
 
 def _sides(ids: Ints) -> tuple[Ints, Ints]:
-    """Faces with three different points, each once, and the face at the same place that looks the other way.
+    """(N,) faces with three different points, each once, and the face behind each that looks the other way, or -1.
 
     A sheet with faces in both directions has four faces at each edge, over which nothing could collapse.
-
-    Args:
-        ids: (F, 3) points of the faces.
-    Returns:
-        (N,) faces; (N,) the face behind each, or -1 if there is no such face.
     """
     ordered = np.sort(ids, axis=1)
     rows = np.flatnonzero((ordered[:, 1:] != ordered[:, :-1]).all(axis=1))

@@ -23,11 +23,7 @@ from casa_assets.model.source import RawPart
 
 
 def submesh(mesh: Mesh, faces: Ints, keep_normals: bool = True) -> Mesh:
-    """The mesh with these faces alone, and the vertices that they use in the order that they had.
-
-    Args:
-        faces: (F, 3) indices into the vertices of the mesh.
-    """
+    """The mesh with these (F, 3) faces of it alone, and the vertices that they use in the order that they had."""
     used, local = np.unique(faces, return_inverse=True)
     return Mesh(
         vertices=mesh.vertices[used],
@@ -46,14 +42,10 @@ MIN_BACK_SHARE = 0.05
 
 
 def add_back_faces(draft: Draft, category: Category, missing_share: float) -> Draft:
-    """Add reversed copies of the faces of open components whose backs are visible.
+    """Add reversed copies of the faces of open components whose backs are visible, after all stages that measure.
 
-    It runs after all stages that measure the surface, since only the looks change.
-
-    Args:
-        draft: metres, as it rests.
-        category: something solid that lacks a side is left as it is, since nobody looks into an apple.
-        missing_share: share of the outline, seen from some side, that shows backs; from it on that side is missing.
+    Something solid that lacks a side, from which more than `missing_share` of its outline shows backs, is left as it
+    is, since nobody looks into an apple.
     """
     points, ids = draft.surface.points, draft.surface.welded_faces
     visibility = measure_visibility(points, ids)
@@ -67,10 +59,9 @@ def add_back_faces(draft: Draft, category: Category, missing_share: float) -> Dr
         rows = needs_backs[start : start + len(part.mesh.faces)]
         parts.append(part.replace(mesh=_with_backs(part.mesh, rows)) if rows.any() else part)
         start += len(rows)
-    message = (
-        f"{needs_backs.mean():.0%} of the faces belong to sheets that are seen from both sides; they have two sides now"
-    )
-    return draft.replace(parts=tuple(parts), notes=draft.noted(warning("MSH060", "faces", message)))
+    message = f"{needs_backs.mean():.0%} of the faces belong to sheets that are seen from both sides"
+    note = warning("MSH060", "faces", f"{message}; they have two sides now")
+    return draft.replace(parts=tuple(parts), notes=draft.noted(note))
 
 
 def _sheets(ids: Ints, count: int, visibility: Visibility) -> Mask:
@@ -111,12 +102,9 @@ INVISIBLE = 0.02
 
 
 def texture(draft: Draft, largest_px: int, substance: Substance) -> Draft:
-    """Make the materials portable and merge the parts that share one.
+    """Make the materials portable and merge the parts that share one; longer sides are scaled down to `largest_px`.
 
-    Args:
-        draft: any stage after `simplify`.
-        largest_px: longer sides are scaled down to this.
-        substance: its metallic and roughness values are used if the file states none.
+    Metallic and roughness values of the substance are used if the file states none.
     """
     notes = []
     parts = []
@@ -125,29 +113,35 @@ def texture(draft: Draft, largest_px: int, substance: Substance) -> Draft:
         if mesh.colors is not None and int(mesh.colors[:, 3].max(initial=0)) <= INVISIBLE * 255:
             mesh = mesh.replace(colors=np.column_stack([mesh.colors[:, :3], np.full(len(mesh.colors), 255)]))
             notes.append(warning("MSH018", part.name, "fully transparent vertex colours were made opaque"))
-        if mesh.colors is not None and material.base_color_texture is None and _has_varied_colors(mesh):
-            mesh, material = painted(mesh, material)
-            notes.append(warning("MSH016", part.name, "vertex colours were painted into a texture"))
-        elif mesh.colors is not None and material.base_color_texture is None:
-            material = material.replace(base_color=_tinted(material.base_color, mesh.colors[0]))
+        if mesh.colors is not None and material.base_color_texture is None:
+            colors = mesh.colors
+            if int(np.ptp(colors.astype(np.int64), axis=0).max()) > 2:
+                mesh, material = painted(mesh, material)
+                notes.append(warning("MSH016", part.name, "vertex colours were painted into a texture"))
+            else:
+                material = material.replace(base_color=_tinted(material.base_color, colors[0]))
         if mesh.uv is None and material.textures:
             material = material.replace(base_color_texture=None, metallic_roughness_texture=None, normal_texture=None)
-            notes.append(
-                warning("MSH017", part.name, "a texture without uv coordinates cannot be shown and was left out")
-            )
+            message = "a texture without uv coordinates cannot be shown and was left out"
+            notes.append(warning("MSH017", part.name, message))
         if material.base_color[3] <= INVISIBLE:
             material = material.replace(base_color=(*material.base_color[:3], 1.0))
             notes.append(warning("MSH018", part.name, "a fully transparent material was made opaque"))
-        material = _with_bounded_textures(_with_default_shine(material, substance), largest_px)
-        parts.append(part.replace(mesh=_without_colors(mesh, keep_uv=bool(material.textures)), material=material))
+        has_default_shine = material.metallic == 1.0 and material.roughness == 1.0
+        if has_default_shine and material.metallic_roughness_texture is None:
+            # Exporters leave glTF's defaults, fully metallic and fully rough, for materials that are neither.
+            material = material.replace(metallic=substance.metallic, roughness=substance.roughness)
+        material = _with_bounded_textures(material, largest_px)
+        uv = mesh.uv if material.textures else None
+        mesh = Mesh(vertices=mesh.vertices, faces=mesh.faces, uv=uv, normals=mesh.normals)
+        parts.append(part.replace(mesh=mesh, material=material))
     return draft.replace(parts=_merged(parts), notes=draft.noted(*notes))
 
 
 def painted(mesh: Mesh, material: Material) -> tuple[Mesh, Material]:
     """Vertex colours as a texture: two triangles share a square patch, one in each corner of it.
 
-    Returns:
-        The mesh with three separate vertices per face, and the material with the texture.
+    The mesh gets three separate vertices per face.
     """
     assert mesh.colors is not None
     count = len(mesh.faces)
@@ -207,10 +201,6 @@ def png_bytes(image: Image.Image) -> bytes:
     return out.getvalue()
 
 
-def _has_varied_colors(mesh: Mesh) -> bool:
-    return mesh.colors is not None and int(np.ptp(mesh.colors.astype(np.int64), axis=0).max()) > 2
-
-
 def _tinted(base: tuple[float, float, float, float], color: npt.NDArray[np.uint8]) -> tuple[float, float, float, float]:
     """Linear base colour times an sRGB vertex colour."""
     c = color.astype(np.float64) / 255
@@ -219,20 +209,9 @@ def _tinted(base: tuple[float, float, float, float], color: npt.NDArray[np.uint8
     return (r, g, b, float(base[3] * c[3]))
 
 
-def _with_default_shine(material: Material, substance: Substance) -> Material:
-    """The material with the substance's metallic and roughness values if the file states none.
-
-    Exporters leave glTF's defaults, fully metallic and fully rough, for materials that are neither.
-    """
-    if material.metallic == 1.0 and material.roughness == 1.0 and material.metallic_roughness_texture is None:
-        return material.replace(metallic=substance.metallic, roughness=substance.roughness)
-    return material
-
-
 def _with_bounded_textures(material: Material, largest_px: int) -> Material:
-    slots = ("base_color_texture", "metallic_roughness_texture", "normal_texture")
     changes = {}
-    for slot in slots:
+    for slot in ("base_color_texture", "metallic_roughness_texture", "normal_texture"):
         picture = getattr(material, slot)
         if picture is not None and max(picture.width_px, picture.height_px) > largest_px:
             changes[slot] = _shrunk(picture, largest_px)
@@ -245,10 +224,6 @@ def _shrunk(image: Texture, largest_px: int) -> Texture:
     with Image.open(io.BytesIO(image.png)) as pixels:
         small = pixels.resize(size, Image.Resampling.LANCZOS)
     return image.replace(png=png_bytes(small), width_px=size[0], height_px=size[1])
-
-
-def _without_colors(mesh: Mesh, keep_uv: bool) -> Mesh:
-    return Mesh(vertices=mesh.vertices, faces=mesh.faces, uv=mesh.uv if keep_uv else None, normals=mesh.normals)
 
 
 def _merged(parts: list[RawPart]) -> tuple[RawPart, ...]:

@@ -5,11 +5,10 @@ from __future__ import annotations
 from itertools import permutations
 
 import numpy as np
-import numpy.typing as npt
 from scipy import ndimage
 from scipy.spatial import cKDTree
 
-from casa_assets.core.numeric import Floats, Ints
+from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.geometry.grid.voxels import Grid
 from casa_assets.geometry.mesh.surface import face_normals
 from casa_assets.geometry.solid.deviation import samples_with_faces
@@ -29,13 +28,13 @@ SHEET_HALF_CELLS = 0.6
 def signed_distance_field(points: Floats, faces: Ints, grid: Grid) -> Floats:
     """(X, Y, Z) signed distances at voxel centres, metres, positive within matter; coarse away from the surface.
 
-    Args:
-        points: (P, 3). faces: (F, 3), any winding, open or not. grid: of that surface.
+    The grid is of that surface, wound any way, open or not.
     """
     normals, areas = face_normals(points, faces)
     count = int(min(MAX_SAMPLES, max(2000, 4 * areas.sum() / grid.cell**2)))
     samples, face = samples_with_faces(points, faces, count)
-    ahead, behind = (_is_full(samples + s * PROBE_CELLS * grid.cell * normals[face], grid) for s in (1, -1))
+    looks = [grid.cubes_at(samples + s * PROBE_CELLS * grid.cell * normals[face]) for s in (1, -1)]
+    ahead, behind = (grid.solid[at] & ~grid.skin[at] for at in looks)
     field = np.where(grid.solid, grid.cell, -grid.cell)
     near = np.argwhere(ndimage.binary_dilation(grid.skin, iterations=BAND_CELLS))
     places = grid.origin + near * grid.cell
@@ -43,23 +42,17 @@ def signed_distance_field(points: Floats, faces: Ints, grid: Grid) -> Floats:
     level = np.einsum("ij,ij->i", places - samples[nearest], normals[face[nearest]])
     # Matter lies behind the surface, ahead of it where it is wound the wrong way round, or on both sides.
     inner = np.where(behind[nearest], -level, level)
-    full = grid.solid[tuple(near.T)] & ~grid.skin[tuple(near.T)]
-    skin = grid.skin[tuple(near.T)]
-    both = ahead[nearest] & behind[nearest] & grid.solid[tuple(near.T)]
+    at = tuple(near.T)
+    skin = grid.skin[at]
+    full = grid.solid[at] & ~skin
+    both = ahead[nearest] & behind[nearest] & grid.solid[at]
     signed = np.where(full | both | (skin & (inner > 0)), distance, -distance)
     lone = ~ahead[nearest] & ~behind[nearest]
-    field[tuple(near.T)] = np.where(lone & ~full, SHEET_HALF_CELLS * grid.cell - distance, signed)
+    field[at] = np.where(lone & ~full, SHEET_HALF_CELLS * grid.cell - distance, signed)
     inner = np.zeros(field.shape, dtype=bool)
     inner[1:-1, 1:-1, 1:-1] = True
     closed: Floats = np.where(inner, field, np.minimum(field, -grid.cell / 2))
     return closed
-
-
-def _is_full(places: Floats, grid: Grid) -> npt.NDArray[np.bool_]:
-    at = np.clip(np.round((places - grid.origin) / grid.cell).astype(int), 0, np.array(grid.solid.shape) - 1)
-    where = tuple(at.T)
-    found: npt.NDArray[np.bool_] = grid.solid[where] & ~grid.skin[where]
-    return found
 
 
 # Isosurface -----------------------------------------------------------------------------------------------------------
@@ -70,18 +63,17 @@ MIN_EDGE_SHARE = 0.05
 
 
 def isosurface(field: Floats, origin: Floats, cell: float) -> tuple[Floats, Ints]:
-    """Triangulate the border of all that is positive.
+    """Triangulate the border of all that is positive: a manifold of outward faces, empty if nothing is positive.
 
     Args:
         field: (X, Y, Z) at the corners of a grid; its border has to be negative, or the surface is cut open there.
         origin: (3,) of the first corner. cell: distance between two, metres.
-    Returns:
-        (P, 3) points and (F, 3) outward faces: a manifold, empty where nothing is positive.
     Ref: Kuhn's six tetrahedra of a cube; neighbouring cubes share their diagonals, so that no gap opens.
     """
     shape = np.array(field.shape)
     within = field > 0
-    eight = np.stack([within[_corner(offset)] for offset in np.ndindex(2, 2, 2)])
+    near, far = slice(None, -1), slice(1, None)
+    eight = np.stack([within[tuple(far if o else near for o in offset)] for offset in np.ndindex(2, 2, 2)])
     cubes = np.argwhere(eight.any(axis=0) & ~eight.all(axis=0))
     if not len(cubes):
         return np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64)
@@ -100,10 +92,6 @@ def isosurface(field: Floats, origin: Floats, cell: float) -> tuple[Floats, Ints
     return points, _outward(points, faces, inner, outer, field.shape)
 
 
-def _corner(offset: tuple[int, ...]) -> tuple[slice, ...]:
-    return tuple(slice(1, None) if o else slice(None, -1) for o in offset)
-
-
 def _paths() -> list[Ints]:
     """The four corners of each tetrahedron: ways from one corner of a cube to the opposite one, an axis at a time."""
     out = []
@@ -115,7 +103,7 @@ def _paths() -> list[Ints]:
     return out
 
 
-def _crossed(tetrahedra: Ints, within: npt.NDArray[np.bool_]) -> tuple[Ints, Ints]:
+def _crossed(tetrahedra: Ints, within: Mask) -> tuple[Ints, Ints]:
     """(T, 3) for each triangle the inner and the outer end of the edges that its corners lie on."""
     inside = within[tetrahedra]
     order = np.argsort(~inside, axis=1, kind="stable")  # inner corners first
@@ -139,6 +127,4 @@ def _outward(points: Floats, faces: Ints, inner: Ints, outer: Ints, shape: tuple
     away = np.stack(np.unravel_index(outer, shape), axis=-1).mean(axis=1)
     away = away - np.stack(np.unravel_index(inner, shape), axis=-1).mean(axis=1)
     wrong = np.einsum("ij,ij->i", np.cross(b - a, c - a), away) < 0
-    out = faces.copy()
-    out[wrong] = out[wrong][:, ::-1]
-    return out
+    return np.where(wrong[:, None], faces[:, ::-1], faces)

@@ -6,10 +6,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy import ndimage
 
-from casa_assets.core.numeric import Floats, Ints
+from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.geometry.mesh.surface import face_normals
 from casa_assets.geometry.solid.deviation import samples_with_faces
 from casa_assets.geometry.solid.solids import convex_hull
@@ -26,14 +25,13 @@ SAMPLES_AT_ONCE = 1_000_000
 class Grid:
     """Cubes of side `cell` (m); cube (i, j, k) is centred on origin + (i, j, k) * cell.
 
-    Attributes:
-        solid: (X, Y, Z) what the surface encloses, itself included. skin: (X, Y, Z) what it passes through.
+    `solid`: (X, Y, Z) what the surface encloses, itself included. `skin`: (X, Y, Z) what it passes through.
     """
 
     origin: Floats
     cell: float
-    solid: npt.NDArray[np.bool_]
-    skin: npt.NDArray[np.bool_]
+    solid: Mask
+    skin: Mask
 
     @property
     def volume(self) -> float:
@@ -41,19 +39,17 @@ class Grid:
         inner = int((self.solid & ~self.skin).sum())
         return (inner + 0.5 * int((self.solid & self.skin).sum())) * self.cell**3
 
-    def centers(self) -> Floats:
-        """(N, 3) centres of the solid cubes."""
-        return self.origin + np.argwhere(self.solid) * self.cell
+    def cubes_at(self, places: Floats) -> tuple[Ints, ...]:
+        """Index of the cube that each of (N, 3) places lies in, or of the nearest one."""
+        at = np.round((places - self.origin) / self.cell).astype(int)
+        return tuple(np.clip(at, 0, np.array(self.solid.shape) - 1).T)
 
 
 def voxelise(points: Floats, faces: Ints, cells: int = 64, bridge: bool = False) -> Grid:
-    """Voxel grid of everything that the surface encloses, flooding from outside.
+    """Voxel grid of everything that the surface, wound any way, open or not, encloses, flooding from outside.
 
-    Args:
-        points: (P, 3). faces: (F, 3), any winding, open or not.
-        cells: cubes along the longest side.
-        bridge: also fill what lies between two walls along at least two of the axes, so that a missing
-            bottom or lid does not empty a thing that is known to be full.
+    `cells`: along the longest side. `bridge`: also fill what lies between two walls along at least two of the axes, so
+    that a missing bottom or lid does not empty a thing that is known to be full.
     """
     low = points.min(axis=0)
     extent = np.ptp(points, axis=0)
@@ -67,7 +63,7 @@ def voxelise(points: Floats, faces: Ints, cells: int = 64, bridge: bool = False)
     return Grid(origin, cell, solid, skin)
 
 
-def skin_cells(points: Floats, faces: Ints, grid: Grid) -> npt.NDArray[np.bool_]:
+def skin_cells(points: Floats, faces: Ints, grid: Grid) -> Mask:
     """(X, Y, Z) cubes of a grid that another surface, (P, 3) points and (F, 3) faces, passes through.
 
     Parts of the surface outside the grid are drawn onto its border.
@@ -75,7 +71,7 @@ def skin_cells(points: Floats, faces: Ints, grid: Grid) -> npt.NDArray[np.bool_]
     return _skin(points, faces, grid.origin, grid.cell, grid.solid.shape)
 
 
-def _skin(points: Floats, faces: Ints, origin: Floats, cell: float, shape: tuple[int, ...]) -> npt.NDArray[np.bool_]:
+def _skin(points: Floats, faces: Ints, origin: Floats, cell: float, shape: tuple[int, ...]) -> Mask:
     """Cubes of a grid that a surface passes through."""
     skin = np.zeros(shape, dtype=bool)
     for samples in _samples(points, faces, cell * 0.5):
@@ -84,7 +80,7 @@ def _skin(points: Floats, faces: Ints, origin: Floats, cell: float, shape: tuple
     return skin
 
 
-def _between(skin: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+def _between(skin: Mask) -> Mask:
     """Cubes with skin on both sides along at least two of the axes."""
     votes = np.zeros(skin.shape, dtype=np.int8)
     for axis in range(3):
@@ -146,14 +142,11 @@ def boundary(grid: Grid) -> tuple[Floats, Ints]:
 # Fillable volume ------------------------------------------------------------------------------------------------------
 # Find the empty voxels of a solid that would hold water: the inside of an open vessel.
 
-VoxelMask = npt.NDArray[np.bool_]
 
+def fillable_volume(solid: Mask) -> Mask:
+    """(X, Y, Z) empty voxels that are reached from outside and that water, which runs sideways and down, stays in.
 
-def fillable_volume(solid: VoxelMask) -> VoxelMask:
-    """Mark the empty voxels that are reached from outside and that water, which runs sideways and down, does not leave.
-
-    Args:
-        solid: (X, Y, Z) cubes of matter, z up, with air all around.
+    `solid`: cubes of matter, z up, with air all around.
     """
     air = np.pad(~solid, ((0, 0), (0, 0), (1, 1)), constant_values=True)
     runs = np.zeros_like(air)
@@ -166,7 +159,7 @@ def fillable_volume(solid: VoxelMask) -> VoxelMask:
             start[edge] = here[edge]
         runs[:, :, level] = ndimage.binary_propagation(start, plane, mask=here)
     reached = ndimage.binary_propagation(runs & air, ndimage.generate_binary_structure(3, 1), mask=air)
-    held: VoxelMask = (air & reached & ~runs)[:, :, 1:-1]
+    held: Mask = (air & reached & ~runs)[:, :, 1:-1]
     return held
 
 
@@ -213,7 +206,7 @@ class OpenRooms:
     """
 
     grid: Grid
-    rooms: npt.NDArray[np.int64]
+    rooms: Ints
     shares: tuple[float, ...]
     enclosed: tuple[float, ...]
     facing: tuple[float, ...]
@@ -221,9 +214,7 @@ class OpenRooms:
     def kept(self, with_gaps: bool) -> tuple[int, ...]:
         """Indices of the rooms that collision shapes have to leave open.
 
-        Args:
-            with_gaps: also those into which backs of faces look: sheets without thickness, and not gaps in the surface
-                of something full.
+        `with_gaps`: also those that backs of faces look into, of sheets without thickness, not gaps in something full.
         """
         is_hollow = self.encloses(with_gaps)
         return tuple(
@@ -247,10 +238,7 @@ NO_ROOMS = OpenRooms(Grid(np.zeros(3), 1.0, _NOWHERE, _NOWHERE), _NOWHERE.astype
 def open_rooms(points: Floats, faces: Ints) -> OpenRooms:
     """Find the rooms of a surface that a ball reaches from outside, within its hull.
 
-    Args:
-        points: (P, 3), all of them used, z up; the floor is at the lowest. faces: (F, 3), any winding, open or not.
-    Raises:
-        DegenerateShape: the points span no volume.
+    `points`: all used, z up; the floor is at the lowest. Raises DegenerateShape: the points span no volume.
     """
     hull_points, hull_faces = convex_hull(points)
     grid = voxelise(points, faces, CELLS)
@@ -278,11 +266,10 @@ def open_rooms(points: Floats, faces: Ints) -> OpenRooms:
     )
 
 
-def swept_by_ball(matter: VoxelMask, radius: float) -> VoxelMask:
-    """Mark the voxels swept by a ball that comes from above or from the sides, but never below the lowest matter.
+def swept_by_ball(matter: Mask, radius: float) -> Mask:
+    """(X, Y, Z) voxels swept by a ball that comes from above or the sides, but never below the lowest matter.
 
-    Args:
-        matter: (X, Y, Z), z up, with air all around. radius: of the ball, voxels.
+    `matter`: z up, with air all around. `radius`: in voxels.
     """
     rim = int(np.ceil(radius)) + 2
     levels = np.flatnonzero(matter.any(axis=(0, 1)))
@@ -300,25 +287,18 @@ def swept_by_ball(matter: VoxelMask, radius: float) -> VoxelMask:
 
 
 def closed_shares(found: OpenRooms, points: Floats, faces: Ints) -> list[float]:
-    """Share of each room, 0..1, that another surface fills or closes off.
-
-    Args:
-        found: rooms of a surface. points: (P, 3) of the surfaces of collision shapes, one after the other, same frame.
-        faces: (F, 3).
-    """
+    """Share of each room, 0..1, that another surface in the same frame, of collision shapes, fills or closes off."""
     # The grid ends close around the thing: what of the shapes lies farther out takes no room of it.
     matter = ndimage.binary_fill_holes(skin_cells(points, faces, found.grid))
     left = swept_by_ball(matter, SMALL_BALL_CELLS) & ~matter
     return [1.0 - float(left[found.rooms == k + 1].mean()) for k in range(len(found.shares))]
 
 
-def _facing(points: Floats, faces: Ints, grid: Grid, rooms: npt.NDArray[np.int64], count: int) -> tuple[float, ...]:
+def _facing(points: Floats, faces: Ints, grid: Grid, rooms: Ints, count: int) -> tuple[float, ...]:
     """Share of the wall of each room that shows it its faces."""
     samples, face = samples_with_faces(points, faces, WALL_SAMPLES)
-    normals = face_normals(points, faces)[0][face]
-    seen = np.zeros((2, count + 1))
-    for side, sign in enumerate((1.0, -1.0)):
-        at = np.round((samples + sign * LOOK_CELLS * grid.cell * normals - grid.origin) / grid.cell).astype(int)
-        at = np.clip(at, 0, np.array(grid.solid.shape) - 1)
-        seen[side] = np.bincount(rooms[tuple(at.T)], minlength=count + 1)
+    look = LOOK_CELLS * grid.cell * face_normals(points, faces)[0][face]
+    seen = np.array(
+        [np.bincount(rooms[grid.cubes_at(at)], minlength=count + 1) for at in (samples + look, samples - look)]
+    )
     return tuple(float(v) for v in (seen[0] / np.maximum(seen.sum(axis=0), 1))[1:])

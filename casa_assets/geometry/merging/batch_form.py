@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from casa_assets.geometry.merging.fit_primitives import box_between
 from casa_assets.geometry.merging.moving_parts import (
     WHOLE,
     Inside,
@@ -20,7 +21,7 @@ from casa_assets.geometry.merging.moving_parts import (
     with_plain_parts,
 )
 from casa_assets.geometry.merging.still_parts import StillPart, exposed_parts, merged_parts, still_parts
-from casa_assets.geometry.solid.primitive import link_bounds
+from casa_assets.geometry.solid.primitive import box_around, link_bounds
 from casa_assets.model.asset.asset import Asset, Base, Collider, Joint, JointKind, Link, Region
 from casa_assets.model.asset.parts import joint_positions
 from casa_assets.model.kitchen.choices import JointWord
@@ -35,10 +36,7 @@ def with_joints_locked(asset: Asset, locked: Collection[str], positions: Mapping
     """The asset without some of its joints; the colliders of what they moved go to the link that carries it.
 
     States and named poses lose what they say of a locked joint. Behaviour that looks at one, or at a key that it moved,
-    is left out.
-
-    Args:
-        locked: names of joints. positions: of joints, rad or m; a locked one stays at its own, 0 where it has none.
+    is left out. `positions`: of joints, rad or m; a locked one stays at its own, or 0.
     """
     poses = {
         link.name: asset.parent_from_link(link.name, positions)
@@ -93,11 +91,7 @@ OUTER_REGIONS = ("bbox", "main")
 
 
 class BatchForms:
-    """Batch forms of one scene with more or fewer joints; what several of them share is made once.
-
-    Args:
-        light: the light form of the scene.
-    """
+    """Batch forms of one scene with more or fewer joints; what several of them share is made once."""
 
     def __init__(self, light: LightScene) -> None:
         self._scene = light.scene
@@ -114,13 +108,10 @@ class BatchForms:
         filled: Collection[str] = (),
         blocks: Collection[str] = (),
     ) -> BatchScene:
-        """The batch form of the scene.
+        """The batch form of the scene without some joints, (placement, joint).
 
-        Args:
-            locked: joints that are left out, (placement, joint).
-            filled: placements of loose things that become solid, and of fixtures whose doors do: nothing can be put
-                into them, or into the bins of a door.
-            blocks: those of the fixtures of which all bins of a door become one block.
+        `filled`: placements of loose things that become solid, and of fixtures whose doors do: nothing can be put into
+        them, or into the bins of a door. `blocks`: those of fixtures of which all bins of a door become one block.
         """
         scene = self._scene
         keys = {
@@ -186,12 +177,8 @@ def _with_outer_region(form: Asset, whole: Asset) -> Asset:
     boxes = [found for found in bounds if found is not None]
     if not boxes:
         return form
-    corners = np.array(boxes)
-    lower, upper = corners[:, 0].min(axis=0), corners[:, 1].max(axis=0)
-    a, b, c = (float(value) for value in (lower + upper) / 2)
-    x, y, z = (float(value) for value in upper - lower)
-    outer = Region(name=OUTER_REGIONS[0], pose=Pose(position=(a, b, c)), size=(x, y, z))
-    return form.replace(regions=(*form.regions, outer))
+    box, pose = box_between(box_around(np.array(boxes)))
+    return form.replace(regions=(*form.regions, Region(name=OUTER_REGIONS[0], pose=pose, size=box.size)))
 
 
 # Choose joints --------------------------------------------------------------------------------------------------------
@@ -238,11 +225,8 @@ def batch_within(
     Where there are too many, this is given up in this order, only as much as needed: the inside of loose appliances
     and their knobs and keys, the bins of doors, drawers behind doors, units that the kitchen has several of, the last
     ones first, of several drawers in one unit all but the uppermost, the legs of seats one by one, racks, the last
-    window, room door, hood and cabinet, and what is free between the bins of a door.
-
-    Args:
-        most: primitives. The form has more where nothing is left to give up.
-        words: of the joints that stay. most_pairs: of primitives that an engine has to look at; None: any number.
+    window, room door, hood and cabinet, and what is free between the bins of a door. The form has more than `most`
+    primitives where nothing is left to give up. `most_pairs`: that an engine has to look at.
     """
     light_of = {asset.id: asset for asset in light.light_assets}
     assets = {place.name: light_of[place.asset] for place in light.scene.placements}
@@ -339,11 +323,7 @@ def _steps(assets: Mapping[str, Asset], locked: Collection[Ref]) -> Iterator[_St
 
 
 def _of_several(units: Mapping[str, str]) -> Iterator[str]:
-    """Names of units of which there are several of a category, the last of the most frequent one first.
-
-    Args:
-        units: name -> category.
-    """
+    """Of units, name -> category, those of which there are several, the last of the most frequent category first."""
     left = dict(units)
     while left:
         counts = Counter(left.values())

@@ -10,7 +10,7 @@ import numpy as np
 
 from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.geometry.merging.reachable_space import is_inside
-from casa_assets.geometry.solid.primitive import shape_bounds
+from casa_assets.geometry.solid.primitive import box_around, shape_bounds
 from casa_assets.model.asset.asset import Asset, Collider
 from casa_assets.model.asset.parts import Box, Capsule, Cylinder, Shape, Sphere
 from casa_assets.model.kitchen.scene import LightScene
@@ -45,8 +45,6 @@ MIN_WALL_SHARE = 0.08
 MOST_SEEN_M = 0.004
 # No more than this share of a primitive is cut off where it would reach into another body, 0..1.
 MOST_CUT_OFF = 0.5
-# Cosine of the angle between axes that are the same.
-ALIGNED = 1 - 1e-9
 # So much of the walls of a vessel may be empty, 0..1: a round one has square walls.
 EMPTY_SHARE_OF_VESSEL = 0.7
 
@@ -80,17 +78,15 @@ class FitLimits:
 
 
 def fit_primitives(shapes: Sequence[tuple[Shape, Pose]], limits: FitLimits) -> list[Fitted]:
-    """Boxes and upright cylinders around groups of primitives.
+    """Boxes and upright cylinders around groups of primitives with their poses in a body.
 
     One is fitted around all. The one that is most empty is divided in two along an axis, until all are full enough or
     there are enough of them. A group of one stays as it is. A box that holds what has to be free becomes its walls.
-
-    Args:
-        shapes: primitives with their poses in the body.
     """
     bounds = np.array([shape_bounds(shape, pose) for shape, pose in shapes])
-    volumes = np.array([_volume(shape) for shape, _ in shapes])
-    wanted = _not_negligible(bounds, volumes, np.array([np.sort(_size(shape)) for shape, _ in shapes]))
+    sizes = np.array([np.diff(shape_bounds(shape, Pose()), axis=0)[0] for shape, _ in shapes])  # along the own axes
+    volumes = np.prod(sizes, axis=1)
+    wanted = _not_negligible(bounds, volumes, np.sort(sizes, axis=1))
     grid = _Grid.around(shapes, bounds, limits)
     groups = [grid.group(wanted)]
     while len(groups) < limits.most:
@@ -117,12 +113,7 @@ def fit_primitives(shapes: Sequence[tuple[Shape, Pose]], limits: FitLimits) -> l
 
 
 class _Group(NamedTuple):
-    """Some primitives and the aligned box around them: what is empty in it, and whether that has to be free.
-
-    Attributes:
-        members: indices of the primitives. box: (2, 3) its corners, metres.
-        empty_m3, empty_share: of the box, less what has to be free.
-    """
+    """Some primitives, by index, and the aligned (2, 3) box around them; what is empty in it but for free space."""
 
     members: Ints
     box: Floats
@@ -150,14 +141,11 @@ class _Grid:
     @classmethod
     def around(cls, shapes: Sequence[tuple[Shape, Pose]], bounds: Floats, limits: FitLimits) -> _Grid:
         """The grid of a body. Cells are cubes where it is not very thin."""
-        lower, upper = bounds[:, 0].min(axis=0), bounds[:, 1].max(axis=0)
+        lower, upper = box_around(bounds)
         size = np.maximum(upper - lower, WALL_M)
         step = float(np.cbrt(np.prod(size) / POINTS))
         counts = np.clip(np.ceil(size / step).astype(int), LEAST_POINTS, None)
-        axes = [
-            np.linspace(low, high, 2 * n + 1)[1::2] for low, high, n in zip(lower, lower + size, counts, strict=True)
-        ]
-        points = np.stack([g.ravel() for g in np.meshgrid(*axes, indexing="ij")], axis=1)
+        points = _even_points(lower, lower + size, counts)
         # Half a cell around it, so that a wall thinner than a cell is there.
         margin = min(float((size / counts).min()) / 2, MOST_SEEN_M)
         held = np.array([is_inside(shape, pose.inverse().apply(points), margin) for shape, pose in shapes])
@@ -168,7 +156,7 @@ class _Grid:
 
     def group(self, members: Ints) -> _Group:
         """The aligned box around some primitives."""
-        box = np.array([self.bounds[members, 0].min(axis=0), self.bounds[members, 1].max(axis=0)])
+        box = box_around(self.bounds[members])
         if len(members) == 1:
             return _Group(members, box, 0.0, 0.0, False)
         inside = ((self.points >= box[0]) & (self.points <= box[1])).all(axis=1)
@@ -181,10 +169,7 @@ class _Grid:
 def _not_negligible(bounds: Floats, volumes: Floats, sizes: Floats) -> Ints:
     """Indices of shapes, smallest first, without those that are small together and reach no farther out than others.
 
-    Shapes at the bottom, which the body rests on, are kept.
-
-    Args:
-        bounds: (N, 2, 3) corners, volumes: (N,), sizes: (N, 3) along the own axes, ascending; metres and m^3.
+    Shapes at the bottom, which the body rests on, are kept. `sizes`: (N, 3) along the own axes, ascending; metres.
     """
     kept = np.ones(len(volumes), dtype=bool)
     lower, upper = bounds[:, 0].min(axis=0) + OUTLINE_M, bounds[:, 1].max(axis=0) - OUTLINE_M
@@ -304,20 +289,16 @@ def _around(
 
 
 def _walls(parts: Sequence[tuple[Shape, Pose]], box: Floats, limits: FitLimits) -> list[tuple[Shape, Pose]]:
-    """Return the rest of an aligned box after removing the space to be kept free, as boxes shrunk to the parts in them.
-
-    Args:
-        box: (2, 3) its corners, metres.
-    """
+    """Return the rest of an aligned (2, 3) box, less the space to be kept free, as boxes shrunk to parts in them."""
     left = [box]
     for kept, at in limits.free:
         hole = shape_bounds(kept, at) + np.array([[FREE_MARGIN_M], [-FREE_MARGIN_M]])
         left = [rest for piece in left for rest in _without(piece, hole)]
     found: list[tuple[Shape, Pose]] = []
     for piece in left:
-        x, y, z = (float(s) for s in piece[1] - piece[0])
-        a, b, c = (float(s) for s in piece.mean(axis=0))
-        points = _inner_points(Box(size=(x, y, z)), Pose(position=(a, b, c)))
+        whole, middle = box_between(piece)
+        lower, upper = shape_bounds(whole, Pose())
+        points = middle.apply(_even_points(lower, upper, [SAMPLES] * 3))
         cell = (piece[1] - piece[0]) / SAMPLES
         filled: Mask = np.zeros(len(points), dtype=bool)
         for part, at in parts:
@@ -327,19 +308,14 @@ def _walls(parts: Sequence[tuple[Shape, Pose]], box: Floats, limits: FitLimits) 
             continue
         lower = np.maximum(points[filled].min(axis=0) - cell / 2, piece[0])
         upper = np.minimum(points[filled].max(axis=0) + cell / 2, piece[1])
-        x, y, z = (float(s) for s in upper - lower)
-        a, b, c = (float(s) for s in (lower + upper) / 2)
-        found.append((Box(size=(x, y, z)), Pose(position=(a, b, c))))
+        found.append(box_between(np.array([lower, upper])))
     return found
 
 
 def _cut_off(piece: Fitted, beside: Floats) -> Fitted:
-    """An aligned box or an upright cylinder, cut so that it does not reach into other bodies; others as they are.
-
-    Each time the cut is made that takes least away.
-    """
+    """An aligned box or upright cylinder, cut out of other bodies, each time where least is lost; others unchanged."""
     shape, pose = piece.shape, piece.pose
-    if isinstance(shape, Sphere | Capsule) or np.abs(pose.rotation).max(axis=1).min() < ALIGNED:
+    if isinstance(shape, Sphere | Capsule) or not is_aligned(pose):
         return piece
     if isinstance(shape, Cylinder) and abs(pose.rotation[2, 2]) < ALIGNED:
         return piece
@@ -357,11 +333,10 @@ def _cut_off(piece: Fitted, beside: Floats) -> Fitted:
         share, axis, side, face = min(cuts, key=lambda cut: cut[:3])
         if share < MOST_CUT_OFF:
             box[side, axis] = face
-    a, b, c = (float(s) for s in box.mean(axis=0))
-    x, y, z = (float(s) for s in box[1] - box[0])
+    rest, at = box_between(box)
     if isinstance(shape, Cylinder):
-        return piece._replace(shape=shape.replace(height=z), pose=pose.replace(position=(a, b, c)))
-    return piece._replace(shape=Box(size=(x, y, z)), pose=Pose(position=(a, b, c)))
+        return piece._replace(shape=shape.replace(height=rest.size[2]), pose=pose.replace(position=at.position))
+    return piece._replace(shape=rest, pose=at)
 
 
 def _without(box: Floats, hole: Floats) -> list[Floats]:
@@ -379,12 +354,10 @@ def _without(box: Floats, hole: Floats) -> list[Floats]:
     return found
 
 
-def _inner_points(shape: Shape, pose: Pose) -> Floats:
-    """(N, 3) points evenly within a primitive, in the frame of the body, metres."""
-    lower, upper = shape_bounds(shape, Pose())
-    axes = [np.linspace(low, high, 2 * SAMPLES + 1)[1::2] for low, high in zip(lower, upper, strict=True)]
-    points = np.stack([g.ravel() for g in np.meshgrid(*axes, indexing="ij")], axis=1)
-    return pose.apply(points[is_inside(shape, points)])
+def _even_points(lower: Floats, upper: Floats, counts: Sequence[int] | Ints) -> Floats:
+    """(N, 3) points evenly within a box, in the middles of so many cells along each axis, metres."""
+    axes = [np.linspace(low, high, 2 * n + 1)[1::2] for low, high, n in zip(lower, upper, counts, strict=True)]
+    return np.stack([g.ravel() for g in np.meshgrid(*axes, indexing="ij")], axis=1)
 
 
 def _points(shape: Shape) -> Floats:
@@ -408,18 +381,6 @@ def _points(shape: Shape) -> Floats:
     raise ValueError(f"a {shape.kind} is no primitive")
 
 
-def _volume(shape: Shape) -> float:
-    """Volume of the box around a primitive along its own axes, m^3."""
-    return float(np.prod(_size(shape)))
-
-
-def _size(shape: Shape) -> Floats:
-    """(3,) size of a primitive along its own axes, metres."""
-    lower, upper = shape_bounds(shape, Pose())
-    size: Floats = upper - lower
-    return size
-
-
 # Colliders ------------------------------------------------------------------------------------------------------------
 # Colliders that replace others: with rounded sizes, named after the largest that they replace.
 
@@ -427,6 +388,8 @@ def _size(shape: Shape) -> Floats:
 SIZE_STEP_M = 1e-6
 # Points around boxes are this far from them, metres.
 AROUND_M = 0.05
+# Cosine of the angle between axes that are the same.
+ALIGNED = 1 - 1e-9
 
 
 def fitted_colliders(colliders: Sequence[Collider], limits: FitLimits) -> tuple[Collider, ...]:
@@ -468,7 +431,7 @@ def box_between(corners: Floats) -> tuple[Box, Pose]:
 
 def is_aligned(pose: Pose) -> bool:
     """True where the axes of a pose are those of the frame, in any order."""
-    return bool(np.abs(pose.rotation).max(axis=1).min() > 1 - 1e-9)
+    return bool(np.abs(pose.rotation).max(axis=1).min() > ALIGNED)
 
 
 def points_around(corners: Floats) -> Floats:

@@ -21,7 +21,7 @@ from casa_assets.geometry.merging.fit_primitives import (
     touched_colliders,
 )
 from casa_assets.geometry.merging.reachable_space import TOLERANCE_M, ReachableSpace, cover_boxes
-from casa_assets.geometry.solid.primitive import link_bounds, shape_bounds
+from casa_assets.geometry.solid.primitive import box_around, link_bounds, shape_bounds
 from casa_assets.model.asset.asset import Asset, Base, Collider, Exclusion, Joint, JointKind, Link, Region
 from casa_assets.model.asset.parts import Box, Cylinder, Shape, joint_positions
 from casa_assets.model.kitchen.choices import JointWord
@@ -73,13 +73,10 @@ Ref = tuple[str, str]  # name of a placement, and of a link of it
 
 
 def meeting_links(placements: Sequence[Placement], forms: Sequence[Asset]) -> list[tuple[Ref, ...]]:
-    """Sets of moving links of fixtures that can touch each other, each of two links or more.
+    """Sets of two or more moving links of fixtures that can touch each other; `forms`: the asset of each placement.
 
     Two links can where the boxes that they pass through over the ranges of their joints come near each other, unless
     one carries the other or the asset says that they never collide.
-
-    Args:
-        forms: the asset of each placement.
     """
     swept: dict[Ref, Floats] = {}
     apart: set[frozenset[Ref]] = set()
@@ -129,8 +126,7 @@ def _swept(place: Placement, form: Asset, name: str) -> Floats:
         bounds = link_bounds(form.link(name), place.pose @ form.asset_from_link(name, positions))
         assert bounds is not None
         found.append(bounds)
-    corners = np.array(found)
-    return np.array([corners[:, 0].min(axis=0), corners[:, 1].max(axis=0)])
+    return box_around(np.array(found))
 
 
 # Moving parts ---------------------------------------------------------------------------------------------------------
@@ -167,9 +163,7 @@ class Inside(Enum):
 def with_few_primitives(place: Placement, form: Asset, loose: Sequence[LoosePart], inside: Inside) -> Asset:
     """The form with fewer primitives on each link that moves; on those that never do only what a behaviour looks at.
 
-    Args:
-        loose: the primitives of all loose things, and others that this one keeps out of.
-        inside: of a loose thing, and of the bins of doors.
+    `loose`: the primitives of loose things, and others that this one avoids. `inside`: of it, and of bins of doors.
     """
     links, touched = [], touched_colliders(form)
     for link in form.links:
@@ -182,19 +176,13 @@ def with_few_primitives(place: Placement, form: Asset, loose: Sequence[LoosePart
         links.append(link.replace(colliders=colliders))
     exclusions = form.exclusions
     if form.base is Base.FREE:
-        exclusions = _of_all_pairs([link.name for link in links if link.colliders])
-    return form.replace(links=tuple(links), joints=tuple(_gripped(form, links)), exclusions=exclusions)
-
-
-def _of_all_pairs(links: Sequence[str]) -> tuple[Exclusion, ...]:
-    """Exclusions of all pairs of links of a loose thing: its parts are coarse, and its joints have ranges."""
-    return tuple(Exclusion(first=first, second=second) for first, second in combinations(links, 2))
-
-
-def _gripped(form: Asset, links: Sequence[Link]) -> list[Joint]:
-    """The joints; one whose grip was merged into another collider has none."""
+        # Its parts are coarse, and its joints have ranges.
+        pairs = combinations([link.name for link in links if link.colliders], 2)
+        exclusions = tuple(Exclusion(first=first, second=second) for first, second in pairs)
+    # A joint whose grip was merged into another collider has none.
     names = {c.name for link in links for c in link.colliders}
-    return [joint if joint.grip in names else joint.replace(grip=None) for joint in form.joints]
+    joints = tuple(joint if joint.grip in names else joint.replace(grip=None) for joint in form.joints)
+    return form.replace(links=tuple(links), joints=joints, exclusions=exclusions)
 
 
 @dataclass(frozen=True)
@@ -230,8 +218,7 @@ def _of_thing(
     if len(link.colliders) < 2:
         return link.colliders
     own = [part for part in loose if part.placement == place.name and part.link == link.name]
-    lower = np.min([part.bounds[0] for part in own], axis=0)
-    upper = np.max([part.bounds[1] for part in own], axis=0)
+    lower, upper = box_around(np.array([part.bounds for part in own]))
     link_from_world = (place.pose @ form.asset_from_link(link.name, joint_positions(place.joints))).inverse()
     beside = [
         shape_bounds(part.shape, link_from_world @ part.pose)
@@ -284,11 +271,7 @@ def _of_moving_part(form: Asset, link: Link, inside: Inside) -> tuple[Collider, 
 
 
 def with_plain_parts(asset: Asset, locked: Collection[str]) -> Asset:
-    """The asset without the posts of handles; what is locked has no handle, and a drawer or rack of it is one block.
-
-    Args:
-        locked: names of joints.
-    """
+    """The asset without the posts of handles; a locked part has no handle, and a locked drawer or rack is one block."""
     touched = touched_colliders(asset)
     grips = {joint.grip for joint in asset.joints} | touched
     moved_by_locked = {joint.child for joint in asset.joints if joint.name in locked}
@@ -303,8 +286,7 @@ def with_plain_parts(asset: Asset, locked: Collection[str]) -> Asset:
         colliders = [c for c in link.colliders if c.label != HANDLE or c.name in grips or not has_grip]
         body = [c for c in colliders if c.name not in grips]
         if link.name in blocks and len(body) > 1:
-            corners = np.array([shape_bounds(c.shape, c.pose) for c in body])
-            whole = np.array([corners[:, 0].min(axis=0), corners[:, 1].max(axis=0)])
+            whole = box_around(np.array([shape_bounds(c.shape, c.pose) for c in body]))
             colliders = [replaced(body[0], *box_between(whole)), *(c for c in colliders if c.name in grips)]
         if link.name in moved_by_locked and asset.base is Base.FIXED:
             colliders = [c for c in colliders if c.label != HANDLE or c.name in touched] or colliders
@@ -316,10 +298,7 @@ def with_plain_parts(asset: Asset, locked: Collection[str]) -> Asset:
 def _without_lining(boxes: list[tuple[Floats, int]]) -> list[tuple[Floats, int]]:
     """Boxes without the thin ones that lie flat against a larger one, which becomes as thick as both.
 
-    So a drawer has its front as one box and not two.
-
-    Args:
-        boxes: (2, 3) corners, and the index of the largest collider that each replaces.
+    So a drawer has its front as one box and not two. Each has the index of the largest collider that it replaces.
     """
     found: list[tuple[Floats, int]] = []
     for corners, index in sorted(boxes, key=lambda box: -float(np.prod(box[0][1] - box[0][0]))):
@@ -328,10 +307,11 @@ def _without_lining(boxes: list[tuple[Floats, int]]) -> list[tuple[Floats, int]]
             found.append((corners, index))
             continue
         (k, axis), *_ = lined
-        thicker = found[k][0].copy()
-        thicker[0, axis] = min(corners[0, axis], thicker[0, axis])
-        thicker[1, axis] = max(corners[1, axis], thicker[1, axis])
-        found[k] = (thicker, found[k][1])
+        front, owner = found[k]
+        thicker = front.copy()
+        thicker[0, axis] = min(corners[0, axis], front[0, axis])
+        thicker[1, axis] = max(corners[1, axis], front[1, axis])
+        found[k] = (thicker, owner)
     return found
 
 
@@ -366,8 +346,8 @@ def _leaf_and_bins(boxes: list[tuple[Floats, int]]) -> tuple[list[tuple[Floats, 
 
 def _regions(form: Asset, link: str) -> Floats:
     """(N, 2, 3) corners of what a link can hold, in its frame."""
-    found = [_region_corners(region) for region in form.regions if region.link == link and region.name != WHOLE]
-    return np.array(found).reshape(-1, 2, 3)
+    regions = [region for region in form.regions if region.link == link and region.name != WHOLE]
+    return np.array([shape_bounds(*_inner_space(region)) for region in regions]).reshape(-1, 2, 3)
 
 
 def _other_links(form: Asset, link: str) -> Floats:
@@ -385,12 +365,7 @@ def _other_links(form: Asset, link: str) -> Floats:
 
 
 def _filled(boxes: list[tuple[Floats, int]], kept_free: Floats, most_empty: float) -> list[tuple[Floats, int]]:
-    """Boxes of which pairs with little between them are one, where nothing goes.
-
-    Args:
-        kept_free: (N, 2, 3) corners of what they do not reach into. most_empty: between two that become one, m^3.
-    """
-    inner = kept_free
+    """Boxes of which pairs with at most `most_empty` m^3 between them are one, outside of (N, 2, 3) `kept_free`."""
     found = list(boxes)
     while True:
         best: tuple[float, int, int] | None = None
@@ -400,7 +375,7 @@ def _filled(boxes: list[tuple[Floats, int]], kept_free: Floats, most_empty: floa
                 both = np.array([np.minimum(first[0], second[0]), np.maximum(first[1], second[1])])
                 whole, *parts = (float(np.prod(box[1] - box[0])) for box in (both, first, second))
                 empty = whole - sum(parts)
-                taken = len(inner) and ((inner[:, 0] < both[1]) & (inner[:, 1] > both[0])).all(axis=1).any()
+                taken = ((kept_free[:, 0] < both[1]) & (kept_free[:, 1] > both[0])).all(axis=1).any()
                 if empty <= most_empty and not taken and (best is None or empty < best[0]):
                     best = (empty, i, k)
         if best is None:
@@ -408,8 +383,7 @@ def _filled(boxes: list[tuple[Floats, int]], kept_free: Floats, most_empty: floa
         _, i, k = best
         pair = found[i], found[k]
         _, owner = max(pair, key=lambda box: float(np.prod(box[0][1] - box[0][0])))
-        corners = np.array([box for box, _ in pair])
-        both = np.array([corners[:, 0].min(axis=0), corners[:, 1].max(axis=0)])
+        both = box_around(np.array([box for box, _ in pair]))
         found = [box for n, box in enumerate(found) if n not in (i, k)] + [(both, owner)]
 
 
@@ -417,8 +391,3 @@ def _inner_space(region: Region) -> tuple[Shape, Pose]:
     """A region as a shape with its pose in its link, a little smaller on each side."""
     x, y, z = (max(size - 2 * min(2 * TOLERANCE_M, REGION_SHARE * size), SIZE_STEP_M) for size in region.size)
     return (Box(size=(x, y, z)) if region.kind == "box" else Cylinder(radius=x / 2, height=z)), region.pose
-
-
-def _region_corners(region: Region) -> Floats:
-    """(2, 3) corners of a region in its link, a little smaller on each side."""
-    return shape_bounds(*_inner_space(region))

@@ -33,19 +33,13 @@ class ReachableSpace:
     """The space of a room that can be reached from given points, on a grid along the faces of the obstacles.
 
     Gaps of up to 12 mm count as closed. Moving parts are not obstacles: the inside of a cupboard with a door is
-    reachable.
-
-    Attributes:
-        boxes: (N, 2, 3) lower and upper corners of the obstacles, metres, world frame.
+    reachable. `boxes`: (N, 2, 3) lower and upper corners of the obstacles, metres, world frame.
     """
 
     def __init__(self, boxes: Floats, seeds: Floats, askew: Sequence[tuple[Shape, Pose]] = ()) -> None:
-        """Find the space.
+        """Find the space among (N, 2, 3) corners of axis-aligned boxes, N > 0, metres, and other shapes, in the world.
 
-        Args:
-            boxes: (N, 2, 3) corners of axis-aligned boxes, N > 0, metres, world frame.
-            seeds: (M, 3) points from which it is reached; those inside of boxes are passed over.
-            askew: other shapes, with their poses in the world.
+        `seeds`: (M, 3) points from which it is reached; those inside of boxes are passed over.
         """
         self.boxes = boxes
         closed = boxes + np.array([[-CLOSED_GAP_HALF_M] * 3, [CLOSED_GAP_HALF_M] * 3])
@@ -61,9 +55,8 @@ class ReachableSpace:
     def touches(self, lower: Floats, upper: Floats, margin: float) -> bool:
         """True where a box, `margin` metres larger on each side, holds reachable space.
 
-        Args:
-            lower, upper: (3,) corners, metres. margin: CLOSED_GAP_HALF_M and more asks whether anything can touch it;
-                that less TOLERANCE_M asks whether it would take away space from what could be there.
+        A margin of CLOSED_GAP_HALF_M and more asks whether anything can touch it; that less TOLERANCE_M asks whether it
+        would take away space from what could be there.
         """
         ranges = []
         for axis in range(3):
@@ -120,10 +113,7 @@ class ReachableSpace:
 def is_inside(shape: Shape, points: Floats, margin: float = 0.0) -> Mask:
     """(N,) whether points of the frame of a primitive lie in it or at most `margin` metres from its faces.
 
-    Args:
-        points: (N, 3) metres.
-    Raises:
-        ValueError: the shape is no primitive.
+    Raises ValueError: the shape is no primitive.
     """
     if isinstance(shape, Box):
         beside = np.abs(points) - np.array(shape.size) / 2

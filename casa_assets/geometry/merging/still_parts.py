@@ -20,7 +20,7 @@ from casa_assets.geometry.merging.fit_primitives import (
 )
 from casa_assets.geometry.merging.moving_parts import EMPTY_SHARE, PIECES_PER_GROUP, WHOLE
 from casa_assets.geometry.merging.reachable_space import TOLERANCE_M, ReachableSpace, cover_boxes
-from casa_assets.geometry.solid.primitive import shape_bounds
+from casa_assets.geometry.solid.primitive import box_around, shape_bounds
 from casa_assets.model.asset.asset import Asset, Base, Collider
 from casa_assets.model.asset.parts import Box, Shape
 from casa_assets.model.kitchen.scene import Layer, LightScene, Placement, WorldCollider
@@ -74,16 +74,27 @@ def still_parts(place: Placement, form: Asset) -> list[StillPart]:
         touched = touched_colliders(form)
         kept = [c for c in link.colliders if c.name not in touched]
         colliders = _of_many_pieces(_of_one_hull_each(_without_slivers(kept)))
-        if _is_plain_thing(place, form, colliders):
-            colliders = fitted_colliders(colliders, FitLimits(_most_of_plain_thing(colliders), EMPTY_SHARE))
+        holds_nothing = not form.joints and all(region.name == WHOLE for region in form.regions)
+        if place.layer is Layer.THINGS and holds_nothing and len(colliders) >= MIN_PIECES:
+            # A lamp, a clock, a curtain; a large one may have more primitives.
+            lower, upper = box_around(np.array([shape_bounds(c.shape, c.pose) for c in colliders]))
+            is_large = float((upper - lower)[:2].max()) >= LARGE_THING_M
+            limits = FitLimits(MOST_OF_LARGE_THING if is_large else MOST_OF_PLAIN_THING, EMPTY_SHARE)
+            colliders = fitted_colliders(colliders, limits)
         world_from_link = place.pose @ form.asset_from_link(link.name)
         parts += [StillPart(place, c.replace(pose=world_from_link @ c.pose)) for c in colliders]
     return parts
 
 
+def _size(shape: Shape) -> Floats:
+    """(3,) size of a primitive along its own axes, metres."""
+    lower, upper = shape_bounds(shape, Pose())
+    return np.asarray(upper - lower)
+
+
 def _without_slivers(colliders: Sequence[Collider]) -> list[Collider]:
     """Colliders without those that are thin, and small compared with the largest."""
-    sizes = [np.diff(shape_bounds(c.shape, Pose()), axis=0)[0] for c in colliders]
+    sizes = [_size(c.shape) for c in colliders]
     largest = max((float(np.prod(size)) for size in sizes), default=0.0)
     return [
         collider
@@ -101,7 +112,8 @@ def _of_one_hull_each(colliders: Sequence[Collider]) -> tuple[Collider, ...]:
     for group in groups.values():
         if len(group) > 1:
             fitted = fit_primitives([(c.shape, c.pose) for c in group], FitLimits(1, EMPTY_SHARE_OF_HULL))
-            if len(fitted) == 1 and _empty_share(group, fitted[0].shape, fitted[0].pose) <= EMPTY_SHARE_OF_HULL:
+            filled = sum(np.prod(_size(c.shape)) for c in group)
+            if len(fitted) == 1 and 1 - filled / np.prod(_size(fitted[0].shape)) <= EMPTY_SHARE_OF_HULL:
                 found.append(replaced(group[0], fitted[0].shape, fitted[0].pose))
                 continue
         found += group
@@ -119,25 +131,6 @@ def _of_many_pieces(colliders: Sequence[Collider]) -> tuple[Collider, ...]:
         limits = FitLimits(max(1, len(group) // PIECES_PER_GROUP), EMPTY_SHARE)
         found += fitted_colliders(group, limits) if len(group) >= MANY_PIECES else group
     return tuple(found)
-
-
-def _empty_share(group: Sequence[Collider], shape: Shape, pose: Pose) -> float:
-    whole = np.prod(np.diff(shape_bounds(shape, Pose()), axis=0))
-    return float(1 - sum(np.prod(np.diff(shape_bounds(c.shape, Pose()), axis=0)) for c in group) / whole)
-
-
-def _is_plain_thing(place: Placement, form: Asset, colliders: Sequence[Collider]) -> bool:
-    """True for a thing of several pieces that holds nothing and has no joints: a lamp, a clock, a curtain."""
-    if place.layer is not Layer.THINGS or form.joints or len(colliders) < MIN_PIECES:
-        return False
-    return all(region.name == WHOLE for region in form.regions)
-
-
-def _most_of_plain_thing(colliders: Sequence[Collider]) -> int:
-    """Number of primitives that such a thing may have; a large one may have more."""
-    bounds = np.array([shape_bounds(c.shape, c.pose) for c in colliders])
-    width = float((bounds[:, 1, :2].max(axis=0) - bounds[:, 0, :2].min(axis=0)).max())
-    return MOST_OF_PLAIN_THING if width < LARGE_THING_M else MOST_OF_LARGE_THING
 
 
 def exposed_parts(parts: Sequence[StillPart]) -> list[StillPart]:
@@ -189,8 +182,7 @@ def merged_parts(still: Sequence[StillPart]) -> list[WorldCollider]:
 
 def _seeds(still: Sequence[StillPart]) -> Floats:
     """(9, 3) points from which a room is reached, above its worktops."""
-    bounds = np.array([part.bounds for part in still])
-    low, high = bounds[:, 0].min(axis=0), bounds[:, 1].max(axis=0)
+    low, high = box_around(np.array([part.bounds for part in still]))
     shares = np.array([[x, y, 0.6] for x in (0.3, 0.5, 0.7) for y in (0.3, 0.5, 0.7)])
     points: Floats = low + shares * (high - low)
     return points

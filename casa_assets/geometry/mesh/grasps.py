@@ -37,12 +37,7 @@ MIN_APPROACH_HEIGHT = -0.1
 
 @dataclass(frozen=True)
 class AntipodalGrasp:
-    """Two fingers closed on a surface.
-
-    Attributes:
-        center: (3,) middle between them, metres. closing: (3,) unit vector from one to the other.
-        approach: (3,) unit vector along which the hand comes. width: between the fingers, metres.
-    """
+    """Two fingers closed on a surface, m; unit vectors from one to the other, and along which the hand comes."""
 
     center: Floats
     closing: Floats
@@ -60,12 +55,7 @@ class _Cloud:
 
 
 def antipodal_grasps(points: Floats, faces: Ints, opening: float) -> list[AntipodalGrasp]:
-    """Antipodal grasps of an object on a floor at the height of its lowest point.
-
-    Args:
-        points: (P, 3) metres, z up. faces: (F, 3) facing outwards.
-        opening: maximum opening of the fingers, metres.
-    """
+    """Antipodal grasps of (P, 3) points, m, z up, and (F, 3) outward faces, with the lowest point on the floor."""
     samples, face = samples_with_faces(points, faces, SAMPLES)
     normals, areas = face_normals(points, faces)
     near = max(0.002, 1.2 * float(np.sqrt(areas.sum() / SAMPLES)))
@@ -184,13 +174,9 @@ PAD_M = 0.02
 def choose_grasps(
     points: Floats, faces: Ints, center_of_mass: Vec3, category: Category, opening_m: float
 ) -> tuple[Grasp, ...]:
-    """The best grasp of each kind that is possible.
+    """The best grasp of each kind that is possible; points: metres, z up, at rest; faces: welded, facing outwards.
 
-    Args:
-        points: (P, 3) metres, z up, of the object as it rests. faces: (F, 3) of its welded surface, facing outwards.
-        center_of_mass: metres, the same frame.
-        category: vessels have a rim; some categories have a handle; what is fixed is not grasped.
-        opening_m: largest opening of the gripper.
+    Vessels have a rim; some categories have a handle; what is fixed is not grasped.
     """
     if category.fixed:
         return ()
@@ -219,8 +205,7 @@ def choose_grasps(
 def grasp_site(grasp: Grasp, shift: Floats) -> Site:
     """A box site `grasp_<feature>`: x along the closing direction, as long as the opening, z along the approach.
 
-    Args:
-        shift: (3,) what is added to the centre, metres.
+    `shift`: (3,) is added to the centre, metres.
     """
     closing, approach = np.array(grasp.closing), np.array(grasp.approach)
     rotation = Rotation.from_matrix(np.stack([closing, np.cross(approach, closing), approach], axis=1))
@@ -234,8 +219,7 @@ def grasp_site(grasp: Grasp, shift: Floats) -> Site:
 def _feature_of(candidate: AntipodalGrasp, aside: float, top: float, category: Category) -> GraspFeature | None:
     """Part that a grasp holds; None for the wall of a vessel below its rim.
 
-    Args:
-        aside: horizontal distance from the centre of mass over the longer side. top: height of the mesh, metres.
+    `aside`: horizontal distance from the centre of mass over the longer side. `top`: height of the mesh, metres.
     """
     if category.build is MatterFill.VESSEL and candidate.width <= RIM_THICKNESS_M:
         is_at_top = candidate.center[2] >= top - RIM_DEPTH_M and -candidate.approach[2] >= MIN_DOWNWARD_COSINE

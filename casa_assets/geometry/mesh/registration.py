@@ -7,12 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial import cKDTree
+from scipy.spatial.distance import cdist, pdist
 from scipy.spatial.transform import Rotation
 
 from casa_assets.core.numeric import Floats, Ints, decimals, significant
 from casa_assets.errors import DegenerateShape
 from casa_assets.geometry.mesh.surface import face_normals, shell_moments
-from casa_assets.geometry.solid.deviation import samples_with_faces
+from casa_assets.geometry.solid.deviation import samples_with_faces, surface_samples
 from casa_assets.model.asset.provenance import CENTER_SHARES, PAIR_SHARES, ShapeDescriptor
 
 # Shape descriptor -----------------------------------------------------------------------------------------------------
@@ -23,20 +24,13 @@ SURFACE_SAMPLES = 1500
 
 
 def shape_descriptor(points: Floats, faces: Ints) -> ShapeDescriptor:
-    """Shape descriptor of a surface.
+    """Shape descriptor of a surface, (P, 3) points in metres and (F, 3) faces.
 
     Ref: distances between random pairs of places, the D2 of Osada et al. 2002.
 
-    Args:
-        points: (P, 3) metres. faces: (F, 3).
     Raises:
         DegenerateShape: the surface has no area.
     """
-    # Here and below, since a run without new shapes does without SciPy, which loads slowly.
-    from scipy.spatial.distance import pdist
-
-    from casa_assets.geometry.solid.deviation import surface_samples
-
     center, radius, axes, _ = principal_spread(points, faces)
     places = (surface_samples(points, faces, SURFACE_SAMPLES) - center) / radius
     x, y, z = (_short(float(side)) for side in axes / radius)
@@ -57,11 +51,7 @@ def principal_spread(points: Floats, faces: Ints) -> tuple[Floats, float, Floats
     Raises:
         DegenerateShape: the surface has no area.
     """
-    corners = points[faces]
-    if (
-        not len(faces)
-        or not np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])).sum()
-    ):
+    if not len(faces) or not face_normals(points, faces)[1].sum():
         raise DegenerateShape("a surface without an area has no form")
     area, center, inertia = shell_moments(points, faces)
     covariance = (np.trace(inertia) / 2 * np.eye(3) - inertia) / area
@@ -90,7 +80,6 @@ def descriptor_distance(one: ShapeDescriptor, other: ShapeDescriptor) -> float:
 
 def descriptor_distances(ones: Sequence[ShapeDescriptor], others: Sequence[ShapeDescriptor]) -> Floats:
     """(N, M) distances of N shape descriptors to M others, each as `descriptor_distance` has it."""
-    from scipy.spatial.distance import cdist
 
     def table(field: str, metric: str) -> Floats:
         one, other = (np.array([getattr(d, field) for d in group], dtype=np.float64) for group in (ones, others))
@@ -146,11 +135,9 @@ class SampledSurface:
 
 @dataclass(frozen=True)
 class Alignment:
-    """Best alignment of two surfaces and what it leaves, relative to their radius.
+    """Best alignment of two surfaces, a rotation of the first, and what it leaves, relative to their radius.
 
-    Attributes:
-        p95, p995: 95th and 99.5th percentile of the distance from either surface to the other, the larger of both.
-        turn: (3, 3) rotation from the first to the second.
+    `p95`, `p995`: percentiles of the distance from either surface to the other, the larger of both.
     """
 
     p95: float
@@ -177,8 +164,7 @@ def align(one: SampledSurface, other: SampledSurface) -> Alignment:
         found, shift = _followed(one.some(FIT_SAMPLES), turn, other)
         off = _apart(one.some(ERROR_SAMPLES) @ found.T + shift, other)
         back = _apart((other.some(ERROR_SAMPLES) - shift) @ found, one)
-        p95 = max(float(np.quantile(off, 0.95)), float(np.quantile(back, 0.95)))
-        p995 = max(float(np.quantile(off, 0.995)), float(np.quantile(back, 0.995)))
+        p95, p995 = (max(float(np.quantile(off, q)), float(np.quantile(back, q))) for q in (0.95, 0.995))
         if best is None or (p95, p995) < (best.p95, best.p995):
             best = Alignment(round(p95, 5), round(p995, 5), found)
     assert best is not None, "there are starts"

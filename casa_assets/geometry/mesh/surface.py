@@ -65,12 +65,7 @@ def solid_moments(points: Floats, faces: Ints) -> tuple[float, Floats, Floats]:
 def backward_share(
     vertices: Floats, faces: npt.NDArray[np.integer[Any]], normals: Floats, least_cosine: float = 0.0
 ) -> float:
-    """Share of the area whose normals, one per vertex, look against the fronts of its faces.
-
-    Args:
-        vertices: (V, 3). faces: (F, 3). normals: (V, 3).
-        least_cosine: a normal whose cosine with the front of its face is smaller looks against it.
-    """
+    """Share of the area whose normals, one per vertex, have less than the least cosine with the front of the face."""
     fronts, areas = face_normals(vertices, faces.astype(np.int64))
     behind = np.einsum("fkj,fj->fk", normals[faces], fronts) < least_cosine
     return float((behind.mean(axis=1) * areas).sum() / max(float(areas.sum()), 1e-300))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 
@@ -17,11 +16,8 @@ WELD_RELATIVE = 1e-6
 
 
 def weld(vertices: Floats, relative: float = WELD_RELATIVE) -> tuple[Floats, Ints]:
-    """Merge vertices that lie in one cell of a fine grid.
+    """Merge vertices that lie in one cell of a grid, whose cell size is a `relative` part of the longest extent.
 
-    Args:
-        vertices: (V, 3) any unit.
-        relative: cell size as a part of the longest extent.
     Returns:
         (P, 3) the first vertex of each cell, ordered by first use; (V,) index of each vertex's point.
     """
@@ -31,7 +27,7 @@ def weld(vertices: Floats, relative: float = WELD_RELATIVE) -> tuple[Floats, Int
     return _unique_rows(vertices, keys)
 
 
-def _unique_rows(vertices: Floats, keys: npt.NDArray[np.generic]) -> tuple[Floats, Ints]:
+def _unique_rows(vertices: Floats, keys: Floats | Ints) -> tuple[Floats, Ints]:
     if not len(vertices):
         return vertices, np.empty(0, dtype=np.int64)
     order = np.lexsort(keys.T[::-1])
@@ -55,20 +51,22 @@ def merge_rows(rows: Floats) -> tuple[Ints, Ints]:
 
 
 def face_components(faces: Ints, count: int) -> Ints:
-    """(F,) component of each face, connected through shared points; numbered by first face.
-
-    Args:
-        faces: (F, 3) indices of welded points. count: number of points.
-    """
+    """(F,) component of each face over `count` points, connected through shared points; numbered by first face."""
     if not len(faces):
         return np.empty(0, dtype=np.int64)
     rows = np.concatenate([faces[:, 0], faces[:, 1]])
     cols = np.concatenate([faces[:, 1], faces[:, 2]])
-    graph = coo_matrix((np.ones(len(rows), dtype=np.int8), (rows, cols)), shape=(count, count))
-    _, label = connected_components(graph, directed=False)
-    found = label[faces[:, 0]].astype(np.int64)
-    _, place = merge_rows(found[:, None].astype(np.float64))
-    return place
+    label = connected_groups(count, rows, cols)[faces[:, 0]]
+    return merge_rows(label[:, None].astype(np.float64))[1]
+
+
+def component_boxes(corners: Floats, label: Ints) -> tuple[Floats, Floats]:
+    """(N, 3) lower and upper corners of the box around each component of (F, 3, 3) corners of faces; (F,) labels."""
+    count = int(label.max()) + 1
+    lower, upper = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
+    np.minimum.at(lower, label, corners.min(axis=1))
+    np.maximum.at(upper, label, corners.max(axis=1))
+    return lower, upper
 
 
 def connected_groups(count: int, left: Ints, right: Ints) -> Ints:
@@ -79,11 +77,7 @@ def connected_groups(count: int, left: Ints, right: Ints) -> Ints:
 
 
 def manifold_patches(ids: Ints) -> Ints:
-    """(F,) patch of each face: patches are joined over edges of exactly two faces.
-
-    Args:
-        ids: (F, 3) indices of welded points, at least one face.
-    """
+    """(F,) patch of each of (F, 3) faces, at least one: patches are joined over edges of exactly two faces."""
     directed = np.sort(directed_edges(ids), axis=1)
     owner = np.tile(np.arange(len(ids)), 3)
     key = directed[:, 0] * (int(ids.max()) + 1) + directed[:, 1]
@@ -91,9 +85,7 @@ def manifold_patches(ids: Ints) -> Ints:
     key, owner = key[order], owner[order]
     start = np.flatnonzero(np.r_[True, key[1:] != key[:-1]])
     pair = start[np.diff(np.r_[start, len(key)]) == 2]
-    links = coo_matrix((np.ones(len(pair), dtype=np.int8), (owner[pair], owner[pair + 1])), shape=(len(ids),) * 2)
-    patch: Ints = connected_components(links, directed=False)[1].astype(np.int64)
-    return patch
+    return connected_groups(len(ids), owner[pair], owner[pair + 1])
 
 
 def directed_edges(faces: Ints) -> Ints:
@@ -125,7 +117,7 @@ def is_closed(faces: Ints) -> bool:
     return bool((uses == 2).all() and (balance == 0).all())
 
 
-def consistent_winding(faces: Ints) -> tuple[Ints, npt.NDArray[np.bool_]]:
+def consistent_winding(faces: Ints) -> tuple[Ints, Mask]:
     """Turn faces so that neighbours over a two-face edge run against each other.
 
     The first face of each connected patch keeps its direction.
@@ -160,16 +152,13 @@ def consistent_winding(faces: Ints) -> tuple[Ints, npt.NDArray[np.bool_]]:
     return out, turned
 
 
-def _turns(left: Ints, right: Ints, clash: npt.NDArray[np.bool_], count: int) -> npt.NDArray[np.bool_]:
+def _turns(left: Ints, right: Ints, clash: Mask, count: int) -> Mask:
     """(F,) parity of the clashes on the way from each face to the first face of its patch.
 
-    Args:
-        left, right: (E,) faces that are neighbours, each pair once. clash: (E,) they run the same way.
+    `left`, `right`: (E,) neighbouring faces, each pair once. `clash`: (E,) they run the same way.
     """
     # One more node, joined to the first face of each patch, makes one tree of all patches.
-    links = coo_matrix((np.ones(len(left), dtype=np.int8), (left, right)), shape=(count, count))
-    _, label = connected_components(links, directed=False)
-    _, first = np.unique(label, return_index=True)
+    _, first = np.unique(connected_groups(count, left, right), return_index=True)
     ends = np.concatenate([left, first]), np.concatenate([right, np.full(len(first), count)])
     # Weight 1 keeps the relative direction, 2 turns it.
     weight = np.concatenate([np.where(clash, 2, 1), np.ones(len(first), dtype=np.int64)]).astype(np.int8)
@@ -194,31 +183,23 @@ MIN_NEGATIVE_VOLUME = 1e-9
 
 
 def inside_out_faces(points: Floats, faces: Ints) -> Mask:
-    """(F,) which faces are on closed components of negative volume that are not the lining of another one.
-
-    Args:
-        points: (P, 3) welded. faces: (F, 3) over them.
-    """
+    """(F,) True for faces on closed components of negative volume that are not the lining of another one."""
     if not len(faces):
         return np.zeros(0, dtype=bool)
     component = face_components(faces, len(points))
-    lower, upper, volume = _bounds_and_volumes(points, faces, component)
-    least = -MIN_NEGATIVE_VOLUME * (upper - lower).max(axis=1) ** 3
-    inverted = np.flatnonzero(_is_closed(faces, component, len(points)) & (volume < least))
-    found: Mask = np.isin(component, [k for k in inverted if not _lines_another(lower, upper, int(k))])
-    return found
-
-
-def _bounds_and_volumes(points: Floats, faces: Ints, component: Ints) -> tuple[Floats, Floats, Floats]:
-    """(C, 3) lower and (C, 3) upper corner and (C,) signed volume of each component; volumes hold for closed ones."""
-    components = int(component.max()) + 1
     corners = points[faces] - points.mean(axis=0)
-    lower, upper = np.full((components, 3), np.inf), np.full((components, 3), -np.inf)
-    np.minimum.at(lower, component, corners.min(axis=1))
-    np.maximum.at(upper, component, corners.max(axis=1))
+    lower, upper = component_boxes(corners, component)
     tetrahedra = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6
-    volume = np.bincount(component, weights=tetrahedra, minlength=components).astype(np.float64)
-    return lower, upper, volume
+    volume = np.bincount(component, weights=tetrahedra)
+    least = -MIN_NEGATIVE_VOLUME * (upper - lower).max(axis=1) ** 3
+    size = (upper - lower).prod(axis=1)
+    found = []
+    for k in np.flatnonzero(_is_closed(faces, component, len(points)) & (volume < least)):
+        # The inner wall of a hollow thing winds inwards: it lies in the bounds of a larger component.
+        within = (lower <= lower[k]).all(axis=1) & (upper >= upper[k]).all(axis=1)
+        if not (within & (size > size[k])).any():
+            found.append(k)
+    return np.isin(component, found)
 
 
 def _is_closed(faces: Ints, component: Ints, points: int) -> Mask:
@@ -229,13 +210,6 @@ def _is_closed(faces: Ints, component: Ints, points: int) -> Mask:
     closed = np.ones(int(component.max()) + 1, dtype=bool)
     closed[of_point[ends[(uses != 2) | (balance != 0), 0]]] = False
     return closed
-
-
-def _lines_another(lower: Floats, upper: Floats, component: int) -> bool:
-    """True if a component lies in the bounds of a larger one: the inner wall of a hollow thing winds inwards."""
-    within = (lower <= lower[component]).all(axis=1) & (upper >= upper[component]).all(axis=1)
-    larger = (upper - lower).prod(axis=1) > (upper - lower)[component].prod()
-    return bool((within & larger).any())
 
 
 # Hole filling ---------------------------------------------------------------------------------------------------------
@@ -254,8 +228,7 @@ def fill_holes(
 
     Args:
         points: (P, 3) welded. faces: (F, 3), consistently wound.
-        widest: of a hole that is closed, in units of the points: the longest side of the box around it.
-        most_torn: maximum share of edges that are torn.
+        widest: longest side of the box around a hole. most_torn: maximum share of edges that are torn.
     """
     if not len(faces):
         return None
@@ -264,7 +237,7 @@ def fill_holes(
         _, uses, balance = edge_counts(kept)
         if ((uses != 2) | (balance != 0)).mean() > most_torn:
             return None
-        tangled = _touching(kept, (uses > 2) | ((uses == 2) & (balance != 0)))
+        tangled = faces_with(kept, (uses > 2) | ((uses == 2) & (balance != 0)))
         if not tangled.any():
             break
         kept = kept[~tangled]
@@ -274,24 +247,23 @@ def fill_holes(
     if loops is None or any(float(np.ptp(points[loop], axis=0).max()) > widest for loop in loops):
         return None
     middles = [points[loop].mean(axis=0) for loop in loops]
-    fans = []
-    for k, loop in enumerate(loops):
-        if len(loop) == 3:
-            fans.append(np.array([loop]))
-        else:
-            fans.append(np.stack([loop, np.roll(loop, -1), np.full(len(loop), len(points) + k)], axis=1))
+    fans = [
+        np.array([loop])
+        if len(loop) == 3
+        else np.stack([loop, np.roll(loop, -1), np.full(len(loop), len(points) + k)], axis=1)
+        for k, loop in enumerate(loops)
+    ]
     whole = np.concatenate([kept, *fans])
     return (np.concatenate([points, np.array(middles).reshape(-1, 3)]), whole) if is_closed(whole) else None
 
 
-def _touching(faces: Ints, bad: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
-    """(F,) faces with one of the edges that `edge_counts` lists and `bad` marks."""
-    directed = directed_edges(faces)
-    ends = np.sort(directed, axis=1)
+def faces_with(faces: Ints, marked: Mask) -> Mask:
+    """(F,) faces with one of the edges that `edge_counts` lists and that are `marked`."""
+    ends = np.sort(directed_edges(faces), axis=1)
     key = ends[:, 0] * (int(faces.max()) + 1) + ends[:, 1]
     _, inverse = np.unique(key, return_inverse=True)
-    touching: npt.NDArray[np.bool_] = np.any(bad[inverse].reshape(3, -1), axis=0)
-    return touching
+    found: Mask = np.any(marked[inverse].reshape(3, -1), axis=0)
+    return found
 
 
 def _loops(faces: Ints) -> list[Ints] | None:
@@ -335,8 +307,7 @@ def _loops(faces: Ints) -> list[Ints] | None:
 def _around(third: dict[int, int], before: int, spot: int, count: int) -> int:
     """End of the fan of faces that an open way from `before` to `spot` runs along end, going around that point.
 
-    Args:
-        third: of each directed edge, first * count + second, the corner across from it. count: of the points.
+    `third`: of each directed edge, first * count + second, the corner across from it. `count`: of the points.
     """
     for _ in range(len(third)):
         across = third[spot * count + before]

@@ -41,12 +41,7 @@ class Visibility:
 
 
 def measure_visibility(points: Floats, faces: Ints, count: int = SAMPLES) -> Visibility:
-    """Measure what of a surface is visible from outside.
-
-    Args:
-        points: (P, 3), any unit. faces: (F, 3), with some area; those that wind counterclockwise face the viewer.
-        count: points to strew.
-    """
+    """Measure how much of the faces, whose fronts are counterclockwise, is visible from outside, at `count` points."""
     samples, face = samples_with_faces(points, faces, count)
     normals = face_normals(points, faces)[0][face]
     cell = float(np.ptp(samples, axis=0).max()) / PIXELS

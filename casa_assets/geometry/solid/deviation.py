@@ -45,14 +45,9 @@ def barycentric_samples(points: Floats, faces: Ints, count: int) -> tuple[Ints, 
 
 
 def distances_outside_hulls(samples: Floats, clouds: Sequence[Floats]) -> Floats:
-    """(N,) distance of each sample from the nearest hull, 0 within one; metres.
+    """(N,) distance of each of (N, 3) samples from the nearest hull, 0 within one; metres. Raises DegenerateShape.
 
     Measured to the planes of the faces: exact over faces, a little short over edges and corners.
-
-    Args:
-        samples: (N, 3). clouds: vertices of each convex shape.
-    Raises:
-        DegenerateShape: a cloud spans no volume.
     """
     nearest = np.full(len(samples), np.inf)
     for cloud in clouds:
@@ -62,6 +57,15 @@ def distances_outside_hulls(samples: Floats, clouds: Sequence[Floats]) -> Floats
             outside = (samples[rows] @ planes[:, :3].T + planes[:, 3]).max(axis=1)
             nearest[rows] = np.minimum(nearest[rows], np.maximum(outside, 0.0))
     return nearest
+
+
+def inside_share(points: Floats, clouds: Sequence[Floats]) -> float:
+    """Share of some points, (N, 3), that lie in the hull of one of the clouds."""
+    is_inside = np.zeros(len(points), dtype=bool)
+    for cloud in clouds:
+        planes = hull_planes(cloud)
+        is_inside |= ((points @ planes[:, :3].T + planes[:, 3]).round(9) < 0).all(axis=1)
+    return float(is_inside.mean())
 
 
 # Deviation ------------------------------------------------------------------------------------------------------------
@@ -136,11 +140,7 @@ def depths_within(queries: Floats, planes: Floats) -> Floats:
 
 
 def burial_depths(cloud: Floats, of: ReferenceSurface) -> Floats:
-    """(N,) depth at which one shape buries the probes that it touches, metres.
-
-    Raises:
-        DegenerateShape: the cloud spans no volume.
-    """
+    """(N,) depth at which one shape buries the probes that it touches, metres. Raises DegenerateShape: no volume."""
     planes = hull_planes(cloud)
     near = ((of.probes >= cloud.min(axis=0)) & (of.probes <= cloud.max(axis=0))).all(axis=1)
     found = depths_within(of.probes[near], planes)
@@ -148,10 +148,9 @@ def burial_depths(cloud: Floats, of: ReferenceSurface) -> Floats:
 
 
 def protrusion(cloud: Floats, of: ReferenceSurface) -> Floats:
-    """(N,) how far the surface of one shape lies outside the solid, where it is not a face that cutting has made.
+    """(N,) how far the surface of one shape is outside the solid, where it is no face that cutting has made.
 
-    Raises:
-        DegenerateShape: the cloud spans no volume.
+    Raises DegenerateShape: the cloud spans no volume.
     """
     points, faces = convex_hull(cloud)
     found = signed_distances(samples_with_faces(points, faces, HULL_SAMPLES)[0], of)
@@ -161,11 +160,7 @@ def protrusion(cloud: Floats, of: ReferenceSurface) -> Floats:
 def excess(cloud: Floats, of: ReferenceSurface, others: Sequence[Floats] = ()) -> tuple[Floats, float]:
     """(N,) how far the surface of one shape lies outside the solid, at points evenly spread over it; its area, m^2.
 
-    Args:
-        cloud: vertices of the shape. of: the solid.
-        others: planes of other shapes; what lies in one of these is no outer surface and is left out.
-    Raises:
-        DegenerateShape: the cloud spans no volume.
+    `others`: planes of other shapes; parts inside of these are no outer surface. Raises DegenerateShape: no volume.
     """
     points, faces = convex_hull(cloud)
     normals, areas = face_normals(points, faces)
@@ -190,12 +185,9 @@ class Deviation:
 
 
 def deviation(clouds: Sequence[Floats], of: ReferenceSurface, bare: Floats) -> Deviation:
-    """Measure how shapes differ from a solid.
+    """Measure how shapes differ from a solid; `bare`: (N,) how far samples of the mesh lie outside the shapes.
 
-    Args:
-        clouds: vertices of each shape. of: the solid. bare: (N,) how far samples of the mesh lie outside the shapes.
-    Raises:
-        DegenerateShape: a cloud spans no volume, or there are no clouds.
+    Raises DegenerateShape: a cloud spans no volume, or there are no clouds.
     """
     if not clouds:
         raise DegenerateShape("there are no shapes")

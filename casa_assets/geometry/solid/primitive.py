@@ -18,11 +18,7 @@ from casa_assets.model.pose import Pose
 
 
 def tessellate(shape: Shape, pose: Pose, steps: int = 32) -> tuple[Floats, Ints]:
-    """(P, 3) points and (F, 3) outward faces of a shape, in the frame that `pose` leads to, metres.
-
-    Args:
-        steps: points around a circle.
-    """
+    """(P, 3) points and (F, 3) outward faces in the frame that `pose` leads to, metres; `steps` points per circle."""
     if isinstance(shape, Hull | MeshShape):
         return pose.apply(shape.mesh.vertices), shape.mesh.faces.astype(np.int64)
     if isinstance(shape, Box | Cylinder):
@@ -83,16 +79,15 @@ def shape_bounds(shape: Shape, pose: Pose) -> Floats:
 
 
 def link_bounds(link: Link, pose: Pose | None = None) -> Floats | None:
-    """(2, 3) corners of all colliders of a link, metres; in link frame, or in the frame of `pose` (frame_from_link).
-
-    Returns:
-        None if the link has no colliders.
-    """
+    """(2, 3) corners of all colliders, metres, None without any; in link frame or that of `pose` (frame_from_link)."""
     frame = pose or Pose()
-    corners = [shape_bounds(c.shape, frame @ c.pose) for c in link.colliders]
-    if not corners:
-        return None
-    return np.array([np.min([c[0] for c in corners], axis=0), np.max([c[1] for c in corners], axis=0)])
+    corners = np.array([shape_bounds(c.shape, frame @ c.pose) for c in link.colliders])
+    return box_around(corners) if len(corners) else None
+
+
+def box_around(boxes: Floats) -> Floats:
+    """(2, 3) corners of the box around (N, 2, 3) boxes."""
+    return np.array([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
 
 
 # Primitive ------------------------------------------------------------------------------------------------------------

@@ -74,11 +74,7 @@ def upright_axis(points: Floats, faces: Ints) -> tuple[Floats, float]:
 
 
 def wall_profile(solid: Solid, center: Floats) -> WallProfile:
-    """Measure the radii at which matter begins and first ends around an axis.
-
-    Args:
-        solid: metres. center: (2,) x and y of the axis.
-    """
+    """Measure the radii at which matter begins and first ends around an axis through the (2,) center, metres."""
     box = solid.bounding_box()
     step = (box[5] - box[2]) / ROWS
     heights = box[2] + (np.arange(ROWS) + 0.5) * step

@@ -16,39 +16,62 @@ if TYPE_CHECKING:
     from scipy.spatial import ConvexHull
 
 # Manifold -------------------------------------------------------------------------------------------------------------
-# Closed surfaces as manifold3d sees them, their unions and simplifications.
+# Closed surfaces as solids of manifold3d and back, their unions and simplifications.
 
 Surface = tuple[Floats, Ints]
+Solid: TypeAlias = manifold3d.Manifold
 
 # With more pieces than these it is no longer worth the time to unite them.
 MOST_PIECES = 1000
 
 
+def solid_of(points: Floats, faces: Ints) -> Solid | None:
+    """Return welded (P, 3) points and outward (F, 3) faces as a solid, or None: no manifold, or without volume."""
+    if len(faces) < 4:
+        return None
+    # Copies: the binding takes no arrays that may only be read.
+    solid = Solid(
+        manifold3d.Mesh64(
+            vert_properties=np.array(points, dtype=np.float64, order="C"),
+            tri_verts=np.array(faces, dtype=np.uint64, order="C"),
+        )
+    )
+    ok = solid.status() == manifold3d.Error.NoError and not solid.is_empty() and solid.volume() > 0
+    return solid if ok else None
+
+
+def surface_of(solid: Solid) -> Surface:
+    """(P, 3) points and (F, 3) outward faces."""
+    mesh = solid.to_mesh64()
+    return np.array(mesh.vert_properties[:, :3], dtype=np.float64), np.array(mesh.tri_verts, dtype=np.int64)
+
+
+def _turned(solid: Solid) -> Solid:
+    """The solid turned inside out."""
+    points, faces = surface_of(solid)
+    return Solid(manifold3d.Mesh64(vert_properties=points, tri_verts=np.ascontiguousarray(faces[:, ::-1], np.uint64)))
+
+
 def closed_solid(points: Floats, faces: Ints) -> Surface | None:
-    """Return the surface as a valid outward manifold, or None if it is not one.
+    """Return the surface, (P, 3) welded points and (F, 3) faces, as an outward manifold with volume, or None.
 
     Overlapping pieces are united, and inner walls cut out: no volume counts twice.
-
-    Args:
-        points: (P, 3) welded. faces: (F, 3).
-    Returns:
-        (Q, 3) points and (G, 3) faces of a manifold with positive volume.
     """
-    solid = _solid(points, faces)
+    solid = solid_of(points, faces)
     if solid is None:
         return None
     pieces = solid.decompose()
     if 1 < len(pieces) <= MOST_PIECES:
-        walls = [_reversed(p) for p in pieces if p.volume() < 0]
+        walls = [_turned(p) for p in pieces if p.volume() < 0]
         solid = manifold3d.Manifold.batch_boolean([p for p in pieces if p.volume() > 0], manifold3d.OpType.Add)
         if walls:
             solid -= manifold3d.Manifold.batch_boolean(walls, manifold3d.OpType.Add)
-    return _surface(solid) if solid.volume() > 0 else None
+    return surface_of(solid) if solid.volume() > 0 else None
 
 
 def simplified_solid(points: Floats, faces: Ints, target: int) -> Surface | None:
     """Return a manifold of at most about `target` faces, or None if the surface is not a manifold."""
-    solid = _solid(points, faces)
+    solid = solid_of(points, faces)
     if solid is None:
         return None
     extent = float(np.ptp(points, axis=0).max())
@@ -56,42 +79,19 @@ def simplified_solid(points: Floats, faces: Ints, target: int) -> Surface | None
     while solid.num_tri() > target and tolerance < 0.02:
         solid = solid.simplify(tolerance * extent)
         tolerance *= 1.6
-    return _surface(solid) if solid.volume() > 0 else None
+    return surface_of(solid) if solid.volume() > 0 else None
 
 
 def union(surfaces: Sequence[Surface]) -> Surface | None:
     """Return the union of closed surfaces, or None if none of them is a solid."""
-    solids = [s for s in (_solid(p, f) for p, f in surfaces) if s is not None]
-    return _surface(manifold3d.Manifold.batch_boolean(solids, manifold3d.OpType.Add)) if solids else None
+    solids = [s for s in (solid_of(p, f) for p, f in surfaces) if s is not None]
+    return surface_of(manifold3d.Manifold.batch_boolean(solids, manifold3d.OpType.Add)) if solids else None
 
 
 def intersection_volume(one: Surface, other: Surface) -> float:
     """Volume that two closed surfaces share, 0 where one of them is no solid."""
-    a, b = _solid(*one), _solid(*other)
+    a, b = solid_of(*one), solid_of(*other)
     return 0.0 if a is None or b is None else float((a ^ b).volume())
-
-
-def _solid(points: Floats, faces: Ints) -> manifold3d.Manifold | None:
-    if len(faces) < 4:
-        return None
-    mesh = manifold3d.Mesh64(
-        vert_properties=np.array(points, dtype=np.float64, order="C"),  # a copy: read-only arrays are refused
-        tri_verts=np.ascontiguousarray(faces, dtype=np.uint64),
-    )
-    solid = manifold3d.Manifold(mesh)
-    ok = solid.status() == manifold3d.Error.NoError and not solid.is_empty() and solid.volume() > 0
-    return solid if ok else None
-
-
-def _reversed(solid: manifold3d.Manifold) -> manifold3d.Manifold:
-    points, faces = _surface(solid)
-    mesh = manifold3d.Mesh64(vert_properties=points, tri_verts=np.ascontiguousarray(faces[:, ::-1], dtype=np.uint64))
-    return manifold3d.Manifold(mesh)
-
-
-def _surface(solid: manifold3d.Manifold) -> Surface:
-    mesh = solid.to_mesh64()
-    return np.array(mesh.vert_properties[:, :3], dtype=np.float64), np.array(mesh.tri_verts, dtype=np.int64)
 
 
 # Hull -----------------------------------------------------------------------------------------------------------------
@@ -102,21 +102,18 @@ LEVEL_SHARE = 1e-6
 
 
 def convex_hull(points: Floats) -> tuple[Floats, Ints]:
-    """Hull of a point cloud.
+    """Hull of (N, 3) points: (M, 3) vertices in order of input and (F, 3) outward triangles.
 
-    Args:
-        points: (N, 3).
-    Returns:
-        (M, 3) hull vertices in order of input; (F, 3) outward triangles.
-    Raises:
-        DegenerateShape: the points span no volume.
+    Raises DegenerateShape: the points span no volume.
     """
     hull, _, _ = _qhull(points)
     index = np.sort(hull.vertices)
     place = np.full(len(points), -1, dtype=np.int64)
     place[index] = np.arange(len(index))
     faces = place[hull.simplices]
-    inward = np.einsum("ij,ij->i", _cross(points[index], faces), hull.equations[:, :3]) < 0
+    corners = points[index][faces]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    inward = np.einsum("ij,ij->i", normals, hull.equations[:, :3]) < 0
     faces[inward] = faces[inward][:, ::-1]
     # Each triangle starts at its lowest index, and they are sorted: Qhull's own order is not part of its promise.
     start = np.argmin(faces, axis=1)
@@ -125,10 +122,9 @@ def convex_hull(points: Floats) -> tuple[Floats, Ints]:
 
 
 def hull_planes(points: Floats) -> Floats:
-    """(F, 4) planes of the hull's faces: outward unit normal and offset; normal . x + offset is negative within.
+    """(F, 4) outward unit normals and offsets; normal . x + offset is negative within the hull.
 
-    Raises:
-        DegenerateShape: the points span no volume.
+    Raises DegenerateShape: the points span no volume.
     """
     hull, center, scale = _qhull(points)
     planes: Floats = hull.equations.copy()
@@ -150,11 +146,6 @@ def _qhull(points: Floats) -> tuple[ConvexHull, Floats, float]:
         raise DegenerateShape("the points lie in a plane or on a line") from error
 
 
-def _cross(points: Floats, faces: Ints) -> Floats:
-    corners = points[faces]
-    return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-
-
 def hull_volume(points: Floats) -> float:
     """Volume of the hull of (N, 3) points; zero where they span none."""
     try:
@@ -166,14 +157,8 @@ def hull_volume(points: Floats) -> float:
 def small_hull(points: Floats, limit: int = 64) -> tuple[Floats, Ints]:
     """Hull of at most `limit` vertices: grown from the outermost points, always by the point that sticks out most.
 
-    If the full hull has a flat bottom to rest level on, so has this one.
-
-    Args:
-        points: (N, 3). limit: maximum number of vertices.
-    Returns:
-        As `convex_hull`; it lies inside the full hull and touches it in every vertex.
-    Raises:
-        DegenerateShape: the points span no volume.
+    If the full hull has a flat bottom to rest level on, so has this one. It lies inside the full hull and touches it in
+    every vertex. Returns and raises as `convex_hull`.
     """
     from scipy.spatial import ConvexHull, QhullError
 
@@ -182,7 +167,10 @@ def small_hull(points: Floats, limit: int = 64) -> tuple[Floats, Ints]:
         return cloud, faces
     # Distances are taken in a frame in which the cloud is as wide in every direction: however thin it is, it spans a
     # volume there. What is equally far but for the last bits, as in every round shape, has to be so on every machine.
-    even, stretch = _evened(cloud)
+    # The symmetric root is used because it does not depend on the choice of axes where these are ambiguous.
+    spread, axes = np.linalg.eigh(np.cov(cloud.T))
+    stretch: Floats = (axes / np.sqrt(np.maximum(spread, 1e-12 * float(spread[-1])))) @ axes.T
+    even = ((cloud - cloud.mean(axis=0)) @ stretch).round(9)
     reach = float(np.ptp(cloud, axis=0).max())
     chosen = list(dict.fromkeys([*_outermost(cloud), *_standing(cloud, reach)]))[:limit]
     while len(chosen) < limit:
@@ -200,20 +188,10 @@ def small_hull(points: Floats, limit: int = 64) -> tuple[Floats, Ints]:
     return convex_hull(cloud[sorted(chosen)])
 
 
-def _evened(cloud: Floats) -> tuple[Floats, Floats]:
-    """(N, 3) the cloud whitened to unit covariance, rounded, and the symmetric (3, 3) whitening matrix.
-
-    The symmetric root is used because it does not depend on the choice of axes where the principal axes are ambiguous.
-    """
-    spread, axes = np.linalg.eigh(np.cov(cloud.T))
-    least = 1e-12 * float(spread[-1])
-    stretch: Floats = (axes / np.sqrt(np.maximum(spread, least))) @ axes.T
-    return ((cloud - cloud.mean(axis=0)) @ stretch).round(9), stretch
-
-
 def _outermost(cloud: Floats) -> list[int]:
-    """Indices of the extreme points in 26 directions, ascending."""
-    return sorted({int(i) for d in _directions() for s in [(cloud @ d).round(9)] for i in (s.argmax(), s.argmin())})
+    """Indices of the extreme points in 26 directions, those of a cube's faces, edges and corners; ascending."""
+    half = np.array(list(np.ndindex(3, 3, 3))[14:], dtype=np.float64) - 1
+    return sorted({int(i) for d in half for s in [(cloud @ d).round(9)] for i in (s.argmax(), s.argmin())})
 
 
 def _standing(cloud: Floats, reach: float) -> list[int]:
@@ -223,17 +201,8 @@ def _standing(cloud: Floats, reach: float) -> list[int]:
     return sorted({int(lowest[(cloud[lowest, :2] @ d).round(9).argmax()]) for d in compass})
 
 
-def _directions() -> Floats:
-    """(13, 3) half of the 26 directions of a cube's faces, edges and corners."""
-    grid = np.array([(x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1)], dtype=np.float64)
-    return grid[14:]
-
-
 # Cutting --------------------------------------------------------------------------------------------------------------
 # Cut and simplify solids: planes, connected parts, contours at a height, hulls of few vertices.
-
-Solid: TypeAlias = manifold3d.Manifold
-
 
 # Where a solid has too many faces still, or a hull too many vertices, coarser tolerances are tried, each so many times
 # the one before; for a hull so many of them.
@@ -243,31 +212,6 @@ TOLERANCE_STEPS = 4
 MAX_GROWTH = 1.05
 
 
-def solid_of(points: Floats, faces: Ints) -> Solid | None:
-    """Return the surface as a solid, or None if it is not a manifold or has no volume.
-
-    Args:
-        points: (P, 3) welded. faces: (F, 3), outward.
-    """
-    if len(faces) < 4:
-        return None
-    # Copies: the binding takes no arrays that may only be read.
-    solid = Solid(
-        manifold3d.Mesh64(
-            vert_properties=np.array(points, dtype=np.float64, order="C"),
-            tri_verts=np.array(faces, dtype=np.uint64, order="C"),
-        )
-    )
-    ok = solid.status() == manifold3d.Error.NoError and not solid.is_empty() and solid.volume() > 0
-    return solid if ok else None
-
-
-def surface_of(solid: Solid) -> Surface:
-    """(P, 3) points and (F, 3) outward faces."""
-    mesh = solid.to_mesh64()
-    return np.array(mesh.vert_properties[:, :3], dtype=np.float64), np.array(mesh.tri_verts, dtype=np.int64)
-
-
 def without_voids(solid: Solid) -> Solid:
     """Fill the sealed voids of a solid: no contact ever gets there."""
     pieces = [p for p in solid.decompose() if p.volume() != 0]
@@ -275,17 +219,10 @@ def without_voids(solid: Solid) -> Solid:
     return outer[0] if len(outer) == 1 else manifold3d.Manifold.batch_boolean(outer, manifold3d.OpType.Add)
 
 
-def _turned(solid: Solid) -> Solid:
-    points, faces = surface_of(solid)
-    return Solid(manifold3d.Mesh64(vert_properties=points, tri_verts=np.ascontiguousarray(faces[:, ::-1], np.uint64)))
-
-
 def simplify_solid(solid: Solid, tolerance: float, faces: int = 0, most: float = 0.0) -> Solid:
-    """Simplify a solid; its surface moves by no more than about a tolerance.
+    """Simplify a solid; its surface moves by no more than about a tolerance, metres.
 
-    Args:
-        tolerance: metres. faces, most: with more faces than these it grows step by step, as long as it is no more than
-            `most`.
+    With more than `faces` faces the tolerance grows step by step, as long as it is no more than `most`.
     """
     slim = solid.simplify(tolerance)
     while slim.num_tri() > faces and TOLERANCE_GROWTH * tolerance <= most:
@@ -331,8 +268,7 @@ def volume_of_hull(solids: Sequence[Solid]) -> float:
 def hull_within_tolerance(cloud: Floats, limit: int, tolerance: float) -> Floats:
     """(N, 3) vertices, at most `limit`, of a hull that differs from that of the cloud by about `tolerance`, metres.
 
-    Raises:
-        DegenerateShape: the cloud spans no volume.
+    Raises DegenerateShape: the cloud spans no volume.
     """
     whole = manifold3d.Manifold.hull_points(np.ascontiguousarray(cloud, dtype=np.float64))
     if whole.is_empty() or whole.volume() <= 0:
@@ -349,14 +285,11 @@ def hull_within_tolerance(cloud: Floats, limit: int, tolerance: float) -> Floats
 
 
 def hull_with_volume(cloud: Floats, volume_m3: float, box: Floats) -> Floats:
-    """(N, 3) vertices of a hull with few vertices, grown about its middle to a volume, but not beyond a box.
+    """(N, 3) vertices of a hull of few vertices, grown about its middle to a volume, but not out of a (2, 3) box, m.
 
     A hull with few vertices lies inside the shape that it approximates, and a round one loses up to a tenth of its
-    volume. Growing it puts its sides as far outside as they were inside.
-
-    Args:
-        cloud: vertices. volume_m3: of the approximated shape; a larger hull stays as it is.
-        box: (2, 3) lower and upper corner, metres, so that an object on a floor does not sink into it.
+    volume. Growing it puts its sides as far outside as they were inside, but no object on a floor sinks into it. A
+    larger hull stays as it is.
     """
     whole = manifold3d.Manifold.hull_points(np.ascontiguousarray(cloud, dtype=np.float64))
     volume = float(whole.volume())

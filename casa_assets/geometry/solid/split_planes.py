@@ -12,7 +12,7 @@ from scipy.sparse.csgraph import connected_components
 
 from casa_assets.core.numeric import Floats, Ints
 from casa_assets.geometry.mesh.surface import face_normals
-from casa_assets.geometry.mesh.topology import directed_edges
+from casa_assets.geometry.mesh.topology import connected_groups, directed_edges
 
 # With more pieces than these on one side that side is taken as one.
 MOST_PIECES = 24
@@ -56,8 +56,7 @@ def split_hull_volume(of: EdgeGraph, plane: Plane) -> tuple[float, int]:
     first, second = of.edges.T
     through = side[first] != side[second]
     kept = ~through
-    graph = coo_matrix((np.ones(int(kept.sum()), dtype=np.int8), (first[kept], second[kept])), (len(above), len(above)))
-    _, label = connected_components(graph, directed=False)
+    label = connected_groups(len(above), first[kept], second[kept])
     one, other = first[through], second[through]
     share = above[one] / (above[one] - above[other])
     met = of.points[one] + share[:, None] * (of.points[other] - of.points[one])
@@ -65,8 +64,7 @@ def split_hull_volume(of: EdgeGraph, plane: Plane) -> tuple[float, int]:
     for high in (True, False):
         ends = label[np.where(side[one] == high, one, other)]
         for points in _pieces(of.points, label, side == high, met, ends, plane.normal):
-            hull = manifold3d.Manifold.hull_points(points)
-            total += float(hull.volume())
+            total += float(manifold3d.Manifold.hull_points(points).volume())
             count += 1
     return total, count
 
@@ -97,11 +95,7 @@ def _pieces(
 
 
 def concave_edge_planes(points: Floats, faces: Ints, most: int) -> list[Plane]:
-    """Planes of the faces along concave edges, those with the longest edges first: built things part there.
-
-    Args:
-        points: (P, 3). faces: (F, 3) of a closed outward surface. most: planes at most.
-    """
+    """At most `most` planes of faces at concave edges, those with the longest edges first: built things part there."""
     normals, areas = face_normals(points, faces)
     directed = directed_edges(faces)
     ends = np.sort(directed, axis=1)
@@ -120,7 +114,9 @@ def concave_edge_planes(points: Floats, faces: Ints, most: int) -> list[Plane]:
     lying = areas[face] > 0
     face, weight = face[lying], weight[lying]
     longest = float(np.ptp(points, axis=0).max())
-    side = np.where(_leading(normals[face]) < 0, -1.0, 1.0)
+    # Of each normal the largest component by magnitude, the first of equals, is made positive.
+    leading = np.argmax(np.abs(normals[face]).round(6), axis=1)
+    side = np.where(normals[face, leading] < 0, -1.0, 1.0)
     normal = normals[face] * side[:, None]
     # A hair before the face: what is cut right along it keeps a film of it.
     offset = np.einsum("ij,ij->i", normal, points[faces[face, 0]]) + side * MIN_PIECE_SHARE * longest
@@ -129,10 +125,3 @@ def concave_edge_planes(points: Floats, faces: Ints, most: int) -> list[Plane]:
     total = np.bincount(kind.ravel(), weights=weight, minlength=len(kinds)).round(9)
     best = np.lexsort([np.arange(len(kinds)), -total])[:most]
     return [Plane(normal[first[k]].round(9), round(float(offset[first[k]]), 9)) for k in best]
-
-
-def _leading(normals: Floats) -> Floats:
-    """(N,) the largest component of each, by magnitude, the first of equals."""
-    at = np.argmax(np.abs(normals).round(6), axis=1)
-    found: Floats = normals[np.arange(len(normals)), at]
-    return found

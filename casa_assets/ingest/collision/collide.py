@@ -58,12 +58,8 @@ class Candidate:
 def collide(draft: Draft, category: Category, params: CollideParams, decomposer: Decomposer = decompose) -> Draft:
     """Choose collision shapes: the first strategy whose error is within the bound, else the one with the least error.
 
-    Args:
-        draft: metres, z up.
-        category: vessels keep their opening; solid and filled things are closed where the mesh is not.
-        decomposer: runs CoACD or V-HACD out of process.
-    Raises:
-        Rejected: no shape with a volume can be made (MSH004).
+    Vessels keep their opening; solid and filled things are closed where the mesh, metres, z up, is not. The decomposer
+    runs CoACD or V-HACD out of process. Raises Rejected: no shape with a volume can be made (MSH004).
     """
     points, faces = draft.surface.points, draft.surface.welded_faces
     rooms = _open_rooms(points, faces)
@@ -77,19 +73,18 @@ def collide(draft: Draft, category: Category, params: CollideParams, decomposer:
     reason = f"the mesh fills {whole.hull_fill:.0%} of its hull"
     is_one_shape = is_full and whole.hull_fill >= params.hull_ratio and not kept_rooms
     proxy = None if is_one_shape else solid_proxy(points, faces, is_full)
-    task = None
+    task, best = None, None
     if proxy is not None:
         reference = fit_reference(points, faces, proxy.solid, not is_full, rooms, kept_rooms)
         fill = whole.hull_fill
         task = CollisionTask(
             points, faces, is_full, fill, rests_any_way, is_packed, proxy, reference, params, decomposer
         )
-    best = None if task is None else _best(task, notes)
+        best = _best(task, notes)
     shapes: tuple[PlacedShape, ...]
     if is_one_shape:
-        shapes = (
-            whole_shape(whole.points, whole.hull_fill, is_packed, params, surface_samples(points, faces, SAMPLES)),
-        )
+        samples = surface_samples(points, faces, SAMPLES)
+        shapes = (whole_shape(whole.points, whole.hull_fill, is_packed, params, samples),)
         name, confidence = "one shape: the mesh fills its hull", 1.0
     elif task is not None and best is not None:
         shapes, name, confidence = best.shapes, best.name, 1 / (1 + max(0.0, best.errors.normalized_error - 1))
@@ -97,25 +92,20 @@ def collide(draft: Draft, category: Category, params: CollideParams, decomposer:
             notes.append(_closed_room_note(best.errors.closed_share, best.name, params))
         reason += f"; {task.proxy.message}; {describe_fit(clouds_of(shapes), task.reference, best.errors)}"
     else:
-        notes.append(
-            warning("MSH020", "collision", "no decomposition covers the surface; one hull closes every opening")
-        )
+        message = "no decomposition covers the surface; one hull closes every opening"
+        notes.append(warning("MSH020", "collision", message))
         shapes, name, confidence = (one_shape(whole.points, params),), "one hull", 0.5
         if kept_rooms:
             notes.append(_closed_room_note(1.0, name, params))
-    return draft.replace(
-        colliders=shapes, guesses=draft.guessed("collision", name, confidence, reason), notes=draft.noted(*notes)
-    )
+    guesses = draft.guessed("collision", name, confidence, reason)
+    return draft.replace(colliders=shapes, guesses=guesses, notes=draft.noted(*notes))
 
 
 def _closed_room_note(closed_share: float, name: str, params: CollideParams) -> Issue:
     """The question to a person where no shapes within the limits keep an open room open."""
-    return warning(
-        REVIEW_CODE,
-        "collision",
-        f"no {params.hull_count} shapes keep its open rooms: the best close {closed_share:.0%} of one "
-        f"({name}); what is put in there is pushed out. Accept or reject it in review.csv",
-    )
+    message = f"no {params.hull_count} shapes keep its open rooms: the best close {closed_share:.0%} of one ({name})"
+    advice = "what is put in there is pushed out. Accept or reject it in review.csv"
+    return warning(REVIEW_CODE, "collision", f"{message}; {advice}")
 
 
 def _best(task: CollisionTask, notes: list[Issue]) -> Candidate | None:

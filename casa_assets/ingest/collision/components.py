@@ -41,11 +41,7 @@ def connected_parts(points: Floats, ids: Ints, max_parts: int) -> list[Connected
     order = np.argsort(label, kind="stable")
     face_groups = np.split(order, np.flatnonzero(np.diff(label[order])) + 1)
     extent = float(np.ptp(points, axis=0).max())
-    large = [
-        face_rows
-        for face_rows in face_groups
-        if np.ptp(points[ids[face_rows]].reshape(-1, 3), axis=0).max() > 0.02 * extent
-    ]
+    large = [rows for rows in face_groups if np.ptp(points[ids[rows]].reshape(-1, 3), axis=0).max() > 0.02 * extent]
     if len(large) > max_parts:
         return []
     parts = []
@@ -59,34 +55,27 @@ def connected_parts(points: Floats, ids: Ints, max_parts: int) -> list[Connected
 
 def measure_part(points: Floats, faces: Ints, close_gaps: bool) -> ConnectedPart | None:
     """Measure a part; a flat one is given a thickness. Return None if it has no extent."""
-    if thickness(points) < SHEET_M / 4:
+    is_flat = thickness(points) < SHEET_M / 4
+    if is_flat:
         normals, areas = face_normals(points, faces)
-        normal = (
-            np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2][-1] if len(points) > 2 else normals[0]
-        )
         if areas.sum() <= 0:
             return None
+        off_center = points - points.mean(axis=0)
+        normal = np.linalg.svd(off_center, full_matrices=False)[2][-1] if len(points) > 2 else normals[0]
         points = np.concatenate([points + normal * SHEET_M / 2, points - normal * SHEET_M / 2])
-        return _convex_piece(points)
     try:
-        hull = convex_hull(points)
+        hull, triangles = convex_hull(points)
     except DegenerateShape:
         return None
-    hull_volume = signed_volume(*hull)
+    hull_volume = signed_volume(hull, triangles)
+    if is_flat:
+        return ConnectedPart(hull, triangles, hull_volume, 1.0)
     solid = closed_solid(points, faces)
     if solid is not None and not (close_gaps and len(np.unique(face_components(faces, len(points)))) > 1):
         volume = signed_volume(*solid)
     else:
         volume = voxelise(points, faces, bridge=close_gaps).volume
     return ConnectedPart(points, faces, hull_volume, min(1.0, volume / hull_volume))
-
-
-def _convex_piece(points: Floats) -> ConnectedPart | None:
-    try:
-        hull, triangles = convex_hull(points)
-    except DegenerateShape:
-        return None
-    return ConnectedPart(hull, triangles, signed_volume(hull, triangles), 1.0)
 
 
 def thickness(points: Floats) -> float:
@@ -136,12 +125,7 @@ FAR_RATIO = 0.012
 
 @dataclass(frozen=True)
 class AssembledSolid:
-    """Solid that a surface was made into.
-
-    Attributes:
-        steps: what was done for that, in words.
-        sheet_share: share of the surface area that belonged to sheets, which enclose no volume.
-    """
+    """Solid that a surface was made into, by which steps, and the share of its area in sheets, without volume."""
 
     solid: Solid
     steps: tuple[str, ...]
@@ -149,11 +133,9 @@ class AssembledSolid:
 
 
 def assemble_solid(points: Floats, faces: Ints, grid: Grid) -> AssembledSolid | None:
-    """Build the solid of a surface from its components; None if there are too many, or if they span no volume.
+    """Build the solid of a surface, wound any way, from its components; None if too many, or without a volume.
 
-    Args:
-        points: (P, 3) welded, metres. faces: (F, 3), any winding.
-        grid: voxels of the surface; a lid is put on an opening only where the grid is filled.
+    `grid`: voxels of the surface; a lid is put on an opening only where it is filled.
     """
     longest = float(np.ptp(points, axis=0).max())
     component = face_components(faces, len(points))
@@ -171,9 +153,8 @@ def assemble_solid(points: Floats, faces: Ints, grid: Grid) -> AssembledSolid | 
         if found is None:
             sheets.append(faces[face_rows])
         else:
-            solid, has_lids = found
-            solids.append(solid)
-            lidded_count += has_lids
+            solids.append(found[0])
+            lidded_count += found[1]
     sheet_faces = _unique_faces(np.concatenate(sheets)) if sheets else np.zeros((0, 3), dtype=np.int64)
     if len(sheet_faces) > MAX_SHEET_FACES:
         return None
@@ -185,9 +166,8 @@ def assemble_solid(points: Floats, faces: Ints, grid: Grid) -> AssembledSolid | 
     steps = [f"put together from {count} pieces"] if count > 1 else []
     steps += [f"lids on {lidded_count}"] if lidded_count else []
     steps += [f"{1000 * sheet_thickness_m:.2g} mm for {len(sheet_faces)} lone faces"] if len(sheet_faces) else []
-    sheet_share = sum(float(face_normals(points, face_rows)[1].sum()) for face_rows in sheets) / float(
-        face_normals(points, faces)[1].sum()
-    )
+    sheet_area = sum(float(face_normals(points, face_rows)[1].sum()) for face_rows in sheets)
+    sheet_share = sheet_area / float(face_normals(points, faces)[1].sum())
     return AssembledSolid(united, tuple(steps), sheet_share) if united.volume() > 0 else None
 
 
@@ -215,24 +195,21 @@ def _component_solid(points: Floats, faces: Ints, grid: Grid, longest: float) ->
     if filled is None:
         return None
     solid = _solid_either_way(*filled, longest)
-    return (
-        (solid, True)
-        if solid is not None and _is_filled(filled[0], _new_faces(filled[1], single_sided), grid)
-        else None
-    )
+    if solid is None:
+        return None
+    lids = _new_faces(filled[1], single_sided)
+    is_filled = grid.solid[grid.cubes_at(surface_samples(filled[0], lids, SAMPLES))] if len(lids) else np.ones(1)
+    return (solid, True) if float(is_filled.mean()) >= FILLED_LID_SHARE else None
 
 
 def _solid_either_way(points: Floats, faces: Ints, longest: float) -> Solid | None:
     """A closed surface as a solid, whichever way its faces are wound; None if it is open or has no thickness."""
     for wound in (faces, faces[:, ::-1]):
         solid = solid_of(points, wound)
-        if solid is not None and not _is_flat(solid, longest):
+        # 2 V / A, its mean wall thickness.
+        if solid is not None and 2 * float(solid.volume()) >= FLAT_WALL_RATIO * longest * float(solid.surface_area()):
             return solid
     return None
-
-
-def _is_flat(solid: Solid, longest: float) -> bool:
-    return 2 * float(solid.volume()) < FLAT_WALL_RATIO * longest * float(solid.surface_area())
 
 
 def _new_faces(faces: Ints, old: Ints) -> Ints:
@@ -240,15 +217,6 @@ def _new_faces(faces: Ints, old: Ints) -> Ints:
     base = int(max(faces.max(), old.max())) + 1
     keys = [(np.sort(f, axis=1) * np.array([base * base, base, 1])).sum(axis=1) for f in (faces, old)]
     return faces[~np.isin(*keys)]
-
-
-def _is_filled(points: Floats, lids: Ints, grid: Grid) -> bool:
-    """True if the grid is filled where the lids are."""
-    if not len(lids):
-        return True
-    samples = surface_samples(points, lids, SAMPLES)
-    at = np.clip(np.round((samples - grid.origin) / grid.cell).astype(int), 0, np.array(grid.solid.shape) - 1)
-    return float(grid.solid[tuple(at.T)].mean()) >= FILLED_LID_SHARE
 
 
 def _unique_faces(faces: Ints) -> Ints:

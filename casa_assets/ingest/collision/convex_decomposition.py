@@ -44,13 +44,9 @@ class DecompositionFailed(Exception):
 
 
 def decompose(method: str, vertices: Floats, faces: Ints, budget: Budget) -> list[Floats]:
-    """Vertices of each hull, metres.
+    """Vertices of each hull, metres, by `coacd` (needs a closed manifold) or `vhacd` (takes any triangles).
 
-    Args:
-        method: `coacd` (needs a closed manifold) or `vhacd` (takes any triangles).
-        vertices: (V, 3). faces: (F, 3).
-    Raises:
-        DecompositionFailed: exit code or signal of the child, and its last words.
+    Raises DecompositionFailed: exit code or signal of the child, and its last words.
     """
     if not len(faces) or not np.isfinite(vertices).all() or not np.ptp(vertices, axis=0).max() > 0:
         raise DecompositionFailed(f"{method} was not tried: the mesh has no extent, or coordinates that are no numbers")

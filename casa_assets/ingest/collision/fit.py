@@ -18,6 +18,7 @@ from casa_assets.geometry.solid.deviation import (
     ReferenceSurface,
     deviation,
     distances_outside_hulls,
+    inside_share,
     reference_surface,
     surface_samples,
 )
@@ -25,7 +26,6 @@ from casa_assets.geometry.solid.primitive import shape_bounds
 from casa_assets.geometry.solid.solids import (
     Solid,
     convex_hull,
-    hull_planes,
     hull_volume,
     intersection_volume,
     section_contours,
@@ -147,29 +147,24 @@ def fit_reference(
     rooms: OpenRooms = NO_ROOMS,
     kept_rooms: Sequence[int] = (),
 ) -> FitReference:
-    """Prepare what all candidate shapes of a mesh are measured against.
+    """Prepare what all candidate shapes of a mesh, welded, metres, z up, are measured against.
 
-    Args:
-        points: (P, 3) welded, metres, z up. faces: (F, 3). solid: proxy of the mesh.
-        is_open: openings of the mesh are meant, and not damage to something solid.
-        rooms: open rooms of the mesh. kept_rooms: indices of those that shapes have to leave open.
+    `is_open`: openings of the mesh are meant, and not damage to something solid. For the others see FitReference.
     """
     surface = _touchable(reference_surface(*surface_of(solid)), points, faces, not is_open)
     bound = ErrorBound(max(P95_M, P95_RATIO * surface.longest), WORST_RATIO * surface.longest)
     opening_points = _opening_points(points, faces) if is_open else np.zeros((0, 3))
     used = points[np.unique(faces)]
     box = np.stack([used.min(axis=0), used.max(axis=0)])
-    return FitReference(
-        solid, surface, surface_samples(points, faces, SAMPLES), box, opening_points, bound, rooms, kept_rooms
-    )
+    samples = surface_samples(points, faces, SAMPLES)
+    return FitReference(solid, surface, samples, box, opening_points, bound, rooms, kept_rooms)
 
 
 def _touchable(surface: ReferenceSurface, points: Floats, faces: Ints, is_full: bool) -> ReferenceSurface:
     """The surface without probes in slits and sealed cavities, which nothing can touch."""
     grid = voxelise(points, faces, REACH_CELLS, bridge=is_full)
     outside = ndimage.binary_dilation(~grid.solid, np.ones((3, 3, 3), dtype=bool))
-    cell = np.clip(np.round((surface.probes - grid.origin) / grid.cell).astype(int), 0, np.array(outside.shape) - 1)
-    is_reached = outside[tuple(cell.T)]
+    is_reached = outside[grid.cubes_at(surface.probes)]
     return replace(surface, probes=surface.probes[is_reached]) if is_reached.any() else surface
 
 
@@ -184,30 +179,18 @@ def _opening_points(points: Floats, faces: Ints) -> Floats:
 
 
 def measure_fit(clouds: Sequence[Floats], reference: FitReference, limits: CollideParams) -> FitErrors:
-    """Measure how well convex shapes approximate a mesh.
-
-    Args:
-        clouds: vertices of each shape.
-    Raises:
-        DegenerateShape: a cloud spans no volume, or there are no clouds.
-    """
+    """Measure how well convex shapes approximate a mesh. Raises DegenerateShape: no clouds, or one without a volume."""
     outside = distances_outside_hulls(reference.samples, clouds).round(6)
-    surface_deviation = deviation(clouds, reference.surface, outside)
-    open_share = None if not len(reference.opening_points) else 1 - _inside_share(reference.opening_points, clouds)
-    ratios = [surface_deviation.added_p95 / reference.bound.p95, surface_deviation.added_worst / reference.bound.worst]
-    ratios += [surface_deviation.bare_p95 / reference.bound.p95, surface_deviation.bare_worst / reference.bound.worst]
-    ratios += [
-        surface_deviation.buried_p95 / reference.bound.p95,
-        surface_deviation.buried_worst / reference.bound.worst,
-    ]
-    all_points = np.concatenate(list(clouds))
-    box_share = box_gap(all_points, reference.box) / limits.box_bound(reference.surface.longest)
+    off, bound = deviation(clouds, reference.surface, outside), reference.bound
+    ratios = [error / most for error, most in zip(astuple(off), (bound.p95, bound.worst) * 3, strict=True)]
+    open_share = None if not len(reference.opening_points) else 1 - inside_share(reference.opening_points, clouds)
+    box_share = box_gap(np.concatenate(list(clouds)), reference.box) / limits.box_bound(reference.surface.longest)
     closed_share = _closed_share(clouds, reference)
     ratios += [box_share, closed_share / MAX_CLOSED_SHARE]
     if open_share is not None:
         ratios.append((1 - open_share) / MAX_FILLED_SHARE)
     return FitErrors(
-        surface_deviation,
+        off,
         float((outside > limits.error_m).mean()),
         open_share,
         closed_share,
@@ -232,15 +215,6 @@ def _closed_share(clouds: Sequence[Floats], reference: FitReference) -> float:
     return max(shares[k] for k in reference.kept_rooms)
 
 
-def _inside_share(points: Floats, clouds: Sequence[Floats]) -> float:
-    """Share of some points that lie in one of the shapes."""
-    is_inside = np.zeros(len(points), dtype=bool)
-    for cloud in clouds:
-        planes = hull_planes(cloud)
-        is_inside |= ((points @ planes[:, :3].T + planes[:, 3]).round(9) < 0).all(axis=1)
-    return float(is_inside.mean())
-
-
 def describe_fit(clouds: Sequence[Floats], reference: FitReference, errors: FitErrors) -> str:
     """The errors of the chosen shapes in words, for the report."""
     united = union([convex_hull(cloud) for cloud in clouds])
@@ -250,11 +224,11 @@ def describe_fit(clouds: Sequence[Floats], reference: FitReference, errors: FitE
     solid_volume = float(reference.solid.volume())
     mm = [1000 * v for v in astuple(errors.deviation)]
     iou = overlap / (volume + solid_volume - overlap)
-    words = [f"volume {volume / solid_volume:.2f} of the solid, overlap {iou:.2f}"]
-    words.append(f"95 % (all) of the shapes within {mm[0]:.2g} ({mm[1]:.2g}) mm of it")
-    words.append(
-        f"of the mesh within {mm[2]:.2g} ({mm[3]:.2g}) mm of them, no deeper in them than {mm[4]:.2g} ({mm[5]:.2g}) mm"
-    )
+    words = [
+        f"volume {volume / solid_volume:.2f} of the solid, overlap {iou:.2f}",
+        f"95 % (all) of the shapes within {mm[0]:.2g} ({mm[1]:.2g}) mm of it",
+        f"of the mesh within {mm[2]:.2g} ({mm[3]:.2g}) mm of them, no deeper in them than {mm[4]:.2g} ({mm[5]:.2g}) mm",
+    ]
     if errors.open_share is not None:
         words.append(f"{errors.open_share:.0%} of the opening is open")
     if reference.kept_rooms:
@@ -283,11 +257,8 @@ def on_flat_foot(shapes: Sequence[PlacedShape], solid: Solid | None) -> tuple[Pl
     """Shapes with a box added under hulls that rest on a flat foot, or the same shapes if no such box fits.
 
     MuJoCo 3.3 occasionally finds only a single corner of a hull in contact with a plane, so that the object rocks and
-    creeps. A box rests on its four corners in every version.
-
-    Args:
-        shapes: metres, z up, resting on their lowest point.
-        solid: the solid that they approximate; None if it fills its hull.
+    creeps. A box rests on its four corners in every version. Shapes: metres, z up, resting on their lowest point.
+    `solid`: that they approximate; None if it fills its hull.
     """
     bounds = np.array([shape_bounds(s.shape, s.pose) for s in shapes])
     lowest, size = float(bounds[:, 0, 2].min()), np.ptp(bounds.reshape(-1, 3), axis=0)
@@ -298,19 +269,15 @@ def on_flat_foot(shapes: Sequence[PlacedShape], solid: Solid | None) -> tuple[Pl
         return tuple(shapes)  # primitives stand by themselves
     points = np.concatenate([shapes[k].pose.apply(hull.mesh.vertices) for k, hull in hulls.items()])
     foot = points[points[:, 2] <= lowest + LEVEL_SHARE * height, :2]
-    filled_m2 = np.inf if solid is None else _filled_area(solid, lowest + height)
+    filled_m2 = np.inf
+    if solid is not None:  # its section just above the foot, with hollows filled
+        filled_m2 = sum(a for a in map(_area, section_contours(solid, lowest + height)) if a > 0)
     box = _box_within(foot, float(size[0] * size[1]), filled_m2, lowest, height)
     if box is None:
         return tuple(shapes)
     raised = [_raised(s, lowest + height / 2) if k in hulls else s for k, s in enumerate(shapes)]
     whole = [s for s in raised if s is not None]
     return (*whole, box) if len(whole) == len(shapes) else tuple(shapes)
-
-
-def _filled_area(solid: Solid, height: float) -> float:
-    """Area of the section of a solid at a height with its hollows filled, m^2."""
-    areas = [_area(polygon) for polygon in section_contours(solid, height)]
-    return sum(a for a in areas if a > 0)
 
 
 def _area(polygon: Floats) -> float:
@@ -320,13 +287,10 @@ def _area(polygon: Floats) -> float:
 
 
 def _box_within(foot: Floats, around_m2: float, filled_m2: float, lowest: float, height: float) -> PlacedShape | None:
-    """The largest of some rotated boxes about the middle of a foot, within its outline.
+    """The largest of some rotated boxes about the middle of a foot, (N, 2) points on the floor, within its outline.
 
     Return None if the outline is too small, if too little of it is filled, or if the box covers too little of it.
-
-    Args:
-        foot: (N, 2) points on the floor. around_m2: area of the object's bounding box, seen from above.
-        filled_m2: area of the matter just above the foot. lowest, height: of the foot, metres.
+    `around_m2`: of the bounding box, from above. `filled_m2`: of the matter just above the foot. Metres.
     """
     outline = outline_of(foot)
     area = _area(outline) if len(outline) > 2 else 0.0

@@ -9,11 +9,10 @@ import numpy as np
 
 from casa_assets.core.numeric import Floats
 from casa_assets.errors import DegenerateShape
-from casa_assets.geometry.solid.deviation import ReferenceSurface, burial_depths, protrusion
+from casa_assets.geometry.solid.deviation import ReferenceSurface, burial_depths, inside_share, protrusion
 from casa_assets.geometry.solid.solids import (
     Solid,
     connected_parts,
-    hull_planes,
     hull_points,
     hull_volume,
     split_by_plane,
@@ -80,10 +79,7 @@ def split_to_bound(
     """Split solids until the hulls of the parts lie within a bound, or there are `max_parts` of them.
 
     The part that fits worst is cut next: into its connected components, or else along the plane that leaves the least
-    volume between the hulls and the solid.
-
-    Args:
-        reference: surface that the hulls are measured against: of these solids, or of one that they are parts of.
+    volume between the hulls and the solid. `reference`: of these solids, or of one that they are parts of.
     """
     min_volume_m3 = MIN_PART_SHARE * sum(float(s.volume()) for s in solids)
     parts = [_part(s, reference, bound) for s in solids]
@@ -109,11 +105,8 @@ def split_to_volume(
     """Split solids until their hulls together are wrong by no more than `excess_m3`, or there are `max_parts`.
 
     Wrong is what a hull holds beyond its part, and what it lacks for having few vertices. The part whose hull is worst
-    is cut next; what is near enough is cut on where that gains much, as of built things with flat sides.
-
-    Args:
-        min_slice_m: no part is thinner across the plane that it is cut by, metres.
-        reduced: the vertices, (N, 3), that are left of those of a hull.
+    is cut next; what is near enough is cut on where that gains much, as of built things with flat sides. `min_slice_m`:
+    no part is thinner across its cut. `reduced`: the vertices, (N, 3), that are left of those of a hull.
     """
     min_volume_m3 = MIN_PART_SHARE * sum(float(s.volume()) for s in solids)
     parts = list(solids)
@@ -150,7 +143,8 @@ def _helpful_cut(
     for _ in range(MAX_BLIND_CUTS):
         finer: list[Solid] = []
         for k, piece in enumerate(pieces):
-            finer += _cut(piece, min_volume_m3, max_parts - len(finer) - (len(pieces) - k - 1), min_slice_m)
+            room = max_parts - len(finer) - (len(pieces) - k - 1)
+            finer += _cut(piece, min_volume_m3, room, min_slice_m)
         if len(finer) == len(pieces):
             break
         pieces = finer
@@ -191,61 +185,51 @@ def _cut(solid: Solid, min_volume_m3: float, max_parts: int, min_slice_m: float)
     if 2 <= len(components) <= max_parts:
         return components
     for plane in _best_planes(solid, max_parts, min_slice_m):
-        halves = [half for half in split_by_plane(solid, plane.normal, plane.offset) if half.volume() > min_volume_m3]
-        parts = (
-            halves
-            if len(components) > MAX_LOOSE_PARTS
-            else [p for half in halves for p in connected_parts(half, min_volume_m3)]
-        )
+        parts = [half for half in split_by_plane(solid, plane.normal, plane.offset) if half.volume() > min_volume_m3]
+        if len(components) <= MAX_LOOSE_PARTS:
+            parts = [p for half in parts for p in connected_parts(half, min_volume_m3)]
         if 2 <= len(parts) <= max_parts:
             return parts
     return [solid]
 
 
 def _best_planes(solid: Solid, max_parts: int, min_slice_m: float) -> list[Plane]:
-    """Planes that leave the least volume between the hulls of the parts and the solid, the best first.
-
-    Args:
-        min_slice_m: no part is thinner across the plane, metres.
-    """
+    """Planes that leave the least volume between the hulls of the parts and the solid, the best first."""
     points, faces = surface_of(solid)
     graph, whole_volume = edge_graph(points, faces), volume_of_hull([solid])
 
-    def gain(plane: Plane) -> float:
+    def thinner_half(plane: Plane) -> float:
         along = points @ plane.normal - plane.offset
-        if min(float(along.max()), -float(along.min())) < min_slice_m:
+        return min(float(along.max()), -float(along.min()))
+
+    def gain(plane: Plane) -> float:
+        if thinner_half(plane) < min_slice_m:
             return -np.inf
         parts_volume, count = split_hull_volume(graph, plane)
+        if count > max_parts:
+            return -np.inf
         # The number of parts is limited, so a plane that makes more of them has to gain more.
-        return (
-            round((whole_volume - parts_volume) / whole_volume / max(count - 1, 1) ** 0.5, 6)
-            if count <= max_parts
-            else -np.inf
-        )
+        share = (whole_volume - parts_volume) / whole_volume
+        return round(share / float(max(count - 1, 1) ** 0.5), 6)
 
     axis_planes = _axis_planes(points)
     steps = [step for _, step in axis_planes] + [0.0] * CONCAVE_PLANES
     planes = [plane for plane, _ in axis_planes] + concave_edge_planes(points, faces, CONCAVE_PLANES)
     gains = [gain(plane) for plane in planes]
     if max(gains, default=-np.inf) < MIN_GAIN:
+        longest = float(np.ptp(points, axis=0).max())
         gains = [
-            MIN_GAIN * _evenness(points, plane) if np.isfinite(g) else g for g, plane in zip(gains, planes, strict=True)
+            MIN_GAIN * round(thinner_half(plane) / longest, 6) if np.isfinite(g) else g
+            for g, plane in zip(gains, planes, strict=True)
         ]
     order = sorted(range(len(planes)), key=lambda k: (-gains[k], k))[:MAX_TRIED_PLANES]
-    start = planes[order[0]]
-    best_plane, best_gain = start, gains[order[0]]
+    best_plane, best_gain, step = planes[order[0]], gains[order[0]], steps[order[0]]
     for share in OFFSET_REFINEMENTS:
         for side in (-1, 1):
-            candidate = Plane(best_plane.normal, best_plane.offset + side * share * steps[order[0]])
-            if steps[order[0]] > 0 and (candidate_gain := gain(candidate)) > best_gain:
+            candidate = Plane(best_plane.normal, best_plane.offset + side * share * step)
+            if step > 0 and (candidate_gain := gain(candidate)) > best_gain:
                 best_plane, best_gain = candidate, candidate_gain
     return [best_plane, *(planes[k] for k in order)] if np.isfinite(best_gain) else []
-
-
-def _evenness(points: Floats, plane: Plane) -> float:
-    """Extent of the shorter half of some points across a plane, as a share of their longest side; rounded."""
-    along = points @ plane.normal - plane.offset
-    return round(min(float(along.max()), -float(along.min())) / float(np.ptp(points, axis=0).max()), 6)
 
 
 def _axis_planes(points: Floats) -> list[tuple[Plane, float]]:
@@ -277,10 +261,8 @@ def merge_within_bound(
 ) -> list[list[Solid]]:
     """Group solids that get one hull each: neighbours go together where their hull stays within the bound.
 
-    Args:
-        excess_m3: volume by which all hulls together may be wrong; what they are before is always granted.
-        reduced: as in `split_to_volume`.
-        opening_points: (N, 3) points in the opening of a vessel, which a common hull may not fill.
+    `excess_m3`: by which all hulls together may be wrong; what they are before is always granted. `reduced`: as in
+    `split_to_volume`. `opening_points`: (N, 3) in the opening of a vessel, which a common hull may not fill.
     """
     groups = {k: [solid] for k, solid in enumerate(solids)}
     sizes = {k: volume_of_hull(group) for k, group in groups.items()}
@@ -309,15 +291,19 @@ def merge_within_bound(
             cost += (lack - lacks[i] - lacks[j]) / whole_volume
             if cost > max(min(allowance, PART_WORTH), FREE_MERGE_COST):
                 continue
-            if normalized_error(cloud, reference, bound) <= 1 and not _fills_opening(cloud, opening_points):
-                allowance -= max(cost, 0.0)
-                merged = max(groups) + 1
-                groups[merged] = groups.pop(i) + groups.pop(j)
-                sizes[merged], boxes[merged] = volume_of_hull(groups[merged]), _box(groups[merged])
-                lacks[merged] = lack
-                costs = {pair: cost for pair, cost in costs.items() if not {i, j} & {*pair}}
-                new_groups = [merged]
-                break
+            if normalized_error(cloud, reference, bound) > 1:
+                continue
+            # No common hull fills more than a tenth of an opening.
+            if len(opening_points) and inside_share(opening_points, [cloud]) > 0.1:
+                continue
+            allowance -= max(cost, 0.0)
+            merged = max(groups) + 1
+            groups[merged] = groups.pop(i) + groups.pop(j)
+            sizes[merged], boxes[merged] = volume_of_hull(groups[merged]), _box(groups[merged])
+            lacks[merged] = lack
+            costs = {pair: cost for pair, cost in costs.items() if not {i, j} & {*pair}}
+            new_groups = [merged]
+            break
         if not new_groups:
             return list(groups.values())
 
@@ -325,11 +311,3 @@ def merge_within_bound(
 def _box(solids: Sequence[Solid]) -> tuple[Floats, Floats]:
     boxes = np.array([solid.bounding_box() for solid in solids])
     return boxes[:, :3].min(axis=0), boxes[:, 3:].max(axis=0)
-
-
-def _fills_opening(cloud: Floats, opening_points: Floats) -> bool:
-    """True if more than a tenth of the points lie within the hull of a cloud."""
-    if not len(opening_points):
-        return False
-    planes = hull_planes(cloud)
-    return bool(((opening_points @ planes[:, :3].T + planes[:, 3]).round(9) < 0).all(axis=1).mean() > 0.1)

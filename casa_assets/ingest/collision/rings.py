@@ -58,14 +58,18 @@ def slab_costs(profile: WallProfile, is_round: bool) -> SlabCosts:
     if is_round:
         sides = [np.array([[median_radius(row)] for row in radii]) for radii in (inner, -outer)]
     else:
-        sides = [radii[:, :: RAYS // 12] for radii in (inner, -outer)]
-    sides = [np.stack([_interpolated(column) for column in side.T], axis=1) for side in sides]
+        sides = [radii[:, :: RAYS // 12].copy() for radii in (inner, -outer)]
+    # Radii that are not known are interpolated between their neighbours.
+    for column in (column for side in sides for column in side.T):
+        known = np.flatnonzero(np.isfinite(column))
+        if len(known):
+            column[:] = np.interp(np.arange(count), known, column[known])
     is_below_floor = np.arange(count) < int(np.argmax(is_solid)) if is_solid.any() else np.zeros(count, dtype=bool)
     rise = np.hypot(profile.step, np.gradient(inner_radius)) if count > 1 else np.full(count, profile.step)
     felt_radius = inner_radius * profile.step / rise
-    bends, filled_height = np.zeros((len(sides), count, count + 1)), np.zeros((count, count + 1))
-    hollow_below = np.zeros((count, count + 1))
-    has_floor, radius = np.zeros((count, count + 1), dtype=bool), np.zeros((count, count + 1))
+    bends = np.zeros((len(sides), count, count + 1))
+    filled_height, hollow_below, radius = np.zeros((3, count, count + 1))
+    has_floor = np.zeros((count, count + 1), dtype=bool)
     for first in range(count):
         for last in range(first + 1, count + 1):
             rows = slice(first, last)
@@ -92,14 +96,6 @@ def _largest_within(bends: Floats) -> Floats:
     return out
 
 
-def _interpolated(column: Floats) -> Floats:
-    """The column with missing (nan) radii interpolated between their neighbours; all nan if no radius is known."""
-    known = np.flatnonzero(np.isfinite(column))
-    if not len(known):
-        return column
-    return np.interp(np.arange(len(column)), known, column[known])
-
-
 def median_radius(row: Floats) -> float:
     """Median of the finite radii; nan if there are no finite radii."""
     known = row[np.isfinite(row)]
@@ -111,10 +107,7 @@ def choose_slabs(
 ) -> list[Slab] | None:
     """Choose slabs, bottom to top, with the fewest parts that keep the walls within the errors; None if no choice does.
 
-    Args:
-        chord: error around the axis, metres. bend: error along it, metres.
-        sector_count: sectors of a wall that is not round; None for a round one.
-        foot_height_m: height of the hollow below the floor that may be filled.
+    `chord`, `bend`: errors around the axis and along it, metres. `sector_count`: None for a round wall.
     """
     count = len(costs.bend)
     sectors = _sectors(costs, chord, bend, sector_count, foot_height_m)
@@ -153,16 +146,10 @@ def _bend(radii: Floats, step: float) -> float:
         return 0.0
     share = np.linspace(0, 1, len(radii))[:, None]
     gaps = (radii - radii[:1] * (1 - share) - radii[-1:] * share).max(axis=0)
-    gaps = gaps * _steepness(radii, step)
+    rise = step * max(len(radii) - 1, 1)
+    gaps = gaps * (rise / np.hypot(rise, radii[-1] - radii[0]))  # across the chord
     known = np.sort(gaps[np.isfinite(gaps)])
     return float(known[(3 * len(known)) // 4]) if len(known) else 0.0
-
-
-def _steepness(radii: Floats, step: float) -> Floats:
-    """(A,) sine of the angle between the chord from the lowest to the highest point of a wall and the ground."""
-    rise = step * max(len(radii) - 1, 1)
-    found: Floats = rise / np.hypot(rise, radii[-1] - radii[0])
-    return found
 
 
 # Ring sectors ---------------------------------------------------------------------------------------------------------
@@ -188,13 +175,7 @@ MAX_SETBACK_SHARE = 0.6
 
 @dataclass(frozen=True)
 class CutVessel:
-    """An open vessel, cut.
-
-    Attributes:
-        floors: each is one part. wall_parts: sectors of the walls, most of them nearly convex.
-        handles: handles, knobs and spouts.
-        message: how it was cut, in words with numbers.
-    """
+    """An open vessel, cut: floors, each one part; nearly convex sectors of walls; handles and spouts; in words."""
 
     floors: tuple[Solid, ...]
     wall_parts: tuple[Solid, ...]
@@ -230,18 +211,15 @@ def cut_vessel(
         plan = min(feasible, key=lambda p: p.count)
         body, handles = _without_handles(solid, profile, error / 2) if is_round else (solid, [])
         if plan.count <= max_parts - min(PARTS_PER_HANDLE * len(handles), max_parts // 3):
-            floors, wall_parts = _floors_and_sectors(
-                _widened(body, profile, SETBACK_SHARE * error) if is_round else body, profile, plan
-            )
+            if is_round:
+                body = _widened(body, profile, SETBACK_SHARE * error)
+            floors, wall_parts = _floors_and_sectors(body, profile, plan)
+            message = f"{round_share:.0%} of the wall turns about one axis"
             if not is_round:
                 floors, wall_parts = [], [*floors, *wall_parts]
-            message = f"{round_share:.0%} of the wall turns about one axis" if is_round else "walls that are not round"
-            return CutVessel(
-                tuple(floors),
-                tuple(wall_parts),
-                tuple(handles),
-                f"{message}: {plan.message}, {1000 * error:.2g} mm off",
-            )
+                message = "walls that are not round"
+            message = f"{message}: {plan.message}, {1000 * error:.2g} mm off"
+            return CutVessel(tuple(floors), tuple(wall_parts), tuple(handles), message)
     return None
 
 
@@ -297,9 +275,12 @@ def _without_handles(solid: Solid, walls: WallProfile, gap: float) -> tuple[Soli
             [[outline_radius[below][-1], top], [0.0, top]],
         ]
     )
-    outline = revolve_profile(profile, RAYS).translate((float(walls.center[0]), float(walls.center[1]), 0.0))
     least = MIN_PART_SHARE * float(solid.volume())
-    handles = [p for p in connected_parts(solid - outline, 10 * least) if _longest_side(p) > 4 * gap]
+    handles = []
+    for part in connected_parts(solid - _revolved(profile, walls), 10 * least):
+        box = np.array(part.bounding_box())
+        if float((box[3:] - box[:3]).max()) > 4 * gap:
+            handles.append(part)
     if not handles:
         return solid, []
     body = solid
@@ -309,9 +290,9 @@ def _without_handles(solid: Solid, walls: WallProfile, gap: float) -> tuple[Soli
     return manifold3d.Manifold.compose(connected_parts(body, least)), handles
 
 
-def _longest_side(solid: Solid) -> float:
-    box = np.array(solid.bounding_box())
-    return float((box[3:] - box[:3]).max())
+def _revolved(profile: Floats, walls: WallProfile) -> Solid:
+    """Solid of revolution about the axis of walls, of an (N, 2) polygon of radius and height."""
+    return revolve_profile(profile, RAYS).translate((float(walls.center[0]), float(walls.center[1]), 0.0))
 
 
 def _fewest_cut_rays(profile: WallProfile, error: float) -> list[int]:
@@ -379,8 +360,7 @@ def _widened(solid: Solid, walls: WallProfile, gap: float) -> Solid:
             [[radius[-1], above_top], [0.0, above_top]],
         ]
     )
-    core = revolve_profile(profile, RAYS).translate((float(walls.center[0]), float(walls.center[1]), 0.0))
-    widened = solid - core
+    widened = solid - _revolved(profile, walls)
     return widened if widened.volume() > 0 else solid
 
 
@@ -401,17 +381,12 @@ def _floors_and_sectors(solid: Solid, profile: WallProfile, plan: RingPlan) -> t
         else:
             wall_parts += _wedges(layer, profile.center, (np.array(plan.cut_rays) + 0.5) * 2 * np.pi / RAYS)
     min_volume_m3 = MIN_PART_SHARE / 10 * float(solid.volume())
-    return [f for f in floors if f.volume() > min_volume_m3], [
-        cell for cell in wall_parts if cell.volume() > min_volume_m3
-    ]
+    floors, wall_parts = ([s for s in found if s.volume() > min_volume_m3] for found in (floors, wall_parts))
+    return floors, wall_parts
 
 
 def _wedges(layer: Solid, center: Floats, edges: Floats) -> list[Solid]:
-    """The layer cut by half planes about the axis; neighbouring ones are no more than half a turn apart.
-
-    Args:
-        center: (2,) of the axis. edges: (N,) angles of the half planes, radians, ascending.
-    """
+    """The layer cut by half planes at (N,) ascending angles, radians, at most half a turn apart, about the axis."""
     out = []
     for k in range(len(edges)):
         begin, end = edges[k], edges[(k + 1) % len(edges)]

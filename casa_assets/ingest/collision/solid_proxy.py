@@ -81,11 +81,9 @@ class SolidProxy:
 
 
 def solid_proxy(points: Floats, faces: Ints, is_full: bool) -> SolidProxy | None:
-    """Build the solid that represents a surface, or return None if no volume can be made of it.
+    """Build the solid that represents a surface, welded, metres, or return None if no volume can be made of it.
 
-    Args:
-        points: (P, 3) welded, metres. faces: (F, 3).
-        is_full: known to be solid all through, so that openings and cavities are filled.
+    `is_full`: known to be solid all through, so that openings and cavities are filled.
     """
     longest = float(np.ptp(points, axis=0).max())
     area = float(face_normals(points, faces)[1].sum())
@@ -93,19 +91,17 @@ def solid_proxy(points: Floats, faces: Ints, is_full: bool) -> SolidProxy | None
     grid_is_fine_enough = not is_full or float(np.ptp(points, axis=0).min()) * CELLS > TELLING_CELLS * longest
     for build in (_closed, assemble_solid):
         assembled = build(points, faces, grid)
-        solid = None if assembled is None else without_voids(assembled.solid)
-        if (
-            assembled is not None
-            and solid is not None
-            and covers_surface(solid, points, faces, grid if grid_is_fine_enough else None)
-        ):
+        if assembled is None:
+            continue
+        solid = without_voids(assembled.solid)
+        if covers_surface(solid, points, faces, grid if grid_is_fine_enough else None):
             raw = None if assembled.sheet_share > MIN_SHEET_SHARE else assembled.solid
             solid = _within(solid, points[np.unique(faces)]) if assembled.sheet_share > 0 else solid
             return _classified(solid, raw, area, longest, list(assembled.steps), is_exact=True)
     gridded = solid_of(*isosurface(signed_distance_field(points, faces, grid), grid.origin, grid.cell))
     if gridded is None:
         return None
-    solid = _within(without_voids(simplify_solid(gridded, SMOOTH_CELLS * grid.cell)), points[np.unique(faces)])
+    solid = _smoothed(gridded, grid, points[np.unique(faces)])
     exact = _closed(points, faces, grid)
     done = [f"made solid on a grid of {1000 * grid.cell:.2g} mm"]
     return _classified(solid, None if exact is None else exact.solid, area, longest, done, is_exact=False)
@@ -115,10 +111,7 @@ def without_windows(points: Floats, faces: Ints) -> SolidProxy | None:
     """Build the solid of a lattice (a basket, a colander, a grille) with its windows closed: walls in place of bars.
 
     A window is an opening that a ball with a diameter of 8 % of the longest side cannot pass. Return None if few
-    windows are found.
-
-    Args:
-        points: (P, 3) welded, metres. faces: (F, 3).
+    windows are found. `points`: (P, 3) welded, metres.
     """
     grid = voxelise(points, faces, CELLS)
     rim = int(WINDOW_CELLS) + 2
@@ -130,9 +123,14 @@ def without_windows(points: Floats, faces: Ints) -> SolidProxy | None:
     closed = solid_of(*isosurface(field * grid.cell, grid.origin - rim * grid.cell, grid.cell))
     if closed is None:
         return None
-    solid = _within(without_voids(simplify_solid(closed, SMOOTH_CELLS * grid.cell)), points[np.unique(faces)])
+    solid = _smoothed(closed, grid, points[np.unique(faces)])
     area, longest = float(face_normals(points, faces)[1].sum()), float(np.ptp(points, axis=0).max())
     return _classified(solid, None, area, longest, ["windows closed"], is_exact=False)
+
+
+def _smoothed(solid: Solid, grid: Grid, points: Floats) -> Solid:
+    """A solid that was made on a grid, simplified, without voids and within the bounding box of some points."""
+    return _within(without_voids(simplify_solid(solid, SMOOTH_CELLS * grid.cell)), points)
 
 
 def _within(solid: Solid, points: Floats) -> Solid:
@@ -159,13 +157,11 @@ def _classified(
 ) -> SolidProxy:
     """The proxy with its kind, which follows from the share of the hull filled, wall thickness and sealed volume.
 
-    Args:
-        raw: the solid before sealed cavities were filled; None if the surface does not bound a solid.
+    `raw`: the solid before sealed cavities were filled; None if the surface does not bound a solid.
     """
     volume = float(solid.volume())
     hull_fill = volume / max(volume_of_hull([solid]), 1e-30)
-    skin = face_normals(*surface_of(solid))[1].sum()
-    mean_wall_m = 2 * volume / float(skin)
+    mean_wall_m = 2 * volume / float(face_normals(*surface_of(solid))[1].sum())
     raw_volume = float(raw.volume()) if raw is not None else 0.0
     wall_ratio = 2 * (raw_volume if raw is not None else volume) / (area * longest)
     sealed_share = 1 - raw_volume / volume if raw is not None and volume > 0 else 0.0

@@ -44,8 +44,8 @@ from casa_assets.ingest.collision.plane_splits import (
 )
 from casa_assets.ingest.collision.rings import cut_vessel
 from casa_assets.ingest.collision.solid_proxy import SolidProxy, without_windows
-from casa_assets.ingest.draft import PlacedShape
-from casa_assets.model.asset.parts import Box, Cylinder, Hull, Mesh
+from casa_assets.ingest.draft import PlacedShape, placed_hull
+from casa_assets.model.asset.parts import Box, Cylinder, Hull
 
 Decomposer = Callable[[str, Floats, Ints, Budget], list[Floats]]
 
@@ -157,17 +157,14 @@ def _by_one(task: CollisionTask) -> tuple[list[PlacedShape], str]:
     points, faces = _hull_of(hull, task.hull_fill, task.params)
     errors = measure_fit([points], task.reference, task.params)
     if errors.normalized_error <= 1:
-        return [PlacedShape(shape=Hull(mesh=Mesh(vertices=points, faces=faces)))], "one hull"
+        return [placed_hull(points, faces)], "one hull"
     deviation, bound = errors.deviation, task.reference.bound
     # What has no resting pose rolls, and one shape rolls better than parts with edges.
     can_roll = task.rests_any_way and task.hull_fill >= ROLLING_FILL
     has_stalk = deviation.added_p95 <= bound.p95 and deviation.added_worst <= STALK_ERROR * bound.worst
-    is_near_enough = task.is_full and (can_roll or has_stalk)
-    return (
-        ([whole_shape(hull, task.hull_fill, task.is_packed, task.params, task.reference.samples)], "one shape")
-        if is_near_enough
-        else ([], "")
-    )
+    if not task.is_full or not (can_roll or has_stalk):
+        return [], ""
+    return [whole_shape(hull, task.hull_fill, task.is_packed, task.params, task.reference.samples)], "one shape"
 
 
 def _by_parts(task: CollisionTask) -> tuple[list[PlacedShape], str]:
@@ -190,24 +187,17 @@ def _by_rings_of_tube(task: CollisionTask) -> tuple[list[PlacedShape], str]:
 
 
 def _rings(task: CollisionTask) -> tuple[list[PlacedShape], str]:
-    min_error_m = min(CHORD_SHARE * task.proxy.mean_wall_m, AIM_SHARE * task.reference.bound.p95)
+    bound, surface = task.reference.bound, task.reference.surface
+    min_error_m = min(CHORD_SHARE * task.proxy.mean_wall_m, AIM_SHARE * bound.p95)
     solid = simplify_solid(task.proxy.solid, task.slack / 2)
-    hollow_error_m, foot_height_m = (
-        MAX_SHIFT_ERROR * task.reference.bound.p95,
-        FOOT_SHARE * task.reference.surface.longest,
-    )
-    vessel = cut_vessel(solid, min_error_m, hollow_error_m, foot_height_m, task.part_count)
+    foot_height_m = FOOT_SHARE * surface.longest
+    vessel = cut_vessel(solid, min_error_m, MAX_SHIFT_ERROR * bound.p95, foot_height_m, task.part_count)
     if vessel is None:
         return [], ""
     max_wall_parts = task.part_count - len(vessel.floors)
-    pieces = [
-        *vessel.floors,
-        *split_to_bound(
-            [*vessel.wall_parts, *vessel.handles], task.reference.surface, task.reference.bound, max_wall_parts
-        ),
-    ]
+    pieces = split_to_bound([*vessel.wall_parts, *vessel.handles], surface, bound, max_wall_parts)
     floors = [task.reduced(hull_points([p])) for p in vessel.floors]
-    walls = [_shifted_wall_hull(piece, task) for piece in pieces[len(vessel.floors) :]]
+    walls = [_shifted_wall_hull(piece, task) for piece in pieces]
     return _primitives_or_hulls([*floors, *walls], task), vessel.message
 
 
@@ -226,12 +216,8 @@ def _shifted_wall_hull(piece: Solid, task: CollisionTask) -> Floats:
     # Limited, so that contacts stay close to the visible wall.
     shift = min(error / 2, max(task.params.error_m, task.aim.p95))
     moved: Floats = cloud + np.array([shift_direction[0], shift_direction[1], 0.0]) / length * shift
-    return (
-        moved
-        if normalized_error(moved, task.reference.surface, task.aim)
-        < normalized_error(cloud, task.reference.surface, task.aim)
-        else cloud
-    )
+    before, after = (normalized_error(c, task.reference.surface, task.aim) for c in (cloud, moved))
+    return moved if after < before else cloud
 
 
 def _by_cuts(task: CollisionTask) -> tuple[list[PlacedShape], str]:
@@ -294,14 +280,10 @@ STRATEGIES: tuple[tuple[Callable[[CollisionTask], tuple[list[PlacedShape], str]]
 
 def _hulls(groups: list[list[Solid]], task: CollisionTask) -> list[PlacedShape]:
     """A hull of few vertices, or the primitive that it is, around each group of solids."""
-    clouds = [
-        hull_with_volume(
-            task.reduced(hull_points(group)),
-            sum(float(solid.volume()) for solid in group),
-            task.reference.box,
-        )
-        for group in groups
-    ]
+    clouds = []
+    for group in groups:
+        volume_m3 = sum(float(solid.volume()) for solid in group)
+        clouds.append(hull_with_volume(task.reduced(hull_points(group)), volume_m3, task.reference.box))
     return _primitives_or_hulls(clouds, task)
 
 
@@ -324,19 +306,14 @@ def _shape_or_none(cloud: Floats, task: CollisionTask) -> PlacedShape | None:
     if isinstance(placed.shape, Hull):
         return placed
     [grown] = clouds_of((placed,))
-    if normalized_error(grown, task.reference.surface, task.aim) <= max(
-        1.0, normalized_error(cloud, task.reference.surface, task.aim)
-    ):
-        return placed
-    return one_shape(cloud, task.params.replace(primitive_ratio=NO_PRIMITIVE))
+    error, of_hull = (normalized_error(c, task.reference.surface, task.aim) for c in (grown, cloud))
+    return placed if error <= max(1.0, of_hull) else one_shape(cloud, task.params.replace(primitive_ratio=NO_PRIMITIVE))
 
 
 def whole_shape(cloud: Floats, fill: float, is_packed: bool, params: CollideParams, samples: Floats) -> PlacedShape:
     """The one shape around everything; packed goods get a box whose sides lie between its bulges and its edges.
 
-    Args:
-        fill: share of the hull of the cloud that is matter, 0..1.
-        samples: (N, 3) points spread over the surface, metres.
+    `fill`: share of the hull that is matter, 0..1. `samples`: (N, 3) points spread over the surface, metres.
     """
     min_ratio = min(params.primitive_ratio, PACKED_PRIMITIVE_FILL) if is_packed else params.primitive_ratio
     placed = one_shape(cloud, params.replace(primitive_ratio=min_ratio))
@@ -348,8 +325,7 @@ def whole_shape(cloud: Floats, fill: float, is_packed: bool, params: CollidePara
     corners = shape_bounds(placed.shape, placed.pose)
     if not isinstance(placed.shape, Hull) and box_gap(corners, box) <= bound:
         return placed
-    points, faces = _hull_of(cloud, fill, params)
-    return PlacedShape(shape=Hull(mesh=Mesh(vertices=points, faces=faces)))
+    return placed_hull(*_hull_of(cloud, fill, params))
 
 
 def _hull_of(cloud: Floats, fill: float, params: CollideParams) -> tuple[Floats, Ints]:
@@ -363,9 +339,8 @@ def _with_sides_moved_in(placed: PlacedShape, box: Box, samples: Floats) -> Plac
     """A box with its sides moved in by half the gap to the surface; the side that it rests on stays."""
     local = (samples - np.array(placed.pose.position)) @ placed.pose.rotation
     half_size = np.array(box.size) / 2
-    gap_to_side = np.concatenate(
-        [half_size - local, half_size + local], axis=1
-    )  # to the sides ahead, then to those behind
+    # To the sides ahead, then to those behind.
+    gap_to_side = np.concatenate([half_size - local, half_size + local], axis=1)
     nearest_side = np.argmin(gap_to_side.round(9), axis=1)
     inwards = np.zeros(6)
     for k in range(6):
@@ -385,5 +360,4 @@ def one_shape(cloud: Floats, params: CollideParams) -> PlacedShape:
     primitive = best_primitive(hull) if params.primitive_ratio <= 1 else None
     if primitive is not None and primitive.ratio >= params.primitive_ratio:
         return PlacedShape(shape=primitive.shape, pose=primitive.pose)
-    points, faces = small_hull(hull, params.hull_vertices)
-    return PlacedShape(shape=Hull(mesh=Mesh(vertices=points, faces=faces)))
+    return placed_hull(*small_hull(hull, params.hull_vertices))

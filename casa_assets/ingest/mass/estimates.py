@@ -100,11 +100,7 @@ class Estimate:
 
 @dataclass(frozen=True)
 class CombinedMass:
-    """Mass after combining estimates, kg.
-
-    Attributes:
-        confidence: 0..1. ratio: largest ratio between two estimates. message: all estimates in words.
-    """
+    """Mass after combining estimates, kg, with a confidence, the largest ratio of two, and all of them in words."""
 
     kg: float
     confidence: float
@@ -115,24 +111,16 @@ class CombinedMass:
 def estimate_masses(
     points: Floats, faces: Ints, solid: tuple[Floats, Ints] | None, category: Category, substance: Substance
 ) -> list[Estimate]:
-    """All estimates that apply.
-
-    Args:
-        points: (P, 3) welded, metres, z up. faces: (F, 3). solid: `closed_solid` of them.
-        category: how much of it is solid, and its usual size and mass. substance: what it is made of.
-    """
+    """All estimates that apply to welded points, metres, z up, with their `closed_solid`."""
     hull = convex_hull(points)
     surface_area, hull_area = float(face_normals(points, faces)[1].sum()), float(face_normals(*hull)[1].sum())
-    out = []
-    for estimate in (
+    estimates = (
         _by_volume(points, faces, solid, category, substance),
         _by_hull(hull, hull_area, category, substance),
         _by_walls(surface_area, hull_area, solid is not None, category, substance),
         _by_usual_mass(np.ptp(points, axis=0), category),
-    ):
-        if estimate is not None and np.isfinite(estimate.kg) and estimate.kg > 0:
-            out.append(estimate)
-    return out
+    )
+    return [e for e in estimates if e is not None and np.isfinite(e.kg) and e.kg > 0]
 
 
 def _by_volume(
@@ -143,18 +131,17 @@ def _by_volume(
     if category.build is MatterFill.VESSEL:
         if solid_volume is None:
             return None
-        return Estimate(EstimateMethod.MATTER, solid_volume * density, 0.25, f"{solid_volume * 1e6:.4g} cm^3 of walls")
+        message, spread = f"{solid_volume * 1e6:.4g} cm^3 of walls", 0.25
+        return Estimate(EstimateMethod.MATTER, solid_volume * density, spread, message)
     if category.build is MatterFill.HOLLOW and substance.id not in BULK_DENSITY_SUBSTANCES:
         return None
     outline_volume = voxelise(points, ids, bridge=True).volume
     if category.build is MatterFill.SOLID and solid_volume is not None and solid_volume > SHELL_SHARE * outline_volume:
-        return Estimate(
-            EstimateMethod.MATTER, solid_volume * density, 0.12, f"{solid_volume * 1e6:.4g} cm^3 within the closed mesh"
-        )
+        message, spread = f"{solid_volume * 1e6:.4g} cm^3 within the closed mesh", 0.12
+        return Estimate(EstimateMethod.MATTER, solid_volume * density, spread, message)
     spread = VAGUE if _is_bulk(category, substance) else 0.3 if category.build is MatterFill.SOLID else 0.4
-    return Estimate(
-        EstimateMethod.MATTER, outline_volume * density, spread, f"{outline_volume * 1e6:.4g} cm^3 within the outline"
-    )
+    message = f"{outline_volume * 1e6:.4g} cm^3 within the outline"
+    return Estimate(EstimateMethod.MATTER, outline_volume * density, spread, message)
 
 
 def _is_bulk(category: Category, substance: Substance) -> bool:
@@ -176,19 +163,14 @@ def _by_hull(hull: tuple[Floats, Ints], hull_area: float, category: Category, su
     volume = signed_volume(*hull)
     if category.build in (MatterFill.SOLID, MatterFill.FILLED) or substance.id in BULK_DENSITY_SUBSTANCES:
         spread = BENT_FILL_SPREAD if category.upright is RestingPose.LIES else HULL_FILL_SPREAD
+        spread += 0.1 * (category.build is not MatterFill.SOLID)
         kg = HULL_FILL * volume * _density(np.ptp(hull[0], axis=0), category, substance)
-        return Estimate(
-            EstimateMethod.HULL,
-            kg,
-            spread + 0.1 * (category.build is not MatterFill.SOLID),
-            f"hull {volume * 1e6:.4g} cm^3",
-        )
+        return Estimate(EstimateMethod.HULL, kg, spread, f"hull {volume * 1e6:.4g} cm^3")
     wall_m = WALL_THICKNESS_M.get(substance.id)
     if wall_m is None:
         return None
-    return Estimate(
-        EstimateMethod.HULL, hull_area * wall_m * substance.density, 0.5, f"skin of the hull {hull_area * 1e4:.4g} cm^2"
-    )
+    message = f"skin of the hull {hull_area * 1e4:.4g} cm^2"
+    return Estimate(EstimateMethod.HULL, hull_area * wall_m * substance.density, 0.5, message)
 
 
 def _by_walls(
@@ -235,12 +217,8 @@ def combine_estimates(estimates: Sequence[Estimate], category: Category, agreeme
     # A measured mass within the usual range need not agree with the typical mass.
     ratio = _disagreement([e for e in estimates if e.method is not EstimateMethod.USUAL or not is_usual])
     counts = is_usual and not is_vague and category.build is not MatterFill.HOLLOW
-    if measured is not None and counts and ratio <= agreement_ratio:
-        kg = measured.kg
-    else:
-        weights = [1 / e.spread**2 for e in estimates]
-        kg = exp(sum(w * log(e.kg) for w, e in zip(weights, estimates, strict=True)) / sum(weights))
-    message = "; ".join(f"{e.method} {e.kg:.3g} kg ({e.message})" for e in estimates)
+    kg = measured.kg if measured is not None and counts and ratio <= agreement_ratio else _mean(estimates)
+    message = _in_words(estimates)
     off = mass_range.beyond(kg)
     if off > 1:
         message += f"; together {kg:.3g} kg, but a {category.id} weighs {mass_range.low:g} to {mass_range.high:g} kg"
@@ -254,6 +232,16 @@ def combine_estimates(estimates: Sequence[Estimate], category: Category, agreeme
     if off > 1:  # things of one kind differ less in mass than volumes and walls of their meshes do
         confidence = min(confidence, 0.7 if off < agreement_ratio else 0.6 if off < FAR_OFF else 0.4)
     return CombinedMass(kg, confidence, ratio, message)
+
+
+def _mean(estimates: Sequence[Estimate]) -> float:
+    """Mean of the logarithms, weighted by the inverse squares of the spreads, as a mass, kg."""
+    weights = [1 / e.spread**2 for e in estimates]
+    return exp(sum(w * log(e.kg) for w, e in zip(weights, estimates, strict=True)) / sum(weights))
+
+
+def _in_words(estimates: Sequence[Estimate]) -> str:
+    return "; ".join(f"{e.method} {e.kg:.3g} kg ({e.message})" for e in estimates)
 
 
 def _disagreement(estimates: Sequence[Estimate]) -> float:
@@ -318,11 +306,7 @@ CONFIDENCE, CONFIDENCE_WITH_SUBSTANCE = 0.3, 0.4
 
 
 def form_of(points: Floats, faces: Ints, solid: tuple[Floats, Ints] | None) -> MatterFill:
-    """Whether an object in its pose, z up, is an open vessel, solid, or mostly air inside.
-
-    Args:
-        points: (P, 3) welded. faces: (F, 3). solid: `closed_solid` of them.
-    """
+    """Whether an object in its pose, z up, is an open vessel, solid, or mostly air; `solid`: its `closed_solid`."""
     volume = max(hull_volume(points), 1e-12)
     if rain_volume(surface_samples(points, faces, SAMPLES)) > VESSEL_SHARE * volume:
         return MatterFill.VESSEL
@@ -339,11 +323,8 @@ def apparent_substance(parts: Sequence[RawPart]) -> tuple[str, float] | None:
         total += area
         words = re.findall(r"[a-z]+", f"{part.material.id} {part.name}".casefold())
         found = next((SUBSTANCE_WORDS[word] for word in words if word in SUBSTANCE_WORDS), None)
-        if (
-            found is None
-            and part.material.metallic >= MIN_METALNESS
-            and part.material.metallic_roughness_texture is None
-        ):
+        material = part.material
+        if found is None and material.metallic >= MIN_METALNESS and material.metallic_roughness_texture is None:
             found = SUBSTANCE_WORDS["steel"]
         if found is not None:
             areas[found] = areas.get(found, 0.0) + area
@@ -354,11 +335,7 @@ def apparent_substance(parts: Sequence[RawPart]) -> tuple[str, float] | None:
 def combine_unknown(
     points: Floats, faces: Ints, solid: tuple[Floats, Ints] | None, parts: Sequence[RawPart]
 ) -> CombinedMass:
-    """Mass of what nobody could name; it is bounded by nothing.
-
-    Args:
-        points: (P, 3) welded, metres, z up. faces: (F, 3). solid: `closed_solid` of them. parts: with their materials.
-    """
+    """Mass of an object of unknown kind, without bounds; points: welded, metres, z up; `solid`: `closed_solid`."""
     form = form_of(points, faces, solid)
     law = SIZE_LAWS[form]
     box_volume = float(np.maximum(np.ptp(points, axis=0), 1e-6).prod())
@@ -367,11 +344,9 @@ def combine_unknown(
     made_of = apparent_substance(parts)
     if made_of is not None and (measured := _by_substance(points, faces, solid, form, *made_of)) is not None:
         estimates.append(measured)
-    weights = [1 / e.spread**2 for e in estimates]
-    kg = exp(sum(w * log(e.kg) for w, e in zip(weights, estimates, strict=True)) / sum(weights))
     ratio = max(e.kg for e in estimates) / min(e.kg for e in estimates)
-    message = "; ".join(f"{e.method} {e.kg:.3g} kg ({e.message})" for e in estimates)
-    return CombinedMass(kg, CONFIDENCE if made_of is None else CONFIDENCE_WITH_SUBSTANCE, ratio, message)
+    confidence = CONFIDENCE if made_of is None else CONFIDENCE_WITH_SUBSTANCE
+    return CombinedMass(_mean(estimates), confidence, ratio, _in_words(estimates))
 
 
 def _by_substance(
@@ -406,11 +381,9 @@ def mass(
     """Compute mass, centre of mass and inertia of the whole, asset frame.
 
     Args:
-        draft: metres, with colliders.
+        draft: metres, with colliders. agreement_ratio: up to which two estimates agree, > 1.
         category: mass_kg is the prior and the range, build says what the volume means.
-        substance: density of what it is made of.
-        agreement_ratio: up to which two estimates agree, > 1.
-        override_kg: as a person decided, 0 where nobody did.
+        override_kg: as a person decided, or 0.
     """
     points, faces = draft.surface.points, draft.surface.welded_faces
     solid = closed_solid(points, faces)
@@ -429,11 +402,12 @@ def mass(
             notes = (warning("MSH021", "mass", f"{kg:.3g} kg, but the estimates disagree: {reason}"),)
     kg = significant(kg, 6)
     tensor = _thick_enough(inertia) * (kg / volume)
-    inertial = Inertial(
-        mass=kg,
-        center_of_mass=_vector(center),
-        inertia=_unique_entries(tensor),
-    )
+    # Nine digits, which the writers carry and which hide differences between machines.
+    x, y, z = (significant(v, 9) if abs(v) > 1e-9 else 0.0 for v in center)
+    size = float(np.trace(tensor))
+    picked = (tensor[0, 0], tensor[1, 1], tensor[2, 2], tensor[0, 1], tensor[0, 2], tensor[1, 2])
+    a, b, c, d, e, f = (significant(v, 9) if abs(v) > 1e-9 * size else 0.0 for v in picked)
+    inertial = Inertial(mass=kg, center_of_mass=(x, y, z), inertia=(a, b, c, d, e, f))
     return draft.replace(
         inertial=inertial,
         guesses=draft.guessed("mass", f"{kg:.6g} kg, spread over {measured_over}", confidence, reason),
@@ -442,27 +416,17 @@ def mass(
 
 
 def _moments(draft: Draft, solid: ClosedSurface | None, category: Category) -> tuple[float, Floats, Floats, str]:
-    """Volume, centre, inertia at density 1, and over what they were taken.
-
-    Args:
-        solid: of the mesh, where it is closed.
-    """
+    """Volume, centre, inertia at density 1, and what they were measured of; `solid`: of the mesh, if it is closed."""
     surfaces = [tessellate(p.shape, p.pose) for p in draft.colliders]
     hulls = union(surfaces) or convex_hull(np.concatenate([s[0] for s in surfaces]))
-    if (
-        solid is not None
-        and category.build in (MatterFill.SOLID, MatterFill.VESSEL)
-        and signed_volume(*solid) > 0.02 * signed_volume(*hulls)
-        and _has_same_box(solid[0], draft.surface.points)
-    ):
-        return (*solid_moments(*solid), "the closed mesh")
+    may_stand = category.build in (MatterFill.SOLID, MatterFill.VESSEL)
+    if solid is not None and may_stand and signed_volume(*solid) > 0.02 * signed_volume(*hulls):
+        # The closed part has to have the box of the mesh: that of a knife whose blade is a sheet is its handle only.
+        points, part = draft.surface.points, solid[0]
+        gap = np.abs([part.min(axis=0) - points.min(axis=0), part.max(axis=0) - points.max(axis=0)])
+        if float(gap.max()) <= SAME_BOX_SHARE * float(np.ptp(points, axis=0).max()):
+            return (*solid_moments(*solid), "the closed mesh")
     return (*solid_moments(*hulls), "the collision shapes")
-
-
-def _has_same_box(solid: Floats, points: Floats) -> bool:
-    """True if a solid has the bounding box of the mesh; that of a knife whose blade is a sheet is its handle only."""
-    gap = np.abs([solid.min(axis=0) - points.min(axis=0), solid.max(axis=0) - points.max(axis=0)])
-    return float(gap.max()) <= SAME_BOX_SHARE * float(np.ptp(points, axis=0).max())
 
 
 def _thick_enough(inertia: Floats) -> Floats:
@@ -473,16 +437,3 @@ def _thick_enough(inertia: Floats) -> Floats:
     covariance = (axes * np.maximum(variances, MIN_THICKNESS_RATIO * variances[2])) @ axes.T
     thickened: Floats = np.trace(covariance) * np.eye(3) - covariance
     return thickened
-
-
-def _vector(values: Floats) -> tuple[float, float, float]:
-    """The vector with nine digits, which the writers carry and which hide differences between machines."""
-    x, y, z = (significant(v, 9) if abs(v) > 1e-9 else 0.0 for v in values)
-    return (x, y, z)
-
-
-def _unique_entries(tensor: Floats) -> tuple[float, float, float, float, float, float]:
-    size = float(np.trace(tensor))
-    picked = (tensor[0, 0], tensor[1, 1], tensor[2, 2], tensor[0, 1], tensor[0, 2], tensor[1, 2])
-    a, b, c, d, e, f = (significant(v, 9) if abs(v) > 1e-9 * size else 0.0 for v in picked)
-    return (a, b, c, d, e, f)

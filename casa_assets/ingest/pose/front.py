@@ -39,12 +39,7 @@ class Facing:
 
 
 def facing(samples: Floats, category: Category, is_front_stated: bool) -> Facing:
-    """Find the turn about z that brings the front where the category has it.
-
-    Args:
-        samples: (N, 3) points spread evenly over the surface, z up.
-        is_front_stated: the format says where the front is.
-    """
+    """Find the turn about z that brings the front of evenly spread points, z up, where the category has it."""
     if category.front is FrontRule.LENGTH:
         return _lengthwise(samples)
     if category.front is FrontRule.HANDLE:
@@ -79,17 +74,15 @@ def _body_circle(samples: Floats) -> tuple[Floats, float]:
     """Centre of the body in plan, and its radius, without its handle."""
     height = max(float(np.ptp(samples[:, 2])), 1e-9)
     level = (samples[:, 2] - samples[:, 2].min()) / height
-    foot_points = samples[level < max(FOOT_SHARE, 0.06, 0.035 / height)][
-        :, :2
-    ]  # scans of flat objects are tilted a little
+    # Scans of flat objects are tilted a little.
+    foot_points = samples[level < max(FOOT_SHARE, 0.06, 0.035 / height)][:, :2]
     lower, upper = foot_points.min(axis=0), foot_points.max(axis=0)
     middle = (lower + upper) / 2
     a, b = sorted(np.maximum(upper - lower, 1e-9))
     width = float(np.ptp(samples[:, :2], axis=0).min())
-    refinements = (
-        0 if a > ROUND_SIDE_RATIO * b and a > 0.4 * width else 6
-    )  # a round foot that is wide enough is the body's own
-    for _ in range(refinements):  # else the circle that the lower half of what is seen lies on
+    # A round foot that is wide enough is the body's own; else the circle that the lower half of what is seen lies on.
+    is_round_foot = a > ROUND_SIDE_RATIO * b and a > 0.4 * width
+    for _ in range(0 if is_round_foot else 6):
         low_points = samples[level < 0.6][:, :2] - middle
         reach = np.linalg.norm(low_points, axis=1)
         radius = float(np.quantile(reach, 0.7))

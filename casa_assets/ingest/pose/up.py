@@ -38,19 +38,9 @@ class SurfaceSample:
     hull_faces: Ints
     hull_volume: float
 
-    def rotated(self, rotation: Floats) -> tuple[Floats, Floats]:
-        """Samples and hull points after a rotation (3, 3)."""
-        return self.samples @ rotation.T, self.hull_points @ rotation.T
-
 
 def sample_surface(points: Floats, faces: Ints) -> SurfaceSample:
-    """Sample a surface and compute its hull.
-
-    Args:
-        points: (P, 3) finite. faces: (F, 3).
-    Raises:
-        DegenerateShape: the points span no volume.
-    """
+    """Sample a surface of finite points and compute its hull. Raises DegenerateShape: the points span no volume."""
     longest = float(np.ptp(points, axis=0).max())
     if not np.isfinite(longest) or longest <= 0:
         raise DegenerateShape("the points have no extent")
@@ -129,11 +119,7 @@ MIDDLE_SLACK, NATS_AROUND_ORIGIN = 0.02, -0.7
 
 
 def origin_evidence(points: Floats, names: list[str]) -> Floats:
-    """Log likelihood of each candidate, by its name, by where the origin of the file lies in the mesh.
-
-    Args:
-        points: (N, 3) in the axes of the file, about its origin.
-    """
+    """Log likelihood of each named candidate by where the file's origin lies among the (N, 3) points in its axes."""
     lower, upper = points.min(axis=0), points.max(axis=0)
     longest = float((upper - lower).max())
     out = np.zeros(len(names))
@@ -151,14 +137,10 @@ def origin_evidence(points: Floats, names: list[str]) -> Floats:
 
 def priors(key: str, names: list[str]) -> Floats:
     """Log prior of each candidate, by its name."""
-    known_priors = UP_PRIOR.get(key, UP_PRIOR["unknown"])
-    other_prior = (1 - sum(known_priors.values())) / (len(UP_ROTATIONS) - len(known_priors))
-    log_priors: Floats = np.log(
-        np.array(
-            [known_priors.get(n, other_prior if n in UP_ROTATIONS else other_prior * OFF_AXIS_PRIOR) for n in names]
-        )
-    )
-    return log_priors
+    known = UP_PRIOR.get(key, UP_PRIOR["unknown"])
+    other = (1 - sum(known.values())) / (len(UP_ROTATIONS) - len(known))
+    shares = [known.get(n, other if n in UP_ROTATIONS else other * OFF_AXIS_PRIOR) for n in names]
+    return np.asarray(np.log(np.array(shares)))
 
 
 def candidates(cloud: SurfaceSample) -> list[tuple[str, Floats]]:
@@ -258,12 +240,8 @@ class Stance:
 
 
 def stance(cloud: SurfaceSample, rotation: Floats, with_rain: bool) -> Stance:
-    """Measure one resting pose.
-
-    Args:
-        rotation: asset_from_file. with_rain: measure the rain volumes too, which takes the longest.
-    """
-    samples, hull_points = cloud.rotated(rotation)
+    """Measure one resting pose, `rotation` is asset_from_file; the rain volumes take the longest."""
+    samples, hull_points = cloud.samples @ rotation.T, cloud.hull_points @ rotation.T
     lower, upper = hull_points.min(axis=0), hull_points.max(axis=0)
     height = max(float(upper[2] - lower[2]), 1e-9)
     _, long, wide = smallest_rectangle(hull_points[:, :2])
@@ -362,41 +340,19 @@ def pose_score(pose: Stance, category: Category) -> float:
     if category.build is MatterFill.VESSEL:  # one without an opening has its lid on
         closed_share = 1 - max(upright_share, inverted_share)
         neck = min(max(taper, -0.6), 0.6)
-        return (
-            total
-            + 6.0 * capacity_score
-            + 1.3 * foot_score
-            + closed_share * (1.5 * neck + 4.0 * pose.center_below_middle + 0.5 * foot_over_crown)
-        )
+        lid = 1.5 * neck + 4.0 * pose.center_below_middle + 0.5 * foot_over_crown
+        return total + 6.0 * capacity_score + 1.3 * foot_score + closed_share * lid
+    middle = pose.center_below_middle
     if category.build is MatterFill.FILLED:  # cans and bottles have a dent below
         dent = float(np.clip((pose.rain_volume_inverted - pose.rain_volume) / 0.02, -1, 1))
-        return (
-            total + 3.5 * taper + 6.0 * pose.center_below_middle + 0.8 * foot_over_crown + 1.0 * foot_score + 1.0 * dent
-        )
+        return total + 3.5 * taper + 6.0 * middle + 0.8 * foot_over_crown + 1.0 * foot_score + 1.0 * dent
     if category.build is MatterFill.HOLLOW:
-        return (
-            total
-            + 1.2 * taper
-            + 4.0 * pose.center_below_middle
-            + 0.5 * foot_over_crown
-            + 1.0 * foot_score
-            + 0.8 * capacity_score
-        )
-    return (
-        total
-        + 0.5 * taper
-        + 4.0 * pose.center_below_middle
-        + 1.0 * foot_over_crown
-        + 1.0 * foot_score
-        + 1.0 * capacity_score
-    )
+        return total + 1.2 * taper + 4.0 * middle + 0.5 * foot_over_crown + 1.0 * foot_score + 0.8 * capacity_score
+    return total + 0.5 * taper + 4.0 * middle + 1.0 * foot_over_crown + 1.0 * foot_score + 1.0 * capacity_score
 
 
 def balance_score(pose: Stance, category: Category) -> float:
-    """Log likelihood that an object that rests upright was modelled in a pose in which it would fall.
-
-    It is not divided by `doubts`.
-    """
+    """Log likelihood that an upright object was modelled in a pose in which it would fall; not divided by `doubts`."""
     stands = category.upright is RestingPose.STANDS and category.id != FALLBACK
     return FALLING_NATS if stands and (not pose.is_stable or pose.foot_area < LEAST_FOOT) else 0.0
 

@@ -10,7 +10,7 @@ import numpy as np
 from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.geometry.grid.voxels import Grid, voxelise
 from casa_assets.geometry.mesh.surface import face_normals, signed_volume, winding_number
-from casa_assets.geometry.mesh.topology import edge_counts, face_components, is_closed
+from casa_assets.geometry.mesh.topology import component_boxes, edge_counts, face_components, is_closed
 from casa_assets.geometry.mesh.visibility import measure_visibility
 from casa_assets.geometry.solid.deviation import surface_samples
 from casa_assets.geometry.solid.solids import hull_volume
@@ -25,11 +25,9 @@ from casa_assets.model.source import RawPart
 
 @dataclass(frozen=True)
 class Components:
-    """Components of a surface, connected over shared points and numbered by their first face.
+    """Components of a welded surface, connected over shared points and numbered by their first face.
 
-    Attributes:
-        points: (P, 3) welded. faces: (F, 3). label: (F,) component of each face.
-        lower, upper: (N, 3) corners of the bounding boxes. longest_side: (N,) of each box.
+    `label`: (F,) component of each face. `lower`, `upper`: (N, 3) corners of the boxes; `longest_side`: (N,) of each.
     """
 
     points: Floats
@@ -54,20 +52,14 @@ class Components:
         used, local = np.unique(self.faces_of(component), return_inverse=True)
         return self.points[used], local.reshape(-1, 3)
 
-    def extents_of(self, rows: Mask) -> Floats:
-        """(3,) sides of the box around some components; zero if no components are given."""
-        if not rows.any():
-            return np.zeros(3)
-        sides: Floats = self.upper[rows].max(axis=0) - self.lower[rows].min(axis=0)
-        return sides
+    def extents_of(self, rows: Mask | Ints) -> Floats:
+        """(3,) sides of the box around some components, by a mask or by their numbers; zero if there are none."""
+        lower, upper = self.lower[rows], self.upper[rows]
+        return upper.max(axis=0) - lower.min(axis=0) if len(lower) else np.zeros(3)
 
 
 def split_components(vertices: Floats, faces: Ints, place: Ints) -> Components:
-    """Split some faces of a surface into components.
-
-    Args:
-        vertices: (V, 3). faces: (F, 3). place: (V,) welded point of each vertex.
-    """
+    """Split some (F, 3) faces of a surface into components; `place`: (V,) welded point of each vertex."""
     ids = place[faces]
     points = np.zeros((int(place.max()) + 1, 3))
     points[ids.ravel()] = vertices[faces.ravel()]
@@ -76,25 +68,10 @@ def split_components(vertices: Floats, faces: Ints, place: Ints) -> Components:
     return Components(points, ids, label, lower, upper, (upper - lower).max(axis=1))
 
 
-def component_boxes(corners: Floats, label: Ints) -> tuple[Floats, Floats]:
-    """(N, 3) lower and upper corners of the box around each component of some faces.
-
-    Args:
-        corners: (F, 3, 3) of the faces. label: (F,) component of each.
-    """
-    count = int(label.max()) + 1
-    lower, upper = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
-    np.minimum.at(lower, label, corners.min(axis=1))
-    np.maximum.at(upper, label, corners.max(axis=1))
-    return lower, upper
-
-
 def box_gaps(lower: Floats, upper: Floats) -> Floats:
     """(N, N) distance between every two of N boxes, 0 where they meet."""
-    gaps: Floats = np.linalg.norm(
-        np.maximum(0, np.maximum(lower[:, None] - upper[None], lower[None] - upper[:, None])), axis=2
-    )
-    return gaps
+    gaps = np.maximum(0, np.maximum(lower[:, None] - upper[None], lower[None] - upper[:, None]))
+    return np.asarray(np.linalg.norm(gaps, axis=2))
 
 
 # Intersecting components ----------------------------------------------------------------------------------------------
@@ -118,11 +95,7 @@ MIN_INSIDE = 2
 
 
 def intersecting_components(points: Floats, faces: Ints) -> list[Issue]:
-    """One warning (MSH050) if components of similar size intersect, else an empty list.
-
-    Args:
-        points: (V, 3), welded. faces: (F, 3).
-    """
+    """One warning (MSH050) if components of similar size intersect, else an empty list; `points`: (V, 3), welded."""
     if not 0 < len(faces) <= MAX_FACES:
         return []
     component = face_components(faces, len(points))
@@ -171,12 +144,9 @@ PNG_TYPE_OFFSET = 25
 
 
 def enclosed_parts(components: Components, see_through: Mask) -> tuple[Mask, list[Issue]]:
-    """(N,) True for components sealed up in others that cannot be seen through, and notes where there are some.
+    """(N,) True for components sealed up in others, of faces that cannot be seen through (F,), and notes on them.
 
     The inner wall of a sealed cavity stays, with a note, since it shows how thick the outer wall is.
-
-    Args:
-        see_through: (F,) faces that can be seen through.
     """
     is_sealed = np.zeros(components.count, dtype=bool)
     glass = np.zeros(components.count, dtype=bool)
@@ -184,10 +154,14 @@ def enclosed_parts(components: Components, see_through: Mask) -> tuple[Mask, lis
     if components.count == 1 or components.count > MAX_ENCLOSED:
         return is_sealed, []
     within = _within_another(components) & ~glass
-    cavities = [int(k) for k in np.flatnonzero(within) if _is_cavity_wall(components, int(k))]
+    cavities, candidates = list[int](), list[int]()
+    for k in map(int, np.flatnonzero(within)):
+        points, faces = components.surface_of(k)
+        # A closed wall that faces inwards.
+        is_cavity = is_closed(faces) and signed_volume(points, faces) < 0
+        (cavities if is_cavity else candidates).append(k)
     message = f"{len(cavities)} closed walls inside look inwards: sealed rooms, which collision shapes fill"
     notes = [warning("MSH043", "rooms", message)] if cavities else []
-    candidates = [int(k) for k in np.flatnonzero(within) if int(k) not in cavities]
     is_wall = ~glass
     is_wall[candidates] = False
     wall_faces = components.faces[is_wall[components.label]]
@@ -198,19 +172,14 @@ def enclosed_parts(components: Components, see_through: Mask) -> tuple[Mask, lis
     for component in candidates:
         is_sealed[component] = _is_sealed(*components.surface_of(component), grid)
     if is_sealed.any():
-        message = (
-            f"{int(is_sealed.sum())} pieces that are sealed up in others were taken away: nobody sees or touches them"
-        )
+        count = int(is_sealed.sum())
+        message = f"{count} pieces that are sealed up in others were taken away: nobody sees or touches them"
         notes.append(warning("MSH042", "pieces", message))
     return is_sealed, notes
 
 
-def transparent_parts(parts: tuple[RawPart, ...]) -> list[bool]:
-    """For each part, True where it can be seen through somewhere."""
-    return [_is_transparent(part) for part in parts]
-
-
-def _is_transparent(part: RawPart) -> bool:
+def is_transparent(part: RawPart) -> bool:
+    """True for a part that can be seen through somewhere."""
     picture = part.material.base_color_texture
     painted = picture is not None and picture.png[PNG_TYPE_OFFSET] in PNG_TYPES_WITH_ALPHA
     colors = part.mesh.colors
@@ -221,18 +190,10 @@ def _is_transparent(part: RawPart) -> bool:
 def _within_another(components: Components) -> Mask:
     """(N,) components whose box lies within that of a larger one."""
     is_within = np.zeros(components.count, dtype=bool)
-    for outer in np.argsort(-components.longest_side, kind="stable")[: min(components.count, 64)]:
-        inner = (components.lower[outer] < components.lower).all(axis=1) & (
-            components.upper < components.upper[outer]
-        ).all(axis=1)
-        is_within |= inner
+    lower, upper = components.lower, components.upper
+    for outer in np.argsort(-components.longest_side, kind="stable")[:64]:
+        is_within |= (lower[outer] < lower).all(axis=1) & (upper < upper[outer]).all(axis=1)
     return is_within
-
-
-def _is_cavity_wall(components: Components, component: int) -> bool:
-    """True for a closed wall that faces inwards."""
-    points, faces = components.surface_of(component)
-    return is_closed(faces) and signed_volume(points, faces) < 0
 
 
 def _is_sealed(points: Floats, faces: Ints, grid: Grid) -> bool:
@@ -257,14 +218,11 @@ VISIBILITY_SAMPLES = 30_000
 
 @dataclass(frozen=True)
 class Solidity:
-    """Measured kind of a surface.
+    """Measured kind of a surface, as `collide` calls it.
 
-    Attributes:
-        kind: as `collide` calls it.
-        hull_fill: its volume over that of its hull. wall_ratio: twice its volume over its area and longest side.
-        visible_share: share of its area that is seen from outside.
-        sealed_share: volume of sealed cavities over the volume with them.
-        is_closed: it bounds a volume, though it may touch itself; else its volume is that of a voxel grid.
+    `hull_fill`: its volume over that of its hull. `wall_ratio`: twice its volume over its area and longest side.
+    `visible_share`: of its area, from outside. `sealed_share`: volume of sealed cavities over the volume with them.
+    `is_closed`: it bounds a volume, though it may touch itself; else its volume is that of a voxel grid.
     """
 
     kind: SurfaceKind
@@ -290,11 +248,9 @@ class Solidity:
 
 
 def solidity(points: Floats, faces: Ints, is_full: bool = False) -> Solidity:
-    """Measure a surface.
+    """Measure a surface, welded, any unit, outward where it is closed.
 
-    Args:
-        points: (P, 3) welded, any unit. faces: (F, 3), outward where it is closed.
-        is_full: known to be solid all through, so that walls inside it are faults.
+    `is_full`: known to be solid all through, so that walls inside it are faults.
     """
     used, local = np.unique(faces, return_inverse=True)
     points, faces = points[used], local.reshape(-1, 3)
@@ -307,14 +263,16 @@ def solidity(points: Floats, faces: Ints, is_full: bool = False) -> Solidity:
     volume = outer_volume - cavity_volume if is_closed else voxelise(points, faces).volume
     sealed_share = cavity_volume / outer_volume if is_closed else 0.0
     hull_fill, wall_ratio = min(1.0, volume / hull), 2 * volume / (area * longest)
-    return Solidity(
-        _kind(hull_fill, wall_ratio, visible_share, sealed_share, is_closed, is_full),
-        hull_fill,
-        wall_ratio,
-        visible_share,
-        sealed_share,
-        is_closed,
-    )
+    has_thin_walls = wall_ratio < THIN_WALL_RATIO
+    has_hidden_walls = has_thin_walls and visible_share < 1 - HIDDEN_AREA_SHARE
+    # The inner wall of a closed vessel is out of sight too, but is meant.
+    if sealed_share > MIN_SEALED_GROWTH or (has_hidden_walls and (is_full or not is_closed)):
+        kind = SurfaceKind.DOUBLE
+    elif not is_closed:
+        kind = SurfaceKind.SHEET if has_thin_walls else SurfaceKind.SOLID
+    else:
+        kind = SurfaceKind.WALLED if hull_fill < MAX_WALLED_FILL and has_thin_walls else SurfaceKind.SOLID
+    return Solidity(kind, hull_fill, wall_ratio, visible_share, sealed_share, is_closed)
 
 
 def _volumes(points: Floats, faces: Ints) -> tuple[float, float]:
@@ -324,15 +282,3 @@ def _volumes(points: Floats, faces: Ints) -> tuple[float, float]:
     cones = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6
     volumes = np.bincount(label, weights=cones)
     return float(volumes[volumes > 0].sum()), float(-volumes[volumes < 0].sum())
-
-
-def _kind(
-    hull_fill: float, wall_ratio: float, visible_share: float, sealed_share: float, is_closed: bool, is_full: bool
-) -> SurfaceKind:
-    has_hidden_walls = wall_ratio < THIN_WALL_RATIO and visible_share < 1 - HIDDEN_AREA_SHARE
-    # The inner wall of a closed vessel is out of sight too, but is meant.
-    if sealed_share > MIN_SEALED_GROWTH or (has_hidden_walls and (is_full or not is_closed)):
-        return SurfaceKind.DOUBLE
-    if not is_closed:
-        return SurfaceKind.SHEET if wall_ratio < THIN_WALL_RATIO else SurfaceKind.SOLID
-    return SurfaceKind.WALLED if hull_fill < MAX_WALLED_FILL and wall_ratio < THIN_WALL_RATIO else SurfaceKind.SOLID

@@ -7,15 +7,16 @@ import numpy as np
 from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.geometry.mesh.surface import face_normals, winding_number
 from casa_assets.geometry.mesh.topology import (
+    component_boxes,
     consistent_winding,
     edge_counts,
     face_components,
+    faces_with,
     is_closed,
     manifold_patches,
 )
 from casa_assets.geometry.mesh.visibility import measure_visibility
 from casa_assets.ingest.draft import Draft, Surface, warning
-from casa_assets.ingest.repair.components import component_boxes
 from casa_assets.ingest.repair.gaps import close_holes
 from casa_assets.ingest.texture import submesh
 from casa_assets.model.issue import Issue
@@ -33,25 +34,22 @@ MOSTLY_CLOSED_SHARE = 0.98
 def valid_faces(vertices: Floats, faces: Ints, place: Ints) -> Mask:
     """(F,) True for faces to keep: with an area, each once; of faces and reversed twins one where that closes the mesh.
 
-    Args:
-        vertices: (V, 3). faces: (F, 3). place: (V,) the welded point of each vertex.
+    `place`: (V,) welded point of each vertex.
     """
     ids = place[faces]
     _, area = face_normals(vertices, faces)
     extent = float(np.ptp(vertices, axis=0).max()) or 1.0
-    keep = (
-        (area > (extent * MIN_HEIGHT) ** 2)
-        & (ids[:, 0] != ids[:, 1])
-        & (ids[:, 1] != ids[:, 2])
-        & (ids[:, 2] != ids[:, 0])
-    )
+    a, b, c = ids.T
+    keep: Mask = (area > (extent * MIN_HEIGHT) ** 2) & (a != b) & (b != c) & (c != a)
     start = np.argmin(ids, axis=1)
     rotated = np.stack([ids[np.arange(len(ids)), (start + k) % 3] for k in range(3)], axis=1)
     keep &= _first_of_each(rotated, keep)
-    is_first_unordered = _first_of_each(np.sort(ids, axis=1), keep)
-    without_twins = keep & is_first_unordered
-    kept: Mask = without_twins if without_twins.sum() < keep.sum() and _mostly_closed(ids[without_twins]) else keep
-    return kept
+    without_twins: Mask = keep & _first_of_each(np.sort(ids, axis=1), keep)
+    if without_twins.sum() < keep.sum():
+        _, uses, _ = edge_counts(ids[without_twins])
+        if (uses == 2).mean() > MOSTLY_CLOSED_SHARE:
+            return without_twins
+    return keep
 
 
 def _first_of_each(keys: Ints, mask: Mask) -> Mask:
@@ -61,11 +59,6 @@ def _first_of_each(keys: Ints, mask: Mask) -> Mask:
         _, first = np.unique(keys[index], axis=0, return_index=True)
         is_first[index[first]] = True
     return is_first
-
-
-def _mostly_closed(ids: Ints) -> bool:
-    _, uses, _ = edge_counts(ids)
-    return bool((uses == 2).mean() > MOSTLY_CLOSED_SHARE)
 
 
 # Nonmanifold ----------------------------------------------------------------------------------------------------------
@@ -83,10 +76,10 @@ MAX_FIN_FACES = 2
 def cut_nonmanifold_faces(draft: Draft) -> Draft:
     """Cut out nonmanifold faces and close the holes; only holes are closed where that would not halve unsound edges."""
     closed = close_holes(draft)
-    ids = closed.surface.welded_faces
-    if not _is_rare(ids):
+    _, uses, _ = edge_counts(closed.surface.welded_faces)
+    if not 0 < int((uses > 2).sum()) <= min(MAX_NONMANIFOLD_EDGES, MAX_NONMANIFOLD_SHARE * len(uses)):
         return closed
-    before = _unsound(ids)
+    before = int((uses != 2).sum())
     remaining, cut_corners = draft, []
     for _ in range(MAX_ROUNDS):
         bad = _touching(remaining.surface.welded_faces)
@@ -97,21 +90,11 @@ def cut_nonmanifold_faces(draft: Draft) -> Draft:
         cut_corners.append(remaining.surface.vertices[remaining.surface.faces[bad]].reshape(-1, 3))
         remaining = remaining.replace(parts=_without(remaining.parts, bad))
     closed = close_holes(remaining, np.concatenate(cut_corners))
-    after = _unsound(closed.surface.welded_faces)
+    after = int((edge_counts(closed.surface.welded_faces)[1] != 2).sum())
     if after * 2 > before:
         return closed
     message = f"{before} unsound edges became {after}: the faces around tangled ones were cut out and closed anew"
     return closed.replace(notes=draft.noted(warning("MSH045", "edges", message)))
-
-
-def _unsound(ids: Ints) -> int:
-    return int((edge_counts(ids)[1] != 2).sum())
-
-
-def _is_rare(ids: Ints) -> bool:
-    _, uses, _ = edge_counts(ids)
-    tangled = int((uses > 2).sum())
-    return 0 < tangled <= min(MAX_NONMANIFOLD_EDGES, MAX_NONMANIFOLD_SHARE * len(uses))
 
 
 def _touching(ids: Ints) -> Mask:
@@ -130,9 +113,8 @@ def _without(parts: tuple[RawPart, ...], bad: Mask) -> tuple[RawPart, ...]:
         rows = bad[start : start + len(part.mesh.faces)]
         start += len(part.mesh.faces)
         if not rows.all():
-            out.append(
-                part.replace(mesh=submesh(part.mesh, part.mesh.faces[~rows].astype(np.int64))) if rows.any() else part
-            )
+            mesh = submesh(part.mesh, part.mesh.faces[~rows].astype(np.int64)) if rows.any() else part.mesh
+            out.append(part.replace(mesh=mesh))
     return tuple(out)
 
 
@@ -140,34 +122,22 @@ def sheet_fins(ids: Ints) -> tuple[Mask, list[Issue]]:
     """(F,) True for fins, a few faces that hang by an edge on a closed surface, and a note if any were found.
 
     No face counts as a fin if the rest would stay open: then a single face may be all that is left of a wall.
-
-    Args:
-        ids: (F, 3) indices of welded points.
     """
     none = np.zeros(len(ids), dtype=bool)
-    edges, uses, _ = edge_counts(ids)
+    _, uses, _ = edge_counts(ids)
     if not len(ids) or not (uses > 2).any() or not (uses == 1).any():
         return none, []
     patch = manifold_patches(ids)
     small = np.bincount(patch)[patch] <= MAX_FIN_FACES
-    stands, hangs = (np.isin(patch, patch[_has(ids, edges[mask])]) for mask in (uses == 1, uses > 2))
+    stands, hangs = (np.isin(patch, patch[faces_with(ids, mask)]) for mask in (uses == 1, uses > 2))
     is_fin = small & stands & hangs
     if not is_fin.any() or is_fin.all() or (edge_counts(ids[~is_fin])[1] != 2).any():
         return none, []
     count = int(is_fin.sum())
-    subject = "1 face that stood off a closed surface like a fin was"
-    if count != 1:
-        subject = f"{count} faces that stood off a closed surface like fins were"
-    message = f"{subject} taken away"
-    return is_fin, [warning("MSH046", "faces", message)]
-
-
-def _has(ids: Ints, edges: Ints) -> Mask:
-    """(F,) faces that have one of the edges. edges: (E, 2) with ascending ends."""
-    base = int(ids.max()) + 1
-    sides = np.sort(np.stack([ids[:, [0, 1]], ids[:, [1, 2]], ids[:, [2, 0]]]), axis=2)
-    found: Mask = np.any(np.isin(sides[:, :, 0] * base + sides[:, :, 1], edges[:, 0] * base + edges[:, 1]), axis=0)
-    return found
+    subject = f"{count} faces that stood off a closed surface like fins were"
+    if count == 1:
+        subject = "1 face that stood off a closed surface like a fin was"
+    return is_fin, [warning("MSH046", "faces", f"{subject} taken away")]
 
 
 # Winding --------------------------------------------------------------------------------------------------------------
@@ -231,7 +201,8 @@ def _inside_out(points: Floats, ids: Ints, label: Ints, was_turned: Mask, is_ope
     cone_volumes = np.einsum("ij,ij->i", local[:, 0], np.cross(local[:, 1], local[:, 2]))
     volume = np.bincount(label, weights=cone_volumes, minlength=count)
     is_inside_out: Mask = volume < -1e-9 * (upper - lower).max(axis=1) ** 3
-    areas = np.bincount(label, weights=np.linalg.norm(_area_vectors(corners), axis=1) / 2, minlength=count)
+    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    areas = np.bincount(label, weights=np.linalg.norm(cross, axis=1) / 2, minlength=count)
     is_flat = np.zeros(count, dtype=bool)
     is_flat[label[is_open]] = True
     is_flat &= np.abs(volume) / 6 < MIN_CURVATURE * areas * (upper - lower).max(axis=1)
@@ -245,29 +216,20 @@ def _inside_out(points: Floats, ids: Ints, label: Ints, was_turned: Mask, is_ope
         ]
         for rank, component in enumerate(large)
     }
-    involved = {
-        *(k for found in hosts.values() for k in found),
-        *(component for component, found in hosts.items() if found),
-    }
+    involved = {k for component, found in hosts.items() if found for k in (component, *found)}
     faces_of = {k: ids[label == k] for k in involved}
     closed = {k: is_closed(faces_of[k]) for k in involved}
     for component, found in hosts.items():
         for outer in reversed(found):  # the smallest first
             if closed[outer]:
-                is_reversed = (
-                    abs(winding_number(points, faces_of[outer], points[faces_of[component][0]].mean(axis=0))) > 0.5
-                )
+                middle = points[faces_of[component][0]].mean(axis=0)
+                is_reversed = abs(winding_number(points, faces_of[outer], middle)) > 0.5
             else:  # an open one is assumed to belong to the other one whose box it lies in
                 is_reversed = not closed[component]
             if is_reversed:
                 is_inside_out[component] = is_inside_out[outer]
                 break
     return is_inside_out
-
-
-def _area_vectors(corners: Floats) -> Floats:
-    vectors: Floats = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    return vectors
 
 
 def _back_to_front(points: Floats, ids: Ints, label: Ints, is_open: Mask) -> Mask:
@@ -282,10 +244,10 @@ def _back_to_front(points: Floats, ids: Ints, label: Ints, is_open: Mask) -> Mas
     lower, upper = component_boxes(points[ids], label)
     is_flat = (upper - lower).min(axis=1) <= 1e-6 * (upper - lower).max(axis=1)
     visibility = measure_visibility(points, ids)
-    patch_count = int(patch.max()) + 1
-    sample_count = np.bincount(patch[visibility.face], minlength=patch_count)
-    front = np.bincount(patch[visibility.face], weights=visibility.front & ~visibility.back, minlength=patch_count)
-    back = np.bincount(patch[visibility.face], weights=visibility.back & ~visibility.front, minlength=patch_count)
+    patch_count, patch_of_sample = int(patch.max()) + 1, patch[visibility.face]
+    sample_count = np.bincount(patch_of_sample, minlength=patch_count)
+    front = np.bincount(patch_of_sample, weights=visibility.front & ~visibility.back, minlength=patch_count)
+    back = np.bincount(patch_of_sample, weights=visibility.back & ~visibility.front, minlength=patch_count)
     shows_back = (
         (back > BACK_TO_FRONT_RATIO * front) & (back >= MIN_BACK_SHARE * sample_count) & (back >= MIN_BACK_SAMPLES)
     )

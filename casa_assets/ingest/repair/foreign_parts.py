@@ -14,7 +14,7 @@ from casa_assets.geometry.solid.solids import hull_volume
 from casa_assets.ingest.draft import warning
 from casa_assets.ingest.repair.components import Components, box_gaps
 from casa_assets.model.issue import Issue
-from casa_assets.model.registry.category import Category
+from casa_assets.model.registry.category import FALLBACK, Category
 
 # All numbers below are choices. Sizes are longest sides of bounding boxes.
 # A mesh of more components is left as it is.
@@ -52,8 +52,6 @@ STAND_THICKNESS = 0.15
 STAND_HULL_FILL = 0.9
 STAND_WIDTH = 1.2
 STAND_GAP = 0.05
-# Category of what could not be named; it has no usual proportions.
-UNKNOWN = "object"
 # Without its stand the mesh is nearer to the usual proportions by this much, and this near; logarithms of ratios.
 MIN_IMPROVEMENT = 0.2
 MAX_PROPORTION_ERROR = 0.7
@@ -67,8 +65,7 @@ MAX_APART = 64
 def foreign_parts(components: Components, category: Category | None) -> tuple[Mask, list[Issue]]:
     """(N,) True for components that do not belong to the object, and notes on them.
 
-    Args:
-        category: its usual proportions distinguish a pedestal from a foot; without one, pedestals are not looked for.
+    The usual proportions of the category distinguish a pedestal from a foot; without one, pedestals stay.
     """
     is_foreign = np.zeros(components.count, dtype=bool)
     if components.count == 1 or components.count > MAX_COMPONENTS:
@@ -85,7 +82,7 @@ def foreign_parts(components: Components, category: Category | None) -> tuple[Ma
     if sky is not None:
         is_foreign[sky] = True
         notes.append(warning("MSH012", "sky", "a shell far around the object was taken away"))
-    stand = None if category is None or category.id == UNKNOWN else _stand(components, is_foreign, category)
+    stand = None if category is None or category.id == FALLBACK else _stand(components, is_foreign, category)
     if stand is not None:
         is_foreign[stand] = True
         notes.append(warning("MSH012", "stand", "a slab that the object stands on was taken away"))
@@ -124,15 +121,14 @@ def _backdrop(components: Components) -> Mask:
     component = int(np.argmax(components.longest_side))
     others = np.arange(components.count) != component
     faces = components.faces_of(component)
-    if components.longest_side[component] <= GROUND_WIDTH * components.extents_of(others).max() or is_closed(faces):
+    longest, rest = components.longest_side[component], components.extents_of(others).max()
+    if longest <= GROUND_WIDTH * rest or is_closed(faces):
         return out
     normals, areas = face_normals(components.points, faces)
     share = areas / areas.sum()
     spread, axes = np.linalg.eigh(np.einsum("n,ni,nj->ij", share, normals, normals))
     is_bent = spread[1] > MIN_BEND_MOMENT and float(share @ np.abs(normals @ axes[:, 0])) < MAX_OFF_PLANE
-    is_corner = components.longest_side[component] > ROOM_WIDTH * components.extents_of(others).max() and _is_corner(
-        normals, share
-    )
+    is_corner = longest > ROOM_WIDTH * rest and _is_corner(normals, share)
     # The normals of a tube cancel each other out, so their mean is short.
     mean_normal_length = float(np.linalg.norm(share @ normals))
     center_of_others = (components.lower[others].min(axis=0) + components.upper[others].max(axis=0)) / 2
@@ -147,11 +143,7 @@ def _backdrop(components: Components) -> Mask:
 
 
 def _is_corner(normals: Floats, share: Floats) -> bool:
-    """True if nearly all of the area lies in three perpendicular planes: a floor and two walls.
-
-    Args:
-        normals: (F, 3) unit normals. share: (F,) of the area.
-    """
+    """True if nearly all of the area, (F,) shares with (F, 3) normals, is a floor and two perpendicular walls."""
     first = normals[int(np.argmax(share))]
     is_perpendicular = np.abs(normals @ first) < COSINE_TOLERANCE
     if not is_perpendicular.any():
@@ -159,9 +151,8 @@ def _is_corner(normals: Floats, share: Floats) -> bool:
     second = normals[int(np.argmax(np.where(is_perpendicular, share, -1)))]
     axes = np.stack([first, second, np.cross(first, second)], axis=1)
     is_along_axis = np.abs(normals @ axes) > 1 - COSINE_TOLERANCE
-    return float(share @ is_along_axis.any(axis=1)) > MIN_SHARE_BEHIND and bool(
-        (share @ is_along_axis > MIN_BEND_MOMENT).all()
-    )
+    is_on_planes = float(share @ is_along_axis.any(axis=1)) > MIN_SHARE_BEHIND
+    return is_on_planes and bool((share @ is_along_axis > MIN_BEND_MOMENT).all())
 
 
 def _sky(components: Components, is_foreign: Mask) -> int | None:
@@ -188,14 +179,15 @@ def _stand(components: Components, is_foreign: Mask, category: Category) -> int 
         others = ~is_foreign & (np.arange(components.count) != component)
         if not others.any() or not _is_under(components, int(component), others):
             continue
-        error_with, error_without = (
-            _proportion_error(components.extents_of(some), usual) for some in (~is_foreign, others)
-        )
-        if (
-            error_without <= MAX_PROPORTION_ERROR
-            and error_without <= error_with - MIN_IMPROVEMENT
-            and _is_slab(components, int(component))
-        ):
+        # Sorted proportions, so that the pose does not matter: the largest logarithm of the ratio to the usual ones.
+        errors = []
+        for sides in (components.extents_of(~is_foreign), components.extents_of(others)):
+            proportions = np.sort(sides) / max(float(sides.max()), 1e-300)
+            errors.append(float(np.abs(np.log(np.maximum(proportions, 1e-9) / usual)).max()))
+        if errors[1] > MAX_PROPORTION_ERROR or errors[1] > errors[0] - MIN_IMPROVEMENT:
+            continue
+        points, faces = components.surface_of(int(component))
+        if abs(signed_volume(points, faces)) >= STAND_HULL_FILL * hull_volume(points) > 0:  # a slab
             return int(component)
     return None
 
@@ -215,17 +207,6 @@ def _is_under(components: Components, component: int, others: Mask) -> bool:
     above = components.lower[others][:, normal_axis].min() - upper[normal_axis]
     below = lower[normal_axis] - components.upper[others][:, normal_axis].max()
     return bool(abs(above) <= gap or abs(below) <= gap)
-
-
-def _is_slab(components: Components, component: int) -> bool:
-    points, faces = components.surface_of(component)
-    return abs(signed_volume(points, faces)) >= STAND_HULL_FILL * hull_volume(points) > 0
-
-
-def _proportion_error(sides: Floats, usual: Floats) -> float:
-    """Largest logarithm of the ratio between two sets of proportions, sorted, so that the pose does not matter."""
-    proportions = np.sort(sides) / max(float(sides.max()), 1e-300)
-    return float(np.abs(np.log(np.maximum(proportions, 1e-9) / usual)).max())
 
 
 def _specks(components: Components, is_foreign: Mask) -> Mask:

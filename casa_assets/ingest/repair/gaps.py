@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from casa_assets.core.numeric import Floats, Ints, Mask
-from casa_assets.geometry.mesh.topology import edge_counts
+from casa_assets.geometry.mesh.topology import connected_groups, directed_edges, edge_counts
 from casa_assets.ingest.draft import Draft, Surface, warning
 from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.issue import Issue
@@ -79,10 +77,11 @@ def _cuts(surface: Surface) -> list[_Cut]:
         if len(nearby[row]) < 3 or edge // 3 in faces_cut:
             continue
         a, b = edge_points[edge]
-        on_edge = _points_on_edge(
-            points, rim_points[nearby[row]], int(a), int(b), min(max_offset, MAX_OFF_EDGE_SHARE * float(length[row]))
-        )
-        if len(on_edge) and _are_all_open(np.array([a, *on_edge, b]), open_keys, len(points)):
+        reach = min(max_offset, MAX_OFF_EDGE_SHARE * float(length[row]))
+        on_edge = _points_on_edge(points, rim_points[nearby[row]], int(a), int(b), reach)
+        chain = np.array([a, *on_edge, b])
+        parts = np.sort(np.stack([chain[:-1], chain[1:]], axis=1), axis=1) @ np.array([len(points), 1])
+        if len(on_edge) and open_keys.issuperset(parts.tolist()):
             faces_cut.add(edge // 3)
             cuts.append(_Cut(edge // 3, edge % 3, points[on_edge]))
     return cuts
@@ -99,19 +98,13 @@ def _points_on_edge(points: Floats, candidates: Ints, a: int, b: int, max_offset
     return ordered
 
 
-def _are_all_open(chain: Ints, open_keys: set[int], count: int) -> bool:
-    edges = np.sort(np.stack([chain[:-1], chain[1:]], axis=1), axis=1)
-    return all(k in open_keys for k in (edges @ np.array([count, 1])).tolist())
-
-
 def _cut(parts: tuple[RawPart, ...], cuts: list[_Cut]) -> tuple[RawPart, ...]:
     face_ends = np.cumsum([len(p.mesh.faces) for p in parts])
     cuts_of_part: dict[int, list[_Cut]] = {}
     for cut in cuts:
         i = int(np.searchsorted(face_ends, cut.face, side="right"))
-        cuts_of_part.setdefault(i, []).append(
-            _Cut(cut.face - int(face_ends[i]) + len(parts[i].mesh.faces), cut.edge, cut.points_on_edge)
-        )
+        face = cut.face - int(face_ends[i]) + len(parts[i].mesh.faces)
+        cuts_of_part.setdefault(i, []).append(replace(cut, face=face))
     return tuple(
         p.replace(mesh=_with_cuts(p.mesh, cuts_of_part[i])) if i in cuts_of_part else p for i, p in enumerate(parts)
     )
@@ -197,14 +190,11 @@ def close_cracks(surface: Surface, keep: Mask) -> tuple[Floats, list[Issue]]:
     if _useless_points(ids, cluster).any() or open_after >= open_before:
         return vertices, []
     count = np.bincount(cluster, minlength=len(points))
-    position_sum = np.stack(
-        [np.bincount(cluster, weights=points[:, k], minlength=len(points)) for k in range(3)], axis=1
-    )
+    sums = [np.bincount(cluster, weights=points[:, k], minlength=len(points)) for k in range(3)]
+    mean = np.stack(sums, axis=1) / np.maximum(count, 1)[:, None]
     cluster_of_vertex = cluster[place]
     is_moved = count[cluster_of_vertex] > 1
-    moved_vertices = np.where(
-        is_moved[:, None], (position_sum / np.maximum(count, 1)[:, None])[cluster_of_vertex], vertices
-    )
+    moved_vertices = np.where(is_moved[:, None], mean[cluster_of_vertex], vertices)
     message = f"cracks along {open_before - open_after} of {open_before} open edges were closed"
     return moved_vertices, [warning("MSH040", "seams", message)]
 
@@ -224,13 +214,10 @@ def _close_pairs(points: Floats, ids: Ints, edges: Ints, uses: Ints) -> Ints:
 
 
 def _within(points: Floats, reach: Floats) -> Ints:
-    """(N, 2) pairs of points that lie within the reach of both.
+    """(N, 2) pairs of points that lie within the (P,) reach of both.
 
     One search with the longest reach would pair each point of a finely divided rim with thousands of neighbours. So
     points are searched by powers of two of their reach, together with all whose reach is longer.
-
-    Args:
-        points: (P, 3). reach: (P,) of each, in the same unit.
     """
     pairs_by_level = [np.zeros((0, 2), dtype=np.int64)]
     level = np.floor(np.log2(np.maximum(reach, np.finfo(np.float64).tiny))).astype(np.int64)
@@ -248,8 +235,7 @@ def _within(points: Floats, reach: Floats) -> Ints:
 
 def _clusters(pairs: Ints, count: int) -> Ints:
     """(P,) for each point the first point of its cluster, over pairs that are joined."""
-    graph = coo_matrix((np.ones(len(pairs), dtype=np.int8), (pairs[:, 0], pairs[:, 1])), shape=(count, count))
-    label = connected_components(graph, directed=False)[1]
+    label = connected_groups(count, pairs[:, 0], pairs[:, 1])
     first = np.full(int(label.max()) + 1, count, dtype=np.int64)
     np.minimum.at(first, label, np.arange(count))
     found: Ints = first[label]
@@ -257,11 +243,7 @@ def _clusters(pairs: Ints, count: int) -> Ints:
 
 
 def _useless_points(ids: Ints, cluster: Ints) -> Mask:
-    """(P,) points whose joining closes no edge, collapses a face, or makes a third face meet at an edge.
-
-    Args:
-        ids: (F, 3). cluster: (P,) the point that each point is joined to.
-    """
+    """(P,) points whose joining to (P,) `cluster` closes no edge, collapses a face, or makes an edge of three faces."""
     merged_faces = cluster[ids]
     moved = np.bincount(cluster, minlength=len(cluster))[cluster] > 1
     edges, uses, _ = edge_counts(ids)
@@ -274,11 +256,8 @@ def _useless_points(ids: Ints, cluster: Ints) -> Mask:
     is_useful, is_harmful = np.zeros(len(cluster), dtype=bool), np.zeros(len(cluster), dtype=bool)
     is_useful[merged_edges[(total == 2) & (max_uses == 1)].ravel()] = True
     is_harmful[merged_edges[(total > 2) & (max_uses <= 2)].ravel()] = True
-    is_folded = (
-        (merged_faces[:, 0] == merged_faces[:, 1])
-        | (merged_faces[:, 1] == merged_faces[:, 2])
-        | (merged_faces[:, 2] == merged_faces[:, 0])
-    )
+    a, b, c = merged_faces.T
+    is_folded = (a == b) | (b == c) | (c == a)
     is_harmful[merged_faces[is_folded].ravel()] = True
     is_useless: Mask = moved & (is_harmful[cluster] | ~is_useful[cluster])
     return is_useless
@@ -309,19 +288,13 @@ def close_holes(draft: Draft, cut: Floats | None = None) -> Draft:
     """Close the small holes of the parts, with a note where there were some.
 
     Texture coordinates, normals and colours of the new vertex are means over the rim. Larger openings stay, and round
-    ones, which are meant.
-
-    Args:
-        cut: (N, 3) corners of faces that were cut out just before: a hole whose rim lies there is closed, round or not.
+    ones, which are meant, unless their rim is at (N, 3) corners of faces that were cut out just before.
     """
     points, place = draft.surface.points, draft.surface.point_of_vertex
     max_width = MAX_HOLE_WIDTH * float(np.ptp(points, axis=0).max())
     cut_points = None if cut is None or not len(cut) else cKDTree(cut)
-    rims = [
-        rim
-        for rim in boundary_loops(draft.surface.faces, place)
-        if _is_torn(points[place[rim[:, 0]]], max_width, cut_points)
-    ]
+    loops = boundary_loops(draft.surface.faces, place)
+    rims = [rim for rim in loops if _is_torn(points[place[rim[:, 0]]], max_width, cut_points)]
     if not rims:
         return draft
     message = f"{len(rims)} small holes of {sum(len(rim) for rim in rims)} edges were closed"
@@ -335,9 +308,8 @@ def close_missing_sides(draft: Draft) -> Draft:
     sides were closed; the new faces have the colours of the rim.
     """
     points, place = draft.surface.points, draft.surface.point_of_vertex
-    rims = [
-        rim for rim in boundary_loops(draft.surface.faces, place) if _is_missing_side(points[place[rim[:, 0]]], points)
-    ]
+    loops = boundary_loops(draft.surface.faces, place)
+    rims = [rim for rim in loops if _is_missing_side(points[place[rim[:, 0]]], points)]
     if not rims:
         return draft
     what = "a flat side that was missing was" if len(rims) == 1 else f"{len(rims)} flat sides that were missing were"
@@ -363,12 +335,9 @@ def _closed(draft: Draft, rims: list[Ints]) -> Draft:
 def boundary_loops(faces: Ints, place: Ints) -> list[Ints]:
     """Boundary loops of a surface, against the direction of its faces; loops that branch are left out.
 
-    Args:
-        faces: (F, 3) vertices. place: (V,) welded point of each vertex.
-    Returns:
-        For each loop (K, 2) vertices, start and end of each edge.
+    `place`: (V,) welded point of each vertex. Each loop: (K, 2) vertices, start and end of each edge.
     """
-    edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    edges = directed_edges(faces)
     edge_points, count = place[edges], int(place.max()) + 1
     forward, backward = edge_points[:, 0] * count + edge_points[:, 1], edge_points[:, 1] * count + edge_points[:, 0]
     open_edges = edges[~np.isin(backward, forward)][:, ::-1]
@@ -391,23 +360,14 @@ def boundary_loops(faces: Ints, place: Ints) -> list[Ints]:
             if end in branching or end not in edge_from:
                 break
             edge = edge_from[end]
-        is_whole = (
-            bool(loop)
-            and edge == start_edge
-            and place[open_edges[loop[-1], 1]] == starts[start_edge]
-            and len(loop) >= 3
-        )
+        is_whole = len(loop) >= 3 and edge == start_edge and place[open_edges[loop[-1], 1]] == starts[start_edge]
         if is_whole and starts[start_edge] not in branching:
             loops.append(open_edges[loop])
     return loops
 
 
 def _is_torn(rim: Floats, max_width: float, cut_points: cKDTree | None) -> bool:
-    """True if a hole is a tear: small, not round unless it was cut out before, and flat enough for a fan.
-
-    Args:
-        rim: (K, 3) points. cut_points: corners of the faces that were cut out before.
-    """
+    """True if a (K, 3) rim is that of a tear: small, not round unless it was cut out before, flat enough for a fan."""
     was_cut_out = cut_points is not None and float(cut_points.query(rim)[0].max()) <= SAME_POINT_SHARE * max_width
     if len(rim) > MAX_EDGES or float(np.ptp(rim, axis=0).max()) > (CUT_WIDER if was_cut_out else 1) * max_width:
         return False
@@ -421,11 +381,7 @@ def _is_torn(rim: Floats, max_width: float, cut_points: cKDTree | None) -> bool:
 
 
 def _is_missing_side(rim: Floats, points: Floats) -> bool:
-    """True if a rim is that of a flat side, and all of the mesh lies on one side of it.
-
-    Args:
-        rim: (K, 3) points. points: (P, 3) of the mesh.
-    """
+    """True if a (K, 3) rim is that of a flat side, and all (P, 3) points of the mesh lie on one side of it."""
     longest = float(np.ptp(points, axis=0).max())
     normal = _fan_normal(rim)
     if normal is None or float(np.ptp(rim, axis=0).max()) <= MAX_HOLE_WIDTH * longest:
@@ -452,11 +408,14 @@ def _with_fan(mesh: Mesh, edges: Ints, middle: Floats) -> Mesh:
     separate vertices and normals.
     """
     rim = edges.ravel()
-    if mesh.normals is not None and not _looks_along(mesh, edges, middle):
-        used, local = np.unique(rim, return_inverse=True)
-        edges = local.reshape(-1, 2) + len(mesh.vertices)
-        mesh = _with_copies(mesh, used, _flat_normal(mesh.vertices[rim.reshape(-1, 2)], middle))
-        rim = edges.ravel()
+    if mesh.normals is not None:
+        fronts = _fronts(mesh.vertices[edges], middle)
+        if not (np.einsum("kej,kj->ke", mesh.normals[edges], fronts) > 0).all():
+            normal = _mean_direction(fronts)
+            used, local = np.unique(rim, return_inverse=True)
+            mesh = _with_copies(mesh, used, np.array([0.0, 0.0, 1.0]) if normal is None else normal)
+            edges = local.reshape(-1, 2) + len(mesh.vertices) - len(used)
+            rim = edges.ravel()
     center_index = len(mesh.vertices)
     normals = None
     if mesh.normals is not None:
@@ -475,23 +434,10 @@ def _with_fan(mesh: Mesh, edges: Ints, middle: Floats) -> Mesh:
     )
 
 
-def _looks_along(mesh: Mesh, edges: Ints, middle: Floats) -> bool:
-    """True if every normal of a rim lies on the side to which the faces of its fan look."""
-    assert mesh.normals is not None
-    fronts = _fronts(mesh.vertices[edges], middle)
-    return bool((np.einsum("kej,kj->ke", mesh.normals[edges], fronts) > 0).all())
-
-
 def _fronts(edges: Floats, middle: Floats) -> Floats:
     """(K, 3) normals, as long as twice the area, of the faces of a fan over (K, 2, 3) edges."""
     found: Floats = np.cross(edges[:, 1] - edges[:, 0], middle - edges[:, 0])
     return found
-
-
-def _flat_normal(edges: Floats, middle: Floats) -> Floats:
-    """Unit normal of a fan over (K, 2, 3) edges; up where it has none."""
-    found = _mean_direction(_fronts(edges, middle))
-    return np.array([0.0, 0.0, 1.0]) if found is None else found
 
 
 def _mean_direction(vectors: Floats) -> Floats | None:

@@ -59,11 +59,9 @@ _SHIFTS = {
 
 @dataclass(frozen=True)
 class StatedSize:
-    """Size that titles and prompts state.
+    """Size that titles and prompts state: lengths of any side, metres, capacities, m^3, and the phrases.
 
-    Attributes:
-        lengths: of any side, metres. volumes: capacities, m^3.
-        shift: in standard deviations of the usual size. words: phrases that these come from.
+    `shift`: in standard deviations of the usual size.
     """
 
     lengths: tuple[float, ...] = ()
@@ -183,9 +181,8 @@ def scale(
     if not np.isfinite(longest) or longest <= 0 or longest > 1e30:
         raise Rejected("MSH003", f"the longest side is {longest:g} file units; no unit makes a thing of that")
     if override_size_m > 0:
-        decision = ScaleDecision(
-            override_size_m / longest, "decided", 1.0, f"a person decided that it is {override_size_m:g} m long"
-        )
+        reason = f"a person decided that it is {override_size_m:g} m long"
+        decision = ScaleDecision(override_size_m / longest, "decided", 1.0, reason)
     else:
         belief = _belief(vertices, extents, category, parse_size_phrases(texts))
         decision = _decide(extents, draft.metres_per_unit, category, size_slack, belief, generated)
@@ -200,14 +197,9 @@ def scale(
     if decision.category_confidence is not None:
         draft = draft.with_confidence("category", decision.category_confidence)
     parts = tuple(p.replace(mesh=p.mesh.with_vertices(p.mesh.vertices * factor, p.mesh.normals)) for p in draft.parts)
-    return draft.replace(
-        parts=parts,
-        metres_per_unit=1.0,
-        guesses=draft.guessed(
-            "scale", f"{factor:.6g} m per unit ({decision.value})", decision.confidence, decision.reason
-        ),
-        notes=draft.noted(*notes),
-    )
+    value = f"{factor:.6g} m per unit ({decision.value})"
+    guesses = draft.guessed("scale", value, decision.confidence, decision.reason)
+    return draft.replace(parts=parts, metres_per_unit=1.0, guesses=guesses, notes=draft.noted(*notes))
 
 
 def _weighed_with_category(
@@ -216,20 +208,21 @@ def _weighed_with_category(
     """The decision after a size that the file states and the category forbids was weighed against the category.
 
     Either the unit is wrong, or the thing is an odd one of its kind, or it is of another kind. The more the name alone
-    says what it is, the sooner the stated size is kept and the kind doubted.
-
-    Args:
-        longest: side in units of the file. says_nothing: the file's size is no size, since the mesh was normalised.
+    says what it is, the sooner the stated size is kept and the kind doubted. A normalised mesh `says_nothing`.
     """
     unit_m = draft.metres_per_unit
+    sure = draft.confidence_in("category")
     if decision.value in ("as_stated", "metre"):
-        return decision if says_nothing or category.id == FALLBACK else _borne_out(decision, draft)
+        if says_nothing or category.id == FALLBACK:
+            return decision
+        # Nobody had to change the size: that it is usual for its kind speaks for the name.
+        odds = SIZE_FITS_ODDS * sure
+        return replace(decision, category_confidence=odds / (odds + 1 - sure))
     if unit_m is None or decision.factor == unit_m:
         return decision
     size_m = longest * unit_m
     if says_nothing or category.id == FALLBACK or not HOUSEHOLD_M[0] <= size_m <= HOUSEHOLD_M[1]:
         return replace(decision, is_overruled=True)
-    sure = draft.confidence_in("category")
     beyond = max(log(size_m / category.longest_m.high), log(category.longest_m.low / size_m), 0.0)
     odd = STATED_UNIT_RIGHT * sure * ODD_SHARE * float(np.exp(-0.5 * (beyond / ODD_SPREAD) ** 2))
     other_kind = STATED_UNIT_RIGHT * (1 - sure)
@@ -237,19 +230,11 @@ def _weighed_with_category(
     total = odd + other_kind + wrong_unit
     category_confidence = (odd + wrong_unit) / total
     if odd + other_kind > wrong_unit:
-        reason = (
-            f"the file's unit gives {size_m:.3g} m, which is odd for a {category.id}; kept, for it may be no such thing"
-        )
+        reason = f"the file's unit gives {size_m:.3g} m, which is odd for a {category.id}"
+        reason += "; kept, for it may be no such thing"
         return ScaleDecision(unit_m, "as_stated", (odd + other_kind) / total, reason, category_confidence)
     confidence = decision.confidence * wrong_unit / total
     return replace(decision, confidence=confidence, category_confidence=category_confidence, is_overruled=True)
-
-
-def _borne_out(decision: ScaleDecision, draft: Draft) -> ScaleDecision:
-    """The decision for a size that nobody had to change: that it is usual for its kind speaks for the name."""
-    sure = draft.confidence_in("category")
-    odds = SIZE_FITS_ODDS * sure
-    return replace(decision, category_confidence=odds / (odds + 1 - sure))
 
 
 def _belief(vertices: Floats, extents: Floats, category: Category, stated: StatedSize) -> SizePrior:
@@ -275,8 +260,8 @@ def _belief(vertices: Floats, extents: Floats, category: Category, stated: State
     message = f"the usual size of a {category.id}, along all three axes"
     if stated.shift:
         message += f", and the words {', '.join(stated.words)}"
-    stated_prior = _stated_size(vertices, extents, category, stated, SizePrior(center, spread_of_mean, message))
-    return stated_prior if stated_prior is not None else SizePrior(center, spread_of_mean, message)
+    usual = SizePrior(center, spread_of_mean, message)
+    return _stated_size(vertices, extents, category, stated, usual) or usual
 
 
 def _stated_size(
@@ -290,11 +275,8 @@ def _stated_size(
             options += [(log(v / volume) / 3, VOLUME_SPREAD) for v in stated.volumes]
         except DegenerateShape:
             pass
-    plausible = [
-        (abs(m - category_prior.center), m, s)
-        for m, s in options
-        if abs(m - category_prior.center) < 1.5 * category_prior.spread
-    ]
+    distances = [(abs(m - category_prior.center), m, s) for m, s in options]
+    plausible = [one for one in distances if one[0] < 1.5 * category_prior.spread]
     if not plausible:
         return None
     _, center, spread = min(plausible)
@@ -314,22 +296,17 @@ def _decide(
     usual = f"a {category.id} is {longest_range.low:g} to {longest_range.high:g} m long"
     is_normalised = _is_normalised(extents)
     min_size_m, max_size_m = longest_range.low / size_slack, longest_range.high * size_slack
-    if (
-        file_unit_m is not None
-        and min_size_m <= longest * file_unit_m <= max_size_m
-        and not (is_normalised and is_generated)
-    ):
-        confidence = 0.97 if longest_range.low <= longest * file_unit_m <= longest_range.high else 0.8
+    size = longest * (file_unit_m or 0.0)
+    if file_unit_m is not None and min_size_m <= size <= max_size_m and not (is_normalised and is_generated):
+        confidence = 0.97 if longest_range.low <= size <= longest_range.high else 0.8
         if is_normalised:
             confidence = min(confidence, 0.45)
         if category.id == FALLBACK:
             confidence = min(confidence, MAX_CONFIDENCE_UNKNOWN)
-        return ScaleDecision(
-            file_unit_m, "as_stated", confidence, f"the file's unit gives {longest * file_unit_m:.3g} m; {usual}"
-        )
-    unit_prior = (
-        UNIT_PRIOR_GENERATED if is_generated else UNIT_PRIOR_SILENT if file_unit_m is None else UNIT_PRIOR_WRONG
-    )
+        return ScaleDecision(file_unit_m, "as_stated", confidence, f"the file's unit gives {size:.3g} m; {usual}")
+    unit_prior = UNIT_PRIOR_SILENT if file_unit_m is None else UNIT_PRIOR_WRONG
+    if is_generated:
+        unit_prior = UNIT_PRIOR_GENERATED
     # The size of a normalised mesh says nothing about its unit.
     weights = {name: share * (0.02 if is_normalised else 1.0) for name, share in unit_prior.items()}
     no_unit_odds = (1 - sum(weights.values())) / PRIOR_NATS
@@ -360,8 +337,6 @@ def _density(value: float, prior: SizePrior) -> float:
 
 
 def _is_normalised(extents: Floats) -> bool:
-    diagonal = float(np.linalg.norm(extents))
-    lengths_of_mesh = (float(extents.max()), diagonal, diagonal / 2)
-    return any(abs(size / length - 1) < 1e-3 for size in lengths_of_mesh[:1] for length in NORMALISED_LENGTHS) or any(
-        abs(size - 1.0) < 1e-4 for size in lengths_of_mesh[1:]
-    )
+    longest, diagonal = float(extents.max()), float(np.linalg.norm(extents))
+    has_usual_length = any(abs(longest / length - 1) < 1e-3 for length in NORMALISED_LENGTHS)
+    return has_usual_length or any(abs(size - 1.0) < 1e-4 for size in (diagonal, diagonal / 2))

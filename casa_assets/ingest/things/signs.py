@@ -8,12 +8,12 @@ from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.geometry.mesh.surface import face_normals
+from casa_assets.geometry.mesh.topology import connected_groups
 from casa_assets.geometry.solid.deviation import samples_with_faces
 from casa_assets.ingest.draft import merge_parts
 from casa_assets.ingest.repair.components import Components, box_gaps, split_components
@@ -32,11 +32,7 @@ FEW_SAMPLES = 300
 
 
 class Contacts:
-    """Contacts between the components of a surface.
-
-    Attributes:
-        components: of the surface. pairs: (K, 2) components that touch, each pair once.
-    """
+    """Contacts between the components of a surface: (K, 2) that touch, each pair once."""
 
     def __init__(self, components: Components, touch_share: float = TOUCH_SHARE) -> None:
         self.components = components
@@ -61,18 +57,10 @@ class Contacts:
 
     def groups(self, among: Mask) -> list[Ints]:
         """Components that hang together by contact, without those that are not `among` (N,); largest group first."""
-        count = self.components.count
         kept = self.pairs[among[self.pairs].all(axis=1)]
-        graph = coo_matrix((np.ones(len(kept), dtype=np.int8), (kept[:, 0], kept[:, 1])), shape=(count, count))
-        label = connected_components(graph, directed=False)[1]
+        label = connected_groups(self.components.count, kept[:, 0], kept[:, 1])
         found = [np.flatnonzero(among & (label == k)) for k in np.unique(label[among])]
-        return sorted(found, key=lambda rows: (-float(self.extents(rows).max()), int(rows[0])))
-
-    def extents(self, rows: Ints) -> Floats:
-        """(3,) sides of the box around some components."""
-        lower, upper = self.components.lower[rows], self.components.upper[rows]
-        sides: Floats = upper.max(axis=0) - lower.min(axis=0)
-        return sides
+        return sorted(found, key=lambda rows: (-float(self.components.extents_of(rows).max()), int(rows[0])))
 
 
 # Signs ----------------------------------------------------------------------------------------------------------------
@@ -113,10 +101,9 @@ def signs_of_form(model: RawModel) -> list[Sign]:
 
     If it has too many pieces to compare, their number is the only sign.
     """
-    surface = merge_parts(model.parts)
-    if not len(surface.faces):
+    if not any(len(part.mesh.faces) for part in model.parts):
         return []
-    components = split_components(surface.vertices, surface.faces, surface.point_of_vertex)
+    components, _ = components_of(model)
     if components.count == 1 or float(np.ptp(components.points, axis=0).max()) <= 0:
         return []
     if components.count > MAX_COMPONENTS:
@@ -140,8 +127,8 @@ def up_axes(model: RawModel) -> tuple[int, ...]:
 
 def _apart(contacts: Contacts, groups: Sequence[Ints], ups: Sequence[int]) -> Sign | None:
     """Large groups of pieces that touch nothing of each other and lie side by side."""
-    largest = float(contacts.extents(groups[0]).max())
-    large = [rows for rows in groups if float(contacts.extents(rows).max()) >= LARGE_GROUP * largest]
+    sizes = [float(contacts.components.extents_of(rows).max()) for rows in groups]
+    large = [rows for rows, size in zip(groups, sizes, strict=True) if size >= LARGE_GROUP * sizes[0]]
     if len(large) < 2:
         return None
     # What lies above each other, or in each other, is one thing modelled with gaps more often than several.
@@ -260,7 +247,7 @@ def _on_ground(contacts: Contacts, up: int) -> Sign | None:
     top = components.upper[is_ground, up].max()
     groups = []
     for rows in contacts.groups(~is_ground):
-        sides, foot = contacts.extents(rows), components.lower[rows, up].min()
+        sides, foot = components.extents_of(rows), components.lower[rows, up].min()
         stands = abs(foot - top) <= 0.5 * sides[up] and sides[up] >= ON_GROUND_HEIGHT * sides[plan].min()
         if stands and sides.max() >= ON_GROUND_SIZE * whole.max():
             groups.append(sides)
@@ -295,7 +282,7 @@ def _room(contacts: Contacts) -> Sign | None:
     lower, upper = components.lower[walls].min(axis=0) - slack, components.upper[walls].max(axis=0) + slack
     free = []
     for rows in contacts.groups(~walls):
-        extents = contacts.extents(rows)
+        extents = components.extents_of(rows)
         is_in = (components.lower[rows] >= lower).all() and (components.upper[rows] <= upper).all()
         if is_in and extents.max() >= IN_ROOM_SIZE * whole.max() and (extents < SPANNING * whole).all():
             free.append(extents)
@@ -383,9 +370,8 @@ def sign_of_nodes(nodes: Iterable[Sequence[str]], source: Source, vocabulary: Vo
     named = ", ".join(repr(name[:40]) for name in list(kinds.values())[:4])
     own = [vocabulary.find([text]) for text in _texts(source)]
     is_named = any(match is not None and not match.weak and match.confidence >= WEAKLY_TOLD for match in own)
-    return Sign(
-        OWN_KINDS if is_named else MANY_KINDS, f"its nodes are named after {len(kinds)} kinds of things ({named})"
-    )
+    probability = OWN_KINDS if is_named else MANY_KINDS
+    return Sign(probability, f"its nodes are named after {len(kinds)} kinds of things ({named})")
 
 
 def _texts(source: Source) -> list[str]:
@@ -412,7 +398,8 @@ def _signs_of(
     covers_last = vocabulary.find([last]) is not None
     if not covers_last and last in words.parts and len(every) > 1:
         found.append(("part", Sign(PART, f"{last!r} in {text[:60]!r} is a part of something")))
-    if _is_plural(last, vocabulary):
+    # The plural of a word that names a category or a portion; some names are plurals themselves.
+    if last not in vocabulary.words and any(one != last and one in vocabulary.words for one in singulars(last)):
         found.append(("plural", Sign(PLURAL, f"{text[:60]!r} speaks of several things")))
     if match is None or match.weak or match.confidence < WEAKLY_TOLD:
         for group, what in _WHAT.items():
@@ -420,13 +407,6 @@ def _signs_of(
                 found.append(("other", Sign(OTHER, f"{hit[0]!r} in {text[:60]!r} speaks of {what}")))
                 break
     return found
-
-
-def _is_plural(word: str, vocabulary: Vocabulary) -> bool:
-    """True for the plural of a word that names a category or a portion; False for names that are plurals themselves."""
-    if word in vocabulary.words:
-        return False
-    return any(one != word and one in vocabulary.words for one in singulars(word))
 
 
 # Guess ----------------------------------------------------------------------------------------------------------------
@@ -446,12 +426,7 @@ COLLECTIVE = frozenset({"stack", "set", "bunch", "pack", "pile", "pair"})
 def guess_of_things(
     model: RawModel, source: Source, category: Category, vocabulary: Vocabulary, words: OtherThingsWords
 ) -> Guess | None:
-    """The guess that a file holds one object, with the signs against it; None if they hardly speak against it.
-
-    Args:
-        model: as read. source: its name and title. category: what it is taken for.
-        vocabulary: names of categories. words: names of things that are not household objects.
-    """
+    """The guess that a file holds one object, with the signs against it; None if they hardly speak against it."""
     signs = signs_of_words(source, vocabulary, words)
     if model.instances > 1:
         signs.append(Sign(MANY_COPIES, f"a list of places puts {model.instances} copies of meshes"))
@@ -466,6 +441,5 @@ def guess_of_things(
     if 1 - alone < MIN_PROBABILITY:
         return None
     ordered = sorted(signs, key=lambda sign: -sign.probability)
-    return Guess(
-        subject=SUBJECT, value=ONE, confidence=round(alone, 2), reason="; ".join(sign.reason for sign in ordered)
-    )
+    reason = "; ".join(sign.reason for sign in ordered)
+    return Guess(subject=SUBJECT, value=ONE, confidence=round(alone, 2), reason=reason)

@@ -6,11 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
 from casa_assets.core.numeric import Ints
 from casa_assets.errors import Rejected
+from casa_assets.geometry.mesh.topology import connected_groups
 from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.draft import warning
 from casa_assets.ingest.load.text import UniqueNames
@@ -37,12 +36,7 @@ EQUAL = 1e-3
 
 @dataclass(frozen=True)
 class Thing:
-    """One thing of a file.
-
-    Attributes:
-        name: an id, each once in the file. parts: what it is made of, as they lie in the file.
-        count: how many equal ones the file holds, this one included.
-    """
+    """One thing of a file: an id that is unique in it, its parts as they lie there, and how many equal ones it has."""
 
     name: str
     parts: tuple[RawPart, ...]
@@ -63,7 +57,7 @@ def things_of(model: RawModel) -> Things:
     if components.count == 1 or components.count > MAX_COMPONENTS:
         return Things((Thing(_name(model, np.arange(len(model.parts))), model.parts),))
     label = _thing_of_component(model, components, owner)
-    sizes = [_longest(components, np.flatnonzero(label == k)) for k in range(int(label.max()) + 1)]
+    sizes = [float(components.extents_of(label == k).max()) for k in range(int(label.max()) + 1)]
     order = sorted(range(len(sizes)), key=lambda k: (-sizes[k], int(np.flatnonzero(label == k)[0])))
     face_label = label[components.label]
     found: list[Thing] = []
@@ -79,11 +73,7 @@ def things_of(model: RawModel) -> Things:
 
 
 def model_of_thing(model: RawModel, name: str, file: str) -> RawModel:
-    """One object of a model as a separate model, with a note on what it was taken from.
-
-    Raises:
-        Rejected: the file holds no object of that name.
-    """
+    """One object of a model alone, with a note on where it is from. Raises Rejected: there is none of that name."""
     things = things_of(model)
     thing = next((one for one in things.taken if one.name == name), None)
     if thing is None:
@@ -127,12 +117,12 @@ def _thing_of_component(model: RawModel, components: Components, owner: Ints) ->
     is_first[np.flatnonzero(crumbs >= 0)[np.unique(crumbs[crumbs >= 0], return_index=True)[1]]] = True
     rows, columns = rows[is_first], columns[is_first]
     # A copy is whole, whatever it touches.
-    key = _copies(model)[part]
+    keys = {key: number for number, key in enumerate(dict.fromkeys((p.nodes, p.copy_number) for p in model.parts))}
+    key = np.array([keys[p.nodes, p.copy_number] for p in model.parts])[part]
     first_of_copy = np.unique(key, return_index=True)[1][key]
     rows = np.concatenate((rows, np.flatnonzero(copy > 0)))
     columns = np.concatenate((columns, first_of_copy[copy > 0]))
-    graph = coo_matrix((np.ones(len(rows), dtype=np.int8), (rows, columns)), shape=(components.count, components.count))
-    return _with_crumbs(components, connected_components(graph, directed=False)[1].astype(np.int64), copy)
+    return _with_crumbs(components, connected_groups(components.count, rows, columns), copy)
 
 
 def _with_crumbs(components: Components, label: Ints, copy: Ints) -> Ints:
@@ -173,13 +163,6 @@ def _groups_of_nodes(model: RawModel) -> Ints:
     return np.unique(heads, return_inverse=True)[1].reshape(-1).astype(np.int64)
 
 
-def _copies(model: RawModel) -> Ints:
-    """(K,) number of the node and of the copy that each part belongs to."""
-    keys = {(part.nodes, part.copy_number): 0 for part in model.parts}
-    numbers = {key: number for number, key in enumerate(keys)}
-    return np.array([numbers[part.nodes, part.copy_number] for part in model.parts])
-
-
 def _parts(model: RawModel, owner: Ints, keep: Ints) -> tuple[RawPart, ...]:
     """The parts with the faces that are kept, (F,) over all parts."""
     out = []
@@ -198,10 +181,6 @@ def _name(model: RawModel, parts: Ints) -> str:
     while all(len(path) > shared for path in paths) and len({path[shared] for path in paths}) == 1:
         shared += 1
     return paths[0][shared - 1] if shared else model.parts[int(parts[0])].name
-
-
-def _longest(components: Components, rows: Ints) -> float:
-    return float((components.upper[rows].max(axis=0) - components.lower[rows].min(axis=0)).max())
 
 
 def _are_equal(one: Sequence[RawPart], other: Sequence[RawPart]) -> bool:

@@ -36,13 +36,11 @@ WORKPLACES = {
 
 
 def cameras(kitchen: KitchenRequest) -> tuple[Camera, ...]:
-    """Overview from above the open side, straight from above, at each place of work, and two robot eyes.
-
-    Of a wall that none of these looks at there is one more robot eye.
-    """
+    """Overview over the open side, straight from above, places of work, two robot eyes, one more per unseen wall."""
     (x0, y0), (x1, y1) = kitchen.room.bounds()
-    middle = ((x0 + x1) / 2, (y0 + y1) / 2)
-    out = [_overview(kitchen, x0, y0, x1, y1), _top_view(middle, x1 - x0, y1 - y0)]
+    high = max((x1 - x0) / ASPECT, y1 - y0) / 2 / math.tan(math.radians(20.0)) * 1.06 + 2.4
+    above = Pose(position=((x0 + x1) / 2, (y0 + y1) / 2, round(high, 4)))
+    out = [_overview(kitchen, x0, y0, x1, y1), Camera(name="above", pose=above, fov_y_deg=40.0)]
     seen: set[str] = set()
     for row in kitchen.slots.values():
         for slot in row:
@@ -81,7 +79,7 @@ def _looks_at(camera: Camera, wall: WallLine) -> bool:
 
 def _before(kitchen: KitchenRequest, wall: WallLine) -> tuple[Vec3, Vec3]:
     """Eye of a robot in front of the middle of a wall, as far from it as there is room, and its target on the wall."""
-    units = [_box(s) for row in kitchen.slots.values() for s in row if not s.is_upper and s.kind is not BaseKind.GAP]
+    units = [_box(s) for s in _units_on_floor(kitchen)]
     middle, best = wall.length / 2, LEAST_BEFORE_WALL_M
     for step in range(1, VIEW_STEPS + 1):
         at = wall.frame.at(middle, step * VIEW_STEP_M)[:2]
@@ -96,8 +94,7 @@ def _robot_eyes(kitchen: KitchenRequest) -> list[tuple[Vec3, Vec3]]:
     """Eye and target of a robot in the left and in the right of the room, at places with free space and a long view."""
     (x0, y0), (x1, y1) = kitchen.room.bounds()
     columns = [tuple(zip(*placed.outline, strict=True)) for placed in kitchen.room.columns]
-    units = [s for row in kitchen.slots.values() for s in row if not s.is_upper and s.kind is not BaseKind.GAP]
-    boxes = [(_box(s), s.top > EYE_HEIGHT_M - 0.2) for s in units]
+    boxes = [(_box(s), s.top > EYE_HEIGHT_M - 0.2) for s in _units_on_floor(kitchen)]
     boxes += [((min(xs), min(ys), max(xs), max(ys)), True) for xs, ys in columns]
     found = []
     for shares, way in (((0.35, 0.28, 0.42, 0.5), 1.0), ((0.65, 0.72, 0.58, 0.5), -1.0)):
@@ -108,11 +105,14 @@ def _robot_eyes(kitchen: KitchenRequest) -> list[tuple[Vec3, Vec3]]:
     return found
 
 
+def _units_on_floor(kitchen: KitchenRequest) -> list[UnitSlot]:
+    return [s for row in kitchen.slots.values() for s in row if not s.is_upper and s.kind is not BaseKind.GAP]
+
+
 def _box(slot: UnitSlot) -> Box:
     """Least and greatest x and y of a unit on the floor."""
-    xs, ys = zip(
-        *(slot.line.frame.at(u, v)[:2] for u in (slot.left, slot.right) for v in (0.0, slot.depth)), strict=True
-    )
+    corners = [slot.line.frame.at(u, v)[:2] for u in (slot.left, slot.right) for v in (0.0, slot.depth)]
+    xs, ys = zip(*corners, strict=True)
     return min(xs), min(ys), max(xs), max(ys)
 
 
@@ -139,13 +139,8 @@ def _distance(box: Box, at: Vec2) -> float:
 
 def _overview(kitchen: KitchenRequest, x0: float, y0: float, x1: float, y1: float) -> Camera:
     """Camera on the side that the plan leaves open, high enough to see over objects in front."""
-    openings = [w for w in kitchen.room.walls if w.open]
-    sides = {w.frame.quarter_turns for w in openings}
-    turn = 0.0
-    if 3 in sides and 1 not in sides:
-        turn = 0.5
-    elif 1 in sides and 3 not in sides:
-        turn = -0.5
+    sides = {w.frame.quarter_turns for w in kitchen.room.walls if w.open}
+    turn = 0.5 if 3 in sides and 1 not in sides else -0.5 if 1 in sides and 3 not in sides else 0.0
     pitch = 0.62
     target = np.array([(x0 + x1) / 2, (y0 + y1) / 2 + 0.06 * (y1 - y0), 0.9])
     away = np.array([math.sin(turn) * math.cos(pitch), -math.cos(turn) * math.cos(pitch), math.sin(pitch)])
@@ -160,17 +155,10 @@ def _overview(kitchen: KitchenRequest, x0: float, y0: float, x1: float, y1: floa
 
 def _fits(points: np.ndarray, eye: np.ndarray, target: np.ndarray) -> bool:
     """True if the overview shows all points, with a little air round them."""
-    pose = look_at(_vec3(eye), _vec3(target))
-    seen = pose.inverse().apply(points)
+    seen = look_at(_vec3(eye), _vec3(target)).inverse().apply(points)
     reach = FRAME_FILL * math.tan(math.radians(FOV_DEG / 2)) * -seen[:, 2]
-    return bool(
-        (seen[:, 2] < -0.1).all() and (np.abs(seen[:, 1]) < reach).all() and (np.abs(seen[:, 0]) < reach * ASPECT).all()
-    )
-
-
-def _top_view(middle: tuple[float, float], width: float, depth: float) -> Camera:
-    high = max(width / ASPECT, depth) / 2 / math.tan(math.radians(20.0)) * 1.06 + 2.4
-    return Camera(name="above", pose=Pose(position=(middle[0], middle[1], round(high, 4))), fov_y_deg=40.0)
+    is_shown = (seen[:, 2] < -0.1) & (np.abs(seen[:, 1]) < reach) & (np.abs(seen[:, 0]) < reach * ASPECT)
+    return bool(is_shown.all())
 
 
 def look_at(eye: Vec3, target: Vec3) -> Pose:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -48,17 +48,12 @@ class AssetOutlines:
                     return (self.poses[link.name] @ collider.pose).position
         return None
 
-    def moved_points(self, joint: Joint) -> Floats:
-        """(N, 3) points of everything that a joint moves, joints at zero, asset frame, metres."""
-        links = [joint.child]
-        for link in self.asset.links:
-            if link.parent in links:
-                links.append(link.name)
-        return np.concatenate([self.points[name] for name in links])
-
     def swept_points(self, joint: Joint) -> Floats:
         """(S, N, 3) points of everything that a joint moves, from closed to open, asset frame, metres."""
-        closed = self.moved_points(joint)
+        links = [joint.child]
+        for link in self.asset.links:
+            links += [link.name] if link.parent in links else []
+        closed = np.concatenate([self.points[name] for name in links])
         lower, upper = joint.range
         opened = upper if abs(upper) >= abs(lower) else lower
         pose = self.poses[joint.child]
@@ -66,9 +61,8 @@ class AssetOutlines:
         if joint.kind is JointKind.SLIDE:
             return np.stack([closed, closed + opened * axis])
         anchor = pose.apply(np.array([joint.anchor]))[0]
-        return np.stack(
-            [(closed - anchor) @ about_axis(axis, a).T + anchor for a in np.linspace(0.0, opened, HINGE_POSES)]
-        )
+        turns = [about_axis(axis, a) for a in np.linspace(0.0, opened, HINGE_POSES)]
+        return np.stack([(closed - anchor) @ turn.T + anchor for turn in turns])
 
     def swept_area(self, joint: Joint, world_from_asset: Pose, footprint: Footprint) -> SweptArea | None:
         """Area that a joint's parts sweep, or None if they stay within the fixture's footprint."""
@@ -125,31 +119,32 @@ def _corners(points: Floats) -> Corners:
     return tuple((round(float(x), 4), round(float(y), 4)) for x, y in points)
 
 
+def box_around(points: Floats) -> Floats:
+    """(2, 3) bounds of (N, 3) points."""
+    return np.array([points.min(axis=0), points.max(axis=0)])
+
+
+def box_in_world(world_from_frame: Pose, box: Floats) -> Floats:
+    """(2, 3) bounds in the world of a (2, 3) box given in another frame."""
+    return box_around(world_from_frame.apply(np.where(_CUBE > 0, box[1], box[0])))
+
+
 # Light ----------------------------------------------------------------------------------------------------------------
 # Light of a kitchen: the sun and the sky through the windows, the lamps, and what the room throws back.
 
 MAX_LAMPS = 3  # that are lights of the scene; more cost time and wash out the picture
 
 
-def lights(kitchen: KitchenRequest, placements: Sequence[Placement], assets: Mapping[str, Asset]) -> tuple[Light, ...]:
+def lights(kitchen: KitchenRequest) -> tuple[Light, ...]:
     """A sun with shadows, light from the open side without, and the lamps under the ceiling."""
-    (x0, y0), (x1, y1) = kitchen.room.bounds()
-    middle = ((x0 + x1) / 2, (y0 + y1) / 2)
+    (x0, y0), (x1, _) = kitchen.room.bounds()
+    x, lamp_color = (x0 + x1) / 2, blackbody(kitchen.style.lamp_kelvin)
     sun_color = blackbody(kitchen.style.daylight_kelvin)
-    lamp_color = blackbody(kitchen.style.lamp_kelvin)
+    sun, fill = _scaled(sun_color, 0.55), _scaled(sun_color, 0.24)
     out = [
+        Light(name="sun", position=(x - 2.0, y0 - 1.5, 5.5), direction=(0.34, 0.5, -0.8), color=sun),
         Light(
-            name="sun",
-            position=(middle[0] - 2.0, y0 - 1.5, 5.5),
-            direction=(0.34, 0.5, -0.8),
-            color=_scaled(sun_color, 0.55),
-        ),
-        Light(
-            name="fill",
-            position=(middle[0] + 2.0, y0 - 1.0, 4.0),
-            direction=(-0.55, 0.6, -0.55),
-            color=_scaled(sun_color, 0.24),
-            castshadow=False,
+            name="fill", position=(x + 2.0, y0 - 1.0, 4.0), direction=(-0.55, 0.6, -0.55), color=fill, castshadow=False
         ),
     ]
     lamps = [item for item in kitchen.items if item.role == "lamp"]
@@ -204,54 +199,43 @@ LID_SITE, LID_GAP_M = "lid_site", 0.0001
 
 
 def compose(kitchen: KitchenRequest, assets: Mapping[str, Asset], scene_id: str) -> Scene:
-    """The scene of a kitchen.
-
-    Args:
-        assets: by name of the ordered item; several names may have the same asset.
-    """
-    spots = {item.name: item.spot for item in kitchen.items}
-    placements = tuple(
-        Placement(
-            name=item.name,
-            asset=assets[item.name].id,
-            pose=_pose_of_lid(spots[item.lid_of], assets[item.lid_of])
-            if item.lid_of
-            else pose_at_spot(assets[item.name], item.spot),
-            layer=Layer(item.layer),
-        )
-        for item in kitchen.items
-    )
+    """The scene of a kitchen; `assets`: by name of the ordered item, several of which may have the same one."""
+    by_name = {item.name: item for item in kitchen.items}
+    placements = []
+    for item in kitchen.items:
+        asset = assets[item.name]
+        pose = pose_at_spot(asset, item.spot)
+        if item.lid_of:
+            # Slightly above its closed position on the thing that it is the lid of.
+            vessel = assets[item.lid_of]
+            site = next(site for site in vessel.sites if site.name == LID_SITE)
+            at = pose_at_spot(vessel, by_name[item.lid_of].spot)
+            closed = at @ vessel.asset_from_link(site.link) @ site.pose
+            x, y, z = (decimals(float(c), 6) for c in closed.position)
+            pose = Pose(position=(x, y, decimals(z + LID_GAP_M, 6)), quaternion=closed.quaternion)
+        placements.append(Placement(name=item.name, asset=asset.id, pose=pose, layer=Layer(item.layer)))
     each = {a.id: a for a in (assets[item.name] for item in kitchen.items)}
     scene = Scene(
         id=scene_id,
         assets=tuple(each[k] for k in sorted(each)),
-        placements=placements,
+        placements=tuple(placements),
         cameras=cameras(kitchen),
-        lights=lights(kitchen, placements, each),
+        lights=lights(kitchen),
         ambient=(0.4, 0.4, 0.41),
         sky=Sky(),
     )
     return ready_to_simulate(scene)
 
 
-def _pose_of_lid(spot: Spot, asset: Asset) -> Pose:
-    """room_from_asset of the lid of an asset that is placed at a spot, slightly above its closed position."""
-    site = next(site for site in asset.sites if site.name == LID_SITE)
-    closed = pose_at_spot(asset, spot) @ asset.asset_from_link(site.link) @ site.pose
-    x, y, z = (decimals(float(c), 6) for c in closed.position)
-    return Pose(position=(x, y, decimals(z + LID_GAP_M, 6)), quaternion=closed.quaternion)
-
-
 def box_of(asset: Asset) -> tuple[Vec3, Vec3]:
     """Middle and size of what an asset takes up without handles and knobs: its region `main`; asset frame, metres."""
     for region in asset.regions:
         if region.name == MAIN_REGION and region.link == asset.root.name:
-            middle = (asset.root.pose @ region.pose).position
-            return middle, region.size
+            return (asset.root.pose @ region.pose).position, region.size
     low, high = asset.bounds
-    middle = (low + high) / 2
-    size = high - low
-    return (float(middle[0]), float(middle[1]), float(middle[2])), (float(size[0]), float(size[1]), float(size[2]))
+    x, y, z = (float(c) for c in (low + high) / 2)
+    width, depth, height = (float(c) for c in high - low)
+    return (x, y, z), (width, depth, height)
 
 
 def pose_at_spot(asset: Asset, spot: Spot) -> Pose:

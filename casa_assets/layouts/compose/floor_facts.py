@@ -28,7 +28,7 @@ from casa_assets.model.kitchen.floor import (
 from casa_assets.model.kitchen.plan import OpeningKind
 from casa_assets.model.kitchen.scene import Layer, Placement, Scene
 from casa_assets.model.pose import Pose
-from casa_assets.model.record import Vec2, Vec3
+from casa_assets.model.record import Vec3
 
 # Role of an ordered item -> role of the fixture; items that are not listed get theirs from their position.
 ROLES = {
@@ -57,8 +57,8 @@ def facts_of(kitchen: KitchenRequest, scene: Scene) -> KitchenFacts:
     walls = tuple(
         RoomWall(
             id=w.id,
-            start=_flat(w.frame.at(0.0, 0.0)),
-            end=_flat(w.frame.at(w.length, 0.0)),
+            start=w.frame.at(0.0, 0.0)[:2],
+            end=w.frame.at(w.length, 0.0)[:2],
             is_open=f"wall_{w.id}" not in items,
         )
         for w in kitchen.room.walls
@@ -170,8 +170,8 @@ def _opening(hole: WallHole, asset: Asset | None, fixture: Fixture | None) -> Wa
         id=opening.id,
         kind=opening.kind,
         wall=hole.wall.id,
-        start=_flat(frame.at(hole.left, 0.0)),
-        end=_flat(frame.at(hole.right, 0.0)),
+        start=frame.at(hole.left, 0.0)[:2],
+        end=frame.at(hole.right, 0.0)[:2],
         bottom=hole.bottom,
         top=hole.top,
         clear_width=round(clear_width, 4),
@@ -201,10 +201,6 @@ def _yaw(pose: Pose) -> float:
 def _at(pose: Pose, point: Vec3) -> Vec3:
     x, y, z = pose.apply(np.array([point]))[0]
     return (_rounded(x), _rounded(y), _rounded(z))
-
-
-def _flat(point: Vec3) -> Vec2:
-    return (point[0], point[1])
 
 
 def _rounded(value: float) -> float:

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from casa_assets.core.numeric import rng_for
-from casa_assets.layouts.compose.compose import pose_at_spot
+from casa_assets.layouts.compose.compose import box_in_world, pose_at_spot
 from casa_assets.layouts.order.build_order import DepthReference, OrderItem, Spot
 from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.layouts.plan.wall_frame import WallFrame
@@ -51,24 +51,19 @@ def scatter_props(
 ) -> tuple[tuple[OrderItem, Asset], ...]:
     """Choose props and free places for them on the worktops and shelves of a kitchen.
 
-    Args:
-        assets: by name of the ordered item. props: presets that the style scatters, the likeliest first.
-        seed: of the random choice.
+    `assets`: by name of the ordered item. `props`: presets that the style scatters, the likeliest first.
     """
     rng = rng_for(seed, f"{RANDOM_LANE}/{kitchen.plan.id}/{kitchen.style.id}")
-    occupied = [
-        _bounds(assets[item.name], pose_at_spot(assets[item.name], item.spot))
+    bounds = {
+        item.name: box_in_world(pose_at_spot(assets[item.name], item.spot), assets[item.name].bounds)
         for item in kitchen.items
-        if item.layer == "things"
-    ]
-    appliances = [
-        _bounds(assets[item.name], pose_at_spot(assets[item.name], item.spot))
+    }
+    occupied = [bounds[item.name] for item in kitchen.items if item.layer == "things"]
+    beside = np.array([[-FREE_BESIDE_M, -FREE_BESIDE_M, -9.0], [FREE_BESIDE_M, FREE_BESIDE_M, 9.0]])
+    kept_free = [
+        bounds[item.name] + beside
         for item in kitchen.items
         if item.role in APPLIANCES or (item.layer == "things" and assets[item.name].joints)
-    ]
-    kept_free = [
-        np.array([box[0] - (FREE_BESIDE_M, FREE_BESIDE_M, 9.0), box[1] + (FREE_BESIDE_M, FREE_BESIDE_M, 9.0)])
-        for box in appliances
     ]
     out: list[tuple[OrderItem, Asset]] = []
     queue = list(props)
@@ -138,8 +133,10 @@ def _put(
             if back <= -surface.depth / 2 + half[1]:
                 break
             spot = _spot(surface, x, y, turn)
-            box = _bounds(asset, pose_at_spot(asset, spot))
-            if not _is_too_close(box, lower, upper):
+            box = box_in_world(pose_at_spot(asset, spot), asset.bounds)
+            # Closer than the gap to one of the others; one may rest on another.
+            apart = np.array([MIN_GAP_M, MIN_GAP_M, -0.002])
+            if not ((box[0] < upper + apart) & (lower < box[1] + apart)).all(axis=1).any():
                 return index, spot, box
     return None
 
@@ -161,16 +158,3 @@ def _half_extents(asset: Asset, turn: float) -> npt.NDArray[np.float64]:
     a = math.radians(turn)
     c, s = abs(math.cos(a)), abs(math.sin(a))
     return np.array([w * c + d * s, w * s + d * c])
-
-
-def _bounds(asset: Asset, pose: Pose) -> Box:
-    low, high = asset.bounds
-    corners = np.array([[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])])
-    points = pose.apply(corners)
-    return np.array([points.min(axis=0), points.max(axis=0)])
-
-
-def _is_too_close(box: Box, lower: npt.NDArray[np.float64], upper: npt.NDArray[np.float64]) -> bool:
-    """True if a box is closer than the gap to one of some boxes with (N, 3) corners; one may rest on another."""
-    apart = np.array([MIN_GAP_M, MIN_GAP_M, -0.002])
-    return bool(((box[0] < upper + apart) & (lower < box[1] + apart)).all(axis=1).any())

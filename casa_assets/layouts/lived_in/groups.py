@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from casa_assets.core.numeric import Floats, about_axis
-from casa_assets.layouts.lived_in.spaces import CELL_M, Silhouette, box_in_world
+from casa_assets.layouts.compose.compose import box_in_world
+from casa_assets.layouts.lived_in.spaces import CELL_M, Silhouette
 from casa_assets.model.kitchen.habit import Arrangement
 from casa_assets.model.pose import Pose
 
@@ -41,11 +42,7 @@ class Group:
 
 
 def arrange(arrangement: Arrangement, members: Sequence[Silhouette], rng: np.random.Generator) -> Group | None:
-    """A group of objects; None if they do not fit together, such as a melon and a cup.
-
-    Args:
-        members: silhouette of each, in its own frame; a vessel or rack first. rng: turns and shifts them.
-    """
+    """A group of objects, a vessel or rack first; None if they do not fit together, such as a melon and a cup."""
     if arrangement is Arrangement.STACK:
         return _stack(members)
     if arrangement is Arrangement.HEAP:
@@ -60,19 +57,17 @@ def _turns(arrangement: Arrangement, members: Sequence[Silhouette], rng: np.rand
     if arrangement is Arrangement.LOOSE:
         return [float(rng.uniform(-math.pi, math.pi)) for _ in members]
     if arrangement is Arrangement.HANDLE_FRONT:
-        return [_handle_to_front(m) + math.radians(float(rng.uniform(-HOB_TURN_DEG, HOB_TURN_DEG))) for m in members]
+        jitter = [math.radians(float(rng.uniform(-HOB_TURN_DEG, HOB_TURN_DEG))) for _ in members]
+        # The handle is turned to the front, -y.
+        handles = [m.handle for m in members]
+        to_front = [0.0 if h is None else -math.pi / 2 - math.atan2(float(h[1]), float(h[0])) for h in handles]
+        return [a + j for a, j in zip(to_front, jitter, strict=True)]
     jitter = [math.radians(float(rng.uniform(-ROW_TURN_DEG, ROW_TURN_DEG))) for _ in members]
     if arrangement is Arrangement.ROW:
         return jitter
     # From front to back: a quarter turn for what is longer from left to right, its head to the back.
     wide = [np.ptp(m.box[:, 0]) > np.ptp(m.box[:, 1]) for m in members]
     return [(math.pi / 2 if w else 0.0) + 0.4 * j for w, j in zip(wide, jitter, strict=True)]
-
-
-def _handle_to_front(member: Silhouette) -> float:
-    """Angle that turns the handle of an object to the front, -y; radians."""
-    handle = member.handle
-    return 0.0 if handle is None else -math.pi / 2 - math.atan2(float(handle[1]), float(handle[0]))
 
 
 def turned_box(member: Silhouette, angle: float) -> Floats:
@@ -106,12 +101,9 @@ def _side_by_side(members: Sequence[Silhouette], turns: Sequence[float], rng: np
 
 
 def _stack(members: Sequence[Silhouette]) -> Group:
-    first = members[0]
-    middle, foot = first.box.mean(axis=0), float(first.box[0, 2])
-    pitch = first.pitch
-    poses = [
-        _upright(-float(middle[0]), -float(middle[1]), -foot + SET_DOWN_GAP_M + k * pitch) for k in range(len(members))
-    ]
+    first, pitch = members[0], members[0].pitch
+    (x, y, _), foot = (float(c) for c in first.box.mean(axis=0)), float(first.box[0, 2])
+    poses = [_upright(-x, -y, -foot + SET_DOWN_GAP_M + k * pitch) for k in range(len(members))]
     width, depth, height = (float(s) for s in np.ptp(first.box, axis=0))
     return Group(tuple(poses), (width, depth, height + (len(members) - 1) * pitch))
 
@@ -155,10 +147,7 @@ def _heap(members: Sequence[Silhouette], rng: np.random.Generator) -> Group | No
 
 
 def _on_edge(members: Sequence[Silhouette], rng: np.random.Generator) -> Group | None:
-    """The first object, a rack, upright; the others side by side in its slots, leaning to the left.
-
-    None if there are too few slots, or a plate is too thick or too wide for one.
-    """
+    """The first object, a rack, upright; the others in its slots, leaning left; None: too few, or one does not fit."""
     rack, *plates = members
     spare = len(rack.slots) - len(plates)
     if spare < 0:
@@ -183,8 +172,7 @@ def _on_edge(members: Sequence[Silhouette], rng: np.random.Generator) -> Group |
 def _in_slot(rack: Silhouette, slot: Floats, plate: Silhouette) -> Pose | None:
     """rack_from_plate of a plate in a slot: its foot on the tips of the left tines, its rim before the right ones.
 
-    Args:
-        slot: (2, 3) bounds between the tines.
+    `slot`: (2, 3) bounds between the tines.
     """
     (half_x, half_y, _), (wide, _, high) = np.ptp(plate.box, axis=0) / 2, slot[1] - slot[0]
     thick, lowest_by_x = float(np.ptp(plate.box[:, 2])), plate.low.min(axis=1)

@@ -10,8 +10,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from casa_assets.core.numeric import Floats, decimals
+from casa_assets.layouts.compose.compose import box_in_world
 from casa_assets.layouts.lived_in.groups import Group, arrange
-from casa_assets.layouts.lived_in.spaces import Rect, Silhouette, Space, box_in_world, silhouette, taken_by
+from casa_assets.layouts.lived_in.spaces import Rect, Silhouette, Space, silhouette, taken_by
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.kitchen.habit import Habit, Habits, SpaceKind
 from casa_assets.model.kitchen.scene import Placement, Resting
@@ -92,13 +93,9 @@ def put_objects(
     rng: np.random.Generator,
     already: Sequence[PutGroup] = (),
 ) -> tuple[PutGroup, ...]:
-    """Groups of objects in free places, `count` objects in all, or fewer if no space is left.
+    """New groups of objects in free places, `count` objects in all, or fewer if no space is left.
 
-    Args:
-        spaces: of the kitchen. member: category and number -> the object, always the same.
-        rng: decides which object is put where. already: groups that are there.
-    Returns:
-        The new groups.
+    `member`: category and number -> the object, always the same. `already`: groups that are there.
     """
     draw = _Draw(habits, [_Room(space) for space in spaces], member, rng)
     for group in already:
@@ -138,14 +135,17 @@ def _put_group(draw: _Draw, name: str, habit: Habit, left: int) -> PutGroup | No
     rng = draw.rng
     low, high = habit.count
     number = int(rng.integers(low, min(high, left - bool(habit.vessel)) + 1))
-    assets = _members(draw, habit, number)
+    assets = [_member(draw, habit.vessel)] if habit.vessel else []
+    alike = [_member(draw, habit.objects)] * number if habit.alike else []
+    assets += alike or [_member(draw, habit.objects) for _ in range(number)]
     kind = _pick(habit.spaces, rng)
     for tried in (kind, *(k for k in sorted(habit.spaces) if k != kind)):
-        rooms = [r for r in draw.rooms if tried in r.space.kinds and _suits(r, habit)]
-        space_kind = draw.habits.spaces[tried]
-        weights = np.array([_ease(r.space) * (space_kind.together if r.theme else 1.0) for r in rooms])
+        rooms = [r for r in draw.rooms if tried in r.space.kinds and r.theme in ("", habit.theme)]
         if not rooms:
             continue
+        space_kind = draw.habits.spaces[tried]
+        ease = [1.0 if r.space.pose.position[2] <= EASY_REACH_M else HARD_REACH_WEIGHT for r in rooms]
+        weights = np.array([e * (space_kind.together if r.theme else 1.0) for e, r in zip(ease, rooms, strict=True)])
         order = rng.choice(len(rooms), size=len(rooms), replace=False, p=weights / weights.sum())
         for index in order:
             room = rooms[int(index)]
@@ -155,14 +155,6 @@ def _put_group(draw: _Draw, name: str, habit: Habit, left: int) -> PutGroup | No
                 if group is not None and spot is not None:
                     return _set_down(draw, name, room, assets[:fewer], group, spot)
     return None
-
-
-def _members(draw: _Draw, habit: Habit, number: int) -> list[Asset]:
-    """The objects of a group, its vessel first."""
-    vessel = [_member(draw, habit.vessel)] if habit.vessel else []
-    if habit.alike:
-        return [*vessel, *[_member(draw, habit.objects)] * number]
-    return [*vessel, *(_member(draw, habit.objects) for _ in range(number))]
 
 
 def _member(draw: _Draw, categories: Mapping[str, float]) -> Asset:
@@ -175,22 +167,10 @@ def _member(draw: _Draw, categories: Mapping[str, float]) -> Asset:
     return draw.member(category, first)
 
 
-def _suits(room: _Room, habit: Habit) -> bool:
-    return not room.theme or room.theme == habit.theme
-
-
-def _ease(space: Space) -> float:
-    return 1.0 if space.pose.position[2] <= EASY_REACH_M else HARD_REACH_WEIGHT
-
-
 def _free_spot(
     room: _Room, kind: SpaceKind, group: Group, boxes: Sequence[Floats], rng: np.random.Generator
 ) -> tuple[float, float] | None:
-    """Middle of a free place for a group, in the frame of the space; None if no place is free.
-
-    Args:
-        boxes: (2, 3) in the world, around the objects that were put there.
-    """
+    """Middle of a free place for a group, in the frame of the space, clear of (2, 3) boxes in the world; or None."""
     space, gap = room.space, kind.gap_m
     width, depth, height = space.size
     half_x, half_y = group.size[0] / 2, group.size[1] / 2
@@ -225,12 +205,7 @@ def _overlap(a: Rect, b: Rect) -> bool:
 
 
 def _set_down(
-    draw: _Draw,
-    name: str,
-    room: _Room,
-    assets: Sequence[Asset],
-    group: Group,
-    spot: tuple[float, float],
+    draw: _Draw, name: str, room: _Room, assets: Sequence[Asset], group: Group, spot: tuple[float, float]
 ) -> PutGroup:
     """The objects of a group as placements, and what they take noted."""
     (x, y), space, (width, depth, height) = spot, room.space, group.size
@@ -239,10 +214,7 @@ def _set_down(
     rest = Resting(placement=space.placement, link=space.link, region=space.region)
     placements = tuple(
         Placement(
-            name=draw.new_name(asset.labels.category),
-            asset=asset.id,
-            pose=rounded_pose(frame @ pose),
-            resting=rest,
+            name=draw.new_name(asset.labels.category), asset=asset.id, pose=rounded_pose(frame @ pose), resting=rest
         )
         for asset, pose in zip(assets, group.poses, strict=True)
     )

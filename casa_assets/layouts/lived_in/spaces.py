@@ -10,7 +10,7 @@ import numpy as np
 
 from casa_assets.core.numeric import Floats, Mask
 from casa_assets.geometry.solid.solids import hull_planes
-from casa_assets.layouts.compose.compose import AssetOutlines
+from casa_assets.layouts.compose.compose import AssetOutlines, box_around, box_in_world
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.parts import Box, Capsule, Cylinder, Hull, MeshShape, Region, Shape, Sphere
 from casa_assets.model.kitchen.habit import SpaceKind
@@ -55,10 +55,7 @@ class Silhouette:
 
     @property
     def body(self) -> Floats:
-        """(2,) middle of the body without the handle that reaches out of it to one side; frame of the asset, metres.
-
-        The body is taken to be as long as it is wide.
-        """
+        """(2,) middle of the body, taken to be as long as wide, without its handle; frame of the asset, metres."""
         middle: Floats = self.box[:, :2].mean(axis=0)
         handle = self.handle
         size = np.ptp(self.box[:, :2], axis=0)
@@ -86,19 +83,15 @@ def silhouette(asset: Asset) -> Silhouette:
         for c in link.colliders
     ]
     every = np.concatenate(clouds)
-    box = np.array([every.min(axis=0), every.max(axis=0)])
+    box = box_around(every)
     counts = np.maximum(1, np.ceil((box[1, :2] - box[0, :2]) / CELL_M).astype(int))
     low, high = np.full(counts, np.inf), np.full(counts, -np.inf)
     x, y = (box[0, k] + (np.arange(counts[k]) + 0.5) * CELL_M for k in (0, 1))
     for cloud in clouds:
         _raster(hull_planes(cloud), x, y, low, high)
-    return Silhouette(box, low, high, _slots(asset))
-
-
-def _slots(asset: Asset) -> Floats:
-    found = [r for r in asset.regions if r.name.startswith(SLOT)]
-    corners = [asset.asset_from_link(r.link).apply(r.pose.apply(_CUBE * np.array(r.size))) for r in found]
-    return np.array([[c.min(axis=0), c.max(axis=0)] for c in corners]).reshape(-1, 2, 3)
+    slots = [r for r in asset.regions if r.name.startswith(SLOT)]
+    corners = [asset.asset_from_link(r.link).apply(r.pose.apply(_CUBE * np.array(r.size))) for r in slots]
+    return Silhouette(box, low, high, np.array([box_around(c) for c in corners]).reshape(-1, 2, 3))
 
 
 def outline_points(shape: Shape) -> Floats:
@@ -122,11 +115,7 @@ def outline_points(shape: Shape) -> Floats:
 
 
 def _raster(planes: Floats, x: Floats, y: Floats, low: Floats, high: Floats) -> None:
-    """Widen the heights in the cells over which a convex body lies.
-
-    Args:
-        planes: (F, 4) outward normals and offsets. x, y: centres of the cells.
-    """
+    """Widen the heights in the cells, by their centres, over which a convex body of (F, 4) outward planes lies."""
     across, along, offset = (planes[:, k, None, None] for k in (0, 1, 3))
     at = across * x[None, :, None] + along * y[None, None, :] + offset
     slope = planes[:, 2]
@@ -194,8 +183,8 @@ def find_spaces(scene: Scene, kinds: Mapping[str, SpaceKind]) -> tuple[Space, ..
     found = []
     for place in things:
         others = np.concatenate([_NOTHING, *(box for name, box in boxes.items() if name != place.name)])
-        for space in _spaces_of(place, assets[place.name], outlines[place.asset], kinds):
-            found.append(replace(space, taken=taken_by(space, others)))
+        spaces = _spaces_of(place, assets[place.name], outlines[place.asset], kinds)
+        found += [replace(space, taken=taken_by(space, others)) for space in spaces]
     return tuple(found)
 
 
@@ -244,16 +233,6 @@ def _solid_boxes(place: Placement, outlines: AssetOutlines) -> Floats:
     return np.array([box_around(place.pose.apply(cloud)) for cloud in clouds]).reshape(-1, 2, 3)
 
 
-def box_around(points: Floats) -> Floats:
-    """(2, 3) bounds of (N, 3) points."""
-    return np.array([points.min(axis=0), points.max(axis=0)])
-
-
-def box_in_world(world_from_frame: Pose, box: Floats) -> Floats:
-    """(2, 3) bounds in the world of a (2, 3) box given in another frame."""
-    return box_around(world_from_frame.apply(np.where(_SPACE_CUBE, box[1], box[0])))
-
-
 def taken_by(space: Space, boxes: Floats) -> tuple[Rect, ...]:
     """What (N, 2, 3) boxes of the world take of a space, each where it reaches into it."""
     if not len(boxes):
@@ -292,7 +271,7 @@ def free_cells(space: Space) -> Mask:
 def largest_box(space: Space) -> tuple[tuple[float, float, float], tuple[float, float]]:
     """Size of the box over the largest free rectangle of the floor, and its middle in the frame of the space, metres.
 
-    The height is that of the space. The size is zero if nothing is free.
+    It is as high as the space, and zero if nothing is free.
     """
     free = free_cells(space)
     best, found = 0, (0, 0, 0, 0)

@@ -77,6 +77,11 @@ def preset_with(preset: str, params: Mapping[str, Any] | None = None) -> PresetC
     return PresetChoice(preset=preset, params=dict(params or {}))
 
 
+def numbered(stem: str, number: int) -> str:
+    """Name of one of several items, counted from 0: the first has no number."""
+    return stem if number == 0 else f"{stem}_{number + 1}"
+
+
 @dataclass
 class BuildOrder:
     """List of items to build, with distinct names."""

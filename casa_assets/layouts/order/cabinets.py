@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from casa_assets.layouts.order.build_order import (
@@ -58,12 +59,8 @@ def order_unit(order: BuildOrder, slot: UnitSlot, models: StyleModels, ceiling: 
 def front_look(models: StyleModels, group: str) -> dict[str, Any]:
     """Parameter `look` of the cabinets of a group."""
     cabinets = models.style.cabinets
-    fronts: FrontStyle = {
-        "base": cabinets.base,
-        "upper": cabinets.upper.filled_from(cabinets.base),
-        "tall": cabinets.tall.filled_from(cabinets.base),
-        "island": cabinets.island.filled_from(cabinets.base),
-    }[group]
+    base, groups = cabinets.base, ("upper", "tall", "island")
+    fronts = base if group not in groups else getattr(cabinets, group).filled_from(base)
     return {name: getattr(fronts, name) for name in FrontStyle.model_fields}
 
 
@@ -76,15 +73,18 @@ def _add(
     order: BuildOrder,
     slot: UnitSlot,
     role: str,
-    choice: PresetChoice,
+    choice: PresetChoice | str,
+    params: Mapping[str, Any] | None = None,
     *,
     name: str = "",
     v: float = 0.0,
     z: float | None = None,
     **at: Any,
 ) -> None:
+    """Order a choice, or a preset with some numbers changed, for a slot; at a `Spot` in it."""
     spot = Spot(slot.line.frame, slot.middle, v - slot.recess, slot.bottom if z is None else z, **at)
-    order.add(OrderItem(name or slot.name, role, choice, spot, slot.name, slot.line.id))
+    chosen = preset_with(choice, params) if isinstance(choice, str) else choice
+    order.add(OrderItem(name or slot.name, role, chosen, spot, slot.name, slot.line.id))
 
 
 def _base(order: BuildOrder, slot: UnitSlot, models: StyleModels) -> None:
@@ -95,40 +95,29 @@ def _base(order: BuildOrder, slot: UnitSlot, models: StyleModels) -> None:
     side = slot.hinge.value if slot.hinge else "left"
     if unit.kind is BaseKind.DRAWERS:
         shares = DRAWER_RATIOS[unit.drawers or 3]
-        _add(order, slot, "base", preset_with("drawer_stack/shaker_white_three", {**common, "shares": shares}))
+        _add(order, slot, "base", "drawer_stack/shaker_white_three", {**common, "shares": shares})
     elif unit.kind in (BaseKind.DOORS, BaseKind.HOB):
         doors = {"doors": _door_count(slot.width), "hinge": side}
         drawer = 0.17 if unit.drawers and unit.kind is BaseKind.DOORS else 0.0
         shelves = {"shelves": 1, "open_top": True} if unit.kind is BaseKind.HOB else {}
-        _add(
-            order,
-            slot,
-            "base",
-            preset_with("base_cabinet/shaker_white", {**common, **doors, "drawer": drawer, **shelves}),
-        )
+        _add(order, slot, "base", "base_cabinet/shaker_white", {**common, **doors, "drawer": drawer, **shelves})
     elif unit.kind is BaseKind.SINK:
-        _add(order, slot, "sink_base", preset_with("sink_base/shaker_white", {**common, "hinge": side}))
+        _add(order, slot, "sink_base", "sink_base/shaker_white", {**common, "hinge": side})
     elif unit.kind is BaseKind.ISLAND:
         columns = {"columns": standard_sizes.island_columns(slot.width)}
-        _add(order, slot, "base", preset_with("island_base/shaker_white", {**common, **columns}))
+        _add(order, slot, "base", "island_base/shaker_white", {**common, **columns})
     elif unit.kind is BaseKind.SHELF:
         face = models.style.cabinets.shelf
         shelf = {"width": slot.width, "depth": 0.58, "height": slot.top, "plinth": 0.1, "face": face, "inside": face}
-        _add(order, slot, "shelf", preset_with("open_shelf/pine_floor", shelf))
+        _add(order, slot, "shelf", "open_shelf/pine_floor", shelf)
     elif unit.kind is BaseKind.FILLER:
         _filler(order, slot, models)
     elif unit.kind is BaseKind.PANEL:
-        panel = {
-            "width": slot.depth,
-            "height": slot.top,
-            "thick": standard_sizes.END_PANEL,
-            "front": "slab",
-            "face": face_of(models, group),
-        }
+        panel: dict[str, Any] = {"width": slot.depth, "height": slot.top, "thick": standard_sizes.END_PANEL}
+        panel |= {"front": "slab", "face": face_of(models, group)}
         spot = Spot(slot.line.frame, slot.middle, slot.depth / 2, 0.0, 90.0, DepthReference.MIDDLE)
-        order.add(
-            OrderItem(slot.name, "panel", preset_with("cabinet_panel/slab_oak", panel), spot, slot.name, slot.line.id)
-        )
+        choice = preset_with("cabinet_panel/slab_oak", panel)
+        order.add(OrderItem(slot.name, "panel", choice, spot, slot.name, slot.line.id))
     elif unit.kind is BaseKind.RANGE:
         _add(order, slot, "range", models.for_unit(unit).choice, v=0.012)
     elif unit.kind is BaseKind.DISHWASHER:
@@ -173,15 +162,11 @@ def _corner(order: BuildOrder, slot: UnitSlot, models: StyleModels) -> None:
         "look": front_look(models, group),
     }
     if slot.kind is CornerPart.DIAGONAL:
-        _add(order, slot, "corner", preset_with("corner_cabinet_diagonal/shaker_white", {**common, "leg": slot.width}))
+        _add(order, slot, "corner", "corner_cabinet_diagonal/shaker_white", {**common, "leg": slot.width})
         return
     blind = (standard_sizes.UPPER_CORNER_CLEARANCE if upper else standard_sizes.CORNER_CLEARANCE) - 0.05
-    _add(
-        order,
-        slot,
-        "corner",
-        preset_with("corner_cabinet_blind/shaker_white", {**common, "width": slot.width, "blind": blind}),
-    )
+    wide = {"width": slot.width, "blind": blind}
+    _add(order, slot, "corner", "corner_cabinet_blind/shaker_white", {**common, **wide})
 
 
 def _upper(order: BuildOrder, slot: UnitSlot, models: StyleModels, ceiling: float) -> None:
@@ -194,13 +179,13 @@ def _upper(order: BuildOrder, slot: UnitSlot, models: StyleModels, ceiling: floa
         if slot.kind is UpperKind.GLASS:
             fronts["front"] = models.style.cabinets.glass
         params = {**size, "doors": _door_count(slot.width), "hinge": side, "look": fronts}
-        _add(order, slot, "upper", preset_with("wall_cabinet/shaker_white", params))
+        _add(order, slot, "upper", "wall_cabinet/shaker_white", params)
     elif slot.kind is UpperKind.SHELF:
-        _add(order, slot, "shelf", preset_with("open_shelf/white_wall", {**size, "face": face, "inside": face}))
+        _add(order, slot, "shelf", "open_shelf/white_wall", {**size, "face": face, "inside": face})
     elif slot.kind is UpperKind.BOARDS:
         boards = {"width": slot.width, "depth": 0.25, "boards": 2, "spacing": 0.36, "face": face}
         preset = models.for_role("boards").choice.preset if models.has("boards") else "floating_shelf/oak_floating"
-        _add(order, slot, "shelf", preset_with(preset, boards), z=1.42)
+        _add(order, slot, "shelf", preset, boards, z=1.42)
     elif slot.kind is UpperKind.FILLER:
         _filler(order, slot, models)
     elif slot.kind is UpperKind.MICROWAVE:
@@ -223,7 +208,7 @@ def _hung_microwave(order: BuildOrder, slot: UnitSlot, models: StyleModels) -> N
         "over": "doors" if slot.width >= 0.5 else "door",
         "look": front_look(models, "upper"),
     }
-    _add(order, slot, "housing", preset_with("housing_microwave/graphite_hanging", housing))
+    _add(order, slot, "housing", "housing_microwave/graphite_hanging", housing)
     # The frame of a family's stands on the cabinet; an asset of a library stands on the board in it.
     foot = slot.bottom + (HOUSING_FLOOR_M if model.choice.is_library else NICHE_PLAY_M / 2)
     _microwave(order, slot, model, depth, foot)
@@ -238,16 +223,8 @@ def _microwave_niche(model: StyleModel) -> float:
 
 def _microwave(order: BuildOrder, slot: UnitSlot, model: StyleModel, front: float, foot: float) -> None:
     """Order a built-in microwave. front: of the cabinet, from the wall. foot: height of its underside. Metres."""
-    _add(
-        order,
-        slot,
-        "microwave",
-        model.choice,
-        name=f"{slot.name}_oven",
-        v=front - MICROWAVE_SETBACK_M,
-        z=foot,
-        depth_reference=DepthReference.FRONT,
-    )
+    at, front_side = front - MICROWAVE_SETBACK_M, DepthReference.FRONT
+    _add(order, slot, "microwave", model.choice, name=f"{slot.name}_oven", v=at, z=foot, depth_reference=front_side)
 
 
 def is_under_cabinet(hood: StyleModel) -> bool:
@@ -268,23 +245,21 @@ def _hood(order: BuildOrder, slot: UnitSlot, models: StyleModels, ceiling: float
     if is_under_cabinet(model):
         _add(order, slot, "hood", model.choice, z=low)
         top = round(low + model.length("height") + UNDER_DOORS_M, 4)
-        width, height = slot.width, round(standard_sizes.UPPER_TO - top, 4)
         doors = {
-            "width": width,
+            "width": slot.width,
             "depth": standard_sizes.UPPER_DEPTH,
-            "height": height,
-            "doors": _door_count(width),
+            "height": round(standard_sizes.UPPER_TO - top, 4),
+            "doors": _door_count(slot.width),
+            "look": front_look(models, "upper"),
         }
-        cabinet = preset_with("wall_cabinet/shaker_white", {**doors, "look": front_look(models, "upper")})
-        _add(order, slot, "upper", cabinet, name=f"{slot.name}_cabinet", z=top)
+        _add(order, slot, "upper", "wall_cabinet/shaker_white", doors, name=f"{slot.name}_cabinet", z=top)
         return
     if model.choice.is_library:
         under_ceiling = round(ceiling - model.length("height") - CEILING_PLAY_M, 4)
         is_near = low <= under_ceiling <= MAX_CHIMNEY_FOOT_M
         _add(order, slot, "hood", model.choice, z=under_ceiling if is_near else low)
         return
-    height = round(min(1.2, ceiling - low), 3)
-    choice = model.with_params(height=height)
+    choice = model.with_params(height=round(min(1.2, ceiling - low), 3))
     _add(order, slot, "hood", choice, z=ceiling, height_reference=HeightReference.HEAD)
 
 
@@ -294,19 +269,14 @@ def _tall(order: BuildOrder, slot: UnitSlot, models: StyleModels) -> None:
     common = {"width": slot.width, "height": slot.top, "look": front_look(models, "tall")}
     side = slot.hinge.value if slot.hinge else "left"
     if unit.kind is BaseKind.PANTRY:
-        doors = {
-            "doors": _door_count(slot.width),
-            "hinge": side,
-            "split": 1.38,
-            "depth": slot.depth,
-        }
-        _add(order, slot, "pantry", preset_with("tall_cabinet/shaker_white_split", {**common, **doors}))
+        doors = {"doors": _door_count(slot.width), "hinge": side, "split": 1.38, "depth": slot.depth}
+        _add(order, slot, "pantry", "tall_cabinet/shaker_white_split", {**common, **doors})
     elif unit.kind is BaseKind.OVEN:
         _oven(order, slot, models.for_unit(unit), common)
     elif unit.kind is BaseKind.MICROWAVE:
         model = models.for_unit(unit)
         niche = {"niche_from": MICROWAVE_NICHE_FROM_M, "niche": _microwave_niche(model), "depth": slot.depth}
-        _add(order, slot, "housing", preset_with("housing_microwave/shaker_white_tall", {**common, **niche}))
+        _add(order, slot, "housing", "housing_microwave/shaker_white_tall", {**common, **niche})
         board = standard_sizes.BOARD_THICKNESS / 2 + OVEN_LIFT_M
         foot = MICROWAVE_NICHE_FROM_M + (board if model.choice.is_library else NICHE_PLAY_M / 2)
         _microwave(order, slot, model, slot.depth, foot)
@@ -327,7 +297,7 @@ def _oven(order: BuildOrder, slot: UnitSlot, model: StyleModel, common: dict[str
         "depth": slot.depth,
         "over": "doors" if slot.width >= 0.5 else "door",
     }
-    _add(order, slot, "housing", preset_with("housing_oven/shaker_white", {**common, **niche}))
+    _add(order, slot, "housing", "housing_oven/shaker_white", {**common, **niche})
     back = round(slot.depth - behind - model.length("depth"), 4)
     foot = round(OVEN_NICHE_FROM_M + board / 2 + lift, 4)
     _add(order, slot, "oven", model.choice, name=f"{slot.name}_oven", v=back, z=foot)
@@ -338,12 +308,6 @@ def _fridge(order: BuildOrder, slot: UnitSlot, unit: BaseUnit, models: StyleMode
     name = slot.name
     if unit.housing:
         niche = {"niche": round(model.length("height") + 0.03, 3), "depth": slot.depth, "over": "doors"}
-        _add(
-            order,
-            slot,
-            "housing",
-            preset_with("housing_fridge/shaker_white", {**common, **niche}),
-            name=f"{name}_housing",
-        )
+        _add(order, slot, "housing", "housing_fridge/shaker_white", {**common, **niche}, name=f"{name}_housing")
     # In a housing it stands on the board at the bottom.
     _add(order, slot, "fridge", model.choice, name=name, v=0.03, z=HOUSING_FLOOR_M if unit.housing else 0.0)

@@ -14,11 +14,12 @@ from casa_assets.layouts.order.build_order import (
     HeightReference,
     OrderItem,
     Spot,
+    numbered,
     preset_with,
 )
 from casa_assets.layouts.order.room_shell import BeamGrid, door_casing, position_on_wall
 from casa_assets.layouts.plan import standard_sizes
-from casa_assets.layouts.plan.room import PlacedColumn, Room, WallHole, resolve_length, wall_of
+from casa_assets.layouts.plan.room import Room, WallHole, resolve_length, wall_of
 from casa_assets.layouts.plan.runs import RunLine, UnitSlot
 from casa_assets.layouts.plan.style_models import StyleModels
 from casa_assets.layouts.plan.wall_frame import WallFrame
@@ -39,8 +40,7 @@ CHAIR_REACH_M = 0.45  # that a chair stands out beside the table
 class PlacedTable:
     """A table in the room: (x, y) of its middle, metres, and length and direction (unit vector) of its long side.
 
-    Attributes:
-        outline: corners (x, y) of what it and its chairs take up, metres.
+    `outline`: corners (x, y) of the area of it and its chairs, metres.
     """
 
     middle: Vec2
@@ -94,12 +94,11 @@ def _order_table(order: BuildOrder, table: DiningTable, frame: WallFrame, at: Ve
         u, v = moved(a - reach * sine, b - reach * cosine)
         seat = Spot(frame, round(u, 5), round(v, 5), 0.0005, turn + table.turn_deg, DepthReference.MIDDLE)
         order.add(OrderItem(f"{table.id}_chair_{k + 1}", "chair", chair.choice, seat))
-    around = CHAIR_REACH_M
-    us = (-width / 2 - (around if is_round or table.chairs % 2 else 0.0), width / 2 + (around if is_round else 0.0))
-    vs = (-depth / 2 - around, depth / 2 + around)
-    corners = tuple(
-        frame.at(*moved(a, b))[:2] for a, b in ((us[0], vs[0]), (us[1], vs[0]), (us[1], vs[1]), (us[0], vs[1]))
-    )
+    left = CHAIR_REACH_M if is_round or table.chairs % 2 else 0.0
+    us = (-width / 2 - left, width / 2 + (CHAIR_REACH_M if is_round else 0.0))
+    vs = (-depth / 2 - CHAIR_REACH_M, depth / 2 + CHAIR_REACH_M)
+    ends = ((us[0], vs[0]), (us[1], vs[0]), (us[1], vs[1]), (us[0], vs[1]))
+    corners = tuple(frame.at(*moved(a, b))[:2] for a, b in ends)
     (x0, y0), (x1, y1) = frame.at(*moved(0.0, 0.0))[:2], frame.at(*moved(1.0, 0.0))[:2]
     return PlacedTable((x0, y0), width, (round(x1 - x0, 5), round(y1 - y0, 5)), corners)
 
@@ -107,11 +106,9 @@ def _order_table(order: BuildOrder, table: DiningTable, frame: WallFrame, at: Ve
 def _places(chairs: int, width: float, depth: float, is_round: bool) -> list[tuple[float, float, float]]:
     """Places of chairs at the edge of a table: along it and across it, metres, and the turn to the table, degrees."""
     if is_round:
-        turns = [360.0 * k / chairs for k in range(chairs)]
-        return [
-            (-width / 2 * math.sin(math.radians(t)), -width / 2 * math.cos(math.radians(t)), t if t <= 180 else t - 360)
-            for t in turns
-        ]
+        turns = [(360.0 * k / chairs, math.radians(360.0 * k / chairs)) for k in range(chairs)]
+        radius = -width / 2
+        return [(radius * math.sin(r), radius * math.cos(r), t if t <= 180 else t - 360) for t, r in turns]
     out: list[tuple[float, float, float]] = []
     for side, turn in ((-depth / 2, 0.0), (depth / 2, 180.0)):
         count = chairs // 2
@@ -122,11 +119,9 @@ def _places(chairs: int, width: float, depth: float, is_round: bool) -> list[tup
 
 def places_over(table: PlacedTable, count: int) -> Sequence[tuple[WallFrame, float, float]]:
     """Places of lamps along the middle of a table."""
-    (x, y), (a, b) = table.middle, table.direction
+    (x, y), (a, b), width = table.middle, table.direction, table.width
     shares = [(k + 0.5) / count - 0.5 for k in range(count)]
-    return [
-        (WallFrame(round(x + s * table.width * a, 5), round(y + s * table.width * b, 5), 0), 0.0, 0.0) for s in shares
-    ]
+    return [(WallFrame(round(x + s * width * a, 5), round(y + s * width * b, 5), 0), 0.0, 0.0) for s in shares]
 
 
 # Furnish --------------------------------------------------------------------------------------------------------------
@@ -176,15 +171,11 @@ def order_worktop_items(order: BuildOrder, plan: Plan, slots: Mapping[str, UnitS
             spot = Spot(slot.line.frame, u, item.back, standard_sizes.WORKTOP_HEIGHT + SET_DOWN_GAP_M, item.turn_deg)
             order.add(OrderItem(item.id, models.role_of(item), choice, spot, slot.name, slot.line.id))
             if choice.family == BLENDER:
-                _order_lid(order, order.items[-1], models)
-
-
-def _order_lid(order: BuildOrder, blender: OrderItem, models: StyleModels) -> None:
-    """Order the lid of a blender: the preset of the same name, as wide as the mouth of its jar."""
-    params = models.resolve(blender.choice).params
-    fitting = {name: params[name] for name in LID_PARAMS if name in params}
-    choice = preset_with(f"{LID}/{blender.choice.name}", fitting)
-    order.add(replace(blender, name=f"{blender.name}_lid", role=LID, choice=choice, lid_of=blender.name))
+                # Its lid: the preset of the same name, as wide as the mouth of its jar.
+                params = models.resolve(choice).params
+                fitting = {name: params[name] for name in LID_PARAMS if name in params}
+                lid = preset_with(f"{LID}/{choice.name}", fitting)
+                order.add(replace(order.items[-1], name=f"{item.id}_lid", role=LID, choice=lid, lid_of=item.id))
 
 
 def worktop_width(models: StyleModels, item: WorktopItem) -> float:
@@ -214,10 +205,9 @@ def _side_by_side(slot: UnitSlot, shares: Sequence[float], widths: Sequence[floa
 
 
 def seat_places(plan: Plan, lines: Mapping[str, RunLine]) -> dict[str, tuple[float, ...]]:
-    """Where the middles of seats are along their island or peninsula, metres.
+    """Middles of seats along their island or peninsula, metres.
 
-    Raises:
-        PlanConflict: there is no such run, it has seats already, or too little room.
+    Raises PlanConflict: there is no such run, it has seats already, or too little room.
     """
     found: dict[str, tuple[float, ...]] = {}
     for k, seats in enumerate(plan.seats):
@@ -252,11 +242,9 @@ def _free_interval(line: RunLine) -> tuple[float, float]:
     """Interval along an island or peninsula for seats, metres: a seat keeps a distance from the wall."""
     if line.run.joins is None:
         return 0.0, line.length
-    return (
-        (SEAT_FROM_WALL_M, line.length)
-        if line.run.joins.end is RunSide.RIGHT
-        else (0.0, line.length - SEAT_FROM_WALL_M)
-    )
+    if line.run.joins.end is RunSide.RIGHT:
+        return SEAT_FROM_WALL_M, line.length
+    return 0.0, line.length - SEAT_FROM_WALL_M
 
 
 def order_wall_items(
@@ -278,7 +266,13 @@ def order_wall_items(
         model = models.for_role(item.item)
         if not item.over and "gangs" in model.params:
             half = (SWITCH_WIDTH_M + GANG_M * (int(model.params["gangs"]) - 1)) / 2 + SWITCH_FROM_CASING_M
-            u = _beside_doors(u, half + door_casing(models), [h for h in holes if h.wall.id == wall.id])
+            away = half + door_casing(models)
+            # Moved as little as needed to be so far from doors.
+            for hole in holes:
+                is_door = hole.wall.id == wall.id and hole.bottom <= 0.0
+                if is_door and hole.left - away < u < hole.right + away:
+                    u = hole.right + away if u > (hole.left + hole.right) / 2 else hole.left - away
+            u = round(u, 4)
         is_over_worktop = item.over and standard_sizes.WORKTOP_HEIGHT < item.height < standard_sizes.UPPER_FROM
         v = ON_BACKSPLASH_M if models.style.backsplash and is_over_worktop else 0.0
         # A rack of two rails is twice as high as most, and tools hang from it down to what stands below.
@@ -294,14 +288,6 @@ def order_wall_items(
         order.add(OrderItem(item.id, item.item, model.choice, spot, item.over or ""))
 
 
-def _beside_doors(u: float, away: float, holes: Sequence[WallHole]) -> float:
-    """A place along a wall, moved as little as needed to be so far from its doors, metres."""
-    for hole in holes:
-        if hole.bottom <= 0.0 and hole.left - away < u < hole.right + away:
-            u = hole.right + away if u > (hole.left + hole.right) / 2 else hole.left - away
-    return round(u, 4)
-
-
 def order_lamps(
     order: BuildOrder,
     plan: Plan,
@@ -312,11 +298,7 @@ def order_lamps(
     beams: BeamGrid | None,
     hoods: Sequence[UnitSlot] = (),
 ) -> None:
-    """Order lamps under the ceiling, between its beams; none near a hood, an island's lamps or those of a table.
-
-    Args:
-        hoods: which reach up to the ceiling, or towards it.
-    """
+    """Order lamps under the ceiling, between beams; none near a high hood, an island's lamps or those of a table."""
     (x0, y0), (x1, y1) = room.level_bounds()
     placed: list[Vec2] = []
     is_low = room.height < standard_sizes.UPPER_TO + LAMP_HEIGHT_M
@@ -324,14 +306,13 @@ def order_lamps(
         if not models.has(lamps.item):
             continue
         choice = models.for_role(lamps.item).choice
-        stem = lamps.item if n == 0 else f"{lamps.item}_{n + 1}"
+        stem = numbered(lamps.item, n)
         size = models.for_role(lamps.item).length("size")
         over = None if lamps.over is None else lines.get(lamps.over) or tables.get(lamps.over)
-        places = (
-            _between_beams(_lamps_of_room(lamps.count, lines, (x0, y0, x1, y1), room), beams)
-            if over is None
-            else _row_of_lamps(over, lamps.count, size, beams)
-        )
+        if over is None:
+            places = _between_beams(_lamps_of_room(lamps.count, lines, (x0, y0, x1, y1), room), beams)
+        else:
+            places = _row_of_lamps(over, lamps.count, size, beams)
         for k, (frame, u, v) in enumerate(places):
             x, y, _ = frame.at(u, v)
             if room.ceiling_at(x, y) < room.height:
@@ -339,7 +320,9 @@ def order_lamps(
                 raise PlanConflict(plan.id, ("lamps", n), expected, f"{lamps.over}, under a slope")
             if lamps.over is None and any(math.hypot(x - a, y - b) < LAMP_FROM_ISLAND_M for a, b in placed):
                 continue
-            if lamps.over is None and is_low and any(_is_before(line, x, y, size / 2) for line in lines.values()):
+            # Doors of wall units and tall ones open before a run.
+            before = [(n.frame, (0.0, n.length), (0.0, n.depth + WIDEST_DOOR_M)) for n in lines.values()]
+            if lamps.over is None and is_low and any(_is_in(*place, x, y, size / 2) for place in before):
                 continue
             if lamps.over is None and any(_is_at_hood(slot, x, y, size / 2 + LAMP_FROM_HOOD_M) for slot in hoods):
                 continue
@@ -392,13 +375,12 @@ def _lamps_of_room(
         row, column = divmod(k, per)
         x = x0 + (x1 - x0) * (column + 0.5) / per
         y = y1 - (y1 - y0) * (row + 0.5) / rows
-        beside = (
-            (x + dx, y + dy)
-            for dx in (-LAMP_FROM_WALL_M, LAMP_FROM_WALL_M)
-            for dy in (-LAMP_FROM_WALL_M, LAMP_FROM_WALL_M)
-        )
-        is_crowded = any(_is_near(line, x, y) for line in lines.values() if not line.at_wall)
-        is_crowded = is_crowded or any(_is_at_column(placed, x, y) for placed in room.columns)
+        away = (-LAMP_FROM_WALL_M, LAMP_FROM_WALL_M)
+        beside = ((x + dx, y + dy) for dx in away for dy in away)
+        islands = [n for n in lines.values() if not n.at_wall]  # a lamp there would hang among their own
+        is_crowded = any(_is_in(n.frame, (0.0, n.length), (0.0, n.depth), x, y, LAMP_FROM_ISLAND_M) for n in islands)
+        for c in room.columns:
+            is_crowded |= _is_in(c.frame, (c.left, c.right), (c.back, c.front), x, y, LAMP_FROM_COLUMN_M)
         if all(room.contains(*p) for p in beside) and not is_crowded:
             out.append((WallFrame(x0, y1, 0), x - x0, y1 - y))
     return out
@@ -410,26 +392,10 @@ def _is_at_hood(slot: UnitSlot, x: float, y: float, gap: float) -> bool:
     return abs(u - slot.middle) < CHIMNEY_WIDTH_M / 2 + gap and v < CHIMNEY_DEPTH_M + gap
 
 
-def _is_before(line: RunLine, x: float, y: float, half: float) -> bool:
-    """True if a door of a wall unit or a tall one would open into a lamp at a point."""
-    u, v = line.frame.to_local(x, y)
-    return -half < u < line.length + half and -half < v < line.depth + WIDEST_DOOR_M + half
-
-
-def _is_at_column(placed: PlacedColumn, x: float, y: float) -> bool:
-    """True if a lamp at a point would touch a column."""
-    u, v = placed.frame.to_local(x, y)
-    gap = LAMP_FROM_COLUMN_M
-    return placed.left - gap < u < placed.right + gap and placed.back - gap < v < placed.front + gap
-
-
-def _is_near(line: RunLine, x: float, y: float) -> bool:
-    """True if a point is so near an island or peninsula that a lamp there would hang among its own."""
-    u, v = line.frame.to_local(x, y)
-    return (
-        -LAMP_FROM_ISLAND_M < u < line.length + LAMP_FROM_ISLAND_M
-        and -LAMP_FROM_ISLAND_M < v < line.depth + LAMP_FROM_ISLAND_M
-    )
+def _is_in(frame: WallFrame, us: Vec2, vs: Vec2, x: float, y: float, gap: float) -> bool:
+    """True if a point lies in a rectangle along a line and before it, or less than a gap from it, metres."""
+    u, v = frame.to_local(x, y)
+    return us[0] - gap < u < us[1] + gap and vs[0] - gap < v < vs[1] + gap
 
 
 def order_floor_items(

@@ -31,7 +31,7 @@ from casa_assets.layouts.order.trim import (
 from casa_assets.layouts.order.worktops import WORKTOP_BREAKS
 from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.place import place_runs
-from casa_assets.layouts.plan.room import CeilingSlope, Room, WallHole, build_room
+from casa_assets.layouts.plan.room import Room, WallHole, build_room
 from casa_assets.layouts.plan.runs import CornerPart, RunLine, UnitSlot, base_slots, upper_slots
 from casa_assets.layouts.plan.style_models import FamilyPresets, StyleModels, check_plan_models
 from casa_assets.model.kitchen.floor import PlacedRun, PlacedUnit, RunEnd
@@ -75,7 +75,8 @@ def keep_clear(
             if not room.slopes:
                 least = math.ceil(100 * high) / 100
                 raise PlanConflict(plan.id, ("height",), f"at least {least} m, for {slot.name}", f"{over} m", least)
-            k = _lowest(room.slopes, slot.line, us, vs)
+            points = [slot.line.frame.at(u, v)[:2] for u in us for v in vs]
+            k = min(range(len(room.slopes)), key=lambda k: min(room.slopes[k].height_at(*p) for p in points))
             expected = f"a ceiling of at least {high:.2f} m over {slot.name}"
             knee = plan.slopes[k].knee + high - over
             raise PlanConflict(plan.id, ("slopes", k), expected, f"{over:.2f} m", knee)
@@ -111,12 +112,6 @@ def _height(slot: UnitSlot, models: StyleModels) -> float | None:
     return round(slot.top + cornice + PLAY_M, 4)
 
 
-def _lowest(slopes: Sequence[CeilingSlope], line: RunLine, us: Vec2, vs: Vec2) -> int:
-    """Number of the slope that is lowest over a rectangle on the floor."""
-    points = [line.frame.at(u, v)[:2] for u in us for v in vs]
-    return min(range(len(slopes)), key=lambda k: min(slopes[k].height_at(*p) for p in points))
-
-
 # Placed runs ----------------------------------------------------------------------------------------------------------
 # Runs in the frame of the room, as checks of design and of aisles look at them.
 
@@ -124,10 +119,7 @@ def _lowest(slopes: Sequence[CeilingSlope], line: RunLine, us: Vec2, vs: Vec2) -
 def placed_run(line: RunLine, slots: Sequence[UnitSlot], fronts: Mapping[str, float]) -> PlacedRun:
     """A run with its units on the floor.
 
-    Args:
-        slots: of its units.
-        fronts: unit -> distance from the line to the front of the fixtures in its place, if they may reach further than
-            its worktop. Metres.
+    `fronts`: unit -> distance from the line to the front of fixtures that may reach further than its worktop. Metres.
     """
     corner = line.right.corner
     tall = {s.name for s in slots if s.kind in WORKTOP_BREAKS or s.top > standard_sizes.WORKTOP_HEIGHT}
@@ -177,12 +169,7 @@ def _unit(slot: UnitSlot, worktop: bool, fronts: Mapping[str, float]) -> PlacedU
 class KitchenRequest:
     """A plan in metres with a style applied, before anything is built.
 
-    Attributes:
-        parameters: values of the plan's parameters, metres.
-        room, holes, lines: walls, openings and runs.
-        slots: run -> slots of its units, on the floor and on the wall.
-        items: everything to build.
-        tables: places of dining tables, by id.
+    Parameters are values of the plan's, metres; slots are by run, of units on the floor and on the wall; tables by id.
     """
 
     plan: Plan
@@ -208,12 +195,8 @@ def request_kitchen(
     closed: bool = False,
     roles: Mapping[str, RoleRule] | None = None,
 ) -> KitchenRequest:
-    """Resolve a plan and a style.
+    """Resolve a plan and a style; closed: open walls are built too; roles: which assets of libraries suit which.
 
-    Args:
-        presets: parameters of all presets of all families, and sizes of the assets of libraries.
-        given: values of the plan's parameters; those missing have their defaults. closed: open walls are built too.
-        roles: which assets of libraries suit which role.
     Raises:
         PlanConflict: the plan does not fit together.
         StyleConflict: the style names an asset of a library that does not suit its role.

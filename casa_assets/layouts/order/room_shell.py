@@ -14,6 +14,7 @@ from casa_assets.layouts.order.build_order import (
     HeightReference,
     OrderItem,
     Spot,
+    numbered,
     preset_with,
 )
 from casa_assets.layouts.plan import standard_sizes
@@ -50,12 +51,7 @@ CHIMNEY_WIDTH_M = 0.5  # of most hoods, with a gap; only it reaches the ceiling
 
 @dataclass(frozen=True)
 class BeamGrid:
-    """Beams of one room, evenly apart.
-
-    Attributes:
-        along_x: whether they run along the room's x axis, else along y.
-        start, end: of the room across the beams, metres. count: of beams.
-    """
+    """`count` beams of one room, evenly apart from `start` to `end` across them, metres; along its x axis, or its y."""
 
     along_x: bool
     start: float
@@ -96,14 +92,10 @@ def beams_of(
         for off in (MAX_COUNT_CHANGE, MAX_COUNT)
     )
     for grids, reach in ((usual, None), (every, None), (every, CHIMNEY_WIDTH_M)):
-        clear = (
-            w
-            for w in grids
-            if not any(w.crosses(*h) for h in (*_hoods(slots, w.along_x, reach), *_columns(room, w.along_x)))
-        )
-        found = next(clear, None)
-        if found is not None:
-            return found
+        for grid in grids:
+            hoods, columns = _hoods(slots, grid.along_x, reach), _columns(room, grid.along_x)
+            if not any(grid.crosses(*ends) for ends in (*hoods, *columns)):
+                return grid
     return usual[0]
 
 
@@ -159,10 +151,7 @@ TAP_LEVERS_M, SILL_BEHIND_TAP_M = 1.08, 0.02
 def find_holes(
     plan: Plan, room: Room, parameters: Mapping[str, float], slots: Mapping[str, UnitSlot]
 ) -> tuple[WallHole, ...]:
-    """All openings in their walls; windows also in the backs of niches that come before them in the plan.
-
-    Raises PlanConflict where one does not fit.
-    """
+    """All openings in their walls; windows also in the backs of niches before them in the plan. Raises PlanConflict."""
     out: list[WallHole] = []
     for opening in plan.openings:
         at = ("openings", opening.id)
@@ -173,7 +162,9 @@ def find_holes(
             wall = wall_of(plan, room, opening.wall, *at, "wall")
             low, top = 0.0, room.height_of(wall)
         middle = position_on_wall(plan, wall, opening, parameters, slots, *at)
-        width = _width_of(opening, slots)
+        # A niche over a unit is as wide as that where the plan does not say.
+        fits_unit = opening.kind is OpeningKind.NICHE and "width" not in opening.model_fields_set
+        width = slots[opening.over].width if fits_unit and opening.over is not None else opening.width
         left, right = round(middle - width / 2, 4), round(middle + width / 2, 4)
         high = round(opening.bottom + opening.height, 4)
         top = min(top, room.ceiling_over(wall.frame, (left, right), (0.0, 0.0)))
@@ -198,12 +189,6 @@ def _is_behind_tap(hole: WallHole, slots: Iterable[UnitSlot]) -> bool:
     sinks = [s for s in slots if s.kind is BaseKind.SINK and s.line.run.on == hole.wall.id]
     ends = [[hole.wall.frame.to_local(*s.line.frame.at(u, 0.0)[:2])[0] for u in (s.left, s.right)] for s in sinks]
     return any(a < hole.right and b > hole.left for a, b in ends)
-
-
-def _width_of(opening: PlanOpening, slots: Mapping[str, UnitSlot]) -> float:
-    """Width of a hole, metres: a niche over a unit is as wide as that where the plan does not say."""
-    fits_unit = opening.kind is OpeningKind.NICHE and "width" not in opening.model_fields_set
-    return slots[opening.over].width if fits_unit and opening.over is not None else opening.width
 
 
 def in_niches(slots: Mapping[str, Sequence[UnitSlot]], holes: Sequence[WallHole]) -> dict[str, tuple[UnitSlot, ...]]:
@@ -254,11 +239,9 @@ def order_shell(
     shell = models.style.room
     (x0, y0), (x1, y1) = room.bounds()
     outline = [(round(x - x0, 5), round(y - y0, 5)) for x, y in room.outline]
-    flat = WallFrame(x0, y1, 0)
-    middle = (x1 - x0) / 2
     boards = "y" if shell.turn_deg % 180 else "x"
     floor = {"outline": outline, "face": shell.floor, "boards": boards}
-    spot = Spot(flat, middle, 0.0, 0.0, height_reference=HeightReference.HEAD)
+    spot = Spot(WallFrame(x0, y1, 0), (x1 - x0) / 2, 0.0, 0.0, height_reference=HeightReference.HEAD)
     order.add(_room_part("floor", "floor", preset_with("room_floor/oak_boards", floor), spot))
     _order_ceiling(order, room, shell, beams)
     _order_columns(order, room, shell)
@@ -282,12 +265,8 @@ def _order_ceiling(order: BuildOrder, room: Room, shell: RoomStyle, beams: BeamG
     order.add(OrderItem("ceiling", "ceiling", preset_with("room_ceiling/white_plain", ceiling), top, layer="ceiling"))
     for k, slope in enumerate(room.slopes):
         length, wide = slope.wall.length, round(math.hypot(slope.run, room.height - slope.knee), 5)
-        sides = {
-            "outline": [(0.0, 0.0), (length, 0.0), (length, wide), (0.0, wide)],
-            "boards": "x",
-            "face": shell.ceiling,
-            "trim": shell.trim,
-        }
+        corners = [(0.0, 0.0), (length, 0.0), (length, wide), (0.0, wide)]
+        sides = {"outline": corners, "boards": "x", "face": shell.ceiling, "trim": shell.trim}
         spot = Spot(slope.wall.frame, length / 2, 0.0, slope.knee, tilt_deg=slope.pitch_deg)
         choice = preset_with("room_ceiling/white_plain", sides)
         order.add(OrderItem(f"ceiling_slope_{k + 1}", "ceiling", choice, spot, layer="ceiling"))
@@ -384,7 +363,7 @@ def _order_closet(order: BuildOrder, room: Room, hole: WallHole, closet: Closet,
         }
         u = (hole.left + hole.right) / 2 - closet.width / 2 + LARDER_PLAY_M + (k + 0.5) * width
         spot = Spot(hole.wall.frame, round(u, 5), -WALL_THICKNESS_M - closet.depth + 0.002, 0.0)
-        name = f"{hole.opening.id}_larder" if k == 0 else f"{hole.opening.id}_larder_{k + 1}"
+        name = numbered(f"{hole.opening.id}_larder", k)
         order.add(OrderItem(name, "larder", preset_with("open_shelf/pine_floor", params), spot))
 
 
@@ -435,9 +414,8 @@ def _threshold(order: BuildOrder, hole: WallHole, face: str) -> None:
     outline = [(0.0, 0.0), (wide, 0.0), (wide, WALL_THICKNESS_M), (0.0, WALL_THICKNESS_M)]
     choice = preset_with("room_floor/oak_boards", {"outline": outline, "face": face})
     low = hole.bottom if hole.is_niche else 0.0
-    spot = Spot(
-        hole.wall.frame, (hole.left + hole.right) / 2, -WALL_THICKNESS_M, low, height_reference=HeightReference.HEAD
-    )
+    middle = (hole.left + hole.right) / 2
+    spot = Spot(hole.wall.frame, middle, -WALL_THICKNESS_M, low, height_reference=HeightReference.HEAD)
     order.add(_room_part(f"threshold_{hole.opening.id}", "floor", choice, spot))
 
 
@@ -457,14 +435,8 @@ def _order_window_or_door(order: BuildOrder, hole: WallHole, models: StyleModels
         params["width"] = round(width - 2 * DOOR_FRAME_M, 4)
         params["height"] = round(height - DOOR_FRAME_M - WALL_PLAY_M, 4)
         params["hinge_right"] = opening.hinge.value == "right"
-    frame, middle = hole.wall.frame, (hole.left + hole.right) / 2
-    spot = Spot(
-        frame,
-        middle,
-        -WALL_THICKNESS_M,
-        round(hole.top + casing - WALL_PLAY_M / 2, 4),
-        height_reference=HeightReference.HEAD,
-    )
+    middle, high = (hole.left + hole.right) / 2, round(hole.top + casing - WALL_PLAY_M / 2, 4)
+    spot = Spot(hole.wall.frame, middle, -WALL_THICKNESS_M, high, height_reference=HeightReference.HEAD)
     choice = PresetChoice(preset=model.choice.preset, params=params)
     order.add(OrderItem(opening.id, role, choice, spot, layer="room"))
 

@@ -12,6 +12,7 @@ from casa_assets.layouts.order.build_order import (
     HeightReference,
     OrderItem,
     Spot,
+    numbered,
     preset_with,
 )
 from casa_assets.layouts.order.cabinets import face_of, front_look, group_of, is_under_cabinet
@@ -55,8 +56,8 @@ def order_back_panels(
         }
         for k in range(count):
             spot = Spot(line.frame, low + (k + 0.5) * width, -standard_sizes.END_PANEL - PLAY_M, 0.0, 180.0)
-            stem = f"{name}_back" if k == 0 else f"{name}_back_{k + 1}"
-            order.add(OrderItem(stem, "panel", preset_with("cabinet_panel/slab_oak", params), spot, "", name))
+            panel = preset_with("cabinet_panel/slab_oak", params)
+            order.add(OrderItem(numbered(f"{name}_back", k), "panel", panel, spot, "", name))
 
 
 # Backsplash -----------------------------------------------------------------------------------------------------------
@@ -89,11 +90,8 @@ def order_backsplash(
                 "face": splash.face,
             }
             spot = Spot(line.frame, (a + b) / 2, 0.0, standard_sizes.WORKTOP_HEIGHT + 5e-4)
-            order.add(
-                OrderItem(
-                    f"{name}_splash_{k + 1}", "backsplash", preset_with("backsplash/subway", params), spot, "", name
-                )
-            )
+            panel = preset_with("backsplash/subway", params)
+            order.add(OrderItem(f"{name}_splash_{k + 1}", "backsplash", panel, spot, "", name))
 
 
 def window_reach(models: StyleModels) -> float:
@@ -231,15 +229,10 @@ def order_cornices(
                 "face": face_of(models, "tall" if row.is_tall else "upper"),
             }
             start, stop = begin - (projection if left else 0.0), end + (projection if right else 0.0)
-            spot = Spot(
-                line.frame,
-                (start + stop) / 2,
-                row.depth + projection,
-                standard_sizes.UPPER_TO + 5e-4,
-                depth_reference=DepthReference.FRONT,
-            )
-            stem = f"{name}_cornice" if k == 0 else f"{name}_cornice_{k + 1}"
-            order.add(OrderItem(stem, "cornice", preset_with("cornice/white_crown", params), spot, "", name))
+            middle, out, high = (start + stop) / 2, row.depth + projection, standard_sizes.UPPER_TO + 5e-4
+            spot = Spot(line.frame, middle, out, high, depth_reference=DepthReference.FRONT)
+            cornice = preset_with("cornice/white_crown", params)
+            order.add(OrderItem(numbered(f"{name}_cornice", k), "cornice", cornice, spot, "", name))
 
 
 def find_rows(line: RunLine, slots: Sequence[UnitSlot], models: StyleModels) -> list[CabinetRow]:
@@ -286,10 +279,8 @@ def _is_free_end(row: CabinetRow, at: float, rows: Sequence[CabinetRow], line: R
 
 def _is_at_corner(at: float, line: RunLine) -> bool:
     """True if an end of a row of wall units lies before those of the run round the corner."""
-    near_left = line.left.kind is RunEnd.CORNER and abs(at - standard_sizes.UPPER_DEPTH) < NEAR_M
-    return near_left or (
-        line.right.kind is RunEnd.CORNER and abs(line.length - at - standard_sizes.UPPER_DEPTH) < NEAR_M
-    )
+    ends = ((line.left, at), (line.right, line.length - at))
+    return any(e.kind is RunEnd.CORNER and abs(u - standard_sizes.UPPER_DEPTH) < NEAR_M for e, u in ends)
 
 
 def _beside(row: CabinetRow, at: float, rows: Sequence[CabinetRow]) -> list[CabinetRow]:
@@ -311,11 +302,6 @@ def order_curtains(order: BuildOrder, holes: Sequence[WallHole], models: StyleMo
         choice = preset_with(model.choice.preset, {**model.choice.params, "width": width, "height": height})
         has_casing = float(models.for_role("window").params.get("casing", 0.0)) > 0
         v = CURTAIN_FROM_WALL_M if has_casing else CURTAIN_FROM_BARE_WALL_M
-        spot = Spot(
-            hole.wall.frame,
-            (hole.left + hole.right) / 2,
-            v,
-            hole.top + CURTAIN_ABOVE_HOLE_M,
-            height_reference=HeightReference.HEAD,
-        )
+        middle, high = (hole.left + hole.right) / 2, hole.top + CURTAIN_ABOVE_HOLE_M
+        spot = Spot(hole.wall.frame, middle, v, high, height_reference=HeightReference.HEAD)
         order.add(OrderItem(f"{hole.opening.id}_curtain", "curtain", choice, spot))

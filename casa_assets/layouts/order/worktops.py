@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from casa_assets.layouts.order.build_order import BuildOrder, HeightReference, OrderItem, Spot, preset_with
+from casa_assets.layouts.order.build_order import BuildOrder, HeightReference, OrderItem, Spot, numbered, preset_with
 from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.runs import RunLine, UnitSlot
 from casa_assets.layouts.plan.style_models import StyleModel, StyleModels
@@ -81,17 +81,17 @@ def order_worktops(
     for corner in corners.values():
         _corner_top(order, corner, lines, stretches, models)
     for name, line in lines.items():
-        slabs = [p for s in stretches[name] for p in _slabs(s)]
-        for k, slab in enumerate(slabs):
-            _straight(
-                order, f"{name}_top" if k == 0 else f"{name}_top_{k + 1}", line, slab, seats.get(name, ()), models
-            )
+        for k, slab in enumerate(p for s in stretches[name] for p in _slabs(s)):
+            _straight(order, numbered(f"{name}_top", k), line, slab, seats.get(name, ()), models)
     for name in lines:
         for slot in slots[name]:
             if slot.kind is BaseKind.SINK:
                 _sink(order, slot, models)
             elif slot.kind is BaseKind.HOB:
-                _hob(order, slot, models)
+                back = _hob_back(_model_of(slot, models).length("depth"))
+                spot = Spot(slot.line.frame, slot.middle, back, standard_sizes.WORKTOP_HEIGHT - 0.06)
+                choice = _model_of(slot, models).choice
+                order.add(OrderItem(f"{slot.name}_plate", "hob", choice, spot, slot.name, slot.line.id))
 
 
 def _corner_top(
@@ -199,25 +199,16 @@ def _slab_params(top: WorktopStyle) -> dict[str, Any]:
 
 
 def _straight(
-    order: BuildOrder,
-    name: str,
-    line: RunLine,
-    slab: WorktopStretch,
-    seats: Sequence[float],
-    models: StyleModels,
+    order: BuildOrder, name: str, line: RunLine, slab: WorktopStretch, seats: Sequence[float], models: StyleModels
 ) -> None:
-    top = worktop_of(models, line)
-    width = round(slab.right - slab.left, 4)
-    overhang = line.run.overhang
-    behind = line.depth_behind
+    top, overhang, behind = worktop_of(models, line), line.run.overhang, line.depth_behind
+    width, middle = round(slab.right - slab.left, 4), (slab.left + slab.right) / 2
     depth = round(line.depth + standard_sizes.WORKTOP_OVERHANG + behind, 4)
     cutout = _cutout(slab, behind, models)
-    z = standard_sizes.WORKTOP_HEIGHT - top.thickness
     if line.is_island:
         # Waterfall ends stand outside the end panels.
         support = top.support if overhang >= 0.25 else "none"
-        has_waterfall = support == "waterfall"
-        over = round(top.thickness + 0.002, 4) if has_waterfall else 0.03
+        over = round(top.thickness + 0.002, 4) if support == "waterfall" else 0.03
         params = {
             **_slab_params(top),
             "width": round(width + 2 * over, 4),
@@ -229,13 +220,8 @@ def _straight(
         }
         if support == CORBEL:
             params["corbels"] = tuple(round(u - slab.left + over, 4) for u in _between(seats, slab))
-        spot = Spot(
-            line.frame,
-            (slab.left + slab.right) / 2,
-            -behind,
-            standard_sizes.WORKTOP_HEIGHT,
-            height_reference=HeightReference.HEAD,
-        )
+        high = standard_sizes.WORKTOP_HEIGHT
+        spot = Spot(line.frame, middle, -behind, high, height_reference=HeightReference.HEAD)
         order.add(OrderItem(name, "island", preset_with("counter_island/plain", params), spot, "", line.id))
         return
     params = {
@@ -247,7 +233,7 @@ def _straight(
         "upstand": models.style.counter.upstand if line.at_wall and models.style.backsplash is None else 0.0,
         "cutout": cutout,
     }
-    spot = Spot(line.frame, (slab.left + slab.right) / 2, -behind, z)
+    spot = Spot(line.frame, middle, -behind, standard_sizes.WORKTOP_HEIGHT - top.thickness)
     order.add(OrderItem(name, "counter", preset_with("counter/quartz_eased", params), spot, "", line.id))
 
 
@@ -309,9 +295,3 @@ def _sink(order: BuildOrder, slot: UnitSlot, models: StyleModels) -> None:
     deck = worktop_of(models, slot.line).thickness
     choice = PresetChoice(preset=model.choice.preset, params={**model.choice.params, "deck": deck})
     order.add(OrderItem(f"{slot.name}_basin", "sink", choice, spot, slot.name, slot.line.id))
-
-
-def _hob(order: BuildOrder, slot: UnitSlot, models: StyleModels) -> None:
-    model = _model_of(slot, models)
-    spot = Spot(slot.line.frame, slot.middle, _hob_back(model.length("depth")), standard_sizes.WORKTOP_HEIGHT - 0.06)
-    order.add(OrderItem(f"{slot.name}_plate", "hob", model.choice, spot, slot.name, slot.line.id))

@@ -56,17 +56,14 @@ def find_aisles(
     outline: Corners,
     columns: Mapping[str, Corners] = MappingProxyType({}),
 ) -> tuple[Aisle, ...]:
-    """Narrowest place between each two faces that look at each other.
-
-    Args:
-        columns: corners of each column on the floor, clockwise seen from above, metres.
-    """
+    """Narrowest place between each two faces that look at each other; columns: clockwise from above, metres."""
     faces = [f for run in runs for f in _faces(run)]
     faces += [RunFace(FaceKind.WALL, w.id, w.start, w.end) for w in walls if not w.is_open]
     for name, corners in columns.items():
         # A face has free space to the right of its way.
         faces += [RunFace(FaceKind.WALL, name, a, b) for a, b in zip((*corners[1:], corners[0]), corners, strict=True)]
-    bodies = [_body(run) for run in runs]
+    # Each run and its bounds: left, right, front.
+    bodies = [(run, *run.span, max((u.front for u in run.units), default=run.depth_before)) for run in runs]
     narrowest: dict[tuple[str, str, str], Aisle] = {}
     for face in faces:
         if face.kind is FaceKind.WALL:
@@ -75,9 +72,7 @@ def find_aisles(
             first, second = sorted((aisle.first, aisle.second))
             key = (aisle.kind.value, first, second)
             if key not in narrowest or aisle.width < narrowest[key].width:
-                narrowest[key] = Aisle(
-                    kind=aisle.kind, first=first, second=second, width=aisle.width, position=aisle.position
-                )
+                narrowest[key] = aisle.replace(first=first, second=second)
     return tuple(narrowest[key] for key in sorted(narrowest))
 
 
@@ -97,12 +92,6 @@ def _faces(run: PlacedRun) -> Iterator[RunFace]:
         yield RunFace(FaceKind.END, run.id, run.at(last, run.units[-1].front), run.at(last, -run.depth_behind))
 
 
-def _body(run: PlacedRun) -> tuple[PlacedRun, float, float, float]:
-    """A run and its bounds: left, right, front."""
-    left, right = run.span
-    return run, left, right, max((u.front for u in run.units), default=run.depth_before)
-
-
 def _aisles_before(
     face: RunFace, faces: Sequence[RunFace], bodies: Sequence[tuple[PlacedRun, float, float, float]], outline: Corners
 ) -> Iterator[Aisle]:
@@ -110,9 +99,8 @@ def _aisles_before(
     length = float(np.linalg.norm(np.subtract(face.end, face.start)))
     facing = [f for f in faces if float(f.normal @ face.normal) < -0.9 and f is not face]
     found: dict[int, list[tuple[float, float]]] = {}
-    for u in np.linspace(
-        RAY_SPACING_M / 2, max(length - RAY_SPACING_M / 2, RAY_SPACING_M / 2), max(2, int(length / RAY_SPACING_M))
-    ):
+    half = RAY_SPACING_M / 2
+    for u in np.linspace(half, max(length - half, half), max(2, int(length / RAY_SPACING_M))):
         start = np.array(face.start) + u * face.direction
         nearest: tuple[float, int] | None = None
         for k, other in enumerate(facing):

@@ -49,15 +49,15 @@ def _corner_end(corner: RunCorner, index: int) -> LineEnd:
     """The end of the first (0) or second (1) run of a corner, with the lengths that the corner takes."""
     owner = corner.owner or corner.runs[0]
     is_owner = corner.runs[index] == owner
+    door, upper_door = (standard_sizes.CORNER_DOOR, standard_sizes.UPPER_CORNER_DOOR) if is_owner else (0.0, 0.0)
     base = {
-        CornerKind.BLIND: standard_sizes.CORNER_CLEARANCE + (standard_sizes.CORNER_DOOR if is_owner else 0.0),
+        CornerKind.BLIND: standard_sizes.CORNER_CLEARANCE + door,
         CornerKind.DIAGONAL: standard_sizes.DIAGONAL,
         CornerKind.DEAD: standard_sizes.CORNER_CLEARANCE,
     }[corner.base]
     upper = {
         None: 0.0,
-        CornerKind.BLIND: standard_sizes.UPPER_CORNER_CLEARANCE
-        + (standard_sizes.UPPER_CORNER_DOOR if is_owner else 0.0),
+        CornerKind.BLIND: standard_sizes.UPPER_CORNER_CLEARANCE + upper_door,
         CornerKind.DIAGONAL: standard_sizes.UPPER_DIAGONAL,
         CornerKind.DEAD: standard_sizes.UPPER_CORNER_CLEARANCE,
     }[corner.upper]
@@ -135,33 +135,20 @@ def _own_length(
     """Length of a run that no wall bounds."""
     if run.length is not None:
         return resolve_length(plan, run.length, parameters, "runs", run.id, "length")
-    return round(
-        left.base_length + right.base_length + sum(standard_sizes.base_span(u, models).usual for u in run.base), 3
-    )
+    units = sum(standard_sizes.base_span(u, models).usual for u in run.base)
+    return round(left.base_length + right.base_length + units, 3)
 
 
 def _check_names(plan: Plan) -> None:
     """Raise PlanConflict where two things of a plan have one name, since placements are named after the plan."""
     seen: set[str] = set()
-    units = [
-        (("runs", run.id, row, k), unit.id)
-        for run in plan.runs
-        for row, row_units in (("base", run.base), ("upper", run.upper))
-        for k, unit in enumerate(row_units)
-    ]
-    others = [
-        ((field, item.id), item.id)
-        for field, items in (
-            ("openings", plan.openings),
-            ("columns", plan.columns),
-            ("worktop_items", plan.worktop_items),
-            ("tables", plan.tables),
-            ("wall_items", plan.wall_items),
-            ("floor_items", plan.floor_items),
-        )
-        for item in items
-    ]
-    for pointer, name in (*units, *others):
+    names: list[tuple[tuple[str | int, ...], str]] = []
+    for run in plan.runs:
+        for row, units in (("base", run.base), ("upper", run.upper)):
+            names += [(("runs", run.id, row, k), unit.id) for k, unit in enumerate(units)]
+    for field in ("openings", "columns", "worktop_items", "tables", "wall_items", "floor_items"):
+        names += [((field, item.id), item.id) for item in getattr(plan, field)]
+    for pointer, name in names:
         if name in seen:
             raise PlanConflict(plan.id, pointer, "a name of its own", f"a second {name!r}")
         seen.add(name)

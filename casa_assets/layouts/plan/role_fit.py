@@ -20,6 +20,7 @@ MAX_READ, MAX_NAMED = 20, 4
 # A place of a stated width that would stay emptier than this beside its appliance is refused, metres.
 MAX_GAP_M = 0.03
 SIZES = ("width", "depth", "height", "level", "size", "sweep", "drop")  # lengths of an asset, all scaled alike
+NONE_IN_LIBRARIES = ", of which the libraries have none"
 
 
 @dataclass(frozen=True)
@@ -48,40 +49,34 @@ class ModelMisfit(CasaError):
 
 
 def category_of(asset_id: str) -> str:
-    """Category of an asset by its id, which is `<category>_<what it was made of>`, such as `mug` of `mug_0a1b2c3d4e`.
-
-    Articulated assets are called `<category>_articulated_<digits>`.
-    """
+    """Category of an asset by its id, such as `mug` of `mug_0a1b2c3d4e` or of `mug_articulated_<digits>`."""
     return asset_id.rpartition("_")[0].removesuffix("_articulated")
 
 
 def fitted_choice(
     choice: PresetChoice, role: str, rule: RoleRule, library: Mapping[str, Mapping[str, Any]], place: Place
 ) -> tuple[PresetChoice, dict[str, Any]]:
-    """An asset of a library, fitted to a role.
+    """An asset of a library, fitted to a role, with its scale and base if they differ; and its sizes at that scale.
 
-    Args:
-        choice: names it, and may state a scale and a base. library: sizes of all assets by id.
-        place: where it is placed.
-    Returns:
-        The choice, with its scale and base if they differ from those of the asset; the asset's sizes at that scale.
-    Raises:
-        ModelMisfit: it does not suit the role or the place.
+    The choice names it, and may state both. `library`: sizes of all assets by id. Raises ModelMisfit: it does not suit.
     """
     sizes = library[choice.name]
     if rule.refused:
         raise ModelMisfit(f"a preset of a family for the {role}: {rule.refused}", named(choice))
     if rule.categories and sizes["category"] not in rule.categories:
-        raise ModelMisfit(
-            _of_category(role, rule, library), f"{named(choice)}, the category of which is {sizes['category']}"
-        )
+        got = f"{named(choice)}, the category of which is {sizes['category']}"
+        raise ModelMisfit(_of_category(role, rule, library), got)
     scale = choice.params.get("scale")
     if scale is None:
         scale = _scale(sizes, rule, place)
-    elif not _holds(sizes, rule, place, float(scale)):
-        scale = None
+    else:
+        low, high = _bounds(sizes, rule, place)
+        scale = scale if low - 1e-9 <= float(scale) <= high + 1e-9 else None
     if scale is None:
-        raise ModelMisfit(_of_size(role, rule, place, library, choice.name), _too_large_or_small(choice, sizes))
+        text = " x ".join(f"{sizes[side]:.3f}" for side in SIDES)
+        scaled = f" before it is scaled by {choice.params['scale']:g}" if "scale" in choice.params else ""
+        got = f"{named(choice)}, which is {text} m (width x depth x height){scaled}"
+        raise ModelMisfit(_of_size(role, rule, place, library, choice.name), got)
     own = {name: float(sizes[name]) * scale for name in SIZES if name in sizes}
     if place.fills and place.most["width"] - own["width"] > MAX_GAP_M:
         width = place.most["width"]
@@ -91,16 +86,12 @@ def fitted_choice(
     reach = choice.params.get("reach", place.reach)
     if reach is not None and own["sweep"] > reach:
         params["reach"] = reach
-    base = choice.params.get("base") or _base(rule, sizes)
+    # What would fall or lean if it were free is fixed.
+    own_base = str(sizes["base"] if rule.base is None else rule.base.value)
+    base = choice.params.get("base") or (own_base if sizes["stands"] else Base.FIXED.value)
     if base != sizes["base"]:
         params["base"] = base
     return PresetChoice(preset=choice.preset, params=params), {**sizes, **own}
-
-
-def _base(rule: RoleRule, sizes: Mapping[str, Any]) -> str:
-    """Base of an asset in a role: what would fall or lean if it were free is fixed."""
-    base = str(sizes["base"] if rule.base is None else rule.base.value)
-    return base if sizes["stands"] else Base.FIXED.value
 
 
 def named(choice: PresetChoice) -> str:
@@ -125,11 +116,6 @@ def _scale(sizes: Mapping[str, Any], rule: RoleRule, place: Place) -> float | No
     return rounded if rounded >= low - 1e-9 else math.ceil(scale * step) / step
 
 
-def _holds(sizes: Mapping[str, Any], rule: RoleRule, place: Place, scale: float) -> bool:
-    low, high = _bounds(sizes, rule, place)
-    return low - 1e-9 <= scale <= high + 1e-9
-
-
 def _bounds(sizes: Mapping[str, Any], rule: RoleRule, place: Place) -> tuple[float, float]:
     """Least and greatest scale with which an asset is within the sizes of a role and of its place."""
     low, high = 0.0, math.inf
@@ -149,10 +135,10 @@ def _of_category(role: str, rule: RoleRule, library: Mapping[str, Mapping[str, A
 
 
 def _of_size(role: str, rule: RoleRule, place: Place, library: Mapping[str, Mapping[str, Any]], but: str) -> str:
-    spans = {
-        side: (least, min(greatest, place.most.get(side, math.inf))) for side, (least, greatest) in rule.sizes.items()
-    }
-    text = ", ".join(f"{side} {least:g} to {greatest:.4g}" for side, (least, greatest) in spans.items())
+    text = ", ".join(
+        f"{side} {least:g} to {min(greatest, place.most.get(side, math.inf)):.4g}"
+        for side, (least, greatest) in rule.sizes.items()
+    )
     of_kind = (name for name in library if name != but and category_of(name) in rule.categories)
     fitting = [name for name in islice(of_kind, MAX_READ) if _scale(library[name], rule, place) is not None]
     return (
@@ -163,14 +149,4 @@ def _of_size(role: str, rule: RoleRule, place: Place, library: Mapping[str, Mapp
 
 def _there_are(names: Iterable[str]) -> str:
     found = list(islice(names, MAX_NAMED))
-    return (
-        f", such as {', '.join(f'{LIBRARY}:{name}' for name in found)}"
-        if found
-        else ", of which the libraries have none"
-    )
-
-
-def _too_large_or_small(choice: PresetChoice, sizes: Mapping[str, Any]) -> str:
-    text = " x ".join(f"{sizes[side]:.3f}" for side in SIDES)
-    scale = f" before it is scaled by {choice.params['scale']:g}" if "scale" in choice.params else ""
-    return f"{named(choice)}, which is {text} m (width x depth x height){scale}"
+    return f", such as {', '.join(f'{LIBRARY}:{name}' for name in found)}" if found else NONE_IN_LIBRARIES

@@ -54,13 +54,7 @@ class WallLine:
 
 @dataclass(frozen=True)
 class Room:
-    """All walls, clockwise.
-
-    Attributes:
-        outline: corners (x, y), metres, clockwise from the back left.
-        height: of the level part of the ceiling, metres. slopes: of the ceiling.
-        columns: in the room.
-    """
+    """All walls, clockwise; outline: corners (x, y), metres, from the back left; height: of the level ceiling."""
 
     walls: tuple[WallLine, ...]
     outline: tuple[Vec2, ...]
@@ -70,8 +64,7 @@ class Room:
 
     def bounds(self) -> tuple[Vec2, Vec2]:
         """Lower and upper corner (x, y), metres."""
-        xs, ys = zip(*self.outline, strict=True)
-        return (min(xs), min(ys)), (max(xs), max(ys))
+        return _bounds(self.outline)
 
     def contains(self, x: float, y: float) -> bool:
         """True if a point of the floor lies inside."""
@@ -104,18 +97,17 @@ class Room:
 
     def level_bounds(self) -> tuple[Vec2, Vec2]:
         """Lower and upper corner (x, y) of the level part of the ceiling, metres."""
-        xs, ys = zip(*self.level_outline, strict=True)
-        return (min(xs), min(ys)), (max(xs), max(ys))
+        return _bounds(self.level_outline)
+
+
+def _bounds(outline: Sequence[Vec2]) -> tuple[Vec2, Vec2]:
+    xs, ys = zip(*outline, strict=True)
+    return (min(xs), min(ys)), (max(xs), max(ys))
 
 
 @dataclass(frozen=True)
 class CeilingSlope:
-    """A slope of the ceiling, from a wall up to its level part.
-
-    Attributes:
-        wall: that it begins at. knee: height there. pitch_deg: angle with the floor. run: how far it reaches into the
-            room. Metres.
-    """
+    """A slope of the ceiling, from height `knee` at a wall up to the level part, `run` into the room. Metres."""
 
     wall: WallLine
     knee: float
@@ -193,9 +185,8 @@ def wall_of(plan: Plan, room: Room, name: str, *pointer: str | int) -> WallLine:
 def resolve_length(plan: Plan, value: Length, parameters: Mapping[str, float], *at: str | int) -> float:
     """A length. Raises PlanConflict where it names no parameter."""
     if isinstance(value, str) and value not in parameters:
-        raise PlanConflict(
-            plan.id, at, f"metres or one of {', '.join(sorted(parameters)) or 'no parameter'}", repr(value)
-        )
+        expected = f"metres or one of {', '.join(sorted(parameters)) or 'no parameter'}"
+        raise PlanConflict(plan.id, at, expected, repr(value))
     return plan.length(value, parameters)
 
 
@@ -208,9 +199,8 @@ def build_room(plan: Plan, parameters: Mapping[str, float]) -> Room:
         lines.append(WallLine(wall.id, frame, length, wall.open))
         x, y, _ = frame.at(length, 0.0)
     if max(abs(x), abs(y)) > 1e-3:
-        raise PlanConflict(
-            plan.id, ("walls",), "walls that lead back to where they begin", f"an end at {x:.3f}, {y:.3f} m"
-        )
+        got = f"an end at {x:.3f}, {y:.3f} m"
+        raise PlanConflict(plan.id, ("walls",), "walls that lead back to where they begin", got)
     turns = corner_turns(plan.walls)
     wrong = next((i for i, turn in enumerate(turns) if not is_corner(turn)), None)
     if wrong is not None:
@@ -267,9 +257,8 @@ def _columns(plan: Plan, room: Room, parameters: Mapping[str, float]) -> tuple[P
         half = round(column.width / 2 + FOOT_M, 4)
         deep = column.width if column.shape is ColumnShape.ROUND else column.depth
         behind = 0.0 if gap == 0.0 and column.shape is ColumnShape.SQUARE else FOOT_M
-        placed = PlacedColumn(
-            column, wall.frame, u, gap, round(gap + behind + deep + FOOT_M, 4), round(u - half, 4), round(u + half, 4)
-        )
+        front = round(gap + behind + deep + FOOT_M, 4)
+        placed = PlacedColumn(column, wall.frame, u, gap, front, round(u - half, 4), round(u + half, 4))
         middle = wall.frame.at(u, (placed.back + placed.front) / 2)[:2]
         if not room.contains(*middle) or placed.left < 0.0 or placed.right > wall.length:
             raise PlanConflict(plan.id, at, "a place inside the room", f"{middle[0]:.2f}, {middle[1]:.2f} m")
@@ -313,9 +302,8 @@ def _lengths(plan: Plan, parameters: Mapping[str, float]) -> list[float]:
             first, second = (lengths_along(plan.walls, known, h) for h in headings)
             rest = round(second - first if open_ended[0].heading is headings[0] else first - second, 4)
             if rest < 0.3:
-                raise PlanConflict(
-                    plan.id, ("walls", open_ended[0].id), "walls that leave at least 0.3 m for it", f"{rest:.3f} m"
-                )
+                at = ("walls", open_ended[0].id)
+                raise PlanConflict(plan.id, at, "walls that leave at least 0.3 m for it", f"{rest:.3f} m")
             known[open_ended[0].id] = rest
     return [known[w.id] for w in plan.walls]
 

@@ -154,14 +154,14 @@ def base_slots(plan: Plan, line: RunLine, models: StyleModels) -> tuple[UnitSlot
     # A row with a free end begins later where a strip would have to be too wide.
     is_closed = line.left.kind is not RunEnd.FREE or first <= MAX_FILLER_M
     if is_closed and first >= MIN_STRIP_M and not _stands_free(units[:1]):
-        slots.append(_strip(line, f"{line.id}_strip_left", left, left + first, _strip_height(units[:1], top)))
+        slots.append(_strip(line, f"{line.id}_strip_left", left, left + first, units[:1], top))
     left = round(left + first, 4)
     for k, (unit, width) in enumerate(zip(units, widths, strict=True)):
         height = standard_sizes.UPPER_TO if _is_tall(units, k) else top
         slots.append(_base_slot(line, unit, left, round(left + width, 4), height))
         left = round(left + width, 4)
     if last >= MIN_STRIP_M and not _stands_free(units[-1:]):
-        slots.append(_strip(line, f"{line.id}_strip_right", left, left + last, _strip_height(units[-1:], top)))
+        slots.append(_strip(line, f"{line.id}_strip_right", left, left + last, units[-1:], top))
     return (*slots, *corner_slots(line, RunSide.RIGHT, top))
 
 
@@ -204,22 +204,16 @@ def _stands_free(units: tuple[BaseUnit, ...]) -> bool:
     return any(u.kind is BaseKind.FRIDGE and not u.housing for u in units)
 
 
-def _strip_height(units: tuple[BaseUnit, ...], top: float) -> float:
-    """Height of a strip next to a unit, metres."""
-    return standard_sizes.UPPER_TO if units and units[0].kind in TALL else top
-
-
-def _strip(line: RunLine, name: str, left: float, right: float, top: float) -> UnitSlot:
-    return UnitSlot(name, CornerPart.FILLER, line, round(left, 4), round(right, 4), standard_sizes.BASE_DEPTH, 0.0, top)
+def _strip(line: RunLine, name: str, left: float, right: float, beside: tuple[BaseUnit, ...], top: float) -> UnitSlot:
+    """A strip beside a unit, as high as that."""
+    high = standard_sizes.UPPER_TO if beside and beside[0].kind in TALL else top
+    return UnitSlot(
+        name, CornerPart.FILLER, line, round(left, 4), round(right, 4), standard_sizes.BASE_DEPTH, 0.0, high
+    )
 
 
 def corner_slots(line: RunLine, side: RunSide, top: float, is_upper: bool = False) -> tuple[UnitSlot, ...]:
-    """Slot that a corner adds at one end of a run: a corner cabinet, or a strip next to that of the other run.
-
-    Args:
-        top: height of the slot's upper edge, metres.
-        is_upper: whether the corner of the wall units is meant.
-    """
+    """Slot that a corner adds at one end of a run, up to `top`, m: a corner cabinet, or a strip next to the other."""
     end = line.left if side is RunSide.LEFT else line.right
     kind = None if end.corner is None else end.corner.upper if is_upper else end.corner.base
     if end.corner is None or kind is None:
@@ -286,9 +280,8 @@ def upper_slots(plan: Plan, line: RunLine, base: Mapping[str, UnitSlot], models:
         width = width or standard_sizes.upper_span(unit, models).usual
         left, right = round(below.middle - width / 2, 4), round(below.middle + width / 2, 4)
         if left < at - TOUCH_M or right > end + TOUCH_M:
-            raise PlanConflict(
-                plan.id, (*pointer, unit.id), f"a unit between {at:.3f} and {end:.3f} m", f"{left:.3f} to {right:.3f} m"
-            )
+            expected, got = f"a unit between {at:.3f} and {end:.3f} m", f"{left:.3f} to {right:.3f} m"
+            raise PlanConflict(plan.id, (*pointer, unit.id), expected, got)
         slots += _between(plan, line, flexible, at, left, models, first and line.left.upper_length == 0.0)
         slots.append(_upper_slot(line, unit, left, right))
         flexible, at, first = [], right, False
@@ -324,14 +317,11 @@ def _between(
 def _upper_slot(line: RunLine, unit: UpperUnit, left: float, right: float) -> UnitSlot:
     hinge = unit.hinge
     if hinge is None:
-        near_corner = (
-            left - line.left.upper_length < 0.05 and line.left.kind is RunEnd.CORNER and line.left.upper_length > 0
-        )
-        ends_at_wall = line.length - right < 0.05
+        length, ends_at_wall = line.left.upper_length, line.length - right < 0.05
+        near_corner = left - length < 0.05 and line.left.kind is RunEnd.CORNER and length > 0
         hinge = RunSide.RIGHT if near_corner or ends_at_wall else RunSide.LEFT
     low, high = standard_sizes.UPPER_FROM, standard_sizes.UPPER_TO
     if unit.height is not None:
         low = round(high - unit.height, 4)
-    return UnitSlot(
-        unit.id, unit.kind, line, left, right, standard_sizes.UPPER_DEPTH, low, high, unit=unit, hinge=hinge
-    )
+    depth = standard_sizes.UPPER_DEPTH
+    return UnitSlot(unit.id, unit.kind, line, left, right, depth, low, high, unit=unit, hinge=hinge)

@@ -116,11 +116,9 @@ def island_columns(width: float) -> tuple[str, ...]:
 
 
 def room_beside(unit: BaseUnit | UpperUnit, is_library: bool, sweep: float = 0.0) -> float:
-    """Width of a unit that its appliance leaves on both sides together, metres.
+    """Width of a unit that its appliance leaves on both sides together, metres; `sweep`: of its doors to the side.
 
-    Args:
-        is_library: the appliance is an asset of a library, the front of which does not cover the sides of a niche.
-        sweep: how far its doors swing out to its side, if known.
+    The front of an asset of a library does not cover the sides of a niche.
     """
     if unit.kind is BaseKind.FRIDGE:
         assert isinstance(unit, BaseUnit)
@@ -134,9 +132,8 @@ def room_beside(unit: BaseUnit | UpperUnit, is_library: bool, sweep: float = 0.0
 def _span_of_model(unit: BaseUnit, models: StyleModels) -> WidthRange | None:
     if unit.kind in (BaseKind.RANGE, BaseKind.DISHWASHER, BaseKind.FRIDGE, BaseKind.OVEN):
         model = models.for_unit(unit)
-        width = round(
-            model.length("width") + room_beside(unit, model.choice.is_library, model.params.get("sweep", 0.0)), 3
-        )
+        beside = room_beside(unit, model.choice.is_library, model.params.get("sweep", 0.0))
+        width = round(model.length("width") + beside, 3)
         return WidthRange(width, width)
     if unit.kind is BaseKind.SINK:
         minimum = round(models.for_unit(unit).length("width") + 0.08, 2)

@@ -40,12 +40,7 @@ NO_LIBRARY = (
 
 @dataclass(frozen=True)
 class StyleModel:
-    """A chosen member of a family or asset of a library.
-
-    Attributes:
-        choice: as the style or the plan has it; for an asset of a library, with the scale and the base it gets there.
-        params: all parameters, with the changes of the style; for an asset of a library, its sizes at that scale.
-    """
+    """A chosen member of a family or asset of a library, with the scale and base of that, and its sizes as params."""
 
     choice: PresetChoice
     params: Mapping[str, Any]
@@ -81,17 +76,14 @@ class StyleModels:
     def for_role(self, role: str) -> StyleModel:
         """The style's model for a role.
 
-        Raises:
-            UnknownId: the style has no model for it, or names one that does not exist.
-            StyleConflict: the model does not suit the role.
+        Raises UnknownId: there is none, or it names none that exists; StyleConflict: the model does not suit the role.
         """
         return self._of_style(role, ANYWHERE)
 
     def for_unit(self, unit: BaseUnit | UpperUnit) -> StyleModel:
         """The model of the appliance of a unit: that which the plan names, else the style's.
 
-        Raises:
-            UnknownId, StyleConflict: as `for_role`. ModelMisfit: what the plan names does not suit.
+        Raises as `for_role`, and ModelMisfit: what the plan names does not suit.
         """
         role = APPLIANCE_ROLES.get(unit.kind)
         if role is None:

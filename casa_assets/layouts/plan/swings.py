@@ -181,7 +181,7 @@ def _of_slot(slot: UnitSlot, models: StyleModels) -> Iterator[Leaf]:
 def _handle(models: StyleModels) -> float:
     """Maximum distance by which handles of a style's cabinets protrude, metres."""
     cabinets = models.style.cabinets
-    groups = (cabinets.base, *(g.filled_from(cabinets.base) for g in (cabinets.upper, cabinets.tall, cabinets.island)))
+    groups = [cabinets.base, *(g.filled_from(cabinets.base) for g in (cabinets.upper, cabinets.tall, cabinets.island))]
     return max(HANDLES_M.get(str(group.handle), MOST_HANDLE_M) for group in groups)
 
 
@@ -274,9 +274,8 @@ class _Place:
             out, up = reach * math.sin(angle), reach * math.cos(angle)
             for k in range(FLAP_PIECES):
                 near, far = k / FLAP_PIECES, (k + 1) / FLAP_PIECES
-                way.append(
-                    self.box(left, right, near * out, far * out, low + near * up - FLAP_BELOW_M, low + far * up + 0.01)
-                )
+                bottom, top = low + near * up - FLAP_BELOW_M, low + far * up + 0.01
+                way.append(self.box(left, right, near * out, far * out, bottom, top))
         return replace(self.leaf(way, way[-FLAP_PIECES:]), of_appliance=True)
 
     def hinged(

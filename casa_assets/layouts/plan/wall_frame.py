@@ -24,10 +24,8 @@ _TURNS: tuple[Vec4, ...] = (
 class WallFrame:
     """A line on the floor with a left end and a direction; objects at the line face away from it, to its right.
 
-    Attributes:
-        x, y: its left end in the room, metres.
-        quarter_turns: turns to the left from the room's x axis.
-        more_deg: degrees by which it is turned further to the left than these, at least 0 and less than 90.
+    x, y: its left end in the room, metres. It is turned left from the room's x axis by `quarter_turns` and `more_deg`,
+    at least 0 and less than 90 degrees.
     """
 
     x: float

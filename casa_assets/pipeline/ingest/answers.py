@@ -8,7 +8,7 @@ import sqlite3
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing, suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
@@ -16,8 +16,8 @@ from casa_assets.errors import CasaError, Rejected
 from casa_assets.ingest.sources.found import Found
 from casa_assets.pipeline.cache.cache_key import key_of
 from casa_assets.pipeline.ingest.job import Job, Outcome, RunAborted
-from casa_assets.pipeline.ingest.split import HeldThings
-from casa_assets.pipeline.ingest.survey import Survey, state_of
+from casa_assets.pipeline.ingest.split import HeldThings, things_held
+from casa_assets.pipeline.ingest.survey import Survey, state_of, survey
 from casa_assets.pipeline.workers.limits import WorkerFailure
 from casa_assets.pipeline.workers.pool import Engine
 
@@ -35,17 +35,14 @@ MIN_AGE_NS = 50_000_000
 
 
 class SurveyTable:
-    """Surveys by input.
+    """Surveys by input, in the cache folder; `requested`: category for all inputs, or empty.
 
-    Args:
-        cache: folder of the cache. requested: category that is requested for all inputs, or empty.
-        limits: of the run; those on the bytes of an input count.
-        read_only: write nothing.
+    Of the limits of the run those on the bytes of an input count.
     """
 
     def __init__(self, cache: Path, requested: str, limits: Mapping[str, float], read_only: bool = False) -> None:
         self._path, self._read_only = (cache / NAME).absolute(), read_only
-        self._made_by = key_of("casa_assets.pipeline.ingest.survey:survey")
+        self._made_by = key_of(survey)
         self._requested, self._limits = requested, limits
         self._said = f"{requested}\0{limits['input_bytes']}"
         self._kept: dict[str, str] = {}
@@ -54,10 +51,9 @@ class SurveyTable:
             self._kept = dict(rows.fetchall())
 
     def survey(self, inputs: Sequence[Found], pool: Engine) -> Iterator[tuple[int, Survey | Rejected | WorkerFailure]]:
-        """Yield the number and the survey of every input, those that are known first; what is new is kept at the end.
+        """Yield number and survey of every input, the known ones first; what is new is kept at the end.
 
-        Args:
-            pool: whose workers read what is new. Those surveys alone have `looked_at`.
+        The workers of the pool read what is new. Those surveys alone have `looked_at`.
         """
         new: list[int] = []
         for number, one in enumerate(inputs):
@@ -67,7 +63,7 @@ class SurveyTable:
                 new.append(number)
         fresh: list[tuple[Found, Survey]] = []
         jobs = [(inputs[number], self._requested, self._limits) for number in new]
-        for place, answer in pool.run("casa_assets.pipeline.ingest.survey:survey", jobs):
+        for place, answer in pool.run(survey, jobs):
             if isinstance(answer, Survey):
                 fresh.append((inputs[new[place]], answer))
             yield new[place], answer
@@ -92,7 +88,7 @@ class SurveyTable:
         rows = [
             (self._key(found), self._made_by, json.dumps((s.sha256, s.category, s.confidence, s.reason, s.looked_at)))
             for found, s in surveys
-            if not found.is_model and all(_has_settled(state, newest) for _, state in s.looked_at)
+            if not found.is_model and all(_is_settled(state, newest) for _, state in s.looked_at)
         ]
         if not rows or self._read_only:
             return
@@ -121,20 +117,12 @@ class SurveyTable:
         return database
 
 
-def _has_settled(state: str, newest_ns: int) -> bool:
-    """Return whether any later change of a file or object would change its state.
+def _is_settled(state: str, newest_ns: int) -> bool:
+    """Return whether any later change would change a state: a file's last one was before a time, ns since 1970.
 
-    A file qualifies if its last change was before `newest_ns`, a time in ns since 1970. A store gives each object a tag
-    or a time, or nothing that would change with it.
+    A store gives each object a tag or a time, or nothing that would change with it (`?`).
     """
-    if not state or state.startswith("store "):
-        return True
-    return state != "?" and int(state.split()[1]) < newest_ns
-
-
-def without_states(survey: Survey) -> Survey:
-    """The survey alone, as the rest of a run needs it."""
-    return replace(survey, looked_at=())
+    return not state or state.startswith("store ") or (state != "?" and int(state.split()[1]) < newest_ns)
 
 
 # Answers --------------------------------------------------------------------------------------------------------------
@@ -171,9 +159,7 @@ class Answers(Protocol):
 class WorkerAnswers:
     """Answers of worker processes, which read the inputs and build the assets.
 
-    Attributes:
-        pool: the workers. table: surveys of earlier runs. limits: of the run, by their names in registry/limits.yaml.
-        show_work: is called with the path of each input that is begun to be worked on.
+    `show_work` is called with the path of each input that is begun to be worked on.
     """
 
     pool: Engine
@@ -184,7 +170,7 @@ class WorkerAnswers:
     def things(self, found: Sequence[Found]) -> dict[int, HeldThings]:
         """See Answers. A file that cannot be read holds none; its survey reports the error."""
         jobs = [(one, self.limits) for one in found]
-        answers = self.pool.run("casa_assets.pipeline.ingest.split:things_held", jobs)
+        answers = self.pool.run(things_held, jobs)
         return {number: answer for number, answer in answers if isinstance(answer, HeldThings)}
 
     def surveys(self, found: Sequence[Found]) -> Iterator[tuple[int, SurveyAnswer]]:
@@ -193,15 +179,17 @@ class WorkerAnswers:
 
     def outcomes(self, jobs: Sequence[Job]) -> Iterator[tuple[int, Outcome]]:
         """See Answers. Raises CasaError where this machine cannot draw."""
-        self.pool.prepare("casa_assets.pipeline.ingest.worker:warm")
-        for _, answer in self.pool.run("casa_assets.pipeline.ingest.worker:check_renderer", [None]):
+        from casa_assets.pipeline.ingest import worker  # loads renderer and validator: half a second
+
+        self.pool.prepare(worker.warm)
+        for _, answer in self.pool.run(worker.check_renderer, [None]):
             _outcome(answer)
 
         def started(place: int) -> None:
             if self.show_work is not None:
                 self.show_work(jobs[place].found.source.place)
 
-        for place, answer in self.pool.run("casa_assets.pipeline.ingest.worker:work", jobs, started):
+        for place, answer in self.pool.run(worker.work, jobs, started):
             yield place, _outcome(answer)
 
 

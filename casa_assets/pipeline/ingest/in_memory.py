@@ -42,11 +42,7 @@ class MeshInput:
 
 
 def stage_meshes(meshes: Sequence[MeshInput], staging: Path) -> Iterator[Found | Refused]:
-    """Write meshes as files that the workers of a run read, and yield them as its inputs.
-
-    Args:
-        staging: folder that the run sweeps at its end.
-    """
+    """Write meshes into a folder that the run sweeps at its end, for workers to read, and yield them as its inputs."""
     if not meshes:
         return
     from casa_assets.ingest.load.from_trimesh import raw_from_trimesh  # imports trimesh: half a second

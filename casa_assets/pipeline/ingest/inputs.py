@@ -34,11 +34,7 @@ SHELF = "unread"
 
 
 class UnreadableInputs:
-    """The unreadable inputs of one run; several at one place (rows that name one mesh) are numbered.
-
-    Args:
-        producer: that the run is of.
-    """
+    """The unreadable inputs of one run; several at one place (rows that name one mesh) are numbered."""
 
     def __init__(self, producer: Producer = Producer.INGEST) -> None:
         self._producer = producer
@@ -90,11 +86,7 @@ class UnreadableInputs:
 
 
 def write_if_changed(library: disk.Library, refusal: disk.Refusal, before: disk.Library | None = None) -> bool:
-    """Write a refusal to the library and return True; False if `before` holds the same one already.
-
-    Args:
-        before: library that holds what earlier runs made; None: it is the same one.
-    """
+    """Write a refusal to the library and return True; False if the library, or `before`, holds the same one already."""
     known = (before or library).refusal_folder(refusal.id)
     try:
         if (known / disk.REFUSAL).exists() and disk.read_refusal(known) == refusal:
@@ -120,8 +112,7 @@ FAILED = "RUN009"
 def roots_of(words: Sequence[str | Path], library: Path) -> tuple[list[Path | StoreRoot], tuple[Refused, ...]]:
     """Paths, addresses of stores, and folders of what plug-ins fetch; and the addresses at which a plug-in failed.
 
-    Args:
-        library: keeps the traces of plug-ins that fail.
+    The library keeps the traces of plug-ins that fail.
     """
     roots: list[Path | StoreRoot] = []
     refused: list[Refused] = []
@@ -141,10 +132,7 @@ def is_of_plugin(address: str) -> bool:
 
 
 def fetch(address: str, library: Path) -> Path | Refused:
-    """Return the folder with the files at a plug-in's address, or the address as a rejected input if fetching fails.
-
-    Files that an earlier run fetched with the same code are kept.
-    """
+    """The folder with the files at a plug-in's address, kept from a run of the same code, or a rejected input."""
     plugin, source = sources()[address.partition(":")[0]]
     key = hashlib.sha256(f"{address}\0{plugin.digest}".encode()).hexdigest()[:16]
     folder = cache_for(library) / FETCHED / key  # not in the library: what lies there is output, not input
@@ -181,13 +169,10 @@ def discover_inputs(
     library: Path,
     others: Counter[str] | None = None,
 ) -> Iterator[Found | Refused]:
-    """Inputs under the roots, in an order that no machine changes.
+    """Inputs under the roots, files and folders, on the disk or on stores, in an order that no machine changes.
 
-    Args:
-        roots: files and folders, on the disk or on stores. others: counts what is no mesh, by what it is.
-        library: what lies in it is output, not input; so is what lies in another library below a root.
-    Raises:
-        CasaError: there is nothing at an address, or its store cannot be reached, or no package reads it.
+    `others`: counts what is no mesh, by what it is. What lies in a library, ours or another, is output, not input.
+    Raises CasaError: there is nothing at an address, or its store cannot be reached, or no package reads it.
     """
     if any(isinstance(root, StoreRoot) for root in roots):
         require("fsspec", "stores", "Reading from a store")
@@ -228,11 +213,9 @@ def _as_text(source: Source) -> Source:
 def _is_output(
     place: Path, real_roots: Set[Path], named_files: Set[Path], own_library: Path, is_output: dict[str, bool]
 ) -> bool:
-    """True if a file lies in our library, or in any library that lies below a root (a root may be one).
+    """True if a file is in our library, or in any library below a root (a root may be one).
 
-    Args:
-        named_files: roots that are files.
-        is_output: takes up what is known of folders, by their path.
+    `is_output`: takes up what is known of folders, by their path.
     """
     # Path would take longer than all the rest, and the real path of a folder is looked for once, not for each file.
     file = str(place)
@@ -245,11 +228,7 @@ def _is_output(
 
 
 def _is_in_library(folder: StoreRoot, is_output: dict[str, bool]) -> bool:
-    """True for a folder in a library on a store, below the folder that the user named.
-
-    Args:
-        is_output: takes up what is known of folders, by their address.
-    """
+    """True for a folder in a library on a store, below the folder that the user named; `is_output`: by address."""
     if not folder.path:
         return False  # the user asked for what is in there
     if (address := str(folder)) not in is_output:

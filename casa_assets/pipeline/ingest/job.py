@@ -31,12 +31,7 @@ TRACES = "traces"  # folder in the cache of a library
 
 @dataclass(frozen=True)
 class Job:
-    """One input to be worked on, once its id is known.
-
-    Attributes:
-        limits: those of the registry, with what this run changes of them.
-        cache_key: of what it becomes. override: what a person decided about it.
-    """
+    """One input to be worked on, once its id is known; with the limits and the cache key of this run for it."""
 
     found: Found
     survey: Survey
@@ -157,11 +152,9 @@ def stage_refusal(
     picture: bytes | None = None,
     twin: str = "",
 ) -> Path:
-    """The finished entry of a rejected input, in the staging folder.
+    """The finished entry of a rejected input, in the staging folder, with the report of the checks that ran.
 
-    Args:
-        report: of the checks, as far as they ran. picture: PNG of the input, where there is one.
-        twin: folder, relative to the library, of the asset that it is a copy of.
+    `picture`: PNG of the input. `twin`: folder, relative to the library, of the asset that it is a copy of.
     """
     refusal = disk.Refusal(
         id=job.asset_id,

@@ -33,12 +33,7 @@ OTHER_FILES = "(other files)"
 
 
 class RefusedFile(Record):
-    """Refused rows of one file.
-
-    Attributes:
-        path: of the file, as its source calls it. counts: code -> how many rows.
-        rows: code and reason of the first ones.
-    """
+    """Refused rows of one file: its path, how many rows by code, and code and reason of the first ones."""
 
     path: str
     counts: dict[str, int]
@@ -52,11 +47,7 @@ class RefusedFile(Record):
 
 
 class RefusedRows:
-    """The refused rows of one run; its memory is bounded however many there are.
-
-    Args:
-        library: what an earlier run refused is kept there.
-    """
+    """The refused rows of one run, and those of the run before it; its memory is bounded however many there are."""
 
     def __init__(self, library: Library) -> None:
         self._library = library
@@ -91,11 +82,7 @@ class RefusedRows:
                 yield file.path, code, count
 
     def write(self, is_looked_at: Callable[[str], bool]) -> None:
-        """Replace the file by one rename. Files that this run did not look at keep their lines.
-
-        Args:
-            is_looked_at: True for a file, as its source calls it, that the run looked at.
-        """
+        """Replace the file by one rename; lines of files that this run did not look at stay."""
         lines = {p: file for p, file in self._before.items() if p != OTHER_FILES and not is_looked_at(p)}
         lines |= {file.path: file for file in self.files()}
         target = self._library.root / REJECTED / NAME

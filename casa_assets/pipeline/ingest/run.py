@@ -23,14 +23,7 @@ from casa_assets.pipeline.cache.cache_key import digest_of, key_of
 from casa_assets.pipeline.cache.store import Store
 from casa_assets.pipeline.dedup.deduplicator import NEAR_DUPLICATE_CODE as COPY
 from casa_assets.pipeline.dedup.deduplicator import Deduplicator
-from casa_assets.pipeline.ingest.answers import (
-    FAILURE_CODES,
-    Answers,
-    SurveyAnswer,
-    SurveyTable,
-    WorkerAnswers,
-    without_states,
-)
+from casa_assets.pipeline.ingest.answers import FAILURE_CODES, Answers, SurveyTable, WorkerAnswers
 from casa_assets.pipeline.ingest.in_memory import MeshInput, stage_meshes
 from casa_assets.pipeline.ingest.inputs import UnreadableInputs, discover_inputs, write_if_changed
 from casa_assets.pipeline.ingest.job import (
@@ -47,6 +40,7 @@ from casa_assets.pipeline.ingest.refused_rows import RefusedRows, is_below, rema
 from casa_assets.pipeline.ingest.shards.record import Recorder, Shard, ShardHeader, check_is_no_shard, made_by
 from casa_assets.pipeline.ingest.split import taken_apart
 from casa_assets.pipeline.ingest.survey import Survey
+from casa_assets.pipeline.ingest.survey import warm as warm_survey
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library import review
 from casa_assets.pipeline.library.derived_files import write_reports
@@ -69,7 +63,6 @@ from casa_assets.pipeline.workers.pool import Workers, open_engine
 
 REJECTED = Decision.REJECTED
 DUPLICATE_CODE = "RUN006"
-SURVEY_WARM = "casa_assets.pipeline.ingest.survey:warm"
 
 
 @dataclass(frozen=True)
@@ -171,11 +164,12 @@ class _Run:
         """The override that a person gave for an input."""
         return self.overrides.get(survey.sha256, NO_OVERRIDE)
 
-    def heard(self, answer: SurveyAnswer) -> SurveyAnswer:
-        """An answer with the category that a person decided, where one did."""
-        if not isinstance(answer, Survey) or not (name := self.override(answer).category):
-            return answer
-        return replace(answer, category=name, confidence=1.0, reason=f"a person decided, in {review.NAME}")
+    def decided(self, survey: Survey) -> Survey:
+        """A survey without the files that it looked at, with the category that a person decided, where one did."""
+        survey = replace(survey, looked_at=())
+        if not (name := self.override(survey).category):
+            return survey
+        return replace(survey, category=name, confidence=1.0, reason=f"a person decided, in {review.NAME}")
 
     def refuse(self, one: Found, code: str, message: str) -> Event:
         """Remember an input that never became a bundle."""
@@ -226,7 +220,9 @@ def ingest(
         recorder = _recorder(before, table, places, options)
         if recorder is not None and not options.dry_run:
             recorder.begin()
-        with open_engine(options.jobs, _worker_limits(options), SURVEY_WARM, library.private) as pool:
+        seconds = options.seconds or known.limits["input_seconds"]
+        bounds = Limits(seconds, options.memory_bytes or int(known.limits["input_memory_bytes"]))
+        with open_engine(options.jobs, bounds, warm_survey, library.private) as pool:
             if any(isinstance(root, StoreRoot) for root in roots):
                 pool.prepare("casa_assets.ingest.sources.stores:warm")
             surveys = SurveyTable(before.cache, options.category, options.limits, options.dry_run)
@@ -272,12 +268,6 @@ def _recorder(
     return Recorder(table, header)
 
 
-def _worker_limits(options: Options) -> Limits:
-    known = registry.load().limits
-    memory_bytes = options.memory_bytes or int(known["input_memory_bytes"])
-    return Limits(options.seconds or known["input_seconds"], memory_bytes)
-
-
 def ingest_inputs(
     library: disk.Library,
     table: EntryTable,
@@ -288,17 +278,18 @@ def ingest_inputs(
 ) -> Generator[Event, None, None]:
     """Work on all inputs; yields an Event for each when it is done.
 
-    Args:
-        library: written to. table: entries of the library with the results of earlier runs: a different one in a dry
-            run. answers: answer the run's questions about the inputs, and make the assets.
-        is_looked_at: True for a file, as its source calls it, that the inputs were searched in.
+    `table`: entries of the library with the results of earlier runs, a different one in a dry run. `is_looked_at`: True
+    for a file, as its source calls it, that the inputs were searched in.
     """
     before = library if table.root == library.root else disk.Library(table.root)
     overrides = review.read_overrides(before)
     refused = RefusedRows(before)
     found, early = inputs_with_mesh(inputs, refused)
     if options.split:
-        found = _taken_apart(library, found, answers)
+        found, digests = taken_apart(found, answers.things(found))
+        # What an earlier run made of the whole files is taken away.
+        for folder in (f for sha256 in digests for f in library.entries_of(Identity(Producer.INGEST, sha256))):
+            library.forget(folder)
     key = cache_key(options.limits, options.category)
     run = _Run(library, before, table, key, options.limits, found, overrides=overrides)
     if options.only:
@@ -311,7 +302,7 @@ def ingest_inputs(
     yield from _survey(run, answers, options)
     results: Iterable[Result] = _results(run, answers, options.replaces_accepted)
     if not options.keeps_copies:
-        own = frozenset(_job(step).survey.sha256 for step in run.steps)
+        own = frozenset((step if isinstance(step, Job) else step.job).survey.sha256 for step in run.steps)
         results = Deduplicator(library, registry.load().limits["alike_form"], own, table).filter(results)
     for result in results:
         yield _publish_outcome(run, result)
@@ -346,20 +337,11 @@ def inputs_with_mesh(
     return found, events
 
 
-def _taken_apart(library: disk.Library, found: Sequence[Found], answers: Answers) -> list[Found]:
-    """The inputs with the things of a file in its place; what an earlier run made of the whole file is taken away."""
-    out, digests = taken_apart(found, answers.things(found))
-    for sha256 in digests:
-        for folder in library.entries_of(Identity(Producer.INGEST, sha256)):
-            library.forget(folder)
-    return out
-
-
 def _survey(run: _Run, answers: Answers, options: Options) -> Generator[Event, None, None]:
     """Digest every input, detect inputs with the same bytes, and yield an event for all rejected before any work."""
     inputs = run.found
     surveys = {
-        number: run.heard(without_states(answer) if isinstance(answer, Survey) else answer)
+        number: run.decided(answer) if isinstance(answer, Survey) else answer
         for number, answer in answers.surveys(inputs)
     }
     first: dict[str, str] = {}
@@ -406,16 +388,8 @@ def _due(run: _Run, one: Found, survey: Survey, options: Options) -> Iterator[Ev
         yield _event(run, Result(0, job, known, is_kept=True))
 
 
-def _job(step: Job | Result) -> Job:
-    return step if isinstance(step, Job) else step.job
-
-
 def cache_key(limits: Mapping[str, float], category: str = "") -> str:
-    """The key of what ingest makes of an input, besides the input and what a person decided about it.
-
-    Args:
-        limits: numbers of the run, by their names in registry/limits.yaml. category: ordered for all inputs, or empty.
-    """
+    """The key of what ingest makes of an input, besides the input and what a person decided about it."""
     return digest_of("ingest", key_of("casa_assets.pipeline.ingest.worker:work"), limits_in_key(limits), category)
 
 
@@ -445,8 +419,7 @@ def _or_accepted(run: _Run, result: Result) -> Result:
     job, outcome = result.job, result.outcome
     identity = Identity(Producer.INGEST, job.survey.sha256)
     accepted = find_accepted(run.older.get(identity.suffix, ()), job.cache_key)
-    to_decide = subjects_to_decide(outcome.warnings)
-    new = NewResult(outcome.decision, outcome.code, to_decide)
+    new = NewResult(outcome.decision, outcome.code, subjects_to_decide(outcome.warnings))
     reason = "" if accepted is None else reason_to_keep(accepted, new)
     if accepted is None or not reason:
         return result

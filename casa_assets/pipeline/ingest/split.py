@@ -48,11 +48,7 @@ def things_held(job: tuple[Found, Mapping[str, float]]) -> HeldThings | None:
 
 
 def taken_apart(found: Sequence[Found], held: Mapping[int, HeldThings]) -> tuple[list[Found], list[str]]:
-    """The inputs with the things of a file in its place, and the digests of the files that were taken apart.
-
-    Args:
-        held: what inputs hold, by their number.
-    """
+    """The inputs with the things of a file in its place, by number of input, and the digests of files taken apart."""
     out: list[Found] = []
     digests: list[str] = []
     for number, one in enumerate(found):

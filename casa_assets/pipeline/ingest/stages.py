@@ -36,15 +36,10 @@ from casa_assets.pipeline.library.review import NAME, REJECTED_CODE, doubtful_gu
 
 
 class BuildContext(Record):
-    """Inputs of the stages besides the bytes of the bundle: ids, category, substance, limits and overrides.
+    """Inputs of the stages besides the bytes of the bundle.
 
-    Attributes:
-        asset_id: name of the result. sha256: of the bundle.
-        source: the source's own words. category, classes, substance: registry data on its kind.
-        limits: numbers of registry/limits.yaml that the stages read.
-        override: a person's decisions about this input.
-        failed_ups: ways up in which it was built before and failed.
-        kind: the guess of the category; None if it was not guessed.
+    `asset_id`: name of the result. `sha256`: of the bundle. `limits`: numbers of registry/limits.yaml. `override`: a
+    person's decisions. `failed_ups`: ways up in which it was built before and failed. `kind`: guess of the category.
     """
 
     asset_id: str
@@ -66,12 +61,9 @@ class BuildContext(Record):
 
 @dataclass(frozen=True)
 class Stage:
-    """One step of ingest.
+    """One step of ingest: a pure function of the result of the stage before it and the context.
 
-    Attributes:
-        name: such as `collide`.
-        function: pure, of the result of the stage before it and the context.
-        keep: the result, a Draft, is put into the store, under a key that is derived from the code up to here.
+    `keep`: the result, a Draft, is put into the store, under a key that is derived from the code up to here.
     """
 
     name: str
@@ -180,12 +172,9 @@ def run_stages(
     get: Callable[[str], bytes | None],
     put: Callable[[str, bytes], None],
 ) -> tuple[Asset, tuple[Issue, ...]]:
-    """An asset from a bundle, and the warnings on the way; kept results are taken from the store.
+    """An asset from a bundle, and the warnings on the way; `get` and `put` are of the store of results.
 
-    Args:
-        get, put: the store.
-    Raises:
-        Rejected: a stage cannot accept its input.
+    Raises Rejected: a stage cannot accept its input.
     """
     keys = _keys(context)
     start = 0
@@ -213,13 +202,10 @@ def build_asset(
     store: Store | None = None,
     failed_ups: tuple[str, ...] = (),
 ) -> tuple[Asset, tuple[Issue, ...]]:
-    """Build an asset from a bundle with a surveyed category; return it with warnings, including doubtful guesses.
+    """Build an asset from a surveyed bundle; return it with warnings, including doubtful guesses.
 
-    Args:
-        survey: category of the bundle. store: keeps results of stages; None: nothing is kept.
-        failed_ups: ways up, as in the asset's guesses of `up_axis`, in which it was built before and failed.
-    Raises:
-        Rejected: a stage cannot accept its input.
+    `store`: keeps results of stages. `failed_ups`: ways up, as in the asset's guesses of `up_axis`, that failed before.
+    Raises Rejected: a stage cannot accept its input.
     """
     if override.decision is Word.REJECT:
         raise Rejected(REJECTED_CODE, f"a person rejected it, in {NAME} of the library")

@@ -23,8 +23,7 @@ CONTRADICTED_CONFIDENCE = 0.4
 class Survey:
     """Digest of an input and its category, with the confidence, 0..1, and the reason.
 
-    Attributes:
-        looked_at: files and folders whose state decided it, and that state, see `state_of`.
+    `looked_at`: files and folders that decided it, with their `state_of`.
     """
 
     sha256: str
@@ -35,24 +34,16 @@ class Survey:
 
 
 def state_of(path: str) -> str:
-    """Return the state of a file or folder, which changes whenever it is written again; empty if it does not exist.
-
-    Args:
-        path: on the disk, or the address of an object on a store, see `stores.folder.state_at`.
-    """
+    """State of a file, folder or object on a store, which changes whenever it is written; empty if there is none."""
     if is_url(path):
-        return _store_state(path)
+        from casa_assets.ingest.sources.stores import state_at  # a client of stores, which only addresses need
+
+        return state_at(path)
     try:
         found = os.stat(path)  # noqa: PTH116  Path would take longer than the system does
     except (OSError, ValueError):
         return ""
     return f"{found.st_mtime_ns} {found.st_ctime_ns} {found.st_size} {found.st_ino}"
-
-
-def _store_state(address: str) -> str:
-    from casa_assets.ingest.sources.stores import state_at  # a client of stores, which only addresses need
-
-    return state_at(address)
 
 
 def warm() -> None:

@@ -28,6 +28,9 @@ from casa_assets.pipeline.workers.server import MESSAGE_BYTES, OUT_OF_MEMORY
 
 LOG = logging.getLogger(__name__)
 
+# A function of a module, or its `module:name` where it shall not be imported here.
+Step = Callable[..., Any] | str
+
 MAX_TRIES = 2  # a job whose process was ended from outside is not to blame for it
 MAX_SERVER_TRIES = 4
 STUCK_S = 10.0  # for what the kernel does at once: ending a killed process, moving bytes between two processes
@@ -35,6 +38,11 @@ _CODE = (
     "import json, sys; sys.path[:] = json.loads(sys.argv[1]); "
     "from casa_assets.pipeline.workers.server import main; main(int(sys.argv[2]))"
 )
+
+
+def address_of(step: Step) -> str:
+    """`module:name` of a function, by which processes that have not loaded it find it."""
+    return step if isinstance(step, str) else f"{step.__module__}:{step.__qualname__}"
 
 
 class _ServerDied(Exception):
@@ -69,12 +77,12 @@ class Engine:
     Nothing is started before the first job, and at the end no process of the run is left.
 
     Args:
-        warm: `module:name` of a function that is called in the process that workers are forked from, so that what it
-            loads is there for all. It may not draw: a process that has drawn cannot be forked.
+        warm: called in the process that workers are forked from, so that what it loads is there for all. It may not
+            draw: a process that has drawn cannot be forked.
     """
 
-    def __init__(self, warm: str) -> None:
-        self._warm = [warm]
+    def __init__(self, warm: Step) -> None:
+        self._warm = [address_of(warm)]
 
     def __enter__(self) -> Self:
         return self
@@ -86,17 +94,17 @@ class Engine:
         """End what runs."""
         raise NotImplementedError
 
-    def prepare(self, warm: str) -> None:
+    def prepare(self, warm: Step) -> None:
         """Have one more function called before the next job."""
-        self._warm.append(warm)
+        self._warm.append(address_of(warm))
 
     def run(
-        self, function: str, jobs: Sequence[Any], started: Callable[[int], None] | None = None
+        self, function: Step, jobs: Sequence[Any], started: Callable[[int], None] | None = None
     ) -> Iterator[tuple[int, Any]]:
         """Yield (number of the job, answer or WorkerFailure) as they finish.
 
         Args:
-            function: `module:name` of a function of one argument; it answers with something picklable.
+            function: of one argument; it answers with something picklable.
             jobs: picklable. started: is called with the number of each job when a worker takes it.
         """
         raise NotImplementedError
@@ -115,7 +123,7 @@ class Pool(Engine):
         CasaError: no worker can be started; from `run` and `prepare`.
     """
 
-    def __init__(self, workers: int, limits: Limits, warm: str, least_bytes: int = LEAST_WORKER_BYTES) -> None:
+    def __init__(self, workers: int, limits: Limits, warm: Step, least_bytes: int = LEAST_WORKER_BYTES) -> None:
         wanted = workers or len(os.sched_getaffinity(0))
         self._plan = plan_workers(wanted, limits.memory_bytes, least_bytes)
         self._workers, self._limits = self._plan.workers, replace(limits, memory_bytes=self._plan.memory_bytes)
@@ -127,15 +135,15 @@ class Pool(Engine):
         self._ticket = 0  # of the last worker; each try of a job has its own
         self._running: dict[int, _Running] = {}
 
-    def prepare(self, warm: str) -> None:
+    def prepare(self, warm: Step) -> None:
         """Have one more function called before the next fork."""
         super().prepare(warm)
         if self._control is not None:
             with suppress(OSError):
-                self._control.send(pickle.dumps(("call", warm)))
+                self._control.send(pickle.dumps(("call", address_of(warm))))
 
     def run(
-        self, function: str, jobs: Sequence[Any], started: Callable[[int], None] | None = None
+        self, function: Step, jobs: Sequence[Any], started: Callable[[int], None] | None = None
     ) -> Iterator[tuple[int, Any]]:
         """See Engine."""
         if len(jobs) > self._workers and self._plan.message:
@@ -147,7 +155,7 @@ class Pool(Engine):
                 for number in self._jobs_to_start(queue):
                     control = self._control or self._start_server()
                     limits = self._limits_alone if number in queue.was_alone else self._limits
-                    self._start(control, number, (function, jobs[number]), limits)
+                    self._start(control, number, (address_of(function), jobs[number]), limits)
                     if started is not None:
                         started(number)
                 finished = list(self._finished())
@@ -351,7 +359,7 @@ Workers = int | RayCluster
 
 
 def open_engine(
-    workers: Workers, limits: Limits, warm: str, shared: Path, least_bytes: int = LEAST_WORKER_BYTES
+    workers: Workers, limits: Limits, warm: Step, shared: Path, least_bytes: int = LEAST_WORKER_BYTES
 ) -> Engine:
     """The engine of a run.
 

@@ -27,7 +27,7 @@ from ray._private import worker as ray_worker
 from casa_assets.errors import CasaError
 from casa_assets.pipeline.workers import ray_node as node
 from casa_assets.pipeline.workers.limits import Limits, WorkerFailure
-from casa_assets.pipeline.workers.pool import Engine, RayCluster, waiting_jobs
+from casa_assets.pipeline.workers.pool import Engine, RayCluster, Step, address_of, waiting_jobs
 from casa_assets.projects import plugin_use, project_folder
 
 LOG = logging.getLogger(__name__)
@@ -70,7 +70,7 @@ class RayEngine(Engine):
         CasaError: no cluster answers, or a machine of it is unfit (another version, no shared disk); from `run`.
     """
 
-    def __init__(self, cluster: RayCluster, limits: Limits, warm: str, shared: Path, least_bytes: int) -> None:
+    def __init__(self, cluster: RayCluster, limits: Limits, warm: Step, shared: Path, least_bytes: int) -> None:
         self._cluster, self._limits, self._least_bytes = cluster, limits, least_bytes
         super().__init__(warm)
         self._marker = Path(os.path.abspath(shared)) / f"cluster-{secrets.token_hex(8)}"  # noqa: PTH100
@@ -92,13 +92,13 @@ class RayEngine(Engine):
         self._is_ours = self._is_connected = False
 
     def run(
-        self, function: str, jobs: Sequence[Any], started: Callable[[int], None] | None = None
+        self, function: Step, jobs: Sequence[Any], started: Callable[[int], None] | None = None
     ) -> Iterator[tuple[int, Any]]:
         """See Engine; a job has started when it is handed to the cluster."""
         if not jobs:
             return
         self._connect()
-        order = self._order(function)
+        order = self._order(address_of(function))
         queue = _Queue(deque(range(len(jobs))))
         try:
             while queue.waiting or queue.running:

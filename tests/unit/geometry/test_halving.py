@@ -2,39 +2,24 @@
 
 from __future__ import annotations
 
-import manifold3d
 import numpy as np
 import pytest
+from manifold3d import OpType
 
 from casa_assets.geometry.mesh.surface import signed_volume
 from casa_assets.geometry.mesh.topology import fill_holes, is_closed
 from casa_assets.geometry.solid.deviation import burial_depths, protrusion, reference_surface, signed_distances
-from casa_assets.geometry.solid.solids import (
-    Solid,
-    connected_parts,
-    solid_of,
-    split_by_plane,
-    surface_of,
-    volume_of_hull,
-)
+from casa_assets.geometry.solid.solids import Solid, connected_parts, split_by_plane, surface_of, volume_of_hull
 from casa_assets.geometry.solid.split_planes import Plane, concave_edge_planes, edge_graph, split_hull_volume
-from casa_assets.model.asset.parts import Mesh
-from tests.meshes import box_mesh
+from tests.solids import block
 
 UP = np.array([0.0, 0.0, 1.0])
-
-
-def block(size: tuple[float, float, float], center: tuple[float, float, float]) -> Solid:
-    mesh = box_mesh(size, center, shared=True)
-    found = solid_of(mesh.vertices, mesh.faces.astype(np.int64))
-    assert found is not None
-    return found
 
 
 def table() -> Solid:
     top = block((1.0, 0.6, 0.05), (0.0, 0.0, 0.7))
     legs = [block((0.05, 0.05, 0.7), (x, y, 0.35)) for x in (-0.4, 0.4) for y in (-0.2, 0.2)]
-    return manifold3d.Manifold.batch_boolean([top, *legs], manifold3d.OpType.Add)
+    return Solid.batch_boolean([top, *legs], OpType.Add)
 
 
 ANGLE = block((0.1, 0.1, 0.02), (0.05, 0.05, 0.01)) + block((0.02, 0.1, 0.1), (0.01, 0.05, 0.05))
@@ -44,13 +29,13 @@ class TestHullsSize:
     @pytest.mark.parametrize("height", [0.1, 0.4, 0.66])
     def test_legs_below_a_table_are_pieces_of_their_own(self, height: float) -> None:
         size, count = split_hull_volume(edge_graph(*surface_of(table())), Plane(UP, height))
-        below, above = split_by_plane(table(), UP, height)[1], split_by_plane(table(), UP, height)[0]
-        exact = sum(volume_of_hull([p]) for half in (below, above) for p in connected_parts(half, 0.0))
+        halves = split_by_plane(table(), UP, height)
+        exact = sum(volume_of_hull([p]) for half in halves for p in connected_parts(half, 0.0))
         assert count == 5
         assert size == pytest.approx(exact, rel=1e-6)
 
     def test_the_two_walls_of_a_pipe_are_one_piece(self) -> None:
-        pipe = block((0.1, 0.1, 0.2), (0.0, 0.0, 0.0)) - block((0.08, 0.08, 0.3), (0.0, 0.0, 0.0))
+        pipe = block((0.1, 0.1, 0.2)) - block((0.08, 0.08, 0.3))
         size, count = split_hull_volume(edge_graph(*surface_of(pipe)), Plane(UP, 0.03))
         assert count == 2
         assert size == pytest.approx(0.1 * 0.1 * 0.2, rel=1e-6)
@@ -70,7 +55,7 @@ class TestHollowPlanes:
             assert size == pytest.approx(float(ANGLE.volume()), rel=1e-3)
 
     def test_a_convex_thing_has_none(self) -> None:
-        assert concave_edge_planes(*surface_of(block((0.1, 0.2, 0.3), (0.0, 0.0, 0.0))), 8) == []
+        assert concave_edge_planes(*surface_of(block((0.1, 0.2, 0.3))), 8) == []
 
 
 class TestBuried:
@@ -90,23 +75,18 @@ class TestBuried:
         assert protrusion(cloud, of).max() < 1e-5
 
     def test_what_is_deep_within_is_not_outside(self) -> None:
-        of = reference_surface(*surface_of(block((0.2, 0.2, 0.2), (0.0, 0.0, 0.0))), count=300)
+        of = reference_surface(*surface_of(block((0.2, 0.2, 0.2))), count=300)
         places = np.random.default_rng(1).uniform(-0.09, 0.09, size=(200, 3))
         assert (signed_distances(places, of) < 0).all()
 
 
 def test_two_holes_that_meet_in_a_point_are_both_closed() -> None:
-    cells = 8
-    mesh = box_mesh((0.1, 0.1, 0.1), (0.0, 0.0, 0.0), shared=True)
-    fine = solid_of(mesh.vertices, mesh.faces.astype(np.int64))
-    assert fine is not None
-    points, faces = surface_of(fine.refine(cells))
+    points, faces = surface_of(block((0.1, 0.1, 0.1)).refine(8))
     spot = int(np.argmin(np.linalg.norm(points - np.array([0.0, 0.0, 0.05]), axis=1)))
     fan = np.flatnonzero((faces == spot).any(axis=1))
     first = fan[0]
     apart = [f for f in fan if len(set(faces[f]) & set(faces[first])) == 1]
-    torn = Mesh(vertices=points, faces=np.delete(faces, [first, apart[0]], axis=0))
-    found = fill_holes(points, torn.faces.astype(np.int64), 0.1)
+    found = fill_holes(points, np.delete(faces, [first, apart[0]], axis=0), 0.1)
     assert found is not None
     assert is_closed(found[1])
     assert signed_volume(*found) == pytest.approx(1e-3, rel=1e-6)

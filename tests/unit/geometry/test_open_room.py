@@ -7,30 +7,20 @@ import pytest
 
 from casa_assets.core.numeric import Floats, Ints
 from casa_assets.geometry.grid.voxels import closed_shares, open_rooms
-from casa_assets.geometry.mesh.topology import weld
-from casa_assets.geometry.solid.solids import solid_of, surface_of
-from casa_assets.model.asset.parts import Mesh
+from casa_assets.geometry.solid.solids import surface_of
 from casa_assets.model.record import Vec3
-from tests.meshes import box_mesh
 from tests.raw_models import MUG, turned
+from tests.solids import block, box, welded
 
 BOX = ((0.2, 0.12, 0.1), (0.0, 0.0, 0.05))
 
 
-def surface(mesh: Mesh) -> tuple[Floats, Ints]:
-    points, places = weld(mesh.vertices)
-    return points, places[mesh.faces]
-
-
 def hollowed(*cores: tuple[Vec3, Vec3]) -> tuple[Floats, Ints]:
     """A box without some boxes, each of a size and about a centre."""
-    solid = solid_of(*surface(box_mesh(*BOX, shared=True)))
-    assert solid is not None
-    for size, center in cores:
-        core = solid_of(*surface(box_mesh(size, center, shared=True)))
-        assert core is not None
-        solid = solid - core
-    return surface_of(solid)
+    made = block(*BOX)
+    for core in cores:
+        made -= block(*core)
+    return surface_of(made)
 
 
 CRATE = hollowed(((0.18, 0.1, 0.1), (0.0, 0.0, 0.06)))
@@ -58,9 +48,9 @@ def test_what_is_no_room(subtests: pytest.Subtests) -> None:
 
 
 def test_faces_look_into_a_vessel_and_backs_into_a_gap() -> None:
-    [facing] = open_rooms(*surface(turned(MUG, 32))).facing
+    [facing] = open_rooms(*welded(turned(MUG, 32))).facing
     assert facing > 0.9
-    points, faces = surface(box_mesh(*BOX, shared=True))
+    points, faces = welded(box(*BOX))
     top = (points[faces][:, :, 2] > 0.09).all(axis=1)
     [facing] = open_rooms(points, faces[~top]).facing
     assert facing < 0.1
@@ -77,7 +67,7 @@ def test_faces_look_into_a_vessel_and_backs_into_a_gap() -> None:
 def test_what_shapes_fill_or_close_off(size: Vec3, center: Vec3, low: float, high: float) -> None:
     found = open_rooms(*CRATE)
     assert closed_shares(found, *CRATE) == [pytest.approx(0.0, abs=0.02)]
-    points, faces = surface(box_mesh(size, center, shared=True))
+    points, faces = welded(box(size, center))
     both = np.concatenate([CRATE[0], points]), np.concatenate([CRATE[1], faces + len(CRATE[0])])
     [share] = closed_shares(found, *both)
     assert low <= share <= high

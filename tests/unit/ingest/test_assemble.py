@@ -69,11 +69,6 @@ class TestPlace:
         assert np.array([middle - half, middle + half]) == pytest.approx(bounds, abs=1e-6)
 
 
-def test_the_split_is_told_from_the_digest_of_the_source() -> None:
-    asset = finished(ready())
-    assert asset.labels.split is split_of(asset.provenance.sha256)
-
-
 class TestNumbers:
     def test_every_array_is_exact_in_float32(self) -> None:
         asset = finished(ready(BODY, moved(BODY, (0.01, 0.02, 1e-9), 0.9)))
@@ -87,19 +82,16 @@ class TestNumbers:
         assert exact(hull.mesh.vertices)
 
     def test_normals_are_unit_and_made_where_there_were_none(self) -> None:
-        for mesh in (BODY, Mesh(vertices=SHARED.vertices, faces=SHARED.faces)):
+        zero = Mesh(vertices=SHARED.vertices, faces=SHARED.faces, normals=np.zeros((8, 3)))
+        for mesh in (BODY, Mesh(vertices=SHARED.vertices, faces=SHARED.faces), zero):
             [visual] = finished(ready(mesh)).root.visuals
             normals = visual.mesh.normals
             assert normals is not None
             assert np.linalg.norm(normals, axis=1) == pytest.approx(1, abs=1e-6)
+            if mesh is zero:
+                continue
             flat, _ = face_normals(visual.mesh.vertices, visual.mesh.faces.astype(np.int64))
             assert np.einsum("fd,fkd->fk", flat, normals[visual.mesh.faces]) == pytest.approx(1, abs=1e-6)
-
-    def test_a_normal_of_length_zero_becomes_some_unit_one(self) -> None:
-        mesh = Mesh(vertices=SHARED.vertices, faces=SHARED.faces, normals=np.zeros((8, 3)))
-        normals = finished(ready(mesh)).root.visuals[0].mesh.normals
-        assert normals is not None
-        assert np.linalg.norm(normals, axis=1) == pytest.approx(1)
 
     @pytest.mark.parametrize("seed", range(4))
     def test_rounded_hulls_stay_convex_and_small(self, seed: int) -> None:
@@ -156,22 +148,18 @@ class TestVisuals:
 
 class TestWords:
     def test_labels_and_provenance(self) -> None:
-        asset = finished(ready(), "mug")
-        told = brief("mug")
+        state = ready()
+        state = state.replace(guesses=state.guessed("scale", "1", 0.5, "reason"))
+        asset, told = finished(state, "mug"), brief("mug")
         assert re.fullmatch(r"mug_[0-9a-f]{10}", asset.id)
         assert asset.labels.category == "mug"
         assert asset.labels.classes == told.classes
         assert asset.labels.qcode == told.category.qcode
+        assert asset.labels.split is split_of("0" * 64)
         assert (asset.provenance.path, asset.provenance.sha256) == ("mug.obj", "0" * 64)
+        assert asset.provenance.guesses == state.guesses
         assert asset.base is Base.FREE
-
-    def test_fixtures_are_fixed(self) -> None:
         assert finished(ready(), "oven").base is (Base.FIXED if brief("oven").category.fixed else Base.FREE)
-
-    def test_guesses_are_carried(self) -> None:
-        state = ready()
-        state = state.replace(guesses=state.guessed("scale", "1", 0.5, "reason"))
-        assert finished(state).provenance.guesses == state.guesses
 
     def test_the_asset_reads_back(self) -> None:
         asset = finished(ready(BODY, LONE))

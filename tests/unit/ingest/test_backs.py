@@ -19,9 +19,12 @@ BOWL = lathe([(0.06, 0.05), (0.05, 0.02), (0.03, 0.0), (0.0, 0.0)], 32)
 MISSING = 0.5
 
 
+def of(mesh: Mesh) -> RawPart:
+    return RawPart(name="part", mesh=mesh, material=Material(id="look"))
+
+
 def after(mesh: Mesh, build: MatterFill) -> Draft:
-    part = RawPart(name="part", mesh=mesh, material=Material(id="look"))
-    return add_back_faces(Draft(parts=(part,)), ROW.replace(build=build), MISSING)
+    return add_back_faces(Draft(parts=(of(mesh),)), ROW.replace(build=build), MISSING)
 
 
 def behind(draft: Draft) -> float:
@@ -29,8 +32,7 @@ def behind(draft: Draft) -> float:
 
 
 def test_a_bowl_without_a_thickness_is_seen_from_within() -> None:
-    before = Draft(parts=(RawPart(name="part", mesh=BOWL, material=Material(id="look")),))
-    assert behind(before) > 0.2
+    assert behind(Draft(parts=(of(BOWL),))) > 0.2
     made = after(BOWL, MatterFill.VESSEL)
     assert behind(made) < 0.01
     assert [n.code for n in made.notes] == ["MSH060"]

@@ -7,7 +7,6 @@ import pickle
 import numpy as np
 import pytest
 
-from casa_assets.geometry.mesh.topology import weld
 from casa_assets.ingest.draft import Draft, merge_parts
 from tests.meshes import box_mesh
 from tests.raw_models import MUG, draft, moved, turned
@@ -15,20 +14,13 @@ from tests.raw_models import MUG, draft, moved, turned
 TWO = draft(turned(MUG), box_mesh((0.1, 0.1, 0.1), (0.3, 0.0, 0.0)))
 
 
-def test_the_parts_follow_one_another() -> None:
-    first, second = (p.mesh for p in TWO.parts)
+def test_it_is_all_parts_in_their_order_and_welded() -> None:
     surface = TWO.surface
-    assert surface.vertices.tobytes() == np.concatenate([first.vertices, second.vertices]).tobytes()
-    assert np.array_equal(surface.faces, np.concatenate([first.faces, second.faces + len(first.vertices)]))
-
-
-def test_it_is_welded() -> None:
-    surface = TWO.surface
-    points, place = weld(surface.vertices)
-    assert len(points) < len(surface.vertices)
-    assert surface.points.tobytes() == points.tobytes()
-    assert np.array_equal(surface.point_of_vertex, place)
-    assert np.array_equal(surface.welded_faces, place[surface.faces])
+    corners = np.concatenate([p.mesh.vertices[p.mesh.faces] for p in TWO.parts])
+    assert np.array_equal(surface.vertices[surface.faces], corners)
+    assert np.allclose(surface.points[surface.welded_faces], corners, rtol=0, atol=1e-9)
+    assert np.allclose(surface.points[surface.point_of_vertex], surface.vertices, rtol=0, atol=1e-9)
+    assert len(surface.points) < len(surface.vertices)
 
 
 def test_it_stays_while_the_parts_stay() -> None:

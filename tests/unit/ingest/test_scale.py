@@ -16,6 +16,15 @@ MUG_SIZE = 0.12
 MUG = box_mesh((MUG_SIZE, 0.08, 0.1), (0, 0, 0.05), shared=True)
 
 
+def measured(mesh: Mesh, name: str = "mug", *words: str, unit: float | None = None, generated: bool = False) -> Draft:
+    return scale(draft(mesh, unit=unit), category(name), 1.2, list(words), generated=generated)
+
+
+def sized(size: float) -> Mesh:
+    """The mug, so many units long."""
+    return moved(MUG, scale=size / MUG_SIZE)
+
+
 def longest(state: Draft) -> float:
     return float(np.ptp(state.surface.vertices, axis=0).max())
 
@@ -23,7 +32,7 @@ def longest(state: Draft) -> float:
 def test_every_unit_is_found_where_the_file_states_none(subtests: pytest.Subtests) -> None:
     for unit in list(UNITS):
         with subtests.test(unit=unit):
-            out = scale(draft(moved(MUG, scale=1 / UNITS[unit]), unit=None), category("mug"), 1.2)
+            out = measured(moved(MUG, scale=1 / UNITS[unit]))
             assert longest(out) == pytest.approx(MUG_SIZE)
             assert out.guesses[0].value == f"{UNITS[unit]:g} m per unit ({unit})"
             assert codes(out.notes) == ([] if unit == "metre" else ["MSH014"])
@@ -32,32 +41,25 @@ def test_every_unit_is_found_where_the_file_states_none(subtests: pytest.Subtest
 def test_a_stated_unit_that_fits_is_believed(subtests: pytest.Subtests) -> None:
     for stated in [1.0, 0.01, 0.001, 0.0254, 0.3048]:
         with subtests.test(stated=stated):
-            out = scale(draft(moved(MUG, scale=1 / stated), unit=stated), category("mug"), 1.2)
+            out = measured(moved(MUG, scale=1 / stated), unit=stated)
             assert longest(out) == pytest.approx(MUG_SIZE)
             assert out.notes == ()
             assert out.metres_per_unit == 1.0
 
 
 def test_a_stated_metre_that_makes_a_house_of_a_mug_is_not_believed() -> None:
-    out = scale(draft(moved(MUG, scale=100), unit=1.0), category("mug"), 1.2)
+    out = measured(moved(MUG, scale=100), unit=1.0)
     assert longest(out) == pytest.approx(MUG_SIZE)
     assert codes(out.notes) == ["MSH014", "REV003"]
 
 
-def test_a_normalised_model_gets_the_usual_size(subtests: pytest.Subtests) -> None:
-    for size in [1.0, 2.0]:
+def test_a_normalised_model_and_one_of_an_absurd_size_get_the_usual_size(subtests: pytest.Subtests) -> None:
+    for size, unit in [(1.0, None), (2.0, None), *((s, 1.0) for s in (1e-12, 1e-6, 3e3, 1e9, 1e15))]:
         with subtests.test(size=size):
-            out = scale(draft(moved(MUG, scale=size / MUG_SIZE), unit=None), category("mug"), 1.2)
+            out = measured(sized(size), unit=unit)
             assert longest(out) == pytest.approx(category("mug").longest_m.typical, rel=0.05)
             assert "usual_size" in out.guesses[0].value
-
-
-def test_an_absurd_size_gets_the_usual_one(subtests: pytest.Subtests) -> None:
-    for size in [1e-12, 1e-6, 3e3, 1e9, 1e15]:
-        with subtests.test(size=size):
-            out = scale(draft(moved(MUG, scale=size / MUG_SIZE), unit=1.0), category("mug"), 1.2)
-            assert longest(out) == pytest.approx(category("mug").longest_m.typical, rel=0.05)
-            assert out.guesses[0].confidence <= 0.85
+            assert unit is None or out.guesses[0].confidence <= 0.85
 
 
 def test_the_result_is_within_the_range_of_the_category(subtests: pytest.Subtests) -> None:
@@ -66,25 +68,21 @@ def test_the_result_is_within_the_range_of_the_category(subtests: pytest.Subtest
             with subtests.test(name=name, size=size):
                 span = category(name).longest_m
                 for unit in (None, 1.0):
-                    out = scale(draft(moved(MUG, scale=size / MUG_SIZE), unit=unit), category(name), 1.2)
-                    assert span.low / 1.2001 <= longest(out) <= span.high * 1.2001
+                    assert span.low / 1.2001 <= longest(measured(sized(size), name, unit=unit)) <= span.high * 1.2001
 
 
 def test_all_parts_are_scaled_alike_and_normals_stay() -> None:
-    split = moved(box_mesh((12, 8, 10), (0, 0, 5)))
     given = box_mesh((12, 8, 10), (0, 0, 5))
-    out = scale(draft(given, moved(split, (1, 0, 0))), category("mug"), 1.2)
-    assert out.parts[0].mesh.normals == pytest.approx(given.normals)
-    assert out.parts[1].mesh.vertices - out.parts[0].mesh.vertices == pytest.approx(
-        np.broadcast_to([0.01, 0, 0], (24, 3)), abs=1e-12
-    )
+    first, second = (p.mesh for p in scale(draft(given, moved(given, (1, 0, 0))), category("mug"), 1.2).parts)
+    assert first.normals == pytest.approx(given.normals)
+    assert second.vertices - first.vertices == pytest.approx(np.broadcast_to([0.01, 0, 0], (24, 3)), abs=1e-12)
 
 
 def test_no_size_is_refused(subtests: pytest.Subtests) -> None:
     for mesh in [Mesh(vertices=np.zeros((3, 3)), faces=[[0, 1, 2]]), moved(MUG, scale=1e40)]:
         with subtests.test(mesh=mesh):
             with pytest.raises(Rejected) as error:
-                scale(draft(mesh), category("mug"), 1.2)
+                measured(mesh, unit=1.0)
             assert error.value.code == "MSH003"
 
 
@@ -106,46 +104,38 @@ def test_words_that_name_a_size(subtests: pytest.Subtests) -> None:
             assert found.shift == shift
 
 
-def test_a_length_in_the_words_counts_where_it_makes_a_usual_size(subtests: pytest.Subtests) -> None:
-    for words, size in [("a mug, 9 cm tall", 0.09 * 1.2), ("a mug", None), ("a mug, 3 m", None)]:
-        with subtests.test(words=words, size=size):
-            normal = moved(MUG, scale=1 / MUG_SIZE)
-            plain = longest(scale(draft(normal, unit=None), category("mug"), 1.2))
-            out = scale(draft(normal, unit=None), category("mug"), 1.2, [words])
-            assert longest(out) == pytest.approx(plain if size is None else size, rel=1e-3)
-
-
-def test_a_volume_in_the_words_makes_a_size() -> None:
+def test_a_length_or_a_volume_in_the_words_counts_where_it_makes_a_usual_size(subtests: pytest.Subtests) -> None:
     """A box of 0.12 x 0.08 x 0.1 holds 0.7 of its hull, by our rule for vessels: 0.67 litres."""
-    normal = moved(MUG, scale=1 / MUG_SIZE)
-    out = scale(draft(normal, unit=None), category("mug"), 1.2, ["a mug of 672 ml"])
-    assert longest(out) == pytest.approx(MUG_SIZE, rel=0.01)
+    plain = longest(measured(sized(1)))
+    for words, size, rel in [
+        ("a mug, 9 cm tall", 0.09 * 1.2, 1e-3),
+        ("a mug of 672 ml", MUG_SIZE, 0.01),
+        ("a mug", plain, 1e-3),
+        ("a mug, 3 m", plain, 1e-3),
+    ]:
+        with subtests.test(words=words, size=size):
+            assert longest(measured(sized(1), "mug", words)) == pytest.approx(size, rel=rel)
 
 
 def test_small_and_large_move_the_usual_size() -> None:
-    normal = moved(MUG, scale=1 / MUG_SIZE)
-    small, usual, large = (
-        longest(scale(draft(normal, unit=None), category("mug"), 1.2, [f"a {w} mug"]))
-        for w in ("small", "red", "large")
-    )
+    small, usual, large = (longest(measured(sized(1), "mug", f"a {w} mug")) for w in ("small", "red", "large"))
     assert category("mug").longest_m.low <= small < usual < large <= category("mug").longest_m.high
 
 
 def test_what_was_generated_and_normalised_is_not_believed_to_be_metres() -> None:
     fridge = box_mesh((0.4, 0.4, 1.0), (0, 0, 0.5), shared=True)
-    stated = scale(draft(fridge, unit=1.0), category("refrigerator"), 1.2)
+    stated = measured(fridge, "refrigerator", unit=1.0)
     assert longest(stated) == pytest.approx(1.0)
     assert stated.guesses[0].confidence < 0.5
-    assert longest(scale(draft(fridge, unit=1.0), category("refrigerator"), 1.2, generated=True)) > 1.4
+    assert longest(measured(fridge, "refrigerator", unit=1.0, generated=True)) > 1.4
 
 
 def test_a_kind_that_nobody_knows_is_never_sure() -> None:
     for size in (0.3, 1.0, 50.0, 4000.0):
-        out = scale(draft(moved(MUG, scale=size / MUG_SIZE), unit=None), category("object"), 1.2)
+        out = measured(sized(size), "object")
         assert out.guesses[0].confidence < 0.65
         assert "m long" in out.guesses[0].reason or "usual size" in out.guesses[0].reason
-    normalised = scale(draft(moved(MUG, scale=1 / MUG_SIZE), unit=None), category("object"), 1.2)
-    assert normalised.guesses[0].confidence < 0.5
+    assert measured(sized(1), "object").guesses[0].confidence < 0.5
 
 
 def test_a_persons_word_is_the_size() -> None:
@@ -157,5 +147,4 @@ def test_a_persons_word_is_the_size() -> None:
 def test_every_axis_has_a_say() -> None:
     """A mug drawn with a handle as long as the mug itself: its height still says how large it is."""
     odd = box_mesh((0.17, 0.083, 0.094), (0, 0, 0.047), shared=True)
-    out = scale(draft(moved(odd, scale=1 / 0.17), unit=None), category("mug"), 1.2)
-    assert 0.125 < longest(out) <= 0.17
+    assert 0.125 < longest(measured(moved(odd, scale=1 / 0.17))) <= 0.17

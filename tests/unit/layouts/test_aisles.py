@@ -26,29 +26,28 @@ def found(*rows: PlacedRun, walls: tuple[RoomWall, ...] = WALLS) -> dict[tuple[s
     return {(a.first, a.second): a for a in find_aisles(rows, walls, OUTLINE)}
 
 
-def test_fronts_that_face_each_other_make_a_work_aisle() -> None:
-    aisle = found(row("main", 1.0, 0.0), row("island", 3.0, -2.5, 2, at_wall=False))[("island", "main")]
-    assert aisle.kind is AisleKind.WORK
-    assert aisle.width == pytest.approx(2.5 - 0.65 - 0.65)
-    assert 1.0 < aisle.position[0] < 3.0
-    assert aisle.position[1] == pytest.approx(-1.25)
+ISLAND = row("island", 3.0, -2.5, 2, at_wall=False)
+DEEP = row("main", 1.0, 0.0).replace(units=(UNITS[0].replace(front=0.8), UNITS[1]))
 
 
-def test_narrowest_place_counts() -> None:
-    deep = UNITS[0].replace(front=0.8)
-    main = row("main", 1.0, 0.0).replace(units=(deep, UNITS[1]))
-    aisle = found(main, row("island", 3.0, -2.5, 2, at_wall=False))[("island", "main")]
-    assert aisle.width == pytest.approx(2.5 - 0.8 - 0.65)
-
-
-def test_front_and_wall_leave_a_way_to_walk() -> None:
-    aisle = found(row("main", 1.0, 0.0), walls=CLOSED)[("front", "main")]
-    assert aisle.kind is AisleKind.WALK
-    assert aisle.width == pytest.approx(4.0 - 0.65)
-
-
-def test_open_side_bounds_nothing() -> None:
-    assert ("front", "main") not in found(row("main", 1.0, 0.0))
+@pytest.mark.parametrize(
+    ("rows", "walls", "pair", "kind", "width"),
+    [
+        ((row("main", 1.0, 0.0), ISLAND), WALLS, ("island", "main"), AisleKind.WORK, 2.5 - 0.65 - 0.65),
+        ((DEEP, ISLAND), WALLS, ("island", "main"), AisleKind.WORK, 2.5 - 0.8 - 0.65),  # the narrowest place counts
+        ((row("main", 1.0, 0.0),), CLOSED, ("front", "main"), AisleKind.WALK, 4.0 - 0.65),
+        ((row("island", 2.8, -2.2, 2, at_wall=False),), WALLS, ("island", "left"), AisleKind.WALK, 0.8),  # its end
+    ],
+)
+def test_width_and_kind(
+    rows: tuple[PlacedRun, ...], walls: tuple[RoomWall, ...], pair: tuple[str, str], kind: AisleKind, width: float
+) -> None:
+    aisle = found(*rows, walls=walls)[pair]
+    assert aisle.kind is kind
+    assert aisle.width == pytest.approx(width)
+    if rows[-1] is ISLAND:
+        assert 1.0 < aisle.position[0] < 3.0
+        assert rows[0] is DEEP or aisle.position[1] == pytest.approx(-1.25)
 
 
 def test_back_of_an_island_is_passed_and_what_lies_between_hides_the_wall() -> None:
@@ -60,14 +59,9 @@ def test_back_of_an_island_is_passed_and_what_lies_between_hides_the_wall() -> N
     assert ("front", "main") not in aisles
 
 
-def test_end_of_an_island_and_a_wall_leave_a_way_to_walk() -> None:
-    aisle = found(row("island", 2.8, -2.2, 2, at_wall=False))[("island", "left")]
-    assert aisle.kind is AisleKind.WALK
-    assert aisle.width == pytest.approx(0.8)
-
-
-def test_niche_at_the_end_of_a_row_is_no_way() -> None:
-    """It ends at the wall behind."""
+def test_what_is_no_way() -> None:
+    """An open side bounds nothing; a niche at the end of a row ends at the wall behind."""
+    assert ("front", "main") not in found(row("main", 1.0, 0.0))
     assert ("left", "main") not in found(row("main", 0.5, 0.0))
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -18,6 +19,7 @@ def test_empty_space_is_free() -> None:
     assert size == pytest.approx((0.8, 0.3, 0.25))
     assert middle == pytest.approx((0.0, 0.0))
     assert count_of_things(SHELF) == 6 * 2
+    assert largest_box(replace(SHELF, taken=((-1.0, -1.0, 1.0, 1.0),)))[0] == (0.0, 0.0, 0.0)
 
 
 def test_largest_box_is_beside_what_stands_there() -> None:
@@ -47,16 +49,17 @@ def test_largest_box_is_the_best_of_all_rectangles(seed: int) -> None:
     assert round(size[0] * size[1] * 1e4) == best
 
 
-def test_full_space_holds_nothing() -> None:
-    full = replace(SHELF, taken=((-1.0, -1.0, 1.0, 1.0),))
-    assert largest_box(full)[0] == (0.0, 0.0, 0.0)
-    assert count_of_things(full) == 0
-
-
-def test_low_or_round_spaces_hold_fewer() -> None:
-    assert count_of_things(replace(SHELF, size=(0.8, 0.3, 0.08))) == 0
-    assert count_of_things(replace(SHELF, size=(0.3, 0.3, 0.2), is_round=True)) == 3
-    assert count_of_things(replace(SHELF, size=(0.2, 0.2, 0.25), is_site=True)) == 1
+@pytest.mark.parametrize(
+    ("changes", "count"),
+    [
+        ({"taken": ((-1.0, -1.0, 1.0, 1.0),)}, 0),
+        ({"size": (0.8, 0.3, 0.08)}, 0),
+        ({"size": (0.3, 0.3, 0.2), "is_round": True}, 3),
+        ({"size": (0.2, 0.2, 0.25), "is_site": True}, 1),
+    ],
+)
+def test_full_low_or_round_spaces_hold_fewer(changes: dict[str, Any], count: int) -> None:
+    assert count_of_things(replace(SHELF, **changes)) == count
 
 
 def test_bounds_are_those_of_the_world() -> None:

@@ -90,11 +90,9 @@ class TestPutObjects:
         for place in placed(put_objects([half], habits(), member, 4, rng_for(5, "test"))):
             assert half.pose.inverse().apply(box_of(place))[:, 0].min() > 0.1
 
-    def test_full_spaces_take_no_more(self) -> None:
+    def test_full_spaces_take_no_more_and_nothing_too_tall_is_put_on_a_shelf(self) -> None:
         places = placed(put_objects([shelf(width=0.3)], habits(), member, 40, rng_for(1, "test")))
         assert 0 < len(places) < 12
-
-    def test_nothing_too_tall_is_put_on_a_shelf(self) -> None:
         assert put_objects([shelf(height=0.05)], habits(), member, 4, rng_for(1, "test")) == ()
 
 

@@ -111,18 +111,23 @@ def test_a_scale_of_ones_own_is_held_against_the_sizes() -> None:
         fit("range_0000000001", scale=3)
 
 
-def test_the_base_is_that_of_the_role_unless_one_is_stated() -> None:
-    rule = RoleRule(id="toaster", base=Base.FIXED)
-    assert fit("toaster_0000000005", rule=rule)[0].params == {"base": "fixed"}
-    assert fit("toaster_0000000005", rule=rule, base="free")[0].params == {}
-    assert fit("toaster_0000000005", rule=RoleRule(id="toaster"))[0].params == {}
-
-
-def test_what_does_not_stand_by_itself_is_fixed_unless_it_is_stated_to_be_free() -> None:
-    rule = RoleRule(id="toaster", base=Base.FREE)
-    assert fit("toaster_0000000005", rule=rule)[0].params == {}
-    assert fit("toaster_0000000006", rule=rule)[0].params == {"base": "fixed"}
-    assert fit("toaster_0000000006", rule=rule, base="free")[0].params == {}
+@pytest.mark.parametrize(
+    ("name", "role_base", "stated", "params"),
+    [
+        ("toaster_0000000005", Base.FIXED, None, {"base": "fixed"}),
+        ("toaster_0000000005", Base.FIXED, "free", {}),
+        ("toaster_0000000005", None, None, {}),
+        ("toaster_0000000005", Base.FREE, None, {}),
+        # What does not stand by itself is fixed unless it is stated to be free.
+        ("toaster_0000000006", Base.FREE, None, {"base": "fixed"}),
+        ("toaster_0000000006", Base.FREE, "free", {}),
+    ],
+)
+def test_the_base_is_that_of_the_role_unless_one_is_stated(
+    name: str, role_base: Base | None, stated: str | None, params: dict[str, str]
+) -> None:
+    given = {"base": stated} if stated else {}
+    assert fit(name, rule=RoleRule(id="toaster", base=role_base), **given)[0].params == params
 
 
 def test_categories_are_read_from_ids() -> None:
@@ -145,17 +150,13 @@ class TestInPlans:
 
     def kitchen(self, **changes: Any) -> KitchenRequest:
         """one_wall_small with changes of its units by id, or of worktop items by id."""
-        plan = self.plan(**changes)
-        presets = {**preset_params(), "library": LIBRARY}
-        return request_kitchen(plan, load_style("modern_1")[0], presets, roles=load_roles())
-
-    def plan(self, **changes: Any) -> Plan:
         raw = load_plan("one_wall_small")[0].model_dump(mode="json")
         for run in raw["runs"]:
             for row in ("base", "upper"):
                 run[row] = [{**unit, **changes.pop(unit["id"], {})} for unit in run[row]]
         raw["worktop_items"] += [{"id": name, **row} for name, row in changes.items()]
-        return Plan.model_validate(raw)
+        presets = {**preset_params(), "library": LIBRARY}
+        return request_kitchen(Plan.model_validate(raw), load_style("modern_1")[0], presets, roles=load_roles())
 
     def test_a_unit_takes_the_width_of_its_model(self) -> None:
         kitchen = self.kitchen(main_range={"model": "library:range_0000000001"})
@@ -185,21 +186,18 @@ class TestInPlans:
         (item,) = (item for item in kitchen.items if item.name == "second_toaster")
         assert (item.role, item.choice.params) == ("toaster", {})
 
-    def test_what_does_not_suit_is_told_with_its_place_in_the_plan(self) -> None:
-        with pytest.raises(PlanConflict, match=r"runs\.main\.base\.5\.model: expected an asset of the category"):
-            self.kitchen(main_range={"model": "library:microwave_0000000004"})
-
-    def test_a_sink_is_no_asset_of_a_library(self) -> None:
-        with pytest.raises(PlanConflict, match=r"a preset of a family for the sink: its worktop is cut out"):
-            self.kitchen(main_sink={"model": "library:toaster_0000000005"})
-
-    def test_cabinets_have_no_model(self) -> None:
-        with pytest.raises(PlanConflict, match="no model for drawers"):
-            self.kitchen(main_drawers={"model": "library:toaster_0000000005"})
-
-    def test_an_unknown_asset_is_told_with_the_nearest(self) -> None:
-        with pytest.raises(PlanConflict, match=r"expected .*range_0000000001, .*got 'range_000000000'"):
-            self.kitchen(main_range={"model": "library:range_000000000"})
+    @pytest.mark.parametrize(
+        ("unit", "model", "said"),
+        [
+            ("main_range", "microwave_0000000004", r"runs\.main\.base\.5\.model: expected an asset of the category"),
+            ("main_sink", "toaster_0000000005", "a preset of a family for the sink: its worktop is cut out"),
+            ("main_drawers", "toaster_0000000005", "no model for drawers"),
+            ("main_range", "range_000000000", r"expected .*range_0000000001, .*got 'range_000000000'"),
+        ],
+    )
+    def test_what_does_not_suit_is_told_with_its_place(self, unit: str, model: str, said: str) -> None:
+        with pytest.raises(PlanConflict, match=said):
+            self.kitchen(**{unit: {"model": f"library:{model}"}})
 
     def test_a_style_is_told_with_its_own_place(self) -> None:
         style = load_style("modern_1")[0]

@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 import itertools
+import re
 from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
 
-from casa_assets.errors import PlanConflict, RegistryError
-from casa_assets.layouts.order.request import KitchenRequest, request_kitchen
+from casa_assets.errors import RegistryError
 from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.runs import CornerPart
 from casa_assets.layouts.plan.standard_sizes import WidthRange, share_widths
 from casa_assets.model.kitchen.floor import RunEnd
 from casa_assets.model.kitchen.plan import BaseKind
-from casa_assets.pipeline.kitchens.resolve import error_with_line, params_of, preset_params
-from casa_assets.registry.kitchens import load_style, read_plan
-from tests.plan_geometry import STYLE, floor_row
+from casa_assets.pipeline.kitchens.resolve import params_of
+from tests.plan_geometry import floor_row, kitchen_of
 
 PLAN = """\
 title: Tiny
@@ -46,44 +45,29 @@ corners:
 """
 
 
-def kitchen_of(text: str, tmp_path: Path, given: Mapping[str, float] | None = None) -> KitchenRequest:
-    """A plan as written. Raises RegistryError as the pipeline does."""
-    path = tmp_path / "tiny.yaml"
-    path.write_text(text)
-    plan, pages = read_plan(path)
-    try:
-        return request_kitchen(plan, load_style(STYLE)[0], preset_params(), given)
-    except PlanConflict as error:
-        raise error_with_line(error, pages) from None
-
-
 def line_of(text: str, part: str) -> int:
     """Number of the first line that has a part, from 1."""
     return next(n for n, line in enumerate(text.splitlines(), 1) if part in line)
 
 
-class TestShare:
-    def test_takes_up_what_there_is(self) -> None:
-        spans = [WidthRange(0.4, 0.8), WidthRange(0.6, 0.6), WidthRange(0.3, 0.7)]
-        widths = share_widths(spans, 1.7)
-        assert widths is not None
-        assert sum(widths) == pytest.approx(1.7)
-        assert widths == pytest.approx([0.6, 0.6, 0.5])
+@pytest.mark.parametrize(
+    ("spans", "room", "widths"),
+    [
+        pytest.param([(0.4, 0.8), (0.6, 0.6), (0.3, 0.7)], 1.7, [0.6, 0.6, 0.5], id="takes up what there is"),
+        pytest.param([(0.4, 0.5), (0.4, 0.5)], 3.0, [0.5, 0.5], id="leaves what nothing wants"),
+        pytest.param([(0.4, 0.5), (0.4, 0.5)], 0.79, None, id="not even the least fits"),
+        pytest.param([], 1.0, [], id="of nothing is nothing"),
+    ],
+)
+def test_widths_share_a_room(spans: list[tuple[float, float]], room: float, widths: list[float] | None) -> None:
+    assert share_widths([WidthRange(*span) for span in spans], room) == (widths and pytest.approx(widths))
 
-    def test_is_exact_to_a_millimetre(self) -> None:
-        widths = share_widths([WidthRange(0.3, 0.9)] * 7, 4.001)
-        assert widths is not None
-        assert sum(widths) == pytest.approx(4.001, abs=1e-9)
-        assert all(w == round(w, 3) for w in widths)
 
-    def test_leaves_what_nothing_wants(self) -> None:
-        assert share_widths([WidthRange(0.4, 0.5), WidthRange(0.4, 0.5)], 3.0) == [0.5, 0.5]
-
-    def test_says_where_not_even_the_least_fits(self) -> None:
-        assert share_widths([WidthRange(0.4, 0.5), WidthRange(0.4, 0.5)], 0.79) is None
-
-    def test_of_nothing_is_nothing(self) -> None:
-        assert share_widths([], 1.0) == []
+def test_widths_are_exact_to_a_millimetre() -> None:
+    widths = share_widths([WidthRange(0.3, 0.9)] * 7, 4.001)
+    assert widths is not None
+    assert sum(widths) == pytest.approx(4.001, abs=1e-9)
+    assert all(w == round(w, 3) for w in widths)
 
 
 class TestWorktop:
@@ -120,15 +104,12 @@ class TestWorktop:
 
 
 class TestCorner:
-    def test_units_meet_without_gaps(self, tmp_path: Path) -> None:
+    def test_units_meet_without_gaps_in_a_blind_cabinet_and_a_strip(self, tmp_path: Path) -> None:
         kitchen = kitchen_of(PLAN, tmp_path)
         for line in kitchen.lines.values():
             row = floor_row(kitchen, line)
             for one, other in itertools.pairwise(row):
                 assert one.right == pytest.approx(other.left, abs=1e-4)
-
-    def test_blind_cabinet_and_strip(self, tmp_path: Path) -> None:
-        kitchen = kitchen_of(PLAN, tmp_path)
         blind = kitchen.slot("main_right_corner")
         assert blind.kind is CornerPart.BLIND
         assert blind.right == kitchen.lines["main"].length
@@ -221,15 +202,41 @@ class TestPeninsula:
         assert top.spot.v == pytest.approx(-bar.run.overhang - standard_sizes.END_PANEL)
         assert top.choice.params["depth"] == pytest.approx(standard_sizes.WORKTOP_DEPTH + 0.32)
 
-    def test_has_a_back_from_the_wall_to_its_end(self, tmp_path: Path) -> None:
+    def test_has_a_back_from_the_wall_to_its_end_and_faces_into_the_kitchen(self, tmp_path: Path) -> None:
         kitchen = kitchen_of(self.TEXT, tmp_path)
         backs = [w for w in kitchen.items if w.name.startswith("bar_back")]
         assert sum(w.choice.params["width"] for w in backs) == pytest.approx(1.9, abs=0.002)
         assert all(w.choice.params["width"] <= 1.2 for w in backs)
-
-    def test_faces_into_the_kitchen(self, tmp_path: Path) -> None:
-        kitchen = kitchen_of(self.TEXT, tmp_path)
         assert kitchen.lines["bar"].frame.normal == (0.0, 1.0)
+
+
+DOOR = "openings:\n  door: {kind: door, wall: left, at: 0.2, width: 0.9, height: 2.04}\n"
+LEFT, RIGHT = "left: {heading: back}", "right: {heading: front, length: 3.0}"
+SIDE = "    length: 1.9\n"
+# A wrong plan, what is on the line that is told, where in the plan that is, and what is said.
+MISFITS = {
+    "unknown key": (PLAN.replace(SIDE, "    lenght: 1.9\n"), "lenght", ".*", "got .*lenght"),
+    "unknown kind of unit": (PLAN.replace("- sink\n", "- bathtub\n"), "bathtub", ".*", ""),
+    "two units of a name": (PLAN.replace("0.45", "{width: 0.45, id: main_doors}"), "", ".*", "main_doors"),
+    "dangling wall": (PLAN.replace("on: right", "on: rihgt"), "rihgt", "runs.side.on", "got .*rihgt"),
+    "dangling parameter": (PLAN.replace(SIDE, "    length: wdith\n"), "wdith", ".*", "expected .*width.*, got"),
+    "dangling corner": (PLAN.replace("[main, side]", "[main, sied]"), "", "corners.*", "got .*sied"),
+    "dangling unit below a stand": (
+        PLAN + "worktop_items:\n  toaster: {on: main_draws}\n",
+        "main_draws",
+        "worktop_items.toaster.on",
+        "",
+    ),
+    "run longer than its wall": (PLAN.replace("length: 1.9", "length: 3.9"), "3.9", "runs.side.length", ""),
+    "walls that do not close": (
+        PLAN.replace(LEFT, "left: {heading: back, length: 2.5}"),
+        "",
+        ".*",
+        "expected .*lead back.*, got",
+    ),
+    "two walls without length": (PLAN.replace(RIGHT, "right: {heading: front}"), "", "walls.left", ""),
+    "opening that leaves its wall": (PLAN + DOOR, "  door:", ".*", ""),
+}
 
 
 class TestMisfits:
@@ -240,49 +247,18 @@ class TestMisfits:
         assert raised.value.file == "tiny.yaml"
         return raised.value
 
-    def test_unknown_key(self, tmp_path: Path) -> None:
-        text = PLAN.replace("    length: 1.9\n", "    lenght: 1.9\n")
+    @pytest.mark.parametrize("what", MISFITS)
+    def test_what_is_wrong_is_told_with_its_place(self, what: str, tmp_path: Path) -> None:
+        text, marker, pointer, said = MISFITS[what]
         error = self.fault(text, tmp_path)
-        assert error.line == line_of(text, "lenght")
-        assert "lenght" in error.got
-
-    def test_unknown_kind_of_unit(self, tmp_path: Path) -> None:
-        text = PLAN.replace("      - sink\n", "      - bathtub\n")
-        error = self.fault(text, tmp_path)
-        assert error.line == line_of(text, "bathtub")
+        assert not marker or error.line == line_of(text, marker)
+        assert re.fullmatch(pointer, error.pointer)
+        assert re.search(said, f"expected {error.expected}, got {error.got}")
 
     def test_key_given_twice(self, tmp_path: Path) -> None:
         text = PLAN.replace("  side:\n", "  main:\n")
         error = self.fault(text, tmp_path)
         assert error.line == [n for n, s in enumerate(text.splitlines(), 1) if s == "  main:"][1]
-
-    def test_two_units_of_a_name(self, tmp_path: Path) -> None:
-        text = PLAN.replace("- doors: 0.45", "- doors: {width: 0.45, id: main_doors}")
-        error = self.fault(text, tmp_path)
-        assert "main_doors" in str(error)
-
-    def test_dangling_wall(self, tmp_path: Path) -> None:
-        text = PLAN.replace("    on: right\n", "    on: rihgt\n")
-        error = self.fault(text, tmp_path)
-        assert (error.line, error.pointer) == (line_of(text, "rihgt"), "runs.side.on")
-        assert "rihgt" in error.got
-
-    def test_dangling_parameter(self, tmp_path: Path) -> None:
-        text = PLAN.replace("    length: 1.9\n", "    length: wdith\n")
-        error = self.fault(text, tmp_path)
-        assert error.line == line_of(text, "wdith")
-        assert "width" in error.expected
-
-    def test_dangling_corner(self, tmp_path: Path) -> None:
-        text = PLAN.replace("[main, side]", "[main, sied]")
-        error = self.fault(text, tmp_path)
-        assert "sied" in error.got
-        assert error.pointer.startswith("corners")
-
-    def test_dangling_unit_below_a_stand(self, tmp_path: Path) -> None:
-        text = PLAN + "worktop_items:\n  toaster: {on: main_draws}\n"
-        error = self.fault(text, tmp_path)
-        assert (error.line, error.pointer) == (line_of(text, "main_draws"), "worktop_items.toaster.on")
 
     def test_run_that_does_not_fit(self, tmp_path: Path) -> None:
         error = self.fault(PLAN, tmp_path, {"width": 2.8})
@@ -290,21 +266,3 @@ class TestMisfits:
         assert error.line in (line_of(PLAN, "    base:"), line_of(PLAN, "- drawers"))
         assert f"{2.8 - standard_sizes.CORNER_CLEARANCE - standard_sizes.CORNER_DOOR:.3f} m" in error.expected
         assert "main_sink" in error.got
-
-    def test_run_longer_than_its_wall(self, tmp_path: Path) -> None:
-        text = PLAN.replace("length: 1.9", "length: 3.9")
-        error = self.fault(text, tmp_path)
-        assert (error.line, error.pointer) == (line_of(text, "3.9"), "runs.side.length")
-
-    def test_walls_that_do_not_close(self, tmp_path: Path) -> None:
-        error = self.fault(PLAN.replace("left: {heading: back}", "left: {heading: back, length: 2.5}"), tmp_path)
-        assert "lead back" in error.expected
-
-    def test_two_walls_without_length(self, tmp_path: Path) -> None:
-        error = self.fault(PLAN.replace("right: {heading: front, length: 3.0}", "right: {heading: front}"), tmp_path)
-        assert error.pointer == "walls.left"
-
-    def test_opening_that_leaves_its_wall(self, tmp_path: Path) -> None:
-        text = PLAN + "openings:\n  door: {kind: door, wall: left, at: 0.2, width: 0.9, height: 2.04}\n"
-        error = self.fault(text, tmp_path)
-        assert error.line == line_of(text, "  door:")

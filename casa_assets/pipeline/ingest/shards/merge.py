@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Generator, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 
 from casa_assets import registry
@@ -18,7 +17,6 @@ from casa_assets.pipeline.ingest.job import Event, Job, Outcome
 from casa_assets.pipeline.ingest.refused_rows import is_below
 from casa_assets.pipeline.ingest.run import Options, cache_key, ingest_inputs, open_library
 from casa_assets.pipeline.ingest.shards.record import (
-    ShardHeader,
     ShardLine,
     ShardRecord,
     check_is_no_shard,
@@ -54,12 +52,9 @@ MAX_NAMED = 8
 
 
 def check_shards(records: Sequence[ShardRecord], cache_key: str, is_partial: bool) -> None:
-    """Check that shards may be merged.
+    """Check that shards may be merged; `cache_key`: of a run of this program with their options.
 
-    Args:
-        cache_key: of a run of this program with their options. is_partial: some may be missing.
-    Raises:
-        OutputError: they are not of one run, one is there twice or missing, or another version made them.
+    Raises OutputError: they are not of one run, one is there twice or missing, or another version made them.
     """
     first = records[0]
     seen: dict[int, Path] = {}
@@ -136,22 +131,18 @@ def merge(
         table = EntryTable(place, skip_damaged=True)
         lines = sorted(((line, record) for record in records for line in record.lines), key=lambda one: one[0].number)
         inputs = (one for line, _ in lines for one in line.inputs)
-        is_looked_at = partial(_is_looked_at, first, frozenset(record.header.index for record in records))
+        indices, roots = {record.header.index for record in records}, [Path(root) for root in first.roots]
+
+        def is_looked_at(path: str) -> bool:
+            """True for a file of one of the shards that still exists below the roots of their sources."""
+            return index_of(path, first.count) in indices and is_below(roots, path)
+
         yield from ingest_inputs(place, table, inputs, ShardAnswers(place, lines), options, is_looked_at)
         write_reports(place, weights, table)
 
 
-def _is_looked_at(header: ShardHeader, indices: frozenset[int], path: str) -> bool:
-    """Return whether a file belongs to one of the shards, and still exists below the roots of their sources."""
-    return index_of(path, header.count) in indices and is_below([Path(root) for root in header.roots], path)
-
-
 class ShardAnswers:
-    """Answers of shards: what their runs noted, and the entries that they made.
-
-    Args:
-        library: that is merged into. lines: of all shards, in the order of discovery, each with its shard.
-    """
+    """Answers of shards: what their runs noted, in the order of discovery, and the entries that they made."""
 
     def __init__(self, library: disk.Library, lines: Sequence[tuple[ShardLine, ShardRecord]]) -> None:
         self._library = library
@@ -174,8 +165,11 @@ class ShardAnswers:
 
     def outcomes(self, jobs: Sequence[Job]) -> Iterator[tuple[int, Outcome]]:
         """See Answers. Raises OutputError where a shard lacks the entry of an input; nothing is published then."""
-        shards = {shard.root: shard for shard in self._made_in.values()}
-        keys = {root: _keys(shard) for root, shard in shards.items()}
+        keys: dict[Path, dict[str, str]] = {}  # for each shard, of every whole entry that ingest made, by its path
+        for shard in {shard.root: shard for shard in self._made_in.values()}.values():
+            entries = stream_entries(shard, skip_damaged=True, read_only=True)
+            made = (entry for entry in entries if entry.is_whole and entry.producer == Producer.INGEST)
+            keys[shard.root] = {entry.path: entry.cache_key for entry in made}
         folders = [self._folder(job, keys[self._made_in[job.survey.sha256].root]) for job in jobs]
         for number, (job, folder) in enumerate(zip(jobs, folders, strict=True)):
             yield number, self._staged(job, folder)
@@ -212,9 +206,3 @@ class ShardAnswers:
 def _check_identity(folder: Path, found: Identity | None, wanted: Identity) -> None:
     if found != wanted:
         raise OutputError(str(folder), "is not what was made of its input; remove it and run the shard again")
-
-
-def _keys(shard: disk.Library) -> dict[str, str]:
-    """Cache key of every whole entry that ingest made, by its path in the library."""
-    entries = stream_entries(shard, skip_damaged=True, read_only=True)
-    return {entry.path: entry.cache_key for entry in entries if entry.is_whole and entry.producer == Producer.INGEST}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal
@@ -19,10 +19,11 @@ from casa_assets.model.record import Record, Sha256
 from casa_assets.model.source import Source
 from casa_assets.pipeline.cache.cache_key import key_of
 from casa_assets.pipeline.ingest.answers import FAILURE_CODES, Answers, SurveyAnswer
+from casa_assets.pipeline.ingest.inputs import discover_inputs
 from casa_assets.pipeline.ingest.job import Job, Outcome
 from casa_assets.pipeline.ingest.refused_rows import MAX_FILES, OTHER_FILES, RefusedFile, RefusedRows
-from casa_assets.pipeline.ingest.split import HeldThings
-from casa_assets.pipeline.ingest.survey import Survey
+from casa_assets.pipeline.ingest.split import HeldThings, things_held
+from casa_assets.pipeline.ingest.survey import Survey, survey
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.entry_files import file_inside
 from casa_assets.pipeline.library.entry_table import EntryTable
@@ -35,11 +36,7 @@ from casa_assets.pipeline.workers.limits import WorkerFailure
 
 @dataclass(frozen=True)
 class Shard:
-    """One of the parts that the inputs of a run are divided into.
-
-    Attributes:
-        index: 1 to count.
-    """
+    """One of the `count` parts that the inputs of a run are divided into; `index` is 1 to count."""
 
     index: int
     count: int
@@ -63,11 +60,7 @@ class Shard:
 
 
 def index_of(path: str, count: int) -> int:
-    """Index of the shard of a file, 1 to `count`: by the sha256 of its path, so other files do not change it.
-
-    Args:
-        path: as its source calls it.
-    """
+    """Index of the shard of a file, 1 to `count`: by the sha256 of its path, so other files do not change it."""
     return int.from_bytes(hashlib.sha256(path.encode()).digest()[:8], "big") % count + 1
 
 
@@ -185,11 +178,7 @@ class ShardRecord:
 
 
 class Discovery:
-    """The inputs of a shard among all, as they are discovered; its memory is bounded by the shard's own.
-
-    Args:
-        library: of the shard.
-    """
+    """The inputs of a shard among all, as they are discovered; its memory is bounded by the shard's own."""
 
     def __init__(self, library: disk.Library, shard: Shard) -> None:
         self._shard, self._digest = shard, hashlib.sha256()
@@ -227,13 +216,7 @@ class Discovery:
 
 def made_by() -> str:
     """Key of the code that decides which inputs there are and what each is."""
-    return key_of(
-        "casa_assets.pipeline.ingest.inputs:discover_inputs",
-        "casa_assets.pipeline.ingest.survey:survey",
-        "casa_assets.pipeline.ingest.split:things_held",
-        "casa_assets.pipeline.ingest.shards.record:file_of",
-        "casa_assets.pipeline.ingest.shards.record:index_of",
-    )
+    return key_of(discover_inputs, survey, things_held, file_of, index_of)
 
 
 def write_record(library: disk.Library, header: ShardHeader, lines: Iterable[ShardLine] = ()) -> None:
@@ -258,12 +241,9 @@ def read_header(library: disk.Library) -> ShardHeader | None:
 
 
 def read_record(library: disk.Library, categories: Mapping[str, object]) -> ShardRecord:
-    """Return the results of a shard's run.
+    """Return the results of a shard's run; `categories`: all that exist, by id.
 
-    Args:
-        categories: all that exist, by id.
-    Raises:
-        OutputError: the library is no shard, its run has not ended, or the file is damaged.
+    Raises OutputError: the library is no shard, its run has not ended, or the file is damaged.
     """
     path = library.root / NAME
     header = read_header(library)
@@ -273,11 +253,9 @@ def read_record(library: disk.Library, categories: Mapping[str, object]) -> Shar
     if not header.is_complete:
         message = f"the run of shard {header.shard} has not ended; run the same command again, then merge"
         raise OutputError(str(library.root), message)
-    found: list[ShardLine] = []
     with path.open("rb") as lines:
         next(lines)
-        for number, line in enumerate(lines, 2):
-            found.append(_line(path, number, line, categories, header.split))
+        found = [_line(path, number, line, categories, header.split) for number, line in enumerate(lines, 2)]
     if len(found) != header.lines:
         message = f"has {len(found)} of {header.lines} lines; copy it again, or run the shard again"
         raise OutputError(str(path), message)
@@ -339,10 +317,7 @@ def check_is_no_shard(library: disk.Library) -> None:
 class Recorder:
     """Narrows a run to a shard and notes the answers that it gets.
 
-    Args:
-        table: the entries of the shard's library. header: of the run that begins.
-    Raises:
-        OutputError: the library is no shard, or another one, or one of a run with other options.
+    Raises OutputError: the library is no shard, or another one, or one of a run with other options.
     """
 
     def __init__(self, table: EntryTable, header: ShardHeader) -> None:
@@ -362,7 +337,23 @@ class Recorder:
 
     def noting(self, answers: Answers) -> Answers:
         """The same answers, which are noted as they are given."""
-        return _Noting(answers, self._note_things, self._note_survey)
+        self._answers = answers
+        return self
+
+    def things(self, found: Sequence[Found]) -> Mapping[int, HeldThings]:
+        """See Answers."""
+        self._held = self._answers.things(found)
+        return self._held
+
+    def surveys(self, found: Sequence[Found]) -> Iterator[tuple[int, SurveyAnswer]]:
+        """See Answers."""
+        for number, answer in self._answers.surveys(found):
+            self._surveys[number] = _record_of(answer)
+            yield number, answer
+
+    def outcomes(self, jobs: Sequence[Job]) -> Iterator[tuple[int, Outcome]]:
+        """See Answers."""
+        return self._answers.outcomes(jobs)
 
     def end(self) -> None:
         """Write down all that was noted."""
@@ -382,20 +373,6 @@ class Recorder:
             message = f"holds shard {before.shard} of a run with another {names}; give the same, or name another folder"
             raise OutputError(root, message)
 
-    def _note_things(self, held: Mapping[int, HeldThings]) -> None:
-        self._held = held
-
-    def _note_survey(self, number: int, answer: SurveyAnswer) -> None:
-        if isinstance(answer, Survey):
-            said = SurveyRecord(
-                sha256=answer.sha256, category=answer.category, confidence=answer.confidence, reason=answer.reason
-            )
-        elif isinstance(answer, WorkerFailure):
-            said = SurveyRecord(code=FAILURE_CODES[answer.reason], message=answer.text)
-        else:
-            said = SurveyRecord(code=answer.code, message=answer.message)
-        self._surveys[number] = said
-
     def _lines(self) -> Iterator[ShardLine]:
         """A line for each input; the surveys of its things follow one another."""
         begin = 0
@@ -408,26 +385,11 @@ class Recorder:
             begin = end
 
 
-@dataclass(frozen=True)
-class _Noting:
-    """Answers that are also passed to callbacks."""
-
-    answers: Answers
-    note_things: Callable[[Mapping[int, HeldThings]], None]
-    note_survey: Callable[[int, SurveyAnswer], None]
-
-    def things(self, found: Sequence[Found]) -> Mapping[int, HeldThings]:
-        """See Answers."""
-        held = self.answers.things(found)
-        self.note_things(held)
-        return held
-
-    def surveys(self, found: Sequence[Found]) -> Iterator[tuple[int, SurveyAnswer]]:
-        """See Answers."""
-        for number, answer in self.answers.surveys(found):
-            self.note_survey(number, answer)
-            yield number, answer
-
-    def outcomes(self, jobs: Sequence[Job]) -> Iterator[tuple[int, Outcome]]:
-        """See Answers."""
-        return self.answers.outcomes(jobs)
+def _record_of(answer: SurveyAnswer) -> SurveyRecord:
+    if isinstance(answer, WorkerFailure):
+        return SurveyRecord(code=FAILURE_CODES[answer.reason], message=answer.text)
+    if isinstance(answer, Rejected):
+        return SurveyRecord(code=answer.code, message=answer.message)
+    return SurveyRecord(
+        sha256=answer.sha256, category=answer.category, confidence=answer.confidence, reason=answer.reason
+    )

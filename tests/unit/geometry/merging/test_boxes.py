@@ -11,6 +11,8 @@ from casa_assets.geometry.merging.reachable_space import TOLERANCE_M, ReachableS
 from casa_assets.model.asset.parts import Box
 from casa_assets.model.pose import Pose
 
+WITHIN = np.array([[0.2, -0.3, 0.3], [0.3, -0.2, 0.4]])
+
 
 def boxes(*corners: tuple[tuple[float, float, float], tuple[float, float, float]]) -> Floats:
     """(N, 2, 3) corners."""
@@ -34,13 +36,9 @@ def space_of(found: Floats | list[Floats]) -> ReachableSpace:
 
 
 class TestReachableSpace:
-    def test_a_cabinet_is_reached_from_its_front(self) -> None:
-        space = space_of(cabinet(0.0))
-        assert space.takes_room(np.array([0.2, -0.3, 0.3]), np.array([0.3, -0.2, 0.4]))
-
-    def test_behind_its_front_nothing_is_reached(self) -> None:
-        space = space_of(cabinet(0.0, front=True))
-        assert not space.takes_room(np.array([0.2, -0.3, 0.3]), np.array([0.3, -0.2, 0.4]))
+    @pytest.mark.parametrize("front", [False, True])
+    def test_a_cabinet_is_reached_from_its_front_alone(self, front: bool) -> None:
+        assert space_of(cabinet(0.0, front=front)).takes_room(*WITHIN) is not front
 
     def test_a_gap_of_twelve_millimetres_is_closed(self, subtests: pytest.Subtests) -> None:
         for gap, is_open in [(0.010, False), (0.014, True)]:
@@ -53,12 +51,12 @@ class TestReachableSpace:
         walls = cabinet(0.0)
         turned = Pose(position=(0.3, -0.51, 0.4), quaternion=(0.9996, 0.0, 0.0282, 0.0))
         space = ReachableSpace(np.array(walls), points_around(np.array(walls)), [(Box(size=(0.7, 0.1, 0.9)), turned)])
-        assert not space.takes_room(np.array([0.2, -0.3, 0.3]), np.array([0.3, -0.2, 0.4]))
+        assert not space.takes_room(*WITHIN)
 
     def test_where_no_seed_is_free_everything_free_is_reached(self) -> None:
         walls = np.array(cabinet(0.0))
         space = ReachableSpace(walls, np.array([[0.3, -0.25, 0.009]]))
-        assert space.takes_room(np.array([0.2, -0.3, 0.3]), np.array([0.3, -0.2, 0.4]))
+        assert space.takes_room(*WITHIN)
 
 
 class TestCoverBoxes:

@@ -5,16 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from casa_assets.core.numeric import Floats, Ints
+from casa_assets.core.numeric import Floats
 from casa_assets.geometry.solid.primitive import tessellate
 from casa_assets.geometry.solid.revolution import RAYS, WallProfile
 from casa_assets.ingest.collision.collide import collide
-from casa_assets.ingest.collision.convex_decomposition import Budget
 from casa_assets.ingest.collision.fit import CollideParams
 from casa_assets.ingest.collision.rings import slab_costs
 from casa_assets.ingest.draft import Draft
-from casa_assets.model.asset.parts import Box, Cylinder, Mesh
+from casa_assets.model.asset.parts import Box, Mesh
 from tests.raw_models import category, draft, turned
+from tests.solids import never
 
 pytestmark = pytest.mark.content("code", "ingest.collision", keep=0)
 
@@ -31,10 +31,6 @@ FLARED = [
     (0.026, 0.008),
     (0.0, 0.008),
 ][::-1]
-
-
-def never(method: str, points: Floats, faces: Ints, budget: Budget) -> list[Floats]:
-    raise AssertionError(f"{method} was not needed")
 
 
 def confidence(state: Draft) -> float:
@@ -78,13 +74,6 @@ def test_a_thin_bowl_stays_within_the_bound_and_on_its_ground() -> None:
     assert len(out.colliders) <= 32
     low = min(float(tessellate(p.shape, p.pose)[0][:, 2].min()) for p in out.colliders)
     assert low > -1e-6
-
-
-def test_a_can_with_a_deep_lid_and_a_narrow_neck_is_one_cylinder() -> None:
-    profile = [(0.0, 0.112), (0.025, 0.112), (0.027, 0.122), (0.033, 0.108), (0.033, 0.006), (0.026, 0.0), (0.0, 0.008)]
-    [placed] = collide(draft(turned(profile, 64)), category("can"), PARAMS, never).colliders
-    assert isinstance(placed.shape, Cylinder)
-    assert placed.shape.radius == pytest.approx(0.033, rel=5e-3)
 
 
 def test_a_carton_that_bulges_is_one_box_between_its_bulges_and_its_edges() -> None:

@@ -8,20 +8,12 @@ import numpy as np
 import pytest
 
 from casa_assets.core.numeric import Floats, Ints
-from casa_assets.geometry.mesh.topology import weld
 from casa_assets.geometry.solid.solids import hull_volume
 from casa_assets.ingest.collision.convex_decomposition import Budget, DecompositionFailed, decompose
-from casa_assets.model.asset.parts import Mesh
-from tests.meshes import box_mesh
-from tests.raw_models import MUG, joined, moved, turned
+from tests.raw_models import MUG, joined, turned
+from tests.solids import box, welded
 
 pytestmark = pytest.mark.content("code", "ingest.collision", keep=0)
-
-
-def welded(mesh: Mesh) -> tuple[Floats, Ints]:
-    points, place = weld(mesh.vertices)
-    return points, place[mesh.faces]
-
 
 CUP = welded(turned(MUG, 8))
 BUDGET = Budget(hulls=8, hull_vertices=32, threshold=0.2)
@@ -47,34 +39,21 @@ def test_hulls_move_and_grow_with_the_mesh() -> None:
     assert volumes[1] == pytest.approx(volumes[0] * 1e6, rel=0.02)
 
 
-def test_a_child_out_of_time_says_so() -> None:
-    draw = np.random.default_rng(0)
-    boxes = [box_mesh((0.05, 0.4, 0.6), tuple(o), shared=True) for o in draw.random((300, 3)).tolist()]
-    hard = welded(joined(*(moved(b) for b in boxes)))
-    with pytest.raises(DecompositionFailed, match="vhacd ended with -"):
-        decompose("vhacd", *hard, Budget(hulls=64, cpu_s=1))
+BOXES = [box((0.05, 0.4, 0.6), (x, y, z)) for x, y, z in np.random.default_rng(0).random((300, 3)).tolist()]
+NOT_FINITE = [np.concatenate([CUP[0][:3], [[0.0, bad, 0.0]], CUP[0][4:]]) for bad in (np.nan, np.inf, -np.inf)]
 
 
-def test_a_child_out_of_memory_says_so() -> None:
-    with pytest.raises(DecompositionFailed, match="coacd ended with"):
-        decompose("coacd", *CUP, Budget(hulls=8, memory_bytes=1_000_000))
-
-
-def test_a_method_that_does_not_exist() -> None:
-    with pytest.raises(DecompositionFailed, match="KeyError"):
-        decompose("magic", *CUP, BUDGET)
-
-
-def test_numbers_that_are_none_are_not_tried(subtests: pytest.Subtests) -> None:
-    for bad in [np.nan, np.inf, -np.inf]:
-        with subtests.test(bad=bad):
-            points = CUP[0].copy()
-            points[3, 1] = bad
-            with pytest.raises(DecompositionFailed, match="not tried"):
-                decompose("coacd", points, CUP[1], BUDGET)
-
-
-def test_no_extent_and_no_faces_are_not_tried() -> None:
-    for points, faces in ((np.zeros((4, 3)), np.array([[0, 1, 2]])), (CUP[0], np.empty((0, 3), dtype=np.int64))):
-        with pytest.raises(DecompositionFailed, match="not tried"):
-            decompose("vhacd", points, faces, BUDGET)
+@pytest.mark.parametrize(
+    ("method", "mesh", "budget", "said"),
+    [
+        pytest.param("vhacd", welded(joined(*BOXES)), Budget(hulls=64, cpu_s=1), "vhacd ended with -", id="time"),
+        pytest.param("coacd", CUP, Budget(hulls=8, memory_bytes=1_000_000), "coacd ended with", id="memory"),
+        pytest.param("magic", CUP, BUDGET, "KeyError", id="no such method"),
+        *(pytest.param("coacd", (p, CUP[1]), BUDGET, "not tried", id="no number") for p in NOT_FINITE),
+        pytest.param("vhacd", (np.zeros((4, 3)), np.array([[0, 1, 2]])), BUDGET, "not tried", id="no extent"),
+        pytest.param("vhacd", (CUP[0], np.empty((0, 3), dtype=np.int64)), BUDGET, "not tried", id="no faces"),
+    ],
+)
+def test_what_goes_wrong(method: str, mesh: tuple[Floats, Ints], budget: Budget, said: str) -> None:
+    with pytest.raises(DecompositionFailed, match=said):
+        decompose(method, *mesh, budget)

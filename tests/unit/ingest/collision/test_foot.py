@@ -7,11 +7,12 @@ import pytest
 
 from casa_assets.core.numeric import Floats
 from casa_assets.geometry.solid.primitive import shape_bounds
-from casa_assets.geometry.solid.solids import Solid, convex_hull, solid_of
+from casa_assets.geometry.solid.solids import Solid, convex_hull
 from casa_assets.ingest.collision.fit import FOOT_M, on_flat_foot
 from casa_assets.ingest.draft import PlacedShape
 from casa_assets.model.asset.parts import Box, Hull, Mesh
 from casa_assets.model.pose import Pose
+from tests.solids import solid
 
 
 def hull(points: Floats) -> PlacedShape:
@@ -26,19 +27,17 @@ def prism(sides: int, radius: float, height: float, x: float = 0.0) -> Floats:
     return np.concatenate([np.column_stack([ring, np.full(sides, z)]) for z in (0.0, height)])
 
 
-def solid(*shapes: PlacedShape) -> Solid:
+def around(*shapes: PlacedShape) -> Solid:
     found = Solid()
     for shape in shapes:
         assert isinstance(shape.shape, Hull)
-        part = solid_of(shape.shape.mesh.vertices, shape.shape.mesh.faces)
-        assert part is not None
-        found += part
+        found += solid(shape.shape.mesh)
     return found
 
 
 def test_a_hull_on_a_flat_foot_stands_on_a_box_within_its_outline() -> None:
     can = hull(prism(24, 0.05, 0.1))
-    raised, box = on_flat_foot([can], solid(can))
+    raised, box = on_flat_foot([can], around(can))
     assert isinstance(box.shape, Box)
     low, high = shape_bounds(box.shape, box.pose)
     assert low[2] == pytest.approx(0.0)
@@ -60,16 +59,12 @@ def test_a_turned_foot_gets_a_turned_box() -> None:
     assert sorted(box.shape.size) == pytest.approx([FOOT_M, 0.04, 0.2], rel=1e-3)
 
 
-def test_a_flat_thing_gets_a_thinner_box() -> None:
-    [_, box] = on_flat_foot([hull(prism(24, 0.1, 0.01))], None)
+def test_a_flat_thing_off_the_origin_gets_a_thinner_box_there() -> None:
+    shape = hull(prism(24, 0.1, 0.01)).replace(pose=Pose(position=(1.0, 2.0, 3.0)))
+    _, box = on_flat_foot([shape], None)
     assert isinstance(box.shape, Box)
     assert box.shape.size[2] == pytest.approx(0.0003)
-
-
-def test_what_lies_off_the_origin_gets_its_box_there() -> None:
-    shape = hull(prism(24, 0.05, 0.1)).replace(pose=Pose(position=(1.0, 2.0, 3.0)))
-    _, box = on_flat_foot([shape], None)
-    assert box.pose.position == pytest.approx((1.0, 2.0, 3.0 + FOOT_M / 2), abs=1e-6)
+    assert box.pose.position == pytest.approx((1.0, 2.0, 3.00015), abs=1e-6)
 
 
 def test_what_has_no_flat_foot_stays_as_it_is(subtests: pytest.Subtests) -> None:
@@ -83,5 +78,5 @@ def test_what_has_no_flat_foot_stays_as_it_is(subtests: pytest.Subtests) -> None
         [PlacedShape(shape=Box(size=(0.1, 0.1, 0.1)))],
     ]:
         with subtests.test(shapes=shapes):
-            around = None if isinstance(shapes[0].shape, Box) else solid(*shapes)
-            assert on_flat_foot(shapes, around) == tuple(shapes)
+            whole = None if isinstance(shapes[0].shape, Box) else around(*shapes)
+            assert on_flat_foot(shapes, whole) == tuple(shapes)

@@ -11,11 +11,10 @@ from casa_assets.ingest.collision.collide import collide
 from casa_assets.ingest.collision.convex_decomposition import Budget, DecompositionFailed
 from casa_assets.ingest.collision.fit import CollideParams
 from casa_assets.ingest.collision.solid_proxy import without_windows
-from casa_assets.ingest.draft import Draft
 from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.issue import REVIEW_CODE
-from tests.meshes import box_mesh
 from tests.raw_models import category, draft, joined, turned
+from tests.solids import box
 
 pytestmark = pytest.mark.content("code", "ingest.collision", keep=0)
 
@@ -28,29 +27,23 @@ def no_answer(method: str, points: Floats, faces: Ints, budget: Budget) -> list[
     raise DecompositionFailed(f"{method} is not there")
 
 
-def to_review(state: Draft) -> list[str]:
-    return [note.message for note in state.notes if note.code == REVIEW_CODE]
-
-
 def bars(count: int, side: float, thick: float) -> Mesh:
     """Upright bars in a square grid."""
     places = np.linspace(-side / 2, side / 2, count)
-    return joined(
-        *(box_mesh((thick, thick, side), (float(x), float(y), side / 2), True) for x in places for y in places)
-    )
+    return joined(*(box((thick, thick, side), (float(x), float(y), side / 2)) for x in places for y in places))
 
 
 def grating(count: int, side: float, thick: float) -> Mesh:
     """Bars that cross in the plane of the floor."""
     places = [float(v) for v in np.linspace(-side / 2, side / 2, count)]
-    along = [box_mesh((side, thick, thick), (0.0, v, 0.0), True) for v in places]
-    return joined(*along, *(box_mesh((thick, side, thick), (v, 0.0, 0.0), True) for v in places))
+    along = [box((side, thick, thick), (0.0, v, 0.0)) for v in places]
+    return joined(*along, *(box((thick, side, thick), (v, 0.0, 0.0)) for v in places))
 
 
 def test_a_vase_without_a_bottom_stays_open() -> None:
     ring = turned([*TUBE, TUBE[0]], 32)
     out = collide(draft(ring), category("object"), PARAMS, no_answer)
-    assert not to_review(out)
+    assert not [n.message for n in out.notes if n.code == REVIEW_CODE]
     middle = np.array([0.0, 0.0, 0.1])
     boxes = [shape_bounds(p.shape, p.pose) for p in out.colliders]
     assert not any((low < middle).all() and (middle < high).all() for low, high in boxes)
@@ -58,7 +51,7 @@ def test_a_vase_without_a_bottom_stays_open() -> None:
 
 def test_a_forest_of_bars_is_for_review() -> None:
     out = collide(draft(bars(7, 0.3, 0.004)), category("object"), PARAMS, no_answer)
-    [message] = to_review(out)
+    [message] = [n.message for n in out.notes if n.code == REVIEW_CODE]
     assert "no 32 shapes keep its open rooms" in message
 
 
@@ -72,5 +65,5 @@ def test_windows_that_no_finger_passes_are_closed() -> None:
 
 
 def test_what_has_no_windows_gets_no_walls() -> None:
-    for mesh in (box_mesh((0.3, 0.2, 0.1), (0.0, 0.0, 0.05), True), grating(3, 0.3, 0.008)):
+    for mesh in (box((0.3, 0.2, 0.1), (0.0, 0.0, 0.05)), grating(3, 0.3, 0.008)):
         assert without_windows(mesh.vertices, mesh.faces) is None

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from casa_assets import registry
-from casa_assets.geometry.mesh.topology import weld
 from casa_assets.geometry.solid.solids import closed_solid
 from casa_assets.ingest.mass.estimates import SIZE_LAWS, CombinedMass, apparent_substance, combine_unknown, form_of
 from casa_assets.model.asset.material import Material
@@ -15,6 +14,7 @@ from casa_assets.model.registry.category import MatterFill
 from casa_assets.model.source import RawPart
 from tests.meshes import box_mesh
 from tests.raw_models import MUG, flipped, joined, moved, turned
+from tests.solids import welded
 
 CUP = turned(MUG, 48)
 BLOCK = box_mesh((0.2, 0.1, 0.1), (0, 0, 0.05), shared=True)
@@ -26,16 +26,14 @@ def part(mesh: Mesh, name: str, **look: float) -> RawPart:
 
 
 def weighed(mesh: Mesh, *parts: RawPart) -> CombinedMass:
-    points, place = weld(mesh.vertices)
-    faces = place[mesh.faces]
+    points, faces = welded(mesh)
     return combine_unknown(points, faces, closed_solid(points, faces), parts or (part(mesh, "look"),))
 
 
 def test_the_form_tells_vessels_solids_and_shells(subtests: pytest.Subtests) -> None:
     for mesh, form in [(CUP, MatterFill.VESSEL), (BLOCK, MatterFill.SOLID), (SHELL, MatterFill.HOLLOW)]:
         with subtests.test(mesh=mesh, form=form):
-            points, place = weld(mesh.vertices)
-            assert form_of(points, place[mesh.faces], closed_solid(points, place[mesh.faces])) is form
+            assert form_of(*welded(mesh), closed_solid(*welded(mesh))) is form
 
 
 @pytest.mark.parametrize("build", list(SIZE_LAWS))

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from casa_assets.geometry.mesh.surface import backward_share
-from casa_assets.geometry.mesh.topology import edge_counts, weld
+from casa_assets.geometry.mesh.topology import edge_counts
 from casa_assets.ingest.clean import clean
 from casa_assets.ingest.collision.solid_proxy import SurfaceKind
 from casa_assets.ingest.draft import Draft
@@ -19,6 +19,7 @@ from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.source import RawModel, RawPart
 from tests.meshes import box_mesh, lathe, texture
 from tests.raw_models import MUG, category, codes, flipped, joined, moved, raw, turned, volume
+from tests.solids import welded as points_and_faces
 
 pytestmark = pytest.mark.content("code", "ingest.repair", keep=0)
 
@@ -32,8 +33,8 @@ def sphere(steps: int = 24) -> Mesh:
 
 
 def welded(mesh: Mesh) -> Mesh:
-    points, place = weld(mesh.vertices)
-    return Mesh(vertices=points, faces=place[mesh.faces])
+    points, faces = points_and_faces(mesh)
+    return Mesh(vertices=points, faces=faces)
 
 
 def open_edges(draft: Draft) -> int:
@@ -44,13 +45,18 @@ def without(mesh: Mesh, *rows: int) -> Mesh:
     return mesh.replace(faces=np.delete(mesh.faces, rows, axis=0))
 
 
+def bottomless(mesh: Mesh) -> Mesh:
+    """Without the faces that lie lowest."""
+    mids = mesh.vertices[mesh.faces].mean(axis=1)
+    return mesh.replace(faces=mesh.faces[mids[:, 2] > mids[:, 2].min() + 1e-6])
+
+
 def of(draft: Draft) -> str:
     return next(g.value for g in draft.guesses if g.subject == "solidity")
 
 
 def measured(mesh: Mesh) -> Solidity:
-    points, place = weld(mesh.vertices)
-    return solidity(points, place[mesh.faces])
+    return solidity(*points_and_faces(mesh))
 
 
 class TestSoundMeshesStay:
@@ -89,8 +95,7 @@ class TestCracks:
         soup = Mesh(vertices=ball.vertices[ball.faces.ravel()], faces=np.arange(3 * len(ball.faces)).reshape(-1, 3))
         noise = np.random.default_rng(0).uniform(-shift / 2, shift / 2, soup.vertices.shape)
         cracked = soup.with_vertices(soup.vertices + noise)
-        before = int((edge_counts(weld(cracked.vertices)[1][cracked.faces])[1] == 1).sum())
-        assert before > 600
+        assert (edge_counts(points_and_faces(cracked)[1])[1] == 1).sum() > 600
         draft = clean(raw(cracked))
         assert open_edges(draft) == 0
         assert codes(draft.notes) == ["MSH040"]
@@ -149,8 +154,7 @@ class TestHoles:
         assert open_edges(draft) == 64
 
     def test_a_missing_side_of_a_full_thing_is_closed_and_that_of_another_stays(self) -> None:
-        mids = BOX.vertices[BOX.faces].mean(axis=1)
-        torn = BOX.replace(faces=BOX.faces[mids[:, 2] > mids[:, 2].min() + 1e-6])
+        torn = bottomless(BOX)
         assert open_edges(clean(raw(torn))) == 4
         assert open_edges(clean(raw(torn), category("crate"))) == 4
         draft = clean(raw(torn), category("cereal"))
@@ -161,19 +165,15 @@ class TestHoles:
     def test_new_faces_have_normals_of_their_own_where_those_of_the_rim_look_elsewhere(self) -> None:
         split = box_mesh((1.0, 0.6, 0.3), (0.2, 0.0, 5.0))
         assert split.normals is not None
-        mids = split.vertices[split.faces].mean(axis=1)
-        torn = split.replace(faces=split.faces[mids[:, 2] > mids[:, 2].min() + 1e-6])
-        mesh = clean(raw(torn), category("cereal")).parts[0].mesh
+        mesh = clean(raw(bottomless(split)), category("cereal")).parts[0].mesh
         assert volume(welded(mesh)) == pytest.approx(volume(BOX))
         assert mesh.normals is not None
         assert backward_share(mesh.vertices, mesh.faces, mesh.normals, 0.5) == 0
         assert np.isin(split.normals, mesh.normals).all()
 
     def test_a_rim_with_something_on_both_sides_stays(self) -> None:
-        mids = BOX.vertices[BOX.faces].mean(axis=1)
-        torn = BOX.replace(faces=BOX.faces[mids[:, 2] > mids[:, 2].min() + 1e-6])
         foot = moved(BOX, (0.0, 0.0, -0.5), scale=1.0)
-        assert "MSH026" not in codes(clean(raw(torn, foot), category("cereal")).notes)
+        assert "MSH026" not in codes(clean(raw(bottomless(BOX), foot), category("cereal")).notes)
 
     def test_over_a_border_of_materials_stays_one_surface(self) -> None:
         ball = welded(sphere(256))
@@ -249,19 +249,17 @@ class TestExtras:
 
 
 class TestHidden:
-    def test_what_is_sealed_up_goes_and_rooms_are_remarked_on(self) -> None:
-        inner = moved(BOX, (0.1, 0.0, 2.5), 0.5)
+    @pytest.mark.parametrize(
+        "inner",
+        [
+            moved(BOX, (0.1, 0.0, 2.5), 0.5),
+            Mesh(vertices=[[0, 0, 5.0], [0.3, 0, 5.0], [0.3, 0.1, 5.05]], faces=[[0, 1, 2]]),
+        ],
+        ids=["box", "scrap"],
+    )
+    def test_what_is_sealed_up_goes(self, inner: Mesh) -> None:
         draft = clean(raw(BOX, inner))
         assert [p.name for p in draft.parts] == ["part_0"]
-        assert draft.parts[0].mesh == BOX
-        assert codes(draft.notes) == ["MSH042"]
-        draft = clean(raw(BOX, flipped(inner)))
-        assert len(draft.parts) == 2
-        assert codes(draft.notes) == ["MSH043"]
-
-    def test_scraps_within_go(self) -> None:
-        scrap = Mesh(vertices=[[0, 0, 5.0], [0.3, 0, 5.0], [0.3, 0.1, 5.05]], faces=[[0, 1, 2]])
-        draft = clean(raw(BOX, scrap))
         assert draft.parts[0].mesh == BOX
         assert codes(draft.notes) == ["MSH042"]
 
@@ -284,10 +282,6 @@ class TestHidden:
             format="glb",
         )
         assert len(clean(model).parts) == 2
-
-    def test_what_stands_in_an_open_vessel_stays(self) -> None:
-        fruit = moved(BOX, (-0.004, 0.0, -0.05), 0.02)
-        assert len(clean(raw(turned(MUG), fruit)).parts) == 2
 
 
 class TestWinding:
@@ -359,43 +353,32 @@ class TestSolidity:
         assert of(clean(raw(shell), category("mug"))) == "walled"
 
     def test_is_in_the_report(self) -> None:
-        draft = clean(raw(turned(MUG)))
-        assert of(draft) == "walled"
-        message = next(g.reason for g in draft.guesses if g.subject == "solidity")
-        assert "of its hull" in message
-        assert "is seen" in message
+        [said] = [g for g in clean(raw(turned(MUG))).guesses if g.subject == "solidity"]
+        assert said.value == "walled"
+        assert "of its hull" in said.reason
+        assert "is seen" in said.reason
 
 
 class TestTees:
-    def test_a_corner_on_the_middle_of_an_edge(self) -> None:
-        """A box, one side of which is cut in two at a corner that its neighbour does not have."""
+    @pytest.mark.parametrize("is_stitched", [False, True])
+    def test_a_corner_on_the_middle_of_an_edge(self, is_stitched: bool) -> None:
+        """A box, one side of which is cut in two at a corner that its neighbour does not have.
+
+        What held the edges together may have been a face without area.
+        """
         box = box_mesh((0.2, 0.2, 0.2), (0.0, 0.0, 0.0), shared=True)
-        face = box.faces[0]
-        middle = box.vertices[face[:2]].mean(axis=0)
-        two = [(face[0], 8, face[2]), (8, face[1], face[2])]
-        mesh = Mesh(
-            vertices=np.vstack([box.vertices, middle]),
-            faces=np.vstack([box.faces[1:], np.array(two)]),
-            uv=np.vstack([box.vertices, middle])[:, :2],
-        )
-        assert int((edge_counts(mesh.faces.astype(np.int64))[1] == 1).sum()) == 3
+        a, b, c = box.faces[0]
+        points = np.vstack([box.vertices, box.vertices[[a, b]].mean(axis=0)])
+        sliver = [(a, b, 8)] * is_stitched
+        mesh = Mesh(vertices=points, faces=[*box.faces[1:], (a, 8, c), (8, b, c), *sliver], uv=points[:, :2])
+        assert (edge_counts(mesh.faces.astype(np.int64))[1] == 1).sum() == (0 if is_stitched else 3)
         draft = clean(raw(mesh))
-        assert codes(draft.notes) == ["MSH044"]
+        assert codes(draft.notes) == ["MSH010"] * is_stitched + ["MSH044"]
         assert open_edges(draft) == 0
         out = draft.parts[0].mesh
         assert volume(out) == pytest.approx(0.008)
         assert out.uv is not None
         assert np.allclose(out.uv, out.vertices[:, :2])
-
-    def test_a_sliver_that_stitches_may_go(self) -> None:
-        """What held edges together was a face without area."""
-        box = box_mesh((0.2, 0.2, 0.2), (0.0, 0.0, 0.0), shared=True)
-        face = box.faces[0]
-        points = np.vstack([box.vertices, box.vertices[face[:2]].mean(axis=0)])
-        rest = [(face[0], 8, face[2]), (8, face[1], face[2]), (face[0], face[1], 8)]
-        draft = clean(raw(Mesh(vertices=points, faces=np.vstack([box.faces[1:], np.array(rest)]))))
-        assert codes(draft.notes) == ["MSH010", "MSH044"]
-        assert open_edges(draft) == 0
 
     def test_an_edge_that_is_met_in_part_stays(self) -> None:
         bowl = turned([(0.0, 0.0), (0.05, 0.0), (0.08, 0.06)], 8)
@@ -429,12 +412,13 @@ class TestFins:
             with subtests.test(fin=fin):
                 draft = clean(raw(finned_box(*fin)))
                 assert codes(draft.notes) == ["MSH046"]
-                mesh = draft.parts[0].mesh
-                assert (mesh.vertices.tobytes(), mesh.faces.tobytes()) == (BOX.vertices.tobytes(), BOX.faces.tobytes())
+                assert draft.parts[0].mesh == BOX
 
     def test_a_strap_of_more_faces_stays(self) -> None:
         mesh = finned_box([0, 1, 8], [8, 1, 9], [8, 9, 10])
-        assert len(clean(raw(mesh)).parts[0].mesh.faces) == 15
+        draft = clean(raw(mesh))
+        assert len(draft.parts[0].mesh.faces) == 15
+        assert codes(draft.notes) == ["MSH022", "MSH023"]
 
     def test_a_face_on_a_surface_that_is_open_stays(self) -> None:
         mesh = without(finned_box([0, 1, 8]), 5, 6)
