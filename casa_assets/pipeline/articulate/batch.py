@@ -24,12 +24,13 @@ from casa_assets.pipeline.articulate import run
 from casa_assets.pipeline.articulate.build import ArticulateRequest, with_override
 from casa_assets.pipeline.articulate.run import ArticulateOutcome, EntryKey, entry_key, kept_outcome, publish_refusal
 from casa_assets.pipeline.cache.store import Store
-from casa_assets.pipeline.ingest.answers import FAILURE_CODES, SurveyTable
+from casa_assets.pipeline.ingest.answers import FAILURE_CODES, SurveyTable, warm_workers
 from casa_assets.pipeline.ingest.inputs import UnreadableInputs, discover_inputs, write_if_changed
 from casa_assets.pipeline.ingest.job import RunAborted, writing
 from casa_assets.pipeline.ingest.refused_rows import RefusedRows, is_below
 from casa_assets.pipeline.ingest.run import DUPLICATE_CODE, inputs_with_mesh
 from casa_assets.pipeline.ingest.survey import Survey
+from casa_assets.pipeline.ingest.survey import warm as warm_survey
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library import review
 from casa_assets.pipeline.library.entry_table import EntryTable
@@ -114,7 +115,7 @@ def _run(
         )
     due: list[_Job] = []
     bounds = Limits(limits["input_seconds"], int(limits["input_memory_bytes"]))
-    with open_engine(jobs, bounds, "casa_assets.pipeline.ingest.survey:warm", library.private) as pool:
+    with open_engine(jobs, bounds, warm_survey, library.private) as pool:
         answers = dict(SurveyTable(library.cache, "", limits).survey(found, pool))
         for step in _known_or_due(library, found, answers, unreadable, request_for):
             if isinstance(step, _Job):
@@ -122,7 +123,7 @@ def _run(
             else:
                 yield replace(step, total=total)
         if due:
-            pool.prepare("casa_assets.pipeline.ingest.worker:warm")
+            pool.prepare(warm_workers)
             for outcome in _worked_on(due, pool, working):
                 yield replace(outcome, total=total)
     unreadable.prune(library)
@@ -195,7 +196,7 @@ def _worked_on(
         working(tuple(busy.values()))
 
     requests = [job.request for job in due]
-    for number, answer in pool.run("casa_assets.pipeline.articulate.run:articulate_one", requests, begin):
+    for number, answer in pool.run(run.articulate_one, requests, begin):
         busy.pop(number, None)
         job = due[number]
         if isinstance(answer, RunAborted):

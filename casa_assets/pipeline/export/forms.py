@@ -24,7 +24,7 @@ from casa_assets.pipeline.cache.code_index import PACKAGE
 from casa_assets.pipeline.ingest.job import writing
 from casa_assets.pipeline.kitchens.kept import remembered_kitchen_key
 from casa_assets.pipeline.kitchens.recipe import SceneRecipe, recipes_named
-from casa_assets.pipeline.kitchens.resolve import WARM, kitchen_key
+from casa_assets.pipeline.kitchens.resolve import kitchen_key, warm
 from casa_assets.pipeline.kitchens.scene_folders import WORKER_BYTES
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.reports import attribution
@@ -341,7 +341,7 @@ def export_in_parallel(
         CasaError: the disk, the renderer or the memory of this machine does not suffice.
     """
     work = partial(export_one, export=export, kind=kind, root=root, cache=cache_for(root))
-    for number, answer in run_batch(work, recipes, root, jobs, WARM, WORKER_BYTES):
+    for number, answer in run_batch(work, recipes, root, jobs, warm, WORKER_BYTES):
         if isinstance(answer, WorkerFailure):
             answer = kind(recipes[number].scene_id, message=answer.text, is_fault=True)
         yield answer

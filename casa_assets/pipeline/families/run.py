@@ -323,7 +323,7 @@ def build_all(
             else:
                 yield kept
         build = partial(build_one, library=library, drawn=drawn)
-        for number, answer in run_batch(build, due, library, jobs, f"{__name__}:warm", WORKER_BYTES):
+        for number, answer in run_batch(build, due, library, jobs, warm, WORKER_BYTES):
             if isinstance(answer, WorkerFailure):
                 yield FamilyResult(due[number], message=answer.text, is_fault=True)
             else:

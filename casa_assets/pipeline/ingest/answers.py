@@ -179,18 +179,40 @@ class WorkerAnswers:
 
     def outcomes(self, jobs: Sequence[Job]) -> Iterator[tuple[int, Outcome]]:
         """See Answers. Raises CasaError where this machine cannot draw."""
-        from casa_assets.pipeline.ingest import worker  # loads renderer and validator: half a second
-
-        self.pool.prepare(worker.warm)
-        for _, answer in self.pool.run(worker.check_renderer, [None]):
+        self.pool.prepare(warm_workers)
+        for _, answer in self.pool.run(check_renderer, [None]):
             _outcome(answer)
 
         def started(place: int) -> None:
             if self.show_work is not None:
                 self.show_work(jobs[place].found.source.place)
 
-        for place, answer in self.pool.run(worker.work, jobs, started):
+        for place, answer in self.pool.run(work_on, jobs, started):
             yield place, _outcome(answer)
+
+
+# What workers call. The module behind it loads renderer and validator, half a second and 100 MB that only they need.
+
+
+def warm_workers() -> None:
+    """See `worker.warm`."""
+    from casa_assets.pipeline.ingest import worker
+
+    worker.warm()
+
+
+def check_renderer(_: None) -> RunAborted | None:
+    """See `worker.check_renderer`."""
+    from casa_assets.pipeline.ingest import worker
+
+    return worker.check_renderer(None)
+
+
+def work_on(job: Job) -> Outcome | RunAborted:
+    """See `worker.work`."""
+    from casa_assets.pipeline.ingest import worker
+
+    return worker.work(job)
 
 
 def _outcome(answer: object) -> Outcome:

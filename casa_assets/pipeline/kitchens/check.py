@@ -248,7 +248,7 @@ def check_all(
 ) -> Iterator[SceneResult]:
     """Yield checked scenes as `run_recipes` does; see `check_one`."""
     work = partial(check_one, out=out, force=force, drawn=drawn, in_3d=in_3d, at_eye_level=at_eye_level)
-    return run_recipes(work, recipes, out, jobs, f"{__name__}:warm")
+    return run_recipes(work, recipes, out, jobs, warm)
 
 
 def warm() -> None:

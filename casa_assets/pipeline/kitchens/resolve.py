@@ -218,7 +218,6 @@ MAX_FINISH_DRAWS = 50  # of finishes, after which those that were drawn last are
 LENGTHS_PER_MIX = 5  # of these draws, before a mixed kitchen is mixed anew
 # Field of an appliance's numbers, and what its form is called there, where a cabinet front hangs on it.
 LOOK, PANEL = "look", "panel"
-WARM = f"{__name__}:warm"  # for pools of workers that build scenes
 
 
 def warm() -> None:

@@ -42,7 +42,7 @@ from casa_assets.pipeline.process_name import replace_file
 from casa_assets.pipeline.textures.recipes import every_recipe
 from casa_assets.pipeline.workers.batch import attempt, run_batch
 from casa_assets.pipeline.workers.limits import StepClock, WorkerFailure
-from casa_assets.pipeline.workers.pool import Workers
+from casa_assets.pipeline.workers.pool import Step, Workers
 from casa_assets.preview import kitchen as room
 from casa_assets.preview import pictures
 from casa_assets.preview.photoreal.views import EYE, eye_view
@@ -279,14 +279,14 @@ def run_recipes(
     recipes: Sequence[SceneRecipe],
     out: Path,
     jobs: Workers,
-    warm: str = f"{__name__}:warm",
+    warm: Step = warm,
     goes_on: bool = False,
 ) -> Iterator[SceneResult]:
     """Run `work` on each recipe in `jobs` processes (0: one per core); yields results as they are done.
 
     Args:
         out: folder of the scenes, made where it is missing.
-        warm: `module:name` of a function that loads what every worker needs.
+        warm: loads what every worker needs.
         goes_on: a scene for which the memory does not suffice fails by itself, and the others are made.
     Raises:
         OutputError: the folder is held by another run or cannot be written.

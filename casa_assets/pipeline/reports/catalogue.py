@@ -22,7 +22,7 @@ from casa_assets.export.gltf import EVERYTHING, asset_glb
 from casa_assets.model.registry.category import NumberBasis, SizeRange
 from casa_assets.model.registry.rows import Surface
 from casa_assets.pipeline.families.object_sheets import draw_members
-from casa_assets.pipeline.families.run import WORKER_BYTES, FamilyRequest, build_asset, params_of
+from casa_assets.pipeline.families.run import WORKER_BYTES, FamilyRequest, build_asset, params_of, warm
 from casa_assets.pipeline.library.library import write_files
 from casa_assets.pipeline.reports.page_template import render_template
 from casa_assets.pipeline.textures.check import shots
@@ -35,7 +35,6 @@ from casa_assets.preview.studio import View
 from casa_assets.registry.families import family, family_names
 from casa_assets.registry.objects import object_family, object_files, object_names
 
-WARM = "casa_assets.pipeline.families.run:warm"
 PAGE, FAMILIES, OBJECTS, TEXTURES, MODELS = "index.html", "families", "objects", "textures", "models"
 PICTURE_PX, OBJECT_PX, SWATCH_PX = 320, 144, 160
 OBJECT_MEMBERS = 6  # of each category of objects that are drawn
@@ -116,7 +115,7 @@ def make(
     work = partial(_draw, out=out, viewer=f"{MODELS}/{put_viewer(out / MODELS)}" if in_3d else "")
     drawn: dict[int, MemberPictures | DrawnCategory] = {}
     faults: dict[str, str] = {}
-    for number, answer in run_batch(work, requests, out, jobs, WARM, WORKER_BYTES):
+    for number, answer in run_batch(work, requests, out, jobs, warm, WORKER_BYTES):
         title = title_of(requests[number])
         if isinstance(answer, WorkerFailure):
             faults[title] = answer.text

@@ -113,7 +113,7 @@ def check_recipes(selected: Sequence[TextureRecipe], cache: Path, jobs: int = DE
     answers: dict[int, CheckedTexture | WorkerFailure] = {}
     due = 0
     check = partial(check_one, cache=cache)
-    for number, answer in run_batch(check, selected, cache, jobs, f"{__name__}:warm", WORKER_BYTES):
+    for number, answer in run_batch(check, selected, cache, jobs, warm, WORKER_BYTES):
         answers[number] = answer
         while due in answers:
             checked = answers[due]

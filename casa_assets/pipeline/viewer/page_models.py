@@ -71,7 +71,7 @@ def write_models(root: Path, target: Path, jobs: int = 0) -> Iterator[tuple[int,
     yield done, len(folders)
     faults: dict[str, str] = {}
     work = partial(_write_model, folder=folder)
-    for number, answer in run_batch(work, missing, folder, jobs, f"{__name__}:warm", WORKER_BYTES):
+    for number, answer in run_batch(work, missing, folder, jobs, warm, WORKER_BYTES):
         if isinstance(answer, WorkerFailure):
             faults[missing[number].name] = answer.text
         done += 1

@@ -19,7 +19,7 @@ from casa_assets.errors import CasaError, OutputError, PluginFailure
 from casa_assets.pipeline.ingest.job import RunAborted, keep_trace, writing
 from casa_assets.pipeline.library.library import Library
 from casa_assets.pipeline.workers.limits import Limits, WorkerFailure
-from casa_assets.pipeline.workers.pool import Workers, open_engine
+from casa_assets.pipeline.workers.pool import Step, Workers, open_engine
 from casa_assets.preview.renderer import NoRenderer
 
 LOG = logging.getLogger(__name__)
@@ -37,7 +37,7 @@ def run_batch(
     jobs: Sequence[J],
     root: Path,
     workers: Workers,
-    warm: str,
+    warm: Step,
     least_bytes: int,
     goes_on: bool = False,
 ) -> Iterator[tuple[int, T | WorkerFailure]]:
@@ -58,9 +58,7 @@ def run_batch(
         LOG.warning(message, cache_dir(), why, cache_for(root))
     limits = Limits(CPU_S, int(registry.load().limits["input_memory_bytes"]))
     with open_engine(workers, limits, warm, Library(root).private, least_bytes) as pool:
-        for number, answer in pool.run(
-            "casa_assets.pipeline.workers.batch:work", [(function, job, root) for job in jobs]
-        ):
+        for number, answer in pool.run(work, [(function, job, root) for job in jobs]):
             if isinstance(answer, RunAborted):
                 raise CasaError(answer.message)
             if not goes_on and isinstance(answer, WorkerFailure) and answer.reason in ("memory", "killed"):
