@@ -17,7 +17,8 @@ from casa_assets.checks.runtime.contract import (
     site_faults,
     variables,
 )
-from casa_assets.families.family import AvailableFinishes, Family, Params, Supplies
+from casa_assets.families.family import AvailableFinishes, Params, Supplies
+from casa_assets.families.kit.assemble import Family
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.provenance import Labels
@@ -76,7 +77,7 @@ def available(surfaces: Sequence[str] = WOODS) -> AvailableFinishes:
 
 def drawn(name: str, seed: int, surfaces: Sequence[str] = WOODS) -> Params:
     """The numbers of a seeded draw."""
-    params: Params = family(name).sample(np.random.default_rng(seed), available(surfaces))
+    params: Params = family(name).draw(np.random.default_rng(seed), available(surfaces))
     return params
 
 

@@ -34,7 +34,7 @@ NAMES = re.compile("([a-z0-9]+_)*((left|right)?doorhinge|slidejoint)")
 
 def drawn(family: str, seed: int) -> tuple[Params, Asset]:
     found = BY_NAME[family]
-    params = found.sample(np.random.default_rng(seed), available(MANY))
+    params = found.draw(np.random.default_rng(seed), available(MANY))
     return params, found.build(params, supplies(found, params))
 
 

@@ -131,7 +131,7 @@ def test_draws_are_built_and_the_same_draw_is_the_same_thing(family: str) -> Non
     found = BY_NAME[family]
     longest = known().limits["max_extent_m"]
     for seed in range(8):
-        one, two = (found.sample(np.random.default_rng(seed), available(MANY)) for _ in range(2))
+        one, two = (found.draw(np.random.default_rng(seed), available(MANY)) for _ in range(2))
         assert one == two
         asset = made(family, one)
         assert np.ptp(asset.bounds, axis=0).max() <= longest

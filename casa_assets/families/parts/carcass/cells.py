@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Annotated, Self
+from typing import Self
 
 from pydantic import Field, model_validator
 
@@ -237,29 +237,22 @@ class NicheNeighbour(StrEnum):
 
 
 class Housing(Params):
-    """Parameters of a cabinet with a niche; lengths in metres.
+    """Parameters of a cabinet with a niche."""
 
-    Attributes:
-        width, depth, height: outside, with fronts and plinth. plinth: its height; 0 where it hangs.
-        niche_from: height of the niche's floor above the cabinet's foot; where it is 0 the niche has no floor.
-        niche: clear height of the niche.
-        under, over: what fills the rest.
-        hinge: side of single doors. left_end, right_end: sides that are finished like the fronts.
-        look: front, handle, finishes.
-    """
-
-    width: Annotated[float, Field(ge=0.45, le=1.3)] = 0.6
-    depth: Annotated[float, Field(ge=0.3, le=0.95)] = 0.6
-    height: Annotated[float, Field(ge=0.5, le=2.7)] = 2.26
-    plinth: Annotated[float, Field(ge=0.0, le=0.2)] = 0.1
-    niche_from: Annotated[float, Field(ge=0.0, le=1.8)] = 0.7
-    niche: Annotated[float, Field(ge=0.3, le=2.1)] = 0.6
-    under: NicheNeighbour = NicheNeighbour.DRAWERS
-    over: NicheNeighbour = NicheNeighbour.DOORS
-    hinge: HingeSide = HingeSide.LEFT
-    left_end: bool = True
-    right_end: bool = True
-    look: CabinetLook = CabinetLook()
+    width: float = Field(0.6, ge=0.45, le=1.3, description="outside, m")
+    depth: float = Field(0.6, ge=0.3, le=0.95, description="outside, with fronts, m")
+    height: float = Field(2.26, ge=0.5, le=2.7, description="outside, with the plinth, m")
+    plinth: float = Field(0.1, ge=0.0, le=0.2, description="height of the plinth, m; 0 where it hangs")
+    niche_from: float = Field(
+        0.7, ge=0.0, le=1.8, description="height of the niche's floor above the cabinet's foot, m; at 0 it has no floor"
+    )
+    niche: float = Field(0.6, ge=0.3, le=2.1, description="clear height of the niche, m")
+    under: NicheNeighbour = Field(NicheNeighbour.DRAWERS, description="filling below the niche")
+    over: NicheNeighbour = Field(NicheNeighbour.DOORS, description="filling above the niche")
+    hinge: HingeSide = Field(HingeSide.LEFT, description="side of single doors")
+    left_end: bool = Field(True, description="the left side is finished like the fronts")
+    right_end: bool = Field(True, description="the right side is finished like the fronts")
+    look: CabinetLook = Field(CabinetLook(), description="fronts, handles and finishes")
 
     @model_validator(mode="after")
     def _fits(self) -> Self:

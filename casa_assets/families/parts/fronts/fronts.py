@@ -6,7 +6,6 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from typing import Annotated
 
 import numpy as np
 from pydantic import Field
@@ -460,21 +459,15 @@ def _grooved(part: FrontPart, w: float, h: float, t: float, edge: FrontEdge) -> 
 
 
 class CabinetLook(Params):
-    """Front, handle and finishes of a cabinet.
+    """Front, handle and finishes of a cabinet."""
 
-    Attributes:
-        front: kind of door and drawer front. handle: kind of handle. length: of bars and straps, metres.
-        face: finish of fronts and of what is seen of the sides. inside: of carcass and shelves. tray: of drawer boxes.
-        metal: of handles.
-    """
-
-    front: FrontKind = FrontKind.SHAKER
-    handle: HandleKind = HandleKind.BAR
-    length: Annotated[float, Field(ge=0.06, le=1.2)] = 0.16
-    face: FinishId = "painted_white"
-    inside: FinishId = "melamine_white"
-    tray: FinishId = "beech_plain"
-    metal: FinishId = "stainless_brushed"
+    front: FrontKind = Field(FrontKind.SHAKER, description="kind of door and drawer front")
+    handle: HandleKind = Field(HandleKind.BAR, description="kind of handle")
+    length: float = Field(0.16, ge=0.06, le=1.2, description="of bars and straps, m")
+    face: FinishId = Field("painted_white", description="finish of fronts and of what is seen of the sides")
+    inside: FinishId = Field("melamine_white", description="finish of carcass and shelves")
+    tray: FinishId = Field("beech_plain", description="finish of drawer boxes")
+    metal: FinishId = Field("stainless_brushed", description="finish of handles")
 
 
 # Glazing --------------------------------------------------------------------------------------------------------------

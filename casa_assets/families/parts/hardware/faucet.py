@@ -8,6 +8,7 @@ from enum import StrEnum
 from itertools import pairwise
 
 import numpy as np
+from pydantic import Field
 
 from casa_assets.core import hand_dynamics
 from casa_assets.core.hand_dynamics import TAP_START_N
@@ -41,17 +42,12 @@ class SpoutForm(StrEnum):
 
 
 class Faucet(Params):
-    """Parameters of a faucet; lengths in metres.
+    """Parameters of a faucet."""
 
-    Attributes:
-        form: of the spout. reach: from the swivel to where the water falls. height: of the highest point.
-        finish: of the metal.
-    """
-
-    form: SpoutForm = SpoutForm.GOOSENECK
-    reach: float = 0.21
-    height: float = 0.36
-    finish: FinishId = "chrome"
+    form: SpoutForm = Field(SpoutForm.GOOSENECK, description="of the spout")
+    reach: float = Field(0.21, description="from the swivel to where the water falls, m")
+    height: float = Field(0.36, description="of the highest point, m")
+    finish: FinishId = Field("chrome", description="finish of the metal")
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from itertools import pairwise
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
 from pydantic import Field
@@ -369,20 +369,15 @@ DOOR_EDGE_GAP = 0.003  # metres that a door stays away from what is above or bel
 
 
 class Refrigerator(Params):
-    """Parameters of every refrigerator. Metres.
+    """Parameters of every refrigerator."""
 
-    Attributes:
-        width, depth, height: outside, with doors but without pulls. foot: height of its base.
-        shelves: panes in the fridge. bins: in each door of the fridge. look: form, finishes and pulls.
-    """
-
-    width: float
-    depth: float
-    height: float
-    foot: Annotated[float, Field(ge=0.04, le=0.12)] = 0.06
-    shelves: Annotated[int, Field(ge=1, le=4)] = 3
-    bins: Annotated[int, Field(ge=1, le=4)] = 3
-    look: ApplianceLook = ApplianceLook()
+    width: float = Field(description="outside, m")
+    depth: float = Field(description="outside, with doors, without pulls, m")
+    height: float = Field(description="outside, m")
+    foot: float = Field(0.06, ge=0.04, le=0.12, description="height of the base, m")
+    shelves: int = Field(3, ge=1, le=4, description="panes in the fridge")
+    bins: int = Field(3, ge=1, le=4, description="in each door of the fridge")
+    look: ApplianceLook = Field(ApplianceLook(), description="form, finishes and pulls")
 
 
 def draw_size(
