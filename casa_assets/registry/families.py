@@ -168,7 +168,7 @@ def _kind(row: Mapping[str, Any], definitions: Mapping[str, Any]) -> str:
     if row["type"] == "array":
         items = row.get("prefixItems") or [row["items"]]
         return f"list of {' and '.join(dict.fromkeys(_kind(item, definitions) for item in items))}"
-    return {"integer": "whole number", "boolean": "true | false", "object": "record"}.get(row["type"], row["type"])
+    return {"integer": "whole number", "boolean": "true | false", "object": "record"}.get(row["type"], str(row["type"]))
 
 
 def read_family(model: Family[Any], document: Document) -> Family[Any]:

@@ -234,6 +234,19 @@ class AssetBuilder:
                 owner, solid if solid.shapes else solid.with_hull_collider(), chosen.substance.id, label, collider_name
             )
 
+    def draw(
+        self,
+        link: str,
+        solid: Solid,
+        finish: str,
+        label: str | None = None,
+        name: str | None = None,
+        grain: Vec3 = (0.0, 0.0, 1.0),
+        density: float | str | None = None,
+    ) -> None:
+        """Add a solid without colliders, with its mass; arguments as in `add`."""
+        self.add(link, solid, finish, label, name, grain, collider=False, density=density)
+
     def add_collider(
         self, link: str, solid: Solid, finish: str, label: str | None = None, name: str | None = None
     ) -> None:

@@ -18,17 +18,7 @@ from casa_assets.families.parts.hardware.handles import Handle, collider_box, gr
 # Pulls of large appliances: stouter than those of cabinets, along x on the plane y = 0, standing out to -y.
 
 
-class AppliancePull(StrEnum):
-    """Kind of handle of a large appliance."""
-
-    TUBE = "tube"
-    PRO = "pro"
-    BLADE = "blade"
-    BOW = "bow"
-    BOXED = "boxed"
-    LEDGE = "ledge"
-    LATCH = "latch"
-
+AppliancePull = StrEnum("AppliancePull", "TUBE PRO BLADE BOW BOXED LEDGE LATCH")
 
 LATCH_LENGTH = 0.2  # metres; a latch has one length and lies across
 
@@ -135,7 +125,6 @@ _MAKERS = {
 }
 
 # Look -----------------------------------------------------------------------------------------------------------------
-# Style of large appliances: form and finish of the fronts, the pull, and the base below the doors.
 
 
 class ApplianceFront(StrEnum):
@@ -148,16 +137,11 @@ class ApplianceFront(StrEnum):
     GLASS = "glass"  # a pane in a frame of metal
 
 
-class ApplianceKick(StrEnum):
-    """Base below the doors."""
-
-    GRILLE = "grille"
-    PLINTH = "plinth"
-    FEET = "feet"
+ApplianceKick = StrEnum("ApplianceKick", "GRILLE PLINTH FEET")
 
 
 class ApplianceLook(Params):
-    """Front form, pull and finishes of a large appliance."""
+    """Style of large appliances: form and finish of the fronts, the pull, and the base below the doors."""
 
     form: ApplianceFront = Field(ApplianceFront.FLAT, description="of the front")
     pull: AppliancePull = Field(AppliancePull.TUBE, description="kind of pull")

@@ -46,16 +46,8 @@ CHANNEL_REVEAL, CHANNEL_HEIGHT = 0.028, 0.062
 CHANNEL_SHEET = 0.0025
 
 
-class CabinetCellKind(StrEnum):
-    """Content of a cell."""
-
-    DOOR = "door"
-    DOORS = "doors"
-    DRAWER = "drawer"
-    FALSE = "false"
-    OPEN = "open"
-    NICHE = "niche"
-    VOID = "void"
+# Content of a cell.
+CabinetCellKind = StrEnum("CabinetCellKind", "DOOR DOORS DRAWER FALSE OPEN NICHE VOID")
 
 
 @dataclass(frozen=True)
@@ -165,7 +157,7 @@ def _channel(builder: AssetBuilder, c: Carcass, top: float, bottom: float) -> No
     web = board((c.left, y1, bottom), (c.right, y1 + CHANNEL_SHEET, top), 0.0004)
     flange = board((c.left, y0, bottom), (c.right, y1 - 1e-4, bottom + CHANNEL_SHEET), 0.0004)
     for solid, collider in ((web, True), (flange, False)):
-        builder.add(ROOT, solid, c.look.metal, label="channel", grain=ACROSS, density="metal_rod", collider=collider)
+        builder.add(ROOT, solid, c.look.metal, "channel", grain=ACROSS, density="metal_rod", collider=collider)
 
 
 def _doors(builder: AssetBuilder, c: Carcass, cell: CabinetCell, front: Vec2) -> None:
@@ -217,27 +209,18 @@ def _false_front(builder: AssetBuilder, c: Carcass, cell: CabinetCell, front: Ve
     upper = top - CHANNEL_HEIGHT - 0.004 if _grooved(c, cell) else front_z1 - 0.01
     for x in (c.left, c.right - 0.03):
         block = board((x, FRONT_THICKNESS, front_z0 + 0.01), (x + 0.03, c.front + 0.03, upper), 0.0)
-        builder.add(ROOT, block, c.look.inside, label="carcass", collider=False, density="board")
+        builder.draw(ROOT, block, c.look.inside, "carcass", density="board")
 
 
 # Housing --------------------------------------------------------------------------------------------------------------
-# Tall and hanging cabinets round a niche for an appliance.
 
 MIN_CELL_HEIGHT = 0.14  # metres, anything over or under a niche
 
-
-class NicheNeighbour(StrEnum):
-    """Cell over or under a niche."""
-
-    DOOR = "door"
-    DOORS = "doors"
-    DRAWER = "drawer"
-    DRAWERS = "drawers"
-    OPEN = "open"
+NicheNeighbour = StrEnum("NicheNeighbour", "DOOR DOORS DRAWER DRAWERS OPEN")
 
 
 class Housing(Params):
-    """Parameters of a cabinet with a niche."""
+    """Tall and hanging cabinets round a niche for an appliance."""
 
     width: float = Field(0.6, ge=0.45, le=1.3, description="outside, m")
     depth: float = Field(0.6, ge=0.3, le=0.95, description="outside, with fronts, m")
@@ -289,7 +272,7 @@ def build_housing(builder: AssetBuilder, p: Housing, panelled: bool = False) -> 
     if on_floor:
         # What stands in the niche stands on a thin board, which keeps drips off the floor of the room.
         floor = board((body.left, body.front, 0.0), (body.right, p.depth, body.floor), 0.001)
-        builder.add(ROOT, floor, look.inside, label="floor", density="board")
+        builder.add(ROOT, floor, look.inside, "floor", density="board")
     cells.append(CabinetCell(CabinetCellKind.NICHE, p.niche, name="int"))
     cells += _cells(p.over, p.height - top, p.hinge, HandleHeight.LOW, "upper_", look)
     build_column(builder, body, tuple(cells))

@@ -19,15 +19,8 @@ from casa_assets.model.record import Vec3
 # Upright or hanging kitchen tools: the end of their handle at the origin, the working end up z.
 
 
-class CrockTool(StrEnum):
-    """Kind of tool."""
-
-    SPOON = "spoon"
-    SPATULA = "spatula"
-    FORK = "fork"
-    TURNER = "turner"
-    LADLE = "ladle"
-    WHISK = "whisk"
+# Kind of tool.
+CrockTool = StrEnum("CrockTool", "SPOON SPATULA FORK TURNER LADLE WHISK")
 
 
 def crock_tool(kind: CrockTool, size: float) -> list[Solid]:
@@ -92,17 +85,8 @@ NECK_RADIUS = 0.0032
 SHEET_THICKNESS = 0.0016
 
 
-class HungTool(StrEnum):
-    """Kind of tool."""
-
-    LADLE = "ladle"
-    TURNER = "turner"
-    WHISK = "whisk"
-    SPOON = "spoon"
-    SKIMMER = "skimmer"
-    MASHER = "masher"
-    FORK = "fork"
-    SCRAPER = "scraper"
+# Kind of tool.
+HungTool = StrEnum("HungTool", "LADLE TURNER WHISK SPOON SKIMMER MASHER FORK SCRAPER")
 
 
 class ToolHandle(StrEnum):

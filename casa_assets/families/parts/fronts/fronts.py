@@ -204,32 +204,14 @@ FRONT_EDGE_RADIUS = 0.0012
 GROOVE_LIP = 0.007  # metres, thickness of the lip in front of a finger groove
 GROOVE_DEPTH = 0.03  # metres that a finger groove reaches in from the edge
 
-
-class FrontKind(StrEnum):
-    """Construction of a front."""
-
-    SLAB = "slab"
-    SHAKER = "shaker"
-    SLIM_SHAKER = "slim_shaker"
-    RAISED = "raised"
-    ARCHED = "arched"
-    BEADBOARD = "beadboard"
-    V_GROOVE = "v_groove"
-    FLUTED = "fluted"
-    LOUVRED = "louvred"
-    GLASS_CLEAR = "glass_clear"
-    GLASS_FROSTED = "glass_frosted"
-    GLASS_DIVIDED = "glass_divided"
+FrontKind = StrEnum(
+    "FrontKind",
+    "SLAB SHAKER SLIM_SHAKER RAISED ARCHED BEADBOARD V_GROOVE FLUTED LOUVRED GLASS_CLEAR GLASS_FROSTED GLASS_DIVIDED",
+)
 
 
-class FrontEdge(StrEnum):
-    """An edge of a front, seen from before it."""
-
-    TOP = "top"
-    BOTTOM = "bottom"
-    LEFT = "left"
-    RIGHT = "right"
-
+# An edge of a front, seen from before it.
+FrontEdge = StrEnum("FrontEdge", "TOP BOTTOM LEFT RIGHT")
 
 GLAZED_KINDS = (FrontKind.GLASS_CLEAR, FrontKind.GLASS_FROSTED, FrontKind.GLASS_DIVIDED)
 # What a drawer has where the doors beside it are made so.
@@ -330,9 +312,9 @@ def add_front(
     for part in parts:
         solid = part.solid.translated(*at)
         if part.pane:
-            builder.add(link, solid, glass, label="glass", collider=False, density="glass")
+            builder.draw(link, solid, glass, "glass", density="glass")
         else:
-            builder.add(link, solid, finish, label, name, part.grain, collider=False, density="board")
+            builder.draw(link, solid, finish, label, name, part.grain, density="board")
     lower, upper = [0.0, 0.0, 0.0], list(size)
     if groove in (FrontEdge.TOP, FrontEdge.RIGHT):
         upper[2 if groove is FrontEdge.TOP else 0] -= GROOVE_DEPTH
@@ -455,11 +437,10 @@ def _grooved(part: FrontPart, w: float, h: float, t: float, edge: FrontEdge) -> 
 
 
 # Look -----------------------------------------------------------------------------------------------------------------
-# Style that all cabinets of a kitchen share: front, handle and finishes.
 
 
 class CabinetLook(Params):
-    """Front, handle and finishes of a cabinet."""
+    """Style that all cabinets of a kitchen share: front, handle and finishes."""
 
     front: FrontKind = Field(FrontKind.SHAKER, description="kind of door and drawer front")
     handle: HandleKind = Field(HandleKind.BAR, description="kind of handle")
@@ -500,28 +481,26 @@ def add_sash(
     e = 0.002
     sides = [board((0, 0, 0), (stile, d, h), e), board((w - stile, 0, 0), (w, d, h), e)]
     for solid in sides:
-        builder.add(link, solid.translated(*at), finish, label=label, collider=False)
+        builder.draw(link, solid.translated(*at), finish, label)
     for z in (0.0, h - stile):
         rail = board((stile - 5e-4, 2e-4, z), (w - stile + 5e-4, d - 2e-4, z + stile), e)
-        builder.add(link, rail.translated(*at), finish, label=label, collider=False, grain=(1.0, 0.0, 0.0))
+        builder.draw(link, rail.translated(*at), finish, label, grain=(1.0, 0.0, 0.0))
     pane = board(
         (stile - 0.004, d / 2 - GLASS_THICKNESS / 2, stile - 0.004),
         (w - stile + 0.004, d / 2 + GLASS_THICKNESS / 2, h - stile + 0.004),
         0.0,
     )
-    builder.add(link, pane.translated(*at), glass, label="glass", collider=False)
+    builder.draw(link, pane.translated(*at), glass, "glass")
     columns, rows = grid
     y0, y1 = d / 2 - 0.011, d / 2 + 0.011
     for k in range(1, columns):
         x = stile + (w - 2 * stile) * k / columns
         bar = board((x - SASH_BAR_WIDTH / 2, y0, stile - 5e-4), (x + SASH_BAR_WIDTH / 2, y1, h - stile + 5e-4), e)
-        builder.add(link, bar.translated(*at), finish, label=label, collider=False)
+        builder.draw(link, bar.translated(*at), finish, label)
     for k in range(1, rows):
         z = stile + (h - 2 * stile) * k / rows
         bar = board(
-            (stile - 5e-4, y0 + 4e-4, z - SASH_BAR_WIDTH / 2),
-            (w - stile + 5e-4, y1 - 4e-4, z + SASH_BAR_WIDTH / 2),
-            e,
+            (stile - 5e-4, y0 + 4e-4, z - SASH_BAR_WIDTH / 2), (w - stile + 5e-4, y1 - 4e-4, z + SASH_BAR_WIDTH / 2), e
         )
-        builder.add(link, bar.translated(*at), finish, label=label, collider=False, grain=(1.0, 0.0, 0.0))
+        builder.draw(link, bar.translated(*at), finish, label, grain=(1.0, 0.0, 0.0))
     builder.add_collider(link, board((0, 0, 0), (w, d, h), 0.0).translated(*at), finish, label, name)

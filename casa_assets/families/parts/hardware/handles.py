@@ -143,21 +143,7 @@ def _spread(half: float, count: int) -> list[float]:
 LEATHER = "leather_tan"  # finish of leather straps
 EDGE_REACH = 0.024  # metres that an edge pull stands out before the face
 
-
-class HandleKind(StrEnum):
-    """Kind of handle."""
-
-    BAR = "bar"
-    BOXED = "boxed"
-    BOW = "bow"
-    CUP = "cup"
-    KNOB = "knob"
-    RING = "ring"
-    STRAP = "strap"
-    TEE = "tee"
-    LEATHER = "leather"
-    EDGE_PULL = "edge_pull"
-    FINGER_GROOVE = "finger_groove"
+HandleKind = StrEnum("HandleKind", "BAR BOXED BOW CUP KNOB RING STRAP TEE LEATHER EDGE_PULL FINGER_GROOVE")
 
 
 # Handles that are one with an edge of the front; `fronts.doors` and `fronts.drawers` put them there.
@@ -216,9 +202,9 @@ def handle(kind: HandleKind, length: float) -> Handle:
 def add_handle(builder: AssetBuilder, link: str, pull: Handle, metal: str, name: str, label: str = "handle") -> None:
     """Put a handle on a link; its grip's collider is called `name`, its mesh `<name>_visual`."""
     for solid in pull.metal:
-        builder.add(link, solid, metal, label=label, name=name, collider=False, density="handle_casting")
+        builder.draw(link, solid, metal, label, name=name, density="handle_casting")
     for solid in pull.leather:
-        builder.add(link, solid, LEATHER, label=label, name=f"{name}_hide", collider=False, density="leather")
+        builder.draw(link, solid, LEATHER, label, name=f"{name}_hide", density="leather")
     builder.add_collider(link, pull.metal[0].with_shapes(*pull.shapes), metal, label, name)
 
 
