@@ -319,13 +319,8 @@ def _gas(builder: AssetBuilder, s: BurnerSpot, top: float) -> None:
         slit = box(
             (0.0025, 0.0012, 0.006), (s.x + 0.925 * r * math.cos(t), s.y + 0.925 * r * math.sin(t), top + 0.0165), 0.0
         )
-        builder.draw(
-            ROOT,
-            slit.rotated("z", t + math.pi / 2, (s.x + 0.925 * r * math.cos(t), s.y + 0.925 * r * math.sin(t), 0)),
-            "rubber_black",
-            "burner",
-            density=0.0,
-        )
+        burner = slit.rotated("z", t + math.pi / 2, (s.x + 0.925 * r * math.cos(t), s.y + 0.925 * r * math.sin(t), 0))
+        builder.draw(ROOT, burner, "rubber_black", "burner", density=0.0)
 
 
 def _moved(solid: Solid, s: BurnerSpot) -> Solid:

@@ -321,9 +321,8 @@ def add_brew_group(builder: AssetBuilder, at: Vec3, ceiling: float, metal: str, 
     ring = rod(0.041, 0.01, 0.002).translated(x, y, z + 0.0392)
     builder.draw(ROOT, ring, metal, "portafilter", density="brewing_casting")
     basket = lathe([(0.02, z + 0.016), (0.034, z + 0.0215), (0.0352, z + 0.034)], 28).translated(x, y)
-    builder.add(
-        ROOT, basket.with_box_collider(), metal, "portafilter", collider="portafilter_basket", density="brewing_casting"
-    )
+    portafilter = basket.with_box_collider()
+    builder.add(ROOT, portafilter, metal, "portafilter", collider="portafilter_basket", density="brewing_casting")
     for s in (-1, 1):
         spout = tube([(x, y, z + 0.014), (x + s * 0.012, y, z + 0.011), (x + s * 0.012, y, z)], 0.0048, 0.006)
         builder.draw(ROOT, spout, metal, "portafilter")

@@ -245,9 +245,8 @@ def _lever(builder: AssetBuilder, link: str, p: Faucet, name: str) -> None:
         builder.add(link, parts[0], p.finish, "handle", density="tap_body")
         builder.add(link, parts[1], "ceramic_white", "handle", name=name)
     elif p.form is SpoutForm.SQUARE:
-        builder.add(
-            link, box((0.011, 0.02, 0.085), (0.0, 0.0, 0.052), 0.0015), p.finish, "handle", name, density="tap_body"
-        )
+        handle = box((0.011, 0.02, 0.085), (0.0, 0.0, 0.052), 0.0015)
+        builder.add(link, handle, p.finish, "handle", name, density="tap_body")
     else:
         blade = tube([(0.0, 0.0, 0.01), (0.0, 0.0, 0.098)], rectangle(0.011, 0.016, 0.0045, 4), up=(0.0, 1.0, 0.0))
         builder.add(link, blade.with_box_collider(), p.finish, "handle", name, density="tap_body")

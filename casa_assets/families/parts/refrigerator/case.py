@@ -110,12 +110,8 @@ def add_base(builder: AssetBuilder, width: float, depth: float, base_height: flo
     if look.kick is ApplianceKick.FEET:
         for x in (0.075, width - 0.075):
             for y in (0.07, depth - 0.07):
-                builder.add(
-                    ROOT,
-                    rod(0.02, base_height - 1e-3, 0.002).translated(x, y, base_height / 2 + 3e-4),
-                    look.metal,
-                    "foot",
-                )
+                foot = rod(0.02, base_height - 1e-3, 0.002).translated(x, y, base_height / 2 + 3e-4)
+                builder.add(ROOT, foot, look.metal, "foot")
                 pad = rod(0.026, 0.01, 0.002).translated(x, y, 0.0053)
                 builder.draw(ROOT, pad, "rubber_black", "foot")
         return
