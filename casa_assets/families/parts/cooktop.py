@@ -95,7 +95,13 @@ def add_grates(
             builder.draw(ROOT, _bar(span, pan_z, BAR_HEIGHT), finish, "grate")
         for x in (frame[0].x[0] + inset + BAR_WIDTH / 2, frame[0].x[1] - inset - BAR_WIDTH / 2):
             for y in (frame[0].y[0] + inset + 0.02, frame[-1].y[1] - inset - 0.02):
-                _foot(builder, x, y, top, pan_z, finish)
+                # A leg on a pad of rubber.
+                under = pan_z - BAR_HEIGHT
+                pad = 0.0025
+                leg = box((BAR_WIDTH, 0.018, under - top - pad + 0.002), (x, y, (under + top + pad + 0.002) / 2), 0.002)
+                builder.draw(ROOT, leg, finish, "grate")
+                tip = box((BAR_WIDTH - 0.001, 0.014, pad), (x, y, top + 0.0003 + pad / 2), 0.0005)
+                builder.draw(ROOT, tip, "rubber_black", "grate")
     rows = sorted({round(c.spot.y, 4) for c in places})
     for cell in places:
         for finger in _fingers(cell, inset, rows):
@@ -162,16 +168,6 @@ def _fingers(cell: BurnerCell, inset: float, rows: Sequence[float]) -> Iterator[
 def _bar(span: _Span, top: float, height: float) -> Solid:
     (x0, x1), (y0, y1) = span.x, span.y
     return box((x1 - x0, y1 - y0, height), ((x0 + x1) / 2, (y0 + y1) / 2, top - height / 2), 0.002)
-
-
-def _foot(builder: AssetBuilder, x: float, y: float, top: float, pan_z: float, finish: str) -> None:
-    """A leg on a pad of rubber."""
-    under = pan_z - BAR_HEIGHT
-    pad = 0.0025
-    leg = box((BAR_WIDTH, 0.018, under - top - pad + 0.002), (x, y, (under + top + pad + 0.002) / 2), 0.002)
-    builder.draw(ROOT, leg, finish, "grate")
-    tip = box((BAR_WIDTH - 0.001, 0.014, pad), (x, y, top + 0.0003 + pad / 2), 0.0005)
-    builder.draw(ROOT, tip, "rubber_black", "grate")
 
 
 def _ring(builder: AssetBuilder, cell: BurnerCell, top: float, pan_z: float, finish: str) -> None:

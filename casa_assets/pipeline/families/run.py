@@ -250,7 +250,13 @@ def _build_one(request: FamilyRequest, library: disk.Library, checked: bool, dra
     size = sum(p.stat().st_size for p in staged.rglob("*") if p.is_file())
     target = library.folder(member_family.name, asset.id)
     if report.passed:
-        made_by = _made_by(member_family, params, drawn)
+        # Producer, cache key and versions for the certificate of a member.
+        owner = _plugin(member_family.name, member_family.form)
+        if owner is None:
+            versions = versions_of({"family": _modules(member_family.name, member_family.form), **WRITING})
+        else:
+            versions = {**versions_of(WRITING), f"plugin:{owner.plugin.name}": owner.version}
+        made_by = disk.MadeBy(Producer.FAMILY, _entry_key(member_family, params, drawn), versions)
         disk.write_certificate(staged, asset, certificate(asset, report, staged, made_by))
         library.publish(staged, target)
     return FamilyResult(
@@ -265,16 +271,6 @@ def _build_one(request: FamilyRequest, library: disk.Library, checked: bool, dra
         cpu_s=time.process_time() - cpu_before,
         size_bytes=size,
     )
-
-
-def _made_by(member_family: Family[Any], params: Params, drawn: bool) -> disk.MadeBy:
-    """Producer, cache key and versions for the certificate of a member."""
-    owner = _plugin(member_family.name, member_family.form)
-    if owner is None:
-        versions = versions_of({"family": _modules(member_family.name, member_family.form), **WRITING})
-    else:
-        versions = {**versions_of(WRITING), f"plugin:{owner.plugin.name}": owner.version}
-    return disk.MadeBy(Producer.FAMILY, _entry_key(member_family, params, drawn), versions)
 
 
 def _entry_key(member_family: Family[Any], params: Params, drawn: bool) -> str:

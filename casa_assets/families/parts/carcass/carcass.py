@@ -131,11 +131,21 @@ def finished_faces(left: bool, right: bool, *others: str) -> tuple[str, ...]:
 
 def build_carcass(builder: AssetBuilder, c: Carcass) -> None:
     """Add the boards of a carcass to the root link."""
-    _sides(builder, c)
+    z0 = (0.0 if c.open_bottom else c.plinth) + (FACING_THICKNESS if "bottom" in c.finished_faces else 0.0)
+    z1 = c.height - (FACING_THICKNESS if "top" in c.finished_faces else 0.0)
+    for name, x0, x1, outer in (("left", c.x, c.left, False), ("right", c.right, c.x + c.width, True)):
+        layered(builder, c, (x0, c.front, z0), (x1, c.depth, z1), 0, outer, name in c.finished_faces)
     _levels(builder, c)
     _back(builder, c)
     if c.plinth > 0 and c.has_plinth and not c.open_bottom:
-        _plinth(builder, c)
+        # A recessed board in front, and the strips that carry the sides.
+        y = c.front + PLINTH_SETBACK
+        x0, x1 = c.x + 0.001, c.x + c.width - 0.001
+        kick = board((x0, y, 0.0), (x1, y + 0.016, c.plinth), 0.001)
+        builder.add(ROOT, kick, c.look.face, "toe_kick", grain=ACROSS, density="board")
+        for x in (x0, x1 - 0.016):
+            strip = board((x, y + 0.016, 0.0), (x + 0.016, c.depth - 0.001, c.plinth), 0.001)
+            _put(builder, strip, c.look.face, "toe_kick", ALONG)
 
 
 def _put(builder: AssetBuilder, solid: Solid, finish: str, label: str, grain: Vec3) -> None:
@@ -172,13 +182,6 @@ def _corner(values: list[float]) -> Vec3:
     return values[0], values[1], values[2]
 
 
-def _sides(builder: AssetBuilder, c: Carcass) -> None:
-    z0 = (0.0 if c.open_bottom else c.plinth) + (FACING_THICKNESS if "bottom" in c.finished_faces else 0.0)
-    z1 = c.height - (FACING_THICKNESS if "top" in c.finished_faces else 0.0)
-    for name, x0, x1, outer in (("left", c.x, c.left, False), ("right", c.right, c.x + c.width, True)):
-        layered(builder, c, (x0, c.front, z0), (x1, c.depth, z1), 0, outer, name in c.finished_faces)
-
-
 def _levels(builder: AssetBuilder, c: Carcass) -> None:
     """Add bottom and top, or the rails that replace a top."""
     x0, x1, y1 = c.left, c.right, c.back
@@ -211,17 +214,6 @@ def _back(builder: AssetBuilder, c: Carcass) -> None:
         layered(builder, c, lower, upper, 1, True, True)
         return
     _put(builder, board(lower, upper, 0.0), c.look.inside, "carcass", UPRIGHT)
-
-
-def _plinth(builder: AssetBuilder, c: Carcass) -> None:
-    """A recessed board in front, and the strips that carry the sides."""
-    y = c.front + PLINTH_SETBACK
-    x0, x1 = c.x + 0.001, c.x + c.width - 0.001
-    kick = board((x0, y, 0.0), (x1, y + 0.016, c.plinth), 0.001)
-    builder.add(ROOT, kick, c.look.face, "toe_kick", grain=ACROSS, density="board")
-    for x in (x0, x1 - 0.016):
-        strip = board((x, y + 0.016, 0.0), (x + 0.016, c.depth - 0.001, c.plinth), 0.001)
-        _put(builder, strip, c.look.face, "toe_kick", ALONG)
 
 
 def add_shelves(builder: AssetBuilder, c: Carcass, bottom: float, top: float, count: int, first: int) -> int:

@@ -81,7 +81,9 @@ def build_column(builder: AssetBuilder, c: Carcass, cells: tuple[CabinetCell, ..
     for k, cell in enumerate(cells):
         top = z + cell.height
         span = _clear_span(builder, c, cells, k, z, top)
-        front = _front_span(c, cell, z, top, last=k == len(cells) - 1)
+        # Lower and upper edge of a cell's front, metres.
+        upper = CHANNEL_REVEAL if _grooved(c, cell) else FRONT_GAP if (k == len(cells) - 1) else FRONT_GAP / 2
+        front = z + (FRONT_GAP / 2 if z > c.plinth else 0.0), top - upper
         if cell.kind in (CabinetCellKind.DOOR, CabinetCellKind.DOORS):
             _doors(builder, c, cell, front)
             count = shelves_for(span[1] - span[0]) if cell.shelves is None else cell.shelves
@@ -113,12 +115,6 @@ def _grooved(c: Carcass, cell: CabinetCell) -> bool:
     by_top = cell.kind in (CabinetCellKind.DRAWER, CabinetCellKind.FALSE) or cell.handle_height is HandleHeight.HIGH
     fronted = cell.kind not in (CabinetCellKind.OPEN, CabinetCellKind.NICHE, CabinetCellKind.VOID)
     return c.look.handle is HandleKind.FINGER_GROOVE and fronted and by_top
-
-
-def _front_span(c: Carcass, cell: CabinetCell, z: float, top: float, last: bool) -> Vec2:
-    """Lower and upper edge of a cell's front, metres."""
-    upper = CHANNEL_REVEAL if _grooved(c, cell) else FRONT_GAP if last else FRONT_GAP / 2
-    return z + (FRONT_GAP / 2 if z > c.plinth else 0.0), top - upper
 
 
 def _clear_span(

@@ -223,7 +223,16 @@ def _levers(builder: AssetBuilder, p: Faucet, at: Vec3, bridge: bool) -> None:
     # Flow: a hinge about x; at rest the lever stands up, and tips forward.
     builder.link("handle", at=(x + hub_x + (0.0 if bridge else 0.0075), y, z + hub_z + (0.014 if bridge else 0.0)))
     hub = ball(0.0125) if bridge else rod(0.0135, 0.014, axis="x")
-    _lever(builder, "handle", p, "handle_main")
+    if p.form is SpoutForm.VICTORIAN:
+        parts = [tube([(0.0, 0.0, 0.008), (0.0, 0.0, 0.05)], 0.005), ball(0.0095).translated(z=0.058)]
+        builder.add("handle", parts[0], p.finish, "handle", density="tap_body")
+        builder.add("handle", parts[1], "ceramic_white", "handle", name="handle_main")
+    elif p.form is SpoutForm.SQUARE:
+        handle = box((0.011, 0.02, 0.085), (0.0, 0.0, 0.052), 0.0015)
+        builder.add("handle", handle, p.finish, "handle", "handle_main", density="tap_body")
+    else:
+        blade = tube([(0.0, 0.0, 0.01), (0.0, 0.0, 0.098)], rectangle(0.011, 0.016, 0.0045, 4), up=(0.0, 1.0, 0.0))
+        builder.add("handle", blade.with_box_collider(), p.finish, "handle", "handle_main", density="tap_body")
     builder.add("handle", hub, p.finish, "handle", density="tap_body")
     flow = hand_dynamics.feel(2e-4, 0.07, FLOW_RANGE, 5.5)
     builder.hinge("handle_joint", "handle", (1.0, 0.0, 0.0), (0.0, FLOW_RANGE), "handle_main", feel=flow)
@@ -237,19 +246,6 @@ def _levers(builder: AssetBuilder, p: Faucet, at: Vec3, bridge: bool) -> None:
     warm = hand_dynamics.feel(1.5e-4, 0.04, 2 * TEMPERATURE_RANGE, 5.5)
     span = (-TEMPERATURE_RANGE, TEMPERATURE_RANGE)
     builder.hinge("handle_temp_joint", "handle_temp", (0.0, 0.0, 1.0), span, "handle_temp_main", feel=warm)
-
-
-def _lever(builder: AssetBuilder, link: str, p: Faucet, name: str) -> None:
-    if p.form is SpoutForm.VICTORIAN:
-        parts = [tube([(0.0, 0.0, 0.008), (0.0, 0.0, 0.05)], 0.005), ball(0.0095).translated(z=0.058)]
-        builder.add(link, parts[0], p.finish, "handle", density="tap_body")
-        builder.add(link, parts[1], "ceramic_white", "handle", name=name)
-    elif p.form is SpoutForm.SQUARE:
-        handle = box((0.011, 0.02, 0.085), (0.0, 0.0, 0.052), 0.0015)
-        builder.add(link, handle, p.finish, "handle", name, density="tap_body")
-    else:
-        blade = tube([(0.0, 0.0, 0.01), (0.0, 0.0, 0.098)], rectangle(0.011, 0.016, 0.0045, 4), up=(0.0, 1.0, 0.0))
-        builder.add(link, blade.with_box_collider(), p.finish, "handle", name, density="tap_body")
 
 
 def add_faucet_behavior(behavior: BehaviorBuilder) -> None:
