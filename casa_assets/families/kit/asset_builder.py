@@ -332,9 +332,7 @@ class AssetBuilder:
         pose = at if isinstance(at, Pose) else Pose(position=at)
         self.sites.append(Site(name=name, link=link, pose=pose, radius=radius))
 
-    def column(
-        self, name: str, at: Vec3, size: Vec3, color: tuple[float, float, float, float], link: str = ROOT
-    ) -> None:
+    def column(self, name: str, at: Vec3, size: Vec3, color: Vec4, link: str = ROOT) -> None:
         """Add a cylinder site about z that a runtime shows, such as a flame; size (diameter, diameter, height)."""
         pose = Pose(position=at)
         self.sites.append(Site(name=name, link=link, pose=pose, kind="cylinder", size=size, color=color))

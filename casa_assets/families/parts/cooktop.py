@@ -14,6 +14,7 @@ from casa_assets.families.kit.solids.blocks import board, box, lathe, rod, subtr
 from casa_assets.families.kit.solids.solid import Solid
 from casa_assets.families.kit.solids.sweep import tube
 from casa_assets.model.asset.behavior import EffectKind
+from casa_assets.model.record import Vec2
 
 # Grates ---------------------------------------------------------------------------------------------------------------
 # Cast-iron grates over gas burners: joined to one surface, one for each burner, or rings with arms.
@@ -46,21 +47,19 @@ class BurnerCell:
     """The part of the field that belongs to a burner: (x0, x1) and (y0, y1), metres."""
 
     spot: BurnerSpot
-    x: tuple[float, float]
-    y: tuple[float, float]
+    x: Vec2
+    y: Vec2
 
 
 @dataclass(frozen=True)
 class _Span:
     """A bar from one corner to the other, seen from above, metres."""
 
-    x: tuple[float, float]
-    y: tuple[float, float]
+    x: Vec2
+    y: Vec2
 
 
-def burner_cells(
-    places: Sequence[BurnerSpot], field: tuple[float, float], middle: tuple[float, float]
-) -> list[BurnerCell]:
+def burner_cells(places: Sequence[BurnerSpot], field: Vec2, middle: Vec2) -> list[BurnerCell]:
     """The field (width, depth) about `middle` shared out among columns of burners."""
     (w, d), (mx, my) = field, middle
     columns = sorted({round(s.x, 4) for s in places})
@@ -200,11 +199,10 @@ def _ring(builder: AssetBuilder, cell: BurnerCell, top: float, pan_z: float, fin
             "z", math.pi / 4 + k * math.pi / 2
         )
         builder.add_collider(ROOT, across.translated(s.x, s.y), finish, "grate")
-    skirt = rod(r, 0.022, 0.0).translated(s.x, s.y, top + 0.0115)
-    builder.add_collider(ROOT, skirt, finish, "grate")
+    builder.add_collider(ROOT, rod(r, 0.022, 0.0).translated(s.x, s.y, top + 0.0115), finish, "grate")
 
 
-def add_griddle(builder: AssetBuilder, lower: tuple[float, float], upper: tuple[float, float], top: float) -> None:
+def add_griddle(builder: AssetBuilder, lower: Vec2, upper: Vec2, top: float) -> None:
     """A thick steel plate with a rim and a trough in front, between two corners seen from above, on z = top, metres."""
     (x0, y0), (x1, y1), z = lower, upper, top + 2e-4
     tray = board((x0, y0, z), (x1, y1, z + 0.03), 0.003, 2)
@@ -226,9 +224,7 @@ FLAME_COLOR, GLOW_COLOR = (0.06, 0.2, 0.75, 0.0), (0.85, 0.12, 0.03, 0.0)
 Fuel = StrEnum("Fuel", "GAS COIL CERAMIC INDUCTION")
 
 
-def burner_positions(
-    count: int, width: float, depth: float, middle: tuple[float, float] = (0.0, 0.0)
-) -> list[BurnerSpot]:
+def burner_positions(count: int, width: float, depth: float, middle: Vec2 = (0.0, 0.0)) -> list[BurnerSpot]:
     """Positions of four, five or six burners on a field about `middle`, metres."""
     # Pans of 145 and 180 mm, and a wide one in the middle; two in a column keep clear of each other, dishes and all.
     scale = min(1.0, (depth / 2 - 0.006) / (DRIP_BOWL_RATIO * (SMALL_RADIUS + LARGE_RADIUS)))
@@ -253,9 +249,9 @@ def add_burners(
     places: list[BurnerSpot],
     top: float,
     grate: str,
-    field: tuple[float, float],
+    field: Vec2,
     style: GrateStyle,
-    middle: tuple[float, float] = (0.0, 0.0),
+    middle: Vec2 = (0.0, 0.0),
     ink: str = "plastic_grey_light",
 ) -> None:
     """Burners on a surface at z = top, with their sites.

@@ -13,7 +13,7 @@ from casa_assets.families.kit.solids.blocks import board, box, lathe, rod
 from casa_assets.families.kit.solids.solid import Placed, Solid
 from casa_assets.families.kit.solids.sweep import circle, loft, rectangle, tube
 from casa_assets.families.parts.appliance.counter_parts import round_wall_pieces
-from casa_assets.model.record import Vec3
+from casa_assets.model.record import Vec2, Vec3
 
 WALL_THICKNESS = 0.004  # metres
 LIP_HEIGHT = 0.008
@@ -91,7 +91,7 @@ def jar_outline(jar: BlenderJar, half: float, z: float) -> np.ndarray:
     return np.column_stack([flat, np.full(len(flat), z)])
 
 
-def _jar_walls(p: Jar, width: float, foot: tuple[float, float], rim: tuple[float, float]) -> list[Placed]:
+def _jar_walls(p: Jar, width: float, foot: Vec2, rim: Vec2) -> list[Placed]:
     """Convex pieces of a jar's wall.
 
     Args:

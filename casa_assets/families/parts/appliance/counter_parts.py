@@ -86,9 +86,7 @@ def extrude_across(outline: Floats, width: float, chamfer: float) -> Solid:
     return Solid(points, solid.faces, crease_deg=40.0)
 
 
-def rounded_body(
-    width: float, depth: float, steps: Sequence[tuple[float, float]], radius: float, corner: int = 6
-) -> Solid:
+def rounded_body(width: float, depth: float, steps: Sequence[Vec2], radius: float, corner: int = 6) -> Solid:
     """A body of rounded rectangles above each other: (inset, z) each from below, metres, about the origin.
 
     Insets above half of the narrower side are cut to it.
@@ -103,7 +101,7 @@ def rounded_body(
     return loft(rings)
 
 
-def dome_profile(rise: float, reach: float, z: float, steps: int = 5) -> list[tuple[float, float]]:
+def dome_profile(rise: float, reach: float, z: float, steps: int = 5) -> list[Vec2]:
     """(inset, z) of a rounded upper edge that goes in by `reach` while it rises by `rise` to z, metres."""
     turns = np.linspace(0.0, math.pi / 2, steps + 1)
     return [(float(reach * (1 - math.cos(t))), float(z - rise + rise * math.sin(t))) for t in turns]
@@ -274,7 +272,7 @@ def _hook(length: float) -> list[Solid]:
 _MAKERS = {MixerTool.WHISK: _whisk, MixerTool.BEATER: _beater, MixerTool.HOOK: _hook}
 
 
-def bowl_profile(base_radius: float, rim_radius: float, depth: float, steps: int = 9) -> list[tuple[float, float]]:
+def bowl_profile(base_radius: float, rim_radius: float, depth: float, steps: int = 9) -> list[Vec2]:
     """(radius, z) of a bowl's outside from its foot to its rim, metres; z from 0 to depth."""
     line = []
     for t in np.linspace(0.0, 1.0, steps):
@@ -284,7 +282,7 @@ def bowl_profile(base_radius: float, rim_radius: float, depth: float, steps: int
     return line
 
 
-def radius_at(line: Sequence[tuple[float, float]], z: float) -> float:
+def radius_at(line: Sequence[Vec2], z: float) -> float:
     """Radius of a profile at a height, metres."""
     return float(np.interp(z, [b for _, b in line], [a for a, _ in line]))
 
@@ -301,8 +299,7 @@ def add_drip_tray(builder: AssetBuilder, lower: Vec3, upper: Vec3, metal: str) -
         board((x0 + 0.006, y0 + 0.006, z0 + 0.006), (x1 - 0.006, y1 - 0.006, 1.0), 0.0),
     )
     builder.draw(ROOT, pan, "plastic_black", "tray")
-    collider_box = board(lower, upper, 0.0)
-    builder.add_collider(ROOT, collider_box, metal, "tray", "drip_tray")
+    builder.add_collider(ROOT, board(lower, upper, 0.0), metal, "tray", "drip_tray")
     for y in (y0 + 0.008, y1 - 0.008):
         rail = board((x0 + 0.0064, y - 0.0016, z1 - 0.003), (x1 - 0.0064, y + 0.0016, z1), 0.0005)
         builder.draw(ROOT, rail, metal, "tray")
@@ -348,8 +345,7 @@ def add_steam_wand(builder: AssetBuilder, at: Vec3, tip_z: float, metal: str) ->
     """A steam wand that hangs from `at` down to z = low, leaning out to its side (the sign of x)."""
     x, y, z = at
     side = math.copysign(1.0, x)
-    ball_ = rod(0.011, 0.018, 0.004).translated(x, y, z - 0.004)
-    builder.draw(ROOT, ball_, metal, "wand")
+    builder.draw(ROOT, rod(0.011, 0.018, 0.004).translated(x, y, z - 0.004), metal, "wand")
     pipe = tube([(x, y, z), (x, y, z - 0.03), (x + side * 0.02, y - 0.015, tip_z)], 0.0042, 0.012)
     builder.add(ROOT, pipe, metal, "wand", density="steam_wand")
     sleeve = tube(

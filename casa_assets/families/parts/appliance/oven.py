@@ -16,7 +16,7 @@ from casa_assets.families.kit.solids.solid import box_shape, concatenate
 from casa_assets.families.kit.solids.sweep import rectangle, tube
 from casa_assets.families.parts.appliance.counter_parts import add_liner, cavity_walls
 from casa_assets.families.parts.hardware.handles import round_bar
-from casa_assets.model.record import Vec3
+from casa_assets.model.record import Vec2, Vec3
 
 # Balanced hinge -------------------------------------------------------------------------------------------------------
 # Hinges about x of flaps, heads and oven doors: a spring carries the weight, friction holds the link in place.
@@ -237,13 +237,7 @@ def add_oven_rack(builder: AssetBuilder, name: str, lower: Vec3, upper: Vec3, lo
 
 
 def add_oven_door(
-    builder: AssetBuilder,
-    link: str,
-    lower: tuple[float, float],
-    upper: tuple[float, float],
-    front: float,
-    looks: OvenLook,
-    joint: str | None = None,
+    builder: AssetBuilder, link: str, lower: Vec2, upper: Vec2, front: float, looks: OvenLook, joint: str | None = None
 ) -> str:
     """A door in front of the plane y = front, hinged along its lower front edge; returns its joint.
 

@@ -91,7 +91,24 @@ def build_column(builder: AssetBuilder, c: Carcass, cells: tuple[CabinetCell, ..
         elif cell.kind is CabinetCellKind.OPEN:
             level = add_shelves(builder, c, *span, cell.shelves or 0, level)
         elif cell.kind is CabinetCellKind.DRAWER:
-            _drawer(builder, c, cell, front, span)
+            solo = cell.name in ("", "drawer")
+            link = "drawer" if solo else cell.name
+            drawer = CabinetDrawer(
+                link=link,
+                joint="slidejoint" if solo else f"{link}_slidejoint",
+                region="int" if solo else f"{link}_int",
+                x=c.x + FRONT_GAP / 2,
+                z=front[0],
+                width=c.width - FRONT_GAP,
+                height=front[1] - front[0],
+                left=c.left,
+                right=c.right,
+                floor=max(span[0], front[0]),
+                ceiling=span[1],
+                front=c.front,
+                back=c.back,
+            )
+            drawers.add_drawer(builder, c.look, drawer)
         elif cell.kind is CabinetCellKind.NICHE:
             builder.region(cell.name or "int", (c.left, c.front, span[0]), (c.right, c.back, span[1]))
         elif cell.kind is CabinetCellKind.FALSE:
@@ -170,27 +187,6 @@ def _doors(builder: AssetBuilder, c: Carcass, cell: CabinetCell, front: Vec2) ->
         ]
     for door in doors:
         hang_door(builder, c.look, door)
-
-
-def _drawer(builder: AssetBuilder, c: Carcass, cell: CabinetCell, front: Vec2, span: Vec2) -> None:
-    solo = cell.name in ("", "drawer")
-    link = "drawer" if solo else cell.name
-    drawer = CabinetDrawer(
-        link=link,
-        joint="slidejoint" if solo else f"{link}_slidejoint",
-        region="int" if solo else f"{link}_int",
-        x=c.x + FRONT_GAP / 2,
-        z=front[0],
-        width=c.width - FRONT_GAP,
-        height=front[1] - front[0],
-        left=c.left,
-        right=c.right,
-        floor=max(span[0], front[0]),
-        ceiling=span[1],
-        front=c.front,
-        back=c.back,
-    )
-    drawers.add_drawer(builder, c.look, drawer)
 
 
 def _false_front(builder: AssetBuilder, c: Carcass, cell: CabinetCell, front: Vec2, top: float) -> None:

@@ -14,7 +14,7 @@ from casa_assets.families.parts.appliance.counter_parts import cavity_walls
 from casa_assets.families.parts.appliance.front import ApplianceLook
 from casa_assets.families.parts.appliance.oven import add_turntable
 from casa_assets.families.parts.refrigerator import case
-from casa_assets.model.record import Vec3
+from casa_assets.model.record import Vec2, Vec3
 
 # All lengths in metres; choices that suit usual appliances and cabinets.
 FRONT_CLEARANCE = 0.0008  # from the mouth of a cavity to the front edges of the walls, which then overlap no front
@@ -46,7 +46,7 @@ class Interior:
     upper: Vec3
     outer: tuple[Vec3, Vec3]
     door: str = ""
-    clear: tuple[float, float] = (0.0, 0.0)
+    clear: Vec2 = (0.0, 0.0)
     first: int = 0
 
     @property

@@ -13,7 +13,7 @@ from casa_assets.families.kit.solids.blocks import ball, box, lathe, rod
 from casa_assets.families.kit.solids.solid import Solid
 from casa_assets.families.kit.solids.sweep import circle, inset, loft, prism, rectangle, tube
 from casa_assets.families.parts.hardware.handles import tapered_leg
-from casa_assets.model.record import Vec3
+from casa_assets.model.record import Vec2, Vec3
 
 # Tools ----------------------------------------------------------------------------------------------------------------
 # Upright or hanging kitchen tools: the end of their handle at the origin, the working end up z.
@@ -69,7 +69,7 @@ def _wooden_end(kind: CrockTool, size: float) -> list[Solid]:
     return [_plate(neck, 0.005), *tines]
 
 
-def _plate(outline: list[tuple[float, float]], thickness: float) -> Solid:
+def _plate(outline: list[Vec2], thickness: float) -> Solid:
     """An outline in x, z pulled through y."""
     points = np.array(outline)
     front = np.column_stack([points[:, 0], np.full(len(points), thickness / 2), points[:, 1]])

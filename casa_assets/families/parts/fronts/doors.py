@@ -16,7 +16,7 @@ from casa_assets.families.parts.fronts.fronts import FRONT_THICKNESS, CabinetLoo
 from casa_assets.families.parts.hardware import handles
 from casa_assets.families.parts.hardware.handles import HandleKind
 from casa_assets.model.pose import Pose
-from casa_assets.model.record import Vec3
+from casa_assets.model.record import Vec3, Vec4
 
 # Doors ----------------------------------------------------------------------------------------------------------------
 # Doors on a cabinet: a front on a hinge at its outer front corner, with a handle at its free side.
@@ -138,7 +138,7 @@ def placed_edge_pull(
     return handles.placed_handle(pull, "y", angle, (corner[0] + x, corner[1], corner[2] + z))
 
 
-def _shortened(w: float, h: float, edge: FrontEdge) -> tuple[float, float, float, float]:
+def _shortened(w: float, h: float, edge: FrontEdge) -> Vec4:
     """Width, height, x and z of a front that leaves room for an edge pull."""
     if edge in (FrontEdge.TOP, FrontEdge.BOTTOM):
         return w, h - EDGE_PULL_ROOM, 0.0, EDGE_PULL_ROOM if edge is FrontEdge.BOTTOM else 0.0

@@ -17,7 +17,7 @@ from casa_assets.families.kit.solids.blocks import board, box, subtract
 from casa_assets.families.kit.solids.solid import Placed, Solid, box_shape
 from casa_assets.families.kit.solids.sweep import loft, mitred_frame, offset_sides, prism
 from casa_assets.families.parts.hardware.handles import HandleKind
-from casa_assets.model.record import Vec3
+from casa_assets.model.record import Vec2, Vec3
 
 # Panels ---------------------------------------------------------------------------------------------------------------
 # Infill of framed fronts: flat, raised and beaded panels, louvres, panes and glazing bars.
@@ -55,7 +55,7 @@ class FrameOpening:
         return offset_sides(loop, [-grown] * len(loop)) if grown else loop
 
 
-def arc(x0: float, x1: float, top: float, rise: float, steps: int = 14) -> list[tuple[float, float]]:
+def arc(x0: float, x1: float, top: float, rise: float, steps: int = 14) -> list[Vec2]:
     """(x, z) points of a circle's arc from left to right that is highest, at `top`, in the middle."""
     half = (x1 - x0) / 2
     radius = (half * half + rise * rise) / (2 * rise)
@@ -107,7 +107,7 @@ def beaded_panel(o: FrameOpening) -> Solid:
     width = x1 - x0
     count = max(2, round(width / 0.045))
     pitch = width / count
-    line: list[tuple[float, float]] = [(0.0, 0.0)]
+    line: list[Vec2] = [(0.0, 0.0)]
     for k in range(1, count):
         x = k * pitch
         bead = [(x + 0.0032 - 0.0032 * math.cos(a), 0.0018 - 0.0018 * math.sin(a)) for a in np.linspace(0, math.pi, 5)]
@@ -122,7 +122,7 @@ def beaded_panel(o: FrameOpening) -> Solid:
 def v_groove_line(width: float, pitch: float, half: float, depth: float) -> Floats:
     """(N, 2) front line x, y of a board with V grooves, from left to right."""
     count = max(2, round(width / pitch))
-    line: list[tuple[float, float]] = [(0.0, 0.001), (0.001, 0.0)]
+    line: list[Vec2] = [(0.0, 0.001), (0.001, 0.0)]
     for k in range(1, count):
         x = width * k / count
         line += [(x - half, 0.0), (x, depth), (x + half, 0.0)]
@@ -275,7 +275,7 @@ def front_parts(
     return parts if groove is None else tuple(_grooved(part, width, height, thickness, groove) for part in parts)
 
 
-def frame_widths(kind: FrontKind, width: float, height: float, drawer: bool = False) -> tuple[float, float]:
+def frame_widths(kind: FrontKind, width: float, height: float, drawer: bool = False) -> Vec2:
     """Width of the stiles and of the rails of a front, metres, where it has a frame."""
     kind = DRAWER_KINDS.get(kind, kind) if drawer else kind
     usual = STILE_WIDTHS.get(kind, STILE_WIDTH)
@@ -332,7 +332,7 @@ def glass_of(kind: FrontKind) -> str:
     return "glass_frosted" if kind is FrontKind.GLASS_FROSTED else "glass_clear"
 
 
-def face_depth(parts: tuple[FrontPart, ...], points: Sequence[tuple[float, float]]) -> float:
+def face_depth(parts: tuple[FrontPart, ...], points: Sequence[Vec2]) -> float:
     """Largest depth of the wood behind the face at points x, z of a front, metres."""
     corners = np.concatenate([p.solid.points[p.solid.faces] for p in parts if not p.pane])
     depths = [_hit(corners, x, z) for x, z in points]
@@ -461,7 +461,7 @@ SASH_BAR_WIDTH = 0.02
 def add_sash(
     builder: AssetBuilder,
     link: str,
-    size: tuple[float, float, float],
+    size: Vec3,
     *,
     stile: float,
     grid: tuple[int, int],
@@ -469,7 +469,7 @@ def add_sash(
     glass: str,
     name: str,
     label: str = "window",
-    at: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    at: Vec3 = (0.0, 0.0, 0.0),
 ) -> None:
     """Put a sash on a link: its lower left front corner at `at`, with one box as collider.
 

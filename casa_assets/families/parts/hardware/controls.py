@@ -16,7 +16,7 @@ from casa_assets.families.kit.solids.sweep import prism
 from casa_assets.model.asset.behavior import Condition
 from casa_assets.model.asset.parts import Cylinder
 from casa_assets.model.pose import Pose
-from casa_assets.model.record import Vec3
+from casa_assets.model.record import Vec2, Vec3
 
 # Buttons --------------------------------------------------------------------------------------------------------------
 # Keys that are pressed and come back, and the toggle that one key makes.
@@ -320,7 +320,7 @@ def key_symbol(kind: KeySign, size: float) -> Solid:
     return concatenate([ring, inner])
 
 
-def _points(*corners: tuple[float, float]) -> Floats:
+def _points(*corners: Vec2) -> Floats:
     return np.array(corners)
 
 

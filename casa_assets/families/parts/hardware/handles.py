@@ -16,7 +16,7 @@ from casa_assets.families.kit.solids.sweep import circle, inset_rings, loft, pri
 from casa_assets.geometry.solid.solids import convex_hull
 from casa_assets.model.asset.parts import Capsule, Cylinder
 from casa_assets.model.pose import Pose
-from casa_assets.model.record import Vec3
+from casa_assets.model.record import Vec3, Vec4
 
 # Legs -----------------------------------------------------------------------------------------------------------------
 # Legs and rails of furniture: bars between two points.
@@ -71,7 +71,7 @@ def bowed_slat(size: Vec3, at: Vec3, bow: float, steps: int = 8) -> Solid:
     return solid.with_box_collider().translated(*at)
 
 
-def _onto(direction: Floats) -> tuple[float, float, float, float]:
+def _onto(direction: Floats) -> Vec4:
     """Quaternion that takes z to a unit vector."""
     x, y, z = (float(v) for v in direction)
     if z < -1 + 1e-9:

@@ -112,8 +112,7 @@ def add_base(builder: AssetBuilder, width: float, depth: float, base_height: flo
             for y in (0.07, depth - 0.07):
                 foot = rod(0.02, base_height - 1e-3, 0.002).translated(x, y, base_height / 2 + 3e-4)
                 builder.add(ROOT, foot, look.metal, "foot")
-                pad = rod(0.026, 0.01, 0.002).translated(x, y, 0.0053)
-                builder.draw(ROOT, pad, "rubber_black", "foot")
+                builder.draw(ROOT, rod(0.026, 0.01, 0.002).translated(x, y, 0.0053), "rubber_black", "foot")
         return
     set_back = 0.004 if look.kick is ApplianceKick.GRILLE else 0.045
     board_ = board((0.012, set_back, 0.003), (width - 0.012, depth - 0.05, base_height - 3e-4), 0.002)

@@ -39,7 +39,7 @@ from casa_assets.families.parts.refrigerator.door import (
     hang_fridge_door,
 )
 from casa_assets.model.asset.behavior import Condition
-from casa_assets.model.record import Vec2, Vec3
+from casa_assets.model.record import Vec2, Vec3, Vec4
 
 # Sliding parts --------------------------------------------------------------------------------------------------------
 # Sliding parts of refrigerators: crispers and baskets behind a door, and freezer drawers.
@@ -417,7 +417,7 @@ class FridgeCase:
         return self.p.height - (0.0 if self.p.look.form is ApplianceFront.PANEL else parts.HINGE_COVER_HEIGHT)
 
     @property
-    def inside(self) -> tuple[float, float, float, float]:
+    def inside(self) -> Vec4:
         """Planes of the whole inside: left, right, bottom, top, metres."""
         return SIDE_THICKNESS, self.p.width - SIDE_THICKNESS, self.p.foot + FLOOR_THICKNESS, self.top - TOP_THICKNESS
 
