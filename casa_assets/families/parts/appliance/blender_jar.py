@@ -25,7 +25,6 @@ PLUG_DEPTH, PLUG_PLAY, OVERHANG = 0.008, 0.003, 0.001
 
 BlenderJar = StrEnum("BlenderJar", "ROUND SQUARE CLOVER")
 
-
 # Least half width of a jar like a clover, as a share of its half width.
 WAIST = 0.9
 

@@ -17,7 +17,6 @@ from casa_assets.families.parts.hardware.handles import Handle, collider_box, gr
 # Handles --------------------------------------------------------------------------------------------------------------
 # Pulls of large appliances: stouter than those of cabinets, along x on the plane y = 0, standing out to -y.
 
-
 AppliancePull = StrEnum("AppliancePull", "TUBE PRO BLADE BOW BOXED LEDGE LATCH")
 
 LATCH_LENGTH = 0.2  # metres; a latch has one length and lies across

@@ -17,7 +17,6 @@ from casa_assets.model.record import Vec2, Vec3
 # Counter edge ---------------------------------------------------------------------------------------------------------
 # Profiles from the underside to the top.
 
-
 CounterEdge = StrEnum("CounterEdge", "SQUARE EASED BEVEL HALF_BULLNOSE BULLNOSE OGEE DUPONT")
 
 

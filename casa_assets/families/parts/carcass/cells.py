@@ -45,7 +45,6 @@ from casa_assets.model.record import Vec2, Vec3
 CHANNEL_REVEAL, CHANNEL_HEIGHT = 0.028, 0.062
 CHANNEL_SHEET = 0.0025
 
-
 # Content of a cell.
 CabinetCellKind = StrEnum("CabinetCellKind", "DOOR DOORS DRAWER FALSE OPEN NICHE VOID")
 

@@ -18,7 +18,6 @@ from casa_assets.model.record import Vec2, Vec3
 # Tools ----------------------------------------------------------------------------------------------------------------
 # Upright or hanging kitchen tools: the end of their handle at the origin, the working end up z.
 
-
 # Kind of tool.
 CrockTool = StrEnum("CrockTool", "SPOON SPATULA FORK TURNER LADLE WHISK")
 
@@ -83,7 +82,6 @@ def _plate(outline: list[Vec2], thickness: float) -> Solid:
 EYE_RADIUS = 0.0075  # metres, radius of the eye that the hook goes through
 NECK_RADIUS = 0.0032
 SHEET_THICKNESS = 0.0016
-
 
 # Kind of tool.
 HungTool = StrEnum("HungTool", "LADLE TURNER WHISK SPOON SKIMMER MASHER FORK SCRAPER")

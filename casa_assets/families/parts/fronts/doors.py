@@ -31,7 +31,6 @@ EDGE_PULL_ROOM = 0.0026  # room for the sheet of an edge pull
 
 HingeSide = StrEnum("HingeSide", "LEFT RIGHT")
 
-
 # Height of a door's handle: high on base units, low on wall units, in the middle of tall ones.
 HandleHeight = StrEnum("HandleHeight", "HIGH LOW MIDDLE")
 

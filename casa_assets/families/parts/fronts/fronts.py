@@ -209,7 +209,6 @@ FrontKind = StrEnum(
     "SLAB SHAKER SLIM_SHAKER RAISED ARCHED BEADBOARD V_GROOVE FLUTED LOUVRED GLASS_CLEAR GLASS_FROSTED GLASS_DIVIDED",
 )
 
-
 # An edge of a front, seen from before it.
 FrontEdge = StrEnum("FrontEdge", "TOP BOTTOM LEFT RIGHT")
 

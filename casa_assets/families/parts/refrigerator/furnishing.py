@@ -278,7 +278,6 @@ def add_lamp_behavior(builder: AssetBuilder, fridge: Sequence[str]) -> None:
 # Lower freezer --------------------------------------------------------------------------------------------------------
 # The freezer under a refrigerator: drawers that are pulled out, or doors with baskets behind them.
 
-
 FreezerFront = StrEnum("FreezerFront", "DRAWER TWO_DRAWERS DOOR TWO_DOORS")
 
 
