@@ -68,12 +68,12 @@ def add_liner(
         builder.draw(ROOT, board(a, b, 0.0), finish, "liner", density=density)
 
 
-def rounded_polygon(points: Sequence[Vec2], radius: float, steps: int = 5) -> Floats:
+def rounded_polygon(points: Sequence[Vec2], radius: float) -> Floats:
     """(N, 2) closed polygon with its corners rounded; points counter-clockwise, metres."""
     first, last = np.array(points[0]), np.array(points[-1])
     middle = (first + last) / 2
     line = [(float(middle[0]), float(middle[1]), 0.0)]
-    path = round_corners([*line, *((x, y, 0.0) for x, y in points), *line], radius, steps)[:-1, :2]
+    path = round_corners([*line, *((x, y, 0.0) for x, y in points), *line], radius)[:-1, :2]
     # Neighbours that fall together would have no direction.
     apart = np.linalg.norm(path - np.roll(path, 1, axis=0), axis=1) > 1e-6
     return np.asarray(path[apart])
@@ -101,9 +101,9 @@ def rounded_body(width: float, depth: float, steps: Sequence[Vec2], radius: floa
     return loft(rings)
 
 
-def dome_profile(rise: float, reach: float, z: float, steps: int = 5) -> list[Vec2]:
+def dome_profile(rise: float, reach: float, z: float) -> list[Vec2]:
     """(inset, z) of a rounded upper edge that goes in by `reach` while it rises by `rise` to z, metres."""
-    turns = np.linspace(0.0, math.pi / 2, steps + 1)
+    turns = np.linspace(0.0, math.pi / 2, 6)
     return [(float(reach * (1 - math.cos(t))), float(z - rise + rise * math.sin(t))) for t in turns]
 
 
@@ -212,9 +212,9 @@ def head_solid(form: MixerHead) -> Solid:
     return loft([form.ring(float(t)) for t in shares], 50.0).oriented_outwards()
 
 
-def head_band(form: MixerHead, y: float, length: float) -> Solid:
-    """A strip around a head at y, `length` long in y, that projects by a millimetre. Metres."""
-    shares = [(y + d - form.front) / (form.back - form.front) for d in (-length / 2, 0.0, length / 2)]
+def head_band(form: MixerHead, y: float) -> Solid:
+    """A strip of 8 mm around a head at y, metres, that projects by a millimetre."""
+    shares = [(y + d - form.front) / (form.back - form.front) for d in (-0.004, 0.0, 0.004)]
     return loft([form.ring(t, 0.001, 44) for t in shares], 50.0).oriented_outwards()
 
 
@@ -272,14 +272,11 @@ def _hook(length: float) -> list[Solid]:
 _MAKERS = {MixerTool.WHISK: _whisk, MixerTool.BEATER: _beater, MixerTool.HOOK: _hook}
 
 
-def bowl_profile(base_radius: float, rim_radius: float, depth: float, steps: int = 9) -> list[Vec2]:
+def bowl_profile(base_radius: float, rim_radius: float, depth: float) -> list[Vec2]:
     """(radius, z) of a bowl's outside from its foot to its rim, metres; z from 0 to depth."""
-    line = []
-    for t in np.linspace(0.0, 1.0, steps):
-        line.append(
-            (float(base_radius + (rim_radius - base_radius) * math.sin(t * math.pi / 2) ** 0.8), float(depth * t))
-        )
-    return line
+    wider = rim_radius - base_radius
+    turns = np.linspace(0.0, 1.0, 9)
+    return [(float(base_radius + wider * math.sin(t * math.pi / 2) ** 0.8), float(depth * t)) for t in turns]
 
 
 def radius_at(line: Sequence[Vec2], z: float) -> float:

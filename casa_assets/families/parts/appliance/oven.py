@@ -237,16 +237,16 @@ def add_oven_rack(builder: AssetBuilder, name: str, lower: Vec3, upper: Vec3, lo
 
 
 def add_oven_door(
-    builder: AssetBuilder, link: str, lower: Vec2, upper: Vec2, front: float, looks: OvenLook, joint: str | None = None
+    builder: AssetBuilder, link: str, lower: Vec2, upper: Vec2, looks: OvenLook, joint: str | None = None
 ) -> str:
-    """A door in front of the plane y = front, hinged along its lower front edge; returns its joint.
+    """A door in front of the plane y = 0, hinged along its lower front edge; returns its joint.
 
     Args:
         lower, upper: corners in x and z. joint: name of its hinge; None for `<link>_joint`.
     """
     (x0, z0), (x1, z1) = lower, upper
     w, h = x1 - x0, z1 - z0
-    builder.link(link, at=(x0, front - DOOR_THICKNESS - DOOR_GAP, z0))
+    builder.link(link, at=(x0, -DOOR_THICKNESS - DOOR_GAP, z0))
     slab = board((0.0, 0.0, 0.0), (w, DOOR_THICKNESS, h), 0.004, 2)
     m = 0.09 + 0.1 * (1 - looks.window)
     pane_low, pane_high = (m, h * (0.5 - looks.window / 2) * 0.8), (w - m, h * (0.5 + looks.window / 2) * 0.96)

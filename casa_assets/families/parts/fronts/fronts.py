@@ -152,12 +152,6 @@ def louvres(o: FrameOpening, t: float) -> list[Solid]:
     return [slat.translated(middle, t / 2, o.z0 + (k + 0.5) * pitch) for k in range(count)]
 
 
-def glass_pane(o: FrameOpening, y: float, thickness: float = 0.004) -> Solid:
-    """A sheet of glass whose middle plane is at y."""
-    e = PANEL_TONGUE
-    return board((o.x0 - e, y - thickness / 2, o.z0 - e), (o.x1 + e, y + thickness / 2, o.z1 + e), 0.0)
-
-
 def glazing_beads(o: FrameOpening, t: float) -> list[Solid]:
     """Thin beads that hold a pane from before it."""
     y0, y1, width = 0.0035, t / 2 - 0.0024, 0.005
@@ -406,8 +400,9 @@ def _filled(kind: FrontKind, opening: FrameOpening, t: float) -> list[FrontPart]
     if kind in GLAZED_KINDS:
         bars = muntins(opening, t) if kind is FrontKind.GLASS_DIVIDED else []
         stops = [FrontPart(s) for s in glazing_beads(opening, t)]
-        pane = FrontPart(glass_pane(opening, t / 2), pane=True)
-        return [pane, *stops, *(FrontPart(s, grain=g) for s, g in bars)]
+        e, o = PANEL_TONGUE, opening
+        pane = board((o.x0 - e, t / 2 - 0.002, o.z0 - e), (o.x1 + e, t / 2 + 0.002, o.z1 + e), 0.0)
+        return [FrontPart(pane, pane=True), *stops, *(FrontPart(s, grain=g) for s, g in bars)]
     if kind is FrontKind.LOUVRED:
         return [FrontPart(s, grain=ACROSS) for s in louvres(opening, t)]
     if kind is FrontKind.BEADBOARD:

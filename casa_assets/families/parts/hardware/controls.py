@@ -45,7 +45,6 @@ def add_key(
     *,
     face: str = "front",
     parent: str = ROOT,
-    stroke: float = KEY_TRAVEL,
 ) -> None:
     """A sprung key; its collider is called `name`, its link `<name>_key`.
 
@@ -54,7 +53,7 @@ def add_key(
         cap: standing on z = 0. face: where it looks: `front` (-y), `up`, `left` (-x), `right` or `back`.
     """
     turn, direction = _FACES[face]
-    lift = stroke + KEY_CLEARANCE
+    lift = KEY_TRAVEL + KEY_CLEARANCE
     place = (at[0] - direction[0] * lift, at[1] - direction[1] * lift, at[2] - direction[2] * lift)
     link = builder.link(f"{name}_key", at=place, parent=parent)
     builder.add(link, _turned(cap, turn), finish, "button", name=name)
@@ -63,8 +62,8 @@ def add_key(
     stem = box((width, height, lift + 0.0015), (0.0, 0.0, -(lift + 0.0015) / 2 + 0.001), 0.0)
     # The stem goes into its hole when the key is pressed.
     builder.draw(link, _turned(stem, turn), "plastic_black", "button", density=0.0)
-    spring = hand_dynamics.press(stroke, hand_dynamics.KEY_FULL_N, hand_dynamics.KEY_PRELOAD_N)
-    builder.slide(joint, link, direction, (0.0, stroke), name, spring=spring, feel=hand_dynamics.KEY)
+    spring = hand_dynamics.press(KEY_TRAVEL, hand_dynamics.KEY_FULL_N, hand_dynamics.KEY_PRELOAD_N)
+    builder.slide(joint, link, direction, (0.0, KEY_TRAVEL), name, spring=spring, feel=hand_dynamics.KEY)
 
 
 _FACES: dict[str, tuple[tuple[str, float] | None, Vec3]] = {
