@@ -187,7 +187,8 @@ def holds(family: str, asset: Asset) -> None:
     assert mass.low / slack <= asset.mass <= mass.high * slack
     low, high = asset.bounds
     np.testing.assert_allclose((*(low[:2] + high[:2]) / 2, low[2]), 0, atol=1e-5)
-    OF_GROUP.get(group, lambda *_: None)(family, asset)
+    if group in OF_GROUP:
+        OF_GROUP[group](family, asset)
 
 
 # Members --------------------------------------------------------------------------------------------------------------

@@ -56,7 +56,7 @@ def visual(asset: Asset, name: str) -> Visual:
 
 def corners(middle: Sequence[float], size: Sequence[float]) -> Floats:
     """(2, 3) corners of an upright box."""
-    return np.array(middle) + np.outer((-0.5, 0.5), size)
+    return np.asarray(np.array(middle) + np.outer((-0.5, 0.5), size))
 
 
 def main(asset: Asset) -> Floats:
