@@ -29,7 +29,7 @@ MANY_PRESETS = ("dish_rack", "utensil_rack", "spice_rack", "room_wall")
 SIZE_SLACK = 1.2  # as registry/limits.yaml allows a size to leave the range of its category
 HANGS = {"wall_clock", "utensil_rack", "picture_frame", "pendant_light", "ceiling_light", "curtain"}
 STANDS = ("dish_rack", "spice_rack", "vase", "candle", "jar", "bottle", "cutting_board", "cookbook_stack")
-TURN_BOTH_WAYS = ("spout_joint", "swivel_joint", "roll_joint")
+TURN_BOTH_WAYS = ("handle_temp_joint", "spout_joint", "swivel_joint", "roll_joint")
 FRIDGES = [name for name in FAMILIES if name.startswith("fridge")]
 
 
