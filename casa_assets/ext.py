@@ -22,8 +22,8 @@ from casa_assets.checks.check import (
     no_fault,
     not_applicable,
 )
-from casa_assets.families.family import Family, FinishId, Params
-from casa_assets.families.kit.assemble import ParametricModel
+from casa_assets.families.family import FinishId, Params
+from casa_assets.families.kit.assemble import Family
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.blocks import ball, board, box, intersect, lathe, rod, subtract, union
 from casa_assets.families.kit.solids.solid import Solid
@@ -41,7 +41,6 @@ __all__ = [
     "Exporter",
     # families of fixtures and forms of objects
     "Family",
-    "ParametricModel",
     "Params",
     "FinishId",
     "Record",

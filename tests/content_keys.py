@@ -36,7 +36,7 @@ import pytest
 
 from casa_assets import registry
 from casa_assets.families.catalog import MODELS
-from casa_assets.families.kit.assemble import ParametricModel
+from casa_assets.families.kit.assemble import Family
 from casa_assets.families.objects import FORMS
 from casa_assets.model.registry.category import Category
 from casa_assets.model.registry.rows import Surface
@@ -181,7 +181,7 @@ def module_digest(name: str) -> str:
     return scan(name).sha256
 
 
-def _modules_of(model: ParametricModel[Any]) -> tuple[str, ...]:
+def _modules_of(model: Family[Any]) -> tuple[str, ...]:
     """The modules that hold the code of a family or form."""
     code = (model.params, getattr(model.add_parts, "func", model.add_parts), model.sample)  # it may be a partial
     found = {part.__module__ for part in code if part is not None}

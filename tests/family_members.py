@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import lru_cache
+from pathlib import Path
 from typing import Any
 
+import mujoco
 import numpy as np
 
 from casa_assets import registry
@@ -17,7 +19,9 @@ from casa_assets.checks.runtime.contract import (
     site_faults,
     variables,
 )
-from casa_assets.families.family import AvailableFinishes, Family, Params, Supplies
+from casa_assets.export import mjcf
+from casa_assets.families.family import AvailableFinishes, Params, Supplies
+from casa_assets.families.kit.assemble import Family
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.provenance import Labels
@@ -28,13 +32,7 @@ from casa_assets.registry.families import family, look_samplers
 WOODS = ("oak_natural", "walnut_natural")
 MANY = ("cherry", "oak_natural", "paint_navy", "walnut_natural")
 TILE_M = (0.9, 1.8)  # size of the picture that a finish of a recipe would have, metres
-_NAMES = (
-    links_and_joints,
-    site_faults,
-    shapes,
-    regions,
-    variables,
-)
+_NAMES = (links_and_joints, site_faults, shapes, regions, variables)
 
 
 @lru_cache(maxsize=1)
@@ -76,10 +74,19 @@ def available(surfaces: Sequence[str] = WOODS) -> AvailableFinishes:
 
 def drawn(name: str, seed: int, surfaces: Sequence[str] = WOODS) -> Params:
     """The numbers of a seeded draw."""
-    params: Params = family(name).sample(np.random.default_rng(seed), available(surfaces))
+    params: Params = family(name).draw(np.random.default_rng(seed), available(surfaces))
     return params
 
 
 def unmet(asset: Asset, contract: Contract) -> list[str]:
     """What the names of an asset's parts lack of its contract."""
     return [f"{look.__name__}: {wanting}" for look in _NAMES for wanting in missing_requirements(asset, contract, look)]
+
+
+def spec_of(asset: Asset, folder: Path) -> mujoco.MjSpec:
+    """An asset in MuJoCo, out of the files that are written of it."""
+    for path, data in mjcf.write(asset).entries.items():
+        target = folder / path
+        target.parent.mkdir(parents=True, exist_ok=True)
+        target.write_bytes(data)
+    return mujoco.MjSpec.from_file(str(folder / "model.xml"))

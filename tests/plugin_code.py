@@ -8,7 +8,6 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated
 
 import numpy as np
 from pydantic import Field
@@ -24,7 +23,6 @@ from casa_assets.ext import (
     FinishId,
     Layers,
     Measurement,
-    ParametricModel,
     Params,
     Plugin,
     Record,
@@ -36,9 +34,9 @@ from casa_assets.ext import (
 
 
 class Plinth(Params):
-    """A block of wood; lengths in metres."""
+    """A block of wood."""
 
-    width: Annotated[float, Field(ge=0.1, le=0.6)] = 0.3
+    width: float = Field(0.3, ge=0.1, le=0.6, description="m")
     face: FinishId = "oak_natural"
 
 
@@ -48,19 +46,16 @@ def add_plinth(builder: AssetBuilder, p: Plinth) -> None:
     builder.add(ROOT, board((0, 0, 0), (p.width, 0.2, 0.1)), p.face, label="body")
 
 
-MODEL = ParametricModel("plinth", Plinth, add_plinth)
 FAMILY = Family(
-    name="plinth", params=Plinth, build=MODEL.build,
-    sample=lambda rng, available: Plinth(width=round(float(rng.uniform(0.2, 0.5)), 3)),
-    title="Plinth", category="plinth", description="A block.",
+    "plinth", Plinth, add_plinth, sample=lambda rng, available: Plinth(width=round(float(rng.uniform(0.2, 0.5)), 3)),
     presets={"oak": Plinth(), "unlucky": Plinth(width=0.13)},
 )
 
 
 class Coaster(Params):
-    """A square coaster; metres."""
+    """A square coaster."""
 
-    width: Annotated[float, Field(ge=0.05, le=0.2)] = 0.1
+    width: float = Field(0.1, ge=0.05, le=0.2, description="m")
     face: FinishId = "cork_plain"
 
 
@@ -68,7 +63,7 @@ def add_coaster(builder: AssetBuilder, p: Coaster) -> None:
     builder.add(ROOT, board((0, 0, 0), (p.width, p.width, 0.006)), p.face, label="body")
 
 
-FORM = ParametricModel("square", Coaster, add_coaster, base=Base.FREE)
+FORM = Family("square", Coaster, add_coaster, base=Base.FREE)
 
 
 def parts(asset: casa.Asset, limit: float) -> Measurement:

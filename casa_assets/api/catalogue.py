@@ -15,7 +15,8 @@ from casa_assets.errors import BatchFault, CasaError
 from casa_assets.projects import SETTINGS, project_folder
 
 if TYPE_CHECKING:
-    from casa_assets.families.family import Family, Params
+    from casa_assets.families.family import Params
+    from casa_assets.families.kit.assemble import Family
     from casa_assets.registry.plugins import Plugin
 
 # Make -----------------------------------------------------------------------------------------------------------------

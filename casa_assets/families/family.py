@@ -1,16 +1,16 @@
-"""Family of parametric assets: a name, its parameters, how they are sampled, and how an asset is built from them."""
+"""Parameters of the members of a family, and all that drawing and building them needs: finishes, labels, densities."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any, Generic, TypeVar
+from typing import Annotated, Any, TypeVar, get_args
 
 import numpy as np
+from pydantic.fields import FieldInfo
 from pydantic_core import to_jsonable_python
 
 from casa_assets.errors import UnknownId
-from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.provenance import Labels
 from casa_assets.model.record import Id, Record
 from casa_assets.model.registry.rows import Finish, Surface
@@ -29,6 +29,13 @@ FinishId = Annotated[Id, IsFinish()]
 class Params(Record):
     """Parameters of one member of a family; `build` needs only them and the Supplies."""
 
+    @classmethod
+    def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
+        """A field that is declared again, with other bounds or another default, keeps its description."""
+        for base in cls.__mro__[1:]:
+            for name, field in getattr(base, "model_fields", {}).items():
+                cls.model_fields[name].description = cls.model_fields[name].description or field.description
+
     @property
     def finishes(self) -> tuple[str, ...]:
         """Ids of all finishes that it names, sorted."""
@@ -37,7 +44,7 @@ class Params(Record):
             value = getattr(self, name)
             if isinstance(value, Params):
                 found += value.finishes
-            elif value is not None and _is_finish(field):
+            elif value is not None and is_finish(field):
                 found.append(value)
         return tuple(sorted(dict.fromkeys(found)))
 
@@ -54,23 +61,18 @@ class Params(Record):
                 found[name] = value.design
             elif isinstance(value, float):
                 found[name] = bool(value)
-            elif name != SEED and not _is_finish(field):
+            elif name != SEED and not is_finish(field):
                 found[name] = value
-        told: dict[str, Any] = to_jsonable_python(found)
-        return told
+        plain: dict[str, Any] = to_jsonable_python(found)
+        return plain
 
 
-def _is_finish(field: Any) -> bool:
-    """True if a field names a finish, or may."""
-    return any(isinstance(mark, IsFinish) for mark in _marks(field))
-
-
-def _marks(field: Any) -> tuple[Any, ...]:
-    """Marks of a field's annotation, also where it may be None."""
-    marks = tuple(field.metadata)
-    for inner in getattr(field.annotation, "__args__", ()):
-        marks += tuple(getattr(inner, "__metadata__", ()))
-    return marks
+def is_finish(field: FieldInfo) -> bool:
+    """True if a field of Params names a finish, or may."""
+    marks = list(field.metadata)
+    for option in get_args(field.annotation):
+        marks += getattr(option, "__metadata__", ())
+    return any(isinstance(mark, IsFinish) for mark in marks)
 
 
 P = TypeVar("P", bound=Params)
@@ -133,32 +135,6 @@ class Supplies:
     def hollow_density(self, name: str, finish: str) -> float:
         """kg/m^3 of a part that is drawn solid and is not: the density of that name, at most that of its finish."""
         return min(self.density(name), self.finish(finish).substance.density)
-
-
-@dataclass(frozen=True)
-class Family(Generic[P]):
-    """A family: its code joined to its title, category, presets and rules of sampling out of the registry.
-
-    Attributes:
-        name: such as `microwave`, or of objects their category. params: the type of its numbers.
-        build: numbers and finishes into an asset; no randomness.
-        sample: draws a member; every number within the bounds of its type.
-        title: what a person calls it, one line.
-        category: id in registry/fixtures.yaml, or of objects in registry/categories.yaml.
-        description: what members there are, one sentence.
-        presets: named members, each visibly different.
-        form: of objects, the name of their form in families/objects/; empty for fixtures.
-    """
-
-    name: str
-    params: type[P]
-    build: Callable[[P, Supplies], Asset]
-    sample: Callable[[np.random.Generator, AvailableFinishes], P]
-    title: str
-    category: str
-    description: str
-    presets: Mapping[str, P]
-    form: str = ""
 
 
 def pick(rng: np.random.Generator, options: tuple[Any, ...] | list[Any]) -> Any:

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from types import MappingProxyType
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 
 from casa_assets.errors import CasaError, RegistryError, UnknownId
 from casa_assets.families.catalog import GROUPS, MODELS
-from casa_assets.families.family import AvailableFinishes, Family, Params
-from casa_assets.families.kit.assemble import ParametricModel
+from casa_assets.families.family import AvailableFinishes, Params, is_finish
+from casa_assets.families.kit.assemble import Family
 from casa_assets.families.parts.appliance.front import ApplianceLook
 from casa_assets.families.parts.fronts.fronts import CabinetLook
 from casa_assets.families.sampling import read_sample_rules
@@ -113,7 +114,64 @@ def _of_plugin(name: str) -> Family[Any]:
     return replace(made, presets=MappingProxyType({**made.presets, **added}))
 
 
-def read_family(model: ParametricModel[Any], document: Document) -> Family[Any]:
+@dataclass(frozen=True)
+class Parameter:
+    """A field of Params, for people.
+
+    Attributes:
+        name: of a field of a nested record such as a look, `look.face`.
+        kind: `number`, `finish`, or the choices, such as `left | right`.
+        default: as in YAML; empty if there is none.
+        bounds: such as `0.2 to 1.2`; of a list, those of its length.
+    """
+
+    name: str
+    kind: str
+    default: str
+    bounds: str
+    description: str
+
+
+def parameters_of(params: type[Params], at: str = "") -> list[Parameter]:
+    """All fields of a family's Params in order, each followed by those of the record that it holds."""
+    schema = params.model_json_schema()
+    found = []
+    for name, field in params.model_fields.items():
+        row = schema["properties"][name]
+        nested = [kind for kind in (field.annotation, *get_args(field.annotation)) if _is_params(kind)]
+        default = "" if field.is_required() or _is_params(field.annotation) else json.dumps(row["default"]).strip('"')
+        limits = {**row, **row.get("anyOf", [{}])[0]}
+        low, high = (
+            next((f"{limits[key]:g}" for key in keys if key in limits), "")
+            for keys in (("minimum", "exclusiveMinimum", "minItems"), ("maximum", "exclusiveMaximum", "maxItems"))
+        )
+        bounds = f"{low} to {high}" if low and high else low and f"from {low}"
+        kind = "finish" if is_finish(field) else _kind(row, schema.get("$defs", {}))
+        found.append(Parameter(at + name, kind, default, bounds, field.description or ""))
+        for record in nested:
+            found += parameters_of(record, f"{at}{name}.")
+    return found
+
+
+def _is_params(kind: Any) -> bool:
+    return isinstance(kind, type) and issubclass(kind, Params)
+
+
+def _kind(row: Mapping[str, Any], definitions: Mapping[str, Any]) -> str:
+    """The type of a value by its JSON schema, in words."""
+    if "$ref" in row:
+        return _kind(definitions[row["$ref"].rpartition("/")[2]], definitions)
+    if "anyOf" in row:
+        return " | ".join(_kind(option, definitions) for option in row["anyOf"])
+    if "enum" in row or "const" in row:
+        return " | ".join(map(str, row.get("enum", [row.get("const")])))
+    if row["type"] == "array":
+        items = row.get("prefixItems") or [row["items"]]
+        return f"list of {' and '.join(dict.fromkeys(_kind(item, definitions) for item in items))}"
+    return {"integer": "whole number", "boolean": "true | false", "object": "record"}.get(row["type"], str(row["type"]))
+
+
+def read_family(model: Family[Any], document: Document) -> Family[Any]:
     """The family that a document describes. Raises RegistryError with file, line, pointer, expected and got."""
     file = read_record(FamilyFile, document.value, document, ())
     categories = load().fixtures
@@ -123,10 +181,8 @@ def read_family(model: ParametricModel[Any], document: Document) -> Family[Any]:
         expected = "rules" if file.sample is None else "no rules, since its code has `sample`"
         raise document.fault(("sample",), expected, "nothing" if file.sample is None else "rules")
     presets = {name: _preset(model, name, row, document) for name, row in file.presets.items()}
-    return Family(
-        name=model.name,
-        params=model.params,
-        build=model.build,
+    return replace(
+        model,
         sample=model.sample or read_sample_rules(model.params, file.sample or {}, document),
         title=file.title,
         category=file.category,
@@ -135,7 +191,7 @@ def read_family(model: ParametricModel[Any], document: Document) -> Family[Any]:
     )
 
 
-def _preset(model: ParametricModel[Any], name: str, row: Any, document: Document) -> Params:
+def _preset(model: Family[Any], name: str, row: Any, document: Document) -> Params:
     """One preset; for a field of type CabinetLook, the name of a row of looks.yaml is accepted too."""
     at: KeyPath = ("presets", name)
     if isinstance(row, dict):

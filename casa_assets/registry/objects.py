@@ -10,7 +10,7 @@ from typing import Any
 from pydantic import Field
 
 from casa_assets.errors import UnknownId
-from casa_assets.families.family import Family, Params
+from casa_assets.families.kit.assemble import Family
 from casa_assets.families.sampling import read_fixed, read_sample_rules
 from casa_assets.model.record import Id, Record
 from casa_assets.model.registry.document import Document, expected_one_of
@@ -86,18 +86,15 @@ def _read(name: str, document: Document) -> Family[Any]:
     if row.form not in forms():
         expected = expected_one_of(tuple(forms()), row.form) + or_of_ignored()
         raise document.fault((name, "form"), expected, repr(row.form))
-    form = replace(forms()[row.form], name=name)
+    form = forms()[row.form]
     fixed = read_fixed(form.params, row.fixed, document, (name, "fixed"))
     rules = read_sample_rules(form.params, row.sample, document, (name, "sample"), fixed)
-    family: Family[Params] = Family(
+    return replace(
+        form,
         name=name,
-        params=form.params,
-        build=form.build,
         sample=rules,
         title=name.replace("_", " "),
         category=name,
         description=row.about,
-        presets={},
         form=row.form,
     )
-    return family

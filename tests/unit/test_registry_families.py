@@ -9,15 +9,18 @@ import pytest
 
 from casa_assets.errors import RegistryError, UnknownId
 from casa_assets.families.catalog import MODELS
-from casa_assets.families.family import Family, Params
+from casa_assets.families.family import Params
+from casa_assets.families.kit.assemble import Family
 from casa_assets.registry import data_root, read_document
 from casa_assets.registry.families import (
+    Parameter,
     families,
     family,
     family_groups,
     family_names,
     look_samplers,
     looks,
+    parameters_of,
     read_family,
 )
 from tests.family_members import WOODS, available
@@ -51,6 +54,18 @@ def test_presets_of_a_family_differ() -> None:
     for found in families().values():
         assert found.presets, found.name
         assert len({p.digest for p in found.presets.values()}) == len(found.presets), found.name
+
+
+def test_every_parameter_is_described() -> None:
+    rows = {name: parameters_of(found.params) for name, found in families().items()}
+    assert not [(name, row.name) for name, found in rows.items() for row in found if not row.description]
+    assert Parameter("width", "number", "0.75", "0.56 to 0.92", "of the plate, m") in rows["hob"]
+    assert Parameter("row", "front | right", "front", "", "place of the knobs") in rows["hob"]
+    narrowed, look = rows["fridge_side_by_side"][0], rows["wall_cabinet"][-1]
+    assert (narrowed.bounds, narrowed.description) == ("0.83 to 0.92", "outside, m")
+    assert (look.name, look.kind) == ("look.metal", "finish")
+    schema = families()["hob"].params.model_json_schema()
+    assert schema["properties"]["width"]["description"] == "of the plate, m"
 
 
 def test_a_preset_states_nothing_that_is_the_default_already() -> None:
@@ -129,7 +144,7 @@ sample:
 
 def test_a_random_member_is_drawn_by_the_rules_from_top_to_bottom(tmp_path: Path) -> None:
     found = read(tmp_path, GOOD.split("sample:", maxsplit=1)[0] + RULES)
-    drawn = [found.sample(np.random.default_rng(seed), available()).model_dump() for seed in range(40)]
+    drawn = [found.draw(np.random.default_rng(seed), available()).model_dump() for seed in range(40)]
     assert {(row["radius"], row["height"]) for row in drawn} == {(0.05, 0.2), (0.06, 0.2), (0.05, 0.25), (0.06, 0.26)}
     assert {(row["shape"], row["stems"]) for row in drawn} == {("bottle", 4), ("bottle", 5)}
     assert {row["clay"] for row in drawn} == set(WOODS)

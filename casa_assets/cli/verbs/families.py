@@ -84,7 +84,7 @@ def show(
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
-    """Build members into a folder and draw them closed, open and with their collision shapes.
+    """Print the parameters of families, build members into a folder and draw them closed, open and as collision shapes.
 
     Without --samples, presets are shown. Exit 0 when all pass, 1 when some do not, 2 on misuse.
 
@@ -93,6 +93,7 @@ def show(
     from casa_assets.pipeline.families.object_sheets import pictures
     from casa_assets.pipeline.families.run import FamilyRequest, build_one, params_of, requests_for
     from casa_assets.pipeline.ingest.job import writing
+    from casa_assets.registry.families import family, parameters_of
 
     output = Output(json_, quiet, verbose)
     requests = requests_for(names, samples, seed, presets=not samples)
@@ -100,6 +101,13 @@ def show(
         requests = [FamilyRequest(name, preset=p) for name in names for p in preset]
         for request in requests:
             params_of(request)  # raises UnknownId before anything is made
+    for name in names if not json_ else ():
+        table = TextTable(
+            ("parameter", "type", "default", "bounds", "description"), ("type", "description"), title=name
+        )
+        for row in parameters_of(family(name).params):
+            table.add(row.name, row.kind, row.default, row.bounds, row.description)
+        table.print(output.console)
     results: list[FamilyResult] = []
     with writing(out), working_on(output.console, "building", [request.title for request in requests]) as done:
         for request in requests:

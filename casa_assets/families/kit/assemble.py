@@ -1,16 +1,16 @@
-"""Turn an AssetBuilder into an Asset: meshes, masses, friction of joints, rounded numbers."""
+"""A family, and how its AssetBuilder becomes an Asset: meshes, masses, friction of joints, rounded numbers."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Generic
 
 import numpy as np
 
 from casa_assets.core import hand_dynamics
 from casa_assets.core.numeric import Floats, significant
-from casa_assets.families.family import AvailableFinishes, P, Params, Supplies
+from casa_assets.families.family import AvailableFinishes, P, Params, Supplies, pick
 from casa_assets.families.kit.asset_builder import (
     ROOT,
     AssetBuilder,
@@ -353,21 +353,28 @@ def _inertial(link: LinkBuilder) -> Inertial:
     return Inertial(mass=mass, center_of_mass=(x, y, z), inertia=(xx, yy, zz, xy, xz, yz))
 
 
-# Parametric model -----------------------------------------------------------------------------------------------------
-# The code of a family: the type of its parameters, and the function that builds a member.
+# Family ---------------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
-class ParametricModel(Generic[P]):
-    """Code of a family.
+class Family(Generic[P]):
+    """A family of fixtures, or a form of objects: a type of parameters and the code that builds a member.
+
+    In this package `title`, `category`, `description`, `presets` and most often `sample` are data, in
+    registry/families/ and registry/objects/. A plug-in states here what is not to be the default.
 
     Attributes:
-        name: such as `microwave`; registry/families/<name>.yaml holds its title, category and presets.
+        name: such as `microwave`; of objects their category.
         params: the type of its parameters.
         add_parts: adds links, joints, sites and regions of a member to an empty builder; no randomness.
-        sample: draws a member, if the rules under `sample:` of the family's file cannot express it.
+        sample: draws a member, each number within the bounds of its type; without it, one of the presets is drawn.
         contract: id in registry/contracts/, if `add_parts` does not choose it.
         base: FREE if a member is a movable object.
+        title: one line; by default the name in words.
+        category: id in registry/fixtures.yaml, or of objects in registry/categories.yaml; by default the name.
+        description: one sentence about its members; by default the docstring of `params`.
+        presets: named members, each visibly different; by default `default`, with all defaults of `params`.
+        form: of objects, the name of their form; empty for fixtures.
     """
 
     name: str
@@ -376,9 +383,18 @@ class ParametricModel(Generic[P]):
     sample: Callable[[np.random.Generator, AvailableFinishes], P] | None = None
     contract: str | None = None
     base: Base = Base.FIXED
+    title: str = ""
+    category: str = ""
+    description: str = ""
+    presets: Mapping[str, P] = field(default_factory=dict)
+    form: str = ""
+
+    def draw(self, rng: np.random.Generator, available: AvailableFinishes) -> P:
+        """A random member."""
+        return self.sample(rng, available) if self.sample else self.presets[pick(rng, list(self.presets))]
 
     def build(self, params: P, supplies: Supplies) -> Asset:
-        """The asset of a member's numbers."""
+        """The asset of a member's parameters."""
         builder = AssetBuilder(supplies, self.base)
         builder.contract = self.contract
         self.add_parts(builder, params)

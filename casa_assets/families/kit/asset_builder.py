@@ -234,6 +234,19 @@ class AssetBuilder:
                 owner, solid if solid.shapes else solid.with_hull_collider(), chosen.substance.id, label, collider_name
             )
 
+    def draw(
+        self,
+        link: str,
+        solid: Solid,
+        finish: str,
+        label: str | None = None,
+        name: str | None = None,
+        grain: Vec3 = (0.0, 0.0, 1.0),
+        density: float | str | None = None,
+    ) -> None:
+        """Add a solid without colliders, with its mass; arguments as in `add`."""
+        self.add(link, solid, finish, label, name, grain, collider=False, density=density)
+
     def add_collider(
         self, link: str, solid: Solid, finish: str, label: str | None = None, name: str | None = None
     ) -> None:
@@ -319,9 +332,7 @@ class AssetBuilder:
         pose = at if isinstance(at, Pose) else Pose(position=at)
         self.sites.append(Site(name=name, link=link, pose=pose, radius=radius))
 
-    def column(
-        self, name: str, at: Vec3, size: Vec3, color: tuple[float, float, float, float], link: str = ROOT
-    ) -> None:
+    def column(self, name: str, at: Vec3, size: Vec3, color: Vec4, link: str = ROOT) -> None:
         """Add a cylinder site about z that a runtime shows, such as a flame; size (diameter, diameter, height)."""
         pose = Pose(position=at)
         self.sites.append(Site(name=name, link=link, pose=pose, kind="cylinder", size=size, color=color))

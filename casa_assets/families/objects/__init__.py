@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from casa_assets.families.kit.assemble import ParametricModel
+from casa_assets.families.kit.assemble import Family
 from casa_assets.families.objects.containers import container
 from casa_assets.families.objects.food import bodies, dough, slab, stacked
 from casa_assets.families.objects.grown import cluster, produce
@@ -12,7 +12,7 @@ from casa_assets.families.objects.packages import block, package
 from casa_assets.families.objects.tools import utensil
 from casa_assets.families.objects.vessels import fittings, fixtures, flat, vessel
 
-FORMS: dict[str, ParametricModel[Any]] = {
+FORMS: dict[str, Family[Any]] = {
     form.name: form
     for form in (
         dough.FORM,

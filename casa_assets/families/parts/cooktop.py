@@ -14,6 +14,7 @@ from casa_assets.families.kit.solids.blocks import board, box, lathe, rod, subtr
 from casa_assets.families.kit.solids.solid import Solid
 from casa_assets.families.kit.solids.sweep import tube
 from casa_assets.model.asset.behavior import EffectKind
+from casa_assets.model.record import Vec2
 
 # Grates ---------------------------------------------------------------------------------------------------------------
 # Cast-iron grates over gas burners: joined to one surface, one for each burner, or rings with arms.
@@ -46,21 +47,19 @@ class BurnerCell:
     """The part of the field that belongs to a burner: (x0, x1) and (y0, y1), metres."""
 
     spot: BurnerSpot
-    x: tuple[float, float]
-    y: tuple[float, float]
+    x: Vec2
+    y: Vec2
 
 
 @dataclass(frozen=True)
 class _Span:
     """A bar from one corner to the other, seen from above, metres."""
 
-    x: tuple[float, float]
-    y: tuple[float, float]
+    x: Vec2
+    y: Vec2
 
 
-def burner_cells(
-    places: Sequence[BurnerSpot], field: tuple[float, float], middle: tuple[float, float]
-) -> list[BurnerCell]:
+def burner_cells(places: Sequence[BurnerSpot], field: Vec2, middle: Vec2) -> list[BurnerCell]:
     """The field (width, depth) about `middle` shared out among columns of burners."""
     (w, d), (mx, my) = field, middle
     columns = sorted({round(s.x, 4) for s in places})
@@ -92,14 +91,20 @@ def add_grates(
     frames = _columns(places) if style is GrateStyle.JOINED else [[c] for c in places]
     for frame in frames:
         for span in _frame(frame, inset):
-            builder.add(ROOT, _bar(span, pan_z, BAR_HEIGHT), finish, label="grate", collider=False)
+            builder.draw(ROOT, _bar(span, pan_z, BAR_HEIGHT), finish, "grate")
         for x in (frame[0].x[0] + inset + BAR_WIDTH / 2, frame[0].x[1] - inset - BAR_WIDTH / 2):
             for y in (frame[0].y[0] + inset + 0.02, frame[-1].y[1] - inset - 0.02):
-                _foot(builder, x, y, top, pan_z, finish)
+                # A leg on a pad of rubber.
+                under = pan_z - BAR_HEIGHT
+                pad = 0.0025
+                leg = box((BAR_WIDTH, 0.018, under - top - pad + 0.002), (x, y, (under + top + pad + 0.002) / 2), 0.002)
+                builder.draw(ROOT, leg, finish, "grate")
+                tip = box((BAR_WIDTH - 0.001, 0.014, pad), (x, y, top + 0.0003 + pad / 2), 0.0005)
+                builder.draw(ROOT, tip, "rubber_black", "grate")
     rows = sorted({round(c.spot.y, 4) for c in places})
     for cell in places:
         for finger in _fingers(cell, inset, rows):
-            builder.add(ROOT, _bar(finger, pan_z, BAR_HEIGHT - 0.001), finish, label="grate", collider=False)
+            builder.draw(ROOT, _bar(finger, pan_z, BAR_HEIGHT - 0.001), finish, "grate")
     for span in _collider_bars(places, inset, rows):
         builder.add_collider(ROOT, _bar(span, pan_z, BAR_HEIGHT), finish, "grate")
 
@@ -164,16 +169,6 @@ def _bar(span: _Span, top: float, height: float) -> Solid:
     return box((x1 - x0, y1 - y0, height), ((x0 + x1) / 2, (y0 + y1) / 2, top - height / 2), 0.002)
 
 
-def _foot(builder: AssetBuilder, x: float, y: float, top: float, pan_z: float, finish: str) -> None:
-    """A leg on a pad of rubber."""
-    under = pan_z - BAR_HEIGHT
-    pad = 0.0025
-    leg = box((BAR_WIDTH, 0.018, under - top - pad + 0.002), (x, y, (under + top + pad + 0.002) / 2), 0.002)
-    builder.add(ROOT, leg, finish, label="grate", collider=False)
-    tip = box((BAR_WIDTH - 0.001, 0.014, pad), (x, y, top + 0.0003 + pad / 2), 0.0005)
-    builder.add(ROOT, tip, "rubber_black", label="grate", collider=False)
-
-
 def _ring(builder: AssetBuilder, cell: BurnerCell, top: float, pan_z: float, finish: str) -> None:
     """Add a ring around the burner, with four arms that carry the pan."""
     s = cell.spot
@@ -185,7 +180,7 @@ def _ring(builder: AssetBuilder, cell: BurnerCell, top: float, pan_z: float, fin
         48,
         closed=True,
     )
-    builder.add(ROOT, hoop.translated(s.x, s.y), finish, label="grate", collider=False)
+    builder.draw(ROOT, hoop.translated(s.x, s.y), finish, "grate")
     for k in range(4):
         turn = math.pi / 4 + k * math.pi / 2
         reach = min(r + 0.02, clearance * 1.25)
@@ -197,27 +192,24 @@ def _ring(builder: AssetBuilder, cell: BurnerCell, top: float, pan_z: float, fin
         post = box((0.012, 0.0075, pan_z - z), (r, 0.0, (pan_z + z) / 2 - 0.001), 0.002)
         foot = rod(0.006, z - top - 0.0005, 0.001).translated(r, 0.0, (z + top) / 2 + 0.0002)
         for solid in (arm, post, foot):
-            builder.add(ROOT, solid.rotated("z", turn).translated(s.x, s.y), finish, label="grate", collider=False)
+            builder.draw(ROOT, solid.rotated("z", turn).translated(s.x, s.y), finish, "grate")
     for k in range(2):
         reach = min(r + 0.02, clearance * 1.25)
         across = box((2 * reach, 0.0075, 0.011), (0.0, 0.0, pan_z - 0.0055), 0.002).rotated(
             "z", math.pi / 4 + k * math.pi / 2
         )
         builder.add_collider(ROOT, across.translated(s.x, s.y), finish, "grate")
-    skirt = rod(r, 0.022, 0.0).translated(s.x, s.y, top + 0.0115)
-    builder.add_collider(ROOT, skirt, finish, "grate")
+    builder.add_collider(ROOT, rod(r, 0.022, 0.0).translated(s.x, s.y, top + 0.0115), finish, "grate")
 
 
-def add_griddle(builder: AssetBuilder, lower: tuple[float, float], upper: tuple[float, float], top: float) -> None:
+def add_griddle(builder: AssetBuilder, lower: Vec2, upper: Vec2, top: float) -> None:
     """A thick steel plate with a rim and a trough in front, between two corners seen from above, on z = top, metres."""
     (x0, y0), (x1, y1), z = lower, upper, top + 2e-4
     tray = board((x0, y0, z), (x1, y1, z + 0.03), 0.003, 2)
     hollow = board((x0 + 0.012, y0 + 0.012, z + 0.018), (x1 - 0.012, y1 - 0.012, z + 1.0), 0.0)
     plate = board((x0 + 0.0125, y0 + 0.05, z + 0.0182), (x1 - 0.0125, y1 - 0.0125, z + 0.025), 0.001)
-    builder.add(
-        ROOT, subtract(tray, hollow, shapes=tray.shapes), "stainless_brushed", label="grate", density="griddle_plate"
-    )
-    builder.add(ROOT, plate, "stainless_polished", label="grate", collider=False)
+    builder.add(ROOT, subtract(tray, hollow, shapes=tray.shapes), "stainless_brushed", "grate", density="griddle_plate")
+    builder.draw(ROOT, plate, "stainless_polished", "grate")
 
 
 # Burners --------------------------------------------------------------------------------------------------------------
@@ -229,19 +221,10 @@ SMALL_RADIUS, LARGE_RADIUS = 0.0725, 0.092  # radii of burners, metres
 DRIP_BOWL_RATIO = 1.16  # radius of a drip bowl over that of its coil
 FLAME_COLOR, GLOW_COLOR = (0.06, 0.2, 0.75, 0.0), (0.85, 0.12, 0.03, 0.0)
 
-
-class Fuel(StrEnum):
-    """Kind of burner."""
-
-    GAS = "gas"
-    COIL = "coil"
-    CERAMIC = "ceramic"
-    INDUCTION = "induction"
+Fuel = StrEnum("Fuel", "GAS COIL CERAMIC INDUCTION")
 
 
-def burner_positions(
-    count: int, width: float, depth: float, middle: tuple[float, float] = (0.0, 0.0)
-) -> list[BurnerSpot]:
+def burner_positions(count: int, width: float, depth: float, middle: Vec2 = (0.0, 0.0)) -> list[BurnerSpot]:
     """Positions of four, five or six burners on a field about `middle`, metres."""
     # Pans of 145 and 180 mm, and a wide one in the middle; two in a column keep clear of each other, dishes and all.
     scale = min(1.0, (depth / 2 - 0.006) / (DRIP_BOWL_RATIO * (SMALL_RADIUS + LARGE_RADIUS)))
@@ -266,9 +249,9 @@ def add_burners(
     places: list[BurnerSpot],
     top: float,
     grate: str,
-    field: tuple[float, float],
+    field: Vec2,
     style: GrateStyle,
-    middle: tuple[float, float] = (0.0, 0.0),
+    middle: Vec2 = (0.0, 0.0),
     ink: str = "plastic_grey_light",
 ) -> None:
     """Burners on a surface at z = top, with their sites.
@@ -321,21 +304,15 @@ def _gas(builder: AssetBuilder, s: BurnerSpot, top: float) -> None:
         36,
     )
     for solid, finish in ((bowl, "stainless_brushed"), (head, "aluminium_anodised"), (cap, "cast_iron_black")):
-        builder.add(ROOT, _moved(solid, s), finish, label="burner", collider=False)
+        builder.draw(ROOT, _moved(solid, s), finish, "burner")
     ports = 16
     for k in range(ports):
         t = 2 * math.pi * k / ports
         slit = box(
             (0.0025, 0.0012, 0.006), (s.x + 0.925 * r * math.cos(t), s.y + 0.925 * r * math.sin(t), top + 0.0165), 0.0
         )
-        builder.add(
-            ROOT,
-            slit.rotated("z", t + math.pi / 2, (s.x + 0.925 * r * math.cos(t), s.y + 0.925 * r * math.sin(t), 0)),
-            "rubber_black",
-            "burner",
-            collider=False,
-            density=0.0,
-        )
+        burner = slit.rotated("z", t + math.pi / 2, (s.x + 0.925 * r * math.cos(t), s.y + 0.925 * r * math.sin(t), 0))
+        builder.draw(ROOT, burner, "rubber_black", "burner", density=0.0)
 
 
 def _moved(solid: Solid, s: BurnerSpot) -> Solid:
@@ -352,7 +329,7 @@ def _coil(builder: AssetBuilder, s: BurnerSpot, top: float) -> None:
         ],
         40,
     )
-    builder.add(ROOT, _moved(bowl, s), "stainless_polished", label="burner", collider=False)
+    builder.draw(ROOT, _moved(bowl, s), "stainless_polished", "burner")
     turns = 3.5 if s.radius < 0.09 else 4.5
     steps = int(turns * 22)
     path = []
@@ -360,7 +337,7 @@ def _coil(builder: AssetBuilder, s: BurnerSpot, top: float) -> None:
         t = 2 * math.pi * turns * k / steps
         r = 0.2 * s.radius + 0.76 * s.radius * k / steps
         path.append((s.x + r * math.cos(t), s.y + r * math.sin(t), top + 0.0138))
-    builder.add(ROOT, tube(path, 0.0042).without_colliders(), "heating_element", label="burner", collider=False)
+    builder.draw(ROOT, tube(path, 0.0042).without_colliders(), "heating_element", "burner")
     collider_disc = rod(0.98 * s.radius, 0.0178, 0.0).translated(s.x, s.y, top + 0.0091)
     builder.add_collider(ROOT, collider_disc, "heating_element", "burner")
 
@@ -371,13 +348,13 @@ def _burner_ring(builder: AssetBuilder, s: BurnerSpot, top: float, fuel: Fuel, i
     radii = (s.radius, 0.62 * s.radius) if fuel is Fuel.CERAMIC else (s.radius,)
     for r in radii:
         ring = lathe([(r - 0.0016, z), (r, z), (r, z + 0.0002), (r - 0.0016, z + 0.0002)], 56, closed=True)
-        builder.add(ROOT, _moved(ring, s), ink, label="burner", collider=False, density=0.0)
+        builder.draw(ROOT, _moved(ring, s), ink, "burner", density=0.0)
     if fuel is Fuel.INDUCTION:
         for t in np.arange(4) * math.pi / 2:
             tick = box((0.0014, 0.3 * s.radius, 0.0002), (0.0, 0.0, z + 0.0001), 0.0).translated(
                 0.0, 0.85 * s.radius - 0.15 * s.radius, 0.0
             )
-            builder.add(ROOT, _moved(tick.rotated("z", float(t)), s), ink, label="burner", collider=False, density=0.0)
+            builder.draw(ROOT, _moved(tick.rotated("z", float(t)), s), ink, "burner", density=0.0)
 
 
 def add_burner_behavior(behavior: BehaviorBuilder, places: list[BurnerSpot], fuel: Fuel, turn: float) -> None:

@@ -16,7 +16,8 @@ from pydantic.main import IncEx
 
 from casa_assets.core.system import max_cache_bytes
 from casa_assets.export.usd import document
-from casa_assets.families.family import Family, Params
+from casa_assets.families.family import Params
+from casa_assets.families.kit.assemble import Family
 from casa_assets.geometry.lightweight import lighten
 from casa_assets.model.asset.asset import Asset
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of

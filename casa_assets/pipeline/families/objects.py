@@ -96,20 +96,18 @@ def printed_lines(asset: Asset, cache: Path) -> dict[str, tuple[PrintedLine, ...
     for material in asset.materials:
         recipe, picture = skins().get(material.id), material.base_color_texture
         if recipe is not None and recipe.kind == LABEL.name and picture is not None:
-            found[material.id] = _lines(recipe, picture, cache)
+            store, size = Store(cache / "printed_lines", is_optional=True), (picture.height_px, picture.width_px)
+            key = digest_of("printed_lines", key_of(lines_in_picture), recipe.digest, size)
+            kept = store.get(key)
+            if kept is None:
+                made = lines_in_picture(Label.from_json(recipe.params), size)
+                rows = [
+                    {"text": x.text, "runs_upwards": x.runs_upwards, "png": _png(np.asarray(x.cover))} for x in made
+                ]
+                kept = json.dumps(rows, sort_keys=True).encode()
+                store.put(key, kept)
+            found[material.id] = _read(kept)
     return found
-
-
-def _lines(recipe: TextureRecipe, picture: Texture, cache: Path) -> tuple[PrintedLine, ...]:
-    store, size = Store(cache / "printed_lines", is_optional=True), (picture.height_px, picture.width_px)
-    key = digest_of("printed_lines", key_of(lines_in_picture), recipe.digest, size)
-    kept = store.get(key)
-    if kept is None:
-        made = lines_in_picture(Label.from_json(recipe.params), size)
-        rows = [{"text": x.text, "runs_upwards": x.runs_upwards, "png": _png(np.asarray(x.cover))} for x in made]
-        kept = json.dumps(rows, sort_keys=True).encode()
-        store.put(key, kept)
-    return _read(kept)
 
 
 @lru_cache(maxsize=64)

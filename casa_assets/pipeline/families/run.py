@@ -19,8 +19,8 @@ from casa_assets.core.numeric import rng_for
 from casa_assets.core.system import cache_for
 from casa_assets.errors import UnknownId
 from casa_assets.families.catalog import MODELS
-from casa_assets.families.family import Family, Params, Supplies
-from casa_assets.families.kit.assemble import assemble
+from casa_assets.families.family import Params, Supplies
+from casa_assets.families.kit.assemble import Family, assemble
 from casa_assets.families.objects import FORMS
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.provenance import Labels
@@ -52,6 +52,7 @@ from casa_assets.registry.families import family, family_names
 from casa_assets.registry.objects import object_family, object_names
 from casa_assets.registry.plugins import LoadedPlugin
 from casa_assets.registry.plugins.families import plugin_families, plugin_forms
+from casa_assets.registry.plugins.guard import guarded
 
 # The package that the code of all families is below.
 FAMILIES_PACKAGE = "casa_assets.families"
@@ -154,7 +155,7 @@ def params_of(request: FamilyRequest) -> Params:
         chosen: Params = member_family.presets[request.preset]
         return chosen
     lane = f"{'objects' if request.is_object else 'families'}/{request.family}/{request.index}"
-    drawn: Params = member_family.sample(rng_for(request.seed, lane), available_finishes())
+    drawn: Params = member_family.draw(rng_for(request.seed, lane), available_finishes())
     return drawn
 
 
@@ -162,7 +163,11 @@ def build_asset(member_family: Family[Any], params: Params, cache: Path) -> Asse
     """The asset of a family's numbers; pictures come from or go to the store at `cache`."""
     known = registry.load()
     supplies = Supplies(finishes(params.finishes, cache), labels_of(member_family), known.densities)
-    asset = member_family.build(params, supplies)
+    build, owner = member_family.build, _plugin(member_family.name, member_family.form)
+    if owner is not None:
+        kind = f"form {member_family.form}" if member_family.form else f"family {member_family.name}"
+        build = guarded(owner, kind, build)
+    asset = build(params, supplies)
     if not member_family.form:
         return asset
     return complete(asset, params, category_of_family(member_family), known.limits["gripper_m"])
@@ -245,7 +250,13 @@ def _build_one(request: FamilyRequest, library: disk.Library, checked: bool, dra
     size = sum(p.stat().st_size for p in staged.rglob("*") if p.is_file())
     target = library.folder(member_family.name, asset.id)
     if report.passed:
-        made_by = _made_by(member_family, params, drawn)
+        # Producer, cache key and versions for the certificate of a member.
+        owner = _plugin(member_family.name, member_family.form)
+        if owner is None:
+            versions = versions_of({"family": _modules(member_family.name, member_family.form), **WRITING})
+        else:
+            versions = {**versions_of(WRITING), f"plugin:{owner.plugin.name}": owner.version}
+        made_by = disk.MadeBy(Producer.FAMILY, _entry_key(member_family, params, drawn), versions)
         disk.write_certificate(staged, asset, certificate(asset, report, staged, made_by))
         library.publish(staged, target)
     return FamilyResult(
@@ -260,16 +271,6 @@ def _build_one(request: FamilyRequest, library: disk.Library, checked: bool, dra
         cpu_s=time.process_time() - cpu_before,
         size_bytes=size,
     )
-
-
-def _made_by(member_family: Family[Any], params: Params, drawn: bool) -> disk.MadeBy:
-    """Producer, cache key and versions for the certificate of a member."""
-    owner = _plugin(member_family.name, member_family.form)
-    if owner is None:
-        versions = versions_of({"family": _modules(member_family.name, member_family.form), **WRITING})
-    else:
-        versions = {**versions_of(WRITING), f"plugin:{owner.plugin.name}": owner.version}
-    return disk.MadeBy(Producer.FAMILY, _entry_key(member_family, params, drawn), versions)
 
 
 def _entry_key(member_family: Family[Any], params: Params, drawn: bool) -> str:

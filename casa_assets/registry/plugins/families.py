@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from inspect import cleandoc
 from types import MappingProxyType
 from typing import Any
 
 from casa_assets.families.catalog import MODELS
-from casa_assets.families.family import Family
-from casa_assets.families.kit.assemble import ParametricModel
+from casa_assets.families.kit.assemble import Family
 from casa_assets.families.objects import FORMS
 from casa_assets.projects import read_once
 from casa_assets.registry.plugins.guard import guarded
@@ -22,21 +22,28 @@ def plugin_families() -> Mapping[str, tuple[LoadedPlugin, Family[Any]]]:
     found: dict[str, tuple[LoadedPlugin, Family[Any]]] = {}
     for one, family in added("family", lambda plugin: plugin.families, lambda thing: thing.name, MODELS):
         what = f"family {family.name}"
-        build, sample = guarded(one, what, family.build), guarded(one, what, family.sample)
-        found[family.name] = one, replace(family, build=build, sample=sample)
+        found[family.name] = (
+            one,
+            replace(
+                family,
+                sample=family.sample and guarded(one, what, family.sample),
+                title=family.title or family.name.replace("_", " ").capitalize(),
+                category=family.category or family.name,
+                description=family.description or cleandoc(family.params.__doc__ or "").partition("\n\n")[0],
+                presets=family.presets or {"default": guarded(one, what, family.params)()},
+            ),
+        )
     return MappingProxyType(found)
 
 
 @read_once
-def plugin_forms() -> Mapping[str, tuple[LoadedPlugin, ParametricModel[Any]]]:
+def plugin_forms() -> Mapping[str, tuple[LoadedPlugin, Family[Any]]]:
     """Forms of objects of plug-ins by name, each with its plug-in. Raises CasaError where a name is taken."""
-    found: dict[str, tuple[LoadedPlugin, ParametricModel[Any]]] = {}
-    for one, form in added("form", lambda plugin: plugin.forms, lambda thing: thing.name, FORMS):
-        found[form.name] = one, replace(form, add_parts=guarded(one, f"form {form.name}", form.add_parts))
-    return MappingProxyType(found)
+    named = added("form", lambda plugin: plugin.forms, lambda thing: thing.name, FORMS)
+    return MappingProxyType({form.name: (one, form) for one, form in named})
 
 
 @read_once
-def forms() -> Mapping[str, ParametricModel[Any]]:
+def forms() -> Mapping[str, Family[Any]]:
     """Forms of objects by name, those of the package first."""
     return MappingProxyType({**FORMS, **{name: form for name, (_, form) in plugin_forms().items()}})

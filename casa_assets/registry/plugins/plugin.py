@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 # Only for types: what imports this module has not to load all that plug-ins can add to, and is not made from it.
 if TYPE_CHECKING:
     from casa_assets.checks.check import Check
-    from casa_assets.families.family import Family
-    from casa_assets.families.kit.assemble import ParametricModel
+    from casa_assets.families.kit.assemble import Family
     from casa_assets.model.asset.asset import Asset
     from casa_assets.textures.canvas import TextureKind
 
@@ -71,7 +70,7 @@ class Plugin:
     name: str
     version: str
     families: tuple[Family[Any], ...] = ()
-    forms: tuple[ParametricModel[Any], ...] = ()
+    forms: tuple[Family[Any], ...] = ()
     checks: tuple[Check, ...] = ()
     limits: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
     texture_kinds: tuple[TextureKind, ...] = ()

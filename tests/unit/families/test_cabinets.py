@@ -1,8 +1,7 @@
-"""Cabinets: every preset and some draws are built, named as their runtime asks, and open without touching."""
+"""Cabinets: sizes, pulls that a hand reaches, fronts and handles; parts open without touching."""
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 
 import mujoco
@@ -10,118 +9,21 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from casa_assets.export import mjcf
-from casa_assets.families.family import Params
 from casa_assets.families.fixtures.cabinets.cabinets import BaseCabinet, DrawerStack, WallCabinet
 from casa_assets.families.fixtures.cabinets.island_base import IslandBase, stiles
 from casa_assets.families.parts.fronts import fronts
-from casa_assets.families.parts.fronts.doors import DOOR_TRAVEL
 from casa_assets.families.parts.fronts.fronts import CabinetLook, FrontEdge, FrontKind
 from casa_assets.families.parts.hardware import handles
 from casa_assets.families.parts.hardware.handles import HandleKind
-from casa_assets.model.asset.asset import Asset, JointKind
-from casa_assets.model.asset.parts import Box, Capsule, Joint
-from casa_assets.registry.families import family_groups
-from tests.family_members import MANY, available, known, made, preset, supplies
+from casa_assets.model.asset.parts import Box, Capsule
+from tests.family_members import made, preset, spec_of
 
 pytestmark = pytest.mark.content("code", "families", keep=0)
-
-BY_NAME = {f.name: f for f in family_groups()["cabinets"]}
-PRESETS = [(f.name, p) for f in BY_NAME.values() for p in f.presets]
-# Ref: RoboCasa v1.0, HingeCabinet, SingleCabinet and Drawer; a word in front tells several apart.
-NAMES = re.compile("([a-z0-9]+_)*((left|right)?doorhinge|slidejoint)")
-
-
-def drawn(family: str, seed: int) -> tuple[Params, Asset]:
-    found = BY_NAME[family]
-    params = found.sample(np.random.default_rng(seed), available(MANY))
-    return params, found.build(params, supplies(found, params))
-
-
-def stays_in_its_width(asset: Asset, joint: Joint) -> bool:
-    """Whether no visual vertex of a door, as far open as it goes, lies beyond its hinge's side of its own room."""
-    low, high = joint.range
-    angle = low if -low > high else high
-    link = asset.link(joint.child)
-    for visual in link.visuals:
-        points = visual.mesh.vertices
-        x = points[:, 0] * np.cos(angle) - points[:, 1] * np.sin(angle)
-        if float((x * (1.0 if angle < 0 else -1.0)).min()) < -1e-4:
-            return False
-    return True
-
-
-def holds(asset: Asset) -> None:
-    """What every cabinet keeps: its names, signs, grips and interiors."""
-    contract = known().contracts[str(asset.contract)]
-    for wanted in contract.joints:
-        assert sum(wanted.matches(j.name) for j in asset.joints) >= wanted.min_count, wanted.name
-    for joint in asset.joints:
-        assert NAMES.fullmatch(joint.name), joint.name
-        assert asset.link(joint.child).parent == "object"
-        low, high = joint.range
-        if joint.kind is JointKind.SLIDE:
-            assert joint.name.endswith("slidejoint")
-            assert joint.axis == (0.0, 1.0, 0.0)
-            assert high == 0
-            assert -0.7 <= low <= -0.15
-        else:
-            assert joint.axis == (0.0, 0.0, 1.0)
-            assert 1.2 <= max(-low, high) <= DOOR_TRAVEL
-            assert stays_in_its_width(asset, joint)
-            assert min(-low, high) == 0
-            assert not joint.name.endswith("leftdoorhinge") or high == 0
-            assert not joint.name.endswith("rightdoorhinge") or low == 0
-        grip = next(c for c in asset.link(joint.child).colliders if c.name == joint.grip)
-        assert grip.label == "handle"
-    assert "main" in [r.name for r in asset.regions]
-    assert not asset.exclusions
-    if asset.joints:
-        assert [k.name for k in asset.keyframes] == ["closed", "open"]
-        assert len(asset.keyframes[1].joints) == len(asset.joints)
-    assert all(len(k.colliders) <= 32 for k in asset.links)
-    faces = sum(len(v.mesh.faces) for k in asset.links for v in k.visuals)
-    assert faces < 15000
-
-
-def weighs(family: str, asset: Asset) -> None:
-    span = known().fixtures[BY_NAME[family].category].mass_kg
-    assert span.low / 1.5 <= asset.mass <= span.high * 1.5
-
-
-@pytest.mark.content("family", "{family}")
-@pytest.mark.parametrize(("family", "name"), PRESETS)
-def test_every_preset_is_built_to_its_contract(family: str, name: str) -> None:
-    asset = preset(family, name)
-    holds(asset)
-    weighs(family, asset)
-
-
-def test_presets_are_many_and_differ(subtests: pytest.Subtests) -> None:
-    for family in list(BY_NAME):
-        with subtests.test(family=family):
-            found = BY_NAME[family]
-            assert len(found.presets) >= 8
-            assert len({p.digest for p in found.presets.values()}) == len(found.presets)
-
-
-@pytest.mark.content("family", "{family}", keep=1)
-@pytest.mark.parametrize("family", list(BY_NAME))
-@pytest.mark.parametrize("seed", [1, 2, 3])
-def test_draws_are_built_to_their_contract(family: str, seed: int) -> None:
-    params, asset = drawn(family, seed)
-    holds(asset)
-    weighs(family, asset)
-    again, twin = drawn(family, seed)
-    assert again == params
-    assert twin.digest == asset.digest
-    assert type(params).from_json(params.to_json()) == params
 
 
 def test_sizes_are_those_asked_for() -> None:
     params = BaseCabinet(width=0.43, depth=0.58, height=0.87, look=CabinetLook(handle=HandleKind.FINGER_GROOVE))
-    found = BY_NAME["base_cabinet"]
-    low, high = found.build(params, supplies(found, params)).bounds
+    low, high = made("base_cabinet", params).bounds
     np.testing.assert_allclose(high - low, (0.43, 0.58, 0.87), atol=1e-5)
     np.testing.assert_allclose(low[2], 0.0, atol=1e-6)
 
@@ -131,22 +33,17 @@ def test_sizes_are_those_asked_for() -> None:
 def test_pulls_of_deep_drawer_fronts_are_high(front: FrontKind, handle: HandleKind) -> None:
     """A hand that comes from a wheeled base does not get much lower than 0.3 m above the floor."""
     look = CabinetLook(front=front, handle=handle)
-    for asset, link in ((made("drawer_stack", DrawerStack(look=look)), "drawer0"), (_island(look), "c0_drawer0")):
+    stack, island = made("drawer_stack", DrawerStack(look=look)), made("island_base", IslandBase(look=look))
+    for asset, link in ((stack, "drawer0"), (island, "c0_drawer0")):
         grip = next(c for c in asset.link(link).colliders if c.name == f"{link}_handle")
         assert (asset.asset_from_link(link) @ grip.pose).position[2] > 0.33
-
-
-def _island(look: CabinetLook) -> Asset:
-    return made("island_base", IslandBase(look=look))
 
 
 def test_rings_of_upper_doors_hang_clear_of_what_stands_before_their_lower_edge() -> None:
     """The hand at a ring is 0.1 m high; a refrigerator may stand out below the doors over it."""
     params = WallCabinet(look=CabinetLook(front=FrontKind.RAISED, handle=HandleKind.RING))
-    asset = made("wall_cabinet", params)
-    (link,) = (k for k in asset.links if k.name == "door")
-    lowest = min(float(c.pose.position[2]) for c in link.colliders if "handle" in c.name)
-    assert lowest >= 0.05
+    link = made("wall_cabinet", params).link("door")
+    assert min(float(c.pose.position[2]) for c in link.colliders if "handle" in c.name) >= 0.05
 
 
 @pytest.mark.content("family", "{family}")
@@ -163,11 +60,7 @@ def test_rings_of_upper_doors_hang_clear_of_what_stands_before_their_lower_edge(
 )
 def test_parts_clear_each_other_when_all_stand_open(family: str, name: str, tmp_path: Path) -> None:
     """Every share of the way, all at once and one by one, without the exclusion of neighbours."""
-    for path, data in mjcf.write(preset(family, name)).entries.items():
-        target = tmp_path / path
-        target.parent.mkdir(parents=True, exist_ok=True)
-        target.write_bytes(data)
-    spec = mujoco.MjSpec.from_file(str(tmp_path / "model.xml"))
+    spec = spec_of(preset(family, name), tmp_path)
     spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_FILTERPARENT
     model = spec.compile()
     data = mujoco.MjData(model)

@@ -1,4 +1,4 @@
-"""What cooks: presets and draws are built to their contract, keep clear of themselves, and carry a pan level."""
+"""What cooks keeps clear of itself and carries a pan level; knobs, figures and signs; forms of microwaves and ovens."""
 
 from __future__ import annotations
 
@@ -9,8 +9,6 @@ import mujoco
 import numpy as np
 import pytest
 
-from casa_assets.checks.asset.grip import fingers_have_room
-from casa_assets.export import mjcf
 from casa_assets.families.fixtures.cooking.microwave import (
     Microwave,
     MicrowaveControls,
@@ -32,72 +30,11 @@ from casa_assets.families.parts.hardware.controls import (
     seven_segment_text,
 )
 from casa_assets.geometry.solid.primitive import shape_bounds
-from casa_assets.model.asset.asset import Asset
-from casa_assets.registry.families import family, family_groups
-from tests.family_members import drawn, known, made, preset, unmet
+from casa_assets.registry.families import family
+from tests.family_members import made, preset, spec_of
+from tests.unit.families.test_members import holds
 
 pytestmark = pytest.mark.content("code", "families", keep=0)
-
-BY_NAME = {f.name: f for f in family_groups()["cooking"]}
-PRESETS = [(f.name, p) for f in BY_NAME.values() for p in f.presets]
-
-
-def holds(family: str, asset: Asset) -> None:
-    """What everything here keeps: the names of its contract, grips, few shapes and faces, a usual mass."""
-    contract = known().contracts[str(asset.contract)]
-    assert unmet(asset, contract) == []
-    for joint in asset.joints:
-        grip = next(c for c in asset.link(joint.child).colliders if c.name == joint.grip)
-        assert grip.label in ("handle", "knob", "button", "rack", "tray")
-        assert min(abs(v) for v in joint.range) == 0
-    assert fingers_have_room(asset, known().limits["finger_m"]).problems == ()
-    assert not asset.exclusions
-    assert all(len(k.colliders) <= 32 for k in asset.links)
-    assert sum(len(v.mesh.faces) for k in asset.links for v in k.visuals) < 24000
-    span = known().fixtures[BY_NAME[family].category].mass_kg
-    assert span.low <= asset.mass <= span.high
-
-
-@pytest.mark.content("family", "{family}")
-@pytest.mark.parametrize(("family", "name"), PRESETS)
-def test_every_preset_is_built_to_its_contract(family: str, name: str) -> None:
-    holds(family, preset(family, name))
-
-
-@pytest.mark.content("family", "{family}", keep=1)
-@pytest.mark.parametrize("family", list(BY_NAME))
-@pytest.mark.parametrize("seed", [1, 2, 3])
-def test_draws_are_built_to_their_contract(family: str, seed: int) -> None:
-    params = drawn(family, seed)
-    asset = made(family, params)
-    holds(family, asset)
-    again = drawn(family, seed)
-    assert again == params
-    assert made(family, again).digest == asset.digest
-    assert type(params).from_json(params.to_json()) == params
-
-
-@pytest.mark.content("family", "{family}", keep=1)
-@pytest.mark.parametrize("family", list(BY_NAME))
-def test_a_hundred_draws_stay_within_bounds_and_differ(family: str) -> None:
-    assert len({drawn(family, seed).digest for seed in range(100)}) > 95
-
-
-@pytest.mark.content("family", "{family}", keep=0)
-@pytest.mark.parametrize("family", list(BY_NAME))
-def test_presets_are_many_and_differ_in_form(family: str) -> None:
-    found = BY_NAME[family]
-    assert len(found.presets) >= 8
-    sizes = [tuple(np.round(preset(family, name).bounds, 4).ravel()) for name in found.presets]
-    assert len(set(sizes)) >= 5
-
-
-def model_of(asset: Asset, folder: Path) -> mujoco.MjSpec:
-    for path, data in mjcf.write(asset).entries.items():
-        target = folder / path
-        target.parent.mkdir(parents=True, exist_ok=True)
-        target.write_bytes(data)
-    return mujoco.MjSpec.from_file(str(folder / "model.xml"))
 
 
 @pytest.mark.content("family", "{family}")
@@ -117,7 +54,7 @@ def model_of(asset: Asset, folder: Path) -> mujoco.MjSpec:
 def test_parts_clear_each_other_on_their_way(family: str, name: str, tmp_path: Path) -> None:
     """Every joint alone, with what has to be open before it, without the exclusion of neighbours."""
     asset = preset(family, name)
-    spec = model_of(asset, tmp_path)
+    spec = spec_of(asset, tmp_path)
     spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_FILTERPARENT
     model = spec.compile()
     data = mujoco.MjData(model)
@@ -141,7 +78,7 @@ def test_parts_clear_each_other_on_their_way(family: str, name: str, tmp_path: P
 def test_a_small_pan_stands_level_on_every_burner(name: str, tmp_path: Path) -> None:
     """A pan of 14 cm put down at each place site comes to rest there, upright."""
     asset = preset("hob", name)
-    spec = model_of(asset, tmp_path)
+    spec = spec_of(asset, tmp_path)
     places = [s for s in asset.sites if s.name.endswith("_place_site")]
     for site in places:
         x, y, z = site.pose.position
@@ -244,7 +181,7 @@ def test_a_toaster_oven_has_a_rack_or_a_tray(place: PanelPlace, tray: bool) -> N
 def test_an_open_toaster_oven_is_clear_of_what_it_stands_on(grip: OvenHandle, height: float, tmp_path: Path) -> None:
     asset = made("toaster_oven", ToasterOven(grip=grip, height=height))
     holds("toaster_oven", asset)
-    spec = model_of(asset, tmp_path)
+    spec = spec_of(asset, tmp_path)
     spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=[1.0, 1.0, 0.1], pos=[0.0, 0.0, -0.001])
     model = spec.compile()
     data = mujoco.MjData(model)
@@ -256,7 +193,7 @@ def test_an_open_toaster_oven_is_clear_of_what_it_stands_on(grip: OvenHandle, he
 
 @pytest.mark.content("family", "range", keep=0)
 def test_the_handle_of_a_drawer_under_an_oven_is_at_its_upper_edge_and_stands_out(subtests: pytest.Subtests) -> None:
-    for name in BY_NAME["range"].presets:
+    for name in family("range").presets:
         with subtests.test(name=name):
             asset = preset("range", name)
             drawers = [link for link in asset.links if link.name == "drawer"]

@@ -6,11 +6,12 @@ import math
 
 import numpy as np
 import pytest
+from pydantic import ValidationError
 
 from casa_assets.core import hand_dynamics
 from casa_assets.families.family import FinishId, Params, Supplies
 from casa_assets.families.kit.assemble import assemble
-from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
+from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder, BehaviorBuilder, negated
 from casa_assets.families.kit.solids.blocks import ball, board, box, lathe, rod, subtract, union
 from casa_assets.families.kit.solids.solid import Solid, solid_mesh
 from casa_assets.families.kit.solids.sweep import (
@@ -26,6 +27,7 @@ from casa_assets.families.kit.solids.sweep import (
 )
 from casa_assets.geometry.mesh.topology import is_closed
 from casa_assets.model.asset.asset import Asset
+from casa_assets.model.asset.behavior import Condition, Rule
 from casa_assets.model.asset.material import Material, Substance
 from casa_assets.model.registry.rows import Finish
 from tests.asset_parts import labels
@@ -54,43 +56,24 @@ SOLIDS: dict[str, tuple[Solid, float]] = {
 }
 
 
-class TestSolid:
-    def test_is_closed_and_outward(self, subtests: pytest.Subtests) -> None:
-        for name in sorted(SOLIDS):
-            with subtests.test(name=name):
-                solid, _ = SOLIDS[name]
-                assert is_closed(solid.faces)
-                assert solid.volume > 0
-
-    def test_has_the_volume_of_the_formula(self, subtests: pytest.Subtests) -> None:
-        for name in sorted(SOLIDS):
-            with subtests.test(name=name):
-                solid, volume = SOLIDS[name]
-                assert solid.volume == pytest.approx(volume, rel=0.03)
-
-    def test_keeps_it_when_moved_and_mirrored(self, subtests: pytest.Subtests) -> None:
-        for name in sorted(SOLIDS):
-            with subtests.test(name=name):
-                solid, _ = SOLIDS[name]
-                for other in (solid.translated(1.0, 2.0, 3.0), solid.rotated("y", 0.7), solid.mirrored_x()):
-                    assert other.volume == pytest.approx(solid.volume, rel=1e-6)
-
-    def test_skin_is_true_to_size(self, subtests: pytest.Subtests) -> None:
-        for name in sorted(SOLIDS):
-            with subtests.test(name=name):
-                solid, _ = SOLIDS[name]
-                mesh = solid_mesh(solid, (0.5, 0.8), (0.0, 0.0, 1.0), name)
-                assert mesh.uv is not None
-                corners, shown = mesh.vertices[mesh.faces], mesh.uv[mesh.faces] * np.array([0.5, 0.8])
-                for i, j in ((0, 1), (1, 2), (2, 0)):
-                    true = np.linalg.norm(corners[:, i] - corners[:, j], axis=1)
-                    flat = np.linalg.norm(shown[:, i] - shown[:, j], axis=1)
-                    if (
-                        solid.uv_m is None
-                    ):  # what is laid flat is exact; what is rolled off stretches a little at its seams
-                        np.testing.assert_allclose(flat, true, atol=1e-6)
-                    else:
-                        assert np.median(np.abs(flat - true)) < 1e-3
+@pytest.mark.parametrize("name", sorted(SOLIDS))
+def test_a_solid_is_closed_of_the_volume_of_the_formula_and_its_skin_true_to_size(name: str) -> None:
+    solid, volume = SOLIDS[name]
+    assert is_closed(solid.faces)
+    assert solid.volume == pytest.approx(volume, rel=0.03)
+    for other in (solid.translated(1.0, 2.0, 3.0), solid.rotated("y", 0.7), solid.mirrored_x()):
+        assert other.volume == pytest.approx(solid.volume, rel=1e-6)
+    mesh = solid_mesh(solid, (0.5, 0.8), (0.0, 0.0, 1.0), name)
+    assert mesh.uv is not None
+    corners, shown = mesh.vertices[mesh.faces], mesh.uv[mesh.faces] * np.array([0.5, 0.8])
+    for i, j in ((0, 1), (1, 2), (2, 0)):
+        true = np.linalg.norm(corners[:, i] - corners[:, j], axis=1)
+        flat = np.linalg.norm(shown[:, i] - shown[:, j], axis=1)
+        # What is laid flat is exact; what is rolled off stretches a little at its seams.
+        if solid.uv_m is None:
+            np.testing.assert_allclose(flat, true, atol=1e-6)
+        else:
+            assert np.median(np.abs(flat - true)) < 1e-3
 
 
 def test_grain_runs_along_the_height_of_the_picture() -> None:
@@ -140,45 +123,60 @@ def chest(start_n: float = 7.0) -> Asset:
     return assemble(builder, "chest", Lid())
 
 
-class TestBench:
-    def test_mass_is_volume_times_density(self) -> None:
-        asset = chest()
-        assert asset.root.inertial.mass == pytest.approx(0.4 * 0.28 * 0.6 * 600.0, rel=0.001)
+def test_an_asset_is_what_was_built() -> None:
+    asset = chest()
+    assert asset.root.inertial.mass == pytest.approx(0.4 * 0.28 * 0.6 * 600.0, rel=0.001)
+    low, high = asset.bounds
+    assert low[2] == pytest.approx(0.0, abs=1e-6)
+    np.testing.assert_allclose((low + high)[:2], 0.0, atol=1e-6)
+    (main,) = [r for r in asset.regions if r.name == "main"]
+    np.testing.assert_allclose(main.size, high - low, atol=1e-6)
+    assert [c.name for c in asset.link("door").colliders] == ["door_main", "door_handle_main"]
+    assert asset.digest == chest().digest
+    opened = next(k for k in asset.keyframes if k.name == "open")
+    assert opened.joints[0].value == pytest.approx(-math.pi / 2)
 
-    def test_friction_starts_at_the_given_force(self) -> None:
-        for force in (6.0, 12.0):
-            (joint,) = chest(force).joints
-            assert joint.frictionloss == pytest.approx(force * math.hypot(0.36, 0.015), rel=0.01)
 
-    def test_stands_on_its_origin(self) -> None:
-        low, high = chest().bounds
-        assert low[2] == pytest.approx(0.0, abs=1e-6)
-        np.testing.assert_allclose((low + high)[:2], 0.0, atol=1e-6)
+def test_friction_starts_at_the_given_force() -> None:
+    for force in (6.0, 12.0):
+        (joint,) = chest(force).joints
+        assert joint.frictionloss == pytest.approx(force * math.hypot(0.36, 0.015), rel=0.01)
 
-    def test_main_is_the_outside(self) -> None:
-        asset = chest()
-        (main,) = [r for r in asset.regions if r.name == "main"]
-        np.testing.assert_allclose(main.size, np.ptp(asset.bounds, axis=0), atol=1e-6)
 
-    def test_colliders_carry_the_names_that_were_given(self) -> None:
-        names = [c.name for c in chest().link("door").colliders]
-        assert names == ["door_main", "door_handle_main"]
+def test_a_grip_that_is_not_there_is_refused() -> None:
+    builder = AssetBuilder(SUPPLIES)
+    builder.add(ROOT, box((0.1, 0.1, 0.1)), "plain")
+    builder.link("flap")
+    builder.add("flap", box((0.1, 0.1, 0.1)), "plain")
+    builder.hinge("flap_joint", "flap", (0, 0, 1), (0.0, 1.0), "no_handle")
+    with pytest.raises(ValueError, match="no collider 'no_handle'"):
+        assemble(builder, "chest", Lid())
 
-    def test_the_same_numbers_are_the_same_asset(self) -> None:
-        assert chest().digest == chest().digest
 
-    def test_far_is_the_open_end(self) -> None:
-        key = next(k for k in chest().keyframes if k.name == "open")
-        assert key.joints[0].value == pytest.approx(-math.pi / 2)
-
-    def test_a_grip_that_is_not_there(self) -> None:
-        builder = AssetBuilder(SUPPLIES)
-        builder.add(ROOT, box((0.1, 0.1, 0.1)), "plain")
-        builder.link("flap")
-        builder.add("flap", box((0.1, 0.1, 0.1)), "plain")
-        builder.hinge("flap_joint", "flap", (0, 0, 1), (0.0, 1.0), "no_handle")
-        with pytest.raises(ValueError, match="no collider 'no_handle'"):
-            assemble(builder, "chest", Lid())
+def test_a_state_machine_keeps_its_variables_rules_and_effects_in_order() -> None:
+    builder, down = BehaviorBuilder(), Condition(joint="lever", interval=(-1.0, -0.5))
+    assert builder.build() is None
+    builder.variable("power")
+    builder.rule("power", "on", down, before="off", after_s=2.0)
+    builder.rule("power", "off", negated(down))
+    builder.follow_joint("speed", "knob", {"low": (0.0, 1.0), "high": (1.0, 2.0)})
+    builder.light("power", "lamp", (1.0, 0.0, 0.0, 1.0))
+    made = builder.build()
+    assert made is not None
+    assert [(v.name, v.values, v.initial) for v in made.variables] == [
+        ("power", ("off", "on"), "off"),
+        ("speed", ("low", "high"), "low"),
+    ]
+    assert made.rules == (
+        Rule(variable="power", from_values=("off",), to="on", when=(down,), after_s=2.0),
+        Rule(variable="power", to="off", when=(down.replace(negated=True),)),
+        Rule(variable="speed", to="low", when=(Condition(joint="knob", interval=(0.0, 1.0)),)),
+        Rule(variable="speed", to="high", when=(Condition(joint="knob", interval=(1.0, 2.0)),)),
+    )
+    assert [(e.variable, e.value, e.target) for e in made.effects] == [("power", "on", "lamp")]
+    builder.rule("powr", "on", down)
+    with pytest.raises(ValidationError, match="no variable 'powr'"):
+        builder.build()
 
 
 def test_params_name_their_finishes() -> None:

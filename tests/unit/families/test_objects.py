@@ -36,7 +36,7 @@ BUILT, DRAWN, MAX_FACES = 2, 16, 9_000
 
 
 def params_of(name: str, index: int) -> Params:
-    drawn: Params = object_family(name).sample(rng_for(0, f"objects/{name}/{index}"), available())
+    drawn: Params = object_family(name).draw(rng_for(0, f"objects/{name}/{index}"), available())
     return drawn
 
 

@@ -81,7 +81,7 @@ def test_portions_lie_on_the_ground_and_say_what_they_are(subtests: pytest.Subte
     for portion, crosswise in [*((p, False) for p in Portion), (Portion.HALF, True)]:
         for face in list(Face):
             with subtests.test(face=face, portion=portion, crosswise=crosswise):
-                drawn = object_family("pear").sample(rng_for(0, "x"), available())
+                drawn = object_family("pear").draw(rng_for(0, "x"), available())
                 params = drawn.replace(
                     portion=portion, section="section_pear", crosswise=crosswise, face=face, bend=0.0
                 )
@@ -107,7 +107,7 @@ def test_a_half_that_lies_on_its_side_rolls_to_where_its_mass_is_lowest() -> Non
 def test_a_portion_needs_a_picture_of_its_section_and_a_whole_thing_says_nothing() -> None:
     with pytest.raises(ValidationError, match="a section is expected"):
         Produce(profile=((0, 0), (1, 0.3), (1, 0.7), (0, 1)), length=0.1, width=0.1, skin="x", portion=Portion.HALF)
-    params = object_family("lime").sample(rng_for(0, "objects/lime/0"), available()).replace(portion=None)
+    params = object_family("lime").draw(rng_for(0, "objects/lime/0"), available()).replace(portion=None)
     asset = object_family("lime").build(params, supplies("lime", params))
     assert "portion" not in document.label_texts(asset)
     assert "portion" not in asset.labels.to_json()

@@ -136,6 +136,13 @@ class TestParts:
         kept = [result.is_kept for result in build_all(wanted[:2], library, 1, drawn=False)]
         assert kept == [True, True]
 
+    def test_a_family_that_states_only_its_code_has_one_preset(self, project: Project) -> None:
+        brief = PLUGIN.replace('presets={"oak": Plinth(), "unlucky": Plinth(width=0.13)},', "")
+        casa.use_project(project({**PROJECT, "plugins/testing.py": brief}), plugins=True)
+        found = family("plinth")
+        assert list(found.presets) == ["default", "wide"]
+        assert (found.title, found.category, found.description) == ("Plinth", "plinth", "A block of wood.")
+
     def test_objects_of_a_form(self, allowed: Path, tmp_path: Path) -> None:
         (done,) = build_all(object_requests(["coaster"], 1, 0), tmp_path / "library", 1, drawn=False)
         assert done.passed, done

@@ -12,7 +12,7 @@ from pydantic import Field, model_validator
 
 from casa_assets.core.numeric import Floats
 from casa_assets.families.family import FinishId, Params
-from casa_assets.families.kit.assemble import ParametricModel
+from casa_assets.families.kit.assemble import Family
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.blocks import board, lathe, rod
 from casa_assets.families.kit.solids.solid import Solid, hull_around
@@ -435,4 +435,4 @@ def _handle(builder: AssetBuilder, p: Container, frame: _Frame) -> None:
     builder.add(ROOT, bar, p.handle_finish or p.body, label="handle", name="handle", density="flask_handle")
 
 
-FORM = ParametricModel("container", Container, build, base=Base.FREE)
+FORM = Family("container", Container, build, base=Base.FREE)

@@ -15,7 +15,7 @@ from scipy.interpolate import CubicSpline, LinearNDInterpolator, NearestNDInterp
 
 from casa_assets.core.numeric import Floats
 from casa_assets.families.family import FinishId, Params
-from casa_assets.families.kit.assemble import ParametricModel
+from casa_assets.families.kit.assemble import Family
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.solid import Solid, concatenate, hull_around
 from casa_assets.families.kit.solids.sweep import circle, tube
@@ -655,4 +655,4 @@ def _feelers(p: Crustacean, rng: np.random.Generator) -> list[Solid]:
     return [feeler.without_colliders() for feeler in out]
 
 
-FORM = ParametricModel("crustacean", Crustacean, build, base=Base.FREE)
+FORM = Family("crustacean", Crustacean, build, base=Base.FREE)

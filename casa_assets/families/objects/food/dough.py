@@ -12,7 +12,7 @@ from pydantic import Field
 
 from casa_assets.core.numeric import Floats
 from casa_assets.families.family import FinishId, Params
-from casa_assets.families.kit.assemble import ParametricModel
+from casa_assets.families.kit.assemble import Family
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.blocks import box
 from casa_assets.families.kit.solids.solid import Solid
@@ -295,4 +295,4 @@ def _hulls(body: Solid, p: Dough) -> list[Solid]:
     return hulls_of_bent(body, p.bend if p.body is Body.LONG else 0.0)
 
 
-FORM = ParametricModel("dough", Dough, build, base=Base.FREE)
+FORM = Family("dough", Dough, build, base=Base.FREE)

@@ -12,7 +12,7 @@ from pydantic import Field
 
 from casa_assets.core.numeric import Floats
 from casa_assets.families.family import FinishId, Params
-from casa_assets.families.kit.assemble import ParametricModel
+from casa_assets.families.kit.assemble import Family
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.blocks import board
 from casa_assets.families.kit.solids.solid import Solid, hull_around
@@ -342,4 +342,4 @@ def _on_plinth(body: Solid) -> list[Solid]:
     return [hull_around(raised), plinth]
 
 
-FORM = ParametricModel("slab", SlabFood, build, base=Base.FREE)
+FORM = Family("slab", SlabFood, build, base=Base.FREE)

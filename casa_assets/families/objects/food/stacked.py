@@ -13,7 +13,7 @@ from pydantic import Field
 
 from casa_assets.core.numeric import Floats
 from casa_assets.families.family import FinishId, Params
-from casa_assets.families.kit.assemble import ParametricModel
+from casa_assets.families.kit.assemble import Family
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.solid import Solid
 from casa_assets.families.kit.solids.sweep import prism, tube
@@ -715,4 +715,4 @@ _BUILDERS: dict[Build, Callable[[Stacked, np.random.Generator], Composed]] = {
     Build.MAKI: _maki,
 }
 
-FORM = ParametricModel("stacked", Stacked, build, base=Base.FREE)
+FORM = Family("stacked", Stacked, build, base=Base.FREE)

@@ -12,7 +12,7 @@ from pydantic import Field
 
 from casa_assets.core.numeric import Floats
 from casa_assets.families.family import FinishId, Params
-from casa_assets.families.kit.assemble import ParametricModel
+from casa_assets.families.kit.assemble import Family
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.solid import Solid, concatenate
 from casa_assets.families.kit.solids.sweep import circle, tube
@@ -305,4 +305,4 @@ _BUILDS = {
     Build.BUNDLE: _bundle,
     Build.STALKS: _stalks,
 }
-FORM = ParametricModel("cluster", Cluster, build, base=Base.FREE)
+FORM = Family("cluster", Cluster, build, base=Base.FREE)

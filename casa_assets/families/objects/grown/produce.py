@@ -12,7 +12,7 @@ from pydantic import Field, model_validator
 
 from casa_assets.core.numeric import Floats
 from casa_assets.families.family import FinishId, Params
-from casa_assets.families.kit.assemble import ParametricModel
+from casa_assets.families.kit.assemble import Family
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.solid import Solid, concatenate, hull_around
 from casa_assets.families.kit.solids.sweep import tube
@@ -458,4 +458,4 @@ def _hulls(body: Solid, p: Produce, around: int, along: int) -> list[Solid]:
     return hulls
 
 
-FORM = ParametricModel("produce", Produce, build, base=Base.FREE)
+FORM = Family("produce", Produce, build, base=Base.FREE)

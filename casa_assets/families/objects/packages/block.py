@@ -14,7 +14,7 @@ from pydantic import Field
 
 from casa_assets.core.numeric import Floats
 from casa_assets.families.family import FinishId, Params
-from casa_assets.families.kit.assemble import ParametricModel
+from casa_assets.families.kit.assemble import Family
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.blocks import ball, subtract
 from casa_assets.families.kit.solids.solid import Solid, concatenate
@@ -342,4 +342,4 @@ def _hulls(p: Block, body: Solid) -> list[Solid]:
     return out
 
 
-FORM = ParametricModel("block", Block, build, base=Base.FREE)
+FORM = Family("block", Block, build, base=Base.FREE)

@@ -12,7 +12,7 @@ from pydantic import Field, model_validator
 
 from casa_assets.core.numeric import Floats
 from casa_assets.families.family import FinishId, Params
-from casa_assets.families.kit.assemble import ParametricModel
+from casa_assets.families.kit.assemble import Family
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.solid import Solid, box_shape
 from casa_assets.families.objects.containers.closures import LID, LID_GRIP, swing_up
@@ -245,4 +245,4 @@ def _colliders(p: Package, body: Solid, everything: Floats) -> list[Solid]:
     return [body.with_hull_collider()]
 
 
-FORM = ParametricModel("package", Package, build, base=Base.FREE)
+FORM = Family("package", Package, build, base=Base.FREE)

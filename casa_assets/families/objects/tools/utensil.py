@@ -13,7 +13,7 @@ import numpy as np
 from pydantic import Field
 
 from casa_assets.families.family import FinishId, Params
-from casa_assets.families.kit.assemble import ParametricModel
+from casa_assets.families.kit.assemble import Family
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.blocks import box, rod
 from casa_assets.families.kit.solids.solid import Solid, axis_turn, concatenate, hull_around
@@ -628,4 +628,4 @@ _MAKERS: dict[Head, Callable[[Utensil], list[Part]]] = {
     Head.STRAW: _straw,
 }
 
-FORM = ParametricModel("utensil", Utensil, build, base=Base.FREE)
+FORM = Family("utensil", Utensil, build, base=Base.FREE)

@@ -13,7 +13,7 @@ from pydantic import Field
 
 from casa_assets.core.numeric import Floats
 from casa_assets.families.family import FinishId, Params
-from casa_assets.families.kit.assemble import ParametricModel
+from casa_assets.families.kit.assemble import Family
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.blocks import lathe, subtract
 from casa_assets.families.kit.solids.solid import Solid, concatenate, hull_around
@@ -345,7 +345,7 @@ def build(builder: AssetBuilder, p: SingleLid) -> None:
     add_lid(builder, lid, replace(round_plan(p.width / 2, 40), height=p.rise), low)
 
 
-FORM = ParametricModel("vessel_lid", SingleLid, build, base=Base.FREE)
+FORM = Family("vessel_lid", SingleLid, build, base=Base.FREE)
 
 # Params ---------------------------------------------------------------------------------------------------------------
 # Their profile, handles, spout, lid, holes and finishes.

@@ -10,7 +10,7 @@ from casa_assets.families.family import FinishId, Params
 from casa_assets.families.fixtures.kitchenware.dish_rack import DishRack, build
 from casa_assets.families.fixtures.small import kettle
 from casa_assets.families.fixtures.small.kettle import Kettle, KettleForm, KettleHandle
-from casa_assets.families.kit.assemble import ParametricModel
+from casa_assets.families.kit.assemble import Family
 from casa_assets.families.kit.asset_builder import AssetBuilder
 from casa_assets.families.objects.containers.closures import LID, lift_off
 from casa_assets.families.parts.appliance.blender_jar import (
@@ -65,7 +65,7 @@ def build_blender_jug(builder: AssetBuilder, p: BlenderJug) -> None:
         lift_off(builder, 2 * p.top)
 
 
-BLENDER_JUG = ParametricModel("blender_jug", BlenderJug, build_blender_jug, base=Base.FREE)
+BLENDER_JUG = Family("blender_jug", BlenderJug, build_blender_jug, base=Base.FREE)
 
 # Electric kettle ------------------------------------------------------------------------------------------------------
 # Electric kettles as objects: those of the fixtures' family, with fewer collision shapes.
@@ -84,9 +84,9 @@ def build_electric_kettle(builder: AssetBuilder, p: Kettle) -> None:
         kettle.build(builder, p, 8, (0.0, 1.0))
 
 
-ELECTRIC_KETTLE = ParametricModel("kettle", Kettle, build_electric_kettle, base=Base.FREE)
+ELECTRIC_KETTLE = Family("kettle", Kettle, build_electric_kettle, base=Base.FREE)
 
 # Dish rack ------------------------------------------------------------------------------------------------------------
 # Dish racks as objects: those of the fixtures' family, with a region for each plate.
 
-DISH_RACK = ParametricModel("dish_rack", DishRack, build, base=Base.FREE)
+DISH_RACK = Family("dish_rack", DishRack, build, base=Base.FREE)

@@ -13,7 +13,7 @@ from pydantic import Field
 
 from casa_assets.core.numeric import Floats
 from casa_assets.families.family import FinishId, Params
-from casa_assets.families.kit.assemble import ParametricModel
+from casa_assets.families.kit.assemble import Family
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.blocks import box, intersect, rod, subtract
 from casa_assets.families.kit.solids.solid import Solid, concatenate
@@ -179,7 +179,7 @@ def _pictured(part: Solid, whole: Solid) -> Solid:
     return replace(part, picture_uv=uv[part.faces])
 
 
-BOARD = ParametricModel("board", Board, build_board, base=Base.FREE)
+BOARD = Family("board", Board, build_board, base=Base.FREE)
 
 # Pocket tray ----------------------------------------------------------------------------------------------------------
 # Trays with pockets in rows, for ice cubes, muffins and the like.
@@ -277,4 +277,4 @@ def _add_shapes(builder: AssetBuilder, p: PocketTray, length: float, width: floa
         builder.add_collider(ROOT, box((end, width, high), (at, 0.0, top - high / 2), 0.0), p.skin, "body")
 
 
-POCKET_TRAY = ParametricModel("pocket_tray", PocketTray, build_pocket_tray, base=Base.FREE)
+POCKET_TRAY = Family("pocket_tray", PocketTray, build_pocket_tray, base=Base.FREE)

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from casa_assets.families.kit.assemble import ParametricModel
+from casa_assets.families.kit.assemble import Family
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.blocks import subtract
 from casa_assets.families.kit.solids.solid import Solid, concatenate
@@ -228,4 +228,4 @@ def _prints(builder: AssetBuilder, p: Vessel, plan: Plan, profile: Profile) -> N
         builder.add(ROOT, sleeve, p.mark_finish, label="sleeve", collider=False)
 
 
-FORM = ParametricModel("vessel", Vessel, build, base=Base.FREE)
+FORM = Family("vessel", Vessel, build, base=Base.FREE)

@@ -13,7 +13,7 @@ from casa_assets.families.kit.solids.blocks import board, box, lathe, rod
 from casa_assets.families.kit.solids.solid import Placed, Solid
 from casa_assets.families.kit.solids.sweep import circle, loft, rectangle, tube
 from casa_assets.families.parts.appliance.counter_parts import round_wall_pieces
-from casa_assets.model.record import Vec3
+from casa_assets.model.record import Vec2, Vec3
 
 WALL_THICKNESS = 0.004  # metres
 LIP_HEIGHT = 0.008
@@ -23,14 +23,7 @@ COLLAR, RAISED = 0.026, 0.0252
 # How far the plug of a lid reaches into the jar, its play there, how much wider the cover is than the jar; metres.
 PLUG_DEPTH, PLUG_PLAY, OVERHANG = 0.008, 0.003, 0.001
 
-
-class BlenderJar(StrEnum):
-    """Section of the jar."""
-
-    ROUND = "round"
-    SQUARE = "square"
-    CLOVER = "clover"
-
+BlenderJar = StrEnum("BlenderJar", "ROUND SQUARE CLOVER")
 
 # Least half width of a jar like a clover, as a share of its half width.
 WAIST = 0.9
@@ -97,7 +90,7 @@ def jar_outline(jar: BlenderJar, half: float, z: float) -> np.ndarray:
     return np.column_stack([flat, np.full(len(flat), z)])
 
 
-def _jar_walls(p: Jar, width: float, foot: tuple[float, float], rim: tuple[float, float]) -> list[Placed]:
+def _jar_walls(p: Jar, width: float, foot: Vec2, rim: Vec2) -> list[Placed]:
     """Convex pieces of a jar's wall.
 
     Args:
@@ -111,10 +104,7 @@ def _jar_walls(p: Jar, width: float, foot: tuple[float, float], rim: tuple[float
     profile = [foot, (lip, rim[1] - LIP_HEIGHT), rim, (rim[0], rim[1] - UNDER_LID)]
     walls, edge = (
         round_wall_pieces(
-            [(width * r - WALL_THICKNESS, z) for r, z in stretch],
-            [(grow * r, z) for r, z in stretch],
-            count,
-            first,
+            [(width * r - WALL_THICKNESS, z) for r, z in stretch], [(grow * r, z) for r, z in stretch], count, first
         )
         for stretch in (profile[::3], profile[1:3])
     )
@@ -136,7 +126,7 @@ def add_jar(builder: AssetBuilder, p: Jar, rest: float) -> None:
         ],
         44,
     )
-    builder.add(ROOT, collar.with_hull_collider(), p.grip, label="collar", density="blender_collar")
+    builder.add(ROOT, collar.with_hull_collider(), p.grip, "collar", density="blender_collar")
     floor = rest + 0.034
     base = rest + RAISED
     shares = np.linspace(0.0, 1.0, 6)
@@ -153,28 +143,26 @@ def add_jar(builder: AssetBuilder, p: Jar, rest: float) -> None:
     walls = _jar_walls(p, width, (r0, base), (r1, rim))
     metal = not p.glass.startswith(("glass", "plastic"))
     density = {"glass": "glass", "plastic": "blender_plastic_jar"}.get(p.glass.split("_")[0], "blender_steel_jar")
-    builder.add(
-        ROOT, Solid(skin.points, skin.faces, tuple(walls), crease_deg=50.0), p.glass, label="jar", density=density
-    )
+    builder.add(ROOT, Solid(skin.points, skin.faces, tuple(walls), crease_deg=50.0), p.glass, "jar", density=density)
     disc = rod(r0 - 0.001, floor - base, 0.0).translated(z=(floor + base) / 2)
     builder.add_collider(ROOT, disc, p.glass, "jar", "jar_bottom")
     plate_ = lathe(
         [(0.6 * r0, floor + 3e-4), (0.5 * r0, floor + 0.002), (0.2 * r0, floor + 0.003), (0.0, floor + 0.0032)], 28
     )
-    builder.add(ROOT, plate_, "stainless_polished", label="blades", collider=False)
+    builder.draw(ROOT, plate_, "stainless_polished", "blades")
     for k in range(4):
         blade = box((0.024, 0.009, 0.0014), (0.013, 0.0, 0.0), 0.0005).rotated("y", -0.35 if k % 2 else 0.1)
         turned = blade.rotated("z", k * math.pi / 2).translated(0.0, 0.0, floor + 0.0075)
-        builder.add(ROOT, turned, "stainless_polished", label="blades", name="blades", collider=False)
+        builder.draw(ROOT, turned, "stainless_polished", "blades", name="blades")
     hub = rod(0.0045, 0.008, 0.001).translated(0.0, 0.0, floor + 0.007)
-    builder.add(ROOT, hub, "stainless_polished", label="blades", name="blades", collider=False)
+    builder.draw(ROOT, hub, "stainless_polished", "blades", name="blades")
     half = width * r0 - WALL_THICKNESS
     builder.round_region("int", (0.0, 0.0, floor), 2 * half, rim - floor - 0.012)
     for k in range(0 if metal else 5):
         s = 0.25 + 0.14 * k
         r = (r0 + (r1 - r0) * s**0.8) * (0.9 if p.form is BlenderJar.CLOVER else 1.0)
         mark = box((0.02 if k % 2 else 0.012, 0.0006, 0.0012), (0.0, -r - 2e-4, base + s * (rim - base)), 0.0)
-        builder.add(ROOT, mark, "plastic_white", label="scale", collider=False, density=0.0)
+        builder.draw(ROOT, mark, "plastic_white", "scale", density=0.0)
 
 
 def add_jar_handle(builder: AssetBuilder, p: Jar, rest: float) -> None:
@@ -194,7 +182,7 @@ def add_jar_handle(builder: AssetBuilder, p: Jar, rest: float) -> None:
         (at(low) - 0.002, 0.0, low),
     ]
     bow = tube(path, rectangle(0.016, 0.026, 0.007, 4), 0.016, up=(0.0, 1.0, 0.0))
-    builder.add(ROOT, bow, p.grip, label="handle", collider="handle_main", density="hollow_moulding")
+    builder.add(ROOT, bow, p.grip, "handle", collider="handle_main", density="hollow_moulding")
 
 
 def add_cover(builder: AssetBuilder, p: Cover, link: str = ROOT) -> None:
@@ -204,10 +192,10 @@ def add_cover(builder: AssetBuilder, p: Cover, link: str = ROOT) -> None:
     cover = loft([jar_outline(p.form, r, z) for r, z in rings], 50.0)
     square = p.form is BlenderJar.SQUARE
     shape = board((-half, -half, 0.0), (half, half, t), 0.0) if square else rod(half, t, 0.0).translated(z=t / 2)
-    builder.add(link, cover.with_colliders_of(shape), p.grip, label="lid", collider="lid_main", density="blender_lid")
+    builder.add(link, cover.with_colliders_of(shape), p.grip, "lid", collider="lid_main", density="blender_lid")
     inside = (WAIST if p.form is BlenderJar.CLOVER else 1.0) * p.top - WALL_THICKNESS - PLUG_PLAY
     plug = rod(inside, PLUG_DEPTH + 0.001, 0.002).translated(z=(0.001 - PLUG_DEPTH) / 2)
-    builder.add(link, plug, p.grip, label="lid", collider="lid_plug", density="blender_lid")
+    builder.add(link, plug, p.grip, "lid", collider="lid_plug", density="blender_lid")
     r, foot, top = p.cap_radius, t + 0.0005, t + p.cap_height
     cap = lathe([(r, foot), (r, top - 0.003), (r - 0.003, top)], 32)
-    builder.add(link, cap.with_hull_collider(), p.cap, label="handle", collider=p.cap_name, density="blender_lid")
+    builder.add(link, cap.with_hull_collider(), p.cap, "handle", collider=p.cap_name, density="blender_lid")

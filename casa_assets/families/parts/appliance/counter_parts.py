@@ -65,15 +65,15 @@ def add_liner(
         ((x0 + t, y0, z1 - t), (x1 - t, y1 - t, z1)),
         ((x0 + t, y1 - t, z0 + t), (x1 - t, y1, z1 - t)),
     ):
-        builder.add(ROOT, board(a, b, 0.0), finish, label="liner", collider=False, density=density)
+        builder.draw(ROOT, board(a, b, 0.0), finish, "liner", density=density)
 
 
-def rounded_polygon(points: Sequence[Vec2], radius: float, steps: int = 5) -> Floats:
+def rounded_polygon(points: Sequence[Vec2], radius: float) -> Floats:
     """(N, 2) closed polygon with its corners rounded; points counter-clockwise, metres."""
     first, last = np.array(points[0]), np.array(points[-1])
     middle = (first + last) / 2
     line = [(float(middle[0]), float(middle[1]), 0.0)]
-    path = round_corners([*line, *((x, y, 0.0) for x, y in points), *line], radius, steps)[:-1, :2]
+    path = round_corners([*line, *((x, y, 0.0) for x, y in points), *line], radius)[:-1, :2]
     # Neighbours that fall together would have no direction.
     apart = np.linalg.norm(path - np.roll(path, 1, axis=0), axis=1) > 1e-6
     return np.asarray(path[apart])
@@ -86,9 +86,7 @@ def extrude_across(outline: Floats, width: float, chamfer: float) -> Solid:
     return Solid(points, solid.faces, crease_deg=40.0)
 
 
-def rounded_body(
-    width: float, depth: float, steps: Sequence[tuple[float, float]], radius: float, corner: int = 6
-) -> Solid:
+def rounded_body(width: float, depth: float, steps: Sequence[Vec2], radius: float, corner: int = 6) -> Solid:
     """A body of rounded rectangles above each other: (inset, z) each from below, metres, about the origin.
 
     Insets above half of the narrower side are cut to it.
@@ -103,18 +101,14 @@ def rounded_body(
     return loft(rings)
 
 
-def dome_profile(rise: float, reach: float, z: float, steps: int = 5) -> list[tuple[float, float]]:
+def dome_profile(rise: float, reach: float, z: float) -> list[Vec2]:
     """(inset, z) of a rounded upper edge that goes in by `reach` while it rises by `rise` to z, metres."""
-    turns = np.linspace(0.0, math.pi / 2, steps + 1)
+    turns = np.linspace(0.0, math.pi / 2, 6)
     return [(float(reach * (1 - math.cos(t))), float(z - rise + rise * math.sin(t))) for t in turns]
 
 
 def round_wall_pieces(
-    inner: Sequence[Vec2],
-    outer: Sequence[Vec2],
-    count: int = 12,
-    start: float = 0.0,
-    bulge: Sequence[Vec2] = (),
+    inner: Sequence[Vec2], outer: Sequence[Vec2], count: int = 12, start: float = 0.0, bulge: Sequence[Vec2] = ()
 ) -> list[Placed]:
     """Convex pieces of a round wall: between (radius, z) profiles that run upwards, one piece for each stretch.
 
@@ -167,13 +161,7 @@ def thin_panel(lower: Vec3, upper: Vec3, edge_radius: float = 0.0012, steps: int
 
 UNDERSIDE_SHARE = 0.8  # share of half the height at which a section of the head is cut off below
 
-
-class MixerTool(StrEnum):
-    """Tool of a stand mixer."""
-
-    WHISK = "whisk"
-    BEATER = "beater"
-    HOOK = "hook"
+MixerTool = StrEnum("MixerTool", "WHISK BEATER HOOK")
 
 
 def head_section(y: float, width: float, height: float, middle: float, power: float, count: int = 28) -> Floats:
@@ -224,9 +212,9 @@ def head_solid(form: MixerHead) -> Solid:
     return loft([form.ring(float(t)) for t in shares], 50.0).oriented_outwards()
 
 
-def head_band(form: MixerHead, y: float, length: float) -> Solid:
-    """A strip around a head at y, `length` long in y, that projects by a millimetre. Metres."""
-    shares = [(y + d - form.front) / (form.back - form.front) for d in (-length / 2, 0.0, length / 2)]
+def head_band(form: MixerHead, y: float) -> Solid:
+    """A strip of 8 mm around a head at y, metres, that projects by a millimetre."""
+    shares = [(y + d - form.front) / (form.back - form.front) for d in (-0.004, 0.0, 0.004)]
     return loft([form.ring(t, 0.001, 44) for t in shares], 50.0).oriented_outwards()
 
 
@@ -284,17 +272,14 @@ def _hook(length: float) -> list[Solid]:
 _MAKERS = {MixerTool.WHISK: _whisk, MixerTool.BEATER: _beater, MixerTool.HOOK: _hook}
 
 
-def bowl_profile(base_radius: float, rim_radius: float, depth: float, steps: int = 9) -> list[tuple[float, float]]:
+def bowl_profile(base_radius: float, rim_radius: float, depth: float) -> list[Vec2]:
     """(radius, z) of a bowl's outside from its foot to its rim, metres; z from 0 to depth."""
-    line = []
-    for t in np.linspace(0.0, 1.0, steps):
-        line.append(
-            (float(base_radius + (rim_radius - base_radius) * math.sin(t * math.pi / 2) ** 0.8), float(depth * t))
-        )
-    return line
+    wider = rim_radius - base_radius
+    turns = np.linspace(0.0, 1.0, 9)
+    return [(float(base_radius + wider * math.sin(t * math.pi / 2) ** 0.8), float(depth * t)) for t in turns]
 
 
-def radius_at(line: Sequence[tuple[float, float]], z: float) -> float:
+def radius_at(line: Sequence[Vec2], z: float) -> float:
     """Radius of a profile at a height, metres."""
     return float(np.interp(z, [b for _, b in line], [a for a, _ in line]))
 
@@ -310,43 +295,36 @@ def add_drip_tray(builder: AssetBuilder, lower: Vec3, upper: Vec3, metal: str) -
         board(lower, (x1, y1, z1 - 0.0006), 0.003, 2),
         board((x0 + 0.006, y0 + 0.006, z0 + 0.006), (x1 - 0.006, y1 - 0.006, 1.0), 0.0),
     )
-    builder.add(ROOT, pan, "plastic_black", label="tray", collider=False)
-    collider_box = board(lower, upper, 0.0)
-    builder.add_collider(ROOT, collider_box, metal, "tray", "drip_tray")
+    builder.draw(ROOT, pan, "plastic_black", "tray")
+    builder.add_collider(ROOT, board(lower, upper, 0.0), metal, "tray", "drip_tray")
     for y in (y0 + 0.008, y1 - 0.008):
         rail = board((x0 + 0.0064, y - 0.0016, z1 - 0.003), (x1 - 0.0064, y + 0.0016, z1), 0.0005)
-        builder.add(ROOT, rail, metal, label="tray", collider=False)
+        builder.draw(ROOT, rail, metal, "tray")
     count = max(5, int((x1 - x0 - 0.02) / 0.0085))
     for k in range(count):
         x = x0 + 0.011 + (x1 - x0 - 0.022) * k / (count - 1)
         slat = board((x - 0.0017, y0 + 0.0065, z1 - 0.0024), (x + 0.0017, y1 - 0.0065, z1 - 0.0003), 0.0)
-        builder.add(ROOT, slat, metal, label="tray", collider=False)
+        builder.draw(ROOT, slat, metal, "tray")
 
 
 def add_brew_group(builder: AssetBuilder, at: Vec3, ceiling: float, metal: str, grip: str) -> None:
     """A brewing group under a ceiling with a portafilter whose two spouts end at `at`, its handle to the front."""
     x, y, z = at
     head = rod(0.036, ceiling - z - 0.034, 0.003).translated(x, y, (ceiling + z + 0.034) / 2)
-    builder.add(ROOT, head, metal, label="group", collider="group_head", density="brewing_casting")
+    builder.add(ROOT, head, metal, "group", collider="group_head", density="brewing_casting")
     ring = rod(0.041, 0.01, 0.002).translated(x, y, z + 0.0392)
-    builder.add(ROOT, ring, metal, label="portafilter", collider=False, density="brewing_casting")
+    builder.draw(ROOT, ring, metal, "portafilter", density="brewing_casting")
     basket = lathe([(0.02, z + 0.016), (0.034, z + 0.0215), (0.0352, z + 0.034)], 28).translated(x, y)
-    builder.add(
-        ROOT,
-        basket.with_box_collider(),
-        metal,
-        label="portafilter",
-        collider="portafilter_basket",
-        density="brewing_casting",
-    )
+    portafilter = basket.with_box_collider()
+    builder.add(ROOT, portafilter, metal, "portafilter", collider="portafilter_basket", density="brewing_casting")
     for s in (-1, 1):
         spout = tube([(x, y, z + 0.014), (x + s * 0.012, y, z + 0.011), (x + s * 0.012, y, z)], 0.0048, 0.006)
-        builder.add(ROOT, spout, metal, label="portafilter", collider=False)
+        builder.draw(ROOT, spout, metal, "portafilter")
     neck = tube([(x, y - 0.03, z + 0.028), (x, y - 0.066, z + 0.026)], 0.006)
-    builder.add(ROOT, neck, metal, label="portafilter", collider=False)
+    builder.draw(ROOT, neck, metal, "portafilter")
     line = [(0.0075, 0.0), (0.0125, 0.012), (0.0118, 0.05), (0.0142, 0.085), (0.011, 0.097), (0.004, 0.1)]
     handle = lathe(line, 20, 60.0).rotated("x", math.pi / 2 + 0.06).translated(x, y - 0.064, z + 0.0262)
-    builder.add(ROOT, handle.with_hull_collider(), grip, label="portafilter", collider="portafilter_grip")
+    builder.add(ROOT, handle.with_hull_collider(), grip, "portafilter", collider="portafilter_grip")
 
 
 def add_spout(builder: AssetBuilder, at: Vec3, ceiling: float, finish: str, twin: bool) -> None:
@@ -354,20 +332,19 @@ def add_spout(builder: AssetBuilder, at: Vec3, ceiling: float, finish: str, twin
     x, y, z = at
     width = 0.06 if twin else 0.034
     block = board((x - width / 2, y - 0.022, z + 0.008), (x + width / 2, y + 0.022, ceiling), 0.005, 3)
-    builder.add(ROOT, block, finish, label="spout", collider="spout", density="hollow_moulding")
+    builder.add(ROOT, block, finish, "spout", collider="spout", density="hollow_moulding")
     for dx in (-0.014, 0.014) if twin else (0.0,):
         tip = lathe([(0.0042, z), (0.0062, z + 0.0085)], 16).translated(x + dx, y)
-        builder.add(ROOT, tip, "plastic_black", label="spout", collider=False)
+        builder.draw(ROOT, tip, "plastic_black", "spout")
 
 
 def add_steam_wand(builder: AssetBuilder, at: Vec3, tip_z: float, metal: str) -> None:
     """A steam wand that hangs from `at` down to z = low, leaning out to its side (the sign of x)."""
     x, y, z = at
     side = math.copysign(1.0, x)
-    ball_ = rod(0.011, 0.018, 0.004).translated(x, y, z - 0.004)
-    builder.add(ROOT, ball_, metal, label="wand", collider=False)
+    builder.draw(ROOT, rod(0.011, 0.018, 0.004).translated(x, y, z - 0.004), metal, "wand")
     pipe = tube([(x, y, z), (x, y, z - 0.03), (x + side * 0.02, y - 0.015, tip_z)], 0.0042, 0.012)
-    builder.add(ROOT, pipe, metal, label="wand", density="steam_wand")
+    builder.add(ROOT, pipe, metal, "wand", density="steam_wand")
     sleeve = tube(
         [
             (x + side * 0.0095, y - 0.007, tip_z + (z - tip_z) * 0.5),
@@ -375,24 +352,24 @@ def add_steam_wand(builder: AssetBuilder, at: Vec3, tip_z: float, metal: str) ->
         ],
         0.0066,
     )
-    builder.add(ROOT, sleeve, "rubber_black", label="wand", collider=False)
+    builder.draw(ROOT, sleeve, "rubber_black", "wand")
 
 
 def add_bean_hopper(builder: AssetBuilder, x: float, y: float, z: float, size: float, height: float) -> None:
     """Add a transparent funnel for beans with a lid; z is the height of the surface below it."""
     steps = [(0.022, z), (0.0, z + 0.5 * height), (0.0, z + height - 0.012)]
     body = rounded_body(size, size, steps, 0.03).translated(x, y)
-    builder.add(ROOT, body.with_hull_collider(), "plastic_smoked", label="hopper", density="bean_hopper")
+    builder.add(ROOT, body.with_hull_collider(), "plastic_smoked", "hopper", density="bean_hopper")
     beans = rounded_body(
         size - 0.008, size - 0.008, [(0.022, z + 0.003), (0.002, z + 0.45 * height)], 0.028
     ).translated(x, y)
-    builder.add(ROOT, beans, "coffee_dark", label="hopper", collider=False, density="coffee_beans")
+    builder.draw(ROOT, beans, "coffee_dark", "hopper", density="coffee_beans")
     lid = rounded_body(
         size + 0.004, size + 0.004, [(0.0, z + height - 0.0118), (0.0, z + height - 0.003), (0.003, z + height)], 0.031
     ).translated(x, y)
-    builder.add(ROOT, lid.with_hull_collider(), "plastic_black", label="hopper", density="hopper_lid")
+    builder.add(ROOT, lid.with_hull_collider(), "plastic_black", "hopper", density="hopper_lid")
     knob = rod(0.011, 0.012, 0.003).translated(x, y, z + height + 0.006)
-    builder.add(ROOT, knob, "plastic_black", label="hopper")
+    builder.add(ROOT, knob, "plastic_black", "hopper")
 
 
 def add_pressure_gauge(builder: AssetBuilder, at: Vec3, radius: float, metal: str) -> None:
@@ -401,27 +378,25 @@ def add_pressure_gauge(builder: AssetBuilder, at: Vec3, radius: float, metal: st
     bezel = lathe(
         [(radius, 0.0), (radius, 0.005), (radius - 0.003, 0.007), (radius - 0.004, 0.0062), (0.0, 0.0062)], 32
     )
-    builder.add(ROOT, bezel.rotated("x", math.pi / 2).translated(x, y, z), metal, label="gauge", collider=False)
+    builder.draw(ROOT, bezel.rotated("x", math.pi / 2).translated(x, y, z), metal, "gauge")
     dial = rod(radius - 0.0042, 0.0006, 0.0, "y").translated(x, y - 0.0067, z)
-    builder.add(ROOT, dial, "enamel_white", label="gauge", collider=False, density=0.0)
+    builder.draw(ROOT, dial, "enamel_white", "gauge", density=0.0)
     for k in range(9):
         angle = math.radians(-130 + 260 * k / 8)
         tick = (
             box((0.0008, 0.0004, 0.003), (0.0, -0.0072, radius - 0.0066), 0.0).rotated("y", angle).translated(x, y, z)
         )
-        builder.add(ROOT, tick, "plastic_black", label="gauge", collider=False, density=0.0)
+        builder.draw(ROOT, tick, "plastic_black", "gauge", density=0.0)
     hand = (
         box((0.0012, 0.0004, radius - 0.008), (0.0, -0.0075, 0.3 * radius), 0.0).rotated("y", -0.9).translated(x, y, z)
     )
-    builder.add(ROOT, hand, "plastic_red", label="gauge", collider=False, density=0.0)
+    builder.draw(ROOT, hand, "plastic_red", "gauge", density=0.0)
 
 
 def add_cup_rail(builder: AssetBuilder, lower: Vec3, upper: Vec3, metal: str) -> None:
     """Add a low fence of rod round the warming plate at lower[2], up to upper[2]. Metres."""
     (x0, y0, z0), (x1, y1, z1) = lower, upper
     loop = [(x1, y1, z1), (x1, y0, z1), (x0, y0, z1), (x0, y1, z1), (x1, y1, z1)]
-    builder.add(ROOT, tube(loop, 0.0028), metal, label="rail")
+    builder.add(ROOT, tube(loop, 0.0028), metal, "rail")
     for x, y in ((x0, y0), (x1, y0), (x0, y1), (x1, y1)):
-        builder.add(
-            ROOT, rod(0.0026, z1 - z0, 0.0005).translated(x, y, (z0 + z1) / 2), metal, label="rail", collider=False
-        )
+        builder.draw(ROOT, rod(0.0026, z1 - z0, 0.0005).translated(x, y, (z0 + z1) / 2), metal, "rail")

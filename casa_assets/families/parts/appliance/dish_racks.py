@@ -37,7 +37,7 @@ def add_dish_rack(
     builder.link(name, at=((x0 + x1) / 2, y0, z0))
     rows = min(tines, int(2 * half / TINE_PITCH))
     wires = [*_floor(half, depth), *_sides(half, depth, height), *_tines(half, depth, rows)]
-    builder.add(name, concatenate(wires), finish, label="rack", collider=False, density="coated_wire")
+    builder.draw(name, concatenate(wires), finish, "rack", density="coated_wire")
     t = 0.007
     for solid, part in (
         (board((-half, 0.0, -RIM_RADIUS), (half, depth, 2 * RIM_RADIUS), 0.0), "main"),
@@ -49,14 +49,14 @@ def add_dish_rack(
         builder.add_collider(name, solid, finish, "rack", f"{name}_{part}")
     half_grip = 0.6 * half
     grip = rod(0.0055, 2 * half_grip, 0.002, "x").translated(0.0, -0.013, height - 0.006)
-    builder.add(name, grip, metal, label="handle", name=f"{name}_handle_main")
+    builder.add(name, grip, metal, "handle", name=f"{name}_handle_main")
     for x in (-half_grip + 0.012, half_grip - 0.012):
         link = rod(0.0035, 0.014, 0.0005, "y").translated(x, -0.006, height - 0.006)
-        builder.add(name, link, metal, label="handle", collider=False)
+        builder.draw(name, link, metal, "handle")
     for x in (-half - 0.004, half + 0.004):
         for y in (0.2 * depth, 0.8 * depth):
             wheel = rod(0.013, 0.007, 0.0015, "x").translated(x, y, 0.004)
-            builder.add(name, wheel, "plastic_grey", label="wheel", collider=False)
+            builder.draw(name, wheel, "plastic_grey", "wheel")
     joint = f"{name}_joint"
     builder.slide(joint, name, (0.0, 1.0, 0.0), (-travel, 0.0), f"{name}_handle_main", start_n=6.0, behind=behind)
     builder.region(name, (-half + t, t, 2 * RIM_RADIUS), (half - t, depth - t, height), link=name)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from enum import StrEnum
-from typing import Annotated
 
 import numpy as np
 from pydantic import Field
@@ -18,18 +17,7 @@ from casa_assets.families.parts.hardware.handles import Handle, collider_box, gr
 # Handles --------------------------------------------------------------------------------------------------------------
 # Pulls of large appliances: stouter than those of cabinets, along x on the plane y = 0, standing out to -y.
 
-
-class AppliancePull(StrEnum):
-    """Kind of handle of a large appliance."""
-
-    TUBE = "tube"
-    PRO = "pro"
-    BLADE = "blade"
-    BOW = "bow"
-    BOXED = "boxed"
-    LEDGE = "ledge"
-    LATCH = "latch"
-
+AppliancePull = StrEnum("AppliancePull", "TUBE PRO BLADE BOW BOXED LEDGE LATCH")
 
 LATCH_LENGTH = 0.2  # metres; a latch has one length and lies across
 
@@ -136,7 +124,6 @@ _MAKERS = {
 }
 
 # Look -----------------------------------------------------------------------------------------------------------------
-# Style of large appliances: form and finish of the fronts, the pull, and the base below the doors.
 
 
 class ApplianceFront(StrEnum):
@@ -149,36 +136,24 @@ class ApplianceFront(StrEnum):
     GLASS = "glass"  # a pane in a frame of metal
 
 
-class ApplianceKick(StrEnum):
-    """Base below the doors."""
-
-    GRILLE = "grille"
-    PLINTH = "plinth"
-    FEET = "feet"
+ApplianceKick = StrEnum("ApplianceKick", "GRILLE PLINTH FEET")
 
 
 class ApplianceLook(Params):
-    """Front form, pull and finishes of a large appliance.
+    """Style of large appliances: form and finish of the fronts, the pull, and the base below the doors."""
 
-    Attributes:
-        form, pull, kick. front: kind of cabinet front where the form is `panel`.
-        face: of the fronts; `lower`, where given, of the lower or left one. body: of sides and back. metal: of pulls.
-        trim: of shelf edges and rails inside. share: of the height of a door that its pull takes.
-        badge: a plate without a name. display: a touch panel in the front.
-    """
-
-    form: ApplianceFront = ApplianceFront.FLAT
-    pull: AppliancePull = AppliancePull.TUBE
-    kick: ApplianceKick = ApplianceKick.GRILLE
-    front: FrontKind = FrontKind.SHAKER
-    face: FinishId = "stainless_brushed"
-    lower: FinishId | None = None
-    body: FinishId = "enamel_grey"
-    metal: FinishId = "stainless_polished"
-    trim: FinishId = "plastic_grey_light"
-    share: Annotated[float, Field(ge=0.2, le=0.9)] = 0.5
-    badge: bool = True
-    display: bool = False
+    form: ApplianceFront = Field(ApplianceFront.FLAT, description="of the front")
+    pull: AppliancePull = Field(AppliancePull.TUBE, description="kind of pull")
+    kick: ApplianceKick = Field(ApplianceKick.GRILLE, description="kind of plinth")
+    front: FrontKind = Field(FrontKind.SHAKER, description="kind of cabinet front of the form `panel`")
+    face: FinishId = Field("stainless_brushed", description="finish of the fronts")
+    lower: FinishId | None = Field(None, description="finish of the lower or left front; null: as `face`")
+    body: FinishId = Field("enamel_grey", description="finish of sides and back")
+    metal: FinishId = Field("stainless_polished", description="finish of pulls")
+    trim: FinishId = Field("plastic_grey_light", description="finish of shelf edges and rails inside")
+    share: float = Field(0.5, ge=0.2, le=0.9, description="of the height of a door that its pull takes")
+    badge: bool = Field(True, description="a plate without a name")
+    display: bool = Field(False, description="a touch panel in the front")
 
     @property
     def thick(self) -> float:

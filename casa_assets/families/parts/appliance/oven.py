@@ -16,7 +16,7 @@ from casa_assets.families.kit.solids.solid import box_shape, concatenate
 from casa_assets.families.kit.solids.sweep import rectangle, tube
 from casa_assets.families.parts.appliance.counter_parts import add_liner, cavity_walls
 from casa_assets.families.parts.hardware.handles import round_bar
-from casa_assets.model.record import Vec3
+from casa_assets.model.record import Vec2, Vec3
 
 # Balanced hinge -------------------------------------------------------------------------------------------------------
 # Hinges about x of flaps, heads and oven doors: a spring carries the weight, friction holds the link in place.
@@ -120,14 +120,7 @@ DOOR_GAP = 0.003
 DOOR_THICKNESS = 0.045  # of a door: two panes and air
 RACK_TRAVEL = 0.26  # metres that a rack comes out
 
-
-class OvenHandle(StrEnum):
-    """Handle of the oven door."""
-
-    BAR = "bar"
-    PRO = "pro"
-    FLAT = "flat"
-    CURVED = "curved"
+OvenHandle = StrEnum("OvenHandle", "BAR PRO FLAT CURVED")
 
 
 @dataclass(frozen=True)
@@ -172,14 +165,14 @@ def add_cavity(
     t = INSULATION_THICKNESS
     inner = ((x0 + t, y0, z0 + t), (x1 - t, y1 - t, z1 - t))
     for corners in cavity_walls((lower, upper), inner):
-        builder.add(ROOT, board(*corners, 0.0), looks.shell, label="case", collider=collider, density="oven_wall")
+        builder.add(ROOT, board(*corners, 0.0), looks.shell, "case", collider=collider, density="oven_wall")
     (a0, b0, c0), (a1, b1, c1) = inner
     add_liner(builder, (a0, b0 + 0.001, c0), (a1, b1, c1), looks.liner, "steel")
     seal = subtract(
         board((a0 - 0.014, y0 - 0.0013, c0 - 0.014), (a1 + 0.014, y0 - 0.0003, c1 + 0.014), 0.0),
         board((a0 - 0.004, y0 - 0.01, c0 - 0.004), (a1 + 0.004, y0 + 0.01, c1 + 0.004), 0.0),
     )
-    builder.add(ROOT, seal, "gasket_grey", label="gasket", collider=False, density="soft_gasket")
+    builder.draw(ROOT, seal, "gasket_grey", "gasket", density="soft_gasket")
     furnish_cavity(builder, *inner, f"lamp{first}")
     height = c1 - c0
     for k in range(racks):
@@ -205,18 +198,18 @@ def furnish_cavity(builder: AssetBuilder, lower: Vec3, upper: Vec3, lamp: str) -
         0.004,
         0.03,
     )
-    builder.add(ROOT, element, "heating_element", label="element", collider=False)
+    builder.draw(ROOT, element, "heating_element", "element")
     x, z = (a0 + a1) / 2, (lower[2] + c1) / 2
     r = min(0.085, 0.33 * (c1 - lower[2]), 0.3 * (a1 - a0))
     face = b1 - 0.0008  # the liner's front
     cover = lathe([(r, 0.0), (r, 0.004), (0.9 * r, 0.009), (0.0, 0.009)]).rotated("x", math.pi / 2)
-    builder.add(ROOT, cover.translated(x, face, z), "enamel_charcoal", label="fan", collider=False, density="oven_fan")
+    builder.draw(ROOT, cover.translated(x, face, z), "enamel_charcoal", "fan", density="oven_fan")
     slots = [box((0.0035, 0.0008, 0.5 * r), (0.0, -0.0098, 0.52 * r), 0.0) for _ in range(12)]
     ring = concatenate([s.rotated("y", 2 * math.pi * k / 12) for k, s in enumerate(slots)])
-    builder.add(ROOT, ring.translated(x, face, z), "rubber_black", label="fan", collider=False, density=0.0)
+    builder.draw(ROOT, ring.translated(x, face, z), "rubber_black", "fan", density=0.0)
     bulb = lathe([(0.026, 0.0), (0.026, 0.003), (0.021, 0.005), (0.017, 0.011), (0.0, 0.014)]).rotated("x", math.pi / 2)
     at = (a1 - 0.055, face, c1 - 0.05)
-    builder.add(ROOT, bulb.translated(*at), "glass_opal", label="lamp", name=lamp, collider=False, density="oven_lamp")
+    builder.draw(ROOT, bulb.translated(*at), "glass_opal", "lamp", name=lamp, density="oven_lamp")
 
 
 def add_oven_rack(builder: AssetBuilder, name: str, lower: Vec3, upper: Vec3, looks: OvenLook, door: str) -> None:
@@ -224,24 +217,18 @@ def add_oven_rack(builder: AssetBuilder, name: str, lower: Vec3, upper: Vec3, lo
     (x0, y0, z), (x1, y1, top) = lower, upper
     for x in (x0 + 0.0008, x1 - 0.0088):
         ledge = board((x, y0 + 0.02, z - 0.016), (x + 0.008, y1 - 0.01, z - 0.009), 0.001)
-        builder.add(ROOT, ledge, looks.liner, label="ledge", collider=False)
+        builder.draw(ROOT, ledge, looks.liner, "ledge")
     builder.link(name, at=((x0 + x1) / 2, y0, z))
     half, depth, front = (x1 - x0) / 2 - 0.004, y1 - y0 - 0.014, 0.022
     for x in (-half + 0.004, half - 0.004):
-        builder.add(name, round_bar((x, front, 0.0), (x, depth, 0.0), 0.0036), "chrome", label="rack", collider=False)
+        builder.draw(name, round_bar((x, front, 0.0), (x, depth, 0.0), 0.0036), "chrome", "rack")
     for y in (front + 0.004, depth - 0.004):
-        builder.add(
-            name,
-            round_bar((-half + 0.004, y, 0.0), (half - 0.004, y, 0.0), 0.0036),
-            "chrome",
-            label="rack",
-            collider=False,
-        )
+        builder.draw(name, round_bar((-half + 0.004, y, 0.0), (half - 0.004, y, 0.0), 0.0036), "chrome", "rack")
     count = 15
     for k in range(count):
         x = -half + 0.02 + (2 * half - 0.04) * k / (count - 1)
         wire = round_bar((x, front + 0.004, 0.0035), (x, depth - 0.004, 0.0035), 0.0015)
-        builder.add(name, wire, "chrome", label="rack", collider=False)
+        builder.draw(name, wire, "chrome", "rack")
     plate = board((-half, front, -0.005), (half, depth, 0.005), 0.0)
     builder.add_collider(name, plate, "chrome", "rack", f"{name}_main")
     travel = min(RACK_TRAVEL, 0.6 * depth)
@@ -250,28 +237,22 @@ def add_oven_rack(builder: AssetBuilder, name: str, lower: Vec3, upper: Vec3, lo
 
 
 def add_oven_door(
-    builder: AssetBuilder,
-    link: str,
-    lower: tuple[float, float],
-    upper: tuple[float, float],
-    front: float,
-    looks: OvenLook,
-    joint: str | None = None,
+    builder: AssetBuilder, link: str, lower: Vec2, upper: Vec2, looks: OvenLook, joint: str | None = None
 ) -> str:
-    """A door in front of the plane y = front, hinged along its lower front edge; returns its joint.
+    """A door in front of the plane y = 0, hinged along its lower front edge; returns its joint.
 
     Args:
         lower, upper: corners in x and z. joint: name of its hinge; None for `<link>_joint`.
     """
     (x0, z0), (x1, z1) = lower, upper
     w, h = x1 - x0, z1 - z0
-    builder.link(link, at=(x0, front - DOOR_THICKNESS - DOOR_GAP, z0))
+    builder.link(link, at=(x0, -DOOR_THICKNESS - DOOR_GAP, z0))
     slab = board((0.0, 0.0, 0.0), (w, DOOR_THICKNESS, h), 0.004, 2)
     m = 0.09 + 0.1 * (1 - looks.window)
     pane_low, pane_high = (m, h * (0.5 - looks.window / 2) * 0.8), (w - m, h * (0.5 + looks.window / 2) * 0.96)
     hole = board((pane_low[0], -0.01, pane_low[1]), (pane_high[0], DOOR_THICKNESS + 0.01, pane_high[1]), 0.0)
     frame = subtract(slab, hole, shapes=(box_shape((0, 0, 0), (w, DOOR_THICKNESS, h)),))
-    builder.add(link, frame, looks.face, label="door", name=f"{link}_main", density="oven_door")
+    builder.add(link, frame, looks.face, "door", name=f"{link}_main", density="oven_door")
     if looks.border:
         rim = subtract(
             board(
@@ -280,17 +261,17 @@ def add_oven_door(
             ),
             board((pane_low[0], -0.1, pane_low[1]), (pane_high[0], 0.1, pane_high[1]), 0.0),
         )
-        builder.add(link, rim, looks.border, label="window", collider=False)
+        builder.draw(link, rim, looks.border, "window")
     for y in (0.004, DOOR_THICKNESS - 0.008):
         pane = board(
             (pane_low[0] - 0.004, y, pane_low[1] - 0.004), (pane_high[0] + 0.004, y + 0.003, pane_high[1] + 0.004), 0.0
         )
-        builder.add(link, pane, looks.glass, label="window", collider=False)
+        builder.draw(link, pane, looks.glass, "window")
     inner = subtract(
         board((0.012, DOOR_THICKNESS - 0.0002, 0.012), (w - 0.012, DOOR_THICKNESS + 0.0012, h - 0.012), 0.0),
         board((pane_low[0] + 0.002, 0.0, pane_low[1] + 0.002), (pane_high[0] - 0.002, 1.0, pane_high[1] - 0.002), 0.0),
     )
-    builder.add(link, inner, looks.liner, label="door", collider=False, density="oven_door_liner")
+    builder.draw(link, inner, looks.liner, "door", density="oven_door_liner")
     _handle(builder, link, w, h, looks)
     name = joint or f"{link}_joint"
     oven_door_hinge(builder, link, name)
@@ -323,8 +304,8 @@ def _handle(builder: AssetBuilder, link: str, w: float, h: float, looks: OvenLoo
             grip = tube([(inset - 0.02, -reach, z), (w - inset + 0.02, -reach, z)], 0.0105)
         for x in (inset, w - inset):
             post = box(size, (x, -size[1] / 2, z), edge_radius, steps)
-            builder.add(link, post, looks.metal, label="handle", density="metal_rod")
-    builder.add(link, grip, looks.metal, label="handle", name=f"{link}_handle_main", density="handle_pipe")
+            builder.add(link, post, looks.metal, "handle", density="metal_rod")
+    builder.add(link, grip, looks.metal, "handle", name=f"{link}_handle_main", density="handle_pipe")
 
 
 # Turntable ------------------------------------------------------------------------------------------------------------
@@ -341,15 +322,13 @@ def add_turntable(builder: AssetBuilder, lower: Vec3, upper: Vec3) -> None:
     radius = min(upper[0] - lower[0], upper[1] - lower[1], 0.36) / 2 - 0.012
     floor = lower[2] + 0.0006
     hub = lathe([(0.02, floor), (0.02, floor + 0.004), (0.012, floor + 0.0098)]).translated(x, y)
-    builder.add(ROOT, hub, "plastic_white", label="hub", collider=False)
+    builder.draw(ROOT, hub, "plastic_white", "hub")
     r = 0.62 * radius
     ring = lathe([(r - 0.004, 0.003), (r + 0.004, 0.003), (r + 0.004, 0.0085), (r - 0.004, 0.0085)], 40, closed=True)
-    builder.add(ROOT, ring.translated(x, y, floor), "plastic_white", label="hub", collider=False)
+    builder.draw(ROOT, ring.translated(x, y, floor), "plastic_white", "hub")
     for k in range(3):
         wheel = rod(0.0045, 0.008, 0.001, "x").translated(r, 0.0, floor + 0.0046)
-        builder.add(
-            ROOT, wheel.rotated("z", 2 * math.pi * k / 3).translated(x, y), "plastic_white", label="hub", collider=False
-        )
+        builder.draw(ROOT, wheel.rotated("z", 2 * math.pi * k / 3).translated(x, y), "plastic_white", "hub")
     z = floor + 0.0102
     rim = [(radius - 0.012, z), (radius, z + 0.003), (radius, z + 0.0066), (radius - 0.01, z + 0.0052)]
     dish = (
@@ -357,5 +336,5 @@ def add_turntable(builder: AssetBuilder, lower: Vec3, upper: Vec3) -> None:
         .translated(x, y)
         .with_colliders_of(rod(radius, 0.0052, 0.0).translated(x, y, z + 0.0026))
     )
-    builder.add(ROOT, dish, "glass_clear", label="tray", name="tray")
+    builder.add(ROOT, dish, "glass_clear", "tray", name="tray")
     builder.round_region("tray", (x, y, z + 0.0055), 2 * radius - 0.004, upper[2] - z - 0.03)

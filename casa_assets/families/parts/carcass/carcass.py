@@ -17,17 +17,7 @@ from casa_assets.model.record import Vec2, Vec3
 # Counter edge ---------------------------------------------------------------------------------------------------------
 # Profiles from the underside to the top.
 
-
-class CounterEdge(StrEnum):
-    """Profile of the front edge of a worktop."""
-
-    SQUARE = "square"
-    EASED = "eased"
-    BEVEL = "bevel"
-    HALF_BULLNOSE = "half_bullnose"
-    BULLNOSE = "bullnose"
-    OGEE = "ogee"
-    DUPONT = "dupont"
+CounterEdge = StrEnum("CounterEdge", "SQUARE EASED BEVEL HALF_BULLNOSE BULLNOSE OGEE DUPONT")
 
 
 def profile(edge: CounterEdge, thickness: float) -> list[Vec2]:
@@ -140,15 +130,25 @@ def finished_faces(left: bool, right: bool, *others: str) -> tuple[str, ...]:
 
 def build_carcass(builder: AssetBuilder, c: Carcass) -> None:
     """Add the boards of a carcass to the root link."""
-    _sides(builder, c)
+    z0 = (0.0 if c.open_bottom else c.plinth) + (FACING_THICKNESS if "bottom" in c.finished_faces else 0.0)
+    z1 = c.height - (FACING_THICKNESS if "top" in c.finished_faces else 0.0)
+    for name, x0, x1, outer in (("left", c.x, c.left, False), ("right", c.right, c.x + c.width, True)):
+        layered(builder, c, (x0, c.front, z0), (x1, c.depth, z1), 0, outer, name in c.finished_faces)
     _levels(builder, c)
     _back(builder, c)
     if c.plinth > 0 and c.has_plinth and not c.open_bottom:
-        _plinth(builder, c)
+        # A recessed board in front, and the strips that carry the sides.
+        y = c.front + PLINTH_SETBACK
+        x0, x1 = c.x + 0.001, c.x + c.width - 0.001
+        kick = board((x0, y, 0.0), (x1, y + 0.016, c.plinth), 0.001)
+        builder.add(ROOT, kick, c.look.face, "toe_kick", grain=ACROSS, density="board")
+        for x in (x0, x1 - 0.016):
+            strip = board((x, y + 0.016, 0.0), (x + 0.016, c.depth - 0.001, c.plinth), 0.001)
+            _put(builder, strip, c.look.face, "toe_kick", ALONG)
 
 
 def _put(builder: AssetBuilder, solid: Solid, finish: str, label: str, grain: Vec3) -> None:
-    builder.add(ROOT, solid, finish, label=label, grain=grain, density="board")
+    builder.add(ROOT, solid, finish, label, grain=grain, density="board")
 
 
 def layered(
@@ -164,7 +164,7 @@ def layered(
     full_board = board(lower, upper)
     if axis != 1:  # the edge towards the front is banded like the fronts
         band = board(lower, (upper[0], lower[1] + EDGE_BAND, upper[2]), 0.0004)
-        builder.add(ROOT, band, c.look.face, label="carcass", grain=grain, density="board", collider=False)
+        builder.draw(ROOT, band, c.look.face, "carcass", grain=grain, density="board")
         lower = (lower[0], lower[1] + EDGE_BAND, lower[2])
     inner_low, inner_high, skin_low, skin_high = list(lower), list(upper), list(lower), list(upper)
     if finished:
@@ -172,20 +172,13 @@ def layered(
         (inner_high if outer else inner_low)[axis] = at
         (skin_low if outer else skin_high)[axis] = at
         skin = board(_corner(skin_low), _corner(skin_high), 0.0004)
-        builder.add(ROOT, skin, c.look.face, label="carcass", grain=grain, density="board", collider=False)
+        builder.draw(ROOT, skin, c.look.face, "carcass", grain=grain, density="board")
     inner = board(_corner(inner_low), _corner(inner_high), 0.0004)
-    builder.add(ROOT, inner.with_colliders_of(full_board), c.look.inside, label="carcass", grain=grain, density="board")
+    builder.add(ROOT, inner.with_colliders_of(full_board), c.look.inside, "carcass", grain=grain, density="board")
 
 
 def _corner(values: list[float]) -> Vec3:
     return values[0], values[1], values[2]
-
-
-def _sides(builder: AssetBuilder, c: Carcass) -> None:
-    z0 = (0.0 if c.open_bottom else c.plinth) + (FACING_THICKNESS if "bottom" in c.finished_faces else 0.0)
-    z1 = c.height - (FACING_THICKNESS if "top" in c.finished_faces else 0.0)
-    for name, x0, x1, outer in (("left", c.x, c.left, False), ("right", c.right, c.x + c.width, True)):
-        layered(builder, c, (x0, c.front, z0), (x1, c.depth, z1), 0, outer, name in c.finished_faces)
 
 
 def _levels(builder: AssetBuilder, c: Carcass) -> None:
@@ -222,17 +215,6 @@ def _back(builder: AssetBuilder, c: Carcass) -> None:
     _put(builder, board(lower, upper, 0.0), c.look.inside, "carcass", UPRIGHT)
 
 
-def _plinth(builder: AssetBuilder, c: Carcass) -> None:
-    """A recessed board in front, and the strips that carry the sides."""
-    y = c.front + PLINTH_SETBACK
-    x0, x1 = c.x + 0.001, c.x + c.width - 0.001
-    kick = board((x0, y, 0.0), (x1, y + 0.016, c.plinth), 0.001)
-    builder.add(ROOT, kick, c.look.face, label="toe_kick", grain=ACROSS, density="board")
-    for x in (x0, x1 - 0.016):
-        strip = board((x, y + 0.016, 0.0), (x + 0.016, c.depth - 0.001, c.plinth), 0.001)
-        _put(builder, strip, c.look.face, "toe_kick", ALONG)
-
-
 def add_shelves(builder: AssetBuilder, c: Carcass, bottom: float, top: float, count: int, first: int) -> int:
     """Shelves in the room between two heights, with a region over each level.
 
@@ -250,7 +232,7 @@ def add_shelves(builder: AssetBuilder, c: Carcass, bottom: float, top: float, co
         z += clear
         if k < count:
             shelf = board((c.left + gap, y0, z), (c.right - gap, c.back - gap, z + BOARD_THICKNESS))
-            builder.add(ROOT, shelf, c.look.inside, label="shelf", grain=ACROSS, density="board")
+            builder.add(ROOT, shelf, c.look.inside, "shelf", grain=ACROSS, density="board")
             z += BOARD_THICKNESS
     return first + count + 1
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Annotated, Self
+from typing import Self
 
 from pydantic import Field, model_validator
 
@@ -45,17 +45,8 @@ from casa_assets.model.record import Vec2, Vec3
 CHANNEL_REVEAL, CHANNEL_HEIGHT = 0.028, 0.062
 CHANNEL_SHEET = 0.0025
 
-
-class CabinetCellKind(StrEnum):
-    """Content of a cell."""
-
-    DOOR = "door"
-    DOORS = "doors"
-    DRAWER = "drawer"
-    FALSE = "false"
-    OPEN = "open"
-    NICHE = "niche"
-    VOID = "void"
+# Content of a cell.
+CabinetCellKind = StrEnum("CabinetCellKind", "DOOR DOORS DRAWER FALSE OPEN NICHE VOID")
 
 
 @dataclass(frozen=True)
@@ -89,7 +80,9 @@ def build_column(builder: AssetBuilder, c: Carcass, cells: tuple[CabinetCell, ..
     for k, cell in enumerate(cells):
         top = z + cell.height
         span = _clear_span(builder, c, cells, k, z, top)
-        front = _front_span(c, cell, z, top, last=k == len(cells) - 1)
+        # Lower and upper edge of a cell's front, metres.
+        upper = CHANNEL_REVEAL if _grooved(c, cell) else FRONT_GAP if (k == len(cells) - 1) else FRONT_GAP / 2
+        front = z + (FRONT_GAP / 2 if z > c.plinth else 0.0), top - upper
         if cell.kind in (CabinetCellKind.DOOR, CabinetCellKind.DOORS):
             _doors(builder, c, cell, front)
             count = shelves_for(span[1] - span[0]) if cell.shelves is None else cell.shelves
@@ -97,7 +90,24 @@ def build_column(builder: AssetBuilder, c: Carcass, cells: tuple[CabinetCell, ..
         elif cell.kind is CabinetCellKind.OPEN:
             level = add_shelves(builder, c, *span, cell.shelves or 0, level)
         elif cell.kind is CabinetCellKind.DRAWER:
-            _drawer(builder, c, cell, front, span)
+            solo = cell.name in ("", "drawer")
+            link = "drawer" if solo else cell.name
+            drawer = CabinetDrawer(
+                link=link,
+                joint="slidejoint" if solo else f"{link}_slidejoint",
+                region="int" if solo else f"{link}_int",
+                x=c.x + FRONT_GAP / 2,
+                z=front[0],
+                width=c.width - FRONT_GAP,
+                height=front[1] - front[0],
+                left=c.left,
+                right=c.right,
+                floor=max(span[0], front[0]),
+                ceiling=span[1],
+                front=c.front,
+                back=c.back,
+            )
+            drawers.add_drawer(builder, c.look, drawer)
         elif cell.kind is CabinetCellKind.NICHE:
             builder.region(cell.name or "int", (c.left, c.front, span[0]), (c.right, c.back, span[1]))
         elif cell.kind is CabinetCellKind.FALSE:
@@ -121,12 +131,6 @@ def _grooved(c: Carcass, cell: CabinetCell) -> bool:
     by_top = cell.kind in (CabinetCellKind.DRAWER, CabinetCellKind.FALSE) or cell.handle_height is HandleHeight.HIGH
     fronted = cell.kind not in (CabinetCellKind.OPEN, CabinetCellKind.NICHE, CabinetCellKind.VOID)
     return c.look.handle is HandleKind.FINGER_GROOVE and fronted and by_top
-
-
-def _front_span(c: Carcass, cell: CabinetCell, z: float, top: float, last: bool) -> Vec2:
-    """Lower and upper edge of a cell's front, metres."""
-    upper = CHANNEL_REVEAL if _grooved(c, cell) else FRONT_GAP if last else FRONT_GAP / 2
-    return z + (FRONT_GAP / 2 if z > c.plinth else 0.0), top - upper
 
 
 def _clear_span(
@@ -165,7 +169,7 @@ def _channel(builder: AssetBuilder, c: Carcass, top: float, bottom: float) -> No
     web = board((c.left, y1, bottom), (c.right, y1 + CHANNEL_SHEET, top), 0.0004)
     flange = board((c.left, y0, bottom), (c.right, y1 - 1e-4, bottom + CHANNEL_SHEET), 0.0004)
     for solid, collider in ((web, True), (flange, False)):
-        builder.add(ROOT, solid, c.look.metal, label="channel", grain=ACROSS, density="metal_rod", collider=collider)
+        builder.add(ROOT, solid, c.look.metal, "channel", grain=ACROSS, density="metal_rod", collider=collider)
 
 
 def _doors(builder: AssetBuilder, c: Carcass, cell: CabinetCell, front: Vec2) -> None:
@@ -184,27 +188,6 @@ def _doors(builder: AssetBuilder, c: Carcass, cell: CabinetCell, front: Vec2) ->
         hang_door(builder, c.look, door)
 
 
-def _drawer(builder: AssetBuilder, c: Carcass, cell: CabinetCell, front: Vec2, span: Vec2) -> None:
-    solo = cell.name in ("", "drawer")
-    link = "drawer" if solo else cell.name
-    drawer = CabinetDrawer(
-        link=link,
-        joint="slidejoint" if solo else f"{link}_slidejoint",
-        region="int" if solo else f"{link}_int",
-        x=c.x + FRONT_GAP / 2,
-        z=front[0],
-        width=c.width - FRONT_GAP,
-        height=front[1] - front[0],
-        left=c.left,
-        right=c.right,
-        floor=max(span[0], front[0]),
-        ceiling=span[1],
-        front=c.front,
-        back=c.back,
-    )
-    drawers.add_drawer(builder, c.look, drawer)
-
-
 def _false_front(builder: AssetBuilder, c: Carcass, cell: CabinetCell, front: Vec2, top: float) -> None:
     """A front that does not move, as before a sink; blocks carry it."""
     front_z0, front_z1 = front
@@ -217,49 +200,33 @@ def _false_front(builder: AssetBuilder, c: Carcass, cell: CabinetCell, front: Ve
     upper = top - CHANNEL_HEIGHT - 0.004 if _grooved(c, cell) else front_z1 - 0.01
     for x in (c.left, c.right - 0.03):
         block = board((x, FRONT_THICKNESS, front_z0 + 0.01), (x + 0.03, c.front + 0.03, upper), 0.0)
-        builder.add(ROOT, block, c.look.inside, label="carcass", collider=False, density="board")
+        builder.draw(ROOT, block, c.look.inside, "carcass", density="board")
 
 
 # Housing --------------------------------------------------------------------------------------------------------------
-# Tall and hanging cabinets round a niche for an appliance.
 
 MIN_CELL_HEIGHT = 0.14  # metres, anything over or under a niche
 
-
-class NicheNeighbour(StrEnum):
-    """Cell over or under a niche."""
-
-    DOOR = "door"
-    DOORS = "doors"
-    DRAWER = "drawer"
-    DRAWERS = "drawers"
-    OPEN = "open"
+NicheNeighbour = StrEnum("NicheNeighbour", "DOOR DOORS DRAWER DRAWERS OPEN")
 
 
 class Housing(Params):
-    """Parameters of a cabinet with a niche; lengths in metres.
+    """Tall and hanging cabinets round a niche for an appliance."""
 
-    Attributes:
-        width, depth, height: outside, with fronts and plinth. plinth: its height; 0 where it hangs.
-        niche_from: height of the niche's floor above the cabinet's foot; where it is 0 the niche has no floor.
-        niche: clear height of the niche.
-        under, over: what fills the rest.
-        hinge: side of single doors. left_end, right_end: sides that are finished like the fronts.
-        look: front, handle, finishes.
-    """
-
-    width: Annotated[float, Field(ge=0.45, le=1.3)] = 0.6
-    depth: Annotated[float, Field(ge=0.3, le=0.95)] = 0.6
-    height: Annotated[float, Field(ge=0.5, le=2.7)] = 2.26
-    plinth: Annotated[float, Field(ge=0.0, le=0.2)] = 0.1
-    niche_from: Annotated[float, Field(ge=0.0, le=1.8)] = 0.7
-    niche: Annotated[float, Field(ge=0.3, le=2.1)] = 0.6
-    under: NicheNeighbour = NicheNeighbour.DRAWERS
-    over: NicheNeighbour = NicheNeighbour.DOORS
-    hinge: HingeSide = HingeSide.LEFT
-    left_end: bool = True
-    right_end: bool = True
-    look: CabinetLook = CabinetLook()
+    width: float = Field(0.6, ge=0.45, le=1.3, description="outside, m")
+    depth: float = Field(0.6, ge=0.3, le=0.95, description="outside, with fronts, m")
+    height: float = Field(2.26, ge=0.5, le=2.7, description="outside, with the plinth, m")
+    plinth: float = Field(0.1, ge=0.0, le=0.2, description="height of the plinth, m; 0 where it hangs")
+    niche_from: float = Field(
+        0.7, ge=0.0, le=1.8, description="height of the niche's floor above the cabinet's foot, m; at 0 it has no floor"
+    )
+    niche: float = Field(0.6, ge=0.3, le=2.1, description="clear height of the niche, m")
+    under: NicheNeighbour = Field(NicheNeighbour.DRAWERS, description="filling below the niche")
+    over: NicheNeighbour = Field(NicheNeighbour.DOORS, description="filling above the niche")
+    hinge: HingeSide = Field(HingeSide.LEFT, description="side of single doors")
+    left_end: bool = Field(True, description="the left side is finished like the fronts")
+    right_end: bool = Field(True, description="the right side is finished like the fronts")
+    look: CabinetLook = Field(CabinetLook(), description="fronts, handles and finishes")
 
     @model_validator(mode="after")
     def _fits(self) -> Self:
@@ -296,7 +263,7 @@ def build_housing(builder: AssetBuilder, p: Housing, panelled: bool = False) -> 
     if on_floor:
         # What stands in the niche stands on a thin board, which keeps drips off the floor of the room.
         floor = board((body.left, body.front, 0.0), (body.right, p.depth, body.floor), 0.001)
-        builder.add(ROOT, floor, look.inside, label="floor", density="board")
+        builder.add(ROOT, floor, look.inside, "floor", density="board")
     cells.append(CabinetCell(CabinetCellKind.NICHE, p.niche, name="int"))
     cells += _cells(p.over, p.height - top, p.hinge, HandleHeight.LOW, "upper_", look)
     build_column(builder, body, tuple(cells))

@@ -14,7 +14,7 @@ from casa_assets.families.parts.appliance.counter_parts import cavity_walls
 from casa_assets.families.parts.appliance.front import ApplianceLook
 from casa_assets.families.parts.appliance.oven import add_turntable
 from casa_assets.families.parts.refrigerator import case
-from casa_assets.model.record import Vec3
+from casa_assets.model.record import Vec2, Vec3
 
 # All lengths in metres; choices that suit usual appliances and cabinets.
 FRONT_CLEARANCE = 0.0008  # from the mouth of a cavity to the front edges of the walls, which then overlap no front
@@ -46,7 +46,7 @@ class Interior:
     upper: Vec3
     outer: tuple[Vec3, Vec3]
     door: str = ""
-    clear: tuple[float, float] = (0.0, 0.0)
+    clear: Vec2 = (0.0, 0.0)
     first: int = 0
 
     @property
@@ -60,7 +60,7 @@ def add_walls(builder: AssetBuilder, interior: Interior, finish: str) -> None:
     """Left, right, floor, roof and back; their front edges lie round the mouth."""
     (x, mouth, z), upper = interior.outer
     for corners in cavity_walls(((x, mouth + FRONT_CLEARANCE, z), upper), (interior.lower, interior.upper)):
-        builder.add(ROOT, board(*corners, 0.0), finish, label="liner", density=0.0)
+        builder.add(ROOT, board(*corners, 0.0), finish, "liner", density=0.0)
 
 
 def furnish_oven(builder: AssetBuilder, interior: Interior) -> None:
@@ -133,7 +133,7 @@ def furnish_cabinet(builder: AssetBuilder, interior: Interior) -> None:
     for k in range(1, count + 1):
         z = z0 + height * k / (count + 1)
         shelf = board((x0 + 0.0005, front, z - SHELF_THICKNESS), (x1 - 0.0005, y1 - 0.0005, z), 0.0008)
-        builder.add(ROOT, shelf, "melamine_white", label="shelf", density=0.0)
+        builder.add(ROOT, shelf, "melamine_white", "shelf", density=0.0)
 
 
 def add_drawer_box(builder: AssetBuilder, link: str, interior: Interior, finish: str) -> float:
@@ -156,6 +156,6 @@ def add_drawer_box(builder: AssetBuilder, link: str, interior: Interior, finish:
         ((x0 + side, y1 - side, z0), (x1 - side, y1, z1 - 0.001), across),
         ((x0 + side, y0 + side, z0 + 0.0005), (x1 - side, y1 - side, z0 + base), across),
     ):
-        builder.add(link, board(lower, upper, 0.0005), finish, label="drawer", grain=grain, density=0.0)
+        builder.add(link, board(lower, upper, 0.0005), finish, "drawer", grain=grain, density=0.0)
     builder.region(f"{interior.name}_int", (x0 + side, y0 + side, z0 + base), (x1 - side, y1 - side, z1), link=link)
     return y1 - y0

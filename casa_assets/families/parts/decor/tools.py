@@ -13,21 +13,13 @@ from casa_assets.families.kit.solids.blocks import ball, box, lathe, rod
 from casa_assets.families.kit.solids.solid import Solid
 from casa_assets.families.kit.solids.sweep import circle, inset, loft, prism, rectangle, tube
 from casa_assets.families.parts.hardware.handles import tapered_leg
-from casa_assets.model.record import Vec3
+from casa_assets.model.record import Vec2, Vec3
 
 # Tools ----------------------------------------------------------------------------------------------------------------
 # Upright or hanging kitchen tools: the end of their handle at the origin, the working end up z.
 
-
-class CrockTool(StrEnum):
-    """Kind of tool."""
-
-    SPOON = "spoon"
-    SPATULA = "spatula"
-    FORK = "fork"
-    TURNER = "turner"
-    LADLE = "ladle"
-    WHISK = "whisk"
+# Kind of tool.
+CrockTool = StrEnum("CrockTool", "SPOON SPATULA FORK TURNER LADLE WHISK")
 
 
 def crock_tool(kind: CrockTool, size: float) -> list[Solid]:
@@ -76,7 +68,7 @@ def _wooden_end(kind: CrockTool, size: float) -> list[Solid]:
     return [_plate(neck, 0.005), *tines]
 
 
-def _plate(outline: list[tuple[float, float]], thickness: float) -> Solid:
+def _plate(outline: list[Vec2], thickness: float) -> Solid:
     """An outline in x, z pulled through y."""
     points = np.array(outline)
     front = np.column_stack([points[:, 0], np.full(len(points), thickness / 2), points[:, 1]])
@@ -91,18 +83,8 @@ EYE_RADIUS = 0.0075  # metres, radius of the eye that the hook goes through
 NECK_RADIUS = 0.0032
 SHEET_THICKNESS = 0.0016
 
-
-class HungTool(StrEnum):
-    """Kind of tool."""
-
-    LADLE = "ladle"
-    TURNER = "turner"
-    WHISK = "whisk"
-    SPOON = "spoon"
-    SKIMMER = "skimmer"
-    MASHER = "masher"
-    FORK = "fork"
-    SCRAPER = "scraper"
+# Kind of tool.
+HungTool = StrEnum("HungTool", "LADLE TURNER WHISK SPOON SKIMMER MASHER FORK SCRAPER")
 
 
 class ToolHandle(StrEnum):

@@ -16,7 +16,7 @@ from casa_assets.families.parts.fronts.fronts import FRONT_THICKNESS, CabinetLoo
 from casa_assets.families.parts.hardware import handles
 from casa_assets.families.parts.hardware.handles import HandleKind
 from casa_assets.model.pose import Pose
-from casa_assets.model.record import Vec3
+from casa_assets.model.record import Vec3, Vec4
 
 # Doors ----------------------------------------------------------------------------------------------------------------
 # Doors on a cabinet: a front on a hinge at its outer front corner, with a handle at its free side.
@@ -29,20 +29,10 @@ HAND_HEIGHT = 1.05  # metres above the floor at which tall doors are taken
 MIN_UPRIGHT_BAR_DOOR = 0.3  # metres; lower doors have no room for a bar that stands upright
 EDGE_PULL_ROOM = 0.0026  # room for the sheet of an edge pull
 
+HingeSide = StrEnum("HingeSide", "LEFT RIGHT")
 
-class HingeSide(StrEnum):
-    """Left or right, seen from before the cabinet."""
-
-    LEFT = "left"
-    RIGHT = "right"
-
-
-class HandleHeight(StrEnum):
-    """Height of a door's handle: high on base units, low on wall units, in the middle of tall ones."""
-
-    HIGH = "high"
-    LOW = "low"
-    MIDDLE = "middle"
+# Height of a door's handle: high on base units, low on wall units, in the middle of tall ones.
+HandleHeight = StrEnum("HandleHeight", "HIGH LOW MIDDLE")
 
 
 @dataclass(frozen=True)
@@ -147,7 +137,7 @@ def placed_edge_pull(
     return handles.placed_handle(pull, "y", angle, (corner[0] + x, corner[1], corner[2] + z))
 
 
-def _shortened(w: float, h: float, edge: FrontEdge) -> tuple[float, float, float, float]:
+def _shortened(w: float, h: float, edge: FrontEdge) -> Vec4:
     """Width, height, x and z of a front that leaves room for an edge pull."""
     if edge in (FrontEdge.TOP, FrontEdge.BOTTOM):
         return w, h - EDGE_PULL_ROOM, 0.0, EDGE_PULL_ROOM if edge is FrontEdge.BOTTOM else 0.0
@@ -187,7 +177,7 @@ def _cups(builder: AssetBuilder, door: CabinetDoor, corner: Vec3, w: float, h: f
     for k in range(count):
         z = corner[2] + rim + (h - 2 * rim) * k / (count - 1)
         cup = rod(0.0125, 0.003, 0.0006, "y").translated(x, FRONT_THICKNESS + 0.0003, z)
-        builder.add(door.link, cup, "nickel_satin", label="hinge", collider=False)
+        builder.draw(door.link, cup, "nickel_satin", "hinge")
 
 
 # Drawers --------------------------------------------------------------------------------------------------------------
@@ -283,18 +273,18 @@ def _box(builder: AssetBuilder, look: CabinetLook, d: CabinetDrawer) -> float:
     across, along = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
     for x in (x0, x1 - SIDE_THICKNESS):
         side = board((x, y0 + SIDE_THICKNESS, bottom), (x + SIDE_THICKNESS, y1, top))
-        builder.add(d.link, side, look.tray, label="drawer", grain=along, density="board")
+        builder.add(d.link, side, look.tray, "drawer", grain=along, density="board")
     for y, end_top in ((y0, top - 0.0015), (y1 - SIDE_THICKNESS, top - 0.0015)):
         inner = (x0 + SIDE_THICKNESS, x1 - SIDE_THICKNESS) if y > y0 else (x0, x1)
         end = board((inner[0], y, bottom), (inner[1], y + SIDE_THICKNESS, end_top))
-        builder.add(d.link, end, look.tray, label="drawer", grain=across, density="board")
+        builder.add(d.link, end, look.tray, "drawer", grain=across, density="board")
     base = bottom + BASE_RAISE + BASE_THICKNESS
     floor = board(
         (x0 + SIDE_THICKNESS, y0 + SIDE_THICKNESS, bottom + BASE_RAISE),
         (x1 - SIDE_THICKNESS, y1 - SIDE_THICKNESS, base),
         0.0,
     )
-    builder.add(d.link, floor, look.tray, label="drawer", name=f"{d.link}_base", density="board")
+    builder.add(d.link, floor, look.tray, "drawer", name=f"{d.link}_base", density="board")
     builder.region(
         d.region,
         (x0 + SIDE_THICKNESS, y0 + SIDE_THICKNESS, base),
@@ -304,5 +294,5 @@ def _box(builder: AssetBuilder, look: CabinetLook, d: CabinetDrawer) -> float:
     for x in (d.left, d.right - RUNNER_THICKNESS):
         z = d.z + bottom + 0.02
         runner = board((x, d.front + 0.004, z), (x + RUNNER_THICKNESS, y1 - 0.01, z + 0.035), 0.0008)
-        builder.add(ROOT, runner, "steel_galvanised", label="runner", collider=False, density="drawer_runner")
+        builder.draw(ROOT, runner, "steel_galvanised", "runner", density="drawer_runner")
     return y1 - y0

@@ -6,7 +6,6 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from typing import Annotated
 
 import numpy as np
 from pydantic import Field
@@ -18,7 +17,7 @@ from casa_assets.families.kit.solids.blocks import board, box, subtract
 from casa_assets.families.kit.solids.solid import Placed, Solid, box_shape
 from casa_assets.families.kit.solids.sweep import loft, mitred_frame, offset_sides, prism
 from casa_assets.families.parts.hardware.handles import HandleKind
-from casa_assets.model.record import Vec3
+from casa_assets.model.record import Vec2, Vec3
 
 # Panels ---------------------------------------------------------------------------------------------------------------
 # Infill of framed fronts: flat, raised and beaded panels, louvres, panes and glazing bars.
@@ -56,7 +55,7 @@ class FrameOpening:
         return offset_sides(loop, [-grown] * len(loop)) if grown else loop
 
 
-def arc(x0: float, x1: float, top: float, rise: float, steps: int = 14) -> list[tuple[float, float]]:
+def arc(x0: float, x1: float, top: float, rise: float, steps: int = 14) -> list[Vec2]:
     """(x, z) points of a circle's arc from left to right that is highest, at `top`, in the middle."""
     half = (x1 - x0) / 2
     radius = (half * half + rise * rise) / (2 * rise)
@@ -108,7 +107,7 @@ def beaded_panel(o: FrameOpening) -> Solid:
     width = x1 - x0
     count = max(2, round(width / 0.045))
     pitch = width / count
-    line: list[tuple[float, float]] = [(0.0, 0.0)]
+    line: list[Vec2] = [(0.0, 0.0)]
     for k in range(1, count):
         x = k * pitch
         bead = [(x + 0.0032 - 0.0032 * math.cos(a), 0.0018 - 0.0018 * math.sin(a)) for a in np.linspace(0, math.pi, 5)]
@@ -123,7 +122,7 @@ def beaded_panel(o: FrameOpening) -> Solid:
 def v_groove_line(width: float, pitch: float, half: float, depth: float) -> Floats:
     """(N, 2) front line x, y of a board with V grooves, from left to right."""
     count = max(2, round(width / pitch))
-    line: list[tuple[float, float]] = [(0.0, 0.001), (0.001, 0.0)]
+    line: list[Vec2] = [(0.0, 0.001), (0.001, 0.0)]
     for k in range(1, count):
         x = width * k / count
         line += [(x - half, 0.0), (x, depth), (x + half, 0.0)]
@@ -151,12 +150,6 @@ def louvres(o: FrameOpening, t: float) -> list[Solid]:
     slat = box((o.width + 0.006, length, 0.005), (0.0, 0.0, 0.0), 0.002).rotated("x", tilt)
     middle = (o.x0 + o.x1) / 2
     return [slat.translated(middle, t / 2, o.z0 + (k + 0.5) * pitch) for k in range(count)]
-
-
-def glass_pane(o: FrameOpening, y: float, thickness: float = 0.004) -> Solid:
-    """A sheet of glass whose middle plane is at y."""
-    e = PANEL_TONGUE
-    return board((o.x0 - e, y - thickness / 2, o.z0 - e), (o.x1 + e, y + thickness / 2, o.z1 + e), 0.0)
 
 
 def glazing_beads(o: FrameOpening, t: float) -> list[Solid]:
@@ -205,32 +198,13 @@ FRONT_EDGE_RADIUS = 0.0012
 GROOVE_LIP = 0.007  # metres, thickness of the lip in front of a finger groove
 GROOVE_DEPTH = 0.03  # metres that a finger groove reaches in from the edge
 
+FrontKind = StrEnum(
+    "FrontKind",
+    "SLAB SHAKER SLIM_SHAKER RAISED ARCHED BEADBOARD V_GROOVE FLUTED LOUVRED GLASS_CLEAR GLASS_FROSTED GLASS_DIVIDED",
+)
 
-class FrontKind(StrEnum):
-    """Construction of a front."""
-
-    SLAB = "slab"
-    SHAKER = "shaker"
-    SLIM_SHAKER = "slim_shaker"
-    RAISED = "raised"
-    ARCHED = "arched"
-    BEADBOARD = "beadboard"
-    V_GROOVE = "v_groove"
-    FLUTED = "fluted"
-    LOUVRED = "louvred"
-    GLASS_CLEAR = "glass_clear"
-    GLASS_FROSTED = "glass_frosted"
-    GLASS_DIVIDED = "glass_divided"
-
-
-class FrontEdge(StrEnum):
-    """An edge of a front, seen from before it."""
-
-    TOP = "top"
-    BOTTOM = "bottom"
-    LEFT = "left"
-    RIGHT = "right"
-
+# An edge of a front, seen from before it.
+FrontEdge = StrEnum("FrontEdge", "TOP BOTTOM LEFT RIGHT")
 
 GLAZED_KINDS = (FrontKind.GLASS_CLEAR, FrontKind.GLASS_FROSTED, FrontKind.GLASS_DIVIDED)
 # What a drawer has where the doors beside it are made so.
@@ -294,7 +268,7 @@ def front_parts(
     return parts if groove is None else tuple(_grooved(part, width, height, thickness, groove) for part in parts)
 
 
-def frame_widths(kind: FrontKind, width: float, height: float, drawer: bool = False) -> tuple[float, float]:
+def frame_widths(kind: FrontKind, width: float, height: float, drawer: bool = False) -> Vec2:
     """Width of the stiles and of the rails of a front, metres, where it has a frame."""
     kind = DRAWER_KINDS.get(kind, kind) if drawer else kind
     usual = STILE_WIDTHS.get(kind, STILE_WIDTH)
@@ -331,9 +305,9 @@ def add_front(
     for part in parts:
         solid = part.solid.translated(*at)
         if part.pane:
-            builder.add(link, solid, glass, label="glass", collider=False, density="glass")
+            builder.draw(link, solid, glass, "glass", density="glass")
         else:
-            builder.add(link, solid, finish, label, name, part.grain, collider=False, density="board")
+            builder.draw(link, solid, finish, label, name, part.grain, density="board")
     lower, upper = [0.0, 0.0, 0.0], list(size)
     if groove in (FrontEdge.TOP, FrontEdge.RIGHT):
         upper[2 if groove is FrontEdge.TOP else 0] -= GROOVE_DEPTH
@@ -351,7 +325,7 @@ def glass_of(kind: FrontKind) -> str:
     return "glass_frosted" if kind is FrontKind.GLASS_FROSTED else "glass_clear"
 
 
-def face_depth(parts: tuple[FrontPart, ...], points: Sequence[tuple[float, float]]) -> float:
+def face_depth(parts: tuple[FrontPart, ...], points: Sequence[Vec2]) -> float:
     """Largest depth of the wood behind the face at points x, z of a front, metres."""
     corners = np.concatenate([p.solid.points[p.solid.faces] for p in parts if not p.pane])
     depths = [_hit(corners, x, z) for x, z in points]
@@ -426,8 +400,9 @@ def _filled(kind: FrontKind, opening: FrameOpening, t: float) -> list[FrontPart]
     if kind in GLAZED_KINDS:
         bars = muntins(opening, t) if kind is FrontKind.GLASS_DIVIDED else []
         stops = [FrontPart(s) for s in glazing_beads(opening, t)]
-        pane = FrontPart(glass_pane(opening, t / 2), pane=True)
-        return [pane, *stops, *(FrontPart(s, grain=g) for s, g in bars)]
+        e, o = PANEL_TONGUE, opening
+        pane = board((o.x0 - e, t / 2 - 0.002, o.z0 - e), (o.x1 + e, t / 2 + 0.002, o.z1 + e), 0.0)
+        return [FrontPart(pane, pane=True), *stops, *(FrontPart(s, grain=g) for s, g in bars)]
     if kind is FrontKind.LOUVRED:
         return [FrontPart(s, grain=ACROSS) for s in louvres(opening, t)]
     if kind is FrontKind.BEADBOARD:
@@ -456,25 +431,18 @@ def _grooved(part: FrontPart, w: float, h: float, t: float, edge: FrontEdge) -> 
 
 
 # Look -----------------------------------------------------------------------------------------------------------------
-# Style that all cabinets of a kitchen share: front, handle and finishes.
 
 
 class CabinetLook(Params):
-    """Front, handle and finishes of a cabinet.
+    """Style that all cabinets of a kitchen share: front, handle and finishes."""
 
-    Attributes:
-        front: kind of door and drawer front. handle: kind of handle. length: of bars and straps, metres.
-        face: finish of fronts and of what is seen of the sides. inside: of carcass and shelves. tray: of drawer boxes.
-        metal: of handles.
-    """
-
-    front: FrontKind = FrontKind.SHAKER
-    handle: HandleKind = HandleKind.BAR
-    length: Annotated[float, Field(ge=0.06, le=1.2)] = 0.16
-    face: FinishId = "painted_white"
-    inside: FinishId = "melamine_white"
-    tray: FinishId = "beech_plain"
-    metal: FinishId = "stainless_brushed"
+    front: FrontKind = Field(FrontKind.SHAKER, description="kind of door and drawer front")
+    handle: HandleKind = Field(HandleKind.BAR, description="kind of handle")
+    length: float = Field(0.16, ge=0.06, le=1.2, description="of bars and straps, m")
+    face: FinishId = Field("painted_white", description="finish of fronts and of what is seen of the sides")
+    inside: FinishId = Field("melamine_white", description="finish of carcass and shelves")
+    tray: FinishId = Field("beech_plain", description="finish of drawer boxes")
+    metal: FinishId = Field("stainless_brushed", description="finish of handles")
 
 
 # Glazing --------------------------------------------------------------------------------------------------------------
@@ -487,7 +455,7 @@ SASH_BAR_WIDTH = 0.02
 def add_sash(
     builder: AssetBuilder,
     link: str,
-    size: tuple[float, float, float],
+    size: Vec3,
     *,
     stile: float,
     grid: tuple[int, int],
@@ -495,7 +463,7 @@ def add_sash(
     glass: str,
     name: str,
     label: str = "window",
-    at: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    at: Vec3 = (0.0, 0.0, 0.0),
 ) -> None:
     """Put a sash on a link: its lower left front corner at `at`, with one box as collider.
 
@@ -507,28 +475,26 @@ def add_sash(
     e = 0.002
     sides = [board((0, 0, 0), (stile, d, h), e), board((w - stile, 0, 0), (w, d, h), e)]
     for solid in sides:
-        builder.add(link, solid.translated(*at), finish, label=label, collider=False)
+        builder.draw(link, solid.translated(*at), finish, label)
     for z in (0.0, h - stile):
         rail = board((stile - 5e-4, 2e-4, z), (w - stile + 5e-4, d - 2e-4, z + stile), e)
-        builder.add(link, rail.translated(*at), finish, label=label, collider=False, grain=(1.0, 0.0, 0.0))
+        builder.draw(link, rail.translated(*at), finish, label, grain=(1.0, 0.0, 0.0))
     pane = board(
         (stile - 0.004, d / 2 - GLASS_THICKNESS / 2, stile - 0.004),
         (w - stile + 0.004, d / 2 + GLASS_THICKNESS / 2, h - stile + 0.004),
         0.0,
     )
-    builder.add(link, pane.translated(*at), glass, label="glass", collider=False)
+    builder.draw(link, pane.translated(*at), glass, "glass")
     columns, rows = grid
     y0, y1 = d / 2 - 0.011, d / 2 + 0.011
     for k in range(1, columns):
         x = stile + (w - 2 * stile) * k / columns
         bar = board((x - SASH_BAR_WIDTH / 2, y0, stile - 5e-4), (x + SASH_BAR_WIDTH / 2, y1, h - stile + 5e-4), e)
-        builder.add(link, bar.translated(*at), finish, label=label, collider=False)
+        builder.draw(link, bar.translated(*at), finish, label)
     for k in range(1, rows):
         z = stile + (h - 2 * stile) * k / rows
         bar = board(
-            (stile - 5e-4, y0 + 4e-4, z - SASH_BAR_WIDTH / 2),
-            (w - stile + 5e-4, y1 - 4e-4, z + SASH_BAR_WIDTH / 2),
-            e,
+            (stile - 5e-4, y0 + 4e-4, z - SASH_BAR_WIDTH / 2), (w - stile + 5e-4, y1 - 4e-4, z + SASH_BAR_WIDTH / 2), e
         )
-        builder.add(link, bar.translated(*at), finish, label=label, collider=False, grain=(1.0, 0.0, 0.0))
+        builder.draw(link, bar.translated(*at), finish, label, grain=(1.0, 0.0, 0.0))
     builder.add_collider(link, board((0, 0, 0), (w, d, h), 0.0).translated(*at), finish, label, name)

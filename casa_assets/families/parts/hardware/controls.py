@@ -16,7 +16,7 @@ from casa_assets.families.kit.solids.sweep import prism
 from casa_assets.model.asset.behavior import Condition
 from casa_assets.model.asset.parts import Cylinder
 from casa_assets.model.pose import Pose
-from casa_assets.model.record import Vec3
+from casa_assets.model.record import Vec2, Vec3
 
 # Buttons --------------------------------------------------------------------------------------------------------------
 # Keys that are pressed and come back, and the toggle that one key makes.
@@ -45,7 +45,6 @@ def add_key(
     *,
     face: str = "front",
     parent: str = ROOT,
-    stroke: float = KEY_TRAVEL,
 ) -> None:
     """A sprung key; its collider is called `name`, its link `<name>_key`.
 
@@ -54,17 +53,17 @@ def add_key(
         cap: standing on z = 0. face: where it looks: `front` (-y), `up`, `left` (-x), `right` or `back`.
     """
     turn, direction = _FACES[face]
-    lift = stroke + KEY_CLEARANCE
+    lift = KEY_TRAVEL + KEY_CLEARANCE
     place = (at[0] - direction[0] * lift, at[1] - direction[1] * lift, at[2] - direction[2] * lift)
     link = builder.link(f"{name}_key", at=place, parent=parent)
-    builder.add(link, _turned(cap, turn), finish, label="button", name=name)
+    builder.add(link, _turned(cap, turn), finish, "button", name=name)
     lower, upper = cap.bounds
     width, height = float(upper[0] - lower[0]) - 0.003, float(upper[1] - lower[1]) - 0.003
     stem = box((width, height, lift + 0.0015), (0.0, 0.0, -(lift + 0.0015) / 2 + 0.001), 0.0)
     # The stem goes into its hole when the key is pressed.
-    builder.add(link, _turned(stem, turn), "plastic_black", label="button", collider=False, density=0.0)
-    spring = hand_dynamics.press(stroke, hand_dynamics.KEY_FULL_N, hand_dynamics.KEY_PRELOAD_N)
-    builder.slide(joint, link, direction, (0.0, stroke), name, spring=spring, feel=hand_dynamics.KEY)
+    builder.draw(link, _turned(stem, turn), "plastic_black", "button", density=0.0)
+    spring = hand_dynamics.press(KEY_TRAVEL, hand_dynamics.KEY_FULL_N, hand_dynamics.KEY_PRELOAD_N)
+    builder.slide(joint, link, direction, (0.0, KEY_TRAVEL), name, spring=spring, feel=hand_dynamics.KEY)
 
 
 _FACES: dict[str, tuple[tuple[str, float] | None, Vec3]] = {
@@ -139,11 +138,11 @@ def add_knob(
     shape = (Cylinder(radius=radius, height=depth), Pose(position=(0.0, 0.0, depth / 2)))
     shaped = Solid(body.points, body.faces, (shape,), crease_deg=body.crease_deg)
     face = Pose() if up else Pose(quaternion=(math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0))
-    builder.add(link, shaped.transformed(face), finish, label="knob", collider=f"{name}_main", density="control_knob")
+    builder.add(link, shaped.transformed(face), finish, "knob", collider=f"{name}_main", density="control_knob")
     for solid in extra:
-        builder.add(link, solid.transformed(face), finish, label="knob", collider=False, density="control_knob")
+        builder.draw(link, solid.transformed(face), finish, "knob", density="control_knob")
     pointer = _pointer(style, radius, depth)
-    builder.add(link, pointer.transformed(face), mark, label="knob", collider=False, density=0.0)
+    builder.draw(link, pointer.transformed(face), mark, "knob", density=0.0)
     axis = (0.0, 0.0, 1.0) if up else (0.0, -1.0, 0.0)
     feel = hand_dynamics.Feel(damping=0.02, frictionloss=hand_dynamics.KNOB_NM, armature=2e-4)
     builder.hinge(f"{name}_joint", link, axis, (0.0, turn), f"{name}_main", feel=feel)
@@ -164,9 +163,9 @@ def add_knob_with_scale(
 ) -> None:
     """Add a knob with a bezel behind it and printed ticks round it; `at` lies on the front, which faces -y."""
     x, y, z = at
-    builder.add(ROOT, bezel(radius).translated(x, y - 2e-4, z), bezel_finish, label="bezel", collider=False)
+    builder.draw(ROOT, bezel(radius).translated(x, y - 2e-4, z), bezel_finish, "bezel")
     ticks = dial(radius, turn, steps=steps).translated(x, y - 3e-4, z)
-    builder.add(ROOT, ticks, ink, label="print", collider=False, density=0.0)
+    builder.draw(ROOT, ticks, ink, "print", density=0.0)
     add_knob(builder, name, (x, y - 0.0032, z), style, radius, finish, turn=turn)
 
 
@@ -249,17 +248,8 @@ FIGURE_PITCH = 0.74  # from one figure to the next, over their height
 COLON_WIDTH = 0.36  # width of a colon, over the height
 INK_THICKNESS = 0.0004  # metres: thickness of what is printed or glows; its back stands free of what is behind it
 
-
-class KeySign(StrEnum):
-    """Sign that is printed on a key."""
-
-    PLUS = "plus"
-    MINUS = "minus"
-    PLAY = "play"
-    STOP = "stop"
-    LAMP = "lamp"
-    POWER = "power"
-    BARS = "bars"
+# Sign that is printed on a key.
+KeySign = StrEnum("KeySign", "PLUS MINUS PLAY STOP LAMP POWER BARS")
 
 
 def seven_segment_text(text: str, height: float) -> Solid:
@@ -328,7 +318,7 @@ def key_symbol(kind: KeySign, size: float) -> Solid:
     return concatenate([ring, inner])
 
 
-def _points(*corners: tuple[float, float]) -> Floats:
+def _points(*corners: Vec2) -> Floats:
     return np.array(corners)
 
 

@@ -8,6 +8,7 @@ from enum import StrEnum
 from itertools import pairwise
 
 import numpy as np
+from pydantic import Field
 
 from casa_assets.core import hand_dynamics
 from casa_assets.core.hand_dynamics import TAP_START_N
@@ -26,32 +27,16 @@ TEMPERATURE_RANGE = 0.785
 SPOUT_RANGE = 1.57
 WATER = (0.45, 0.62, 0.75, 0.0)
 
-
-class SpoutForm(StrEnum):
-    """Form of the spout."""
-
-    GOOSENECK = "gooseneck"
-    PULL_DOWN = "pull_down"
-    SQUARE = "square"
-    LOW_ARC = "low_arc"
-    BRIDGE = "bridge"
-    SPRING = "spring"
-    TAPERED = "tapered"
-    VICTORIAN = "victorian"
+SpoutForm = StrEnum("SpoutForm", "GOOSENECK PULL_DOWN SQUARE LOW_ARC BRIDGE SPRING TAPERED VICTORIAN")
 
 
 class Faucet(Params):
-    """Parameters of a faucet; lengths in metres.
+    """Parameters of a faucet."""
 
-    Attributes:
-        form: of the spout. reach: from the swivel to where the water falls. height: of the highest point.
-        finish: of the metal.
-    """
-
-    form: SpoutForm = SpoutForm.GOOSENECK
-    reach: float = 0.21
-    height: float = 0.36
-    finish: FinishId = "chrome"
+    form: SpoutForm = Field(SpoutForm.GOOSENECK, description="of the spout")
+    reach: float = Field(0.21, description="from the swivel to where the water falls, m")
+    height: float = Field(0.36, description="of the highest point, m")
+    finish: FinishId = Field("chrome", description="finish of the metal")
 
 
 @dataclass(frozen=True)
@@ -75,7 +60,7 @@ def add_faucet(builder: AssetBuilder, p: Faucet, at: Vec3, fall: float, turn: fl
     bridge = p.form in (SpoutForm.BRIDGE, SpoutForm.VICTORIAN)
     body, swivel = _body(p, bridge)
     for solid in body:
-        builder.add(ROOT, solid.translated(x, y, z), p.finish, label="faucet", density="tap_body")
+        builder.add(ROOT, solid.translated(x, y, z), p.finish, "faucet", density="tap_body")
     builder.link("spout", at=(x, y, z + swivel))
     spout = _spout(p, p.height - swivel)
     for i, solid in enumerate(spout.solids):
@@ -83,7 +68,7 @@ def add_faucet(builder: AssetBuilder, p: Faucet, at: Vec3, fall: float, turn: fl
             "spout",
             solid.rotated("z", turn) if turn else solid,
             p.finish,
-            label="spout",
+            "spout",
             collider="spout_main" if i == 0 else True,
             density="tap_body",
         )
@@ -234,12 +219,21 @@ def _levers(builder: AssetBuilder, p: Faucet, at: Vec3, bridge: bool) -> None:
     if not bridge:
         for sign in (-1, 1):
             stem = rod(0.0125, 0.028, axis="x").translated(x + sign * 0.034, y, z + hub_z)
-            builder.add(ROOT, stem, p.finish, label="faucet", density="tap_body")
+            builder.add(ROOT, stem, p.finish, "faucet", density="tap_body")
     # Flow: a hinge about x; at rest the lever stands up, and tips forward.
     builder.link("handle", at=(x + hub_x + (0.0 if bridge else 0.0075), y, z + hub_z + (0.014 if bridge else 0.0)))
     hub = ball(0.0125) if bridge else rod(0.0135, 0.014, axis="x")
-    _lever(builder, "handle", p, "handle_main")
-    builder.add("handle", hub, p.finish, label="handle", density="tap_body")
+    if p.form is SpoutForm.VICTORIAN:
+        parts = [tube([(0.0, 0.0, 0.008), (0.0, 0.0, 0.05)], 0.005), ball(0.0095).translated(z=0.058)]
+        builder.add("handle", parts[0], p.finish, "handle", density="tap_body")
+        builder.add("handle", parts[1], "ceramic_white", "handle", name="handle_main")
+    elif p.form is SpoutForm.SQUARE:
+        handle = box((0.011, 0.02, 0.085), (0.0, 0.0, 0.052), 0.0015)
+        builder.add("handle", handle, p.finish, "handle", "handle_main", density="tap_body")
+    else:
+        blade = tube([(0.0, 0.0, 0.01), (0.0, 0.0, 0.098)], rectangle(0.011, 0.016, 0.0045, 4), up=(0.0, 1.0, 0.0))
+        builder.add("handle", blade.with_box_collider(), p.finish, "handle", "handle_main", density="tap_body")
+    builder.add("handle", hub, p.finish, "handle", density="tap_body")
     flow = hand_dynamics.feel(2e-4, 0.07, FLOW_RANGE, 5.5)
     builder.hinge("handle_joint", "handle", (1.0, 0.0, 0.0), (0.0, FLOW_RANGE), "handle_main", feel=flow)
     # Temperature: a hinge about z; at rest the lever points to the left.
@@ -247,25 +241,11 @@ def _levers(builder: AssetBuilder, p: Faucet, at: Vec3, bridge: bool) -> None:
     builder.link("handle_temp", at=(x + temp_x, y, z + hub_z + (0.008 if bridge else 0.0)))
     cap = rod(0.0125, 0.012) if bridge else rod(0.0135, 0.026)
     arm = tube([(-0.008, 0.0, 0.002), (-0.066, 0.0, 0.008)], 0.0058)
-    builder.add("handle_temp", arm, p.finish, label="handle", name="handle_temp_main", density="tap_body")
-    builder.add("handle_temp", cap, p.finish, label="handle", density="tap_body")
+    builder.add("handle_temp", arm, p.finish, "handle", name="handle_temp_main", density="tap_body")
+    builder.add("handle_temp", cap, p.finish, "handle", density="tap_body")
     warm = hand_dynamics.feel(1.5e-4, 0.04, 2 * TEMPERATURE_RANGE, 5.5)
     span = (-TEMPERATURE_RANGE, TEMPERATURE_RANGE)
     builder.hinge("handle_temp_joint", "handle_temp", (0.0, 0.0, 1.0), span, "handle_temp_main", feel=warm)
-
-
-def _lever(builder: AssetBuilder, link: str, p: Faucet, name: str) -> None:
-    if p.form is SpoutForm.VICTORIAN:
-        parts = [tube([(0.0, 0.0, 0.008), (0.0, 0.0, 0.05)], 0.005), ball(0.0095).translated(z=0.058)]
-        builder.add(link, parts[0], p.finish, label="handle", density="tap_body")
-        builder.add(link, parts[1], "ceramic_white", label="handle", name=name)
-    elif p.form is SpoutForm.SQUARE:
-        builder.add(
-            link, box((0.011, 0.02, 0.085), (0.0, 0.0, 0.052), 0.0015), p.finish, "handle", name, density="tap_body"
-        )
-    else:
-        blade = tube([(0.0, 0.0, 0.01), (0.0, 0.0, 0.098)], rectangle(0.011, 0.016, 0.0045, 4), up=(0.0, 1.0, 0.0))
-        builder.add(link, blade.with_box_collider(), p.finish, "handle", name, density="tap_body")
 
 
 def add_faucet_behavior(behavior: BehaviorBuilder) -> None:

@@ -16,7 +16,7 @@ from casa_assets.families.kit.solids.sweep import circle, inset_rings, loft, pri
 from casa_assets.geometry.solid.solids import convex_hull
 from casa_assets.model.asset.parts import Capsule, Cylinder
 from casa_assets.model.pose import Pose
-from casa_assets.model.record import Vec3
+from casa_assets.model.record import Vec3, Vec4
 
 # Legs -----------------------------------------------------------------------------------------------------------------
 # Legs and rails of furniture: bars between two points.
@@ -71,7 +71,7 @@ def bowed_slat(size: Vec3, at: Vec3, bow: float, steps: int = 8) -> Solid:
     return solid.with_box_collider().translated(*at)
 
 
-def _onto(direction: Floats) -> tuple[float, float, float, float]:
+def _onto(direction: Floats) -> Vec4:
     """Quaternion that takes z to a unit vector."""
     x, y, z = (float(v) for v in direction)
     if z < -1 + 1e-9:
@@ -143,22 +143,7 @@ def _spread(half: float, count: int) -> list[float]:
 LEATHER = "leather_tan"  # finish of leather straps
 EDGE_REACH = 0.024  # metres that an edge pull stands out before the face
 
-
-class HandleKind(StrEnum):
-    """Kind of handle."""
-
-    BAR = "bar"
-    BOXED = "boxed"
-    BOW = "bow"
-    CUP = "cup"
-    KNOB = "knob"
-    RING = "ring"
-    STRAP = "strap"
-    TEE = "tee"
-    LEATHER = "leather"
-    EDGE_PULL = "edge_pull"
-    FINGER_GROOVE = "finger_groove"
-
+HandleKind = StrEnum("HandleKind", "BAR BOXED BOW CUP KNOB RING STRAP TEE LEATHER EDGE_PULL FINGER_GROOVE")
 
 # Handles that are one with an edge of the front; `fronts.doors` and `fronts.drawers` put them there.
 EDGE_HANDLES = (HandleKind.EDGE_PULL, HandleKind.FINGER_GROOVE)
@@ -213,13 +198,13 @@ def handle(kind: HandleKind, length: float) -> Handle:
     return _MAKERS[kind](length)
 
 
-def add_handle(builder: AssetBuilder, link: str, pull: Handle, metal: str, name: str, label: str = "handle") -> None:
+def add_handle(builder: AssetBuilder, link: str, pull: Handle, metal: str, name: str) -> None:
     """Put a handle on a link; its grip's collider is called `name`, its mesh `<name>_visual`."""
     for solid in pull.metal:
-        builder.add(link, solid, metal, label=label, name=name, collider=False, density="handle_casting")
+        builder.draw(link, solid, metal, "handle", name=name, density="handle_casting")
     for solid in pull.leather:
-        builder.add(link, solid, LEATHER, label=label, name=f"{name}_hide", collider=False, density="leather")
-    builder.add_collider(link, pull.metal[0].with_shapes(*pull.shapes), metal, label, name)
+        builder.draw(link, solid, LEATHER, "handle", name=f"{name}_hide", density="leather")
+    builder.add_collider(link, pull.metal[0].with_shapes(*pull.shapes), metal, "handle", name)
 
 
 def grip_capsule(length: float, radius: float, y: float) -> Placed:

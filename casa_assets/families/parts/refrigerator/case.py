@@ -56,7 +56,7 @@ def add_case(
     body = board((0.0, 0.0, base_height), (width, depth, top), edge_radius, steps)
     holes = [board((r.lower[0], -0.05, r.lower[2]), r.upper, 0.0) for r in compartments]
     shapes = _walls(width, depth, top, base_height, compartments)
-    builder.add(ROOT, subtract(body, *holes, shapes=shapes), look.body, label="case", density="foamed_wall")
+    builder.add(ROOT, subtract(body, *holes, shapes=shapes), look.body, "case", density="foamed_wall")
     for r in compartments:
         _line(builder, r)
     builder.ballast(ROOT, 9.0, (width / 2, depth - 0.12, base_height + 0.09), (0.3, 0.16, 0.16))  # compressor and pan
@@ -65,7 +65,7 @@ def add_case(
             (0.06, depth, base_height + 0.25 + 0.012 * k),
             (width - 0.06, depth + 0.004, base_height + 0.256 + 0.012 * k),
         )
-        builder.add(ROOT, coil, "black_matt", label="case", collider=False, density="condenser")
+        builder.draw(ROOT, coil, "black_matt", "case", density="condenser")
 
 
 def _walls(
@@ -95,14 +95,14 @@ def _line(builder: AssetBuilder, r: Compartment) -> None:
     duct = board(
         (middle - duct_width / 2, y1 - 0.007, z0 + 0.04), (middle + duct_width / 2, y1 - e - 3e-4, z1 - 0.04), 0.002
     )
-    builder.add(ROOT, duct, "plastic_grey_light", label="liner", collider=False)
+    builder.draw(ROOT, duct, "plastic_grey_light", "liner")
     for k in range(max(2, int(height / 0.2))):
         z = z0 + 0.1 + k * 0.2
         if z < z1 - 0.06:
             slot = box((0.6 * duct_width, 0.001, 0.006), (middle, y1 - 0.0073, z), 0.0)
-            builder.add(ROOT, slot, "plastic_grey_dark", label="vent", collider=False, density=0.0)
+            builder.draw(ROOT, slot, "plastic_grey_dark", "vent", density=0.0)
     lamp = board((middle - 0.09, 0.16, z1 - 0.009), (middle + 0.09, 0.2, z1 - e - 3e-4), 0.002)
-    builder.add(ROOT, lamp, "glass_opal", label="lamp", name=f"{r.name}_light", collider=False)
+    builder.draw(ROOT, lamp, "glass_opal", "lamp", name=f"{r.name}_light")
 
 
 def add_base(builder: AssetBuilder, width: float, depth: float, base_height: float, look: ApplianceLook) -> None:
@@ -110,29 +110,24 @@ def add_base(builder: AssetBuilder, width: float, depth: float, base_height: flo
     if look.kick is ApplianceKick.FEET:
         for x in (0.075, width - 0.075):
             for y in (0.07, depth - 0.07):
-                builder.add(
-                    ROOT,
-                    rod(0.02, base_height - 1e-3, 0.002).translated(x, y, base_height / 2 + 3e-4),
-                    look.metal,
-                    label="foot",
-                )
-                pad = rod(0.026, 0.01, 0.002).translated(x, y, 0.0053)
-                builder.add(ROOT, pad, "rubber_black", label="foot", collider=False)
+                foot = rod(0.02, base_height - 1e-3, 0.002).translated(x, y, base_height / 2 + 3e-4)
+                builder.add(ROOT, foot, look.metal, "foot")
+                builder.draw(ROOT, rod(0.026, 0.01, 0.002).translated(x, y, 0.0053), "rubber_black", "foot")
         return
     set_back = 0.004 if look.kick is ApplianceKick.GRILLE else 0.045
     board_ = board((0.012, set_back, 0.003), (width - 0.012, depth - 0.05, base_height - 3e-4), 0.002)
     finish = "plastic_grey_dark" if look.kick is ApplianceKick.GRILLE else "black_matt"
     # Rollers, pan and air behind it.
-    builder.add(ROOT, board_, finish, label="plinth", density="appliance_plinth")
+    builder.add(ROOT, board_, finish, "plinth", density="appliance_plinth")
     for x in (0.08, width - 0.08):
         for y in (0.1, depth - 0.12):
-            builder.add(ROOT, rod(0.018, 0.003).translated(x, y, 0.0015), "rubber_black", label="foot", collider=False)
+            builder.draw(ROOT, rod(0.018, 0.003).translated(x, y, 0.0015), "rubber_black", "foot")
     if look.kick is ApplianceKick.GRILLE:
         count = int((width - 0.16) / 0.022)
         for k in range(count):
             x = width / 2 + (k - (count - 1) / 2) * 0.022
             slot = box((0.013, 0.001, base_height - 0.03), (x, set_back - 3e-4, base_height / 2), 0.0)
-            builder.add(ROOT, slot, "rubber_black", label="vent", collider=False, density=0.0)
+            builder.draw(ROOT, slot, "rubber_black", "vent", density=0.0)
 
 
 def add_hinge_cover(builder: AssetBuilder, x: float, top: float, thickness: float, look: ApplianceLook) -> None:
@@ -147,20 +142,20 @@ def add_hinge_cover(builder: AssetBuilder, x: float, top: float, thickness: floa
         2,
     )
     finish = look.metal if look.form is ApplianceFront.ROUND else "plastic_grey_dark"
-    builder.add(ROOT, lid, finish, label="hinge", density="hinge_cover")
+    builder.add(ROOT, lid, finish, "hinge", density="hinge_cover")
 
 
 def add_shelf(builder: AssetBuilder, name: str, r: Compartment, z: float, front: float, look: ApplianceLook) -> None:
     """A pane with a moulded edge on ledges; its upper side is z, its front edge y = front. Metres."""
     x0, x1, y1 = r.lower[0] + LINER_THICKNESS + 0.002, r.upper[0] - LINER_THICKNESS - 0.002, r.upper[1] - 0.012
     pane = board((x0 + 0.006, front + 0.01, z - 0.005), (x1 - 0.006, y1 - 0.008, z - 0.001), 0.0005)
-    builder.add(ROOT, pane, "glass_clear", label="shelf", collider=False)
+    builder.draw(ROOT, pane, "glass_clear", "shelf")
     edge = board((x0, front, z - 0.016), (x1, front + 0.014, z), 0.003, 2)
     rear = board((x0, y1 - 0.012, z - 0.012), (x1, y1, z), 0.002)
     for bar in (edge, rear):
-        builder.add(ROOT, bar, look.trim, label="shelf", collider=False)
+        builder.draw(ROOT, bar, look.trim, "shelf")
     for a, b in ((x0, x0 + 0.01), (x1 - 0.01, x1)):
         rail = board((a, front + 0.0145, z - 0.014), (b, y1 - 0.0125, z - 0.0004), 0.001)
-        builder.add(ROOT, rail, look.trim, label="shelf", collider=False)
+        builder.draw(ROOT, rail, look.trim, "shelf")
     collider_box = board((x0, front, z - 0.012), (x1, y1, z), 0.0)
     builder.add_collider(ROOT, collider_box, "glass_clear", "shelf", f"{name}_pane")

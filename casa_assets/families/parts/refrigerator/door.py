@@ -176,7 +176,14 @@ def add_face(
     shapes: tuple[Placed, ...] = (box_shape((0.0, 0.0, 0.0), (w, t, h)),)
     if hole is not None:
         slab = subtract(slab, _opening(hole))
-        shapes = _around(hole, w, t, h)
+        (x0, z0), (x1, z1) = hole
+        shapes = (
+            box_shape((0, 0, 0), (w, t, z0)),
+            box_shape((0, 0, z1), (w, t, h)),
+            box_shape((0, 0, z0), (x0, t, z1)),
+            box_shape((x1, 0, z0), (w, t, z1)),
+            box_shape((x0, NICHE_DEPTH, z0), (x1, t, z1)),
+        )
     body = look.body if look.form is ApplianceFront.GLASS else door.face
     door.add_part(builder, slab.with_shapes(*shapes), body, "door", name, collider=name, density="foamed_door")
     if look.form is ApplianceFront.GLASS:
@@ -201,17 +208,6 @@ def _niche_hole(door: FridgeDoor, look: ApplianceLook) -> tuple[Vec2, Vec2]:
 def _opening(hole: tuple[Vec2, Vec2]) -> Solid:
     (x0, z0), (x1, z1) = hole
     return board((x0, -0.05, z0), (x1, NICHE_DEPTH, z1), 0.0)
-
-
-def _around(hole: tuple[Vec2, Vec2], w: float, t: float, h: float) -> tuple[Placed, ...]:
-    (x0, z0), (x1, z1) = hole
-    return (
-        box_shape((0, 0, 0), (w, t, z0)),
-        box_shape((0, 0, z1), (w, t, h)),
-        box_shape((0, 0, z0), (x0, t, z1)),
-        box_shape((x1, 0, z0), (w, t, z1)),
-        box_shape((x0, NICHE_DEPTH, z0), (x1, t, z1)),
-    )
 
 
 def _dispenser(builder: AssetBuilder, door: FridgeDoor, hole: tuple[Vec2, Vec2]) -> None:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from itertools import pairwise
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
 from pydantic import Field
@@ -39,7 +39,7 @@ from casa_assets.families.parts.refrigerator.door import (
     hang_fridge_door,
 )
 from casa_assets.model.asset.behavior import Condition
-from casa_assets.model.record import Vec2, Vec3
+from casa_assets.model.record import Vec2, Vec3, Vec4
 
 # Sliding parts --------------------------------------------------------------------------------------------------------
 # Sliding parts of refrigerators: crispers and baskets behind a door, and freezer drawers.
@@ -87,19 +87,19 @@ def add_crisper(
         (board((-half, e + 0.002, e), (-half + e, d - e, h - rim), 0.001), "left"),
         (board((half - e, e + 0.002, e), (half, d - e, h - rim), 0.001), "right"),
     ):
-        builder.add(name, solid, finish, label="drawer", collider=f"{name}_{part}", density="ribbed_plastic")
+        builder.add(name, solid, finish, "drawer", collider=f"{name}_{part}", density="ribbed_plastic")
     for solid in (
         board((-half - 0.002, -0.003, h - 0.03), (half + 0.002, e + 0.003, h), 0.002, 2),
         board((-half - 0.002, e + 0.0032, h - rim), (-half + e + 0.002, d, h), 0.001),
         board((half - e - 0.002, e + 0.0032, h - rim), (half + 0.002, d, h), 0.001),
     ):
-        builder.add(name, solid, look.trim, label="drawer", collider=False, density="ribbed_plastic")
+        builder.draw(name, solid, look.trim, "drawer", density="ribbed_plastic")
     width = min(0.3, 0.7 * w)
     lip = box((width, LIP_DEPTH - 0.0034, 0.007), (0.0, -0.0032 - (LIP_DEPTH - 0.0034) / 2, h - 0.0065), 0.002, 2)
     hook = box((width, 0.006, 0.014), (0.0, -LIP_DEPTH + 0.003, h - 0.014), 0.002)
     collider_box = board((-width / 2, -LIP_DEPTH, h - 0.021), (width / 2, -0.003, h - 0.003), 0.0)
     for solid in (lip, hook):
-        builder.add(name, solid, look.trim, label="handle", collider=False, density="ribbed_plastic")
+        builder.draw(name, solid, look.trim, "handle", density="ribbed_plastic")
     builder.add_collider(name, collider_box, look.trim, "handle", f"{name}_handle_main")
     travel = crisper_travel(d)
     builder.slide(
@@ -114,7 +114,7 @@ def add_pull_out(builder: AssetBuilder, door: FridgeDoor, look: ApplianceLook, r
     builder.link(door.link, at=(door.lower[0], -DOOR_GAP - t, door.lower[1]))
     add_face(builder, door, look)
     seal = gasket_frame((0.012, 0.012), (w - 0.012, h - 0.012), t + 2e-4, t + DOOR_GAP - 3e-4)
-    builder.add(door.link, seal, "gasket_grey", "gasket", collider=False, density="magnetic_gasket")
+    builder.draw(door.link, seal, "gasket_grey", "gasket", density="magnetic_gasket")
     add_pull(builder, door, look)
     x0, x1 = (
         r.lower[0] + LINER_THICKNESS + SIDE_CLEARANCE + 0.012 - door.lower[0],
@@ -136,7 +136,7 @@ def add_pull_out(builder: AssetBuilder, door: FridgeDoor, look: ApplianceLook, r
         )
     for x in (x0 - 0.0105, x1 + 0.0005):
         rail = board((x, y0 + 0.012, z0 + 0.03), (x + 0.01, y1 - 0.06, z0 + 0.05), 0.001)
-        builder.add(door.link, rail, "steel_galvanised", "rail", collider=False, density="drawer_runner")
+        builder.draw(door.link, rail, "steel_galvanised", "rail", density="drawer_runner")
     travel = round(0.82 * (y1 - y0), 3)
     grip_name = f"{door.link}_handle_main"
     builder.slide(door.joint, door.link, (0.0, 1.0, 0.0), (-travel, 0.0), grip_name, start_n=11.0)
@@ -278,14 +278,7 @@ def add_lamp_behavior(builder: AssetBuilder, fridge: Sequence[str]) -> None:
 # Lower freezer --------------------------------------------------------------------------------------------------------
 # The freezer under a refrigerator: drawers that are pulled out, or doors with baskets behind them.
 
-
-class FreezerFront(StrEnum):
-    """Drawers or doors of the freezer below."""
-
-    DRAWER = "drawer"
-    TWO_DRAWERS = "two_drawers"
-    DOOR = "door"
-    TWO_DOORS = "two_doors"
+FreezerFront = StrEnum("FreezerFront", "DRAWER TWO_DRAWERS DOOR TWO_DOORS")
 
 
 def lower_compartments(
@@ -362,27 +355,21 @@ def add_lower_fronts(
 
 
 # Fridge case ----------------------------------------------------------------------------------------------------------
-# Common parameters, sampling and building steps of the four families of refrigerators.
 
 HINGE_INSET = 0.05  # metres from the side of the case to the middle of a hinge's cover
 DOOR_EDGE_GAP = 0.003  # metres that a door stays away from what is above or below it
 
 
 class Refrigerator(Params):
-    """Parameters of every refrigerator. Metres.
+    """Common parameters, sampling and building steps of the four families of refrigerators."""
 
-    Attributes:
-        width, depth, height: outside, with doors but without pulls. foot: height of its base.
-        shelves: panes in the fridge. bins: in each door of the fridge. look: form, finishes and pulls.
-    """
-
-    width: float
-    depth: float
-    height: float
-    foot: Annotated[float, Field(ge=0.04, le=0.12)] = 0.06
-    shelves: Annotated[int, Field(ge=1, le=4)] = 3
-    bins: Annotated[int, Field(ge=1, le=4)] = 3
-    look: ApplianceLook = ApplianceLook()
+    width: float = Field(description="outside, m")
+    depth: float = Field(description="outside, with doors, without pulls, m")
+    height: float = Field(description="outside, m")
+    foot: float = Field(0.06, ge=0.04, le=0.12, description="height of the base, m")
+    shelves: int = Field(3, ge=1, le=4, description="panes in the fridge")
+    bins: int = Field(3, ge=1, le=4, description="in each door of the fridge")
+    look: ApplianceLook = Field(ApplianceLook(), description="form, finishes and pulls")
 
 
 def draw_size(
@@ -429,7 +416,7 @@ class FridgeCase:
         return self.p.height - (0.0 if self.p.look.form is ApplianceFront.PANEL else parts.HINGE_COVER_HEIGHT)
 
     @property
-    def inside(self) -> tuple[float, float, float, float]:
+    def inside(self) -> Vec4:
         """Planes of the whole inside: left, right, bottom, top, metres."""
         return SIDE_THICKNESS, self.p.width - SIDE_THICKNESS, self.p.foot + FLOOR_THICKNESS, self.top - TOP_THICKNESS
 

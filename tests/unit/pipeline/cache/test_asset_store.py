@@ -16,7 +16,8 @@ import numpy as np
 import pytest
 
 from casa_assets.export.usd import document
-from casa_assets.families.family import Family, Params, Supplies
+from casa_assets.families.family import Params, Supplies
+from casa_assets.families.kit.assemble import Family
 from casa_assets.geometry.lightweight import lighten
 from casa_assets.model.asset.asset import Asset
 from casa_assets.pipeline.cache import asset_store
