@@ -120,19 +120,11 @@ def check_set(name: str, looks: Mapping[str, TextureDescriptor], limits: Mapping
         CheckResult(code="TEX013", status=Status.NOT_APPLICABLE, reason="the set has no two pictures", limit=apart)
         if nearest is None
         else CheckResult(
-            code="TEX013",
-            status=Status.FAILED if close else Status.PASSED,
-            number=significant(nearest, 6),
-            limit=apart,
+            code="TEX013", status=Status.FAILED if close else Status.PASSED, number=significant(nearest, 6), limit=apart
         ),
     )
     issues = [
-        Issue(
-            code="TEX013",
-            severity=Severity.ERROR,
-            pointer=f"{a} {b}",
-            message=f"nearly alike: {d:.2f} <= {apart:g}",
-        )
+        Issue(code="TEX013", severity=Severity.ERROR, pointer=f"{a} {b}", message=f"nearly alike: {d:.2f} <= {apart:g}")
         for d, a, b in close
     ]
     if len(looks) < wanted:

@@ -52,35 +52,21 @@ class GrowthRings(StrEnum):
 
 
 class WoodSpecies(Record):
-    """Anatomy of a wood, as far as it can be seen on a board.
+    """Anatomy of a wood, as far as it can be seen on a board."""
 
-    Attributes:
-        rings: course of one year.
-        ring_m: usual width of a year in metres.
-        unevenness: 0..1, how much years differ in width and in strength.
-        contrast: 0..1, of the rings.
-        pores: 0..1, how open the grain is; `pore_m` is the length of a pore line in metres.
-        rays: 0..1, flecks on a quartered face, small dashes on a flat one.
-        ribbon: 0..1, stripes of interlocked grain, `ribbon_m` wide.
-        curl: 0..1, waves across the grain.
-        fibre: 0..1, strength of the fine lines.
-        clouds: 0..1, strength of broad changes of tone.
-        knots_per_m2: of the size of a thumb nail.
-    """
-
-    rings: GrowthRings = GrowthRings.DIFFUSE
-    ring_m: Annotated[float, Field(gt=0.0005, lt=0.1)] = 0.0025
-    unevenness: Share = 0.4
-    contrast: Share = 0.5
-    pores: Share = 0.3
-    pore_m: Annotated[float, Field(gt=0.001, lt=0.1)] = 0.008
-    rays: Share = 0.0
-    ribbon: Share = 0.0
-    ribbon_m: Annotated[float, Field(gt=0.002, lt=0.1)] = 0.012
-    curl: Share = 0.0
-    fibre: Share = 0.5
-    clouds: Share = 0.4
-    knots_per_m2: Annotated[float, Field(ge=0, le=60)] = 0.0
+    rings: GrowthRings = Field(GrowthRings.DIFFUSE, description="course of one year")
+    ring_m: float = Field(0.0025, gt=0.0005, lt=0.1, description="usual width of a year")
+    unevenness: Share = Field(0.4, description="how much years differ in width and in strength")
+    contrast: Share = Field(0.5, description="of the rings")
+    pores: Share = Field(0.3, description="how open the grain is")
+    pore_m: float = Field(0.008, gt=0.001, lt=0.1, description="length of a pore line")
+    rays: Share = Field(0.0, description="flecks on a quartered face, small dashes on a flat one")
+    ribbon: Share = Field(0.0, description="stripes of interlocked grain")
+    ribbon_m: float = Field(0.012, gt=0.002, lt=0.1, description="width of a stripe")
+    curl: Share = Field(0.0, description="waves across the grain")
+    fibre: Share = Field(0.5, description="strength of the fine lines")
+    clouds: Share = Field(0.4, description="strength of broad changes of tone")
+    knots_per_m2: float = Field(0.0, ge=0, le=60, description="of the size of a thumb nail")
 
 
 @dataclass(frozen=True)
@@ -308,27 +294,16 @@ _JOINT_DEPTH_M = 0.00015
 
 
 class WoodPalette(Record):
-    """Colours of a finished wood, as a colour card shows them.
+    """Colours of a finished wood, as a colour card shows them."""
 
-    Attributes:
-        light: the plain wood.
-        dark: the strong part of a year, and the tone that broad clouds lean to.
-        pore: in the pores; pale where they are limed.
-        heart: of knots, mineral streaks and dark bands.
-        variety: 0..1, how much the leaves differ from each other.
-        streaks: 0..1, share of the face that leans to `heart` in long streaks.
-        roughness: of the finish, 0..1.
-        brushed: 0..1, how far the soft wood was brushed out.
-    """
-
-    light: HexColor
-    dark: HexColor
-    pore: HexColor
-    heart: HexColor
-    variety: Share = 0.35
-    streaks: Share = 0.0
+    light: HexColor = Field(description="the plain wood")
+    dark: HexColor = Field(description="the strong part of a year, and the tone that broad clouds lean to")
+    pore: HexColor = Field(description="in the pores; pale where they are limed")
+    heart: HexColor = Field(description="of knots, mineral streaks and dark bands")
+    variety: Share = Field(0.35, description="how much the leaves differ from each other")
+    streaks: Share = Field(0.0, description="share of the face that leans to `heart` in long streaks")
     roughness: Annotated[float, Field(ge=0.05, le=0.95)] = 0.45
-    brushed: Share = 0.0
+    brushed: Share = Field(0.0, description="how far the soft wood was brushed out")
 
 
 def board(

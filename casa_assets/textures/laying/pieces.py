@@ -179,27 +179,17 @@ class TileEdge(StrEnum):
 
 
 class Joint(Record):
-    """Joint between pieces.
+    """Joint between pieces."""
 
-    Attributes:
-        color: of the grout or mortar.
-        width_m: metres; 0 where pieces touch.
-        depth_m: how far it lies below the rim of the pieces, metres.
-        roughness: 0..1.
-        edge: profile of the pieces; `edge_width_m` is how wide it is, `rim_drop_m` how deep it falls, metres.
-        rim_noise_m: how far the rim of a piece strays from its outline, metres.
-        coarseness: 0..1, how coarse the filling is.
-    """
-
-    color: HexColor = "#b8b2a6"
-    width_m: Annotated[float, Field(ge=0, le=0.03)] = 0.003
-    depth_m: Annotated[float, Field(ge=0, le=0.02)] = 0.001
+    color: HexColor = Field("#b8b2a6", description="of the grout or mortar")
+    width_m: float = Field(0.003, ge=0, le=0.03, description="0 where pieces touch")
+    depth_m: float = Field(0.001, ge=0, le=0.02, description="how far it lies below the rim of the pieces")
     roughness: Annotated[float, Field(ge=0.1, le=1)] = 0.88
-    edge: TileEdge = TileEdge.SQUARE
-    edge_width_m: Annotated[float, Field(ge=0.0002, le=0.05)] = 0.001
-    rim_drop_m: Annotated[float, Field(ge=0, le=0.01)] = 0.0004
-    rim_noise_m: Annotated[float, Field(ge=0, le=0.02)] = 0.0
-    coarseness: Share = 0.3
+    edge: TileEdge = Field(TileEdge.SQUARE, description="profile of the pieces")
+    edge_width_m: float = Field(0.001, ge=0.0002, le=0.05, description="of the profile")
+    rim_drop_m: float = Field(0.0004, ge=0, le=0.01, description="how deep the profile falls")
+    rim_noise_m: float = Field(0.0, ge=0, le=0.02, description="how far the rim of a piece strays from its outline")
+    coarseness: Share = Field(0.3, description="how coarse the filling is")
 
 
 def rim(joint: Joint, pieces: PieceMap, canvas: Canvas, rng: np.random.Generator) -> Map:

@@ -65,90 +65,63 @@ SWING = 1.75
 
 
 class Container(Params):
-    """Parameters of a closed container; lengths in metres, heights as shares of `height` if they are called shares.
+    """Parameters of a closed container; lengths in metres, heights as shares of `height` if they are called shares."""
 
-    Attributes:
-        width: of the widest part, along x. height: from the foot to the mouth, without the closure.
-        flat: depth relative to the width. corner: radius of the section's corners relative to half the width; 1 is
-            round or oval.
-        foot: radius at the foot relative to the widest one; foot_bend: radius of the edge there, relative to half the
-            width.
-        waist: radius halfway up the lower part, relative to the radius without a waist.
-        shoulder: share of the height at which the widest part ends; neck_at: share at which the neck begins; neck:
-            radius of the mouth relative to the widest one. shoulder_bend, neck_bend: radii of these corners relative to
-            half the width.
-        bulge: how far the neck bulges in its middle, relative to the mouth's radius; lip: how far a ring at the mouth
-            projects, relative to the mouth's radius.
-        grooves: number of grooves around the body, from groove_low to groove_high, shares; groove_depth.
-        flutes: number of ridges from foot to shoulder, round bodies only; flute_depth: relative to half the width.
-        closure: kind of closure. cap_height, cap_wide: its height, and its radius relative to that of the mouth.
-        base_cap: height of a cap on which the container rests upside down, 0 for no such cap.
-        opens: the closure can be opened: it slides up or swings up. A container with a wide mouth is then hollow for
-            collisions, down to its content.
-        open_top: the body is open above and its content can be seen from there. wall: thickness.
-        label_low, label_high: shares of the height between which the label lies; label_wrap: share of the
-            circumference.
-        tag_low, tag_high, tag_wrap: the same for a second label.
-        sleeve: share of the height that foil covers, from the mouth down.
-        band_low, band_high: shares of the height between which there is a plain band, such as a grip.
-        fill: share of the height that is filled, 0 if empty. rims: beads at both ends, as on tins.
-        handle: share of the height that a handle on the right side takes, 0 for no handle. handle_at: share of the
-            height of its middle. handle_out: how far it projects, relative to half the width. handle_thick: its
-            thickness.
-        heft: mass of the whole per volume of its body, kg/m^3.
-        body, content, cap, cap_second, label, tag, foil, band_finish, rim_finish, handle_finish: finishes; label and
-            tag are pictures or plain.
-    """
-
-    width: Metres
-    height: Metres
-    flat: Annotated[float, Field(ge=0.35, le=1)] = 1.0
-    corner: Annotated[float, Field(ge=0.1, le=1)] = 1.0
-    foot: Annotated[float, Field(ge=0.4, le=1.4)] = 1.0
-    foot_bend: Annotated[float, Field(ge=0.01, le=1)] = 0.08
-    waist: Annotated[float, Field(ge=0.5, le=1.3)] = 1.0
-    shoulder: Annotated[float, Field(ge=0.02, le=0.99)] = 0.66
-    neck_at: Annotated[float, Field(ge=0.03, le=0.995)] = 0.78
-    neck: Annotated[float, Field(ge=0.1, le=1)] = 0.38
-    shoulder_bend: Annotated[float, Field(ge=0, le=4)] = 0.5
-    neck_bend: Annotated[float, Field(ge=0, le=4)] = 0.4
-    bulge: Annotated[float, Field(ge=-0.4, le=0.6)] = 0.0
-    lip: Annotated[float, Field(ge=0, le=0.4)] = 0.0
-    grooves: Annotated[int, Field(ge=0, le=16)] = 0
-    groove_low: Share = 0.1
-    groove_high: Share = 0.5
-    groove_depth: Annotated[float, Field(ge=0, le=0.006)] = 0.0015
-    flutes: Literal[0, 4, 8, 16] = 0
-    flute_depth: Annotated[float, Field(ge=0, le=0.2)] = 0.06
+    width: Metres = Field(description="of the widest part, along x, m")
+    height: Metres = Field(description="from the foot to the mouth, without the closure, m")
+    flat: float = Field(1.0, ge=0.35, le=1, description="depth relative to the width")
+    corner: float = Field(
+        1.0, ge=0.1, le=1, description="radius of the section's corners by half the width; 1: round or oval"
+    )
+    foot: float = Field(1.0, ge=0.4, le=1.4, description="radius at the foot by the widest one")
+    foot_bend: float = Field(0.08, ge=0.01, le=1, description="radius of the edge at the foot by half the width")
+    waist: float = Field(1.0, ge=0.5, le=1.3, description="radius halfway up the lower part, by that without a waist")
+    shoulder: float = Field(0.66, ge=0.02, le=0.99, description="share of the height where the widest part ends")
+    neck_at: float = Field(0.78, ge=0.03, le=0.995, description="share of the height where the neck begins")
+    neck: float = Field(0.38, ge=0.1, le=1, description="radius of the mouth by the widest one")
+    shoulder_bend: float = Field(0.5, ge=0, le=4, description="radius of that corner by half the width")
+    neck_bend: float = Field(0.4, ge=0, le=4, description="radius of that corner by half the width")
+    bulge: float = Field(0.0, ge=-0.4, le=0.6, description="of the middle of the neck, by the mouth's radius")
+    lip: float = Field(0.0, ge=0, le=0.4, description="how far a ring at the mouth projects, by its radius")
+    grooves: int = Field(0, ge=0, le=16, description="number of grooves around the body")
+    groove_low: Share = Field(0.1, description="lower end of the grooves, share of the height")
+    groove_high: Share = Field(0.5, description="upper end of the grooves")
+    groove_depth: float = Field(0.0015, ge=0, le=0.006, description="m")
+    flutes: Literal[0, 4, 8, 16] = Field(0, description="number of ridges from foot to shoulder, round bodies only")
+    flute_depth: float = Field(0.06, ge=0, le=0.2, description="by half the width")
     closure: Closure = Closure.SCREW
-    cap_height: Annotated[float, Field(ge=0, le=0.12)] = 0.015
-    cap_wide: Annotated[float, Field(ge=0.4, le=2.5)] = 1.05
-    base_cap: Annotated[float, Field(ge=0, le=0.06)] = 0.0
-    opens: bool = False
-    open_top: bool = False
-    wall: Annotated[float, Field(ge=0.0008, le=0.008)] = 0.0022
-    label_low: Share = 0.15
-    label_high: Share = 0.55
-    label_wrap: Annotated[float, Field(ge=0.1, le=1)] = 1.0
-    tag_low: Share = 0.8
-    tag_high: Share = 0.9
-    tag_wrap: Annotated[float, Field(ge=0.1, le=1)] = 1.0
-    sleeve: Share = 0.0
-    band_low: Share = 0.0
-    band_high: Share = 0.0
-    fill: Annotated[float, Field(ge=0, le=0.99)] = 0.85
-    rims: bool = False
-    handle: Annotated[float, Field(ge=0, le=0.9)] = 0.0
-    handle_at: Share = 0.6
-    handle_out: Annotated[float, Field(ge=0.2, le=1.5)] = 0.55
-    handle_thick: Annotated[float, Field(ge=0.003, le=0.025)] = 0.012
-    heft: Annotated[float, Field(ge=50, le=2600)] = 1000.0
+    cap_height: float = Field(0.015, ge=0, le=0.12, description="of the closure, m")
+    cap_wide: float = Field(1.05, ge=0.4, le=2.5, description="radius of the closure by that of the mouth")
+    base_cap: float = Field(0.0, ge=0, le=0.06, description="height of a cap on which it rests upside down, m; 0: none")
+    opens: bool = Field(
+        False, description="the closure slides or swings up; a wide mouth makes it hollow for collisions"
+    )
+    open_top: bool = Field(False, description="the body is open above and shows its content")
+    wall: float = Field(0.0022, ge=0.0008, le=0.008, description="thickness, m")
+    label_low: Share = Field(0.15, description="lower edge of the label, share of the height")
+    label_high: Share = Field(0.55, description="upper edge of the label")
+    label_wrap: float = Field(1.0, ge=0.1, le=1, description="share of the circumference")
+    tag_low: Share = Field(0.8, description="lower edge of a second label")
+    tag_high: Share = Field(0.9, description="upper edge of it")
+    tag_wrap: float = Field(1.0, ge=0.1, le=1, description="share of the circumference")
+    sleeve: Share = Field(0.0, description="share of the height under foil, from the mouth down")
+    band_low: Share = Field(0.0, description="lower edge of a plain band, such as a grip")
+    band_high: Share = Field(0.0, description="upper edge of it")
+    fill: float = Field(0.85, ge=0, le=0.99, description="share of the height that is filled; 0: empty")
+    rims: bool = Field(False, description="beads at both ends, as on tins")
+    handle: float = Field(
+        0.0, ge=0, le=0.9, description="share of the height that a handle at the right takes; 0: none"
+    )
+    handle_at: Share = Field(0.6, description="share of the height of its middle")
+    handle_out: float = Field(0.55, ge=0.2, le=1.5, description="how far it projects, by half the width")
+    handle_thick: float = Field(0.012, ge=0.003, le=0.025, description="m")
+    heft: float = Field(1000.0, ge=50, le=2600, description="mass of the whole per volume of its body, kg/m^3")
     body: FinishId = "bottle_clear"
     content: FinishId = "water"
     cap: FinishId = "plastic_white"
     cap_second: FinishId = "plastic_grey_dark"
-    label: FinishId | None = None
-    tag: FinishId | None = None
+    label: FinishId | None = Field(None, description="a picture or plain")
+    tag: FinishId | None = Field(None, description="a picture or plain")
     foil: FinishId = "foil_gold"
     band_finish: FinishId = "plastic_grey_dark"
     rim_finish: FinishId = "stainless_polished"

@@ -476,33 +476,22 @@ FAN = ((-0.5, 0.0), (-0.1, -0.34), (0.3, -0.5), (0.5, -0.2), (0.5, 0.2), (0.3, 0
 
 
 class Crustacean(Params):
-    """Parameters of a lobster that lies along x, its head at +x; lengths in metres.
+    """Parameters of a lobster that lies along x, its head at +x; lengths in metres."""
 
-    Attributes:
-        length: from the end of the fan to the tip of the head, were the tail straight. width, height: of the shell.
-        tail: share of the length that is tail. rings: of the tail. curl: how far the tail bends down at its end, rad.
-        claw, claw_width: length and width of the larger claw; other_claw: size of the other by that.
-        spread: angle between an arm and the axis, rad. gape: how far a claw is open, rad.
-        feeler: length of the long feelers, which lie back along the body.
-        band: finish of a rubber band round each claw; None for none.
-        density: kg/m^3. seed: of what is random.
-        skin, limb_finish, eye_finish: finishes.
-    """
-
-    length: Metres
-    width: Metres
-    height: Metres
-    tail: Annotated[float, Field(ge=0.35, le=0.7)] = 0.52
-    rings: Annotated[int, Field(ge=4, le=7)] = 6
-    curl: Annotated[float, Field(ge=0, le=0.6)] = 0.1
-    claw: Metres
-    claw_width: Metres
-    other_claw: Annotated[float, Field(ge=0.6, le=1)] = 0.9
-    spread: Annotated[float, Field(ge=0, le=1.2)] = 0.5
-    gape: Annotated[float, Field(ge=0, le=0.5)] = 0.1
-    feeler: Metres
-    band: FinishId | None = None
-    density: Annotated[float, Field(ge=300, le=1400)] = 900.0
+    length: Metres = Field(description="from the end of the fan to the tip of the head, were the tail straight, m")
+    width: Metres = Field(description="of the shell, m")
+    height: Metres = Field(description="of the shell, m")
+    tail: float = Field(0.52, ge=0.35, le=0.7, description="share of the length that is tail")
+    rings: int = Field(6, ge=4, le=7, description="of the tail")
+    curl: float = Field(0.1, ge=0, le=0.6, description="how far the tail bends down at its end, rad")
+    claw: Metres = Field(description="length of the larger claw, m")
+    claw_width: Metres = Field(description="of the larger claw, m")
+    other_claw: float = Field(0.9, ge=0.6, le=1, description="size of the other claw by that")
+    spread: float = Field(0.5, ge=0, le=1.2, description="angle between an arm and the axis, rad")
+    gape: float = Field(0.1, ge=0, le=0.5, description="how far a claw is open, rad")
+    feeler: Metres = Field(description="length of the long feelers, which lie back along the body, m")
+    band: FinishId | None = Field(None, description="of a rubber band round each claw; None: no band")
+    density: float = Field(900.0, ge=300, le=1400, description="kg/m^3")
     seed: Annotated[int, Field(ge=0, le=9999)] = 0
     skin: FinishId
     limb_finish: FinishId = "dish_lobster"

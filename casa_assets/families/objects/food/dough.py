@@ -66,70 +66,56 @@ class Body(StrEnum):
 
 
 class Dough(Params):
-    """Parameters of what is baked or made of dough; lengths in metres.
+    """Parameters of what is baked or made of dough; lengths in metres."""
 
-    Attributes:
-        body: shape at heart. length, width, height: along x, y, z.
-        outline: of a round or grid body, seen from above, points in order; none is an ellipse of power `square`.
-        profile: of a round body (share of the outline, share of the height) from the middle of the underside to that of
-            the upper side; of a long one (radius, place) from end to end.
-        square, square_top: powers of the superellipse of a section, below and above. foot: share of the lower half
-            height that is left before it is flat. hole: diameter.
-        bend: of a long body, rad. cut: place where a long body is cut off square, 1 for nowhere.
-        segments, segment_depth: ridges of rolled layers from the middle to either end.
-        bumps, waves: unevenness by the size, and how often over it. wave: a thin thing's rise and fall, metres.
-        grid: pits across the shorter side. count, shift: how many lie on one another, and how far off each other.
-        coat, coat_level, coat_wave: thickness of icing, from which share of the height on, and how its edge wanders.
-        lines: paths over the top by length and width, about the middle. line_width, line_height, line_lens: their
-            section and whether they narrow to their ends.
-        topping, topping_count, topping_size, topping_above, topping_within, topping_steep, topping_sunk: what is
-            strewn, how much, how large, how far up, how far out, on how steep a side, and how deep it is in. Its
-            finishes take turns.
-        pat: side of a pat of butter on top. stick, stick_radius: length of a stick out of its +x end.
-        portion: what is left of a thing that was cut, None for a whole one; what is cut off square is a piece.
-        density: of its body, kg/m^3. seed: of what is random.
-        skin, crumb_finish, coat_finish, line_finish, pat_finish, stick_finish, topping_finish and on: finishes.
-    """
-
-    body: Body = Body.ROUND
-    length: Metres
-    width: Metres
-    height: Metres
-    outline: tuple[Vec2, ...] = ()
-    profile: Profile = ((0, 0), (0.8, 0), (1, 0.3), (0.9, 0.7), (0.5, 0.95), (0, 1))
-    square: Annotated[float, Field(ge=1, le=12)] = 2.0
-    square_top: Annotated[float, Field(ge=1, le=12)] = 2.0
-    foot: Annotated[float, Field(ge=0.1, le=1)] = 1.0
-    hole: Thin = 0.03
-    bend: Annotated[float, Field(ge=-3, le=3)] = 0.0
-    cut: Annotated[float, Field(ge=0.3, le=1)] = 1.0
-    segments: Annotated[int, Field(ge=0, le=8)] = 0
-    segment_depth: Annotated[float, Field(ge=0, le=0.6)] = 0.2
-    bumps: Annotated[float, Field(ge=0, le=0.3)] = 0.02
-    waves: Annotated[float, Field(ge=0.3, le=8)] = 1.5
-    wave: Thin = 0.0
-    grid: Annotated[int, Field(ge=2, le=12)] = 5
-    count: Annotated[int, Field(ge=1, le=6)] = 1
-    shift: Thin = 0.004
-    coat: Thin = 0.0
-    coat_level: Share = 0.5
-    coat_wave: Share = 0.1
-    lines: Annotated[tuple[Line, ...], Field(max_length=12)] = ()
-    line_width: Thin = 0.01
-    line_height: Thin = 0.004
-    line_lens: bool = True
-    topping: Piece = Piece.SEED
+    body: Body = Field(Body.ROUND, description="basic shape")
+    length: Metres = Field(description="along x, m")
+    width: Metres = Field(description="along y, m")
+    height: Metres = Field(description="along z, m")
+    outline: tuple[Vec2, ...] = Field(
+        (), description="of a round or grid body from above, in order; empty: a superellipse of power `square`"
+    )
+    profile: Profile = Field(
+        ((0, 0), (0.8, 0), (1, 0.3), (0.9, 0.7), (0.5, 0.95), (0, 1)),
+        description="round body: (share of outline, of height) from bottom to top; long: (radius, place)",
+    )
+    square: float = Field(2.0, ge=1, le=12, description="power of the superellipse of a section, below")
+    square_top: float = Field(2.0, ge=1, le=12, description="the same above")
+    foot: float = Field(1.0, ge=0.1, le=1, description="share of the lower half height that is left before it is flat")
+    hole: Thin = Field(0.03, description="diameter, m")
+    bend: float = Field(0.0, ge=-3, le=3, description="of a long body, rad")
+    cut: float = Field(1.0, ge=0.3, le=1, description="place where a long body is cut off square; 1: nowhere")
+    segments: int = Field(0, ge=0, le=8, description="ridges of rolled layers from the middle to either end")
+    segment_depth: float = Field(0.2, ge=0, le=0.6, description="by the radius")
+    bumps: float = Field(0.02, ge=0, le=0.3, description="unevenness by the size")
+    waves: float = Field(1.5, ge=0.3, le=8, description="of the unevenness, over the size")
+    wave: Thin = Field(0.0, description="rise and fall of a thin thing, m")
+    grid: int = Field(5, ge=2, le=12, description="pits across the shorter side")
+    count: int = Field(1, ge=1, le=6, description="bodies on one another")
+    shift: Thin = Field(0.004, description="how far off each other they lie, m")
+    coat: Thin = Field(0.0, description="thickness of icing, m")
+    coat_level: Share = Field(0.5, description="share of the height above which it is coated")
+    coat_wave: Share = Field(0.1, description="how far the edge of the coat wanders, by the height")
+    lines: tuple[Line, ...] = Field(
+        (), max_length=12, description="paths over the top by length and width, about the middle"
+    )
+    line_width: Thin = Field(0.01, description="m")
+    line_height: Thin = Field(0.004, description="m")
+    line_lens: bool = Field(True, description="lines narrow to their ends")
+    topping: Piece = Field(Piece.SEED, description="kind of what is strewn; its finishes take turns")
     topping_count: Annotated[int, Field(ge=0, le=MAX_STREWN)] = 0
-    topping_size: Thin = 0.004
-    topping_above: Share = 0.3
-    topping_within: Annotated[float, Field(gt=0, le=1.5)] = 1.5
-    topping_steep: Share = 0.4
-    topping_sunk: Share = 0.25
-    pat: Thin = 0.0
-    stick: Annotated[float, Field(ge=0, le=0.2)] = 0.0
-    stick_radius: Thin = 0.002
-    portion: Portion | None = None
-    density: Annotated[float, Field(ge=50, le=2000)] = 270.0
+    topping_size: Thin = Field(0.004, description="m")
+    topping_above: Share = Field(0.3, description="share of the height below which none lies")
+    topping_within: float = Field(1.5, gt=0, le=1.5, description="how far out it lies, by half the sides")
+    topping_steep: Share = Field(0.4, description="least z of the normal where it lies")
+    topping_sunk: Share = Field(0.25, description="share of a piece's height that is in the body")
+    pat: Thin = Field(0.0, description="side of a pat of butter on top, m; 0: none")
+    stick: float = Field(0.0, ge=0, le=0.2, description="length of a stick out of its +x end, m; 0: none")
+    stick_radius: Thin = Field(0.002, description="m")
+    portion: Portion | None = Field(
+        None, description="what is left of a thing that was cut; None: whole, or a piece if cut off square"
+    )
+    density: float = Field(270.0, ge=50, le=2000, description="of its body, kg/m^3")
     seed: Annotated[int, Field(ge=0, le=9999)] = 0
     skin: FinishId
     crumb_finish: FinishId = "dish_crumb"

@@ -67,64 +67,49 @@ class Cut(StrEnum):
 
 
 class SlabFood(Params):
-    """Parameters of meat and fish; lengths in metres, places in shares of length and width from the middle.
+    """Parameters of meat and fish; lengths in metres, places in shares of length and width from the middle."""
 
-    Attributes:
-        cut: basic shape. length, width, height: along x, y, z; for a strip, the height is its thickness.
-        outline: of a slab seen from above, points in order; if empty, a superellipse of power `square`.
-        profile: of a slab (share of the outline, share of the height) from bottom to top; of a long body (radius,
-            place) from end to end.
-        square: power of the superellipse of a section. foot: share of the half height below the axis at which a long
-            body is flat.
-        bend: of a long body, rad. cut_at: place at which it is cut off square, 1 for no cut.
-        segments, segment_depth: rings along a long body. bumps, waves: unevenness. wave: amplitude of rise and fall,
-            metres.
-        above: its picture is laid on it from above, along its length; otherwise it runs around it or over the rim.
-        rind, rind_from, rind_to: thickness of fat along a slab's edge, between two angles in degrees.
-        lines, line_width, line_height, line_lens: raised lines on top: grill marks, gills, folds, flat bones.
-        fins: outlines of flat parts that project at half the height. fin_thickness.
-        eyes: places of eyes on the upper and the lower side; eye_size.
-        bones: paths of round bones at half the height; bone_radius: of the bones; bone_knob: of the knob at their end.
-        feelers: paths of thin round parts; feeler_radius.
-        ties: number of loops of string.
-        density: of its body, kg/m^3. seed: of random details.
-        skin, rind_finish, face_finish, line_finish, fin_finish, eye_finish, bone_finish, feeler_finish: finishes.
-    """
-
-    cut: Cut = Cut.SLAB
-    length: Metres
-    width: Metres
-    height: Metres
-    outline: tuple[Vec2, ...] = ()
-    profile: Profile = ((0, 0), (0.86, 0), (0.97, 0.12), (1, 0.45), (0.96, 0.85), (0.85, 0.98), (0.4, 1), (0, 1))
-    square: Annotated[float, Field(ge=1, le=12)] = 2.0
-    foot: Annotated[float, Field(ge=0.1, le=1)] = 1.0
-    bend: Annotated[float, Field(ge=-5, le=5)] = 0.0
-    cut_at: Annotated[float, Field(ge=0.3, le=1)] = 1.0
-    segments: Annotated[int, Field(ge=0, le=12)] = 0
-    segment_depth: Annotated[float, Field(ge=0, le=0.6)] = 0.1
-    bumps: Annotated[float, Field(ge=0, le=0.3)] = 0.02
-    waves: Annotated[float, Field(ge=0.3, le=8)] = 1.5
-    wave: Thin = 0.0
-    above: bool = False
-    rind: Thin = 0.0
-    rind_from: Annotated[float, Field(ge=-360, le=360)] = 0.0
-    rind_to: Annotated[float, Field(ge=-360, le=360)] = 180.0
-    lines: Lines = ()
-    line_width: Thin = 0.004
-    line_height: Thin = 0.001
-    line_lens: bool = False
-    fins: Lines = ()
-    fin_thickness: Thin = 0.002
-    eyes: Annotated[tuple[Vec2, ...], Field(max_length=4)] = ()
-    eye_size: Thin = 0.008
-    bones: Lines = ()
-    bone_radius: Thin = 0.006
-    bone_knob: Thin = 0.0
-    feelers: Lines = ()
-    feeler_radius: Thin = 0.0008
-    ties: Annotated[int, Field(ge=0, le=10)] = 0
-    density: Annotated[float, Field(ge=50, le=2000)] = 1040.0
+    cut: Cut = Field(Cut.SLAB, description="basic shape")
+    length: Metres = Field(description="along x, m")
+    width: Metres = Field(description="along y, m")
+    height: Metres = Field(description="along z, m; of a strip its thickness")
+    outline: tuple[Vec2, ...] = Field(
+        (), description="of a slab from above, in order; empty: a superellipse of power `square`"
+    )
+    profile: Profile = Field(
+        ((0, 0), (0.86, 0), (0.97, 0.12), (1, 0.45), (0.96, 0.85), (0.85, 0.98), (0.4, 1), (0, 1)),
+        description="slab: (share of outline, of height) from bottom to top; long body: (radius, place)",
+    )
+    square: float = Field(2.0, ge=1, le=12, description="power of the superellipse of a section")
+    foot: float = Field(
+        1.0, ge=0.1, le=1, description="share of the half height below the axis at which a long body is flat"
+    )
+    bend: float = Field(0.0, ge=-5, le=5, description="of a long body, rad")
+    cut_at: float = Field(1.0, ge=0.3, le=1, description="place at which it is cut off square; 1: nowhere")
+    segments: int = Field(0, ge=0, le=12, description="rings along a long body")
+    segment_depth: float = Field(0.1, ge=0, le=0.6, description="by the radius")
+    bumps: float = Field(0.02, ge=0, le=0.3, description="unevenness by the size")
+    waves: float = Field(1.5, ge=0.3, le=8, description="of the unevenness, over the size")
+    wave: Thin = Field(0.0, description="amplitude of rise and fall, m")
+    above: bool = Field(False, description="its picture is laid on from above, not around it or over its rim")
+    rind: Thin = Field(0.0, description="thickness of fat along a slab's edge, m")
+    rind_from: float = Field(0.0, ge=-360, le=360, description="where the rind begins, degrees")
+    rind_to: float = Field(180.0, ge=-360, le=360, description="where it ends, degrees")
+    lines: Lines = Field((), description="raised lines on top: grill marks, gills, folds, flat bones")
+    line_width: Thin = Field(0.004, description="m")
+    line_height: Thin = Field(0.001, description="m")
+    line_lens: bool = Field(False, description="lines narrow to their ends")
+    fins: Lines = Field((), description="outlines of flat parts that project at half the height")
+    fin_thickness: Thin = Field(0.002, description="m")
+    eyes: tuple[Vec2, ...] = Field((), max_length=4, description="places of eyes on the upper and the lower side")
+    eye_size: Thin = Field(0.008, description="m")
+    bones: Lines = Field((), description="paths of round bones at half the height")
+    bone_radius: Thin = Field(0.006, description="m")
+    bone_knob: Thin = Field(0.0, description="radius of the knob at their end, m; 0: none")
+    feelers: Lines = Field((), description="paths of thin round parts")
+    feeler_radius: Thin = Field(0.0008, description="m")
+    ties: int = Field(0, ge=0, le=10, description="loops of string")
+    density: float = Field(1040.0, ge=50, le=2000, description="of its body, kg/m^3")
     seed: Annotated[int, Field(ge=0, le=9999)] = 0
     skin: FinishId
     rind_finish: FinishId = "dish_fat"

@@ -125,52 +125,35 @@ _CROWN = ((0, 0), (0.9, 0), (0.98, 0.05), (1, 0.2), (0.94, 0.5), (0.76, 0.79), (
 
 
 class Stacked(Params):
-    """Parameters of composed food; lengths in metres.
+    """Parameters of composed food; lengths in metres."""
 
-    Attributes:
-        build: way of composing it. length, width, height: of the whole along x, y, z, approximately; the height of a
-            tower is that of its upper bread.
-        outline: of a tower seen from above; if empty, a superellipse of power `square`.
-        layers: of a tower from bottom to top; of a skewer from one end to the other.
-        base_height, patty_height: of the lower bread and of a patty; base_height of a cake is that of one layer of
-            sponge.
-        count: layers of sponge, balls of ice, or turns of the line of sauce.
-        opening: angle of the cake that is left, degrees; 360 for a whole one.
-        ripple, turns: depth of a swirl relative to its radius, and number of its turns.
-        topping, topping_count, topping_size: pieces strewn on top, whose finishes take turns.
-        cherry: diameter of a ball on top, 0 for no ball.
-        stick: how far a stick projects. band: a band of seaweed around nigiri.
-        density: of the whole, kg/m^3. seed: of random details.
-        skin, meat, second, third: finishes: bread, shell, cup, cone or seaweed; patty, sausage, meat or fish; cream,
-            frosting, ice or rice; icing, sauce, or the core of a roll.
-        topping_finish, topping_finish_2, topping_finish_3, cherry_finish, stick_finish: finishes.
-    """
-
-    build: Build
-    length: Metres
-    width: Metres
-    height: Metres
-    outline: tuple[Vec2, ...] = ()
+    build: Build = Field(description="way of composing it")
+    length: Metres = Field(description="of the whole along x, about, m")
+    width: Metres = Field(description="of the whole along y, about, m")
+    height: Metres = Field(description="of the whole along z, about, of a tower that of its upper bread, m")
+    outline: tuple[Vec2, ...] = Field((), description="of a tower from above; empty: a superellipse of power `square`")
     square: Annotated[float, Field(ge=1, le=12)] = 2.0
-    layers: tuple[Filling, ...] = ()
-    base_height: Thin = 0.018
-    patty_height: Thin = 0.014
-    count: Annotated[int, Field(ge=1, le=12)] = 2
-    opening: Annotated[float, Field(ge=20, le=360)] = 360.0
-    ripple: Annotated[float, Field(ge=0, le=0.4)] = 0.12
-    turns: Annotated[float, Field(ge=0, le=6)] = 3.0
-    topping: Piece = Piece.SEED
+    layers: tuple[Filling, ...] = Field(
+        (), description="of a tower from bottom to top; of a skewer from one end to the other"
+    )
+    base_height: Thin = Field(0.018, description="of the lower bread, or of a layer of sponge, m")
+    patty_height: Thin = Field(0.014, description="m")
+    count: int = Field(2, ge=1, le=12, description="layers of sponge, balls of ice, or turns of the line of sauce")
+    opening: float = Field(360.0, ge=20, le=360, description="angle of the cake that is left, degrees; 360: whole")
+    ripple: float = Field(0.12, ge=0, le=0.4, description="depth of a swirl by its radius")
+    turns: float = Field(3.0, ge=0, le=6, description="of a swirl")
+    topping: Piece = Field(Piece.SEED, description="kind of what is strewn on top; its finishes take turns")
     topping_count: Annotated[int, Field(ge=0, le=90)] = 0
-    topping_size: Thin = 0.004
-    cherry: Thin = 0.0
-    stick: Thin = 0.04
-    band: bool = False
-    density: Annotated[float, Field(ge=50, le=2000)] = 600.0
+    topping_size: Thin = Field(0.004, description="m")
+    cherry: Thin = Field(0.0, description="diameter of a ball on top, m; 0: none")
+    stick: Thin = Field(0.04, description="how far a stick projects, m")
+    band: bool = Field(False, description="a band of seaweed around nigiri")
+    density: float = Field(600.0, ge=50, le=2000, description="of the whole, kg/m^3")
     seed: Annotated[int, Field(ge=0, le=9999)] = 0
-    skin: FinishId
-    meat: FinishId = "dish_meat_minced"
-    second: FinishId = "dish_cream"
-    third: FinishId = "dish_icing_white"
+    skin: FinishId = Field(description="bread, shell, cup, cone or seaweed")
+    meat: FinishId = Field("dish_meat_minced", description="patty, sausage, meat or fish")
+    second: FinishId = Field("dish_cream", description="cream, frosting, ice or rice")
+    third: FinishId = Field("dish_icing_white", description="icing, sauce, or the core of a roll")
     topping_finish: FinishId = "dish_sesame"
     topping_finish_2: FinishId | None = None
     topping_finish_3: FinishId | None = None

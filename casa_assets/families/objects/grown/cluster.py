@@ -41,33 +41,26 @@ class Build(StrEnum):
 
 
 class Cluster(Params):
-    """Parameters of what consists of many small bodies; lengths in metres.
+    """Parameters of what consists of many small bodies; lengths in metres."""
 
-    Attributes:
-        build: how they lie. length, width: of the whole, without stem and leaves. count: of the small bodies.
-        piece, piece_length: diameter and length of one. profile: of one in a bundle, (radius, height) by the largest.
-        bumps: unevenness of one, by its radius. stem, stem_radius: length and radius of the stalk that carries them.
-        leaves, leaf_length, leaf_width: round the lower end; of stalks, at the end of each.
-        density: kg/m^3 of the small bodies, None for that of their finish. seed: of what is random.
-        skin, stem_finish, leaf_finish: finishes; skin is a picture for each small body.
-    """
-
-    build: Build
-    length: Metres
-    width: Metres
-    count: Annotated[int, Field(ge=1, le=80)]
-    piece: Metres
-    piece_length: Metres
-    profile: tuple[Vec2, ...] = BALL
-    bumps: Annotated[float, Field(ge=0, le=0.4)] = 0.03
-    stem: Annotated[float, Field(ge=0, le=0.3)] = 0.0
-    stem_radius: Annotated[float, Field(gt=0, le=0.04)] = 0.002
-    leaves: Annotated[int, Field(ge=0, le=24)] = 0
-    leaf_length: Metres = 0.1
-    leaf_width: Metres = 0.05
-    density: Annotated[float, Field(gt=0, le=2000)] | None = None
+    build: Build = Field(description="how they lie")
+    length: Metres = Field(description="of the whole, without stem and leaves, m")
+    width: Metres = Field(description="of the whole, without leaves, m")
+    count: int = Field(ge=1, le=80, description="of the small bodies")
+    piece: Metres = Field(description="diameter of one, m")
+    piece_length: Metres = Field(description="of one, m")
+    profile: tuple[Vec2, ...] = Field(BALL, description="of one in a bundle, (radius, height) by the largest")
+    bumps: float = Field(0.03, ge=0, le=0.4, description="unevenness of one, by its radius")
+    stem: float = Field(0.0, ge=0, le=0.3, description="length of the stalk that carries them, m")
+    stem_radius: float = Field(0.002, gt=0, le=0.04, description="m")
+    leaves: int = Field(0, ge=0, le=24, description="round the lower end; of stalks, at the end of each")
+    leaf_length: Metres = Field(0.1, description="m")
+    leaf_width: Metres = Field(0.05, description="m")
+    density: Annotated[float, Field(gt=0, le=2000)] | None = Field(
+        None, description="of the small bodies, kg/m^3; None: that of their finish"
+    )
     seed: Annotated[int, Field(ge=0, le=9999)] = 0
-    skin: FinishId
+    skin: FinishId = Field(description="picture of each small body")
     stem_finish: FinishId = "leaf_light"
     leaf_finish: FinishId = "leaf_mid"
 

@@ -206,80 +206,59 @@ class Rest(StrEnum):
 
 
 class Produce(Params):
-    """Parameters of food that grew in one piece; lengths in metres.
+    """Parameters of food that grew in one piece; lengths in metres."""
 
-    Attributes:
-        profile: (radius, height) from the lower end to the upper one, relative to the largest radius and to the length;
-            a curve may turn back into a hollow. length: along the axis. width: across it. flat: the other width
-            relative to that.
-        lobes, lobe_depth, lobe_sharp: furrows around the axis, their depth relative to the radius. bumps: unevenness,
-            relative to the radius. waves: of the bumps, over the length. bend: rad, from the share bend_start of the
-            length on.
-        stem, stem_radius: of a stalk at the upper end; 0 for no stalk. stem_at: share of the length where it starts.
-        wraps, wrap_depth: leaves that wrap it, and how far they project, relative to the distance from its middle. With
-            a wrap_skin they are sheets, otherwise steps in the body; wrap_reach: share of the profile that they cover;
-            wrap_ruffle: how far their rims rise and fall, relative to the radius.
-        leaves, leaf_length, leaf_width, leaf_rise: leaves around the upper end; leaf_rise is their steepness, rad, and
-            leaf_spread how much steeper the last is than the first.
-        eyes: number of dark pits around the upper end; a coconut has three.
-        flesh: share of its volume that is flesh; the rest is air.
-        rest: how it lies. seed: of random details of its form.
-        skin, stem_finish, leaf_finish: finishes. skin is a picture for the whole of it.
-        portion: kind of portion if it was cut, None for a whole one. face: direction of its cut face.
-        crosswise: a half is cut across its axis. cut_at: share of the length at which a half, piece or slice is cut
-            across.
-        thick: of a slice. slant: deviation of its cuts from square, rad. angle: of a wedge, rad.
-        section: picture of the cut faces. heart: share of the length on which it is centred on faces along the axis.
-        hollow: size of a hollow inside relative to the body. lining: its finish; None for that of the section.
-        stone, stone_long, stone_flat: width of a stone or core of seeds that shows in the middle of a half, 0 for no
-            stone, and its length and its thickness relative to the width. stone_finish: its finish.
-    """
-
-    profile: Annotated[tuple[Vec2, ...], Field(min_length=4, max_length=16)]
-    length: Metres
-    width: Metres
-    flat: Annotated[float, Field(ge=0.3, le=1)] = 1.0
-    lobes: Annotated[int, Field(ge=0, le=16)] = 0
-    lobe_depth: Annotated[float, Field(ge=0, le=0.5)] = 0.1
-    lobe_sharp: Annotated[float, Field(ge=0.5, le=4)] = 1.5
-    bumps: Annotated[float, Field(ge=0, le=0.3)] = 0.02
-    waves: Annotated[float, Field(ge=0.3, le=8)] = 1.0
-    bend: Annotated[float, Field(ge=-3, le=3)] = 0.0
-    bend_start: Share = 0.0
-    stem: Annotated[float, Field(ge=0, le=0.2)] = 0.0
-    stem_radius: Annotated[float, Field(gt=0, le=0.03)] = 0.0015
-    stem_at: Share = 1.0
-    wraps: Annotated[int, Field(ge=0, le=24)] = 0
-    wrap_depth: Annotated[float, Field(ge=0, le=0.3)] = 0.1
-    wrap_reach: Share = 0.7
-    wrap_ruffle: Annotated[float, Field(ge=0, le=0.3)] = 0.02
+    profile: tuple[Vec2, ...] = Field(
+        min_length=4,
+        max_length=16,
+        description="(radius, height) by the largest, from the lower end up; it may turn back into a hollow",
+    )
+    length: Metres = Field(description="along the axis, m")
+    width: Metres = Field(description="across the axis, m")
+    flat: float = Field(1.0, ge=0.3, le=1, description="the other width by that")
+    lobes: int = Field(0, ge=0, le=16, description="furrows around the axis")
+    lobe_depth: float = Field(0.1, ge=0, le=0.5, description="by the radius")
+    lobe_sharp: float = Field(1.5, ge=0.5, le=4, description="1: waves; more: narrow furrows")
+    bumps: float = Field(0.02, ge=0, le=0.3, description="unevenness by the radius")
+    waves: float = Field(1.0, ge=0.3, le=8, description="of the bumps, over the length")
+    bend: float = Field(0.0, ge=-3, le=3, description="rad")
+    bend_start: Share = Field(0.0, description="share of the length from which on it bends")
+    stem: float = Field(0.0, ge=0, le=0.2, description="length of a stalk at the upper end, m; 0: none")
+    stem_radius: float = Field(0.0015, gt=0, le=0.03, description="m")
+    stem_at: Share = Field(1.0, description="share of the length where the stalk starts")
+    wraps: int = Field(
+        0, ge=0, le=24, description="leaves that wrap it: sheets with a wrap_skin, else steps in the body"
+    )
+    wrap_depth: float = Field(0.1, ge=0, le=0.3, description="how far they project, by the distance from its middle")
+    wrap_reach: Share = Field(0.7, description="share of the profile that they cover")
+    wrap_ruffle: float = Field(0.02, ge=0, le=0.3, description="how far their rims rise and fall, by the radius")
     wrap_skin: FinishId | None = None
-    leaves: Annotated[int, Field(ge=0, le=40)] = 0
-    leaf_length: Metres = 0.02
-    leaf_width: Metres = 0.008
-    leaf_rise: Annotated[float, Field(ge=-1.6, le=1.6)] = 0.2
-    leaf_spread: Annotated[float, Field(ge=0, le=1.6)] = 0.0
-    eyes: Annotated[int, Field(ge=0, le=5)] = 0
-    flesh: Annotated[float, Field(ge=0.1, le=1.1)] = 1.0
-    rest: Rest = Rest.STANDS
+    leaves: int = Field(0, ge=0, le=40, description="around the upper end")
+    leaf_length: Metres = Field(0.02, description="m")
+    leaf_width: Metres = Field(0.008, description="m")
+    leaf_rise: float = Field(0.2, ge=-1.6, le=1.6, description="steepness of leaves, rad")
+    leaf_spread: float = Field(0.0, ge=0, le=1.6, description="how much steeper the last leaf is than the first, rad")
+    eyes: int = Field(0, ge=0, le=5, description="dark pits around the upper end; a coconut has three")
+    flesh: float = Field(1.0, ge=0.1, le=1.1, description="share of its volume that is flesh; the rest is air")
+    rest: Rest = Field(Rest.STANDS, description="how it lies")
     seed: Annotated[int, Field(ge=0, le=9999)] = 0
-    skin: FinishId
+    skin: FinishId = Field(description="picture of the whole of it")
     stem_finish: FinishId = "stem_brown"
     leaf_finish: FinishId = "leaf_mid"
-    portion: Portion | None = None
-    face: Face = Face.UP
-    crosswise: bool = False
-    cut_at: Share = 0.5
-    thick: Metres = 0.008
-    slant: Annotated[float, Field(ge=0, le=1.2)] = 0.0
-    angle: Annotated[float, Field(ge=0.2, le=2.4)] = 0.8
-    section: FinishId | None = None
-    heart: Share = 0.5
-    hollow: Annotated[float, Field(ge=0, le=0.95)] = 0.0
-    lining: FinishId | None = None
-    stone: Annotated[float, Field(ge=0, le=0.1)] = 0.0
-    stone_long: Annotated[float, Field(ge=0.3, le=4)] = 1.2
-    stone_flat: Annotated[float, Field(ge=0.3, le=1)] = 1.0
+    portion: Portion | None = Field(None, description="kind of portion if it was cut; None: whole")
+    face: Face = Field(Face.UP, description="direction of its cut face")
+    crosswise: bool = Field(False, description="a half is cut across its axis")
+    cut_at: Share = Field(0.5, description="share of the length at which a half, piece or slice is cut across")
+    thick: Metres = Field(0.008, description="of a slice, m")
+    slant: float = Field(0.0, ge=0, le=1.2, description="deviation of a slice's cuts from square, rad")
+    angle: float = Field(0.8, ge=0.2, le=2.4, description="of a wedge, rad")
+    section: FinishId | None = Field(None, description="picture of the cut faces")
+    heart: Share = Field(0.5, description="share of the length about which it lies on faces along the axis")
+    hollow: float = Field(0.0, ge=0, le=0.95, description="size of a hollow inside by the body")
+    lining: FinishId | None = Field(None, description="of the hollow; None: that of the section")
+    stone: float = Field(0.0, ge=0, le=0.1, description="width of a stone or core in the middle of a half, m; 0: none")
+    stone_long: float = Field(1.2, ge=0.3, le=4, description="its length by its width")
+    stone_flat: float = Field(1.0, ge=0.3, le=1, description="its thickness by its width")
     stone_finish: FinishId = "fruit_stone"
 
     @model_validator(mode="after")

@@ -46,58 +46,41 @@ class Shape(StrEnum):
 
 
 class Block(Params):
-    """Parameters of a block; lengths in metres, its length along x.
+    """Parameters of a block; lengths in metres, its length along x."""
 
-    Attributes:
-        shape: kind of block. width, depth, height: along x, y, z; of a wedge, width is the radius and depth is ignored.
-        corner: radius of the upright edges relative to half the smaller side, 1 for a round block. edge: radius of the
-            horizontal edges.
-        bulge: of the sides. crown: how far the upper end is raised in its middle. press: depth of a hollow there, over
-            the share press_size of it. taper: size of the upper end relative to the lower one. waist: how far its long
-            sides are drawn in.
-        bumps, waves: unevenness relative to the size, and its waves over the largest side. seed: of random details.
-        angle: of a wedge, rad. rind: width of the border around its cut faces.
-        holes, hole: number of round holes and the radius of the largest; with holes there is no picture.
-        slices, shift: number of slices of a stack, and how far they are displaced.
-        rows, columns, gap: segments of a tablet and the grooves between them.
-        pad: height of a layer on top, such as that of a sponge; pad_out: how far it projects.
-        core: size of a cloudy core, relative to the block.
-        portion: kind of portion if it was cut; None for a whole one.
-        heft: density, kg/m^3; None for that of the substance.
-        skin, second: finishes of the block, and of the pad, the core, or the cut faces of a wedge.
-    """
-
-    shape: Shape = Shape.SLAB
-    width: Metres
-    depth: Metres
-    height: Metres
-    corner: Annotated[float, Field(ge=0.02, le=1)] = 0.2
-    edge: Small = 0.002
-    bulge: Small = 0.0
-    crown: Small = 0.0
-    press: Small = 0.0
-    press_size: Share = 0.6
-    taper: Annotated[float, Field(ge=0.5, le=1.2)] = 1.0
-    waist: Small = 0.0
-    bumps: Annotated[float, Field(ge=0, le=0.2)] = 0.0
-    waves: Annotated[float, Field(ge=0.3, le=6)] = 1.2
+    shape: Shape = Field(Shape.SLAB, description="kind of block")
+    width: Metres = Field(description="along x, of a wedge its radius, m")
+    depth: Metres = Field(description="along y, not of a wedge, m")
+    height: Metres = Field(description="along z, m")
+    corner: float = Field(0.2, ge=0.02, le=1, description="radius of upright edges by half the smaller side; 1: round")
+    edge: Small = Field(0.002, description="radius of the horizontal edges, m")
+    bulge: Small = Field(0.0, description="of the sides, m")
+    crown: Small = Field(0.0, description="how far the upper end is raised in its middle, m")
+    press: Small = Field(0.0, description="depth of a hollow in the upper end, m")
+    press_size: Share = Field(0.6, description="share of the upper end that the hollow takes")
+    taper: float = Field(1.0, ge=0.5, le=1.2, description="size of the upper end by the lower one")
+    waist: Small = Field(0.0, description="how far its long sides are drawn in, m")
+    bumps: float = Field(0.0, ge=0, le=0.2, description="unevenness by the size")
+    waves: float = Field(1.2, ge=0.3, le=6, description="of the unevenness, over the largest side")
     seed: Annotated[int, Field(ge=0, le=9999)] = 0
-    angle: Annotated[float, Field(ge=0.2, le=6)] = 0.7
-    rind: Small = 0.002
-    holes: Annotated[int, Field(ge=0, le=30)] = 0
-    hole: Small = 0.006
-    slices: Annotated[int, Field(ge=1, le=12)] = 4
-    shift: Small = 0.004
-    rows: Annotated[int, Field(ge=1, le=8)] = 3
-    columns: Annotated[int, Field(ge=1, le=12)] = 6
-    gap: Small = 0.0015
-    pad: Small = 0.0
-    pad_out: Annotated[float, Field(ge=-0.003, le=0.003)] = 0.0
-    core: Share = 0.0
-    portion: Portion | None = None
-    heft: Annotated[float, Field(gt=5, le=3000)] | None = None
+    angle: float = Field(0.7, ge=0.2, le=6, description="of a wedge, rad")
+    rind: Small = Field(0.002, description="width of the border around a wedge's cut faces, m")
+    holes: int = Field(0, ge=0, le=30, description="round ones; with holes there is no picture")
+    hole: Small = Field(0.006, description="radius of the largest hole, m")
+    slices: int = Field(4, ge=1, le=12, description="of a stack")
+    shift: Small = Field(0.004, description="how far slices are displaced, m")
+    rows: int = Field(3, ge=1, le=8, description="segments of a tablet")
+    columns: int = Field(6, ge=1, le=12, description="segments of a tablet")
+    gap: Small = Field(0.0015, description="width of the grooves between segments, m")
+    pad: Small = Field(0.0, description="height of a layer on top, such as that of a sponge, m")
+    pad_out: float = Field(0.0, ge=-0.003, le=0.003, description="how far the pad projects, m")
+    core: Share = Field(0.0, description="size of a cloudy core by the block")
+    portion: Portion | None = Field(None, description="kind of portion if it was cut; None: whole")
+    heft: Annotated[float, Field(gt=5, le=3000)] | None = Field(
+        None, description="density, kg/m^3; None: that of the substance"
+    )
     skin: FinishId
-    second: FinishId = "plastic_green"
+    second: FinishId = Field("plastic_green", description="of the pad, the core, or the cut faces of a wedge")
 
     def rng(self) -> np.random.Generator:
         """The generator of what is random in its form."""

@@ -123,13 +123,7 @@ def two_sheets(count: int) -> tuple[Floats, Floats, Floats]:
     return places, sheet, np.array(front + back).reshape(-1, 2, 2)
 
 
-def wrapped(
-    rings: Floats,
-    sides: Floats,
-    heights: Floats,
-    along: bool = False,
-    crease_deg: float = 50.0,
-) -> Solid:
+def wrapped(rings: Floats, sides: Floats, heights: Floats, along: bool = False, crease_deg: float = 50.0) -> Solid:
     """A closed surface over rings of equally many points, whose ends are closed by flat faces.
 
     Args:

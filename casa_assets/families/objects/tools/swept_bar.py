@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import Annotated
 
 import manifold3d
 import numpy as np
@@ -35,29 +34,27 @@ Curve = tuple[Vec2, ...]
 
 
 class Bar(Params):
-    """The shape of a bar that runs along x, without its size.
+    """The shape of a bar that runs along x, without its size."""
 
-    Attributes:
-        outline: (half width by half the width, along by the length) from end to end, seen from above.
-        other: the same of the -y side; empty where both sides are alike. Both begin and end at the same place.
-        spine: (along, height by the rise) of its middle.
-        thick: (along, thickness by the largest).
-        dish: (along, depth by the dish) of a hollow that the underside follows, as in a spoon of steel.
-        hollow: (along, depth by the hollow) of one that is cut into the upper side, as in a spoon of wood.
-        wedge: (along, share) by which it is thinner at its -y side, as a blade is.
-        square: 2 for a round section, more for a flatter one with rounder edges, up to 12.
-        holes: (along, across by half the width, length by the length, width by the width, angle in rad) of holes.
-    """
-
-    outline: Annotated[Curve, Field(min_length=4, max_length=24)]
-    other: Annotated[Curve, Field(max_length=24)] = ()
-    spine: Curve = ()
-    thick: Curve = ()
-    dish: Curve = ()
-    hollow: Curve = ()
-    wedge: Curve = ()
-    square: Annotated[float, Field(ge=1.5, le=12)] = 2.0
-    holes: tuple[Vec5, ...] = ()
+    outline: Curve = Field(
+        min_length=4,
+        max_length=24,
+        description="(half width by half the width, along by the length) from end to end, from above",
+    )
+    other: Curve = Field((), max_length=24, description="the same of the -y side, with the same ends; empty: alike")
+    spine: Curve = Field((), description="(along, height by the rise) of its middle")
+    thick: Curve = Field((), description="(along, thickness by the largest)")
+    dish: Curve = Field(
+        (), description="(along, depth by the dish) of a hollow that the underside follows, as in a spoon of steel"
+    )
+    hollow: Curve = Field(
+        (), description="(along, depth by the hollow) of one cut into the upper side, as in a spoon of wood"
+    )
+    wedge: Curve = Field((), description="(along, share) by which it is thinner at its -y side, as a blade is")
+    square: float = Field(2.0, ge=1.5, le=12, description="2: a round section; more: a flatter one with rounder edges")
+    holes: tuple[Vec5, ...] = Field(
+        (), description="(along, across by half the width, length and width by those of the bar, angle in rad)"
+    )
 
 
 class Size(Params):
@@ -72,12 +69,7 @@ class Size(Params):
 
 
 def bar(
-    shape: Bar,
-    size: Size,
-    along: int = ALONG,
-    around: int = AROUND,
-    hulls: int = MAX_HULLS,
-    span: Vec2 = (0.0, 1.0),
+    shape: Bar, size: Size, along: int = ALONG, around: int = AROUND, hulls: int = MAX_HULLS, span: Vec2 = (0.0, 1.0)
 ) -> Solid:
     """A bar from x = 0 on, with colliders that follow it; one picture covers it, its height along x.
 

@@ -57,61 +57,43 @@ class Head(StrEnum):
 
 
 class Utensil(Params):
-    """Parameters of a utensil; lengths in metres, curves as in `swept_bar.Bar`.
+    """Parameters of a utensil; lengths in metres, curves as in `swept_bar.Bar`."""
 
-    Attributes:
-        head: what it is. length: of all of it. width: of the head, across. depth: of the head where it has another
-            size: the depth of a cup, the length of the wires of a whisk, the height of a grater.
-        thickness: of the sheet or wood of `front`. rise, dish, hollow: of its curves.
-        front: the head and, where it has no grip, all of it; of tongs an arm, of a ladle its stem.
-        split: where the grip begins, by the length; 1 for none.
-        grip: shape of a handle of another stuff. grip_width, grip_thickness, grip_rise: its size. grip_aside: how far
-            its middle lies to +y.
-        tip: share of the length at the tip that is of the trim, as on spatulas and tongs of silicone; tip_thickness: of
-            it. sleeve: from where to where the grip covers the arms of tongs.
-        count: of tines, wires, teeth, tufts or slits. gap: between tines; of tongs at the hinge. reach: of slots from
-            the tip. spread: how far two arms are open, rad or by the width. belly: where a whisk is widest, by its
-            length; how narrow a grater is above.
-        bolster: length of a collar at the start of the grip. rivets: through the grip. hole: width of a hole for
-            hanging near the end; hole_length: its length. loop: radius of a wire to hang it by.
-        seed: of what is random.
-        mass: of all of it, kg; 0: from what it is made of.
-        front_finish, grip_finish, trim_finish: of the head, of the handle, of rivets, collars, tips and small parts.
-    """
-
-    head: Head = Head.BAR
-    length: Metres
-    width: Metres
-    depth: Metres = 0.0
-    thickness: Metres = 0.002
-    rise: Annotated[float, Field(ge=-0.2, le=0.2)] = 0.0
-    dish: Metres = 0.0
-    hollow: Metres = 0.0
-    front: Bar | None = None
-    split: Share = 1.0
-    grip: Bar | None = None
-    grip_width: Metres = 0.02
-    grip_thickness: Metres = 0.015
-    grip_rise: Annotated[float, Field(ge=-0.1, le=0.1)] = 0.0
-    grip_aside: Annotated[float, Field(ge=-0.05, le=0.05)] = 0.0
-    tip: Share = 0.0
-    tip_thickness: Metres = 0.004
-    sleeve: Vec2 = (0.0, 0.0)
-    count: Annotated[int, Field(ge=0, le=60)] = 4
-    gap: Metres = 0.003
-    reach: Metres = 0.0
-    spread: Annotated[float, Field(ge=0, le=2)] = 0.0
-    belly: Share = 0.35
-    bolster: Metres = 0.0
-    rivets: Annotated[int, Field(ge=0, le=4)] = 0
-    hole: Metres = 0.0
-    hole_length: Metres = 0.0
-    loop: Metres = 0.0
+    head: Head = Field(Head.BAR, description="kind of head")
+    length: Metres = Field(description="of all of it, m")
+    width: Metres = Field(description="of the head, across, m")
+    depth: Metres = Field(0.0, description="of a cup; length of the wires of a whisk; height of a grater, m")
+    thickness: Metres = Field(0.002, description="of the sheet or wood of `front`, m")
+    rise: float = Field(0.0, ge=-0.2, le=0.2, description="of the front's spine, m")
+    dish: Metres = Field(0.0, description="of the front, m")
+    hollow: Metres = Field(0.0, description="of the front, m")
+    front: Bar | None = Field(
+        None, description="the head and, without a grip, all of it; of tongs an arm, of a ladle its stem"
+    )
+    split: Share = Field(1.0, description="where the grip begins, by the length; 1: no grip")
+    grip: Bar | None = Field(None, description="shape of a handle of another stuff")
+    grip_width: Metres = Field(0.02, description="m")
+    grip_thickness: Metres = Field(0.015, description="m")
+    grip_rise: float = Field(0.0, ge=-0.1, le=0.1, description="m")
+    grip_aside: float = Field(0.0, ge=-0.05, le=0.05, description="how far the middle of the grip lies to +y, m")
+    tip: Share = Field(0.0, description="share of the length at the tip that is of the trim, as of silicone")
+    tip_thickness: Metres = Field(0.004, description="m")
+    sleeve: Vec2 = Field((0.0, 0.0), description="from where to where the grip covers the arms of tongs")
+    count: int = Field(4, ge=0, le=60, description="of tines, wires, teeth, tufts or slits")
+    gap: Metres = Field(0.003, description="between tines; of tongs at the hinge, m")
+    reach: Metres = Field(0.0, description="of slots from the tip, m")
+    spread: float = Field(0.0, ge=0, le=2, description="how far two arms are open, rad or by the width")
+    belly: Share = Field(0.35, description="where a whisk is widest, by its length; how narrow a grater is above")
+    bolster: Metres = Field(0.0, description="length of a collar at the start of the grip, m")
+    rivets: int = Field(0, ge=0, le=4, description="through the grip")
+    hole: Metres = Field(0.0, description="width of a hole for hanging near the end, m")
+    hole_length: Metres = Field(0.0, description="m")
+    loop: Metres = Field(0.0, description="radius of a wire to hang it by, m")
     seed: Annotated[int, Field(ge=0, le=9999)] = 0
-    mass: Annotated[float, Field(ge=0, le=3)] = 0.0
-    front_finish: FinishId = "stainless_polished"
-    grip_finish: FinishId = "plastic_black"
-    trim_finish: FinishId = "stainless_brushed"
+    mass: float = Field(0.0, ge=0, le=3, description="of all of it, kg; 0: from what it is made of")
+    front_finish: FinishId = Field("stainless_polished", description="of the head")
+    grip_finish: FinishId = Field("plastic_black", description="of the handle")
+    trim_finish: FinishId = Field("stainless_brushed", description="of rivets, collars, tips and small parts")
 
 
 def build(builder: AssetBuilder, p: Utensil) -> None:

@@ -319,19 +319,16 @@ def _add_knob(builder: AssetBuilder, lid: Lid, top: float, link: str) -> None:
 
 
 class SingleLid(Params):
-    """Parameters of a lid that lies by itself; lengths in metres.
+    """Parameters of a lid that lies by itself."""
 
-    Attributes: as of `Lid`; width is its diameter.
-    """
-
-    width: Annotated[float, Field(ge=0.06, le=0.4)]
-    rise: Annotated[float, Field(ge=0.004, le=0.12)]
-    dome: Annotated[float, Field(ge=1, le=12)] = 2.5
-    thick: Annotated[float, Field(ge=0.0006, le=0.01)] = 0.003
-    skirt: Annotated[float, Field(ge=0, le=0.03)] = 0.0
-    bead: Annotated[float, Field(ge=0, le=0.006)] = 0.0
-    knob: KnobForm = KnobForm.BALL
-    knob_size: Annotated[float, Field(ge=0.006, le=0.06)] = 0.015
+    width: float = Field(ge=0.06, le=0.4, description="diameter, m")
+    rise: float = Field(ge=0.004, le=0.12, description="height of its top over its rim, m")
+    dome: float = Field(2.5, ge=1, le=12, description="2: round; more: a flat top with steep sides")
+    thick: float = Field(0.003, ge=0.0006, le=0.01, description="of its sheet, m")
+    skirt: float = Field(0.0, ge=0, le=0.03, description="how far its rim reaches down outside, m")
+    bead: float = Field(0.0, ge=0, le=0.006, description="radius of a ring of metal round it, m; 0: none")
+    knob: KnobForm = Field(KnobForm.BALL, description="what it is lifted by")
+    knob_size: float = Field(0.015, ge=0.006, le=0.06, description="radius or half length, m")
     skin: FinishId
     knob_finish: FinishId = "plastic_black"
     bead_finish: FinishId = "stainless_polished"
@@ -369,102 +366,78 @@ class HandleForm(StrEnum):
 
 
 class Vessel(Params):
-    """Parameters of a vessel; lengths in metres.
+    """Parameters of a vessel; lengths in metres."""
 
-    Attributes:
-        profile: the outside from the edge of the foot to the rim, (radius, height), relative to half the width and to
-            the height. soft: a smooth curve runs through these points; otherwise corners are rounded by `rounding`.
-        width, height: of the body. across: the width in y relative to that in x. corner: radius of the corners seen
-            from above, relative to half the smaller width; 1 for round or oval.
-        wall: its thickness. floor: thickness of the floor. stem: share of the height that is below the floor of the
-            inside.
-        fillet: radius between floor and wall inside. foot: height of a hollow under the foot.
-        facets, flutes, flute_depth, twist, fluted_from: as in `Plan`. weave, stakes, rows: strands of a basket.
-        lip, lip_width, lip_rise, lip_from: of a spout drawn out of the rim, as in `Plan`.
-        bead: radius of a wire around the rim.
-        handle: kind of handle. handle_reach: how far it projects; the length of a long one; the height of an arch.
-            handle_top, handle_low: ends of an ear, relative to the height. handle_width, handle_thick: of its section.
-            handle_square: 1 for round, less for corners. handle_sag: of an ear. handle_rise: of a long one, rad.
-            handle_hole: radius of a hole in its end.
-        spout: how far a tubular spout projects. spout_from, spout_to: heights of its ends, relative to the height.
-            spout_radius: at the wall. spout_tip: radius at its tip. spout_curve: 0 straight, 1 bent.
-        lid: it has a lid on it. lid_opens: the lid can be lifted off, and the vessel is hollow below it. lid_rise,
-            lid_dome, lid_over: its height, its shape, how far it reaches over the rim. lid_skirt: how far it reaches
-            down outside. lid_thick: of its sheet. lid_sip: it has a raised edge and a hole to drink from. lid_bead:
-            radius of a ring of metal around it. knob, knob_size: the part by which it is lifted.
-        hole: radius of holes in its wall, 0 for no holes. hole_gap: distance between two. holes_from, holes_to: lowest
-            and highest, relative to the height.
-        wires: number of wires of a sieve, from its middle to its rim; its wall is then gauze.
-        content: filling level, relative to the height. marks: lines of a measure. sleeve: a band of card around the
-            middle.
-        matter: share of the wall's volume that is solid material.
-        skin, rim_finish, handle_finish, grip_finish, lid_finish, knob_finish, lid_bead_finish, content_finish,
-            mark_finish: finishes. skin may be a picture for the whole vessel; its height runs from the middle of the
-            underside (0) over the rim (0.5) to the middle of the inside (1).
-    """
-
-    profile: Annotated[tuple[Vec2, ...], Field(min_length=2, max_length=20)]
-    soft: bool = True
-    rounding: Length = 0.004
-    width: Metres
-    height: Metres
-    across: Annotated[float, Field(ge=0.3, le=1)] = 1.0
-    corner: Share = 1.0
-    wall: Annotated[float, Field(ge=0.0006, le=0.02)] = 0.004
-    floor: Annotated[float, Field(ge=0.0006, le=0.04)] = 0.005
-    stem: Share = 0.0
-    fillet: Length = 0.006
-    foot: Annotated[float, Field(ge=0, le=0.03)] = 0.0
-    facets: Annotated[int, Field(ge=0, le=20)] = 0
-    flutes: Annotated[int, Field(ge=0, le=40)] = 0
-    flute_depth: Annotated[float, Field(ge=0, le=0.3)] = 0.03
-    twist: Annotated[float, Field(ge=-3, le=3)] = 0.0
-    fluted_from: Share = 0.0
-    weave: Annotated[float, Field(ge=0, le=0.01)] = 0.0
-    stakes: Annotated[int, Field(ge=8, le=48)] = 32
-    rows: Annotated[int, Field(ge=3, le=20)] = 8
-    lip: Length = 0.0
-    lip_width: Annotated[float, Field(ge=0.1, le=1.5)] = 0.4
-    lip_rise: Annotated[float, Field(ge=-0.05, le=0.1)] = 0.0
-    lip_from: Annotated[float, Field(ge=0, le=0.95)] = 0.55
-    bead: Annotated[float, Field(ge=0, le=0.02)] = 0.0
-    handle: HandleForm = HandleForm.NONE
-    handle_reach: Length = 0.03
-    handle_top: Annotated[float, Field(ge=0, le=1.2)] = 0.85
-    handle_low: Share = 0.2
-    handle_width: Metres = 0.014
-    handle_thick: Metres = 0.008
-    handle_square: Annotated[float, Field(ge=0.3, le=1.2)] = 0.8
-    handle_sag: Annotated[float, Field(ge=-0.5, le=0.5)] = 0.0
-    handle_rise: Annotated[float, Field(ge=-0.3, le=0.9)] = 0.15
-    handle_hole: Annotated[float, Field(ge=0, le=0.012)] = 0.0
-    spout: Length = 0.0
-    spout_from: Share = 0.3
-    spout_to: Annotated[float, Field(ge=0, le=1.4)] = 0.9
-    spout_radius: Metres = 0.016
-    spout_tip: Metres = 0.008
-    spout_curve: Share = 0.6
-    lid: bool = False
-    lid_opens: bool = False
-    lid_rise: Length = 0.02
-    lid_dome: Annotated[float, Field(ge=1, le=12)] = 2.5
-    lid_over: Annotated[float, Field(ge=-0.03, le=0.02)] = 0.002
-    lid_skirt: Length = 0.0
-    lid_thick: Annotated[float, Field(ge=0.0006, le=0.01)] = 0.003
-    lid_sip: bool = False
-    lid_bead: Annotated[float, Field(ge=0, le=0.006)] = 0.0
-    knob: KnobForm = KnobForm.BALL
-    knob_size: Metres = 0.012
-    hole: Annotated[float, Field(ge=0, le=0.02)] = 0.0
-    hole_gap: Metres = 0.02
-    holes_from: Share = 0.2
-    holes_to: Share = 0.85
-    wires: Annotated[int, Field(ge=0, le=40)] = 0
-    content: Share = 0.0
-    marks: Annotated[int, Field(ge=0, le=12)] = 0
-    sleeve: bool = False
-    matter: Annotated[float, Field(ge=0.05, le=1)] = 1.0
-    skin: FinishId
+    profile: tuple[Vec2, ...] = Field(
+        min_length=2,
+        max_length=20,
+        description="outside from foot to rim, (radius by half the width, height by the height)",
+    )
+    soft: bool = Field(True, description="the profile is a smooth curve, else its corners are rounded")
+    rounding: Length = Field(0.004, description="radius of the profile's corners, m")
+    width: Metres = Field(description="of the body, m")
+    height: Metres = Field(description="of the body, m")
+    across: float = Field(1.0, ge=0.3, le=1, description="width in y by that in x")
+    corner: Share = Field(
+        1.0, description="radius of the corners from above by half the smaller width; 1: round or oval"
+    )
+    wall: float = Field(0.004, ge=0.0006, le=0.02, description="thickness, m")
+    floor: float = Field(0.005, ge=0.0006, le=0.04, description="thickness, m")
+    stem: Share = Field(0.0, description="share of the height below the floor of the inside")
+    fillet: Length = Field(0.006, description="radius between floor and wall inside, m")
+    foot: float = Field(0.0, ge=0, le=0.03, description="height of a hollow under the foot, m")
+    facets: int = Field(0, ge=0, le=20, description="as in `Plan`")
+    flutes: int = Field(0, ge=0, le=40, description="as in `Plan`")
+    flute_depth: float = Field(0.03, ge=0, le=0.3, description="as in `Plan`")
+    twist: float = Field(0.0, ge=-3, le=3, description="as in `Plan`, rad")
+    fluted_from: Share = Field(0.0, description="as in `Plan`")
+    weave: float = Field(0.0, ge=0, le=0.01, description="how far strands of a basket go out and in, m")
+    stakes: int = Field(32, ge=8, le=48, description="of a basket")
+    rows: int = Field(8, ge=3, le=20, description="of strands")
+    lip: Length = Field(0.0, description="how far a spout is drawn out of the rim, m")
+    lip_width: float = Field(0.4, ge=0.1, le=1.5, description="rad")
+    lip_rise: float = Field(0.0, ge=-0.05, le=0.1, description="m")
+    lip_from: float = Field(0.55, ge=0, le=0.95, description="share of the height above which the lip begins")
+    bead: float = Field(0.0, ge=0, le=0.02, description="radius of a wire around the rim, m")
+    handle: HandleForm = Field(HandleForm.NONE, description="kind of handle")
+    handle_reach: Length = Field(0.03, description="how far it projects; length of a long one; height of an arch, m")
+    handle_top: float = Field(0.85, ge=0, le=1.2, description="upper end of an ear, by the height")
+    handle_low: Share = Field(0.2, description="lower end of an ear, by the height")
+    handle_width: Metres = Field(0.014, description="of its section, m")
+    handle_thick: Metres = Field(0.008, description="of its section, m")
+    handle_square: float = Field(0.8, ge=0.3, le=1.2, description="1: round; less: with corners")
+    handle_sag: float = Field(0.0, ge=-0.5, le=0.5, description="of an ear")
+    handle_rise: float = Field(0.15, ge=-0.3, le=0.9, description="of a long handle, rad")
+    handle_hole: float = Field(0.0, ge=0, le=0.012, description="radius of a hole in its end, m")
+    spout: Length = Field(0.0, description="how far a tubular spout projects, m; 0: none")
+    spout_from: Share = Field(0.3, description="height of its lower end, by the height")
+    spout_to: float = Field(0.9, ge=0, le=1.4, description="height of its tip, by the height")
+    spout_radius: Metres = Field(0.016, description="at the wall, m")
+    spout_tip: Metres = Field(0.008, description="radius at its tip, m")
+    spout_curve: Share = Field(0.6, description="0: straight, 1: bent")
+    lid: bool = Field(False, description="it has a lid on it")
+    lid_opens: bool = Field(False, description="the lid can be lifted off, and the vessel is hollow below it")
+    lid_rise: Length = Field(0.02, description="height of the lid, m")
+    lid_dome: float = Field(2.5, ge=1, le=12, description="2: round; more: a flat top with steep sides")
+    lid_over: float = Field(0.002, ge=-0.03, le=0.02, description="how far the lid reaches over the rim, m")
+    lid_skirt: Length = Field(0.0, description="how far the lid reaches down outside, m")
+    lid_thick: float = Field(0.003, ge=0.0006, le=0.01, description="of its sheet, m")
+    lid_sip: bool = Field(False, description="the lid has a raised edge and a hole to drink from")
+    lid_bead: float = Field(0.0, ge=0, le=0.006, description="radius of a ring of metal around the lid, m")
+    knob: KnobForm = Field(KnobForm.BALL, description="what the lid is lifted by")
+    knob_size: Metres = Field(0.012, description="radius or half length, m")
+    hole: float = Field(0.0, ge=0, le=0.02, description="radius of holes in its wall, m; 0: none")
+    hole_gap: Metres = Field(0.02, description="distance between two holes, m")
+    holes_from: Share = Field(0.2, description="lowest holes, by the height")
+    holes_to: Share = Field(0.85, description="highest holes, by the height")
+    wires: int = Field(0, ge=0, le=40, description="of a sieve, from its middle to its rim; its wall is then gauze")
+    content: Share = Field(0.0, description="filling level, by the height")
+    marks: int = Field(0, ge=0, le=12, description="lines of a measure")
+    sleeve: bool = Field(False, description="a band of card around the middle")
+    matter: float = Field(1.0, ge=0.05, le=1, description="share of the wall's volume that is solid material")
+    skin: FinishId = Field(
+        description="plain, or a picture: 0 middle of the underside, 0.5 rim, 1 middle of the inside"
+    )
     rim_finish: FinishId = "stainless_brushed"
     handle_finish: FinishId | None = None
     grip_finish: FinishId = "plastic_black"

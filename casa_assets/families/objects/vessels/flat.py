@@ -6,7 +6,6 @@ import math
 from dataclasses import replace
 from enum import StrEnum
 from itertools import pairwise
-from typing import Annotated
 
 import numpy as np
 from pydantic import Field
@@ -35,37 +34,25 @@ class Outline(StrEnum):
 
 
 class Board(Params):
-    """Parameters of a board; lengths in metres.
+    """Parameters of a board; lengths in metres."""
 
-    Attributes:
-        outline: from above. length, width: along x and y, without a handle. thickness: of it.
-        corner: radius of its corners. edge: radius of its upper and lower edges.
-        handle: length of that of a paddle, towards +x. handle_width: of it.
-        hole: radius of a hole in the handle or near an end, 0 for none. slot: the hole is a slot that long.
-        groove: distance of a groove from the rim, 0 for none.
-        strips: number of strips along it that are glued together, 1 for none; narrow: width of every other one by that
-            of its neighbours.
-        feet: height of four feet, 0 for none.
-        skin, second: finishes of the board and of every other strip and the feet; a picture covers it from end to end.
-    """
-
-    outline: Outline = Outline.RECTANGLE
-    length: Annotated[float, Field(ge=0.1, le=0.6)]
-    width: Annotated[float, Field(ge=0.08, le=0.5)]
-    thickness: Annotated[float, Field(ge=0.002, le=0.06)]
-    corner: Annotated[float, Field(ge=0, le=0.1)] = 0.01
-    edge: Annotated[float, Field(ge=0, le=0.01)] = 0.002
-    handle: Annotated[float, Field(ge=0, le=0.2)] = 0.1
-    handle_width: Annotated[float, Field(ge=0.01, le=0.1)] = 0.04
-    hole: Annotated[float, Field(ge=0, le=0.03)] = 0.0
-    slot: Annotated[float, Field(ge=0, le=0.15)] = 0.0
-    groove: Annotated[float, Field(ge=0, le=0.05)] = 0.0
-    strips: Annotated[int, Field(ge=1, le=15)] = 1
-    narrow: Annotated[float, Field(ge=0.1, le=1)] = 1.0
-    feet: Annotated[float, Field(ge=0, le=0.02)] = 0.0
-    matter: Annotated[float, Field(ge=0.1, le=1)] = 1.0
-    skin: FinishId
-    second: FinishId = "walnut_plain"
+    outline: Outline = Field(Outline.RECTANGLE, description="from above")
+    length: float = Field(ge=0.1, le=0.6, description="along x, without a handle, m")
+    width: float = Field(ge=0.08, le=0.5, description="along y, m")
+    thickness: float = Field(ge=0.002, le=0.06, description="m")
+    corner: float = Field(0.01, ge=0, le=0.1, description="radius of its corners, m")
+    edge: float = Field(0.002, ge=0, le=0.01, description="radius of its upper and lower edges, m")
+    handle: float = Field(0.1, ge=0, le=0.2, description="length of a paddle's handle, towards +x, m")
+    handle_width: float = Field(0.04, ge=0.01, le=0.1, description="m")
+    hole: float = Field(0.0, ge=0, le=0.03, description="radius of a hole in the handle or near an end, m; 0: none")
+    slot: float = Field(0.0, ge=0, le=0.15, description="the hole is a slot that long, m")
+    groove: float = Field(0.0, ge=0, le=0.05, description="distance of a groove from the rim, m; 0: none")
+    strips: int = Field(1, ge=1, le=15, description="glued together side by side")
+    narrow: float = Field(1.0, ge=0.1, le=1, description="width of every other strip by that of its neighbours")
+    feet: float = Field(0.0, ge=0, le=0.02, description="height of four feet, m; 0: none")
+    matter: float = Field(1.0, ge=0.1, le=1, description="share of its volume that is solid material")
+    skin: FinishId = Field(description="of the board; a picture covers it from end to end")
+    second: FinishId = Field("walnut_plain", description="of every other strip and the feet")
 
 
 def build_board(builder: AssetBuilder, p: Board) -> None:
@@ -186,28 +173,20 @@ BOARD = ParametricModel("board", Board, build_board, base=Base.FREE)
 
 
 class PocketTray(Params):
-    """Parameters of a tray with pockets; lengths in metres.
+    """Parameters of a tray with pockets; lengths in metres."""
 
-    Attributes:
-        columns, rows: of pockets. pitch_x, pitch_y: between their middles. gap: between two of them.
-        depth: of a pocket. narrow: its floor by its mouth. rounding: of its corners by half its lesser side; 1 for
-            round ones. border: of the tray about them. end: more of it at both ends, to be held by.
-        wall: thickness. rim: height of a rim that goes down around the tray.
-        skin: finish.
-    """
-
-    columns: Annotated[int, Field(ge=1, le=10)] = 6
-    rows: Annotated[int, Field(ge=1, le=6)] = 2
-    pitch_x: Annotated[float, Field(ge=0.014, le=0.12)] = 0.036
-    pitch_y: Annotated[float, Field(ge=0.014, le=0.12)] = 0.045
-    gap: Annotated[float, Field(ge=0.002, le=0.03)] = 0.004
-    depth: Annotated[float, Field(ge=0.01, le=0.06)] = 0.03
-    narrow: Annotated[float, Field(ge=0.4, le=1)] = 0.8
-    rounding: Annotated[float, Field(ge=0.02, le=1)] = 0.3
-    border: Annotated[float, Field(ge=0.001, le=0.05)] = 0.004
-    end: Annotated[float, Field(ge=0, le=0.06)] = 0.008
-    wall: Annotated[float, Field(ge=0.0008, le=0.004)] = 0.0015
-    rim: Annotated[float, Field(ge=0, le=0.05)] = 0.008
+    columns: int = Field(6, ge=1, le=10, description="of pockets")
+    rows: int = Field(2, ge=1, le=6, description="of pockets")
+    pitch_x: float = Field(0.036, ge=0.014, le=0.12, description="between the middles of pockets, m")
+    pitch_y: float = Field(0.045, ge=0.014, le=0.12, description="m")
+    gap: float = Field(0.004, ge=0.002, le=0.03, description="between two pockets, m")
+    depth: float = Field(0.03, ge=0.01, le=0.06, description="of a pocket, m")
+    narrow: float = Field(0.8, ge=0.4, le=1, description="floor of a pocket by its mouth")
+    rounding: float = Field(0.3, ge=0.02, le=1, description="of a pocket's corners by half its lesser side; 1: round")
+    border: float = Field(0.004, ge=0.001, le=0.05, description="of the tray about the pockets, m")
+    end: float = Field(0.008, ge=0, le=0.06, description="more of it at both ends, to be held by, m")
+    wall: float = Field(0.0015, ge=0.0008, le=0.004, description="thickness, m")
+    rim: float = Field(0.008, ge=0, le=0.05, description="height of a rim that goes down around the tray, m")
     skin: FinishId
 
 

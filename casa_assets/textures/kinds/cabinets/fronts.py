@@ -34,23 +34,14 @@ class FrontFace(StrEnum):
 
 
 class PressedFront(Record):
-    """A manufactured front.
+    """A manufactured front."""
 
-    Attributes:
-        color: of the face.
-        second: colour of threads, clouds or lines on it.
-        face: pattern.
-        roughness: 0..1.
-        strength: 0..1, how plain the pattern is to see.
-        pitch_m: distance of ribs, flutes or cane holes in metres.
-    """
-
-    color: HexColor
-    second: HexColor
-    face: FrontFace = FrontFace.PLAIN
+    color: HexColor = Field(description="of the face")
+    second: HexColor = Field(description="of threads, clouds or lines on it")
+    face: FrontFace = Field(FrontFace.PLAIN, description="pattern")
     roughness: Annotated[float, Field(ge=0.04, le=0.95)] = 0.6
-    strength: Share = 0.5
-    pitch_m: Annotated[float, Field(gt=0.003, lt=0.2)] = 0.02
+    strength: Share = Field(0.5, description="how plain the pattern is to see")
+    pitch_m: float = Field(0.02, gt=0.003, lt=0.2, description="distance of ribs, flutes or cane holes")
 
 
 def paint_board(params: PressedFront, canvas: Canvas, rng: np.random.Generator) -> Layers:
@@ -177,27 +168,18 @@ class PaintCoat(StrEnum):
 
 
 class PaintedFront(Record):
-    """A painted front.
+    """A painted front."""
 
-    Attributes:
-        color: of the paint.
-        undercoat: what shows where it is rubbed away, and through a thin coat.
-        coat: how it was laid on.
-        roughness: of the paint, 0..1.
-        wear: 0..1, how much is rubbed away.
-        species: wood whose grain can be felt under the paint.
-        telegraph: 0..1, how much of that grain can be seen.
-        groove_spacing_m: distance of upright grooves in metres (tongue and groove boards), 0 for none.
-    """
-
-    color: HexColor
-    undercoat: HexColor = "#b08d63"
-    coat: PaintCoat = PaintCoat.SPRAYED
+    color: HexColor = Field(description="of the paint")
+    undercoat: HexColor = Field("#b08d63", description="what shows where it is rubbed away, and through a thin coat")
+    coat: PaintCoat = Field(PaintCoat.SPRAYED, description="how it was laid on")
     roughness: Annotated[float, Field(ge=0.04, le=0.95)] = 0.4
-    wear: Share = 0.0
-    species: WoodSpecies = WoodSpecies()
-    telegraph: Share = 0.0
-    groove_spacing_m: Annotated[float, Field(ge=0, le=0.3)] = 0.0
+    wear: Share = Field(0.0, description="how much is rubbed away")
+    species: WoodSpecies = Field(WoodSpecies(), description="wood whose grain can be felt under the paint")
+    telegraph: Share = Field(0.0, description="how much of that grain can be seen")
+    groove_spacing_m: float = Field(
+        0.0, ge=0, le=0.3, description="distance of upright grooves in metres (tongue and groove boards); 0: none"
+    )
 
 
 def paint_painted(params: PaintedFront, canvas: Canvas, rng: np.random.Generator) -> Layers:
@@ -265,26 +247,16 @@ PAINTED = TextureKind("painted_front", PaintedFront, paint_painted)
 
 
 class Veneer(Record):
-    """A wooden front.
-
-    Attributes:
-        species, palette: anatomy of the wood and colours of its finish.
-        cut: what the face shows.
-        leaves: veneers or boards side by side over the width of the picture.
-        gap_m: open joint between boards in metres, 0 for a glued face.
-        node_spacing_m: distance of the nodes of bamboo along a strip in metres, 0 for wood.
-        saw_marks: 0..1, strength of the level lines that a saw leaves.
-        weather: 0..1, how grey and cracked the face has become.
-    """
+    """A wooden front."""
 
     species: WoodSpecies
     palette: WoodPalette
-    cut: SawCut
-    leaves: Annotated[int, Field(ge=1, le=64)] = 1
-    gap_m: Annotated[float, Field(ge=0, le=0.01)] = 0.0
-    node_spacing_m: Annotated[float, Field(ge=0, le=1)] = 0.0
-    saw_marks: Share = 0.0
-    weather: Share = 0.0
+    cut: SawCut = Field(description="what the face shows")
+    leaves: int = Field(1, ge=1, le=64, description="veneers or boards side by side over the width of the picture")
+    gap_m: float = Field(0.0, ge=0, le=0.01, description="open joint between boards; 0: a glued face")
+    node_spacing_m: float = Field(0.0, ge=0, le=1, description="distance of the nodes of bamboo along a strip; 0: wood")
+    saw_marks: Share = Field(0.0, description="strength of the level lines that a saw leaves")
+    weather: Share = Field(0.0, description="how grey and cracked the face has become")
 
 
 def paint_veneer(params: Veneer, canvas: Canvas, rng: np.random.Generator) -> Layers:

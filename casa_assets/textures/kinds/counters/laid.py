@@ -37,36 +37,23 @@ _GLUE_M = 0.001  # as wide as a joint looks from arm's length
 
 
 class ButcherBlock(Record):
-    """Staves along u.
-
-    Attributes:
-        species, palette, cut: of the wood; `palette.variety` is how much staves differ.
-        stave_m: width of a stave in metres.
-        length_m: of the pieces that a stave is joined from, metres.
-    """
+    """Staves along u."""
 
     species: WoodSpecies
-    palette: WoodPalette
+    palette: WoodPalette = Field(description="its `variety` is how much staves differ")
     cut: SawCut = SawCut.RIFT
-    stave_m: Annotated[float, Field(gt=0.01, lt=0.4)] = 0.04
-    length_m: Annotated[float, Field(gt=0.05, lt=4)] = 0.5
+    stave_m: float = Field(0.04, gt=0.01, lt=0.4, description="width of a stave")
+    length_m: float = Field(0.5, gt=0.05, lt=4, description="of the pieces that a stave is joined from")
 
 
 class EndGrain(Record):
-    """Blocks standing on end.
-
-    Attributes:
-        species, palette: of the wood.
-        block_m: side of a block in metres.
-        second: palette of every other block, None if all are of one wood.
-        bond: 0..1, how far every other row is shifted, as a share of a block.
-    """
+    """Blocks standing on end."""
 
     species: WoodSpecies
     palette: WoodPalette
-    block_m: Annotated[float, Field(gt=0.01, lt=0.2)] = 0.045
-    second: WoodPalette | None = None
-    bond: Annotated[float, Field(ge=0, le=1)] = 0.5
+    block_m: float = Field(0.045, gt=0.01, lt=0.2, description="side of a block")
+    second: WoodPalette | None = Field(None, description="palette of every other block, None if all are of one wood")
+    bond: float = Field(0.5, ge=0, le=1, description="how far every other row is shifted, as a share of a block")
 
 
 def paint_staves(params: ButcherBlock, canvas: Canvas, rng: np.random.Generator) -> Layers:
@@ -180,44 +167,29 @@ END_GRAIN = TextureKind("end_grain", EndGrain, paint_blocks)
 
 
 class TiledCounter(Record):
-    """Tiles with grout.
+    """Tiles with grout."""
 
-    Attributes:
-        colors: drawn from with equal odds, or in turn where `checker`.
-        grout: colour of the grout; `joint_m` is its width in metres.
-        width_m, height_m: of a tile.
-        bond: 0..1, how far every other row is moved along.
-        checker: colours take turns.
-        unevenness: 0..1, how much tiles differ, and the glaze within one.
-        pillow_m: how much lower the edge of a tile is than its middle, metres.
-        roughness: 0..1, of the glaze.
-    """
-
-    colors: Annotated[tuple[HexColor, ...], Field(min_length=1, max_length=8)]
-    grout: HexColor
-    joint_m: Annotated[float, Field(gt=0.0005, lt=0.03)] = 0.004
-    width_m: Annotated[float, Field(gt=0.01, lt=1)] = 0.1
-    height_m: Annotated[float, Field(gt=0.01, lt=1)] = 0.1
-    bond: Annotated[float, Field(ge=0, le=1)] = 0.0
-    checker: bool = False
-    unevenness: Share = 0.3
-    pillow_m: Annotated[float, Field(ge=0, le=0.004)] = 0.0006
+    colors: tuple[HexColor, ...] = Field(
+        min_length=1, max_length=8, description="drawn from with equal odds, or in turn where `checker`"
+    )
+    grout: HexColor = Field(description="colour")
+    joint_m: float = Field(0.004, gt=0.0005, lt=0.03, description="width of a joint")
+    width_m: float = Field(0.1, gt=0.01, lt=1, description="of a tile")
+    height_m: float = Field(0.1, gt=0.01, lt=1, description="of a tile")
+    bond: float = Field(0.0, ge=0, le=1, description="how far every other row is moved along")
+    checker: bool = Field(False, description="colours take turns")
+    unevenness: Share = Field(0.3, description="how much tiles differ, and the glaze within one")
+    pillow_m: float = Field(0.0006, ge=0, le=0.004, description="how much lower the edge of a tile is than its middle")
     roughness: Annotated[float, Field(ge=0.04, le=0.95)] = 0.15
 
 
 class GlazedLava(Record):
-    """Enamelled lava: thick glaze that pools and crackles.
+    """Enamelled lava: thick glaze that pools and crackles."""
 
-    Attributes:
-        color: of the glaze; `pool_color` where it pools.
-        crackle: 0..1, how plain its net of fine cracks is; `crackle_m` is the size of its pieces.
-        roughness: 0..1.
-    """
-
-    color: HexColor
-    pool_color: HexColor
-    crackle: Share = 0.4
-    crackle_m: Annotated[float, Field(gt=0.003, lt=0.2)] = 0.02
+    color: HexColor = Field(description="of the glaze")
+    pool_color: HexColor = Field(description="where the glaze pools")
+    crackle: Share = Field(0.4, description="how plain its net of fine cracks is")
+    crackle_m: float = Field(0.02, gt=0.003, lt=0.2, description="size of a piece between cracks")
     roughness: Annotated[float, Field(ge=0.04, le=0.95)] = 0.08
 
 
@@ -231,20 +203,12 @@ class LaminatePattern(StrEnum):
 
 
 class PrintedLaminate(Record):
-    """A laminate with a pattern of the middle of the last century.
+    """A laminate with a pattern of the middle of the last century."""
 
-    Attributes:
-        ground: colour of the sheet.
-        inks: colours of the figures.
-        pattern: which.
-        size_m: of a figure, metres.
-        roughness: 0..1.
-    """
-
-    ground: HexColor
-    inks: Annotated[tuple[HexColor, ...], Field(min_length=1, max_length=6)]
+    ground: HexColor = Field(description="colour of the sheet")
+    inks: tuple[HexColor, ...] = Field(min_length=1, max_length=6, description="colours of the figures")
     pattern: LaminatePattern
-    size_m: Annotated[float, Field(gt=0.003, lt=0.3)] = 0.05
+    size_m: float = Field(0.05, gt=0.003, lt=0.3, description="of a figure")
     roughness: Annotated[float, Field(ge=0.04, le=0.95)] = 0.35
 
 
@@ -357,26 +321,16 @@ class MetalTooling(StrEnum):
 
 
 class SheetMetal(Record):
-    """A metal sheet.
+    """A metal sheet."""
 
-    Attributes:
-        color: of the clean metal.
-        patina_color: of its patina.
-        patina: 0..1, how much of the face has it.
-        spots: 0..1, drops and rings that a used counter has.
-        tooling: marks of the tool; `mark_m` is the size of one in metres, where it has one.
-        roughness: 0..1.
-        metallic: 0..1; a thick patina is hardly metal any more.
-    """
-
-    color: HexColor
+    color: HexColor = Field(description="of the clean metal")
     patina_color: HexColor
-    patina: Share = 0.0
-    spots: Share = 0.0
-    tooling: MetalTooling = MetalTooling.ALONG
-    mark_m: Annotated[float, Field(gt=0.003, lt=0.4)] = 0.02
+    patina: Share = Field(0.0, description="how much of the face has it")
+    spots: Share = Field(0.0, description="drops and rings that a used counter has")
+    tooling: MetalTooling = Field(MetalTooling.ALONG, description="marks of the tool")
+    mark_m: float = Field(0.02, gt=0.003, lt=0.4, description="size of one mark")
     roughness: Annotated[float, Field(ge=0.04, le=0.95)] = 0.3
-    metallic: Share = 1.0
+    metallic: Share = Field(1.0, description="a thick patina is hardly metal any more")
 
 
 def paint_metal(params: SheetMetal, canvas: Canvas, rng: np.random.Generator) -> Layers:

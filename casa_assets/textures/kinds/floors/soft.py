@@ -45,24 +45,18 @@ class ResilientSort(StrEnum):
 
 
 class ResilientFloor(Record):
-    """A soft floor.
+    """A soft floor."""
 
-    Attributes:
-        colors: the ground, then what is mixed into it.
-        material: of the sheet.
-        laying, joint: of its tiles; a sheet without joints if `laying` is None. Tiles of a marbled sheet alternate in
-            direction.
-        grain_m: size of streaks, crumbs, studs or yarns, metres.
-        strength: 0..1, how clearly the other colours show.
-        roughness: 0..1.
-    """
-
-    colors: Annotated[tuple[HexColor, ...], Field(min_length=1, max_length=8)]
-    material: ResilientSort
-    laying: Laying | None = None
+    colors: tuple[HexColor, ...] = Field(
+        min_length=1, max_length=8, description="the ground, then what is mixed into it"
+    )
+    material: ResilientSort = Field(description="of the sheet")
+    laying: Laying | None = Field(
+        None, description="of its tiles, of which marbled ones alternate in direction; None: a sheet"
+    )
     joint: Joint = Joint(color="#4c4a46", width_m=0.001, depth_m=0.0004)
-    grain_m: Annotated[float, Field(gt=0.001, le=0.2)] = 0.02
-    strength: Share = 0.6
+    grain_m: float = Field(0.02, gt=0.001, le=0.2, description="size of streaks, crumbs, studs or yarns")
+    strength: Share = Field(0.6, description="how clearly the other colours show")
     roughness: Annotated[float, Field(ge=0.05, le=0.95)] = 0.55
 
 
@@ -212,17 +206,7 @@ _SHORTEST_SLAB_M = 0.12
 
 
 class TimberFloor(Record):
-    """A wooden floor.
-
-    Attributes:
-        laying, joint: how boards lie and their edges.
-        species, palette: anatomy of the wood and colours of its finish.
-        saw_cuts: how boards were sawn, in equal parts.
-        variety: 0..1, how much boards differ in tone; warmth: in hue.
-        scraping_m: depth of the hollows that a scraper left, metres.
-        saw_marks: 0..1, strength of marks of the saw across the boards.
-        wear: 0..1, how much dirt and light have marked it.
-    """
+    """A wooden floor."""
 
     laying: Laying
     joint: Joint = Joint(
@@ -230,12 +214,17 @@ class TimberFloor(Record):
     )
     species: WoodSpecies
     palette: WoodPalette
-    saw_cuts: Annotated[tuple[SawCut, ...], Field(min_length=1, max_length=4)] = (SawCut.FLAT, SawCut.FLAT, SawCut.RIFT)
-    variety: Share = 0.4
-    warmth: Share = 0.3
-    scraping_m: Annotated[float, Field(ge=0, le=0.003)] = 0.0
-    saw_marks: Share = 0.0
-    wear: Share = 0.0
+    saw_cuts: tuple[SawCut, ...] = Field(
+        (SawCut.FLAT, SawCut.FLAT, SawCut.RIFT),
+        min_length=1,
+        max_length=4,
+        description="how boards were sawn, in equal parts",
+    )
+    variety: Share = Field(0.4, description="how much boards differ in tone")
+    warmth: Share = Field(0.3, description="how much boards differ in hue")
+    scraping_m: float = Field(0.0, ge=0, le=0.003, description="depth of the hollows that a scraper left")
+    saw_marks: Share = Field(0.0, description="strength of marks of the saw across the boards")
+    wear: Share = Field(0.0, description="how much dirt and light have marked it")
 
 
 def paint_timber(params: TimberFloor, canvas: Canvas, rng: np.random.Generator) -> Layers:
@@ -288,19 +277,13 @@ def _boards(params: TimberFloor, pieces: PieceMap, canvas: Canvas, rng: np.rando
 
 
 class EndGrainFloor(Record):
-    """Blocks that show the end of the trunk.
-
-    Attributes:
-        laying, joint: how they lie.
-        species, palette: rings and colours; pores are dots here.
-        variety: 0..1, how much blocks differ.
-    """
+    """Blocks that show the end of the trunk."""
 
     laying: Laying
     joint: Joint = Joint(color="#3a2a1c", width_m=0.0015, depth_m=0.001)
-    species: WoodSpecies
+    species: WoodSpecies = Field(description="pores are dots here")
     palette: WoodPalette
-    variety: Share = 0.5
+    variety: Share = Field(0.5, description="how much blocks differ")
 
 
 def paint_ends(params: EndGrainFloor, canvas: Canvas, rng: np.random.Generator) -> Layers:

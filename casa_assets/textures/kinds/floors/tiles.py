@@ -31,24 +31,19 @@ from casa_assets.textures.motif.figures import DESIGNS, TileDesign, ink
 
 
 class Encaustic(Record):
-    """Patterned tiles, all laid the same way.
+    """Patterned tiles, all laid the same way."""
 
-    Attributes:
-        design: what is on a tile.
-        colors: the ground, then the inks in the order in which the design numbers them.
-        side_m: of a tile, metres.
-        joint: between tiles.
-        bleed: 0..1, how far colours run into each other; wear: how far feet have paled them; variety: between tiles.
-        roughness: 0..1.
-    """
-
-    design: TileDesign
-    colors: Annotated[tuple[HexColor, ...], Field(min_length=2, max_length=6)]
-    side_m: Annotated[float, Field(gt=0.05, le=0.6)] = 0.2
+    design: TileDesign = Field(description="what is on a tile")
+    colors: tuple[HexColor, ...] = Field(
+        min_length=2,
+        max_length=6,
+        description="the ground, then the inks in the order in which the design numbers them",
+    )
+    side_m: float = Field(0.2, gt=0.05, le=0.6, description="of a tile")
     joint: Joint = Joint(width_m=0.0015, depth_m=0.0004, color="#b9b4aa", rim_drop_m=0.0002)
-    bleed: Share = 0.3
-    wear: Share = 0.3
-    variety: Share = 0.25
+    bleed: Share = Field(0.3, description="how far colours run into each other")
+    wear: Share = Field(0.3, description="how far feet have paled the colours")
+    variety: Share = Field(0.25, description="how much tiles differ")
     roughness: Annotated[float, Field(ge=0.05, le=0.95)] = 0.55
 
 
@@ -89,24 +84,16 @@ ENCAUSTIC = TextureKind("cement_tile", Encaustic, paint_encaustic)
 
 
 class StoneTile(Record):
-    """Parameters common to tiles of any stone.
-
-    Attributes:
-        laying, joint: how they lie and what is between them.
-        variety: 0..1, how much pieces differ in tone; warmth: in hue.
-        turned: whether pieces are laid with their grain in all directions.
-        cleft_m: relief of a split face, metres; protrusion_m: how far pieces protrude, standard deviation, metres.
-        slab_m: side of the slab that pieces are cut from, metres.
-    """
+    """Parameters common to tiles of any stone."""
 
     laying: Laying
     joint: Joint = Joint(width_m=0.002, depth_m=0.0006)
-    variety: Share = 0.3
-    warmth: Share = 0.2
-    turned: bool = True
-    cleft_m: Annotated[float, Field(ge=0, le=0.01)] = 0.0
-    protrusion_m: Annotated[float, Field(ge=0, le=0.02)] = 0.0
-    slab_m: Annotated[float, Field(ge=0.4, le=3)] = 1.6
+    variety: Share = Field(0.3, description="how much pieces differ in tone")
+    warmth: Share = Field(0.2, description="how much they differ in hue")
+    turned: bool = Field(True, description="pieces are laid with their grain in all directions")
+    cleft_m: float = Field(0.0, ge=0, le=0.01, description="relief of a split face")
+    protrusion_m: float = Field(0.0, ge=0, le=0.02, description="standard deviation of how far pieces protrude")
+    slab_m: float = Field(1.6, ge=0.4, le=3, description="side of the slab that pieces are cut from")
 
 
 class MarbleTile(StoneTile):

@@ -76,46 +76,37 @@ class Lettering(StrEnum):
 
 
 class Label(Record):
-    """A printed label; the picture's width runs once around the package, its height from its lower to its upper end.
+    """A printed label; the picture's width runs once around the package, its height from its lower to its upper end."""
 
-    Attributes:
-        brand: name in large letters, invented. words: what the product is, a line each, the most important one first.
-        small: a line at the foot, such as `330 ml`.
-        layout: of the front. lettering: of the brand. pattern: of the ground.
-        ground: colours of the ground; the first covers most, the second is that of fields, plates and patterns.
-        ink: colour of words. accent: of bands, frames and the brand. Illegible letters turn light or dark.
-        brand_ink: colour of the brand, None for the choice of the layout.
-        motif: a drawing of `motifs.MOTIFS`. motif_colors: colours that replace those of the drawing. motif_size: factor
-            of the size that the layout gives it.
-        front: share of the width that the front takes. side: share that each of the two sides next to it takes, 0
-            without sides, as around a can; the four sides of a carton are front, side, rest and side.
-        twice: the front is printed at the back too. back: barcode, facts and small print at the back, or on the sides
-            if there are any.
-        lower, upper: shares of the height at its ends that stay ground, such as the flaps of a carton.
-        trim: colour of narrow bands along both rims.
-        metallic, roughness: of the print, 0..1.
-    """
-
-    brand: Annotated[str, Field(min_length=1, max_length=20)]
-    words: Annotated[tuple[str, ...], Field(max_length=4)] = ()
-    small: str = ""
-    layout: Layout = Layout.BAND
-    lettering: Lettering = Lettering.BOLD
-    pattern: Pattern = Pattern.NONE
-    ground: Annotated[tuple[HexColor, ...], Field(min_length=1, max_length=3)] = ("#f3efe4",)
-    ink: HexColor = "#2a2522"
-    accent: HexColor = "#a5281f"
-    brand_ink: HexColor | None = None
-    motif: Id | None = None
-    motif_colors: tuple[HexColor, ...] = ()
-    motif_size: Annotated[float, Field(ge=0.3, le=2)] = 1.0
-    front: Annotated[float, Field(ge=0.15, le=1)] = 0.36
-    side: Annotated[float, Field(ge=0, le=0.4)] = 0.0
-    twice: bool = False
-    back: bool = True
-    lower: Annotated[float, Field(ge=0, le=0.45)] = 0.0
-    upper: Annotated[float, Field(ge=0, le=0.45)] = 0.0
-    trim: HexColor | None = None
+    brand: str = Field(min_length=1, max_length=20, description="name in large letters, invented")
+    words: tuple[str, ...] = Field(
+        (), max_length=4, description="what the product is, a line each, the most important one first"
+    )
+    small: str = Field("", description="a line at the foot, such as `330 ml`")
+    layout: Layout = Field(Layout.BAND, description="of the front")
+    lettering: Lettering = Field(Lettering.BOLD, description="of the brand")
+    pattern: Pattern = Field(Pattern.NONE, description="of the ground")
+    ground: tuple[HexColor, ...] = Field(
+        ("#f3efe4",),
+        min_length=1,
+        max_length=3,
+        description="first of most of it, second of fields, plates and patterns",
+    )
+    ink: HexColor = Field("#2a2522", description="of words; illegible letters turn light or dark")
+    accent: HexColor = Field("#a5281f", description="of bands, frames and the brand")
+    brand_ink: HexColor | None = Field(None, description="None: the choice of the layout")
+    motif: Id | None = Field(None, description="a drawing of `motifs.MOTIFS`")
+    motif_colors: tuple[HexColor, ...] = Field((), description="replace those of the drawing")
+    motif_size: float = Field(1.0, ge=0.3, le=2, description="by the size that the layout gives it")
+    front: float = Field(0.36, ge=0.15, le=1, description="share of the width that the front takes")
+    side: float = Field(0.0, ge=0, le=0.4, description="share of each of the two sides next to the front; 0: round")
+    twice: bool = Field(False, description="the front is printed at the back too")
+    back: bool = Field(True, description="barcode, facts and small print at the back, or on the sides")
+    lower: float = Field(
+        0.0, ge=0, le=0.45, description="share of the height at the lower end that stays ground, as a flap"
+    )
+    upper: float = Field(0.0, ge=0, le=0.45, description="the same at the upper end")
+    trim: HexColor | None = Field(None, description="of narrow bands along both rims")
     metallic: Share = 0.0
     roughness: Annotated[float, Field(ge=0.05, le=0.98)] = 0.5
 

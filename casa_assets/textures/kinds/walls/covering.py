@@ -37,40 +37,26 @@ Inks = Annotated[tuple[HexColor, ...], Field(min_length=1, max_length=8)]
 
 
 class PrintedPaper(Record):
-    """Paper with a printed repeat.
+    """Paper with a printed repeat."""
 
-    Attributes:
-        ground: colour of the paper; `inks` are numbered by the repeat from 1.
-        repeat: what is on it; width_m, height_m: size of one repeat, metres.
-        opacity: 0..1, how opaque the inks are; sheen: how much glossier they are; emboss_m: how far they are raised,
-            metres.
-        roughness: 0..1, of the paper.
-    """
-
-    ground: HexColor
-    inks: Inks
-    repeat: PaperRepeat
-    width_m: Annotated[float, Field(gt=0.01, le=1)] = 0.2
-    height_m: Annotated[float, Field(gt=0.01, le=1)] = 0.2
-    opacity: Share = 0.95
-    sheen: Share = 0.1
-    emboss_m: Annotated[float, Field(ge=0, le=0.001)] = 0.00006
-    roughness: Annotated[float, Field(ge=0.05, le=0.98)] = 0.8
+    ground: HexColor = Field(description="of the paper")
+    inks: Inks = Field(description="numbered by the repeat from 1")
+    repeat: PaperRepeat = Field(description="what is on it")
+    width_m: float = Field(0.2, gt=0.01, le=1, description="of one repeat")
+    height_m: float = Field(0.2, gt=0.01, le=1, description="of one repeat")
+    opacity: Share = Field(0.95, description="how opaque the inks are")
+    sheen: Share = Field(0.1, description="how much glossier inks are")
+    emboss_m: float = Field(0.00006, ge=0, le=0.001, description="how far inks are raised")
+    roughness: float = Field(0.8, ge=0.05, le=0.98, description="of the paper")
 
 
 class FoliagePaper(Record):
-    """Paper with plants all over.
+    """Paper with plants all over."""
 
-    Attributes:
-        ground: colour of the paper; inks: of the plants.
-        growth: what grows on it; size_m: length of a leaf or twig, metres.
-        roughness: 0..1.
-    """
-
-    ground: HexColor
-    inks: Inks
-    growth: FoliageKind
-    size_m: Annotated[float, Field(gt=0.02, le=1)] = 0.2
+    ground: HexColor = Field(description="of the paper")
+    inks: Inks = Field(description="of the plants")
+    growth: FoliageKind = Field(description="what grows on it")
+    size_m: float = Field(0.2, gt=0.02, le=1, description="length of a leaf or twig")
     roughness: Annotated[float, Field(ge=0.05, le=0.98)] = 0.8
 
 
@@ -83,18 +69,12 @@ class PaperWeave(StrEnum):
 
 
 class WovenPaper(Record):
-    """A woven wall covering.
+    """A woven wall covering."""
 
-    Attributes:
-        colors: of the blades or threads; ground: what is seen between them.
-        weave: which; thread_m: width of a blade or thread, metres.
-        roughness: 0..1.
-    """
-
-    colors: Inks
-    ground: HexColor
+    colors: Inks = Field(description="of the blades or threads")
+    ground: HexColor = Field(description="what is seen between them")
     weave: PaperWeave
-    thread_m: Annotated[float, Field(gt=0.001, le=0.03)] = 0.003
+    thread_m: float = Field(0.003, gt=0.001, le=0.03, description="width of a blade or thread")
     roughness: Annotated[float, Field(ge=0.05, le=0.98)] = 0.85
 
 
@@ -212,20 +192,13 @@ class PlasterFinish(StrEnum):
 
 
 class Plaster(Record):
-    """A plastered wall.
+    """A plastered wall."""
 
-    Attributes:
-        color: in the middle of its range; `second` is the colour of its clouds or strokes.
-        technique: how it was put on.
-        strength: 0..1, how plain to see that is in colour; relief: in depth.
-        roughness: 0..1.
-    """
-
-    color: HexColor
-    second: HexColor
-    technique: PlasterFinish = PlasterFinish.ROLLER
-    strength: Share = 0.5
-    relief: Share = 0.5
+    color: HexColor = Field(description="in the middle of its range")
+    second: HexColor = Field(description="of its clouds or strokes")
+    technique: PlasterFinish = Field(PlasterFinish.ROLLER, description="how it was put on")
+    strength: Share = Field(0.5, description="how plain the technique is to see in colour")
+    relief: Share = Field(0.5, description="the same in depth")
     roughness: Annotated[float, Field(ge=0.05, le=0.98)] = 0.8
 
 

@@ -38,34 +38,22 @@ class ColorAssignment(StrEnum):
 
 
 class CeramicTile(Record):
-    """Tiles.
-
-    Attributes:
-        laying, joint: how they lie and what is between them.
-        colors: of the glaze; `color_order` says which piece gets which.
-        variety: 0..1, how much pieces of one colour differ in tone.
-        glaze_pooling: 0..1, how unevenly the glaze flowed within a piece; where it is thin, `body` shows through.
-        body: colour of the clay under the glaze.
-        tilt: standard deviation of the slope of a piece, metres a metre.
-        wave_m: height of the waves in the glaze, metres.
-        crackle: 0..1, how plain the net of fine cracks is.
-        speckle: 0..1, share of small dark specks.
-        rib_count: relief lines along each piece; 0 for none.
-        roughness: 0..1; metallic: 0..1.
-    """
+    """Tiles."""
 
     laying: Laying
     joint: Joint = Joint()
-    colors: Annotated[tuple[HexColor, ...], Field(min_length=1, max_length=12)]
-    color_order: ColorAssignment = ColorAssignment.LOT
-    variety: Share = 0.25
-    glaze_pooling: Share = 0.2
-    body: HexColor = "#cdb8a0"
-    tilt: Annotated[float, Field(ge=0, le=0.05)] = 0.002
-    wave_m: Annotated[float, Field(ge=0, le=0.001)] = 0.00003
-    crackle: Share = 0.0
-    speckle: Share = 0.0
-    rib_count: Annotated[int, Field(ge=0, le=16)] = 0
+    colors: tuple[HexColor, ...] = Field(min_length=1, max_length=12, description="of the glaze")
+    color_order: ColorAssignment = Field(ColorAssignment.LOT, description="which piece gets which colour")
+    variety: Share = Field(0.25, description="how much pieces of one colour differ in tone")
+    glaze_pooling: Share = Field(
+        0.2, description="how unevenly the glaze flowed within a piece; where it is thin, `body` shows through"
+    )
+    body: HexColor = Field("#cdb8a0", description="colour of the clay under the glaze")
+    tilt: float = Field(0.002, ge=0, le=0.05, description="standard deviation of the slope of a piece, metres a metre")
+    wave_m: float = Field(0.00003, ge=0, le=0.001, description="height of the waves in the glaze")
+    crackle: Share = Field(0.0, description="how plain the net of fine cracks is")
+    speckle: Share = Field(0.0, description="share of small dark specks")
+    rib_count: int = Field(0, ge=0, le=16, description="relief lines along each piece; 0 for none")
     roughness: Annotated[float, Field(ge=0.04, le=0.95)] = 0.14
     metallic: Share = 0.0
 
@@ -140,32 +128,20 @@ CERAMIC = TextureKind("ceramic_tile", CeramicTile, paint_ceramic)
 
 
 class FiredClay(Record):
-    """Bricks or unglazed tiles.
-
-    Attributes:
-        laying, joint: how they lie and what is between them.
-        colors: of the fired clay; `color_order` says which piece gets which.
-        variety: 0..1, how much pieces of one colour differ.
-        mottle: 0..1, clouds of stronger and weaker fire within a piece.
-        kiln_marks: 0..1, dark ends and patches of the kiln.
-        relief_m: relief of the face, metres; protrusion_m: how far pieces protrude, standard deviation, metres.
-        coat_color, coat_share: a coat of lime over all, 0..1 how much of the wall it still hides.
-        paint_share: 0..1, how much the coat is paint, which covers the joints too.
-        roughness: 0..1.
-    """
+    """Bricks or unglazed tiles."""
 
     laying: Laying
     joint: Joint = Joint(width_m=0.01, depth_m=0.004, rim_noise_m=0.002)
-    colors: Annotated[tuple[HexColor, ...], Field(min_length=1, max_length=12)]
-    color_order: ColorAssignment = ColorAssignment.LOT
-    variety: Share = 0.4
-    mottle: Share = 0.4
-    kiln_marks: Share = 0.0
-    relief_m: Annotated[float, Field(ge=0, le=0.005)] = 0.0005
-    protrusion_m: Annotated[float, Field(ge=0, le=0.005)] = 0.0006
-    coat_color: HexColor = "#eeeae1"
-    coat_share: Share = 0.0
-    paint_share: Share = 0.0
+    colors: tuple[HexColor, ...] = Field(min_length=1, max_length=12, description="of the fired clay")
+    color_order: ColorAssignment = Field(ColorAssignment.LOT, description="which piece gets which colour")
+    variety: Share = Field(0.4, description="how much pieces of one colour differ")
+    mottle: Share = Field(0.4, description="clouds of stronger and weaker fire within a piece")
+    kiln_marks: Share = Field(0.0, description="dark ends and patches of the kiln")
+    relief_m: float = Field(0.0005, ge=0, le=0.005, description="relief of the face")
+    protrusion_m: float = Field(0.0006, ge=0, le=0.005, description="standard deviation of how far pieces protrude")
+    coat_color: HexColor = Field("#eeeae1", description="of a coat of lime over all")
+    coat_share: Share = Field(0.0, description="how much of the wall the coat still hides")
+    paint_share: Share = Field(0.0, description="how much the coat is paint, which covers the joints too")
     roughness: Annotated[float, Field(ge=0.1, le=0.98)] = 0.85
 
 
@@ -223,29 +199,20 @@ CLAY = TextureKind("fired_clay", FiredClay, paint_clay)
 
 
 class Stonework(Record):
-    """A wall of stones.
-
-    Attributes:
-        laying, joint: how they lie and what is between them.
-        colors: of the stones, drawn with equal odds; `stain` gathers on parts of them.
-        variety: 0..1, how much stones of one colour differ.
-        stain_share: 0..1, share of the face that leans to the stain.
-        layered: 0..1, strength of the lines along a stone.
-        relief_m: relief of a face, metres; protrusion_m: how far stones protrude, standard deviation, metres.
-        rim_rounding_m: how far a face falls off toward its rim, metres.
-        roughness: 0..1.
-    """
+    """A wall of stones."""
 
     laying: Laying
     joint: Joint = Joint(width_m=0.012, depth_m=0.006, rim_noise_m=0.004)
-    colors: Annotated[tuple[HexColor, ...], Field(min_length=1, max_length=12)]
-    stain: HexColor = "#8a6a48"
-    variety: Share = 0.5
-    stain_share: Share = 0.2
-    layered: Share = 0.2
-    relief_m: Annotated[float, Field(ge=0, le=0.02)] = 0.003
-    protrusion_m: Annotated[float, Field(ge=0, le=0.02)] = 0.003
-    rim_rounding_m: Annotated[float, Field(ge=0, le=0.02)] = 0.004
+    colors: tuple[HexColor, ...] = Field(
+        min_length=1, max_length=12, description="of the stones, drawn with equal odds"
+    )
+    stain: HexColor = Field("#8a6a48", description="gathers on parts of the stones")
+    variety: Share = Field(0.5, description="how much stones of one colour differ")
+    stain_share: Share = Field(0.2, description="share of the face that leans to the stain")
+    layered: Share = Field(0.2, description="strength of the lines along a stone")
+    relief_m: float = Field(0.003, ge=0, le=0.02, description="relief of a face")
+    protrusion_m: float = Field(0.003, ge=0, le=0.02, description="standard deviation of how far stones protrude")
+    rim_rounding_m: float = Field(0.004, ge=0, le=0.02, description="how far a face falls off toward its rim")
     roughness: Annotated[float, Field(ge=0.1, le=0.98)] = 0.85
 
 

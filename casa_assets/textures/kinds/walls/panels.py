@@ -30,31 +30,19 @@ class BoardProfile(StrEnum):
 
 
 class PaintedBoards(Record):
-    """A panelled wall that is painted.
+    """A panelled wall that is painted."""
 
-    Attributes:
-        color: of the paint; `ground` what is seen between slats.
-        profile: of the edges.
-        pitch_m: from board to board, metres.
-        gap_m: width of groove, batten or opening, metres; depth_m: its depth.
-        horizontal: boards run along u, not along v.
-        grain: 0..1, how much of the wood shows in the relief of the paint; wear: how far it is rubbed off.
-        bare_color: colour of the wood where it is.
-        variety: 0..1, how much boards differ.
-        roughness: 0..1.
-    """
-
-    color: HexColor
-    ground: HexColor = "#242220"
-    profile: BoardProfile
-    pitch_m: Annotated[float, Field(gt=0.01, le=1)] = 0.1
-    gap_m: Annotated[float, Field(gt=0.001, le=0.2)] = 0.004
-    depth_m: Annotated[float, Field(gt=0, le=0.03)] = 0.004
-    horizontal: bool = False
-    grain: Share = 0.25
-    wear: Share = 0.0
-    bare_color: HexColor = "#a98a63"
-    variety: Share = 0.2
+    color: HexColor = Field(description="of the paint")
+    ground: HexColor = Field("#242220", description="between slats")
+    profile: BoardProfile = Field(description="of the edges")
+    pitch_m: float = Field(0.1, gt=0.01, le=1, description="from board to board")
+    gap_m: float = Field(0.004, gt=0.001, le=0.2, description="width of groove, batten or opening")
+    depth_m: float = Field(0.004, gt=0, le=0.03, description="of groove, batten or opening")
+    horizontal: bool = Field(False, description="boards run along u, not along v")
+    grain: Share = Field(0.25, description="how much of the wood shows in the relief of the paint")
+    wear: Share = Field(0.0, description="how far the paint is rubbed off")
+    bare_color: HexColor = Field("#a98a63", description="of the wood where it is bare")
+    variety: Share = Field(0.2, description="how much boards differ")
     roughness: Annotated[float, Field(ge=0.05, le=0.95)] = 0.5
 
 
@@ -151,23 +139,17 @@ class Formwork(StrEnum):
 
 
 class Concrete(Record):
-    """Concrete.
+    """Concrete."""
 
-    Attributes:
-        color, second: of the cement and of its clouds.
-        formwork: what it was poured against.
-        formwork_unit_m: width of a board or height of a plate, metres; a plate is twice as wide.
-        cloudy: 0..1, how blotchy it is; holes: share of bubbles; trowel_marks: arcs of the trowel, as on a floor.
-        roughness: 0..1.
-    """
-
-    color: HexColor
-    second: HexColor
-    formwork: Formwork = Formwork.SMOOTH
-    formwork_unit_m: Annotated[float, Field(gt=0.05, le=2)] = 0.6
-    cloudy: Share = 0.5
-    holes: Share = 0.3
-    trowel_marks: Share = 0.0
+    color: HexColor = Field(description="of the cement")
+    second: HexColor = Field(description="of its clouds")
+    formwork: Formwork = Field(Formwork.SMOOTH, description="what it was poured against")
+    formwork_unit_m: float = Field(
+        0.6, gt=0.05, le=2, description="width of a board or height of a plate; a plate is twice as wide"
+    )
+    cloudy: Share = Field(0.5, description="how blotchy it is")
+    holes: Share = Field(0.3, description="share of bubbles")
+    trowel_marks: Share = Field(0.0, description="arcs of the trowel, as on a floor")
     roughness: Annotated[float, Field(ge=0.05, le=0.95)] = 0.7
 
 
@@ -239,19 +221,13 @@ def _plates(params: Concrete, canvas: Canvas, pixel: float, rng: np.random.Gener
 
 
 class PressedTin(Record):
-    """Pressed metal plates.
+    """Pressed metal plates."""
 
-    Attributes:
-        color: of the metal or of the paint on it; `hollow_color` gathers in the hollows.
-        plate_m: side of a plate, metres. rings: how many mouldings frame its middle; petals: of the flower in it.
-        metallic: 0..1; roughness: 0..1.
-    """
-
-    color: HexColor
-    hollow_color: HexColor
-    plate_m: Annotated[float, Field(gt=0.1, le=1)] = 0.3
-    rings: Annotated[int, Field(ge=1, le=5)] = 2
-    petals: Annotated[int, Field(ge=0, le=16)] = 8
+    color: HexColor = Field(description="of the metal or of the paint on it")
+    hollow_color: HexColor = Field(description="gathers in the hollows")
+    plate_m: float = Field(0.3, gt=0.1, le=1, description="side of a plate")
+    rings: int = Field(2, ge=1, le=5, description="mouldings that frame the middle")
+    petals: int = Field(8, ge=0, le=16, description="of the flower in the middle")
     metallic: Share = 0.0
     roughness: Annotated[float, Field(ge=0.05, le=0.95)] = 0.4
 
