@@ -42,15 +42,11 @@ class Laying(Record):
     pattern: LayingPattern = Field(description="shape and bond")
     width_m: float = Field(gt=0.005, le=2, description="of a piece across its length, joint included")
     length_m: float = Field(0.1, gt=0.005, le=3, description="of a piece along its length, joint included")
-    bond: float = Field(
-        0.0, ge=0, lt=1, description="running bond: share of a length by which each row is shifted; 0: stacked"
-    )
+    bond: float = Field(0.0, ge=0, lt=1, description="running bond: shift of each row by a length; 0: stacked")
     upright: bool = Field(False, description="the length of pieces is vertical (running bond, planks)")
     diagonal: bool = Field(False, description="the whole pattern is turned by 45 degrees (herringbone)")
     width_count: int = Field(1, ge=1, le=8, description="planks: number of widths that are mixed")
-    ends_m: float = Field(
-        0.0, ge=0, le=0.03, description="planks: by how much joints at ends are narrower than those along them"
-    )
+    ends_m: float = Field(0.0, ge=0, le=0.03, description="planks: by how much joints at ends are narrower")
 
 
 def lay(laying: Laying, canvas: Canvas, rng: np.random.Generator) -> PieceMap:

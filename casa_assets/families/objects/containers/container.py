@@ -70,9 +70,7 @@ class Container(Params):
     width: Metres = Field(description="of the widest part, along x, m")
     height: Metres = Field(description="from the foot to the mouth, without the closure, m")
     flat: float = Field(1.0, ge=0.35, le=1, description="depth relative to the width")
-    corner: float = Field(
-        1.0, ge=0.1, le=1, description="radius of the section's corners by half the width; 1: round or oval"
-    )
+    corner: float = Field(1.0, ge=0.1, le=1, description="of the section, by half the width; 1: round or oval")
     foot: float = Field(1.0, ge=0.4, le=1.4, description="radius at the foot by the widest one")
     foot_bend: float = Field(0.08, ge=0.01, le=1, description="radius of the edge at the foot by half the width")
     waist: float = Field(1.0, ge=0.5, le=1.3, description="radius halfway up the lower part, by that without a waist")
@@ -93,9 +91,7 @@ class Container(Params):
     cap_height: float = Field(0.015, ge=0, le=0.12, description="of the closure, m")
     cap_wide: float = Field(1.05, ge=0.4, le=2.5, description="radius of the closure by that of the mouth")
     base_cap: float = Field(0.0, ge=0, le=0.06, description="height of a cap on which it rests upside down, m; 0: none")
-    opens: bool = Field(
-        False, description="the closure slides or swings up; a wide mouth makes it hollow for collisions"
-    )
+    opens: bool = Field(False, description="the closure comes off; a wide mouth is then hollow for collisions")
     open_top: bool = Field(False, description="the body is open above and shows its content")
     wall: float = Field(0.0022, ge=0.0008, le=0.008, description="thickness, m")
     label_low: Share = Field(0.15, description="lower edge of the label, share of the height")
@@ -109,9 +105,7 @@ class Container(Params):
     band_high: Share = Field(0.0, description="upper edge of it")
     fill: float = Field(0.85, ge=0, le=0.99, description="share of the height that is filled; 0: empty")
     rims: bool = Field(False, description="beads at both ends, as on tins")
-    handle: float = Field(
-        0.0, ge=0, le=0.9, description="share of the height that a handle at the right takes; 0: none"
-    )
+    handle: float = Field(0.0, ge=0, le=0.9, description="share of the height that a handle takes; 0: none")
     handle_at: Share = Field(0.6, description="share of the height of its middle")
     handle_out: float = Field(0.55, ge=0.2, le=1.5, description="how far it projects, by half the width")
     handle_thick: float = Field(0.012, ge=0.003, le=0.025, description="m")

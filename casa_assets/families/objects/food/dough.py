@@ -72,9 +72,7 @@ class Dough(Params):
     length: Metres = Field(description="along x, m")
     width: Metres = Field(description="along y, m")
     height: Metres = Field(description="along z, m")
-    outline: tuple[Vec2, ...] = Field(
-        (), description="of a round or grid body from above, in order; empty: a superellipse of power `square`"
-    )
+    outline: tuple[Vec2, ...] = Field((), description="of a round or grid body from above; empty: a superellipse")
     profile: Profile = Field(
         ((0, 0), (0.8, 0), (1, 0.3), (0.9, 0.7), (0.5, 0.95), (0, 1)),
         description="round body: (share of outline, of height) from bottom to top; long: (radius, place)",
@@ -96,9 +94,7 @@ class Dough(Params):
     coat: Thin = Field(0.0, description="thickness of icing, m")
     coat_level: Share = Field(0.5, description="share of the height above which it is coated")
     coat_wave: Share = Field(0.1, description="how far the edge of the coat wanders, by the height")
-    lines: tuple[Line, ...] = Field(
-        (), max_length=12, description="paths over the top by length and width, about the middle"
-    )
+    lines: tuple[Line, ...] = Field((), max_length=12, description="paths over the top, by length and width")
     line_width: Thin = Field(0.01, description="m")
     line_height: Thin = Field(0.004, description="m")
     line_lens: bool = Field(True, description="lines narrow to their ends")
@@ -112,9 +108,7 @@ class Dough(Params):
     pat: Thin = Field(0.0, description="side of a pat of butter on top, m; 0: none")
     stick: float = Field(0.0, ge=0, le=0.2, description="length of a stick out of its +x end, m; 0: none")
     stick_radius: Thin = Field(0.002, description="m")
-    portion: Portion | None = Field(
-        None, description="what is left of a thing that was cut; None: whole, or a piece if cut off square"
-    )
+    portion: Portion | None = Field(None, description="what is left of a thing that was cut; None: whole")
     density: float = Field(270.0, ge=50, le=2000, description="of its body, kg/m^3")
     seed: Annotated[int, Field(ge=0, le=9999)] = 0
     skin: FinishId

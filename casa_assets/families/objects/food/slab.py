@@ -73,17 +73,13 @@ class SlabFood(Params):
     length: Metres = Field(description="along x, m")
     width: Metres = Field(description="along y, m")
     height: Metres = Field(description="along z, m; of a strip its thickness")
-    outline: tuple[Vec2, ...] = Field(
-        (), description="of a slab from above, in order; empty: a superellipse of power `square`"
-    )
+    outline: tuple[Vec2, ...] = Field((), description="of a slab from above; empty: a superellipse")
     profile: Profile = Field(
         ((0, 0), (0.86, 0), (0.97, 0.12), (1, 0.45), (0.96, 0.85), (0.85, 0.98), (0.4, 1), (0, 1)),
         description="slab: (share of outline, of height) from bottom to top; long body: (radius, place)",
     )
     square: float = Field(2.0, ge=1, le=12, description="power of the superellipse of a section")
-    foot: float = Field(
-        1.0, ge=0.1, le=1, description="share of the half height below the axis at which a long body is flat"
-    )
+    foot: float = Field(1.0, ge=0.1, le=1, description="where a long body is flat below, by half the height")
     bend: float = Field(0.0, ge=-5, le=5, description="of a long body, rad")
     cut_at: float = Field(1.0, ge=0.3, le=1, description="place at which it is cut off square; 1: nowhere")
     segments: int = Field(0, ge=0, le=12, description="rings along a long body")

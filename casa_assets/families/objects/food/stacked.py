@@ -133,9 +133,7 @@ class Stacked(Params):
     height: Metres = Field(description="of the whole along z, about, of a tower that of its upper bread, m")
     outline: tuple[Vec2, ...] = Field((), description="of a tower from above; empty: a superellipse of power `square`")
     square: Annotated[float, Field(ge=1, le=12)] = 2.0
-    layers: tuple[Filling, ...] = Field(
-        (), description="of a tower from bottom to top; of a skewer from one end to the other"
-    )
+    layers: tuple[Filling, ...] = Field((), description="of a tower from bottom to top; of a skewer from end to end")
     base_height: Thin = Field(0.018, description="of the lower bread, or of a layer of sponge, m")
     patty_height: Thin = Field(0.014, description="m")
     count: int = Field(2, ge=1, le=12, description="layers of sponge, balls of ice, or turns of the line of sauce")

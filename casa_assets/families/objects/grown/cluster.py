@@ -56,9 +56,7 @@ class Cluster(Params):
     leaves: int = Field(0, ge=0, le=24, description="round the lower end; of stalks, at the end of each")
     leaf_length: Metres = Field(0.1, description="m")
     leaf_width: Metres = Field(0.05, description="m")
-    density: Annotated[float, Field(gt=0, le=2000)] | None = Field(
-        None, description="of the small bodies, kg/m^3; None: that of their finish"
-    )
+    density: Annotated[float, Field(gt=0, le=2000)] | None = Field(None, description="kg/m^3; None: that of the finish")
     seed: Annotated[int, Field(ge=0, le=9999)] = 0
     skin: FinishId = Field(description="picture of each small body")
     stem_finish: FinishId = "leaf_light"

@@ -226,9 +226,7 @@ class Produce(Params):
     stem: float = Field(0.0, ge=0, le=0.2, description="length of a stalk at the upper end, m; 0: none")
     stem_radius: float = Field(0.0015, gt=0, le=0.03, description="m")
     stem_at: Share = Field(1.0, description="share of the length where the stalk starts")
-    wraps: int = Field(
-        0, ge=0, le=24, description="leaves that wrap it: sheets with a wrap_skin, else steps in the body"
-    )
+    wraps: int = Field(0, ge=0, le=24, description="leaves round it: sheets with a wrap_skin, else steps in it")
     wrap_depth: float = Field(0.1, ge=0, le=0.3, description="how far they project, by the distance from its middle")
     wrap_reach: Share = Field(0.7, description="share of the profile that they cover")
     wrap_ruffle: float = Field(0.02, ge=0, le=0.3, description="how far their rims rise and fall, by the radius")

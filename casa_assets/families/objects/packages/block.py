@@ -76,9 +76,7 @@ class Block(Params):
     pad_out: float = Field(0.0, ge=-0.003, le=0.003, description="how far the pad projects, m")
     core: Share = Field(0.0, description="size of a cloudy core by the block")
     portion: Portion | None = Field(None, description="kind of portion if it was cut; None: whole")
-    heft: Annotated[float, Field(gt=5, le=3000)] | None = Field(
-        None, description="density, kg/m^3; None: that of the substance"
-    )
+    heft: Annotated[float, Field(gt=5, le=3000)] | None = Field(None, description="kg/m^3; None: that of the substance")
     skin: FinishId
     second: FinishId = Field("plastic_green", description="of the pad, the core, or the cut faces of a wedge")
 

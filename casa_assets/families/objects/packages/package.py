@@ -60,9 +60,7 @@ class Package(Params):
     width: Metres = Field(description="of bags that of the empty bag, m")
     depth: Metres = Field(description="of bags that of the full bag, m")
     height: Metres = Field(description="m")
-    front: float = Field(
-        0.36, ge=0.1, le=0.9, description="share of the picture's width on the front, as in the label's recipe"
-    )
+    front: float = Field(0.36, ge=0.1, le=0.9, description="share of the picture's width, as in the label's recipe")
     side: float = Field(0.14, ge=0, le=0.4, description="the same on each adjacent side")
     lower: float = Field(0.04, ge=0, le=0.4, description="share of the picture's height on the lower end")
     upper: float = Field(0.04, ge=0, le=0.4, description="the same on the upper end")
@@ -71,17 +69,13 @@ class Package(Params):
     bulge: Small = Field(0.0015, description="of the sides, m")
     dents: Small = Field(0.0004, description="depth of the sides' unevenness, m")
     seed: Annotated[int, Field(ge=0, le=9999)] = 0
-    flap: float = Field(
-        0.1, ge=-1, le=1, description="where flaps of a carton meet, by half the depth; near 1: a single flap"
-    )
+    flap: float = Field(0.1, ge=-1, le=1, description="where flaps meet, by half the depth; near 1: a single flap")
     window: float = Field(0.0, ge=0, le=0.8, description="height of a pane in a carton's front, by the height")
     window_wide: Share = Field(0.7, description="width of the pane, by the width")
     window_finish: FinishId = Field("pasta_dry", description="what is seen through the pane")
     opens: bool = Field(False, description="a carton's upper end is a lid that swings up over a hollow down to `fill`")
     spout: Small = Field(0.0, description="above 0, a carton has a sheet metal spout at its side")
-    roof: float = Field(
-        0.15, ge=0, le=0.5, description="share of the height of a gable, or of the folds of a paper bag"
-    )
+    roof: float = Field(0.15, ge=0, le=0.5, description="of a gable or a paper bag's folds, by the height")
     fin: Small = Field(0.012, description="height of the ridge's seam; width of the ends of twisted paper, m")
     cap_radius: Small = Field(0.0, description="of a screw cap on a gable or a pouch, m; 0: none")
     straw: Small = Field(0.0, description="how far a straw projects from a brick, m; 0: in a wrapper on the back")
@@ -97,9 +91,7 @@ class Package(Params):
     pleats: float = Field(0.1, ge=0, le=0.5, description="depth of the folds")
     full: float = Field(3.0, ge=1, le=12, description="bluntness of the ends of the filled part")
     round_by: float = Field(2.2, ge=1.2, le=12, description="bluntness of its sides")
-    sag: float = Field(
-        0.0, ge=-0.9, le=0.9, description="how much deeper the back is than half the depth, as a share of that"
-    )
+    sag: float = Field(0.0, ge=-0.9, le=0.9, description="how much deeper the back is than half the depth, by that")
     zip_line: bool = Field(False, description="a pouch has a zip")
     profile: tuple[Vec2, ...] = Field(
         ((0.8, 0.0), (1.0, 1.0)),

@@ -44,17 +44,11 @@ class Bar(Params):
     other: Curve = Field((), max_length=24, description="the same of the -y side, with the same ends; empty: alike")
     spine: Curve = Field((), description="(along, height by the rise) of its middle")
     thick: Curve = Field((), description="(along, thickness by the largest)")
-    dish: Curve = Field(
-        (), description="(along, depth by the dish) of a hollow that the underside follows, as in a spoon of steel"
-    )
-    hollow: Curve = Field(
-        (), description="(along, depth by the hollow) of one cut into the upper side, as in a spoon of wood"
-    )
+    dish: Curve = Field((), description="(along, depth by the dish) of a hollow that the underside follows")
+    hollow: Curve = Field((), description="(along, depth by the hollow) of one cut into the upper side")
     wedge: Curve = Field((), description="(along, share) by which it is thinner at its -y side, as a blade is")
     square: float = Field(2.0, ge=1.5, le=12, description="2: a round section; more: a flatter one with rounder edges")
-    holes: tuple[Vec5, ...] = Field(
-        (), description="(along, across by half the width, length and width by those of the bar, angle in rad)"
-    )
+    holes: tuple[Vec5, ...] = Field((), description="(along, across by half the width, length, width, angle in rad)")
 
 
 class Size(Params):

@@ -67,9 +67,7 @@ class Utensil(Params):
     rise: float = Field(0.0, ge=-0.2, le=0.2, description="of the front's spine, m")
     dish: Metres = Field(0.0, description="of the front, m")
     hollow: Metres = Field(0.0, description="of the front, m")
-    front: Bar | None = Field(
-        None, description="the head and, without a grip, all of it; of tongs an arm, of a ladle its stem"
-    )
+    front: Bar | None = Field(None, description="the head; of tongs an arm, of a ladle its stem")
     split: Share = Field(1.0, description="where the grip begins, by the length; 1: no grip")
     grip: Bar | None = Field(None, description="shape of a handle of another stuff")
     grip_width: Metres = Field(0.02, description="m")

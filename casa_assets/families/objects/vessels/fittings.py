@@ -378,9 +378,7 @@ class Vessel(Params):
     width: Metres = Field(description="of the body, m")
     height: Metres = Field(description="of the body, m")
     across: float = Field(1.0, ge=0.3, le=1, description="width in y by that in x")
-    corner: Share = Field(
-        1.0, description="radius of the corners from above by half the smaller width; 1: round or oval"
-    )
+    corner: Share = Field(1.0, description="from above, by half the smaller width; 1: round or oval")
     wall: float = Field(0.004, ge=0.0006, le=0.02, description="thickness, m")
     floor: float = Field(0.005, ge=0.0006, le=0.04, description="thickness, m")
     stem: Share = Field(0.0, description="share of the height below the floor of the inside")
@@ -435,9 +433,7 @@ class Vessel(Params):
     marks: int = Field(0, ge=0, le=12, description="lines of a measure")
     sleeve: bool = Field(False, description="a band of card around the middle")
     matter: float = Field(1.0, ge=0.05, le=1, description="share of the wall's volume that is solid material")
-    skin: FinishId = Field(
-        description="plain, or a picture: 0 middle of the underside, 0.5 rim, 1 middle of the inside"
-    )
+    skin: FinishId = Field(description="a picture runs from the underside (0) over the rim (0.5) to the inside (1)")
     rim_finish: FinishId = "stainless_brushed"
     handle_finish: FinishId | None = None
     grip_finish: FinishId = "plastic_black"

@@ -177,9 +177,7 @@ class PaintedFront(Record):
     wear: Share = Field(0.0, description="how much is rubbed away")
     species: WoodSpecies = Field(WoodSpecies(), description="wood whose grain can be felt under the paint")
     telegraph: Share = Field(0.0, description="how much of that grain can be seen")
-    groove_spacing_m: float = Field(
-        0.0, ge=0, le=0.3, description="distance of upright grooves in metres (tongue and groove boards); 0: none"
-    )
+    groove_spacing_m: float = Field(0.0, ge=0, le=0.3, description="distance of upright grooves; 0: none")
 
 
 def paint_painted(params: PaintedFront, canvas: Canvas, rng: np.random.Generator) -> Layers:

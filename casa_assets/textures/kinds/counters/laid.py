@@ -169,9 +169,7 @@ END_GRAIN = TextureKind("end_grain", EndGrain, paint_blocks)
 class TiledCounter(Record):
     """Tiles with grout."""
 
-    colors: tuple[HexColor, ...] = Field(
-        min_length=1, max_length=8, description="drawn from with equal odds, or in turn where `checker`"
-    )
+    colors: tuple[HexColor, ...] = Field(min_length=1, max_length=8, description="drawn, or in turn where `checker`")
     grout: HexColor = Field(description="colour")
     joint_m: float = Field(0.004, gt=0.0005, lt=0.03, description="width of a joint")
     width_m: float = Field(0.1, gt=0.01, lt=1, description="of a tile")

@@ -123,9 +123,7 @@ class Vein(Record):
     width_m: float = Field(0.004, gt=0.0002, lt=0.2, description="of a vein where it is strong")
     halo_m: float = Field(0.02, gt=0.001, lt=0.3, description="how far its colour bleeds")
     bleed: Share = Field(0.3, description="strength of the halo")
-    stretch: float = Field(
-        3.0, ge=1, le=8, description="how much longer than their distance veins are before they turn"
-    )
+    stretch: float = Field(3.0, ge=1, le=8, description="length before they turn, by their distance")
     shear: int = Field(1, ge=-3, le=3, description="how often they climb the height of the picture over its width")
     wobble: Share = Field(0.5, description="how restless the lines are")
     gaps: Share = Field(0.4, description="how much of the veins has faded away")
@@ -245,9 +243,7 @@ VEINED = TextureKind("veined_stone", VeinedStone, paint_veined)
 class BandedStone(Record):
     """A slab of layered stone."""
 
-    colors: tuple[HexColor, ...] = Field(
-        min_length=2, max_length=16, description="of the layers in order; the last is followed by the first"
-    )
+    colors: tuple[HexColor, ...] = Field(min_length=2, max_length=16, description="of the layers in order")
     layers: int = Field(2, ge=1, le=24, description="how often the whole order fits into the height of the picture")
     shear: int = Field(0, ge=-3, le=3, description="how often a layer climbs the height of the picture over its width")
     fold_m: float = Field(0.05, ge=0, le=0.5, description="how far layers are folded")
@@ -338,7 +334,7 @@ class Speck(Record):
 
     color: HexColor
     size_m: Size = Field(description="of one")
-    share: Share = Field(description="0..1 of the face")
+    share: Share = Field(description="of the face")
     flock: Share = Field(0.4, description="how much they gather in swarms")
     stretch: float = Field(1.0, ge=0.2, le=8, description="how much longer than wide")
 
@@ -354,9 +350,7 @@ class Granite(Record):
     phenocryst_rim_color: HexColor = "#2a2622"
     cloud_m: Size = Field(0.08, description="size of the swarms")
     flow: Share = Field(0.0, description="how far the swarms are drawn out into streams")
-    shear: int = Field(
-        0, ge=-3, le=3, description="how often the streams climb the height of the picture over its width"
-    )
+    shear: int = Field(0, ge=-3, le=3, description="how often streams climb the picture over its width")
     roughness: Annotated[float, Field(ge=0.04, le=0.95)] = 0.16
 
 
@@ -436,9 +430,7 @@ class ChipSize(Record):
     share: Share = Field(description="how many of the places for a chip are taken")
     spread: Share = Field(0.15, description="how much chips of a colour differ in brightness")
     round: Share = Field(0.3, description="from broken stone to washed pebble")
-    roughness_change: float = Field(
-        0.0, ge=-0.4, le=0.4, description="change of roughness on a chip, such as -0.1 for glass"
-    )
+    roughness_change: float = Field(0.0, ge=-0.4, le=0.4, description="on a chip, such as -0.1 for glass")
 
 
 class MadeStone(Record):

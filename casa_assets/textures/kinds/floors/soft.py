@@ -47,13 +47,9 @@ class ResilientSort(StrEnum):
 class ResilientFloor(Record):
     """A soft floor."""
 
-    colors: tuple[HexColor, ...] = Field(
-        min_length=1, max_length=8, description="the ground, then what is mixed into it"
-    )
+    colors: tuple[HexColor, ...] = Field(min_length=1, max_length=8, description="the ground, then the rest")
     material: ResilientSort = Field(description="of the sheet")
-    laying: Laying | None = Field(
-        None, description="of its tiles, of which marbled ones alternate in direction; None: a sheet"
-    )
+    laying: Laying | None = Field(None, description="of tiles; marbled ones alternate in direction; None: a sheet")
     joint: Joint = Joint(color="#4c4a46", width_m=0.001, depth_m=0.0004)
     grain_m: float = Field(0.02, gt=0.001, le=0.2, description="size of streaks, crumbs, studs or yarns")
     strength: Share = Field(0.6, description="how clearly the other colours show")
@@ -215,10 +211,7 @@ class TimberFloor(Record):
     species: WoodSpecies
     palette: WoodPalette
     saw_cuts: tuple[SawCut, ...] = Field(
-        (SawCut.FLAT, SawCut.FLAT, SawCut.RIFT),
-        min_length=1,
-        max_length=4,
-        description="how boards were sawn, in equal parts",
+        (SawCut.FLAT, SawCut.FLAT, SawCut.RIFT), min_length=1, max_length=4, description="in equal parts"
     )
     variety: Share = Field(0.4, description="how much boards differ in tone")
     warmth: Share = Field(0.3, description="how much boards differ in hue")

@@ -35,9 +35,7 @@ class Encaustic(Record):
 
     design: TileDesign = Field(description="what is on a tile")
     colors: tuple[HexColor, ...] = Field(
-        min_length=2,
-        max_length=6,
-        description="the ground, then the inks in the order in which the design numbers them",
+        min_length=2, max_length=6, description="the ground, then the inks by their numbers"
     )
     side_m: float = Field(0.2, gt=0.05, le=0.6, description="of a tile")
     joint: Joint = Joint(width_m=0.0015, depth_m=0.0004, color="#b9b4aa", rim_drop_m=0.0002)

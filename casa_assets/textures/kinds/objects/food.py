@@ -185,7 +185,7 @@ class Skin(Record):
     ribs: int = Field(0, ge=0, le=40, description="grooves from end to end")
     rib_color: HexColor | None = Field(None, description="in the grooves")
     kernels: tuple[Annotated[int, Field(ge=2, le=60)], Annotated[int, Field(ge=2, le=90)]] | None = Field(
-        None, description="rounded grains in rows, once around and from end to end"
+        None, description="grains in rows, around and from end to end"
     )
     kernel_color: HexColor = Field("#c08a20", description="between the grains")
     grain_mm: float = Field(1.5, gt=0, le=20, description="size of an even roughness")

@@ -79,18 +79,13 @@ class Label(Record):
     """A printed label; the picture's width runs once around the package, its height from its lower to its upper end."""
 
     brand: str = Field(min_length=1, max_length=20, description="name in large letters, invented")
-    words: tuple[str, ...] = Field(
-        (), max_length=4, description="what the product is, a line each, the most important one first"
-    )
+    words: tuple[str, ...] = Field((), max_length=4, description="what the product is, a line each")
     small: str = Field("", description="a line at the foot, such as `330 ml`")
     layout: Layout = Field(Layout.BAND, description="of the front")
     lettering: Lettering = Field(Lettering.BOLD, description="of the brand")
     pattern: Pattern = Field(Pattern.NONE, description="of the ground")
     ground: tuple[HexColor, ...] = Field(
-        ("#f3efe4",),
-        min_length=1,
-        max_length=3,
-        description="first of most of it, second of fields, plates and patterns",
+        ("#f3efe4",), min_length=1, max_length=3, description="of most of it; of fields, plates and patterns"
     )
     ink: HexColor = Field("#2a2522", description="of words; illegible letters turn light or dark")
     accent: HexColor = Field("#a5281f", description="of bands, frames and the brand")
@@ -102,9 +97,7 @@ class Label(Record):
     side: float = Field(0.0, ge=0, le=0.4, description="share of each of the two sides next to the front; 0: round")
     twice: bool = Field(False, description="the front is printed at the back too")
     back: bool = Field(True, description="barcode, facts and small print at the back, or on the sides")
-    lower: float = Field(
-        0.0, ge=0, le=0.45, description="share of the height at the lower end that stays ground, as a flap"
-    )
+    lower: float = Field(0.0, ge=0, le=0.45, description="share of the height that stays ground, as a flap")
     upper: float = Field(0.0, ge=0, le=0.45, description="the same at the upper end")
     trim: HexColor | None = Field(None, description="of narrow bands along both rims")
     metallic: Share = 0.0

@@ -46,14 +46,14 @@ class CeramicTile(Record):
     color_order: ColorAssignment = Field(ColorAssignment.LOT, description="which piece gets which colour")
     variety: Share = Field(0.25, description="how much pieces of one colour differ in tone")
     glaze_pooling: Share = Field(
-        0.2, description="how unevenly the glaze flowed within a piece; where it is thin, `body` shows through"
+        0.2, description="how unevenly the glaze flowed; where it is thin, `body` shows through"
     )
     body: HexColor = Field("#cdb8a0", description="colour of the clay under the glaze")
     tilt: float = Field(0.002, ge=0, le=0.05, description="standard deviation of the slope of a piece, metres a metre")
     wave_m: float = Field(0.00003, ge=0, le=0.001, description="height of the waves in the glaze")
     crackle: Share = Field(0.0, description="how plain the net of fine cracks is")
     speckle: Share = Field(0.0, description="share of small dark specks")
-    rib_count: int = Field(0, ge=0, le=16, description="relief lines along each piece; 0 for none")
+    rib_count: int = Field(0, ge=0, le=16, description="relief lines along each piece; 0: none")
     roughness: Annotated[float, Field(ge=0.04, le=0.95)] = 0.14
     metallic: Share = 0.0
 
@@ -203,9 +203,7 @@ class Stonework(Record):
 
     laying: Laying
     joint: Joint = Joint(width_m=0.012, depth_m=0.006, rim_noise_m=0.004)
-    colors: tuple[HexColor, ...] = Field(
-        min_length=1, max_length=12, description="of the stones, drawn with equal odds"
-    )
+    colors: tuple[HexColor, ...] = Field(min_length=1, max_length=12, description="drawn with equal odds")
     stain: HexColor = Field("#8a6a48", description="gathers on parts of the stones")
     variety: Share = Field(0.5, description="how much stones of one colour differ")
     stain_share: Share = Field(0.2, description="share of the face that leans to the stain")

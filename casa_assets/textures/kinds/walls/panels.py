@@ -144,9 +144,7 @@ class Concrete(Record):
     color: HexColor = Field(description="of the cement")
     second: HexColor = Field(description="of its clouds")
     formwork: Formwork = Field(Formwork.SMOOTH, description="what it was poured against")
-    formwork_unit_m: float = Field(
-        0.6, gt=0.05, le=2, description="width of a board or height of a plate; a plate is twice as wide"
-    )
+    formwork_unit_m: float = Field(0.6, gt=0.05, le=2, description="width of a board, height of a plate")
     cloudy: Share = Field(0.5, description="how blotchy it is")
     holes: Share = Field(0.3, description="share of bubbles")
     trowel_marks: Share = Field(0.0, description="arcs of the trowel, as on a floor")
