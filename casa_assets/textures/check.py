@@ -23,42 +23,28 @@ _SLOWEST = 2  # waves per picture that count as its repeat: one blotch, or two
 
 @dataclass(frozen=True)
 class Pictures:
-    """The images of a finish, decoded.
-
-    Attributes:
-        id: of the finish. tile_m: width and height of the picture, metres.
-        base: (H, W, 3) uint8 sRGB. normal: (h, w, 3) uint8. rough: (h, w) uint8.
-        size_bytes: of the three files together.
-    """
+    """The images of a finish, decoded."""
 
     id: str
-    tile_m: tuple[float, float]
-    base: Pixels
-    normal: Pixels
-    rough: Pixels
-    size_bytes: int
+    tile_m: tuple[float, float]  # width and height of the picture
+    base: Pixels  # (H, W, 3) sRGB
+    normal: Pixels  # (h, w, 3)
+    rough: Pixels  # (h, w)
+    size_bytes: int  # of the three files together
 
 
 @dataclass(frozen=True)
 class TextureCheck:
-    """One check of a picture.
+    """One check of a picture."""
 
-    Attributes:
-        code: such as `TEX001`; never reused. title: two to five words.
-        measure: computes the number that is checked. limit: key in registry/limits.yaml. unit: of both.
-        most: whether the limit is an upper one.
-        fault: what is wrong if it fails, a part of a sentence.
-        description: what is measured, against which limit, and what to do; `{limit}` is replaced by the number.
-    """
-
-    code: str
+    code: str  # never reused
     title: str
-    measure: Callable[[Pictures], float]
-    limit: str
+    measure: Callable[[Pictures], float]  # the number that is checked
+    limit: str  # key in registry/limits.yaml
     unit: str
-    most: bool
-    fault: str
-    description: str
+    most: bool  # whether the limit is an upper one
+    fault: str  # a part of a sentence
+    description: str  # `{limit}` is replaced by the number
 
 
 def pictures_of(finish: Finish) -> Pictures:

@@ -33,23 +33,14 @@ _FLOOR = 0.006  # Oklab lightness: texture of less amplitude is not seen
 
 @dataclass(frozen=True)
 class TextureDescriptor:
-    """Descriptor of one texture. All arrays float64.
+    """Descriptor of one texture. All arrays float64."""
 
-    Attributes:
-        color: (3,) mean in Oklab.
-        tones: (8,) mean lightness of eighths of the pixels, from the darkest, less the mean of all.
-        chroma: (2,) standard deviation of a and b.
-        bands: (8, 4) log amplitude of the lightness by octave of wavelength (1.28 m down) and direction of change.
-        shape: (8,) cube root of the skew by octave: light lines on dark against dark lines on light.
-        gloss: (2,) mean of the roughness, and log amplitude of the slope of the relief.
-    """
-
-    color: Array
-    tones: Array
-    chroma: Array
-    bands: Array
-    shape: Array
-    gloss: Array
+    color: Array  # (3,) mean in Oklab
+    tones: Array  # (8,) mean lightness of eighths of the pixels, from the darkest, less the mean of all
+    chroma: Array  # (2,) standard deviation of a and b
+    bands: Array  # (8, 4) log amplitude of the lightness by octave of wavelength (1.28 m down) and direction of change
+    shape: Array  # (8,) cube root of the skew by octave: light lines on dark against dark lines on light
+    gloss: Array  # (2,) mean of the roughness, and log amplitude of the slope of the relief
 
     @cached_property
     def vector(self) -> Array:

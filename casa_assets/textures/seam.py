@@ -23,15 +23,10 @@ _LINES = 2.0  # weight of lines against tones
 
 @dataclass(frozen=True)
 class Seam:
-    """Steps across the border over steps inside: 1 is a border like any other place, 3 is plainly seen.
+    """Steps across the border over steps inside: 1 is a border like any other place, 3 is plainly seen."""
 
-    Attributes:
-        x: across the left and right edge.
-        y: across the upper and lower edge.
-    """
-
-    x: float
-    y: float
+    x: float  # across the left and right edge
+    y: float  # across the upper and lower edge
 
     @property
     def worst(self) -> float:

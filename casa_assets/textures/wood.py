@@ -71,35 +71,20 @@ class WoodSpecies(Record):
 
 @dataclass(frozen=True)
 class GrainMaps:
-    """Maps of a board face, each (H, W) float32.
+    """Maps of a board face, each (H, W) float32."""
 
-    Attributes:
-        ring: 0..1, how dark the year is here.
-        early: 0..1, the porous start of a year (ring porous woods), else 1.
-        fibre: about -1..1, fine lines along the grain.
-        zone: about -1..1, broad changes of tone that follow the years.
-        pore: 0..1, open pores.
-        fleck: 0..1, rays on a quartered face.
-        dash: 0..1, ends of rays on a flat face.
-        sheen: about -1..1, ribbon and curl.
-        knot: 0..1, knots.
-        tone: about -1..1, one value for each leaf.
-        joint: 0..1, 1 on the line between two leaves.
-        edge_m: metres to the nearest joint; large without joints.
-    """
-
-    ring: Map
-    early: Map
-    fibre: Map
-    zone: Map
-    pore: Map
-    fleck: Map
-    dash: Map
-    sheen: Map
-    knot: Map
-    tone: Map
-    joint: Map
-    edge_m: Map
+    ring: Map  # 0..1, how dark the year is here
+    early: Map  # 0..1, the porous start of a year (ring porous woods), else 1
+    fibre: Map  # about -1..1, fine lines along the grain
+    zone: Map  # about -1..1, broad changes of tone that follow the years
+    pore: Map  # 0..1, open pores
+    fleck: Map  # 0..1, rays on a quartered face
+    dash: Map  # 0..1, ends of rays on a flat face
+    sheen: Map  # about -1..1, ribbon and curl
+    knot: Map  # 0..1, knots
+    tone: Map  # about -1..1, one value for each leaf
+    joint: Map  # 0..1, 1 on the line between two leaves
+    edge_m: Map  # to the nearest joint; large without joints
 
 
 def grain_maps(canvas: Canvas, species: WoodSpecies, cut: SawCut, leaves: int, rng: np.random.Generator) -> GrainMaps:

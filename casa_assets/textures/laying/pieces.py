@@ -27,45 +27,30 @@ _MARGIN_M = 0.004  # joints are looked up a little beyond the outline
 
 @dataclass(frozen=True)
 class PlacedOutline:
-    """One piece.
+    """One piece."""
 
-    Attributes:
-        x, y: its middle in metres from the upper left corner, y down.
-        turn: radians from the picture's axes to its own (clockwise as seen). v runs along the piece, u across.
-        half_u, half_v: half of its box, metres.
-        outline: its shape.
-        sort: number of its shape or orientation, for colours that depend on it.
-    """
-
-    x: float
-    y: float
-    turn: float
-    half_u: float
+    x: float  # of its middle from the upper left corner, m
+    y: float  # m, down
+    turn: float  # from the picture's axes to its own, rad, clockwise as seen; v runs along the piece, u across
+    half_u: float  # half of its box, m
     half_v: float
     outline: Outline
-    sort: int = 0
+    sort: int = 0  # of its shape or orientation, for colours that depend on it
 
 
 @dataclass(frozen=True)
 class PieceMap:
-    """The laid surface.
+    """The laid surface."""
 
-    Attributes:
-        owner: (H, W) int32, number of the piece.
-        inside_m: (H, W) float32 metres to the nearest edge of the piece; below 0 between pieces.
-        u_m, v_m: (H, W) float32 metres from the middle of the piece, v along it.
-        turn, sort, x_m, y_m: (N,) of each piece. half_m: (N, 2) half of its box across and along.
-    """
-
-    owner: npt.NDArray[np.int32]
-    inside_m: Map
-    u_m: Map
-    v_m: Map
-    turn: Array
-    sort: npt.NDArray[np.int64]
-    x_m: Array
-    y_m: Array
-    half_m: Array
+    owner: npt.NDArray[np.int32]  # (H, W) int32, number of the piece
+    inside_m: Map  # (H, W) float32, to the nearest edge of the piece; below 0 between pieces
+    u_m: Map  # (H, W) float32, from the middle of the piece across it
+    v_m: Map  # (H, W) float32, along it
+    turn: Array  # (N,) of each piece
+    sort: npt.NDArray[np.int64]  # (N,)
+    x_m: Array  # (N,)
+    y_m: Array  # (N,)
+    half_m: Array  # (N, 2) half of its box across and along
 
     @property
     def count(self) -> int:

@@ -253,15 +253,10 @@ _SUFFIX = re.compile(rf"^(.+)_({'|'.join(MapRole)})$")
 
 @dataclass(frozen=True)
 class MaterialFiles:
-    """The files of one material.
+    """The files of one material."""
 
-    Attributes:
-        name: of the material, or of a picture that is a single file.
-        maps: role -> file.
-    """
-
-    name: str
-    maps: Mapping[MapRole, str]
+    name: str  # of the material, or of a picture that is a single file
+    maps: Mapping[MapRole, str]  # role -> file
 
 
 def name_and_role(path: str) -> tuple[str, MapRole] | None:

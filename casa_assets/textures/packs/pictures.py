@@ -49,17 +49,11 @@ Floats = npt.NDArray[np.float32]
 
 @dataclass(frozen=True)
 class DecodedPicture:
-    """A picture.
+    """A picture."""
 
-    Attributes:
-        pixels: (H, W, 3) float32 sRGB 0..1, upright.
-        prompt: what its generator wrote into the file, or nothing.
-        notes: conversions that were made.
-    """
-
-    pixels: Floats
-    prompt: str
-    notes: tuple[str, ...]
+    pixels: Floats  # (H, W, 3) sRGB 0..1, upright
+    prompt: str  # from the file, or empty
+    notes: tuple[str, ...]  # conversions that were made
 
 
 def decode(data: bytes) -> DecodedPicture:
@@ -194,16 +188,12 @@ _FLATTEST = 0.1  # least z of a normal: steeper ones have no slope that could be
 
 @dataclass(frozen=True)
 class GivenMaps:
-    """Maps that come with a picture, float32 0..1; missing ones are None.
+    """Maps that come with a picture, float32 0..1; missing ones are None."""
 
-    Attributes:
-        normal: (H, W, 3), y up. roughness, metalness, height: (H, W, 1).
-    """
-
-    normal: Floats | None = None
-    roughness: Floats | None = None
-    metalness: Floats | None = None
-    height: Floats | None = None
+    normal: Floats | None = None  # (H, W, 3), y up
+    roughness: Floats | None = None  # (H, W, 1)
+    metalness: Floats | None = None  # (H, W, 1)
+    height: Floats | None = None  # (H, W, 1)
 
     def named(self) -> dict[str, Floats]:
         """Those that there are, by their names."""

@@ -134,32 +134,23 @@ CROWN_DOWN, CROWN_SKIRT = 0.004, 0.002
 
 @dataclass(frozen=True)
 class Mouth:
-    """The mouth that is closed.
+    """The mouth that is closed."""
 
-    Attributes:
-        radius, z: of the mouth. height: of the closure. wide: its radius by that of the mouth. room: metres of neck
-            below the mouth that a cap may cover. opens: what closes it comes off.
-    """
-
-    radius: float
-    z: float
-    height: float
-    wide: float
-    room: float
-    opens: bool = False
+    radius: float  # m
+    z: float  # m
+    height: float  # of the closure, m
+    wide: float  # radius of the closure by that of the mouth
+    room: float  # neck below the mouth that a cap may cover, m
+    opens: bool = False  # its closure comes off
 
 
 @dataclass(frozen=True)
 class Part:
-    """A solid of a closure, which brings its collider along, or none.
+    """A solid of a closure, which brings its collider along, or none."""
 
-    Attributes:
-        second: it is of the second finish. fixed: it stays where it is when the rest comes off.
-    """
-
-    solid: Solid
-    second: bool = False
-    fixed: bool = False
+    solid: Solid  # brings its collider along, or none
+    second: bool = False  # of the second finish
+    fixed: bool = False  # stays where it is when the rest comes off
 
 
 def loose_skirt(kind: Closure) -> float:

@@ -134,17 +134,12 @@ class Container(Params):
 
 @dataclass(frozen=True)
 class _Frame:
-    """Outline and section of a body.
+    """Outline and section of a body."""
 
-    Attributes:
-        outline: (radius, z) from the foot to the mouth, metres. plain: the same without grooves.
-        height: from the foot to where a closed mouth is, metres; one that opens ends a little lower.
-    """
-
-    outline: list[Vec2]
-    plain: list[Vec2]
+    outline: list[Vec2]  # (radius, z) from the foot to the mouth, m
+    plain: list[Vec2]  # the same without grooves
     section: Section
-    height: float
+    height: float  # from the foot to a closed mouth, m; one that opens ends a little lower
 
     def z(self, share: float) -> float:
         """A height from a share of the height of the body."""

@@ -115,16 +115,12 @@ def dome(outline: Floats, profile: Sequence[Vec2], height: float, rings: int = 1
 
 @dataclass(frozen=True)
 class Unevenness:
-    """How far a body is from its plain form.
+    """How far a body is from its plain form."""
 
-    Attributes:
-        bumps, waves: as of `bumped`. wave: how far a thin thing rises and falls, metres, `waves` times over `length`.
-    """
-
-    bumps: float
-    waves: float
-    wave: float
-    length: float
+    bumps: float  # as of `bumped`
+    waves: float  # as of `bumped`, or over `length`
+    wave: float  # rise and fall of a thin thing, m
+    length: float  # m
 
 
 def uneven_dome(

@@ -161,17 +161,11 @@ class Stacked(Params):
 
 @dataclass(frozen=True)
 class Composed:
-    """Solids of a composed food.
+    """Solids of a composed food."""
 
-    Attributes:
-        parts: solids with their finishes; the first is the largest.
-        hulls: groups of solids, each with one hull over it.
-        light: solids without mass, with their finishes.
-    """
-
-    parts: list[Part]
-    hulls: list[list[Solid]]
-    light: list[Part]
+    parts: list[Part]  # solids with their finishes; the first is the largest
+    hulls: list[list[Solid]]  # groups of solids, each with one hull over it
+    light: list[Part]  # solids without mass, with their finishes
 
 
 def build(builder: AssetBuilder, p: Stacked) -> None:

@@ -29,21 +29,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Part:
-    """A part of a package.
+    """A part of a package."""
 
-    Attributes:
-        solid: in the pose before the package is laid down: its bottom at z = 0, its front to -y.
-        finish: id of a finish. label: what part it is.
-        density: kg/m^3; 0 for no mass. collider: it has a separate collision shape.
-        swings: it is on the link of the lid.
-    """
-
-    solid: Solid
-    finish: str
+    solid: Solid  # before the package is laid down: its bottom at z = 0, its front to -y
+    finish: str  # id
     label: str
-    density: float = 0.0
-    collider: bool = False
-    swings: bool = False
+    density: float = 0.0  # kg/m^3; 0: no mass
+    collider: bool = False  # it has a separate collision shape
+    swings: bool = False  # it is on the link of the lid
 
 
 # Tubs -----------------------------------------------------------------------------------------------------------------

@@ -23,18 +23,13 @@ SECTORS = 6
 
 @dataclass(frozen=True)
 class Part:
-    """A solid of a utensil with its finish.
-
-    Attributes:
-        collides: whether it has colliders: its own, or its hull where it has none.
-        fill: share of its volume that is made of the finish's substance.
-    """
+    """A solid of a utensil with its finish."""
 
     solid: Solid
     finish: str
     label: str
-    collides: bool = True
-    fill: float = 1.0
+    collides: bool = True  # with its colliders, or its hull where it has none
+    fill: float = 1.0  # share of its volume that is made of the finish's substance
 
     def moved(self, x: float = 0.0, y: float = 0.0, z: float = 0.0) -> Part:
         """The part, translated."""
@@ -233,13 +228,9 @@ def grater(width: float, depth: float, height: float, taper: float, wall: float)
 
 @dataclass(frozen=True)
 class Panel:
-    """A side of a grater: a slanted plane that is `turn` times a quarter turn from the front.
+    """A side of a grater: a slanted plane that is `turn` times a quarter turn from the front."""
 
-    Attributes:
-        across, deep, height, taper: as in `grater`, seen from this side.
-    """
-
-    across: float
+    across: float  # as in `grater`, seen from this side
     deep: float
     height: float
     taper: float

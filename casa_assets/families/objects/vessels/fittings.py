@@ -236,26 +236,17 @@ class KnobForm(StrEnum):
 
 @dataclass(frozen=True)
 class Lid:
-    """A lid; lengths in metres.
+    """A lid; lengths in metres."""
 
-    Attributes:
-        radius: half its width along x. rise: height of its top over its rim. dome: 2 round, more for flat tops with
-            steep sides. thick: of its sheet. skirt: how far its rim reaches down outside. sip: it has a raised edge and
-            a hole to drink from, as a lid of a paper cup.
-        bead: radius of a ring of metal round it, 0 for none.
-        knob, knob_size: what it is lifted by, and its radius or half length.
-        finish, knob_finish, bead_finish: finishes.
-    """
-
-    radius: float
-    rise: float
-    dome: float
-    thick: float
-    skirt: float
-    sip: bool
-    bead: float
+    radius: float  # half its width along x
+    rise: float  # height of its top over its rim
+    dome: float  # 2: round; more: a flat top with steep sides
+    thick: float  # of its sheet
+    skirt: float  # how far its rim reaches down outside
+    sip: bool  # a raised edge and a hole to drink from
+    bead: float  # radius of a ring of metal round it; 0: none
     knob: KnobForm
-    knob_size: float
+    knob_size: float  # radius or half length
     finish: str
     knob_finish: str
     bead_finish: str

@@ -23,37 +23,25 @@ SLACK = 0.0018
 
 @dataclass(frozen=True)
 class Plan:
-    """The outline of a vessel seen from above, and how it changes with height; lengths in metres.
+    """The outline of a vessel seen from above, and how it changes with height; lengths in metres."""
 
-    Attributes:
-        half_x, half_y: half its widths at the widest height. corner: radius of the corners; None for an ellipse.
-        height: of the rim. facets: number of flat sides, 0 for no facets. flutes: number of furrows, flute_depth:
-            relative to the radius. twist: rad that they turn on their way up. fluted_from: share of the height above
-            which they are.
-        lip: how far the rim is drawn out to -x as a spout. lip_width: rad. lip_rise: how far it is drawn up. lip_from:
-            share of the height above which it begins.
-        weave: how far strands go out and in. stakes: number of stakes around which they go. row: height of a row of
-            strands.
-        around: points around an ellipse.
-    """
-
-    half_x: float
+    half_x: float  # at the widest height
     half_y: float
-    corner: float | None
-    height: float
-    facets: int = 0
-    flutes: int = 0
-    flute_depth: float = 0.0
-    twist: float = 0.0
-    fluted_from: float = 0.0
-    lip: float = 0.0
-    lip_width: float = 0.4
-    lip_rise: float = 0.0
-    lip_from: float = 0.55
-    weave: float = 0.0
-    stakes: int = 0
-    row: float = 0.01
-    around: int = 40
+    corner: float | None  # radius; None: an ellipse
+    height: float  # of the rim
+    facets: int = 0  # flat sides
+    flutes: int = 0  # furrows
+    flute_depth: float = 0.0  # by the radius
+    twist: float = 0.0  # turn of facets and flutes on their way up, rad
+    fluted_from: float = 0.0  # share of the height above which they are
+    lip: float = 0.0  # how far the rim is drawn out to -x as a spout
+    lip_width: float = 0.4  # rad
+    lip_rise: float = 0.0  # how far the lip is drawn up
+    lip_from: float = 0.55  # share of the height above which the lip begins
+    weave: float = 0.0  # how far strands go out and in
+    stakes: int = 0  # around which strands go
+    row: float = 0.01  # height of a row of strands
+    around: int = 40  # points around an ellipse
 
     def ring(self, radius: float, z: float) -> Floats:
         """(N, 3) points round the vessel where its half width along x is `radius`, counter-clockwise from +x."""

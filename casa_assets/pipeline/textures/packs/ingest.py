@@ -47,16 +47,11 @@ SIZES_PX = (1024, 896, 768, 640, 512)
 
 @dataclass(frozen=True)
 class PackReport:
-    """Outcome of ingesting a pack.
+    """Outcome of ingesting a pack."""
 
-    Attributes:
-        folder: where the pack is. pack: its pictures and refusals.
-        changed: whether the folder was written; False where it held the same bytes already.
-    """
-
-    folder: Path
+    folder: Path  # of the pack
     pack: Pack
-    changed: bool
+    changed: bool  # False: the folder held the same bytes already
 
 
 def ingest_pack(source: Path, options: PackOptions) -> PackReport:

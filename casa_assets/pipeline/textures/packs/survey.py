@@ -112,19 +112,13 @@ class PackOptions:
 
 @dataclass(frozen=True)
 class PackDescription:
-    """Description of the pictures of a source.
+    """Description of the pictures of a source."""
 
-    Attributes:
-        pack: name, or None. defaults: for all pictures.
-        rows: by file, or by name of the material. faults: pictures with an invalid row, and the error.
-        used: files that are not pictures and were read.
-    """
-
-    pack: str | None
-    defaults: PictureDescription
-    rows: Mapping[str, PictureDescription]
-    faults: Mapping[str, str]
-    used: tuple[str, ...]
+    pack: str | None  # name
+    defaults: PictureDescription  # for all pictures
+    rows: Mapping[str, PictureDescription]  # by file, or by name of the material
+    faults: Mapping[str, str]  # pictures with an invalid row, and the error
+    used: tuple[str, ...]  # files that are not pictures and were read
 
 
 class PreparedPicture(Record):
@@ -137,18 +131,12 @@ class PreparedPicture(Record):
 
 @dataclass(frozen=True)
 class AcceptedPicture:
-    """A picture that can be used.
+    """A picture that can be used."""
 
-    Attributes:
-        name: of the material. source: file of the colour, relative to the folder. sha256: of its bytes.
-        maps: name of a map that it came with -> its file.
-        fields: what is said of it. prepared: its tile.
-    """
-
-    name: str
-    source: str
-    sha256: str
-    maps: Mapping[str, str]
+    name: str  # of the material
+    source: str  # file of the colour, relative to the folder
+    sha256: str  # of its bytes
+    maps: Mapping[str, str]  # name of a map that it came with -> its file
     fields: PictureDescription
     prepared: PreparedPicture
 

@@ -27,22 +27,15 @@ class VoronoiCells:
 
     Distances to seeds are measured with the cells scaled to squares of side `size_m`: they are metres along y, and
     metres along x as well if cells are as wide as high (stretch 1).
-
-    Attributes:
-        count: number of cells.
-        id: 0..count-1, of the nearest seed.
-        near_m, second_m: distance to the nearest and to the second nearest seed.
-        dx_m, dy_m: metres along x and y from the nearest seed to the pixel.
-        size_m: height of a cell of the grid in which the seeds are placed, metres.
     """
 
-    count: int
-    id: Ids
-    near_m: Map
-    second_m: Map
-    dx_m: Map
-    dy_m: Map
-    size_m: float
+    count: int  # number of cells
+    id: Ids  # 0..count-1, of the nearest seed
+    near_m: Map  # to the nearest seed
+    second_m: Map  # to the second nearest seed
+    dx_m: Map  # along x from the nearest seed to the pixel
+    dy_m: Map  # along y
+    size_m: float  # height of a cell of the grid in which the seeds are placed
 
     @property
     def border_m(self) -> Map:
