@@ -54,18 +54,12 @@ def pictures_of(finish: Finish) -> Pictures:
         ValueError: it lacks one of the three images or the size of its tile.
     """
     material = finish.material
-    files = (material.base_color_texture, material.normal_texture, material.metallic_roughness_texture)
-    base, normal, rough = files
+    base, normal = material.base_color_texture, material.normal_texture
+    rough = material.metallic_roughness_texture
     if base is None or normal is None or rough is None or finish.tile_m is None:
         raise ValueError(f"{finish.id} lacks a picture or the size of its tile")
-    return Pictures(
-        id=finish.id,
-        tile_m=finish.tile_m,
-        base=_decoded(base),
-        normal=_decoded(normal),
-        rough=_decoded(rough)[..., 1],
-        size_bytes=sum(len(t.png) for t in (base, normal, rough)),
-    )
+    size_bytes = sum(len(t.png) for t in (base, normal, rough))
+    return Pictures(finish.id, finish.tile_m, _decoded(base), _decoded(normal), _decoded(rough)[..., 1], size_bytes)
 
 
 def check_pictures(pictures: Pictures, limits: Mapping[str, float]) -> Report:
@@ -124,14 +118,6 @@ def _decoded(texture: Texture) -> Pixels:
         return np.asarray(image.convert("RGB"))
 
 
-def _seam(p: Pictures) -> float:
-    return max(seam(p.base / np.float32(255)).worst, seam(p.rough / np.float32(255)).worst)
-
-
-def _mean(p: Pictures) -> float:
-    return float(p.base.mean() / 255)
-
-
 def _clipped(p: Pictures) -> float:
     """Share of pixels that are wholly white or wholly black."""
     white, black = (p.base >= 254).all(axis=2), (p.base <= 1).all(axis=2)
@@ -159,18 +145,6 @@ def _lean(p: Pictures) -> float:
     return float(np.hypot(mean[0], mean[1])) if mean[2] > 0 else 1.0
 
 
-def _rough_low(p: Pictures) -> float:
-    return float(np.quantile(p.rough, 0.01) / 255)
-
-
-def _px_per_m(p: Pictures) -> float:
-    return float(min(p.base.shape[1] / p.tile_m[0], p.base.shape[0] / p.tile_m[1]))
-
-
-def _short_side(p: Pictures) -> float:
-    return min(p.tile_m)
-
-
 def _blotch(p: Pictures) -> float:
     """Amplitude in lightness of what has one or two waves in the picture: it shows each repeat from afar."""
     step = max(1, min(p.base.shape[:2]) // 128)
@@ -178,20 +152,16 @@ def _blotch(p: Pictures) -> float:
     blocks = p.base[:rows, :columns].reshape(rows // step, step, columns // step, step, 3).mean(axis=(1, 3)) / 255
     light = oklab(blocks)[..., 0]
     power = np.abs(np.fft.fft2(light)) ** 2 / light.size**2
-    waves = np.hypot(np.fft.fftfreq(light.shape[0], 1 / light.shape[0])[:, None],
-                     np.fft.fftfreq(light.shape[1], 1 / light.shape[1])[None, :])  # fmt: skip
+    waves_y, waves_x = (np.fft.fftfreq(size, 1 / size) for size in light.shape)
+    waves = np.hypot(waves_y[:, None], waves_x[None, :])
     return float(np.sqrt(power[(waves > 0) & (waves <= _SLOWEST)].sum()))
-
-
-def _megabytes(p: Pictures) -> float:
-    return p.size_bytes / 1e6
 
 
 TABLE: tuple[TextureCheck, ...] = (
     TextureCheck(
         "TEX001",
         "Seam at the border",
-        _seam,
+        lambda p: max(seam(picture / np.float32(255)).worst for picture in (p.base, p.rough)),
         "texture_seam",
         "",
         True,
@@ -202,7 +172,7 @@ TABLE: tuple[TextureCheck, ...] = (
     TextureCheck(
         "TEX002",
         "Mean brightness",
-        _mean,
+        lambda p: float(p.base.mean() / 255),
         "texture_dark",
         "",
         False,
@@ -252,7 +222,7 @@ TABLE: tuple[TextureCheck, ...] = (
     TextureCheck(
         "TEX007",
         "Least roughness",
-        _rough_low,
+        lambda p: float(np.quantile(p.rough, 0.01) / 255),
         "texture_rough_low",
         "",
         False,
@@ -262,7 +232,7 @@ TABLE: tuple[TextureCheck, ...] = (
     TextureCheck(
         "TEX008",
         "Pixels per metre",
-        _px_per_m,
+        lambda p: min(p.base.shape[1] / p.tile_m[0], p.base.shape[0] / p.tile_m[1]),
         "texture_resolution",
         "px/m",
         False,
@@ -272,7 +242,7 @@ TABLE: tuple[TextureCheck, ...] = (
     TextureCheck(
         "TEX009",
         "Size of the picture",
-        _short_side,
+        lambda p: min(p.tile_m),
         "texture_tile_m",
         "m",
         False,
@@ -292,7 +262,7 @@ TABLE: tuple[TextureCheck, ...] = (
     TextureCheck(
         "TEX011",
         "File size",
-        _megabytes,
+        lambda p: p.size_bytes / 1e6,
         "texture_megabytes",
         "MB",
         True,

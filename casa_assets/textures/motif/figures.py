@@ -289,22 +289,9 @@ def _tulip(u: Array, v: Array) -> Figures:
 
 
 DESIGNS: dict[TileDesign, Callable[[Array, Array], Figures]] = {
-    TileDesign.COASTAL: _coastal,
-    TileDesign.QUATREFOIL: _quatrefoil,
-    TileDesign.STAR: _star,
-    TileDesign.MOROCCAN: _moroccan,
-    TileDesign.CIRCLES: _circles,
-    TileDesign.COMPASS: _compass,
-    TileDesign.LACE: _lace,
-    TileDesign.DIAMONDS: _diamonds,
-    TileDesign.ROSETTE: _rosette,
-    TileDesign.BORDERED: _bordered,
-    TileDesign.CUBES: _cubes,
-    TileDesign.TRIANGLES: _triangles,
-    TileDesign.FLEUR: _fleur,
-    TileDesign.CROSSES: _crosses,
-    TileDesign.ARCS: _arcs,
-    TileDesign.WAVES: _waves,
-    TileDesign.OCTAGRAM: _octagram,
-    TileDesign.TULIP: _tulip,
+    TileDesign(maker.__name__.removeprefix("_")): maker
+    for maker in (
+        *(_coastal, _quatrefoil, _star, _moroccan, _circles, _compass, _lace, _diamonds, _rosette, _bordered),
+        *(_cubes, _triangles, _fleur, _crosses, _arcs, _waves, _octagram, _tulip),
+    )
 }

@@ -218,19 +218,9 @@ def _arches(u: Array, v: Array) -> Figures:
 
 
 REPEATS: dict[PaperRepeat, Callable[[Array, Array], Figures]] = {
-    PaperRepeat.DAMASK: _damask,
-    PaperRepeat.STRIPE: _stripe,
-    PaperRepeat.TICKING: _ticking,
-    PaperRepeat.TRELLIS: _trellis,
-    PaperRepeat.OGEE: _ogee,
-    PaperRepeat.FANS: _fans,
-    PaperRepeat.HEXLINES: _hexlines,
-    PaperRepeat.GINGHAM: _gingham,
-    PaperRepeat.SCALLOP: _scallop,
-    PaperRepeat.DOTS: _dots,
-    PaperRepeat.CHEVRON: _chevron,
-    PaperRepeat.SPRIG: _sprig,
-    PaperRepeat.SUNBURST: _sunburst,
-    PaperRepeat.KEY: _key,
-    PaperRepeat.ARCHES: _arches,
+    PaperRepeat(maker.__name__.removeprefix("_")): maker
+    for maker in (
+        *(_damask, _stripe, _ticking, _trellis, _ogee, _fans, _hexlines, _gingham, _scallop, _dots, _chevron),
+        *(_sprig, _sunburst, _key, _arches),
+    )
 }

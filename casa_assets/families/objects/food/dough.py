@@ -32,13 +32,12 @@ from casa_assets.families.objects.food.bodies import (
     hulls_of_bent,
     joined,
     long_body,
-    outline_curve,
+    outline_of_food,
     plain,
     ridges,
     ring_body,
     seen_from_above,
     strewn,
-    superellipse,
     uneven_dome,
 )
 from casa_assets.model.asset.asset import Base
@@ -135,7 +134,10 @@ def build(builder: AssetBuilder, p: Dough) -> None:
                 body = body.rotated("z", turn)
             body = body.translated(float(off[0]), float(off[1]))
         body = body.translated(z=level - float(body.points[:, 2].min()))
-        hulls = _hulls(body, p)
+        if p.body is Body.RING and p.hole > 0.012:
+            hulls = hulls_by(body.points, np.arctan2(body.points[:, 1], body.points[:, 0]), 6)
+        else:
+            hulls = hulls_of_bent(body, p.bend if p.body is Body.LONG else 0.0)
         name = "body" if k == 0 else f"body_{k + 1}"
         builder.add(ROOT, body.with_colliders_of(*hulls), p.skin, label="body", name=name, density=p.density)
         for part in crumb:
@@ -156,17 +158,8 @@ def _add_top(builder: AssetBuilder, p: Dough, body: Solid, rng: np.random.Genera
         drawn = ridges(top, body.bounds, p.lines, p.line_width, p.line_height, lens=p.line_lens)
         builder.add(ROOT, drawn, p.line_finish, label="line", collider=False, density=0.0)
     finishes = [f for f in (p.topping_finish, p.topping_finish_2, p.topping_finish_3) if f is not None]
-    pieces = strewn(
-        top,
-        p.topping,
-        p.topping_count,
-        p.topping_size,
-        rng,
-        steep=p.topping_steep,
-        above=p.topping_above,
-        sunk=p.topping_sunk,
-        within=p.topping_within,
-    )
+    where = {"steep": p.topping_steep, "above": p.topping_above, "sunk": p.topping_sunk, "within": p.topping_within}
+    pieces = strewn(top, p.topping, p.topping_count, p.topping_size, rng, **where)
     if pieces and float((joined(pieces).points - body.bounds[1]).max()) > MIN_OUT:
         builder.add_collider(ROOT, hull_of(*pieces), p.topping_finish, "topping")
     for k, finish in enumerate(finishes):
@@ -181,11 +174,9 @@ def _add_top(builder: AssetBuilder, p: Dough, body: Solid, rng: np.random.Genera
         builder.add(ROOT, pat.with_hull_collider(), p.pat_finish, label="butter", density=0.0)
     if p.stick > 0:
         low, high = body.bounds
-        height = float((low[2] + high[2]) / 2)
-        stick = tube(
-            [(float(high[0]) - 0.3 * float(size[0]), 0.0, height), (float(high[0]) + p.stick, 0.0, height)],
-            p.stick_radius,
-        )
+        end, height = float(high[0]), float((low[2] + high[2]) / 2)
+        path = [(end - 0.3 * float(size[0]), 0.0, height), (end + p.stick, 0.0, height)]
+        stick = tube(path, p.stick_radius)
         builder.add(ROOT, stick, p.stick_finish, label="stick", name="stick")
 
 
@@ -199,19 +190,12 @@ def _body(p: Dough, rng: np.random.Generator) -> tuple[Solid, list[Solid]]:
         return replace(body, points=flat_foot(bumped(body.points, p.bumps, p.waves, rng), 0.06)), []
     if p.body is Body.ROUND:
         unevenness = Unevenness(p.bumps, p.waves, p.wave, p.length)
-        return uneven_dome(_outline(p), p.profile, p.height, unevenness, rng), []
-    body = long_body(
-        p.profile,
-        p.length,
-        p.width,
-        p.height,
-        square=p.square,
-        square_top=p.square_top,
-        foot=p.foot,
-        cut=p.cut,
-        around=30 if p.segments == 0 else 26,
-        along=27 if p.segments == 0 else 51,
-    )
+        return uneven_dome(
+            outline_of_food(p.outline, p.length, p.width, p.square), p.profile, p.height, unevenness, rng
+        ), []
+    section = {"square": p.square, "square_top": p.square_top, "foot": p.foot, "cut": p.cut}
+    around, along = (26, 51) if p.segments else (30, 27)
+    body = long_body(p.profile, p.length, p.width, p.height, **section, around=around, along=along)
     points = body.points
     if p.segments:
         place = np.abs(points[:, 0]) / (0.5 * p.length)
@@ -226,15 +210,9 @@ def _body(p: Dough, rng: np.random.Generator) -> tuple[Solid, list[Solid]]:
     return replace(body, points=points), [part.translated(z=-low) for part in crumb]
 
 
-def _outline(p: Dough) -> Floats:
-    if p.outline:
-        return outline_curve(p.outline, p.length, p.width)
-    return superellipse(p.length, p.width, p.square)
-
-
 def _grid(p: Dough) -> Solid:
     """A waffle: a thin plate, bars both ways across it, and a rim."""
-    outline = _outline(p)
+    outline = outline_of_food(p.outline, p.length, p.width, p.square)
     flat = [(0, 0), (0.9, 0), (1, 0.25), (1, 0.75), (0.9, 1), (0, 1)]
     parts = [dome(outline, flat, 0.45 * p.height, 7).translated(z=0.275 * p.height)]
     path = [(float(x), float(y), p.height / 2) for x, y in 0.965 * np.vstack([outline, outline[:2]])]
@@ -265,14 +243,6 @@ def _chord(outline: Floats, axis: int, at: float) -> float:
     upper = [i for i in near if outline[i, 1 - axis] > 0][:2]
     pairs = sorted((float(outline[i, axis]), float(outline[i, 1 - axis])) for i in upper)
     return float(np.interp(at, [x for x, _ in pairs], [y for _, y in pairs]))
-
-
-def _hulls(body: Solid, p: Dough) -> list[Solid]:
-    """The body as one hull, or as several round a ring or along a bend."""
-    points = body.points
-    if p.body is Body.RING and p.hole > 0.012:
-        return hulls_by(points, np.arctan2(points[:, 1], points[:, 0]), 6)
-    return hulls_of_bent(body, p.bend if p.body is Body.LONG else 0.0)
 
 
 FORM = ParametricModel("dough", Dough, build, base=Base.FREE)

@@ -10,7 +10,6 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from casa_assets.core.numeric import Floats
 from casa_assets.families.family import FinishId, Params
 from casa_assets.families.kit.assemble import ParametricModel
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
@@ -30,12 +29,11 @@ from casa_assets.families.objects.food.bodies import (
     hulls_of_bent,
     joined,
     long_body,
-    outline_curve,
+    outline_of_food,
     plain,
     ridges,
     seen_from_above,
     smooth_noise,
-    superellipse,
     uneven_dome,
 )
 from casa_assets.geometry.planar import counter_clockwise, outline_of
@@ -55,7 +53,7 @@ RING = 2.5
 AROUND = 24
 # A box below a thin wavy body reaches so far towards its outline, and so high, by the height of the body.
 PLINTH, PLINTH_HIGH = 0.8, 0.3
-FIN_OUT = 0.002  # metres that a fin or a bone may stand out without a shape of its own
+FIN_OUT = 0.002  # metres that a fin or a bone may project from the body's box without a separate shape
 
 
 class Cut(StrEnum):
@@ -135,10 +133,12 @@ def build(builder: AssetBuilder, p: SlabFood) -> None:
     if p.lines:
         drawn = ridges(body, body.bounds, p.lines, p.line_width, p.line_height, lens=p.line_lens)
         builder.add(ROOT, drawn, p.line_finish, label="line", collider=False, density=0.0)
+    paths = [[(x * p.length, y * p.width, 0.0) for x, y in line] for line in p.feelers]
+    feelers = [tube(path, p.feeler_radius, 0.02).without_colliders() for path in paths]
     for parts, finish, label in (
         (_fins(p), p.fin_finish, "fin"),
         (_bones(p), p.bone_finish, "bone"),
-        (_feelers(p), p.feeler_finish, "feeler"),
+        (feelers, p.feeler_finish, "feeler"),
         (_ties(p, body), "rope", "string"),
     ):
         if not parts:
@@ -150,15 +150,10 @@ def build(builder: AssetBuilder, p: SlabFood) -> None:
         if label != "string":
             for part in parts:
                 moved = replace(part, points=bent_level(part.points, p.bend, p.length)).translated(z=middle)
-                if _stands_out(moved, body):
+                if float(np.abs(moved.points - np.clip(moved.points, *body.bounds)).max()) > FIN_OUT:
                     builder.add_collider(ROOT, hull_of(moved), finish, label)
     if p.eyes:
         builder.add(ROOT, joined(_eyes(p, body)), p.eye_finish, label="eye", collider=False, density=0.0)
-
-
-def _stands_out(part: Solid, body: Solid) -> bool:
-    """Whether a part projects so far from the body's bounding box that it needs a separate collision shape."""
-    return float(np.abs(part.points - np.clip(part.points, *body.bounds)).max()) > FIN_OUT
 
 
 def _body(p: SlabFood, rng: np.random.Generator) -> tuple[Solid, Solid | None]:
@@ -167,20 +162,13 @@ def _body(p: SlabFood, rng: np.random.Generator) -> tuple[Solid, Solid | None]:
         return _strip(p, rng), None
     if p.cut is Cut.SLAB:
         unevenness = Unevenness(p.bumps, p.waves, p.wave, p.length)
-        body = uneven_dome(_outline(p), p.profile, p.height, unevenness, rng)
+        body = uneven_dome(
+            outline_of_food(p.outline, p.length, p.width, p.square, 44), p.profile, p.height, unevenness, rng
+        )
         return seen_from_above(body) if p.above else body, None
-    body = long_body(
-        p.profile,
-        p.length,
-        p.width,
-        p.height,
-        square=p.square,
-        square_top=p.square,
-        foot=p.foot,
-        cut=p.cut_at,
-        around=AROUND,
-        along=51 if p.segments else 31,
-    )
+    section = {"square": p.square, "square_top": p.square, "foot": p.foot, "cut": p.cut_at}
+    along = 51 if p.segments else 31
+    body = long_body(p.profile, p.length, p.width, p.height, **section, around=AROUND, along=along)
     points = body.points
     if p.segments:
         phase = np.mod(p.segments * (points[:, 0] / p.length + 0.5), 1.0)
@@ -207,15 +195,9 @@ def _strip(p: SlabFood, rng: np.random.Generator) -> Solid:
     return sheet(np.stack([x, y, z.reshape(n, m)], axis=2), p.height)
 
 
-def _outline(p: SlabFood) -> Floats:
-    if p.outline:
-        return outline_curve(p.outline, p.length, p.width, 44)
-    return superellipse(p.length, p.width, p.square, 44)
-
-
 def _rind(p: SlabFood, body: Solid) -> Solid:
     """Fat along a part of the edge of a slab, a little lower than the meat; elsewhere it hides in it."""
-    outline = _outline(p)
+    outline = outline_of_food(p.outline, p.length, p.width, p.square, 44)
     angle = np.degrees(np.arctan2(outline[:, 1], outline[:, 0]))
     middle, half = (p.rind_from + p.rind_to) / 2, abs(p.rind_to - p.rind_from) / 2
     off = np.abs(np.mod(angle - middle + 180.0, 360.0) - 180.0)
@@ -251,12 +233,6 @@ def _bones(p: SlabFood) -> list[Solid]:
                 parts.append(ellipsoid((2 * r, 1.7 * r, 1.8 * r), 12, 8).translated(x, y + side * r))
         out.append(joined([plain(part) for part in parts]))
     return out
-
-
-def _feelers(p: SlabFood) -> list[Solid]:
-    """Thin round parts about z = 0."""
-    paths = [[(x * p.length, y * p.width, 0.0) for x, y in line] for line in p.feelers]
-    return [tube(path, p.feeler_radius, 0.02).without_colliders() for path in paths]
 
 
 def _ties(p: SlabFood, body: Solid) -> list[Solid]:

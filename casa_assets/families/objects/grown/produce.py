@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from enum import StrEnum
 from typing import Annotated
 
@@ -96,62 +96,6 @@ class Face(StrEnum):
     SIDE = "side"  # it lies on the side of its skin, where it comes to rest, and a face across the axis looks to +x
 
 
-@dataclass(frozen=True)
-class Cutting:
-    """How a body about the z axis is cut.
-
-    Attributes:
-        portion: what is left. crosswise: a half is cut across the axis rather than along it.
-        at: height of a cut across the axis, or of the middle of a slice, m.
-        thick, slant: thickness of a slice, m, and how far it is from square, rad. angle: of a wedge, rad.
-        heart: height about which the pictures of faces along the axis lie, m.
-        hollow: size of the hollow by that of the body; 0 for none.
-        face: where the cut face looks.
-    """
-
-    portion: Portion
-    crosswise: bool
-    at: float
-    thick: float
-    slant: float
-    angle: float
-    heart: float
-    hollow: float
-    face: Face
-
-    @property
-    def planes(self) -> list[Plane]:
-        """The planes that cut."""
-        middle = np.array([0.0, 0.0, self.heart])
-        match self.portion:
-            case Portion.SLICE:
-                at = self.at * math.cos(self.slant)
-                low, high = at - self.thick / 2, at + self.thick / 2
-                return [across(high, below=True, slant=self.slant), across(low, below=False, slant=self.slant)]
-            case Portion.WEDGE:
-                return sector(self.angle, middle)
-            case Portion.HALF if not self.crosswise:
-                return [along(0.0, middle)]
-        return [across(self.at, below=True)]
-
-    def laid(self, points: Floats) -> Floats:
-        """Points as the portion rests."""
-        x, y, z = points.T
-        if self.portion is Portion.WEDGE:
-            # On its skin; or turned about the axis until one of its faces lies below.
-            turn = 0.0 if self.face is Face.UP else (self.angle + math.pi) / 2
-            c, s = math.cos(turn), math.sin(turn)
-            return np.column_stack([z, c * y + s * x, s * y - c * x])
-        if self.portion is Portion.SLICE:
-            c, s = math.cos(self.slant), math.sin(self.slant)
-            return np.column_stack([c * x - s * z, y, s * x + c * z])
-        if self.portion is Portion.HALF and not self.crosswise:
-            return np.column_stack([z, x, y] if self.face is Face.UP else [z, -x, -y])
-        if self.face is Face.SIDE:
-            return np.column_stack([z, x, y])
-        return points if self.face is Face.UP else points * (1.0, -1.0, -1.0)
-
-
 def rest_tilt(body: Solid) -> float:
     """Angle about the y axis by which a body has to be turned from how it lies until it is at rest, rad.
 
@@ -169,20 +113,6 @@ def rest_tilt(body: Solid) -> float:
         if heights[lower] >= heights[place] - 1e-9:
             return float(tilts[place])
         place = lower
-
-
-def portion_of(body: Solid, cutting: Cutting) -> tuple[Solid, list[Solid], Solid | None]:
-    """Cut a body about the z axis; return the rest, the plates on its cut faces, and its hollow's lining or None."""
-    if not cutting.hollow:
-        return *cut(body, cutting.planes), None
-    middle = (body.points.min(axis=0) + body.points.max(axis=0)) / 2
-
-    def scaled(share: float) -> Solid:
-        return replace(body, points=middle + (body.points - middle) * share, picture_uv=None)
-
-    kept, faces = cut(body, cutting.planes, scaled(cutting.hollow))
-    inside, outside = scaled(cutting.hollow - LINING), scaled(cutting.hollow + LINING)
-    return kept, faces, shell(outside, inside, cutting.planes)
 
 
 # Produce --------------------------------------------------------------------------------------------------------------
@@ -312,28 +242,22 @@ def build(builder: AssetBuilder, p: Produce) -> None:
 
 def _build_portion(builder: AssetBuilder, p: Produce, body: Solid, rng: np.random.Generator) -> None:
     """Build what is left of a body about the z axis."""
-    assert p.portion is not None, "the caller checks"
     assert p.section is not None, "a validator checks"
     builder.portion = p.portion
     low, high = float(body.points[:, 2].min()), float(body.points[:, 2].max())
     heart = low + p.heart * (high - low)
-    cutting = Cutting(
-        portion=p.portion,
-        crosswise=p.crosswise,
-        at=low + p.cut_at * (high - low),
-        thick=p.thick,
-        slant=p.slant,
-        angle=p.angle,
-        heart=heart,
-        hollow=p.hollow,
-        face=p.face,
-    )
-    kept, faces, lining = portion_of(body, cutting)
+    planes = _planes(p, low + p.cut_at * (high - low), heart)
+
+    def scaled(share: float) -> Solid:
+        middle = (body.points.min(axis=0) + body.points.max(axis=0)) / 2
+        return replace(body, points=middle + (body.points - middle) * share, picture_uv=None)
+
+    kept, faces = cut(body, planes, scaled(p.hollow) if p.hollow else None)
     # Only a cut along the plane of the bend stays level when the body is bent.
     bend = p.bend if p.portion is Portion.PIECE or (p.portion is Portion.HALF and not p.crosswise) else 0.0
 
     def rested(solid: Solid) -> Solid:
-        return replace(solid, points=cutting.laid(bent(solid.points, bend, p.bend_start, (low, high))))
+        return replace(solid, points=_portion_laid(bent(solid.points, bend, p.bend_start, (low, high)), p))
 
     kept, faces = rested(kept), [rested(face) for face in faces]
     if p.face is Face.SIDE:
@@ -346,7 +270,8 @@ def _build_portion(builder: AssetBuilder, p: Produce, body: Solid, rng: np.rando
     builder.add(ROOT, kept, p.skin, label="body", name="body", density=density)
     plates = concatenate(faces).translated(z=-lowest)
     builder.add(ROOT, plates, p.section, label="section", name="section", collider=False, density=0.0)
-    if lining is not None:
+    if p.hollow:
+        lining = shell(scaled(p.hollow + LINING), scaled(p.hollow - LINING), planes)
         lined = rested(lining).translated(z=-lowest)
         builder.add(ROOT, lined, p.lining or p.section, label="lining", collider=False, density=0.0)
     if p.stone > 0 and p.face is Face.UP:
@@ -355,6 +280,44 @@ def _build_portion(builder: AssetBuilder, p: Produce, body: Solid, rng: np.rando
         points = ball.points * sides + (0.0, 0.0, heart)
         stone = rested(replace(ball, points=bumped(points, 0.05, 2.5, rng))).translated(z=-lowest)
         builder.add(ROOT, stone, p.stone_finish, label="stone", density=0.0)
+
+
+def _planes(p: Produce, at: float, heart: float) -> list[Plane]:
+    """The planes that cut a body about the z axis.
+
+    Args:
+        at: height of a cut across the axis, or of the middle of a slice, m.
+        heart: height about which the pictures of faces along the axis lie, m.
+    """
+    middle = np.array([0.0, 0.0, heart])
+    match p.portion:
+        case Portion.SLICE:
+            at *= math.cos(p.slant)
+            low, high = at - p.thick / 2, at + p.thick / 2
+            return [across(high, below=True, slant=p.slant), across(low, below=False, slant=p.slant)]
+        case Portion.WEDGE:
+            return sector(p.angle, middle)
+        case Portion.HALF if not p.crosswise:
+            return [along(0.0, middle)]
+    return [across(at, below=True)]
+
+
+def _portion_laid(points: Floats, p: Produce) -> Floats:
+    """Points as a portion rests."""
+    x, y, z = points.T
+    if p.portion is Portion.WEDGE:
+        # On its skin; or turned about the axis until one of its faces lies below.
+        turn = 0.0 if p.face is Face.UP else (p.angle + math.pi) / 2
+        c, s = math.cos(turn), math.sin(turn)
+        return np.column_stack([z, c * y + s * x, s * y - c * x])
+    if p.portion is Portion.SLICE:
+        c, s = math.cos(p.slant), math.sin(p.slant)
+        return np.column_stack([c * x - s * z, y, s * x + c * z])
+    if p.portion is Portion.HALF and not p.crosswise:
+        return np.column_stack([z, x, y] if p.face is Face.UP else [z, -x, -y])
+    if p.face is Face.SIDE:
+        return np.column_stack([z, x, y])
+    return points if p.face is Face.UP else points * (1.0, -1.0, -1.0)
 
 
 def _laid(points: Floats, p: Produce) -> Floats:

@@ -93,7 +93,8 @@ def slab(p: Block) -> list[Part]:
         body = _with_holes(body, p)
     parts = [Part(body, p.skin, "body")]
     if p.pad > 0:
-        pad = _shaped(_slab(replace_pad(p), p.pad, p.pad_out), p).translated(z=low - 0.0002)
+        sharp = p.replace(edge=min(p.edge, 0.0015, 0.3 * p.pad), crown=0.0, press=0.0, pad=0.0, taper=1.0)
+        pad = _shaped(_slab(sharp, p.pad, p.pad_out), p).translated(z=low - 0.0002)
         parts.append(Part(pad, p.second, "pad"))
     if p.core > 0:
         points = body.points * p.core
@@ -102,31 +103,22 @@ def slab(p: Block) -> list[Part]:
     return parts
 
 
-def replace_pad(p: Block) -> Block:
-    """The parameters of the pad: as those of the block, with sharper edges."""
-    return p.replace(edge=min(p.edge, 0.0015, 0.3 * p.pad), crown=0.0, press=0.0, pad=0.0, taper=1.0)
-
-
-def _outline(p: Block) -> Outline:
-    return round_sides(40) if p.corner >= 1 else four_sides(0.3, 0.2, 4)
-
-
 def _slab(p: Block, height: float, beyond: float) -> Solid:
     """A block from z = 0 to `height`."""
-    outline = _outline(p)
+    outline = round_sides(40) if p.corner >= 1 else four_sides(0.3, 0.2, 4)
     e = min(p.edge, 0.49 * height)
     turns = np.linspace(0.0, math.pi / 2, 4 if e < 0.004 else 6)
     lower = [(e * (1 - math.sin(t)), e * (1 - math.cos(t))) for t in turns]
     wall = [(0.0, e + (height - 2 * e) * s) for s in (0.25, 0.5, 0.75)]
     upper = [(inset_, height - z) for inset_, z in lower[::-1]]
     rings = [_ring(p, outline, beyond, cut, z, height) for cut, z in (*lower, *wall, *upper)]
-    edge_ring = rings[-1]
-    middle = edge_ring[:, :2].mean(axis=0)
+    rim = rings[-1][:, :2]
+    middle = rim.mean(axis=0)
     uneven = p.crown > 0 or p.press > 0 or p.bumps > 0
     for share in INWARDS if uneven else ():
         z = height + p.crown * (1 - share**2)
         z -= p.press * min(1.0, max(0.0, (p.press_size - share) / 0.2))
-        flat = middle + (edge_ring[:, :2] - middle) * share
+        flat = middle + (rim - middle) * share
         rings.append(np.column_stack([flat, np.full(len(flat), z)]))
     return wrapped(np.stack(rings), outline.sides, np.linspace(0, 1, len(rings)), crease_deg=50.0)
 
@@ -189,15 +181,8 @@ def wedge(p: Block) -> list[Part]:
     arc = [(p.width * math.cos(t), p.width * math.sin(t)) for t in turns]
     outline = np.array([(0.0, 0.0), *arc])
     e = min(p.edge, 0.3 * p.height)
-    levels = [
-        (e, 0.0),
-        (0.3 * e, 0.3 * e),
-        (0.0, e),
-        (-p.bulge, p.height / 2),
-        (0.0, p.height - e),
-        (0.3 * e, p.height - 0.3 * e),
-        (e, p.height),
-    ]
+    levels = [(e, 0.0), (0.3 * e, 0.3 * e), (0.0, e), (-p.bulge, p.height / 2)]
+    levels += [(0.0, p.height - e), (0.3 * e, p.height - 0.3 * e), (e, p.height)]
     rings = []
     for cut, z in levels:
         flat = outline.copy()
@@ -220,16 +205,8 @@ def _cut_face(p: Block, sign: int) -> Solid:
     along = np.array([math.cos(sign * p.angle / 2), math.sin(sign * p.angle / 2), 0.0])
     out = np.array([-along[1], along[0], 0.0]) * sign
     reach, low, high = p.width - 1.6 * p.rind, p.rind, p.height - p.rind
-    flat = np.array(
-        [
-            (0.0008, low),
-            (reach - 0.002, low),
-            (reach, low + 0.003),
-            (reach, high - 0.003),
-            (reach - 0.002, high),
-            (0.0008, high),
-        ]
-    )
+    flat = [(0.0008, low), (reach - 0.002, low), (reach, low + 0.003)]
+    flat += [(reach, high - 0.003), (reach - 0.002, high), (0.0008, high)]
     front = np.array([along * x + (0.0, 0.0, z) for x, z in flat])
     loops = np.stack([front - 0.0006 * out, front + 0.00035 * out])
     n = len(front)
@@ -244,7 +221,7 @@ def stack(p: Block) -> list[Part]:
     rng = p.rng()
     thick = p.height / p.slices
     parts = []
-    one = p.replace(edge=min(p.edge, 0.3 * thick), crown=0.0, press=0.0, pad=0.0)
+    one, circle = p.replace(edge=min(p.edge, 0.3 * thick), crown=0.0, press=0.0, pad=0.0), round_sides(16)
     for k in range(p.slices):
         slice_ = _slab(one, thick - 0.0003, 0.0)
         x, y = rng.uniform(-p.shift, p.shift, 2)
@@ -253,18 +230,13 @@ def stack(p: Block) -> list[Part]:
             for _ in range(p.holes):
                 at = rng.uniform((-0.4 * p.width, -0.4 * p.depth), (0.4 * p.width, 0.4 * p.depth))
                 size = p.hole * float(rng.uniform(0.4, 1.0))
-                tools.append(_round_bar(size, thick).translated(float(at[0]), float(at[1])))
+                rings = np.stack([circle.ring(size, size, size, z) for z in (-0.001, thick + 0.001)])
+                bar = wrapped(rings, circle.sides, np.array([0.0, 1.0]))
+                tools.append(bar.translated(float(at[0]), float(at[1])))
             slice_ = subtract(slice_, *tools)
         turned = slice_.rotated("z", float(rng.uniform(-0.08, 0.08))).translated(float(x), float(y), k * thick)
         parts.append(from_each_side(turned))
     return [Part(concatenate(parts), p.skin, "body")]
-
-
-def _round_bar(radius: float, height: float) -> Solid:
-    """A round bar that reaches through a slice."""
-    outline = round_sides(16)
-    rings = np.stack([outline.ring(radius, radius, radius, z) for z in (-0.001, height + 0.001)])
-    return wrapped(rings, outline.sides, np.array([0.0, 1.0]))
 
 
 def tablet(p: Block) -> list[Part]:
@@ -285,10 +257,7 @@ def tablet(p: Block) -> list[Part]:
 
 
 SHAPES: Mapping[Shape, Callable[[Block], list[Part]]] = {
-    Shape.SLAB: slab,
-    Shape.WEDGE: wedge,
-    Shape.STACK: stack,
-    Shape.TABLET: tablet,
+    Shape(maker.__name__): maker for maker in (slab, wedge, stack, tablet)
 }
 
 
@@ -296,12 +265,11 @@ def build(builder: AssetBuilder, p: Block) -> None:
     """Build the asset: it rests on z = 0."""
     builder.portion = p.portion
     for k, part in enumerate(SHAPES[p.shape](p)):
+        touched = part.label not in UNTOUCHED
         density = p.heft if p.heft is not None else builder.supplies.finish(part.finish).substance.density
-        density = 0.0 if part.label in UNTOUCHED else density
-        solid = part.solid
-        if k == 0:
-            solid = solid.with_colliders_of(*_hulls(p, solid))
-        builder.add(ROOT, solid, part.finish, label=part.label, collider=part.label not in UNTOUCHED, density=density)
+        solid = part.solid.with_colliders_of(*_hulls(p, part.solid)) if k == 0 else part.solid
+        density = density if touched else 0.0
+        builder.add(ROOT, solid, part.finish, label=part.label, collider=touched, density=density)
 
 
 def _hulls(p: Block, body: Solid) -> list[Solid]:
@@ -312,11 +280,8 @@ def _hulls(p: Block, body: Solid) -> list[Solid]:
     edges = np.linspace(-p.angle / 2, p.angle / 2, count + 1)
     out = []
     for low, high in pairwise(edges):
-        rim = [
-            (p.width * math.cos(t), p.width * math.sin(t), z)
-            for t in np.linspace(low, high, 8)
-            for z in (p.edge, p.height - p.edge)
-        ]
+        turns, heights = np.linspace(low, high, 8), (p.edge, p.height - p.edge)
+        rim = [(p.width * math.cos(t), p.width * math.sin(t), z) for t in turns for z in heights]
         ends = [(0.96 * x, 0.96 * y, 0.0 if z < p.height / 2 else p.height) for x, y, z in rim]
         points = np.array([*rim, *ends, (0.0, 0.0, 0.0), (0.0, 0.0, p.height)])
         out.append(Solid(points, body.faces[:0]).with_hull_collider())

@@ -120,11 +120,6 @@ class Package(Params):
             raise ValueError(f"a carton without a spout that stands is expected to open, got a {self.shape}")
         return self
 
-    @property
-    def density(self) -> float:
-        """kg/m^3 of the body, which weighs all."""
-        return self.heft
-
     def rng(self) -> np.random.Generator:
         """The generator of what is random in its form."""
         return np.random.Generator(np.random.PCG64(self.seed))

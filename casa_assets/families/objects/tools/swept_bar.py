@@ -62,13 +62,11 @@ class Size(Params):
     hollow: float = 0.0
 
 
-def bar(
-    shape: Bar, size: Size, along: int = ALONG, around: int = AROUND, hulls: int = MAX_HULLS, span: Vec2 = (0.0, 1.0)
-) -> Solid:
+def bar(shape: Bar, size: Size, along: int = ALONG, hulls: int = MAX_HULLS, span: Vec2 = (0.0, 1.0)) -> Solid:
     """A bar from x = 0 on, with colliders that follow it; one picture covers it, its height along x.
 
     Args:
-        along, around: number of rings along it, and of points around one. hulls: maximum number of colliders along it.
+        along: number of rings along it. hulls: maximum number of colliders along it.
         span: part of the length to build, as shares: a sleeve or a tip of another material follows the same curves.
     """
     stations = _within(_stations(shape, size, along), span, size.length)
@@ -84,8 +82,8 @@ def bar(
     wedge = _value(shape.wedge, share, 0.0)
     slope = (_value(shape.spine, share + 1e-3, 0.0) - _value(shape.spine, share - 1e-3, 0.0)) * size.rise
     slope = np.arctan2(slope, 2e-3 * size.length)
-    half = around // 2
-    turn = np.pi * np.arange(around) / half
+    half = AROUND // 2
+    turn = np.pi * np.arange(AROUND) / half
     # Points are spread as on a circle; a squarer section is fuller towards its edges.
     eta = np.cos(turn)
     zeta = np.sign(np.sin(turn)) * np.maximum(0.0, 1 - np.abs(eta) ** shape.square) ** (1 / shape.square)
@@ -117,7 +115,7 @@ def bar(
     return solid.with_colliders_of(*hull_solids)
 
 
-def lofted(rings: Floats, share: Floats, crease_deg: float = 55.0) -> Solid:
+def lofted(rings: Floats, share: Floats) -> Solid:
     """A closed skin over (M, N, 3) rings, its ends closed by fans; one picture covers it.
 
     Args:
@@ -144,13 +142,13 @@ def lofted(rings: Floats, share: Floats, crease_deg: float = 55.0) -> Solid:
     )
     uv = np.concatenate(
         [
-            _corners((u0, v0), (u1, v0), (u1, v1)),
-            _corners((u0, v0), (u1, v1), (u0, v1)),
-            _corners(((u + un) / 2, first), (un, first), (u, first)),
-            _corners(((u + un) / 2, last), (u, last), (un, last)),
+            corners((u0, v0), (u1, v0), (u1, v1)),
+            corners((u0, v0), (u1, v1), (u0, v1)),
+            corners(((u + un) / 2, first), (un, first), (u, first)),
+            corners(((u + un) / 2, last), (u, last), (un, last)),
         ]
     )
-    solid = Solid(points, faces.astype(np.int64), crease_deg=crease_deg, picture_uv=np.clip(uv, 0.0, 1.0))
+    solid = Solid(points, faces.astype(np.int64), crease_deg=55.0, picture_uv=np.clip(uv, 0.0, 1.0))
     return solid.oriented_outwards()
 
 
@@ -291,6 +289,6 @@ def _hull_volume(points: Floats) -> float:
     return signed_volume(vertices, faces)
 
 
-def _corners(*corners: tuple[Floats, Floats]) -> Floats:
+def corners(*places: tuple[Floats, Floats]) -> Floats:
     """(F, 3, 2) coordinates of the corners of faces."""
-    return np.stack([np.stack(corner, axis=1) for corner in corners], axis=1)
+    return np.stack([np.stack(place, axis=1) for place in places], axis=1)

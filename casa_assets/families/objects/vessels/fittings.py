@@ -18,9 +18,9 @@ from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.blocks import lathe, subtract
 from casa_assets.families.kit.solids.solid import Solid, concatenate, hull_around
 from casa_assets.families.kit.solids.sweep import circle, loft, prism, tube
-from casa_assets.families.objects.closed_surface import ellipsoid
+from casa_assets.families.objects.closed_surface import ellipsoid, run_along
 from casa_assets.families.objects.containers.closures import LID_GRIP
-from casa_assets.families.objects.vessels.surface import Plan, Profile, patched, round_plan, surface
+from casa_assets.families.objects.vessels.surface import Plan, Profile, patched, surface
 from casa_assets.model.asset.asset import Base
 from casa_assets.model.record import Vec2, Vec3
 
@@ -56,9 +56,7 @@ def strap(
     return found.with_colliders_of(*hulls)
 
 
-def ear(
-    top: Vec2, low: Vec2, reach: float, width: float, thick: float, square: float, sag: float = 0.0, pieces: int = 3
-) -> Solid:
+def ear(top: Vec2, low: Vec2, reach: float, width: float, thick: float, square: float, sag: float) -> Solid:
     """The handle of a mug: a loop in the plane x, z.
 
     Args:
@@ -75,7 +73,7 @@ def ear(
     path = np.stack([x, 0 * x, z], axis=1)
     ends = 1.0 + 0.25 * np.abs(s) ** 6
     power = 0.6 if width > 1.4 * thick else 0.9
-    return strap(path, np.stack([width * ends, thick * ends], axis=1), power=power, pieces=pieces)
+    return strap(path, np.stack([width * ends, thick * ends], axis=1), power=power, pieces=3)
 
 
 def loop(x: float, y: float, z: float, reach: float, thick: float, tall: float, square: float) -> Solid:
@@ -130,9 +128,8 @@ def spout(start: Vec2, end: Vec2, radius: float, tip: float, curve: float) -> So
         normal = np.cross((0.0, 1.0, 0.0), w)
         rings.append(p + r * (ring[:, :1] * np.array([0.0, 1.0, 0.0]) + ring[:, 1:] * normal))
     found = loft(rings, 45.0).oriented_outwards()
-    hulls = [hull_around(np.concatenate(rings[k : k + 5])) for k in (0, 4)]
-    hulls.append(hull_around(np.concatenate(rings[8:10])))
-    return found.with_colliders_of(*hulls[:2], hulls[2])
+    spans = (rings[:5], rings[4:9], rings[8:10])
+    return found.with_colliders_of(*(hull_around(np.concatenate(span)) for span in spans))
 
 
 def rim_bead(ring: Floats, radius: float, count: int = 8, start: float = 0.0) -> Solid:
@@ -148,9 +145,8 @@ def rim_bead(ring: Floats, radius: float, count: int = 8, start: float = 0.0) ->
     out /= np.linalg.norm(out, axis=1)[:, None]
     up = np.cross(out, way)
     turn = start + np.arange(count) * 2 * np.pi / count
-    points = ring[:, None] + radius * (
-        np.cos(turn)[None, :, None] * out[:, None] + np.sin(turn)[None, :, None] * up[:, None]
-    )
+    c, s = np.cos(turn)[None, :, None], np.sin(turn)[None, :, None]
+    points = ring[:, None] + radius * (c * out[:, None] + s * up[:, None])
     i, k = np.meshgrid(np.arange(n), np.arange(count), indexing="ij")
     a, b = i * count + k, np.roll(np.arange(n), -1)[i] * count + k
     c, d = np.roll(np.arange(n), -1)[i] * count + (k + 1) % count, i * count + (k + 1) % count
@@ -195,7 +191,7 @@ def sieve_wires(outside: Floats, count: int, radius: float) -> Solid:
         outside: (N, 2) radius and height from the edge of the foot to the rim. count: wires to the rim.
     """
     line = np.concatenate([[[0.012, outside[0, 1]]], outside])
-    run = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
+    run = run_along(line)
     at = np.linspace(0.0, run[-1], 8)
     r, z = (np.interp(at, run, line[:, k]) for k in (0, 1))
     section = circle(radius, 3)
@@ -207,14 +203,12 @@ def sieve_wires(outside: Floats, count: int, radius: float) -> Solid:
         found.append(tube(path[first:], section).without_colliders())
     turns = np.arange(24) * 2 * np.pi / 24
     for s in np.linspace(0.12, 0.94, 9):
-        (a, b), low, high = (
-            [float(np.interp(at * run[-1], run, line[:, k])) for k in (0, 1)] for at in (s, s - 0.02, s + 0.02)
-        )
+        places = [at * run[-1] for at in (s, s - 0.02, s + 0.02)]
+        (a, b), low, high = ([float(np.interp(at, run, line[:, k])) for k in (0, 1)] for at in places)
         ring = np.stack([a * np.cos(turns), a * np.sin(turns), np.full(24, b)], axis=1)
         # A corner of it looks along the wall: a side that was parallel to the gauze would lie in it here or there.
         found.append(rim_bead(ring, radius, 3, math.atan2(high[1] - low[1], high[0] - low[0])))
-    plain = [Solid(part.points, part.faces, crease_deg=80.0) for part in found]
-    return concatenate(plain)
+    return concatenate([Solid(part.points, part.faces, crease_deg=80.0) for part in found])
 
 
 # Lids -----------------------------------------------------------------------------------------------------------------
@@ -282,23 +276,18 @@ def add_lid(builder: AssetBuilder, lid: Lid, plan: Plan, z: float, link: str = R
         ring = rim_bead(flat.ring(lid.radius, z + 0.3 * lid.thick), lid.bead)
         builder.add(link, patched(ring), lid.bead_finish, label="lid", collider=False)
     if lid.sip:
-        _add_sip(builder, lid, flat, z + lid.rise, link)
-    _add_knob(builder, lid, z + lid.rise, link)
-
-
-def _add_sip(builder: AssetBuilder, lid: Lid, plan: Plan, top: float, link: str) -> None:
-    """Add the raised edge of a lid to drink through, and the hole in it at the front."""
-    edge = rim_bead(plan.ring(0.8 * lid.radius, top + 0.2 * SIP_EDGE), SIP_EDGE)
-    builder.add(link, patched(edge), lid.finish, label="lid", collider=False, density=0.0)
-    hole = ellipsoid((0.32 * lid.radius, 0.12 * lid.radius, 0.0016), 16, 5).translated(y=-0.62 * lid.radius, z=top)
-    builder.add(link, patched(hole), "soil", label="hole", collider=False, density=0.0)
+        ring = rim_bead(flat.ring(0.8 * lid.radius, z + lid.rise + 0.2 * SIP_EDGE), SIP_EDGE)
+        builder.add(link, patched(ring), lid.finish, label="lid", collider=False, density=0.0)
+        hole = ellipsoid((0.32 * lid.radius, 0.12 * lid.radius, 0.0016), 16, 5)
+        hole = hole.translated(y=-0.62 * lid.radius, z=z + lid.rise)
+        builder.add(link, patched(hole), "soil", label="hole", collider=False, density=0.0)
+    if lid.knob is not KnobForm.NONE:
+        _add_knob(builder, lid, z + lid.rise, link)
 
 
 def _add_knob(builder: AssetBuilder, lid: Lid, top: float, link: str) -> None:
     """Add what the lid is lifted by; its foot is in the lid."""
     size = lid.knob_size
-    if lid.knob is KnobForm.NONE:
-        return
     if lid.knob is KnobForm.BOW:
         part = arch(size, top - 0.004, top + 0.75 * size, 0.35 * size, 0.18 * size, 0.6)
     else:
@@ -330,7 +319,7 @@ def build(builder: AssetBuilder, p: SingleLid) -> None:
     finishes = (p.skin, p.knob_finish, p.bead_finish)
     lid = Lid(p.width / 2, p.rise, p.dome, p.thick, p.skirt, False, p.bead, p.knob, p.knob_size, *finishes)
     low = max(p.skirt, p.bead - 0.3 * p.thick)
-    add_lid(builder, lid, replace(round_plan(p.width / 2, 40), height=p.rise), low)
+    add_lid(builder, lid, Plan(p.width / 2, p.width / 2, corner=None, height=p.rise), low)
 
 
 FORM = ParametricModel("vessel_lid", SingleLid, build, base=Base.FREE)
@@ -452,8 +441,7 @@ def seated(part: Solid, p: Vessel, plan: Plan, profile: Profile) -> Solid:
         short = np.maximum(plan.half_y - (plan.half_x - within), 1e-4)
         far = np.hypot(x, y * within / short)
         flat = part.points[:, :2] * np.maximum(1.0, within / np.maximum(far, 1e-6))[:, None]
-    below = z < p.height
-    points = np.column_stack([np.where(below[:, None], flat, part.points[:, :2]), z])
+    points = np.column_stack([np.where((z < p.height)[:, None], flat, part.points[:, :2]), z])
     return replace(part, points=points)
 
 
@@ -482,19 +470,13 @@ def handles(p: Vessel, profile: Profile, plan: Plan) -> list[Part]:
         taper = ((0, 1.5 * w, 1.1 * t), (0.12, w, t), (0.55, 0.8 * w, t), (0.9, 1.15 * w, t), (1, 0.7 * w, 0.8 * t))
         bar = long_handle((r - into, 0.0, top), reach, p.handle_rise, taper, p.handle_hole)
         return [(bar, own, "handle")]
-    # A strap of metal, and on its end a grip.
-    bare = 0.26 * reach
-    run = p.handle_rise
-    # The strap leaves the wall as steeply as the grip begins.
-    metal = strap(
-        [
-            (r - into, 0.0, top),
-            (r + 0.2 * bare, 0.0, top + 0.3 * bare * math.sin(run)),
-            *((r + s * bare * math.cos(run), 0.0, top + s * bare * math.sin(run) * 1.15) for s in (0.45, 0.8, 1.15)),
-        ],
-        [(1.5 * w, 0.35 * t), (1.1 * w, 0.35 * t), (0.7 * w, 0.45 * t), (0.6 * w, 0.5 * t), (0.6 * w, 0.5 * t)],
-        power=0.7,
-    )
+    # A strap of metal, which leaves the wall as steeply as the grip on its end begins.
+    bare, run = 0.26 * reach, p.handle_rise
+    path = [(r - into, 0.0, top), (r + 0.2 * bare, 0.0, top + 0.3 * bare * math.sin(run))]
+    for s in (0.45, 0.8, 1.15):
+        path.append((r + s * bare * math.cos(run), 0.0, top + s * bare * math.sin(run) * 1.15))
+    sizes = [(1.5 * w, 0.35 * t), (1.1 * w, 0.35 * t), (0.7 * w, 0.45 * t), (0.6 * w, 0.5 * t), (0.6 * w, 0.5 * t)]
+    metal = strap(path, sizes, power=0.7)
     start = (r + bare * math.cos(run), 0.0, top + 1.15 * bare * math.sin(run))
     swell = ((0, 0.72 * w, 0.8 * t), (0.06, 0.85 * w, t), (0.5, w, 1.1 * t), (0.85, 1.1 * w, t), (1, 0.6 * w, 0.6 * t))
     grip = long_handle(start, reach - bare, run, swell, p.handle_hole)

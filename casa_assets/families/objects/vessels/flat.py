@@ -66,7 +66,11 @@ def build_board(builder: AssetBuilder, p: Board) -> None:
     body = loft(inset_rings(loop, levels if e > 0 else [(0.0, 0.0), (0.0, t)]), 50.0)
     tools = []
     if p.hole > 0:
-        tools.append(prism(_hole(p), 2 * t, 0.0).translated(*_hole_at(p), z=-0.5 * t))
+        slot = rectangle(2 * p.hole, max(2 * p.hole, p.slot), 0.98 * p.hole, 5) if p.slot > 0 else circle(p.hole, 20)
+        at = p.length / 2 - p.hole - 0.014
+        if p.outline in (Outline.PADDLE, Outline.ROUND_PADDLE):
+            at = p.length / 2 + p.handle - p.handle_width / 2
+        tools.append(prism(slot, 2 * t, 0.0).translated(at, z=-0.5 * t))
     if p.groove > 0:
         wide, deep = 0.007, min(0.002, 0.2 * t)
         ring = prism(inset(_plain(p), p.groove), 2 * deep, 0.0)
@@ -76,7 +80,9 @@ def build_board(builder: AssetBuilder, p: Board) -> None:
         body = subtract(body, *tools)
     shapes = _shapes(p)
     density = p.matter * builder.supplies.finish(p.skin).substance.density
-    for k, (low, high) in enumerate(_strips(p)):
+    widths = np.array([1.0 if k % 2 == 0 else p.narrow for k in range(p.strips)])
+    edges = np.concatenate([[0.0], np.cumsum(widths)]) / widths.sum() * (p.width + 0.002) - p.width / 2 - 0.001
+    for k, (low, high) in enumerate(pairwise(edges.tolist())):
         part = body
         if p.strips > 1:
             slab = box((2.0, high - low, 1.0), (0.0, (low + high) / 2, 0.0), 0.0)
@@ -84,14 +90,12 @@ def build_board(builder: AssetBuilder, p: Board) -> None:
         part = _pictured(part, body).translated(z=p.feet)
         part = part.with_shapes(*(s for shape in shapes for s in shape.translated(z=p.feet).shapes))
         own = p.skin if k % 2 == 0 else p.second
-        grain = (1.0, 0.0, 0.0)
-        builder.add(ROOT, part, own, label="board", grain=grain, collider=k == 0, density=density)
+        builder.add(ROOT, part, own, label="board", grain=(1.0, 0.0, 0.0), collider=k == 0, density=density)
     if p.feet > 0:
         x, y = p.length / 2 - 0.025, p.width / 2 - 0.025
-        for sx in (-1, 1):
-            for sy in (-1, 1):
-                foot = rod(0.008, p.feet - 0.0002, 0.001).translated(sx * x, sy * y, p.feet / 2 - 0.0001)
-                builder.add(ROOT, foot, p.second, label="foot")
+        foot = rod(0.008, p.feet - 0.0002, 0.001)
+        for sx, sy in ((-1, -1), (-1, 1), (1, -1), (1, 1)):
+            builder.add(ROOT, foot.translated(sx * x, sy * y, p.feet / 2 - 0.0001), p.second, label="foot")
 
 
 def _plain(p: Board) -> Floats:
@@ -119,24 +123,6 @@ def _outline(p: Board) -> Floats:
     throat = [(start + 0.35 * half, -1.05 * half), *end, (start + 0.35 * half, 1.05 * half)]
     angle = np.arctan2(keep[:, 1], keep[:, 0])
     return np.concatenate([np.array(throat), keep[np.argsort(np.mod(angle, 2 * math.pi))]])
-
-
-def _hole(p: Board) -> Floats:
-    return rectangle(2 * p.hole, max(2 * p.hole, p.slot), 0.98 * p.hole, 5) if p.slot > 0 else circle(p.hole, 20)
-
-
-def _hole_at(p: Board) -> tuple[float, float]:
-    """Where the hole is."""
-    if p.outline in (Outline.PADDLE, Outline.ROUND_PADDLE):
-        return p.length / 2 + p.handle - p.handle_width / 2, 0.0
-    return p.length / 2 - p.hole - 0.014, 0.0
-
-
-def _strips(p: Board) -> list[tuple[float, float]]:
-    """From where to where in y each strip goes."""
-    widths = np.array([1.0 if k % 2 == 0 else p.narrow for k in range(p.strips)])
-    edges = np.concatenate([[0.0], np.cumsum(widths)]) / widths.sum() * (p.width + 0.002) - p.width / 2 - 0.001
-    return [(float(a), float(b)) for a, b in pairwise(edges)]
 
 
 def _shapes(p: Board) -> list[Solid]:
@@ -194,13 +180,11 @@ def build_pocket_tray(builder: AssetBuilder, p: PocketTray) -> None:
     """Build the asset: it rests on the floors of its pockets, at z = 0, its length along x."""
     length = p.columns * p.pitch_x + 2 * (p.border + p.end)
     width = p.rows * p.pitch_y + 2 * p.border
-    mouth = _mouth(p)
+    x, y = p.pitch_x - p.gap, p.pitch_y - p.gap
+    mouth = circle(min(x, y) / 2, 14) if p.rounding >= 1 else rectangle(x, y, p.rounding * min(x, y) / 2, 2)
     top = p.depth + p.wall
-    places = [
-        ((i - (p.columns - 1) / 2) * p.pitch_x, (j - (p.rows - 1) / 2) * p.pitch_y)
-        for i in range(p.columns)
-        for j in range(p.rows)
-    ]
+    xs = [(i - (p.columns - 1) / 2) * p.pitch_x for i in range(p.columns)]
+    places = [(x, (j - (p.rows - 1) / 2) * p.pitch_y) for x in xs for j in range(p.rows)]
     outline = rectangle(length, width, min(0.012, 0.4 * width), 4)
     cover = prism(outline, p.wall, 0.0004, [mouth + place for place in places]).translated(z=top - p.wall)
     half = float(np.abs(mouth[:, 1]).max()) * (1 - p.narrow)
@@ -223,18 +207,10 @@ def build_pocket_tray(builder: AssetBuilder, p: PocketTray) -> None:
             d = np.roll(c, -1)
             faces += [np.stack([a, b, d], 1), np.stack([a, d, c], 1)]
         points = np.concatenate(ring[:-1])
-        parts.append(type(cup)(points, np.concatenate(faces).astype(np.int64), crease_deg=50.0).oriented_outwards())
+        parts.append(Solid(points, np.concatenate(faces).astype(np.int64), crease_deg=50.0).oriented_outwards())
     body = concatenate([part.without_colliders() for part in parts])
     builder.add(ROOT, body, p.skin, label="body", name="body", collider=False)
     _add_shapes(builder, p, length, width, top)
-
-
-def _mouth(p: PocketTray) -> Floats:
-    """The outline of a pocket's mouth."""
-    x, y = p.pitch_x - p.gap, p.pitch_y - p.gap
-    if p.rounding >= 1:
-        return circle(min(x, y) / 2, 14)
-    return rectangle(x, y, p.rounding * min(x, y) / 2, 2)
 
 
 def _add_shapes(builder: AssetBuilder, p: PocketTray, length: float, width: float, top: float) -> None:

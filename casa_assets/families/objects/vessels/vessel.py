@@ -54,7 +54,7 @@ def build(builder: AssetBuilder, p: Vessel) -> None:
     floor = p.stem * p.height + p.floor + p.foot
     points = [(r * p.width / 2, z * p.height) for r, z in p.profile]
     profile = vessel_profile(points, p.soft, p.rounding, p.wall, floor, p.fillet, p.foot)
-    parts = [part for parts in (handles(p, profile, plan), spouts(p, profile)) for part in parts]
+    parts = [*handles(p, profile, plan), *spouts(p, profile)]
     if p.weave > 0:
         profile = woven(profile, plan.row / 2)
     path, v = profile.path()
@@ -68,17 +68,18 @@ def build(builder: AssetBuilder, p: Vessel) -> None:
         lid_shapes = 1 + (p.knob is not KnobForm.NONE) + 4 * (p.knob is KnobForm.BOW) if p.lid else 0
         room = MOST_SHAPES - lid_shapes - sum(len(part.shapes) for part, _, _ in parts)
         shapes = open_shapes(profile, plan, floor, p.stem * p.height, room, p.bead)
-    substance = builder.supplies.finish(p.skin).substance
-    density = p.matter * substance.density
+    density = p.matter * builder.supplies.finish(p.skin).substance.density
     builder.add(ROOT, body.with_shapes(*shapes), p.skin, label="body", name="body", density=density)
     around = math.pi * p.width
     for part, finish, label in parts:
         solid = pictured(seated(part, p, plan, profile), profile, around)
-        builder.add(ROOT, solid, finish, label=label, density=_handle_density(builder, p, finish))
+        # It may be hollow: of metal it weighs never more than a third of the solid.
+        density = min(builder.supplies.finish(finish).substance.density, 2600.0)
+        density *= p.matter if finish == p.skin else 1.0
+        builder.add(ROOT, solid, finish, label=label, density=density)
     rim = plan.ring(*(float(n) for n in (profile.outside[-1] + profile.inside[-1]) / 2))
     if p.bead > 0:
-        bead = rim_bead(rim, p.bead, 6 if p.weave > 0 or p.hole > 0 else 8)
-        bead = patched(bead, RIM_V, 0.002)
+        bead = patched(rim_bead(rim, p.bead, 6 if p.weave > 0 or p.hole > 0 else 8), RIM_V, 0.002)
         # Of metal it is a rolled edge with air in it.
         density = min(builder.supplies.finish(p.rim_finish).substance.density, builder.supplies.density("rolled_edge"))
         builder.add(ROOT, bead, p.rim_finish, label="rim", collider=False, density=density)
@@ -94,19 +95,14 @@ def build(builder: AssetBuilder, p: Vessel) -> None:
 
 def _plan(p: Vessel) -> Plan:
     half_x, half_y = p.width / 2, p.width / 2 * p.across
-    around = (
-        2 * p.stakes
-        if p.weave > 0
-        else 56
-        if p.flutes > 12
-        else 40
-        if p.hole > 0 or p.wires
-        else 48
-        if p.width > 0.21 or p.flutes
-        else 40
-    )
     if p.facets:
         around = p.facets * max(2, round(40 / p.facets))
+    elif p.weave > 0:
+        around = 2 * p.stakes
+    elif p.flutes > 12:
+        around = 56
+    else:
+        around = 48 if (p.width > 0.21 or p.flutes) and not (p.hole > 0 or p.wires) else 40
     return Plan(
         half_x=half_x,
         half_y=half_y,
@@ -128,12 +124,6 @@ def _plan(p: Vessel) -> Plan:
     )
 
 
-def _handle_density(builder: AssetBuilder, p: Vessel, finish: str) -> float:
-    """kg/m^3 of a handle or spout, which may be hollow: of metal never more than a third of the solid."""
-    density = builder.supplies.finish(finish).substance.density
-    return min(density, 2600.0) * (p.matter if finish == p.skin else 1.0)
-
-
 def _pierced(body: Solid, p: Vessel, plan: Plan, profile: Profile) -> Solid:
     """The body with rows of holes; it has no picture any more."""
     tools = []
@@ -141,9 +131,8 @@ def _pierced(body: Solid, p: Vessel, plan: Plan, profile: Profile) -> Solid:
     line = profile.outside[(profile.outside[:, 1] >= low) & (profile.outside[:, 1] <= high)]
     run = float(np.linalg.norm(np.diff(line, axis=0), axis=1).sum())
     rows = max(1, round(run / p.hole_gap))
-    zs = np.linspace(low, high, rows)
     drill = prism(circle(p.hole, 6), 0.05, 0.0).translated(z=-0.025)
-    for k, z in enumerate(zs):
+    for k, z in enumerate(np.linspace(low, high, rows)):
         r = profile.radius(float(z))
         count = max(4, round(2 * math.pi * r / p.hole_gap))
         for i in range(count):
@@ -219,12 +208,9 @@ def _prints(builder: AssetBuilder, p: Vessel, plan: Plan, profile: Profile) -> N
     if p.sleeve:
         low, high = 0.3 * p.height, 0.72 * p.height
         a, b = profile.radius(low) + 0.0003, profile.radius(high) + 0.0003
-        path = np.array([(0.0, low), (a + 0.0009, low), (b + 0.0009, high), (0.0, high)])
-        band = turned_on(path, plan)
-        hole = turned_on(
-            np.array([(0.0, low - 0.01), (a - 0.0004, low - 0.01), (b, high + 0.01), (0.0, high + 0.01)]), plan
-        )
-        sleeve = subtract(band, hole)
+        band = [(0.0, low), (a + 0.0009, low), (b + 0.0009, high), (0.0, high)]
+        hole = [(0.0, low - 0.01), (a - 0.0004, low - 0.01), (b, high + 0.01), (0.0, high + 0.01)]
+        sleeve = subtract(*(turned_on(np.array(path), plan) for path in (band, hole)))
         builder.add(ROOT, sleeve, p.mark_finish, label="sleeve", collider=False)
 
 

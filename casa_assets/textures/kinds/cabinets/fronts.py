@@ -140,16 +140,8 @@ def _strand(at: Map, width: float) -> Map:
 
 
 _FACES = {
-    FrontFace.PLAIN: _plain,
-    FrontFace.LINEN: _linen,
-    FrontFace.CONCRETE: _concrete,
-    FrontFace.RIBBED: _ribbed,
-    FrontFace.FLUTED: _fluted,
-    FrontFace.BRUSHED: _brushed,
-    FrontFace.PEEL: _peel,
-    FrontFace.LINOLEUM: _linoleum,
-    FrontFace.LEATHER: _leather,
-    FrontFace.CANE: _cane,
+    FrontFace(maker.__name__.removeprefix("_")): maker
+    for maker in (_plain, _linen, _concrete, _ribbed, _fluted, _brushed, _peel, _linoleum, _leather, _cane)
 }
 
 PRESSED = TextureKind("pressed_front", PressedFront, paint_board)

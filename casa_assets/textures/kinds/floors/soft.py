@@ -183,16 +183,11 @@ def _tread(params: ResilientFloor, canvas: Canvas, rng: np.random.Generator) -> 
 
 
 _SORTS: dict[ResilientSort, Callable[[ResilientFloor, Canvas, np.random.Generator], _Parts]] = {
-    ResilientSort.MARBLED: _marbled,
-    ResilientSort.FLECKED: _flecked,
-    ResilientSort.STUDDED: _studded,
-    ResilientSort.CORK: _cork,
-    ResilientSort.WOVEN: _woven,
-    ResilientSort.TREAD: _tread,
+    ResilientSort(maker.__name__.removeprefix("_")): maker
+    for maker in (_marbled, _flecked, _studded, _cork, _woven, _tread)
 }
 
 RESILIENT = TextureKind("resilient_floor", ResilientFloor, paint_resilient)
-"""Kind of soft floors."""
 
 # Timber ---------------------------------------------------------------------------------------------------------------
 # Wooden floors and walls: planks, herringbone, chevron, basket weave, panels, end grain.
@@ -315,6 +310,4 @@ def _checks(pieces: PieceMap, pu: Map, pv: Map, canvas: Canvas, rng: np.random.G
 
 
 TIMBER = TextureKind("timber", TimberFloor, paint_timber)
-"""Kind of boards."""
 END_GRAIN = TextureKind("end_grain_block", EndGrainFloor, paint_ends)
-"""Kind of wooden blocks."""

@@ -75,7 +75,6 @@ def paint_encaustic(params: Encaustic, canvas: Canvas, rng: np.random.Generator)
 
 
 ENCAUSTIC = TextureKind("cement_tile", Encaustic, paint_encaustic)
-"""Kind of patterned tiles."""
 
 # Stone ----------------------------------------------------------------------------------------------------------------
 # Marble, travertine, limestone, slate, granite, terrazzo, each piece from its own place.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Self
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -20,14 +20,33 @@ Distance = Annotated[float, Field(ge=0, le=1)]
 RIM = 0.98
 
 
-class Section(Record):
+class _Colors(Record):
+    """Colours in order along a line, and the place of each on it."""
+
+    colors: tuple[HexColor, ...] = Field(min_length=1)
+    at: tuple[Share, ...] = Field((), description="place of each colour; empty: evenly")
+
+    @model_validator(mode="after")
+    def _places_of_all_colors(self) -> Self:
+        if self.at and len(self.at) != len(self.colors):
+            raise ValueError(f"a place for each of {len(self.colors)} colours is expected, got {len(self.at)}")
+        return self
+
+    def along(self, place: Map) -> Map:
+        """The (H, W, 3) colours at places, 0..1."""
+        colors = np.array([rgb(c).reshape(3) for c in self.colors], dtype=np.float32)
+        at = np.array(self.at or np.linspace(0.0, 1.0, len(self.colors)))
+        if len(colors) == 1:
+            return np.broadcast_to(colors[0], (*place.shape, 3)).copy()
+        return np.stack([np.interp(place, at, colors[:, k]) for k in range(3)], axis=2).astype(np.float32)
+
+
+class Section(_Colors):
     """A cut face; the picture holds a disc whose middle is that of the flesh and whose rim is the skin.
 
     Distances are from the middle, 0, to the rim, 1. Angle 0 is to the right; the axis of a thing cut along points up.
     """
 
-    colors: tuple[HexColor, ...] = Field(min_length=1, description="from the middle to the rim")
-    at: tuple[Share, ...] = Field((), description="place of each colour; empty: evenly")
     mottle: Share = Field(0.2, description="how far the lightness wanders")
     mottle_mm: float = Field(4.0, gt=0, le=60, description="size of its clouds")
     wander: Share = Field(0.2, description="how far the figure is from a true circle")
@@ -53,12 +72,6 @@ class Section(Record):
     relief_mm: float = Field(0.05, ge=0, le=2, description="depth of an even roughness")
     roughness: Annotated[float, Field(ge=0.05, le=0.98)] = 0.4
 
-    @model_validator(mode="after")
-    def _places_of_all_colors(self) -> Section:
-        if self.at and len(self.at) != len(self.colors):
-            raise ValueError(f"a place for each of {len(self.colors)} colours is expected, got {len(self.at)}")
-        return self
-
 
 def paint_section(p: Section, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """Paint one cut face."""
@@ -70,7 +83,7 @@ def paint_section(p: Section, canvas: Canvas, rng: np.random.Generator) -> Layer
     # The rim stays where it is, or the skin would show inside.
     away = away * (1.0 + 0.05 * p.wander * clouds * (1.0 - away))
     angle = np.arctan2(up, right) + 0.1 * p.wander * canvas.noise(0.4 * canvas.tile_m[1], 0.4 * canvas.tile_m[0], rng)
-    albedo, height = _flesh(p, away), np.zeros(canvas.size_px, dtype=np.float32)
+    albedo, height = p.along(away), np.zeros(canvas.size_px, dtype=np.float32)
     size = p.mottle_mm / 1000
     mottle = canvas.noise(size, size, rng, 3)
     albedo = albedo * (1.0 + 0.16 * p.mottle * mottle)[..., None]
@@ -86,10 +99,8 @@ def paint_section(p: Section, canvas: Canvas, rng: np.random.Generator) -> Layer
         height -= 0.0004 * mask
     if p.rays:
         off = np.abs(np.mod((angle - p.turn) * p.rays / (2 * np.pi) + 0.5, 1.0) - 0.5) * 2 * np.pi / p.rays * away
-        line = smoothstep(p.ray_width, 0.4 * p.ray_width, off)
-        line = (
-            line * smoothstep(p.ray_at[0] - 0.03, p.ray_at[0], away) * smoothstep(p.ray_at[1] + 0.04, p.ray_at[1], away)
-        )
+        line = smoothstep(p.ray_width, 0.4 * p.ray_width, off) * smoothstep(p.ray_at[0] - 0.03, p.ray_at[0], away)
+        line = line * smoothstep(p.ray_at[1] + 0.04, p.ray_at[1], away)
         albedo = blend(albedo, rgb(p.ray_color), 0.9 * line)
     if p.seeds:
         mask = _seeds(p, right, up, places, rng)
@@ -98,15 +109,6 @@ def paint_section(p: Section, canvas: Canvas, rng: np.random.Generator) -> Layer
     grain = canvas.noise(0.0012, 0.0012, rng, 2)
     height += 0.001 * p.relief_mm * grain
     return Layers.of(albedo, height, np.clip(p.roughness + 0.05 * mottle, 0.05, 1.0))
-
-
-def _flesh(p: Section, away: Map) -> Map:
-    """The (H, W, 3) colours from the middle to the rim."""
-    colors = np.array([rgb(c).reshape(3) for c in p.colors], dtype=np.float32)
-    at = np.array(p.at or np.linspace(0.0, 1.0, len(p.colors)))
-    if len(colors) == 1:
-        return np.broadcast_to(colors[0], (*away.shape, 3)).copy()
-    return np.stack([np.interp(away, at, colors[:, k]) for k in range(3)], axis=2).astype(np.float32)
 
 
 def _fibres(p: Section, away: Map, angle: Map, rng: np.random.Generator) -> Map:
@@ -159,11 +161,9 @@ SECTION = TextureKind("section", Section, paint_section)
 Millimetres = Annotated[float, Field(ge=0, le=60)]
 
 
-class Skin(Record):
+class Skin(_Colors):
     """A skin; the picture's height runs from the lower end of the object to its upper end, its width once around it."""
 
-    colors: tuple[HexColor, ...] = Field(min_length=1, description="from the lower end to the upper one")
-    at: tuple[Share, ...] = Field((), description="place of each colour; empty: evenly")
     mottle: Share = Field(0.15, description="how far the lightness wanders")
     mottle_mm: Millimetres = Field(8.0, description="size of its clouds")
     blush: HexColor | None = Field(None, description="second colour in large clouds")
@@ -197,18 +197,12 @@ class Skin(Record):
     vein_mm: Millimetres = Field(12.0, description="distance between two veins")
     vein_share: Share = Field(0.3, description="how broad veins are")
 
-    @model_validator(mode="after")
-    def _places_of_all_colors(self) -> Skin:
-        if self.at and len(self.at) != len(self.colors):
-            raise ValueError(f"a place for each of {len(self.colors)} colours is expected, got {len(self.at)}")
-        return self
-
 
 def paint_skin(p: Skin, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """Paint one skin."""
     x, y = canvas.axes()
     up = _place(p, canvas, rng)
-    albedo, height = _ends(p, up), np.zeros(canvas.size_px, dtype=np.float32)
+    albedo, height = p.along(up), np.zeros(canvas.size_px, dtype=np.float32)
     size = p.mottle_mm / 1000
     cloud = canvas.noise(size, size, rng, 3)
     albedo = albedo * (1.0 + 0.16 * p.mottle * cloud)[..., None]
@@ -259,19 +253,9 @@ def _place(p: Skin, canvas: Canvas, rng: np.random.Generator) -> Map:
     return up
 
 
-def _ends(p: Skin, up: Map) -> Map:
-    """The (H, W, 3) colours from the lower end to the upper one."""
-    colors = np.array([rgb(c).reshape(3) for c in p.colors], dtype=np.float32)
-    at = np.array(p.at or np.linspace(0.0, 1.0, len(p.colors)))
-    if len(colors) == 1:
-        return np.broadcast_to(colors[0], (*up.shape, 3)).copy()
-    return np.stack([np.interp(up, at, colors[:, k]) for k in range(3)], axis=2).astype(np.float32)
-
-
 def _blush(p: Skin, canvas: Canvas, up: Map, rng: np.random.Generator) -> Map:
     """The (H, W) share of the second colour."""
-    size: Vec2 = (0.45 * canvas.tile_m[1], 0.3 * canvas.tile_m[0])
-    field = canvas.noise(size[0], size[1], rng, 4)
+    field = canvas.noise(0.45 * canvas.tile_m[1], 0.3 * canvas.tile_m[0], rng, 4)
     edge = float(np.quantile(field, 1.0 - p.blush_share))
     share = smoothstep(edge - p.blush_edge, edge + p.blush_edge, field)
     if p.blush_at is not None:

@@ -308,16 +308,8 @@ def _clay(canvas: Canvas, rng: np.random.Generator) -> _Parts:
 
 
 _HANDS: dict[PlasterFinish, Callable[[Canvas, np.random.Generator], _Parts]] = {
-    PlasterFinish.ROLLER: _roller,
-    PlasterFinish.SAND: _sand,
-    PlasterFinish.SKIP_TROWEL: _skip_trowel,
-    PlasterFinish.VENETIAN: _venetian,
-    PlasterFinish.LIMEWASH: _limewash,
-    PlasterFinish.TADELAKT: _tadelakt,
-    PlasterFinish.STUCCO: _stucco,
-    PlasterFinish.COMBED: _combed,
-    PlasterFinish.CLAY: _clay,
+    PlasterFinish(maker.__name__.removeprefix("_")): maker
+    for maker in (_roller, _sand, _skip_trowel, _venetian, _limewash, _tadelakt, _stucco, _combed, _clay)
 }
 
 PLASTER = TextureKind("plaster", Plaster, paint_plaster)
-"""Kind of plastered walls."""

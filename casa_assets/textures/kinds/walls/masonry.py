@@ -121,7 +121,6 @@ def _cracks(canvas: Canvas, rng: np.random.Generator) -> Map:
 
 
 CERAMIC = TextureKind("ceramic_tile", CeramicTile, paint_ceramic)
-"""Kind of tile."""
 
 # Clay -----------------------------------------------------------------------------------------------------------------
 # Fired clay: bricks and terracotta, bare, limewashed, painted, reclaimed.
@@ -192,7 +191,6 @@ def _coated(params: FiredClay, laid: Layers, rim_m: Map, grit: Map, canvas: Canv
 
 
 CLAY = TextureKind("fired_clay", FiredClay, paint_clay)
-"""Kind of brick."""
 
 # Stonework ------------------------------------------------------------------------------------------------------------
 # Walls of rough stone: ledgestone, fieldstone, ashlar.
@@ -250,4 +248,3 @@ def paint_stonework(params: Stonework, canvas: Canvas, rng: np.random.Generator)
 
 
 STONEWORK = TextureKind("stonework", Stonework, paint_stonework)
-"""Kind of walls of rough stone."""

@@ -124,7 +124,6 @@ def _profile(params: PaintedBoards, edge: Array, pitch: float, pixel: float) -> 
 
 
 BOARDS = TextureKind("painted_boards", PaintedBoards, paint_boards)
-"""Kind of painted panelling."""
 
 # Cast -----------------------------------------------------------------------------------------------------------------
 # Cast and pressed walls: concrete smooth, in panels or from boards; cork; tin ceiling panels; microcement.
