@@ -57,6 +57,10 @@ class PieceMap:
         """Number of pieces."""
         return len(self.turn)
 
+    def read(self, values: npt.NDArray[Any]) -> Map:
+        """(H, W) float32: at each pixel the value of its piece, of (N,)."""
+        return values.astype(np.float32)[self.owner]
+
 
 def raster(places: Sequence[PlacedOutline], canvas: Canvas) -> PieceMap:
     """Draw all places; where two overlap, a pixel goes to the piece in which it lies deeper."""
@@ -257,18 +261,16 @@ def inlay(
     """(H, W) face in which every piece shows its own cut.
 
     Args:
-        pieces: the laid surface.
-        slabs: what is cut; all of one gloss.
-        pick: (N,) number of the slab of each piece.
+        slabs: what is cut; all of one metal share. pick: (N,) number of the slab of each piece.
         middle_u, middle_v: (N,) metres on the slab under the middle of the piece.
         mirrored: (N,) 1 or -1, whether it is turned end for end.
     """
     shape = pieces.owner.shape
     albedo = np.zeros((*shape, 3), dtype=np.float32)
-    height, roughness = np.zeros(shape, dtype=np.float32), np.zeros(shape, dtype=np.float32)
-    sign = mirrored.astype(np.float32)[pieces.owner]
-    u = pieces.u_m * sign + middle_u.astype(np.float32)[pieces.owner]
-    v = pieces.v_m * sign + middle_v.astype(np.float32)[pieces.owner]
+    height, roughness = np.zeros((2, *shape), dtype=np.float32)
+    sign = pieces.read(mirrored)
+    u = pieces.u_m * sign + pieces.read(middle_u)
+    v = pieces.v_m * sign + pieces.read(middle_v)
     chosen = pick[pieces.owner]
     for number, slab in enumerate(slabs):
         here = np.nonzero(chosen == number)

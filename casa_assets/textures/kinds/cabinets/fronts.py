@@ -47,8 +47,8 @@ class PressedFront(Record):
 def paint_board(params: PressedFront, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """Paint one sheet of board; ribs run along v."""
     share, height, gloss, shade = _FACES[params.face](params, canvas, rng)
-    color, second = rgb(params.color), rgb(params.second)
-    albedo = blend(color, second, np.clip(params.strength * share, 0.0, 1.0)) * shade[..., None]
+    share = np.clip(params.strength * share, 0.0, 1.0)
+    albedo = blend(rgb(params.color), rgb(params.second), share) * shade[..., None]
     return Layers.of(albedo, np.broadcast_to(height, canvas.size_px), params.roughness + gloss)
 
 
@@ -194,7 +194,9 @@ def paint_painted(params: PaintedFront, canvas: Canvas, rng: np.random.Generator
         height = height - 0.00008 * bare
         roughness = roughness + 0.12 * bare
     if params.groove_spacing_m > 0:
-        depth = _grooves(params.groove_spacing_m, canvas)
+        # Rounded grooves at the edges of boards that are fitted to the width of the picture.
+        off = canvas.groove_distance(params.groove_spacing_m)
+        depth = np.broadcast_to(np.clip(1.0 - off / 0.0035, 0.0, 1.0), canvas.size_px).astype(np.float32)
         albedo = albedo * (1.0 - 0.30 * depth)[..., None]
         height = height - 0.0025 * depth
     return Layers.of(albedo, height, roughness)
@@ -222,12 +224,6 @@ def _rubbed(worn: float, canvas: Canvas, rng: np.random.Generator) -> Map:
     patch = canvas.noise(0.3, 0.12, rng, 3)
     edge = 3.0 - 2.2 * worn
     return smoothstep(edge, edge + 0.5, streaks + 0.8 * patch)
-
-
-def _grooves(distance_m: float, canvas: Canvas) -> Map:
-    """Mask 0..1: depth of a rounded groove at every board edge; the boards are fitted to the width of the picture."""
-    off = canvas.groove_distance(distance_m)
-    return np.broadcast_to(np.clip(1.0 - off / 0.0035, 0.0, 1.0), canvas.size_px).astype(np.float32)
 
 
 PAINTED = TextureKind("painted_front", PaintedFront, paint_painted)

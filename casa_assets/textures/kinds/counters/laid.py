@@ -68,17 +68,15 @@ def _glued(params: ButcherBlock, canvas: Canvas, rng: np.random.Generator) -> La
     piece, edge_m, count = _pieces(canvas, params.stave_m, params.length_m, rng)
     dx = rng.uniform(0.0, canvas.tile_m[0], count).astype(np.float32)[piece]
     dy = rng.uniform(0.0, canvas.tile_m[1], count).astype(np.float32)[piece]
-    moved = [
-        canvas.shifted(plane, dx, dy) for plane in (*np.moveaxis(face.albedo, 2, 0), face.height_m, face.roughness)
-    ]
+    planes = (*np.moveaxis(face.albedo, 2, 0), face.height_m, face.roughness)
+    moved = [canvas.shifted(plane, dx, dy) for plane in planes]
     # Most staves are much alike and a few stand out: a cube of the lot keeps it so. Pale ones stand out less.
     lot = stratified(count, rng)
     tones = 0.35 * lot + 0.65 * lot**3
     tones = np.where(tones < 0.0, 0.5 * tones, tones) * params.palette.variety
     tone = tones.astype(np.float32)[piece]
     albedo = np.stack(moved[:3], axis=-1)
-    dark, light = rgb(params.palette.dark), rgb(params.palette.light)
-    albedo = albedo + 0.9 * (dark - light) * tone[..., None]
+    albedo = albedo + 0.9 * (rgb(params.palette.dark) - rgb(params.palette.light)) * tone[..., None]
     albedo = albedo * (1.0 + 0.04 * tone)[..., None]
     pixel = max(canvas.pixel_width_m, canvas.tile_m[1] / canvas.size_px[0])
     glue = line_coverage(edge_m, _GLUE_M, pixel)
@@ -143,20 +141,9 @@ def _end_maps(canvas: Canvas, species: WoodSpecies, radius: Map, angle: Map, rng
     dots = canvas.noise(0.0012, 0.0012, rng)
     zero = np.zeros_like(ring)
     rays = np.cos(angle * 160.0).astype(np.float32)
-    return GrainMaps(
-        ring=ring,
-        early=early,
-        fibre=0.5 * canvas.noise(0.002, 0.002, rng) + 0.25 * rays,
-        zone=zone,
-        pore=smoothstep(0.5, 1.6, dots),
-        fleck=zero,
-        dash=zero,
-        sheen=zero,
-        knot=zero,
-        tone=zero,
-        joint=zero,
-        edge_m=zero + 1.0,
-    )
+    fibre = 0.5 * canvas.noise(0.002, 0.002, rng) + 0.25 * rays
+    none = dict.fromkeys(("fleck", "dash", "sheen", "knot", "tone", "joint"), zero)
+    return GrainMaps(ring, early, fibre, zone, smoothstep(0.5, 1.6, dots), edge_m=zero + 1.0, **none)
 
 
 STAVES = TextureKind("butcher_block", ButcherBlock, paint_staves)
@@ -237,9 +224,8 @@ def paint_tiles(params: TiledCounter, canvas: Canvas, rng: np.random.Generator) 
     face = smoothstep(-0.0004, 0.0008, edge)
     albedo = blend(grout, albedo, face)
     dome = params.pillow_m * (1.0 - np.exp(-np.maximum(edge, 0.0) / 0.008)) + 0.00002 * params.unevenness * glaze
-    return Layers.of(
-        albedo, face * (0.0008 + dome) + (1.0 - face) * 0.00004 * sand, 0.85 + (params.roughness - 0.85) * face
-    )
+    height = face * (0.0008 + dome) + (1.0 - face) * 0.00004 * sand
+    return Layers.of(albedo, height, 0.85 + (params.roughness - 0.85) * face)
 
 
 def paint_glaze(params: GlazedLava, canvas: Canvas, rng: np.random.Generator) -> Layers:
@@ -253,17 +239,15 @@ def paint_glaze(params: GlazedLava, canvas: Canvas, rng: np.random.Generator) ->
     crack = crack * (0.3 + 0.7 * smoothstep(-1.0, 1.0, canvas.noise(0.15, 0.15, rng)))
     albedo = blend(albedo, deep * 0.45, params.crackle * crack)
     wave = canvas.noise(0.06, 0.06, rng, 2)
-    return Layers.of(
-        albedo, 0.00004 * wave - 0.00002 * crack, params.roughness + 0.1 * params.crackle * crack + 0.02 * pool
-    )
+    roughness = params.roughness + 0.1 * params.crackle * crack + 0.02 * pool
+    return Layers.of(albedo, 0.00004 * wave - 0.00002 * crack, roughness)
 
 
 def paint_print(params: PrintedLaminate, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """Paint one sheet of laminate."""
     albedo: Map = np.broadcast_to(rgb(params.ground), (*canvas.size_px, 3))
     for n, ink in enumerate(params.inks):
-        mask = _figures(params, n, canvas, rng)
-        albedo = blend(albedo, rgb(ink), mask)
+        albedo = blend(albedo, rgb(ink), _figures(params, n, canvas, rng))
     peel = canvas.noise(0.004, 0.004, rng)
     return Layers.of(albedo * (1.0 + 0.004 * peel)[..., None], 0.000004 * peel, params.roughness + 0.01 * peel)
 
@@ -282,18 +266,15 @@ def _figures(params: PrintedLaminate, ink: int, canvas: Canvas, rng: np.random.G
     soft = canvas.pixel_width_m / size
     if params.pattern is LaminatePattern.BOOMERANG:
         # A bent bar: distance to a parabola, the bar thins out to its tips; only its outline is inked.
-        bar = np.abs(v + 0.10 - 1.6 * u * u) / np.sqrt(1.0 + (3.2 * u) ** 2) - 0.10 * np.sqrt(
-            np.clip(1 - 9 * u * u, 0, 1)
-        )
+        half = 0.10 * np.sqrt(np.clip(1 - 9 * u * u, 0, 1))
+        bar = np.abs(v + 0.10 - 1.6 * u * u) / np.sqrt(1.0 + (3.2 * u) ** 2) - half
         bar = np.where(np.abs(u) < 0.34, bar, 1.0)
-        return np.asarray(
-            np.clip(1.2 - (np.abs(bar) - 0.012) / max(soft, 0.012), 0.0, 1.0) * (places.random_per_cell(rng) < 0.8)
-        )
+        line = np.clip(1.2 - (np.abs(bar) - 0.012) / max(soft, 0.012), 0.0, 1.0)
+        return np.asarray(line * (places.random_per_cell(rng) < 0.8))
     if params.pattern is LaminatePattern.FLECKS:
         slim = np.maximum(np.abs(u) / 0.30, np.abs(v) / 0.035)
-        return np.asarray(
-            np.clip((1.0 - slim) / max(soft / 0.035, 0.2) + 0.5, 0.0, 1.0) * (places.random_per_cell(rng) < 0.55)
-        )
+        fleck = np.clip((1.0 - slim) / max(soft / 0.035, 0.2) + 0.5, 0.0, 1.0)
+        return np.asarray(fleck * (places.random_per_cell(rng) < 0.55))
     chip = places.border_m / size - 0.05 - 0.15 * places.random_per_cell(rng)
     return np.asarray(np.clip(chip / soft, 0.0, 1.0) * (places.random_per_cell(rng) < 0.3), dtype=np.float32)
 
@@ -422,9 +403,8 @@ def _spots(share: float, canvas: Canvas, rng: np.random.Generator) -> Map:
     drops = voronoi_cells(canvas, 0.11, rng, bend_m=0.004)
     radius = 0.008 + 0.03 * drops.random_per_cell(rng)
     ring = np.exp(-(((drops.near_m - radius) / 0.0018) ** 2)) + 0.3 * (drops.near_m < radius)
-    return np.asarray(
-        ring * (drops.random_per_cell(rng) < share) * (0.4 + 0.6 * drops.random_per_cell(rng)), dtype=np.float32
-    )
+    ring = ring * (drops.random_per_cell(rng) < share) * (0.4 + 0.6 * drops.random_per_cell(rng))
+    return np.asarray(ring, dtype=np.float32)
 
 
 METAL = TextureKind("sheet_metal", SheetMetal, paint_metal)

@@ -35,7 +35,6 @@ class VoronoiCells:
     second_m: Map  # to the second nearest seed
     dx_m: Map  # along x from the nearest seed to the pixel
     dy_m: Map  # along y
-    size_m: float  # height of a cell of the grid in which the seeds are placed
 
     @property
     def border_m(self) -> Map:
@@ -53,11 +52,8 @@ def voronoi_cells(
     """Assign every pixel of the canvas to the nearest jittered seed, periodically.
 
     Args:
-        canvas: pixels and metres.
-        size_m: usual size of a cell along y.
-        rng: draws the seeds.
-        stretch: how much longer cells are along x.
-        bend_m: how far borders are bent, metres.
+        size_m: usual size of a cell along y. stretch: how much longer cells are along x.
+        bend_m: how far borders are bent.
     """
     rows, columns = canvas.cells(size_m, size_m * stretch)
     tall, wide = canvas.tile_m[1] / rows, canvas.tile_m[0] / columns
@@ -84,15 +80,8 @@ def voronoi_cells(
         nearest2, ids = np.where(closer, distance2, nearest2), np.where(closer, cell, ids)
         best_x, best_y = np.where(closer, dx, best_x), np.where(closer, dy, best_y)
     scale = np.float32(tall)
-    return VoronoiCells(
-        count=rows * columns,
-        id=ids,
-        near_m=np.sqrt(nearest2) * scale,
-        second_m=np.sqrt(second2) * scale,
-        dx_m=best_x * np.float32(wide),
-        dy_m=best_y * scale,
-        size_m=tall,
-    )
+    near_m, second_m = np.sqrt(nearest2) * scale, np.sqrt(second2) * scale
+    return VoronoiCells(rows * columns, ids, near_m, second_m, best_x * np.float32(wide), best_y * scale)
 
 
 # Veined ---------------------------------------------------------------------------------------------------------------
@@ -137,9 +126,12 @@ class VeinedStone(Record):
 
 def paint_veined(params: VeinedStone, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """Paint one slab."""
-    clouds = _clouds(params, canvas, rng)
-    ground, cloud = rgb(params.ground), rgb(params.cloud)
-    albedo = blend(ground, cloud, params.cloudy * clouds)
+    # Banks of cloud are drawn out along the slant.
+    size = params.cloud_m
+    field = canvas.noise(0.6 * size, 1.5 * size, rng, 5)
+    bend = 0.25 * size * canvas.noise(size, size, rng, 2)
+    clouds = smoothstep(-1.2, 1.8, slanted(canvas, canvas.shifted(field, bend, bend), params.shear))
+    albedo = blend(rgb(params.ground), rgb(params.cloud), params.cloudy * clouds)
     cut = np.zeros(canvas.size_px, dtype=np.float32)
     for vein in params.veins:
         albedo, line = add_vein(albedo, vein, canvas, rng)
@@ -195,15 +187,12 @@ def _courses(vein: Vein, canvas: Canvas, rng: np.random.Generator) -> tuple[Map,
         pieces = voronoi_cells(canvas, size, rng, stretch=vein.stretch)
         smaller = voronoi_cells(canvas, 0.45 * size, rng, stretch=vein.stretch)
         # Cells lie square to the picture: slanted, they no longer do.
-        moved = [
-            slanted(canvas, m, vein.shear)
-            for m in (pieces.border_m, smaller.border_m, pieces.random_per_cell(rng) - 0.5)
-        ]
+        planes = (pieces.border_m, smaller.border_m, pieces.random_per_cell(rng) - 0.5)
+        moved = [slanted(canvas, plane, vein.shear) for plane in planes]
         near, twig, side = (canvas.shifted(m, 1.6 * bend + fine, fine - 1.6 * bend) for m in moved)
         return near, twig + 0.0012, side
-    tilt = canvas.noise(size, size * vein.stretch, rng) + 0.25 * canvas.noise(
-        0.4 * size, 0.4 * size * vein.stretch, rng
-    )
+    tilt = canvas.noise(size, size * vein.stretch, rng)
+    tilt = tilt + 0.25 * canvas.noise(0.4 * size, 0.4 * size * vein.stretch, rng)
     field = slanted(canvas, canvas.shifted(tilt, bend, 0.6 * bend + fine), vein.shear)
     split = 0.45 * slanted(canvas, canvas.noise(0.5 * size, 0.8 * size * vein.stretch, rng, 2), vein.shear)
     return _off(field, size, canvas), _off(field + split, size, canvas), field
@@ -217,14 +206,6 @@ def _off(field: Map, size_m: float, canvas: Canvas) -> Map:
     # Near a saddle the slope vanishes, and a vein would run out into a blot.
     slope = np.maximum(np.hypot(rise_x, rise_y), 1.2 / size_m)
     return np.asarray(np.abs(field) / slope, dtype=np.float32)
-
-
-def _clouds(params: VeinedStone, canvas: Canvas, rng: np.random.Generator) -> Map:
-    """Mask 0..1: banks of cloud drawn out along the slant."""
-    size = params.cloud_m
-    field = canvas.noise(0.6 * size, 1.5 * size, rng, 5)
-    bend = 0.25 * size * canvas.noise(size, size, rng, 2)
-    return smoothstep(-1.2, 1.8, slanted(canvas, canvas.shifted(field, bend, bend), params.shear))
 
 
 VEINED = TextureKind("veined_stone", VeinedStone, paint_veined)
@@ -266,8 +247,10 @@ def paint_flow(params: BandedStone, canvas: Canvas, rng: np.random.Generator) ->
     albedo = albedo * shade[..., None]
     for vein in params.veins:
         albedo, _ = add_vein(albedo, vein, canvas, rng)
-    if params.fossils > 0:
-        albedo = _fossils(params, albedo, canvas, rng)
+    if params.fossils > 0:  # shell fragments a few millimetres long, pale and dark
+        for tone, shell_m in ((1.10, 0.006), (0.82, 0.004)):
+            dots = canvas.noise(shell_m, 1.8 * shell_m, rng) + 0.4 * canvas.noise(0.2, 0.2, rng)
+            albedo = albedo * (1.0 + (tone - 1.0) * params.fossils * smoothstep(1.7, 2.1, dots))[..., None]
     height = 0.000002 * grain + params.cleft_m * (0.3 * cloud + 0.12 * thread)
     roughness = params.roughness + 0.02 * params.fine * thread + 0.02 * grain
     if params.pits > 0:
@@ -295,14 +278,6 @@ def _pits(params: BandedStone, fold: Map, canvas: Canvas, rng: np.random.Generat
     field = canvas.shifted(holes + 0.8 * rows, np.zeros_like(x), fold)
     edge = 3.2 - 1.9 * params.pits
     return smoothstep(edge, edge + 0.45, field)
-
-
-def _fossils(params: BandedStone, albedo: Map, canvas: Canvas, rng: np.random.Generator) -> Map:
-    """Shell fragments a few millimetres long, pale and dark."""
-    for tone, size in ((1.10, 0.006), (0.82, 0.004)):
-        shell = smoothstep(1.7, 2.1, canvas.noise(size, 1.8 * size, rng) + 0.4 * canvas.noise(0.2, 0.2, rng))
-        albedo = albedo * (1.0 + (tone - 1.0) * params.fossils * shell)[..., None]
-    return albedo
 
 
 BANDED = TextureKind("banded_stone", BandedStone, paint_flow)
@@ -456,7 +431,11 @@ def paint_speckled(params: MadeStone, canvas: Canvas, rng: np.random.Generator) 
         roughness = roughness + chips.roughness_change * mask
         free = free * (1.0 - mask)  # a small chip lies beside a large one, never on it
     if params.pinholes > 0:
-        hole = _pinholes(params.pinholes, canvas, rng)
+        # Round holes of one to three millimetres, far apart.
+        places = voronoi_cells(canvas, 0.012, rng)
+        radius = 0.0004 + 0.0013 * places.random_per_cell(rng) ** 3
+        chosen = places.random_per_cell(rng) < 0.5 * params.pinholes
+        hole = np.asarray(chosen * np.clip(1.5 - places.near_m / radius, 0.0, 1.0))
         albedo = albedo * (1.0 - 0.4 * hole)[..., None]
         height = height - 0.0006 * hole
     return Layers.of(albedo, height, roughness)
@@ -475,13 +454,6 @@ def _chips(chips: ChipSize, canvas: Canvas, rng: np.random.Generator) -> tuple[M
     shade = 1.0 + chips.spread * (places.random_per_cell(rng) - 0.5)
     inside = 1.0 + 0.06 * chips.spread * canvas.noise(0.4 * chips.size_m, 0.4 * chips.size_m, rng)
     return np.asarray(colors[pick] * (shade * inside)[..., None]), smoothstep(0.0, 1.0, edge) * taken
-
-
-def _pinholes(share: float, canvas: Canvas, rng: np.random.Generator) -> Map:
-    """Mask 0..1: round holes of one to three millimetres, far apart."""
-    places = voronoi_cells(canvas, 0.012, rng)
-    radius = 0.0004 + 0.0013 * places.random_per_cell(rng) ** 3
-    return np.asarray((places.random_per_cell(rng) < 0.5 * share) * np.clip(1.5 - places.near_m / radius, 0.0, 1.0))
 
 
 MADE = TextureKind("made_stone", MadeStone, paint_speckled)

@@ -68,7 +68,7 @@ def paint_resilient(params: ResilientFloor, canvas: Canvas, rng: np.random.Gener
         size = np.array(canvas.tile_m, dtype=np.float32)[:, None]
         dx, dy = (jump * size)[:, pieces.owner]
         at_x, at_y = pieces.u_m + dx - canvas.axes()[0], pieces.v_m + dy - canvas.axes()[1]
-        tone = stratified(pieces.count, rng).astype(np.float32)[pieces.owner]
+        tone = pieces.read(stratified(pieces.count, rng))
         planes = [canvas.shifted(face.albedo[..., n], at_x, at_y) * (1.0 + 0.04 * tone) for n in range(3)]
         face = Layers.of(
             np.stack(planes, axis=2),
@@ -219,18 +219,18 @@ def paint_timber(params: TimberFloor, canvas: Canvas, rng: np.random.Generator) 
     """Paint one field of boards."""
     pieces = lay(params.laying, canvas, rng)
     face = _boards(params, pieces, canvas, rng)
-    tone = stratified(pieces.count, rng).astype(np.float32)[pieces.owner]
-    warm = stratified(pieces.count, rng).astype(np.float32)[pieces.owner]
+    tone = pieces.read(stratified(pieces.count, rng))
+    warm = pieces.read(stratified(pieces.count, rng))
     hue = np.stack([1.0 + 0.03 * params.warmth * warm, np.ones_like(warm), 1.0 - 0.07 * params.warmth * warm], axis=2)
     shade = 1.0 + 0.26 * params.variety * tone
     albedo = face.albedo * hue * shade[..., None]
     height: Map = face.height_m
     roughness: Map = face.roughness
     if params.scraping_m > 0:
-        hollow = canvas.noise(0.22, 0.22, rng) + 0.6 * pieces.u_m / pieces.half_m[:, 0].astype(np.float32)[pieces.owner]
+        hollow = canvas.noise(0.22, 0.22, rng) + 0.6 * pieces.u_m / pieces.read(pieces.half_m[:, 0])
         height = height + np.float32(0.4 * params.scraping_m) * hollow
     if params.saw_marks > 0:
-        phase = rng.uniform(0.0, 1.0, pieces.count).astype(np.float32)[pieces.owner]
+        phase = pieces.read(rng.uniform(0.0, 1.0, pieces.count))
         lines = np.sin(2 * np.pi * (pieces.v_m + 0.6 * pieces.u_m**2 / 0.1) / 0.006 + 20.0 * phase)
         lines = lines * canvas.resolved(0.003, 1.0) * smoothstep(-0.2, 1.6, canvas.noise(0.2, 0.1, rng, 2) + 1.5 * tone)
         albedo = albedo * (1.0 - 0.09 * params.saw_marks * np.maximum(lines, -0.4))[..., None]
@@ -240,8 +240,7 @@ def paint_timber(params: TimberFloor, canvas: Canvas, rng: np.random.Generator) 
         rims = np.exp(-np.maximum(pieces.inside_m, 0.0) / 0.006)
         albedo = albedo * (1.0 - params.wear * (0.22 * dirt + 0.3 * rims))[..., None]
         roughness = roughness + 0.12 * params.wear * dirt
-    dressed = Layers.of(albedo, height, roughness)
-    return fill(dressed, params.joint, rim(params.joint, pieces, canvas, rng), canvas, rng)
+    return fill(Layers.of(albedo, height, roughness), params.joint, rim(params.joint, pieces, canvas, rng), canvas, rng)
 
 
 def _boards(params: TimberFloor, pieces: PieceMap, canvas: Canvas, rng: np.random.Generator) -> Layers:
@@ -283,10 +282,10 @@ def paint_ends(params: EndGrainFloor, canvas: Canvas, rng: np.random.Generator) 
     pu, pv = (far * np.cos(angle)).astype(np.float32), (far * np.sin(angle)).astype(np.float32)
     radius = np.hypot(pieces.u_m - pu[pieces.owner], pieces.v_m - pv[pieces.owner])
     radius = radius + 0.0012 * canvas.noise(0.03, 0.03, rng, 3)
-    part = np.mod(radius / params.species.ring_m + rng.random(pieces.count).astype(np.float32)[pieces.owner], 1.0)
+    part = np.mod(radius / params.species.ring_m + pieces.read(rng.random(pieces.count)), 1.0)
     seen = np.float32(min(1.0, 0.5 * params.species.ring_m / canvas.pixel_m))
     ring = 0.4 + (smoothstep(0.2, 0.9, part) * (1.0 - smoothstep(0.94, 1.0, part)) - 0.4) * seen
-    tone = stratified(pieces.count, rng).astype(np.float32)[pieces.owner]
+    tone = pieces.read(stratified(pieces.count, rng))
     check = _checks(pieces, pu, pv, canvas, rng)
     light, dark = rgb(params.palette.light), rgb(params.palette.dark)
     fibre = canvas.resolved(0.002, 0.002) * canvas.noise(0.002, 0.002, rng)
@@ -303,8 +302,8 @@ def paint_ends(params: EndGrainFloor, canvas: Canvas, rng: np.random.Generator) 
 def _checks(pieces: PieceMap, pu: Map, pv: Map, canvas: Canvas, rng: np.random.Generator) -> Map:
     """Mask 0..1: cracks that run out from the pith of some blocks."""
     bearing = np.arctan2(pieces.v_m - pv[pieces.owner], pieces.u_m - pu[pieces.owner])
-    crack = rng.uniform(-np.pi, np.pi, pieces.count).astype(np.float32)[pieces.owner]
-    has = (rng.random(pieces.count) < 0.35).astype(np.float32)[pieces.owner]
+    crack = pieces.read(rng.uniform(-np.pi, np.pi, pieces.count))
+    has = pieces.read(rng.random(pieces.count) < 0.35)
     off = np.abs(np.mod(bearing - crack + np.pi, 2 * np.pi) - np.pi + 0.02 * canvas.noise(0.03, 0.03, rng, 2))
     return np.asarray(has * np.clip(1.2 - off / 0.03, 0.0, 1.0), dtype=np.float32)
 

@@ -60,7 +60,7 @@ def paint_encaustic(params: Encaustic, canvas: Canvas, rng: np.random.Generator)
     for depth, number in DESIGNS[params.design](u, v):
         share = ink(np.asarray(depth), soft)[..., None]
         albedo = albedo + (colors[number % len(colors)] - albedo) * share
-    tone = stratified(pieces.count, rng).astype(np.float32)[pieces.owner]
+    tone = pieces.read(stratified(pieces.count, rng))
     grain = canvas.noise(0.004, 0.004, rng, 2)
     shade = 1.0 + 0.12 * params.variety * tone + 0.035 * mottle + 0.012 * grain
     pale = albedo.mean(axis=2, keepdims=True) * 0.5 + 0.36
@@ -133,26 +133,19 @@ def paint_stone(
     params: MarbleTile | LayeredTile | GraniteTile | ChipTile, canvas: Canvas, rng: np.random.Generator
 ) -> Layers:
     """Paint one field of stone tiles."""
-    slab = slab_canvas(canvas, (params.slab_m, params.slab_m))
+    size = (params.slab_m, params.slab_m)
+    on = slab_canvas(canvas, size)
     stones = [stone for stone in (params.stone, params.accent) if stone is not None]
-    faces = [_PAINT_SLAB[type(stone)](stone, slab, rng) for stone in stones]
-    return _cut_and_lay(params, faces, canvas, rng, along=isinstance(params, LayeredTile))
-
-
-def _cut_and_lay(
-    params: StoneTile, faces: list[Layers], canvas: Canvas, rng: np.random.Generator, along: bool = False
-) -> Layers:
-    """Pieces cut from slabs; `along`: the layers of the slab lie along the pieces."""
+    slabs = tuple(Slab(_PAINT_SLAB[type(stone)](stone, on, rng), size) for stone in stones)
     pieces = lay(params.laying, canvas, rng)
-    if along:
+    if isinstance(params, LayeredTile):  # the layers of the slab lie along the pieces
         pieces = replace(pieces, u_m=pieces.v_m, v_m=-pieces.u_m)
-    slabs = tuple(Slab(face, (params.slab_m, params.slab_m)) for face in faces)
     pick = pieces.sort % len(slabs)
     at = rng.uniform(0.0, params.slab_m, (2, pieces.count))
     mirrored = rng.permutation(np.arange(pieces.count) % 2) * 2.0 - 1.0
     face = inlay(pieces, slabs, pick, at[0], at[1], mirrored if params.turned else np.ones(pieces.count))
-    tone = stratified(pieces.count, rng).astype(np.float32)[pieces.owner]
-    warm = stratified(pieces.count, rng).astype(np.float32)[pieces.owner] * np.float32(params.warmth)
+    tone = pieces.read(stratified(pieces.count, rng))
+    warm = pieces.read(stratified(pieces.count, rng)) * np.float32(params.warmth)
     hue = np.stack([1.0 + 0.035 * warm, 1.0 + 0.008 * warm, 1.0 - 0.06 * warm], axis=2)
     albedo = face.albedo * hue * (1.0 + 0.16 * params.variety * tone)[..., None]
     height: Map = face.height_m

@@ -42,7 +42,7 @@ class _Colors(Record):
 
 
 class Section(_Colors):
-    """A cut face; the picture holds a disc whose middle is that of the flesh and whose rim is the skin.
+    """A cut face, its colours from the middle to the rim; the picture is a disc from the flesh to the skin.
 
     Distances are from the middle, 0, to the rim, 1. Angle 0 is to the right; the axis of a thing cut along points up.
     """
@@ -162,7 +162,7 @@ Millimetres = Annotated[float, Field(ge=0, le=60)]
 
 
 class Skin(_Colors):
-    """A skin; the picture's height runs from the lower end of the object to its upper end, its width once around it."""
+    """A skin, its colours from the lower end of the object, where the picture's height begins, to the upper one."""
 
     mottle: Share = Field(0.15, description="how far the lightness wanders")
     mottle_mm: Millimetres = Field(8.0, description="size of its clouds")

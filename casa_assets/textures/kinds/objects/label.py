@@ -133,12 +133,8 @@ class Area:
 
     def part(self, left: float, top: float, right: float, bottom: float) -> Area:
         """A rectangle within it, by shares of its sides."""
-        return Area(
-            self.x + left * self.width,
-            self.y + top * self.height,
-            (right - left) * self.width,
-            (bottom - top) * self.height,
-        )
+        x, y = self.x + left * self.width, self.y + top * self.height
+        return Area(x, y, (right - left) * self.width, (bottom - top) * self.height)
 
     @property
     def corners(self) -> tuple[float, float, float, float]:
@@ -308,8 +304,7 @@ def _words(image: Image.Image, p: Label, area: Area, ground: str, lines: Sequenc
 
 
 def _small(image: Image.Image, p: Label, area: Area, ground: str) -> None:
-    if p.small:
-        write(image, area, p.small, _seen_on(ground, p.ink))
+    write(image, area, p.small, _seen_on(ground, p.ink))
 
 
 # The ground and the back ----------------------------------------------------------------------------------------------
@@ -329,8 +324,16 @@ def _strew(image: Image.Image, p: Label, inside: Area) -> None:
                 for k in range(count // 2 + 1):
                     x, y, r = (2 * k + row % 2) * step, row * step, 0.3 * step
                     draw.ellipse((x - r, y - r, x + r, y + r), fill=color)
-        case Pattern.CHECKS:
-            _checks(image, p.ground[0], color, step)
+        case Pattern.CHECKS:  # squares of a tablecloth
+            blended = np.rint(255 * (rgb(p.ground[0]) + rgb(color)) / 2).astype(int)
+            mixed = (int(blended[0]), int(blended[1]), int(blended[2]))
+            columns = range(0, round(wide / step), 2)
+            for k in columns:
+                draw.rectangle((k * step, 0, (k + 1) * step, high), fill=mixed)
+            for row in rows[::2]:
+                draw.rectangle((0, row * step, wide, (row + 1) * step), fill=mixed)
+                for k in columns:
+                    draw.rectangle((k * step, row * step, (k + 1) * step, (row + 1) * step), fill=color)
         case Pattern.STRIPES:
             for k in range(0, count, 2):
                 draw.rectangle((k * step, 0, (k + 1) * step, high), fill=color)
@@ -347,20 +350,6 @@ def _strew(image: Image.Image, p: Label, inside: Area) -> None:
         case Pattern.FADE:
             ramp = Image.linear_gradient("L").resize((wide, high))
             image.paste(Image.composite(Image.new("RGB", image.size, color), image, ramp))
-
-
-def _checks(image: Image.Image, ground: str, color: str, step: float) -> None:
-    """Squares of a tablecloth."""
-    draw, (wide, high) = ImageDraw.Draw(image), image.size
-    blended = np.rint(255 * (rgb(ground) + rgb(color)) / 2).astype(int)
-    mixed = (int(blended[0]), int(blended[1]), int(blended[2]))
-    columns = range(0, round(wide / step), 2)
-    for k in columns:
-        draw.rectangle((k * step, 0, (k + 1) * step, high), fill=mixed)
-    for row in range(0, math.ceil(high / step) + 1, 2):
-        draw.rectangle((0, row * step, wide, (row + 1) * step), fill=mixed)
-        for k in columns:
-            draw.rectangle((k * step, row * step, (k + 1) * step, (row + 1) * step), fill=color)
 
 
 def _backs(image: Image.Image, p: Label, inside: Area, rng: np.random.Generator, others: float) -> Image.Image:
@@ -563,9 +552,8 @@ def _diagonal(image: Image.Image, p: Label, face: Area) -> None:
     lean = face.part(0.0, 0.06, 1.0, 0.94)
     _motif(image, p, lean.part(0.1, 0.0, 0.9, 0.3), p.second)
     color = _seen_on(p.second, *([p.brand_ink] if p.brand_ink else []), WHITE, p.accent)
-    write(
-        image, lean.part(0.02, 0.34, 0.98, 0.6), p.brand, color, p.lettering, _seen_on(color, p.accent, ground, p.ink)
-    )
+    edge = _seen_on(color, p.accent, ground, p.ink)
+    write(image, lean.part(0.02, 0.34, 0.98, 0.6), p.brand, color, p.lettering, edge)
     plate = lean.part(0.12, 0.66, 0.88, 0.94)
     if p.words:
         ImageDraw.Draw(image).rectangle(plate.corners, fill=ground)

@@ -98,9 +98,8 @@ def paint_printed(params: PrintedPaper, canvas: Canvas, rng: np.random.Generator
         else:
             albedo = blend(albedo, colors[0], share)
             inked = inked * (1.0 - share)
-    return _paper(
-        albedo, inked * np.float32(params.emboss_m), params.roughness - 0.4 * params.sheen * inked, canvas, rng
-    )
+    height, gloss = inked * np.float32(params.emboss_m), params.roughness - 0.4 * params.sheen * inked
+    return _paper(albedo, height, gloss, canvas, rng)
 
 
 def paint_foliage(params: FoliagePaper, canvas: Canvas, rng: np.random.Generator) -> Layers:
@@ -125,11 +124,8 @@ def paint_woven(params: WovenPaper, canvas: Canvas, rng: np.random.Generator) ->
     if params.weave is PaperWeave.RAFFIA:
         pick, height, open_ = _raffia(size, canvas, rng)
     elif params.weave is PaperWeave.GRASS:
-        pick = (
-            0.8 * canvas.noise(size, 0.7, rng)
-            + 0.6 * canvas.noise(2.6 * size, 0.9, rng)
-            + 0.5 * canvas.noise(size, 0.12, rng)
-        )
+        pick = 0.8 * canvas.noise(size, 0.7, rng) + 0.6 * canvas.noise(2.6 * size, 0.9, rng)
+        pick = pick + 0.5 * canvas.noise(size, 0.12, rng)
         height = 0.0002 * pick
         upright = canvas.noise(0.5, 1.6 * size, rng) * canvas.resolved(1.0, size)
         open_ = 0.45 * smoothstep(0.9, 2.2, -canvas.noise(0.8 * size, 0.4, rng)) + 0.10 * smoothstep(0.8, 1.6, upright)
@@ -162,11 +158,8 @@ def _raffia(size: float, canvas: Canvas, rng: np.random.Generator) -> tuple[Map,
     tone = tone + rng.normal(0.0, 1.0, rows).astype(np.float32)[row] * ~upright
     fibre = np.where(upright, canvas.noise(0.2, 0.25 * size, rng), canvas.noise(0.25 * size, 0.2, rng))
     hole = smoothstep(0.40, 0.5, np.abs(across)) * (1.0 - 0.6 * arch)
-    return (
-        np.asarray(0.5 * tone + 0.35 * fibre + 0.5 * (arch - 0.6)),
-        np.asarray(0.12 * size * arch * (1.0 - np.abs(across)) + 0.00003 * fibre),
-        np.asarray(0.9 * hole),
-    )
+    height = np.asarray(0.12 * size * arch * (1.0 - np.abs(across)) + 0.00003 * fibre)
+    return np.asarray(0.5 * tone + 0.35 * fibre + 0.5 * (arch - 0.6)), height, np.asarray(0.9 * hole)
 
 
 PRINTED = TextureKind("printed_paper", PrintedPaper, paint_printed)
@@ -209,8 +202,7 @@ _Parts = tuple[Map, Map, Map]
 def paint_plaster(params: Plaster, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """Paint one wall."""
     share, depth, gloss = _HANDS[params.technique](canvas, rng)
-    color, second = rgb(params.color), rgb(params.second)
-    albedo = blend(color, second, np.clip(params.strength * share, -0.6, 1.0))
+    albedo = blend(rgb(params.color), rgb(params.second), np.clip(params.strength * share, -0.6, 1.0))
     return Layers.of(albedo, params.relief * depth, np.clip(params.roughness + gloss, 0.05, 1))
 
 
@@ -243,9 +235,8 @@ def _venetian(canvas: Canvas, rng: np.random.Generator) -> _Parts:
         tone = rng.normal(0.0, 1.0, int(owner.max()) + 1).astype(np.float32)[owner]
         stroke = tone * smoothstep(0.0, 0.5, second - first)
         bend = 0.35 * size
-        total += canvas.shifted(
-            np.asarray(stroke), bend * canvas.noise(size, size, rng), 0.6 * bend * canvas.noise(0.8 * size, size, rng)
-        )
+        dx, dy = bend * canvas.noise(size, size, rng), 0.6 * bend * canvas.noise(0.8 * size, size, rng)
+        total += canvas.shifted(np.asarray(stroke), dx, dy)
     cloud = standardize(total) + 0.7 * canvas.noise(0.5, 0.5, rng, 4)
     streak = canvas.noise(0.02, 0.2, rng, 3)
     share = 0.55 * cloud + 0.12 * streak
@@ -267,11 +258,8 @@ def _tadelakt(canvas: Canvas, rng: np.random.Generator) -> _Parts:
     cloud = 0.8 * canvas.noise(0.35, 0.35, rng, 6) + 0.5 * canvas.noise(0.07, 0.09, rng, 4)
     stone = canvas.noise(0.035, 0.05, rng, 2)
     pit = smoothstep(2.2, 2.8, canvas.noise(0.007, 0.007, rng) + 0.6 * cloud)
-    return (
-        0.55 * cloud + 0.1 * stone + 0.7 * pit,
-        np.asarray(0.0003 * stone + 0.0005 * cloud - 0.0006 * pit),
-        0.06 * cloud,
-    )
+    depth = np.asarray(0.0003 * stone + 0.0005 * cloud - 0.0006 * pit)
+    return 0.55 * cloud + 0.1 * stone + 0.7 * pit, depth, 0.06 * cloud
 
 
 def _stucco(canvas: Canvas, rng: np.random.Generator) -> _Parts:
@@ -300,11 +288,8 @@ def _clay(canvas: Canvas, rng: np.random.Generator) -> _Parts:
         bend = 0.012 * canvas.noise(0.05, 0.05, rng)
         fibre = canvas.shifted(fibre, bend, -bend) * canvas.resolved(0.003, 0.003)
         straw = np.maximum(straw, smoothstep(1.5, 2.1, fibre))
-    return (
-        0.35 * cloud + 0.15 * grain - 1.1 * straw,
-        np.asarray(0.0005 * cloud + 0.0002 * grain + 0.0003 * straw),
-        0.0 * straw,
-    )
+    depth = np.asarray(0.0005 * cloud + 0.0002 * grain + 0.0003 * straw)
+    return 0.35 * cloud + 0.15 * grain - 1.1 * straw, depth, 0.0 * straw
 
 
 _HANDS: dict[PlasterFinish, Callable[[Canvas, np.random.Generator], _Parts]] = {

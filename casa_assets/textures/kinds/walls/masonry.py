@@ -65,7 +65,7 @@ def paint_ceramic(params: CeramicTile, canvas: Canvas, rng: np.random.Generator)
     number, tone = colors_of(params.color_order, len(params.colors), pieces, rng), stratified(pieces.count, rng)
     glaze = read_per_piece(canvas.noise(0.035, 0.035, rng, 4), canvas, pieces, rng)
     albedo = rgb_table(params.colors)[number][pieces.owner]
-    shade = 1.0 + params.variety * 0.13 * tone.astype(np.float32)[pieces.owner] + params.glaze_pooling * 0.045 * glaze
+    shade = 1.0 + params.variety * 0.13 * pieces.read(tone) + params.glaze_pooling * 0.045 * glaze
     albedo = albedo * shade[..., None]
     if params.glaze_pooling > 0:
         # Glaze draws back from the rim and gathers in low spots.
@@ -108,7 +108,7 @@ def _relief(params: CeramicTile, pieces: PieceMap, glaze: Map, rng: np.random.Ge
     height = slope[0][pieces.owner] * pieces.u_m + slope[1][pieces.owner] * pieces.v_m
     height = height + np.float32(params.wave_m) * glaze
     if params.rib_count:
-        across = pieces.u_m / pieces.half_m[:, 0].astype(np.float32)[pieces.owner]
+        across = pieces.u_m / pieces.read(pieces.half_m[:, 0])
         height = height + 0.0022 * np.abs(np.sin(np.pi / 2 * params.rib_count * (across + 1.0)))
     return np.asarray(height, dtype=np.float32)
 
@@ -151,13 +151,13 @@ def paint_clay(params: FiredClay, canvas: Canvas, rng: np.random.Generator) -> L
     number, tone = colors_of(params.color_order, len(params.colors), pieces, rng), stratified(pieces.count, rng)
     cloud = read_per_piece(canvas.noise(0.06, 0.06, rng, 5), canvas, pieces, rng)
     grit = canvas.resolved(0.004, 0.004) * canvas.noise(0.004, 0.004, rng) + 0.6 * canvas.noise(0.011, 0.011, rng, 2)
-    shade = 1.0 + params.variety * 0.17 * tone.astype(np.float32)[pieces.owner]
+    shade = 1.0 + params.variety * 0.17 * pieces.read(tone)
     shade = shade + params.mottle * 0.10 * cloud + 0.018 * grit
     albedo = rgb_table(params.colors)[number][pieces.owner] * shade[..., None]
     if params.kiln_marks > 0:
         dark = _burnt(pieces, cloud, rng) * params.kiln_marks
         albedo = albedo * (1.0 - np.array([0.55, 0.5, 0.42], dtype=np.float32) * dark[..., None])
-    proud = (rng.normal(0.0, 1.0, pieces.count).clip(-2, 2) * params.protrusion_m).astype(np.float32)[pieces.owner]
+    proud = pieces.read(rng.normal(0.0, 1.0, pieces.count).clip(-2, 2) * params.protrusion_m)
     lumps = 0.5 * grit + 0.6 * cloud - 1.2 * smoothstep(1.6, 2.3, cloud + 0.5 * grit)
     height = (proud + params.relief_m * 0.4 * lumps).astype(np.float32)
     gloss = np.broadcast_to(np.float32(params.roughness), canvas.size_px) + np.float32(0.03) * cloud
@@ -167,9 +167,9 @@ def paint_clay(params: FiredClay, canvas: Canvas, rng: np.random.Generator) -> L
 
 def _burnt(pieces: PieceMap, cloud: Map, rng: np.random.Generator) -> Map:
     """Mask 0..1: dark toward one end of some bricks, as they lay in the kiln."""
-    lean = rng.normal(0.0, 1.0, pieces.count).astype(np.float32)[pieces.owner]
-    share = stratified(pieces.count, rng).astype(np.float32)[pieces.owner]
-    along = pieces.v_m / pieces.half_m[:, 1].astype(np.float32)[pieces.owner]
+    lean = pieces.read(rng.normal(0.0, 1.0, pieces.count))
+    share = pieces.read(stratified(pieces.count, rng))
+    along = pieces.v_m / pieces.read(pieces.half_m[:, 1])
     return smoothstep(0.6, 2.2, along * lean + 1.3 * share + 0.4 * cloud)
 
 
@@ -223,28 +223,24 @@ def paint_stonework(params: Stonework, canvas: Canvas, rng: np.random.Generator)
     lines = read_per_piece(canvas.shifted(lines, 0.0 * bend, bend), canvas, pieces, rng)
     grit = canvas.noise(0.006, 0.006, rng, 2)
     crack = 1.0 - smoothstep(0.0, 0.16, np.abs(read_per_piece(canvas.noise(0.06, 0.09, rng, 3), canvas, pieces, rng)))
-    shade = 1.0 + params.variety * 0.24 * tone.astype(np.float32)[pieces.owner] + 0.07 * rock + 0.024 * grit
+    shade = 1.0 + params.variety * 0.24 * pieces.read(tone) + 0.07 * rock + 0.024 * grit
     shade = shade + 0.08 * params.layered * lines - 0.10 * crack * (1.0 - params.layered)
     albedo = rgb_table(params.colors)[number][pieces.owner] * shade[..., None]
     if params.stain_share > 0:
-        bias = stratified(pieces.count, rng).astype(np.float32)[pieces.owner]
+        bias = pieces.read(stratified(pieces.count, rng))
         edge = 2.2 - 3.6 * params.stain_share
         share = smoothstep(edge, edge + 1.8, read_per_piece(rock, canvas, pieces, rng) + 0.9 * bias)
         albedo = blend(albedo, rgb(params.stain) * shade[..., None], 0.65 * share)
     dome = 1.0 - np.exp(-np.maximum(rim_m, 0.0) / 0.018)
-    out = (rng.normal(0.0, 1.0, pieces.count).clip(-1.6, 2) * params.protrusion_m).astype(np.float32)[pieces.owner]
+    out = pieces.read(rng.normal(0.0, 1.0, pieces.count).clip(-1.6, 2) * params.protrusion_m)
     # Split faces are flats that meet in edges, not dunes.
     facets = np.abs(rock) * 0.9 - np.abs(read_per_piece(canvas.noise(0.05, 0.05, rng, 2), canvas, pieces, rng)) * 0.6
-    height = (
-        out
-        + params.rim_rounding_m * dome
-        + params.relief_m * (0.45 * facets + 0.10 * grit + 0.25 * params.layered * lines)
-    )
+    face_m = params.relief_m * (0.45 * facets + 0.10 * grit + 0.25 * params.layered * lines)
+    height = out + params.rim_rounding_m * dome + face_m
     # Little light reaches the foot of a deep joint.
     albedo = albedo * (0.62 + 0.38 * smoothstep(-0.001, 0.008, rim_m))[..., None]
     gloss = np.broadcast_to(np.float32(params.roughness), canvas.size_px) + np.float32(0.03) * rock
-    face = Layers.of(albedo, height, gloss)
-    return fill(face, params.joint, rim_m, canvas, rng)
+    return fill(Layers.of(albedo, height, gloss), params.joint, rim_m, canvas, rng)
 
 
 STONEWORK = TextureKind("stonework", Stonework, paint_stonework)
