@@ -1,4 +1,4 @@
-"""Pictures of surfaces for tests of texture packs, made from seeds."""
+"""Pictures of surfaces for tests of textures, made from seeds, and what is measured of pictures."""
 
 from __future__ import annotations
 
@@ -83,6 +83,17 @@ def write_pictures(folder: Path, count: int, name: str = "stone") -> Path:
         color = tuple(int(v) for v in rng_for(number, name).uniform(70, 200, 3))
         (folder / f"{name} {number:02d}.png").write_bytes(encoded(tiling(number, color=(color[0], color[1], color[2]))))
     return folder
+
+
+def runs(row: npt.NDArray[np.floating]) -> int:
+    """How often a row that repeats rises over its middle."""
+    middle = (row.max() + row.min()) / 2
+    return int(np.sum((row < middle) & (np.roll(row, -1) >= middle)))
+
+
+def steps(image: npt.NDArray[np.floating]) -> tuple[float, float]:
+    """Mean step of a picture across and along its height."""
+    return float(np.abs(np.diff(image, axis=1)).mean()), float(np.abs(np.diff(image, axis=0)).mean())
 
 
 def _tone(seed: int, width: int, height: int) -> npt.NDArray[np.floating]:

@@ -22,7 +22,6 @@ from casa_assets.pipeline.textures.packs.pictures import FOLDER, PACK, pack_of
 from casa_assets.pipeline.textures.packs.survey import (
     AcceptedPicture,
     PackOptions,
-    list_files,
     read_description,
     survey,
 )
@@ -66,7 +65,6 @@ def ingest_pack(source: Path, options: PackOptions) -> PackReport:
     """
     if not source.is_dir():
         raise CasaError(f"{source}: {'is no folder; unpack it first' if source.exists() else 'no such folder'}")
-    listed = list_files(source)
     description = read_description(source)
     name = slug(options.pack or description.pack or source.absolute().stem)
     library = Library(options.library)
@@ -75,7 +73,7 @@ def ingest_pack(source: Path, options: PackOptions) -> PackReport:
     taken = _taken(library.root, name)
     with library.locked():
         _keep_out_of_git(library)
-        found = survey(listed, description, options, Store(library.cache))
+        found = survey(source, description, options, Store(library.cache))
         staged = library.stage(name)
         ids = unique_ids(name, [accepted.fields.name or accepted.name for accepted in found.accepted])
         _check_ids(ids, taken, name)
@@ -152,10 +150,10 @@ def _picture(id_: str, accepted: AcceptedPicture) -> tuple[PackPicture, dict[str
     known = registry.load()
     substance = known.substances[fields.substance or UNKNOWN]
     made, checked = _finish(id_, tile, size, (fields.surface, fields.roughness), substance)
-    images, base = made.material.textures, made.material.base_color_texture
+    base = made.material.base_color_texture
     assert base is not None
     names = {"color": "base", "metallic_roughness": "roughness", "normal": "normal"}
-    files = {f"{id_}_{names[t.name.removeprefix(f'{id_}_')]}.png": t.png for t in images}
+    files = {f"{id_}_{names[t.name.removeprefix(f'{id_}_')]}.png": t.png for t in made.material.textures}
     paths = tuple(f"{id_}_{role}.png" for role in ("base", "normal", "roughness"))
     notes = list(accepted.prepared.notes)
     if tile.repaired:
