@@ -90,12 +90,7 @@ class GrainMaps:
 def grain_maps(canvas: Canvas, species: WoodSpecies, cut: SawCut, leaves: int, rng: np.random.Generator) -> GrainMaps:
     """Maps of a face made of `leaves` boards or veneers side by side; 1 is one piece without a joint.
 
-    Args:
-        sheet: pixels and metres.
-        species: anatomy.
-        cut: of every leaf.
-        leaves: number of pieces across the width; a flat-cut face without joints is not possible, so 1 gives 1 joint.
-        rng: all of the randomness; the maps depend on it and on metres, not on the number of pixels.
+    A flat-cut face without joints is not possible, so 1 gives 1 joint. The maps depend on metres, not on pixels.
     """
     x, y = canvas.axes()
     leaf, edge, left, wide = _leaves(canvas, x, leaves, rng)
@@ -114,11 +109,8 @@ def grain_maps(canvas: Canvas, species: WoodSpecies, cut: SawCut, leaves: int, r
     jagged = min(0.1 * species.ring_m, 0.0003) * canvas.resolved(0.06, 0.0025)
     radius = radius + jagged * canvas.noise(0.06, 0.0025, rng)
     ring, early, zone = ring_maps(canvas, species, radius, rng)
-    fine = canvas.shifted(
-        canvas.resolved(0.06, 0.0016) * canvas.noise(0.06, 0.0016, rng) + 0.7 * canvas.noise(0.22, 0.005, rng),
-        across,
-        drop,
-    )
+    fine = canvas.resolved(0.06, 0.0016) * canvas.noise(0.06, 0.0016, rng) + 0.7 * canvas.noise(0.22, 0.005, rng)
+    fine = canvas.shifted(fine, across, drop)
     # Two sizes that share no lattice: pores of one noise would stand in rows.
     pores = canvas.noise(species.pore_m, 0.0017, rng) + 0.9 * canvas.noise(1.7 * species.pore_m, 0.0027, rng)
     pores = canvas.shifted(pores, across, drop)
@@ -151,12 +143,8 @@ def _leaves(canvas: Canvas, x: Map, count: int, rng: np.random.Generator) -> tup
     edges = np.concatenate([[0.0], np.cumsum(widths / widths.sum())]) * canvas.tile_m[0]
     leaf = np.clip(np.searchsorted(edges, x, side="right") - 1, 0, count - 1)
     near = np.abs(x[..., None] - edges).min(axis=-1) if count > 1 else np.ones_like(x)
-    return (
-        leaf,
-        near.astype(np.float32),
-        edges[leaf].astype(np.float32),
-        (edges[leaf + 1] - edges[leaf]).astype(np.float32),
-    )
+    left, wide = edges[leaf], edges[leaf + 1] - edges[leaf]
+    return leaf, near.astype(np.float32), left.astype(np.float32), wide.astype(np.float32)
 
 
 def _radius(canvas: Canvas, cut: SawCut, x: Map, y: Map, rng: np.random.Generator) -> Map:
@@ -176,10 +164,7 @@ def ring_maps(canvas: Canvas, species: WoodSpecies, radius: Map, rng: np.random.
     """Darkness of the year, its porous part, and the slow change of tone over the years, each (H, W).
 
     Args:
-        sheet: the years repeat over its width.
-        species: anatomy.
         radius: (H, W) metres from the pith.
-        rng: draws the widths and strengths of the years.
     """
     length = canvas.tile_m[0]  # years repeat over the width, so that straight grain closes at the border
     count = max(4, round(length / species.ring_m))
@@ -291,20 +276,9 @@ class WoodPalette(Record):
     brushed: Share = Field(0.0, description="how far the soft wood was brushed out")
 
 
-def board(
-    canvas: Canvas, species: WoodSpecies, cut: SawCut, palette: WoodPalette, rng: np.random.Generator, leaves: int = 1
-) -> Layers:
-    """A face that tiles in both directions, grain along the height.
-
-    Args:
-        sheet: pixels and metres.
-        species: anatomy of the wood.
-        cut: how it was taken from the log; a flat cut has a joint at the border even with one leaf.
-        palette: colours and gloss.
-        rng: all of the randomness.
-        leaves: boards or veneers side by side.
-    """
-    return finish_wood(grain_maps(canvas, species, cut, leaves, rng), species, palette, canvas, rng)
+def board(canvas: Canvas, species: WoodSpecies, cut: SawCut, palette: WoodPalette, rng: np.random.Generator) -> Layers:
+    """A face that tiles in both directions, grain along the height; a flat cut has a joint at the border."""
+    return finish_wood(grain_maps(canvas, species, cut, 1, rng), species, palette, canvas, rng)
 
 
 def finish_wood(

@@ -45,14 +45,8 @@ def turned(profile: Floats, around: int, crease_deg: float = 60.0) -> Solid:
     """
     angles = np.arange(around) * 2 * np.pi / around
     inner = profile[1:-1]
-    rings = np.stack(
-        [
-            inner[:, :1] * np.cos(angles),
-            inner[:, :1] * np.sin(angles),
-            np.broadcast_to(inner[:, 1:], (len(inner), around)),
-        ],
-        axis=2,
-    )
+    x, y = inner[:, :1] * np.cos(angles), inner[:, :1] * np.sin(angles)
+    rings = np.stack([x, y, np.broadcast_to(inner[:, 1:], x.shape)], axis=2)
     points = np.concatenate([[[0.0, 0.0, profile[0, 1]]], rings.reshape(-1, 3), [[0.0, 0.0, profile[-1, 1]]]])
     run = run_along(profile)
     v = run / run[-1]

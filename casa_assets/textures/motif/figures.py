@@ -161,15 +161,8 @@ def _compass(u: Array, v: Array) -> Figures:
     lit = np.where(bearing > 0, 0.02, -1.0)
     around = ring(u, v, 0, 0, 0.41, 0.025)
     corner = disc(np.abs(u), np.abs(v), 0.5, 0.5, 0.14)
-    return [
-        (around, 2),
-        (short, 2),
-        (long, 1),
-        (np.minimum(long, lit), 3),
-        (corner, 1),
-        (corner - 0.05, 0),
-        (0.05 - far, 0),
-    ]
+    found = [(around, 2), (short, 2), (long, 1), (np.minimum(long, lit), 3)]
+    return [*found, (corner, 1), (corner - 0.05, 0), (0.05 - far, 0)]
 
 
 def _lace(u: Array, v: Array) -> Figures:

@@ -54,8 +54,7 @@ def _spots(
 ) -> list[tuple[float, float, float, float, int]]:
     """Middles, turns, lengths and first inks: one to a cell of a jittered grid, in an order that hides the grid."""
     wide, tall = canvas.tile_m
-    dense = _DENSE[growth]
-    columns, rows = max(2, round(wide / size_m * dense)), max(2, round(tall / size_m * dense))
+    columns, rows = (max(2, round(side / size_m * _DENSE[growth])) for side in (wide, tall))
     rows += rows % 2
     found = []
     for n in range(rows * columns):

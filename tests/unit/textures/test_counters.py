@@ -18,12 +18,6 @@ from casa_assets.textures.kinds.counters.laid import (
     PrintedLaminate,
     SheetMetal,
     TiledCounter,
-    paint_blocks,
-    paint_glaze,
-    paint_metal,
-    paint_print,
-    paint_staves,
-    paint_tiles,
 )
 from casa_assets.textures.kinds.counters.stone import (
     BandedStone,
@@ -35,19 +29,14 @@ from casa_assets.textures.kinds.counters.stone import (
     Vein,
     VeinCourse,
     VeinedStone,
-    paint_flow,
-    paint_granite,
-    paint_speckled,
-    paint_veined,
     voronoi_cells,
 )
 from casa_assets.textures.seam import seam
 from casa_assets.textures.wood import WoodPalette, WoodSpecies
-from tests.pictures import runs, steps
+from tests.pictures import painted, runs, steps
 
 pytestmark = pytest.mark.content("code", "textures", keep=0)
 
-CANVAS = Canvas((240, 240), (0.6, 0.6))
 WHITE, BLACK = "#ffffff", "#000000"
 PALETTE = WoodPalette(light="#d8b98a", dark="#8a5a30", pore="#5a3a20", heart="#402818", variety=0.0)
 QUIET = WoodSpecies(contrast=0.0, pores=0.0, fibre=0.0, clouds=0.0)
@@ -69,7 +58,7 @@ def test_minerals_have_their_shares() -> None:
     stone = Granite(
         minerals=(Mineral(color=WHITE, share=3, spread=0), Mineral(color=BLACK, share=1, spread=0)), grain_m=0.004
     )
-    made = paint_granite(stone, CANVAS, rng_for(1, "g"))
+    made = painted(stone, "g")
     assert float((made.albedo[..., 0] > 0.5).mean()) == pytest.approx(0.75, abs=0.05)
 
 
@@ -77,7 +66,7 @@ def test_specks_have_their_share_however_they_flock() -> None:
     for flock in (0.0, 1.0):
         speck = Speck(color=BLACK, size_m=0.01, share=0.2, flock=flock)
         stone = Granite(minerals=(Mineral(color=WHITE, share=1, spread=0),), specks=(speck,))
-        made = paint_granite(stone, CANVAS, rng_for(1, "g"))
+        made = painted(stone, "g")
         assert float((made.albedo[..., 0] < 0.5).mean()) == pytest.approx(0.19, abs=0.06)
 
 
@@ -88,7 +77,7 @@ def test_orbs_are_round_and_larger_than_the_grain() -> None:
         phenocryst_m=0.05,
         phenocryst_rim_color=BLACK,
     )
-    made = paint_granite(stone, CANVAS, rng_for(1, "g"))
+    made = painted(stone, "g")
     dark = made.albedo[..., 0] < 0.6
     assert 0.2 < dark.mean() < 0.8
     lengths = np.diff(np.flatnonzero(np.diff(dark.ravel().astype(int)) != 0)) * 0.6 / 240
@@ -98,7 +87,7 @@ def test_orbs_are_round_and_larger_than_the_grain() -> None:
 def ink_of(vein: Vein) -> float:
     """Share of a white stone that a family of black veins covers."""
     stone = VeinedStone(ground=WHITE, cloud=WHITE, cloudy=0, crystal=0, veins=(vein,))
-    return 1.0 - float(paint_veined(stone, CANVAS, rng_for(2, "v")).albedo.mean())
+    return 1.0 - float(painted(stone, "v", seed=2).albedo.mean())
 
 
 def test_veins_have_their_width() -> None:
@@ -117,9 +106,9 @@ def test_veins_that_are_gone_leave_the_stone() -> None:
 
 def test_layers_are_counted() -> None:
     stone = BandedStone(colors=(WHITE, BLACK), layers=5, fold_m=0.0, fine=0, mottle=0)
-    made = paint_flow(stone, CANVAS, rng_for(1, "b"))
+    made = painted(stone, "b")
     assert runs(made.albedo[:, 7, 0]) == 5
-    pitted = paint_flow(stone.replace(pits=0.8), CANVAS, rng_for(1, "b"))
+    pitted = painted(stone.replace(pits=0.8), "b")
     assert pitted.height_m.min() < -0.0005 < made.height_m.min()
 
 
@@ -127,8 +116,8 @@ def test_chips_lie_beside_each_other() -> None:
     """Large and small chips cover their places, a small one never on a large one."""
     large = ChipSize(colors=(BLACK,), size_m=0.05, share=1.0, spread=0)
     small = ChipSize(colors=("#ff0000",), size_m=0.01, share=1.0, spread=0)
-    made = paint_speckled(MadeStone(binder=WHITE, clouds=0, chips=(large, small)), CANVAS, rng_for(1, "m")).albedo
-    alone = paint_speckled(MadeStone(binder=WHITE, clouds=0, chips=(large,)), CANVAS, rng_for(1, "m")).albedo
+    made = painted(MadeStone(binder=WHITE, clouds=0, chips=(large, small)), "m").albedo
+    alone = painted(MadeStone(binder=WHITE, clouds=0, chips=(large,)), "m").albedo
     inside = alone.max(axis=2) < 0.02
     assert 0.2 < inside.mean() < 0.9
     assert made[inside].max() < 0.05
@@ -138,7 +127,7 @@ def test_chips_lie_beside_each_other() -> None:
 def test_staves_lie_along_the_counter_and_are_as_wide_as_stated() -> None:
     """0.6 m hold ten staves of 0.06 m, each of one tone from end to end, with a dark line between two."""
     staves = ButcherBlock(species=QUIET, palette=PALETTE.replace(variety=1.0), stave_m=0.06, length_m=0.6)
-    made = paint_staves(staves, CANVAS, rng_for(1, "s")).albedo[..., 0]
+    made = painted(staves, "s").albedo[..., 0]
     bodies = made.reshape(10, 24, 240)[:, 4:-4]
     assert len(np.unique(bodies.mean(axis=(1, 2)).round(3))) == 10
     assert np.ptp(bodies, axis=(1, 2)).max() < 0.01
@@ -148,7 +137,7 @@ def test_staves_lie_along_the_counter_and_are_as_wide_as_stated() -> None:
 
 def test_pieces_end_at_different_places() -> None:
     staves = ButcherBlock(species=QUIET, palette=PALETTE.replace(variety=1.0), stave_m=0.06, length_m=0.3)
-    made = paint_staves(staves, CANVAS, rng_for(1, "s")).albedo[..., 0]
+    made = painted(staves, "s").albedo[..., 0]
     ends = [np.flatnonzero(np.abs(np.diff(row)) > 0.004) for row in made[12::24]]
     assert all(len(e) >= 2 for e in ends)
     firsts = [int(e[0]) for e in ends]
@@ -158,7 +147,7 @@ def test_pieces_end_at_different_places() -> None:
 def test_blocks_are_square_and_two_woods_take_turns() -> None:
     pale, dark = PALETTE, WoodPalette(light="#403020", dark="#201810", pore="#100c08", heart="#080604", variety=0.0)
     blocks = EndGrain(species=QUIET, palette=pale, second=dark, block_m=0.1, bond=0.0)
-    made = paint_blocks(blocks, CANVAS, rng_for(1, "e")).albedo[..., 0]
+    made = painted(blocks, "e").albedo[..., 0]
     assert runs(made[20]) == runs(made[:, 20]) == 3  # six blocks, three of each
     assert made[20, 20] > made[20, 60] + 0.2
     assert made[20, 20] > made[60, 20] + 0.2
@@ -166,7 +155,7 @@ def test_blocks_are_square_and_two_woods_take_turns() -> None:
 
 def test_tiles_and_joints_are_as_wide_as_stated() -> None:
     tiles = TiledCounter(colors=(WHITE,), grout=BLACK, joint_m=0.01, width_m=0.15, height_m=0.1, unevenness=0)
-    made = paint_tiles(tiles, CANVAS, rng_for(1, "t"))
+    made = painted(tiles, "t")
     assert runs(made.albedo[20, :, 0]) == 4
     assert runs(made.albedo[:, 30, 0]) == 6
     dark = float((made.albedo[20, :, 0] < 0.5).mean()) * 0.6
@@ -180,18 +169,14 @@ def test_checkered_tiles_take_turns_over_the_border() -> None:
     tiles = TiledCounter(
         colors=(WHITE, "#404040"), grout=BLACK, width_m=0.12, height_m=0.12, checker=True, unevenness=0
     )
-    made = paint_tiles(tiles, CANVAS, rng_for(1, "t")).albedo[..., 0]  # five columns would not close: six are laid
+    made = painted(tiles, "t").albedo[..., 0]  # five columns would not close: six are laid
     assert made[20, 20] != pytest.approx(made[20, 230], abs=0.2)
 
 
 def test_metal_tiles_and_shows_its_tool(subtests: pytest.Subtests) -> None:
     for tooling in list(MetalTooling):
         with subtests.test(tooling=tooling):
-            made = paint_metal(
-                SheetMetal(color="#b0b0b0", patina_color="#707070", tooling=tooling, mark_m=0.03),
-                CANVAS,
-                rng_for(1, "m"),
-            )
+            made = painted(SheetMetal(color="#b0b0b0", patina_color="#707070", tooling=tooling, mark_m=0.03), "m")
             assert seam(made.albedo).worst < 1.6
             assert made.metallic == 1.0
             across, along = steps(made.albedo[..., 0])
@@ -205,10 +190,10 @@ def test_metal_tiles_and_shows_its_tool(subtests: pytest.Subtests) -> None:
 
 def test_patina_and_spots_age_the_metal() -> None:
     clean = SheetMetal(color="#b0b0b0", patina_color="#303030", tooling=MetalTooling.ROLLED)
-    shares = [paint_metal(clean.replace(patina=p), CANVAS, rng_for(1, "m")) for p in (0.0, 0.4, 0.9)]
+    shares = [painted(clean.replace(patina=p), "m") for p in (0.0, 0.4, 0.9)]
     assert shares[0].albedo.mean() > shares[1].albedo.mean() > shares[2].albedo.mean()
     assert shares[0].roughness.mean() < shares[2].roughness.mean()
-    spotted = paint_metal(clean.replace(spots=1.0), CANVAS, rng_for(1, "m"))
+    spotted = painted(clean.replace(spots=1.0), "m")
     assert spotted.albedo.mean() < shares[0].albedo.mean()
 
 
@@ -216,7 +201,7 @@ def test_prints_use_their_inks(subtests: pytest.Subtests) -> None:
     for pattern in list(LaminatePattern):
         with subtests.test(pattern=pattern):
             canvas = PrintedLaminate(ground=WHITE, inks=("#ff0000", "#0000ff"), pattern=pattern, size_m=0.04)
-            made: Layers = paint_print(canvas, CANVAS, rng_for(1, "p"))
+            made: Layers = painted(canvas, "p")
             inked = made.albedo.min(axis=2) < 0.7
             assert 0.01 < inked.mean() < 0.95
             assert seam(made.albedo).worst < 1.6
@@ -224,6 +209,6 @@ def test_prints_use_their_inks(subtests: pytest.Subtests) -> None:
 
 def test_crackle_is_a_fine_net() -> None:
     plain = GlazedLava(color="#e0e0e0", pool_color="#e0e0e0", crackle=0.0, crackle_m=0.06)
-    still, cracked = (paint_glaze(g, CANVAS, rng_for(1, "g")) for g in (plain, plain.replace(crackle=1.0)))
+    still, cracked = (painted(g, "g") for g in (plain, plain.replace(crackle=1.0)))
     lines = still.albedo[..., 0] - cracked.albedo[..., 0] > 0.05
     assert 0.005 < lines.mean() < 0.2

@@ -5,43 +5,19 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from casa_assets.core.numeric import rng_for
 from casa_assets.textures.canvas import Canvas
-from casa_assets.textures.kinds.floors.soft import ResilientFloor, ResilientSort, paint_resilient
-from casa_assets.textures.kinds.floors.tiles import Encaustic, paint_encaustic
-from casa_assets.textures.kinds.walls.covering import (
-    FoliagePaper,
-    Plaster,
-    PlasterFinish,
-    PrintedPaper,
-    paint_foliage,
-    paint_plaster,
-    paint_printed,
-)
-from casa_assets.textures.kinds.walls.masonry import (
-    CeramicTile,
-    ColorAssignment,
-    FiredClay,
-    paint_ceramic,
-    paint_clay,
-)
-from casa_assets.textures.kinds.walls.panels import (
-    BoardProfile,
-    Concrete,
-    Formwork,
-    PaintedBoards,
-    PressedTin,
-    paint_boards,
-    paint_concrete,
-    paint_tin,
-)
+from casa_assets.textures.kinds.floors.soft import ResilientFloor, ResilientSort
+from casa_assets.textures.kinds.floors.tiles import Encaustic
+from casa_assets.textures.kinds.walls.covering import FoliagePaper, Plaster, PlasterFinish, PrintedPaper
+from casa_assets.textures.kinds.walls.masonry import CeramicTile, ColorAssignment, FiredClay
+from casa_assets.textures.kinds.walls.panels import BoardProfile, Concrete, Formwork, PaintedBoards, PressedTin
 from casa_assets.textures.laying.laying import Laying, LayingPattern
 from casa_assets.textures.laying.pieces import Joint
 from casa_assets.textures.motif.figures import DESIGNS, TileDesign
 from casa_assets.textures.motif.foliage import FoliageKind
 from casa_assets.textures.motif.repeat import REPEATS, PaperRepeat
 from casa_assets.textures.seam import seam
-from tests.pictures import runs
+from tests.pictures import painted, runs
 
 pytestmark = pytest.mark.content("code", "textures", keep=0)
 
@@ -52,7 +28,7 @@ GROUT = Joint(color=BLACK, width_m=0.006, coarseness=0.0, rim_drop_m=0.0)
 def test_subway_tiles_are_as_large_as_stated() -> None:
     laying = Laying(pattern=LayingPattern.RUNNING, width_m=0.075, length_m=0.15, bond=0.5)
     params = CeramicTile(laying=laying, joint=GROUT, colors=(WHITE,), variety=0, glaze_pooling=0, tilt=0, wave_m=0)
-    made = paint_ceramic(params, Canvas((300, 450), (0.9, 0.6)), rng_for(1, "t"))
+    made = painted(params, "t", Canvas((300, 450), (0.9, 0.6)))
     light = made.albedo[..., 0]
     assert runs(light[:, 4]) == 8
     assert {runs(light[round((n + 0.5) * 0.075 * 500)]) for n in range(8)} == {6}
@@ -65,7 +41,7 @@ SQUARES = Laying(pattern=LayingPattern.RUNNING, width_m=0.1, length_m=0.1)
 def test_grout_lies_lower_and_is_rougher() -> None:
     joint = Joint(width_m=0.004, depth_m=0.001)
     params = CeramicTile(laying=SQUARES, joint=joint, colors=(WHITE,), roughness=0.1, tilt=0)
-    made = paint_ceramic(params, Canvas((400, 400), (0.4, 0.4)), rng_for(1, "t"))
+    made = painted(params, "t", Canvas((400, 400), (0.4, 0.4)))
     assert made.height_m[50, 50] - made.height_m[0, 0] > 0.0008
     assert made.roughness[0, 0] - made.roughness[50, 50] > 0.5
 
@@ -73,7 +49,7 @@ def test_grout_lies_lower_and_is_rougher() -> None:
 def test_a_checker_takes_turns() -> None:
     order = ColorAssignment.SORT
     params = CeramicTile(laying=SQUARES, colors=(WHITE, BLACK), color_order=order, variety=0, glaze_pooling=0)
-    light = paint_ceramic(params, Canvas((200, 200), (0.4, 0.4)), rng_for(1, "t")).albedo[..., 0]
+    light = painted(params, "t", Canvas((200, 200), (0.4, 0.4))).albedo[..., 0]
     middles = light[25::50, 25::50] > 0.5
     assert (middles != np.roll(middles, 1, axis=0)).all()
     assert (middles != np.roll(middles, 1, axis=1)).all()
@@ -84,20 +60,20 @@ def test_a_full_coat_of_paint_hides_the_brick() -> None:
     bare = FiredClay(laying=laying, colors=("#a03020",))
     coated = bare.replace(coat_color=WHITE, coat_share=1.0, paint_share=1.0)
     canvas = Canvas((180, 180), (0.9, 0.9))
-    assert paint_clay(bare, canvas, rng_for(1, "c")).albedo[..., 2].mean() < 0.5
-    painted = paint_clay(coated, canvas, rng_for(1, "c"))
-    assert painted.albedo[..., 2].mean() > 0.85
-    assert np.ptp(painted.height_m) > 0.003  # the bond still stands out
+    assert painted(bare, "c", canvas).albedo[..., 2].mean() < 0.5
+    full = painted(coated, "c", canvas)
+    assert full.albedo[..., 2].mean() > 0.85
+    assert np.ptp(full.height_m) > 0.003  # the bond still stands out
 
 
 def test_boards_are_as_wide_as_stated(subtests: pytest.Subtests) -> None:
     for profile in BoardProfile:
         with subtests.test(profile=profile):
             params = PaintedBoards(color="#808080", profile=profile, pitch_m=0.1, gap_m=0.012, depth_m=0.005, grain=0.0)
-            made = paint_boards(params, Canvas((100, 400), (0.8, 0.2)), rng_for(1, "b"))
+            made = painted(params, "b", Canvas((100, 400), (0.8, 0.2)))
             relief = made.height_m.mean(axis=0)
             assert runs(relief) == (16 if profile is BoardProfile.BEAD else 8)
-            level = paint_boards(params.replace(horizontal=True), Canvas((400, 100), (0.2, 0.8)), rng_for(1, "b"))
+            level = painted(params.replace(horizontal=True), "b", Canvas((400, 100), (0.2, 0.8)))
             np.testing.assert_array_equal(level.height_m, made.height_m.T)
 
 
@@ -106,9 +82,9 @@ def test_plaster_holds_its_color_and_its_relief_hangs_on_relief(subtests: pytest
         with subtests.test(hand=hand):
             params = Plaster(color="#808080", second="#606060", technique=hand, strength=0.5, relief=1.0)
             canvas = Canvas((256, 256), (0.8, 0.8))
-            made = paint_plaster(params, canvas, rng_for(1, "p"))
+            made = painted(params, "p", canvas)
             assert float(made.albedo.mean()) == pytest.approx(0.5, abs=0.05)
-            flat = paint_plaster(params.replace(relief=0.0), canvas, rng_for(1, "p"))
+            flat = painted(params.replace(relief=0.0), "p", canvas)
             assert np.ptp(flat.height_m) == 0.0 < np.ptp(made.height_m) < 0.02
 
 
@@ -116,14 +92,14 @@ def test_formwork_is_as_large_as_stated(subtests: pytest.Subtests) -> None:
     for form in [Formwork.BOARDS, Formwork.PANELS]:
         with subtests.test(form=form):
             params = Concrete(color="#a0a0a0", second="#a0a0a0", formwork=form, formwork_unit_m=0.2, cloudy=0, holes=0)
-            made = paint_concrete(params, Canvas((400, 400), (0.8, 0.8)), rng_for(1, "c"))
+            made = painted(params, "c", Canvas((400, 400), (0.8, 0.8)))
             dark = made.albedo.mean(axis=(1, 2))
             assert runs(-dark) == 4
 
 
 def test_tin_plates_repeat_exactly_but_for_their_dents() -> None:
     params = PressedTin(color="#c0c0c0", hollow_color="#404040", plate_m=0.3)
-    made = paint_tin(params, Canvas((240, 240), (0.6, 0.6)), rng_for(1, "t"))
+    made = painted(params, "t", Canvas((240, 240), (0.6, 0.6)))
     first, second = made.height_m[:120, :120], made.height_m[120:, 120:]
     assert np.abs(first - second).max() < 0.001 < np.ptp(first)
 
@@ -134,7 +110,7 @@ def test_designs_use_all_their_inks_and_go_on_over_the_joint(subtests: pytest.Su
             inks = 1 + max(number for _, number in DESIGNS[design](np.zeros((1, 1)), np.zeros((1, 1))))
             colors = ("#ffffff", "#ff0000", "#00ff00", "#0000ff")[:inks]
             params = Encaustic(design=design, colors=colors, wear=0, bleed=0, variety=0, joint=Joint(width_m=0))
-            made = paint_encaustic(params, Canvas((128, 128), (0.4, 0.4)), rng_for(1, "e")).albedo
+            made = painted(params, "e", Canvas((128, 128), (0.4, 0.4))).albedo
             for color in colors[1:]:
                 wanted = np.array([int(color[i : i + 2], 16) / 255 for i in (1, 3, 5)])
                 assert (np.abs(made - wanted).max(axis=2) < 0.3).mean() > 0.005
@@ -150,7 +126,7 @@ def test_repeats_of_paper_are_as_large_as_stated_and_close(subtests: pytest.Subt
             for depth, _ in REPEATS[repeat](u[None, :] + 0 * u[:, None], u[:, None] + 0 * u[None, :]):
                 assert depth.shape == (200, 200)
             params = PrintedPaper(ground=WHITE, inks=(BLACK,), repeat=repeat, width_m=0.2, height_m=0.2)
-            light = paint_printed(params, Canvas((256, 256), (0.4, 0.4)), rng_for(1, "r")).albedo[..., 0]
+            light = painted(params, "r", Canvas((256, 256), (0.4, 0.4))).albedo[..., 0]
             np.testing.assert_allclose(light[:128, :128], light[128:, 128:], atol=0.45)
             assert seam(light).worst < 2.0
             assert 0.02 < float(1 - light.mean()) < 0.8
@@ -161,7 +137,7 @@ def test_plants_grow_over_the_border(subtests: pytest.Subtests) -> None:
         with subtests.test(growth=growth):
             inks = ("#204020", "#406040", "#608060", "#a0b0a0")
             params = FoliagePaper(ground=WHITE, inks=inks, growth=growth, size_m=0.3)
-            light = paint_foliage(params, Canvas((200, 200), (0.9, 0.9)), rng_for(1, "g")).albedo
+            light = painted(params, "g", Canvas((200, 200), (0.9, 0.9))).albedo
             assert seam(light).worst < 2.0
             assert 0.04 < float((light.mean(axis=2) < 0.85).mean()) < 0.999
 
@@ -169,6 +145,6 @@ def test_plants_grow_over_the_border(subtests: pytest.Subtests) -> None:
 def test_studs_are_as_far_apart_as_stated() -> None:
     for sort in (ResilientSort.STUDDED, ResilientSort.WOVEN, ResilientSort.TREAD):
         params = ResilientFloor(colors=("#404040", "#808080"), material=sort, grain_m=0.05)
-        made = paint_resilient(params, Canvas((240, 240), (0.4, 0.4)), rng_for(1, "s"))
+        made = painted(params, "s", Canvas((240, 240), (0.4, 0.4)))
         assert sort is ResilientSort.WOVEN or runs(made.height_m[:, 15]) == 8
         assert 0.0005 < np.ptp(made.height_m) < 0.02

@@ -315,9 +315,8 @@ def _labels(builder: AssetBuilder, p: Container, frame: _Frame) -> None:
 
 def _close(builder: AssetBuilder, p: Container, frame: _Frame, level: float) -> None:
     """Add the closure, and the beads of a tin."""
-    z, radius = frame.plain[-1][1], frame.plain[-1][0]
-    if p.open_top:
-        z = level
+    radius, z = frame.plain[-1]
+    z = level if p.open_top else z
     room = loose_skirt(p.closure) if p.opens else max(0.0, (1 - p.neck_at) * p.height - 0.001)
     mouth = Mouth(radius, z, p.cap_height, p.cap_wide, room, p.opens)
     parts = closure_parts(p.closure, mouth)
@@ -325,8 +324,7 @@ def _close(builder: AssetBuilder, p: Container, frame: _Frame, level: float) -> 
         _opening(builder, p, mouth, [part for part in parts if not part.fixed])
         parts = [part for part in parts if part.fixed]
     for k, part in enumerate(parts):
-        finish = p.cap_second if part.second else p.cap
-        hit = bool(part.solid.shapes)
+        finish, hit = p.cap_second if part.second else p.cap, bool(part.solid.shapes)
         name = "cap" if k == 0 else None
         builder.add(ROOT, part.solid, finish, label="cap", name=name, collider=hit, density="screw_cap")
     if p.base_cap > 0:
@@ -336,9 +334,8 @@ def _close(builder: AssetBuilder, p: Container, frame: _Frame, level: float) -> 
     if p.rims:
         r = frame.section.widest
         for at in (0.0, frame.z(1.0) - 0.002):
-            bead = lathe(
-                [(r - 0.001, at), (r + 0.0012, at + 0.0006), (r + 0.0012, at + 0.0024), (r - 0.001, at + 0.003)], 36
-            )
+            side = [(r - 0.001, at), (r + 0.0012, at + 0.0006), (r + 0.0012, at + 0.0024), (r - 0.001, at + 0.003)]
+            bead = lathe(side, 36)
             builder.add(ROOT, bead, p.rim_finish, label="rim", collider=False, density=0.0)
 
 
@@ -385,12 +382,8 @@ def _handle(builder: AssetBuilder, p: Container, frame: _Frame) -> None:
     x0, x1 = radius_at(frame.plain, z0), radius_at(frame.plain, z1)
     out = max(x0, x1) + p.handle_out * half
     drop = 0.25 * (z1 - z0)
-    path = [
-        (x1 - 0.6 * thick, 0.0, z1),
-        (out, 0.0, z1 - 0.3 * drop),
-        (out, 0.0, z0 + drop),
-        (x0 - 0.4 * thick, 0.0, z0),
-    ]
+    path = [(x1 - 0.6 * thick, 0.0, z1), (out, 0.0, z1 - 0.3 * drop)]
+    path += [(out, 0.0, z0 + drop), (x0 - 0.4 * thick, 0.0, z0)]
     turns = np.linspace(0.0, 2 * math.pi, 13)[:-1]
     oval = np.column_stack([0.65 * thick * np.cos(turns), 0.4 * thick * np.sin(turns)])
     bar = tube(path, oval, 0.35 * (z1 - z0), up=(1.0, 0.0, 0.3))

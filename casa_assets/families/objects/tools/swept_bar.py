@@ -132,22 +132,12 @@ def lofted(rings: Floats, share: Floats) -> Solid:
     ends0, ends1 = np.full(n, m * n), np.full(n, m * n + 1)
     u, un = np.arange(n) / n, (np.arange(n) + 1) / n
     first, last = np.full(n, share[0]), np.full(n, share[-1])
-    faces = np.concatenate(
-        [
-            np.stack([a, b, c], axis=1),
-            np.stack([a, c, d], axis=1),
-            np.stack([ends0, after, low], axis=1),
-            np.stack([ends1, high, high[after]], axis=1),
-        ]
-    )
-    uv = np.concatenate(
-        [
-            corners((u0, v0), (u1, v0), (u1, v1)),
-            corners((u0, v0), (u1, v1), (u0, v1)),
-            corners(((u + un) / 2, first), (un, first), (u, first)),
-            corners(((u + un) / 2, last), (u, last), (un, last)),
-        ]
-    )
+    kinds = ((a, b, c), (a, c, d), (ends0, after, low), (ends1, high, high[after]))
+    faces = np.concatenate([np.stack(kind, axis=1) for kind in kinds])
+    walls = corners((u0, v0), (u1, v0), (u1, v1)), corners((u0, v0), (u1, v1), (u0, v1))
+    middle = (u + un) / 2
+    ends = corners((middle, first), (un, first), (u, first)), corners((middle, last), (u, last), (un, last))
+    uv = np.concatenate([*walls, *ends])
     solid = Solid(points, faces.astype(np.int64), crease_deg=55.0, picture_uv=np.clip(uv, 0.0, 1.0))
     return solid.oriented_outwards()
 

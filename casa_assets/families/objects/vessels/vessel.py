@@ -40,6 +40,11 @@ from casa_assets.families.objects.vessels.surface import (
 )
 from casa_assets.model.asset.asset import Base
 
+# Parameters of a vessel that are the fields of its plan of the same names.
+AS_IN_PLAN = (
+    *("facets", "flutes", "flute_depth", "twist", "fluted_from"),
+    *("lip", "lip_width", "lip_rise", "lip_from", "weave", "stakes"),
+)
 # The most collision shapes of a vessel with all that is on it.
 MOST_SHAPES = 24
 # How far the rim of a lid that can be lifted reaches down outside, metres.
@@ -103,25 +108,9 @@ def _plan(p: Vessel) -> Plan:
         around = 56
     else:
         around = 48 if (p.width > 0.21 or p.flutes) and not (p.hole > 0 or p.wires) else 40
-    return Plan(
-        half_x=half_x,
-        half_y=half_y,
-        corner=None if p.corner >= 1 else p.corner * half_y,
-        height=p.height,
-        facets=p.facets,
-        flutes=p.flutes,
-        flute_depth=p.flute_depth,
-        twist=p.twist,
-        fluted_from=p.fluted_from,
-        lip=p.lip,
-        lip_width=p.lip_width,
-        lip_rise=p.lip_rise,
-        lip_from=p.lip_from,
-        weave=p.weave,
-        stakes=p.stakes,
-        row=p.height / p.rows,
-        around=around,
-    )
+    corner = None if p.corner >= 1 else p.corner * half_y
+    copied = {name: getattr(p, name) for name in AS_IN_PLAN}
+    return Plan(half_x, half_y, corner, p.height, row=p.height / p.rows, around=around, **copied)
 
 
 def _pierced(body: Solid, p: Vessel, plan: Plan, profile: Profile) -> Solid:

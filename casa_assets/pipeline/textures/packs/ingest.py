@@ -19,12 +19,7 @@ from casa_assets.model.registry.rows import Finish, Surface
 from casa_assets.pipeline.cache.store import Store
 from casa_assets.pipeline.library.library import Library, file_digests, write_files
 from casa_assets.pipeline.textures.packs.pictures import FOLDER, PACK, pack_of
-from casa_assets.pipeline.textures.packs.survey import (
-    AcceptedPicture,
-    PackOptions,
-    read_description,
-    survey,
-)
+from casa_assets.pipeline.textures.packs.survey import AcceptedPicture, PackOptions, read_description, survey
 from casa_assets.pipeline.textures.recipes import every_recipe, origin_of
 from casa_assets.preview.pictures import SheetCell, contact_sheet
 from casa_assets.projects import SETTINGS, project_folder, use_project

@@ -19,13 +19,7 @@ from casa_assets.model.registry.rows import Surface
 from casa_assets.pipeline.library.library import file_digests
 from casa_assets.pipeline.textures.packs.ingest import PackOptions, PackReport, ingest_pack
 from casa_assets.pipeline.textures.packs.pictures import load_finishes, load_pack
-from casa_assets.textures.packs.entry import (
-    REMEDIES,
-    PictureDescription,
-    PictureRejection,
-    slug,
-    unique_ids,
-)
+from casa_assets.textures.packs.entry import REMEDIES, PictureDescription, PictureRejection, slug, unique_ids
 from casa_assets.textures.packs.pictures import GivenMaps, decode, layers, tile
 from casa_assets.textures.seam import seam
 from tests.pictures import encoded, pixels
