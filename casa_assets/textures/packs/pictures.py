@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 from PIL import Image, ImageOps, UnidentifiedImageError
+from pydantic import Field
 from scipy import ndimage
 
 from casa_assets.model.asset.material import ColorSpace, Substance
@@ -202,24 +203,16 @@ class GivenMaps:
 
 
 class TiledPicture(Record):
-    """A picture made to tile, as it is stored.
+    """A picture made to tile, as it is stored."""
 
-    Attributes:
-        base: PNG of the colour, (height_px, width_px).
-        maps: name of a map of GivenMaps -> its PNG, of the same size.
-        kept: share of the width and height of the source that it shows.
-        seam_before, seam_after: worst border score.
-        repaired: whether the border was repaired.
-    """
-
-    base: bytes
-    maps: dict[str, bytes]
+    base: bytes = Field(description="PNG of the colour")
+    maps: dict[str, bytes] = Field(description="name of a map of GivenMaps -> its PNG, of the same size")
     width_px: int
     height_px: int
-    kept: Vec2
-    seam_before: float
+    kept: Vec2 = Field(description="share of the width and height of the source that it shows")
+    seam_before: float = Field(description="worst border score")
     seam_after: float
-    repaired: bool
+    repaired: bool = Field(description="whether the border was repaired")
 
 
 def tile(pixels: Floats, size_px: int = SIZE_PX, given: GivenMaps | None = None) -> TiledPicture:

@@ -7,7 +7,7 @@ import struct
 from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 
-from pydantic import ValidationError
+from pydantic import Field, ValidationError
 
 from casa_assets.errors import OutputError
 from casa_assets.model.asset.material import ColorSpace, Substance, Texture
@@ -63,18 +63,14 @@ _SPACES = (ColorSpace.SRGB, ColorSpace.RAW, ColorSpace.RAW)
 
 
 class PictureParams(Record):
-    """Params of a recipe of the kind `picture`: which files it is, by value, so that other files are another recipe.
+    """Params of a recipe of the kind `picture`: which files it is, by value, so that other files are another recipe."""
 
-    Attributes:
-        pack: its id, which is the name of its folder too.
-        files: base, normal and roughness, in the folder of the pack. sha256: of each.
-        licence, author, generator: as the pack has them; kitchens name them too.
-    """
-
-    pack: Id
-    files: tuple[FileName, FileName, FileName]
-    sha256: tuple[Sha256, Sha256, Sha256]
-    licence: str
+    pack: Id = Field(description="its id, which is the name of its folder too")
+    files: tuple[FileName, FileName, FileName] = Field(
+        description="base, normal and roughness, in the folder of the pack"
+    )
+    sha256: tuple[Sha256, Sha256, Sha256] = Field(description="of each")
+    licence: str = Field(description="as the pack has it; kitchens name it too")
     author: str
     generator: str
 

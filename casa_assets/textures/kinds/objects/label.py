@@ -151,7 +151,7 @@ def paint(p: Label, canvas: Canvas, rng: np.random.Generator) -> Layers:
     if p.twice:
         image = ImageChops.offset(image, wide // 2, 0)
         wiped = replace(face, width=min(face.width, others), x=(wide - min(face.width, others)) / 2)
-        LAYOUTS[p.layout].face(image, p, wiped)
+        FACES[p.layout](image, p, wiped)
         image = ImageChops.offset(image, wide - wide // 2, 0)
     if p.back:
         image = _backs(image, p, inside, rng, others)
@@ -179,10 +179,10 @@ def front(p: Label, size_px: tuple[int, int]) -> tuple[Image.Image, Area, Area]:
     wide, high = image.size
     inside = Area(0.0, p.upper * high, wide, (1.0 - p.upper - p.lower) * high)
     _strew(image, p, inside)
-    painter = LAYOUTS[p.layout]
     face = Area((0.5 - p.front / 2) * wide, inside.y, p.front * wide, inside.height)
-    painter.round_it(image, p, inside, face)
-    painter.face(image, p, face)
+    if p.layout in ROUND:
+        ROUND[p.layout](image, p, inside, face)
+    FACES[p.layout](image, p, face)
     return image, inside, face
 
 
@@ -402,7 +402,7 @@ def _facts_side(image: Image.Image, p: Label, area: Area, rng: np.random.Generat
 def _words_side(image: Image.Image, p: Label, area: Area, rng: np.random.Generator) -> None:
     """The brand once more, the first word, and lines of small print."""
     ground = p.ground[0]
-    if p.pattern is not Pattern.NONE or LAYOUTS[p.layout].round_it is not _nothing:
+    if p.pattern is not Pattern.NONE or p.layout in ROUND:
         ImageDraw.Draw(image).rectangle(area.part(0.0, -0.03, 1.0, 1.03).corners, fill=ground)
     _brand(image, p, area.part(0.05, 0.0, 0.95, 0.22), ground)
     if p.words:
@@ -414,18 +414,6 @@ def _words_side(image: Image.Image, p: Label, area: Area, rng: np.random.Generat
 
 
 # Layouts --------------------------------------------------------------------------------------------------------------
-
-
-def _nothing(image: Image.Image, p: Label, inside: Area, face: Area) -> None:
-    """Nothing runs round."""
-
-
-@dataclass(frozen=True)
-class _Painter:
-    """A layout: functions that draw the front, and a print around the whole package."""
-
-    face: Callable[[Image.Image, Label, Area], None]
-    round_it: Callable[[Image.Image, Label, Area, Area], None] = _nothing
 
 
 def _stack(image: Image.Image, p: Label, area: Area, ground: str, parts: str = "mbw", motif: float = 1.0) -> None:
@@ -469,10 +457,8 @@ def _cleared(image: Image.Image, p: Label, area: Area) -> str:
 
 
 def _round_band(image: Image.Image, p: Label, inside: Area, face: Area) -> None:
-    draw = ImageDraw.Draw(image)
     for top, bottom, color in ((0.3, 0.62, p.second), (0.32, 0.6, p.accent)):
-        band = inside.part(0.0, top, 1.0, bottom)
-        draw.rectangle(band.corners, fill=color)
+        ImageDraw.Draw(image).rectangle(inside.part(0.0, top, 1.0, bottom).corners, fill=color)
 
 
 def _band(image: Image.Image, p: Label, face: Area) -> None:
@@ -513,11 +499,8 @@ def _plate(image: Image.Image, p: Label, face: Area) -> None:
 
 def _round_split(image: Image.Image, p: Label, inside: Area, face: Area) -> None:
     draw = ImageDraw.Draw(image)
-    line = []
-    for k in range(121):
-        x = inside.width * k / 120
-        turn = 2 * math.pi * 2 * k / 120
-        line.append((x, inside.y + (0.55 + 0.05 * math.sin(turn)) * inside.height))
+    places = [(inside.width * k / 120, 2 * math.pi * 2 * k / 120) for k in range(121)]
+    line = [(x, inside.y + (0.55 + 0.05 * math.sin(turn)) * inside.height) for x, turn in places]
     high = 0.025 * inside.height
     bottom = [(inside.width, image.height), (0, image.height)]
     draw.polygon([*[(x, y - high) for x, y in line], *bottom], fill=p.accent)
@@ -525,9 +508,9 @@ def _round_split(image: Image.Image, p: Label, inside: Area, face: Area) -> None
 
 
 def _split(image: Image.Image, p: Label, face: Area) -> None:
-    _brand(image, p, face.part(0.04, 0.08, 0.96, 0.32), p.ground[0])
     ground = p.ground[0]
-    if len(p.words) > 0:
+    _brand(image, p, face.part(0.04, 0.08, 0.96, 0.32), ground)
+    if p.words:
         write(image, face.part(0.1, 0.35, 0.9, 0.46), p.words[0], _seen_on(ground, p.ink, p.accent), Lettering.BOLD)
     _motif(image, p, face.part(0.1, 0.52, 0.9, 0.84), p.second, 1.1)
     _words(image, p, face.part(0.12, 0.87, 0.88, 0.98), p.second, p.words[1:2])
@@ -593,18 +576,15 @@ def _minimal(image: Image.Image, p: Label, face: Area) -> None:
         _brand(image, p, face.part(0.33, 0.42, 0.67, 0.58), _cleared(image, p, face.part(0.25, 0.37, 0.75, 0.63)))
         return
     ground = _cleared(image, p, face.part(0.05, 0.05, 0.95, 0.95))
-    draw = ImageDraw.Draw(image)
     _motif(image, p, face.part(0.2, 0.1, 0.8, 0.5), ground)
     _brand(image, p, face.part(0.12, 0.56, 0.88, 0.7), ground)
-    rule = face.part(0.35, 0.74, 0.65, 0.755)
-    draw.rectangle(rule.corners, fill=p.accent)
+    ImageDraw.Draw(image).rectangle(face.part(0.35, 0.74, 0.65, 0.755).corners, fill=p.accent)
     _words(image, p, face.part(0.18, 0.79, 0.82, 0.95), ground)
 
 
 def _round_upright(image: Image.Image, p: Label, inside: Area, face: Area) -> None:
-    draw = ImageDraw.Draw(image)
     for a, b, color in ((-0.01, 1.01, p.accent), (0.02, 0.98, p.second)):
-        draw.rectangle(face.part(a, 0.0, b, 1.0).corners, fill=color)
+        ImageDraw.Draw(image).rectangle(face.part(a, 0.0, b, 1.0).corners, fill=color)
 
 
 def _upright(image: Image.Image, p: Label, face: Area) -> None:
@@ -622,8 +602,8 @@ def _round_burst(image: Image.Image, p: Label, inside: Area, face: Area) -> None
     x, y = face.middle
     far = inside.width + inside.height
     for k in range(0, 32, 2):
-        a, b = 2 * math.pi * k / 32, 2 * math.pi * (k + 1) / 32
-        tip = [(x + far * math.cos(t), y + far * math.sin(t)) for t in (a, b)]
+        turns = (2 * math.pi * k / 32, 2 * math.pi * (k + 1) / 32)
+        tip = [(x + far * math.cos(t), y + far * math.sin(t)) for t in turns]
         draw.polygon([(x, y), *tip], fill=p.second)
 
 
@@ -638,9 +618,8 @@ def _burst(image: Image.Image, p: Label, face: Area) -> None:
 
 
 def _round_block(image: Image.Image, p: Label, inside: Area, face: Area) -> None:
-    draw = ImageDraw.Draw(image)
-    draw.rectangle(inside.part(0, 0, 1, 0.4).corners, fill=p.second)
-    draw.rectangle(inside.part(0, 0.4, 1, 0.425).corners, fill=p.accent)
+    for top, bottom, color in ((0, 0.4, p.second), (0.4, 0.425, p.accent)):
+        ImageDraw.Draw(image).rectangle(inside.part(0, top, 1, bottom).corners, fill=color)
 
 
 def _block(image: Image.Image, p: Label, face: Area) -> None:
@@ -668,19 +647,20 @@ def _ribbon(image: Image.Image, p: Label, face: Area) -> None:
         _words(image, p, rest.part(0, 0, 1, 1), _cleared(image, p, rest.part(-0.04, -0.08, 1.04, 1.05)))
 
 
-LAYOUTS: Mapping[Layout, _Painter] = {
-    Layout.BAND: _Painter(_band, _round_band),
-    Layout.BADGE: _Painter(_badge),
-    Layout.PLATE: _Painter(_plate),
-    Layout.SPLIT: _Painter(_split, _round_split),
-    Layout.DIAGONAL: _Painter(_diagonal, _round_diagonal),
-    Layout.CLASSIC: _Painter(_classic),
-    Layout.STRIPES: _Painter(_stripes, _round_stripes),
-    Layout.MINIMAL: _Painter(_minimal),
-    Layout.UPRIGHT: _Painter(_upright, _round_upright),
-    Layout.BURST: _Painter(_burst, _round_burst),
-    Layout.BLOCK: _Painter(_block, _round_block),
-    Layout.RIBBON: _Painter(_ribbon),
+# Of each layout what draws the front, and of some what draws a print around the whole package.
+FACES: Mapping[Layout, Callable[[Image.Image, Label, Area], None]] = {
+    Layout(face.__name__.removeprefix("_")): face
+    for face in (
+        *(_band, _badge, _plate, _split, _diagonal, _classic),
+        *(_stripes, _minimal, _upright, _burst, _block, _ribbon),
+    )
+}
+ROUND: Mapping[Layout, Callable[[Image.Image, Label, Area, Area], None]] = {
+    Layout(around.__name__.removeprefix("_round_")): around
+    for around in (
+        *(_round_band, _round_split, _round_diagonal, _round_stripes),
+        *(_round_upright, _round_burst, _round_block),
+    )
 }
 
 LABEL = TextureKind("label", Label, paint)
