@@ -135,22 +135,18 @@ def _check_size(width: int, height: int) -> None:
         raise rejection_error(PictureRejection.TOO_LONG, f"{size}, longer than {MAX_ASPECT:g} times its width")
 
 
-def _check_opaque(alpha: npt.NDArray[Any]) -> None:
-    """Raise Rejected where a picture can be seen through. alpha: 0..255."""
-    if float(alpha.min()) < _OPAQUE:
-        raise rejection_error(PictureRejection.TRANSPARENT, f"{np.mean(alpha < _OPAQUE):.1%} of it can be seen through")
-
-
 def _rgb(image: Image.Image, kind: str) -> tuple[Floats, tuple[str, ...]]:
     """Pixels of a picture that Pillow has loaded, and what was converted.
 
     Args:
         kind: format of the file.
     """
-    notes = []
     mode = image.mode
     if mode in ("RGBA", "LA", "PA") or "transparency" in image.info:
-        _check_opaque(np.asarray(image.convert("RGBA"))[..., 3])
+        alpha = np.asarray(image.convert("RGBA"))[..., 3]
+        if float(alpha.min()) < _OPAQUE:
+            message = f"{np.mean(alpha < _OPAQUE):.1%} of it can be seen through"
+            raise rejection_error(PictureRejection.TRANSPARENT, message)
     if mode.startswith("I") or mode == "F":
         raw = np.asarray(image, dtype=np.float32)
         if not np.isfinite(raw).all():
@@ -158,9 +154,8 @@ def _rgb(image: Image.Image, kind: str) -> tuple[Floats, tuple[str, ...]]:
         grey = raw if mode == "F" else raw / np.float32(65535.0)  # a grey PNG of 16 bits has mode I;16 or I
         words = "floats" if mode == "F" else "16 bits"
         return np.repeat(grey[..., None], 3, axis=2), (f"grey of {words} in a {kind} file was read as such",)
-    if mode != "RGB":
-        notes.append(f"was converted from {mode} to RGB")
-    return np.asarray(image.convert("RGB"), dtype=np.float32) / np.float32(255.0), tuple(notes)
+    notes = (f"was converted from {mode} to RGB",) if mode != "RGB" else ()
+    return np.asarray(image.convert("RGB"), dtype=np.float32) / np.float32(255.0), notes
 
 
 def _prompt(image: Image.Image) -> str:

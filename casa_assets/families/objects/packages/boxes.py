@@ -156,7 +156,12 @@ def gable(p: Package) -> list[Part]:
     solid = wrapped(everything, outline.sides, heights, crease_deg=28.0)
     parts = [Part(solid, p.skin, "package", p.heft)]
     if p.cap_radius > 0:
-        parts.append(Part(_slope_cap(p, wall), p.fitting, "cap", 500.0, collider=True))
+        # A screw cap placed square to the front slope.
+        rise, run, r, high = p.height * p.roof, half_y, p.cap_radius, 0.85 * p.cap_radius
+        profile = [(1.25 * r, -0.002), (1.25 * r, 0.001), (r, 0.0018), (r, 0.85 * high), (0.9 * r, high)]
+        at = Pose(position=(0.0, -0.52 * run, wall + 0.48 * rise)) @ axis_turn("x", math.atan2(rise, run))
+        cap = ribbed(lathe(profile, 36, 45.0), r).with_hull_collider().transformed(at)
+        parts.append(Part(cap, p.fitting, "cap", 500.0, collider=True))
     return parts
 
 
@@ -176,17 +181,6 @@ def gathered(
     tuck = np.where(is_side, half_y * share * (1.0 - np.abs(place)), 0.0)
     ring[:, 0] -= np.sign(ring[:, 0]) * np.minimum(tuck, 0.92 * half_x)
     return ring
-
-
-def _slope_cap(p: Package, wall: float) -> Solid:
-    """A screw cap placed square to the front slope."""
-    rise, run = p.height * p.roof, p.depth / 2
-    tilt = math.atan2(rise, run)
-    r, high = p.cap_radius, 0.85 * p.cap_radius
-    profile = [(1.25 * r, -0.002), (1.25 * r, 0.001), (r, 0.0018), (r, 0.85 * high), (0.9 * r, high)]
-    cap = ribbed(lathe(profile, 36, 45.0), r).with_hull_collider()
-    at = Pose(position=(0.0, -0.52 * run, wall + 0.48 * rise)) @ axis_turn("x", tilt)
-    return cap.transformed(at)
 
 
 def ribbed(cap: Solid, radius: float) -> Solid:

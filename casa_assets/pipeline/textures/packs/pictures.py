@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import struct
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator
 from pathlib import Path
 
 from pydantic import Field, ValidationError
@@ -75,12 +75,6 @@ class PictureParams(Record):
     generator: str
 
 
-def load_finishes(folder: Path, substances: Mapping[str, Substance]) -> dict[str, Finish]:
-    """Every picture of a pack, `<library>/textures/<pack>`, as a finish, by id. Raises as `finish_of_picture`."""
-    recipes = [recipe_of(folder.name, picture) for picture in load_pack(folder).pictures]
-    return {recipe.id: finish_of_picture(recipe, substances[recipe.substance], folder) for recipe in recipes}
-
-
 def recipe_of(pack: str, picture: PackPicture) -> TextureRecipe:
     """A picture of a pack, which is named as its folder, as a recipe."""
     copied = {name: getattr(picture, name) for name in PictureParams.model_fields if name != "pack"}
@@ -100,16 +94,13 @@ def pack_of(recipe: TextureRecipe) -> str:
     return PictureParams.from_json(recipe.params).pack if recipe.kind == KIND else ""
 
 
-def finish_of_picture(recipe: TextureRecipe, substance: Substance, folder: Path | None = None) -> Finish:
-    """The finish of a picture.
+def finish_of_picture(recipe: TextureRecipe, substance: Substance) -> Finish:
+    """The finish of a picture of a pack of the project in use.
 
-    Args:
-        recipe: of the kind `picture`. substance: its own.
-        folder: of the pack; None: that in the project in use.
     Raises:
         OutputError: a file is missing, or is not the one that was written.
     """
-    rows = zip(PictureParams.from_json(recipe.params).files, read_files(recipe, folder), _SPACES, strict=True)
+    rows = zip(PictureParams.from_json(recipe.params).files, read_files(recipe), _SPACES, strict=True)
     return textured(recipe.id, recipe.tile_m, [_texture(*row) for row in rows], substance)
 
 
@@ -139,14 +130,13 @@ def check_files(recipe: TextureRecipe) -> None:
     read_files(recipe)
 
 
-def read_files(recipe: TextureRecipe, folder: Path | None = None) -> tuple[bytes, ...]:
+def read_files(recipe: TextureRecipe) -> tuple[bytes, ...]:
     """Bytes of base, normal and roughness, which are those that the recipe names. Raises as `finish_of_picture`."""
     params = PictureParams.from_json(recipe.params)
-    if folder is None:
-        project = project_folder()
-        if project is None:
-            raise OutputError(params.pack, "is a texture pack of a project, and no project is in use")
-        folder = project / FOLDER / params.pack
+    project = project_folder()
+    if project is None:
+        raise OutputError(params.pack, "is a texture pack of a project, and no project is in use")
+    folder = project / FOLDER / params.pack
     return tuple(_read(folder / path, digest) for path, digest in zip(params.files, params.sha256, strict=True))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import os
 import shutil
@@ -9,7 +10,9 @@ import subprocess
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
+from PIL import Image
 
 import casa_assets as casa
 from casa_assets.cli import completion
@@ -76,6 +79,11 @@ def test_the_finish_is_what_stands_in_the_files(ingested: Ingested, tmp_path: Pa
     made = finishes([picture.id], tmp_path / "cache")[picture.id]
     texture = made.material.base_color_texture
     assert texture is not None
+    normal = made.material.normal_texture
+    assert normal is not None
+    vectors = np.asarray(Image.open(io.BytesIO(normal.png)), dtype=np.float64) / 127.5 - 1
+    assert np.linalg.norm(vectors, axis=2) == pytest.approx(np.ones(vectors.shape[:2]), abs=0.02)
+    assert vectors[..., 2].min() > 0
     assert texture.png == (report.folder / picture.files[0]).read_bytes()
     assert (made.tile_m, made.substance.id) == (picture.tile_m, "stone")
     small = finish_of(find_recipe(picture.id), tmp_path / "cache", 64).material.base_color_texture

@@ -13,12 +13,11 @@ import numpy.typing as npt
 import pytest
 from PIL import Image, PngImagePlugin
 
-from casa_assets import registry
 from casa_assets.errors import CasaError, OutputError, RegistryError
 from casa_assets.model.registry.rows import Surface
 from casa_assets.pipeline.library.library import file_digests
 from casa_assets.pipeline.textures.packs.ingest import PackOptions, PackReport, ingest_pack
-from casa_assets.pipeline.textures.packs.pictures import load_finishes, load_pack
+from casa_assets.pipeline.textures.packs.pictures import load_pack
 from casa_assets.textures.packs.entry import REMEDIES, PictureDescription, PictureRejection, slug, unique_ids
 from casa_assets.textures.packs.pictures import GivenMaps, decode, layers, tile
 from casa_assets.textures.seam import seam
@@ -66,31 +65,9 @@ def test_good_pictures_become_tiles(folder: Path, tmp_path: Path) -> None:
     assert names == sorted([*(f for p in report.pack.pictures for f in p.files), "pack.json", "sheet.png"])
 
 
-def test_pack_reads_as_finishes(folder: Path, tmp_path: Path) -> None:
-    report = taken(folder, tmp_path / "lib", FLAGS.replace(substance="stone", roughness=0.3))
-    finishes = load_finishes(report.folder, registry.load().substances)
-    finish = finishes["my_stones_ember"]
-    assert load_pack(report.folder) == report.pack
-    assert finish.substance.id == "stone"
-    assert finish.tile_m == report.pack.pictures[1].tile_m
-    rough = finish.material.metallic_roughness_texture
-    assert rough is not None
-    maps = np.asarray(Image.open(io.BytesIO(rough.png)))
-    assert maps.shape[:2] == (rough.height_px, rough.width_px)
-    assert maps[..., 1].mean() / 255 == pytest.approx(0.3, abs=0.05)
-    assert maps[..., 2].max() == 0
-    normal = finish.material.normal_texture
-    assert normal is not None
-    vectors = np.asarray(Image.open(io.BytesIO(normal.png)), dtype=np.float64) / 127.5 - 1
-    assert np.linalg.norm(vectors, axis=2) == pytest.approx(np.ones(vectors.shape[:2]), abs=0.02)
-    assert vectors[..., 2].min() > 0
-
-
 def test_a_damaged_pack_is_not_read(folder: Path, tmp_path: Path) -> None:
     report = taken(folder, tmp_path / "lib")
-    (report.folder / report.pack.pictures[0].files[1]).write_bytes(b"\x89PNG\r\n\x1a\n")
-    with pytest.raises(OutputError, match="not the file that was written"):
-        load_finishes(report.folder, registry.load().substances)
+    assert load_pack(report.folder) == report.pack
     (report.folder / "pack.json").write_text("{}")
     with pytest.raises(OutputError, match="ingest it again"):
         load_pack(report.folder)
