@@ -9,28 +9,8 @@ import pytest
 
 from casa_assets.core.numeric import rng_for
 from casa_assets.textures.canvas import Canvas, Layers
-from casa_assets.textures.kinds.counters.laid import (
-    ButcherBlock,
-    EndGrain,
-    GlazedLava,
-    LaminatePattern,
-    MetalTooling,
-    PrintedLaminate,
-    SheetMetal,
-    TiledCounter,
-)
-from casa_assets.textures.kinds.counters.stone import (
-    BandedStone,
-    ChipSize,
-    Granite,
-    MadeStone,
-    Mineral,
-    Speck,
-    Vein,
-    VeinCourse,
-    VeinedStone,
-    voronoi_cells,
-)
+from casa_assets.textures.kinds.counters import laid
+from casa_assets.textures.kinds.counters import stone as slabs
 from casa_assets.textures.seam import seam
 from casa_assets.textures.wood import WoodPalette, WoodSpecies
 from tests.pictures import painted, runs, steps
@@ -44,7 +24,7 @@ QUIET = WoodSpecies(contrast=0.0, pores=0.0, fibre=0.0, clouds=0.0)
 
 def test_cells_have_their_size_and_close() -> None:
     canvas = Canvas((200, 200), (0.5, 0.5))
-    found = voronoi_cells(canvas, 0.05, rng_for(1, "cells"))
+    found = slabs.voronoi_cells(canvas, 0.05, rng_for(1, "cells"))
     assert found.count == 100
     assert len(np.unique(found.id)) == 100
     assert np.all(found.near_m <= found.second_m)
@@ -55,8 +35,9 @@ def test_cells_have_their_size_and_close() -> None:
 
 
 def test_minerals_have_their_shares() -> None:
-    stone = Granite(
-        minerals=(Mineral(color=WHITE, share=3, spread=0), Mineral(color=BLACK, share=1, spread=0)), grain_m=0.004
+    stone = slabs.Granite(
+        minerals=(slabs.Mineral(color=WHITE, share=3, spread=0), slabs.Mineral(color=BLACK, share=1, spread=0)),
+        grain_m=0.004,
     )
     made = painted(stone, "g")
     assert float((made.albedo[..., 0] > 0.5).mean()) == pytest.approx(0.75, abs=0.05)
@@ -64,15 +45,15 @@ def test_minerals_have_their_shares() -> None:
 
 def test_specks_have_their_share_however_they_flock() -> None:
     for flock in (0.0, 1.0):
-        speck = Speck(color=BLACK, size_m=0.01, share=0.2, flock=flock)
-        stone = Granite(minerals=(Mineral(color=WHITE, share=1, spread=0),), specks=(speck,))
+        speck = slabs.Speck(color=BLACK, size_m=0.01, share=0.2, flock=flock)
+        stone = slabs.Granite(minerals=(slabs.Mineral(color=WHITE, share=1, spread=0),), specks=(speck,))
         made = painted(stone, "g")
         assert float((made.albedo[..., 0] < 0.5).mean()) == pytest.approx(0.19, abs=0.06)
 
 
 def test_orbs_are_round_and_larger_than_the_grain() -> None:
-    stone = Granite(
-        minerals=(Mineral(color=WHITE, share=1, spread=0),),
+    stone = slabs.Granite(
+        minerals=(slabs.Mineral(color=WHITE, share=1, spread=0),),
         phenocryst_color=BLACK,
         phenocryst_m=0.05,
         phenocryst_rim_color=BLACK,
@@ -84,28 +65,30 @@ def test_orbs_are_round_and_larger_than_the_grain() -> None:
     assert 0.005 < np.median(lengths) < 0.06
 
 
-def ink_of(vein: Vein) -> float:
+def ink_of(vein: slabs.Vein) -> float:
     """Share of a white stone that a family of black veins covers."""
-    stone = VeinedStone(ground=WHITE, cloud=WHITE, cloudy=0, crystal=0, veins=(vein,))
+    stone = slabs.VeinedStone(ground=WHITE, cloud=WHITE, cloudy=0, crystal=0, veins=(vein,))
     return 1.0 - float(painted(stone, "v", seed=2).albedo.mean())
 
 
 def test_veins_have_their_width() -> None:
     """Twice the width is about twice the ink."""
-    for course in VeinCourse:
-        vein = Vein(color=BLACK, strength=1, course=course, spacing_m=0.15, width_m=0.006, bleed=0, gaps=0, wobble=0.2)
+    for course in slabs.VeinCourse:
+        vein = slabs.Vein(
+            color=BLACK, strength=1, course=course, spacing_m=0.15, width_m=0.006, bleed=0, gaps=0, wobble=0.2
+        )
         ink = ink_of(vein)
         assert ink > 0.01
         assert 1.5 < ink_of(vein.replace(width_m=0.012)) / ink < 2.5
 
 
 def test_veins_that_are_gone_leave_the_stone() -> None:
-    vein = Vein(color=BLACK, strength=1, spacing_m=0.15, width_m=0.01, bleed=0)
+    vein = slabs.Vein(color=BLACK, strength=1, spacing_m=0.15, width_m=0.01, bleed=0)
     assert ink_of(vein.replace(gaps=1.0)) < 0.5 * ink_of(vein.replace(gaps=0.0))
 
 
 def test_layers_are_counted() -> None:
-    stone = BandedStone(colors=(WHITE, BLACK), layers=5, fold_m=0.0, fine=0, mottle=0)
+    stone = slabs.BandedStone(colors=(WHITE, BLACK), layers=5, fold_m=0.0, fine=0, mottle=0)
     made = painted(stone, "b")
     assert runs(made.albedo[:, 7, 0]) == 5
     pitted = painted(stone.replace(pits=0.8), "b")
@@ -114,10 +97,10 @@ def test_layers_are_counted() -> None:
 
 def test_chips_lie_beside_each_other() -> None:
     """Large and small chips cover their places, a small one never on a large one."""
-    large = ChipSize(colors=(BLACK,), size_m=0.05, share=1.0, spread=0)
-    small = ChipSize(colors=("#ff0000",), size_m=0.01, share=1.0, spread=0)
-    made = painted(MadeStone(binder=WHITE, clouds=0, chips=(large, small)), "m").albedo
-    alone = painted(MadeStone(binder=WHITE, clouds=0, chips=(large,)), "m").albedo
+    large = slabs.ChipSize(colors=(BLACK,), size_m=0.05, share=1.0, spread=0)
+    small = slabs.ChipSize(colors=("#ff0000",), size_m=0.01, share=1.0, spread=0)
+    made = painted(slabs.MadeStone(binder=WHITE, clouds=0, chips=(large, small)), "m").albedo
+    alone = painted(slabs.MadeStone(binder=WHITE, clouds=0, chips=(large,)), "m").albedo
     inside = alone.max(axis=2) < 0.02
     assert 0.2 < inside.mean() < 0.9
     assert made[inside].max() < 0.05
@@ -126,7 +109,7 @@ def test_chips_lie_beside_each_other() -> None:
 
 def test_staves_lie_along_the_counter_and_are_as_wide_as_stated() -> None:
     """0.6 m hold ten staves of 0.06 m, each of one tone from end to end, with a dark line between two."""
-    staves = ButcherBlock(species=QUIET, palette=PALETTE.replace(variety=1.0), stave_m=0.06, length_m=0.6)
+    staves = laid.ButcherBlock(species=QUIET, palette=PALETTE.replace(variety=1.0), stave_m=0.06, length_m=0.6)
     made = painted(staves, "s").albedo[..., 0]
     bodies = made.reshape(10, 24, 240)[:, 4:-4]
     assert len(np.unique(bodies.mean(axis=(1, 2)).round(3))) == 10
@@ -136,7 +119,7 @@ def test_staves_lie_along_the_counter_and_are_as_wide_as_stated() -> None:
 
 
 def test_pieces_end_at_different_places() -> None:
-    staves = ButcherBlock(species=QUIET, palette=PALETTE.replace(variety=1.0), stave_m=0.06, length_m=0.3)
+    staves = laid.ButcherBlock(species=QUIET, palette=PALETTE.replace(variety=1.0), stave_m=0.06, length_m=0.3)
     made = painted(staves, "s").albedo[..., 0]
     ends = [np.flatnonzero(np.abs(np.diff(row)) > 0.004) for row in made[12::24]]
     assert all(len(e) >= 2 for e in ends)
@@ -146,7 +129,7 @@ def test_pieces_end_at_different_places() -> None:
 
 def test_blocks_are_square_and_two_woods_take_turns() -> None:
     pale, dark = PALETTE, WoodPalette(light="#403020", dark="#201810", pore="#100c08", heart="#080604", variety=0.0)
-    blocks = EndGrain(species=QUIET, palette=pale, second=dark, block_m=0.1, bond=0.0)
+    blocks = laid.EndGrain(species=QUIET, palette=pale, second=dark, block_m=0.1, bond=0.0)
     made = painted(blocks, "e").albedo[..., 0]
     assert runs(made[20]) == runs(made[:, 20]) == 3  # six blocks, three of each
     assert made[20, 20] > made[20, 60] + 0.2
@@ -154,7 +137,7 @@ def test_blocks_are_square_and_two_woods_take_turns() -> None:
 
 
 def test_tiles_and_joints_are_as_wide_as_stated() -> None:
-    tiles = TiledCounter(colors=(WHITE,), grout=BLACK, joint_m=0.01, width_m=0.15, height_m=0.1, unevenness=0)
+    tiles = laid.TiledCounter(colors=(WHITE,), grout=BLACK, joint_m=0.01, width_m=0.15, height_m=0.1, unevenness=0)
     made = painted(tiles, "t")
     assert runs(made.albedo[20, :, 0]) == 4
     assert runs(made.albedo[:, 30, 0]) == 6
@@ -166,7 +149,7 @@ def test_tiles_and_joints_are_as_wide_as_stated() -> None:
 
 
 def test_checkered_tiles_take_turns_over_the_border() -> None:
-    tiles = TiledCounter(
+    tiles = laid.TiledCounter(
         colors=(WHITE, "#404040"), grout=BLACK, width_m=0.12, height_m=0.12, checker=True, unevenness=0
     )
     made = painted(tiles, "t").albedo[..., 0]  # five columns would not close: six are laid
@@ -174,22 +157,22 @@ def test_checkered_tiles_take_turns_over_the_border() -> None:
 
 
 def test_metal_tiles_and_shows_its_tool(subtests: pytest.Subtests) -> None:
-    for tooling in list(MetalTooling):
+    for tooling in list(laid.MetalTooling):
         with subtests.test(tooling=tooling):
-            made = painted(SheetMetal(color="#b0b0b0", patina_color="#707070", tooling=tooling, mark_m=0.03), "m")
+            made = painted(laid.SheetMetal(color="#b0b0b0", patina_color="#707070", tooling=tooling, mark_m=0.03), "m")
             assert seam(made.albedo).worst < 1.6
             assert made.metallic == 1.0
             across, along = steps(made.albedo[..., 0])
-            if tooling in (MetalTooling.ALONG, MetalTooling.ROLLED):
+            if tooling in (laid.MetalTooling.ALONG, laid.MetalTooling.ROLLED):
                 assert along > 3 * across
-            elif tooling is MetalTooling.UPRIGHT:
+            elif tooling is laid.MetalTooling.UPRIGHT:
                 assert across > 3 * along
             else:
                 assert 0.3 < along / across < 3.5
 
 
 def test_patina_and_spots_age_the_metal() -> None:
-    clean = SheetMetal(color="#b0b0b0", patina_color="#303030", tooling=MetalTooling.ROLLED)
+    clean = laid.SheetMetal(color="#b0b0b0", patina_color="#303030", tooling=laid.MetalTooling.ROLLED)
     shares = [painted(clean.replace(patina=p), "m") for p in (0.0, 0.4, 0.9)]
     assert shares[0].albedo.mean() > shares[1].albedo.mean() > shares[2].albedo.mean()
     assert shares[0].roughness.mean() < shares[2].roughness.mean()
@@ -198,9 +181,9 @@ def test_patina_and_spots_age_the_metal() -> None:
 
 
 def test_prints_use_their_inks(subtests: pytest.Subtests) -> None:
-    for pattern in list(LaminatePattern):
+    for pattern in list(laid.LaminatePattern):
         with subtests.test(pattern=pattern):
-            canvas = PrintedLaminate(ground=WHITE, inks=("#ff0000", "#0000ff"), pattern=pattern, size_m=0.04)
+            canvas = laid.PrintedLaminate(ground=WHITE, inks=("#ff0000", "#0000ff"), pattern=pattern, size_m=0.04)
             made: Layers = painted(canvas, "p")
             inked = made.albedo.min(axis=2) < 0.7
             assert 0.01 < inked.mean() < 0.95
@@ -208,7 +191,7 @@ def test_prints_use_their_inks(subtests: pytest.Subtests) -> None:
 
 
 def test_crackle_is_a_fine_net() -> None:
-    plain = GlazedLava(color="#e0e0e0", pool_color="#e0e0e0", crackle=0.0, crackle_m=0.06)
+    plain = laid.GlazedLava(color="#e0e0e0", pool_color="#e0e0e0", crackle=0.0, crackle_m=0.06)
     still, cracked = (painted(g, "g") for g in (plain, plain.replace(crackle=1.0)))
     lines = still.albedo[..., 0] - cracked.albedo[..., 0] > 0.05
     assert 0.005 < lines.mean() < 0.2

@@ -8,9 +8,7 @@ import pytest
 from casa_assets.textures.canvas import Canvas
 from casa_assets.textures.kinds.floors.soft import ResilientFloor, ResilientSort
 from casa_assets.textures.kinds.floors.tiles import Encaustic
-from casa_assets.textures.kinds.walls.covering import FoliagePaper, Plaster, PlasterFinish, PrintedPaper
-from casa_assets.textures.kinds.walls.masonry import CeramicTile, ColorAssignment, FiredClay
-from casa_assets.textures.kinds.walls.panels import BoardProfile, Concrete, Formwork, PaintedBoards, PressedTin
+from casa_assets.textures.kinds.walls import covering, masonry, panels
 from casa_assets.textures.laying.laying import Laying, LayingPattern
 from casa_assets.textures.laying.pieces import Joint
 from casa_assets.textures.motif.figures import DESIGNS, TileDesign
@@ -27,7 +25,9 @@ GROUT = Joint(color=BLACK, width_m=0.006, coarseness=0.0, rim_drop_m=0.0)
 
 def test_subway_tiles_are_as_large_as_stated() -> None:
     laying = Laying(pattern=LayingPattern.RUNNING, width_m=0.075, length_m=0.15, bond=0.5)
-    params = CeramicTile(laying=laying, joint=GROUT, colors=(WHITE,), variety=0, glaze_pooling=0, tilt=0, wave_m=0)
+    params = masonry.CeramicTile(
+        laying=laying, joint=GROUT, colors=(WHITE,), variety=0, glaze_pooling=0, tilt=0, wave_m=0
+    )
     made = painted(params, "t", Canvas((300, 450), (0.9, 0.6)))
     light = made.albedo[..., 0]
     assert runs(light[:, 4]) == 8
@@ -40,15 +40,15 @@ SQUARES = Laying(pattern=LayingPattern.RUNNING, width_m=0.1, length_m=0.1)
 
 def test_grout_lies_lower_and_is_rougher() -> None:
     joint = Joint(width_m=0.004, depth_m=0.001)
-    params = CeramicTile(laying=SQUARES, joint=joint, colors=(WHITE,), roughness=0.1, tilt=0)
+    params = masonry.CeramicTile(laying=SQUARES, joint=joint, colors=(WHITE,), roughness=0.1, tilt=0)
     made = painted(params, "t", Canvas((400, 400), (0.4, 0.4)))
     assert made.height_m[50, 50] - made.height_m[0, 0] > 0.0008
     assert made.roughness[0, 0] - made.roughness[50, 50] > 0.5
 
 
 def test_a_checker_takes_turns() -> None:
-    order = ColorAssignment.SORT
-    params = CeramicTile(laying=SQUARES, colors=(WHITE, BLACK), color_order=order, variety=0, glaze_pooling=0)
+    order = masonry.ColorAssignment.SORT
+    params = masonry.CeramicTile(laying=SQUARES, colors=(WHITE, BLACK), color_order=order, variety=0, glaze_pooling=0)
     light = painted(params, "t", Canvas((200, 200), (0.4, 0.4))).albedo[..., 0]
     middles = light[25::50, 25::50] > 0.5
     assert (middles != np.roll(middles, 1, axis=0)).all()
@@ -57,7 +57,7 @@ def test_a_checker_takes_turns() -> None:
 
 def test_a_full_coat_of_paint_hides_the_brick() -> None:
     laying = Laying(pattern=LayingPattern.RUNNING, width_m=0.075, length_m=0.225, bond=0.5)
-    bare = FiredClay(laying=laying, colors=("#a03020",))
+    bare = masonry.FiredClay(laying=laying, colors=("#a03020",))
     coated = bare.replace(coat_color=WHITE, coat_share=1.0, paint_share=1.0)
     canvas = Canvas((180, 180), (0.9, 0.9))
     assert painted(bare, "c", canvas).albedo[..., 2].mean() < 0.5
@@ -67,20 +67,22 @@ def test_a_full_coat_of_paint_hides_the_brick() -> None:
 
 
 def test_boards_are_as_wide_as_stated(subtests: pytest.Subtests) -> None:
-    for profile in BoardProfile:
+    for profile in panels.BoardProfile:
         with subtests.test(profile=profile):
-            params = PaintedBoards(color="#808080", profile=profile, pitch_m=0.1, gap_m=0.012, depth_m=0.005, grain=0.0)
+            params = panels.PaintedBoards(
+                color="#808080", profile=profile, pitch_m=0.1, gap_m=0.012, depth_m=0.005, grain=0.0
+            )
             made = painted(params, "b", Canvas((100, 400), (0.8, 0.2)))
             relief = made.height_m.mean(axis=0)
-            assert runs(relief) == (16 if profile is BoardProfile.BEAD else 8)
+            assert runs(relief) == (16 if profile is panels.BoardProfile.BEAD else 8)
             level = painted(params.replace(horizontal=True), "b", Canvas((400, 100), (0.2, 0.8)))
             np.testing.assert_array_equal(level.height_m, made.height_m.T)
 
 
 def test_plaster_holds_its_color_and_its_relief_hangs_on_relief(subtests: pytest.Subtests) -> None:
-    for hand in PlasterFinish:
+    for hand in covering.PlasterFinish:
         with subtests.test(hand=hand):
-            params = Plaster(color="#808080", second="#606060", technique=hand, strength=0.5, relief=1.0)
+            params = covering.Plaster(color="#808080", second="#606060", technique=hand, strength=0.5, relief=1.0)
             canvas = Canvas((256, 256), (0.8, 0.8))
             made = painted(params, "p", canvas)
             assert float(made.albedo.mean()) == pytest.approx(0.5, abs=0.05)
@@ -89,16 +91,18 @@ def test_plaster_holds_its_color_and_its_relief_hangs_on_relief(subtests: pytest
 
 
 def test_formwork_is_as_large_as_stated(subtests: pytest.Subtests) -> None:
-    for form in [Formwork.BOARDS, Formwork.PANELS]:
+    for form in [panels.Formwork.BOARDS, panels.Formwork.PANELS]:
         with subtests.test(form=form):
-            params = Concrete(color="#a0a0a0", second="#a0a0a0", formwork=form, formwork_unit_m=0.2, cloudy=0, holes=0)
+            params = panels.Concrete(
+                color="#a0a0a0", second="#a0a0a0", formwork=form, formwork_unit_m=0.2, cloudy=0, holes=0
+            )
             made = painted(params, "c", Canvas((400, 400), (0.8, 0.8)))
             dark = made.albedo.mean(axis=(1, 2))
             assert runs(-dark) == 4
 
 
 def test_tin_plates_repeat_exactly_but_for_their_dents() -> None:
-    params = PressedTin(color="#c0c0c0", hollow_color="#404040", plate_m=0.3)
+    params = panels.PressedTin(color="#c0c0c0", hollow_color="#404040", plate_m=0.3)
     made = painted(params, "t", Canvas((240, 240), (0.6, 0.6)))
     first, second = made.height_m[:120, :120], made.height_m[120:, 120:]
     assert np.abs(first - second).max() < 0.001 < np.ptp(first)
@@ -125,7 +129,7 @@ def test_repeats_of_paper_are_as_large_as_stated_and_close(subtests: pytest.Subt
             u = (np.arange(200) + 0.5) / 200 - 0.5
             for depth, _ in REPEATS[repeat](u[None, :] + 0 * u[:, None], u[:, None] + 0 * u[None, :]):
                 assert depth.shape == (200, 200)
-            params = PrintedPaper(ground=WHITE, inks=(BLACK,), repeat=repeat, width_m=0.2, height_m=0.2)
+            params = covering.PrintedPaper(ground=WHITE, inks=(BLACK,), repeat=repeat, width_m=0.2, height_m=0.2)
             light = painted(params, "r", Canvas((256, 256), (0.4, 0.4))).albedo[..., 0]
             np.testing.assert_allclose(light[:128, :128], light[128:, 128:], atol=0.45)
             assert seam(light).worst < 2.0
@@ -136,7 +140,7 @@ def test_plants_grow_over_the_border(subtests: pytest.Subtests) -> None:
     for growth in FoliageKind:
         with subtests.test(growth=growth):
             inks = ("#204020", "#406040", "#608060", "#a0b0a0")
-            params = FoliagePaper(ground=WHITE, inks=inks, growth=growth, size_m=0.3)
+            params = covering.FoliagePaper(ground=WHITE, inks=inks, growth=growth, size_m=0.3)
             light = painted(params, "g", Canvas((200, 200), (0.9, 0.9))).albedo
             assert seam(light).worst < 2.0
             assert 0.04 < float((light.mean(axis=2) < 0.85).mean()) < 0.999
