@@ -159,9 +159,12 @@ def _blotch(p: Pictures) -> float:
 
 TABLE: tuple[TextureCheck, ...] = (
     TextureCheck(
-        *("TEX001", "Seam at the border"),
+        "TEX001",
+        "Seam at the border",
         lambda p: max(seam(picture / np.float32(255)).worst for picture in (p.base, p.rough)),
-        *("texture_seam", "", True),
+        "texture_seam",
+        "",
+        True,
         "the border shows where the picture repeats",
         "The step across the border of the picture is at most {limit:g} times the strongest steps inside it; paint or "
         "generate it so that it tiles.",
@@ -192,16 +195,22 @@ TABLE: tuple[TextureCheck, ...] = (
         "The mean of all normals leans by at most {limit:g} along the surface; take the slope out of the height map.",
     ),
     TextureCheck(
-        *("TEX007", "Least roughness"),
+        "TEX007",
+        "Least roughness",
         lambda p: float(np.quantile(p.rough, 0.01) / 255),
-        *("texture_rough_low", "", False),
+        "texture_rough_low",
+        "",
+        False,
         "the surface is a mirror that renderers alias on",
         "All but one per cent of the surface has a roughness of at least {limit:g}; raise the roughness.",
     ),
     TextureCheck(
-        *("TEX008", "Pixels per metre"),
+        "TEX008",
+        "Pixels per metre",
         lambda p: min(p.base.shape[1] / p.tile_m[0], p.base.shape[0] / p.tile_m[1]),
-        *("texture_resolution", "px/m", False),
+        "texture_resolution",
+        "px/m",
+        False,
         "the picture is coarse for its size",
         "The picture has at least {limit:g} pixels per metre; use more pixels, or state a smaller size.",
     ),
