@@ -1,4 +1,4 @@
-"""Pictures of surfaces for tests of texture packs, made from seeds."""
+"""Pictures of surfaces for tests of textures, made from seeds, and what is measured of pictures."""
 
 from __future__ import annotations
 
@@ -6,15 +6,18 @@ import io
 import struct
 import zlib
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 from PIL import Image
 
 from casa_assets.core.numeric import rng_for
-from casa_assets.textures import canvas
+from casa_assets.textures.canvas import Canvas, Layers, fbm
+from casa_assets.textures.kinds import KINDS
 
 Pixels = npt.NDArray[np.uint8]
+CANVAS = Canvas((240, 240), (0.6, 0.6))
 
 
 def pixels(seed: int = 1, width: int = 520, height: int = 520, color: tuple[int, int, int] = (150, 120, 90)) -> Pixels:
@@ -85,8 +88,25 @@ def write_pictures(folder: Path, count: int, name: str = "stone") -> Path:
     return folder
 
 
+def painted(params: Any, lane: str, canvas: Canvas = CANVAS, seed: int = 1) -> Layers:
+    """Parameters of a kind of texture, painted."""
+    paint = next(kind.paint for kind in KINDS.values() if kind.params is type(params))
+    return paint(params, canvas, rng_for(seed, lane))
+
+
+def runs(row: npt.NDArray[np.floating]) -> int:
+    """How often a row that repeats rises over its middle."""
+    middle = (row.max() + row.min()) / 2
+    return int(np.sum((row < middle) & (np.roll(row, -1) >= middle)))
+
+
+def steps(image: npt.NDArray[np.floating]) -> tuple[float, float]:
+    """Mean step of a picture across and along its height."""
+    return float(np.abs(np.diff(image, axis=1)).mean()), float(np.abs(np.diff(image, axis=0)).mean())
+
+
 def _tone(seed: int, width: int, height: int) -> npt.NDArray[np.floating]:
-    return np.asarray(canvas.fbm((height, width), (9, 9), rng_for(seed, "stone"), 5))
+    return np.asarray(fbm((height, width), (9, 9), rng_for(seed, "stone"), 5))
 
 
 def _colored(tone: npt.NDArray[np.floating], color: tuple[int, int, int]) -> Pixels:

@@ -24,19 +24,16 @@ FOLDER = "objects"
 
 
 class ObjectRow(Record):
-    """A row of a file of registry/objects/, under the id of a category in registry/categories.yaml.
+    """A row of a file of registry/objects/, under the id of a category in registry/categories.yaml."""
 
-    Attributes:
-        form: name of a form, families/objects/.
-        about: what members there are, one sentence.
-        fixed: field of the form's Params -> the value that all members have.
-        sample: field -> the rule by which a member's value is drawn (`families/sampling.py`).
-    """
-
-    form: Id
-    about: str
-    sample: dict[str, Any]
-    fixed: dict[str, Any] = Field(default_factory=dict)
+    form: Id = Field(description="name of a form, families/objects/")
+    about: str = Field(description="what members there are, one sentence")
+    sample: dict[str, Any] = Field(
+        description="field -> the rule by which a member's value is drawn (`families/sampling.py`)"
+    )
+    fixed: dict[str, Any] = Field(
+        default_factory=dict, description="field of the form's Params -> the value that all members have"
+    )
 
 
 @read_once

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import Annotated, Any
 
@@ -43,29 +43,30 @@ def gradient(size_px: Size, cells: Size, rng: np.random.Generator) -> NoiseMap:
     return np.asarray(upper * (1 - v) + lower * v, dtype=np.float32)
 
 
-def fbm(size_px: Size, cells: Size, rng: np.random.Generator, octaves: int = 5, gain: float = 0.5) -> NoiseMap:
-    """(H, W) sum of octaves of gradient noise, about -1..1. Octaves finer than two pixels are drawn but left out."""
+def fbm(size_px: Size, cells: Size, rng: np.random.Generator, octaves: int) -> NoiseMap:
+    """(H, W) sum of octaves of gradient noise, about -1..1."""
     total = np.zeros(size_px, dtype=np.float32)
-    for k in range(octaves):
-        finer = (cells[0] << k, cells[1] << k)
-        lane = np.random.Generator(np.random.PCG64(int(rng.integers(2**63))))
-        if 2 * finer[0] > size_px[0] or 2 * finer[1] > size_px[1]:
-            continue
-        total += np.float32(gain**k) * gradient(size_px, finer, lane)
+    for weight, noise in _octaves(size_px, cells, rng, octaves):
+        total += np.float32(weight) * noise
     return total
 
 
-def ridged(size_px: Size, cells: Size, rng: np.random.Generator, octaves: int = 4, gain: float = 0.5) -> NoiseMap:
+def ridged(size_px: Size, cells: Size, rng: np.random.Generator, octaves: int) -> NoiseMap:
     """(H, W) in 0..1: sharp crests where the noise crosses zero, as veins have them."""
-    total, weight = np.zeros(size_px, dtype=np.float32), 0.0
-    for k in range(octaves):
+    total, weights = np.zeros(size_px, dtype=np.float32), 0.0
+    for weight, noise in _octaves(size_px, cells, rng, octaves):
+        total += np.float32(weight) * (1 - np.clip(np.abs(noise) * 2, 0, 1))
+        weights += weight
+    return np.asarray(total / np.float32(max(weights, 1e-6)), dtype=np.float32)
+
+
+def _octaves(size_px: Size, cells: Size, rng: np.random.Generator, count: int) -> Iterator[tuple[float, NoiseMap]]:
+    """Octaves of gradient noise with their weights; those finer than two pixels are drawn but left out."""
+    for k in range(count):
         finer = (cells[0] << k, cells[1] << k)
         lane = np.random.Generator(np.random.PCG64(int(rng.integers(2**63))))
-        if 2 * finer[0] > size_px[0] or 2 * finer[1] > size_px[1]:
-            continue
-        total += np.float32(gain**k) * (1 - np.clip(np.abs(gradient(size_px, finer, lane)) * 2, 0, 1))
-        weight += gain**k
-    return np.asarray(total / np.float32(max(weight, 1e-6)), dtype=np.float32)
+        if 2 * finer[0] <= size_px[0] and 2 * finer[1] <= size_px[1]:
+            yield 0.5**k, gradient(size_px, finer, lane)
 
 
 def worley(
@@ -82,8 +83,7 @@ def worley(
     y, x = _places(height, rows), _places(width, columns)
     row, column = np.floor(y).astype(np.int64), np.floor(x).astype(np.int64)
     fy, fx = (y - row).astype(np.float32)[:, None], (x - column).astype(np.float32)[None, :]
-    nearest = np.full(size_px, 9.0, dtype=np.float32)
-    second = np.full(size_px, 9.0, dtype=np.float32)
+    nearest, second = np.full((2, *size_px), 9.0, dtype=np.float32)
     owner = np.zeros(size_px, dtype=np.int32)
     for down in (-1, 0, 1):
         for right in (-1, 0, 1):
@@ -165,9 +165,8 @@ class Canvas:
 
     def resolved(self, along_m: float, across_m: float) -> float:
         """0..1, the contrast that features of this height and width keep: less than 1 where a pixel is larger."""
-        return min(1.0, along_m * self.size_px[0] / self.tile_m[1]) * min(
-            1.0, across_m * self.size_px[1] / self.tile_m[0]
-        )
+        along, across = along_m * self.size_px[0] / self.tile_m[1], across_m * self.size_px[1] / self.tile_m[0]
+        return min(1.0, along) * min(1.0, across)
 
     def shifted(self, image: Map, dx_m: Map, dy_m: Map | float = 0.0) -> Map:
         """`image` looked up at (x + dx, y + dy), bilinear, around the edges."""
@@ -262,9 +261,7 @@ def line_coverage(off_m: Map, width_m: float, pixel_m: float) -> Map:
     """Share of each pixel that a line covers, so that a line thinner than a pixel is paler, not lost.
 
     Args:
-        off_m: metres from the middle of the pixel to the middle of the line.
-        width_m: of the line, metres.
-        pixel_m: of a pixel across the line, metres.
+        off_m: from the middle of the pixel to that of the line. pixel_m: size of a pixel across the line.
     """
     near = np.maximum(-width_m / 2.0, off_m - pixel_m / 2.0)
     far = np.minimum(width_m / 2.0, off_m + pixel_m / 2.0)

@@ -23,42 +23,28 @@ _SLOWEST = 2  # waves per picture that count as its repeat: one blotch, or two
 
 @dataclass(frozen=True)
 class Pictures:
-    """The images of a finish, decoded.
-
-    Attributes:
-        id: of the finish. tile_m: width and height of the picture, metres.
-        base: (H, W, 3) uint8 sRGB. normal: (h, w, 3) uint8. rough: (h, w) uint8.
-        size_bytes: of the three files together.
-    """
+    """The images of a finish, decoded."""
 
     id: str
-    tile_m: tuple[float, float]
-    base: Pixels
-    normal: Pixels
-    rough: Pixels
-    size_bytes: int
+    tile_m: tuple[float, float]  # width and height of the picture
+    base: Pixels  # (H, W, 3) sRGB
+    normal: Pixels  # (h, w, 3)
+    rough: Pixels  # (h, w)
+    size_bytes: int  # of the three files together
 
 
 @dataclass(frozen=True)
 class TextureCheck:
-    """One check of a picture.
+    """One check of a picture."""
 
-    Attributes:
-        code: such as `TEX001`; never reused. title: two to five words.
-        measure: computes the number that is checked. limit: key in registry/limits.yaml. unit: of both.
-        most: whether the limit is an upper one.
-        fault: what is wrong if it fails, a part of a sentence.
-        description: what is measured, against which limit, and what to do; `{limit}` is replaced by the number.
-    """
-
-    code: str
+    code: str  # never reused
     title: str
-    measure: Callable[[Pictures], float]
-    limit: str
+    measure: Callable[[Pictures], float]  # the number that is checked
+    limit: str  # key in registry/limits.yaml
     unit: str
-    most: bool
-    fault: str
-    description: str
+    most: bool  # whether the limit is an upper one
+    fault: str  # a part of a sentence
+    description: str  # `{limit}` is replaced by the number
 
 
 def pictures_of(finish: Finish) -> Pictures:
@@ -68,18 +54,12 @@ def pictures_of(finish: Finish) -> Pictures:
         ValueError: it lacks one of the three images or the size of its tile.
     """
     material = finish.material
-    files = (material.base_color_texture, material.normal_texture, material.metallic_roughness_texture)
-    base, normal, rough = files
+    base, normal = material.base_color_texture, material.normal_texture
+    rough = material.metallic_roughness_texture
     if base is None or normal is None or rough is None or finish.tile_m is None:
         raise ValueError(f"{finish.id} lacks a picture or the size of its tile")
-    return Pictures(
-        id=finish.id,
-        tile_m=finish.tile_m,
-        base=_decoded(base),
-        normal=_decoded(normal),
-        rough=_decoded(rough)[..., 1],
-        size_bytes=sum(len(t.png) for t in (base, normal, rough)),
-    )
+    size_bytes = sum(len(t.png) for t in (base, normal, rough))
+    return Pictures(finish.id, finish.tile_m, _decoded(base), _decoded(normal), _decoded(rough)[..., 1], size_bytes)
 
 
 def check_pictures(pictures: Pictures, limits: Mapping[str, float]) -> Report:
@@ -120,19 +100,11 @@ def check_set(name: str, looks: Mapping[str, TextureDescriptor], limits: Mapping
         CheckResult(code="TEX013", status=Status.NOT_APPLICABLE, reason="the set has no two pictures", limit=apart)
         if nearest is None
         else CheckResult(
-            code="TEX013",
-            status=Status.FAILED if close else Status.PASSED,
-            number=significant(nearest, 6),
-            limit=apart,
+            code="TEX013", status=Status.FAILED if close else Status.PASSED, number=significant(nearest, 6), limit=apart
         ),
     )
     issues = [
-        Issue(
-            code="TEX013",
-            severity=Severity.ERROR,
-            pointer=f"{a} {b}",
-            message=f"nearly alike: {d:.2f} <= {apart:g}",
-        )
+        Issue(code="TEX013", severity=Severity.ERROR, pointer=f"{a} {b}", message=f"nearly alike: {d:.2f} <= {apart:g}")
         for d, a, b in close
     ]
     if len(looks) < wanted:
@@ -144,14 +116,6 @@ def check_set(name: str, looks: Mapping[str, TextureDescriptor], limits: Mapping
 def _decoded(texture: Texture) -> Pixels:
     with Image.open(io.BytesIO(texture.png)) as image:
         return np.asarray(image.convert("RGB"))
-
-
-def _seam(p: Pictures) -> float:
-    return max(seam(p.base / np.float32(255)).worst, seam(p.rough / np.float32(255)).worst)
-
-
-def _mean(p: Pictures) -> float:
-    return float(p.base.mean() / 255)
 
 
 def _clipped(p: Pictures) -> float:
@@ -181,18 +145,6 @@ def _lean(p: Pictures) -> float:
     return float(np.hypot(mean[0], mean[1])) if mean[2] > 0 else 1.0
 
 
-def _rough_low(p: Pictures) -> float:
-    return float(np.quantile(p.rough, 0.01) / 255)
-
-
-def _px_per_m(p: Pictures) -> float:
-    return float(min(p.base.shape[1] / p.tile_m[0], p.base.shape[0] / p.tile_m[1]))
-
-
-def _short_side(p: Pictures) -> float:
-    return min(p.tile_m)
-
-
 def _blotch(p: Pictures) -> float:
     """Amplitude in lightness of what has one or two waves in the picture: it shows each repeat from afar."""
     step = max(1, min(p.base.shape[:2]) // 128)
@@ -200,20 +152,16 @@ def _blotch(p: Pictures) -> float:
     blocks = p.base[:rows, :columns].reshape(rows // step, step, columns // step, step, 3).mean(axis=(1, 3)) / 255
     light = oklab(blocks)[..., 0]
     power = np.abs(np.fft.fft2(light)) ** 2 / light.size**2
-    waves = np.hypot(np.fft.fftfreq(light.shape[0], 1 / light.shape[0])[:, None],
-                     np.fft.fftfreq(light.shape[1], 1 / light.shape[1])[None, :])  # fmt: skip
+    waves_y, waves_x = (np.fft.fftfreq(size, 1 / size) for size in light.shape)
+    waves = np.hypot(waves_y[:, None], waves_x[None, :])
     return float(np.sqrt(power[(waves > 0) & (waves <= _SLOWEST)].sum()))
-
-
-def _megabytes(p: Pictures) -> float:
-    return p.size_bytes / 1e6
 
 
 TABLE: tuple[TextureCheck, ...] = (
     TextureCheck(
         "TEX001",
         "Seam at the border",
-        _seam,
+        lambda p: max(seam(picture / np.float32(255)).worst for picture in (p.base, p.rough)),
         "texture_seam",
         "",
         True,
@@ -222,59 +170,34 @@ TABLE: tuple[TextureCheck, ...] = (
         "generate it so that it tiles.",
     ),
     TextureCheck(
-        "TEX002",
-        "Mean brightness",
-        _mean,
-        "texture_dark",
-        "",
-        False,
+        *("TEX002", "Mean brightness", lambda p: float(p.base.mean() / 255), "texture_dark", "", False),
         "the picture is nearly black",
         "The mean colour is at least {limit:g} of white; choose lighter colours.",
     ),
     TextureCheck(
-        "TEX003",
-        "Clipped pixels",
-        _clipped,
-        "texture_clipped",
-        "",
-        True,
+        *("TEX003", "Clipped pixels", _clipped, "texture_clipped", "", True),
         "pixels are clipped to white or black",
         "At most {limit:.0%} of the pixels are pure white or pure black; lower the contrast or the exposure.",
     ),
     TextureCheck(
-        "TEX004",
-        "Visible contrast",
-        _contrast,
-        "texture_contrast",
-        "",
-        False,
+        *("TEX004", "Visible contrast", _contrast, "texture_contrast", "", False),
         "nothing is seen on the picture, a plain finish would do",
         "The standard deviation of what is seen is at least {limit:g}; use a plain finish, or a stronger pattern.",
     ),
     TextureCheck(
-        "TEX005",
-        "Length of normals",
-        _length,
-        "texture_normal_length",
-        "",
-        True,
+        *("TEX005", "Length of normals", _length, "texture_normal_length", "", True),
         "normals are not of unit length",
         "Normals of the normal map have unit length to {limit:g}; normalise them before they are stored.",
     ),
     TextureCheck(
-        "TEX006",
-        "Mean of normals",
-        _lean,
-        "texture_normal_lean",
-        "",
-        True,
+        *("TEX006", "Mean of normals", _lean, "texture_normal_lean", "", True),
         "normals lean to one side on the whole",
         "The mean of all normals leans by at most {limit:g} along the surface; take the slope out of the height map.",
     ),
     TextureCheck(
         "TEX007",
         "Least roughness",
-        _rough_low,
+        lambda p: float(np.quantile(p.rough, 0.01) / 255),
         "texture_rough_low",
         "",
         False,
@@ -284,7 +207,7 @@ TABLE: tuple[TextureCheck, ...] = (
     TextureCheck(
         "TEX008",
         "Pixels per metre",
-        _px_per_m,
+        lambda p: min(p.base.shape[1] / p.tile_m[0], p.base.shape[0] / p.tile_m[1]),
         "texture_resolution",
         "px/m",
         False,
@@ -292,32 +215,17 @@ TABLE: tuple[TextureCheck, ...] = (
         "The picture has at least {limit:g} pixels per metre; use more pixels, or state a smaller size.",
     ),
     TextureCheck(
-        "TEX009",
-        "Size of the picture",
-        _short_side,
-        "texture_tile_m",
-        "m",
-        False,
+        *("TEX009", "Size of the picture", lambda p: min(p.tile_m), "texture_tile_m", "m", False),
         "the picture is small, its repeat is seen",
         "The shorter side of the picture spans at least {limit:g} m of surface; make a larger picture.",
     ),
     TextureCheck(
-        "TEX010",
-        "Visible repeats",
-        _blotch,
-        "texture_blotch",
-        "",
-        True,
+        *("TEX010", "Visible repeats", _blotch, "texture_blotch", "", True),
         "one blotch shows every repeat from afar",
         "Lightness varies by at most {limit:g} over half a picture or more; even out large blotches.",
     ),
     TextureCheck(
-        "TEX011",
-        "File size",
-        _megabytes,
-        "texture_megabytes",
-        "MB",
-        True,
+        *("TEX011", "File size", lambda p: p.size_bytes / 1e6, "texture_megabytes", "MB", True),
         "the files are large",
         "The three files of a finish have at most {limit:g} MB together; use fewer pixels, or less noise.",
     ),

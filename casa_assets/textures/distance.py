@@ -31,25 +31,33 @@ _GLOSS_STEP = 0.14  # roughness
 _FLOOR = 0.006  # Oklab lightness: texture of less amplitude is not seen
 
 
+# Ref: B. Ottosson, A perceptual color space (2020).
+_CONES_FROM_RGB = np.array(
+    [
+        (0.4122214708, 0.2119034982, 0.0883024619),
+        (0.5363325363, 0.6806995451, 0.2817188376),
+        (0.0514459929, 0.1073969566, 0.6299787005),
+    ]
+)
+_LAB_FROM_CONES = np.array(
+    [
+        (0.2104542553, 1.9779984951, 0.0259040371),
+        (0.7936177850, -2.4285922050, 0.7827717662),
+        (-0.0040720468, 0.4505937099, -0.8086757660),
+    ]
+)
+
+
 @dataclass(frozen=True)
 class TextureDescriptor:
-    """Descriptor of one texture. All arrays float64.
+    """Descriptor of one texture. All arrays float64."""
 
-    Attributes:
-        color: (3,) mean in Oklab.
-        tones: (8,) mean lightness of eighths of the pixels, from the darkest, less the mean of all.
-        chroma: (2,) standard deviation of a and b.
-        bands: (8, 4) log amplitude of the lightness by octave of wavelength (1.28 m down) and direction of change.
-        shape: (8,) cube root of the skew by octave: light lines on dark against dark lines on light.
-        gloss: (2,) mean of the roughness, and log amplitude of the slope of the relief.
-    """
-
-    color: Array
-    tones: Array
-    chroma: Array
-    bands: Array
-    shape: Array
-    gloss: Array
+    color: Array  # (3,) mean in Oklab
+    tones: Array  # (8,) mean lightness of eighths of the pixels, from the darkest, less the mean of all
+    chroma: Array  # (2,) standard deviation of a and b
+    bands: Array  # (8, 4) log amplitude of the lightness by octave of wavelength (1.28 m down) and direction of change
+    shape: Array  # (8,) cube root of the skew by octave: light lines on dark against dark lines on light
+    gloss: Array  # (2,) mean of the roughness, and log amplitude of the slope of the relief
 
     @cached_property
     def vector(self) -> Array:
@@ -124,26 +132,8 @@ def oklab(albedo: npt.NDArray[np.floating]) -> Array:
     """(H, W, 3) sRGB 0..1 into Oklab: lightness 0..1, a and b. Ref: B. Ottosson, A perceptual color space (2020)."""
     rgb = np.clip(np.asarray(albedo, dtype=np.float64), 0.0, 1.0)
     linear = linear_from_srgb_array(rgb)
-    cones = np.cbrt(
-        linear
-        @ np.array(
-            [
-                [0.4122214708, 0.2119034982, 0.0883024619],
-                [0.5363325363, 0.6806995451, 0.2817188376],
-                [0.0514459929, 0.1073969566, 0.6299787005],
-            ]
-        )
-    )
-    return np.asarray(
-        cones
-        @ np.array(
-            [
-                [0.2104542553, 1.9779984951, 0.0259040371],
-                [0.7936177850, -2.4285922050, 0.7827717662],
-                [-0.0040720468, 0.4505937099, -0.8086757660],
-            ]
-        )
-    )
+    found: Array = np.cbrt(linear @ _CONES_FROM_RGB) @ _LAB_FROM_CONES
+    return found
 
 
 def _spectrum(light: Array, tile_m: tuple[float, float]) -> tuple[Array, Array]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -27,46 +28,37 @@ DETAIL_SCALE = 2
 
 
 def finish(name: str, tile_m: Vec2, layers: Layers, substance: Substance) -> Finish:
-    """The finish of a picture.
-
-    Args:
-        name: id. tile_m: width and height of the picture, metres.
-        layers: the picture. substance: what it is made of.
-    """
+    """The finish of a picture; tile_m: its width and height, metres."""
     color = np.rint(np.clip(layers.albedo, 0, 1) * 255).astype(np.uint8)
-    half = Layers(
-        albedo=layers.albedo[:1, :1],
-        height_m=halved(layers.height_m),
-        roughness=halved(layers.roughness),
-        metallic=layers.metallic,
+    rough = np.rint(np.clip(halved(layers.roughness), 0, 1) * 255).astype(np.uint8)
+    gloss = np.stack([np.full_like(rough, 255), rough, np.full_like(rough, round(255 * layers.metallic))], axis=2)
+    textures = (
+        encode_texture(f"{name}_color", color, ColorSpace.SRGB),
+        encode_texture(f"{name}_normal", normals(halved(layers.height_m), tile_m), ColorSpace.RAW),
+        encode_texture(f"{name}_metallic_roughness", gloss, ColorSpace.RAW),
     )
-    rough = np.rint(np.clip(half.roughness, 0, 1) * 255).astype(np.uint8)
-    metal = np.full_like(rough, round(255 * layers.metallic))
-    return Finish(
+    return textured(name, tile_m, textures, substance)
+
+
+def textured(name: str, tile_m: Vec2, textures: Sequence[Texture], substance: Substance) -> Finish:
+    """The finish of its colour, normals, and metal share and roughness, which are multiplied with 1."""
+    base, normal, gloss = textures
+    material = Material(
         id=name,
-        material=Material(
-            id=name,
-            base_color=(1.0, 1.0, 1.0, 1.0),
-            metallic=1.0,
-            roughness=1.0,
-            base_color_texture=encode_texture(f"{name}_color", color, ColorSpace.SRGB),
-            metallic_roughness_texture=encode_texture(
-                f"{name}_metallic_roughness", np.stack([np.full_like(rough, 255), rough, metal], axis=2), ColorSpace.RAW
-            ),
-            normal_texture=encode_texture(f"{name}_normal", normals(half.height_m, tile_m), ColorSpace.RAW),
-            tile_m=tile_m,
-            substance=substance.id,
-        ),
-        substance=substance,
+        base_color=(1.0, 1.0, 1.0, 1.0),
+        metallic=1.0,
+        roughness=1.0,
+        base_color_texture=base,
+        metallic_roughness_texture=gloss,
+        normal_texture=normal,
+        tile_m=tile_m,
+        substance=substance.id,
     )
+    return Finish(id=name, material=material, substance=substance)
 
 
 def normals(height_m: Map, tile_m: Vec2) -> Pixels:
-    """(H, W, 3) tangent-space normals of a relief that repeats, y up, as 8 bit pixels.
-
-    Args:
-        height_m: (H, W) metres. tile_m: width and height of the picture, metres.
-    """
+    """(H, W, 3) tangent-space normals, y up, of a (H, W) relief that repeats; tile_m: width and height, metres."""
     rows, columns = height_m.shape
     dx, dy = tile_m[0] / columns, tile_m[1] / rows
     slope_x = (np.roll(height_m, -1, axis=1) - np.roll(height_m, 1, axis=1)) / (2 * dx)
@@ -84,11 +76,7 @@ def halved(image: Map) -> Map:
 
 
 def encode_texture(name: str, pixels: Pixels, space: ColorSpace) -> Texture:
-    """A picture as PNG, the same bytes every time.
-
-    Args:
-        pixels: (H, W, 3).
-    """
+    """A (H, W, 3) picture as PNG, the same bytes every time."""
     out = io.BytesIO()
     Image.fromarray(pixels, "RGB").save(out, "PNG", compress_level=PNG_LEVEL)
     height, width = pixels.shape[:2]
@@ -104,13 +92,8 @@ _AMBIENT = 0.42
 _F0 = 0.04  # reflectance of what is no metal, seen head on. Ref: glTF 2.0, appendix B
 
 
-def swatch(pictures: Pictures, metallic: float, side_m: float = 1.0, side_px: int = 192) -> Pixels:
-    """(side_px, side_px, 3) uint8 sRGB picture of the upper left square of a finish, repeated where it is smaller.
-
-    Args:
-        pictures: of the finish. metallic: 0..1.
-        side_m: of the cut in metres. side_px: of the result.
-    """
+def swatch(pictures: Pictures, metallic: float, side_m: float, side_px: int) -> Pixels:
+    """(side_px, side_px, 3) sRGB picture of the upper left square of a finish, `side_m` wide, repeated if smaller."""
     lit = _lit(pictures, metallic)
     height, width = lit.shape[:2]
     need_x, need_y = round(side_m / pictures.tile_m[0] * width), round(side_m / pictures.tile_m[1] * height)

@@ -23,15 +23,10 @@ _LINES = 2.0  # weight of lines against tones
 
 @dataclass(frozen=True)
 class Seam:
-    """Steps across the border over steps inside: 1 is a border like any other place, 3 is plainly seen.
+    """Steps across the border over steps inside: 1 is a border like any other place, 3 is plainly seen."""
 
-    Attributes:
-        x: across the left and right edge.
-        y: across the upper and lower edge.
-    """
-
-    x: float
-    y: float
+    x: float  # across the left and right edge
+    y: float  # across the upper and lower edge
 
     @property
     def worst(self) -> float:
@@ -113,7 +108,8 @@ def _across(image: Picture) -> float:
     """Score of the edge between the last and the first column, fine and broad."""
     width = image.shape[1]
     steps = np.abs(np.diff(image, axis=1, append=image[:, :1])).mean(axis=(0, 2))
-    fine = steps[-1] / max(_strongest(steps[:-1]), _STEP)
+    strongest = np.sort(steps[:-1])[-max(3, round(_STRONGEST * len(steps[:-1]))) :].mean()
+    fine = steps[-1] / max(float(strongest), _STEP)
     # A drift of light shows no step from pixel to pixel, but the tones of the two ends are far apart.
     band = max(2, round(_BAND * width))
     count = width // band
@@ -123,11 +119,6 @@ def _across(image: Picture) -> float:
     broad = ends / max(float(inner.max()), 2.0 * _STEP)
     # One of two dozen such steps may well be the largest without being a fault.
     return float(max(fine, broad / 1.3))
-
-
-def _strongest(steps: npt.NDArray[np.float32]) -> float:
-    count = max(3, round(_STRONGEST * len(steps)))
-    return float(np.sort(steps)[-count:].mean())
 
 
 def _without_drift(image: Picture) -> Picture:

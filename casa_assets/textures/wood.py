@@ -52,79 +52,45 @@ class GrowthRings(StrEnum):
 
 
 class WoodSpecies(Record):
-    """Anatomy of a wood, as far as it can be seen on a board.
+    """Anatomy of a wood, as far as it can be seen on a board."""
 
-    Attributes:
-        rings: course of one year.
-        ring_m: usual width of a year in metres.
-        unevenness: 0..1, how much years differ in width and in strength.
-        contrast: 0..1, of the rings.
-        pores: 0..1, how open the grain is; `pore_m` is the length of a pore line in metres.
-        rays: 0..1, flecks on a quartered face, small dashes on a flat one.
-        ribbon: 0..1, stripes of interlocked grain, `ribbon_m` wide.
-        curl: 0..1, waves across the grain.
-        fibre: 0..1, strength of the fine lines.
-        clouds: 0..1, strength of broad changes of tone.
-        knots_per_m2: of the size of a thumb nail.
-    """
-
-    rings: GrowthRings = GrowthRings.DIFFUSE
-    ring_m: Annotated[float, Field(gt=0.0005, lt=0.1)] = 0.0025
-    unevenness: Share = 0.4
-    contrast: Share = 0.5
-    pores: Share = 0.3
-    pore_m: Annotated[float, Field(gt=0.001, lt=0.1)] = 0.008
-    rays: Share = 0.0
-    ribbon: Share = 0.0
-    ribbon_m: Annotated[float, Field(gt=0.002, lt=0.1)] = 0.012
-    curl: Share = 0.0
-    fibre: Share = 0.5
-    clouds: Share = 0.4
-    knots_per_m2: Annotated[float, Field(ge=0, le=60)] = 0.0
+    rings: GrowthRings = Field(GrowthRings.DIFFUSE, description="course of one year")
+    ring_m: float = Field(0.0025, gt=0.0005, lt=0.1, description="usual width of a year")
+    unevenness: Share = Field(0.4, description="how much years differ in width and in strength")
+    contrast: Share = Field(0.5, description="of the rings")
+    pores: Share = Field(0.3, description="how open the grain is")
+    pore_m: float = Field(0.008, gt=0.001, lt=0.1, description="length of a pore line")
+    rays: Share = Field(0.0, description="flecks on a quartered face, small dashes on a flat one")
+    ribbon: Share = Field(0.0, description="stripes of interlocked grain")
+    ribbon_m: float = Field(0.012, gt=0.002, lt=0.1, description="width of a stripe")
+    curl: Share = Field(0.0, description="waves across the grain")
+    fibre: Share = Field(0.5, description="strength of the fine lines")
+    clouds: Share = Field(0.4, description="strength of broad changes of tone")
+    knots_per_m2: float = Field(0.0, ge=0, le=60, description="of the size of a thumb nail")
 
 
 @dataclass(frozen=True)
 class GrainMaps:
-    """Maps of a board face, each (H, W) float32.
+    """Maps of a board face, each (H, W) float32."""
 
-    Attributes:
-        ring: 0..1, how dark the year is here.
-        early: 0..1, the porous start of a year (ring porous woods), else 1.
-        fibre: about -1..1, fine lines along the grain.
-        zone: about -1..1, broad changes of tone that follow the years.
-        pore: 0..1, open pores.
-        fleck: 0..1, rays on a quartered face.
-        dash: 0..1, ends of rays on a flat face.
-        sheen: about -1..1, ribbon and curl.
-        knot: 0..1, knots.
-        tone: about -1..1, one value for each leaf.
-        joint: 0..1, 1 on the line between two leaves.
-        edge_m: metres to the nearest joint; large without joints.
-    """
-
-    ring: Map
-    early: Map
-    fibre: Map
-    zone: Map
-    pore: Map
-    fleck: Map
-    dash: Map
-    sheen: Map
-    knot: Map
-    tone: Map
-    joint: Map
-    edge_m: Map
+    ring: Map  # 0..1, how dark the year is here
+    early: Map  # 0..1, the porous start of a year (ring porous woods), else 1
+    fibre: Map  # about -1..1, fine lines along the grain
+    zone: Map  # about -1..1, broad changes of tone that follow the years
+    pore: Map  # 0..1, open pores
+    fleck: Map  # 0..1, rays on a quartered face
+    dash: Map  # 0..1, ends of rays on a flat face
+    sheen: Map  # about -1..1, ribbon and curl
+    knot: Map  # 0..1, knots
+    tone: Map  # about -1..1, one value for each leaf
+    joint: Map  # 0..1, 1 on the line between two leaves
+    edge_m: Map  # to the nearest joint; large without joints
 
 
 def grain_maps(canvas: Canvas, species: WoodSpecies, cut: SawCut, leaves: int, rng: np.random.Generator) -> GrainMaps:
     """Maps of a face made of `leaves` boards or veneers side by side; 1 is one piece without a joint.
 
-    Args:
-        sheet: pixels and metres.
-        species: anatomy.
-        cut: of every leaf.
-        leaves: number of pieces across the width; a flat-cut face without joints is not possible, so 1 gives 1 joint.
-        rng: all of the randomness; the maps depend on it and on metres, not on the number of pixels.
+    A flat-cut face without joints is not possible, so 1 gives 1 joint. The maps depend on metres, not on pixels.
     """
     x, y = canvas.axes()
     leaf, edge, left, wide = _leaves(canvas, x, leaves, rng)
@@ -143,11 +109,8 @@ def grain_maps(canvas: Canvas, species: WoodSpecies, cut: SawCut, leaves: int, r
     jagged = min(0.1 * species.ring_m, 0.0003) * canvas.resolved(0.06, 0.0025)
     radius = radius + jagged * canvas.noise(0.06, 0.0025, rng)
     ring, early, zone = ring_maps(canvas, species, radius, rng)
-    fine = canvas.shifted(
-        canvas.resolved(0.06, 0.0016) * canvas.noise(0.06, 0.0016, rng) + 0.7 * canvas.noise(0.22, 0.005, rng),
-        across,
-        drop,
-    )
+    fine = canvas.resolved(0.06, 0.0016) * canvas.noise(0.06, 0.0016, rng) + 0.7 * canvas.noise(0.22, 0.005, rng)
+    fine = canvas.shifted(fine, across, drop)
     # Two sizes that share no lattice: pores of one noise would stand in rows.
     pores = canvas.noise(species.pore_m, 0.0017, rng) + 0.9 * canvas.noise(1.7 * species.pore_m, 0.0027, rng)
     pores = canvas.shifted(pores, across, drop)
@@ -180,12 +143,8 @@ def _leaves(canvas: Canvas, x: Map, count: int, rng: np.random.Generator) -> tup
     edges = np.concatenate([[0.0], np.cumsum(widths / widths.sum())]) * canvas.tile_m[0]
     leaf = np.clip(np.searchsorted(edges, x, side="right") - 1, 0, count - 1)
     near = np.abs(x[..., None] - edges).min(axis=-1) if count > 1 else np.ones_like(x)
-    return (
-        leaf,
-        near.astype(np.float32),
-        edges[leaf].astype(np.float32),
-        (edges[leaf + 1] - edges[leaf]).astype(np.float32),
-    )
+    left, wide = edges[leaf], edges[leaf + 1] - edges[leaf]
+    return leaf, near.astype(np.float32), left.astype(np.float32), wide.astype(np.float32)
 
 
 def _radius(canvas: Canvas, cut: SawCut, x: Map, y: Map, rng: np.random.Generator) -> Map:
@@ -205,10 +164,7 @@ def ring_maps(canvas: Canvas, species: WoodSpecies, radius: Map, rng: np.random.
     """Darkness of the year, its porous part, and the slow change of tone over the years, each (H, W).
 
     Args:
-        sheet: the years repeat over its width.
-        species: anatomy.
         radius: (H, W) metres from the pith.
-        rng: draws the widths and strengths of the years.
     """
     length = canvas.tile_m[0]  # years repeat over the width, so that straight grain closes at the border
     count = max(4, round(length / species.ring_m))
@@ -308,43 +264,21 @@ _JOINT_DEPTH_M = 0.00015
 
 
 class WoodPalette(Record):
-    """Colours of a finished wood, as a colour card shows them.
+    """Colours of a finished wood, as a colour card shows them."""
 
-    Attributes:
-        light: the plain wood.
-        dark: the strong part of a year, and the tone that broad clouds lean to.
-        pore: in the pores; pale where they are limed.
-        heart: of knots, mineral streaks and dark bands.
-        variety: 0..1, how much the leaves differ from each other.
-        streaks: 0..1, share of the face that leans to `heart` in long streaks.
-        roughness: of the finish, 0..1.
-        brushed: 0..1, how far the soft wood was brushed out.
-    """
-
-    light: HexColor
-    dark: HexColor
-    pore: HexColor
-    heart: HexColor
-    variety: Share = 0.35
-    streaks: Share = 0.0
+    light: HexColor = Field(description="the plain wood")
+    dark: HexColor = Field(description="the strong part of a year, and the tone that broad clouds lean to")
+    pore: HexColor = Field(description="in the pores; pale where they are limed")
+    heart: HexColor = Field(description="of knots, mineral streaks and dark bands")
+    variety: Share = Field(0.35, description="how much the leaves differ from each other")
+    streaks: Share = Field(0.0, description="share of the face that leans to `heart` in long streaks")
     roughness: Annotated[float, Field(ge=0.05, le=0.95)] = 0.45
-    brushed: Share = 0.0
+    brushed: Share = Field(0.0, description="how far the soft wood was brushed out")
 
 
-def board(
-    canvas: Canvas, species: WoodSpecies, cut: SawCut, palette: WoodPalette, rng: np.random.Generator, leaves: int = 1
-) -> Layers:
-    """A face that tiles in both directions, grain along the height.
-
-    Args:
-        sheet: pixels and metres.
-        species: anatomy of the wood.
-        cut: how it was taken from the log; a flat cut has a joint at the border even with one leaf.
-        palette: colours and gloss.
-        rng: all of the randomness.
-        leaves: boards or veneers side by side.
-    """
-    return finish_wood(grain_maps(canvas, species, cut, leaves, rng), species, palette, canvas, rng)
+def board(canvas: Canvas, species: WoodSpecies, cut: SawCut, palette: WoodPalette, rng: np.random.Generator) -> Layers:
+    """A face that tiles in both directions, grain along the height; a flat cut has a joint at the border."""
+    return finish_wood(grain_maps(canvas, species, cut, 1, rng), species, palette, canvas, rng)
 
 
 def finish_wood(

@@ -14,6 +14,11 @@ from casa_assets.families.parts.decor.jars import GOLDEN_ANGLE
 from casa_assets.model.record import Vec2
 
 
+def run_along(line: Floats) -> Floats:
+    """(N,) length of an open line from its first point to each of its (N, D) points."""
+    return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
+
+
 def smooth_profile(points: Sequence[Vec2], count: int) -> Floats:
     """(count, 2) points, evenly far apart, of a smooth curve through some points from the lower end to the upper one.
 
@@ -21,10 +26,10 @@ def smooth_profile(points: Sequence[Vec2], count: int) -> Floats:
         points: (radius, height) in order; a curve may turn back, as round the hollow of a stem.
     """
     line = np.array(points, dtype=np.float64)
-    run = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
+    run = run_along(line)
     fine = np.linspace(0.0, run[-1], 40 * count)
     curve = np.stack([PchipInterpolator(run, line[:, k])(fine) for k in (0, 1)], axis=1)
-    length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(curve, axis=0), axis=1))])
+    length = run_along(curve)
     even = np.linspace(0.0, length[-1], count)
     found = np.stack([np.interp(even, length, curve[:, k]) for k in (0, 1)], axis=1)
     found[[0, -1]] = line[[0, -1]]
@@ -40,16 +45,10 @@ def turned(profile: Floats, around: int, crease_deg: float = 60.0) -> Solid:
     """
     angles = np.arange(around) * 2 * np.pi / around
     inner = profile[1:-1]
-    rings = np.stack(
-        [
-            inner[:, :1] * np.cos(angles),
-            inner[:, :1] * np.sin(angles),
-            np.broadcast_to(inner[:, 1:], (len(inner), around)),
-        ],
-        axis=2,
-    )
+    x, y = inner[:, :1] * np.cos(angles), inner[:, :1] * np.sin(angles)
+    rings = np.stack([x, y, np.broadcast_to(inner[:, 1:], x.shape)], axis=2)
     points = np.concatenate([[[0.0, 0.0, profile[0, 1]]], rings.reshape(-1, 3), [[0.0, 0.0, profile[-1, 1]]]])
-    run = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(profile, axis=0), axis=1))])
+    run = run_along(profile)
     v = run / run[-1]
     u = np.arange(around + 1) / around
     last = len(points) - 1
@@ -146,13 +145,19 @@ def bumped(points: Floats, amount: float, waves: float, rng: np.random.Generator
         return points
     middle, size = (points.min(axis=0) + points.max(axis=0)) / 2, float(np.ptp(points, axis=0).max())
     away = points - middle
-    total = np.zeros(len(points))
-    for _ in range(7):
-        way = rng.normal(size=3)
-        way *= waves * 2 * np.pi / size / np.linalg.norm(way) * rng.uniform(0.5, 1.2)
-        total += np.sin(away @ way + rng.uniform(0.0, 2 * np.pi))
+    total = random_waves(away, waves, size, 7, rng)
     found: Floats = middle + away * (1.0 + amount * total[:, None] / 3.0)
     return found
+
+
+def random_waves(points: Floats, waves: float, size: float, count: int, rng: np.random.Generator) -> Floats:
+    """(P,) sum of `count` waves in random directions at (P, 3) points, about `waves` of each over `size`."""
+    total = np.zeros(len(points))
+    for _ in range(count):
+        way = rng.normal(size=3)
+        way *= waves * 2 * np.pi / size / np.linalg.norm(way) * rng.uniform(0.5, 1.2)
+        total += np.sin(points @ way + rng.uniform(0.0, 2 * np.pi))
+    return total
 
 
 def bent(points: Floats, angle: float, start: float, span: Vec2) -> Floats:

@@ -27,18 +27,12 @@ PICTURE_RIM = 0.49
 
 @dataclass(frozen=True)
 class Plane:
-    """A cutting plane: everything beyond it is removed.
+    """A cutting plane: everything beyond it is removed."""
 
-    Attributes:
-        normal: (3,) unit vector, away from what is kept. offset: metres along it from the origin.
-        middle: (3,) point on which the picture of the cut face is centred, m; None for the middle of the face.
-        up: (3,) unit vector in the plane: the upward direction of the picture.
-    """
-
-    normal: Floats
-    offset: float
-    middle: Floats | None
-    up: Floats
+    normal: Floats  # (3,) unit vector, away from what is kept
+    offset: float  # along it from the origin, m
+    middle: Floats | None  # (3,) middle of the picture of the cut face, m; None: that of the face
+    up: Floats  # (3,) unit vector in the plane: the upward direction of the picture
 
 
 def along(turn: float, middle: Floats) -> Plane:

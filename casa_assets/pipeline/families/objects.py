@@ -21,12 +21,10 @@ from casa_assets.families.family import Params
 from casa_assets.geometry.mesh.grasps import choose_grasps, grasp_site
 from casa_assets.geometry.mesh.topology import weld
 from casa_assets.model.asset.asset import Asset
-from casa_assets.model.asset.material import Texture
 from casa_assets.model.asset.parts import Grasp
 from casa_assets.model.asset.provenance import split_of
 from casa_assets.model.issue import Report
 from casa_assets.model.registry.category import Category
-from casa_assets.model.registry.rows import TextureRecipe
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
 from casa_assets.pipeline.cache.store import Store
 from casa_assets.pipeline.textures.recipes import skins

@@ -22,7 +22,6 @@ from casa_assets.preview.pictures import SheetCell, contact_sheets
 from casa_assets.textures.check import check_pictures, check_set, pictures_of
 from casa_assets.textures.distance import TextureDescriptor, describe_texture
 from casa_assets.textures.finish import swatch
-from casa_assets.textures.make import SIZE_PX
 
 # Sheet ----------------------------------------------------------------------------------------------------------------
 # Finishes into files, and into contact sheets of swatches of true size.
@@ -31,12 +30,8 @@ COLUMNS = 10
 PER_PAGE = 100
 
 
-def write_finish(recipe: TextureRecipe, folder: Path, cache: Path, size_px: int = SIZE_PX) -> tuple[Path, ...]:
-    """Write the colour, metallic-roughness and normal picture of a recipe.
-
-    Args:
-        recipe: recipe. folder: made where it is missing. cache: folder of the store. size_px: longer side.
-    """
+def write_finish(recipe: TextureRecipe, folder: Path, cache: Path, size_px: int) -> tuple[Path, ...]:
+    """Write the colour, metallic-roughness and normal picture of a recipe; size_px: longer side."""
     folder.mkdir(parents=True, exist_ok=True)
     written = []
     for texture in finish_of(recipe, cache, size_px).material.textures:
@@ -46,14 +41,8 @@ def write_finish(recipe: TextureRecipe, folder: Path, cache: Path, size_px: int 
     return tuple(written)
 
 
-def shots(
-    recipes: Sequence[TextureRecipe], cache: Path, side_m: float = 1.0, side_px: int = 192
-) -> Iterator[SheetCell]:
-    """One cell per recipe: a lit cut of `side_m` metres, with the id and the size of the picture.
-
-    Args:
-        recipes: recipes. cache: folder of the store. side_m: of a cut, metres. side_px: of a cell.
-    """
+def shots(recipes: Sequence[TextureRecipe], cache: Path, side_m: float, side_px: int) -> Iterator[SheetCell]:
+    """One cell per recipe: a lit cut of `side_m` metres, `side_px` wide, with the id and the size of the picture."""
     for recipe in recipes:
         finish = finish_of(recipe, cache)
         size = f"{recipe.kind}, {recipe.tile_m[0]:g} x {recipe.tile_m[1]:g} m"
@@ -102,10 +91,8 @@ def check_one(texture_recipe: TextureRecipe, cache: Path) -> CheckedTexture:
 
 
 def check_recipes(selected: Sequence[TextureRecipe], cache: Path, jobs: int = DEFAULT_JOBS) -> Iterator[CheckedTexture]:
-    """Recipes in the order given.
+    """Recipes in the order given; jobs: at once, 0: one per core.
 
-    Args:
-        selected: what to check. cache: folder of the store. jobs: at once; 0: one per core.
     Raises:
         BatchFault: checking some of them failed by a fault of the program, once all the others are done.
         CasaError: see run_batch.

@@ -14,6 +14,7 @@ from typing import Any
 from casa_assets import registry
 from casa_assets.core.system import max_cache_bytes
 from casa_assets.errors import RegistryError, UnknownId
+from casa_assets.model.asset.material import Substance
 from casa_assets.model.registry.document import Document
 from casa_assets.model.registry.rows import Finish, Surface, TextureRecipe
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of, modules_holding
@@ -124,22 +125,20 @@ def recipes(root: Path | None = None) -> Mapping[Surface, Mapping[str, TextureRe
         RegistryError: a file is missing, or a row names an unknown key, kind or substance, or an id occurs twice.
         OutputError: a pack.json is damaged.
     """
-    substances = _known(root).substances
+    # Asked for as all others do, so that it is not read a second time.
+    substances = (registry.load() if root is None else registry.load(root)).substances
     found: dict[Surface, dict[str, TextureRecipe]] = {}
     taken: dict[str, str] = {}
     for surface in Surface:
         document = read_table_file(f"{FOLDER}/{surface.value}.yaml", root)
         if not isinstance(document.value, dict):
             raise document.fault((), "a mapping of ids to recipes", type(document.value).__name__)
-        rows: dict[str, TextureRecipe] = {}
+        found[surface] = {}
         for name, stated in document.value.items():
             if name in taken:
                 raise document.fault((name,), "an id that no other surface has", f"{name!r}, also in {taken[name]}")
             taken[name] = document.file
-            rows[name] = _recipe(document, name, stated, surface)
-            if rows[name].substance not in substances:
-                raise document.fault((name, "substance"), "a substance of substances.yaml", repr(rows[name].substance))
-        found[surface] = rows
+            found[surface][name] = _recipe(document, name, stated, surface, substances)
     project = project_folder() if root is None else None
     for folder, pack in packs_of(project) if project is not None else ():
         for recipe in _pictures(folder, pack, taken):
@@ -165,35 +164,29 @@ def _pictures(folder: Path, pack: Pack, taken: dict[str, str]) -> Iterator[Textu
 
 
 @read_once
-def skins(root: Path | None = None) -> Mapping[str, TextureRecipe]:
+def skins() -> Mapping[str, TextureRecipe]:
     """All pictures of objects by id, of every file under registry/skins/.
 
     Raises:
         RegistryError: a row names an unknown key, kind or substance, or its id is taken.
     """
-    substances = _known(root).substances
-    taken = {name: rows for rows, names in (recipes() if root is None else recipes(root)).items() for name in names}
+    substances = registry.load().substances
+    taken = {name for names in recipes().values() for name in names}
     found: dict[str, TextureRecipe] = {}
-    for stem in names_in(SKINS, root):
-        document = read_table_file(f"{SKINS}/{stem}.yaml", root)
+    for stem in names_in(SKINS):
+        document = read_table_file(f"{SKINS}/{stem}.yaml")
         if not isinstance(document.value, dict):
             raise document.fault((), "a mapping of ids to recipes", type(document.value).__name__)
         for name, stated in document.value.items():
             if name in taken or name in found:
                 raise document.fault((name,), "an id that no other picture has", repr(name))
-            found[name] = _recipe(document, name, stated, None)
-            if found[name].substance not in substances:
-                substance = repr(found[name].substance)
-                raise document.fault((name, "substance"), "a substance of substances.yaml", substance)
+            found[name] = _recipe(document, name, stated, None, substances)
     return MappingProxyType(found)
 
 
-def _known(root: Path | None) -> registry.Registry:
-    """The registry in a folder; that of the package as all others ask for it, so that it is not read a second time."""
-    return registry.load() if root is None else registry.load(root)
-
-
-def _recipe(document: Document, name: str, stated: Any, surface: Surface | None) -> TextureRecipe:
+def _recipe(
+    document: Document, name: str, stated: Any, surface: Surface | None, substances: Mapping[str, Substance]
+) -> TextureRecipe:
     """A checked row; its params are those of its kind, with everything spelled out."""
     row = dict(stated) if isinstance(stated, dict) else {}
     known = texture_kinds()
@@ -203,7 +196,10 @@ def _recipe(document: Document, name: str, stated: Any, surface: Surface | None)
         raise document.fault((name, "kind"), expected, repr(row.get("kind")))
     params = registry.read_record(kind.params, row.pop("params", {}), document, (name, "params"))
     row["params"] = params.to_json()
-    return registry.read_record(TextureRecipe, row, document, (name,), id=name, surface=surface)
+    recipe = registry.read_record(TextureRecipe, row, document, (name,), id=name, surface=surface)
+    if recipe.substance not in substances:
+        raise document.fault((name, "substance"), "a substance of substances.yaml", repr(recipe.substance))
+    return recipe
 
 
 @read_once
@@ -237,13 +233,11 @@ def picture_px(recipe: TextureRecipe) -> int:
     return SKIN_PX if recipe.surface is None else SIZE_PX
 
 
-def _painted(recipe: TextureRecipe, size_px: int) -> Layers:
-    return paint(texture_kinds()[recipe.kind], recipe, size_px)
-
-
 def layers_of(recipe: TextureRecipe, size_px: int) -> Layers:
     """Return the painted layers of a recipe, or the picture of a pack, at most `size_px` pixels on the longer side."""
-    return layers_of_picture(recipe, size_px) if recipe.kind == KIND else _painted(recipe, size_px)
+    if recipe.kind == KIND:
+        return layers_of_picture(recipe, size_px)
+    return paint(texture_kinds()[recipe.kind], recipe, size_px)
 
 
 def finish_key(recipe: TextureRecipe, size_px: int | None = None) -> str:
@@ -303,7 +297,7 @@ def missing_paintings(names: Iterable[str], cache: Path) -> dict[str, Painting]:
 
 def _paint_and_keep(recipe: TextureRecipe, size_px: int, store: Store, key: str) -> Finish:
     substance = registry.load().substances[recipe.substance]
-    made = finish(recipe.id, recipe.tile_m, _painted(recipe, size_px), substance)
+    made = finish(recipe.id, recipe.tile_m, layers_of(recipe, size_px), substance)
     if recipe.surface is None:  # it covers a whole thing and does not repeat
         made = made.replace(material=made.material.replace(tile_m=None))
     store.put(key, made.to_json().encode())

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from enum import StrEnum
-from typing import Annotated
 
 import numpy as np
 from pydantic import Field
@@ -38,27 +37,16 @@ class LayingPattern(StrEnum):
 
 
 class Laying(Record):
-    """A pattern and its sizes. The picture has to hold whole repeats: another size is an error, not a stretch.
+    """A pattern and its sizes. The picture has to hold whole repeats: another size is an error, not a stretch."""
 
-    Attributes:
-        pattern: shape and bond.
-        width_m: of a piece across its length, metres, joint included.
-        length_m: of a piece along its length, metres, joint included.
-        bond: of a running bond: share of a length by which each row is shifted; 0 is stacked.
-        upright: the length of pieces is vertical (running bond, planks).
-        diagonal: the whole pattern is turned by 45 degrees (herringbone).
-        width_count: of planks: number of widths that are mixed.
-        ends_m: of planks: by how much the joints at their ends are narrower than those along them, metres.
-    """
-
-    pattern: LayingPattern
-    width_m: Annotated[float, Field(gt=0.005, le=2)]
-    length_m: Annotated[float, Field(gt=0.005, le=3)] = 0.1
-    bond: Annotated[float, Field(ge=0, lt=1)] = 0.0
-    upright: bool = False
-    diagonal: bool = False
-    width_count: Annotated[int, Field(ge=1, le=8)] = 1
-    ends_m: Annotated[float, Field(ge=0, le=0.03)] = 0.0
+    pattern: LayingPattern = Field(description="shape and bond")
+    width_m: float = Field(gt=0.005, le=2, description="of a piece across its length, joint included")
+    length_m: float = Field(0.1, gt=0.005, le=3, description="of a piece along its length, joint included")
+    bond: float = Field(0.0, ge=0, lt=1, description="running bond: shift of each row by a length; 0: stacked")
+    upright: bool = Field(False, description="the length of pieces is vertical (running bond, planks)")
+    diagonal: bool = Field(False, description="the whole pattern is turned by 45 degrees (herringbone)")
+    width_count: int = Field(1, ge=1, le=8, description="planks: number of widths that are mixed")
+    ends_m: float = Field(0.0, ge=0, le=0.03, description="planks: by how much joints at ends are narrower")
 
 
 def lay(laying: Laying, canvas: Canvas, rng: np.random.Generator) -> PieceMap:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
 import numpy.typing as npt
 
@@ -34,12 +36,11 @@ def running(tile_m: Size, width: float, length: float, bond: float, upright: boo
         raise ValueError(f"{rows} rows moved by {bond:g} of a length do not close over the border")
     shape = box(true_width / 2, true_length / 2)
     found = []
-    for row in range(rows):
-        for column in range(columns):
-            a, b = (column + 0.5 + bond * row) * true_length % along, (row + 0.5) * true_width
-            x, y = (b, a) if upright else (a, b)
-            turn = 0.0 if upright else _LEVEL
-            found.append(PlacedOutline(x, y, turn, true_width / 2, true_length / 2, shape, (row + column) % 2))
+    for row, column in product(range(rows), range(columns)):
+        a, b = (column + 0.5 + bond * row) * true_length % along, (row + 0.5) * true_width
+        x, y = (b, a) if upright else (a, b)
+        turn = 0.0 if upright else _LEVEL
+        found.append(PlacedOutline(x, y, turn, true_width / 2, true_length / 2, shape, (row + column) % 2))
     return found
 
 
@@ -49,17 +50,12 @@ def planks(
     """Boards end to end in courses, their ends staggered at random.
 
     Args:
-        tile_m: of the picture. width, length: of a board, metres.
-        widths: 1 for boards of one width, else how many widths are mixed (0.7 to 1.3 of `width`).
-        upright: boards run along v of the picture, else along u.
+        widths: how many widths are mixed (0.7 to 1.3 of `width`). upright: boards run along v of the picture, else u.
         ends_m: by how much boards reach into the joints at their ends.
-        rng: draws widths and ends.
     """
     along, across = (tile_m[1], tile_m[0]) if upright else tile_m
     courses = max(2, round(across / width))
-    sizes = np.ones(courses)
-    if widths > 1:
-        sizes = rng.permutation(np.resize(np.linspace(0.7, 1.3, widths), courses))
+    sizes = rng.permutation(np.resize(np.linspace(0.7, 1.3, widths), courses)) if widths > 1 else np.ones(courses)
     edges = np.concatenate([[0.0], np.cumsum(sizes / sizes.sum())]) * across
     # One board to a course would make the picture repeat as an endless stripe.
     count = max(2, round(along / length))
@@ -84,16 +80,14 @@ def basket(tile_m: Size, width: float, length: float) -> list[PlacedOutline]:
     rows, side_y = whole(tile_m[1], length, even=True)
     fingers = max(1, round(length / width))
     found = []
-    for row in range(rows):
-        for column in range(columns):
-            upright = (row + column) % 2 == 0
-            for n in range(fingers):
-                off = (n + 0.5) / fingers
-                x = (column + (off if upright else 0.5)) * side_x
-                y = (row + (0.5 if upright else off)) * side_y
-                half_u, half_v = (side_x if upright else side_y) / fingers / 2, (side_y if upright else side_x) / 2
-                turn = 0.0 if upright else _LEVEL
-                found.append(PlacedOutline(x, y, turn, half_u, half_v, box(half_u, half_v), int(upright)))
+    for row, column, n in product(range(rows), range(columns), range(fingers)):
+        upright = (row + column) % 2 == 0
+        off = (n + 0.5) / fingers
+        x = (column + (off if upright else 0.5)) * side_x
+        y = (row + (0.5 if upright else off)) * side_y
+        half_u, half_v = (side_x if upright else side_y) / fingers / 2, (side_y if upright else side_x) / 2
+        turn = 0.0 if upright else _LEVEL
+        found.append(PlacedOutline(x, y, turn, half_u, half_v, box(half_u, half_v), int(upright)))
     return found
 
 
@@ -155,45 +149,37 @@ def ashlar(tile_m: Size, unit: float, rng: np.random.Generator) -> list[PlacedOu
     choices = ((3, 2), (2, 3), (2, 2), (2, 1), (1, 2), (1, 1))
     odds = np.array([0.26, 0.2, 0.26, 0.12, 0.1, 0.06])
     found = []
-    for row in range(rows):
-        for column in range(columns):
-            if taken[row, column]:
-                continue
-            for pick in rng.choice(len(choices), len(choices), replace=False, p=odds):
-                across, down = choices[int(pick)]
-                at = np.ix_(np.arange(row, row + down) % rows, np.arange(column, column + across) % columns)
-                if not taken[at].any():
-                    break
-            else:
-                across, down, at = 1, 1, np.ix_([row], [column])
-            taken[at] = True
-            half_x, half_y = across * wide / 2, down * tall / 2
-            level = across >= down
-            half_u, half_v = (half_y, half_x) if level else (half_x, half_y)
-            x, y = column * wide + half_x, row * tall + half_y
-            turn = _LEVEL if level else 0.0
-            found.append(
-                PlacedOutline(x % tile_m[0], y % tile_m[1], turn, half_u, half_v, box(half_u, half_v), across * down)
-            )
+    for row, column in product(range(rows), range(columns)):
+        if taken[row, column]:
+            continue
+        for pick in rng.choice(len(choices), len(choices), replace=False, p=odds):
+            across, down = choices[int(pick)]
+            at = np.ix_(np.arange(row, row + down) % rows, np.arange(column, column + across) % columns)
+            if not taken[at].any():
+                break
+        else:
+            across, down, at = 1, 1, np.ix_([row], [column])
+        taken[at] = True
+        half_x, half_y = across * wide / 2, down * tall / 2
+        level = across >= down
+        half_u, half_v = (half_y, half_x) if level else (half_x, half_y)
+        x, y = (column * wide + half_x) % tile_m[0], (row * tall + half_y) % tile_m[1]
+        turn = _LEVEL if level else 0.0
+        found.append(PlacedOutline(x, y, turn, half_u, half_v, box(half_u, half_v), across * down))
     return found
 
 
 def panel(tile_m: Size, width: float, length: float) -> list[PlacedOutline]:
-    """Square parquet panels: a mitred frame, and in it a basket weave on the slant.
-
-    Args:
-        tile_m: of the picture. width: of a strip. length: side of a panel.
-    """
+    """Square parquet panels, `length` a side: a mitred frame, and in it a basket weave on the slant."""
     columns, side = whole(tile_m[0], length)
     rows, _ = whole(tile_m[1], length)
     inner = side / 2 - width
     block = 2.0 * inner / np.sqrt(2.0) / 3.0  # three blocks fit along each half diagonal
     found = []
-    for row in range(rows):
-        for column in range(columns):
-            x, y = (column + 0.5) * side, (row + 0.5) * side
-            found += [_frame(x, y, k, side / 2, width) for k in range(4)]
-            found += _weave(x, y, inner, block)
+    for row, column in product(range(rows), range(columns)):
+        x, y = (column + 0.5) * side, (row + 0.5) * side
+        found += [_frame(x, y, k, side / 2, width) for k in range(4)]
+        found += _weave(x, y, inner, block)
     return found
 
 
@@ -213,17 +199,14 @@ def _weave(x: float, y: float, inner: float, block: float) -> list[PlacedOutline
     found = []
     turn = np.pi / 4
     cos, sin = np.cos(turn), np.sin(turn)
-    for i in range(-3, 4):
-        for j in range(-3, 4):
-            upright = (i + j) % 2 == 0
-            for n in (-1, 0, 1):
-                a, b = (i + n / 3, float(j)) if upright else (float(i), j + n / 3)
-                dx, dy = (cos * a - sin * b) * block, (sin * a + cos * b) * block
-                if max(abs(dx), abs(dy)) > inner + block:
-                    continue
-                angle = turn + (0.0 if upright else np.pi / 2)
-                shape = _clipped(box(block / 6, block / 2), dx, dy, angle, inner)
-                found.append(PlacedOutline(x + dx, y + dy, angle, block / 6, block / 2, shape, int(upright)))
+    for i, j, n in product(range(-3, 4), range(-3, 4), (-1, 0, 1)):
+        upright = (i + j) % 2 == 0
+        a, b = (i + n / 3, float(j)) if upright else (float(i), j + n / 3)
+        dx, dy = (cos * a - sin * b) * block, (sin * a + cos * b) * block
+        if max(abs(dx), abs(dy)) <= inner + block:
+            angle = turn + (0.0 if upright else np.pi / 2)
+            shape = _clipped(box(block / 6, block / 2), dx, dy, angle, inner)
+            found.append(PlacedOutline(x + dx, y + dy, angle, block / 6, block / 2, shape, int(upright)))
     return found
 
 
@@ -247,7 +230,9 @@ _ROOT3 = float(np.sqrt(3.0))
 
 def hexagons(tile_m: Size, width: float) -> list[PlacedOutline]:
     """Regular hexagons with a corner up, `width` from flat to flat. Rows are width * sqrt(3) / 2 apart."""
-    return _honeycomb(tile_m, width, polygon(_hexagon(width, width / _ROOT3)), width * _ROOT3 / 2, width / _ROOT3)
+    radius = width / _ROOT3
+    half = [(-width / 2, -radius / 2), (0.0, -radius), (width / 2, -radius / 2)]
+    return _honeycomb(tile_m, width, polygon(half + [(-u, -v) for u, v in half]), width * _ROOT3 / 2, radius)
 
 
 def pennies(tile_m: Size, width: float) -> list[PlacedOutline]:
@@ -295,36 +280,41 @@ def lanterns(tile_m: Size, width: float, length: float) -> list[PlacedOutline]:
 
 def octagons(tile_m: Size, width: float) -> list[PlacedOutline]:
     """Octagons `width` from flat to flat, with small squares on a corner between (sort 1)."""
-    columns, wide = whole(tile_m[0], width)
-    rows, tall = whole(tile_m[1], width)
     half, cut = width / 2, width * 0.22
     corners = [(-half, -half + cut), (-half + cut, -half), (half - cut, -half), (half, -half + cut)]
     corners += [(-u, -v) for u, v in corners]
-    big, dot = polygon(corners), box(cut / np.sqrt(2.0), cut / np.sqrt(2.0))
-    found = []
-    for row in range(rows):
-        for column in range(columns):
-            found.append(PlacedOutline((column + 0.5) * wide, (row + 0.5) * tall, 0.0, half, half, big))
-            found.append(PlacedOutline(column * wide, row * tall, np.pi / 4, cut, cut, dot, 1))
-    return found
+    dot = box(cut / np.sqrt(2.0), cut / np.sqrt(2.0))
+    return _large_and_small(tile_m, width, polygon(corners), (np.pi / 4, cut, cut, dot))
 
 
 def stars(tile_m: Size, width: float) -> list[PlacedOutline]:
     """Eight-pointed stars that touch, `width` apart, and crosses between them (sort 1)."""
-    columns, wide = whole(tile_m[0], width)
-    rows, tall = whole(tile_m[1], width)
     half = width / 2
-    star = _star(half)
+    side = np.float32(half / np.sqrt(2.0))
+
+    def star(u: Array, v: Array) -> Array:
+        straight = side - np.maximum(np.abs(u), np.abs(v))
+        slant = side - (np.abs(u) + np.abs(v)) / np.float32(np.sqrt(2.0))
+        return np.maximum(straight, slant)
 
     def cross(u: Array, v: Array) -> Array:
         # A cross is what its four stars leave; by symmetry the nearest one decides.
         return -star(np.abs(u) - np.float32(half), np.abs(v) - np.float32(half))
 
+    return _large_and_small(tile_m, width, star, (0.0, half, half, cross))
+
+
+def _large_and_small(
+    tile_m: Size, width: float, large: Outline, small: tuple[float, float, float, Outline]
+) -> list[PlacedOutline]:
+    """One shape in rows and columns `width` apart; at their corners another: its turn, half sizes and outline."""
+    columns, wide = whole(tile_m[0], width)
+    rows, tall = whole(tile_m[1], width)
     found = []
-    for row in range(rows):
-        for column in range(columns):
-            found.append(PlacedOutline((column + 0.5) * wide, (row + 0.5) * tall, 0.0, half, half, star))
-            found.append(PlacedOutline(column * wide, row * tall, 0.0, half, half, cross, 1))
+    for row, column in product(range(rows), range(columns)):
+        x, y = (column + 0.5) * wide, (row + 0.5) * tall
+        found.append(PlacedOutline(x, y, 0.0, width / 2, width / 2, large))
+        found.append(PlacedOutline(column * wide, row * tall, *small, 1))
     return found
 
 
@@ -341,39 +331,16 @@ def cubes(tile_m: Size, width: float) -> list[PlacedOutline]:
     return found
 
 
-def _star(half: float) -> Outline:
-    side = np.float32(half / np.sqrt(2.0))
-
-    def outline(u: Array, v: Array) -> Array:
-        straight = side - np.maximum(np.abs(u), np.abs(v))
-        slant = side - (np.abs(u) + np.abs(v)) / np.float32(np.sqrt(2.0))
-        return np.maximum(straight, slant)
-
-    return outline
-
-
-def _hexagon(width: float, radius: float) -> list[tuple[float, float]]:
-    half = [(-width / 2, -radius / 2), (0.0, -radius), (width / 2, -radius / 2)]
-    return half + [(-u, -v) for u, v in half]
-
-
 def _honeycomb(tile_m: Size, width: float, outline: Outline, pitch: float, half_v: float) -> list[PlacedOutline]:
     """One shape in rows `pitch` apart, every other row moved by half a width. `sort` takes turns by three."""
     columns, wide = whole(tile_m[0], width)
     rows, tall = whole(tile_m[1], pitch, even=True)
-    return [
-        PlacedOutline(
-            ((column + 0.5 * (row % 2) + 0.5) * wide) % tile_m[0],
-            (row + 0.5) * tall,
-            0.0,
-            width / 2,
-            half_v,
-            outline,
-            (column - row // 2 - row) % 3,  # no two neighbours alike where columns come in threes
-        )
-        for row in range(rows)
-        for column in range(columns)
-    ]
+    found = []
+    for row, column in product(range(rows), range(columns)):
+        x, y = ((column + 0.5 * (row % 2) + 0.5) * wide) % tile_m[0], (row + 0.5) * tall
+        sort = (column - row // 2 - row) % 3  # no two neighbours alike where columns come in threes
+        found.append(PlacedOutline(x, y, 0.0, width / 2, half_v, outline, sort))
+    return found
 
 
 # Rubble ---------------------------------------------------------------------------------------------------------------
@@ -395,18 +362,17 @@ def fieldstone(canvas: Canvas, width: float, height: float, rng: np.random.Gener
     first = np.full(canvas.size_px, 9.0, dtype=np.float32)
     second, owner = first.copy(), np.zeros(canvas.size_px, dtype=np.int32)
     us, vs = np.zeros_like(first), np.zeros_like(first)
-    for down in (-2, -1, 0, 1, 2):
-        for right in (-2, -1, 0, 1, 2):
-            r, c = row + down, column + right
-            at = (r % rows, c % columns)
-            dx = x - ((c + 0.5 + off[0][at] + 0.5 * (r % 2)) * wide).astype(np.float32)
-            dy = y - ((r + 0.5 + off[1][at]) * tall).astype(np.float32)
-            gap = np.sqrt((dx / wide) ** 2 + (dy / tall) ** 2) / size[at]
-            closer = gap < first
-            second = np.where(closer, first, np.minimum(second, gap))
-            owner = np.where(closer, (at[0] * columns + at[1]).astype(np.int32), owner)
-            us, vs = np.where(closer, dx, us), np.where(closer, dy, vs)
-            first = np.where(closer, gap, first)
+    for down, right in product(range(-2, 3), range(-2, 3)):
+        r, c = row + down, column + right
+        at = (r % rows, c % columns)
+        dx = x - ((c + 0.5 + off[0][at] + 0.5 * (r % 2)) * wide).astype(np.float32)
+        dy = y - ((r + 0.5 + off[1][at]) * tall).astype(np.float32)
+        gap = np.sqrt((dx / wide) ** 2 + (dy / tall) ** 2) / size[at]
+        closer = gap < first
+        second = np.where(closer, first, np.minimum(second, gap))
+        owner = np.where(closer, (at[0] * columns + at[1]).astype(np.int32), owner)
+        us, vs = np.where(closer, dx, us), np.where(closer, dy, vs)
+        first = np.where(closer, gap, first)
     count = rows * columns
     number = np.arange(count)
     inside = 0.5 * (second - first) * np.float32(min(wide, tall))

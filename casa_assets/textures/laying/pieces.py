@@ -27,50 +27,39 @@ _MARGIN_M = 0.004  # joints are looked up a little beyond the outline
 
 @dataclass(frozen=True)
 class PlacedOutline:
-    """One piece.
+    """One piece."""
 
-    Attributes:
-        x, y: its middle in metres from the upper left corner, y down.
-        turn: radians from the picture's axes to its own (clockwise as seen). v runs along the piece, u across.
-        half_u, half_v: half of its box, metres.
-        outline: its shape.
-        sort: number of its shape or orientation, for colours that depend on it.
-    """
-
-    x: float
-    y: float
-    turn: float
-    half_u: float
+    x: float  # of its middle from the upper left corner, m
+    y: float  # m, down
+    turn: float  # from the picture's axes to its own, rad, clockwise as seen; v runs along the piece, u across
+    half_u: float  # half of its box, m
     half_v: float
     outline: Outline
-    sort: int = 0
+    sort: int = 0  # of its shape or orientation, for colours that depend on it
 
 
 @dataclass(frozen=True)
 class PieceMap:
-    """The laid surface.
+    """The laid surface."""
 
-    Attributes:
-        owner: (H, W) int32, number of the piece.
-        inside_m: (H, W) float32 metres to the nearest edge of the piece; below 0 between pieces.
-        u_m, v_m: (H, W) float32 metres from the middle of the piece, v along it.
-        turn, sort, x_m, y_m: (N,) of each piece. half_m: (N, 2) half of its box across and along.
-    """
-
-    owner: npt.NDArray[np.int32]
-    inside_m: Map
-    u_m: Map
-    v_m: Map
-    turn: Array
-    sort: npt.NDArray[np.int64]
-    x_m: Array
-    y_m: Array
-    half_m: Array
+    owner: npt.NDArray[np.int32]  # (H, W) int32, number of the piece
+    inside_m: Map  # (H, W) float32, to the nearest edge of the piece; below 0 between pieces
+    u_m: Map  # (H, W) float32, from the middle of the piece across it
+    v_m: Map  # (H, W) float32, along it
+    turn: Array  # (N,) of each piece
+    sort: npt.NDArray[np.int64]  # (N,)
+    x_m: Array  # (N,)
+    y_m: Array  # (N,)
+    half_m: Array  # (N, 2) half of its box across and along
 
     @property
     def count(self) -> int:
         """Number of pieces."""
         return len(self.turn)
+
+    def read(self, values: npt.NDArray[Any]) -> Map:
+        """(H, W) float32: at each pixel the value of its piece, of (N,)."""
+        return values.astype(np.float32)[self.owner]
 
 
 def raster(places: Sequence[PlacedOutline], canvas: Canvas) -> PieceMap:
@@ -179,27 +168,17 @@ class TileEdge(StrEnum):
 
 
 class Joint(Record):
-    """Joint between pieces.
+    """Joint between pieces."""
 
-    Attributes:
-        color: of the grout or mortar.
-        width_m: metres; 0 where pieces touch.
-        depth_m: how far it lies below the rim of the pieces, metres.
-        roughness: 0..1.
-        edge: profile of the pieces; `edge_width_m` is how wide it is, `rim_drop_m` how deep it falls, metres.
-        rim_noise_m: how far the rim of a piece strays from its outline, metres.
-        coarseness: 0..1, how coarse the filling is.
-    """
-
-    color: HexColor = "#b8b2a6"
-    width_m: Annotated[float, Field(ge=0, le=0.03)] = 0.003
-    depth_m: Annotated[float, Field(ge=0, le=0.02)] = 0.001
+    color: HexColor = Field("#b8b2a6", description="of the grout or mortar")
+    width_m: float = Field(0.003, ge=0, le=0.03, description="0 where pieces touch")
+    depth_m: float = Field(0.001, ge=0, le=0.02, description="how far it lies below the rim of the pieces")
     roughness: Annotated[float, Field(ge=0.1, le=1)] = 0.88
-    edge: TileEdge = TileEdge.SQUARE
-    edge_width_m: Annotated[float, Field(ge=0.0002, le=0.05)] = 0.001
-    rim_drop_m: Annotated[float, Field(ge=0, le=0.01)] = 0.0004
-    rim_noise_m: Annotated[float, Field(ge=0, le=0.02)] = 0.0
-    coarseness: Share = 0.3
+    edge: TileEdge = Field(TileEdge.SQUARE, description="profile of the pieces")
+    edge_width_m: float = Field(0.001, ge=0.0002, le=0.05, description="of the profile")
+    rim_drop_m: float = Field(0.0004, ge=0, le=0.01, description="how deep the profile falls")
+    rim_noise_m: float = Field(0.0, ge=0, le=0.02, description="how far the rim of a piece strays from its outline")
+    coarseness: Share = Field(0.3, description="how coarse the filling is")
 
 
 def rim(joint: Joint, pieces: PieceMap, canvas: Canvas, rng: np.random.Generator) -> Map:
@@ -282,18 +261,16 @@ def inlay(
     """(H, W) face in which every piece shows its own cut.
 
     Args:
-        pieces: the laid surface.
-        slabs: what is cut; all of one gloss.
-        pick: (N,) number of the slab of each piece.
+        slabs: what is cut; all of one metal share. pick: (N,) number of the slab of each piece.
         middle_u, middle_v: (N,) metres on the slab under the middle of the piece.
         mirrored: (N,) 1 or -1, whether it is turned end for end.
     """
     shape = pieces.owner.shape
     albedo = np.zeros((*shape, 3), dtype=np.float32)
-    height, roughness = np.zeros(shape, dtype=np.float32), np.zeros(shape, dtype=np.float32)
-    sign = mirrored.astype(np.float32)[pieces.owner]
-    u = pieces.u_m * sign + middle_u.astype(np.float32)[pieces.owner]
-    v = pieces.v_m * sign + middle_v.astype(np.float32)[pieces.owner]
+    height, roughness = np.zeros((2, *shape), dtype=np.float32)
+    sign = pieces.read(mirrored)
+    u = pieces.u_m * sign + pieces.read(middle_u)
+    v = pieces.v_m * sign + pieces.read(middle_v)
     chosen = pick[pieces.owner]
     for number, slab in enumerate(slabs):
         here = np.nonzero(chosen == number)

@@ -161,15 +161,8 @@ def _compass(u: Array, v: Array) -> Figures:
     lit = np.where(bearing > 0, 0.02, -1.0)
     around = ring(u, v, 0, 0, 0.41, 0.025)
     corner = disc(np.abs(u), np.abs(v), 0.5, 0.5, 0.14)
-    return [
-        (around, 2),
-        (short, 2),
-        (long, 1),
-        (np.minimum(long, lit), 3),
-        (corner, 1),
-        (corner - 0.05, 0),
-        (0.05 - far, 0),
-    ]
+    found = [(around, 2), (short, 2), (long, 1), (np.minimum(long, lit), 3)]
+    return [*found, (corner, 1), (corner - 0.05, 0), (0.05 - far, 0)]
 
 
 def _lace(u: Array, v: Array) -> Figures:
@@ -289,22 +282,9 @@ def _tulip(u: Array, v: Array) -> Figures:
 
 
 DESIGNS: dict[TileDesign, Callable[[Array, Array], Figures]] = {
-    TileDesign.COASTAL: _coastal,
-    TileDesign.QUATREFOIL: _quatrefoil,
-    TileDesign.STAR: _star,
-    TileDesign.MOROCCAN: _moroccan,
-    TileDesign.CIRCLES: _circles,
-    TileDesign.COMPASS: _compass,
-    TileDesign.LACE: _lace,
-    TileDesign.DIAMONDS: _diamonds,
-    TileDesign.ROSETTE: _rosette,
-    TileDesign.BORDERED: _bordered,
-    TileDesign.CUBES: _cubes,
-    TileDesign.TRIANGLES: _triangles,
-    TileDesign.FLEUR: _fleur,
-    TileDesign.CROSSES: _crosses,
-    TileDesign.ARCS: _arcs,
-    TileDesign.WAVES: _waves,
-    TileDesign.OCTAGRAM: _octagram,
-    TileDesign.TULIP: _tulip,
+    TileDesign(maker.__name__.removeprefix("_")): maker
+    for maker in (
+        *(_coastal, _quatrefoil, _star, _moroccan, _circles, _compass, _lace, _diamonds, _rosette, _bordered),
+        *(_cubes, _triangles, _fleur, _crosses, _arcs, _waves, _octagram, _tulip),
+    )
 }

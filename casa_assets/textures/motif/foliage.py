@@ -54,8 +54,7 @@ def _spots(
 ) -> list[tuple[float, float, float, float, int]]:
     """Middles, turns, lengths and first inks: one to a cell of a jittered grid, in an order that hides the grid."""
     wide, tall = canvas.tile_m
-    dense = _DENSE[growth]
-    columns, rows = max(2, round(wide / size_m * dense)), max(2, round(tall / size_m * dense))
+    columns, rows = (max(2, round(side / size_m * _DENSE[growth])) for side in (wide, tall))
     rows += rows % 2
     found = []
     for n in range(rows * columns):
@@ -119,29 +118,23 @@ def _willow(u: Array, v: Array) -> list[tuple[Array, int]]:
     return parts
 
 
+# Of a twig: place, radius and turn of open flowers; place and radius of buds.
+_OPEN = ((0.10, -0.20, 0.105, 0.3), (-0.13, 0.05, 0.12, 1.1), (0.24, -0.06, 0.075, 0.7), (-0.02, 0.33, 0.085, 0.1))
+_BUDS = ((0.02, -0.40, 0.028), (0.13, 0.19, 0.024), (-0.15, -0.13, 0.022))
+
+
 def _blossom(u: Array, v: Array) -> list[tuple[Array, int]]:
     """A crooked twig with open flowers and buds, as on painted silk."""
     line = u - 0.11 * np.sin(7.5 * v) - 0.03 * np.sin(19.0 * v)
     twig = np.minimum(0.011 * (1.0 + v) - np.abs(line) * 0.8, 0.5 - np.abs(v))
     side = np.minimum(0.006 - np.abs(v - 0.10 + 0.7 * (u - 0.05)), np.minimum(u - 0.03, 0.26 - u))
     found: list[tuple[Array, int]] = [(np.maximum(twig, side), 0)]
-    for x, y, r, turn in (
-        (0.10, -0.20, 0.105, 0.3),
-        (-0.13, 0.05, 0.12, 1.1),
-        (0.24, -0.06, 0.075, 0.7),
-        (-0.02, 0.33, 0.085, 0.1),
-    ):
+    for x, y, r, turn in _OPEN:
         petals = flower(u - x, v - y, 5, r, 0.35, turn)
         found += [(petals, 1), (petals - 0.55 * r, 2), (disc(u, v, x, y, 0.2 * r), 3)]
-    buds = np.maximum.reduce(
-        [disc(u, v, 0.02, -0.40, 0.028), disc(u, v, 0.13, 0.19, 0.024), disc(u, v, -0.15, -0.13, 0.022)]
-    )
+    buds = np.maximum.reduce([disc(u, v, *bud) for bud in _BUDS])
     leaves = np.maximum(lens(u, v, -0.09, -0.30, 0.6, 0.17, 0.055), lens(u, v, 0.13, 0.30, -0.5, 0.17, 0.055))
     return [*found[:1], (leaves, 3), *found[1:], (buds, 1)]
-
-
-_OPEN = ((0.10, -0.20, 0.105, 0.3), (-0.13, 0.05, 0.12, 1.1), (0.24, -0.06, 0.075, 0.7), (-0.02, 0.33, 0.085, 0.1))
-_BUDS = ((0.02, -0.40, 0.028), (0.13, 0.19, 0.024), (-0.15, -0.13, 0.022))
 
 
 def _meadow(u: Array, v: Array) -> list[tuple[Array, int]]:
@@ -171,10 +164,6 @@ _DENSE = {
     FoliageKind.MEADOW: 1.9,
 }
 _DRAW = {
-    FoliageKind.FERN: _fern,
-    FoliageKind.BANANA: _banana,
-    FoliageKind.GINKGO: _ginkgo,
-    FoliageKind.WILLOW: _willow,
-    FoliageKind.BLOSSOM: _blossom,
-    FoliageKind.MEADOW: _meadow,
+    FoliageKind(maker.__name__.removeprefix("_")): maker
+    for maker in (_fern, _banana, _ginkgo, _willow, _blossom, _meadow)
 }

@@ -47,15 +47,9 @@ def _damask(u: Array, v: Array) -> Figures:
         a, b = np.abs(x) * 0.66, y * 0.9
         body = lens(a, b, 0.0, -0.05, np.pi / 2, 0.42, 0.17)
         slit = lens(a, b, 0.0, -0.05, np.pi / 2, 0.32, 0.09)
-        leaves = np.maximum.reduce(
-            [
-                lens(a, b, 0.11, 0.17, -0.9, 0.26, 0.085),
-                lens(a, b, 0.14, 0.02, -0.5, 0.24, 0.075),
-                lens(a, b, 0.12, -0.15, -1.1, 0.24, 0.07),
-                lens(a, b, 0.05, -0.30, -1.3, 0.20, 0.06),
-                lens(a, b, 0.055, 0.30, 1.1, 0.18, 0.05),
-            ]
-        )
+        places = [(0.11, 0.17, -0.9, 0.26, 0.085), (0.14, 0.02, -0.5, 0.24, 0.075), (0.12, -0.15, -1.1, 0.24, 0.07)]
+        places += [(0.05, -0.30, -1.3, 0.20, 0.06), (0.055, 0.30, 1.1, 0.18, 0.05)]
+        leaves = np.maximum.reduce([lens(a, b, *place) for place in places])
         curl = np.minimum(ring(a, b, 0.155, 0.265, 0.045, 0.022), a - 0.12)
         dots = np.maximum(disc(a, b, 0.24, 0.13, 0.016), disc(a, b, 0.21, -0.24, 0.016))
         crown = flower(a, b + 0.36, 8, 0.055, 0.35)
@@ -159,13 +153,8 @@ def _sprig(u: Array, v: Array) -> Figures:
 
     def sprig(x: Array, y: Array) -> Figures:
         stem = np.minimum(0.008 - np.abs(x - 0.05 * np.sin(6.0 * y)), np.minimum(0.30 - y, y + 0.05))
-        leaves = np.maximum.reduce(
-            [
-                lens(x, y, 0.08, 0.17, -0.7, 0.17, 0.06),
-                lens(x, y, -0.06, 0.24, -2.3, 0.15, 0.055),
-                lens(x, y, -0.07, 0.11, -2.5, 0.12, 0.045),
-            ]
-        )
+        places = ((0.08, 0.17, -0.7, 0.17, 0.06), (-0.06, 0.24, -2.3, 0.15, 0.055), (-0.07, 0.11, -2.5, 0.12, 0.045))
+        leaves = np.maximum.reduce([lens(x, y, *place) for place in places])
         bud = np.maximum(disc(x, y, 0.15, -0.02, 0.03), disc(x, y, -0.14, 0.03, 0.024))
         bloom = flower(x, y + 0.13, 5, 0.12, 0.42, np.pi / 2)
         return [(np.maximum(stem, leaves), 1), (np.maximum(bloom, bud), 2), (disc(x, y, 0.0, -0.13, 0.032), 3)]
@@ -191,17 +180,10 @@ def _key(u: Array, v: Array) -> Figures:
         dy = np.maximum(np.maximum(y0 - v, v - y1), 0.0)
         return np.asarray(half - np.maximum(dx, dy))
 
-    bars = [
-        bar(-0.5, 0.27, -0.36, 0.27),
-        bar(-0.36, -0.27, -0.36, 0.27),
-        bar(-0.36, -0.27, 0.27, -0.27),
-        bar(0.27, -0.27, 0.27, 0.09),
-        bar(-0.09, 0.09, 0.27, 0.09),
-        bar(-0.09, -0.09, -0.09, 0.09),
-        bar(-0.18, 0.27, 0.5, 0.27),
-        bar(-0.18, -0.09, -0.18, 0.27),
-    ]
-    return [(np.maximum.reduce(bars), 1), (0.02 - np.abs(np.abs(v) - 0.45) + 0.0 * u, 2)]
+    bars = [(-0.5, 0.27, -0.36, 0.27), (-0.36, -0.27, -0.36, 0.27), (-0.36, -0.27, 0.27, -0.27)]
+    bars += [(0.27, -0.27, 0.27, 0.09), (-0.09, 0.09, 0.27, 0.09), (-0.09, -0.09, -0.09, 0.09)]
+    bars += [(-0.18, 0.27, 0.5, 0.27), (-0.18, -0.09, -0.18, 0.27)]
+    return [(np.maximum.reduce([bar(*ends) for ends in bars]), 1), (0.02 - np.abs(np.abs(v) - 0.45) + 0.0 * u, 2)]
 
 
 def _arches(u: Array, v: Array) -> Figures:
@@ -218,19 +200,9 @@ def _arches(u: Array, v: Array) -> Figures:
 
 
 REPEATS: dict[PaperRepeat, Callable[[Array, Array], Figures]] = {
-    PaperRepeat.DAMASK: _damask,
-    PaperRepeat.STRIPE: _stripe,
-    PaperRepeat.TICKING: _ticking,
-    PaperRepeat.TRELLIS: _trellis,
-    PaperRepeat.OGEE: _ogee,
-    PaperRepeat.FANS: _fans,
-    PaperRepeat.HEXLINES: _hexlines,
-    PaperRepeat.GINGHAM: _gingham,
-    PaperRepeat.SCALLOP: _scallop,
-    PaperRepeat.DOTS: _dots,
-    PaperRepeat.CHEVRON: _chevron,
-    PaperRepeat.SPRIG: _sprig,
-    PaperRepeat.SUNBURST: _sunburst,
-    PaperRepeat.KEY: _key,
-    PaperRepeat.ARCHES: _arches,
+    PaperRepeat(maker.__name__.removeprefix("_")): maker
+    for maker in (
+        *(_damask, _stripe, _ticking, _trellis, _ogee, _fans, _hexlines, _gingham, _scallop, _dots, _chevron),
+        *(_sprig, _sunburst, _key, _arches),
+    )
 }

@@ -38,27 +38,17 @@ UNKNOWN = "unknown"
 
 
 class PictureDescription(Record):
-    """Description of a picture by a user: a row of pack.yaml, its `defaults`, or the flags; None if not given.
+    """Description of a picture by a user: a row of pack.yaml, its `defaults`, or the flags; None if not given."""
 
-    Attributes:
-        surface: what it is for.
-        tile_m: width and height in metres of the surface that the picture shows.
-        licence: SPDX id, or the words of the licensor.
-        prompt, generator, author: how and by whom it was made.
-        substance: id in registry/substances.yaml.
-        roughness: 0..1, mean over the surface.
-        name: short name; by default the file name.
-    """
-
-    surface: Surface | None = None
-    tile_m: tuple[Positive, Positive] | None = None
-    licence: Text | None = None
+    surface: Surface | None = Field(None, description="what it is for")
+    tile_m: tuple[Positive, Positive] | None = Field(None, description="width and height of what the picture shows")
+    licence: Text | None = Field(None, description="SPDX id, or the words of the licensor")
     prompt: Text | None = None
     generator: Text | None = None
     author: Text | None = None
-    substance: Id | None = None
-    roughness: Share | None = None
-    name: Text | None = None
+    substance: Id | None = Field(None, description="id in registry/substances.yaml")
+    roughness: Share | None = Field(None, description="mean over the surface")
+    name: Text | None = Field(None, description="short name; None: the file name")
 
     def over(self, other: PictureDescription) -> PictureDescription:
         """This description, with what it leaves out taken from another."""
@@ -67,61 +57,40 @@ class PictureDescription(Record):
 
 
 class PackPicture(Record):
-    """A picture of the pack.
+    """A picture of the pack."""
 
-    Attributes:
-        id: `<pack>_<name>`.
-        source: file it came from, relative to its folder; `source_sha256` is that of its bytes.
-        surface, substance: what it is for, what it is made of.
-        tile_m: width and height in metres of one copy, after it was cut to tile.
-        width_px, height_px: of the base colour.
-        licence, prompt, generator, author: as they were given, `unknown` where nothing was said.
-        seam_before, seam_after: worst score of the border, see `textures.seam`.
-        repaired: whether the border was repaired.
-        given: maps that it came with (normal, roughness, metalness, height) -> the file of each, relative as `source`.
-        derived: maps that were computed from the colour, or normals from heights, and are therefore guesses.
-        files: base, normal and roughness, relative to the pack; sha256 of each in the same order.
-        notes: what was done or is doubtful, one sentence each.
-        faults: checks of textures that it fails, with their numbers; `textures check` fails on it too.
-    """
-
-    id: Id
-    source: str
-    source_sha256: Sha256
+    id: Id = Field(description="`<pack>_<name>`")
+    source: str = Field(description="file it came from, relative to its folder")
+    source_sha256: Sha256 = Field(description="of the bytes of that file")
     surface: Surface
     substance: Id
-    tile_m: tuple[Positive, Positive]
-    width_px: Annotated[int, Field(ge=1)]
-    height_px: Annotated[int, Field(ge=1)]
-    licence: str
+    tile_m: tuple[Positive, Positive] = Field(description="width and height of one copy, after it was cut to tile")
+    width_px: int = Field(ge=1, description="of the base colour")
+    height_px: int = Field(ge=1, description="of the base colour")
+    licence: str = Field(description="as given, or `unknown`")
     prompt: str
     generator: str
     author: str
-    seam_before: float
+    seam_before: float = Field(description="worst score of the border, see `textures.seam`")
     seam_after: float
-    repaired: bool
-    given: dict[str, str] = Field(default_factory=dict)
-    derived: tuple[str, ...]
-    files: tuple[FileName, FileName, FileName]
-    sha256: tuple[Sha256, Sha256, Sha256]
-    notes: tuple[str, ...] = ()
-    faults: tuple[str, ...] = ()
+    repaired: bool = Field(description="whether the border was repaired")
+    given: dict[str, str] = Field(
+        default_factory=dict, description="maps that it came with, and the file of each, relative as `source`"
+    )
+    derived: tuple[str, ...] = Field(description="maps computed from the colour, or normals from heights")
+    files: tuple[FileName, FileName, FileName] = Field(description="base, normal and roughness, relative to the pack")
+    sha256: tuple[Sha256, Sha256, Sha256] = Field(description="of each of the files")
+    notes: tuple[str, ...] = Field((), description="what was done or is doubtful, one sentence each")
+    faults: tuple[str, ...] = Field((), description="checks of textures that it fails, with their numbers")
 
 
 class RejectedPicture(Record):
-    """A picture that was left out.
+    """A picture that was left out."""
 
-    Attributes:
-        source: file, relative to its folder.
-        code: such as `PCK005`.
-        message: what is wrong with it.
-        fix: what to do.
-    """
-
-    source: str
-    code: Code
-    message: str
-    fix: str
+    source: str = Field(description="file, relative to its folder")
+    code: Code = Field(description="such as `PCK005`")
+    message: str = Field(description="what is wrong with it")
+    fix: str = Field(description="what to do")
 
 
 class SimilarPair(Record):
@@ -133,21 +102,14 @@ class SimilarPair(Record):
 
 
 class Pack(Record):
-    """pack.json.
+    """pack.json."""
 
-    Attributes:
-        id: name of the pack. version: of the format of pack.json.
-        pictures, refused: by source.
-        alike: nearly equal pairs, the closest first.
-        ignored: files that are no pictures.
-    """
-
-    id: Id
-    version: int
-    pictures: tuple[PackPicture, ...] = ()
+    id: Id = Field(description="name of the pack")
+    version: int = Field(description="of the format of pack.json")
+    pictures: tuple[PackPicture, ...] = Field((), description="by source")
     refused: tuple[RejectedPicture, ...] = ()
-    alike: tuple[SimilarPair, ...] = ()
-    ignored: tuple[str, ...] = ()
+    alike: tuple[SimilarPair, ...] = Field((), description="nearly equal pairs, the closest first")
+    ignored: tuple[str, ...] = Field((), description="files that are no pictures")
 
 
 # Rejections -----------------------------------------------------------------------------------------------------------
@@ -253,15 +215,10 @@ _SUFFIX = re.compile(rf"^(.+)_({'|'.join(MapRole)})$")
 
 @dataclass(frozen=True)
 class MaterialFiles:
-    """The files of one material.
+    """The files of one material."""
 
-    Attributes:
-        name: of the material, or of a picture that is a single file.
-        maps: role -> file.
-    """
-
-    name: str
-    maps: Mapping[MapRole, str]
+    name: str  # of the material, or of a picture that is a single file
+    maps: Mapping[MapRole, str]  # role -> file
 
 
 def name_and_role(path: str) -> tuple[str, MapRole] | None:

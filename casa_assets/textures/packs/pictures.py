@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 from PIL import Image, ImageOps, UnidentifiedImageError
+from pydantic import Field
 from scipy import ndimage
 
 from casa_assets.model.asset.material import ColorSpace, Substance
@@ -49,17 +50,11 @@ Floats = npt.NDArray[np.float32]
 
 @dataclass(frozen=True)
 class DecodedPicture:
-    """A picture.
+    """A picture."""
 
-    Attributes:
-        pixels: (H, W, 3) float32 sRGB 0..1, upright.
-        prompt: what its generator wrote into the file, or nothing.
-        notes: conversions that were made.
-    """
-
-    pixels: Floats
-    prompt: str
-    notes: tuple[str, ...]
+    pixels: Floats  # (H, W, 3) sRGB 0..1, upright
+    prompt: str  # from the file, or empty
+    notes: tuple[str, ...]  # conversions that were made
 
 
 def decode(data: bytes) -> DecodedPicture:
@@ -140,22 +135,18 @@ def _check_size(width: int, height: int) -> None:
         raise rejection_error(PictureRejection.TOO_LONG, f"{size}, longer than {MAX_ASPECT:g} times its width")
 
 
-def _check_opaque(alpha: npt.NDArray[Any]) -> None:
-    """Raise Rejected where a picture can be seen through. alpha: 0..255."""
-    if float(alpha.min()) < _OPAQUE:
-        raise rejection_error(PictureRejection.TRANSPARENT, f"{np.mean(alpha < _OPAQUE):.1%} of it can be seen through")
-
-
 def _rgb(image: Image.Image, kind: str) -> tuple[Floats, tuple[str, ...]]:
     """Pixels of a picture that Pillow has loaded, and what was converted.
 
     Args:
         kind: format of the file.
     """
-    notes = []
     mode = image.mode
     if mode in ("RGBA", "LA", "PA") or "transparency" in image.info:
-        _check_opaque(np.asarray(image.convert("RGBA"))[..., 3])
+        alpha = np.asarray(image.convert("RGBA"))[..., 3]
+        if float(alpha.min()) < _OPAQUE:
+            message = f"{np.mean(alpha < _OPAQUE):.1%} of it can be seen through"
+            raise rejection_error(PictureRejection.TRANSPARENT, message)
     if mode.startswith("I") or mode == "F":
         raw = np.asarray(image, dtype=np.float32)
         if not np.isfinite(raw).all():
@@ -163,9 +154,8 @@ def _rgb(image: Image.Image, kind: str) -> tuple[Floats, tuple[str, ...]]:
         grey = raw if mode == "F" else raw / np.float32(65535.0)  # a grey PNG of 16 bits has mode I;16 or I
         words = "floats" if mode == "F" else "16 bits"
         return np.repeat(grey[..., None], 3, axis=2), (f"grey of {words} in a {kind} file was read as such",)
-    if mode != "RGB":
-        notes.append(f"was converted from {mode} to RGB")
-    return np.asarray(image.convert("RGB"), dtype=np.float32) / np.float32(255.0), tuple(notes)
+    notes = (f"was converted from {mode} to RGB",) if mode != "RGB" else ()
+    return np.asarray(image.convert("RGB"), dtype=np.float32) / np.float32(255.0), notes
 
 
 def _prompt(image: Image.Image) -> str:
@@ -194,16 +184,12 @@ _FLATTEST = 0.1  # least z of a normal: steeper ones have no slope that could be
 
 @dataclass(frozen=True)
 class GivenMaps:
-    """Maps that come with a picture, float32 0..1; missing ones are None.
+    """Maps that come with a picture, float32 0..1; missing ones are None."""
 
-    Attributes:
-        normal: (H, W, 3), y up. roughness, metalness, height: (H, W, 1).
-    """
-
-    normal: Floats | None = None
-    roughness: Floats | None = None
-    metalness: Floats | None = None
-    height: Floats | None = None
+    normal: Floats | None = None  # (H, W, 3), y up
+    roughness: Floats | None = None  # (H, W, 1)
+    metalness: Floats | None = None  # (H, W, 1)
+    height: Floats | None = None  # (H, W, 1)
 
     def named(self) -> dict[str, Floats]:
         """Those that there are, by their names."""
@@ -212,24 +198,16 @@ class GivenMaps:
 
 
 class TiledPicture(Record):
-    """A picture made to tile, as it is stored.
+    """A picture made to tile, as it is stored."""
 
-    Attributes:
-        base: PNG of the colour, (height_px, width_px).
-        maps: name of a map of GivenMaps -> its PNG, of the same size.
-        kept: share of the width and height of the source that it shows.
-        seam_before, seam_after: worst border score.
-        repaired: whether the border was repaired.
-    """
-
-    base: bytes
-    maps: dict[str, bytes]
+    base: bytes = Field(description="PNG of the colour")
+    maps: dict[str, bytes] = Field(description="name of a map of GivenMaps -> its PNG, of the same size")
     width_px: int
     height_px: int
-    kept: Vec2
-    seam_before: float
+    kept: Vec2 = Field(description="share of the width and height of the source that it shows")
+    seam_before: float = Field(description="worst border score")
     seam_after: float
-    repaired: bool
+    repaired: bool = Field(description="whether the border was repaired")
 
 
 def tile(pixels: Floats, size_px: int = SIZE_PX, given: GivenMaps | None = None) -> TiledPicture:

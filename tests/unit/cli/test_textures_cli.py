@@ -32,8 +32,9 @@ def test_make_writes_where_it_is_told(tmp_path: Path) -> None:
     row = json.loads(result.stdout)
     files = row["files"]
     assert (row["verdict"], row["folder"]) == ("made", str(tmp_path / "wall"))
-    assert len(files) == 3
-    assert all(Path(f).is_file() and Path(f).parent == tmp_path / "wall" for f in files)
+    roles = ("color", "metallic_roughness", "normal")
+    assert sorted(files) == [str(tmp_path / "wall" / f"beadboard_white_{role}.png") for role in roles]
+    assert all(Path(f).read_bytes().startswith(b"\x89PNG") for f in files)
 
 
 def test_check_passes_a_sound_one(tmp_path: Path) -> None:

@@ -13,6 +13,7 @@ from casa_assets.cli.main import app
 from casa_assets.core.numeric import rng_for
 from casa_assets.errors import RegistryError, UnknownId
 from casa_assets.families.family import Params, Supplies
+from casa_assets.families.kit.solids.solid import Solid
 from casa_assets.families.objects import FORMS
 from casa_assets.families.objects.closed_surface import bent, lobed, smooth_profile, turned
 from casa_assets.families.sampling import read_fixed, read_sample_rules
@@ -57,6 +58,11 @@ def member(name: str, index: int) -> Asset:
     return asset
 
 
+def is_closed(solid: Solid) -> bool:
+    edges = np.sort(solid.faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    return bool((np.unique(edges, axis=0, return_counts=True)[1] == 2).all())
+
+
 def surfaces(asset: Asset) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     for link in asset.links:
         for visual in link.visuals:
@@ -90,12 +96,8 @@ def test_members_are_as_large_and_heavy_as_such_things_are_and_differ(name: str)
 
 def test_every_form_is_used_and_draws_are_numbered_by_category() -> None:
     assert {object_family(name).form for name in object_names()} == set(FORMS)
-    assert [(r.family, r.index) for r in object_requests(["apple", "pear"], 2, 0)] == [
-        ("apple", 0),
-        ("apple", 1),
-        ("pear", 0),
-        ("pear", 1),
-    ]
+    requests = [(r.family, r.index) for r in object_requests(["apple", "pear"], 2, 0)]
+    assert requests == [("apple", 0), ("apple", 1), ("pear", 0), ("pear", 1)]
     with pytest.raises(UnknownId, match="apple"):
         object_requests(["aple"], 1, 0)
 
@@ -123,8 +125,7 @@ def test_one_of_picks_a_constant_and_fixed_values_are_in_every_member() -> None:
 def test_a_turned_surface_is_closed_and_its_picture_runs_from_end_to_end() -> None:
     profile = smooth_profile([(0.0, 0.0), (0.03, 0.01), (0.04, 0.05), (0.0, 0.09)], 15)
     solid = turned(profile, 20)
-    edges = np.sort(solid.faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
-    assert (np.unique(edges, axis=0, return_counts=True)[1] == 2).all()
+    assert is_closed(solid)
     assert solid.volume > 0
     assert solid.picture_uv is not None
     assert solid.picture_uv.min() == 0.0

@@ -10,7 +10,6 @@ from pydantic import ValidationError
 
 from casa_assets.core.numeric import rng_for
 from casa_assets.export.mjcf import document
-from casa_assets.families.kit.solids.solid import Solid
 from casa_assets.families.objects.closed_surface import smooth_profile, turned
 from casa_assets.families.objects.cutting import across, along, cut, sector, shell
 from casa_assets.families.objects.grown.produce import Face, Produce, head_leaves, rest_tilt
@@ -19,7 +18,7 @@ from casa_assets.registry.objects import object_family
 from casa_assets.textures.canvas import Canvas
 from casa_assets.textures.kinds.objects.food import Section, paint_section
 from tests.family_members import available, known
-from tests.unit.families.test_objects import supplies
+from tests.unit.families.test_objects import is_closed, supplies
 
 pytestmark = pytest.mark.content("code", "families", keep=0)
 
@@ -27,11 +26,6 @@ HEIGHT = 0.09
 PROFILE = smooth_profile([(0.0, 0.0), (0.03, 0.01), (0.04, 0.05), (0.0, HEIGHT)], 17)
 BODY = turned(PROFILE, 24)
 MIDDLE = np.array([0.0, 0.0, HEIGHT / 2])
-
-
-def is_closed(solid: Solid) -> bool:
-    edges = np.sort(solid.faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
-    return bool((np.unique(edges, axis=0, return_counts=True)[1] == 2).all())
 
 
 def test_halves_and_wedges_have_their_share_of_the_volume_and_stay_closed() -> None:
@@ -78,16 +72,16 @@ def test_a_hollow_leaves_a_ring_and_a_cut_that_misses_is_told() -> None:
 
 
 def test_portions_lie_on_the_ground_and_say_what_they_are(subtests: pytest.Subtests) -> None:
+    pear = object_family("pear")
+    whole = pear.sample(rng_for(0, "x"), available()).replace(bend=0.0, portion=None)
+    mass = pear.build(whole, supplies("pear", whole)).mass
     for portion, crosswise in [*((p, False) for p in Portion), (Portion.HALF, True)]:
         for face in list(Face):
             with subtests.test(face=face, portion=portion, crosswise=crosswise):
-                drawn = object_family("pear").draw(rng_for(0, "x"), available())
-                params = drawn.replace(
-                    portion=portion, section="section_pear", crosswise=crosswise, face=face, bend=0.0
-                )
-                asset = object_family("pear").build(params, supplies("pear", params))
-                whole = params.replace(portion=None)
-                assert asset.mass < object_family("pear").build(whole, supplies("pear", whole)).mass
+                cut_as = {"portion": portion, "crosswise": crosswise, "face": face}
+                params = whole.replace(section="section_pear", **cut_as)
+                asset = pear.build(params, supplies("pear", params))
+                assert asset.mass < mass
                 assert asset.labels.portion is portion
                 assert asset.labels.to_json().count("portion") == 1
                 assert document.label_texts(asset)["portion"] == portion.value

@@ -1,4 +1,4 @@
-"""Every counter tiles, and stones, staves and tiles have the sizes that their recipes state."""
+"""Stones, staves, tiles and sheets of counters have the sizes and colours that are stated."""
 
 from __future__ import annotations
 
@@ -8,103 +8,23 @@ import numpy as np
 import pytest
 
 from casa_assets.core.numeric import rng_for
-from casa_assets.model.registry.rows import Surface
-from casa_assets.pipeline.textures.recipes import recipes
-from casa_assets.textures.canvas import Canvas, Layers, Map, rgb
-from casa_assets.textures.kinds import counters
-from casa_assets.textures.kinds.counters.laid import (
-    ButcherBlock,
-    EndGrain,
-    GlazedLava,
-    LaminatePattern,
-    MetalTooling,
-    PrintedLaminate,
-    SheetMetal,
-    TiledCounter,
-    paint_blocks,
-    paint_glaze,
-    paint_metal,
-    paint_print,
-    paint_staves,
-    paint_tiles,
-)
-from casa_assets.textures.kinds.counters.stone import (
-    BandedStone,
-    ChipSize,
-    Granite,
-    MadeStone,
-    Mineral,
-    Speck,
-    Vein,
-    VeinCourse,
-    VeinedStone,
-    paint_granite,
-    paint_veined,
-    voronoi_cells,
-)
-from casa_assets.textures.kinds.counters.stone import paint_flow as paint_banded
-from casa_assets.textures.kinds.counters.stone import paint_speckled as paint_made
-from casa_assets.textures.make import make
+from casa_assets.textures.canvas import Canvas, Layers
+from casa_assets.textures.kinds.counters import laid
+from casa_assets.textures.kinds.counters import stone as slabs
 from casa_assets.textures.seam import seam
 from casa_assets.textures.wood import WoodPalette, WoodSpecies
+from tests.pictures import painted, runs, steps
 
 pytestmark = pytest.mark.content("code", "textures", keep=0)
 
-RECIPES = recipes()[Surface.COUNTER]
-CANVAS = Canvas((240, 240), (0.6, 0.6))
 WHITE, BLACK = "#ffffff", "#000000"
 PALETTE = WoodPalette(light="#d8b98a", dark="#8a5a30", pore="#5a3a20", heart="#402818", variety=0.0)
 QUIET = WoodSpecies(contrast=0.0, pores=0.0, fibre=0.0, clouds=0.0)
 
 
-def runs(row: Map) -> int:
-    """How often a row that repeats rises over its middle."""
-    middle = (row.max() + row.min()) / 2
-    return int(np.sum((row < middle) & (np.roll(row, -1) >= middle)))
-
-
-def test_there_are_a_hundred_and_every_kind_is_used() -> None:
-    assert len(RECIPES) == 100
-    used = {r.kind for r in RECIPES.values()}
-    assert {k.name for k in counters.KINDS} <= used
-
-
-@pytest.mark.content("texture", "{name}")
-@pytest.mark.parametrize("name", list(RECIPES))
-def test_every_counter_is_sound(name: str) -> None:
-    made = make(RECIPES[name], 128)
-    assert seam(made.albedo).worst < 2.0
-    assert made.albedo.dtype == made.height_m.dtype == made.roughness.dtype == np.float32
-    assert made.albedo.shape == (*made.height_m.shape, 3)
-    assert made.roughness.shape == made.height_m.shape
-    assert 0.0 <= made.albedo.min() <= made.albedo.max() <= 1.0
-    assert 0.04 <= made.roughness.min() <= made.roughness.max() <= 1.0
-    assert 0.03 < made.albedo.mean() < 0.97
-    assert np.ptp(made.height_m) < 0.01
-
-
-def test_same_seed_same_bytes(subtests: pytest.Subtests) -> None:
-    for kind in counters.KINDS:
-        with subtests.test(kind=kind):
-            recipe = next(r for r in RECIPES.values() if r.kind == getattr(kind, "name"))  # noqa: B009
-            one, same = make(recipe, 64), make(recipe, 64)
-            assert one.albedo.tobytes() == same.albedo.tobytes()
-            assert one.height_m.tobytes() == same.height_m.tobytes()
-            other = make(recipe.replace(seed=recipe.seed + 1), 64)
-            assert one.albedo.tobytes() != other.albedo.tobytes()
-
-
-def test_another_size_shows_the_same_design(subtests: pytest.Subtests) -> None:
-    for name in ["granite_alaska", "marble_statuario", "onyx_honey", "block_walnut", "tile_saltillo"]:
-        with subtests.test(name=name):
-            fine = make(RECIPES[name], 256).albedo.reshape(128, 2, 128, 2, 3).mean(axis=(1, 3))
-            coarse = make(RECIPES[name], 128).albedo
-            assert np.corrcoef(fine.ravel(), coarse.ravel())[0, 1] > 0.6
-
-
 def test_cells_have_their_size_and_close() -> None:
     canvas = Canvas((200, 200), (0.5, 0.5))
-    found = voronoi_cells(canvas, 0.05, rng_for(1, "cells"))
+    found = slabs.voronoi_cells(canvas, 0.05, rng_for(1, "cells"))
     assert found.count == 100
     assert len(np.unique(found.id)) == 100
     assert np.all(found.near_m <= found.second_m)
@@ -115,70 +35,72 @@ def test_cells_have_their_size_and_close() -> None:
 
 
 def test_minerals_have_their_shares() -> None:
-    stone = Granite(
-        minerals=(Mineral(color=WHITE, share=3, spread=0), Mineral(color=BLACK, share=1, spread=0)), grain_m=0.004
+    stone = slabs.Granite(
+        minerals=(slabs.Mineral(color=WHITE, share=3, spread=0), slabs.Mineral(color=BLACK, share=1, spread=0)),
+        grain_m=0.004,
     )
-    made = paint_granite(stone, CANVAS, rng_for(1, "g"))
+    made = painted(stone, "g")
     assert float((made.albedo[..., 0] > 0.5).mean()) == pytest.approx(0.75, abs=0.05)
 
 
 def test_specks_have_their_share_however_they_flock() -> None:
     for flock in (0.0, 1.0):
-        speck = Speck(color=BLACK, size_m=0.01, share=0.2, flock=flock)
-        stone = Granite(minerals=(Mineral(color=WHITE, share=1, spread=0),), specks=(speck,))
-        made = paint_granite(stone, CANVAS, rng_for(1, "g"))
+        speck = slabs.Speck(color=BLACK, size_m=0.01, share=0.2, flock=flock)
+        stone = slabs.Granite(minerals=(slabs.Mineral(color=WHITE, share=1, spread=0),), specks=(speck,))
+        made = painted(stone, "g")
         assert float((made.albedo[..., 0] < 0.5).mean()) == pytest.approx(0.19, abs=0.06)
 
 
 def test_orbs_are_round_and_larger_than_the_grain() -> None:
-    stone = Granite(
-        minerals=(Mineral(color=WHITE, share=1, spread=0),),
+    stone = slabs.Granite(
+        minerals=(slabs.Mineral(color=WHITE, share=1, spread=0),),
         phenocryst_color=BLACK,
         phenocryst_m=0.05,
         phenocryst_rim_color=BLACK,
     )
-    made = paint_granite(stone, CANVAS, rng_for(1, "g"))
+    made = painted(stone, "g")
     dark = made.albedo[..., 0] < 0.6
     assert 0.2 < dark.mean() < 0.8
     lengths = np.diff(np.flatnonzero(np.diff(dark.ravel().astype(int)) != 0)) * 0.6 / 240
     assert 0.005 < np.median(lengths) < 0.06
 
 
-@pytest.mark.parametrize("course", list(VeinCourse))
-def test_veins_have_their_width(course: VeinCourse) -> None:
-    """Twice the width is about twice the ink; the widest place is near the width that was asked for."""
-    ink = []
-    for width in (0.006, 0.012):
-        vein = Vein(color=BLACK, strength=1, course=course, spacing_m=0.15, width_m=width, bleed=0, gaps=0, wobble=0.2)
-        stone = VeinedStone(ground=WHITE, cloud=WHITE, cloudy=0, crystal=0, veins=(vein,))
-        ink.append(1.0 - float(paint_veined(stone, CANVAS, rng_for(2, "v")).albedo.mean()))
-    assert ink[0] > 0.01
-    assert 1.5 < ink[1] / ink[0] < 2.5
+def ink_of(vein: slabs.Vein) -> float:
+    """Share of a white stone that a family of black veins covers."""
+    stone = slabs.VeinedStone(ground=WHITE, cloud=WHITE, cloudy=0, crystal=0, veins=(vein,))
+    return 1.0 - float(painted(stone, "v", seed=2).albedo.mean())
+
+
+def test_veins_have_their_width() -> None:
+    """Twice the width is about twice the ink."""
+    for course in slabs.VeinCourse:
+        vein = slabs.Vein(
+            color=BLACK, strength=1, course=course, spacing_m=0.15, width_m=0.006, bleed=0, gaps=0, wobble=0.2
+        )
+        ink = ink_of(vein)
+        assert ink > 0.01
+        assert 1.5 < ink_of(vein.replace(width_m=0.012)) / ink < 2.5
 
 
 def test_veins_that_are_gone_leave_the_stone() -> None:
-    vein = Vein(color=BLACK, strength=1, spacing_m=0.15, width_m=0.01, bleed=0)
-    inks = []
-    for gaps in (0.0, 1.0):
-        stone = VeinedStone(ground=WHITE, cloud=WHITE, cloudy=0, crystal=0, veins=(vein.replace(gaps=gaps),))
-        inks.append(1.0 - float(paint_veined(stone, CANVAS, rng_for(2, "v")).albedo.mean()))
-    assert inks[1] < 0.5 * inks[0]
+    vein = slabs.Vein(color=BLACK, strength=1, spacing_m=0.15, width_m=0.01, bleed=0)
+    assert ink_of(vein.replace(gaps=1.0)) < 0.5 * ink_of(vein.replace(gaps=0.0))
 
 
 def test_layers_are_counted() -> None:
-    stone = BandedStone(colors=(WHITE, BLACK), layers=5, fold_m=0.0, fine=0, mottle=0)
-    made = paint_banded(stone, CANVAS, rng_for(1, "b"))
+    stone = slabs.BandedStone(colors=(WHITE, BLACK), layers=5, fold_m=0.0, fine=0, mottle=0)
+    made = painted(stone, "b")
     assert runs(made.albedo[:, 7, 0]) == 5
-    pitted = paint_banded(stone.replace(pits=0.8), CANVAS, rng_for(1, "b"))
+    pitted = painted(stone.replace(pits=0.8), "b")
     assert pitted.height_m.min() < -0.0005 < made.height_m.min()
 
 
 def test_chips_lie_beside_each_other() -> None:
     """Large and small chips cover their places, a small one never on a large one."""
-    large = ChipSize(colors=(BLACK,), size_m=0.05, share=1.0, spread=0)
-    small = ChipSize(colors=("#ff0000",), size_m=0.01, share=1.0, spread=0)
-    made = paint_made(MadeStone(binder=WHITE, clouds=0, chips=(large, small)), CANVAS, rng_for(1, "m")).albedo
-    alone = paint_made(MadeStone(binder=WHITE, clouds=0, chips=(large,)), CANVAS, rng_for(1, "m")).albedo
+    large = slabs.ChipSize(colors=(BLACK,), size_m=0.05, share=1.0, spread=0)
+    small = slabs.ChipSize(colors=("#ff0000",), size_m=0.01, share=1.0, spread=0)
+    made = painted(slabs.MadeStone(binder=WHITE, clouds=0, chips=(large, small)), "m").albedo
+    alone = painted(slabs.MadeStone(binder=WHITE, clouds=0, chips=(large,)), "m").albedo
     inside = alone.max(axis=2) < 0.02
     assert 0.2 < inside.mean() < 0.9
     assert made[inside].max() < 0.05
@@ -187,8 +109,8 @@ def test_chips_lie_beside_each_other() -> None:
 
 def test_staves_lie_along_the_counter_and_are_as_wide_as_stated() -> None:
     """0.6 m hold ten staves of 0.06 m, each of one tone from end to end, with a dark line between two."""
-    staves = ButcherBlock(species=QUIET, palette=PALETTE.replace(variety=1.0), stave_m=0.06, length_m=0.6)
-    made = paint_staves(staves, CANVAS, rng_for(1, "s")).albedo[..., 0]
+    staves = laid.ButcherBlock(species=QUIET, palette=PALETTE.replace(variety=1.0), stave_m=0.06, length_m=0.6)
+    made = painted(staves, "s").albedo[..., 0]
     bodies = made.reshape(10, 24, 240)[:, 4:-4]
     assert len(np.unique(bodies.mean(axis=(1, 2)).round(3))) == 10
     assert np.ptp(bodies, axis=(1, 2)).max() < 0.01
@@ -197,8 +119,8 @@ def test_staves_lie_along_the_counter_and_are_as_wide_as_stated() -> None:
 
 
 def test_pieces_end_at_different_places() -> None:
-    staves = ButcherBlock(species=QUIET, palette=PALETTE.replace(variety=1.0), stave_m=0.06, length_m=0.3)
-    made = paint_staves(staves, CANVAS, rng_for(1, "s")).albedo[..., 0]
+    staves = laid.ButcherBlock(species=QUIET, palette=PALETTE.replace(variety=1.0), stave_m=0.06, length_m=0.3)
+    made = painted(staves, "s").albedo[..., 0]
     ends = [np.flatnonzero(np.abs(np.diff(row)) > 0.004) for row in made[12::24]]
     assert all(len(e) >= 2 for e in ends)
     firsts = [int(e[0]) for e in ends]
@@ -207,16 +129,16 @@ def test_pieces_end_at_different_places() -> None:
 
 def test_blocks_are_square_and_two_woods_take_turns() -> None:
     pale, dark = PALETTE, WoodPalette(light="#403020", dark="#201810", pore="#100c08", heart="#080604", variety=0.0)
-    blocks = EndGrain(species=QUIET, palette=pale, second=dark, block_m=0.1, bond=0.0)
-    made = paint_blocks(blocks, CANVAS, rng_for(1, "e")).albedo[..., 0]
+    blocks = laid.EndGrain(species=QUIET, palette=pale, second=dark, block_m=0.1, bond=0.0)
+    made = painted(blocks, "e").albedo[..., 0]
     assert runs(made[20]) == runs(made[:, 20]) == 3  # six blocks, three of each
     assert made[20, 20] > made[20, 60] + 0.2
     assert made[20, 20] > made[60, 20] + 0.2
 
 
 def test_tiles_and_joints_are_as_wide_as_stated() -> None:
-    tiles = TiledCounter(colors=(WHITE,), grout=BLACK, joint_m=0.01, width_m=0.15, height_m=0.1, unevenness=0)
-    made = paint_tiles(tiles, CANVAS, rng_for(1, "t"))
+    tiles = laid.TiledCounter(colors=(WHITE,), grout=BLACK, joint_m=0.01, width_m=0.15, height_m=0.1, unevenness=0)
+    made = painted(tiles, "t")
     assert runs(made.albedo[20, :, 0]) == 4
     assert runs(made.albedo[:, 30, 0]) == 6
     dark = float((made.albedo[20, :, 0] < 0.5).mean()) * 0.6
@@ -227,58 +149,49 @@ def test_tiles_and_joints_are_as_wide_as_stated() -> None:
 
 
 def test_checkered_tiles_take_turns_over_the_border() -> None:
-    tiles = TiledCounter(
+    tiles = laid.TiledCounter(
         colors=(WHITE, "#404040"), grout=BLACK, width_m=0.12, height_m=0.12, checker=True, unevenness=0
     )
-    made = paint_tiles(tiles, CANVAS, rng_for(1, "t")).albedo[..., 0]  # five columns would not close: six are laid
+    made = painted(tiles, "t").albedo[..., 0]  # five columns would not close: six are laid
     assert made[20, 20] != pytest.approx(made[20, 230], abs=0.2)
 
 
 def test_metal_tiles_and_shows_its_tool(subtests: pytest.Subtests) -> None:
-    for tooling in list(MetalTooling):
+    for tooling in list(laid.MetalTooling):
         with subtests.test(tooling=tooling):
-            made = paint_metal(
-                SheetMetal(color="#b0b0b0", patina_color="#707070", tooling=tooling, mark_m=0.03),
-                CANVAS,
-                rng_for(1, "m"),
-            )
+            made = painted(laid.SheetMetal(color="#b0b0b0", patina_color="#707070", tooling=tooling, mark_m=0.03), "m")
             assert seam(made.albedo).worst < 1.6
             assert made.metallic == 1.0
-            across = float(np.abs(np.diff(made.albedo[..., 0], axis=1)).mean())
-            along = float(np.abs(np.diff(made.albedo[..., 0], axis=0)).mean())
-            if tooling in (MetalTooling.ALONG, MetalTooling.ROLLED):
+            across, along = steps(made.albedo[..., 0])
+            if tooling in (laid.MetalTooling.ALONG, laid.MetalTooling.ROLLED):
                 assert along > 3 * across
-            elif tooling is MetalTooling.UPRIGHT:
+            elif tooling is laid.MetalTooling.UPRIGHT:
                 assert across > 3 * along
             else:
                 assert 0.3 < along / across < 3.5
 
 
 def test_patina_and_spots_age_the_metal() -> None:
-    clean = SheetMetal(color="#b0b0b0", patina_color="#303030", tooling=MetalTooling.ROLLED)
-    shares = [paint_metal(clean.replace(patina=p), CANVAS, rng_for(1, "m")) for p in (0.0, 0.4, 0.9)]
+    clean = laid.SheetMetal(color="#b0b0b0", patina_color="#303030", tooling=laid.MetalTooling.ROLLED)
+    shares = [painted(clean.replace(patina=p), "m") for p in (0.0, 0.4, 0.9)]
     assert shares[0].albedo.mean() > shares[1].albedo.mean() > shares[2].albedo.mean()
     assert shares[0].roughness.mean() < shares[2].roughness.mean()
-    spotted = paint_metal(clean.replace(spots=1.0), CANVAS, rng_for(1, "m"))
+    spotted = painted(clean.replace(spots=1.0), "m")
     assert spotted.albedo.mean() < shares[0].albedo.mean()
 
 
 def test_prints_use_their_inks(subtests: pytest.Subtests) -> None:
-    for pattern in list(LaminatePattern):
+    for pattern in list(laid.LaminatePattern):
         with subtests.test(pattern=pattern):
-            canvas = PrintedLaminate(ground=WHITE, inks=("#ff0000", "#0000ff"), pattern=pattern, size_m=0.04)
-            made: Layers = paint_print(canvas, CANVAS, rng_for(1, "p"))
+            canvas = laid.PrintedLaminate(ground=WHITE, inks=("#ff0000", "#0000ff"), pattern=pattern, size_m=0.04)
+            made: Layers = painted(canvas, "p")
             inked = made.albedo.min(axis=2) < 0.7
             assert 0.01 < inked.mean() < 0.95
             assert seam(made.albedo).worst < 1.6
 
 
 def test_crackle_is_a_fine_net() -> None:
-    plain = GlazedLava(color="#e0e0e0", pool_color="#e0e0e0", crackle=0.0, crackle_m=0.06)
-    still, cracked = (paint_glaze(g, CANVAS, rng_for(1, "g")) for g in (plain, plain.replace(crackle=1.0)))
+    plain = laid.GlazedLava(color="#e0e0e0", pool_color="#e0e0e0", crackle=0.0, crackle_m=0.06)
+    still, cracked = (painted(g, "g") for g in (plain, plain.replace(crackle=1.0)))
     lines = still.albedo[..., 0] - cracked.albedo[..., 0] > 0.05
     assert 0.005 < lines.mean() < 0.2
-
-
-def test_wood_and_stone_share_their_colours_exactly() -> None:
-    assert rgb("#336699") == pytest.approx([0.2, 0.4, 0.6])

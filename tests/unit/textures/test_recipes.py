@@ -11,15 +11,7 @@ from casa_assets import registry
 from casa_assets.errors import RegistryError, UnknownId
 from casa_assets.model.registry.rows import Surface
 from casa_assets.pipeline.cache.store import Store
-from casa_assets.pipeline.textures.check import (
-    check_one,
-    check_recipes,
-    check_sets,
-    pages,
-    select_recipes,
-    shots,
-    write_finish,
-)
+from casa_assets.pipeline.textures.check import check_one, check_recipes, check_sets, select_recipes
 from casa_assets.pipeline.textures.recipes import find_recipe, finish_of, recipes
 
 pytestmark = [pytest.mark.content("code", "textures", keep=0), pytest.mark.content("code", "pipeline.textures", keep=0)]
@@ -46,23 +38,22 @@ def test_a_sound_recipe_is_read_with_its_defaults(root: Path) -> None:
     assert '"technique":"roller"' in found.params
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "line", "pointer"),
-    [
-        pytest.param("kind: plaster", "kind: plastic", 3, "one.kind", id="kind"),
-        pytest.param("substance: stone", "substance: cheesecloth", 3, "one.substance", id="substance"),
-        pytest.param("second:", "third:", 3, "one.params", id="key of params"),
-        pytest.param('"#eeeeee"', '"grey"', 3, "one.params.second", id="color"),
-        pytest.param("tile_m: [1, 1]", "tile_m: [1, -1]", 3, "one.tile_m", id="size"),
-        pytest.param("seed: 1", "sead: 1", 3, "one", id="key"),
-    ],
-)
-def test_a_fault_names_its_file_line_and_place(root: Path, old: str, new: str, line: int, pointer: str) -> None:
-    (root / "textures" / "wall.yaml").write_text("# walls\n\n" + PLAIN.replace(old, new))
-    with pytest.raises(RegistryError) as caught:
-        recipes(root)
-    assert (caught.value.file, caught.value.line) == ("textures/wall.yaml", line)
-    assert caught.value.pointer.startswith(pointer)
+def test_a_fault_names_its_file_line_and_place(root: Path, subtests: pytest.Subtests) -> None:
+    for old, new, pointer in (
+        ("kind: plaster", "kind: plastic", "one.kind"),
+        ("substance: stone", "substance: cheesecloth", "one.substance"),
+        ("second:", "third:", "one.params"),
+        ('"#eeeeee"', '"grey"', "one.params.second"),
+        ("tile_m: [1, 1]", "tile_m: [1, -1]", "one.tile_m"),
+        ("seed: 1", "sead: 1", "one"),
+    ):
+        with subtests.test(new=new):
+            (root / "textures" / "wall.yaml").write_text("# walls\n\n" + PLAIN.replace(old, new))
+            recipes.cache_clear()
+            with pytest.raises(RegistryError) as caught:
+                recipes(root)
+            assert (caught.value.file, caught.value.line) == ("textures/wall.yaml", 3)
+            assert caught.value.pointer.startswith(pointer)
 
 
 def test_an_id_twice_is_an_error_within_a_file_and_across(root: Path) -> None:
@@ -93,22 +84,6 @@ def test_a_finish_comes_from_the_store_the_second_time(tmp_path: Path, monkeypat
     assert finish_of(wanted, tmp_path, 64).digest == first.digest
     assert first.tile_m == wanted.tile_m
     assert first.substance.id == wanted.substance
-
-
-def test_three_files_are_written(tmp_path: Path) -> None:
-    paths = write_finish(find_recipe("beadboard_white"), tmp_path / "made", tmp_path / "cache", 64)
-    assert sorted(p.name for p in paths) == [
-        "beadboard_white_color.png",
-        "beadboard_white_metallic_roughness.png",
-        "beadboard_white_normal.png",
-    ]
-    assert all(p.read_bytes().startswith(b"\x89PNG") for p in paths)
-
-
-def test_a_sheet_has_one_cell_for_each(tmp_path: Path) -> None:
-    cells = list(shots([find_recipe("beadboard_white"), find_recipe("tin_ceiling_white")], tmp_path, side_px=64))
-    assert [c.title for c in cells] == ["beadboard_white", "tin_ceiling_white"]
-    assert len(pages(cells, "two", 64)) == 1
 
 
 def test_recipes_are_checked_one_by_one_and_as_a_set(tmp_path: Path) -> None:

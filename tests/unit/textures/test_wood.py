@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from scipy import ndimage
 
 from casa_assets.core.numeric import rng_for
 from casa_assets.textures import wood
-from casa_assets.textures.canvas import Canvas, Layers, Map, rgb
+from casa_assets.textures.canvas import Canvas, Layers, rgb
 from casa_assets.textures.seam import seam
 from casa_assets.textures.wood import GrainMaps, GrowthRings, SawCut, WoodPalette, WoodSpecies, grain_maps
+from tests.pictures import steps
 
 pytestmark = pytest.mark.content("code", "textures", keep=0)
 
@@ -18,24 +21,18 @@ PALETTE = WoodPalette(light="#d8b98a", dark="#8a5a30", pore="#5a3a20", heart="#4
 PLAIN = WoodSpecies(
     rings=GrowthRings.BANDED, ring_m=0.02, unevenness=0.0, contrast=1.0, pores=0.0, fibre=0.0, clouds=0.0
 )
-SIZE = (240, 240)
+CANVAS = Canvas((240, 240), (0.8, 0.8))
 
 
-def canvas(size: tuple[int, int] = SIZE, tile: tuple[float, float] = (0.8, 0.8)) -> Canvas:
-    return Canvas(size, tile)
-
-
-def board(species: WoodSpecies, cut: SawCut, leaves: int = 1, seed: int = 3, size: tuple[int, int] = SIZE) -> Layers:
-    return wood.board(canvas(size), species, cut, PALETTE, rng_for(seed, "board"), leaves)
+def board(species: WoodSpecies, cut: SawCut = SawCut.RIFT, leaves: int = 1, **palette: Any) -> Layers:
+    rng = rng_for(3, "board")
+    return wood.finish_wood(
+        grain_maps(CANVAS, species, cut, leaves, rng), species, PALETTE.replace(**palette), CANVAS, rng
+    )
 
 
 def grain(species: WoodSpecies, cut: SawCut, leaves: int = 1, seed: int = 3) -> GrainMaps:
-    return grain_maps(canvas(), species, cut, leaves, rng_for(seed, "board"))
-
-
-def steps(image: Map) -> tuple[float, float]:
-    """Mean step across and along the grain."""
-    return float(np.abs(np.diff(image, axis=1)).mean()), float(np.abs(np.diff(image, axis=0)).mean())
+    return grain_maps(CANVAS, species, cut, leaves, rng_for(seed, "board"))
 
 
 def test_boards_tile(subtests: pytest.Subtests) -> None:
@@ -108,39 +105,20 @@ def test_pores_are_longer_than_wide() -> None:
     assert across > 2.0 * along
 
 
-def test_same_seed_same_bytes_and_another_seed_another_board() -> None:
-    species = WoodSpecies(pores=0.5, knots_per_m2=4)
-    one, same, other = (board(species, SawCut.FLAT, 3, seed).albedo for seed in (3, 3, 4))
-    assert one.tobytes() == same.tobytes()
-    assert one.dtype == np.float32
-    assert np.abs(one - other).mean() > 0.005
-
-
-def test_the_design_hangs_on_metres_not_on_pixels() -> None:
-    fine = board(PLAIN, SawCut.FLAT, 3, size=(480, 480)).albedo.reshape(240, 2, 240, 2, 3).mean(axis=(1, 3))
-    coarse = board(PLAIN, SawCut.FLAT, 3).albedo
-    assert np.corrcoef(fine.ravel(), coarse.ravel())[0, 1] > 0.9
-
-
 def test_colours_are_those_of_the_palette() -> None:
     quiet = WoodSpecies(rings=GrowthRings.DIFFUSE, contrast=0.0, pores=0.0, fibre=0.0, clouds=0.0)
     mean = board(quiet, SawCut.RIFT).albedo.mean(axis=(0, 1))
     assert mean == pytest.approx(rgb(PALETTE.light), abs=0.02)
-    streaked = wood.board(canvas(), quiet, SawCut.RIFT, PALETTE.replace(streaks=0.8), rng_for(3, "board")).albedo
-    assert streaked.mean() < mean.mean() - 0.05
+    assert board(quiet, streaks=0.8).albedo.mean() < mean.mean() - 0.05
 
 
 def test_limed_pores_are_paler_than_the_wood() -> None:
     open_grained = WoodSpecies(rings=GrowthRings.RING_POROUS, pores=1.0, contrast=0.2)
-    means = {}
-    for pore in ("#f4f0e8", "#302010"):
-        made = wood.board(canvas(), open_grained, SawCut.RIFT, PALETTE.replace(pore=pore), rng_for(1, "b"))
-        means[pore] = float(made.albedo.mean())
-    assert means["#f4f0e8"] > means["#302010"] + 0.02
+    limed, dark = (float(board(open_grained, pore=pore).albedo.mean()) for pore in ("#f4f0e8", "#302010"))
+    assert limed > dark + 0.02
 
 
 def test_a_brushed_face_is_deeper() -> None:
-    smooth = wood.board(canvas(), PLAIN, SawCut.RIFT, PALETTE, rng_for(1, "b")).height_m
-    brushed = wood.board(canvas(), PLAIN, SawCut.RIFT, PALETTE.replace(brushed=1.0), rng_for(1, "b")).height_m
+    smooth, brushed = board(PLAIN).height_m, board(PLAIN, brushed=1.0).height_m
     assert np.ptp(brushed) > 3.0 * np.ptp(smooth)
     assert np.ptp(brushed) < 0.002

@@ -10,6 +10,7 @@ import numpy as np
 
 from casa_assets.core.numeric import Floats
 from casa_assets.families.kit.solids.solid import Solid
+from casa_assets.families.objects.closed_surface import run_along
 from casa_assets.model.record import Vec2, Vec3
 
 # Points round a section: four on the axes and so many in each corner.
@@ -17,13 +18,12 @@ CORNER = 7
 AROUND = 4 * (CORNER + 1)
 
 
-def rounded_outline(points: Sequence[Vec3], steps: int = 4) -> list[Vec2]:
-    """Points (radius, height) of an outline whose corners are rounded.
+def rounded_outline(points: Sequence[Vec3]) -> list[Vec2]:
+    """Points (radius, height) of an outline whose corners are rounded, with four points per right angle.
 
     Args:
         points: (radius, height, radius of the corner) from the foot to the mouth, metres. A corner takes at most half
             of each of the two pieces that meet in it.
-        steps: points per right angle.
     """
     line = [np.array(p[:2]) for p in points]
     out: list[Vec2] = [(float(line[0][0]), float(line[0][1]))]
@@ -40,7 +40,7 @@ def rounded_outline(points: Sequence[Vec3], steps: int = 4) -> list[Vec2]:
         bulge = reach * math.tan(half)
         middle = line[k] + (a + b) / np.linalg.norm(a + b) * bulge / math.sin(half)
         start, end = line[k] + a * reach - middle, line[k] + b * reach - middle
-        count = max(2, round(steps * sweep / (math.pi / 2)) + 1)
+        count = max(2, round(4 * sweep / (math.pi / 2)) + 1)
         for t in np.linspace(0.0, 1.0, count + 1):
             arm = (math.sin((1 - t) * sweep) * start + math.sin(t * sweep) * end) / math.sin(sweep)
             out.append((float(middle[0] + arm[0]), float(middle[1] + arm[1])))
@@ -90,14 +90,12 @@ class Section:
         share = share * share * (3 - 2 * share)
         corner = 1.0 + (self.corner - 1.0) * share
         flat = 1.0 + (self.flat - 1.0) * share
-        unit = _unit_ring(corner)
-        return np.asarray(unit * (radius + out, flat * radius + out))
+        return np.asarray(_unit_ring(corner) * (radius + out, flat * radius + out))
 
     def around(self) -> Floats:
         """(AROUND + 1,) share of the way round at which each point lies, from 0 behind over -x, front and +x to 1."""
         ring = self.ring(self.widest)
-        steps = np.linalg.norm(np.diff(np.vstack([ring, ring[:1]]), axis=0), axis=1)
-        run = np.concatenate([[0.0], np.cumsum(steps)])
+        run = run_along(np.vstack([ring, ring[:1]]))
         return np.asarray(run / run[-1])
 
 
@@ -115,14 +113,9 @@ def _unit_ring(corner: float) -> Floats:
     return np.vstack(out)
 
 
-def body(outline: Sequence[Vec2], section: Section, inner: float = 0.0, crease_deg: float = 42.0) -> Solid:
-    """The closed surface of an outline, its ends closed flat.
-
-    Args:
-        inner: how far it is drawn in all round, metres, for what is inside.
-    """
-    rings = [np.column_stack([section.ring(r, -inner), np.full(AROUND, z)]) for r, z in outline]
-    return _skin(rings, crease_deg)
+def body(outline: Sequence[Vec2], section: Section, inner: float = 0.0) -> Solid:
+    """The closed surface of an outline, its ends closed flat; `inner`: how far it is drawn in all round, metres."""
+    return _skin([np.column_stack([section.ring(r, -inner), np.full(AROUND, z)]) for r, z in outline])
 
 
 def cup(outline: Sequence[Vec2], section: Section, wall: float, floor: float) -> Solid:
@@ -131,10 +124,10 @@ def cup(outline: Sequence[Vec2], section: Section, wall: float, floor: float) ->
     inside = [(radius_at(outline, floor), floor), *inside]
     rings = [np.column_stack([section.ring(r), np.full(AROUND, z)]) for r, z in outline]
     rings += [np.column_stack([section.ring(r, -wall), np.full(AROUND, z)]) for r, z in inside[::-1]]
-    return _skin(rings, 42.0)
+    return _skin(rings)
 
 
-def _skin(rings: Sequence[Floats], crease_deg: float) -> Solid:
+def _skin(rings: Sequence[Floats]) -> Solid:
     """Rings joined into a closed surface; each end is closed by a fan about its middle."""
     count = len(rings)
     points = np.vstack([*rings, rings[0].mean(axis=0), rings[-1].mean(axis=0)])
@@ -147,7 +140,7 @@ def _skin(rings: Sequence[Floats], crease_deg: float) -> Solid:
     low, high, top = count * AROUND, count * AROUND + 1, (count - 1) * AROUND
     faces += [np.stack([np.full(AROUND, low), j, i], axis=1)]
     faces += [np.stack([np.full(AROUND, high), top + i, top + j], axis=1)]
-    return Solid(points, np.concatenate(faces).astype(np.int64), crease_deg=crease_deg)
+    return Solid(points, np.concatenate(faces).astype(np.int64), crease_deg=42.0)
 
 
 def piece(outline: Sequence[Vec2], low: float, high: float) -> list[Vec2]:
@@ -156,7 +149,7 @@ def piece(outline: Sequence[Vec2], low: float, high: float) -> list[Vec2]:
     return [(radius_at(outline, low), low), *inside, (radius_at(outline, high), high)]
 
 
-def sleeve(outline: Sequence[Vec2], section: Section, wrap: float = 1.0, out: float = 0.0004) -> Solid:
+def sleeve(outline: Sequence[Vec2], section: Section, wrap: float, out: float) -> Solid:
     """A thin skin around a piece of a body, with a picture from end to end.
 
     Args:

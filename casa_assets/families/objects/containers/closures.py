@@ -34,34 +34,33 @@ LEAST_ARMATURE = 5e-5
 EXTRA, LEAST_LIFT, MOST_LIFT = 0.02, 0.05, 0.16
 
 
-def lift_off(builder: AssetBuilder, width: float, link: str = LID, most: float = MOST_LIFT) -> None:
-    """Let a lid slide up from a mouth.
+def lift_off(builder: AssetBuilder, width: float, most: float = MOST_LIFT) -> None:
+    """Let the link LID, on which all parts are already, slide up from a mouth.
 
     Args:
-        width: of the mouth, metres. link: of the lid; all that is on it is there already, its grip is LID_GRIP.
-        most: room above it, metres.
+        width: of the mouth, metres. most: room above the lid, metres.
     """
     travel = round(min(max(width + EXTRA, LEAST_LIFT), most, MOST_LIFT), 3)
-    mass = combine_masses(builder.links[link].masses).mass
+    mass = combine_masses(builder.links[LID].masses).mass
     start = LEAST_N + CARRIED * GRAVITY * mass
     feel = hand_dynamics.feel(mass, 1.0, travel, start, start + EASE_N)
-    builder.slide(LID_JOINT, link, (0.0, 0.0, 1.0), (0.0, travel), LID_GRIP, feel=feel)
+    builder.slide(LID_JOINT, LID, (0.0, 0.0, 1.0), (0.0, travel), LID_GRIP, feel=feel)
     _states(builder, travel)
 
 
-def swing_up(builder: AssetBuilder, axis: Vec3, angle: float, link: str = LID) -> None:
-    """Let a lid swing up about the origin of its link.
+def swing_up(builder: AssetBuilder, axis: Vec3, angle: float) -> None:
+    """Let the link LID, on which all parts are already, swing up about its origin.
 
     Args:
         axis: link frame; a right-handed turn about it opens. angle: of the turn, rad.
     """
-    lid = combine_masses(builder.links[link].masses)
+    lid = combine_masses(builder.links[LID].masses)
     start = LEAST_N + CARRIED * GRAVITY * lid.mass
     arm = lid.center - np.array(axis) * float(lid.center @ np.array(axis))
     lever = max(0.01, float(np.linalg.norm(arm)))
     feel = hand_dynamics.feel(1.4 * lid.mass * lever**2, lever, angle, start, start + SWING_EASE_N)
     feel = replace(feel, armature=max(feel.armature, LEAST_ARMATURE))
-    builder.hinge(LID_JOINT, link, axis, (0.0, angle), LID_GRIP, feel=feel)
+    builder.hinge(LID_JOINT, LID, axis, (0.0, angle), LID_GRIP, feel=feel)
     _states(builder, angle)
 
 
@@ -72,7 +71,6 @@ def _states(builder: AssetBuilder, end: float) -> None:
 
 
 # Closures -------------------------------------------------------------------------------------------------------------
-# Build the closures of bottles, jars and cans: caps, corks, lids, pumps, pull tabs, spray heads.
 
 AROUND = 28
 
@@ -134,32 +132,23 @@ CROWN_DOWN, CROWN_SKIRT = 0.004, 0.002
 
 @dataclass(frozen=True)
 class Mouth:
-    """The mouth that is closed.
+    """The mouth that is closed."""
 
-    Attributes:
-        radius, z: of the mouth. height: of the closure. wide: its radius by that of the mouth. room: metres of neck
-            below the mouth that a cap may cover. opens: what closes it comes off.
-    """
-
-    radius: float
-    z: float
-    height: float
-    wide: float
-    room: float
-    opens: bool = False
+    radius: float  # m
+    z: float  # m
+    height: float  # of the closure, m
+    wide: float  # radius of the closure by that of the mouth
+    room: float  # neck below the mouth that a cap may cover, m
+    opens: bool = False  # its closure comes off
 
 
 @dataclass(frozen=True)
 class Part:
-    """A solid of a closure, which brings its collider along, or none.
+    """A solid of a closure, which brings its collider along, or none."""
 
-    Attributes:
-        second: it is of the second finish. fixed: it stays where it is when the rest comes off.
-    """
-
-    solid: Solid
-    second: bool = False
-    fixed: bool = False
+    solid: Solid  # brings its collider along, or none
+    second: bool = False  # of the second finish
+    fixed: bool = False  # stays where it is when the rest comes off
 
 
 def loose_skirt(kind: Closure) -> float:
@@ -187,13 +176,13 @@ def _turned(profile: Sequence[Vec2], around: int = AROUND, second: bool = False,
     return Part(solid.with_hull_collider() if hit else solid.without_colliders(), second)
 
 
-def _ribbed(radius: float, low: float, high: float, edge: float = 0.0012) -> Solid:
+def _ribbed(radius: float, low: float, high: float) -> Solid:
     """A disc with fine ribs round it."""
     ribs = max(18, min(40, round(2 * math.pi * radius / 0.004)))
     turns = np.linspace(0.0, 2 * np.pi, 2 * ribs + 1)[:-1]
     ring = radius - 0.0008 * (np.arange(2 * ribs) % 2)
     outline = np.column_stack([ring * np.cos(turns), ring * np.sin(turns)])
-    solid = prism(outline, high - low, min(edge, 0.3 * (high - low))).with_crease(30.0).translated(z=low)
+    solid = prism(outline, high - low, min(0.0012, 0.3 * (high - low))).with_crease(30.0).translated(z=low)
     middle = rod(radius, high - low).translated(z=(high + low) / 2)
     return solid.with_colliders_of(middle)
 
@@ -249,8 +238,8 @@ def _stopper(m: Mouth) -> list[Part]:
 
 
 def _pump(m: Mouth) -> list[Part]:
-    n, z = m.radius * m.wide, m.z
-    low, high = _cover(Mouth(m.radius, m.z, 0.018, m.wide, m.room))
+    n = m.radius * m.wide
+    low, high = _cover(replace(m, height=0.018))
     collar = _ribbed(n + 0.002, low, high)
     neck = lathe([(n + 0.001, high - 0.0005), (0.5 * n, high + 0.005), (0.0048, high + 0.006)], AROUND, 42.0)
     stem = rod(0.0042, m.height, 0.0006).translated(z=high + m.height / 2)
@@ -258,27 +247,20 @@ def _pump(m: Mouth) -> list[Part]:
     head = lathe([(0.008, top - 0.003), (0.0105, top), (0.0105, top + 0.006), (0.0088, top + 0.0085)], AROUND, 42.0)
     path = [(0.0, 0.002, top + 0.0045), (0.0, -0.036, top + 0.0045), (0.0, -0.043, top - 0.005)]
     nose = tube(path, 0.0042, 0.008)
-    parts = [
-        Part(collar),
-        Part(neck.without_colliders()),
-        Part(stem, True),
-        Part(head.with_hull_collider()),
-        Part(nose),
-    ]
-    return parts if z > 0 else []
+    return [Part(collar), Part(neck.without_colliders()), Part(stem, True), Part(head.with_hull_collider()), Part(nose)]
 
 
-def _end(m: Mouth, rim: float) -> tuple[Part, float]:
-    """The rim of a can, and the height of the sunk plate within it."""
+def _end(m: Mouth, rim: float) -> Part:
+    """The rim of a can."""
     r, z = m.radius, m.z
     ring = [(r + rim, z - 0.0005), (r + rim, z + 0.0018), (r + rim - 0.0006, z + 0.0024), (r - 0.0012, z + 0.0024)]
     ring = [(r - 0.002, z - 0.0005), *ring, (r - 0.002, z + 0.0018)]
     solid = lathe(ring, 36, 45.0, closed=True)
-    return Part(solid.with_colliders_of(rod(r + rim, 0.004).translated(z=z + 0.0004))), z
+    return Part(solid.with_colliders_of(rod(r + rim, 0.004).translated(z=z + 0.0004)))
 
 
 def _tab(m: Mouth) -> list[Part]:
-    rim, z = _end(m, 0.0004)
+    rim, z = _end(m, 0.0004), m.z
     plate = lathe([(0.86 * m.radius, z - 0.0005), (0.84 * m.radius, z + 0.0006)], 32, 45.0)
     turns = np.linspace(0.0, 2 * np.pi, 21)[:-1]
     oval = np.column_stack([0.0072 * np.cos(turns), 0.0115 * np.sin(turns)])
@@ -292,20 +274,17 @@ def _tab(m: Mouth) -> list[Part]:
 
 
 def _ring(m: Mouth) -> list[Part]:
-    rim, z = _end(m, 0.0014)
+    r, z = m.radius, m.z
+    profile = [(0.9 * r, z - 0.0005), (0.88 * r, z + 0.0006), (0.72 * r, z + 0.0006), (0.71 * r, z + 0.0001)]
+    steps = _turned([*profile, (0.55 * r, z + 0.0001), (0.54 * r, z + 0.0007), (0.0, z + 0.0007)], 32, hit=False)
+    parts = [_end(m, 0.0014), steps]
     if m.height < 0.001:  # an end to be cut open
-        return [rim, *_steps(m, z)]
+        return parts
     turns = np.linspace(0.0, 2 * np.pi, 21)[:-1]
     oval = np.column_stack([0.0105 * np.cos(turns), 0.013 * np.sin(turns)])
     hole = np.column_stack([0.0075 * np.cos(turns), 0.0035 + 0.0075 * np.sin(turns)])
     tab = prism(oval, 0.0013, 0.0003, [hole]).translated(y=-0.62 * m.radius + 0.012, z=z + 0.0008)
-    return [rim, *_steps(m, z), Part(tab.without_colliders())]
-
-
-def _steps(m: Mouth, z: float) -> list[Part]:
-    r = m.radius
-    profile = [(0.9 * r, z - 0.0005), (0.88 * r, z + 0.0006), (0.72 * r, z + 0.0006), (0.71 * r, z + 0.0001)]
-    return [_turned([*profile, (0.55 * r, z + 0.0001), (0.54 * r, z + 0.0007), (0.0, z + 0.0007)], 32, hit=False)]
+    return [*parts, Part(tab.without_colliders())]
 
 
 def _flip(m: Mouth) -> list[Part]:
@@ -336,13 +315,8 @@ def _nozzle(m: Mouth) -> list[Part]:
 
 def _button(m: Mouth) -> list[Part]:
     r, z, h = m.radius, m.z, m.height
-    dome = [
-        (r, z - 0.001),
-        (r + 0.0008, z + 0.001),
-        (r + 0.0002, z + 0.003),
-        (0.8 * r, z + 0.3 * h),
-        (0.4 * r, z + 0.5 * h),
-    ]
+    dome = [(r, z - 0.001), (r + 0.0008, z + 0.001), (r + 0.0002, z + 0.003)]
+    dome += [(0.8 * r, z + 0.3 * h), (0.4 * r, z + 0.5 * h)]
     button = [(0.36 * r, z + 0.48 * h), (0.36 * r, z + 0.92 * h), (0.28 * r, z + h)]
     hole = rod(0.0022, 0.0016, 0.0002, "y").translated(y=-0.36 * r, z=z + 0.74 * h).without_colliders()
     return [_turned(dome), _turned(button, 20, second=True), Part(hole, False)]
@@ -420,7 +394,7 @@ def _cup(m: Mouth) -> list[Part]:
 
 
 def _sport(m: Mouth) -> list[Part]:
-    low, high = _cover(Mouth(m.radius, m.z, 0.6 * m.height, m.wide, m.room))
+    low, high = _cover(replace(m, height=0.6 * m.height))
     r, top = m.radius * m.wide + 0.001, high + 0.4 * m.height
     cone = [(0.94 * r, high - 0.0005), (0.6 * r, high + 0.12 * m.height), (0.4 * r, high + 0.14 * m.height)]
     tip = [(0.36 * r, high + 0.1 * m.height), (0.3 * r, top - 0.005), (0.4 * r, top - 0.004), (0.38 * r, top - 0.001)]
@@ -428,7 +402,7 @@ def _sport(m: Mouth) -> list[Part]:
 
 
 def _loop(m: Mouth) -> list[Part]:
-    low, high = _cover(Mouth(m.radius, m.z, 0.62 * m.height, m.wide, m.room))
+    low, high = _cover(replace(m, height=0.62 * m.height))
     r, rise = m.radius * m.wide + 0.001, 0.38 * m.height
     cap = [(r, low), (r, high - 0.002), (r - 0.002, high), (0.6 * r, high + 0.0008)]
     bar = np.array([(-0.0055, -0.002), (0.0055, -0.002), (0.0055, 0.002), (-0.0055, 0.002)])
@@ -444,11 +418,8 @@ def _clip(m: Mouth) -> list[Part]:
     made = jar(m.radius, m.z, JarLid.CLIP)
     lid = [Part(s.with_hull_collider()) for s in made.lid]
     r, z = m.radius, m.z
-    seal = lathe(
-        [(0.94 * r, z - 0.001), (1.045 * r, z - 0.0005), (1.045 * r, z + 0.0018), (0.94 * r, z + 0.002)],
-        36,
-        closed=True,
-    )
+    rim = [(0.94 * r, z - 0.001), (1.045 * r, z - 0.0005), (1.045 * r, z + 0.0018), (0.94 * r, z + 0.002)]
+    seal = lathe(rim, 36, closed=True)
     _, band, over, lever = made.fittings
     wires = [Part(over, True), Part(lever, True)]
     if m.opens:  # the wire ends at the lid's edge; its lever hangs at the neck
@@ -474,26 +445,9 @@ def _wick(m: Mouth) -> list[Part]:
 
 
 _MAKERS: Mapping[Closure, Callable[[Mouth], list[Part]]] = {
-    Closure.SCREW: _screw,
-    Closure.LID: _lid,
-    Closure.CROWN: _crown,
-    Closure.CORK: _cork,
-    Closure.STOPPER: _stopper,
-    Closure.PUMP: _pump,
-    Closure.TAB: _tab,
-    Closure.RING: _ring,
-    Closure.FLIP: _flip,
-    Closure.NOZZLE: _nozzle,
-    Closure.SPRAY: _spray,
-    Closure.BUTTON: _button,
-    Closure.SPOUT: _spout,
-    Closure.BALL: _ball,
-    Closure.HOLES: _holes,
-    Closure.SIFTER: _sifter,
-    Closure.CUP: _cup,
-    Closure.SPORT: _sport,
-    Closure.LOOP: _loop,
-    Closure.CLIP: _clip,
-    Closure.KNOB: _knob,
-    Closure.WICK: _wick,
+    Closure(maker.__name__.removeprefix("_")): maker
+    for maker in (
+        *(_screw, _lid, _crown, _cork, _stopper, _pump, _tab, _ring, _flip, _nozzle, _button),
+        *(_spray, _spout, _ball, _holes, _sifter, _cup, _sport, _loop, _clip, _knob, _wick),
+    )
 }

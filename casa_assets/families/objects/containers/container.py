@@ -65,90 +65,57 @@ SWING = 1.75
 
 
 class Container(Params):
-    """Parameters of a closed container; lengths in metres, heights as shares of `height` if they are called shares.
+    """Parameters of a closed container; lengths in metres, heights as shares of `height` if they are called shares."""
 
-    Attributes:
-        width: of the widest part, along x. height: from the foot to the mouth, without the closure.
-        flat: depth relative to the width. corner: radius of the section's corners relative to half the width; 1 is
-            round or oval.
-        foot: radius at the foot relative to the widest one; foot_bend: radius of the edge there, relative to half the
-            width.
-        waist: radius halfway up the lower part, relative to the radius without a waist.
-        shoulder: share of the height at which the widest part ends; neck_at: share at which the neck begins; neck:
-            radius of the mouth relative to the widest one. shoulder_bend, neck_bend: radii of these corners relative to
-            half the width.
-        bulge: how far the neck bulges in its middle, relative to the mouth's radius; lip: how far a ring at the mouth
-            projects, relative to the mouth's radius.
-        grooves: number of grooves around the body, from groove_low to groove_high, shares; groove_depth.
-        flutes: number of ridges from foot to shoulder, round bodies only; flute_depth: relative to half the width.
-        closure: kind of closure. cap_height, cap_wide: its height, and its radius relative to that of the mouth.
-        base_cap: height of a cap on which the container rests upside down, 0 for no such cap.
-        opens: the closure can be opened: it slides up or swings up. A container with a wide mouth is then hollow for
-            collisions, down to its content.
-        open_top: the body is open above and its content can be seen from there. wall: thickness.
-        label_low, label_high: shares of the height between which the label lies; label_wrap: share of the
-            circumference.
-        tag_low, tag_high, tag_wrap: the same for a second label.
-        sleeve: share of the height that foil covers, from the mouth down.
-        band_low, band_high: shares of the height between which there is a plain band, such as a grip.
-        fill: share of the height that is filled, 0 if empty. rims: beads at both ends, as on tins.
-        handle: share of the height that a handle on the right side takes, 0 for no handle. handle_at: share of the
-            height of its middle. handle_out: how far it projects, relative to half the width. handle_thick: its
-            thickness.
-        heft: mass of the whole per volume of its body, kg/m^3.
-        body, content, cap, cap_second, label, tag, foil, band_finish, rim_finish, handle_finish: finishes; label and
-            tag are pictures or plain.
-    """
-
-    width: Metres
-    height: Metres
-    flat: Annotated[float, Field(ge=0.35, le=1)] = 1.0
-    corner: Annotated[float, Field(ge=0.1, le=1)] = 1.0
-    foot: Annotated[float, Field(ge=0.4, le=1.4)] = 1.0
-    foot_bend: Annotated[float, Field(ge=0.01, le=1)] = 0.08
-    waist: Annotated[float, Field(ge=0.5, le=1.3)] = 1.0
-    shoulder: Annotated[float, Field(ge=0.02, le=0.99)] = 0.66
-    neck_at: Annotated[float, Field(ge=0.03, le=0.995)] = 0.78
-    neck: Annotated[float, Field(ge=0.1, le=1)] = 0.38
-    shoulder_bend: Annotated[float, Field(ge=0, le=4)] = 0.5
-    neck_bend: Annotated[float, Field(ge=0, le=4)] = 0.4
-    bulge: Annotated[float, Field(ge=-0.4, le=0.6)] = 0.0
-    lip: Annotated[float, Field(ge=0, le=0.4)] = 0.0
-    grooves: Annotated[int, Field(ge=0, le=16)] = 0
-    groove_low: Share = 0.1
-    groove_high: Share = 0.5
-    groove_depth: Annotated[float, Field(ge=0, le=0.006)] = 0.0015
-    flutes: Literal[0, 4, 8, 16] = 0
-    flute_depth: Annotated[float, Field(ge=0, le=0.2)] = 0.06
+    width: Metres = Field(description="of the widest part, along x, m")
+    height: Metres = Field(description="from the foot to the mouth, without the closure, m")
+    flat: float = Field(1.0, ge=0.35, le=1, description="depth relative to the width")
+    corner: float = Field(1.0, ge=0.1, le=1, description="of the section, by half the width; 1: round or oval")
+    foot: float = Field(1.0, ge=0.4, le=1.4, description="radius at the foot by the widest one")
+    foot_bend: float = Field(0.08, ge=0.01, le=1, description="radius of the edge at the foot by half the width")
+    waist: float = Field(1.0, ge=0.5, le=1.3, description="radius halfway up the lower part, by that without a waist")
+    shoulder: float = Field(0.66, ge=0.02, le=0.99, description="share of the height where the widest part ends")
+    neck_at: float = Field(0.78, ge=0.03, le=0.995, description="share of the height where the neck begins")
+    neck: float = Field(0.38, ge=0.1, le=1, description="radius of the mouth by the widest one")
+    shoulder_bend: float = Field(0.5, ge=0, le=4, description="radius of that corner by half the width")
+    neck_bend: float = Field(0.4, ge=0, le=4, description="radius of that corner by half the width")
+    bulge: float = Field(0.0, ge=-0.4, le=0.6, description="of the middle of the neck, by the mouth's radius")
+    lip: float = Field(0.0, ge=0, le=0.4, description="how far a ring at the mouth projects, by its radius")
+    grooves: int = Field(0, ge=0, le=16, description="number of grooves around the body")
+    groove_low: Share = Field(0.1, description="lower end of the grooves, share of the height")
+    groove_high: Share = Field(0.5, description="upper end of the grooves")
+    groove_depth: float = Field(0.0015, ge=0, le=0.006, description="m")
+    flutes: Literal[0, 4, 8, 16] = Field(0, description="number of ridges from foot to shoulder, round bodies only")
+    flute_depth: float = Field(0.06, ge=0, le=0.2, description="by half the width")
     closure: Closure = Closure.SCREW
-    cap_height: Annotated[float, Field(ge=0, le=0.12)] = 0.015
-    cap_wide: Annotated[float, Field(ge=0.4, le=2.5)] = 1.05
-    base_cap: Annotated[float, Field(ge=0, le=0.06)] = 0.0
-    opens: bool = False
-    open_top: bool = False
-    wall: Annotated[float, Field(ge=0.0008, le=0.008)] = 0.0022
-    label_low: Share = 0.15
-    label_high: Share = 0.55
-    label_wrap: Annotated[float, Field(ge=0.1, le=1)] = 1.0
-    tag_low: Share = 0.8
-    tag_high: Share = 0.9
-    tag_wrap: Annotated[float, Field(ge=0.1, le=1)] = 1.0
-    sleeve: Share = 0.0
-    band_low: Share = 0.0
-    band_high: Share = 0.0
-    fill: Annotated[float, Field(ge=0, le=0.99)] = 0.85
-    rims: bool = False
-    handle: Annotated[float, Field(ge=0, le=0.9)] = 0.0
-    handle_at: Share = 0.6
-    handle_out: Annotated[float, Field(ge=0.2, le=1.5)] = 0.55
-    handle_thick: Annotated[float, Field(ge=0.003, le=0.025)] = 0.012
-    heft: Annotated[float, Field(ge=50, le=2600)] = 1000.0
+    cap_height: float = Field(0.015, ge=0, le=0.12, description="of the closure, m")
+    cap_wide: float = Field(1.05, ge=0.4, le=2.5, description="radius of the closure by that of the mouth")
+    base_cap: float = Field(0.0, ge=0, le=0.06, description="height of a cap on which it rests upside down, m; 0: none")
+    opens: bool = Field(False, description="the closure comes off; a wide mouth is then hollow for collisions")
+    open_top: bool = Field(False, description="the body is open above and shows its content")
+    wall: float = Field(0.0022, ge=0.0008, le=0.008, description="thickness, m")
+    label_low: Share = Field(0.15, description="lower edge of the label, share of the height")
+    label_high: Share = Field(0.55, description="upper edge of the label")
+    label_wrap: float = Field(1.0, ge=0.1, le=1, description="share of the circumference")
+    tag_low: Share = Field(0.8, description="lower edge of a second label")
+    tag_high: Share = Field(0.9, description="upper edge of it")
+    tag_wrap: float = Field(1.0, ge=0.1, le=1, description="share of the circumference")
+    sleeve: Share = Field(0.0, description="share of the height under foil, from the mouth down")
+    band_low: Share = Field(0.0, description="lower edge of a plain band, such as a grip")
+    band_high: Share = Field(0.0, description="upper edge of it")
+    fill: float = Field(0.85, ge=0, le=0.99, description="share of the height that is filled; 0: empty")
+    rims: bool = Field(False, description="beads at both ends, as on tins")
+    handle: float = Field(0.0, ge=0, le=0.9, description="share of the height that a handle takes; 0: none")
+    handle_at: Share = Field(0.6, description="share of the height of its middle")
+    handle_out: float = Field(0.55, ge=0.2, le=1.5, description="how far it projects, by half the width")
+    handle_thick: float = Field(0.012, ge=0.003, le=0.025, description="m")
+    heft: float = Field(1000.0, ge=50, le=2600, description="mass of the whole per volume of its body, kg/m^3")
     body: FinishId = "bottle_clear"
     content: FinishId = "water"
     cap: FinishId = "plastic_white"
     cap_second: FinishId = "plastic_grey_dark"
-    label: FinishId | None = None
-    tag: FinishId | None = None
+    label: FinishId | None = Field(None, description="a picture or plain")
+    tag: FinishId | None = Field(None, description="a picture or plain")
     foil: FinishId = "foil_gold"
     band_finish: FinishId = "plastic_grey_dark"
     rim_finish: FinishId = "stainless_polished"
@@ -167,17 +134,12 @@ class Container(Params):
 
 @dataclass(frozen=True)
 class _Frame:
-    """Outline and section of a body.
+    """Outline and section of a body."""
 
-    Attributes:
-        outline: (radius, z) from the foot to the mouth, metres. plain: the same without grooves.
-        height: from the foot to where a closed mouth is, metres; one that opens ends a little lower.
-    """
-
-    outline: list[Vec2]
-    plain: list[Vec2]
+    outline: list[Vec2]  # (radius, z) from the foot to the mouth, m
+    plain: list[Vec2]  # the same without grooves
     section: Section
-    height: float
+    height: float  # from the foot to a closed mouth, m; one that opens ends a little lower
 
     def z(self, share: float) -> float:
         """A height from a share of the height of the body."""
@@ -353,9 +315,8 @@ def _labels(builder: AssetBuilder, p: Container, frame: _Frame) -> None:
 
 def _close(builder: AssetBuilder, p: Container, frame: _Frame, level: float) -> None:
     """Add the closure, and the beads of a tin."""
-    z, radius = frame.plain[-1][1], frame.plain[-1][0]
-    if p.open_top:
-        z = level
+    radius, z = frame.plain[-1]
+    z = level if p.open_top else z
     room = loose_skirt(p.closure) if p.opens else max(0.0, (1 - p.neck_at) * p.height - 0.001)
     mouth = Mouth(radius, z, p.cap_height, p.cap_wide, room, p.opens)
     parts = closure_parts(p.closure, mouth)
@@ -363,8 +324,7 @@ def _close(builder: AssetBuilder, p: Container, frame: _Frame, level: float) -> 
         _opening(builder, p, mouth, [part for part in parts if not part.fixed])
         parts = [part for part in parts if part.fixed]
     for k, part in enumerate(parts):
-        finish = p.cap_second if part.second else p.cap
-        hit = bool(part.solid.shapes)
+        finish, hit = p.cap_second if part.second else p.cap, bool(part.solid.shapes)
         name = "cap" if k == 0 else None
         builder.add(ROOT, part.solid, finish, label="cap", name=name, collider=hit, density="screw_cap")
     if p.base_cap > 0:
@@ -374,9 +334,8 @@ def _close(builder: AssetBuilder, p: Container, frame: _Frame, level: float) -> 
     if p.rims:
         r = frame.section.widest
         for at in (0.0, frame.z(1.0) - 0.002):
-            bead = lathe(
-                [(r - 0.001, at), (r + 0.0012, at + 0.0006), (r + 0.0012, at + 0.0024), (r - 0.001, at + 0.003)], 36
-            )
+            side = [(r - 0.001, at), (r + 0.0012, at + 0.0006), (r + 0.0012, at + 0.0024), (r - 0.001, at + 0.003)]
+            bead = lathe(side, 36)
             builder.add(ROOT, bead, p.rim_finish, label="rim", collider=False, density=0.0)
 
 
@@ -423,12 +382,8 @@ def _handle(builder: AssetBuilder, p: Container, frame: _Frame) -> None:
     x0, x1 = radius_at(frame.plain, z0), radius_at(frame.plain, z1)
     out = max(x0, x1) + p.handle_out * half
     drop = 0.25 * (z1 - z0)
-    path = [
-        (x1 - 0.6 * thick, 0.0, z1),
-        (out, 0.0, z1 - 0.3 * drop),
-        (out, 0.0, z0 + drop),
-        (x0 - 0.4 * thick, 0.0, z0),
-    ]
+    path = [(x1 - 0.6 * thick, 0.0, z1), (out, 0.0, z1 - 0.3 * drop)]
+    path += [(out, 0.0, z0 + drop), (x0 - 0.4 * thick, 0.0, z0)]
     turns = np.linspace(0.0, 2 * math.pi, 13)[:-1]
     oval = np.column_stack([0.65 * thick * np.cos(turns), 0.4 * thick * np.sin(turns)])
     bar = tube(path, oval, 0.35 * (z1 - z0), up=(1.0, 0.0, 0.3))

@@ -19,7 +19,14 @@ from casa_assets.families.kit.assemble import Family
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.solid import Solid, concatenate, hull_around
 from casa_assets.families.kit.solids.sweep import circle, tube
-from casa_assets.families.objects.closed_surface import bumped, capped_rings, ellipsoid, smooth_profile, turned
+from casa_assets.families.objects.closed_surface import (
+    bumped,
+    capped_rings,
+    ellipsoid,
+    run_along,
+    smooth_profile,
+    turned,
+)
 from casa_assets.geometry.mesh.surface import face_normals
 from casa_assets.geometry.planar import counter_clockwise
 from casa_assets.model.asset.asset import Base
@@ -55,7 +62,7 @@ _PIECES = {
 }
 
 
-def outline_curve(points: Sequence[Vec2], length: float, width: float, count: int = 40) -> Floats:
+def outline_curve(points: Sequence[Vec2], length: float, width: float, count: int) -> Floats:
     """(count, 2) even points of a smooth closed curve through some points, counter-clockwise, scaled to a box.
 
     Args:
@@ -64,11 +71,11 @@ def outline_curve(points: Sequence[Vec2], length: float, width: float, count: in
     """
     corners = np.array(points, dtype=np.float64)
     loop = np.vstack([corners, corners[:1]])
-    run = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(loop, axis=0), axis=1))])
+    run = run_along(loop)
     fine = CubicSpline(run, loop, bc_type="periodic")(np.linspace(0.0, run[-1], 40 * count))
     fine = fine - (fine.min(axis=0) + fine.max(axis=0)) / 2
     fine *= np.array([length, width]) / np.ptp(fine, axis=0)
-    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(fine, axis=0), axis=1))])
+    along = run_along(fine)
     even = np.arange(count) / count * along[-1]
     curve = np.stack([np.interp(even, along, fine[:, k]) for k in (0, 1)], axis=1)
     return counter_clockwise(curve)
@@ -80,6 +87,11 @@ def superellipse(length: float, width: float, power: float = 2.0, count: int = 4
     c, s = np.cos(angle), np.sin(angle)
     radius = (np.abs(c) ** power + np.abs(s) ** power) ** (-1.0 / power)
     return np.stack([0.5 * length * radius * c, 0.5 * width * radius * s], axis=1)
+
+
+def outline_of_food(points: Sequence[Vec2], length: float, width: float, power: float, count: int = 40) -> Floats:
+    """(count, 2) points of `outline_curve`, or without points of `superellipse`."""
+    return outline_curve(points, length, width, count) if points else superellipse(length, width, power, count)
 
 
 def dome(outline: Floats, profile: Sequence[Vec2], height: float, rings: int = 15) -> Solid:
@@ -94,16 +106,12 @@ def dome(outline: Floats, profile: Sequence[Vec2], height: float, rings: int = 1
     curve = smooth_profile(list(profile), rings)
     n = len(outline)
     inner = curve[1:-1]
-    points = np.concatenate(
-        [
-            [[0.0, 0.0, height * curve[0, 1]]],
-            *(np.column_stack([outline * share, np.full(n, height * z)]) for share, z in inner),
-            [[0.0, 0.0, height * curve[-1, 1]]],
-        ]
-    )
+    below, above = ([[0.0, 0.0, height * z]] for z in curve[[0, -1], 1])
+    loops = [np.column_stack([outline * share, np.full(n, height * z)]) for share, z in inner]
+    points = np.concatenate([below, *loops, above])
     size = float(np.ptp(outline, axis=0).mean()) / 2
     flat = np.column_stack([curve[:, 0] * size, curve[:, 1] * height])
-    run = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(flat, axis=0), axis=1))])
+    run = run_along(flat)
     rim = int(np.argmax(curve[:, 0]))
     share = np.where(np.arange(len(run)) <= rim, run / run[rim], (run[-1] - run) / (run[-1] - run[rim]))
     angle = np.arctan2(outline[:, 1], outline[:, 0])
@@ -115,16 +123,12 @@ def dome(outline: Floats, profile: Sequence[Vec2], height: float, rings: int = 1
 
 @dataclass(frozen=True)
 class Unevenness:
-    """How far a body is from its plain form.
+    """How far a body is from its plain form."""
 
-    Attributes:
-        bumps, waves: as of `bumped`. wave: how far a thin thing rises and falls, metres, `waves` times over `length`.
-    """
-
-    bumps: float
-    waves: float
-    wave: float
-    length: float
+    bumps: float  # as of `bumped`
+    waves: float  # as of `bumped`, or over `length`
+    wave: float  # rise and fall of a thin thing, m
+    length: float  # m
 
 
 def uneven_dome(
@@ -179,9 +183,8 @@ def cut_face(points: Floats) -> Solid:
     end = points[np.isclose(points[:, 0], points[:, 0].max())]
     rim = end[np.hypot(end[:, 1], end[:, 2]) > 1e-4]
     rim = rim[np.argsort(np.arctan2(rim[:, 2], rim[:, 1]))]
-    face = dome(
-        np.column_stack([-rim[:, 2], rim[:, 1]]) * 0.94, [(0, 0), (0.97, 0), (1, 0.5), (0.97, 1), (0, 1)], 0.003, 9
-    )
+    outline = np.column_stack([-rim[:, 2], rim[:, 1]]) * 0.94
+    face = dome(outline, [(0, 0), (0.97, 0), (1, 0.5), (0.97, 1), (0, 1)], 0.003, 9)
     return face.rotated("y", math.pi / 2).translated(x=float(rim[0, 0]) - 0.002)
 
 
@@ -206,10 +209,8 @@ def ring_body(
     radius = (np.abs(c) ** power + np.abs(s) ** power) ** (-1.0 / power)
     r, z = middle + half * radius * c, 0.5 * height * radius * s
     turn = np.arange(around) * 2 * np.pi / around
-    points = np.stack(
-        [r[None] * np.cos(turn)[:, None], r[None] * np.sin(turn)[:, None], np.broadcast_to(z, (around, section))],
-        axis=2,
-    )
+    x, y = r[None] * np.cos(turn)[:, None], r[None] * np.sin(turn)[:, None]
+    points = np.stack([x, y, np.broadcast_to(z, (around, section))], axis=2)
     faces, uv = [], []
     for i in range(around):
         for j in range(section):
@@ -222,13 +223,9 @@ def ring_body(
     return body.oriented_outwards()
 
 
-def seen_from_above(solid: Solid, bounds: Floats | None = None) -> Solid:
-    """The solid under a picture that is laid over it from above: its width along x, its height along y.
-
-    Args:
-        bounds: (2, 3) box that the picture covers; the solid's own where left out.
-    """
-    low, high = solid.bounds if bounds is None else bounds
+def seen_from_above(solid: Solid) -> Solid:
+    """The solid under a picture that is laid over it from above: its width along x, its height along y."""
+    low, high = solid.bounds
     uv = (solid.points[:, :2] - low[:2]) / (high - low)[:2]
     return replace(solid, picture_uv=uv.clip(0.0, 1.0)[solid.faces])
 
@@ -289,21 +286,19 @@ class Surface:
         return np.asarray(np.where(np.isnan(found), self._nearest(places), found))
 
 
-def ridge(surface: Surface, path: Floats, width: float, height: float, lens: bool, sunk: float = 0.35) -> Solid:
+def ridge(surface: Surface, path: Floats, width: float, height: float, lens: bool) -> Solid:
     """A raised line that lies on a surface: a burst score of a loaf, icing out of a bag, a mark of a grill.
 
     Args:
         path: (N, 2) places that it passes, metres; it is smoothed to 12 pieces or more.
         width, height: of its section, metres. lens: it narrows to nothing at both ends.
-        sunk: share of its height that is in the body.
     """
     line = np.asarray(path, dtype=np.float64)
-    run = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
+    run = run_along(line)
     count = max(12, 4 * (len(line) - 1))
     at = np.linspace(0.0, run[-1], count)
-    dense = (
-        CubicSpline(run, line)(at) if len(line) > 2 else np.stack([np.interp(at, run, line[:, k]) for k in (0, 1)], 1)
-    )
+    straight = np.stack([np.interp(at, run, line[:, k]) for k in (0, 1)], 1)
+    dense = CubicSpline(run, line)(at) if len(line) > 2 else straight
     z = surface.height(dense)
     forward = np.gradient(dense, axis=0)
     forward /= np.linalg.norm(forward, axis=1, keepdims=True)
@@ -317,7 +312,7 @@ def ridge(surface: Surface, path: Floats, width: float, height: float, lens: boo
         off = 0.5 * width * s * np.cos(angle)
         places = p + off[:, None] * n
         base = surface.height(places) if lens else np.full(8, level)
-        rings.append(np.column_stack([places, base + height * (s * 0.5 * np.sin(angle) + 0.5 - sunk)]))
+        rings.append(np.column_stack([places, base + height * (s * 0.5 * np.sin(angle) + 0.5 - 0.35)]))
     points = np.concatenate([rings[0].mean(axis=0)[None], *rings, rings[-1].mean(axis=0)[None]])
     return Solid(points, capped_rings(8, count), crease_deg=75.0).oriented_outwards()
 
@@ -364,15 +359,12 @@ def strewn(
     if count < 1 or share.sum() <= 0:
         return []
     half = np.array(_PIECES[kind]) * size
-    if kind in (Piece.BALL, Piece.CHIP):
-        small = ellipsoid((2 * half[0], 2 * half[1], 2 * half[2]), 10, 6)
-    elif kind is Piece.DISC:
-        small = dome(
-            superellipse(size, size, count=14), [(0, 0), (0.8, 0), (1, 0.3), (1, 0.7), (0.8, 1), (0, 1)], 0.14 * size, 7
-        )
-        small = small.translated(z=-half[2])
+    if kind is Piece.DISC:
+        rim = [(0, 0), (0.8, 0), (1, 0.3), (1, 0.7), (0.8, 1), (0, 1)]
+        small = dome(superellipse(size, size, count=14), rim, 0.14 * size, 7).translated(z=-half[2])
     else:
-        small = ellipsoid((2 * half[0], 2 * half[1], 2 * half[2]), 6, 5)
+        fine = (10, 6) if kind in (Piece.BALL, Piece.CHIP) else (6, 5)
+        small = ellipsoid((2 * half[0], 2 * half[1], 2 * half[2]), *fine)
     taken: list[Floats] = []
     out: list[Solid] = []
     for face in rng.choice(len(share), size=6 * count, p=share / share.sum()):
@@ -407,11 +399,7 @@ def hulls_by(points: Floats, key: Floats, count: int) -> list[Solid]:
     """Hulls that cover points piece by piece along a key, such as x or the angle about z; neighbours share an edge."""
     edges = np.linspace(float(key.min()), float(key.max()), count + 1)
     margin = 1e-6 + 0.02 * float(edges[1] - edges[0])
-    out = []
-    for low, high in pairwise(edges):
-        part = points[(key >= low - margin) & (key <= high + margin)]
-        out.append(hull_around(part))
-    return out
+    return [hull_around(points[(key >= low - margin) & (key <= high + margin)]) for low, high in pairwise(edges)]
 
 
 def hulls_of_bent(body: Solid, bend: float) -> list[Solid]:
@@ -456,53 +444,34 @@ SHELL: tuple[Vec2, ...] = (
     (0.2, 0.98),
     (0, 1),
 )
-RING: tuple[Vec2, ...] = ((0, 0), (0.9, 0.02), (0.96, 0.2), (1, 0.55), (0.99, 0.85), (0.9, 0.98), (0, 1))
-FLAT: tuple[Vec2, ...] = ((0, 0), (0.7, 0.04), (0.94, 0.25), (1, 0.5), (0.94, 0.75), (0.7, 0.96), (0, 1))
+RING = ((0, 0), (0.9, 0.02), (0.96, 0.2), (1, 0.55), (0.99, 0.85), (0.9, 0.98), (0, 1))
+FLAT = ((0, 0), (0.7, 0.04), (0.94, 0.25), (1, 0.5), (0.94, 0.75), (0.7, 0.96), (0, 1))
 # A claw from above, its wrist at -x, and the same of the finger that moves; in shares of its length and width.
 PALM = (
-    (-0.5, -0.1),
-    (-0.3, -0.42),
-    (0.0, -0.5),
-    (0.28, -0.34),
-    (0.5, -0.08),
-    (0.3, 0.0),
-    (0.06, 0.06),
-    (-0.1, 0.3),
-    (-0.36, 0.26),
-    (-0.5, 0.1),
+    *((-0.5, -0.1), (-0.3, -0.42), (0.0, -0.5), (0.28, -0.34), (0.5, -0.08)),
+    *((0.3, 0.0), (0.06, 0.06), (-0.1, 0.3), (-0.36, 0.26), (-0.5, 0.1)),
 )
 FINGER = ((-0.12, 0.3), (0.05, 0.5), (0.3, 0.42), (0.48, 0.1), (0.3, 0.16), (0.1, 0.14))
 FAN = ((-0.5, 0.0), (-0.1, -0.34), (0.3, -0.5), (0.5, -0.2), (0.5, 0.2), (0.3, 0.5), (-0.1, 0.34))
 
 
 class Crustacean(Params):
-    """Parameters of a lobster that lies along x, its head at +x; lengths in metres.
+    """Parameters of a lobster that lies along x, its head at +x; lengths in metres."""
 
-    Attributes:
-        length: from the end of the fan to the tip of the head, were the tail straight. width, height: of the shell.
-        tail: share of the length that is tail. rings: of the tail. curl: how far the tail bends down at its end, rad.
-        claw, claw_width: length and width of the larger claw; other_claw: size of the other by that.
-        spread: angle between an arm and the axis, rad. gape: how far a claw is open, rad.
-        feeler: length of the long feelers, which lie back along the body.
-        band: finish of a rubber band round each claw; None for none.
-        density: kg/m^3. seed: of what is random.
-        skin, limb_finish, eye_finish: finishes.
-    """
-
-    length: Metres
-    width: Metres
-    height: Metres
-    tail: Annotated[float, Field(ge=0.35, le=0.7)] = 0.52
-    rings: Annotated[int, Field(ge=4, le=7)] = 6
-    curl: Annotated[float, Field(ge=0, le=0.6)] = 0.1
-    claw: Metres
-    claw_width: Metres
-    other_claw: Annotated[float, Field(ge=0.6, le=1)] = 0.9
-    spread: Annotated[float, Field(ge=0, le=1.2)] = 0.5
-    gape: Annotated[float, Field(ge=0, le=0.5)] = 0.1
-    feeler: Metres
-    band: FinishId | None = None
-    density: Annotated[float, Field(ge=300, le=1400)] = 900.0
+    length: Metres = Field(description="from the end of the fan to the tip of the head, were the tail straight, m")
+    width: Metres = Field(description="of the shell, m")
+    height: Metres = Field(description="of the shell, m")
+    tail: float = Field(0.52, ge=0.35, le=0.7, description="share of the length that is tail")
+    rings: int = Field(6, ge=4, le=7, description="of the tail")
+    curl: float = Field(0.1, ge=0, le=0.6, description="how far the tail bends down at its end, rad")
+    claw: Metres = Field(description="length of the larger claw, m")
+    claw_width: Metres = Field(description="of the larger claw, m")
+    other_claw: float = Field(0.9, ge=0.6, le=1, description="size of the other claw by that")
+    spread: float = Field(0.5, ge=0, le=1.2, description="angle between an arm and the axis, rad")
+    gape: float = Field(0.1, ge=0, le=0.5, description="how far a claw is open, rad")
+    feeler: Metres = Field(description="length of the long feelers, which lie back along the body, m")
+    band: FinishId | None = Field(None, description="of a rubber band round each claw; None: no band")
+    density: float = Field(900.0, ge=300, le=1400, description="kg/m^3")
     seed: Annotated[int, Field(ge=0, le=9999)] = 0
     skin: FinishId
     limb_finish: FinishId = "dish_lobster"
@@ -606,11 +575,7 @@ def _claw(p: Crustacean, side: int, size: float) -> tuple[Solid, Solid, Solid]:
     middle = wrist + 0.48 * long * way
     claw = claw.rotated("z", turn).translated(float(middle[0]), float(middle[1]), 0.28 * p.height - 0.5 * thick)
     shoulder = (0.62 * head, side * 0.3 * p.width, 0.35 * p.height)
-    path = [
-        shoulder,
-        (float(elbow[0]), float(elbow[1]), float(elbow[2])),
-        (float(wrist[0]), float(wrist[1]), float(wrist[2])),
-    ]
+    path = [shoulder, *((float(x), float(y), float(z)) for x, y, z in (elbow, wrist))]
     arm = tube(path, circle(0.15 * wide, 8), 0.2 * wide).without_colliders()
     x, y, _ = (float(v) for v in middle + 0.06 * long * way)
     turns = np.linspace(0.0, 2 * np.pi, 22, endpoint=False)
@@ -632,12 +597,10 @@ def _legs(p: Crustacean) -> list[Solid]:
             sweep = 0.25 - 0.22 * k
             knee = (x + 0.5 * sweep * p.width, side * 0.85 * p.width, 0.42 * p.height)
             foot = (x + 1.1 * sweep * p.width, side * 1.3 * p.width, 0.05 * p.height)
-            out.append(
-                tube(
-                    [(x, side * 0.35 * p.width, 0.3 * p.height), knee, foot], circle(0.045 * p.width, 6), 0.06 * p.width
-                )
-            )
-    return [leg.without_colliders() for leg in out]
+            hip = (x, side * 0.35 * p.width, 0.3 * p.height)
+            leg = tube([hip, knee, foot], circle(0.045 * p.width, 6), 0.06 * p.width)
+            out.append(leg.without_colliders())
+    return out
 
 
 def _feelers(p: Crustacean, rng: np.random.Generator) -> list[Solid]:

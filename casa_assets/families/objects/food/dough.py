@@ -32,13 +32,12 @@ from casa_assets.families.objects.food.bodies import (
     hulls_of_bent,
     joined,
     long_body,
-    outline_curve,
+    outline_of_food,
     plain,
     ridges,
     ring_body,
     seen_from_above,
     strewn,
-    superellipse,
     uneven_dome,
 )
 from casa_assets.model.asset.asset import Base
@@ -66,70 +65,50 @@ class Body(StrEnum):
 
 
 class Dough(Params):
-    """Parameters of what is baked or made of dough; lengths in metres.
+    """Parameters of what is baked or made of dough; lengths in metres."""
 
-    Attributes:
-        body: shape at heart. length, width, height: along x, y, z.
-        outline: of a round or grid body, seen from above, points in order; none is an ellipse of power `square`.
-        profile: of a round body (share of the outline, share of the height) from the middle of the underside to that of
-            the upper side; of a long one (radius, place) from end to end.
-        square, square_top: powers of the superellipse of a section, below and above. foot: share of the lower half
-            height that is left before it is flat. hole: diameter.
-        bend: of a long body, rad. cut: place where a long body is cut off square, 1 for nowhere.
-        segments, segment_depth: ridges of rolled layers from the middle to either end.
-        bumps, waves: unevenness by the size, and how often over it. wave: a thin thing's rise and fall, metres.
-        grid: pits across the shorter side. count, shift: how many lie on one another, and how far off each other.
-        coat, coat_level, coat_wave: thickness of icing, from which share of the height on, and how its edge wanders.
-        lines: paths over the top by length and width, about the middle. line_width, line_height, line_lens: their
-            section and whether they narrow to their ends.
-        topping, topping_count, topping_size, topping_above, topping_within, topping_steep, topping_sunk: what is
-            strewn, how much, how large, how far up, how far out, on how steep a side, and how deep it is in. Its
-            finishes take turns.
-        pat: side of a pat of butter on top. stick, stick_radius: length of a stick out of its +x end.
-        portion: what is left of a thing that was cut, None for a whole one; what is cut off square is a piece.
-        density: of its body, kg/m^3. seed: of what is random.
-        skin, crumb_finish, coat_finish, line_finish, pat_finish, stick_finish, topping_finish and on: finishes.
-    """
-
-    body: Body = Body.ROUND
-    length: Metres
-    width: Metres
-    height: Metres
-    outline: tuple[Vec2, ...] = ()
-    profile: Profile = ((0, 0), (0.8, 0), (1, 0.3), (0.9, 0.7), (0.5, 0.95), (0, 1))
-    square: Annotated[float, Field(ge=1, le=12)] = 2.0
-    square_top: Annotated[float, Field(ge=1, le=12)] = 2.0
-    foot: Annotated[float, Field(ge=0.1, le=1)] = 1.0
-    hole: Thin = 0.03
-    bend: Annotated[float, Field(ge=-3, le=3)] = 0.0
-    cut: Annotated[float, Field(ge=0.3, le=1)] = 1.0
-    segments: Annotated[int, Field(ge=0, le=8)] = 0
-    segment_depth: Annotated[float, Field(ge=0, le=0.6)] = 0.2
-    bumps: Annotated[float, Field(ge=0, le=0.3)] = 0.02
-    waves: Annotated[float, Field(ge=0.3, le=8)] = 1.5
-    wave: Thin = 0.0
-    grid: Annotated[int, Field(ge=2, le=12)] = 5
-    count: Annotated[int, Field(ge=1, le=6)] = 1
-    shift: Thin = 0.004
-    coat: Thin = 0.0
-    coat_level: Share = 0.5
-    coat_wave: Share = 0.1
-    lines: Annotated[tuple[Line, ...], Field(max_length=12)] = ()
-    line_width: Thin = 0.01
-    line_height: Thin = 0.004
-    line_lens: bool = True
-    topping: Piece = Piece.SEED
+    body: Body = Field(Body.ROUND, description="basic shape")
+    length: Metres = Field(description="along x, m")
+    width: Metres = Field(description="along y, m")
+    height: Metres = Field(description="along z, m")
+    outline: tuple[Vec2, ...] = Field((), description="of a round or grid body from above; empty: a superellipse")
+    profile: Profile = Field(
+        ((0, 0), (0.8, 0), (1, 0.3), (0.9, 0.7), (0.5, 0.95), (0, 1)),
+        description="round body: (share of outline, of height) from bottom to top; long: (radius, place)",
+    )
+    square: float = Field(2.0, ge=1, le=12, description="power of the superellipse of a section, below")
+    square_top: float = Field(2.0, ge=1, le=12, description="the same above")
+    foot: float = Field(1.0, ge=0.1, le=1, description="share of the lower half height that is left before it is flat")
+    hole: Thin = Field(0.03, description="diameter, m")
+    bend: float = Field(0.0, ge=-3, le=3, description="of a long body, rad")
+    cut: float = Field(1.0, ge=0.3, le=1, description="place where a long body is cut off square; 1: nowhere")
+    segments: int = Field(0, ge=0, le=8, description="ridges of rolled layers from the middle to either end")
+    segment_depth: float = Field(0.2, ge=0, le=0.6, description="by the radius")
+    bumps: float = Field(0.02, ge=0, le=0.3, description="unevenness by the size")
+    waves: float = Field(1.5, ge=0.3, le=8, description="of the unevenness, over the size")
+    wave: Thin = Field(0.0, description="rise and fall of a thin thing, m")
+    grid: int = Field(5, ge=2, le=12, description="pits across the shorter side")
+    count: int = Field(1, ge=1, le=6, description="bodies on one another")
+    shift: Thin = Field(0.004, description="how far off each other they lie, m")
+    coat: Thin = Field(0.0, description="thickness of icing, m")
+    coat_level: Share = Field(0.5, description="share of the height above which it is coated")
+    coat_wave: Share = Field(0.1, description="how far the edge of the coat wanders, by the height")
+    lines: tuple[Line, ...] = Field((), max_length=12, description="paths over the top, by length and width")
+    line_width: Thin = Field(0.01, description="m")
+    line_height: Thin = Field(0.004, description="m")
+    line_lens: bool = Field(True, description="lines narrow to their ends")
+    topping: Piece = Field(Piece.SEED, description="kind of what is strewn; its finishes take turns")
     topping_count: Annotated[int, Field(ge=0, le=MAX_STREWN)] = 0
-    topping_size: Thin = 0.004
-    topping_above: Share = 0.3
-    topping_within: Annotated[float, Field(gt=0, le=1.5)] = 1.5
-    topping_steep: Share = 0.4
-    topping_sunk: Share = 0.25
-    pat: Thin = 0.0
-    stick: Annotated[float, Field(ge=0, le=0.2)] = 0.0
-    stick_radius: Thin = 0.002
-    portion: Portion | None = None
-    density: Annotated[float, Field(ge=50, le=2000)] = 270.0
+    topping_size: Thin = Field(0.004, description="m")
+    topping_above: Share = Field(0.3, description="share of the height below which none lies")
+    topping_within: float = Field(1.5, gt=0, le=1.5, description="how far out it lies, by half the sides")
+    topping_steep: Share = Field(0.4, description="least z of the normal where it lies")
+    topping_sunk: Share = Field(0.25, description="share of a piece's height that is in the body")
+    pat: Thin = Field(0.0, description="side of a pat of butter on top, m; 0: none")
+    stick: float = Field(0.0, ge=0, le=0.2, description="length of a stick out of its +x end, m; 0: none")
+    stick_radius: Thin = Field(0.002, description="m")
+    portion: Portion | None = Field(None, description="what is left of a thing that was cut; None: whole")
+    density: float = Field(270.0, ge=50, le=2000, description="of its body, kg/m^3")
     seed: Annotated[int, Field(ge=0, le=9999)] = 0
     skin: FinishId
     crumb_finish: FinishId = "dish_crumb"
@@ -155,7 +134,10 @@ def build(builder: AssetBuilder, p: Dough) -> None:
                 body = body.rotated("z", turn)
             body = body.translated(float(off[0]), float(off[1]))
         body = body.translated(z=level - float(body.points[:, 2].min()))
-        hulls = _hulls(body, p)
+        if p.body is Body.RING and p.hole > 0.012:
+            hulls = hulls_by(body.points, np.arctan2(body.points[:, 1], body.points[:, 0]), 6)
+        else:
+            hulls = hulls_of_bent(body, p.bend if p.body is Body.LONG else 0.0)
         name = "body" if k == 0 else f"body_{k + 1}"
         builder.add(ROOT, body.with_colliders_of(*hulls), p.skin, label="body", name=name, density=p.density)
         for part in crumb:
@@ -176,17 +158,8 @@ def _add_top(builder: AssetBuilder, p: Dough, body: Solid, rng: np.random.Genera
         drawn = ridges(top, body.bounds, p.lines, p.line_width, p.line_height, lens=p.line_lens)
         builder.add(ROOT, drawn, p.line_finish, label="line", collider=False, density=0.0)
     finishes = [f for f in (p.topping_finish, p.topping_finish_2, p.topping_finish_3) if f is not None]
-    pieces = strewn(
-        top,
-        p.topping,
-        p.topping_count,
-        p.topping_size,
-        rng,
-        steep=p.topping_steep,
-        above=p.topping_above,
-        sunk=p.topping_sunk,
-        within=p.topping_within,
-    )
+    where = {"steep": p.topping_steep, "above": p.topping_above, "sunk": p.topping_sunk, "within": p.topping_within}
+    pieces = strewn(top, p.topping, p.topping_count, p.topping_size, rng, **where)
     if pieces and float((joined(pieces).points - body.bounds[1]).max()) > MIN_OUT:
         builder.add_collider(ROOT, hull_of(*pieces), p.topping_finish, "topping")
     for k, finish in enumerate(finishes):
@@ -201,11 +174,9 @@ def _add_top(builder: AssetBuilder, p: Dough, body: Solid, rng: np.random.Genera
         builder.add(ROOT, pat.with_hull_collider(), p.pat_finish, label="butter", density=0.0)
     if p.stick > 0:
         low, high = body.bounds
-        height = float((low[2] + high[2]) / 2)
-        stick = tube(
-            [(float(high[0]) - 0.3 * float(size[0]), 0.0, height), (float(high[0]) + p.stick, 0.0, height)],
-            p.stick_radius,
-        )
+        end, height = float(high[0]), float((low[2] + high[2]) / 2)
+        path = [(end - 0.3 * float(size[0]), 0.0, height), (end + p.stick, 0.0, height)]
+        stick = tube(path, p.stick_radius)
         builder.add(ROOT, stick, p.stick_finish, label="stick", name="stick")
 
 
@@ -219,19 +190,12 @@ def _body(p: Dough, rng: np.random.Generator) -> tuple[Solid, list[Solid]]:
         return replace(body, points=flat_foot(bumped(body.points, p.bumps, p.waves, rng), 0.06)), []
     if p.body is Body.ROUND:
         unevenness = Unevenness(p.bumps, p.waves, p.wave, p.length)
-        return uneven_dome(_outline(p), p.profile, p.height, unevenness, rng), []
-    body = long_body(
-        p.profile,
-        p.length,
-        p.width,
-        p.height,
-        square=p.square,
-        square_top=p.square_top,
-        foot=p.foot,
-        cut=p.cut,
-        around=30 if p.segments == 0 else 26,
-        along=27 if p.segments == 0 else 51,
-    )
+        return uneven_dome(
+            outline_of_food(p.outline, p.length, p.width, p.square), p.profile, p.height, unevenness, rng
+        ), []
+    section = {"square": p.square, "square_top": p.square_top, "foot": p.foot, "cut": p.cut}
+    around, along = (26, 51) if p.segments else (30, 27)
+    body = long_body(p.profile, p.length, p.width, p.height, **section, around=around, along=along)
     points = body.points
     if p.segments:
         place = np.abs(points[:, 0]) / (0.5 * p.length)
@@ -246,15 +210,9 @@ def _body(p: Dough, rng: np.random.Generator) -> tuple[Solid, list[Solid]]:
     return replace(body, points=points), [part.translated(z=-low) for part in crumb]
 
 
-def _outline(p: Dough) -> Floats:
-    if p.outline:
-        return outline_curve(p.outline, p.length, p.width)
-    return superellipse(p.length, p.width, p.square)
-
-
 def _grid(p: Dough) -> Solid:
     """A waffle: a thin plate, bars both ways across it, and a rim."""
-    outline = _outline(p)
+    outline = outline_of_food(p.outline, p.length, p.width, p.square)
     flat = [(0, 0), (0.9, 0), (1, 0.25), (1, 0.75), (0.9, 1), (0, 1)]
     parts = [dome(outline, flat, 0.45 * p.height, 7).translated(z=0.275 * p.height)]
     path = [(float(x), float(y), p.height / 2) for x, y in 0.965 * np.vstack([outline, outline[:2]])]
@@ -285,14 +243,6 @@ def _chord(outline: Floats, axis: int, at: float) -> float:
     upper = [i for i in near if outline[i, 1 - axis] > 0][:2]
     pairs = sorted((float(outline[i, axis]), float(outline[i, 1 - axis])) for i in upper)
     return float(np.interp(at, [x for x, _ in pairs], [y for _, y in pairs]))
-
-
-def _hulls(body: Solid, p: Dough) -> list[Solid]:
-    """The body as one hull, or as several round a ring or along a bend."""
-    points = body.points
-    if p.body is Body.RING and p.hole > 0.012:
-        return hulls_by(points, np.arctan2(points[:, 1], points[:, 0]), 6)
-    return hulls_of_bent(body, p.bend if p.body is Body.LONG else 0.0)
 
 
 FORM = Family("dough", Dough, build, base=Base.FREE)

@@ -10,7 +10,6 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from casa_assets.core.numeric import Floats
 from casa_assets.families.family import FinishId, Params
 from casa_assets.families.kit.assemble import Family
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
@@ -30,12 +29,11 @@ from casa_assets.families.objects.food.bodies import (
     hulls_of_bent,
     joined,
     long_body,
-    outline_curve,
+    outline_of_food,
     plain,
     ridges,
     seen_from_above,
     smooth_noise,
-    superellipse,
     uneven_dome,
 )
 from casa_assets.geometry.planar import counter_clockwise, outline_of
@@ -55,7 +53,7 @@ RING = 2.5
 AROUND = 24
 # A box below a thin wavy body reaches so far towards its outline, and so high, by the height of the body.
 PLINTH, PLINTH_HIGH = 0.8, 0.3
-FIN_OUT = 0.002  # metres that a fin or a bone may stand out without a shape of its own
+FIN_OUT = 0.002  # metres that a fin or a bone may project from the body's box without a separate shape
 
 
 class Cut(StrEnum):
@@ -67,64 +65,45 @@ class Cut(StrEnum):
 
 
 class SlabFood(Params):
-    """Parameters of meat and fish; lengths in metres, places in shares of length and width from the middle.
+    """Parameters of meat and fish; lengths in metres, places in shares of length and width from the middle."""
 
-    Attributes:
-        cut: basic shape. length, width, height: along x, y, z; for a strip, the height is its thickness.
-        outline: of a slab seen from above, points in order; if empty, a superellipse of power `square`.
-        profile: of a slab (share of the outline, share of the height) from bottom to top; of a long body (radius,
-            place) from end to end.
-        square: power of the superellipse of a section. foot: share of the half height below the axis at which a long
-            body is flat.
-        bend: of a long body, rad. cut_at: place at which it is cut off square, 1 for no cut.
-        segments, segment_depth: rings along a long body. bumps, waves: unevenness. wave: amplitude of rise and fall,
-            metres.
-        above: its picture is laid on it from above, along its length; otherwise it runs around it or over the rim.
-        rind, rind_from, rind_to: thickness of fat along a slab's edge, between two angles in degrees.
-        lines, line_width, line_height, line_lens: raised lines on top: grill marks, gills, folds, flat bones.
-        fins: outlines of flat parts that project at half the height. fin_thickness.
-        eyes: places of eyes on the upper and the lower side; eye_size.
-        bones: paths of round bones at half the height; bone_radius: of the bones; bone_knob: of the knob at their end.
-        feelers: paths of thin round parts; feeler_radius.
-        ties: number of loops of string.
-        density: of its body, kg/m^3. seed: of random details.
-        skin, rind_finish, face_finish, line_finish, fin_finish, eye_finish, bone_finish, feeler_finish: finishes.
-    """
-
-    cut: Cut = Cut.SLAB
-    length: Metres
-    width: Metres
-    height: Metres
-    outline: tuple[Vec2, ...] = ()
-    profile: Profile = ((0, 0), (0.86, 0), (0.97, 0.12), (1, 0.45), (0.96, 0.85), (0.85, 0.98), (0.4, 1), (0, 1))
-    square: Annotated[float, Field(ge=1, le=12)] = 2.0
-    foot: Annotated[float, Field(ge=0.1, le=1)] = 1.0
-    bend: Annotated[float, Field(ge=-5, le=5)] = 0.0
-    cut_at: Annotated[float, Field(ge=0.3, le=1)] = 1.0
-    segments: Annotated[int, Field(ge=0, le=12)] = 0
-    segment_depth: Annotated[float, Field(ge=0, le=0.6)] = 0.1
-    bumps: Annotated[float, Field(ge=0, le=0.3)] = 0.02
-    waves: Annotated[float, Field(ge=0.3, le=8)] = 1.5
-    wave: Thin = 0.0
-    above: bool = False
-    rind: Thin = 0.0
-    rind_from: Annotated[float, Field(ge=-360, le=360)] = 0.0
-    rind_to: Annotated[float, Field(ge=-360, le=360)] = 180.0
-    lines: Lines = ()
-    line_width: Thin = 0.004
-    line_height: Thin = 0.001
-    line_lens: bool = False
-    fins: Lines = ()
-    fin_thickness: Thin = 0.002
-    eyes: Annotated[tuple[Vec2, ...], Field(max_length=4)] = ()
-    eye_size: Thin = 0.008
-    bones: Lines = ()
-    bone_radius: Thin = 0.006
-    bone_knob: Thin = 0.0
-    feelers: Lines = ()
-    feeler_radius: Thin = 0.0008
-    ties: Annotated[int, Field(ge=0, le=10)] = 0
-    density: Annotated[float, Field(ge=50, le=2000)] = 1040.0
+    cut: Cut = Field(Cut.SLAB, description="basic shape")
+    length: Metres = Field(description="along x, m")
+    width: Metres = Field(description="along y, m")
+    height: Metres = Field(description="along z, m; of a strip its thickness")
+    outline: tuple[Vec2, ...] = Field((), description="of a slab from above; empty: a superellipse")
+    profile: Profile = Field(
+        ((0, 0), (0.86, 0), (0.97, 0.12), (1, 0.45), (0.96, 0.85), (0.85, 0.98), (0.4, 1), (0, 1)),
+        description="slab: (share of outline, of height) from bottom to top; long body: (radius, place)",
+    )
+    square: float = Field(2.0, ge=1, le=12, description="power of the superellipse of a section")
+    foot: float = Field(1.0, ge=0.1, le=1, description="where a long body is flat below, by half the height")
+    bend: float = Field(0.0, ge=-5, le=5, description="of a long body, rad")
+    cut_at: float = Field(1.0, ge=0.3, le=1, description="place at which it is cut off square; 1: nowhere")
+    segments: int = Field(0, ge=0, le=12, description="rings along a long body")
+    segment_depth: float = Field(0.1, ge=0, le=0.6, description="by the radius")
+    bumps: float = Field(0.02, ge=0, le=0.3, description="unevenness by the size")
+    waves: float = Field(1.5, ge=0.3, le=8, description="of the unevenness, over the size")
+    wave: Thin = Field(0.0, description="amplitude of rise and fall, m")
+    above: bool = Field(False, description="its picture is laid on from above, not around it or over its rim")
+    rind: Thin = Field(0.0, description="thickness of fat along a slab's edge, m")
+    rind_from: float = Field(0.0, ge=-360, le=360, description="where the rind begins, degrees")
+    rind_to: float = Field(180.0, ge=-360, le=360, description="where it ends, degrees")
+    lines: Lines = Field((), description="raised lines on top: grill marks, gills, folds, flat bones")
+    line_width: Thin = Field(0.004, description="m")
+    line_height: Thin = Field(0.001, description="m")
+    line_lens: bool = Field(False, description="lines narrow to their ends")
+    fins: Lines = Field((), description="outlines of flat parts that project at half the height")
+    fin_thickness: Thin = Field(0.002, description="m")
+    eyes: tuple[Vec2, ...] = Field((), max_length=4, description="places of eyes on the upper and the lower side")
+    eye_size: Thin = Field(0.008, description="m")
+    bones: Lines = Field((), description="paths of round bones at half the height")
+    bone_radius: Thin = Field(0.006, description="m")
+    bone_knob: Thin = Field(0.0, description="radius of the knob at their end, m; 0: none")
+    feelers: Lines = Field((), description="paths of thin round parts")
+    feeler_radius: Thin = Field(0.0008, description="m")
+    ties: int = Field(0, ge=0, le=10, description="loops of string")
+    density: float = Field(1040.0, ge=50, le=2000, description="of its body, kg/m^3")
     seed: Annotated[int, Field(ge=0, le=9999)] = 0
     skin: FinishId
     rind_finish: FinishId = "dish_fat"
@@ -154,10 +133,12 @@ def build(builder: AssetBuilder, p: SlabFood) -> None:
     if p.lines:
         drawn = ridges(body, body.bounds, p.lines, p.line_width, p.line_height, lens=p.line_lens)
         builder.add(ROOT, drawn, p.line_finish, label="line", collider=False, density=0.0)
+    paths = [[(x * p.length, y * p.width, 0.0) for x, y in line] for line in p.feelers]
+    feelers = [tube(path, p.feeler_radius, 0.02).without_colliders() for path in paths]
     for parts, finish, label in (
         (_fins(p), p.fin_finish, "fin"),
         (_bones(p), p.bone_finish, "bone"),
-        (_feelers(p), p.feeler_finish, "feeler"),
+        (feelers, p.feeler_finish, "feeler"),
         (_ties(p, body), "rope", "string"),
     ):
         if not parts:
@@ -169,15 +150,10 @@ def build(builder: AssetBuilder, p: SlabFood) -> None:
         if label != "string":
             for part in parts:
                 moved = replace(part, points=bent_level(part.points, p.bend, p.length)).translated(z=middle)
-                if _stands_out(moved, body):
+                if float(np.abs(moved.points - np.clip(moved.points, *body.bounds)).max()) > FIN_OUT:
                     builder.add_collider(ROOT, hull_of(moved), finish, label)
     if p.eyes:
         builder.add(ROOT, joined(_eyes(p, body)), p.eye_finish, label="eye", collider=False, density=0.0)
-
-
-def _stands_out(part: Solid, body: Solid) -> bool:
-    """Whether a part projects so far from the body's bounding box that it needs a separate collision shape."""
-    return float(np.abs(part.points - np.clip(part.points, *body.bounds)).max()) > FIN_OUT
 
 
 def _body(p: SlabFood, rng: np.random.Generator) -> tuple[Solid, Solid | None]:
@@ -186,20 +162,13 @@ def _body(p: SlabFood, rng: np.random.Generator) -> tuple[Solid, Solid | None]:
         return _strip(p, rng), None
     if p.cut is Cut.SLAB:
         unevenness = Unevenness(p.bumps, p.waves, p.wave, p.length)
-        body = uneven_dome(_outline(p), p.profile, p.height, unevenness, rng)
+        body = uneven_dome(
+            outline_of_food(p.outline, p.length, p.width, p.square, 44), p.profile, p.height, unevenness, rng
+        )
         return seen_from_above(body) if p.above else body, None
-    body = long_body(
-        p.profile,
-        p.length,
-        p.width,
-        p.height,
-        square=p.square,
-        square_top=p.square,
-        foot=p.foot,
-        cut=p.cut_at,
-        around=AROUND,
-        along=51 if p.segments else 31,
-    )
+    section = {"square": p.square, "square_top": p.square, "foot": p.foot, "cut": p.cut_at}
+    along = 51 if p.segments else 31
+    body = long_body(p.profile, p.length, p.width, p.height, **section, around=AROUND, along=along)
     points = body.points
     if p.segments:
         phase = np.mod(p.segments * (points[:, 0] / p.length + 0.5), 1.0)
@@ -226,15 +195,9 @@ def _strip(p: SlabFood, rng: np.random.Generator) -> Solid:
     return sheet(np.stack([x, y, z.reshape(n, m)], axis=2), p.height)
 
 
-def _outline(p: SlabFood) -> Floats:
-    if p.outline:
-        return outline_curve(p.outline, p.length, p.width, 44)
-    return superellipse(p.length, p.width, p.square, 44)
-
-
 def _rind(p: SlabFood, body: Solid) -> Solid:
     """Fat along a part of the edge of a slab, a little lower than the meat; elsewhere it hides in it."""
-    outline = _outline(p)
+    outline = outline_of_food(p.outline, p.length, p.width, p.square, 44)
     angle = np.degrees(np.arctan2(outline[:, 1], outline[:, 0]))
     middle, half = (p.rind_from + p.rind_to) / 2, abs(p.rind_to - p.rind_from) / 2
     off = np.abs(np.mod(angle - middle + 180.0, 360.0) - 180.0)
@@ -270,12 +233,6 @@ def _bones(p: SlabFood) -> list[Solid]:
                 parts.append(ellipsoid((2 * r, 1.7 * r, 1.8 * r), 12, 8).translated(x, y + side * r))
         out.append(joined([plain(part) for part in parts]))
     return out
-
-
-def _feelers(p: SlabFood) -> list[Solid]:
-    """Thin round parts about z = 0."""
-    paths = [[(x * p.length, y * p.width, 0.0) for x, y in line] for line in p.feelers]
-    return [tube(path, p.feeler_radius, 0.02).without_colliders() for path in paths]
 
 
 def _ties(p: SlabFood, body: Solid) -> list[Solid]:

@@ -27,7 +27,7 @@ from casa_assets.families.objects.food.bodies import (
     hull_of,
     joined,
     long_body,
-    outline_curve,
+    outline_of_food,
     plain,
     ridge,
     ring_body,
@@ -125,52 +125,33 @@ _CROWN = ((0, 0), (0.9, 0), (0.98, 0.05), (1, 0.2), (0.94, 0.5), (0.76, 0.79), (
 
 
 class Stacked(Params):
-    """Parameters of composed food; lengths in metres.
+    """Parameters of composed food; lengths in metres."""
 
-    Attributes:
-        build: way of composing it. length, width, height: of the whole along x, y, z, approximately; the height of a
-            tower is that of its upper bread.
-        outline: of a tower seen from above; if empty, a superellipse of power `square`.
-        layers: of a tower from bottom to top; of a skewer from one end to the other.
-        base_height, patty_height: of the lower bread and of a patty; base_height of a cake is that of one layer of
-            sponge.
-        count: layers of sponge, balls of ice, or turns of the line of sauce.
-        opening: angle of the cake that is left, degrees; 360 for a whole one.
-        ripple, turns: depth of a swirl relative to its radius, and number of its turns.
-        topping, topping_count, topping_size: pieces strewn on top, whose finishes take turns.
-        cherry: diameter of a ball on top, 0 for no ball.
-        stick: how far a stick projects. band: a band of seaweed around nigiri.
-        density: of the whole, kg/m^3. seed: of random details.
-        skin, meat, second, third: finishes: bread, shell, cup, cone or seaweed; patty, sausage, meat or fish; cream,
-            frosting, ice or rice; icing, sauce, or the core of a roll.
-        topping_finish, topping_finish_2, topping_finish_3, cherry_finish, stick_finish: finishes.
-    """
-
-    build: Build
-    length: Metres
-    width: Metres
-    height: Metres
-    outline: tuple[Vec2, ...] = ()
+    build: Build = Field(description="way of composing it")
+    length: Metres = Field(description="of the whole along x, about, m")
+    width: Metres = Field(description="of the whole along y, about, m")
+    height: Metres = Field(description="of the whole along z, about, of a tower that of its upper bread, m")
+    outline: tuple[Vec2, ...] = Field((), description="of a tower from above; empty: a superellipse of power `square`")
     square: Annotated[float, Field(ge=1, le=12)] = 2.0
-    layers: tuple[Filling, ...] = ()
-    base_height: Thin = 0.018
-    patty_height: Thin = 0.014
-    count: Annotated[int, Field(ge=1, le=12)] = 2
-    opening: Annotated[float, Field(ge=20, le=360)] = 360.0
-    ripple: Annotated[float, Field(ge=0, le=0.4)] = 0.12
-    turns: Annotated[float, Field(ge=0, le=6)] = 3.0
-    topping: Piece = Piece.SEED
+    layers: tuple[Filling, ...] = Field((), description="of a tower from bottom to top; of a skewer from end to end")
+    base_height: Thin = Field(0.018, description="of the lower bread, or of a layer of sponge, m")
+    patty_height: Thin = Field(0.014, description="m")
+    count: int = Field(2, ge=1, le=12, description="layers of sponge, balls of ice, or turns of the line of sauce")
+    opening: float = Field(360.0, ge=20, le=360, description="angle of the cake that is left, degrees; 360: whole")
+    ripple: float = Field(0.12, ge=0, le=0.4, description="depth of a swirl by its radius")
+    turns: float = Field(3.0, ge=0, le=6, description="of a swirl")
+    topping: Piece = Field(Piece.SEED, description="kind of what is strewn on top; its finishes take turns")
     topping_count: Annotated[int, Field(ge=0, le=90)] = 0
-    topping_size: Thin = 0.004
-    cherry: Thin = 0.0
-    stick: Thin = 0.04
-    band: bool = False
-    density: Annotated[float, Field(ge=50, le=2000)] = 600.0
+    topping_size: Thin = Field(0.004, description="m")
+    cherry: Thin = Field(0.0, description="diameter of a ball on top, m; 0: none")
+    stick: Thin = Field(0.04, description="how far a stick projects, m")
+    band: bool = Field(False, description="a band of seaweed around nigiri")
+    density: float = Field(600.0, ge=50, le=2000, description="of the whole, kg/m^3")
     seed: Annotated[int, Field(ge=0, le=9999)] = 0
-    skin: FinishId
-    meat: FinishId = "dish_meat_minced"
-    second: FinishId = "dish_cream"
-    third: FinishId = "dish_icing_white"
+    skin: FinishId = Field(description="bread, shell, cup, cone or seaweed")
+    meat: FinishId = Field("dish_meat_minced", description="patty, sausage, meat or fish")
+    second: FinishId = Field("dish_cream", description="cream, frosting, ice or rice")
+    third: FinishId = Field("dish_icing_white", description="icing, sauce, or the core of a roll")
     topping_finish: FinishId = "dish_sesame"
     topping_finish_2: FinishId | None = None
     topping_finish_3: FinishId | None = None
@@ -180,17 +161,11 @@ class Stacked(Params):
 
 @dataclass(frozen=True)
 class Composed:
-    """Solids of a composed food.
+    """Solids of a composed food."""
 
-    Attributes:
-        parts: solids with their finishes; the first is the largest.
-        hulls: groups of solids, each with one hull over it.
-        light: solids without mass, with their finishes.
-    """
-
-    parts: list[Part]
-    hulls: list[list[Solid]]
-    light: list[Part]
+    parts: list[Part]  # solids with their finishes; the first is the largest
+    hulls: list[list[Solid]]  # groups of solids, each with one hull over it
+    light: list[Part]  # solids without mass, with their finishes
 
 
 def build(builder: AssetBuilder, p: Stacked) -> None:
@@ -204,20 +179,17 @@ def build(builder: AssetBuilder, p: Stacked) -> None:
         finishes = dict.fromkeys(finish for _, finish in parts)
         for finish in finishes:
             whole = joined([s for s, f in parts if f == finish]).translated(z=-low)
-            builder.add(ROOT, whole, finish, label=_label(finish), collider=False, density=density)
+            label = finish.removeprefix("skin_").removeprefix("dish_")
+            builder.add(ROOT, whole, finish, label=label, collider=False, density=density)
     for k, group in enumerate(made.hulls):
         name = "body" if k == 0 else None
         builder.add_collider(ROOT, hull_of(*group).translated(z=-low), made.parts[0][1], "body", name)
 
 
-def _label(finish: str) -> str:
-    return finish.removeprefix("skin_").removeprefix("dish_")
-
-
-def _toppings(p: Stacked, on: Solid, rng: np.random.Generator, steep: float = 0.4, sunk: float = 0.25) -> list[Part]:
+def _toppings(p: Stacked, on: Solid, rng: np.random.Generator, steep: float = 0.4) -> list[Part]:
     """Pieces strewn on a body, whose finishes take turns."""
     finishes = [f for f in (p.topping_finish, p.topping_finish_2, p.topping_finish_3) if f is not None]
-    pieces = strewn(on, p.topping, p.topping_count, p.topping_size, rng, steep=steep, sunk=sunk)
+    pieces = strewn(on, p.topping, p.topping_count, p.topping_size, rng, steep=steep)
     return [(plain(piece), finishes[k % len(finishes)]) for k, piece in enumerate(pieces)]
 
 
@@ -226,9 +198,7 @@ def _toppings(p: Stacked, on: Solid, rng: np.random.Generator, steep: float = 0.
 
 def _tower(p: Stacked, rng: np.random.Generator) -> Composed:
     """Bread, what is on it, bread."""
-    outline = (
-        outline_curve(p.outline, p.length, p.width, 40) if p.outline else superellipse(p.length, p.width, p.square, 40)
-    )
+    outline = outline_of_food(p.outline, p.length, p.width, p.square)
     parts: list[Part] = []
     light: list[Part] = []
     z = 0.0
@@ -263,9 +233,8 @@ def _layer(p: Stacked, filling: Filling, outline: Floats, thickness: float, rng:
             grid = np.linspace(-0.93 * reach, 0.93 * reach, 13)
             x, y = np.meshgrid(grid, grid, indexing="ij")
             hang = np.maximum(np.hypot(x, y) - 0.94 * reach, 0.0)
-            points = np.stack(
-                [x - 0.4 * x * hang / reach, y - 0.4 * y * hang / reach, thickness / 2 - 1.1 * hang], axis=2
-            )
+            x, y = x - 0.4 * x * hang / reach, y - 0.4 * y * hang / reach
+            points = np.stack([x, y, thickness / 2 - 1.1 * hang], axis=2)
             return [sheet(points, thickness).rotated("z", float(rng.uniform(0, 1.57)))]
         case Filling.LETTUCE | Filling.HAM | Filling.EGG:
             disc = dome(outline, _FLAT, thickness, 11)
@@ -427,16 +396,10 @@ def _on_stick(filling: Filling, size: float, wide: float, rng: np.random.Generat
     if filling is Filling.TOMATO:
         return ellipsoid((1.1 * size, wide, wide), 20, 13)
     if filling is Filling.MUSHROOM:
-        cap = turned(
-            smooth_profile([(0, 0), (0.35, 0), (0.35, 0.4), (0.9, 0.42), (1, 0.55), (0.8, 0.85), (0.4, 1), (0, 1)], 15),
-            20,
-            CREASE,
-        )
-        return (
-            replace(cap, points=cap.points * (wide / 2, wide / 2, size))
-            .translated(z=-size / 2)
-            .rotated("y", math.pi / 2)
-        )
+        line = [(0, 0), (0.35, 0), (0.35, 0.4), (0.9, 0.42), (1, 0.55), (0.8, 0.85), (0.4, 1), (0, 1)]
+        cap = turned(smooth_profile([(float(r), z) for r, z in line], 15), 20, CREASE)
+        cap = replace(cap, points=cap.points * (wide / 2, wide / 2, size))
+        return cap.translated(z=-size / 2).rotated("y", math.pi / 2)
     power = 2.0 if filling is Filling.CUCUMBER else 3.0
     flat = dome(superellipse(wide, wide * (1.0 if power == 2.0 else 0.85), power, 24), _FLAT, 0.8 * size, 9)
     points = flat.points.copy()
@@ -491,18 +454,15 @@ def _cake(p: Stacked, rng: np.random.Generator) -> Composed:
     for k in range(roses):
         turn = start + whole * (k + 0.5) / roses
         size = 0.15 * radius + 0.004
-        rose = _swirl(size, 0.9 * size, 0.18, 2.0, fine=False).translated(
-            0.76 * radius * math.cos(turn), 0.76 * radius * math.sin(turn), z - 0.001
-        )
+        x, y = 0.76 * radius * math.cos(turn), 0.76 * radius * math.sin(turn)
+        rose = _swirl(size, 0.9 * size, 0.18, 2.0, fine=False).translated(x, y, z - 0.001)
         parts.append((plain(rose), p.second))
         solids.append(rose)
         # Nothing is strewn below a rosette: flat sides of both might lie in one plane.
         at = np.array([math.cos(turn), math.sin(turn)]) * 0.76 * radius
         light = [(s, f) for s, f in light if np.linalg.norm(s.points[:, :2] - at, axis=1).min() > size]
         if p.cherry > 0:
-            ball = ellipsoid((p.cherry,) * 3, 14, 9).translated(
-                0.76 * radius * math.cos(turn), 0.76 * radius * math.sin(turn), z + 0.8 * size
-            )
+            ball = ellipsoid((p.cherry,) * 3, 14, 9).translated(x, y, z + 0.8 * size)
             light.append((plain(ball), p.cherry_finish))
             solids.append(ball)
     # A cake with a piece missing has one hull to each half, so that the gap stays open.
@@ -515,18 +475,16 @@ def _cake(p: Stacked, rng: np.random.Generator) -> Composed:
 def _swirl(radius: float, height: float, ripple: float, turns: float, fine: bool = True) -> Solid:
     """Cream out of a bag: a cone whose rim winds up it; a small one needs fewer faces."""
     profile = [(0, 0), (0.85, 0), (1, 0.1), (0.92, 0.32), (0.7, 0.58), (0.42, 0.82), (0.14, 0.97), (0, 1)]
-    body = turned(
-        smooth_profile([(float(r), float(z)) for r, z in profile], 23 if fine else 14), 28 if fine else 18, 70.0
-    )
+    along, around = (23, 28) if fine else (14, 18)
+    body = turned(smooth_profile([(float(r), float(z)) for r, z in profile], along), around, 70.0)
     angle = np.arctan2(body.points[:, 1], body.points[:, 0])
     phase = np.mod(turns * body.points[:, 2] - angle / (2 * np.pi), 1.0)
     wave = np.abs(np.sin(np.pi * phase)) ** 0.7
     star = 0.25 * ripple * np.cos(9 * angle + 5.0 * body.points[:, 2])
     share = 1.0 - ripple + 1.4 * ripple * wave + star
     share = np.where(body.points[:, 2] > 0.01, share, 1.0 - ripple / 2)
-    return replace(
-        body, points=body.points * np.column_stack([share * radius, share * radius, np.full(len(share), height)])
-    )
+    size = np.column_stack([share * radius, share * radius, np.full(len(share), height)])
+    return replace(body, points=body.points * size)
 
 
 def _cup(p: Stacked, rng: np.random.Generator) -> Composed:
@@ -536,12 +494,8 @@ def _cup(p: Stacked, rng: np.random.Generator) -> Composed:
     line = [(0.0, 0.0), (0.7, 0.0), (0.72, 0.02), (0.86, 0.5), (0.985, 0.98), (0.96, 1.0), (0.5, 1.0), (0.0, 1.0)]
     cup = turned(np.array(line), 80, 40.0)
     cup = replace(cup, points=lobed(cup.points * (0.93 * radius, 0.93 * radius, height), 20, 0.06, 1.0, 0.0))
-    cake = dome(
-        superellipse(2 * radius, 2 * radius, count=36),
-        [(0, 0), (0.8, 0), (0.97, 0.2), (1, 0.42), (0.85, 0.75), (0.5, 0.95), (0, 1)],
-        0.45 * radius,
-        11,
-    )
+    profile = [(0, 0), (0.8, 0), (0.97, 0.2), (1, 0.42), (0.85, 0.75), (0.5, 0.95), (0, 1)]
+    cake = dome(superellipse(2 * radius, 2 * radius, count=36), profile, 0.45 * radius, 11)
     cake = replace(cake, points=bumped(cake.points, 0.03, 2.0, rng)).translated(z=height - 0.1 * radius)
     parts: list[Part] = [(plain(cup), p.third), (plain(cake), p.skin)]
     top = cake
@@ -559,17 +513,15 @@ def _cup(p: Stacked, rng: np.random.Generator) -> Composed:
     return Composed(parts, [[cup], solids[1:]], light)
 
 
+# A ball of ice with a skirt below: (radius, height) from the lower end to the upper one.
+SCOOP = [(0, 0), (0.75, 0.02), (1.04, 0.1), (1.06, 0.18), (0.98, 0.24), (1, 0.45), (0.86, 0.75), (0.5, 0.94), (0, 1)]
+
+
 def _cone(p: Stacked, rng: np.random.Generator) -> Composed:
     """A cone with balls of ice, lying on its side: the cone's tip and the largest ball touch the ground."""
     mouth, long = p.width / 2 * 0.9, p.base_height * 2
-    line = [
-        (0.0, 0.0),
-        (0.0035, 0.0),
-        (0.5 * mouth, 0.5 * long),
-        (mouth, 0.985 * long),
-        (0.97 * mouth, long),
-        (0.0, long),
-    ]
+    line = [(0.0, 0.0), (0.0035, 0.0), (0.5 * mouth, 0.5 * long), (mouth, 0.985 * long), (0.97 * mouth, long)]
+    line.append((0.0, long))
     cone = turned(np.array(line), 36, 50.0)
     assert cone.picture_uv is not None
     # The picture winds round the cone.
@@ -582,18 +534,7 @@ def _cone(p: Stacked, rng: np.random.Generator) -> Composed:
     radius, z = p.width / 2, long + 0.3 * p.width / 2
     middle = z
     for k in range(min(p.count, 3)):
-        skirt = [
-            (0, 0),
-            (0.75, 0.02),
-            (1.04, 0.1),
-            (1.06, 0.18),
-            (0.98, 0.24),
-            (1, 0.45),
-            (0.86, 0.75),
-            (0.5, 0.94),
-            (0, 1),
-        ]
-        ball = turned(smooth_profile(skirt, 21), 30, 70.0)
+        ball = turned(smooth_profile(SCOOP, 21), 30, 70.0)
         size = radius * 0.94**k
         points = bumped(ball.points * (size, size, 1.8 * size), 0.035, 3.0, rng)
         ball = plain(replace(ball, points=points)).translated(z=z - 0.6 * size)
@@ -602,17 +543,15 @@ def _cone(p: Stacked, rng: np.random.Generator) -> Composed:
         if k == p.count - 1 or k == 2:
             light += _toppings(p, ball, rng, 0.2)
             if p.cherry > 0:
-                cherry = ellipsoid((p.cherry,) * 3, 14, 9).translated(
-                    z=float(ball.points[:, 2].max()) + 0.25 * p.cherry
-                )
+                peak = float(ball.points[:, 2].max())
+                cherry = ellipsoid((p.cherry,) * 3, 14, 9).translated(z=peak + 0.25 * p.cherry)
                 light.append((plain(cherry), p.cherry_finish))
     tilt = math.asin(min(0.9, 1.02 * radius / middle))
     turn = -(math.pi / 2 - tilt)
     parts = [(s.rotated("y", turn), f) for s, f in parts]
     light = [(s.rotated("y", turn), f) for s, f in light]
-    return Composed(
-        parts, [[parts[0][0]], [s for s, _ in parts[1:]] + [s for s, f in light if f == p.cherry_finish]], light
-    )
+    balls = [s for s, _ in parts[1:]] + [s for s, f in light if f == p.cherry_finish]
+    return Composed(parts, [[parts[0][0]], balls], light)
 
 
 def _bar(p: Stacked, rng: np.random.Generator) -> Composed:
@@ -630,10 +569,8 @@ def _bar(p: Stacked, rng: np.random.Generator) -> Composed:
     )
     body = dome(outline, ((0, 0), (0.78, 0), (0.94, 0.12), (1, 0.5), (0.94, 0.88), (0.78, 1), (0, 1)), p.height, 13)
     body = seen_from_above(replace(body, points=flat_foot(bumped(body.points, 0.008, 2.0, rng), 0.02)))
-    stick = prism(
-        np.array([(-0.005, -h - p.stick), (0.005, -h - p.stick), (0.005, -0.6 * h), (-0.005, -0.6 * h)]), 0.0022, 0.0004
-    )
-    stick = stick.translated(z=p.height / 2)
+    corners = [(-0.005, -h - p.stick), (0.005, -h - p.stick), (0.005, -0.6 * h), (-0.005, -0.6 * h)]
+    stick = prism(np.array(corners), 0.0022, 0.0004).translated(z=p.height / 2)
     parts: list[Part] = [(body, p.skin), (plain(stick), p.stick_finish)]
     parts = [(s.rotated("z", math.pi / 2), f) for s, f in parts]
     return Composed(parts, [[parts[0][0]], [parts[1][0]]], [])
@@ -646,9 +583,8 @@ def _nigiri(p: Stacked, rng: np.random.Generator) -> Composed:
     """A roll of rice under a slice that bends over its ends, with or without a band of seaweed."""
     profile = ((0, 0), (0.55, 0.01), (0.88, 0.07), (1, 0.22), (1, 0.5), (1, 0.78), (0.88, 0.93), (0.55, 0.99), (0, 1))
     rice_height = 0.7 * p.height
-    rice = long_body(
-        profile, 0.88 * p.length, 0.86 * p.width, rice_height, square=3.0, square_top=2.4, along=23, around=24
-    )
+    size = (0.88 * p.length, 0.86 * p.width, rice_height)
+    rice = long_body(profile, *size, square=3.0, square_top=2.4, along=23, around=24)
     rice = replace(rice, points=flat_foot(bumped(rice.points, 0.03, 4.0, rng), 0.05))
     top = float(rice.points[:, 2].max())
     s, t = np.meshgrid(np.linspace(-1, 1, 21), np.linspace(-1, 1, 11), indexing="ij")
@@ -659,16 +595,9 @@ def _nigiri(p: Stacked, rng: np.random.Generator) -> Composed:
     slice_ = sheet(np.stack([x, y, z], axis=2), 0.3 * p.height * (1 - 0.3 * np.abs(t)))
     parts: list[Part] = [(rice, p.second), (slice_, p.meat)]
     if p.band:
-        band = long_body(
-            ((0, 0), (0.98, 0.001), (1, 0.1), (1, 0.9), (0.98, 0.999), (0, 1)),
-            0.011,
-            1.02 * p.width,
-            1.04 * (p.height),
-            square=3.5,
-            square_top=2.6,
-            along=9,
-            around=32,
-        )
+        strip = ((0, 0), (0.98, 0.001), (1, 0.1), (1, 0.9), (0.98, 0.999), (0, 1))
+        size = (0.011, 1.02 * p.width, 1.04 * p.height)
+        band = long_body(strip, *size, square=3.5, square_top=2.6, along=9, around=32)
         # The band runs below the rice, or their undersides would lie in one plane.
         floor, roof = float(rice.points[:, 2].min()) - 0.0004, float(slice_.points[:, 2].max()) + 0.0006
         span = np.ptp(band.points[:, 2])
@@ -703,16 +632,8 @@ def _maki(p: Stacked, rng: np.random.Generator) -> Composed:
 
 
 _BUILDERS: dict[Build, Callable[[Stacked, np.random.Generator], Composed]] = {
-    Build.TOWER: _tower,
-    Build.BUN: _bun,
-    Build.SHELL: _shell,
-    Build.SKEWER: _skewer,
-    Build.CAKE: _cake,
-    Build.CUP: _cup,
-    Build.CONE: _cone,
-    Build.BAR: _bar,
-    Build.NIGIRI: _nigiri,
-    Build.MAKI: _maki,
+    Build(maker.__name__.removeprefix("_")): maker
+    for maker in (_tower, _bun, _shell, _skewer, _cake, _cup, _cone, _bar, _nigiri, _maki)
 }
 
 FORM = Family("stacked", Stacked, build, base=Base.FREE)

@@ -41,33 +41,24 @@ class Build(StrEnum):
 
 
 class Cluster(Params):
-    """Parameters of what consists of many small bodies; lengths in metres.
+    """Parameters of what consists of many small bodies; lengths in metres."""
 
-    Attributes:
-        build: how they lie. length, width: of the whole, without stem and leaves. count: of the small bodies.
-        piece, piece_length: diameter and length of one. profile: of one in a bundle, (radius, height) by the largest.
-        bumps: unevenness of one, by its radius. stem, stem_radius: length and radius of the stalk that carries them.
-        leaves, leaf_length, leaf_width: round the lower end; of stalks, at the end of each.
-        density: kg/m^3 of the small bodies, None for that of their finish. seed: of what is random.
-        skin, stem_finish, leaf_finish: finishes; skin is a picture for each small body.
-    """
-
-    build: Build
-    length: Metres
-    width: Metres
-    count: Annotated[int, Field(ge=1, le=80)]
-    piece: Metres
-    piece_length: Metres
-    profile: tuple[Vec2, ...] = BALL
-    bumps: Annotated[float, Field(ge=0, le=0.4)] = 0.03
-    stem: Annotated[float, Field(ge=0, le=0.3)] = 0.0
-    stem_radius: Annotated[float, Field(gt=0, le=0.04)] = 0.002
-    leaves: Annotated[int, Field(ge=0, le=24)] = 0
-    leaf_length: Metres = 0.1
-    leaf_width: Metres = 0.05
-    density: Annotated[float, Field(gt=0, le=2000)] | None = None
+    build: Build = Field(description="how they lie")
+    length: Metres = Field(description="of the whole, without stem and leaves, m")
+    width: Metres = Field(description="of the whole, without leaves, m")
+    count: int = Field(ge=1, le=80, description="of the small bodies")
+    piece: Metres = Field(description="diameter of one, m")
+    piece_length: Metres = Field(description="of one, m")
+    profile: tuple[Vec2, ...] = Field(BALL, description="of one in a bundle, (radius, height) by the largest")
+    bumps: float = Field(0.03, ge=0, le=0.4, description="unevenness of one, by its radius")
+    stem: float = Field(0.0, ge=0, le=0.3, description="length of the stalk that carries them, m")
+    stem_radius: float = Field(0.002, gt=0, le=0.04, description="m")
+    leaves: int = Field(0, ge=0, le=24, description="round the lower end; of stalks, at the end of each")
+    leaf_length: Metres = Field(0.1, description="m")
+    leaf_width: Metres = Field(0.05, description="m")
+    density: Annotated[float, Field(gt=0, le=2000)] | None = Field(None, description="kg/m^3; None: that of the finish")
     seed: Annotated[int, Field(ge=0, le=9999)] = 0
-    skin: FinishId
+    skin: FinishId = Field(description="picture of each small body")
     stem_finish: FinishId = "leaf_light"
     leaf_finish: FinishId = "leaf_mid"
 
@@ -93,15 +84,12 @@ def _covers(solids: list[Solid], label: str, p: Cluster) -> list[Solid]:
     if label == "body" and p.build in (Build.BUNDLE, Build.KNOBS):
         return solids
     whole = concatenate(solids)
-    return [_flat_footed(whole, BERRY_FOOT * p.length)] if label == "body" and p.build is Build.BERRY else [whole]
-
-
-def _flat_footed(solid: Solid, height: float) -> Solid:
-    """The solid with all points less than `height` above its lowest one lowered to that level, so it rests firmly."""
-    points = solid.points.copy()
-    low = points[:, 2] < points[:, 2].min() + height
-    points[low, 2] = points[:, 2].min()
-    return replace(solid, points=points)
+    if label == "body" and p.build is Build.BERRY:  # its foot is made flat, so that it rests firmly
+        points = whole.points.copy()
+        low = points[:, 2] < points[:, 2].min() + BERRY_FOOT * p.length
+        points[low, 2] = points[:, 2].min()
+        whole = replace(whole, points=points)
+    return [whole]
 
 
 def _body(p: Cluster, size: tuple[int, int], rng: np.random.Generator, scale: float = 1.0) -> Solid:
@@ -180,22 +168,16 @@ def _bracts(p: Cluster, rng: np.random.Generator) -> tuple[list[Solid], list[Sol
         t = (k + 0.5) / p.count
         height = 0.12 + 0.72 * t
         reach = 0.5 * p.width * math.sqrt(max(0.03, 1.0 - (2.0 * height - 0.92) ** 2)) * (0.82 + 0.1 * t)
-        blade = leaf(
-            p.piece_length * (1.05 - 0.3 * t), p.piece, droop=-0.75, fold=-0.35, tip=0.6, thickness=0.003, steps=5
-        )
+        long = p.piece_length * (1.05 - 0.3 * t)
+        blade = leaf(long, p.piece, droop=-0.75, fold=-0.35, tip=0.6, thickness=0.003, steps=5)
         blade = blade.rotated("x", 0.62 + t + float(rng.uniform(-0.08, 0.08)))
         blade = blade.translated(y=reach, z=height * p.length - 0.25 * p.piece_length)
-        out.append(replace(blade.rotated("z", k * GOLDEN_ANGLE), picture_uv=_flat_uv(blade)))
+        # A picture is laid over the leaf; its height runs along the leaf.
+        lower, upper = blade.bounds
+        flat = (blade.points[:, :2] - lower[:2]) / np.maximum(upper[:2] - lower[:2], 1e-9)
+        out.append(replace(blade.rotated("z", k * GOLDEN_ANGLE), picture_uv=flat[blade.faces]))
     stalk = [tube([(0.0, 0.0, -p.stem), (0.0, 0.0, 0.1 * p.length)], p.stem_radius)] if p.stem > 0 else []
     return out, stalk
-
-
-def _flat_uv(blade: Solid) -> Floats:
-    """Coordinates of a picture laid over a leaf: its height runs along the leaf."""
-    lower, upper = blade.bounds
-    flat = (blade.points[:, :2] - lower[:2]) / np.maximum(upper[:2] - lower[:2], 1e-9)
-    found: Floats = flat[blade.faces]
-    return found
 
 
 def _knobs(p: Cluster, rng: np.random.Generator) -> tuple[list[Solid], list[Solid]]:
@@ -236,9 +218,8 @@ def _leaves(p: Cluster, rng: np.random.Generator) -> list[Solid]:
     if p.build is Build.STALKS:
         for k in range(p.leaves):
             size, turn = float(rng.uniform(0.7, 1.15)), float(rng.uniform(0.0, 2 * math.pi))
-            blade = leaf(
-                p.leaf_length * size, p.leaf_width * size, droop=0.5, fold=0.25, tip=0.7, thickness=0.0015, steps=4
-            )
+            long, wide = p.leaf_length * size, p.leaf_width * size
+            blade = leaf(long, wide, droop=0.5, fold=0.25, tip=0.7, thickness=0.0015, steps=4)
             blade = blade.rotated("z", -math.pi / 2 + float(rng.uniform(-0.6, 0.6)))
             away = 0.35 * (p.width if p.count > 1 else p.piece) * float(rng.uniform(0.2, 1.0))
             x = p.length * (0.9 + 0.16 * k / p.leaves) + float(rng.uniform(-0.01, 0.01))
@@ -266,8 +247,8 @@ def _stalks(p: Cluster, rng: np.random.Generator) -> tuple[list[Solid], list[Sol
         end = np.array([long, 0.0, reach + 0.1 * p.piece])
         for _ in range(2 if p.leaves else 0):
             way = np.array([1.0, float(rng.uniform(-0.35, 0.35)), float(rng.uniform(-0.05, 0.3))]) * 0.6 * p.leaf_length
-            path = [tuple(float(v) for v in at) for at in (end - 0.2 * way, end + 0.5 * way, end + way)]
-            twig = tube([(x, y, z) for x, y, z in path], circle(0.13 * p.piece * size, 6))
+            path = [(float(x), float(y), float(z)) for x, y, z in (end - 0.2 * way, end + 0.5 * way, end + way)]
+            twig = tube(path, circle(0.13 * p.piece * size, 6))
             twigs.append(twig.rotated("x", turn - math.pi / 2))
     return out, twigs
 
@@ -297,12 +278,7 @@ def _stalk(p: Cluster, long: float, size: float, reach: float) -> Solid:
 
 
 _BUILDS = {
-    Build.GRAPES: _grapes,
-    Build.BERRY: _berry,
-    Build.FLORETS: _florets,
-    Build.BRACTS: _bracts,
-    Build.KNOBS: _knobs,
-    Build.BUNDLE: _bundle,
-    Build.STALKS: _stalks,
+    Build(maker.__name__.removeprefix("_")): maker
+    for maker in (_grapes, _berry, _florets, _bracts, _knobs, _bundle, _stalks)
 }
 FORM = Family("cluster", Cluster, build, base=Base.FREE)

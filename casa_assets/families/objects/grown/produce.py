@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from enum import StrEnum
 from typing import Annotated
 
@@ -96,62 +96,6 @@ class Face(StrEnum):
     SIDE = "side"  # it lies on the side of its skin, where it comes to rest, and a face across the axis looks to +x
 
 
-@dataclass(frozen=True)
-class Cutting:
-    """How a body about the z axis is cut.
-
-    Attributes:
-        portion: what is left. crosswise: a half is cut across the axis rather than along it.
-        at: height of a cut across the axis, or of the middle of a slice, m.
-        thick, slant: thickness of a slice, m, and how far it is from square, rad. angle: of a wedge, rad.
-        heart: height about which the pictures of faces along the axis lie, m.
-        hollow: size of the hollow by that of the body; 0 for none.
-        face: where the cut face looks.
-    """
-
-    portion: Portion
-    crosswise: bool
-    at: float
-    thick: float
-    slant: float
-    angle: float
-    heart: float
-    hollow: float
-    face: Face
-
-    @property
-    def planes(self) -> list[Plane]:
-        """The planes that cut."""
-        middle = np.array([0.0, 0.0, self.heart])
-        match self.portion:
-            case Portion.SLICE:
-                at = self.at * math.cos(self.slant)
-                low, high = at - self.thick / 2, at + self.thick / 2
-                return [across(high, below=True, slant=self.slant), across(low, below=False, slant=self.slant)]
-            case Portion.WEDGE:
-                return sector(self.angle, middle)
-            case Portion.HALF if not self.crosswise:
-                return [along(0.0, middle)]
-        return [across(self.at, below=True)]
-
-    def laid(self, points: Floats) -> Floats:
-        """Points as the portion rests."""
-        x, y, z = points.T
-        if self.portion is Portion.WEDGE:
-            # On its skin; or turned about the axis until one of its faces lies below.
-            turn = 0.0 if self.face is Face.UP else (self.angle + math.pi) / 2
-            c, s = math.cos(turn), math.sin(turn)
-            return np.column_stack([z, c * y + s * x, s * y - c * x])
-        if self.portion is Portion.SLICE:
-            c, s = math.cos(self.slant), math.sin(self.slant)
-            return np.column_stack([c * x - s * z, y, s * x + c * z])
-        if self.portion is Portion.HALF and not self.crosswise:
-            return np.column_stack([z, x, y] if self.face is Face.UP else [z, -x, -y])
-        if self.face is Face.SIDE:
-            return np.column_stack([z, x, y])
-        return points if self.face is Face.UP else points * (1.0, -1.0, -1.0)
-
-
 def rest_tilt(body: Solid) -> float:
     """Angle about the y axis by which a body has to be turned from how it lies until it is at rest, rad.
 
@@ -169,20 +113,6 @@ def rest_tilt(body: Solid) -> float:
         if heights[lower] >= heights[place] - 1e-9:
             return float(tilts[place])
         place = lower
-
-
-def portion_of(body: Solid, cutting: Cutting) -> tuple[Solid, list[Solid], Solid | None]:
-    """Cut a body about the z axis; return the rest, the plates on its cut faces, and its hollow's lining or None."""
-    if not cutting.hollow:
-        return *cut(body, cutting.planes), None
-    middle = (body.points.min(axis=0) + body.points.max(axis=0)) / 2
-
-    def scaled(share: float) -> Solid:
-        return replace(body, points=middle + (body.points - middle) * share, picture_uv=None)
-
-    kept, faces = cut(body, cutting.planes, scaled(cutting.hollow))
-    inside, outside = scaled(cutting.hollow - LINING), scaled(cutting.hollow + LINING)
-    return kept, faces, shell(outside, inside, cutting.planes)
 
 
 # Produce --------------------------------------------------------------------------------------------------------------
@@ -206,80 +136,57 @@ class Rest(StrEnum):
 
 
 class Produce(Params):
-    """Parameters of food that grew in one piece; lengths in metres.
+    """Parameters of food that grew in one piece; lengths in metres."""
 
-    Attributes:
-        profile: (radius, height) from the lower end to the upper one, relative to the largest radius and to the length;
-            a curve may turn back into a hollow. length: along the axis. width: across it. flat: the other width
-            relative to that.
-        lobes, lobe_depth, lobe_sharp: furrows around the axis, their depth relative to the radius. bumps: unevenness,
-            relative to the radius. waves: of the bumps, over the length. bend: rad, from the share bend_start of the
-            length on.
-        stem, stem_radius: of a stalk at the upper end; 0 for no stalk. stem_at: share of the length where it starts.
-        wraps, wrap_depth: leaves that wrap it, and how far they project, relative to the distance from its middle. With
-            a wrap_skin they are sheets, otherwise steps in the body; wrap_reach: share of the profile that they cover;
-            wrap_ruffle: how far their rims rise and fall, relative to the radius.
-        leaves, leaf_length, leaf_width, leaf_rise: leaves around the upper end; leaf_rise is their steepness, rad, and
-            leaf_spread how much steeper the last is than the first.
-        eyes: number of dark pits around the upper end; a coconut has three.
-        flesh: share of its volume that is flesh; the rest is air.
-        rest: how it lies. seed: of random details of its form.
-        skin, stem_finish, leaf_finish: finishes. skin is a picture for the whole of it.
-        portion: kind of portion if it was cut, None for a whole one. face: direction of its cut face.
-        crosswise: a half is cut across its axis. cut_at: share of the length at which a half, piece or slice is cut
-            across.
-        thick: of a slice. slant: deviation of its cuts from square, rad. angle: of a wedge, rad.
-        section: picture of the cut faces. heart: share of the length on which it is centred on faces along the axis.
-        hollow: size of a hollow inside relative to the body. lining: its finish; None for that of the section.
-        stone, stone_long, stone_flat: width of a stone or core of seeds that shows in the middle of a half, 0 for no
-            stone, and its length and its thickness relative to the width. stone_finish: its finish.
-    """
-
-    profile: Annotated[tuple[Vec2, ...], Field(min_length=4, max_length=16)]
-    length: Metres
-    width: Metres
-    flat: Annotated[float, Field(ge=0.3, le=1)] = 1.0
-    lobes: Annotated[int, Field(ge=0, le=16)] = 0
-    lobe_depth: Annotated[float, Field(ge=0, le=0.5)] = 0.1
-    lobe_sharp: Annotated[float, Field(ge=0.5, le=4)] = 1.5
-    bumps: Annotated[float, Field(ge=0, le=0.3)] = 0.02
-    waves: Annotated[float, Field(ge=0.3, le=8)] = 1.0
-    bend: Annotated[float, Field(ge=-3, le=3)] = 0.0
-    bend_start: Share = 0.0
-    stem: Annotated[float, Field(ge=0, le=0.2)] = 0.0
-    stem_radius: Annotated[float, Field(gt=0, le=0.03)] = 0.0015
-    stem_at: Share = 1.0
-    wraps: Annotated[int, Field(ge=0, le=24)] = 0
-    wrap_depth: Annotated[float, Field(ge=0, le=0.3)] = 0.1
-    wrap_reach: Share = 0.7
-    wrap_ruffle: Annotated[float, Field(ge=0, le=0.3)] = 0.02
+    profile: tuple[Vec2, ...] = Field(
+        min_length=4,
+        max_length=16,
+        description="(radius, height) by the largest, from the lower end up; it may turn back into a hollow",
+    )
+    length: Metres = Field(description="along the axis, m")
+    width: Metres = Field(description="across the axis, m")
+    flat: float = Field(1.0, ge=0.3, le=1, description="the other width by that")
+    lobes: int = Field(0, ge=0, le=16, description="furrows around the axis")
+    lobe_depth: float = Field(0.1, ge=0, le=0.5, description="by the radius")
+    lobe_sharp: float = Field(1.5, ge=0.5, le=4, description="1: waves; more: narrow furrows")
+    bumps: float = Field(0.02, ge=0, le=0.3, description="unevenness by the radius")
+    waves: float = Field(1.0, ge=0.3, le=8, description="of the bumps, over the length")
+    bend: float = Field(0.0, ge=-3, le=3, description="rad")
+    bend_start: Share = Field(0.0, description="share of the length from which on it bends")
+    stem: float = Field(0.0, ge=0, le=0.2, description="length of a stalk at the upper end, m; 0: none")
+    stem_radius: float = Field(0.0015, gt=0, le=0.03, description="m")
+    stem_at: Share = Field(1.0, description="share of the length where the stalk starts")
+    wraps: int = Field(0, ge=0, le=24, description="leaves round it: sheets with a wrap_skin, else steps in it")
+    wrap_depth: float = Field(0.1, ge=0, le=0.3, description="how far they project, by the distance from its middle")
+    wrap_reach: Share = Field(0.7, description="share of the profile that they cover")
+    wrap_ruffle: float = Field(0.02, ge=0, le=0.3, description="how far their rims rise and fall, by the radius")
     wrap_skin: FinishId | None = None
-    leaves: Annotated[int, Field(ge=0, le=40)] = 0
-    leaf_length: Metres = 0.02
-    leaf_width: Metres = 0.008
-    leaf_rise: Annotated[float, Field(ge=-1.6, le=1.6)] = 0.2
-    leaf_spread: Annotated[float, Field(ge=0, le=1.6)] = 0.0
-    eyes: Annotated[int, Field(ge=0, le=5)] = 0
-    flesh: Annotated[float, Field(ge=0.1, le=1.1)] = 1.0
-    rest: Rest = Rest.STANDS
+    leaves: int = Field(0, ge=0, le=40, description="around the upper end")
+    leaf_length: Metres = Field(0.02, description="m")
+    leaf_width: Metres = Field(0.008, description="m")
+    leaf_rise: float = Field(0.2, ge=-1.6, le=1.6, description="steepness of leaves, rad")
+    leaf_spread: float = Field(0.0, ge=0, le=1.6, description="how much steeper the last leaf is than the first, rad")
+    eyes: int = Field(0, ge=0, le=5, description="dark pits around the upper end; a coconut has three")
+    flesh: float = Field(1.0, ge=0.1, le=1.1, description="share of its volume that is flesh; the rest is air")
+    rest: Rest = Field(Rest.STANDS, description="how it lies")
     seed: Annotated[int, Field(ge=0, le=9999)] = 0
-    skin: FinishId
+    skin: FinishId = Field(description="picture of the whole of it")
     stem_finish: FinishId = "stem_brown"
     leaf_finish: FinishId = "leaf_mid"
-    portion: Portion | None = None
-    face: Face = Face.UP
-    crosswise: bool = False
-    cut_at: Share = 0.5
-    thick: Metres = 0.008
-    slant: Annotated[float, Field(ge=0, le=1.2)] = 0.0
-    angle: Annotated[float, Field(ge=0.2, le=2.4)] = 0.8
-    section: FinishId | None = None
-    heart: Share = 0.5
-    hollow: Annotated[float, Field(ge=0, le=0.95)] = 0.0
-    lining: FinishId | None = None
-    stone: Annotated[float, Field(ge=0, le=0.1)] = 0.0
-    stone_long: Annotated[float, Field(ge=0.3, le=4)] = 1.2
-    stone_flat: Annotated[float, Field(ge=0.3, le=1)] = 1.0
+    portion: Portion | None = Field(None, description="kind of portion if it was cut; None: whole")
+    face: Face = Field(Face.UP, description="direction of its cut face")
+    crosswise: bool = Field(False, description="a half is cut across its axis")
+    cut_at: Share = Field(0.5, description="share of the length at which a half, piece or slice is cut across")
+    thick: Metres = Field(0.008, description="of a slice, m")
+    slant: float = Field(0.0, ge=0, le=1.2, description="deviation of a slice's cuts from square, rad")
+    angle: float = Field(0.8, ge=0.2, le=2.4, description="of a wedge, rad")
+    section: FinishId | None = Field(None, description="picture of the cut faces")
+    heart: Share = Field(0.5, description="share of the length about which it lies on faces along the axis")
+    hollow: float = Field(0.0, ge=0, le=0.95, description="size of a hollow inside by the body")
+    lining: FinishId | None = Field(None, description="of the hollow; None: that of the section")
+    stone: float = Field(0.0, ge=0, le=0.1, description="width of a stone or core in the middle of a half, m; 0: none")
+    stone_long: float = Field(1.2, ge=0.3, le=4, description="its length by its width")
+    stone_flat: float = Field(1.0, ge=0.3, le=1, description="its thickness by its width")
     stone_finish: FinishId = "fruit_stone"
 
     @model_validator(mode="after")
@@ -335,28 +242,22 @@ def build(builder: AssetBuilder, p: Produce) -> None:
 
 def _build_portion(builder: AssetBuilder, p: Produce, body: Solid, rng: np.random.Generator) -> None:
     """Build what is left of a body about the z axis."""
-    assert p.portion is not None, "the caller checks"
     assert p.section is not None, "a validator checks"
     builder.portion = p.portion
     low, high = float(body.points[:, 2].min()), float(body.points[:, 2].max())
     heart = low + p.heart * (high - low)
-    cutting = Cutting(
-        portion=p.portion,
-        crosswise=p.crosswise,
-        at=low + p.cut_at * (high - low),
-        thick=p.thick,
-        slant=p.slant,
-        angle=p.angle,
-        heart=heart,
-        hollow=p.hollow,
-        face=p.face,
-    )
-    kept, faces, lining = portion_of(body, cutting)
+    planes = _planes(p, low + p.cut_at * (high - low), heart)
+
+    def scaled(share: float) -> Solid:
+        middle = (body.points.min(axis=0) + body.points.max(axis=0)) / 2
+        return replace(body, points=middle + (body.points - middle) * share, picture_uv=None)
+
+    kept, faces = cut(body, planes, scaled(p.hollow) if p.hollow else None)
     # Only a cut along the plane of the bend stays level when the body is bent.
     bend = p.bend if p.portion is Portion.PIECE or (p.portion is Portion.HALF and not p.crosswise) else 0.0
 
     def rested(solid: Solid) -> Solid:
-        return replace(solid, points=cutting.laid(bent(solid.points, bend, p.bend_start, (low, high))))
+        return replace(solid, points=_portion_laid(bent(solid.points, bend, p.bend_start, (low, high)), p))
 
     kept, faces = rested(kept), [rested(face) for face in faces]
     if p.face is Face.SIDE:
@@ -369,7 +270,8 @@ def _build_portion(builder: AssetBuilder, p: Produce, body: Solid, rng: np.rando
     builder.add(ROOT, kept, p.skin, label="body", name="body", density=density)
     plates = concatenate(faces).translated(z=-lowest)
     builder.add(ROOT, plates, p.section, label="section", name="section", collider=False, density=0.0)
-    if lining is not None:
+    if p.hollow:
+        lining = shell(scaled(p.hollow + LINING), scaled(p.hollow - LINING), planes)
         lined = rested(lining).translated(z=-lowest)
         builder.add(ROOT, lined, p.lining or p.section, label="lining", collider=False, density=0.0)
     if p.stone > 0 and p.face is Face.UP:
@@ -378,6 +280,44 @@ def _build_portion(builder: AssetBuilder, p: Produce, body: Solid, rng: np.rando
         points = ball.points * sides + (0.0, 0.0, heart)
         stone = rested(replace(ball, points=bumped(points, 0.05, 2.5, rng))).translated(z=-lowest)
         builder.add(ROOT, stone, p.stone_finish, label="stone", density=0.0)
+
+
+def _planes(p: Produce, at: float, heart: float) -> list[Plane]:
+    """The planes that cut a body about the z axis.
+
+    Args:
+        at: height of a cut across the axis, or of the middle of a slice, m.
+        heart: height about which the pictures of faces along the axis lie, m.
+    """
+    middle = np.array([0.0, 0.0, heart])
+    match p.portion:
+        case Portion.SLICE:
+            at *= math.cos(p.slant)
+            low, high = at - p.thick / 2, at + p.thick / 2
+            return [across(high, below=True, slant=p.slant), across(low, below=False, slant=p.slant)]
+        case Portion.WEDGE:
+            return sector(p.angle, middle)
+        case Portion.HALF if not p.crosswise:
+            return [along(0.0, middle)]
+    return [across(at, below=True)]
+
+
+def _portion_laid(points: Floats, p: Produce) -> Floats:
+    """Points as a portion rests."""
+    x, y, z = points.T
+    if p.portion is Portion.WEDGE:
+        # On its skin; or turned about the axis until one of its faces lies below.
+        turn = 0.0 if p.face is Face.UP else (p.angle + math.pi) / 2
+        c, s = math.cos(turn), math.sin(turn)
+        return np.column_stack([z, c * y + s * x, s * y - c * x])
+    if p.portion is Portion.SLICE:
+        c, s = math.cos(p.slant), math.sin(p.slant)
+        return np.column_stack([c * x - s * z, y, s * x + c * z])
+    if p.portion is Portion.HALF and not p.crosswise:
+        return np.column_stack([z, x, y] if p.face is Face.UP else [z, -x, -y])
+    if p.face is Face.SIDE:
+        return np.column_stack([z, x, y])
+    return points if p.face is Face.UP else points * (1.0, -1.0, -1.0)
 
 
 def _laid(points: Floats, p: Produce) -> Floats:

@@ -34,45 +34,33 @@ def pillow(p: Package) -> list[Part]:
         full = max(0.0, 1.0 - abs(2 * share - 1) ** p.full) ** 0.62
         back = deep * full * (1.0 + p.sag)
         front = deep * full * (1.0 - p.sag)
-        width = _half_width(half, deep * full)
+        # The skin does not stretch: where the bag is full, it is narrower.
+        width = float(np.sqrt(max(half**2 - 1.3 * (deep * full) ** 2, (0.55 * half) ** 2)))
         thick = np.where(sheet < 0, front, back)
         crease = slack(share)
-        y = sheet * (
-            SEALED + np.maximum(0.0, thick * np.clip(1 - np.abs(x) ** p.round_by, 0, 1) ** 0.5 * (1.0 + crease))
-        )
+        bulge = thick * np.clip(1 - np.abs(x) ** p.round_by, 0, 1) ** 0.5 * (1.0 + crease)
+        y = sheet * (SEALED + np.maximum(0.0, bulge))
         y = np.where(sheet == 0, 0.0, y)
         # The folds reach into the strip, which is never quite flat.
         rings.append(np.column_stack([x * width, y, np.full(len(x), p.crimp + inner * share)]))
         heights.append((p.crimp + inner * share) / p.height)
     low, high = _strip(p, x, sheet, half, rng, 0), _strip(p, x, sheet, half, rng, 1)
     grid = np.stack([*low, *rings, *high])
-    levels = np.array(
-        [
-            0.0,
-            *(p.crimp * s / p.height for s in CRIMPS),
-            *heights,
-            *(1 - p.crimp * s / p.height for s in CRIMPS[::-1]),
-            1.0,
-        ]
-    )
+    strip = [p.crimp * s / p.height for s in CRIMPS]
+    levels = np.array([0.0, *strip, *heights, *(1 - s for s in strip[::-1]), 1.0])
     # Ends of the strip may be cut in teeth.
     if p.teeth:
         tooth = np.where(np.arange(len(x)) % 2 == 0, 0.0, 0.0022)
         grid[0, :, 2] += np.where(sheet == 0, 0.0, tooth)
         grid[-1, :, 2] -= np.where(sheet == 0, 0.0, tooth)
     solid = wrapped(grid, sides, levels, along=p.along, crease_deg=62.0)
-    parts = [Part(solid, p.skin, "package", p.density)]
+    parts = [Part(solid, p.skin, "package", p.heft)]
     if p.seam:
         parts.append(Part(_back_seam(p, rings), p.skin, "package"))
     return parts
 
 
 CRIMPS = (0.25, 0.5, 0.75)
-
-
-def _half_width(flat: float, half_depth: float) -> float:
-    """Half of the width of a bag of that flat half width where it is full, as its skin does not stretch."""
-    return float(np.sqrt(max(flat**2 - 1.3 * half_depth**2, (0.55 * flat) ** 2)))
 
 
 def _creases(p: Package, x: Floats, sheet: Floats, rng: np.random.Generator) -> Callable[[float], Floats]:
@@ -98,9 +86,8 @@ def _strip(p: Package, x: Floats, sheet: Floats, half: float, rng: np.random.Gen
     phase, bow = rng.uniform(0, 6.3), rng.uniform(0.6, 1.2)
     out = []
     for k, share in enumerate((0.0, *CRIMPS)):
-        share, z = (share, p.crimp * share) if end == 0 else (share, p.height - p.crimp * share)
-        free = 1.0 - share
-        wave = bow * 0.035 * half * free * np.sin(3.2 * x + phase)
+        z = p.crimp * share if end == 0 else p.height - p.crimp * share
+        wave = bow * 0.035 * half * (1.0 - share) * np.sin(3.2 * x + phase)
         ridge = 0.0004 * (-1) ** k
         out.append(np.column_stack([x * half, sheet * SEALED + wave + ridge, np.full(len(x), z)]))
     return out if end == 0 else out[::-1]
@@ -112,9 +99,7 @@ def _back_seam(p: Package, rings: list[Floats]) -> Solid:
     loops = []
     for ring in rings:
         y, z = float(ring[middle, 1]), float(ring[middle, 2])
-        loops.append(
-            np.array([(-wide, y + 0.0001, z), (0.001, y - 0.0004, z), (0.001, y + 0.0006, z), (-wide, y + 0.0011, z)])
-        )
+        loops.append([(-wide, y + 0.0001, z), (0.001, y - 0.0004, z), (0.001, y + 0.0006, z), (-wide, y + 0.0011, z)])
     seam = wrapped(np.array(loops), np.zeros((4, 2, 2)), np.linspace(0, 1, len(loops)), crease_deg=40.0)
     return with_spot(seam.oriented_outwards(), (0.02, 0.5))
 
@@ -139,27 +124,20 @@ def pouch(p: Package) -> list[Part]:
         rings.append(np.column_stack([x * width, y, np.full(len(x), share * p.height)]))
         heights.append(share)
     for share in (0.935, 0.94, 0.985, 1.0):
-        width = half * (1.0 if share < 0.99 else 0.97)
-        rings.append(
-            np.column_stack(
-                [x * width, sheet * SEALED * (1.6 if share == 0.94 else 1.0), np.full(len(x), share * p.height)]
-            )
-        )
+        width, thick = half * (1.0 if share < 0.99 else 0.97), SEALED * (1.6 if share == 0.94 else 1.0)
+        rings.append(np.column_stack([x * width, sheet * thick, np.full(len(x), share * p.height)]))
         heights.append(share)
     grid = np.stack(rings)
     lean = 0.02 * p.height * (grid[:, :, 2] / p.height) ** 2 * np.sin(phase[0])
     grid[:, :, 1] += lean
     solid = wrapped(grid, sides, np.array(heights), crease_deg=55.0)
-    parts = [Part(solid, p.skin, "package", p.density)]
+    parts = [Part(solid, p.skin, "package", p.heft)]
     if p.zip_line:
         # In the sealed strip, where both sheets lie together.
         z, y = 0.962 * p.height, float(grid[-2, :, 1].mean())
         for k in (-1, 1):
-            line = board(
-                (-0.9 * half, y - 0.0013, z + 0.003 * k - 0.0008),
-                (0.9 * half, y + 0.0013, z + 0.003 * k + 0.0008),
-                0.0004,
-            )
+            low, high = z + 0.003 * k - 0.0008, z + 0.003 * k + 0.0008
+            line = board((-0.9 * half, y - 0.0013, low), (0.9 * half, y + 0.0013, high), 0.0004)
             parts.append(Part(with_spot(line, (0.5, 0.99)), p.skin, "package"))
     if p.cap_radius > 0:
         r = p.cap_radius
@@ -196,7 +174,7 @@ def twist(p: Package) -> list[Part]:
         rings.append(ring)
         heights.append(1 - share * p.crimp / p.height)
     solid = wrapped(np.stack(rings), outline.sides, np.array(heights), along=p.along, crease_deg=48.0)
-    return [Part(solid, p.skin, "package", p.density)]
+    return [Part(solid, p.skin, "package", p.heft)]
 
 
 def _fan(p: Package, bent: Floats, turn: Floats, neck: float, share: float, phase: float) -> Floats:

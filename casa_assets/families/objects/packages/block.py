@@ -46,58 +46,39 @@ class Shape(StrEnum):
 
 
 class Block(Params):
-    """Parameters of a block; lengths in metres, its length along x.
+    """Parameters of a block; lengths in metres, its length along x."""
 
-    Attributes:
-        shape: kind of block. width, depth, height: along x, y, z; of a wedge, width is the radius and depth is ignored.
-        corner: radius of the upright edges relative to half the smaller side, 1 for a round block. edge: radius of the
-            horizontal edges.
-        bulge: of the sides. crown: how far the upper end is raised in its middle. press: depth of a hollow there, over
-            the share press_size of it. taper: size of the upper end relative to the lower one. waist: how far its long
-            sides are drawn in.
-        bumps, waves: unevenness relative to the size, and its waves over the largest side. seed: of random details.
-        angle: of a wedge, rad. rind: width of the border around its cut faces.
-        holes, hole: number of round holes and the radius of the largest; with holes there is no picture.
-        slices, shift: number of slices of a stack, and how far they are displaced.
-        rows, columns, gap: segments of a tablet and the grooves between them.
-        pad: height of a layer on top, such as that of a sponge; pad_out: how far it projects.
-        core: size of a cloudy core, relative to the block.
-        portion: kind of portion if it was cut; None for a whole one.
-        heft: density, kg/m^3; None for that of the substance.
-        skin, second: finishes of the block, and of the pad, the core, or the cut faces of a wedge.
-    """
-
-    shape: Shape = Shape.SLAB
-    width: Metres
-    depth: Metres
-    height: Metres
-    corner: Annotated[float, Field(ge=0.02, le=1)] = 0.2
-    edge: Small = 0.002
-    bulge: Small = 0.0
-    crown: Small = 0.0
-    press: Small = 0.0
-    press_size: Share = 0.6
-    taper: Annotated[float, Field(ge=0.5, le=1.2)] = 1.0
-    waist: Small = 0.0
-    bumps: Annotated[float, Field(ge=0, le=0.2)] = 0.0
-    waves: Annotated[float, Field(ge=0.3, le=6)] = 1.2
+    shape: Shape = Field(Shape.SLAB, description="kind of block")
+    width: Metres = Field(description="along x, of a wedge its radius, m")
+    depth: Metres = Field(description="along y, not of a wedge, m")
+    height: Metres = Field(description="along z, m")
+    corner: float = Field(0.2, ge=0.02, le=1, description="radius of upright edges by half the smaller side; 1: round")
+    edge: Small = Field(0.002, description="radius of the horizontal edges, m")
+    bulge: Small = Field(0.0, description="of the sides, m")
+    crown: Small = Field(0.0, description="how far the upper end is raised in its middle, m")
+    press: Small = Field(0.0, description="depth of a hollow in the upper end, m")
+    press_size: Share = Field(0.6, description="share of the upper end that the hollow takes")
+    taper: float = Field(1.0, ge=0.5, le=1.2, description="size of the upper end by the lower one")
+    waist: Small = Field(0.0, description="how far its long sides are drawn in, m")
+    bumps: float = Field(0.0, ge=0, le=0.2, description="unevenness by the size")
+    waves: float = Field(1.2, ge=0.3, le=6, description="of the unevenness, over the largest side")
     seed: Annotated[int, Field(ge=0, le=9999)] = 0
-    angle: Annotated[float, Field(ge=0.2, le=6)] = 0.7
-    rind: Small = 0.002
-    holes: Annotated[int, Field(ge=0, le=30)] = 0
-    hole: Small = 0.006
-    slices: Annotated[int, Field(ge=1, le=12)] = 4
-    shift: Small = 0.004
-    rows: Annotated[int, Field(ge=1, le=8)] = 3
-    columns: Annotated[int, Field(ge=1, le=12)] = 6
-    gap: Small = 0.0015
-    pad: Small = 0.0
-    pad_out: Annotated[float, Field(ge=-0.003, le=0.003)] = 0.0
-    core: Share = 0.0
-    portion: Portion | None = None
-    heft: Annotated[float, Field(gt=5, le=3000)] | None = None
+    angle: float = Field(0.7, ge=0.2, le=6, description="of a wedge, rad")
+    rind: Small = Field(0.002, description="width of the border around a wedge's cut faces, m")
+    holes: int = Field(0, ge=0, le=30, description="round ones; with holes there is no picture")
+    hole: Small = Field(0.006, description="radius of the largest hole, m")
+    slices: int = Field(4, ge=1, le=12, description="of a stack")
+    shift: Small = Field(0.004, description="how far slices are displaced, m")
+    rows: int = Field(3, ge=1, le=8, description="segments of a tablet")
+    columns: int = Field(6, ge=1, le=12, description="segments of a tablet")
+    gap: Small = Field(0.0015, description="width of the grooves between segments, m")
+    pad: Small = Field(0.0, description="height of a layer on top, such as that of a sponge, m")
+    pad_out: float = Field(0.0, ge=-0.003, le=0.003, description="how far the pad projects, m")
+    core: Share = Field(0.0, description="size of a cloudy core by the block")
+    portion: Portion | None = Field(None, description="kind of portion if it was cut; None: whole")
+    heft: Annotated[float, Field(gt=5, le=3000)] | None = Field(None, description="kg/m^3; None: that of the substance")
     skin: FinishId
-    second: FinishId = "plastic_green"
+    second: FinishId = Field("plastic_green", description="of the pad, the core, or the cut faces of a wedge")
 
     def rng(self) -> np.random.Generator:
         """The generator of what is random in its form."""
@@ -112,7 +93,8 @@ def slab(p: Block) -> list[Part]:
         body = _with_holes(body, p)
     parts = [Part(body, p.skin, "body")]
     if p.pad > 0:
-        pad = _shaped(_slab(replace_pad(p), p.pad, p.pad_out), p).translated(z=low - 0.0002)
+        sharp = p.replace(edge=min(p.edge, 0.0015, 0.3 * p.pad), crown=0.0, press=0.0, pad=0.0, taper=1.0)
+        pad = _shaped(_slab(sharp, p.pad, p.pad_out), p).translated(z=low - 0.0002)
         parts.append(Part(pad, p.second, "pad"))
     if p.core > 0:
         points = body.points * p.core
@@ -121,31 +103,22 @@ def slab(p: Block) -> list[Part]:
     return parts
 
 
-def replace_pad(p: Block) -> Block:
-    """The parameters of the pad: as those of the block, with sharper edges."""
-    return p.replace(edge=min(p.edge, 0.0015, 0.3 * p.pad), crown=0.0, press=0.0, pad=0.0, taper=1.0)
-
-
-def _outline(p: Block) -> Outline:
-    return round_sides(40) if p.corner >= 1 else four_sides(0.3, 0.2, 4)
-
-
 def _slab(p: Block, height: float, beyond: float) -> Solid:
     """A block from z = 0 to `height`."""
-    outline = _outline(p)
+    outline = round_sides(40) if p.corner >= 1 else four_sides(0.3, 0.2, 4)
     e = min(p.edge, 0.49 * height)
     turns = np.linspace(0.0, math.pi / 2, 4 if e < 0.004 else 6)
     lower = [(e * (1 - math.sin(t)), e * (1 - math.cos(t))) for t in turns]
     wall = [(0.0, e + (height - 2 * e) * s) for s in (0.25, 0.5, 0.75)]
     upper = [(inset_, height - z) for inset_, z in lower[::-1]]
     rings = [_ring(p, outline, beyond, cut, z, height) for cut, z in (*lower, *wall, *upper)]
-    edge_ring = rings[-1]
-    middle = edge_ring[:, :2].mean(axis=0)
+    rim = rings[-1][:, :2]
+    middle = rim.mean(axis=0)
     uneven = p.crown > 0 or p.press > 0 or p.bumps > 0
     for share in INWARDS if uneven else ():
         z = height + p.crown * (1 - share**2)
         z -= p.press * min(1.0, max(0.0, (p.press_size - share) / 0.2))
-        flat = middle + (edge_ring[:, :2] - middle) * share
+        flat = middle + (rim - middle) * share
         rings.append(np.column_stack([flat, np.full(len(flat), z)]))
     return wrapped(np.stack(rings), outline.sides, np.linspace(0, 1, len(rings)), crease_deg=50.0)
 
@@ -208,15 +181,8 @@ def wedge(p: Block) -> list[Part]:
     arc = [(p.width * math.cos(t), p.width * math.sin(t)) for t in turns]
     outline = np.array([(0.0, 0.0), *arc])
     e = min(p.edge, 0.3 * p.height)
-    levels = [
-        (e, 0.0),
-        (0.3 * e, 0.3 * e),
-        (0.0, e),
-        (-p.bulge, p.height / 2),
-        (0.0, p.height - e),
-        (0.3 * e, p.height - 0.3 * e),
-        (e, p.height),
-    ]
+    levels = [(e, 0.0), (0.3 * e, 0.3 * e), (0.0, e), (-p.bulge, p.height / 2)]
+    levels += [(0.0, p.height - e), (0.3 * e, p.height - 0.3 * e), (e, p.height)]
     rings = []
     for cut, z in levels:
         flat = outline.copy()
@@ -239,16 +205,8 @@ def _cut_face(p: Block, sign: int) -> Solid:
     along = np.array([math.cos(sign * p.angle / 2), math.sin(sign * p.angle / 2), 0.0])
     out = np.array([-along[1], along[0], 0.0]) * sign
     reach, low, high = p.width - 1.6 * p.rind, p.rind, p.height - p.rind
-    flat = np.array(
-        [
-            (0.0008, low),
-            (reach - 0.002, low),
-            (reach, low + 0.003),
-            (reach, high - 0.003),
-            (reach - 0.002, high),
-            (0.0008, high),
-        ]
-    )
+    flat = [(0.0008, low), (reach - 0.002, low), (reach, low + 0.003)]
+    flat += [(reach, high - 0.003), (reach - 0.002, high), (0.0008, high)]
     front = np.array([along * x + (0.0, 0.0, z) for x, z in flat])
     loops = np.stack([front - 0.0006 * out, front + 0.00035 * out])
     n = len(front)
@@ -263,7 +221,7 @@ def stack(p: Block) -> list[Part]:
     rng = p.rng()
     thick = p.height / p.slices
     parts = []
-    one = p.replace(edge=min(p.edge, 0.3 * thick), crown=0.0, press=0.0, pad=0.0)
+    one, circle = p.replace(edge=min(p.edge, 0.3 * thick), crown=0.0, press=0.0, pad=0.0), round_sides(16)
     for k in range(p.slices):
         slice_ = _slab(one, thick - 0.0003, 0.0)
         x, y = rng.uniform(-p.shift, p.shift, 2)
@@ -272,18 +230,13 @@ def stack(p: Block) -> list[Part]:
             for _ in range(p.holes):
                 at = rng.uniform((-0.4 * p.width, -0.4 * p.depth), (0.4 * p.width, 0.4 * p.depth))
                 size = p.hole * float(rng.uniform(0.4, 1.0))
-                tools.append(_round_bar(size, thick).translated(float(at[0]), float(at[1])))
+                rings = np.stack([circle.ring(size, size, size, z) for z in (-0.001, thick + 0.001)])
+                bar = wrapped(rings, circle.sides, np.array([0.0, 1.0]))
+                tools.append(bar.translated(float(at[0]), float(at[1])))
             slice_ = subtract(slice_, *tools)
         turned = slice_.rotated("z", float(rng.uniform(-0.08, 0.08))).translated(float(x), float(y), k * thick)
         parts.append(from_each_side(turned))
     return [Part(concatenate(parts), p.skin, "body")]
-
-
-def _round_bar(radius: float, height: float) -> Solid:
-    """A round bar that reaches through a slice."""
-    outline = round_sides(16)
-    rings = np.stack([outline.ring(radius, radius, radius, z) for z in (-0.001, height + 0.001)])
-    return wrapped(rings, outline.sides, np.array([0.0, 1.0]))
 
 
 def tablet(p: Block) -> list[Part]:
@@ -304,10 +257,7 @@ def tablet(p: Block) -> list[Part]:
 
 
 SHAPES: Mapping[Shape, Callable[[Block], list[Part]]] = {
-    Shape.SLAB: slab,
-    Shape.WEDGE: wedge,
-    Shape.STACK: stack,
-    Shape.TABLET: tablet,
+    Shape(maker.__name__): maker for maker in (slab, wedge, stack, tablet)
 }
 
 
@@ -315,12 +265,11 @@ def build(builder: AssetBuilder, p: Block) -> None:
     """Build the asset: it rests on z = 0."""
     builder.portion = p.portion
     for k, part in enumerate(SHAPES[p.shape](p)):
+        touched = part.label not in UNTOUCHED
         density = p.heft if p.heft is not None else builder.supplies.finish(part.finish).substance.density
-        density = 0.0 if part.label in UNTOUCHED else density
-        solid = part.solid
-        if k == 0:
-            solid = solid.with_colliders_of(*_hulls(p, solid))
-        builder.add(ROOT, solid, part.finish, label=part.label, collider=part.label not in UNTOUCHED, density=density)
+        solid = part.solid.with_colliders_of(*_hulls(p, part.solid)) if k == 0 else part.solid
+        density = density if touched else 0.0
+        builder.add(ROOT, solid, part.finish, label=part.label, collider=touched, density=density)
 
 
 def _hulls(p: Block, body: Solid) -> list[Solid]:
@@ -331,11 +280,8 @@ def _hulls(p: Block, body: Solid) -> list[Solid]:
     edges = np.linspace(-p.angle / 2, p.angle / 2, count + 1)
     out = []
     for low, high in pairwise(edges):
-        rim = [
-            (p.width * math.cos(t), p.width * math.sin(t), z)
-            for t in np.linspace(low, high, 8)
-            for z in (p.edge, p.height - p.edge)
-        ]
+        turns, heights = np.linspace(low, high, 8), (p.edge, p.height - p.edge)
+        rim = [(p.width * math.cos(t), p.width * math.sin(t), z) for t in turns for z in heights]
         ends = [(0.96 * x, 0.96 * y, 0.0 if z < p.height / 2 else p.height) for x, y, z in rim]
         points = np.array([*rim, *ends, (0.0, 0.0, 0.0), (0.0, 0.0, p.height)])
         out.append(Solid(points, body.faces[:0]).with_hull_collider())

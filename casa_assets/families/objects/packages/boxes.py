@@ -50,16 +50,12 @@ def carton(p: Package) -> list[Part]:
         parts = _open_carton(p, outline, flaps)
     else:
         body = _sides(p, outline, p.height - 2 * flaps, p.lower, 1.0 - p.upper).translated(z=flaps)
-        parts = [Part(body, p.skin, "package", p.density)]
+        parts = [Part(body, p.skin, "package", p.heft)]
     for end in (0,) if p.opens else (0, 1):
         z = p.height - flaps if end else 0.0
         layer, low = (z, z + CARD) if end else (z + CARD, z)
-        layer_board = board(
-            (-half_x + 0.5 * CARD, -half_y + 0.5 * CARD, layer),
-            (half_x - 0.5 * CARD, half_y - 0.5 * CARD, layer + CARD),
-            0.0,
-        )
-        parts.append(Part(layer_board, BOARD_FINISH, "flap"))
+        x, y = half_x - 0.5 * CARD, half_y - 0.5 * CARD
+        parts.append(Part(board((-x, -y, layer), (x, y, layer + CARD), 0.0), BOARD_FINISH, "flap"))
         middle = half_y * p.flap
         level = (1.0 - p.upper, 0.997) if end else (0.003, p.lower)
         pieces = ((-half_y, middle - 0.0007), (middle + 0.0007, half_y)) if p.flap < 0.95 else ((-half_y, half_y),)
@@ -69,7 +65,11 @@ def carton(p: Package) -> list[Part]:
     if p.window > 0:
         parts.append(Part(_window(p), p.window_finish, "window"))
     if p.spout > 0:
-        parts.append(Part(_metal_spout(p), p.fitting, "spout"))
+        # A little spout of sheet at the upper end of a narrow side, as cartons of salt have.
+        x, size = half_x + p.bulge * 0.3, 0.3 * p.depth
+        low, high = p.height - 0.8 * size - 0.008, p.height - 0.008
+        sheet = board((x - 0.002, -size / 2, low), (x + 0.0012, size / 2, high), 0.0006)
+        parts.append(Part(sheet, p.fitting, "spout"))
     return parts
 
 
@@ -94,14 +94,13 @@ def _open_carton(p: Package, outline: Outline, flaps: float) -> list[Part]:
     heights = p.lower + (1.0 - p.upper - p.lower) * LEVELS
     rings = np.concatenate([outside, np.stack(inside)])
     body = wrapped(rings, outline.sides, np.array([*heights, 1.0 - p.upper, 1.0 - p.upper]), along=p.along)
-    parts = [Part(body, p.skin, "package", p.density * full.volume / body.volume)]
+    parts = [Part(body, p.skin, "package", p.heft * full.volume / body.volume)]
     x, y, z = half_x - CARD, half_y - CARD, top - 0.0005
     for sign in (-1, 1):
         ends, sides = sorted((sign * x, sign * (x - 0.0003))), sorted((sign * y, sign * (y - 0.0003)))
-        parts.append(Part(board((ends[0], -y, level), (ends[1], y, z), 0.0), BOARD_FINISH, "lining"))
-        parts.append(
-            Part(board((-x + 0.0003, sides[0], level), (x - 0.0003, sides[1], z), 0.0), BOARD_FINISH, "lining")
-        )
+        end = board((ends[0], -y, level), (ends[1], y, z), 0.0)
+        side = board((-x + 0.0003, sides[0], level), (x - 0.0003, sides[1], z), 0.0)
+        parts += [Part(sheet, BOARD_FINISH, "lining") for sheet in (end, side)]
     held = board((-x + 0.0004, -y + 0.0004, level - 0.001), (x - 0.0004, y - 0.0004, level + 0.0006), 0.0)
     parts.append(Part(held, p.content or "paper_white", "content"))
     lid = board((-half_x, -half_y, top + 0.0004), (half_x, half_y, p.height), 0.0)
@@ -141,14 +140,6 @@ def _window(p: Package) -> Solid:
     return with_front_picture(solid.oriented_outwards(), (0.02, 0.02), (0.98, 0.98))
 
 
-def _metal_spout(p: Package) -> Solid:
-    """A little spout of sheet at the upper end of a narrow side, as cartons of salt have."""
-    x, size = p.width / 2 + p.bulge * 0.3, 0.3 * p.depth
-    return board(
-        (x - 0.002, -size / 2, p.height - 0.8 * size - 0.008), (x + 0.0012, size / 2, p.height - 0.008), 0.0006
-    )
-
-
 def gable(p: Package) -> list[Part]:
     """A carton with a gable: its upper end is folded to a ridge, and a cap sits on the slope."""
     outline = four_sides(p.front, p.side, 1)
@@ -163,9 +154,14 @@ def gable(p: Package) -> list[Part]:
     slope = [1.0 - p.upper * (1.0 - 0.8 * s) for s in (0.06, 0.3, 0.6, 0.9, 1.0)]
     heights = np.array([*(p.lower + (1.0 - p.lower - p.upper) * shares), *slope, 1.0])
     solid = wrapped(everything, outline.sides, heights, crease_deg=28.0)
-    parts = [Part(solid, p.skin, "package", p.density)]
+    parts = [Part(solid, p.skin, "package", p.heft)]
     if p.cap_radius > 0:
-        parts.append(Part(_slope_cap(p, wall), p.fitting, "cap", 500.0, collider=True))
+        # A screw cap placed square to the front slope.
+        rise, run, r, high = p.height * p.roof, half_y, p.cap_radius, 0.85 * p.cap_radius
+        profile = [(1.25 * r, -0.002), (1.25 * r, 0.001), (r, 0.0018), (r, 0.85 * high), (0.9 * r, high)]
+        at = Pose(position=(0.0, -0.52 * run, wall + 0.48 * rise)) @ axis_turn("x", math.atan2(rise, run))
+        cap = ribbed(lathe(profile, 36, 45.0), r).with_hull_collider().transformed(at)
+        parts.append(Part(cap, p.fitting, "cap", 500.0, collider=True))
     return parts
 
 
@@ -187,17 +183,6 @@ def gathered(
     return ring
 
 
-def _slope_cap(p: Package, wall: float) -> Solid:
-    """A screw cap placed square to the front slope."""
-    rise, run = p.height * p.roof, p.depth / 2
-    tilt = math.atan2(rise, run)
-    r, high = p.cap_radius, 0.85 * p.cap_radius
-    profile = [(1.25 * r, -0.002), (1.25 * r, 0.001), (r, 0.0018), (r, 0.85 * high), (0.9 * r, high)]
-    cap = ribbed(lathe(profile, 36, 45.0), r).with_hull_collider()
-    at = Pose(position=(0.0, -0.52 * run, wall + 0.48 * rise)) @ axis_turn("x", tilt)
-    return cap.transformed(at)
-
-
 def ribbed(cap: Solid, radius: float) -> Solid:
     """A cap of 36 points round whose grip has ribs."""
     points = cap.points.copy()
@@ -213,25 +198,24 @@ def brick(p: Package) -> list[Part]:
     outline = four_sides(p.front, p.side, 1)
     body = _sides(p, outline, p.height, p.lower, 1.0 - p.upper)
     half_x, half_y = p.width / 2, p.depth / 2
-    parts = [Part(body, p.skin, "package", p.density)]
+    parts = [Part(body, p.skin, "package", p.heft)]
     spot = (0.5, 1.0 - 0.5 * max(p.upper, 0.02))
     strip = board((-half_x + 0.001, -0.002, p.height), (half_x - 0.001, 0.006, p.height + 0.0011), 0.0003)
     parts.append(Part(with_spot(strip, spot), p.skin, "package"))
     for sign in (-1, 1):
         x = sign * (half_x + 0.0002)
-        low = p.height - 0.85 * half_y
-        corners = np.array(
-            [(x, -half_y * 0.96, p.height), (x, half_y * 0.96, p.height), (x + sign * p.bulge * 0.3, 0.0, low)]
-        )
-        ear = plate(corners, 0.0009, np.array([float(sign), 0.0, 0.0]))
+        tip = (x + sign * p.bulge * 0.3, 0.0, p.height - 0.85 * half_y)
+        corners = [(x, -half_y * 0.96, p.height), (x, half_y * 0.96, p.height), tip]
+        ear = plate(np.array(corners), 0.0009, np.array([float(sign), 0.0, 0.0]))
         level = 1.0 - p.upper
         edge = 0.5 + sign * (p.front + p.side) / 2
         ear = with_front_picture(ear, (edge - 0.3 * p.side, level - 0.12), (edge + 0.3 * p.side, level), (1, 2))
         parts.append(Part(ear, p.skin, "package"))
     radius = 0.0021
+    x, y = 0.45 * half_x, -0.45 * half_y
+    hole = lathe([(0.0052, p.height + 0.0002), (0.0052, p.height + 0.0012)], 20).translated(x, y)
     if p.straw > 0:
-        x, y = 0.45 * half_x, -0.45 * half_y
-        parts.append(Part(_straw_hole(p).translated(x, y), "foil_silver", "seal"))
+        parts.append(Part(hole, "foil_silver", "seal"))
         bend = p.height + 0.62 * p.straw
         path = [(x, y, p.height - 0.01), (x, y, bend), (x - 0.35 * p.straw, y, bend + 0.3 * p.straw)]
         parts.append(Part(tube(path, radius, 0.006), p.fitting, "straw", 200.0, collider=True))
@@ -242,31 +226,26 @@ def brick(p: Package) -> list[Part]:
         dx, dz = reach * math.sin(lean), reach * math.cos(lean)
         path = [(-dx, y, p.height / 2 - dz), (dx, y, p.height / 2 + dz)]
         parts.append(Part(tube(path, radius), p.fitting, "straw", 200.0, collider=True))
-        parts.append(Part(_straw_hole(p).translated(0.45 * half_x, -0.45 * half_y), "foil_silver", "seal"))
+        parts.append(Part(hole, "foil_silver", "seal"))
     return parts
-
-
-def _straw_hole(p: Package) -> Solid:
-    """The round of foil that closes the hole of a straw."""
-    return lathe([(0.0052, p.height + 0.0002), (0.0052, p.height + 0.0012)], 20)
 
 
 def wrapped_block(p: Package) -> list[Part]:
     """A block in paper or foil whose ends are folded like those of a parcel; part of it may be bare."""
     if p.bare >= 1:
-        return [Part(_bare_block(p, 0.0), p.content or p.skin, "food", p.density)]
+        return [Part(_bare_block(p, 0.0), p.content or p.skin, "food", p.heft)]
     outline = four_sides(p.front, p.side, 2)
     fold = 0.0007
     top = p.height * (1.0 - p.bare)
     # A wrapper that is open lies smoothly, so that it stays clear of what is in it.
     smooth = p if p.bare == 0 else p.replace(dents=0.0)
     body = _sides(smooth, outline, top - 2 * fold, p.lower, 1.0 - p.upper).translated(z=fold)
-    parts = [Part(body, p.skin, "package", p.density if p.bare == 0 else 0.0)]
+    parts = [Part(body, p.skin, "package", p.heft if p.bare == 0 else 0.0)]
     for end in (0, 1):
         if end == 0 or p.bare == 0:
             parts += _parcel_end(p, top, fold, end)
     if p.bare > 0:
-        parts.append(Part(_bare_block(p, 0.0007), p.content or p.skin, "food", p.density, collider=True))
+        parts.append(Part(_bare_block(p, 0.0007), p.content or p.skin, "food", p.heft, collider=True))
         if p.liner > 0:
             # Foil under the paper stands out a little, where it was torn.
             half_x, half_y = p.width / 2 - 0.0004, p.depth / 2 - 0.0004
@@ -291,12 +270,8 @@ def _parcel_end(p: Package, top: float, fold: float, end: int) -> list[Part]:
     cut, lean = 0.85 * min(half_x, half_y), 0.25 * half_y
     parts = []
     for k, sign in enumerate((-1, 1)):
-        flap = [
-            (-half_x, sign * half_y),
-            (half_x, sign * half_y),
-            (half_x - cut, -sign * lean),
-            (-half_x + cut, -sign * lean),
-        ]
+        flap = [(-half_x, sign * half_y), (half_x, sign * half_y)]
+        flap += [(half_x - cut, -sign * lean), (-half_x + cut, -sign * lean)]
         corners = np.array([(x, y, z + 0.00035 * k * up) for x, y in flap])
         folded = plate(corners if sign * up < 0 else corners[::-1], 0.0003, np.array([0.0, 0.0, up]))
         parts.append(Part(with_spot(folded, spot), p.skin, "package"))
@@ -342,7 +317,7 @@ def paper_bag(p: Package) -> list[Part]:
     everything[0, :, 2] = 0.0
     heights = [*(p.lower + (1 - p.lower - p.upper) * shares), *(1.0 - p.upper * (1.0 - 0.8 * s) for s in steps)]
     solid = wrapped(everything, outline.sides, np.array([*heights, 1.0] if p.fin > 0 else heights), crease_deg=55.0)
-    parts = [Part(solid, p.skin, "package", p.density)]
+    parts = [Part(solid, p.skin, "package", p.heft)]
     if p.roll <= 0:
         return [*parts, Part(_folded_end(p), p.skin, "package")]
     parts.append(Part(_rolled_end(p), p.skin, "package"))

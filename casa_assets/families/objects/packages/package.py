@@ -53,105 +53,72 @@ class Rest(StrEnum):
 
 
 class Package(Params):
-    """Parameters of a package; lengths in metres, of the upright package, its front to -y.
+    """Parameters of a package; lengths in metres, of the upright package, its front to -y."""
 
-    Attributes:
-        shape, rest: kind of package, and how it lies.
-        width, depth, height: overall; of bags, width is that of the empty bag and depth that of the full one.
-        front, side: shares of the picture's width on the front and on each adjacent side, as in the label's recipe.
-        lower, upper: shares of the picture's height on the lower and on the upper end, likewise.
-        along: the picture's width runs along the height; each side shows all of it.
-        edge: radius of upright edges. bulge: of the sides. dents: depth of their unevenness. seed: of random details.
-        flap: where the flaps of a carton meet, relative to half the depth; near 1 there is a single flap.
-        window, window_wide: height and width of a pane in a carton's front, shares; window_finish is seen through it.
-        opens: the upper end of a carton is a lid that swings up; below it the carton is empty, down to `fill` of the
-            height.
-        spout: above 0, a carton has a sheet metal spout at its side.
-        roof: share of the height of a gable, or of the folds of a paper bag. fin: height of the ridge's seam; of
-            twisted paper, the width of its ends. cap_radius: of a screw cap on a gable or a pouch, 0 for no cap.
-        straw: how far a straw projects from a brick; 0 for a straw in a wrapper on the back.
-        seam: a flap of the seam at the back. roll: half the thickness of the rolled end of a paper bag, 0 for a folded
-            end. tie: the roll has a strip of tin.
-        bare: share of a wrapped block at its upper end that is unwrapped; content is its finish; rows and columns are
-            its segments if it is a tablet; liner: how far foil projects from the paper there.
-        crimp: height of a sealed strip, or of twisted paper at each end. teeth: the strip has a serrated edge. pleats:
-            depth of the folds. full: bluntness of the ends of the filled part; round_by: the same of its sides. sag:
-            how much deeper the back is than half the depth, as a share of that; 0 if front and back are equally deep.
-            zip_line: a pouch has a zip.
-        profile: (width, height) of a tub from foot to flange, shares. curved: it is a smooth curve. corner: radius of a
-            tub's corners relative to half the width, 1 for a round tub. flange: how far it projects. flutes: number of
-            upright ones. lid_rise: height of the lid; from 3 mm on it is made of plastic. tongue, tongue_turn: length
-            and direction of a tongue to pull it off. fill: share of the height that is filled, if the content can be
-            seen.
-        heft: mass of the whole per volume of its body, kg/m^3.
-        skin, fitting, lid, rim_finish, content, window_finish: finishes of the package, of its cap, straw or tie, of a
-            tub's lid, of its flange, of the content of a clear one, and of what is behind a window.
-    """
-
-    shape: Shape
-    rest: Rest = Rest.STANDS
-    width: Metres
-    depth: Metres
-    height: Metres
-    front: Annotated[float, Field(ge=0.1, le=0.9)] = 0.36
-    side: Annotated[float, Field(ge=0, le=0.4)] = 0.14
-    lower: Annotated[float, Field(ge=0, le=0.4)] = 0.04
-    upper: Annotated[float, Field(ge=0, le=0.4)] = 0.04
-    along: bool = False
-    edge: Small = 0.0012
-    bulge: Small = 0.0015
-    dents: Small = 0.0004
+    shape: Shape = Field(description="kind of package")
+    rest: Rest = Field(Rest.STANDS, description="how it lies")
+    width: Metres = Field(description="of bags that of the empty bag, m")
+    depth: Metres = Field(description="of bags that of the full bag, m")
+    height: Metres = Field(description="m")
+    front: float = Field(0.36, ge=0.1, le=0.9, description="share of the picture's width, as in the label's recipe")
+    side: float = Field(0.14, ge=0, le=0.4, description="the same on each adjacent side")
+    lower: float = Field(0.04, ge=0, le=0.4, description="share of the picture's height on the lower end")
+    upper: float = Field(0.04, ge=0, le=0.4, description="the same on the upper end")
+    along: bool = Field(False, description="the picture's width runs along the height; each side shows all of it")
+    edge: Small = Field(0.0012, description="radius of upright edges, m")
+    bulge: Small = Field(0.0015, description="of the sides, m")
+    dents: Small = Field(0.0004, description="depth of the sides' unevenness, m")
     seed: Annotated[int, Field(ge=0, le=9999)] = 0
-    flap: Annotated[float, Field(ge=-1, le=1)] = 0.1
-    window: Annotated[float, Field(ge=0, le=0.8)] = 0.0
-    window_wide: Share = 0.7
-    window_finish: FinishId = "pasta_dry"
-    opens: bool = False
-    spout: Small = 0.0
-    roof: Annotated[float, Field(ge=0, le=0.5)] = 0.15
-    fin: Small = 0.012
-    cap_radius: Small = 0.0
-    straw: Small = 0.0
-    seam: bool = False
-    roll: Small = 0.0
-    tie: bool = False
-    bare: Share = 0.0
-    rows: Annotated[int, Field(ge=0, le=8)] = 0
-    columns: Annotated[int, Field(ge=0, le=12)] = 0
-    liner: Small = 0.0
-    crimp: Small = 0.012
-    teeth: bool = True
-    pleats: Annotated[float, Field(ge=0, le=0.5)] = 0.1
-    full: Annotated[float, Field(ge=1, le=12)] = 3.0
-    round_by: Annotated[float, Field(ge=1.2, le=12)] = 2.2
-    sag: Annotated[float, Field(ge=-0.9, le=0.9)] = 0.0
-    zip_line: bool = False
-    profile: Annotated[tuple[Vec2, ...], Field(min_length=2, max_length=14)] = ((0.8, 0.0), (1.0, 1.0))
-    curved: bool = False
-    corner: Annotated[float, Field(ge=0.1, le=1)] = 1.0
-    flange: Annotated[float, Field(ge=0, le=0.012)] = 0.003
-    flutes: Annotated[int, Field(ge=0, le=24)] = 0
-    lid_rise: Small = 0.0006
-    tongue: Small = 0.008
-    tongue_turn: Annotated[float, Field(ge=-3.2, le=3.2)] = -0.8
-    fill: Share = 0.85
-    heft: Annotated[float, Field(gt=5, le=3000)] = 400.0
+    flap: float = Field(0.1, ge=-1, le=1, description="where flaps meet, by half the depth; near 1: a single flap")
+    window: float = Field(0.0, ge=0, le=0.8, description="height of a pane in a carton's front, by the height")
+    window_wide: Share = Field(0.7, description="width of the pane, by the width")
+    window_finish: FinishId = Field("pasta_dry", description="what is seen through the pane")
+    opens: bool = Field(False, description="a carton's upper end is a lid that swings up over a hollow down to `fill`")
+    spout: Small = Field(0.0, description="above 0, a carton has a sheet metal spout at its side")
+    roof: float = Field(0.15, ge=0, le=0.5, description="of a gable or a paper bag's folds, by the height")
+    fin: Small = Field(0.012, description="height of the ridge's seam; width of the ends of twisted paper, m")
+    cap_radius: Small = Field(0.0, description="of a screw cap on a gable or a pouch, m; 0: none")
+    straw: Small = Field(0.0, description="how far a straw projects from a brick, m; 0: in a wrapper on the back")
+    seam: bool = Field(False, description="a flap of the seam at the back")
+    roll: Small = Field(0.0, description="half the thickness of a paper bag's rolled end, m; 0: a folded end")
+    tie: bool = Field(False, description="the roll has a strip of tin")
+    bare: Share = Field(0.0, description="share of a wrapped block at its upper end that is unwrapped")
+    rows: int = Field(0, ge=0, le=8, description="segments of the block if it is a tablet, else 0")
+    columns: int = Field(0, ge=0, le=12, description="segments of a tablet")
+    liner: Small = Field(0.0, description="how far foil projects from the paper of a bare block, m")
+    crimp: Small = Field(0.012, description="height of a sealed strip, or of twisted paper at each end, m")
+    teeth: bool = Field(True, description="the strip has a serrated edge")
+    pleats: float = Field(0.1, ge=0, le=0.5, description="depth of the folds")
+    full: float = Field(3.0, ge=1, le=12, description="bluntness of the ends of the filled part")
+    round_by: float = Field(2.2, ge=1.2, le=12, description="bluntness of its sides")
+    sag: float = Field(0.0, ge=-0.9, le=0.9, description="how much deeper the back is than half the depth, by that")
+    zip_line: bool = Field(False, description="a pouch has a zip")
+    profile: tuple[Vec2, ...] = Field(
+        ((0.8, 0.0), (1.0, 1.0)),
+        min_length=2,
+        max_length=14,
+        description="(width, height) of a tub from foot to flange, shares",
+    )
+    curved: bool = Field(False, description="the profile of a tub is a smooth curve")
+    corner: float = Field(1.0, ge=0.1, le=1, description="radius of a tub's corners by half the width; 1: round")
+    flange: float = Field(0.003, ge=0, le=0.012, description="how far it projects, m")
+    flutes: int = Field(0, ge=0, le=24, description="upright ones of a tub")
+    lid_rise: Small = Field(0.0006, description="height of a tub's lid, m; from 3 mm on it is of plastic")
+    tongue: Small = Field(0.008, description="length of a tongue to pull the lid off, m")
+    tongue_turn: float = Field(-0.8, ge=-3.2, le=3.2, description="direction of the tongue, rad")
+    fill: Share = Field(0.85, description="share of the height that is filled, if the content can be seen")
+    heft: float = Field(400.0, gt=5, le=3000, description="mass of the whole per volume of its body, kg/m^3")
     skin: FinishId
-    fitting: FinishId = "plastic_white"
-    lid: FinishId = "foil_silver"
-    rim_finish: FinishId = "plastic_white"
-    content: FinishId | None = None
+    fitting: FinishId = Field("plastic_white", description="of cap, straw or tie")
+    lid: FinishId = Field("foil_silver", description="of a tub")
+    rim_finish: FinishId = Field("plastic_white", description="of a tub's flange")
+    content: FinishId | None = Field(None, description="of a clear package, or of a bare block")
 
     @model_validator(mode="after")
     def _can_open(self) -> Package:
         if self.opens and (self.shape is not Shape.CARTON or self.rest is not Rest.STANDS or self.spout > 0):
             raise ValueError(f"a carton without a spout that stands is expected to open, got a {self.shape}")
         return self
-
-    @property
-    def density(self) -> float:
-        """kg/m^3 of the body, which weighs all."""
-        return self.heft
 
     def rng(self) -> np.random.Generator:
         """The generator of what is random in its form."""

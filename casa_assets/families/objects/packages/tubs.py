@@ -29,21 +29,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Part:
-    """A part of a package.
+    """A part of a package."""
 
-    Attributes:
-        solid: in the pose before the package is laid down: its bottom at z = 0, its front to -y.
-        finish: id of a finish. label: what part it is.
-        density: kg/m^3; 0 for no mass. collider: it has a separate collision shape.
-        swings: it is on the link of the lid.
-    """
-
-    solid: Solid
-    finish: str
+    solid: Solid  # before the package is laid down: its bottom at z = 0, its front to -y
+    finish: str  # id
     label: str
-    density: float = 0.0
-    collider: bool = False
-    swings: bool = False
+    density: float = 0.0  # kg/m^3; 0: no mass
+    collider: bool = False  # it has a separate collision shape
+    swings: bool = False  # it is on the link of the lid
 
 
 # Tubs -----------------------------------------------------------------------------------------------------------------
@@ -62,16 +55,15 @@ def tub(p: Package) -> list[Part]:
     levels = profile[:, 1]
     rings[1:-1] = _fluted(p, outline, rings[1:-1])
     body = wrapped(rings, outline.sides, p.lower + (1 - p.lower - p.upper) * levels, crease_deg=35.0)
-    parts = [Part(body, p.skin, "package", p.density)]
+    parts = [Part(body, p.skin, "package", p.heft)]
     if p.content:
         filled = profile[levels < p.fill]
         size = np.interp(p.fill, levels, profile[:, 0])
         rows = [*filled, (size, p.fill)]
         inner = [_ring(p, outline, s, -0.0012, max(0.0012, level * top)) for s, level in rows]
         # The flutes go farther in than the content lies off the wall.
-        held = wrapped(
-            _fluted(p, outline, np.stack(inner)), outline.sides, np.linspace(0, 1, len(rows)), crease_deg=35.0
-        )
+        rings = _fluted(p, outline, np.stack(inner))
+        held = wrapped(rings, outline.sides, np.linspace(0, 1, len(rows)), crease_deg=35.0)
         parts.append(Part(held, p.content, "content"))
     flange = np.stack([_ring(p, outline, 1.0, p.flange, z) for z in (top - FLANGE, top - 0.0004)])
     parts.append(Part(wrapped(flange, outline.sides, ramp(0.0, 1.0), crease_deg=40.0), p.rim_finish, "rim"))
@@ -97,16 +89,9 @@ def _fluted(p: Package, outline: Outline, rings: Floats) -> Floats:
 
 def _foil_lid(p: Package, outline: Outline, top: float) -> list[Part]:
     """Foil over the flange, a little domed, with a tongue at its right side."""
-    rings, rise = [], p.lid_rise
-    edge = p.flange + 0.0004
-    for shrink, z in (
-        (0.0, 0.0),
-        (0.0, FILM),
-        (0.06, FILM + 0.05 * rise),
-        (0.35, FILM + 0.75 * rise),
-        (0.75, FILM + rise),
-    ):
-        rings.append(_ring(p, outline, 1.0, edge - shrink * min(p.width, p.depth) / 2, top + z))
+    rise, edge, small = p.lid_rise, p.flange + 0.0004, min(p.width, p.depth)
+    steps = ((0.0, 0.0), (0.0, FILM), (0.06, FILM + 0.05 * rise), (0.35, FILM + 0.75 * rise), (0.75, FILM + rise))
+    rings = [_ring(p, outline, 1.0, edge - shrink * small / 2, top + z) for shrink, z in steps]
     lid = wrapped(np.stack(rings), outline.sides, np.linspace(0, 1, 5), crease_deg=60.0)
     lid = with_front_picture(lid, (0.02, 0.02), (0.98, 0.98), (0, 1))
     tongue = p.tongue
@@ -115,12 +100,8 @@ def _foil_lid(p: Package, outline: Outline, top: float) -> list[Part]:
     turns = np.linspace(-np.pi / 2, np.pi / 2, 9)
     half = 0.75 * tongue
     inside = p.width / 2 - 0.35 * half
-    shape = [
-        (inside, -1.5 * half),
-        *((p.width / 2 + (tongue - half) + half * np.cos(t), half * np.sin(t)) for t in turns),
-        (inside, 1.5 * half),
-    ]
-    flat = np.array(shape)
+    end = [(p.width / 2 + (tongue - half) + half * np.cos(t), half * np.sin(t)) for t in turns]
+    flat = np.array([(inside, -1.5 * half), *end, (inside, 1.5 * half)])
     # The tongue hangs down a little, seen from the flange on.
     droop = -0.45 * np.maximum(0.0, flat[:, 0] - p.width / 2)
     loops = [np.column_stack([flat, top + FILM * 0.2 + droop]), np.column_stack([flat, top + FILM * 1.05 + droop])]
@@ -146,17 +127,11 @@ def _snap_lid(p: Package, outline: Outline, top: float) -> list[Part]:
 def roll(p: Package) -> list[Part]:
     """A roll of foil, film or paper on a tube of cardboard; it lies, its end a little loose."""
     r, core = p.depth / 2, 0.28 * p.depth
-    outer = lathe(
-        [(core, 0.0), (r - 0.0006, 0.0), (r, 0.0006), (r, p.height - 0.0006), (r - 0.0006, p.height), (core, p.height)],
-        40,
-        40.0,
-        closed=True,
-    )
-    reach = 0.004
-    inner, wide = core - 0.0016, core - 0.0001
-    tube = lathe(
-        [(inner, -reach), (wide, -reach), (wide, p.height + reach), (inner, p.height + reach)], 28, 40.0, closed=True
-    )
+    rim, high = r - 0.0006, p.height
+    line = [(core, 0.0), (rim, 0.0), (r, 0.0006), (r, high - 0.0006), (rim, high), (core, high)]
+    outer = lathe(line, 40, 40.0, closed=True)
+    low, high, inner, wide = -0.004, p.height + 0.004, core - 0.0016, core - 0.0001
+    tube = lathe([(inner, low), (wide, low), (wide, high), (inner, high)], 28, 40.0, closed=True)
     # The loose end of the sheet, which stands off more and more.
     turns = np.linspace(0.0, 0.5, 7)
     beyond = r + 0.0012 * turns + 0.0002
@@ -166,6 +141,6 @@ def roll(p: Package) -> list[Part]:
     flap = wrapped(np.stack(rows), np.zeros((len(flat), 2, 2)), ramp(0, 1), crease_deg=40.0).oriented_outwards()
     sheet = concatenate([outer, flap])
     return [
-        Part(Solid(sheet.points, sheet.faces, crease_deg=40.0), p.skin, "roll", p.density),
+        Part(Solid(sheet.points, sheet.faces, crease_deg=40.0), p.skin, "roll", p.heft),
         Part(tube, "paper_kraft", "core"),
     ]

@@ -11,6 +11,7 @@ import numpy as np
 from casa_assets.core.numeric import Floats, Ints
 from casa_assets.families.kit.solids.solid import Solid
 from casa_assets.families.kit.solids.sweep import ring_walls
+from casa_assets.families.objects.closed_surface import random_waves
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec2
 
@@ -123,13 +124,7 @@ def two_sheets(count: int) -> tuple[Floats, Floats, Floats]:
     return places, sheet, np.array(front + back).reshape(-1, 2, 2)
 
 
-def wrapped(
-    rings: Floats,
-    sides: Floats,
-    heights: Floats,
-    along: bool = False,
-    crease_deg: float = 50.0,
-) -> Solid:
+def wrapped(rings: Floats, sides: Floats, heights: Floats, along: bool = False, crease_deg: float = 50.0) -> Solid:
     """A closed surface over rings of equally many points, whose ends are closed by flat faces.
 
     Args:
@@ -223,12 +218,7 @@ def dented(rings: Floats, outline: Outline, amount: float, rng: np.random.Genera
     if amount <= 0:
         return rings
     points = rings.reshape(-1, 3)
-    size = float(np.ptp(points, axis=0).max())
-    total = np.zeros(len(points))
-    for _ in range(6):
-        way = rng.normal(size=3)
-        way *= waves * 2 * np.pi / size / np.linalg.norm(way) * rng.uniform(0.5, 1.2)
-        total += np.sin(points @ way + rng.uniform(0.0, 2 * np.pi))
+    total = random_waves(points, waves, float(np.ptp(points, axis=0).max()), 6, rng)
     moved = rings.copy()
     inner = np.clip(1.15 - np.abs(outline.straight * outline.bent[:, ::-1]).sum(axis=1), 0.15, 1.0)[:, None]
     moved[..., :2] += amount / 2.5 * total.reshape(*rings.shape[:2], 1) * outline.bent * inner

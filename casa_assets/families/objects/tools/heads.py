@@ -14,31 +14,19 @@ from casa_assets.families.kit.solids.blocks import box, lathe, rod, subtract
 from casa_assets.families.kit.solids.solid import Solid, concatenate, hull_around
 from casa_assets.families.kit.solids.sweep import circle, prism, rectangle, tube
 from casa_assets.families.objects.closed_surface import smooth_profile, turned
-from casa_assets.families.objects.tools.swept_bar import lofted, stadium
+from casa_assets.families.objects.tools.swept_bar import corners, lofted, stadium
 from casa_assets.model.record import Vec2, Vec3
-
-# Pieces of the wall of a cup as colliders.
-SECTORS = 6
 
 
 @dataclass(frozen=True)
 class Part:
-    """A solid of a utensil with its finish.
-
-    Attributes:
-        collides: whether it has colliders: its own, or its hull where it has none.
-        fill: share of its volume that is made of the finish's substance.
-    """
+    """A solid of a utensil with its finish."""
 
     solid: Solid
     finish: str
     label: str
-    collides: bool = True
-    fill: float = 1.0
-
-    def moved(self, x: float = 0.0, y: float = 0.0, z: float = 0.0) -> Part:
-        """The part, translated."""
-        return replace(self, solid=self.solid.translated(x, y, z))
+    collides: bool = True  # with its colliders, or its hull where it has none
+    fill: float = 1.0  # share of its volume that is made of the finish's substance
 
 
 def tine_cuts(count: int, start: float, width: float, gap: float, deep: float) -> list[Solid]:
@@ -63,7 +51,10 @@ def tine_cuts(count: int, start: float, width: float, gap: float, deep: float) -
 
 def mouth_cut(length: float, width: float, deep: float, tooth: float) -> Solid:
     """The hole of a bottle opener about the origin, with a tooth at its far side that takes hold of the cap."""
-    hole = prism(_oval(length, width, 28), deep, 0.0).translated(z=-deep / 2)
+    turns = np.arange(28) * 2 * np.pi / 28
+    c, s = np.cos(turns), np.sin(turns)
+    oval = [half * np.sign(f) * np.abs(f) ** (2 / 2.6) for half, f in ((length / 2, c), (width / 2, s))]
+    hole = prism(np.column_stack(oval), deep, 0.0).translated(z=-deep / 2)
     block = box((tooth, 0.42 * width, 2 * deep), (length / 2 - tooth / 2 + 0.0005, 0.0, 0.0), 0.0)
     return subtract(hole, block)
 
@@ -79,7 +70,9 @@ def cup(radius: float, depth: float, wall: float, squat: float) -> Solid:
     inner = [(r * (1 - wall / radius), z * (1 - wall / depth)) for r, z in outer]
     outer[0], inner[0] = (0.0, -depth), (0.0, -depth + wall)
     shell = lathe([*outer, *inner[::-1]], 32, 60.0)
-    return shell.with_colliders_of(*wall_hulls(outer[2:], 0.003, SECTORS), _disc(outer[:4]))
+    turns = np.linspace(0, 2 * math.pi, 13)
+    floor = hull_around(np.array([(r * math.cos(a), r * math.sin(a), z) for r, z in outer[:4] for a in turns]))
+    return shell.with_colliders_of(*wall_hulls(outer[2:], 0.003, 6), floor)
 
 
 def wall_hulls(profile: Sequence[Vec2], thick: float, sectors: int, rows: int = 2) -> list[Solid]:
@@ -100,13 +93,6 @@ def wall_hulls(profile: Sequence[Vec2], thick: float, sectors: int, rows: int = 
             ring = [(r * widening * math.cos(a), r * widening * math.sin(a), z) for r, z in corners for a in angles]
             found.append(hull_around(np.array(ring)))
     return found
-
-
-def _disc(profile: Sequence[Vec2]) -> Solid:
-    """The floor below the first points of a profile as a collider."""
-    return hull_around(
-        np.array([(r * math.cos(a), r * math.sin(a), z) for r, z in profile for a in np.linspace(0, 2 * math.pi, 13)])
-    )
 
 
 def whisk_wires(count: int, length: float, radius: float, neck: float, wire: float, belly: float) -> Solid:
@@ -173,18 +159,9 @@ def egg(length: float, width: float, count: int = 28, lean: float = 0.15) -> Flo
     return np.column_stack([x, width / 2 * np.sin(turns) * (1 + lean * np.cos(turns))])
 
 
-def _oval(length: float, width: float, count: int, square: float = 2.6) -> Floats:
-    """(count, 2) points of a squarish oval about the origin, counter-clockwise."""
-    turns = np.arange(count) * 2 * np.pi / count
-    c, s = np.cos(turns), np.sin(turns)
-    power = 2 / square
-    return np.column_stack([length / 2 * np.sign(c) * np.abs(c) ** power, width / 2 * np.sign(s) * np.abs(s) ** power])
-
-
 def round_bar_x(profile: Sequence[Vec2], points: int = 28, around: int = 28) -> Solid:
     """A turned body along x from (radius, x) points whose ends lie on the axis; one picture covers it."""
-    body = turned(smooth_profile(profile, points), around)
-    return body.rotated("y", math.pi / 2)
+    return turned(smooth_profile(profile, points), around).rotated("y", math.pi / 2)
 
 
 def tufts(places: Floats, height: float, radius: float, spread: float, seed: int) -> Solid:
@@ -200,8 +177,7 @@ def tufts(places: Floats, height: float, radius: float, spread: float, seed: int
         for s in (0.0, 1.0):
             r = radius * (0.75 + 0.45 * s)
             at = np.array([x, y]) + lean * s
-            z = -height * s
-            rings.append(np.column_stack([at[0] + r * np.cos(six), at[1] + r * np.sin(six), np.full(6, z)]))
+            rings.append(np.column_stack([at[0] + r * np.cos(six), at[1] + r * np.sin(six), np.full(6, -height * s)]))
         found.append(lofted(np.array(rings[::-1]), np.array([0.0, 1.0])))
     return concatenate(found)
 
@@ -217,29 +193,20 @@ def grater(width: float, depth: float, height: float, taper: float, wall: float)
         rings.append(np.column_stack([loop, np.full(len(loop), z)]))
     points = np.array(rings)
     body = Solid(points.reshape(-1, 3), _closed_faces(*points.shape[:2]), crease_deg=30.0).oriented_outwards()
-    sides = []
-    thick = 0.003
+    sides, thick = [], 0.003
     for turn in range(4):
         across, deep = (width, depth) if turn % 2 == 0 else (depth, width)
-        corners = [
-            (sx * across / 2 * s, -(deep / 2 * s - t), z)
-            for s, z in ((1.0, 0.0), (taper, height))
-            for sx in (-1, 1)
-            for t in (0.0, thick)
-        ]
+        ends = [(s, z, sx) for s, z in ((1.0, 0.0), (taper, height)) for sx in (-1, 1)]
+        corners = [(sx * across / 2 * s, -(deep / 2 * s - t), z) for s, z, sx in ends for t in (0.0, thick)]
         sides.append(hull_around(np.array(corners)).rotated("z", turn * math.pi / 2))
     return body.with_colliders_of(*sides)
 
 
 @dataclass(frozen=True)
 class Panel:
-    """A side of a grater: a slanted plane that is `turn` times a quarter turn from the front.
+    """A side of a grater: a slanted plane that is `turn` times a quarter turn from the front."""
 
-    Attributes:
-        across, deep, height, taper: as in `grater`, seen from this side.
-    """
-
-    across: float
+    across: float  # as in `grater`, seen from this side
     deep: float
     height: float
     taper: float
@@ -257,6 +224,11 @@ class Panel:
 def punched(panel: Panel, pitch: float, size: float, hood: float) -> tuple[list[Solid], list[Solid]]:
     """Dark holes and the hoods over them, in staggered rows over most of a side."""
     holes, hoods = [], []
+    # A dark disc that projects slightly from the side: a low pyramid.
+    base = np.column_stack([circle(size / 2, 6), np.zeros(6)])[:, [0, 2, 1]]
+    faces = [(k, (k + 1) % 6, 6) for k in range(6)] + [(0, k + 1, k) for k in range(1, 5)]
+    dot = Solid(np.concatenate([base, [[0.0, -0.0006, 0.0]]]), np.array(faces, dtype=np.int64), crease_deg=60.0)
+    dot, lip = dot.oriented_outwards(), _hood(size, hood)
     rows = int(0.72 * panel.height / pitch)
     for row in range(rows):
         up = 0.1 + 0.8 * (row + 0.5) / rows
@@ -264,8 +236,8 @@ def punched(panel: Panel, pitch: float, size: float, hood: float) -> tuple[list[
         count = int(0.8 * panel.across * scale / pitch) - row % 2
         for k in range(count):
             across = (k - (count - 1) / 2) * pitch / (panel.across / 2 * scale)
-            holes.append(panel.placed(_dot(size), across, up))
-            hoods.append(panel.placed(_hood(size, hood), across, up))
+            holes.append(panel.placed(dot, across, up))
+            hoods.append(panel.placed(lip, across, up))
     return holes, hoods
 
 
@@ -276,23 +248,11 @@ def slits(panel: Panel, count: int, wide: float) -> tuple[list[Solid], list[Soli
         up = 0.22 + 0.6 * k / max(count - 1, 1)
         scale = 1 + (panel.taper - 1) * up
         across = wide * panel.across * scale
-        holes.append(panel.placed(_flat(stadium(across, 0.006, 4), 0.0005), 0.0, up))
+        slit = prism(stadium(across, 0.006, 4), 0.0005, 0.0).without_colliders().rotated("x", math.pi / 2)
+        holes.append(panel.placed(slit, 0.0, up))
         lip = box((across, 0.003, 0.004), (0.0, -0.0015, 0.0045), 0.001)
         lips.append(panel.placed(lip, 0.0, up))
     return holes, lips
-
-
-def _dot(size: float) -> Solid:
-    """A dark disc that projects slightly from a side: a low pyramid."""
-    base = np.column_stack([circle(size / 2, 6), np.zeros(6)])[:, [0, 2, 1]]
-    points = np.concatenate([base, [[0.0, -0.0006, 0.0]]])
-    faces = [(k, (k + 1) % 6, 6) for k in range(6)] + [(0, k + 1, k) for k in range(1, 5)]
-    return Solid(points, np.array(faces, dtype=np.int64), crease_deg=60.0).oriented_outwards()
-
-
-def _flat(outline: Floats, thick: float) -> Solid:
-    """An outline in x, z with its face to -y."""
-    return prism(outline, thick, 0.0).without_colliders().rotated("x", math.pi / 2)
 
 
 def _hood(size: float, out: float) -> Solid:
@@ -306,11 +266,6 @@ def _hood(size: float, out: float) -> Solid:
     return Solid(points, np.array(faces, dtype=np.int64), crease_deg=20.0).oriented_outwards()
 
 
-def bent_tube(path: Sequence[Vec3], radius: float, bend: float) -> Solid:
-    """A round bar along a path with rounded corners; each straight piece is a capsule."""
-    return tube(path, radius, bend)
-
-
 def straw(length: float, radius: float, wall: float, twist: float, folds: int) -> Solid:
     """A straw along x, open at both ends; its picture winds round it by `twist` turns.
 
@@ -318,14 +273,12 @@ def straw(length: float, radius: float, wall: float, twist: float, folds: int) -
         folds: of a part that bends, near the far end; 0 for none.
     """
     around = 14
-    share = list(np.linspace(0.0, 1.0, math.ceil(around * twist) + 3))
     low, high = 0.74, 0.74 + 0.0022 * folds / length
-    share = [s for s in share if not (folds and low < s < high)]
+    share = [s for s in np.linspace(0.0, 1.0, math.ceil(around * twist) + 3) if not (folds and low < s < high)]
     ridges = list(np.linspace(low, high, 2 * folds + 1)) if folds else []
     places = sorted([*share, *ridges])
     rings, heights = [], []
-    for inside in (0.0, 1.0):
-        order = places if not inside else places[::-1]
+    for inside, order in ((0.0, places), (1.0, places[::-1])):
         for s in order:
             ridge = 0.25 * radius * (1 if any(abs(s - q) < 1e-9 for q in ridges[1::2]) else 0)
             r = radius * 0.78 + ridge - inside * wall if folds else radius - inside * wall
@@ -337,11 +290,8 @@ def straw(length: float, radius: float, wall: float, twist: float, folds: int) -
     k, i = (g.ravel() for g in np.meshgrid(np.arange(m), np.arange(n), indexing="ij"))
     v = np.array(heights)
     v0, v1, u0, u1 = v[k], v[(k + 1) % m], i / n, (i + 1) / n
-    first = np.stack([np.stack([u0, v0], 1), np.stack([u1, v0], 1), np.stack([u1, v1], 1)], axis=1)
-    second = np.stack([np.stack([u0, v0], 1), np.stack([u1, v1], 1), np.stack([u0, v1], 1)], axis=1)
-    body = Solid(
-        points.reshape(-1, 3), _closed_faces(m, n), crease_deg=50.0, picture_uv=np.concatenate([first, second])
-    )
+    uv = np.concatenate([corners((u0, v0), (u1, v0), (u1, v1)), corners((u0, v0), (u1, v1), (u0, v1))])
+    body = Solid(points.reshape(-1, 3), _closed_faces(m, n), crease_deg=50.0, picture_uv=uv)
     return body.oriented_outwards().with_colliders_of(rod(radius, length, 0.0, "x").translated(x=length / 2))
 
 

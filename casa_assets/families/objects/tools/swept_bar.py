@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import Annotated
 
 import manifold3d
 import numpy as np
@@ -35,29 +34,21 @@ Curve = tuple[Vec2, ...]
 
 
 class Bar(Params):
-    """The shape of a bar that runs along x, without its size.
+    """The shape of a bar that runs along x, without its size."""
 
-    Attributes:
-        outline: (half width by half the width, along by the length) from end to end, seen from above.
-        other: the same of the -y side; empty where both sides are alike. Both begin and end at the same place.
-        spine: (along, height by the rise) of its middle.
-        thick: (along, thickness by the largest).
-        dish: (along, depth by the dish) of a hollow that the underside follows, as in a spoon of steel.
-        hollow: (along, depth by the hollow) of one that is cut into the upper side, as in a spoon of wood.
-        wedge: (along, share) by which it is thinner at its -y side, as a blade is.
-        square: 2 for a round section, more for a flatter one with rounder edges, up to 12.
-        holes: (along, across by half the width, length by the length, width by the width, angle in rad) of holes.
-    """
-
-    outline: Annotated[Curve, Field(min_length=4, max_length=24)]
-    other: Annotated[Curve, Field(max_length=24)] = ()
-    spine: Curve = ()
-    thick: Curve = ()
-    dish: Curve = ()
-    hollow: Curve = ()
-    wedge: Curve = ()
-    square: Annotated[float, Field(ge=1.5, le=12)] = 2.0
-    holes: tuple[Vec5, ...] = ()
+    outline: Curve = Field(
+        min_length=4,
+        max_length=24,
+        description="(half width by half the width, along by the length) from end to end, from above",
+    )
+    other: Curve = Field((), max_length=24, description="the same of the -y side, with the same ends; empty: alike")
+    spine: Curve = Field((), description="(along, height by the rise) of its middle")
+    thick: Curve = Field((), description="(along, thickness by the largest)")
+    dish: Curve = Field((), description="(along, depth by the dish) of a hollow that the underside follows")
+    hollow: Curve = Field((), description="(along, depth by the hollow) of one cut into the upper side")
+    wedge: Curve = Field((), description="(along, share) by which it is thinner at its -y side, as a blade is")
+    square: float = Field(2.0, ge=1.5, le=12, description="2: a round section; more: a flatter one with rounder edges")
+    holes: tuple[Vec5, ...] = Field((), description="(along, across by half the width, length, width, angle in rad)")
 
 
 class Size(Params):
@@ -71,18 +62,11 @@ class Size(Params):
     hollow: float = 0.0
 
 
-def bar(
-    shape: Bar,
-    size: Size,
-    along: int = ALONG,
-    around: int = AROUND,
-    hulls: int = MAX_HULLS,
-    span: Vec2 = (0.0, 1.0),
-) -> Solid:
+def bar(shape: Bar, size: Size, along: int = ALONG, hulls: int = MAX_HULLS, span: Vec2 = (0.0, 1.0)) -> Solid:
     """A bar from x = 0 on, with colliders that follow it; one picture covers it, its height along x.
 
     Args:
-        along, around: number of rings along it, and of points around one. hulls: maximum number of colliders along it.
+        along: number of rings along it. hulls: maximum number of colliders along it.
         span: part of the length to build, as shares: a sleeve or a tip of another material follows the same curves.
     """
     stations = _within(_stations(shape, size, along), span, size.length)
@@ -98,8 +82,8 @@ def bar(
     wedge = _value(shape.wedge, share, 0.0)
     slope = (_value(shape.spine, share + 1e-3, 0.0) - _value(shape.spine, share - 1e-3, 0.0)) * size.rise
     slope = np.arctan2(slope, 2e-3 * size.length)
-    half = around // 2
-    turn = np.pi * np.arange(around) / half
+    half = AROUND // 2
+    turn = np.pi * np.arange(AROUND) / half
     # Points are spread as on a circle; a squarer section is fuller towards its edges.
     eta = np.cos(turn)
     zeta = np.sign(np.sin(turn)) * np.maximum(0.0, 1 - np.abs(eta) ** shape.square) ** (1 / shape.square)
@@ -131,7 +115,7 @@ def bar(
     return solid.with_colliders_of(*hull_solids)
 
 
-def lofted(rings: Floats, share: Floats, crease_deg: float = 55.0) -> Solid:
+def lofted(rings: Floats, share: Floats) -> Solid:
     """A closed skin over (M, N, 3) rings, its ends closed by fans; one picture covers it.
 
     Args:
@@ -148,23 +132,13 @@ def lofted(rings: Floats, share: Floats, crease_deg: float = 55.0) -> Solid:
     ends0, ends1 = np.full(n, m * n), np.full(n, m * n + 1)
     u, un = np.arange(n) / n, (np.arange(n) + 1) / n
     first, last = np.full(n, share[0]), np.full(n, share[-1])
-    faces = np.concatenate(
-        [
-            np.stack([a, b, c], axis=1),
-            np.stack([a, c, d], axis=1),
-            np.stack([ends0, after, low], axis=1),
-            np.stack([ends1, high, high[after]], axis=1),
-        ]
-    )
-    uv = np.concatenate(
-        [
-            _corners((u0, v0), (u1, v0), (u1, v1)),
-            _corners((u0, v0), (u1, v1), (u0, v1)),
-            _corners(((u + un) / 2, first), (un, first), (u, first)),
-            _corners(((u + un) / 2, last), (u, last), (un, last)),
-        ]
-    )
-    solid = Solid(points, faces.astype(np.int64), crease_deg=crease_deg, picture_uv=np.clip(uv, 0.0, 1.0))
+    kinds = ((a, b, c), (a, c, d), (ends0, after, low), (ends1, high, high[after]))
+    faces = np.concatenate([np.stack(kind, axis=1) for kind in kinds])
+    walls = corners((u0, v0), (u1, v0), (u1, v1)), corners((u0, v0), (u1, v1), (u0, v1))
+    middle = (u + un) / 2
+    ends = corners((middle, first), (un, first), (u, first)), corners((middle, last), (u, last), (un, last))
+    uv = np.concatenate([*walls, *ends])
+    solid = Solid(points, faces.astype(np.int64), crease_deg=55.0, picture_uv=np.clip(uv, 0.0, 1.0))
     return solid.oriented_outwards()
 
 
@@ -305,6 +279,6 @@ def _hull_volume(points: Floats) -> float:
     return signed_volume(vertices, faces)
 
 
-def _corners(*corners: tuple[Floats, Floats]) -> Floats:
+def corners(*places: tuple[Floats, Floats]) -> Floats:
     """(F, 3, 2) coordinates of the corners of faces."""
-    return np.stack([np.stack(corner, axis=1) for corner in corners], axis=1)
+    return np.stack([np.stack(place, axis=1) for place in places], axis=1)

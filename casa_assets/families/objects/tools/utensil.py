@@ -17,7 +17,7 @@ from casa_assets.families.kit.assemble import Family
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.blocks import box, rod
 from casa_assets.families.kit.solids.solid import Solid, axis_turn, concatenate, hull_around
-from casa_assets.families.kit.solids.sweep import prism, rectangle
+from casa_assets.families.kit.solids.sweep import prism, rectangle, tube
 from casa_assets.families.objects.tools import heads
 from casa_assets.families.objects.tools.heads import Part
 from casa_assets.families.objects.tools.swept_bar import Bar, Size, bar, drilled, stadium, value_at
@@ -57,61 +57,41 @@ class Head(StrEnum):
 
 
 class Utensil(Params):
-    """Parameters of a utensil; lengths in metres, curves as in `swept_bar.Bar`.
+    """Parameters of a utensil; lengths in metres, curves as in `swept_bar.Bar`."""
 
-    Attributes:
-        head: what it is. length: of all of it. width: of the head, across. depth: of the head where it has another
-            size: the depth of a cup, the length of the wires of a whisk, the height of a grater.
-        thickness: of the sheet or wood of `front`. rise, dish, hollow: of its curves.
-        front: the head and, where it has no grip, all of it; of tongs an arm, of a ladle its stem.
-        split: where the grip begins, by the length; 1 for none.
-        grip: shape of a handle of another stuff. grip_width, grip_thickness, grip_rise: its size. grip_aside: how far
-            its middle lies to +y.
-        tip: share of the length at the tip that is of the trim, as on spatulas and tongs of silicone; tip_thickness: of
-            it. sleeve: from where to where the grip covers the arms of tongs.
-        count: of tines, wires, teeth, tufts or slits. gap: between tines; of tongs at the hinge. reach: of slots from
-            the tip. spread: how far two arms are open, rad or by the width. belly: where a whisk is widest, by its
-            length; how narrow a grater is above.
-        bolster: length of a collar at the start of the grip. rivets: through the grip. hole: width of a hole for
-            hanging near the end; hole_length: its length. loop: radius of a wire to hang it by.
-        seed: of what is random.
-        mass: of all of it, kg; 0: from what it is made of.
-        front_finish, grip_finish, trim_finish: of the head, of the handle, of rivets, collars, tips and small parts.
-    """
-
-    head: Head = Head.BAR
-    length: Metres
-    width: Metres
-    depth: Metres = 0.0
-    thickness: Metres = 0.002
-    rise: Annotated[float, Field(ge=-0.2, le=0.2)] = 0.0
-    dish: Metres = 0.0
-    hollow: Metres = 0.0
-    front: Bar | None = None
-    split: Share = 1.0
-    grip: Bar | None = None
-    grip_width: Metres = 0.02
-    grip_thickness: Metres = 0.015
-    grip_rise: Annotated[float, Field(ge=-0.1, le=0.1)] = 0.0
-    grip_aside: Annotated[float, Field(ge=-0.05, le=0.05)] = 0.0
-    tip: Share = 0.0
-    tip_thickness: Metres = 0.004
-    sleeve: Vec2 = (0.0, 0.0)
-    count: Annotated[int, Field(ge=0, le=60)] = 4
-    gap: Metres = 0.003
-    reach: Metres = 0.0
-    spread: Annotated[float, Field(ge=0, le=2)] = 0.0
-    belly: Share = 0.35
-    bolster: Metres = 0.0
-    rivets: Annotated[int, Field(ge=0, le=4)] = 0
-    hole: Metres = 0.0
-    hole_length: Metres = 0.0
-    loop: Metres = 0.0
+    head: Head = Field(Head.BAR, description="kind of head")
+    length: Metres = Field(description="of all of it, m")
+    width: Metres = Field(description="of the head, across, m")
+    depth: Metres = Field(0.0, description="of a cup; length of the wires of a whisk; height of a grater, m")
+    thickness: Metres = Field(0.002, description="of the sheet or wood of `front`, m")
+    rise: float = Field(0.0, ge=-0.2, le=0.2, description="of the front's spine, m")
+    dish: Metres = Field(0.0, description="of the front, m")
+    hollow: Metres = Field(0.0, description="of the front, m")
+    front: Bar | None = Field(None, description="the head; of tongs an arm, of a ladle its stem")
+    split: Share = Field(1.0, description="where the grip begins, by the length; 1: no grip")
+    grip: Bar | None = Field(None, description="shape of a handle of another stuff")
+    grip_width: Metres = Field(0.02, description="m")
+    grip_thickness: Metres = Field(0.015, description="m")
+    grip_rise: float = Field(0.0, ge=-0.1, le=0.1, description="m")
+    grip_aside: float = Field(0.0, ge=-0.05, le=0.05, description="how far the middle of the grip lies to +y, m")
+    tip: Share = Field(0.0, description="share of the length at the tip that is of the trim, as of silicone")
+    tip_thickness: Metres = Field(0.004, description="m")
+    sleeve: Vec2 = Field((0.0, 0.0), description="from where to where the grip covers the arms of tongs")
+    count: int = Field(4, ge=0, le=60, description="of tines, wires, teeth, tufts or slits")
+    gap: Metres = Field(0.003, description="between tines; of tongs at the hinge, m")
+    reach: Metres = Field(0.0, description="of slots from the tip, m")
+    spread: float = Field(0.0, ge=0, le=2, description="how far two arms are open, rad or by the width")
+    belly: Share = Field(0.35, description="where a whisk is widest, by its length; how narrow a grater is above")
+    bolster: Metres = Field(0.0, description="length of a collar at the start of the grip, m")
+    rivets: int = Field(0, ge=0, le=4, description="through the grip")
+    hole: Metres = Field(0.0, description="width of a hole for hanging near the end, m")
+    hole_length: Metres = Field(0.0, description="m")
+    loop: Metres = Field(0.0, description="radius of a wire to hang it by, m")
     seed: Annotated[int, Field(ge=0, le=9999)] = 0
-    mass: Annotated[float, Field(ge=0, le=3)] = 0.0
-    front_finish: FinishId = "stainless_polished"
-    grip_finish: FinishId = "plastic_black"
-    trim_finish: FinishId = "stainless_brushed"
+    mass: float = Field(0.0, ge=0, le=3, description="of all of it, kg; 0: from what it is made of")
+    front_finish: FinishId = Field("stainless_polished", description="of the head")
+    grip_finish: FinishId = Field("plastic_black", description="of the handle")
+    trim_finish: FinishId = Field("stainless_brushed", description="of rivets, collars, tips and small parts")
 
 
 def build(builder: AssetBuilder, p: Utensil) -> None:
@@ -126,15 +106,9 @@ def build(builder: AssetBuilder, p: Utensil) -> None:
     factor = p.mass / sum(masses) if p.mass > 0 else 1.0
     for k, (part, density) in enumerate(zip(parts, densities, strict=True)):
         name = f"{part.label}_{k:02d}"
-        builder.add(
-            ROOT,
-            part.solid.transformed(pose),
-            part.finish,
-            label=part.label,
-            name=name,
-            collider=name if part.collides else False,
-            density=density * factor,
-        )
+        hit = name if part.collides else False
+        placed, density = part.solid.transformed(pose), density * factor
+        builder.add(ROOT, placed, part.finish, label=part.label, name=name, collider=hit, density=density)
 
 
 def _rest(parts: Sequence[Part], masses: Sequence[float]) -> Pose:
@@ -185,7 +159,7 @@ def _grip(p: Utensil, z: float = 0.0) -> list[Part]:
     start, length = p.split * p.length, (1 - p.split) * p.length
     size = Size(length=length, width=p.grip_width, thickness=p.grip_thickness, rise=p.grip_rise)
     solid = bar(p.grip, size, hulls=2)
-    end = float(value_at(p.grip.spine, 1.0, 0.0)) * p.grip_rise
+    end = value_at(p.grip.spine, 1.0, 0.0) * p.grip_rise
     parts: list[Part] = []
     if p.hole > 0:
         long = max(p.hole, p.hole_length)
@@ -197,19 +171,19 @@ def _grip(p: Utensil, z: float = 0.0) -> list[Part]:
     parts.append(Part(solid, p.grip_finish, "handle"))
     if p.bolster > 0:
         neck = p.bolster / length
-        wide = float(value_at(tuple((s, w) for w, s in p.grip.outline if s <= 0.5), neck, 1.0)) * p.grip_width
-        deep = float(value_at(p.grip.thick, neck, 1.0)) * p.grip_thickness
+        wide = value_at(tuple((s, w) for w, s in p.grip.outline if s <= 0.5), neck, 1.0) * p.grip_width
+        deep = value_at(p.grip.thick, neck, 1.0) * p.grip_thickness
         ends = tuple((w, s) for w, s in ((0.8, 0.0), (1.0, 0.15), (1.0, 0.85), (0.9, 1.0)))
         shape = Bar(outline=ends, square=p.grip.square, thick=((0, 0.8), (0.15, 1), (0.85, 1), (1, 0.9)))
         made = bar(shape, Size(length=p.bolster, width=1.04 * wide, thickness=1.06 * deep), along=8, hulls=1)
         parts.append(Part(made.translated(x=-0.15 * p.bolster), p.trim_finish, "bolster", collides=False))
     for k in range(p.rivets):
         at = 0.2 + 0.62 * k / max(p.rivets - 1, 1)
-        height = float(value_at(p.grip.spine, at, 0.0)) * p.grip_rise
-        deep = float(value_at(p.grip.thick, at, 1.0)) * p.grip_thickness
+        height = value_at(p.grip.spine, at, 0.0) * p.grip_rise
+        deep = value_at(p.grip.thick, at, 1.0) * p.grip_thickness
         pin = rod(0.0032, 1.005 * deep + 0.0004, 0.0004).translated(at * length, 0, height)
         parts.append(Part(pin, p.trim_finish, "rivet", collides=False))
-    return [part.moved(start, p.grip_aside, z) for part in parts]
+    return [replace(part, solid=part.solid.translated(start, p.grip_aside, z)) for part in parts]
 
 
 def _front_length(p: Utensil) -> float:
@@ -221,14 +195,8 @@ def _front(p: Utensil, thickness: float = 0.0, span: Vec2 = (0.0, 1.0), widen: f
     """The front, or a part of it of another thickness and width."""
     if p.front is None:
         raise ValueError(f"a {p.head} needs a front")
-    size = Size(
-        length=_front_length(p),
-        width=p.width + widen,
-        thickness=thickness or p.thickness,
-        rise=p.rise,
-        dish=p.dish,
-        hollow=p.hollow,
-    )
+    curves = {"rise": p.rise, "dish": p.dish, "hollow": p.hollow}
+    size = Size(length=_front_length(p), width=p.width + widen, thickness=thickness or p.thickness, **curves)
     return bar(p.front, size, span=span, hulls=2 if span != (0.0, 1.0) else 4)
 
 
@@ -236,7 +204,7 @@ def _front_end(p: Utensil) -> float:
     """Height of the middle of the front where the grip begins."""
     if p.front is None or p.split >= 1:
         return 0.0
-    return float(value_at(p.front.spine, p.split * p.length / _front_length(p), 0.0)) * p.rise
+    return value_at(p.front.spine, p.split * p.length / _front_length(p), 0.0) * p.rise
 
 
 def _fronts(p: Utensil) -> list[Part]:
@@ -280,7 +248,7 @@ def _ladle(p: Utensil) -> list[Part]:
     stem = bar(p.front, Size(length=long, width=p.gap, thickness=p.thickness, rise=p.rise), hulls=3)
     parts.append(Part(stem.translated(x=start, z=-0.0015), p.front_finish, "stem"))
     share = (p.split * p.length - start) / long
-    end = float(value_at(p.front.spine, share, 0.0)) * p.rise - 0.0015
+    end = value_at(p.front.spine, share, 0.0) * p.rise - 0.0015
     return [*parts, *_grip(p, end)]
 
 
@@ -309,7 +277,7 @@ def _tongs(p: Utensil) -> list[Part]:
         parts += [Part(arm, finish, label), Part(arm.rotated("x", math.pi), finish, label)]
     if p.front is None:
         raise ValueError("tongs need an arm as their front")
-    half = abs(float(value_at(p.front.spine, 1.0, 0.0)) * p.rise)
+    half = abs(value_at(p.front.spine, 1.0, 0.0) * p.rise)
     wide = p.front.outline[-1][0] * p.width
     bend = rod(half + p.thickness / 2, wide, 0.001).translated(x=p.length - 0.002)
     parts.append(Part(bend, p.front_finish, "hinge", fill=0.35))
@@ -324,7 +292,7 @@ def _peeler(p: Utensil) -> list[Part]:
     reach = 0.008
     path = [(start + 0.012, 0.0, 0.0), (start - 0.004, 0.0, 0.0), (start - 0.3 * (start - reach), half, 0.0)]
     path += [(reach - 0.004, half, 0.0)]
-    arm = heads.bent_tube(path, p.thickness / 2, 0.012)
+    arm = tube(path, p.thickness / 2, 0.012)
     parts = [Part(arm, p.grip_finish if p.spread > 0 else p.front_finish, "fork")]
     other = arm.mirrored_x().rotated("z", math.pi)
     parts.append(replace(parts[0], solid=other))
@@ -343,23 +311,18 @@ def _wheel(p: Utensil) -> list[Part]:
     radius, start = p.width / 2, p.split * p.length
     disc = rod(radius, 0.0012, 0.0005)
     parts = [Part(disc.translated(x=radius), p.front_finish, "wheel")]
-    apart = 0.0028
-    far = start + 0.01
-    outline = tuple((w, s) for w, s in ((0.0, 0.0), (0.8, 0.04), (1.0, 0.12), (0.8, 0.5), (0.75, 0.8), (0.7, 1.0)))
-    cheek = bar(
-        Bar(outline=outline, square=8), Size(length=far - radius + 0.008, width=p.gap, thickness=0.0022), along=20
-    )
+    apart, far = 0.0028, start + 0.01
+    outline = ((0.0, 0.0), (0.8, 0.04), (1.0, 0.12), (0.8, 0.5), (0.75, 0.8), (0.7, 1.0))
+    size = Size(length=far - radius + 0.008, width=p.gap, thickness=0.0022)
+    cheek = bar(Bar(outline=outline, square=8), size, along=20)
     for side in (-1, 1):
         parts.append(Part(cheek.translated(radius - 0.008, 0, side * apart), p.trim_finish, "bracket"))
     hub = rod(0.42 * p.gap, 2 * apart + 0.004, 0.0012).translated(x=radius)
     parts.append(Part(hub, p.front_finish, "hub", collides=False))
     if p.spread > 0:
-        guard = bar(
-            Bar(outline=((0.0, 0.0), (0.7, 0.12), (1, 0.5), (0.7, 0.88), (0.0, 1.0)), square=3),
-            Size(length=p.spread * p.grip_width, width=0.012, thickness=0.8 * p.grip_thickness),
-            along=16,
-            hulls=1,
-        )
+        shape = Bar(outline=((0.0, 0.0), (0.7, 0.12), (1, 0.5), (0.7, 0.88), (0.0, 1.0)), square=3)
+        size = Size(length=p.spread * p.grip_width, width=0.012, thickness=0.8 * p.grip_thickness)
+        guard = bar(shape, size, along=16, hulls=1)
         guard = guard.rotated("z", math.pi / 2).translated(start + 0.004, -p.spread * p.grip_width / 2, 0.0)
         parts.append(Part(guard, p.grip_finish, "guard"))
     return [*parts, *_grip(p)]
@@ -385,20 +348,15 @@ def _scissors(p: Utensil) -> list[Part]:
         finish = np.array([at[0] - long / 2 + 0.004, at[1] - side * 0.1 * bow_wide])
         across = finish - start
         reach = float(np.hypot(*across))
-        shank = bar(
-            Bar(outline=((0.6, 0.0), (0.8, 0.05), (1.0, 0.5), (0.95, 0.95), (0.7, 1.0)), square=4),
-            Size(length=reach, width=0.011, thickness=p.grip_thickness),
-            along=12,
-            hulls=1,
-        )
+        shape = Bar(outline=((0.6, 0.0), (0.8, 0.05), (1.0, 0.5), (0.95, 0.95), (0.7, 1.0)), square=4)
+        shank = bar(shape, Size(length=reach, width=0.011, thickness=p.grip_thickness), along=12, hulls=1)
         shank = shank.rotated("z", float(math.atan2(across[1], across[0]))).translated(start[0], start[1], 0.0)
         half = blade if side > 0 else blade.rotated("x", math.pi)
         half = half.translated(z=side * 0.5 * thick)
-        for solid, name, label in ((half, p.front_finish, "blade"), (shank, p.grip_finish, "shank")):
+        both = (half, p.front_finish, "blade"), (shank, p.grip_finish, "shank"), (bow, p.grip_finish, "bow")
+        for solid, name, label in both:
             turned = solid.translated(x=-pivot).rotated("z", side * p.spread / 2).translated(x=pivot)
             parts.append(Part(turned, name, label))
-        bow = bow.translated(x=-pivot).rotated("z", side * p.spread / 2).translated(x=pivot)
-        parts.append(Part(bow, p.grip_finish, "bow"))
     screw = rod(0.0042, 2 * thick + 0.0022, 0.0006).translated(x=pivot)
     parts.append(Part(screw, p.trim_finish, "screw", collides=False))
     return parts
@@ -418,12 +376,9 @@ def _can_opener(p: Utensil) -> list[Part]:
             handle = handle.mirrored_x().rotated("z", math.pi)
         handle = handle.rotated("z", side * p.spread / 2).translated(head - 0.01, side * 0.55 * p.grip_width, 0.0)
         parts.append(Part(handle, p.grip_finish, "handle"))
-        arm = bar(
-            Bar(outline=((0.0, 0.0), (0.75, 0.03), (1, 0.1), (0.9, 0.6), (0.6, 1.0)), square=8),
-            Size(length=head + 0.03, width=1.15 * p.grip_width, thickness=0.0028),
-            along=14,
-            hulls=1,
-        )
+        shape = Bar(outline=((0.0, 0.0), (0.75, 0.03), (1, 0.1), (0.9, 0.6), (0.6, 1.0)), square=8)
+        arm_size = Size(length=head + 0.03, width=1.15 * p.grip_width, thickness=0.0028)
+        arm = bar(shape, arm_size, along=14, hulls=1)
         arm = arm.translated(0.0, side * 0.3 * p.grip_width, side * 0.0016)
         parts.append(Part(arm, p.front_finish, "arm"))
     top = p.grip_thickness / 2
@@ -432,12 +387,9 @@ def _can_opener(p: Utensil) -> list[Part]:
     parts += [Part(cutter, p.trim_finish, "cutter"), Part(gear, p.trim_finish, "gear", collides=False)]
     stem = rod(0.0035, p.depth, 0.0005).translated(0.022, -0.002, 0.002 + p.depth / 2)
     parts.append(Part(stem, p.trim_finish, "axle", collides=False))
-    key = bar(
-        Bar(outline=((0.0, 0.0), (0.8, 0.04), (1, 0.16), (0.62, 0.5), (1, 0.84), (0.8, 0.96), (0.0, 1.0)), square=3),
-        Size(length=p.width, width=0.016, thickness=max(0.6 * top, 0.007)),
-        along=18,
-        hulls=1,
-    )
+    outline = ((0.0, 0.0), (0.8, 0.04), (1, 0.16), (0.62, 0.5), (1, 0.84), (0.8, 0.96), (0.0, 1.0))
+    size = Size(length=p.width, width=0.016, thickness=max(0.6 * top, 0.007))
+    key = bar(Bar(outline=outline, square=3), size, along=18, hulls=1)
     key = key.translated(x=-p.width / 2).rotated("z", 0.4 + 0.3 * (p.count % 5)).translated(0.022, -0.002, p.depth)
     parts.append(Part(key, p.grip_finish if p.count % 2 else p.trim_finish, "key"))
     return parts
@@ -483,13 +435,8 @@ def _grater(p: Utensil) -> list[Part]:
         across, deep = (p.length, p.width) if turn % 2 == 0 else (p.width, p.length)
         panel = heads.Panel(across, deep, p.depth, p.belly, turn)
         kind = (turn + p.count) % 4
-        made = (
-            heads.slits(panel, 4, 0.62)
-            if kind == 3
-            else heads.punched(
-                panel, *((0.0155, 0.0082, 0.003), (0.0115, 0.0052, 0.0022), (0.0104, 0.0034, 0.0016))[kind]
-            )
-        )
+        sizes = ((0.0155, 0.0082, 0.003), (0.0115, 0.0052, 0.0022), (0.0104, 0.0034, 0.0016))
+        made = heads.slits(panel, 4, 0.62) if kind == 3 else heads.punched(panel, *sizes[kind])
         holes += made[0]
         hoods += made[1]
     parts.append(Part(concatenate(holes), "display_dark", "holes", collides=False, fill=0.02))
@@ -498,19 +445,18 @@ def _grater(p: Utensil) -> list[Part]:
     if p.spread > 0:  # a rim round the foot
         band = heads.ring(rectangle(p.length, p.width, 0.01, 4), rectangle(0.004, 0.008, 0.0015, 2), 4)
         parts.append(Part(band.without_colliders().translated(z=0.0046), p.trim_finish, "foot", collides=False))
-    lid = heads.ring(rectangle(long, p.width * p.belly, 0.006, 4), rectangle(0.004, 0.008, 0.0015, 2), 4).translated(
-        z=top - 0.003
-    )
+    lid = heads.ring(rectangle(long, p.width * p.belly, 0.006, 4), rectangle(0.004, 0.008, 0.0015, 2), 4)
+    lid = lid.translated(z=top - 0.003)
     parts.append(Part(lid.without_colliders(), p.trim_finish, "rim", collides=False))
     radius = p.grip_thickness / 2
     rise = p.gap
     path = [(-0.42 * long, 0.0, top - 0.012), (-0.4 * long, 0.0, top + rise - radius)]
     path += [(0.4 * long, 0.0, top + rise - radius), (0.42 * long, 0.0, top - 0.012)]
-    arch = heads.bent_tube(path, min(radius, 0.004 if p.grip is None else radius), 0.7 * min(rise, 0.3 * long))
+    arch = tube(path, min(radius, 0.004 if p.grip is None else radius), 0.7 * min(rise, 0.3 * long))
     if p.grip is None:
         parts.append(Part(arch, p.trim_finish, "handle"))
         return parts
-    wire = heads.bent_tube(path, 0.0035, 0.012)
+    wire = tube(path, 0.0035, 0.012)
     size = Size(length=0.78 * long, width=p.grip_width, thickness=p.grip_thickness)
     handle = bar(p.grip, size, along=24, hulls=1).translated(-0.39 * long, 0.0, top + rise - radius)
     return [*parts, Part(wire, p.front_finish, "handle"), Part(handle, p.grip_finish, "grip")]
@@ -549,18 +495,12 @@ def _brush(p: Utensil) -> list[Part]:
     block = prism(loop, p.thickness, 0.25 * p.thickness).translated(x=long / 2)
     parts = [Part(block, p.grip_finish if p.front is None else p.front_finish, "block")]
     pitch = 0.0078
-    grid = [
-        ((i + 0.5 * (j % 2)) * pitch, j * 0.87 * pitch)
-        for i in range(-10, 11)
-        for j in range(-8, 9)
-        if ((i + 0.5 * (j % 2)) * pitch / (long / 2 - 0.005)) ** 2 + (j * 0.87 * pitch / (wide / 2 - 0.005)) ** 2 < 1
-    ]
-    places = np.array(grid) + np.array([long / 2, 0.0])
+    grid = [((i + 0.5 * (j % 2)) * pitch, j * 0.87 * pitch) for i in range(-10, 11) for j in range(-8, 9)]
+    inside = [(x, y) for x, y in grid if (x / (long / 2 - 0.005)) ** 2 + (y / (wide / 2 - 0.005)) ** 2 < 1]
+    places = np.array(inside) + np.array([long / 2, 0.0])
     bristles = heads.tufts(places, p.depth, 0.0026, p.gap, p.seed)
     parts.append(Part(bristles.with_hull_collider(), p.trim_finish, "bristles", fill=0.5))
-    z = 0.55 * p.thickness
-    made = _grip(p, z)
-    return [*parts, *made]
+    return [*parts, *_grip(p, 0.55 * p.thickness)]
 
 
 def _scale(p: Utensil) -> list[Part]:
@@ -571,15 +511,13 @@ def _scale(p: Utensil) -> list[Part]:
     case = case.with_colliders_of(box((long, wide, high), (0, 0, high / 2)))
     top = high
     parts: list[Part] = []
-    feet = [
-        rod(0.007, 0.003, 0.0005).translated(x * (long / 2 - 0.024), y * (wide / 2 - 0.024), 0.0015)
-        for x in (-1, 1)
-        for y in (-1, 1)
-    ]
+    foot = rod(0.007, 0.003, 0.0005)
+    x, y = long / 2 - 0.024, wide / 2 - 0.024
     front = 0.22 * wide
     parts.append(Part(case.translated(z=0.002), p.grip_finish, "case", fill=0.35))
     top += 0.002
-    parts += [Part(foot, "rubber_black", "foot", collides=False) for foot in feet]
+    for sx, sy in ((-1, -1), (-1, 1), (1, -1), (1, 1)):
+        parts.append(Part(foot.translated(sx * x, sy * y, 0.0015), "rubber_black", "foot", collides=False))
     plate_deep = wide - front - 0.012
     middle = front / 2 - 0.001
     if p.spread > 0.5:
@@ -610,22 +548,11 @@ def _straw(p: Utensil) -> list[Part]:
 
 
 _MAKERS: dict[Head, Callable[[Utensil], list[Part]]] = {
-    Head.BAR: _bar,
-    Head.FORK: _fork,
-    Head.MOUTH: _mouth,
-    Head.LADLE: _ladle,
-    Head.WHISK: _whisk,
-    Head.TONGS: _tongs,
-    Head.PEELER: _peeler,
-    Head.WHEEL: _wheel,
-    Head.SCISSORS: _scissors,
-    Head.CAN_OPENER: _can_opener,
-    Head.PIN: _pin,
-    Head.GRATER: _grater,
-    Head.REAMER: _reamer,
-    Head.BRUSH: _brush,
-    Head.SCALE: _scale,
-    Head.STRAW: _straw,
+    Head(maker.__name__.removeprefix("_")): maker
+    for maker in (
+        *(_bar, _fork, _mouth, _ladle, _whisk, _tongs, _peeler, _wheel),
+        *(_scissors, _can_opener, _pin, _grater, _reamer, _brush, _scale, _straw),
+    )
 }
 
 FORM = Family("utensil", Utensil, build, base=Base.FREE)

@@ -18,9 +18,9 @@ from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.blocks import lathe, subtract
 from casa_assets.families.kit.solids.solid import Solid, concatenate, hull_around
 from casa_assets.families.kit.solids.sweep import circle, loft, prism, tube
-from casa_assets.families.objects.closed_surface import ellipsoid
+from casa_assets.families.objects.closed_surface import ellipsoid, run_along
 from casa_assets.families.objects.containers.closures import LID_GRIP
-from casa_assets.families.objects.vessels.surface import Plan, Profile, patched, round_plan, surface
+from casa_assets.families.objects.vessels.surface import Plan, Profile, patched, surface
 from casa_assets.model.asset.asset import Base
 from casa_assets.model.record import Vec2, Vec3
 
@@ -56,9 +56,7 @@ def strap(
     return found.with_colliders_of(*hulls)
 
 
-def ear(
-    top: Vec2, low: Vec2, reach: float, width: float, thick: float, square: float, sag: float = 0.0, pieces: int = 3
-) -> Solid:
+def ear(top: Vec2, low: Vec2, reach: float, width: float, thick: float, square: float, sag: float) -> Solid:
     """The handle of a mug: a loop in the plane x, z.
 
     Args:
@@ -75,7 +73,7 @@ def ear(
     path = np.stack([x, 0 * x, z], axis=1)
     ends = 1.0 + 0.25 * np.abs(s) ** 6
     power = 0.6 if width > 1.4 * thick else 0.9
-    return strap(path, np.stack([width * ends, thick * ends], axis=1), power=power, pieces=pieces)
+    return strap(path, np.stack([width * ends, thick * ends], axis=1), power=power, pieces=3)
 
 
 def loop(x: float, y: float, z: float, reach: float, thick: float, tall: float, square: float) -> Solid:
@@ -130,9 +128,8 @@ def spout(start: Vec2, end: Vec2, radius: float, tip: float, curve: float) -> So
         normal = np.cross((0.0, 1.0, 0.0), w)
         rings.append(p + r * (ring[:, :1] * np.array([0.0, 1.0, 0.0]) + ring[:, 1:] * normal))
     found = loft(rings, 45.0).oriented_outwards()
-    hulls = [hull_around(np.concatenate(rings[k : k + 5])) for k in (0, 4)]
-    hulls.append(hull_around(np.concatenate(rings[8:10])))
-    return found.with_colliders_of(*hulls[:2], hulls[2])
+    spans = (rings[:5], rings[4:9], rings[8:10])
+    return found.with_colliders_of(*(hull_around(np.concatenate(span)) for span in spans))
 
 
 def rim_bead(ring: Floats, radius: float, count: int = 8, start: float = 0.0) -> Solid:
@@ -148,9 +145,8 @@ def rim_bead(ring: Floats, radius: float, count: int = 8, start: float = 0.0) ->
     out /= np.linalg.norm(out, axis=1)[:, None]
     up = np.cross(out, way)
     turn = start + np.arange(count) * 2 * np.pi / count
-    points = ring[:, None] + radius * (
-        np.cos(turn)[None, :, None] * out[:, None] + np.sin(turn)[None, :, None] * up[:, None]
-    )
+    c, s = np.cos(turn)[None, :, None], np.sin(turn)[None, :, None]
+    points = ring[:, None] + radius * (c * out[:, None] + s * up[:, None])
     i, k = np.meshgrid(np.arange(n), np.arange(count), indexing="ij")
     a, b = i * count + k, np.roll(np.arange(n), -1)[i] * count + k
     c, d = np.roll(np.arange(n), -1)[i] * count + (k + 1) % count, i * count + (k + 1) % count
@@ -195,7 +191,7 @@ def sieve_wires(outside: Floats, count: int, radius: float) -> Solid:
         outside: (N, 2) radius and height from the edge of the foot to the rim. count: wires to the rim.
     """
     line = np.concatenate([[[0.012, outside[0, 1]]], outside])
-    run = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
+    run = run_along(line)
     at = np.linspace(0.0, run[-1], 8)
     r, z = (np.interp(at, run, line[:, k]) for k in (0, 1))
     section = circle(radius, 3)
@@ -207,14 +203,12 @@ def sieve_wires(outside: Floats, count: int, radius: float) -> Solid:
         found.append(tube(path[first:], section).without_colliders())
     turns = np.arange(24) * 2 * np.pi / 24
     for s in np.linspace(0.12, 0.94, 9):
-        (a, b), low, high = (
-            [float(np.interp(at * run[-1], run, line[:, k])) for k in (0, 1)] for at in (s, s - 0.02, s + 0.02)
-        )
+        places = [at * run[-1] for at in (s, s - 0.02, s + 0.02)]
+        (a, b), low, high = ([float(np.interp(at, run, line[:, k])) for k in (0, 1)] for at in places)
         ring = np.stack([a * np.cos(turns), a * np.sin(turns), np.full(24, b)], axis=1)
         # A corner of it looks along the wall: a side that was parallel to the gauze would lie in it here or there.
         found.append(rim_bead(ring, radius, 3, math.atan2(high[1] - low[1], high[0] - low[0])))
-    plain = [Solid(part.points, part.faces, crease_deg=80.0) for part in found]
-    return concatenate(plain)
+    return concatenate([Solid(part.points, part.faces, crease_deg=80.0) for part in found])
 
 
 # Lids -----------------------------------------------------------------------------------------------------------------
@@ -236,26 +230,17 @@ class KnobForm(StrEnum):
 
 @dataclass(frozen=True)
 class Lid:
-    """A lid; lengths in metres.
+    """A lid; lengths in metres."""
 
-    Attributes:
-        radius: half its width along x. rise: height of its top over its rim. dome: 2 round, more for flat tops with
-            steep sides. thick: of its sheet. skirt: how far its rim reaches down outside. sip: it has a raised edge and
-            a hole to drink from, as a lid of a paper cup.
-        bead: radius of a ring of metal round it, 0 for none.
-        knob, knob_size: what it is lifted by, and its radius or half length.
-        finish, knob_finish, bead_finish: finishes.
-    """
-
-    radius: float
-    rise: float
-    dome: float
-    thick: float
-    skirt: float
-    sip: bool
-    bead: float
+    radius: float  # half its width along x
+    rise: float  # height of its top over its rim
+    dome: float  # 2: round; more: a flat top with steep sides
+    thick: float  # of its sheet
+    skirt: float  # how far its rim reaches down outside
+    sip: bool  # a raised edge and a hole to drink from
+    bead: float  # radius of a ring of metal round it; 0: none
     knob: KnobForm
-    knob_size: float
+    knob_size: float  # radius or half length
     finish: str
     knob_finish: str
     bead_finish: str
@@ -291,23 +276,18 @@ def add_lid(builder: AssetBuilder, lid: Lid, plan: Plan, z: float, link: str = R
         ring = rim_bead(flat.ring(lid.radius, z + 0.3 * lid.thick), lid.bead)
         builder.add(link, patched(ring), lid.bead_finish, label="lid", collider=False)
     if lid.sip:
-        _add_sip(builder, lid, flat, z + lid.rise, link)
-    _add_knob(builder, lid, z + lid.rise, link)
-
-
-def _add_sip(builder: AssetBuilder, lid: Lid, plan: Plan, top: float, link: str) -> None:
-    """Add the raised edge of a lid to drink through, and the hole in it at the front."""
-    edge = rim_bead(plan.ring(0.8 * lid.radius, top + 0.2 * SIP_EDGE), SIP_EDGE)
-    builder.add(link, patched(edge), lid.finish, label="lid", collider=False, density=0.0)
-    hole = ellipsoid((0.32 * lid.radius, 0.12 * lid.radius, 0.0016), 16, 5).translated(y=-0.62 * lid.radius, z=top)
-    builder.add(link, patched(hole), "soil", label="hole", collider=False, density=0.0)
+        ring = rim_bead(flat.ring(0.8 * lid.radius, z + lid.rise + 0.2 * SIP_EDGE), SIP_EDGE)
+        builder.add(link, patched(ring), lid.finish, label="lid", collider=False, density=0.0)
+        hole = ellipsoid((0.32 * lid.radius, 0.12 * lid.radius, 0.0016), 16, 5)
+        hole = hole.translated(y=-0.62 * lid.radius, z=z + lid.rise)
+        builder.add(link, patched(hole), "soil", label="hole", collider=False, density=0.0)
+    if lid.knob is not KnobForm.NONE:
+        _add_knob(builder, lid, z + lid.rise, link)
 
 
 def _add_knob(builder: AssetBuilder, lid: Lid, top: float, link: str) -> None:
     """Add what the lid is lifted by; its foot is in the lid."""
     size = lid.knob_size
-    if lid.knob is KnobForm.NONE:
-        return
     if lid.knob is KnobForm.BOW:
         part = arch(size, top - 0.004, top + 0.75 * size, 0.35 * size, 0.18 * size, 0.6)
     else:
@@ -319,19 +299,16 @@ def _add_knob(builder: AssetBuilder, lid: Lid, top: float, link: str) -> None:
 
 
 class SingleLid(Params):
-    """Parameters of a lid that lies by itself; lengths in metres.
+    """Parameters of a lid that lies by itself."""
 
-    Attributes: as of `Lid`; width is its diameter.
-    """
-
-    width: Annotated[float, Field(ge=0.06, le=0.4)]
-    rise: Annotated[float, Field(ge=0.004, le=0.12)]
-    dome: Annotated[float, Field(ge=1, le=12)] = 2.5
-    thick: Annotated[float, Field(ge=0.0006, le=0.01)] = 0.003
-    skirt: Annotated[float, Field(ge=0, le=0.03)] = 0.0
-    bead: Annotated[float, Field(ge=0, le=0.006)] = 0.0
-    knob: KnobForm = KnobForm.BALL
-    knob_size: Annotated[float, Field(ge=0.006, le=0.06)] = 0.015
+    width: float = Field(ge=0.06, le=0.4, description="diameter, m")
+    rise: float = Field(ge=0.004, le=0.12, description="height of its top over its rim, m")
+    dome: float = Field(2.5, ge=1, le=12, description="2: round; more: a flat top with steep sides")
+    thick: float = Field(0.003, ge=0.0006, le=0.01, description="of its sheet, m")
+    skirt: float = Field(0.0, ge=0, le=0.03, description="how far its rim reaches down outside, m")
+    bead: float = Field(0.0, ge=0, le=0.006, description="radius of a ring of metal round it, m; 0: none")
+    knob: KnobForm = Field(KnobForm.BALL, description="what it is lifted by")
+    knob_size: float = Field(0.015, ge=0.006, le=0.06, description="radius or half length, m")
     skin: FinishId
     knob_finish: FinishId = "plastic_black"
     bead_finish: FinishId = "stainless_polished"
@@ -342,7 +319,7 @@ def build(builder: AssetBuilder, p: SingleLid) -> None:
     finishes = (p.skin, p.knob_finish, p.bead_finish)
     lid = Lid(p.width / 2, p.rise, p.dome, p.thick, p.skirt, False, p.bead, p.knob, p.knob_size, *finishes)
     low = max(p.skirt, p.bead - 0.3 * p.thick)
-    add_lid(builder, lid, replace(round_plan(p.width / 2, 40), height=p.rise), low)
+    add_lid(builder, lid, Plan(p.width / 2, p.width / 2, corner=None, height=p.rise), low)
 
 
 FORM = Family("vessel_lid", SingleLid, build, base=Base.FREE)
@@ -369,102 +346,74 @@ class HandleForm(StrEnum):
 
 
 class Vessel(Params):
-    """Parameters of a vessel; lengths in metres.
+    """Parameters of a vessel; lengths in metres."""
 
-    Attributes:
-        profile: the outside from the edge of the foot to the rim, (radius, height), relative to half the width and to
-            the height. soft: a smooth curve runs through these points; otherwise corners are rounded by `rounding`.
-        width, height: of the body. across: the width in y relative to that in x. corner: radius of the corners seen
-            from above, relative to half the smaller width; 1 for round or oval.
-        wall: its thickness. floor: thickness of the floor. stem: share of the height that is below the floor of the
-            inside.
-        fillet: radius between floor and wall inside. foot: height of a hollow under the foot.
-        facets, flutes, flute_depth, twist, fluted_from: as in `Plan`. weave, stakes, rows: strands of a basket.
-        lip, lip_width, lip_rise, lip_from: of a spout drawn out of the rim, as in `Plan`.
-        bead: radius of a wire around the rim.
-        handle: kind of handle. handle_reach: how far it projects; the length of a long one; the height of an arch.
-            handle_top, handle_low: ends of an ear, relative to the height. handle_width, handle_thick: of its section.
-            handle_square: 1 for round, less for corners. handle_sag: of an ear. handle_rise: of a long one, rad.
-            handle_hole: radius of a hole in its end.
-        spout: how far a tubular spout projects. spout_from, spout_to: heights of its ends, relative to the height.
-            spout_radius: at the wall. spout_tip: radius at its tip. spout_curve: 0 straight, 1 bent.
-        lid: it has a lid on it. lid_opens: the lid can be lifted off, and the vessel is hollow below it. lid_rise,
-            lid_dome, lid_over: its height, its shape, how far it reaches over the rim. lid_skirt: how far it reaches
-            down outside. lid_thick: of its sheet. lid_sip: it has a raised edge and a hole to drink from. lid_bead:
-            radius of a ring of metal around it. knob, knob_size: the part by which it is lifted.
-        hole: radius of holes in its wall, 0 for no holes. hole_gap: distance between two. holes_from, holes_to: lowest
-            and highest, relative to the height.
-        wires: number of wires of a sieve, from its middle to its rim; its wall is then gauze.
-        content: filling level, relative to the height. marks: lines of a measure. sleeve: a band of card around the
-            middle.
-        matter: share of the wall's volume that is solid material.
-        skin, rim_finish, handle_finish, grip_finish, lid_finish, knob_finish, lid_bead_finish, content_finish,
-            mark_finish: finishes. skin may be a picture for the whole vessel; its height runs from the middle of the
-            underside (0) over the rim (0.5) to the middle of the inside (1).
-    """
-
-    profile: Annotated[tuple[Vec2, ...], Field(min_length=2, max_length=20)]
-    soft: bool = True
-    rounding: Length = 0.004
-    width: Metres
-    height: Metres
-    across: Annotated[float, Field(ge=0.3, le=1)] = 1.0
-    corner: Share = 1.0
-    wall: Annotated[float, Field(ge=0.0006, le=0.02)] = 0.004
-    floor: Annotated[float, Field(ge=0.0006, le=0.04)] = 0.005
-    stem: Share = 0.0
-    fillet: Length = 0.006
-    foot: Annotated[float, Field(ge=0, le=0.03)] = 0.0
-    facets: Annotated[int, Field(ge=0, le=20)] = 0
-    flutes: Annotated[int, Field(ge=0, le=40)] = 0
-    flute_depth: Annotated[float, Field(ge=0, le=0.3)] = 0.03
-    twist: Annotated[float, Field(ge=-3, le=3)] = 0.0
-    fluted_from: Share = 0.0
-    weave: Annotated[float, Field(ge=0, le=0.01)] = 0.0
-    stakes: Annotated[int, Field(ge=8, le=48)] = 32
-    rows: Annotated[int, Field(ge=3, le=20)] = 8
-    lip: Length = 0.0
-    lip_width: Annotated[float, Field(ge=0.1, le=1.5)] = 0.4
-    lip_rise: Annotated[float, Field(ge=-0.05, le=0.1)] = 0.0
-    lip_from: Annotated[float, Field(ge=0, le=0.95)] = 0.55
-    bead: Annotated[float, Field(ge=0, le=0.02)] = 0.0
-    handle: HandleForm = HandleForm.NONE
-    handle_reach: Length = 0.03
-    handle_top: Annotated[float, Field(ge=0, le=1.2)] = 0.85
-    handle_low: Share = 0.2
-    handle_width: Metres = 0.014
-    handle_thick: Metres = 0.008
-    handle_square: Annotated[float, Field(ge=0.3, le=1.2)] = 0.8
-    handle_sag: Annotated[float, Field(ge=-0.5, le=0.5)] = 0.0
-    handle_rise: Annotated[float, Field(ge=-0.3, le=0.9)] = 0.15
-    handle_hole: Annotated[float, Field(ge=0, le=0.012)] = 0.0
-    spout: Length = 0.0
-    spout_from: Share = 0.3
-    spout_to: Annotated[float, Field(ge=0, le=1.4)] = 0.9
-    spout_radius: Metres = 0.016
-    spout_tip: Metres = 0.008
-    spout_curve: Share = 0.6
-    lid: bool = False
-    lid_opens: bool = False
-    lid_rise: Length = 0.02
-    lid_dome: Annotated[float, Field(ge=1, le=12)] = 2.5
-    lid_over: Annotated[float, Field(ge=-0.03, le=0.02)] = 0.002
-    lid_skirt: Length = 0.0
-    lid_thick: Annotated[float, Field(ge=0.0006, le=0.01)] = 0.003
-    lid_sip: bool = False
-    lid_bead: Annotated[float, Field(ge=0, le=0.006)] = 0.0
-    knob: KnobForm = KnobForm.BALL
-    knob_size: Metres = 0.012
-    hole: Annotated[float, Field(ge=0, le=0.02)] = 0.0
-    hole_gap: Metres = 0.02
-    holes_from: Share = 0.2
-    holes_to: Share = 0.85
-    wires: Annotated[int, Field(ge=0, le=40)] = 0
-    content: Share = 0.0
-    marks: Annotated[int, Field(ge=0, le=12)] = 0
-    sleeve: bool = False
-    matter: Annotated[float, Field(ge=0.05, le=1)] = 1.0
-    skin: FinishId
+    profile: tuple[Vec2, ...] = Field(
+        min_length=2,
+        max_length=20,
+        description="outside from foot to rim, (radius by half the width, height by the height)",
+    )
+    soft: bool = Field(True, description="the profile is a smooth curve, else its corners are rounded")
+    rounding: Length = Field(0.004, description="radius of the profile's corners, m")
+    width: Metres = Field(description="of the body, m")
+    height: Metres = Field(description="of the body, m")
+    across: float = Field(1.0, ge=0.3, le=1, description="width in y by that in x")
+    corner: Share = Field(1.0, description="from above, by half the smaller width; 1: round or oval")
+    wall: float = Field(0.004, ge=0.0006, le=0.02, description="thickness, m")
+    floor: float = Field(0.005, ge=0.0006, le=0.04, description="thickness, m")
+    stem: Share = Field(0.0, description="share of the height below the floor of the inside")
+    fillet: Length = Field(0.006, description="radius between floor and wall inside, m")
+    foot: float = Field(0.0, ge=0, le=0.03, description="height of a hollow under the foot, m")
+    facets: int = Field(0, ge=0, le=20, description="as in `Plan`")
+    flutes: int = Field(0, ge=0, le=40, description="as in `Plan`")
+    flute_depth: float = Field(0.03, ge=0, le=0.3, description="as in `Plan`")
+    twist: float = Field(0.0, ge=-3, le=3, description="as in `Plan`, rad")
+    fluted_from: Share = Field(0.0, description="as in `Plan`")
+    weave: float = Field(0.0, ge=0, le=0.01, description="how far strands of a basket go out and in, m")
+    stakes: int = Field(32, ge=8, le=48, description="of a basket")
+    rows: int = Field(8, ge=3, le=20, description="of strands")
+    lip: Length = Field(0.0, description="how far a spout is drawn out of the rim, m")
+    lip_width: float = Field(0.4, ge=0.1, le=1.5, description="rad")
+    lip_rise: float = Field(0.0, ge=-0.05, le=0.1, description="m")
+    lip_from: float = Field(0.55, ge=0, le=0.95, description="share of the height above which the lip begins")
+    bead: float = Field(0.0, ge=0, le=0.02, description="radius of a wire around the rim, m")
+    handle: HandleForm = Field(HandleForm.NONE, description="kind of handle")
+    handle_reach: Length = Field(0.03, description="how far it projects; length of a long one; height of an arch, m")
+    handle_top: float = Field(0.85, ge=0, le=1.2, description="upper end of an ear, by the height")
+    handle_low: Share = Field(0.2, description="lower end of an ear, by the height")
+    handle_width: Metres = Field(0.014, description="of its section, m")
+    handle_thick: Metres = Field(0.008, description="of its section, m")
+    handle_square: float = Field(0.8, ge=0.3, le=1.2, description="1: round; less: with corners")
+    handle_sag: float = Field(0.0, ge=-0.5, le=0.5, description="of an ear")
+    handle_rise: float = Field(0.15, ge=-0.3, le=0.9, description="of a long handle, rad")
+    handle_hole: float = Field(0.0, ge=0, le=0.012, description="radius of a hole in its end, m")
+    spout: Length = Field(0.0, description="how far a tubular spout projects, m; 0: none")
+    spout_from: Share = Field(0.3, description="height of its lower end, by the height")
+    spout_to: float = Field(0.9, ge=0, le=1.4, description="height of its tip, by the height")
+    spout_radius: Metres = Field(0.016, description="at the wall, m")
+    spout_tip: Metres = Field(0.008, description="radius at its tip, m")
+    spout_curve: Share = Field(0.6, description="0: straight, 1: bent")
+    lid: bool = Field(False, description="it has a lid on it")
+    lid_opens: bool = Field(False, description="the lid can be lifted off, and the vessel is hollow below it")
+    lid_rise: Length = Field(0.02, description="height of the lid, m")
+    lid_dome: float = Field(2.5, ge=1, le=12, description="2: round; more: a flat top with steep sides")
+    lid_over: float = Field(0.002, ge=-0.03, le=0.02, description="how far the lid reaches over the rim, m")
+    lid_skirt: Length = Field(0.0, description="how far the lid reaches down outside, m")
+    lid_thick: float = Field(0.003, ge=0.0006, le=0.01, description="of its sheet, m")
+    lid_sip: bool = Field(False, description="the lid has a raised edge and a hole to drink from")
+    lid_bead: float = Field(0.0, ge=0, le=0.006, description="radius of a ring of metal around the lid, m")
+    knob: KnobForm = Field(KnobForm.BALL, description="what the lid is lifted by")
+    knob_size: Metres = Field(0.012, description="radius or half length, m")
+    hole: float = Field(0.0, ge=0, le=0.02, description="radius of holes in its wall, m; 0: none")
+    hole_gap: Metres = Field(0.02, description="distance between two holes, m")
+    holes_from: Share = Field(0.2, description="lowest holes, by the height")
+    holes_to: Share = Field(0.85, description="highest holes, by the height")
+    wires: int = Field(0, ge=0, le=40, description="of a sieve, from its middle to its rim; its wall is then gauze")
+    content: Share = Field(0.0, description="filling level, by the height")
+    marks: int = Field(0, ge=0, le=12, description="lines of a measure")
+    sleeve: bool = Field(False, description="a band of card around the middle")
+    matter: float = Field(1.0, ge=0.05, le=1, description="share of the wall's volume that is solid material")
+    skin: FinishId = Field(description="a picture runs from the underside (0) over the rim (0.5) to the inside (1)")
     rim_finish: FinishId = "stainless_brushed"
     handle_finish: FinishId | None = None
     grip_finish: FinishId = "plastic_black"
@@ -492,8 +441,7 @@ def seated(part: Solid, p: Vessel, plan: Plan, profile: Profile) -> Solid:
         short = np.maximum(plan.half_y - (plan.half_x - within), 1e-4)
         far = np.hypot(x, y * within / short)
         flat = part.points[:, :2] * np.maximum(1.0, within / np.maximum(far, 1e-6))[:, None]
-    below = z < p.height
-    points = np.column_stack([np.where(below[:, None], flat, part.points[:, :2]), z])
+    points = np.column_stack([np.where((z < p.height)[:, None], flat, part.points[:, :2]), z])
     return replace(part, points=points)
 
 
@@ -522,19 +470,13 @@ def handles(p: Vessel, profile: Profile, plan: Plan) -> list[Part]:
         taper = ((0, 1.5 * w, 1.1 * t), (0.12, w, t), (0.55, 0.8 * w, t), (0.9, 1.15 * w, t), (1, 0.7 * w, 0.8 * t))
         bar = long_handle((r - into, 0.0, top), reach, p.handle_rise, taper, p.handle_hole)
         return [(bar, own, "handle")]
-    # A strap of metal, and on its end a grip.
-    bare = 0.26 * reach
-    run = p.handle_rise
-    # The strap leaves the wall as steeply as the grip begins.
-    metal = strap(
-        [
-            (r - into, 0.0, top),
-            (r + 0.2 * bare, 0.0, top + 0.3 * bare * math.sin(run)),
-            *((r + s * bare * math.cos(run), 0.0, top + s * bare * math.sin(run) * 1.15) for s in (0.45, 0.8, 1.15)),
-        ],
-        [(1.5 * w, 0.35 * t), (1.1 * w, 0.35 * t), (0.7 * w, 0.45 * t), (0.6 * w, 0.5 * t), (0.6 * w, 0.5 * t)],
-        power=0.7,
-    )
+    # A strap of metal, which leaves the wall as steeply as the grip on its end begins.
+    bare, run = 0.26 * reach, p.handle_rise
+    path = [(r - into, 0.0, top), (r + 0.2 * bare, 0.0, top + 0.3 * bare * math.sin(run))]
+    for s in (0.45, 0.8, 1.15):
+        path.append((r + s * bare * math.cos(run), 0.0, top + s * bare * math.sin(run) * 1.15))
+    sizes = [(1.5 * w, 0.35 * t), (1.1 * w, 0.35 * t), (0.7 * w, 0.45 * t), (0.6 * w, 0.5 * t), (0.6 * w, 0.5 * t)]
+    metal = strap(path, sizes, power=0.7)
     start = (r + bare * math.cos(run), 0.0, top + 1.15 * bare * math.sin(run))
     swell = ((0, 0.72 * w, 0.8 * t), (0.06, 0.85 * w, t), (0.5, w, 1.1 * t), (0.85, 1.1 * w, t), (1, 0.6 * w, 0.6 * t))
     grip = long_handle(start, reach - bare, run, swell, p.handle_hole)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Annotated
-
 from pydantic import Field
 
 from casa_assets.families.family import FinishId, Params
@@ -13,14 +11,7 @@ from casa_assets.families.fixtures.small.kettle import Kettle, KettleForm, Kettl
 from casa_assets.families.kit.assemble import Family
 from casa_assets.families.kit.asset_builder import AssetBuilder
 from casa_assets.families.objects.containers.closures import LID, lift_off
-from casa_assets.families.parts.appliance.blender_jar import (
-    BlenderJar,
-    Cover,
-    Jar,
-    add_cover,
-    add_jar,
-    add_jar_handle,
-)
+from casa_assets.families.parts.appliance.blender_jar import BlenderJar, Cover, Jar, add_cover, add_jar, add_jar_handle
 from casa_assets.model.asset.asset import Base
 
 # Blender jug ----------------------------------------------------------------------------------------------------------
@@ -28,29 +19,21 @@ from casa_assets.model.asset.asset import Base
 
 
 class BlenderJug(Params):
-    """Parameters of a blender's jug; lengths in metres.
+    """Parameters of a blender's jug; lengths in metres."""
 
-    Attributes:
-        jar: its section. height, top, foot: of the glass, and half width at the mouth and at the foot.
-        handle_reach, handle_low: how far the handle projects, and the height of its lower end relative to that of the
-            glass.
-        lid: it has a cover that can be lifted. thickness, cap_radius, cap_height: of the cover and its filler cap.
-        grip, glass, cap: finishes of collar, handle and cover, of the jar, of the filler cap.
-    """
-
-    jar: BlenderJar = BlenderJar.ROUND
-    height: Annotated[float, Field(ge=0.1, le=0.25)]
-    top: Annotated[float, Field(ge=0.045, le=0.085)]
-    foot: Annotated[float, Field(ge=0.035, le=0.065)]
-    handle_reach: Annotated[float, Field(ge=0.035, le=0.06)] = 0.045
-    handle_low: Annotated[float, Field(ge=0.05, le=0.4)] = 0.2
-    lid: bool = True
-    thickness: Annotated[float, Field(ge=0.012, le=0.022)] = 0.015
-    cap_radius: Annotated[float, Field(ge=0.018, le=0.034)] = 0.026
-    cap_height: Annotated[float, Field(ge=0.01, le=0.03)] = 0.014
-    grip: FinishId = "plastic_black"
-    glass: FinishId = "glass_clear"
-    cap: FinishId = "plastic_clear"
+    jar: BlenderJar = Field(BlenderJar.ROUND, description="its section")
+    height: float = Field(ge=0.1, le=0.25, description="of the glass, m")
+    top: float = Field(ge=0.045, le=0.085, description="half width at the mouth, m")
+    foot: float = Field(ge=0.035, le=0.065, description="half width at the foot, m")
+    handle_reach: float = Field(0.045, ge=0.035, le=0.06, description="how far the handle projects, m")
+    handle_low: float = Field(0.2, ge=0.05, le=0.4, description="height of the handle's lower end by that of the glass")
+    lid: bool = Field(True, description="it has a cover that can be lifted")
+    thickness: float = Field(0.015, ge=0.012, le=0.022, description="of the cover, m")
+    cap_radius: float = Field(0.026, ge=0.018, le=0.034, description="of the cover's filler cap, m")
+    cap_height: float = Field(0.014, ge=0.01, le=0.03, description="of the filler cap, m")
+    grip: FinishId = Field("plastic_black", description="of collar, handle and cover")
+    glass: FinishId = Field("glass_clear", description="of the jar")
+    cap: FinishId = Field("plastic_clear", description="of the filler cap")
 
 
 def build_blender_jug(builder: AssetBuilder, p: BlenderJug) -> None:

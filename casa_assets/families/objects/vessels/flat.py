@@ -6,7 +6,6 @@ import math
 from dataclasses import replace
 from enum import StrEnum
 from itertools import pairwise
-from typing import Annotated
 
 import numpy as np
 from pydantic import Field
@@ -35,37 +34,25 @@ class Outline(StrEnum):
 
 
 class Board(Params):
-    """Parameters of a board; lengths in metres.
+    """Parameters of a board; lengths in metres."""
 
-    Attributes:
-        outline: from above. length, width: along x and y, without a handle. thickness: of it.
-        corner: radius of its corners. edge: radius of its upper and lower edges.
-        handle: length of that of a paddle, towards +x. handle_width: of it.
-        hole: radius of a hole in the handle or near an end, 0 for none. slot: the hole is a slot that long.
-        groove: distance of a groove from the rim, 0 for none.
-        strips: number of strips along it that are glued together, 1 for none; narrow: width of every other one by that
-            of its neighbours.
-        feet: height of four feet, 0 for none.
-        skin, second: finishes of the board and of every other strip and the feet; a picture covers it from end to end.
-    """
-
-    outline: Outline = Outline.RECTANGLE
-    length: Annotated[float, Field(ge=0.1, le=0.6)]
-    width: Annotated[float, Field(ge=0.08, le=0.5)]
-    thickness: Annotated[float, Field(ge=0.002, le=0.06)]
-    corner: Annotated[float, Field(ge=0, le=0.1)] = 0.01
-    edge: Annotated[float, Field(ge=0, le=0.01)] = 0.002
-    handle: Annotated[float, Field(ge=0, le=0.2)] = 0.1
-    handle_width: Annotated[float, Field(ge=0.01, le=0.1)] = 0.04
-    hole: Annotated[float, Field(ge=0, le=0.03)] = 0.0
-    slot: Annotated[float, Field(ge=0, le=0.15)] = 0.0
-    groove: Annotated[float, Field(ge=0, le=0.05)] = 0.0
-    strips: Annotated[int, Field(ge=1, le=15)] = 1
-    narrow: Annotated[float, Field(ge=0.1, le=1)] = 1.0
-    feet: Annotated[float, Field(ge=0, le=0.02)] = 0.0
-    matter: Annotated[float, Field(ge=0.1, le=1)] = 1.0
-    skin: FinishId
-    second: FinishId = "walnut_plain"
+    outline: Outline = Field(Outline.RECTANGLE, description="from above")
+    length: float = Field(ge=0.1, le=0.6, description="along x, without a handle, m")
+    width: float = Field(ge=0.08, le=0.5, description="along y, m")
+    thickness: float = Field(ge=0.002, le=0.06, description="m")
+    corner: float = Field(0.01, ge=0, le=0.1, description="radius of its corners, m")
+    edge: float = Field(0.002, ge=0, le=0.01, description="radius of its upper and lower edges, m")
+    handle: float = Field(0.1, ge=0, le=0.2, description="length of a paddle's handle, towards +x, m")
+    handle_width: float = Field(0.04, ge=0.01, le=0.1, description="m")
+    hole: float = Field(0.0, ge=0, le=0.03, description="radius of a hole in the handle or near an end, m; 0: none")
+    slot: float = Field(0.0, ge=0, le=0.15, description="the hole is a slot that long, m")
+    groove: float = Field(0.0, ge=0, le=0.05, description="distance of a groove from the rim, m; 0: none")
+    strips: int = Field(1, ge=1, le=15, description="glued together side by side")
+    narrow: float = Field(1.0, ge=0.1, le=1, description="width of every other strip by that of its neighbours")
+    feet: float = Field(0.0, ge=0, le=0.02, description="height of four feet, m; 0: none")
+    matter: float = Field(1.0, ge=0.1, le=1, description="share of its volume that is solid material")
+    skin: FinishId = Field(description="of the board; a picture covers it from end to end")
+    second: FinishId = Field("walnut_plain", description="of every other strip and the feet")
 
 
 def build_board(builder: AssetBuilder, p: Board) -> None:
@@ -79,7 +66,11 @@ def build_board(builder: AssetBuilder, p: Board) -> None:
     body = loft(inset_rings(loop, levels if e > 0 else [(0.0, 0.0), (0.0, t)]), 50.0)
     tools = []
     if p.hole > 0:
-        tools.append(prism(_hole(p), 2 * t, 0.0).translated(*_hole_at(p), z=-0.5 * t))
+        slot = rectangle(2 * p.hole, max(2 * p.hole, p.slot), 0.98 * p.hole, 5) if p.slot > 0 else circle(p.hole, 20)
+        at = p.length / 2 - p.hole - 0.014
+        if p.outline in (Outline.PADDLE, Outline.ROUND_PADDLE):
+            at = p.length / 2 + p.handle - p.handle_width / 2
+        tools.append(prism(slot, 2 * t, 0.0).translated(at, z=-0.5 * t))
     if p.groove > 0:
         wide, deep = 0.007, min(0.002, 0.2 * t)
         ring = prism(inset(_plain(p), p.groove), 2 * deep, 0.0)
@@ -89,7 +80,9 @@ def build_board(builder: AssetBuilder, p: Board) -> None:
         body = subtract(body, *tools)
     shapes = _shapes(p)
     density = p.matter * builder.supplies.finish(p.skin).substance.density
-    for k, (low, high) in enumerate(_strips(p)):
+    widths = np.array([1.0 if k % 2 == 0 else p.narrow for k in range(p.strips)])
+    edges = np.concatenate([[0.0], np.cumsum(widths)]) / widths.sum() * (p.width + 0.002) - p.width / 2 - 0.001
+    for k, (low, high) in enumerate(pairwise(edges.tolist())):
         part = body
         if p.strips > 1:
             slab = box((2.0, high - low, 1.0), (0.0, (low + high) / 2, 0.0), 0.0)
@@ -97,14 +90,12 @@ def build_board(builder: AssetBuilder, p: Board) -> None:
         part = _pictured(part, body).translated(z=p.feet)
         part = part.with_shapes(*(s for shape in shapes for s in shape.translated(z=p.feet).shapes))
         own = p.skin if k % 2 == 0 else p.second
-        grain = (1.0, 0.0, 0.0)
-        builder.add(ROOT, part, own, label="board", grain=grain, collider=k == 0, density=density)
+        builder.add(ROOT, part, own, label="board", grain=(1.0, 0.0, 0.0), collider=k == 0, density=density)
     if p.feet > 0:
         x, y = p.length / 2 - 0.025, p.width / 2 - 0.025
-        for sx in (-1, 1):
-            for sy in (-1, 1):
-                foot = rod(0.008, p.feet - 0.0002, 0.001).translated(sx * x, sy * y, p.feet / 2 - 0.0001)
-                builder.add(ROOT, foot, p.second, label="foot")
+        foot = rod(0.008, p.feet - 0.0002, 0.001)
+        for sx, sy in ((-1, -1), (-1, 1), (1, -1), (1, 1)):
+            builder.add(ROOT, foot.translated(sx * x, sy * y, p.feet / 2 - 0.0001), p.second, label="foot")
 
 
 def _plain(p: Board) -> Floats:
@@ -132,24 +123,6 @@ def _outline(p: Board) -> Floats:
     throat = [(start + 0.35 * half, -1.05 * half), *end, (start + 0.35 * half, 1.05 * half)]
     angle = np.arctan2(keep[:, 1], keep[:, 0])
     return np.concatenate([np.array(throat), keep[np.argsort(np.mod(angle, 2 * math.pi))]])
-
-
-def _hole(p: Board) -> Floats:
-    return rectangle(2 * p.hole, max(2 * p.hole, p.slot), 0.98 * p.hole, 5) if p.slot > 0 else circle(p.hole, 20)
-
-
-def _hole_at(p: Board) -> tuple[float, float]:
-    """Where the hole is."""
-    if p.outline in (Outline.PADDLE, Outline.ROUND_PADDLE):
-        return p.length / 2 + p.handle - p.handle_width / 2, 0.0
-    return p.length / 2 - p.hole - 0.014, 0.0
-
-
-def _strips(p: Board) -> list[tuple[float, float]]:
-    """From where to where in y each strip goes."""
-    widths = np.array([1.0 if k % 2 == 0 else p.narrow for k in range(p.strips)])
-    edges = np.concatenate([[0.0], np.cumsum(widths)]) / widths.sum() * (p.width + 0.002) - p.width / 2 - 0.001
-    return [(float(a), float(b)) for a, b in pairwise(edges)]
 
 
 def _shapes(p: Board) -> list[Solid]:
@@ -186,28 +159,20 @@ BOARD = Family("board", Board, build_board, base=Base.FREE)
 
 
 class PocketTray(Params):
-    """Parameters of a tray with pockets; lengths in metres.
+    """Parameters of a tray with pockets; lengths in metres."""
 
-    Attributes:
-        columns, rows: of pockets. pitch_x, pitch_y: between their middles. gap: between two of them.
-        depth: of a pocket. narrow: its floor by its mouth. rounding: of its corners by half its lesser side; 1 for
-            round ones. border: of the tray about them. end: more of it at both ends, to be held by.
-        wall: thickness. rim: height of a rim that goes down around the tray.
-        skin: finish.
-    """
-
-    columns: Annotated[int, Field(ge=1, le=10)] = 6
-    rows: Annotated[int, Field(ge=1, le=6)] = 2
-    pitch_x: Annotated[float, Field(ge=0.014, le=0.12)] = 0.036
-    pitch_y: Annotated[float, Field(ge=0.014, le=0.12)] = 0.045
-    gap: Annotated[float, Field(ge=0.002, le=0.03)] = 0.004
-    depth: Annotated[float, Field(ge=0.01, le=0.06)] = 0.03
-    narrow: Annotated[float, Field(ge=0.4, le=1)] = 0.8
-    rounding: Annotated[float, Field(ge=0.02, le=1)] = 0.3
-    border: Annotated[float, Field(ge=0.001, le=0.05)] = 0.004
-    end: Annotated[float, Field(ge=0, le=0.06)] = 0.008
-    wall: Annotated[float, Field(ge=0.0008, le=0.004)] = 0.0015
-    rim: Annotated[float, Field(ge=0, le=0.05)] = 0.008
+    columns: int = Field(6, ge=1, le=10, description="of pockets")
+    rows: int = Field(2, ge=1, le=6, description="of pockets")
+    pitch_x: float = Field(0.036, ge=0.014, le=0.12, description="between the middles of pockets, m")
+    pitch_y: float = Field(0.045, ge=0.014, le=0.12, description="m")
+    gap: float = Field(0.004, ge=0.002, le=0.03, description="between two pockets, m")
+    depth: float = Field(0.03, ge=0.01, le=0.06, description="of a pocket, m")
+    narrow: float = Field(0.8, ge=0.4, le=1, description="floor of a pocket by its mouth")
+    rounding: float = Field(0.3, ge=0.02, le=1, description="of a pocket's corners by half its lesser side; 1: round")
+    border: float = Field(0.004, ge=0.001, le=0.05, description="of the tray about the pockets, m")
+    end: float = Field(0.008, ge=0, le=0.06, description="more of it at both ends, to be held by, m")
+    wall: float = Field(0.0015, ge=0.0008, le=0.004, description="thickness, m")
+    rim: float = Field(0.008, ge=0, le=0.05, description="height of a rim that goes down around the tray, m")
     skin: FinishId
 
 
@@ -215,13 +180,11 @@ def build_pocket_tray(builder: AssetBuilder, p: PocketTray) -> None:
     """Build the asset: it rests on the floors of its pockets, at z = 0, its length along x."""
     length = p.columns * p.pitch_x + 2 * (p.border + p.end)
     width = p.rows * p.pitch_y + 2 * p.border
-    mouth = _mouth(p)
+    x, y = p.pitch_x - p.gap, p.pitch_y - p.gap
+    mouth = circle(min(x, y) / 2, 14) if p.rounding >= 1 else rectangle(x, y, p.rounding * min(x, y) / 2, 2)
     top = p.depth + p.wall
-    places = [
-        ((i - (p.columns - 1) / 2) * p.pitch_x, (j - (p.rows - 1) / 2) * p.pitch_y)
-        for i in range(p.columns)
-        for j in range(p.rows)
-    ]
+    xs = [(i - (p.columns - 1) / 2) * p.pitch_x for i in range(p.columns)]
+    places = [(x, (j - (p.rows - 1) / 2) * p.pitch_y) for x in xs for j in range(p.rows)]
     outline = rectangle(length, width, min(0.012, 0.4 * width), 4)
     cover = prism(outline, p.wall, 0.0004, [mouth + place for place in places]).translated(z=top - p.wall)
     half = float(np.abs(mouth[:, 1]).max()) * (1 - p.narrow)
@@ -244,18 +207,10 @@ def build_pocket_tray(builder: AssetBuilder, p: PocketTray) -> None:
             d = np.roll(c, -1)
             faces += [np.stack([a, b, d], 1), np.stack([a, d, c], 1)]
         points = np.concatenate(ring[:-1])
-        parts.append(type(cup)(points, np.concatenate(faces).astype(np.int64), crease_deg=50.0).oriented_outwards())
+        parts.append(Solid(points, np.concatenate(faces).astype(np.int64), crease_deg=50.0).oriented_outwards())
     body = concatenate([part.without_colliders() for part in parts])
     builder.add(ROOT, body, p.skin, label="body", name="body", collider=False)
     _add_shapes(builder, p, length, width, top)
-
-
-def _mouth(p: PocketTray) -> Floats:
-    """The outline of a pocket's mouth."""
-    x, y = p.pitch_x - p.gap, p.pitch_y - p.gap
-    if p.rounding >= 1:
-        return circle(min(x, y) / 2, 14)
-    return rectangle(x, y, p.rounding * min(x, y) / 2, 2)
 
 
 def _add_shapes(builder: AssetBuilder, p: PocketTray, length: float, width: float, top: float) -> None:

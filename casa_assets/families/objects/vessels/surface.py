@@ -13,6 +13,7 @@ from scipy.interpolate import PchipInterpolator
 from casa_assets.core.numeric import Floats
 from casa_assets.families.kit.solids.solid import Solid
 from casa_assets.families.kit.solids.sweep import rectangle, round_corners
+from casa_assets.families.objects.closed_surface import run_along
 from casa_assets.model.record import Vec2
 
 # Heights in the picture of a vessel: the edge of its foot, its rim; the middle of the inside is 1.
@@ -23,37 +24,25 @@ SLACK = 0.0018
 
 @dataclass(frozen=True)
 class Plan:
-    """The outline of a vessel seen from above, and how it changes with height; lengths in metres.
+    """The outline of a vessel seen from above, and how it changes with height; lengths in metres."""
 
-    Attributes:
-        half_x, half_y: half its widths at the widest height. corner: radius of the corners; None for an ellipse.
-        height: of the rim. facets: number of flat sides, 0 for no facets. flutes: number of furrows, flute_depth:
-            relative to the radius. twist: rad that they turn on their way up. fluted_from: share of the height above
-            which they are.
-        lip: how far the rim is drawn out to -x as a spout. lip_width: rad. lip_rise: how far it is drawn up. lip_from:
-            share of the height above which it begins.
-        weave: how far strands go out and in. stakes: number of stakes around which they go. row: height of a row of
-            strands.
-        around: points around an ellipse.
-    """
-
-    half_x: float
+    half_x: float  # at the widest height
     half_y: float
-    corner: float | None
-    height: float
-    facets: int = 0
-    flutes: int = 0
-    flute_depth: float = 0.0
-    twist: float = 0.0
-    fluted_from: float = 0.0
-    lip: float = 0.0
-    lip_width: float = 0.4
-    lip_rise: float = 0.0
-    lip_from: float = 0.55
-    weave: float = 0.0
-    stakes: int = 0
-    row: float = 0.01
-    around: int = 40
+    corner: float | None  # radius; None: an ellipse
+    height: float  # of the rim
+    facets: int = 0  # flat sides
+    flutes: int = 0  # furrows
+    flute_depth: float = 0.0  # by the radius
+    twist: float = 0.0  # turn of facets and flutes on their way up, rad
+    fluted_from: float = 0.0  # share of the height above which they are
+    lip: float = 0.0  # how far the rim is drawn out to -x as a spout
+    lip_width: float = 0.4  # rad
+    lip_rise: float = 0.0  # how far the lip is drawn up
+    lip_from: float = 0.55  # share of the height above which the lip begins
+    weave: float = 0.0  # how far strands go out and in
+    stakes: int = 0  # around which strands go
+    row: float = 0.01  # height of a row of strands
+    around: int = 40  # points around an ellipse
 
     def ring(self, radius: float, z: float) -> Floats:
         """(N, 3) points round the vessel where its half width along x is `radius`, counter-clockwise from +x."""
@@ -124,23 +113,16 @@ class Profile:
         r = float(self.outside[0, 0])
         if self.foot > 0:
             under = [(0.0, self.foot), (r - self.foot_wall, self.foot), (r - 0.8 * self.foot_wall, 0.0003)]
-            under.append((r - 0.5 * self.foot_wall, 0.0))
-            under.append((r, 0.0004))
+            under += [(r - 0.5 * self.foot_wall, 0.0), (r, 0.0004)]
         outer = self.outside[1:] if self.foot > 0 else self.outside
         a, b = outer[-1], self.inside[-1]
         way = outer[-1] - outer[-2]
         way = way / np.linalg.norm(way) * float(np.linalg.norm(b - a)) / 2
         rim = [(a + b) / 2 + math.cos(t) * (a - b) / 2 + math.sin(t) * way for t in (math.pi / 4, math.pi / 2, 2.356)]
         parts = (np.array(under), outer, np.array(rim), self.inside[::-1])
-        v = np.concatenate(
-            [
-                _spread(parts[0], 0.0, FOOT_V),
-                _spread(parts[1], FOOT_V + 0.005, RIM_V - 0.01),
-                _spread(parts[2], RIM_V - 0.006, RIM_V + 0.006),
-                _spread(parts[3], RIM_V + 0.01, 1.0),
-            ]
-        )
-        return np.concatenate(parts), v
+        spans = ((0.0, FOOT_V), (FOOT_V + 0.005, RIM_V - 0.01), (RIM_V - 0.006, RIM_V + 0.006), (RIM_V + 0.01, 1.0))
+        v = [_spread(part, *span) for part, span in zip(parts, spans, strict=True)]
+        return np.concatenate(parts), np.concatenate(v)
 
 
 def vessel_profile(
@@ -181,7 +163,7 @@ def woven(profile: Profile, step: float) -> Profile:
     return replace(profile, outside=np.concatenate([wall[:1], between, wall[-1:]]))
 
 
-def surface(path: Floats, v: Floats, plan: Plan, inside: Plan | None = None, crease_deg: float = 42.0) -> Solid:
+def surface(path: Floats, v: Floats, plan: Plan, inside: Plan | None = None) -> Solid:
     """A closed surface whose rings follow a path that begins and ends on the axis; a picture covers all of it.
 
     Args:
@@ -221,18 +203,13 @@ def surface(path: Floats, v: Floats, plan: Plan, inside: Plan | None = None, cre
     top = 1 + (levels - 1) * n
     faces.append(np.stack([np.full(n, len(points) - 1), top + i, top + j], axis=1))
     uv.append(_corners((middle, v[-1]), (u0, v[-2]), (u1, v[-2])))
-    found = Solid(points, np.concatenate(faces).astype(np.int64), crease_deg=crease_deg, picture_uv=np.concatenate(uv))
+    found = Solid(points, np.concatenate(faces).astype(np.int64), crease_deg=42.0, picture_uv=np.concatenate(uv))
     return found.oriented_outwards()
 
 
-def turned_on(path: Floats, plan: Plan, crease_deg: float = 42.0) -> Solid:
+def turned_on(path: Floats, plan: Plan) -> Solid:
     """As `surface`, with picture heights along the path."""
-    return surface(path, _spread(path, 0.0, 1.0), plan, None, crease_deg)
-
-
-def round_plan(radius: float, around: int = 28) -> Plan:
-    """The plan of a plain round thing."""
-    return Plan(half_x=radius, half_y=radius, corner=None, height=1.0, around=around)
+    return surface(path, _spread(path, 0.0, 1.0), plan)
 
 
 def pictured(solid: Solid, profile: Profile, around: float) -> Solid:
@@ -242,11 +219,8 @@ def pictured(solid: Solid, profile: Profile, around: float) -> Solid:
         around: circumference of the vessel, metres.
     """
     corners = solid.points[solid.faces]
-    v = np.interp(
-        corners[..., 2],
-        np.maximum.accumulate(profile.outside[:, 1]),
-        _spread(profile.outside, FOOT_V + 0.02, RIM_V - 0.03),
-    )
+    heights = _spread(profile.outside, FOOT_V + 0.02, RIM_V - 0.03)
+    v = np.interp(corners[..., 2], np.maximum.accumulate(profile.outside[:, 1]), heights)
     u = 0.25 + (corners[..., 1] + 0.4 * corners[..., 0]) / around
     return replace(solid, uv_m=None, picture_uv=np.stack([np.clip(u, 0, 1), v], axis=2))
 
@@ -281,7 +255,7 @@ def thinned(line: Floats, tolerance: float) -> Floats:
 
 def _smooth(points: Floats) -> Floats:
     """A smooth curve through the points, which are among its own."""
-    run = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+    run = run_along(points)
     at = np.unique(np.concatenate([run, np.linspace(0.0, run[-1], 120)]))
     return np.stack([PchipInterpolator(run, points[:, k])(at) for k in (0, 1)], axis=1)
 
@@ -296,7 +270,7 @@ def _bent(corners: Sequence[tuple[float, float, float]], rounding: float, only: 
         # A fillet may take up many short pieces of the wall, or end within a long one.
         flat = np.array(corners)[:, [0, 2]]
         wall = flat[only:]
-        run = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(wall, axis=0), axis=1))])
+        run = run_along(wall)
         reach = min(rounding, 0.9 * float(run[-1]), 0.9 * float(flat[only, 0]))
         end = np.array([np.interp(reach, run, wall[:, k]) for k in (0, 1)])
         start = flat[only] - (reach, 0.0)
@@ -321,5 +295,5 @@ def _spread(line: Floats, low: float, high: float) -> Floats:
     """Numbers from low to high, by the length along a line."""
     if len(line) == 1:
         return np.array([low])
-    run = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
+    run = run_along(line)
     return low + (high - low) * run / max(float(run[-1]), 1e-12)

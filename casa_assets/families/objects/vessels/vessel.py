@@ -40,6 +40,11 @@ from casa_assets.families.objects.vessels.surface import (
 )
 from casa_assets.model.asset.asset import Base
 
+# Parameters of a vessel that are the fields of its plan of the same names.
+AS_IN_PLAN = (
+    *("facets", "flutes", "flute_depth", "twist", "fluted_from"),
+    *("lip", "lip_width", "lip_rise", "lip_from", "weave", "stakes"),
+)
 # The most collision shapes of a vessel with all that is on it.
 MOST_SHAPES = 24
 # How far the rim of a lid that can be lifted reaches down outside, metres.
@@ -54,7 +59,7 @@ def build(builder: AssetBuilder, p: Vessel) -> None:
     floor = p.stem * p.height + p.floor + p.foot
     points = [(r * p.width / 2, z * p.height) for r, z in p.profile]
     profile = vessel_profile(points, p.soft, p.rounding, p.wall, floor, p.fillet, p.foot)
-    parts = [part for parts in (handles(p, profile, plan), spouts(p, profile)) for part in parts]
+    parts = [*handles(p, profile, plan), *spouts(p, profile)]
     if p.weave > 0:
         profile = woven(profile, plan.row / 2)
     path, v = profile.path()
@@ -68,17 +73,18 @@ def build(builder: AssetBuilder, p: Vessel) -> None:
         lid_shapes = 1 + (p.knob is not KnobForm.NONE) + 4 * (p.knob is KnobForm.BOW) if p.lid else 0
         room = MOST_SHAPES - lid_shapes - sum(len(part.shapes) for part, _, _ in parts)
         shapes = open_shapes(profile, plan, floor, p.stem * p.height, room, p.bead)
-    substance = builder.supplies.finish(p.skin).substance
-    density = p.matter * substance.density
+    density = p.matter * builder.supplies.finish(p.skin).substance.density
     builder.add(ROOT, body.with_shapes(*shapes), p.skin, label="body", name="body", density=density)
     around = math.pi * p.width
     for part, finish, label in parts:
         solid = pictured(seated(part, p, plan, profile), profile, around)
-        builder.add(ROOT, solid, finish, label=label, density=_handle_density(builder, p, finish))
+        # It may be hollow: of metal it weighs never more than a third of the solid.
+        density = min(builder.supplies.finish(finish).substance.density, 2600.0)
+        density *= p.matter if finish == p.skin else 1.0
+        builder.add(ROOT, solid, finish, label=label, density=density)
     rim = plan.ring(*(float(n) for n in (profile.outside[-1] + profile.inside[-1]) / 2))
     if p.bead > 0:
-        bead = rim_bead(rim, p.bead, 6 if p.weave > 0 or p.hole > 0 else 8)
-        bead = patched(bead, RIM_V, 0.002)
+        bead = patched(rim_bead(rim, p.bead, 6 if p.weave > 0 or p.hole > 0 else 8), RIM_V, 0.002)
         # Of metal it is a rolled edge with air in it.
         density = min(builder.supplies.finish(p.rim_finish).substance.density, builder.supplies.density("rolled_edge"))
         builder.add(ROOT, bead, p.rim_finish, label="rim", collider=False, density=density)
@@ -94,44 +100,17 @@ def build(builder: AssetBuilder, p: Vessel) -> None:
 
 def _plan(p: Vessel) -> Plan:
     half_x, half_y = p.width / 2, p.width / 2 * p.across
-    around = (
-        2 * p.stakes
-        if p.weave > 0
-        else 56
-        if p.flutes > 12
-        else 40
-        if p.hole > 0 or p.wires
-        else 48
-        if p.width > 0.21 or p.flutes
-        else 40
-    )
     if p.facets:
         around = p.facets * max(2, round(40 / p.facets))
-    return Plan(
-        half_x=half_x,
-        half_y=half_y,
-        corner=None if p.corner >= 1 else p.corner * half_y,
-        height=p.height,
-        facets=p.facets,
-        flutes=p.flutes,
-        flute_depth=p.flute_depth,
-        twist=p.twist,
-        fluted_from=p.fluted_from,
-        lip=p.lip,
-        lip_width=p.lip_width,
-        lip_rise=p.lip_rise,
-        lip_from=p.lip_from,
-        weave=p.weave,
-        stakes=p.stakes,
-        row=p.height / p.rows,
-        around=around,
-    )
-
-
-def _handle_density(builder: AssetBuilder, p: Vessel, finish: str) -> float:
-    """kg/m^3 of a handle or spout, which may be hollow: of metal never more than a third of the solid."""
-    density = builder.supplies.finish(finish).substance.density
-    return min(density, 2600.0) * (p.matter if finish == p.skin else 1.0)
+    elif p.weave > 0:
+        around = 2 * p.stakes
+    elif p.flutes > 12:
+        around = 56
+    else:
+        around = 48 if (p.width > 0.21 or p.flutes) and not (p.hole > 0 or p.wires) else 40
+    corner = None if p.corner >= 1 else p.corner * half_y
+    copied = {name: getattr(p, name) for name in AS_IN_PLAN}
+    return Plan(half_x, half_y, corner, p.height, row=p.height / p.rows, around=around, **copied)
 
 
 def _pierced(body: Solid, p: Vessel, plan: Plan, profile: Profile) -> Solid:
@@ -141,9 +120,8 @@ def _pierced(body: Solid, p: Vessel, plan: Plan, profile: Profile) -> Solid:
     line = profile.outside[(profile.outside[:, 1] >= low) & (profile.outside[:, 1] <= high)]
     run = float(np.linalg.norm(np.diff(line, axis=0), axis=1).sum())
     rows = max(1, round(run / p.hole_gap))
-    zs = np.linspace(low, high, rows)
     drill = prism(circle(p.hole, 6), 0.05, 0.0).translated(z=-0.025)
-    for k, z in enumerate(zs):
+    for k, z in enumerate(np.linspace(low, high, rows)):
         r = profile.radius(float(z))
         count = max(4, round(2 * math.pi * r / p.hole_gap))
         for i in range(count):
@@ -219,12 +197,9 @@ def _prints(builder: AssetBuilder, p: Vessel, plan: Plan, profile: Profile) -> N
     if p.sleeve:
         low, high = 0.3 * p.height, 0.72 * p.height
         a, b = profile.radius(low) + 0.0003, profile.radius(high) + 0.0003
-        path = np.array([(0.0, low), (a + 0.0009, low), (b + 0.0009, high), (0.0, high)])
-        band = turned_on(path, plan)
-        hole = turned_on(
-            np.array([(0.0, low - 0.01), (a - 0.0004, low - 0.01), (b, high + 0.01), (0.0, high + 0.01)]), plan
-        )
-        sleeve = subtract(band, hole)
+        band = [(0.0, low), (a + 0.0009, low), (b + 0.0009, high), (0.0, high)]
+        hole = [(0.0, low - 0.01), (a - 0.0004, low - 0.01), (b, high + 0.01), (0.0, high + 0.01)]
+        sleeve = subtract(*(turned_on(np.array(path), plan) for path in (band, hole)))
         builder.add(ROOT, sleeve, p.mark_finish, label="sleeve", collider=False)
 
 

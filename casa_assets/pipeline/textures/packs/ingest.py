@@ -19,13 +19,7 @@ from casa_assets.model.registry.rows import Finish, Surface
 from casa_assets.pipeline.cache.store import Store
 from casa_assets.pipeline.library.library import Library, file_digests, write_files
 from casa_assets.pipeline.textures.packs.pictures import FOLDER, PACK, pack_of
-from casa_assets.pipeline.textures.packs.survey import (
-    AcceptedPicture,
-    PackOptions,
-    list_files,
-    read_description,
-    survey,
-)
+from casa_assets.pipeline.textures.packs.survey import AcceptedPicture, PackOptions, read_description, survey
 from casa_assets.pipeline.textures.recipes import every_recipe, origin_of
 from casa_assets.preview.pictures import SheetCell, contact_sheet
 from casa_assets.projects import SETTINGS, project_folder, use_project
@@ -47,16 +41,11 @@ SIZES_PX = (1024, 896, 768, 640, 512)
 
 @dataclass(frozen=True)
 class PackReport:
-    """Outcome of ingesting a pack.
+    """Outcome of ingesting a pack."""
 
-    Attributes:
-        folder: where the pack is. pack: its pictures and refusals.
-        changed: whether the folder was written; False where it held the same bytes already.
-    """
-
-    folder: Path
+    folder: Path  # of the pack
     pack: Pack
-    changed: bool
+    changed: bool  # False: the folder held the same bytes already
 
 
 def ingest_pack(source: Path, options: PackOptions) -> PackReport:
@@ -71,7 +60,6 @@ def ingest_pack(source: Path, options: PackOptions) -> PackReport:
     """
     if not source.is_dir():
         raise CasaError(f"{source}: {'is no folder; unpack it first' if source.exists() else 'no such folder'}")
-    listed = list_files(source)
     description = read_description(source)
     name = slug(options.pack or description.pack or source.absolute().stem)
     library = Library(options.library)
@@ -80,7 +68,7 @@ def ingest_pack(source: Path, options: PackOptions) -> PackReport:
     taken = _taken(library.root, name)
     with library.locked():
         _keep_out_of_git(library)
-        found = survey(listed, description, options, Store(library.cache))
+        found = survey(source, description, options, Store(library.cache))
         staged = library.stage(name)
         ids = unique_ids(name, [accepted.fields.name or accepted.name for accepted in found.accepted])
         _check_ids(ids, taken, name)
@@ -157,10 +145,10 @@ def _picture(id_: str, accepted: AcceptedPicture) -> tuple[PackPicture, dict[str
     known = registry.load()
     substance = known.substances[fields.substance or UNKNOWN]
     made, checked = _finish(id_, tile, size, (fields.surface, fields.roughness), substance)
-    images, base = made.material.textures, made.material.base_color_texture
+    base = made.material.base_color_texture
     assert base is not None
     names = {"color": "base", "metallic_roughness": "roughness", "normal": "normal"}
-    files = {f"{id_}_{names[t.name.removeprefix(f'{id_}_')]}.png": t.png for t in images}
+    files = {f"{id_}_{names[t.name.removeprefix(f'{id_}_')]}.png": t.png for t in made.material.textures}
     paths = tuple(f"{id_}_{role}.png" for role in ("base", "normal", "roughness"))
     notes = list(accepted.prepared.notes)
     if tile.repaired:

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import hashlib
 import struct
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator
 from pathlib import Path
 
-from pydantic import ValidationError
+from pydantic import Field, ValidationError
 
 from casa_assets.errors import OutputError
-from casa_assets.model.asset.material import ColorSpace, Material, Substance, Texture
-from casa_assets.model.record import Id, Record, Sha256, Vec2
+from casa_assets.model.asset.material import ColorSpace, Substance, Texture
+from casa_assets.model.record import Id, Record, Sha256
 from casa_assets.model.registry.rows import Finish, TextureRecipe
 from casa_assets.projects import project_folder, read_once
 from casa_assets.textures.canvas import Layers
+from casa_assets.textures.finish import textured
 from casa_assets.textures.packs import pictures as derive
 from casa_assets.textures.packs.entry import MAX_FILE_BYTES, MAX_SIDE_PX, FileName, Pack, PackPicture
 
@@ -62,41 +63,21 @@ _SPACES = (ColorSpace.SRGB, ColorSpace.RAW, ColorSpace.RAW)
 
 
 class PictureParams(Record):
-    """Params of a recipe of the kind `picture`: which files it is, by value, so that other files are another recipe.
+    """Params of a recipe of the kind `picture`: which files it is, by value, so that other files are another recipe."""
 
-    Attributes:
-        pack: its id, which is the name of its folder too.
-        files: base, normal and roughness, in the folder of the pack. sha256: of each.
-        licence, author, generator: as the pack has them; kitchens name them too.
-    """
-
-    pack: Id
-    files: tuple[FileName, FileName, FileName]
-    sha256: tuple[Sha256, Sha256, Sha256]
-    licence: str
+    pack: Id = Field(description="its id, which is the name of its folder too")
+    files: tuple[FileName, FileName, FileName] = Field(
+        description="base, normal and roughness, in the folder of the pack"
+    )
+    sha256: tuple[Sha256, Sha256, Sha256] = Field(description="of each")
+    licence: str = Field(description="as the pack has it; kitchens name it too")
     author: str
     generator: str
 
 
-def load_finishes(folder: Path, substances: Mapping[str, Substance]) -> dict[str, Finish]:
-    """Every picture of a pack as a finish, by id.
-
-    Args:
-        folder: `<library>/textures/<pack>`.
-        substances: of the registry.
-    Raises:
-        OutputError: a file is missing, or is not the one that was written.
-    """
-    recipes = [recipe_of(folder.name, picture) for picture in load_pack(folder).pictures]
-    return {recipe.id: finish_of_picture(recipe, substances[recipe.substance], folder) for recipe in recipes}
-
-
 def recipe_of(pack: str, picture: PackPicture) -> TextureRecipe:
-    """A picture of a pack as a recipe.
-
-    Args:
-        pack: name of the folder of the pack.
-    """
+    """A picture of a pack, which is named as its folder, as a recipe."""
+    copied = {name: getattr(picture, name) for name in PictureParams.model_fields if name != "pack"}
     return TextureRecipe(
         id=picture.id,
         surface=picture.surface,
@@ -104,14 +85,7 @@ def recipe_of(pack: str, picture: PackPicture) -> TextureRecipe:
         seed=0,
         tile_m=picture.tile_m,
         substance=picture.substance,
-        params=PictureParams(
-            pack=pack,
-            files=picture.files,
-            sha256=picture.sha256,
-            licence=picture.licence,
-            author=picture.author,
-            generator=picture.generator,
-        ).to_json(),
+        params=PictureParams(pack=pack, **copied).to_json(),
     )
 
 
@@ -120,34 +94,28 @@ def pack_of(recipe: TextureRecipe) -> str:
     return PictureParams.from_json(recipe.params).pack if recipe.kind == KIND else ""
 
 
-def finish_of_picture(recipe: TextureRecipe, substance: Substance, folder: Path | None = None) -> Finish:
-    """The finish of a picture.
+def finish_of_picture(recipe: TextureRecipe, substance: Substance) -> Finish:
+    """The finish of a picture of a pack of the project in use.
 
-    Args:
-        recipe: of the kind `picture`. substance: its own.
-        folder: of the pack; None: that in the project in use.
     Raises:
         OutputError: a file is missing, or is not the one that was written.
     """
-    params = PictureParams.from_json(recipe.params)
-    textures = [
-        _texture(path, data, space)
-        for path, data, space in zip(params.files, read_files(recipe, folder), _SPACES, strict=True)
-    ]
-    return _finish(recipe.id, recipe.tile_m, textures, substance)
+    rows = zip(PictureParams.from_json(recipe.params).files, read_files(recipe), _SPACES, strict=True)
+    return textured(recipe.id, recipe.tile_m, [_texture(*row) for row in rows], substance)
 
 
 def resized_finish(recipe: TextureRecipe, substance: Substance, size_px: int) -> Finish:
     """Return `finish_of_picture` with its pictures scaled down to at most `size_px` on the longer side."""
-    whole = finish_of_picture(recipe, substance)
-    textures = []
-    for texture in whole.material.textures:
-        limit = round(size_px * max(texture.width_px, texture.height_px) / _longest(whole))
-        pixels = derive.scaled(derive.pixels_of(texture.png), limit)
-        textures.append(texture.replace(png=derive.png(pixels), width_px=pixels.shape[1], height_px=pixels.shape[0]))
-    by_name = {texture.name: texture for texture in textures}
+    whole = {texture.name: texture for texture in finish_of_picture(recipe, substance).material.textures}
     names = [Path(path).stem for path in PictureParams.from_json(recipe.params).files]
-    return _finish(recipe.id, recipe.tile_m, [by_name[name] for name in names], substance)
+    longest = max(whole[names[0]].width_px, whole[names[0]].height_px)
+    textures = []
+    for name in names:
+        limit = round(size_px * max(whole[name].width_px, whole[name].height_px) / longest)
+        pixels = derive.scaled(derive.pixels_of(whole[name].png), limit)
+        size = {"width_px": pixels.shape[1], "height_px": pixels.shape[0]}
+        textures.append(whole[name].replace(png=derive.png(pixels), **size))
+    return textured(recipe.id, recipe.tile_m, textures, substance)
 
 
 def layers_of_picture(recipe: TextureRecipe, size_px: int) -> Layers:
@@ -162,18 +130,14 @@ def check_files(recipe: TextureRecipe) -> None:
     read_files(recipe)
 
 
-def read_files(recipe: TextureRecipe, folder: Path | None = None) -> tuple[bytes, ...]:
+def read_files(recipe: TextureRecipe) -> tuple[bytes, ...]:
     """Bytes of base, normal and roughness, which are those that the recipe names. Raises as `finish_of_picture`."""
     params = PictureParams.from_json(recipe.params)
-    place = folder or _folder(params.pack)
-    return tuple(_read(place / path, digest) for path, digest in zip(params.files, params.sha256, strict=True))
-
-
-def _folder(pack: str) -> Path:
     project = project_folder()
     if project is None:
-        raise OutputError(pack, "is a texture pack of a project, and no project is in use")
-    return project / FOLDER / pack
+        raise OutputError(params.pack, "is a texture pack of a project, and no project is in use")
+    folder = project / FOLDER / params.pack
+    return tuple(_read(folder / path, digest) for path, digest in zip(params.files, params.sha256, strict=True))
 
 
 def _read(path: Path, digest: str) -> bytes:
@@ -194,28 +158,3 @@ def _texture(path: str, png: bytes, space: ColorSpace) -> Texture:
     if not (0 < width <= MAX_SIDE_PX and 0 < height <= MAX_SIDE_PX):
         raise OutputError(path, "is no PNG that a pack holds; ingest the pack again")
     return Texture(name=path.removesuffix(".png"), png=png, width_px=width, height_px=height, color_space=space)
-
-
-def _finish(name: str, tile_m: Vec2, textures: list[Texture], substance: Substance) -> Finish:
-    base, normal, roughness = textures
-    return Finish(
-        id=name,
-        material=Material(
-            id=name,
-            base_color=(1.0, 1.0, 1.0, 1.0),
-            metallic=1.0,  # multiplied with the blue of the picture
-            roughness=1.0,
-            base_color_texture=base,
-            normal_texture=normal,
-            metallic_roughness_texture=roughness,
-            tile_m=tile_m,
-            substance=substance.id,
-        ),
-        substance=substance,
-    )
-
-
-def _longest(finish: Finish) -> int:
-    base = finish.material.base_color_texture
-    assert base is not None
-    return max(base.width_px, base.height_px)

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -43,37 +42,16 @@ from casa_assets.textures.packs.pictures import (
 # The files that a pack is made of: those under a folder; every read is bounded.
 
 
-@dataclass(frozen=True)
-class SourceFile:
-    """A file of a source.
-
-    Attributes:
-        path: POSIX, relative to the folder. read: its bytes. Raises Rejected.
-    """
-
-    path: str
-    read: Callable[[], bytes]
-
-    @property
-    def suffix(self) -> str:
-        """In lower case, with its dot."""
-        return Path(self.path).suffix.lower()
+def list_files(folder: Path) -> list[str]:
+    """POSIX paths of every file under a folder that is not hidden, sorted."""
+    files = [path for path in folder.rglob("*") if path.is_symlink() or not path.is_dir()]
+    parts = [path.relative_to(folder).parts for path in files]
+    return sorted("/".join(names) for names in parts if not any(name.startswith(".") for name in names))
 
 
-def list_files(folder: Path) -> tuple[SourceFile, ...]:
-    """Every file under a folder that is not hidden, sorted by path."""
-    found = [SourceFile(path.relative_to(folder).as_posix(), partial(_bytes, path, folder)) for path in _files(folder)]
-    return tuple(sorted(found, key=lambda file: file.path))
-
-
-def _files(folder: Path) -> Iterator[Path]:
-    for path in sorted(folder.rglob("*")):
-        hidden = any(part.startswith(".") for part in path.relative_to(folder).parts)
-        if not hidden and (path.is_symlink() or not path.is_dir()):
-            yield path
-
-
-def _bytes(path: Path, folder: Path) -> bytes:
+def read_file(folder: Path, name: str) -> bytes:
+    """Bytes of a file of a folder. Raises Rejected."""
+    path = folder / name
     try:
         if not path.resolve(strict=True).is_relative_to(folder.resolve()):
             raise rejection_error(PictureRejection.UNREADABLE, "is a link that leaves the folder")
@@ -99,9 +77,8 @@ class PackOptions:
     """Options of ingesting a folder of pictures.
 
     Attributes:
-        library: output folder. pack: name of the pack; the name of the folder where it is None.
-        flags: what holds for every picture that does not say otherwise.
-        size_px: longer side of the pictures.
+        library: output folder. pack: name of the pack; None: that of the folder. size_px: longer side of the pictures.
+        flags: for every picture that does not state otherwise.
     """
 
     library: Path
@@ -112,19 +89,13 @@ class PackOptions:
 
 @dataclass(frozen=True)
 class PackDescription:
-    """Description of the pictures of a source.
+    """Description of the pictures of a source."""
 
-    Attributes:
-        pack: name, or None. defaults: for all pictures.
-        rows: by file, or by name of the material. faults: pictures with an invalid row, and the error.
-        used: files that are not pictures and were read.
-    """
-
-    pack: str | None
-    defaults: PictureDescription
-    rows: Mapping[str, PictureDescription]
-    faults: Mapping[str, str]
-    used: tuple[str, ...]
+    pack: str | None  # name
+    defaults: PictureDescription  # for all pictures
+    rows: Mapping[str, PictureDescription]  # by file, or by name of the material
+    faults: Mapping[str, str]  # pictures with an invalid row, and the error
+    used: tuple[str, ...]  # files that are not pictures and were read
 
 
 class PreparedPicture(Record):
@@ -137,18 +108,12 @@ class PreparedPicture(Record):
 
 @dataclass(frozen=True)
 class AcceptedPicture:
-    """A picture that can be used.
+    """A picture that can be used."""
 
-    Attributes:
-        name: of the material. source: file of the colour, relative to the folder. sha256: of its bytes.
-        maps: name of a map that it came with -> its file.
-        fields: what is said of it. prepared: its tile.
-    """
-
-    name: str
-    source: str
-    sha256: str
-    maps: Mapping[str, str]
+    name: str  # of the material
+    source: str  # file of the colour, relative to the folder
+    sha256: str  # of its bytes
+    maps: Mapping[str, str]  # name of a map that it came with -> its file
     fields: PictureDescription
     prepared: PreparedPicture
 
@@ -194,32 +159,33 @@ def read_description(source: Path) -> PackDescription:
     return PackDescription(pack, defaults, rows, faults, tuple(used))
 
 
-def survey(found: Sequence[SourceFile], description: PackDescription, options: PackOptions, store: Store) -> PackSurvey:
-    """Look at every file of a source; what is wrong with one does not touch the others."""
+def survey(source: Path, description: PackDescription, options: PackOptions, store: Store) -> PackSurvey:
+    """Look at every file of a folder; what is wrong with one does not touch the others."""
     accepted: list[AcceptedPicture] = []
     refusals: list[RejectedPicture] = []
     by_bytes: dict[str, str] = {}
-    by_path = {file.path: file for file in found}
-    shown = [file.path for suffixes in SUFFIX_GROUPS for file in found if file.suffix in suffixes]
+    found = list_files(source)
+    shown = [path for suffixes in SUFFIX_GROUPS for path in found if Path(path).suffix.lower() in suffixes]
     materials = sorted(group_maps(shown), key=lambda one: min(one.maps.values()))
     for files in materials:
         try:
-            accepted.append(_accepted(files, by_path, by_bytes, description, options, store))
+            accepted.append(_accepted(files, source, by_bytes, description, options, store))
         except Rejected as error:
-            refusals.append(rejection_row(_source(files), error))
+            colour = files.maps.get(MapRole.COLOR, next(iter(files.maps.values())))
+            refusals.append(rejection_row(colour, error))
     present = {name for files in materials for name in (*files.maps.values(), slug(files.name))}
     for name in (*description.rows, *description.faults):
         if name not in present and slug(name) not in present:
             missing = rejection_error(PictureRejection.MISSING, "is named in pack.yaml and is not there")
             refusals.append(rejection_row(name, missing))
     read = {*description.used, *(path for files in materials for path in files.maps.values())}
-    ignored = tuple(file.path for file in found if file.path not in read)
+    ignored = tuple(path for path in found if path not in read)
     return PackSurvey(tuple(accepted), tuple(sorted(refusals, key=lambda r: r.source)), ignored)
 
 
 def _accepted(
     files: MaterialFiles,
-    by_path: Mapping[str, SourceFile],
+    folder: Path,
     by_bytes: dict[str, str],
     description: PackDescription,
     options: PackOptions,
@@ -229,26 +195,15 @@ def _accepted(
     source = files.maps.get(MapRole.COLOR)
     if source is None:
         raise rejection_error(PictureRejection.NO_COLOR, f"{files.name} has {', '.join(files.maps)} and no colour")
-    data = by_path[source].read()
+    data = read_file(folder, source)
     digest = hashlib.sha256(data).hexdigest()
     if digest in by_bytes:
         raise rejection_error(PictureRejection.DUPLICATE, f"holds the same bytes as {by_bytes[digest]}")
     by_bytes[digest] = source
     fields = _picture_fields(files, description, options.flags)
-    maps: dict[MapRole, SourceFile] = {
-        role: by_path[path] for role, path in files.maps.items() if role is not MapRole.COLOR
-    }
-    prepared = _prepared(data, digest, maps, options.size_px, store)
-    return AcceptedPicture(files.name, source, digest, _origins(prepared, maps), fields, prepared)
-
-
-def _source(files: MaterialFiles) -> str:
-    return files.maps.get(MapRole.COLOR, next(iter(files.maps.values())))
-
-
-def _origins(prepared: PreparedPicture, maps: Mapping[MapRole, SourceFile]) -> dict[str, str]:
-    """The maps that a picture came with, and the file of each."""
-    return {name: maps[MapRole(name)].path for name in sorted(prepared.tile.maps)}
+    prepared = _prepared(data, digest, files.maps, folder, options.size_px, store)
+    origins = {name: files.maps[MapRole(name)] for name in sorted(prepared.tile.maps)}
+    return AcceptedPicture(files.name, source, digest, origins, fields, prepared)
 
 
 def _picture_fields(
@@ -272,14 +227,16 @@ def _picture_fields(
 
 
 def _prepared(
-    data: bytes, digest: str, maps: Mapping[MapRole, SourceFile], size_px: int, store: Store
+    data: bytes, digest: str, maps: Mapping[MapRole, str], folder: Path, size_px: int, store: Store
 ) -> PreparedPicture:
     """The tile, from the store or made now: a run that was cut off goes on where it was."""
     read: dict[MapRole, bytes] = {}
     notes: list[str] = []
-    for role, file in maps.items():
+    for role, path in maps.items():
+        if role is MapRole.COLOR:
+            continue
         try:
-            read[role] = file.read()
+            read[role] = read_file(folder, path)
         except Rejected as error:
             notes.append(_without(role, error))
     digests = {role.value: hashlib.sha256(found).hexdigest() for role, found in sorted(read.items())}
@@ -311,14 +268,8 @@ def _given(read: Mapping[MapRole, bytes], aspect: float, size_px: int) -> tuple[
             planes[role] = scaled(pixels, size_px)
         except Rejected as error:
             notes.append(_without(role, error))
-    single = {role: plane[..., :1] for role, plane in planes.items()}
-    given = GivenMaps(
-        normal=planes.get(MapRole.NORMAL),
-        roughness=single.get(MapRole.ROUGHNESS),
-        metalness=single.get(MapRole.METALNESS),
-        height=single.get(MapRole.HEIGHT),
-    )
-    return given, tuple(notes)
+    single = {role.value: plane[..., :1] for role, plane in planes.items() if role is not MapRole.NORMAL}
+    return GivenMaps(normal=planes.get(MapRole.NORMAL), **single), tuple(notes)
 
 
 def _without(role: MapRole, error: Rejected) -> str:

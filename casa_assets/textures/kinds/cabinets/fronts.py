@@ -34,30 +34,21 @@ class FrontFace(StrEnum):
 
 
 class PressedFront(Record):
-    """A manufactured front.
+    """A manufactured front."""
 
-    Attributes:
-        color: of the face.
-        second: colour of threads, clouds or lines on it.
-        face: pattern.
-        roughness: 0..1.
-        strength: 0..1, how plain the pattern is to see.
-        pitch_m: distance of ribs, flutes or cane holes in metres.
-    """
-
-    color: HexColor
-    second: HexColor
-    face: FrontFace = FrontFace.PLAIN
+    color: HexColor = Field(description="of the face")
+    second: HexColor = Field(description="of threads, clouds or lines on it")
+    face: FrontFace = Field(FrontFace.PLAIN, description="pattern")
     roughness: Annotated[float, Field(ge=0.04, le=0.95)] = 0.6
-    strength: Share = 0.5
-    pitch_m: Annotated[float, Field(gt=0.003, lt=0.2)] = 0.02
+    strength: Share = Field(0.5, description="how plain the pattern is to see")
+    pitch_m: float = Field(0.02, gt=0.003, lt=0.2, description="distance of ribs, flutes or cane holes")
 
 
 def paint_board(params: PressedFront, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """Paint one sheet of board; ribs run along v."""
     share, height, gloss, shade = _FACES[params.face](params, canvas, rng)
-    color, second = rgb(params.color), rgb(params.second)
-    albedo = blend(color, second, np.clip(params.strength * share, 0.0, 1.0)) * shade[..., None]
+    share = np.clip(params.strength * share, 0.0, 1.0)
+    albedo = blend(rgb(params.color), rgb(params.second), share) * shade[..., None]
     return Layers.of(albedo, np.broadcast_to(height, canvas.size_px), params.roughness + gloss)
 
 
@@ -149,16 +140,8 @@ def _strand(at: Map, width: float) -> Map:
 
 
 _FACES = {
-    FrontFace.PLAIN: _plain,
-    FrontFace.LINEN: _linen,
-    FrontFace.CONCRETE: _concrete,
-    FrontFace.RIBBED: _ribbed,
-    FrontFace.FLUTED: _fluted,
-    FrontFace.BRUSHED: _brushed,
-    FrontFace.PEEL: _peel,
-    FrontFace.LINOLEUM: _linoleum,
-    FrontFace.LEATHER: _leather,
-    FrontFace.CANE: _cane,
+    FrontFace(maker.__name__.removeprefix("_")): maker
+    for maker in (_plain, _linen, _concrete, _ribbed, _fluted, _brushed, _peel, _linoleum, _leather, _cane)
 }
 
 PRESSED = TextureKind("pressed_front", PressedFront, paint_board)
@@ -177,27 +160,16 @@ class PaintCoat(StrEnum):
 
 
 class PaintedFront(Record):
-    """A painted front.
+    """A painted front."""
 
-    Attributes:
-        color: of the paint.
-        undercoat: what shows where it is rubbed away, and through a thin coat.
-        coat: how it was laid on.
-        roughness: of the paint, 0..1.
-        wear: 0..1, how much is rubbed away.
-        species: wood whose grain can be felt under the paint.
-        telegraph: 0..1, how much of that grain can be seen.
-        groove_spacing_m: distance of upright grooves in metres (tongue and groove boards), 0 for none.
-    """
-
-    color: HexColor
-    undercoat: HexColor = "#b08d63"
-    coat: PaintCoat = PaintCoat.SPRAYED
+    color: HexColor = Field(description="of the paint")
+    undercoat: HexColor = Field("#b08d63", description="what shows where it is rubbed away, and through a thin coat")
+    coat: PaintCoat = Field(PaintCoat.SPRAYED, description="how it was laid on")
     roughness: Annotated[float, Field(ge=0.04, le=0.95)] = 0.4
-    wear: Share = 0.0
-    species: WoodSpecies = WoodSpecies()
-    telegraph: Share = 0.0
-    groove_spacing_m: Annotated[float, Field(ge=0, le=0.3)] = 0.0
+    wear: Share = Field(0.0, description="how much is rubbed away")
+    species: WoodSpecies = Field(WoodSpecies(), description="wood whose grain can be felt under the paint")
+    telegraph: Share = Field(0.0, description="how much of that grain can be seen")
+    groove_spacing_m: float = Field(0.0, ge=0, le=0.3, description="distance of upright grooves; 0: none")
 
 
 def paint_painted(params: PaintedFront, canvas: Canvas, rng: np.random.Generator) -> Layers:
@@ -222,7 +194,9 @@ def paint_painted(params: PaintedFront, canvas: Canvas, rng: np.random.Generator
         height = height - 0.00008 * bare
         roughness = roughness + 0.12 * bare
     if params.groove_spacing_m > 0:
-        depth = _grooves(params.groove_spacing_m, canvas)
+        # Rounded grooves at the edges of boards that are fitted to the width of the picture.
+        off = canvas.groove_distance(params.groove_spacing_m)
+        depth = np.broadcast_to(np.clip(1.0 - off / 0.0035, 0.0, 1.0), canvas.size_px).astype(np.float32)
         albedo = albedo * (1.0 - 0.30 * depth)[..., None]
         height = height - 0.0025 * depth
     return Layers.of(albedo, height, roughness)
@@ -252,12 +226,6 @@ def _rubbed(worn: float, canvas: Canvas, rng: np.random.Generator) -> Map:
     return smoothstep(edge, edge + 0.5, streaks + 0.8 * patch)
 
 
-def _grooves(distance_m: float, canvas: Canvas) -> Map:
-    """Mask 0..1: depth of a rounded groove at every board edge; the boards are fitted to the width of the picture."""
-    off = canvas.groove_distance(distance_m)
-    return np.broadcast_to(np.clip(1.0 - off / 0.0035, 0.0, 1.0), canvas.size_px).astype(np.float32)
-
-
 PAINTED = TextureKind("painted_front", PaintedFront, paint_painted)
 
 # Veneer ---------------------------------------------------------------------------------------------------------------
@@ -265,26 +233,16 @@ PAINTED = TextureKind("painted_front", PaintedFront, paint_painted)
 
 
 class Veneer(Record):
-    """A wooden front.
-
-    Attributes:
-        species, palette: anatomy of the wood and colours of its finish.
-        cut: what the face shows.
-        leaves: veneers or boards side by side over the width of the picture.
-        gap_m: open joint between boards in metres, 0 for a glued face.
-        node_spacing_m: distance of the nodes of bamboo along a strip in metres, 0 for wood.
-        saw_marks: 0..1, strength of the level lines that a saw leaves.
-        weather: 0..1, how grey and cracked the face has become.
-    """
+    """A wooden front."""
 
     species: WoodSpecies
     palette: WoodPalette
-    cut: SawCut
-    leaves: Annotated[int, Field(ge=1, le=64)] = 1
-    gap_m: Annotated[float, Field(ge=0, le=0.01)] = 0.0
-    node_spacing_m: Annotated[float, Field(ge=0, le=1)] = 0.0
-    saw_marks: Share = 0.0
-    weather: Share = 0.0
+    cut: SawCut = Field(description="what the face shows")
+    leaves: int = Field(1, ge=1, le=64, description="veneers or boards side by side over the width of the picture")
+    gap_m: float = Field(0.0, ge=0, le=0.01, description="open joint between boards; 0: a glued face")
+    node_spacing_m: float = Field(0.0, ge=0, le=1, description="distance of the nodes of bamboo along a strip; 0: wood")
+    saw_marks: Share = Field(0.0, description="strength of the level lines that a saw leaves")
+    weather: Share = Field(0.0, description="how grey and cracked the face has become")
 
 
 def paint_veneer(params: Veneer, canvas: Canvas, rng: np.random.Generator) -> Layers:

@@ -37,36 +37,23 @@ _GLUE_M = 0.001  # as wide as a joint looks from arm's length
 
 
 class ButcherBlock(Record):
-    """Staves along u.
-
-    Attributes:
-        species, palette, cut: of the wood; `palette.variety` is how much staves differ.
-        stave_m: width of a stave in metres.
-        length_m: of the pieces that a stave is joined from, metres.
-    """
+    """Staves along u."""
 
     species: WoodSpecies
-    palette: WoodPalette
+    palette: WoodPalette = Field(description="its `variety` is how much staves differ")
     cut: SawCut = SawCut.RIFT
-    stave_m: Annotated[float, Field(gt=0.01, lt=0.4)] = 0.04
-    length_m: Annotated[float, Field(gt=0.05, lt=4)] = 0.5
+    stave_m: float = Field(0.04, gt=0.01, lt=0.4, description="width of a stave")
+    length_m: float = Field(0.5, gt=0.05, lt=4, description="of the pieces that a stave is joined from")
 
 
 class EndGrain(Record):
-    """Blocks standing on end.
-
-    Attributes:
-        species, palette: of the wood.
-        block_m: side of a block in metres.
-        second: palette of every other block, None if all are of one wood.
-        bond: 0..1, how far every other row is shifted, as a share of a block.
-    """
+    """Blocks standing on end."""
 
     species: WoodSpecies
     palette: WoodPalette
-    block_m: Annotated[float, Field(gt=0.01, lt=0.2)] = 0.045
-    second: WoodPalette | None = None
-    bond: Annotated[float, Field(ge=0, le=1)] = 0.5
+    block_m: float = Field(0.045, gt=0.01, lt=0.2, description="side of a block")
+    second: WoodPalette | None = Field(None, description="palette of every other block, None if all are of one wood")
+    bond: float = Field(0.5, ge=0, le=1, description="how far every other row is shifted, as a share of a block")
 
 
 def paint_staves(params: ButcherBlock, canvas: Canvas, rng: np.random.Generator) -> Layers:
@@ -81,17 +68,15 @@ def _glued(params: ButcherBlock, canvas: Canvas, rng: np.random.Generator) -> La
     piece, edge_m, count = _pieces(canvas, params.stave_m, params.length_m, rng)
     dx = rng.uniform(0.0, canvas.tile_m[0], count).astype(np.float32)[piece]
     dy = rng.uniform(0.0, canvas.tile_m[1], count).astype(np.float32)[piece]
-    moved = [
-        canvas.shifted(plane, dx, dy) for plane in (*np.moveaxis(face.albedo, 2, 0), face.height_m, face.roughness)
-    ]
+    planes = (*np.moveaxis(face.albedo, 2, 0), face.height_m, face.roughness)
+    moved = [canvas.shifted(plane, dx, dy) for plane in planes]
     # Most staves are much alike and a few stand out: a cube of the lot keeps it so. Pale ones stand out less.
     lot = stratified(count, rng)
     tones = 0.35 * lot + 0.65 * lot**3
     tones = np.where(tones < 0.0, 0.5 * tones, tones) * params.palette.variety
     tone = tones.astype(np.float32)[piece]
     albedo = np.stack(moved[:3], axis=-1)
-    dark, light = rgb(params.palette.dark), rgb(params.palette.light)
-    albedo = albedo + 0.9 * (dark - light) * tone[..., None]
+    albedo = albedo + 0.9 * (rgb(params.palette.dark) - rgb(params.palette.light)) * tone[..., None]
     albedo = albedo * (1.0 + 0.04 * tone)[..., None]
     pixel = max(canvas.pixel_width_m, canvas.tile_m[1] / canvas.size_px[0])
     glue = line_coverage(edge_m, _GLUE_M, pixel)
@@ -156,20 +141,9 @@ def _end_maps(canvas: Canvas, species: WoodSpecies, radius: Map, angle: Map, rng
     dots = canvas.noise(0.0012, 0.0012, rng)
     zero = np.zeros_like(ring)
     rays = np.cos(angle * 160.0).astype(np.float32)
-    return GrainMaps(
-        ring=ring,
-        early=early,
-        fibre=0.5 * canvas.noise(0.002, 0.002, rng) + 0.25 * rays,
-        zone=zone,
-        pore=smoothstep(0.5, 1.6, dots),
-        fleck=zero,
-        dash=zero,
-        sheen=zero,
-        knot=zero,
-        tone=zero,
-        joint=zero,
-        edge_m=zero + 1.0,
-    )
+    fibre = 0.5 * canvas.noise(0.002, 0.002, rng) + 0.25 * rays
+    none = dict.fromkeys(("fleck", "dash", "sheen", "knot", "tone", "joint"), zero)
+    return GrainMaps(ring, early, fibre, zone, smoothstep(0.5, 1.6, dots), edge_m=zero + 1.0, **none)
 
 
 STAVES = TextureKind("butcher_block", ButcherBlock, paint_staves)
@@ -180,44 +154,27 @@ END_GRAIN = TextureKind("end_grain", EndGrain, paint_blocks)
 
 
 class TiledCounter(Record):
-    """Tiles with grout.
+    """Tiles with grout."""
 
-    Attributes:
-        colors: drawn from with equal odds, or in turn where `checker`.
-        grout: colour of the grout; `joint_m` is its width in metres.
-        width_m, height_m: of a tile.
-        bond: 0..1, how far every other row is moved along.
-        checker: colours take turns.
-        unevenness: 0..1, how much tiles differ, and the glaze within one.
-        pillow_m: how much lower the edge of a tile is than its middle, metres.
-        roughness: 0..1, of the glaze.
-    """
-
-    colors: Annotated[tuple[HexColor, ...], Field(min_length=1, max_length=8)]
-    grout: HexColor
-    joint_m: Annotated[float, Field(gt=0.0005, lt=0.03)] = 0.004
-    width_m: Annotated[float, Field(gt=0.01, lt=1)] = 0.1
-    height_m: Annotated[float, Field(gt=0.01, lt=1)] = 0.1
-    bond: Annotated[float, Field(ge=0, le=1)] = 0.0
-    checker: bool = False
-    unevenness: Share = 0.3
-    pillow_m: Annotated[float, Field(ge=0, le=0.004)] = 0.0006
+    colors: tuple[HexColor, ...] = Field(min_length=1, max_length=8, description="drawn, or in turn where `checker`")
+    grout: HexColor = Field(description="colour")
+    joint_m: float = Field(0.004, gt=0.0005, lt=0.03, description="width of a joint")
+    width_m: float = Field(0.1, gt=0.01, lt=1, description="of a tile")
+    height_m: float = Field(0.1, gt=0.01, lt=1, description="of a tile")
+    bond: float = Field(0.0, ge=0, le=1, description="how far every other row is moved along")
+    checker: bool = Field(False, description="colours take turns")
+    unevenness: Share = Field(0.3, description="how much tiles differ, and the glaze within one")
+    pillow_m: float = Field(0.0006, ge=0, le=0.004, description="how much lower the edge of a tile is than its middle")
     roughness: Annotated[float, Field(ge=0.04, le=0.95)] = 0.15
 
 
 class GlazedLava(Record):
-    """Enamelled lava: thick glaze that pools and crackles.
+    """Enamelled lava: thick glaze that pools and crackles."""
 
-    Attributes:
-        color: of the glaze; `pool_color` where it pools.
-        crackle: 0..1, how plain its net of fine cracks is; `crackle_m` is the size of its pieces.
-        roughness: 0..1.
-    """
-
-    color: HexColor
-    pool_color: HexColor
-    crackle: Share = 0.4
-    crackle_m: Annotated[float, Field(gt=0.003, lt=0.2)] = 0.02
+    color: HexColor = Field(description="of the glaze")
+    pool_color: HexColor = Field(description="where the glaze pools")
+    crackle: Share = Field(0.4, description="how plain its net of fine cracks is")
+    crackle_m: float = Field(0.02, gt=0.003, lt=0.2, description="size of a piece between cracks")
     roughness: Annotated[float, Field(ge=0.04, le=0.95)] = 0.08
 
 
@@ -231,20 +188,12 @@ class LaminatePattern(StrEnum):
 
 
 class PrintedLaminate(Record):
-    """A laminate with a pattern of the middle of the last century.
+    """A laminate with a pattern of the middle of the last century."""
 
-    Attributes:
-        ground: colour of the sheet.
-        inks: colours of the figures.
-        pattern: which.
-        size_m: of a figure, metres.
-        roughness: 0..1.
-    """
-
-    ground: HexColor
-    inks: Annotated[tuple[HexColor, ...], Field(min_length=1, max_length=6)]
+    ground: HexColor = Field(description="colour of the sheet")
+    inks: tuple[HexColor, ...] = Field(min_length=1, max_length=6, description="colours of the figures")
     pattern: LaminatePattern
-    size_m: Annotated[float, Field(gt=0.003, lt=0.3)] = 0.05
+    size_m: float = Field(0.05, gt=0.003, lt=0.3, description="of a figure")
     roughness: Annotated[float, Field(ge=0.04, le=0.95)] = 0.35
 
 
@@ -275,9 +224,8 @@ def paint_tiles(params: TiledCounter, canvas: Canvas, rng: np.random.Generator) 
     face = smoothstep(-0.0004, 0.0008, edge)
     albedo = blend(grout, albedo, face)
     dome = params.pillow_m * (1.0 - np.exp(-np.maximum(edge, 0.0) / 0.008)) + 0.00002 * params.unevenness * glaze
-    return Layers.of(
-        albedo, face * (0.0008 + dome) + (1.0 - face) * 0.00004 * sand, 0.85 + (params.roughness - 0.85) * face
-    )
+    height = face * (0.0008 + dome) + (1.0 - face) * 0.00004 * sand
+    return Layers.of(albedo, height, 0.85 + (params.roughness - 0.85) * face)
 
 
 def paint_glaze(params: GlazedLava, canvas: Canvas, rng: np.random.Generator) -> Layers:
@@ -291,17 +239,15 @@ def paint_glaze(params: GlazedLava, canvas: Canvas, rng: np.random.Generator) ->
     crack = crack * (0.3 + 0.7 * smoothstep(-1.0, 1.0, canvas.noise(0.15, 0.15, rng)))
     albedo = blend(albedo, deep * 0.45, params.crackle * crack)
     wave = canvas.noise(0.06, 0.06, rng, 2)
-    return Layers.of(
-        albedo, 0.00004 * wave - 0.00002 * crack, params.roughness + 0.1 * params.crackle * crack + 0.02 * pool
-    )
+    roughness = params.roughness + 0.1 * params.crackle * crack + 0.02 * pool
+    return Layers.of(albedo, 0.00004 * wave - 0.00002 * crack, roughness)
 
 
 def paint_print(params: PrintedLaminate, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """Paint one sheet of laminate."""
     albedo: Map = np.broadcast_to(rgb(params.ground), (*canvas.size_px, 3))
     for n, ink in enumerate(params.inks):
-        mask = _figures(params, n, canvas, rng)
-        albedo = blend(albedo, rgb(ink), mask)
+        albedo = blend(albedo, rgb(ink), _figures(params, n, canvas, rng))
     peel = canvas.noise(0.004, 0.004, rng)
     return Layers.of(albedo * (1.0 + 0.004 * peel)[..., None], 0.000004 * peel, params.roughness + 0.01 * peel)
 
@@ -320,18 +266,15 @@ def _figures(params: PrintedLaminate, ink: int, canvas: Canvas, rng: np.random.G
     soft = canvas.pixel_width_m / size
     if params.pattern is LaminatePattern.BOOMERANG:
         # A bent bar: distance to a parabola, the bar thins out to its tips; only its outline is inked.
-        bar = np.abs(v + 0.10 - 1.6 * u * u) / np.sqrt(1.0 + (3.2 * u) ** 2) - 0.10 * np.sqrt(
-            np.clip(1 - 9 * u * u, 0, 1)
-        )
+        half = 0.10 * np.sqrt(np.clip(1 - 9 * u * u, 0, 1))
+        bar = np.abs(v + 0.10 - 1.6 * u * u) / np.sqrt(1.0 + (3.2 * u) ** 2) - half
         bar = np.where(np.abs(u) < 0.34, bar, 1.0)
-        return np.asarray(
-            np.clip(1.2 - (np.abs(bar) - 0.012) / max(soft, 0.012), 0.0, 1.0) * (places.random_per_cell(rng) < 0.8)
-        )
+        line = np.clip(1.2 - (np.abs(bar) - 0.012) / max(soft, 0.012), 0.0, 1.0)
+        return np.asarray(line * (places.random_per_cell(rng) < 0.8))
     if params.pattern is LaminatePattern.FLECKS:
         slim = np.maximum(np.abs(u) / 0.30, np.abs(v) / 0.035)
-        return np.asarray(
-            np.clip((1.0 - slim) / max(soft / 0.035, 0.2) + 0.5, 0.0, 1.0) * (places.random_per_cell(rng) < 0.55)
-        )
+        fleck = np.clip((1.0 - slim) / max(soft / 0.035, 0.2) + 0.5, 0.0, 1.0)
+        return np.asarray(fleck * (places.random_per_cell(rng) < 0.55))
     chip = places.border_m / size - 0.05 - 0.15 * places.random_per_cell(rng)
     return np.asarray(np.clip(chip / soft, 0.0, 1.0) * (places.random_per_cell(rng) < 0.3), dtype=np.float32)
 
@@ -357,26 +300,16 @@ class MetalTooling(StrEnum):
 
 
 class SheetMetal(Record):
-    """A metal sheet.
+    """A metal sheet."""
 
-    Attributes:
-        color: of the clean metal.
-        patina_color: of its patina.
-        patina: 0..1, how much of the face has it.
-        spots: 0..1, drops and rings that a used counter has.
-        tooling: marks of the tool; `mark_m` is the size of one in metres, where it has one.
-        roughness: 0..1.
-        metallic: 0..1; a thick patina is hardly metal any more.
-    """
-
-    color: HexColor
+    color: HexColor = Field(description="of the clean metal")
     patina_color: HexColor
-    patina: Share = 0.0
-    spots: Share = 0.0
-    tooling: MetalTooling = MetalTooling.ALONG
-    mark_m: Annotated[float, Field(gt=0.003, lt=0.4)] = 0.02
+    patina: Share = Field(0.0, description="how much of the face has it")
+    spots: Share = Field(0.0, description="drops and rings that a used counter has")
+    tooling: MetalTooling = Field(MetalTooling.ALONG, description="marks of the tool")
+    mark_m: float = Field(0.02, gt=0.003, lt=0.4, description="size of one mark")
     roughness: Annotated[float, Field(ge=0.04, le=0.95)] = 0.3
-    metallic: Share = 1.0
+    metallic: Share = Field(1.0, description="a thick patina is hardly metal any more")
 
 
 def paint_metal(params: SheetMetal, canvas: Canvas, rng: np.random.Generator) -> Layers:
@@ -470,9 +403,8 @@ def _spots(share: float, canvas: Canvas, rng: np.random.Generator) -> Map:
     drops = voronoi_cells(canvas, 0.11, rng, bend_m=0.004)
     radius = 0.008 + 0.03 * drops.random_per_cell(rng)
     ring = np.exp(-(((drops.near_m - radius) / 0.0018) ** 2)) + 0.3 * (drops.near_m < radius)
-    return np.asarray(
-        ring * (drops.random_per_cell(rng) < share) * (0.4 + 0.6 * drops.random_per_cell(rng)), dtype=np.float32
-    )
+    ring = ring * (drops.random_per_cell(rng) < share) * (0.4 + 0.6 * drops.random_per_cell(rng))
+    return np.asarray(ring, dtype=np.float32)
 
 
 METAL = TextureKind("sheet_metal", SheetMetal, paint_metal)

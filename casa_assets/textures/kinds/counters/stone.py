@@ -27,22 +27,14 @@ class VoronoiCells:
 
     Distances to seeds are measured with the cells scaled to squares of side `size_m`: they are metres along y, and
     metres along x as well if cells are as wide as high (stretch 1).
-
-    Attributes:
-        count: number of cells.
-        id: 0..count-1, of the nearest seed.
-        near_m, second_m: distance to the nearest and to the second nearest seed.
-        dx_m, dy_m: metres along x and y from the nearest seed to the pixel.
-        size_m: height of a cell of the grid in which the seeds are placed, metres.
     """
 
-    count: int
-    id: Ids
-    near_m: Map
-    second_m: Map
-    dx_m: Map
-    dy_m: Map
-    size_m: float
+    count: int  # number of cells
+    id: Ids  # 0..count-1, of the nearest seed
+    near_m: Map  # to the nearest seed
+    second_m: Map  # to the second nearest seed
+    dx_m: Map  # along x from the nearest seed to the pixel
+    dy_m: Map  # along y
 
     @property
     def border_m(self) -> Map:
@@ -60,11 +52,8 @@ def voronoi_cells(
     """Assign every pixel of the canvas to the nearest jittered seed, periodically.
 
     Args:
-        canvas: pixels and metres.
-        size_m: usual size of a cell along y.
-        rng: draws the seeds.
-        stretch: how much longer cells are along x.
-        bend_m: how far borders are bent, metres.
+        size_m: usual size of a cell along y. stretch: how much longer cells are along x.
+        bend_m: how far borders are bent.
     """
     rows, columns = canvas.cells(size_m, size_m * stretch)
     tall, wide = canvas.tile_m[1] / rows, canvas.tile_m[0] / columns
@@ -91,15 +80,8 @@ def voronoi_cells(
         nearest2, ids = np.where(closer, distance2, nearest2), np.where(closer, cell, ids)
         best_x, best_y = np.where(closer, dx, best_x), np.where(closer, dy, best_y)
     scale = np.float32(tall)
-    return VoronoiCells(
-        count=rows * columns,
-        id=ids,
-        near_m=np.sqrt(nearest2) * scale,
-        second_m=np.sqrt(second2) * scale,
-        dx_m=best_x * np.float32(wide),
-        dy_m=best_y * scale,
-        size_m=tall,
-    )
+    near_m, second_m = np.sqrt(nearest2) * scale, np.sqrt(second2) * scale
+    return VoronoiCells(rows * columns, ids, near_m, second_m, best_x * np.float32(wide), best_y * scale)
 
 
 # Veined ---------------------------------------------------------------------------------------------------------------
@@ -114,61 +96,42 @@ class VeinCourse(StrEnum):
 
 
 class Vein(Record):
-    """One family of veins.
-
-    Attributes:
-        color: of the vein; `strength` 0..1 is how much of it is seen.
-        course: how they run.
-        spacing_m: usual distance of two, metres.
-        width_m: of a vein where it is strong, metres.
-        halo_m: how far its colour bleeds, metres.
-        bleed: 0..1, strength of that halo.
-        stretch: how much longer than their distance they are before they turn.
-        shear: how often they climb the height of the picture over its width.
-        wobble: 0..1, how restless the lines are.
-        gaps: 0..1, how much of them has faded away.
-    """
+    """One family of veins."""
 
     color: HexColor
-    strength: Share = 0.8
-    course: VeinCourse = VeinCourse.FLOW
-    spacing_m: Annotated[float, Field(gt=0.01, lt=3)] = 0.3
-    width_m: Annotated[float, Field(gt=0.0002, lt=0.2)] = 0.004
-    halo_m: Annotated[float, Field(gt=0.001, lt=0.3)] = 0.02
-    bleed: Share = 0.3
-    stretch: Annotated[float, Field(ge=1, le=8)] = 3.0
-    shear: Annotated[int, Field(ge=-3, le=3)] = 1
-    wobble: Share = 0.5
-    gaps: Share = 0.4
+    strength: Share = Field(0.8, description="how much of the vein is seen")
+    course: VeinCourse = Field(VeinCourse.FLOW, description="how they run")
+    spacing_m: float = Field(0.3, gt=0.01, lt=3, description="usual distance of two veins")
+    width_m: float = Field(0.004, gt=0.0002, lt=0.2, description="of a vein where it is strong")
+    halo_m: float = Field(0.02, gt=0.001, lt=0.3, description="how far its colour bleeds")
+    bleed: Share = Field(0.3, description="strength of the halo")
+    stretch: float = Field(3.0, ge=1, le=8, description="length before they turn, by their distance")
+    shear: int = Field(1, ge=-3, le=3, description="how often they climb the height of the picture over its width")
+    wobble: Share = Field(0.5, description="how restless the lines are")
+    gaps: Share = Field(0.4, description="how much of the veins has faded away")
 
 
 class VeinedStone(Record):
-    """A veined slab.
+    """A veined slab."""
 
-    Attributes:
-        ground, cloud: colours of the stone and of the clouds in it.
-        cloudy: 0..1, strength of the clouds; `cloud_m` is their size in metres.
-        shear: slant of the clouds, as that of veins.
-        veins: laid over it in order.
-        crystal: 0..1, how much the sugar of the crystals sparkles.
-        roughness: 0..1.
-    """
-
-    ground: HexColor
-    cloud: HexColor
-    cloudy: Share = 0.5
-    cloud_m: Annotated[float, Field(gt=0.01, lt=2)] = 0.4
-    shear: Annotated[int, Field(ge=-3, le=3)] = 1
-    veins: tuple[Vein, ...] = ()
-    crystal: Share = 0.3
+    ground: HexColor = Field(description="of the stone")
+    cloud: HexColor = Field(description="of the clouds in it")
+    cloudy: Share = Field(0.5, description="strength of the clouds")
+    cloud_m: float = Field(0.4, gt=0.01, lt=2, description="size of the clouds")
+    shear: int = Field(1, ge=-3, le=3, description="slant of the clouds, as that of veins")
+    veins: tuple[Vein, ...] = Field((), description="laid over it in order")
+    crystal: Share = Field(0.3, description="how much the sugar of the crystals sparkles")
     roughness: Annotated[float, Field(ge=0.04, le=0.95)] = 0.2
 
 
 def paint_veined(params: VeinedStone, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """Paint one slab."""
-    clouds = _clouds(params, canvas, rng)
-    ground, cloud = rgb(params.ground), rgb(params.cloud)
-    albedo = blend(ground, cloud, params.cloudy * clouds)
+    # Banks of cloud are drawn out along the slant.
+    size = params.cloud_m
+    field = canvas.noise(0.6 * size, 1.5 * size, rng, 5)
+    bend = 0.25 * size * canvas.noise(size, size, rng, 2)
+    clouds = smoothstep(-1.2, 1.8, slanted(canvas, canvas.shifted(field, bend, bend), params.shear))
+    albedo = blend(rgb(params.ground), rgb(params.cloud), params.cloudy * clouds)
     cut = np.zeros(canvas.size_px, dtype=np.float32)
     for vein in params.veins:
         albedo, line = add_vein(albedo, vein, canvas, rng)
@@ -224,15 +187,12 @@ def _courses(vein: Vein, canvas: Canvas, rng: np.random.Generator) -> tuple[Map,
         pieces = voronoi_cells(canvas, size, rng, stretch=vein.stretch)
         smaller = voronoi_cells(canvas, 0.45 * size, rng, stretch=vein.stretch)
         # Cells lie square to the picture: slanted, they no longer do.
-        moved = [
-            slanted(canvas, m, vein.shear)
-            for m in (pieces.border_m, smaller.border_m, pieces.random_per_cell(rng) - 0.5)
-        ]
+        planes = (pieces.border_m, smaller.border_m, pieces.random_per_cell(rng) - 0.5)
+        moved = [slanted(canvas, plane, vein.shear) for plane in planes]
         near, twig, side = (canvas.shifted(m, 1.6 * bend + fine, fine - 1.6 * bend) for m in moved)
         return near, twig + 0.0012, side
-    tilt = canvas.noise(size, size * vein.stretch, rng) + 0.25 * canvas.noise(
-        0.4 * size, 0.4 * size * vein.stretch, rng
-    )
+    tilt = canvas.noise(size, size * vein.stretch, rng)
+    tilt = tilt + 0.25 * canvas.noise(0.4 * size, 0.4 * size * vein.stretch, rng)
     field = slanted(canvas, canvas.shifted(tilt, bend, 0.6 * bend + fine), vein.shear)
     split = 0.45 * slanted(canvas, canvas.noise(0.5 * size, 0.8 * size * vein.stretch, rng, 2), vein.shear)
     return _off(field, size, canvas), _off(field + split, size, canvas), field
@@ -248,14 +208,6 @@ def _off(field: Map, size_m: float, canvas: Canvas) -> Map:
     return np.asarray(np.abs(field) / slope, dtype=np.float32)
 
 
-def _clouds(params: VeinedStone, canvas: Canvas, rng: np.random.Generator) -> Map:
-    """Mask 0..1: banks of cloud drawn out along the slant."""
-    size = params.cloud_m
-    field = canvas.noise(0.6 * size, 1.5 * size, rng, 5)
-    bend = 0.25 * size * canvas.noise(size, size, rng, 2)
-    return smoothstep(-1.2, 1.8, slanted(canvas, canvas.shifted(field, bend, bend), params.shear))
-
-
 VEINED = TextureKind("veined_stone", VeinedStone, paint_veined)
 
 # Flow -----------------------------------------------------------------------------------------------------------------
@@ -263,33 +215,19 @@ VEINED = TextureKind("veined_stone", VeinedStone, paint_veined)
 
 
 class BandedStone(Record):
-    """A slab of layered stone.
+    """A slab of layered stone."""
 
-    Attributes:
-        colors: of the layers, in the order in which they follow; the last is followed by the first.
-        layers: how often the whole order fits into the height of the picture.
-        shear: how often a layer climbs the height of the picture over its width.
-        fold_m: how far layers are folded, metres; `fold_size_m` is the length of a fold.
-        fine: 0..1, strength of the thin lines along the layers.
-        mottle: 0..1, strength of clouds that do not follow the layers.
-        pits: 0..1, share of open pores, as in travertine.
-        fossils: 0..1, small pale shells and dark grains.
-        cleft_m: relief of a split face, metres.
-        veins: laid over it.
-        roughness: 0..1.
-    """
-
-    colors: Annotated[tuple[HexColor, ...], Field(min_length=2, max_length=16)]
-    layers: Annotated[int, Field(ge=1, le=24)] = 2
-    shear: Annotated[int, Field(ge=-3, le=3)] = 0
-    fold_m: Annotated[float, Field(ge=0, le=0.5)] = 0.05
-    fold_size_m: Annotated[float, Field(gt=0.02, le=2)] = 0.6
-    fine: Share = 0.4
-    mottle: Share = 0.3
-    pits: Share = 0.0
-    fossils: Share = 0.0
-    cleft_m: Annotated[float, Field(ge=0, le=0.004)] = 0.0
-    veins: tuple[Vein, ...] = ()
+    colors: tuple[HexColor, ...] = Field(min_length=2, max_length=16, description="of the layers in order")
+    layers: int = Field(2, ge=1, le=24, description="how often the whole order fits into the height of the picture")
+    shear: int = Field(0, ge=-3, le=3, description="how often a layer climbs the height of the picture over its width")
+    fold_m: float = Field(0.05, ge=0, le=0.5, description="how far layers are folded")
+    fold_size_m: float = Field(0.6, gt=0.02, le=2, description="length of a fold")
+    fine: Share = Field(0.4, description="strength of the thin lines along the layers")
+    mottle: Share = Field(0.3, description="strength of clouds that do not follow the layers")
+    pits: Share = Field(0.0, description="share of open pores, as in travertine")
+    fossils: Share = Field(0.0, description="small pale shells and dark grains")
+    cleft_m: float = Field(0.0, ge=0, le=0.004, description="relief of a split face")
+    veins: tuple[Vein, ...] = Field((), description="laid over it")
     roughness: Annotated[float, Field(ge=0.04, le=0.95)] = 0.3
 
 
@@ -309,8 +247,10 @@ def paint_flow(params: BandedStone, canvas: Canvas, rng: np.random.Generator) ->
     albedo = albedo * shade[..., None]
     for vein in params.veins:
         albedo, _ = add_vein(albedo, vein, canvas, rng)
-    if params.fossils > 0:
-        albedo = _fossils(params, albedo, canvas, rng)
+    if params.fossils > 0:  # shell fragments a few millimetres long, pale and dark
+        for tone, shell_m in ((1.10, 0.006), (0.82, 0.004)):
+            dots = canvas.noise(shell_m, 1.8 * shell_m, rng) + 0.4 * canvas.noise(0.2, 0.2, rng)
+            albedo = albedo * (1.0 + (tone - 1.0) * params.fossils * smoothstep(1.7, 2.1, dots))[..., None]
     height = 0.000002 * grain + params.cleft_m * (0.3 * cloud + 0.12 * thread)
     roughness = params.roughness + 0.02 * params.fine * thread + 0.02 * grain
     if params.pits > 0:
@@ -340,14 +280,6 @@ def _pits(params: BandedStone, fold: Map, canvas: Canvas, rng: np.random.Generat
     return smoothstep(edge, edge + 0.45, field)
 
 
-def _fossils(params: BandedStone, albedo: Map, canvas: Canvas, rng: np.random.Generator) -> Map:
-    """Shell fragments a few millimetres long, pale and dark."""
-    for tone, size in ((1.10, 0.006), (0.82, 0.004)):
-        shell = smoothstep(1.7, 2.1, canvas.noise(size, 1.8 * size, rng) + 0.4 * canvas.noise(0.2, 0.2, rng))
-        albedo = albedo * (1.0 + (tone - 1.0) * params.fossils * shell)[..., None]
-    return albedo
-
-
 BANDED = TextureKind("banded_stone", BandedStone, paint_flow)
 
 # Granite --------------------------------------------------------------------------------------------------------------
@@ -357,63 +289,36 @@ Size = Annotated[float, Field(gt=0.0005, lt=0.5)]
 
 
 class Mineral(Record):
-    """One colour of crystal.
+    """One colour of crystal."""
 
-    Attributes:
-        color: in the middle of its range.
-        share: relative part of the face.
-        spread: 0..1, how much its crystals differ in brightness.
-        cluster: -1..1, whether it gathers where the stone is dark (-1) or pale (1).
-    """
-
-    color: HexColor
-    share: Annotated[float, Field(gt=0, le=100)]
-    spread: Share = 0.2
-    cluster: Annotated[float, Field(ge=-1, le=1)] = 0.0
+    color: HexColor = Field(description="in the middle of its range")
+    share: float = Field(gt=0, le=100, description="relative part of the face")
+    spread: Share = Field(0.2, description="how much its crystals differ in brightness")
+    cluster: float = Field(0.0, ge=-1, le=1, description="where it gathers: where the stone is dark (-1) or pale (1)")
 
 
 class Speck(Record):
-    """Small crystals scattered over the mosaic.
-
-    Attributes:
-        color: of the specks.
-        size_m: of one, metres.
-        share: 0..1 of the face.
-        flock: 0..1, how much they gather in swarms.
-        stretch: how much longer than wide.
-    """
+    """Small crystals scattered over the mosaic."""
 
     color: HexColor
-    size_m: Size
-    share: Share
-    flock: Share = 0.4
-    stretch: Annotated[float, Field(ge=0.2, le=8)] = 1.0
+    size_m: Size = Field(description="of one")
+    share: Share = Field(description="of the face")
+    flock: Share = Field(0.4, description="how much they gather in swarms")
+    stretch: float = Field(1.0, ge=0.2, le=8, description="how much longer than wide")
 
 
 class Granite(Record):
-    """A polished granite.
+    """A polished granite."""
 
-    Attributes:
-        minerals: of the mosaic.
-        grain_m: size of its crystals, metres.
-        specks: over the mosaic, in order.
-        phenocryst_color: colour of large round feldspars, None for a stone without; `phenocryst_m` is their size.
-        phenocryst_rim_color: colour of the rim around them.
-        cloud_m: size of the swarms, metres.
-        flow: 0..1, how far the swarms are drawn out into streams.
-        shear: how often the streams climb the height of the picture over its width.
-        roughness: 0..1.
-    """
-
-    minerals: tuple[Mineral, ...]
-    grain_m: Size = 0.005
-    specks: tuple[Speck, ...] = ()
-    phenocryst_color: HexColor | None = None
-    phenocryst_m: Size = 0.03
+    minerals: tuple[Mineral, ...] = Field(description="of the mosaic")
+    grain_m: Size = Field(0.005, description="size of its crystals")
+    specks: tuple[Speck, ...] = Field((), description="over the mosaic, in order")
+    phenocryst_color: HexColor | None = Field(None, description="of large round feldspars; None: a stone without")
+    phenocryst_m: Size = Field(0.03, description="size of the feldspars")
     phenocryst_rim_color: HexColor = "#2a2622"
-    cloud_m: Size = 0.08
-    flow: Share = 0.0
-    shear: Annotated[int, Field(ge=-3, le=3)] = 0
+    cloud_m: Size = Field(0.08, description="size of the swarms")
+    flow: Share = Field(0.0, description="how far the swarms are drawn out into streams")
+    shear: int = Field(0, ge=-3, le=3, description="how often streams climb the picture over its width")
     roughness: Annotated[float, Field(ge=0.04, le=0.95)] = 0.16
 
 
@@ -486,43 +391,25 @@ GRANITE = TextureKind("granite", Granite, paint_granite)
 
 
 class ChipSize(Record):
-    """One size of chip.
+    """One size of chip."""
 
-    Attributes:
-        colors: drawn from with equal odds.
-        size_m: of the largest, metres.
-        share: 0..1, how many of the places for a chip are taken.
-        spread: 0..1, how much chips of a colour differ in brightness.
-        round: 0..1, from broken stone to washed pebble.
-        roughness_change: change of roughness on a chip, such as -0.1 for glass.
-    """
-
-    colors: Annotated[tuple[HexColor, ...], Field(min_length=1, max_length=16)]
-    size_m: Annotated[float, Field(gt=0.0005, lt=0.2)]
-    share: Share
-    spread: Share = 0.15
-    round: Share = 0.3
-    roughness_change: Annotated[float, Field(ge=-0.4, le=0.4)] = 0.0
+    colors: tuple[HexColor, ...] = Field(min_length=1, max_length=16, description="drawn from with equal odds")
+    size_m: float = Field(gt=0.0005, lt=0.2, description="of the largest")
+    share: Share = Field(description="how many of the places for a chip are taken")
+    spread: Share = Field(0.15, description="how much chips of a colour differ in brightness")
+    round: Share = Field(0.3, description="from broken stone to washed pebble")
+    roughness_change: float = Field(0.0, ge=-0.4, le=0.4, description="on a chip, such as -0.1 for glass")
 
 
 class MadeStone(Record):
-    """A slab of chips in a binder.
+    """A slab of chips in a binder."""
 
-    Attributes:
-        binder: its colour.
-        clouds: 0..1, how uneven the binder is; `cloud_m` is the size of its clouds in metres.
-        chips: from the largest to the smallest.
-        veins: printed or poured over it.
-        pinholes: 0..1, small open pores.
-        roughness: 0..1.
-    """
-
-    binder: HexColor
-    clouds: Share = 0.1
-    cloud_m: Annotated[float, Field(gt=0.01, lt=2)] = 0.4
-    chips: tuple[ChipSize, ...] = ()
-    veins: tuple[Vein, ...] = ()
-    pinholes: Share = 0.0
+    binder: HexColor = Field(description="colour")
+    clouds: Share = Field(0.1, description="how uneven the binder is")
+    cloud_m: float = Field(0.4, gt=0.01, lt=2, description="size of its clouds")
+    chips: tuple[ChipSize, ...] = Field((), description="from the largest to the smallest")
+    veins: tuple[Vein, ...] = Field((), description="printed or poured over it")
+    pinholes: Share = Field(0.0, description="small open pores")
     roughness: Annotated[float, Field(ge=0.04, le=0.95)] = 0.22
 
 
@@ -544,7 +431,11 @@ def paint_speckled(params: MadeStone, canvas: Canvas, rng: np.random.Generator) 
         roughness = roughness + chips.roughness_change * mask
         free = free * (1.0 - mask)  # a small chip lies beside a large one, never on it
     if params.pinholes > 0:
-        hole = _pinholes(params.pinholes, canvas, rng)
+        # Round holes of one to three millimetres, far apart.
+        places = voronoi_cells(canvas, 0.012, rng)
+        radius = 0.0004 + 0.0013 * places.random_per_cell(rng) ** 3
+        chosen = places.random_per_cell(rng) < 0.5 * params.pinholes
+        hole = np.asarray(chosen * np.clip(1.5 - places.near_m / radius, 0.0, 1.0))
         albedo = albedo * (1.0 - 0.4 * hole)[..., None]
         height = height - 0.0006 * hole
     return Layers.of(albedo, height, roughness)
@@ -563,13 +454,6 @@ def _chips(chips: ChipSize, canvas: Canvas, rng: np.random.Generator) -> tuple[M
     shade = 1.0 + chips.spread * (places.random_per_cell(rng) - 0.5)
     inside = 1.0 + 0.06 * chips.spread * canvas.noise(0.4 * chips.size_m, 0.4 * chips.size_m, rng)
     return np.asarray(colors[pick] * (shade * inside)[..., None]), smoothstep(0.0, 1.0, edge) * taken
-
-
-def _pinholes(share: float, canvas: Canvas, rng: np.random.Generator) -> Map:
-    """Mask 0..1: round holes of one to three millimetres, far apart."""
-    places = voronoi_cells(canvas, 0.012, rng)
-    radius = 0.0004 + 0.0013 * places.random_per_cell(rng) ** 3
-    return np.asarray((places.random_per_cell(rng) < 0.5 * share) * np.clip(1.5 - places.near_m / radius, 0.0, 1.0))
 
 
 MADE = TextureKind("made_stone", MadeStone, paint_speckled)

@@ -45,24 +45,14 @@ class ResilientSort(StrEnum):
 
 
 class ResilientFloor(Record):
-    """A soft floor.
+    """A soft floor."""
 
-    Attributes:
-        colors: the ground, then what is mixed into it.
-        material: of the sheet.
-        laying, joint: of its tiles; a sheet without joints if `laying` is None. Tiles of a marbled sheet alternate in
-            direction.
-        grain_m: size of streaks, crumbs, studs or yarns, metres.
-        strength: 0..1, how clearly the other colours show.
-        roughness: 0..1.
-    """
-
-    colors: Annotated[tuple[HexColor, ...], Field(min_length=1, max_length=8)]
-    material: ResilientSort
-    laying: Laying | None = None
+    colors: tuple[HexColor, ...] = Field(min_length=1, max_length=8, description="the ground, then the rest")
+    material: ResilientSort = Field(description="of the sheet")
+    laying: Laying | None = Field(None, description="of tiles; marbled ones alternate in direction; None: a sheet")
     joint: Joint = Joint(color="#4c4a46", width_m=0.001, depth_m=0.0004)
-    grain_m: Annotated[float, Field(gt=0.001, le=0.2)] = 0.02
-    strength: Share = 0.6
+    grain_m: float = Field(0.02, gt=0.001, le=0.2, description="size of streaks, crumbs, studs or yarns")
+    strength: Share = Field(0.6, description="how clearly the other colours show")
     roughness: Annotated[float, Field(ge=0.05, le=0.95)] = 0.55
 
 
@@ -78,7 +68,7 @@ def paint_resilient(params: ResilientFloor, canvas: Canvas, rng: np.random.Gener
         size = np.array(canvas.tile_m, dtype=np.float32)[:, None]
         dx, dy = (jump * size)[:, pieces.owner]
         at_x, at_y = pieces.u_m + dx - canvas.axes()[0], pieces.v_m + dy - canvas.axes()[1]
-        tone = stratified(pieces.count, rng).astype(np.float32)[pieces.owner]
+        tone = pieces.read(stratified(pieces.count, rng))
         planes = [canvas.shifted(face.albedo[..., n], at_x, at_y) * (1.0 + 0.04 * tone) for n in range(3)]
         face = Layers.of(
             np.stack(planes, axis=2),
@@ -193,16 +183,11 @@ def _tread(params: ResilientFloor, canvas: Canvas, rng: np.random.Generator) -> 
 
 
 _SORTS: dict[ResilientSort, Callable[[ResilientFloor, Canvas, np.random.Generator], _Parts]] = {
-    ResilientSort.MARBLED: _marbled,
-    ResilientSort.FLECKED: _flecked,
-    ResilientSort.STUDDED: _studded,
-    ResilientSort.CORK: _cork,
-    ResilientSort.WOVEN: _woven,
-    ResilientSort.TREAD: _tread,
+    ResilientSort(maker.__name__.removeprefix("_")): maker
+    for maker in (_marbled, _flecked, _studded, _cork, _woven, _tread)
 }
 
 RESILIENT = TextureKind("resilient_floor", ResilientFloor, paint_resilient)
-"""Kind of soft floors."""
 
 # Timber ---------------------------------------------------------------------------------------------------------------
 # Wooden floors and walls: planks, herringbone, chevron, basket weave, panels, end grain.
@@ -212,17 +197,7 @@ _SHORTEST_SLAB_M = 0.12
 
 
 class TimberFloor(Record):
-    """A wooden floor.
-
-    Attributes:
-        laying, joint: how boards lie and their edges.
-        species, palette: anatomy of the wood and colours of its finish.
-        saw_cuts: how boards were sawn, in equal parts.
-        variety: 0..1, how much boards differ in tone; warmth: in hue.
-        scraping_m: depth of the hollows that a scraper left, metres.
-        saw_marks: 0..1, strength of marks of the saw across the boards.
-        wear: 0..1, how much dirt and light have marked it.
-    """
+    """A wooden floor."""
 
     laying: Laying
     joint: Joint = Joint(
@@ -230,30 +205,32 @@ class TimberFloor(Record):
     )
     species: WoodSpecies
     palette: WoodPalette
-    saw_cuts: Annotated[tuple[SawCut, ...], Field(min_length=1, max_length=4)] = (SawCut.FLAT, SawCut.FLAT, SawCut.RIFT)
-    variety: Share = 0.4
-    warmth: Share = 0.3
-    scraping_m: Annotated[float, Field(ge=0, le=0.003)] = 0.0
-    saw_marks: Share = 0.0
-    wear: Share = 0.0
+    saw_cuts: tuple[SawCut, ...] = Field(
+        (SawCut.FLAT, SawCut.FLAT, SawCut.RIFT), min_length=1, max_length=4, description="in equal parts"
+    )
+    variety: Share = Field(0.4, description="how much boards differ in tone")
+    warmth: Share = Field(0.3, description="how much boards differ in hue")
+    scraping_m: float = Field(0.0, ge=0, le=0.003, description="depth of the hollows that a scraper left")
+    saw_marks: Share = Field(0.0, description="strength of marks of the saw across the boards")
+    wear: Share = Field(0.0, description="how much dirt and light have marked it")
 
 
 def paint_timber(params: TimberFloor, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """Paint one field of boards."""
     pieces = lay(params.laying, canvas, rng)
     face = _boards(params, pieces, canvas, rng)
-    tone = stratified(pieces.count, rng).astype(np.float32)[pieces.owner]
-    warm = stratified(pieces.count, rng).astype(np.float32)[pieces.owner]
+    tone = pieces.read(stratified(pieces.count, rng))
+    warm = pieces.read(stratified(pieces.count, rng))
     hue = np.stack([1.0 + 0.03 * params.warmth * warm, np.ones_like(warm), 1.0 - 0.07 * params.warmth * warm], axis=2)
     shade = 1.0 + 0.26 * params.variety * tone
     albedo = face.albedo * hue * shade[..., None]
     height: Map = face.height_m
     roughness: Map = face.roughness
     if params.scraping_m > 0:
-        hollow = canvas.noise(0.22, 0.22, rng) + 0.6 * pieces.u_m / pieces.half_m[:, 0].astype(np.float32)[pieces.owner]
+        hollow = canvas.noise(0.22, 0.22, rng) + 0.6 * pieces.u_m / pieces.read(pieces.half_m[:, 0])
         height = height + np.float32(0.4 * params.scraping_m) * hollow
     if params.saw_marks > 0:
-        phase = rng.uniform(0.0, 1.0, pieces.count).astype(np.float32)[pieces.owner]
+        phase = pieces.read(rng.uniform(0.0, 1.0, pieces.count))
         lines = np.sin(2 * np.pi * (pieces.v_m + 0.6 * pieces.u_m**2 / 0.1) / 0.006 + 20.0 * phase)
         lines = lines * canvas.resolved(0.003, 1.0) * smoothstep(-0.2, 1.6, canvas.noise(0.2, 0.1, rng, 2) + 1.5 * tone)
         albedo = albedo * (1.0 - 0.09 * params.saw_marks * np.maximum(lines, -0.4))[..., None]
@@ -263,8 +240,7 @@ def paint_timber(params: TimberFloor, canvas: Canvas, rng: np.random.Generator) 
         rims = np.exp(-np.maximum(pieces.inside_m, 0.0) / 0.006)
         albedo = albedo * (1.0 - params.wear * (0.22 * dirt + 0.3 * rims))[..., None]
         roughness = roughness + 0.12 * params.wear * dirt
-    dressed = Layers.of(albedo, height, roughness)
-    return fill(dressed, params.joint, rim(params.joint, pieces, canvas, rng), canvas, rng)
+    return fill(Layers.of(albedo, height, roughness), params.joint, rim(params.joint, pieces, canvas, rng), canvas, rng)
 
 
 def _boards(params: TimberFloor, pieces: PieceMap, canvas: Canvas, rng: np.random.Generator) -> Layers:
@@ -288,19 +264,13 @@ def _boards(params: TimberFloor, pieces: PieceMap, canvas: Canvas, rng: np.rando
 
 
 class EndGrainFloor(Record):
-    """Blocks that show the end of the trunk.
-
-    Attributes:
-        laying, joint: how they lie.
-        species, palette: rings and colours; pores are dots here.
-        variety: 0..1, how much blocks differ.
-    """
+    """Blocks that show the end of the trunk."""
 
     laying: Laying
     joint: Joint = Joint(color="#3a2a1c", width_m=0.0015, depth_m=0.001)
-    species: WoodSpecies
+    species: WoodSpecies = Field(description="pores are dots here")
     palette: WoodPalette
-    variety: Share = 0.5
+    variety: Share = Field(0.5, description="how much blocks differ")
 
 
 def paint_ends(params: EndGrainFloor, canvas: Canvas, rng: np.random.Generator) -> Layers:
@@ -312,10 +282,10 @@ def paint_ends(params: EndGrainFloor, canvas: Canvas, rng: np.random.Generator) 
     pu, pv = (far * np.cos(angle)).astype(np.float32), (far * np.sin(angle)).astype(np.float32)
     radius = np.hypot(pieces.u_m - pu[pieces.owner], pieces.v_m - pv[pieces.owner])
     radius = radius + 0.0012 * canvas.noise(0.03, 0.03, rng, 3)
-    part = np.mod(radius / params.species.ring_m + rng.random(pieces.count).astype(np.float32)[pieces.owner], 1.0)
+    part = np.mod(radius / params.species.ring_m + pieces.read(rng.random(pieces.count)), 1.0)
     seen = np.float32(min(1.0, 0.5 * params.species.ring_m / canvas.pixel_m))
     ring = 0.4 + (smoothstep(0.2, 0.9, part) * (1.0 - smoothstep(0.94, 1.0, part)) - 0.4) * seen
-    tone = stratified(pieces.count, rng).astype(np.float32)[pieces.owner]
+    tone = pieces.read(stratified(pieces.count, rng))
     check = _checks(pieces, pu, pv, canvas, rng)
     light, dark = rgb(params.palette.light), rgb(params.palette.dark)
     fibre = canvas.resolved(0.002, 0.002) * canvas.noise(0.002, 0.002, rng)
@@ -332,13 +302,11 @@ def paint_ends(params: EndGrainFloor, canvas: Canvas, rng: np.random.Generator) 
 def _checks(pieces: PieceMap, pu: Map, pv: Map, canvas: Canvas, rng: np.random.Generator) -> Map:
     """Mask 0..1: cracks that run out from the pith of some blocks."""
     bearing = np.arctan2(pieces.v_m - pv[pieces.owner], pieces.u_m - pu[pieces.owner])
-    crack = rng.uniform(-np.pi, np.pi, pieces.count).astype(np.float32)[pieces.owner]
-    has = (rng.random(pieces.count) < 0.35).astype(np.float32)[pieces.owner]
+    crack = pieces.read(rng.uniform(-np.pi, np.pi, pieces.count))
+    has = pieces.read(rng.random(pieces.count) < 0.35)
     off = np.abs(np.mod(bearing - crack + np.pi, 2 * np.pi) - np.pi + 0.02 * canvas.noise(0.03, 0.03, rng, 2))
     return np.asarray(has * np.clip(1.2 - off / 0.03, 0.0, 1.0), dtype=np.float32)
 
 
 TIMBER = TextureKind("timber", TimberFloor, paint_timber)
-"""Kind of boards."""
 END_GRAIN = TextureKind("end_grain_block", EndGrainFloor, paint_ends)
-"""Kind of wooden blocks."""

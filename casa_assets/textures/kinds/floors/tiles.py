@@ -31,24 +31,17 @@ from casa_assets.textures.motif.figures import DESIGNS, TileDesign, ink
 
 
 class Encaustic(Record):
-    """Patterned tiles, all laid the same way.
+    """Patterned tiles, all laid the same way."""
 
-    Attributes:
-        design: what is on a tile.
-        colors: the ground, then the inks in the order in which the design numbers them.
-        side_m: of a tile, metres.
-        joint: between tiles.
-        bleed: 0..1, how far colours run into each other; wear: how far feet have paled them; variety: between tiles.
-        roughness: 0..1.
-    """
-
-    design: TileDesign
-    colors: Annotated[tuple[HexColor, ...], Field(min_length=2, max_length=6)]
-    side_m: Annotated[float, Field(gt=0.05, le=0.6)] = 0.2
+    design: TileDesign = Field(description="what is on a tile")
+    colors: tuple[HexColor, ...] = Field(
+        min_length=2, max_length=6, description="the ground, then the inks by their numbers"
+    )
+    side_m: float = Field(0.2, gt=0.05, le=0.6, description="of a tile")
     joint: Joint = Joint(width_m=0.0015, depth_m=0.0004, color="#b9b4aa", rim_drop_m=0.0002)
-    bleed: Share = 0.3
-    wear: Share = 0.3
-    variety: Share = 0.25
+    bleed: Share = Field(0.3, description="how far colours run into each other")
+    wear: Share = Field(0.3, description="how far feet have paled the colours")
+    variety: Share = Field(0.25, description="how much tiles differ")
     roughness: Annotated[float, Field(ge=0.05, le=0.95)] = 0.55
 
 
@@ -67,7 +60,7 @@ def paint_encaustic(params: Encaustic, canvas: Canvas, rng: np.random.Generator)
     for depth, number in DESIGNS[params.design](u, v):
         share = ink(np.asarray(depth), soft)[..., None]
         albedo = albedo + (colors[number % len(colors)] - albedo) * share
-    tone = stratified(pieces.count, rng).astype(np.float32)[pieces.owner]
+    tone = pieces.read(stratified(pieces.count, rng))
     grain = canvas.noise(0.004, 0.004, rng, 2)
     shade = 1.0 + 0.12 * params.variety * tone + 0.035 * mottle + 0.012 * grain
     pale = albedo.mean(axis=2, keepdims=True) * 0.5 + 0.36
@@ -82,31 +75,22 @@ def paint_encaustic(params: Encaustic, canvas: Canvas, rng: np.random.Generator)
 
 
 ENCAUSTIC = TextureKind("cement_tile", Encaustic, paint_encaustic)
-"""Kind of patterned tiles."""
 
 # Stone ----------------------------------------------------------------------------------------------------------------
 # Marble, travertine, limestone, slate, granite, terrazzo, each piece from its own place.
 
 
 class StoneTile(Record):
-    """Parameters common to tiles of any stone.
-
-    Attributes:
-        laying, joint: how they lie and what is between them.
-        variety: 0..1, how much pieces differ in tone; warmth: in hue.
-        turned: whether pieces are laid with their grain in all directions.
-        cleft_m: relief of a split face, metres; protrusion_m: how far pieces protrude, standard deviation, metres.
-        slab_m: side of the slab that pieces are cut from, metres.
-    """
+    """Parameters common to tiles of any stone."""
 
     laying: Laying
     joint: Joint = Joint(width_m=0.002, depth_m=0.0006)
-    variety: Share = 0.3
-    warmth: Share = 0.2
-    turned: bool = True
-    cleft_m: Annotated[float, Field(ge=0, le=0.01)] = 0.0
-    protrusion_m: Annotated[float, Field(ge=0, le=0.02)] = 0.0
-    slab_m: Annotated[float, Field(ge=0.4, le=3)] = 1.6
+    variety: Share = Field(0.3, description="how much pieces differ in tone")
+    warmth: Share = Field(0.2, description="how much they differ in hue")
+    turned: bool = Field(True, description="pieces are laid with their grain in all directions")
+    cleft_m: float = Field(0.0, ge=0, le=0.01, description="relief of a split face")
+    protrusion_m: float = Field(0.0, ge=0, le=0.02, description="standard deviation of how far pieces protrude")
+    slab_m: float = Field(1.6, ge=0.4, le=3, description="side of the slab that pieces are cut from")
 
 
 class MarbleTile(StoneTile):
@@ -149,26 +133,19 @@ def paint_stone(
     params: MarbleTile | LayeredTile | GraniteTile | ChipTile, canvas: Canvas, rng: np.random.Generator
 ) -> Layers:
     """Paint one field of stone tiles."""
-    slab = slab_canvas(canvas, (params.slab_m, params.slab_m))
+    size = (params.slab_m, params.slab_m)
+    on = slab_canvas(canvas, size)
     stones = [stone for stone in (params.stone, params.accent) if stone is not None]
-    faces = [_PAINT_SLAB[type(stone)](stone, slab, rng) for stone in stones]
-    return _cut_and_lay(params, faces, canvas, rng, along=isinstance(params, LayeredTile))
-
-
-def _cut_and_lay(
-    params: StoneTile, faces: list[Layers], canvas: Canvas, rng: np.random.Generator, along: bool = False
-) -> Layers:
-    """Pieces cut from slabs; `along`: the layers of the slab lie along the pieces."""
+    slabs = tuple(Slab(_PAINT_SLAB[type(stone)](stone, on, rng), size) for stone in stones)
     pieces = lay(params.laying, canvas, rng)
-    if along:
+    if isinstance(params, LayeredTile):  # the layers of the slab lie along the pieces
         pieces = replace(pieces, u_m=pieces.v_m, v_m=-pieces.u_m)
-    slabs = tuple(Slab(face, (params.slab_m, params.slab_m)) for face in faces)
     pick = pieces.sort % len(slabs)
     at = rng.uniform(0.0, params.slab_m, (2, pieces.count))
     mirrored = rng.permutation(np.arange(pieces.count) % 2) * 2.0 - 1.0
     face = inlay(pieces, slabs, pick, at[0], at[1], mirrored if params.turned else np.ones(pieces.count))
-    tone = stratified(pieces.count, rng).astype(np.float32)[pieces.owner]
-    warm = stratified(pieces.count, rng).astype(np.float32)[pieces.owner] * np.float32(params.warmth)
+    tone = pieces.read(stratified(pieces.count, rng))
+    warm = pieces.read(stratified(pieces.count, rng)) * np.float32(params.warmth)
     hue = np.stack([1.0 + 0.035 * warm, 1.0 + 0.008 * warm, 1.0 - 0.06 * warm], axis=2)
     albedo = face.albedo * hue * (1.0 + 0.16 * params.variety * tone)[..., None]
     height: Map = face.height_m

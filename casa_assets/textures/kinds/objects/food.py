@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Self
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -20,58 +20,57 @@ Distance = Annotated[float, Field(ge=0, le=1)]
 RIM = 0.98
 
 
-class Section(Record):
-    """A cut face; the picture holds a disc whose middle is that of the flesh and whose rim is the skin.
+class _Colors(Record):
+    """Colours in order along a line, and the place of each on it."""
 
-    Distances are from the middle, 0, to the rim, 1. Angle 0 is to the right; the axis of a thing cut along points up.
-
-    Attributes:
-        colors: from the middle to the rim; `at` says where each lies, evenly where it is left out.
-        mottle, mottle_mm: how far the lightness wanders, and size of these clouds.
-        wander: how far the figure is from a true circle, 0..1.
-        rings, ring_color, ring_width: lines round the middle, and their width by the distance between two.
-        rays, ray_color, ray_width, ray_at: lines outwards, their width by the radius, and from where to where they go.
-        fibres, fibre_color, fibre_at: fine broken streaks outwards, and from where to where they show.
-        chambers, chamber_color, chamber_at, chamber_size: hollows or gel round the middle, how far out they lie, and
-            how long and wide they are.
-        seeds, seed_color, seed_at, seed_size: seeds that point outwards, from where to where they lie, and how long and
-            wide they are; with chambers they lie in these.
-        turn: angle of the first ray or chamber, rad.
-        relief_mm: depth of an even roughness. roughness: 0..1.
-    """
-
-    colors: Annotated[tuple[HexColor, ...], Field(min_length=1)]
-    at: tuple[Share, ...] = ()
-    mottle: Share = 0.2
-    mottle_mm: Annotated[float, Field(gt=0, le=60)] = 4.0
-    wander: Share = 0.2
-    rings: Count = 0
-    ring_color: HexColor = "#ffffff"
-    ring_width: Share = 0.2
-    rays: Count = 0
-    ray_color: HexColor = "#ffffff"
-    ray_width: Share = 0.03
-    ray_at: Vec2 = (0.08, 0.85)
-    fibres: Count = 0
-    fibre_color: HexColor = "#ffffff"
-    fibre_at: Vec2 = (0.2, 0.9)
-    chambers: Count = 0
-    chamber_color: HexColor = "#c0a040"
-    chamber_at: Distance = 0.5
-    chamber_size: Vec2 = (0.4, 0.3)
-    seeds: Count = 0
-    seed_color: HexColor = "#e8d8a0"
-    seed_at: Vec2 = (0.3, 0.6)
-    seed_size: Vec2 = (0.1, 0.05)
-    turn: Annotated[float, Field(ge=-7, le=7)] = 0.0
-    relief_mm: Annotated[float, Field(ge=0, le=2)] = 0.05
-    roughness: Annotated[float, Field(ge=0.05, le=0.98)] = 0.4
+    colors: tuple[HexColor, ...] = Field(min_length=1)
+    at: tuple[Share, ...] = Field((), description="place of each colour; empty: evenly")
 
     @model_validator(mode="after")
-    def _places_of_all_colors(self) -> Section:
+    def _places_of_all_colors(self) -> Self:
         if self.at and len(self.at) != len(self.colors):
             raise ValueError(f"a place for each of {len(self.colors)} colours is expected, got {len(self.at)}")
         return self
+
+    def along(self, place: Map) -> Map:
+        """The (H, W, 3) colours at places, 0..1."""
+        colors = np.array([rgb(c).reshape(3) for c in self.colors], dtype=np.float32)
+        at = np.array(self.at or np.linspace(0.0, 1.0, len(self.colors)))
+        if len(colors) == 1:
+            return np.broadcast_to(colors[0], (*place.shape, 3)).copy()
+        return np.stack([np.interp(place, at, colors[:, k]) for k in range(3)], axis=2).astype(np.float32)
+
+
+class Section(_Colors):
+    """A cut face, its colours from the middle to the rim; the picture is a disc from the flesh to the skin.
+
+    Distances are from the middle, 0, to the rim, 1. Angle 0 is to the right; the axis of a thing cut along points up.
+    """
+
+    mottle: Share = Field(0.2, description="how far the lightness wanders")
+    mottle_mm: float = Field(4.0, gt=0, le=60, description="size of its clouds")
+    wander: Share = Field(0.2, description="how far the figure is from a true circle")
+    rings: Count = Field(0, description="lines round the middle")
+    ring_color: HexColor = "#ffffff"
+    ring_width: Share = Field(0.2, description="by the distance between two rings")
+    rays: Count = Field(0, description="lines outwards")
+    ray_color: HexColor = "#ffffff"
+    ray_width: Share = Field(0.03, description="by the radius")
+    ray_at: Vec2 = Field((0.08, 0.85), description="from where to where rays go")
+    fibres: Count = Field(0, description="fine broken streaks outwards")
+    fibre_color: HexColor = "#ffffff"
+    fibre_at: Vec2 = Field((0.2, 0.9), description="from where to where fibres show")
+    chambers: Count = Field(0, description="hollows or gel round the middle")
+    chamber_color: HexColor = "#c0a040"
+    chamber_at: Distance = Field(0.5, description="how far out chambers lie")
+    chamber_size: Vec2 = Field((0.4, 0.3), description="their length and width")
+    seeds: Count = Field(0, description="point outwards; with chambers they lie in these")
+    seed_color: HexColor = "#e8d8a0"
+    seed_at: Vec2 = Field((0.3, 0.6), description="from where to where seeds lie")
+    seed_size: Vec2 = Field((0.1, 0.05), description="their length and width")
+    turn: float = Field(0.0, ge=-7, le=7, description="angle of the first ray or chamber, rad")
+    relief_mm: float = Field(0.05, ge=0, le=2, description="depth of an even roughness")
+    roughness: Annotated[float, Field(ge=0.05, le=0.98)] = 0.4
 
 
 def paint_section(p: Section, canvas: Canvas, rng: np.random.Generator) -> Layers:
@@ -84,7 +83,7 @@ def paint_section(p: Section, canvas: Canvas, rng: np.random.Generator) -> Layer
     # The rim stays where it is, or the skin would show inside.
     away = away * (1.0 + 0.05 * p.wander * clouds * (1.0 - away))
     angle = np.arctan2(up, right) + 0.1 * p.wander * canvas.noise(0.4 * canvas.tile_m[1], 0.4 * canvas.tile_m[0], rng)
-    albedo, height = _flesh(p, away), np.zeros(canvas.size_px, dtype=np.float32)
+    albedo, height = p.along(away), np.zeros(canvas.size_px, dtype=np.float32)
     size = p.mottle_mm / 1000
     mottle = canvas.noise(size, size, rng, 3)
     albedo = albedo * (1.0 + 0.16 * p.mottle * mottle)[..., None]
@@ -100,10 +99,8 @@ def paint_section(p: Section, canvas: Canvas, rng: np.random.Generator) -> Layer
         height -= 0.0004 * mask
     if p.rays:
         off = np.abs(np.mod((angle - p.turn) * p.rays / (2 * np.pi) + 0.5, 1.0) - 0.5) * 2 * np.pi / p.rays * away
-        line = smoothstep(p.ray_width, 0.4 * p.ray_width, off)
-        line = (
-            line * smoothstep(p.ray_at[0] - 0.03, p.ray_at[0], away) * smoothstep(p.ray_at[1] + 0.04, p.ray_at[1], away)
-        )
+        line = smoothstep(p.ray_width, 0.4 * p.ray_width, off) * smoothstep(p.ray_at[0] - 0.03, p.ray_at[0], away)
+        line = line * smoothstep(p.ray_at[1] + 0.04, p.ray_at[1], away)
         albedo = blend(albedo, rgb(p.ray_color), 0.9 * line)
     if p.seeds:
         mask = _seeds(p, right, up, places, rng)
@@ -112,15 +109,6 @@ def paint_section(p: Section, canvas: Canvas, rng: np.random.Generator) -> Layer
     grain = canvas.noise(0.0012, 0.0012, rng, 2)
     height += 0.001 * p.relief_mm * grain
     return Layers.of(albedo, height, np.clip(p.roughness + 0.05 * mottle, 0.05, 1.0))
-
-
-def _flesh(p: Section, away: Map) -> Map:
-    """The (H, W, 3) colours from the middle to the rim."""
-    colors = np.array([rgb(c).reshape(3) for c in p.colors], dtype=np.float32)
-    at = np.array(p.at or np.linspace(0.0, 1.0, len(p.colors)))
-    if len(colors) == 1:
-        return np.broadcast_to(colors[0], (*away.shape, 3)).copy()
-    return np.stack([np.interp(away, at, colors[:, k]) for k in range(3)], axis=2).astype(np.float32)
 
 
 def _fibres(p: Section, away: Map, angle: Map, rng: np.random.Generator) -> Map:
@@ -173,73 +161,48 @@ SECTION = TextureKind("section", Section, paint_section)
 Millimetres = Annotated[float, Field(ge=0, le=60)]
 
 
-class Skin(Record):
-    """A skin; the picture's height runs from the lower end of the object to its upper end, its width once around it.
+class Skin(_Colors):
+    """A skin, its colours from the lower end of the object, where the picture's height begins, to the upper one."""
 
-    Attributes:
-        colors: from the lower end to the upper one; `at` says where each lies, 0..1, evenly if it is left out.
-        mottle: how far the lightness wanders, 0..1; mottle_mm: size of these clouds.
-        blush: second colour in large clouds, over blush_share of the surface. blush_at: height about which it lies,
-            0..1, None for anywhere; it fades within blush_reach. blush_edge: how softly its clouds end.
-        streaks: colour of lines from end to end; streak_mm: width of one; streak_share: how much of it shows.
-        spots: colour of spots; spot_mm: distance between two; spot_size: diameter by that distance; spot_share: how
-            much they show. raised_mm: how far they are raised; below 0 they are pits.
-        net: colour of a net of corky lines; net_mm: width of a mesh; net_raised_mm: how far they are raised.
-        ribs: number of grooves from end to end; rib_color: in them.
-        kernels, kernel_color: numbers of rounded grains in rows, once around and from end to end; the colour between
-            them.
-        grain_mm, relief_mm: size and depth of an even roughness.
-        disc: the colours run from the middle of the picture to the circle in it, as on an object seen from above.
-        wander: how far the places of the colours wander to and fro, 0..1.
-        veins: colour of branching lines, as fat in meat; vein_mm: distance between two; vein_share: how broad they are.
-        roughness: 0..1.
-    """
-
-    colors: Annotated[tuple[HexColor, ...], Field(min_length=1)]
-    at: tuple[Share, ...] = ()
-    mottle: Share = 0.15
-    mottle_mm: Millimetres = 8.0
-    blush: HexColor | None = None
-    blush_share: Share = 0.4
-    blush_at: Share | None = None
-    blush_reach: Share = 0.4
-    blush_edge: Annotated[float, Field(ge=0.1, le=4)] = 0.6
-    streaks: HexColor | None = None
-    streak_mm: Millimetres = 1.5
-    streak_share: Share = 0.4
-    spots: HexColor | None = None
-    spot_mm: Millimetres = 4.0
-    spot_size: Share = 0.2
-    spot_share: Share = 0.7
-    raised_mm: Annotated[float, Field(ge=-3, le=3)] = 0.0
-    net: HexColor | None = None
-    net_mm: Millimetres = 6.0
-    net_raised_mm: Annotated[float, Field(ge=0, le=3)] = 0.3
-    ribs: Annotated[int, Field(ge=0, le=40)] = 0
-    rib_color: HexColor | None = None
-    kernels: tuple[Annotated[int, Field(ge=2, le=60)], Annotated[int, Field(ge=2, le=90)]] | None = None
-    kernel_color: HexColor = "#c08a20"
-    grain_mm: Annotated[float, Field(gt=0, le=20)] = 1.5
-    relief_mm: Annotated[float, Field(ge=0, le=2)] = 0.05
+    mottle: Share = Field(0.15, description="how far the lightness wanders")
+    mottle_mm: Millimetres = Field(8.0, description="size of its clouds")
+    blush: HexColor | None = Field(None, description="second colour in large clouds")
+    blush_share: Share = Field(0.4, description="of the surface")
+    blush_at: Share | None = Field(None, description="height about which the blush lies; None: anywhere")
+    blush_reach: Share = Field(0.4, description="within which it fades")
+    blush_edge: float = Field(0.6, ge=0.1, le=4, description="how softly its clouds end")
+    streaks: HexColor | None = Field(None, description="colour of lines from end to end")
+    streak_mm: Millimetres = Field(1.5, description="width of a streak")
+    streak_share: Share = Field(0.4, description="how much of the streaks shows")
+    spots: HexColor | None = Field(None, description="colour of spots")
+    spot_mm: Millimetres = Field(4.0, description="distance between two spots")
+    spot_size: Share = Field(0.2, description="diameter by that distance")
+    spot_share: Share = Field(0.7, description="how much spots show")
+    raised_mm: float = Field(0.0, ge=-3, le=3, description="how far spots are raised; below 0: pits")
+    net: HexColor | None = Field(None, description="colour of a net of corky lines")
+    net_mm: Millimetres = Field(6.0, description="width of a mesh")
+    net_raised_mm: float = Field(0.3, ge=0, le=3, description="how far the net is raised")
+    ribs: int = Field(0, ge=0, le=40, description="grooves from end to end")
+    rib_color: HexColor | None = Field(None, description="in the grooves")
+    kernels: tuple[Annotated[int, Field(ge=2, le=60)], Annotated[int, Field(ge=2, le=90)]] | None = Field(
+        None, description="grains in rows, around and from end to end"
+    )
+    kernel_color: HexColor = Field("#c08a20", description="between the grains")
+    grain_mm: float = Field(1.5, gt=0, le=20, description="size of an even roughness")
+    relief_mm: float = Field(0.05, ge=0, le=2, description="depth of that roughness")
     roughness: Annotated[float, Field(ge=0.05, le=0.98)] = 0.45
-    disc: bool = False
-    wander: Share = 0.0
-    veins: HexColor | None = None
-    vein_mm: Millimetres = 12.0
-    vein_share: Share = 0.3
-
-    @model_validator(mode="after")
-    def _places_of_all_colors(self) -> Skin:
-        if self.at and len(self.at) != len(self.colors):
-            raise ValueError(f"a place for each of {len(self.colors)} colours is expected, got {len(self.at)}")
-        return self
+    disc: bool = Field(False, description="the colours run from the middle of the picture to the circle in it")
+    wander: Share = Field(0.0, description="how far the places of the colours wander")
+    veins: HexColor | None = Field(None, description="colour of branching lines, as fat in meat")
+    vein_mm: Millimetres = Field(12.0, description="distance between two veins")
+    vein_share: Share = Field(0.3, description="how broad veins are")
 
 
 def paint_skin(p: Skin, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """Paint one skin."""
     x, y = canvas.axes()
     up = _place(p, canvas, rng)
-    albedo, height = _ends(p, up), np.zeros(canvas.size_px, dtype=np.float32)
+    albedo, height = p.along(up), np.zeros(canvas.size_px, dtype=np.float32)
     size = p.mottle_mm / 1000
     cloud = canvas.noise(size, size, rng, 3)
     albedo = albedo * (1.0 + 0.16 * p.mottle * cloud)[..., None]
@@ -290,19 +253,9 @@ def _place(p: Skin, canvas: Canvas, rng: np.random.Generator) -> Map:
     return up
 
 
-def _ends(p: Skin, up: Map) -> Map:
-    """The (H, W, 3) colours from the lower end to the upper one."""
-    colors = np.array([rgb(c).reshape(3) for c in p.colors], dtype=np.float32)
-    at = np.array(p.at or np.linspace(0.0, 1.0, len(p.colors)))
-    if len(colors) == 1:
-        return np.broadcast_to(colors[0], (*up.shape, 3)).copy()
-    return np.stack([np.interp(up, at, colors[:, k]) for k in range(3)], axis=2).astype(np.float32)
-
-
 def _blush(p: Skin, canvas: Canvas, up: Map, rng: np.random.Generator) -> Map:
     """The (H, W) share of the second colour."""
-    size: Vec2 = (0.45 * canvas.tile_m[1], 0.3 * canvas.tile_m[0])
-    field = canvas.noise(size[0], size[1], rng, 4)
+    field = canvas.noise(0.45 * canvas.tile_m[1], 0.3 * canvas.tile_m[0], rng, 4)
     edge = float(np.quantile(field, 1.0 - p.blush_share))
     share = smoothstep(edge - p.blush_edge, edge + p.blush_edge, field)
     if p.blush_at is not None:

@@ -76,46 +76,30 @@ class Lettering(StrEnum):
 
 
 class Label(Record):
-    """A printed label; the picture's width runs once around the package, its height from its lower to its upper end.
+    """A printed label; the picture's width runs once around the package, its height from its lower to its upper end."""
 
-    Attributes:
-        brand: name in large letters, invented. words: what the product is, a line each, the most important one first.
-        small: a line at the foot, such as `330 ml`.
-        layout: of the front. lettering: of the brand. pattern: of the ground.
-        ground: colours of the ground; the first covers most, the second is that of fields, plates and patterns.
-        ink: colour of words. accent: of bands, frames and the brand. Illegible letters turn light or dark.
-        brand_ink: colour of the brand, None for the choice of the layout.
-        motif: a drawing of `motifs.MOTIFS`. motif_colors: colours that replace those of the drawing. motif_size: factor
-            of the size that the layout gives it.
-        front: share of the width that the front takes. side: share that each of the two sides next to it takes, 0
-            without sides, as around a can; the four sides of a carton are front, side, rest and side.
-        twice: the front is printed at the back too. back: barcode, facts and small print at the back, or on the sides
-            if there are any.
-        lower, upper: shares of the height at its ends that stay ground, such as the flaps of a carton.
-        trim: colour of narrow bands along both rims.
-        metallic, roughness: of the print, 0..1.
-    """
-
-    brand: Annotated[str, Field(min_length=1, max_length=20)]
-    words: Annotated[tuple[str, ...], Field(max_length=4)] = ()
-    small: str = ""
-    layout: Layout = Layout.BAND
-    lettering: Lettering = Lettering.BOLD
-    pattern: Pattern = Pattern.NONE
-    ground: Annotated[tuple[HexColor, ...], Field(min_length=1, max_length=3)] = ("#f3efe4",)
-    ink: HexColor = "#2a2522"
-    accent: HexColor = "#a5281f"
-    brand_ink: HexColor | None = None
-    motif: Id | None = None
-    motif_colors: tuple[HexColor, ...] = ()
-    motif_size: Annotated[float, Field(ge=0.3, le=2)] = 1.0
-    front: Annotated[float, Field(ge=0.15, le=1)] = 0.36
-    side: Annotated[float, Field(ge=0, le=0.4)] = 0.0
-    twice: bool = False
-    back: bool = True
-    lower: Annotated[float, Field(ge=0, le=0.45)] = 0.0
-    upper: Annotated[float, Field(ge=0, le=0.45)] = 0.0
-    trim: HexColor | None = None
+    brand: str = Field(min_length=1, max_length=20, description="name in large letters, invented")
+    words: tuple[str, ...] = Field((), max_length=4, description="what the product is, a line each")
+    small: str = Field("", description="a line at the foot, such as `330 ml`")
+    layout: Layout = Field(Layout.BAND, description="of the front")
+    lettering: Lettering = Field(Lettering.BOLD, description="of the brand")
+    pattern: Pattern = Field(Pattern.NONE, description="of the ground")
+    ground: tuple[HexColor, ...] = Field(
+        ("#f3efe4",), min_length=1, max_length=3, description="of most of it; of fields, plates and patterns"
+    )
+    ink: HexColor = Field("#2a2522", description="of words; illegible letters turn light or dark")
+    accent: HexColor = Field("#a5281f", description="of bands, frames and the brand")
+    brand_ink: HexColor | None = Field(None, description="None: the choice of the layout")
+    motif: Id | None = Field(None, description="a drawing of `motifs.MOTIFS`")
+    motif_colors: tuple[HexColor, ...] = Field((), description="replace those of the drawing")
+    motif_size: float = Field(1.0, ge=0.3, le=2, description="by the size that the layout gives it")
+    front: float = Field(0.36, ge=0.15, le=1, description="share of the width that the front takes")
+    side: float = Field(0.0, ge=0, le=0.4, description="share of each of the two sides next to the front; 0: round")
+    twice: bool = Field(False, description="the front is printed at the back too")
+    back: bool = Field(True, description="barcode, facts and small print at the back, or on the sides")
+    lower: float = Field(0.0, ge=0, le=0.45, description="share of the height that stays ground, as a flap")
+    upper: float = Field(0.0, ge=0, le=0.45, description="the same at the upper end")
+    trim: HexColor | None = Field(None, description="of narrow bands along both rims")
     metallic: Share = 0.0
     roughness: Annotated[float, Field(ge=0.05, le=0.98)] = 0.5
 
@@ -149,12 +133,8 @@ class Area:
 
     def part(self, left: float, top: float, right: float, bottom: float) -> Area:
         """A rectangle within it, by shares of its sides."""
-        return Area(
-            self.x + left * self.width,
-            self.y + top * self.height,
-            (right - left) * self.width,
-            (bottom - top) * self.height,
-        )
+        x, y = self.x + left * self.width, self.y + top * self.height
+        return Area(x, y, (right - left) * self.width, (bottom - top) * self.height)
 
     @property
     def corners(self) -> tuple[float, float, float, float]:
@@ -171,7 +151,7 @@ def paint(p: Label, canvas: Canvas, rng: np.random.Generator) -> Layers:
     if p.twice:
         image = ImageChops.offset(image, wide // 2, 0)
         wiped = replace(face, width=min(face.width, others), x=(wide - min(face.width, others)) / 2)
-        LAYOUTS[p.layout].face(image, p, wiped)
+        FACES[p.layout](image, p, wiped)
         image = ImageChops.offset(image, wide - wide // 2, 0)
     if p.back:
         image = _backs(image, p, inside, rng, others)
@@ -199,10 +179,10 @@ def front(p: Label, size_px: tuple[int, int]) -> tuple[Image.Image, Area, Area]:
     wide, high = image.size
     inside = Area(0.0, p.upper * high, wide, (1.0 - p.upper - p.lower) * high)
     _strew(image, p, inside)
-    painter = LAYOUTS[p.layout]
     face = Area((0.5 - p.front / 2) * wide, inside.y, p.front * wide, inside.height)
-    painter.round_it(image, p, inside, face)
-    painter.face(image, p, face)
+    if p.layout in ROUND:
+        ROUND[p.layout](image, p, inside, face)
+    FACES[p.layout](image, p, face)
     return image, inside, face
 
 
@@ -324,8 +304,7 @@ def _words(image: Image.Image, p: Label, area: Area, ground: str, lines: Sequenc
 
 
 def _small(image: Image.Image, p: Label, area: Area, ground: str) -> None:
-    if p.small:
-        write(image, area, p.small, _seen_on(ground, p.ink))
+    write(image, area, p.small, _seen_on(ground, p.ink))
 
 
 # The ground and the back ----------------------------------------------------------------------------------------------
@@ -345,8 +324,16 @@ def _strew(image: Image.Image, p: Label, inside: Area) -> None:
                 for k in range(count // 2 + 1):
                     x, y, r = (2 * k + row % 2) * step, row * step, 0.3 * step
                     draw.ellipse((x - r, y - r, x + r, y + r), fill=color)
-        case Pattern.CHECKS:
-            _checks(image, p.ground[0], color, step)
+        case Pattern.CHECKS:  # squares of a tablecloth
+            blended = np.rint(255 * (rgb(p.ground[0]) + rgb(color)) / 2).astype(int)
+            mixed = (int(blended[0]), int(blended[1]), int(blended[2]))
+            columns = range(0, round(wide / step), 2)
+            for k in columns:
+                draw.rectangle((k * step, 0, (k + 1) * step, high), fill=mixed)
+            for row in rows[::2]:
+                draw.rectangle((0, row * step, wide, (row + 1) * step), fill=mixed)
+                for k in columns:
+                    draw.rectangle((k * step, row * step, (k + 1) * step, (row + 1) * step), fill=color)
         case Pattern.STRIPES:
             for k in range(0, count, 2):
                 draw.rectangle((k * step, 0, (k + 1) * step, high), fill=color)
@@ -363,20 +350,6 @@ def _strew(image: Image.Image, p: Label, inside: Area) -> None:
         case Pattern.FADE:
             ramp = Image.linear_gradient("L").resize((wide, high))
             image.paste(Image.composite(Image.new("RGB", image.size, color), image, ramp))
-
-
-def _checks(image: Image.Image, ground: str, color: str, step: float) -> None:
-    """Squares of a tablecloth."""
-    draw, (wide, high) = ImageDraw.Draw(image), image.size
-    blended = np.rint(255 * (rgb(ground) + rgb(color)) / 2).astype(int)
-    mixed = (int(blended[0]), int(blended[1]), int(blended[2]))
-    columns = range(0, round(wide / step), 2)
-    for k in columns:
-        draw.rectangle((k * step, 0, (k + 1) * step, high), fill=mixed)
-    for row in range(0, math.ceil(high / step) + 1, 2):
-        draw.rectangle((0, row * step, wide, (row + 1) * step), fill=mixed)
-        for k in columns:
-            draw.rectangle((k * step, row * step, (k + 1) * step, (row + 1) * step), fill=color)
 
 
 def _backs(image: Image.Image, p: Label, inside: Area, rng: np.random.Generator, others: float) -> Image.Image:
@@ -429,7 +402,7 @@ def _facts_side(image: Image.Image, p: Label, area: Area, rng: np.random.Generat
 def _words_side(image: Image.Image, p: Label, area: Area, rng: np.random.Generator) -> None:
     """The brand once more, the first word, and lines of small print."""
     ground = p.ground[0]
-    if p.pattern is not Pattern.NONE or LAYOUTS[p.layout].round_it is not _nothing:
+    if p.pattern is not Pattern.NONE or p.layout in ROUND:
         ImageDraw.Draw(image).rectangle(area.part(0.0, -0.03, 1.0, 1.03).corners, fill=ground)
     _brand(image, p, area.part(0.05, 0.0, 0.95, 0.22), ground)
     if p.words:
@@ -441,18 +414,6 @@ def _words_side(image: Image.Image, p: Label, area: Area, rng: np.random.Generat
 
 
 # Layouts --------------------------------------------------------------------------------------------------------------
-
-
-def _nothing(image: Image.Image, p: Label, inside: Area, face: Area) -> None:
-    """Nothing runs round."""
-
-
-@dataclass(frozen=True)
-class _Painter:
-    """A layout: functions that draw the front, and a print around the whole package."""
-
-    face: Callable[[Image.Image, Label, Area], None]
-    round_it: Callable[[Image.Image, Label, Area, Area], None] = _nothing
 
 
 def _stack(image: Image.Image, p: Label, area: Area, ground: str, parts: str = "mbw", motif: float = 1.0) -> None:
@@ -496,10 +457,8 @@ def _cleared(image: Image.Image, p: Label, area: Area) -> str:
 
 
 def _round_band(image: Image.Image, p: Label, inside: Area, face: Area) -> None:
-    draw = ImageDraw.Draw(image)
     for top, bottom, color in ((0.3, 0.62, p.second), (0.32, 0.6, p.accent)):
-        band = inside.part(0.0, top, 1.0, bottom)
-        draw.rectangle(band.corners, fill=color)
+        ImageDraw.Draw(image).rectangle(inside.part(0.0, top, 1.0, bottom).corners, fill=color)
 
 
 def _band(image: Image.Image, p: Label, face: Area) -> None:
@@ -540,11 +499,8 @@ def _plate(image: Image.Image, p: Label, face: Area) -> None:
 
 def _round_split(image: Image.Image, p: Label, inside: Area, face: Area) -> None:
     draw = ImageDraw.Draw(image)
-    line = []
-    for k in range(121):
-        x = inside.width * k / 120
-        turn = 2 * math.pi * 2 * k / 120
-        line.append((x, inside.y + (0.55 + 0.05 * math.sin(turn)) * inside.height))
+    places = [(inside.width * k / 120, 2 * math.pi * 2 * k / 120) for k in range(121)]
+    line = [(x, inside.y + (0.55 + 0.05 * math.sin(turn)) * inside.height) for x, turn in places]
     high = 0.025 * inside.height
     bottom = [(inside.width, image.height), (0, image.height)]
     draw.polygon([*[(x, y - high) for x, y in line], *bottom], fill=p.accent)
@@ -552,9 +508,9 @@ def _round_split(image: Image.Image, p: Label, inside: Area, face: Area) -> None
 
 
 def _split(image: Image.Image, p: Label, face: Area) -> None:
-    _brand(image, p, face.part(0.04, 0.08, 0.96, 0.32), p.ground[0])
     ground = p.ground[0]
-    if len(p.words) > 0:
+    _brand(image, p, face.part(0.04, 0.08, 0.96, 0.32), ground)
+    if p.words:
         write(image, face.part(0.1, 0.35, 0.9, 0.46), p.words[0], _seen_on(ground, p.ink, p.accent), Lettering.BOLD)
     _motif(image, p, face.part(0.1, 0.52, 0.9, 0.84), p.second, 1.1)
     _words(image, p, face.part(0.12, 0.87, 0.88, 0.98), p.second, p.words[1:2])
@@ -579,9 +535,8 @@ def _diagonal(image: Image.Image, p: Label, face: Area) -> None:
     lean = face.part(0.0, 0.06, 1.0, 0.94)
     _motif(image, p, lean.part(0.1, 0.0, 0.9, 0.3), p.second)
     color = _seen_on(p.second, *([p.brand_ink] if p.brand_ink else []), WHITE, p.accent)
-    write(
-        image, lean.part(0.02, 0.34, 0.98, 0.6), p.brand, color, p.lettering, _seen_on(color, p.accent, ground, p.ink)
-    )
+    edge = _seen_on(color, p.accent, ground, p.ink)
+    write(image, lean.part(0.02, 0.34, 0.98, 0.6), p.brand, color, p.lettering, edge)
     plate = lean.part(0.12, 0.66, 0.88, 0.94)
     if p.words:
         ImageDraw.Draw(image).rectangle(plate.corners, fill=ground)
@@ -621,18 +576,15 @@ def _minimal(image: Image.Image, p: Label, face: Area) -> None:
         _brand(image, p, face.part(0.33, 0.42, 0.67, 0.58), _cleared(image, p, face.part(0.25, 0.37, 0.75, 0.63)))
         return
     ground = _cleared(image, p, face.part(0.05, 0.05, 0.95, 0.95))
-    draw = ImageDraw.Draw(image)
     _motif(image, p, face.part(0.2, 0.1, 0.8, 0.5), ground)
     _brand(image, p, face.part(0.12, 0.56, 0.88, 0.7), ground)
-    rule = face.part(0.35, 0.74, 0.65, 0.755)
-    draw.rectangle(rule.corners, fill=p.accent)
+    ImageDraw.Draw(image).rectangle(face.part(0.35, 0.74, 0.65, 0.755).corners, fill=p.accent)
     _words(image, p, face.part(0.18, 0.79, 0.82, 0.95), ground)
 
 
 def _round_upright(image: Image.Image, p: Label, inside: Area, face: Area) -> None:
-    draw = ImageDraw.Draw(image)
     for a, b, color in ((-0.01, 1.01, p.accent), (0.02, 0.98, p.second)):
-        draw.rectangle(face.part(a, 0.0, b, 1.0).corners, fill=color)
+        ImageDraw.Draw(image).rectangle(face.part(a, 0.0, b, 1.0).corners, fill=color)
 
 
 def _upright(image: Image.Image, p: Label, face: Area) -> None:
@@ -650,8 +602,8 @@ def _round_burst(image: Image.Image, p: Label, inside: Area, face: Area) -> None
     x, y = face.middle
     far = inside.width + inside.height
     for k in range(0, 32, 2):
-        a, b = 2 * math.pi * k / 32, 2 * math.pi * (k + 1) / 32
-        tip = [(x + far * math.cos(t), y + far * math.sin(t)) for t in (a, b)]
+        turns = (2 * math.pi * k / 32, 2 * math.pi * (k + 1) / 32)
+        tip = [(x + far * math.cos(t), y + far * math.sin(t)) for t in turns]
         draw.polygon([(x, y), *tip], fill=p.second)
 
 
@@ -666,9 +618,8 @@ def _burst(image: Image.Image, p: Label, face: Area) -> None:
 
 
 def _round_block(image: Image.Image, p: Label, inside: Area, face: Area) -> None:
-    draw = ImageDraw.Draw(image)
-    draw.rectangle(inside.part(0, 0, 1, 0.4).corners, fill=p.second)
-    draw.rectangle(inside.part(0, 0.4, 1, 0.425).corners, fill=p.accent)
+    for top, bottom, color in ((0, 0.4, p.second), (0.4, 0.425, p.accent)):
+        ImageDraw.Draw(image).rectangle(inside.part(0, top, 1, bottom).corners, fill=color)
 
 
 def _block(image: Image.Image, p: Label, face: Area) -> None:
@@ -696,19 +647,20 @@ def _ribbon(image: Image.Image, p: Label, face: Area) -> None:
         _words(image, p, rest.part(0, 0, 1, 1), _cleared(image, p, rest.part(-0.04, -0.08, 1.04, 1.05)))
 
 
-LAYOUTS: Mapping[Layout, _Painter] = {
-    Layout.BAND: _Painter(_band, _round_band),
-    Layout.BADGE: _Painter(_badge),
-    Layout.PLATE: _Painter(_plate),
-    Layout.SPLIT: _Painter(_split, _round_split),
-    Layout.DIAGONAL: _Painter(_diagonal, _round_diagonal),
-    Layout.CLASSIC: _Painter(_classic),
-    Layout.STRIPES: _Painter(_stripes, _round_stripes),
-    Layout.MINIMAL: _Painter(_minimal),
-    Layout.UPRIGHT: _Painter(_upright, _round_upright),
-    Layout.BURST: _Painter(_burst, _round_burst),
-    Layout.BLOCK: _Painter(_block, _round_block),
-    Layout.RIBBON: _Painter(_ribbon),
+# Of each layout what draws the front, and of some what draws a print around the whole package.
+FACES: Mapping[Layout, Callable[[Image.Image, Label, Area], None]] = {
+    Layout(face.__name__.removeprefix("_")): face
+    for face in (
+        *(_band, _badge, _plate, _split, _diagonal, _classic),
+        *(_stripes, _minimal, _upright, _burst, _block, _ribbon),
+    )
+}
+ROUND: Mapping[Layout, Callable[[Image.Image, Label, Area, Area], None]] = {
+    Layout(around.__name__.removeprefix("_round_")): around
+    for around in (
+        *(_round_band, _round_split, _round_diagonal, _round_stripes),
+        *(_round_upright, _round_burst, _round_block),
+    )
 }
 
 LABEL = TextureKind("label", Label, paint)

@@ -39,7 +39,9 @@ class Pen:
 
     def oval(self, x: float, y: float, wide: float, high: float, color: str, turn: float = 0.0) -> None:
         """A filled ellipse about (x, y), its half axes, turned by rad."""
-        self.shape(ellipse(x, y, wide, high, turn), color)
+        c, s = math.cos(turn), math.sin(turn)
+        ring = [(wide * math.cos(t), high * math.sin(t)) for t in (2 * math.pi * k / 40 for k in range(40))]
+        self.shape([(x + c * a - s * b, y + s * a + c * b) for a, b in ring], color)
 
     def line(self, points: Points, width: float, color: str) -> None:
         """A line of a width with round joints."""
@@ -47,13 +49,6 @@ class Pen:
         self.draw.line(self.at(points), fill=color, width=pixels, joint="curve")
         for x, y in (points[0], points[-1]):
             self.oval(x, y, width / 2, width / 2, color)
-
-
-def ellipse(x: float, y: float, wide: float, high: float, turn: float = 0.0, start: float = 0.0) -> list[Vec2]:
-    """Points of an ellipse about (x, y)."""
-    c, s = math.cos(turn), math.sin(turn)
-    ring = [(wide * math.cos(t), high * math.sin(t)) for t in (start + 2 * math.pi * k / 40 for k in range(40))]
-    return [(x + c * a - s * b, y + s * a + c * b) for a, b in ring]
 
 
 def blade(x: float, y: float, length: float, width: float, turn: float) -> list[Vec2]:
@@ -163,8 +158,11 @@ def _cup(p: Pen) -> None:
     p.shape([(-0.75, -0.12), (0.6, -0.12), (0.52, 0.4), (0.25, 0.72), (-0.4, 0.72), (-0.67, 0.4)], body)
     p.oval(-0.08, 0.86, 0.9, 0.1, body)
     for x in (-0.38, -0.05, 0.28):
-        steam = [(x + 0.08 * math.sin(5 * t), -0.28 - 0.62 * t) for t in (k / 10 for k in range(11))]
-        p.line(steam, 0.07, p.tone(2, "#b79a80"))
+        p.line(_steam(x, -0.28, 0.62), 0.07, p.tone(2, "#b79a80"))
+
+
+def _steam(x: float, y: float, rise: float) -> list[Vec2]:
+    return [(x + 0.08 * math.sin(5 * t), y - rise * t) for t in (k / 10 for k in range(11))]
 
 
 def _citrus(p: Pen, rind: str, flesh: str) -> None:
@@ -210,16 +208,8 @@ def _strawberry(p: Pen) -> None:
     p.oval(-0.36, -0.2, 0.36, 0.4, red)
     p.oval(0.36, -0.2, 0.36, 0.4, red)
     p.oval(0.0, 0.5, 0.3, 0.42, red)
-    for x, y in (
-        (-0.4, -0.1),
-        (0.0, -0.15),
-        (0.4, -0.1),
-        (-0.2, 0.2),
-        (0.2, 0.2),
-        (0.0, 0.5),
-        (-0.22, 0.5),
-        (0.22, 0.5),
-    ):
+    seeds = ((-0.4, -0.1), (0.0, -0.15), (0.4, -0.1), (-0.2, 0.2), (0.2, 0.2), (0.0, 0.5), (-0.22, 0.5), (0.22, 0.5))
+    for x, y in seeds:
         p.oval(x, y, 0.05, 0.07, p.tone(2, "#f0cf6a"))
     for k in range(5):
         p.shape(blade(0.0, -0.62, 0.6, 0.14, 0.15 + 0.71 * k), p.tone(1, "#4f8c3c"))
@@ -333,9 +323,8 @@ def _anchor(p: Pen) -> None:
     p.oval(0.0, -0.75, 0.2, 0.2, color)
     p.line([(0.0, -0.7), (0.0, 0.8)], 0.15, color)
     p.line([(-0.4, -0.4), (0.4, -0.4)], 0.13, color)
-    p.line(
-        [(0.72 * math.cos(t), 0.15 + 0.68 * math.sin(t)) for t in (math.pi * k / 16 for k in range(17))], 0.14, color
-    )
+    arc = [(0.72 * math.cos(t), 0.15 + 0.68 * math.sin(t)) for t in (math.pi * k / 16 for k in range(17))]
+    p.line(arc, 0.14, color)
     for side in (-1, 1):
         p.shape([(0.95 * side, 0.25), (0.72 * side, -0.08), (0.48 * side, 0.25)], color)
 
@@ -386,14 +375,9 @@ def _root(p: Pen) -> None:
 
 def _comb(p: Pen) -> None:
     for x, y in ((-0.5, -0.29), (0.5, -0.29), (0.0, 0.0), (0.0, -0.6), (-0.5, 0.29), (0.5, 0.29), (0.0, 0.6)):
-        p.shape(
-            [(x + 0.32 * math.cos(math.pi * k / 3), y + 0.32 * math.sin(math.pi * k / 3)) for k in range(6)],
-            p.tone(0, "#dd9f1f"),
-        )
-        p.shape(
-            [(x + 0.22 * math.cos(math.pi * k / 3), y + 0.22 * math.sin(math.pi * k / 3)) for k in range(6)],
-            p.tone(1, "#f4cd5a"),
-        )
+        for k, (size, own) in enumerate(((0.32, "#dd9f1f"), (0.22, "#f4cd5a"))):
+            turns = [math.pi * i / 3 for i in range(6)]
+            p.shape([(x + size * math.cos(t), y + size * math.sin(t)) for t in turns], p.tone(k, own))
 
 
 def _carrot(p: Pen) -> None:
@@ -416,15 +400,12 @@ def _cookie(p: Pen) -> None:
 
 
 def _bowl(p: Pen) -> None:
-    p.shape(
-        [(0.82 * math.cos(t), 0.1 + 0.75 * math.sin(t)) for t in (math.pi * k / 20 for k in range(21))],
-        p.tone(0, "#c23f2c"),
-    )
+    half = [(0.82 * math.cos(t), 0.1 + 0.75 * math.sin(t)) for t in (math.pi * k / 20 for k in range(21))]
+    p.shape(half, p.tone(0, "#c23f2c"))
     p.oval(0.0, 0.1, 0.86, 0.17, p.tone(1, "#f0d9a0"))
     p.shape([(-0.3, 0.78), (0.3, 0.78), (0.36, 0.92), (-0.36, 0.92)], p.tone(0, "#c23f2c"))
     for x in (-0.3, 0.05, 0.4):
-        steam = [(x + 0.08 * math.sin(5 * t), -0.15 - 0.65 * t) for t in (k / 10 for k in range(11))]
-        p.line(steam, 0.07, p.tone(2, "#c9b7a0"))
+        p.line(_steam(x, -0.15, 0.65), 0.07, p.tone(2, "#c9b7a0"))
 
 
 def _chicken(p: Pen) -> None:
@@ -481,49 +462,11 @@ def _lime(p: Pen) -> None:
 
 
 MOTIFS: Mapping[str, Callable[[Pen], None]] = {
-    "tomato": _tomato,
-    "olive": _olive,
-    "sun": _sun,
-    "wave": _wave,
-    "bee": _bee,
-    "leaf": _leaf,
-    "cow": _cow,
-    "grain": _grain,
-    "cup": _cup,
-    "lemon": _lemon,
-    "orange": _orange,
-    "lime": _lime,
-    "apple": _apple,
-    "cherry": _cherry,
-    "strawberry": _strawberry,
-    "berry": _berry,
-    "grape": _grape,
-    "mountain": _mountain,
-    "drop": _drop,
-    "star": _star,
-    "flower": _flower,
-    "chili": _chili,
-    "bean": _bean,
-    "pea": _pea,
-    "fish": _fish,
-    "corn": _corn,
-    "peanut": _peanut,
-    "maple": _maple,
-    "hop": _hop,
-    "anchor": _anchor,
-    "crown": _crown,
-    "bubbles": _bubbles,
-    "sticks": _sticks,
-    "pepper": _pepper,
-    "root": _root,
-    "comb": _comb,
-    "carrot": _carrot,
-    "egg": _egg,
-    "cookie": _cookie,
-    "bowl": _bowl,
-    "chicken": _chicken,
-    "mint": _mint,
-    "clove": _clove,
-    "ship": _ship,
-    "tree": _tree,
+    maker.__name__.removeprefix("_"): maker
+    for maker in (
+        *(_tomato, _olive, _sun, _wave, _bee, _leaf, _cow, _grain, _cup, _lemon, _orange, _lime, _apple),
+        *(_cherry, _strawberry, _berry, _grape, _mountain, _drop, _star, _flower, _chili, _bean, _pea, _fish),
+        *(_corn, _peanut, _maple, _hop, _anchor, _crown, _bubbles, _sticks, _pepper, _root, _comb, _carrot),
+        *(_egg, _cookie, _bowl, _chicken, _mint, _clove, _ship, _tree),
+    )
 }

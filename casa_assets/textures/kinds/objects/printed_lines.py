@@ -20,17 +20,11 @@ BLANK = " "
 
 @dataclass(frozen=True)
 class LineInPicture:
-    """A line of letters on the front of a label.
+    """A line of letters on the front of a label."""
 
-    Attributes:
-        text: as it is written.
-        cover: (H, W) share of each pixel that its letters cover, 0..1; row 0 is the upper edge.
-        runs_upwards: its baseline runs upwards.
-    """
-
-    text: str
-    cover: Map
-    runs_upwards: bool
+    text: str  # as it is written
+    cover: Map  # (H, W) share of each pixel that its letters cover, 0..1; row 0 is the upper edge
+    runs_upwards: bool  # its baseline runs upwards
 
 
 def lines_in_picture(p: Label, size_px: tuple[int, int]) -> tuple[LineInPicture, ...]:

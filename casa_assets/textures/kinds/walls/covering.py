@@ -37,40 +37,26 @@ Inks = Annotated[tuple[HexColor, ...], Field(min_length=1, max_length=8)]
 
 
 class PrintedPaper(Record):
-    """Paper with a printed repeat.
+    """Paper with a printed repeat."""
 
-    Attributes:
-        ground: colour of the paper; `inks` are numbered by the repeat from 1.
-        repeat: what is on it; width_m, height_m: size of one repeat, metres.
-        opacity: 0..1, how opaque the inks are; sheen: how much glossier they are; emboss_m: how far they are raised,
-            metres.
-        roughness: 0..1, of the paper.
-    """
-
-    ground: HexColor
-    inks: Inks
-    repeat: PaperRepeat
-    width_m: Annotated[float, Field(gt=0.01, le=1)] = 0.2
-    height_m: Annotated[float, Field(gt=0.01, le=1)] = 0.2
-    opacity: Share = 0.95
-    sheen: Share = 0.1
-    emboss_m: Annotated[float, Field(ge=0, le=0.001)] = 0.00006
-    roughness: Annotated[float, Field(ge=0.05, le=0.98)] = 0.8
+    ground: HexColor = Field(description="of the paper")
+    inks: Inks = Field(description="numbered by the repeat from 1")
+    repeat: PaperRepeat = Field(description="what is on it")
+    width_m: float = Field(0.2, gt=0.01, le=1, description="of one repeat")
+    height_m: float = Field(0.2, gt=0.01, le=1, description="of one repeat")
+    opacity: Share = Field(0.95, description="how opaque the inks are")
+    sheen: Share = Field(0.1, description="how much glossier inks are")
+    emboss_m: float = Field(0.00006, ge=0, le=0.001, description="how far inks are raised")
+    roughness: float = Field(0.8, ge=0.05, le=0.98, description="of the paper")
 
 
 class FoliagePaper(Record):
-    """Paper with plants all over.
+    """Paper with plants all over."""
 
-    Attributes:
-        ground: colour of the paper; inks: of the plants.
-        growth: what grows on it; size_m: length of a leaf or twig, metres.
-        roughness: 0..1.
-    """
-
-    ground: HexColor
-    inks: Inks
-    growth: FoliageKind
-    size_m: Annotated[float, Field(gt=0.02, le=1)] = 0.2
+    ground: HexColor = Field(description="of the paper")
+    inks: Inks = Field(description="of the plants")
+    growth: FoliageKind = Field(description="what grows on it")
+    size_m: float = Field(0.2, gt=0.02, le=1, description="length of a leaf or twig")
     roughness: Annotated[float, Field(ge=0.05, le=0.98)] = 0.8
 
 
@@ -83,18 +69,12 @@ class PaperWeave(StrEnum):
 
 
 class WovenPaper(Record):
-    """A woven wall covering.
+    """A woven wall covering."""
 
-    Attributes:
-        colors: of the blades or threads; ground: what is seen between them.
-        weave: which; thread_m: width of a blade or thread, metres.
-        roughness: 0..1.
-    """
-
-    colors: Inks
-    ground: HexColor
+    colors: Inks = Field(description="of the blades or threads")
+    ground: HexColor = Field(description="what is seen between them")
     weave: PaperWeave
-    thread_m: Annotated[float, Field(gt=0.001, le=0.03)] = 0.003
+    thread_m: float = Field(0.003, gt=0.001, le=0.03, description="width of a blade or thread")
     roughness: Annotated[float, Field(ge=0.05, le=0.98)] = 0.85
 
 
@@ -118,9 +98,8 @@ def paint_printed(params: PrintedPaper, canvas: Canvas, rng: np.random.Generator
         else:
             albedo = blend(albedo, colors[0], share)
             inked = inked * (1.0 - share)
-    return _paper(
-        albedo, inked * np.float32(params.emboss_m), params.roughness - 0.4 * params.sheen * inked, canvas, rng
-    )
+    height, gloss = inked * np.float32(params.emboss_m), params.roughness - 0.4 * params.sheen * inked
+    return _paper(albedo, height, gloss, canvas, rng)
 
 
 def paint_foliage(params: FoliagePaper, canvas: Canvas, rng: np.random.Generator) -> Layers:
@@ -145,11 +124,8 @@ def paint_woven(params: WovenPaper, canvas: Canvas, rng: np.random.Generator) ->
     if params.weave is PaperWeave.RAFFIA:
         pick, height, open_ = _raffia(size, canvas, rng)
     elif params.weave is PaperWeave.GRASS:
-        pick = (
-            0.8 * canvas.noise(size, 0.7, rng)
-            + 0.6 * canvas.noise(2.6 * size, 0.9, rng)
-            + 0.5 * canvas.noise(size, 0.12, rng)
-        )
+        pick = 0.8 * canvas.noise(size, 0.7, rng) + 0.6 * canvas.noise(2.6 * size, 0.9, rng)
+        pick = pick + 0.5 * canvas.noise(size, 0.12, rng)
         height = 0.0002 * pick
         upright = canvas.noise(0.5, 1.6 * size, rng) * canvas.resolved(1.0, size)
         open_ = 0.45 * smoothstep(0.9, 2.2, -canvas.noise(0.8 * size, 0.4, rng)) + 0.10 * smoothstep(0.8, 1.6, upright)
@@ -182,11 +158,8 @@ def _raffia(size: float, canvas: Canvas, rng: np.random.Generator) -> tuple[Map,
     tone = tone + rng.normal(0.0, 1.0, rows).astype(np.float32)[row] * ~upright
     fibre = np.where(upright, canvas.noise(0.2, 0.25 * size, rng), canvas.noise(0.25 * size, 0.2, rng))
     hole = smoothstep(0.40, 0.5, np.abs(across)) * (1.0 - 0.6 * arch)
-    return (
-        np.asarray(0.5 * tone + 0.35 * fibre + 0.5 * (arch - 0.6)),
-        np.asarray(0.12 * size * arch * (1.0 - np.abs(across)) + 0.00003 * fibre),
-        np.asarray(0.9 * hole),
-    )
+    height = np.asarray(0.12 * size * arch * (1.0 - np.abs(across)) + 0.00003 * fibre)
+    return np.asarray(0.5 * tone + 0.35 * fibre + 0.5 * (arch - 0.6)), height, np.asarray(0.9 * hole)
 
 
 PRINTED = TextureKind("printed_paper", PrintedPaper, paint_printed)
@@ -212,20 +185,13 @@ class PlasterFinish(StrEnum):
 
 
 class Plaster(Record):
-    """A plastered wall.
+    """A plastered wall."""
 
-    Attributes:
-        color: in the middle of its range; `second` is the colour of its clouds or strokes.
-        technique: how it was put on.
-        strength: 0..1, how plain to see that is in colour; relief: in depth.
-        roughness: 0..1.
-    """
-
-    color: HexColor
-    second: HexColor
-    technique: PlasterFinish = PlasterFinish.ROLLER
-    strength: Share = 0.5
-    relief: Share = 0.5
+    color: HexColor = Field(description="in the middle of its range")
+    second: HexColor = Field(description="of its clouds or strokes")
+    technique: PlasterFinish = Field(PlasterFinish.ROLLER, description="how it was put on")
+    strength: Share = Field(0.5, description="how plain the technique is to see in colour")
+    relief: Share = Field(0.5, description="the same in depth")
     roughness: Annotated[float, Field(ge=0.05, le=0.98)] = 0.8
 
 
@@ -236,8 +202,7 @@ _Parts = tuple[Map, Map, Map]
 def paint_plaster(params: Plaster, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """Paint one wall."""
     share, depth, gloss = _HANDS[params.technique](canvas, rng)
-    color, second = rgb(params.color), rgb(params.second)
-    albedo = blend(color, second, np.clip(params.strength * share, -0.6, 1.0))
+    albedo = blend(rgb(params.color), rgb(params.second), np.clip(params.strength * share, -0.6, 1.0))
     return Layers.of(albedo, params.relief * depth, np.clip(params.roughness + gloss, 0.05, 1))
 
 
@@ -270,9 +235,8 @@ def _venetian(canvas: Canvas, rng: np.random.Generator) -> _Parts:
         tone = rng.normal(0.0, 1.0, int(owner.max()) + 1).astype(np.float32)[owner]
         stroke = tone * smoothstep(0.0, 0.5, second - first)
         bend = 0.35 * size
-        total += canvas.shifted(
-            np.asarray(stroke), bend * canvas.noise(size, size, rng), 0.6 * bend * canvas.noise(0.8 * size, size, rng)
-        )
+        dx, dy = bend * canvas.noise(size, size, rng), 0.6 * bend * canvas.noise(0.8 * size, size, rng)
+        total += canvas.shifted(np.asarray(stroke), dx, dy)
     cloud = standardize(total) + 0.7 * canvas.noise(0.5, 0.5, rng, 4)
     streak = canvas.noise(0.02, 0.2, rng, 3)
     share = 0.55 * cloud + 0.12 * streak
@@ -294,11 +258,8 @@ def _tadelakt(canvas: Canvas, rng: np.random.Generator) -> _Parts:
     cloud = 0.8 * canvas.noise(0.35, 0.35, rng, 6) + 0.5 * canvas.noise(0.07, 0.09, rng, 4)
     stone = canvas.noise(0.035, 0.05, rng, 2)
     pit = smoothstep(2.2, 2.8, canvas.noise(0.007, 0.007, rng) + 0.6 * cloud)
-    return (
-        0.55 * cloud + 0.1 * stone + 0.7 * pit,
-        np.asarray(0.0003 * stone + 0.0005 * cloud - 0.0006 * pit),
-        0.06 * cloud,
-    )
+    depth = np.asarray(0.0003 * stone + 0.0005 * cloud - 0.0006 * pit)
+    return 0.55 * cloud + 0.1 * stone + 0.7 * pit, depth, 0.06 * cloud
 
 
 def _stucco(canvas: Canvas, rng: np.random.Generator) -> _Parts:
@@ -327,24 +288,13 @@ def _clay(canvas: Canvas, rng: np.random.Generator) -> _Parts:
         bend = 0.012 * canvas.noise(0.05, 0.05, rng)
         fibre = canvas.shifted(fibre, bend, -bend) * canvas.resolved(0.003, 0.003)
         straw = np.maximum(straw, smoothstep(1.5, 2.1, fibre))
-    return (
-        0.35 * cloud + 0.15 * grain - 1.1 * straw,
-        np.asarray(0.0005 * cloud + 0.0002 * grain + 0.0003 * straw),
-        0.0 * straw,
-    )
+    depth = np.asarray(0.0005 * cloud + 0.0002 * grain + 0.0003 * straw)
+    return 0.35 * cloud + 0.15 * grain - 1.1 * straw, depth, 0.0 * straw
 
 
 _HANDS: dict[PlasterFinish, Callable[[Canvas, np.random.Generator], _Parts]] = {
-    PlasterFinish.ROLLER: _roller,
-    PlasterFinish.SAND: _sand,
-    PlasterFinish.SKIP_TROWEL: _skip_trowel,
-    PlasterFinish.VENETIAN: _venetian,
-    PlasterFinish.LIMEWASH: _limewash,
-    PlasterFinish.TADELAKT: _tadelakt,
-    PlasterFinish.STUCCO: _stucco,
-    PlasterFinish.COMBED: _combed,
-    PlasterFinish.CLAY: _clay,
+    PlasterFinish(maker.__name__.removeprefix("_")): maker
+    for maker in (_roller, _sand, _skip_trowel, _venetian, _limewash, _tadelakt, _stucco, _combed, _clay)
 }
 
 PLASTER = TextureKind("plaster", Plaster, paint_plaster)
-"""Kind of plastered walls."""

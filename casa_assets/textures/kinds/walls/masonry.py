@@ -38,34 +38,22 @@ class ColorAssignment(StrEnum):
 
 
 class CeramicTile(Record):
-    """Tiles.
-
-    Attributes:
-        laying, joint: how they lie and what is between them.
-        colors: of the glaze; `color_order` says which piece gets which.
-        variety: 0..1, how much pieces of one colour differ in tone.
-        glaze_pooling: 0..1, how unevenly the glaze flowed within a piece; where it is thin, `body` shows through.
-        body: colour of the clay under the glaze.
-        tilt: standard deviation of the slope of a piece, metres a metre.
-        wave_m: height of the waves in the glaze, metres.
-        crackle: 0..1, how plain the net of fine cracks is.
-        speckle: 0..1, share of small dark specks.
-        rib_count: relief lines along each piece; 0 for none.
-        roughness: 0..1; metallic: 0..1.
-    """
+    """Tiles."""
 
     laying: Laying
     joint: Joint = Joint()
-    colors: Annotated[tuple[HexColor, ...], Field(min_length=1, max_length=12)]
-    color_order: ColorAssignment = ColorAssignment.LOT
-    variety: Share = 0.25
-    glaze_pooling: Share = 0.2
-    body: HexColor = "#cdb8a0"
-    tilt: Annotated[float, Field(ge=0, le=0.05)] = 0.002
-    wave_m: Annotated[float, Field(ge=0, le=0.001)] = 0.00003
-    crackle: Share = 0.0
-    speckle: Share = 0.0
-    rib_count: Annotated[int, Field(ge=0, le=16)] = 0
+    colors: tuple[HexColor, ...] = Field(min_length=1, max_length=12, description="of the glaze")
+    color_order: ColorAssignment = Field(ColorAssignment.LOT, description="which piece gets which colour")
+    variety: Share = Field(0.25, description="how much pieces of one colour differ in tone")
+    glaze_pooling: Share = Field(
+        0.2, description="how unevenly the glaze flowed; where it is thin, `body` shows through"
+    )
+    body: HexColor = Field("#cdb8a0", description="colour of the clay under the glaze")
+    tilt: float = Field(0.002, ge=0, le=0.05, description="standard deviation of the slope of a piece, metres a metre")
+    wave_m: float = Field(0.00003, ge=0, le=0.001, description="height of the waves in the glaze")
+    crackle: Share = Field(0.0, description="how plain the net of fine cracks is")
+    speckle: Share = Field(0.0, description="share of small dark specks")
+    rib_count: int = Field(0, ge=0, le=16, description="relief lines along each piece; 0: none")
     roughness: Annotated[float, Field(ge=0.04, le=0.95)] = 0.14
     metallic: Share = 0.0
 
@@ -77,7 +65,7 @@ def paint_ceramic(params: CeramicTile, canvas: Canvas, rng: np.random.Generator)
     number, tone = colors_of(params.color_order, len(params.colors), pieces, rng), stratified(pieces.count, rng)
     glaze = read_per_piece(canvas.noise(0.035, 0.035, rng, 4), canvas, pieces, rng)
     albedo = rgb_table(params.colors)[number][pieces.owner]
-    shade = 1.0 + params.variety * 0.13 * tone.astype(np.float32)[pieces.owner] + params.glaze_pooling * 0.045 * glaze
+    shade = 1.0 + params.variety * 0.13 * pieces.read(tone) + params.glaze_pooling * 0.045 * glaze
     albedo = albedo * shade[..., None]
     if params.glaze_pooling > 0:
         # Glaze draws back from the rim and gathers in low spots.
@@ -120,7 +108,7 @@ def _relief(params: CeramicTile, pieces: PieceMap, glaze: Map, rng: np.random.Ge
     height = slope[0][pieces.owner] * pieces.u_m + slope[1][pieces.owner] * pieces.v_m
     height = height + np.float32(params.wave_m) * glaze
     if params.rib_count:
-        across = pieces.u_m / pieces.half_m[:, 0].astype(np.float32)[pieces.owner]
+        across = pieces.u_m / pieces.read(pieces.half_m[:, 0])
         height = height + 0.0022 * np.abs(np.sin(np.pi / 2 * params.rib_count * (across + 1.0)))
     return np.asarray(height, dtype=np.float32)
 
@@ -133,39 +121,26 @@ def _cracks(canvas: Canvas, rng: np.random.Generator) -> Map:
 
 
 CERAMIC = TextureKind("ceramic_tile", CeramicTile, paint_ceramic)
-"""Kind of tile."""
 
 # Clay -----------------------------------------------------------------------------------------------------------------
 # Fired clay: bricks and terracotta, bare, limewashed, painted, reclaimed.
 
 
 class FiredClay(Record):
-    """Bricks or unglazed tiles.
-
-    Attributes:
-        laying, joint: how they lie and what is between them.
-        colors: of the fired clay; `color_order` says which piece gets which.
-        variety: 0..1, how much pieces of one colour differ.
-        mottle: 0..1, clouds of stronger and weaker fire within a piece.
-        kiln_marks: 0..1, dark ends and patches of the kiln.
-        relief_m: relief of the face, metres; protrusion_m: how far pieces protrude, standard deviation, metres.
-        coat_color, coat_share: a coat of lime over all, 0..1 how much of the wall it still hides.
-        paint_share: 0..1, how much the coat is paint, which covers the joints too.
-        roughness: 0..1.
-    """
+    """Bricks or unglazed tiles."""
 
     laying: Laying
     joint: Joint = Joint(width_m=0.01, depth_m=0.004, rim_noise_m=0.002)
-    colors: Annotated[tuple[HexColor, ...], Field(min_length=1, max_length=12)]
-    color_order: ColorAssignment = ColorAssignment.LOT
-    variety: Share = 0.4
-    mottle: Share = 0.4
-    kiln_marks: Share = 0.0
-    relief_m: Annotated[float, Field(ge=0, le=0.005)] = 0.0005
-    protrusion_m: Annotated[float, Field(ge=0, le=0.005)] = 0.0006
-    coat_color: HexColor = "#eeeae1"
-    coat_share: Share = 0.0
-    paint_share: Share = 0.0
+    colors: tuple[HexColor, ...] = Field(min_length=1, max_length=12, description="of the fired clay")
+    color_order: ColorAssignment = Field(ColorAssignment.LOT, description="which piece gets which colour")
+    variety: Share = Field(0.4, description="how much pieces of one colour differ")
+    mottle: Share = Field(0.4, description="clouds of stronger and weaker fire within a piece")
+    kiln_marks: Share = Field(0.0, description="dark ends and patches of the kiln")
+    relief_m: float = Field(0.0005, ge=0, le=0.005, description="relief of the face")
+    protrusion_m: float = Field(0.0006, ge=0, le=0.005, description="standard deviation of how far pieces protrude")
+    coat_color: HexColor = Field("#eeeae1", description="of a coat of lime over all")
+    coat_share: Share = Field(0.0, description="how much of the wall the coat still hides")
+    paint_share: Share = Field(0.0, description="how much the coat is paint, which covers the joints too")
     roughness: Annotated[float, Field(ge=0.1, le=0.98)] = 0.85
 
 
@@ -176,13 +151,13 @@ def paint_clay(params: FiredClay, canvas: Canvas, rng: np.random.Generator) -> L
     number, tone = colors_of(params.color_order, len(params.colors), pieces, rng), stratified(pieces.count, rng)
     cloud = read_per_piece(canvas.noise(0.06, 0.06, rng, 5), canvas, pieces, rng)
     grit = canvas.resolved(0.004, 0.004) * canvas.noise(0.004, 0.004, rng) + 0.6 * canvas.noise(0.011, 0.011, rng, 2)
-    shade = 1.0 + params.variety * 0.17 * tone.astype(np.float32)[pieces.owner]
+    shade = 1.0 + params.variety * 0.17 * pieces.read(tone)
     shade = shade + params.mottle * 0.10 * cloud + 0.018 * grit
     albedo = rgb_table(params.colors)[number][pieces.owner] * shade[..., None]
     if params.kiln_marks > 0:
         dark = _burnt(pieces, cloud, rng) * params.kiln_marks
         albedo = albedo * (1.0 - np.array([0.55, 0.5, 0.42], dtype=np.float32) * dark[..., None])
-    proud = (rng.normal(0.0, 1.0, pieces.count).clip(-2, 2) * params.protrusion_m).astype(np.float32)[pieces.owner]
+    proud = pieces.read(rng.normal(0.0, 1.0, pieces.count).clip(-2, 2) * params.protrusion_m)
     lumps = 0.5 * grit + 0.6 * cloud - 1.2 * smoothstep(1.6, 2.3, cloud + 0.5 * grit)
     height = (proud + params.relief_m * 0.4 * lumps).astype(np.float32)
     gloss = np.broadcast_to(np.float32(params.roughness), canvas.size_px) + np.float32(0.03) * cloud
@@ -192,9 +167,9 @@ def paint_clay(params: FiredClay, canvas: Canvas, rng: np.random.Generator) -> L
 
 def _burnt(pieces: PieceMap, cloud: Map, rng: np.random.Generator) -> Map:
     """Mask 0..1: dark toward one end of some bricks, as they lay in the kiln."""
-    lean = rng.normal(0.0, 1.0, pieces.count).astype(np.float32)[pieces.owner]
-    share = stratified(pieces.count, rng).astype(np.float32)[pieces.owner]
-    along = pieces.v_m / pieces.half_m[:, 1].astype(np.float32)[pieces.owner]
+    lean = pieces.read(rng.normal(0.0, 1.0, pieces.count))
+    share = pieces.read(stratified(pieces.count, rng))
+    along = pieces.v_m / pieces.read(pieces.half_m[:, 1])
     return smoothstep(0.6, 2.2, along * lean + 1.3 * share + 0.4 * cloud)
 
 
@@ -216,36 +191,24 @@ def _coated(params: FiredClay, laid: Layers, rim_m: Map, grit: Map, canvas: Canv
 
 
 CLAY = TextureKind("fired_clay", FiredClay, paint_clay)
-"""Kind of brick."""
 
 # Stonework ------------------------------------------------------------------------------------------------------------
 # Walls of rough stone: ledgestone, fieldstone, ashlar.
 
 
 class Stonework(Record):
-    """A wall of stones.
-
-    Attributes:
-        laying, joint: how they lie and what is between them.
-        colors: of the stones, drawn with equal odds; `stain` gathers on parts of them.
-        variety: 0..1, how much stones of one colour differ.
-        stain_share: 0..1, share of the face that leans to the stain.
-        layered: 0..1, strength of the lines along a stone.
-        relief_m: relief of a face, metres; protrusion_m: how far stones protrude, standard deviation, metres.
-        rim_rounding_m: how far a face falls off toward its rim, metres.
-        roughness: 0..1.
-    """
+    """A wall of stones."""
 
     laying: Laying
     joint: Joint = Joint(width_m=0.012, depth_m=0.006, rim_noise_m=0.004)
-    colors: Annotated[tuple[HexColor, ...], Field(min_length=1, max_length=12)]
-    stain: HexColor = "#8a6a48"
-    variety: Share = 0.5
-    stain_share: Share = 0.2
-    layered: Share = 0.2
-    relief_m: Annotated[float, Field(ge=0, le=0.02)] = 0.003
-    protrusion_m: Annotated[float, Field(ge=0, le=0.02)] = 0.003
-    rim_rounding_m: Annotated[float, Field(ge=0, le=0.02)] = 0.004
+    colors: tuple[HexColor, ...] = Field(min_length=1, max_length=12, description="drawn with equal odds")
+    stain: HexColor = Field("#8a6a48", description="gathers on parts of the stones")
+    variety: Share = Field(0.5, description="how much stones of one colour differ")
+    stain_share: Share = Field(0.2, description="share of the face that leans to the stain")
+    layered: Share = Field(0.2, description="strength of the lines along a stone")
+    relief_m: float = Field(0.003, ge=0, le=0.02, description="relief of a face")
+    protrusion_m: float = Field(0.003, ge=0, le=0.02, description="standard deviation of how far stones protrude")
+    rim_rounding_m: float = Field(0.004, ge=0, le=0.02, description="how far a face falls off toward its rim")
     roughness: Annotated[float, Field(ge=0.1, le=0.98)] = 0.85
 
 
@@ -260,29 +223,24 @@ def paint_stonework(params: Stonework, canvas: Canvas, rng: np.random.Generator)
     lines = read_per_piece(canvas.shifted(lines, 0.0 * bend, bend), canvas, pieces, rng)
     grit = canvas.noise(0.006, 0.006, rng, 2)
     crack = 1.0 - smoothstep(0.0, 0.16, np.abs(read_per_piece(canvas.noise(0.06, 0.09, rng, 3), canvas, pieces, rng)))
-    shade = 1.0 + params.variety * 0.24 * tone.astype(np.float32)[pieces.owner] + 0.07 * rock + 0.024 * grit
+    shade = 1.0 + params.variety * 0.24 * pieces.read(tone) + 0.07 * rock + 0.024 * grit
     shade = shade + 0.08 * params.layered * lines - 0.10 * crack * (1.0 - params.layered)
     albedo = rgb_table(params.colors)[number][pieces.owner] * shade[..., None]
     if params.stain_share > 0:
-        bias = stratified(pieces.count, rng).astype(np.float32)[pieces.owner]
+        bias = pieces.read(stratified(pieces.count, rng))
         edge = 2.2 - 3.6 * params.stain_share
         share = smoothstep(edge, edge + 1.8, read_per_piece(rock, canvas, pieces, rng) + 0.9 * bias)
         albedo = blend(albedo, rgb(params.stain) * shade[..., None], 0.65 * share)
     dome = 1.0 - np.exp(-np.maximum(rim_m, 0.0) / 0.018)
-    out = (rng.normal(0.0, 1.0, pieces.count).clip(-1.6, 2) * params.protrusion_m).astype(np.float32)[pieces.owner]
+    out = pieces.read(rng.normal(0.0, 1.0, pieces.count).clip(-1.6, 2) * params.protrusion_m)
     # Split faces are flats that meet in edges, not dunes.
     facets = np.abs(rock) * 0.9 - np.abs(read_per_piece(canvas.noise(0.05, 0.05, rng, 2), canvas, pieces, rng)) * 0.6
-    height = (
-        out
-        + params.rim_rounding_m * dome
-        + params.relief_m * (0.45 * facets + 0.10 * grit + 0.25 * params.layered * lines)
-    )
+    face_m = params.relief_m * (0.45 * facets + 0.10 * grit + 0.25 * params.layered * lines)
+    height = out + params.rim_rounding_m * dome + face_m
     # Little light reaches the foot of a deep joint.
     albedo = albedo * (0.62 + 0.38 * smoothstep(-0.001, 0.008, rim_m))[..., None]
     gloss = np.broadcast_to(np.float32(params.roughness), canvas.size_px) + np.float32(0.03) * rock
-    face = Layers.of(albedo, height, gloss)
-    return fill(face, params.joint, rim_m, canvas, rng)
+    return fill(Layers.of(albedo, height, gloss), params.joint, rim_m, canvas, rng)
 
 
 STONEWORK = TextureKind("stonework", Stonework, paint_stonework)
-"""Kind of walls of rough stone."""

@@ -30,31 +30,19 @@ class BoardProfile(StrEnum):
 
 
 class PaintedBoards(Record):
-    """A panelled wall that is painted.
+    """A panelled wall that is painted."""
 
-    Attributes:
-        color: of the paint; `ground` what is seen between slats.
-        profile: of the edges.
-        pitch_m: from board to board, metres.
-        gap_m: width of groove, batten or opening, metres; depth_m: its depth.
-        horizontal: boards run along u, not along v.
-        grain: 0..1, how much of the wood shows in the relief of the paint; wear: how far it is rubbed off.
-        bare_color: colour of the wood where it is.
-        variety: 0..1, how much boards differ.
-        roughness: 0..1.
-    """
-
-    color: HexColor
-    ground: HexColor = "#242220"
-    profile: BoardProfile
-    pitch_m: Annotated[float, Field(gt=0.01, le=1)] = 0.1
-    gap_m: Annotated[float, Field(gt=0.001, le=0.2)] = 0.004
-    depth_m: Annotated[float, Field(gt=0, le=0.03)] = 0.004
-    horizontal: bool = False
-    grain: Share = 0.25
-    wear: Share = 0.0
-    bare_color: HexColor = "#a98a63"
-    variety: Share = 0.2
+    color: HexColor = Field(description="of the paint")
+    ground: HexColor = Field("#242220", description="between slats")
+    profile: BoardProfile = Field(description="of the edges")
+    pitch_m: float = Field(0.1, gt=0.01, le=1, description="from board to board")
+    gap_m: float = Field(0.004, gt=0.001, le=0.2, description="width of groove, batten or opening")
+    depth_m: float = Field(0.004, gt=0, le=0.03, description="of groove, batten or opening")
+    horizontal: bool = Field(False, description="boards run along u, not along v")
+    grain: Share = Field(0.25, description="how much of the wood shows in the relief of the paint")
+    wear: Share = Field(0.0, description="how far the paint is rubbed off")
+    bare_color: HexColor = Field("#a98a63", description="of the wood where it is bare")
+    variety: Share = Field(0.2, description="how much boards differ")
     roughness: Annotated[float, Field(ge=0.05, le=0.95)] = 0.5
 
 
@@ -73,28 +61,23 @@ def _upright(params: PaintedBoards, canvas: Canvas, rng: np.random.Generator) ->
     edge = pitch / 2 - off
     height, groove, open_ = _profile(params, edge, pitch, canvas.pixel_width_m)
     lines = canvas.noise(0.5, 0.004, rng) + 0.6 * canvas.noise(0.9, 0.012, rng)
-    lines = canvas.shifted(
-        lines, np.zeros_like(x), rng.random(count).astype(np.float32)[board] * np.float32(canvas.tile_m[1])
-    )
+    drop = rng.random(count).astype(np.float32)[board] * np.float32(canvas.tile_m[1])
+    lines = canvas.shifted(lines, np.zeros_like(x), drop)
     brush = canvas.noise(0.35, 0.0025, rng) * canvas.resolved(1.0, 0.0025)
     tone = stratified(count, rng).astype(np.float32)[board]
     shade = 1.0 + 0.05 * params.variety * tone + 0.010 * lines + 0.006 * brush + 0.012 * canvas.noise(0.5, 0.3, rng, 3)
     albedo = rgb(params.color) * (shade * (1.0 - 0.28 * groove))[..., None]
     if params.wear > 0:
         start = 2.5 - 1.6 * params.wear
-        rubbed = smoothstep(start, start + 0.6, _rubbed(canvas, lines, edge, rng))
+        # Along the grain, more at the edges of a board.
+        worn = 0.9 * canvas.noise(0.3, 0.08, rng, 4) + 0.7 * lines + 1.2 * np.exp(-edge / 0.006)
+        rubbed = smoothstep(start, start + 0.6, np.asarray(worn, dtype=np.float32))
         bare = rgb(params.bare_color) * (1.0 + 0.07 * lines)[..., None]
         albedo = blend(albedo, bare, rubbed * (1 - groove))
     albedo = blend(albedo, rgb(params.ground), open_)
     relief = height + params.grain * (0.00012 * lines + 0.00004 * brush) * (1.0 - open_)
     rough = params.roughness + 0.02 * lines + 0.25 * open_ + 0.1 * groove
     return Layers.of(albedo, relief, rough)
-
-
-def _rubbed(canvas: Canvas, lines: Map, edge_m: Array, rng: np.random.Generator) -> Map:
-    """Wear: along the grain, more at the edges of a board."""
-    rims = np.exp(-edge_m / 0.006)
-    return np.asarray(0.9 * canvas.noise(0.3, 0.08, rng, 4) + 0.7 * lines + 1.2 * rims, dtype=np.float32)
 
 
 def _profile(params: PaintedBoards, edge: Array, pitch: float, pixel: float) -> tuple[Array, Array, Array]:
@@ -136,7 +119,6 @@ def _profile(params: PaintedBoards, edge: Array, pitch: float, pixel: float) -> 
 
 
 BOARDS = TextureKind("painted_boards", PaintedBoards, paint_boards)
-"""Kind of painted panelling."""
 
 # Cast -----------------------------------------------------------------------------------------------------------------
 # Cast and pressed walls: concrete smooth, in panels or from boards; cork; tin ceiling panels; microcement.
@@ -151,23 +133,15 @@ class Formwork(StrEnum):
 
 
 class Concrete(Record):
-    """Concrete.
+    """Concrete."""
 
-    Attributes:
-        color, second: of the cement and of its clouds.
-        formwork: what it was poured against.
-        formwork_unit_m: width of a board or height of a plate, metres; a plate is twice as wide.
-        cloudy: 0..1, how blotchy it is; holes: share of bubbles; trowel_marks: arcs of the trowel, as on a floor.
-        roughness: 0..1.
-    """
-
-    color: HexColor
-    second: HexColor
-    formwork: Formwork = Formwork.SMOOTH
-    formwork_unit_m: Annotated[float, Field(gt=0.05, le=2)] = 0.6
-    cloudy: Share = 0.5
-    holes: Share = 0.3
-    trowel_marks: Share = 0.0
+    color: HexColor = Field(description="of the cement")
+    second: HexColor = Field(description="of its clouds")
+    formwork: Formwork = Field(Formwork.SMOOTH, description="what it was poured against")
+    formwork_unit_m: float = Field(0.6, gt=0.05, le=2, description="width of a board, height of a plate")
+    cloudy: Share = Field(0.5, description="how blotchy it is")
+    holes: Share = Field(0.3, description="share of bubbles")
+    trowel_marks: Share = Field(0.0, description="arcs of the trowel, as on a floor")
     roughness: Annotated[float, Field(ge=0.05, le=0.95)] = 0.7
 
 
@@ -176,9 +150,8 @@ def paint_concrete(params: Concrete, canvas: Canvas, rng: np.random.Generator) -
     cloud = 0.7 * canvas.noise(0.5, 0.45, rng, 6) + 0.5 * canvas.noise(0.08, 0.10, rng, 5)
     fine = canvas.noise(0.006, 0.006, rng, 2)
     # Trowel arcs: streaks of a noise that is bent round and round.
-    arcs = canvas.shifted(
-        canvas.noise(0.02, 0.24, rng, 2), 0.11 * canvas.noise(0.4, 0.4, rng), 0.11 * canvas.noise(0.4, 0.4, rng)
-    )
+    arcs, dx, dy = canvas.noise(0.02, 0.24, rng, 2), canvas.noise(0.4, 0.4, rng), canvas.noise(0.4, 0.4, rng)
+    arcs = canvas.shifted(arcs, 0.11 * dx, 0.11 * dy)
     share = 0.40 * params.cloudy * cloud + 0.06 * fine + 0.28 * params.trowel_marks * arcs
     hole = _bubbles(params.holes, canvas, rng)
     height = 0.0001 * cloud + 0.00004 * fine - 0.0018 * hole
@@ -189,8 +162,7 @@ def paint_concrete(params: Concrete, canvas: Canvas, rng: np.random.Generator) -
         joint, tie, tone = _plates(params, canvas, canvas.pixel_m, rng)
         share, height = share + 0.22 * tone, height - 0.004 * joint - 0.012 * tie
         dark = np.maximum(dark, np.maximum(0.45 * joint, 0.6 * tie))
-    color, second = rgb(params.color), rgb(params.second)
-    albedo = (blend(color, second, np.clip(share, -0.8, 1.2))) * (1.0 - dark)[..., None]
+    albedo = blend(rgb(params.color), rgb(params.second), np.clip(share, -0.8, 1.2)) * (1.0 - dark)[..., None]
     rough = params.roughness + 0.05 * cloud * params.cloudy + 0.15 * (hole > 0.5) + 0.05 * params.trowel_marks * arcs
     return Layers.of(albedo, height, rough)
 
@@ -239,19 +211,13 @@ def _plates(params: Concrete, canvas: Canvas, pixel: float, rng: np.random.Gener
 
 
 class PressedTin(Record):
-    """Pressed metal plates.
+    """Pressed metal plates."""
 
-    Attributes:
-        color: of the metal or of the paint on it; `hollow_color` gathers in the hollows.
-        plate_m: side of a plate, metres. rings: how many mouldings frame its middle; petals: of the flower in it.
-        metallic: 0..1; roughness: 0..1.
-    """
-
-    color: HexColor
-    hollow_color: HexColor
-    plate_m: Annotated[float, Field(gt=0.1, le=1)] = 0.3
-    rings: Annotated[int, Field(ge=1, le=5)] = 2
-    petals: Annotated[int, Field(ge=0, le=16)] = 8
+    color: HexColor = Field(description="of the metal or of the paint on it")
+    hollow_color: HexColor = Field(description="gathers in the hollows")
+    plate_m: float = Field(0.3, gt=0.1, le=1, description="side of a plate")
+    rings: int = Field(2, ge=1, le=5, description="mouldings that frame the middle")
+    petals: int = Field(8, ge=0, le=16, description="of the flower in the middle")
     metallic: Share = 0.0
     roughness: Annotated[float, Field(ge=0.05, le=0.95)] = 0.4
 
@@ -275,8 +241,7 @@ def paint_tin(params: PressedTin, canvas: Canvas, rng: np.random.Generator) -> L
     dent = canvas.noise(0.12, 0.12, rng, 2)
     tone = canvas.noise(0.25, 0.25, rng, 4)
     hollow = smoothstep(0.35, -0.05, height) * (0.6 + 0.25 * tone)
-    color, low = rgb(params.color), rgb(params.hollow_color)
-    albedo = blend(color, low, np.clip(0.7 * hollow, 0, 1))
+    albedo = blend(rgb(params.color), rgb(params.hollow_color), np.clip(0.7 * hollow, 0, 1))
     return Layers.of(
         albedo * (1.0 + 0.025 * tone - 0.3 * seam)[..., None],
         0.005 * height + 0.00012 * dent - 0.001 * seam,

@@ -1,4 +1,4 @@
-"""What is read of TIFF and PNG of 16 bits: the numbers that were written, within bounds that the header tells."""
+"""Materials with their maps, the numbers that are read of TIFF and PNG of 16 bits, and pictures made smaller."""
 
 from __future__ import annotations
 
@@ -15,9 +15,18 @@ from casa_assets.errors import Rejected
 from casa_assets.model.registry.rows import Surface
 from casa_assets.pipeline.textures.packs.ingest import PackOptions, ingest_pack
 from casa_assets.textures.finish import normals
-from casa_assets.textures.packs.entry import MAX_SIDE_PX, MapRole, Pack, PackPicture, PictureDescription
+from casa_assets.textures.packs.entry import (
+    MAX_SIDE_PX,
+    MapRole,
+    Pack,
+    PackPicture,
+    PictureDescription,
+    PictureRejection,
+    group_maps,
+    name_and_role,
+)
 from casa_assets.textures.packs.pictures import GivenMaps, decode, decode_map, finish_of_tile, pixels_of, png, tile
-from tests.pictures import deep_png, encoded, relief, tiff, tiling
+from tests.pictures import deep_png, encoded, pixels, relief, tiff, tiling
 
 pytestmark = [
     pytest.mark.content("code", "textures.packs", keep=0),
@@ -99,10 +108,12 @@ def test_what_cannot_be_read_is_told_before_it_is_unpacked(subtests: pytest.Subt
 
 
 def test_any_cut_of_a_file_is_refused_and_raises_nothing_else() -> None:
-    for whole in (tiff(deep(RAMP)), deep_png(deep(RAMP))):
-        for share in (0.0, 0.0001, 0.001, 0.3, 0.9):
+    kinds = [encoded(pixels(), kind) for kind in ("PNG", "JPEG", "WEBP")]
+    for whole in (tiff(deep(RAMP)), deep_png(deep(RAMP)), *kinds):
+        for share in (0.0, 0.0001, 0.001, 0.01, 0.3, 0.7):
             with pytest.raises(Rejected, match="PCK00"):
                 decode(whole[: int(len(whole) * share)])
+    assert [decode(whole).pixels.shape for whole in kinds] == [(520, 520, 3)] * 3
 
 
 def test_heights_keep_16_bits() -> None:
@@ -111,12 +122,19 @@ def test_heights_keep_16_bits() -> None:
     assert np.abs(pixels_of(png(image)) - image).max() > WORD
 
 
+def grey(value: float) -> bytes:
+    return encoded(np.full((512, 512), round(value * 255), np.uint8))
+
+
+NORMALS = normals(relief() * 0.004, (1.0, 1.0))
+MAPS = {"height__png": grey(0.5), "normal__png": encoded(NORMALS), "roughness__png": grey(0.3)}
+
+
 def material(folder: Path, **maps: bytes) -> Path:
-    """A colour, and maps in other formats (`normal__tif` -> bytes)."""
+    """A folder with a colour and maps of one material (`normal__tif` -> bytes)."""
     folder.mkdir(parents=True)
-    (folder / "slab_color.jpg").write_bytes(encoded(tiling(), "JPEG"))
-    for name, data in maps.items():
-        (folder / f"slab_{name.replace('__', '.')}").write_bytes(data)
+    for name, data in {"color__png": encoded(tiling(2)), **maps}.items():
+        (folder / f"Bricks_{name.replace('__', '.')}").write_bytes(data)
     return folder
 
 
@@ -134,7 +152,7 @@ def test_maps_of_other_formats_are_used_as_if_they_were_png(tmp_path: Path) -> N
     one = np.ones((512, 512), np.float32)
     source = material(
         tmp_path / "in",
-        normal__png=encoded(normals(relief() * 0.004, (1.0, 1.0))),
+        normal__png=encoded(NORMALS),
         roughness__png=deep_png(deep(one * 0.3)),
         metalness__tif=tiff(deep(one)),
         height__tiff=tiff(relief() * 0.01),
@@ -143,22 +161,20 @@ def test_maps_of_other_formats_are_used_as_if_they_were_png(tmp_path: Path) -> N
     (picture,) = pack.pictures
     assert (pack.refused, picture.derived, picture.notes, picture.faults) == ((), (), (), ())
     assert picture.given == {
-        "height": "slab_height.tiff",
-        "metalness": "slab_metalness.tif",
-        "normal": "slab_normal.png",
-        "roughness": "slab_roughness.png",
+        "height": "Bricks_height.tiff",
+        "metalness": "Bricks_metalness.tif",
+        "normal": "Bricks_normal.png",
+        "roughness": "Bricks_roughness.png",
     }
     gloss = plane(picture, tmp_path / "lib", 2)
     assert gloss[..., 1:].mean(axis=(0, 1)) == pytest.approx([0.3, 1.0], abs=0.01)
 
 
 def test_of_two_files_of_one_map_a_picture_of_8_bits_is_read(tmp_path: Path) -> None:
-    grey = np.full((512, 512), 77, np.uint8)
     one = np.ones((512, 512), np.float32)
-    (picture,) = taken(
-        material(tmp_path / "in", roughness__tif=tiff(one), roughness__png=encoded(grey)), tmp_path / "lib"
-    ).pictures
-    assert picture.given == {"roughness": "slab_roughness.png"}
+    source = material(tmp_path / "in", roughness__tif=tiff(one), roughness__png=grey(0.3))
+    (picture,) = taken(source, tmp_path / "lib").pictures
+    assert picture.given == {"roughness": "Bricks_roughness.png"}
 
 
 def test_normals_of_heights_of_16_bits_are_no_stairs() -> None:
@@ -175,3 +191,86 @@ def test_normals_of_heights_of_16_bits_are_no_stairs() -> None:
         assert texture is not None
         steps[name] = float(np.abs(np.diff(pixels_of(texture.png)[..., 0], axis=1)).max())
     assert steps["deep"] < 0.8 * steps["flat"]
+
+
+def test_names_of_maps() -> None:
+    for name, expected in [
+        ("Bricks001_Color.jpg", ("bricks001", MapRole.COLOR)),
+        ("brick_wall_02_normal.png", ("brick_wall_02", MapRole.NORMAL)),
+        ("a/oak_metalness.tif", ("oak", MapRole.METALNESS)),
+        ("a farm.png", None),
+        ("color.png", None),
+    ]:
+        assert name_and_role(name) == expected
+    # Pictures that are called like maps are pictures.
+    found = group_maps(["a/old_metal.png", "a/rusty_color.png", "b/rusty_roughness.png"])
+    assert [(one.name, list(one.maps)) for one in found] == [
+        ("old_metal", [MapRole.COLOR]),
+        ("rusty_color", [MapRole.COLOR]),
+        ("rusty_roughness", [MapRole.COLOR]),
+    ]
+
+
+def test_a_material_with_its_maps(tmp_path: Path) -> None:
+    pack = taken(material(tmp_path / "in", **MAPS), tmp_path / "lib")
+    (picture,) = pack.pictures
+    assert pack.refused == ()
+    assert (picture.id, picture.source) == ("p_bricks", "Bricks_color.png")
+    assert picture.given == {
+        "height": "Bricks_height.png",
+        "normal": "Bricks_normal.png",
+        "roughness": "Bricks_roughness.png",
+    }
+    assert picture.derived == ()
+    assert not picture.repaired
+    assert picture.faults == ()
+    rough = plane(picture, tmp_path / "lib", 2)
+    assert rough[..., 1] == pytest.approx(np.full(rough.shape[:2], 0.3), abs=0.01)
+    assert rough[..., 2].max() == 0
+    shown = plane(picture, tmp_path / "lib", 1) * 2 - 1
+    wanted = NORMALS.astype(np.float64) / 127.5 - 1
+    mean = wanted.reshape(256, 2, 256, 2, 3).mean(axis=(1, 3))
+    assert np.abs(shown - mean).mean() < 0.03
+    assert np.corrcoef(shown[..., 1].ravel(), mean[..., 1].ravel())[0, 1] > 0.99
+
+
+def test_maps_that_do_not_fit_are_left_out_with_a_note(tmp_path: Path) -> None:
+    unfit = {"roughness__png": encoded(pixels(1, 1024, 600)), "metalness__png": b"no picture"}
+    source = material(tmp_path / "in", **MAPS | unfit)
+    (picture,) = taken(source, tmp_path / "lib").pictures
+    assert sorted(picture.given) == ["height", "normal"]
+    assert [note.partition(" was")[0] for note in picture.notes] == [
+        "its map of the metalness",
+        "its map of the roughness",
+    ]
+
+
+def test_maps_are_cut_with_the_colour(tmp_path: Path) -> None:
+    image = pixels(1, 640, 640)
+    folder = material(tmp_path / "in", color__png=encoded(image), roughness__png=encoded(image[..., 0]))
+    (picture,) = taken(folder, tmp_path / "lib").pictures
+    assert picture.repaired
+    base, rough = plane(picture, tmp_path / "lib", 0), plane(picture, tmp_path / "lib", 2)
+    height, width = (n - n % 2 for n in base.shape[:2])
+    small = base[:height, :width].reshape(height // 2, 2, width // 2, 2, 3).mean(axis=(1, 3))
+    assert np.corrcoef(small[..., 0].ravel(), rough[..., 1].ravel())[0, 1] > 0.8
+
+
+def test_maps_without_a_colour(tmp_path: Path) -> None:
+    source = material(tmp_path / "in", **MAPS)
+    (source / "Bricks_color.png").unlink()
+    pack = taken(source, tmp_path / "lib")
+    assert [row.code for row in pack.refused] == [PictureRejection.NO_COLOR.value]
+    assert pack.pictures == ()
+
+
+def test_a_large_photograph_is_made_smaller(tmp_path: Path) -> None:
+    """Noise packs badly: the files of a picture of 1024 px would be larger than a check allows."""
+    rng = np.random.default_rng(3)
+    noisy = np.clip(rng.normal(128, 40, (1024, 1024, 3)), 0, 255).astype(np.uint8)
+    (tmp_path / "in").mkdir()
+    (tmp_path / "in" / "noise.png").write_bytes(encoded(noisy))
+    (picture,) = taken(tmp_path / "in", tmp_path / "lib").pictures
+    assert picture.width_px < 1000
+    assert sum((tmp_path / "lib" / "textures" / "p" / name).stat().st_size for name in picture.files) < 2_500_000
+    assert "was scaled down to" in " ".join(picture.notes)
