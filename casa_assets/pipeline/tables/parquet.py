@@ -105,6 +105,11 @@ class LibraryParts(Record):
     library: str
     parts: tuple[PartFile, ...]
 
+    @property
+    def rows(self) -> int:
+        """How many rows there are."""
+        return sum(part.rows for part in self.parts)
+
 
 class PartsIndex(Record):
     """Content of index.json. columns: of all parts. libraries: sorted by their folders."""
@@ -116,7 +121,7 @@ class PartsIndex(Record):
     @property
     def rows(self) -> int:
         """How many rows there are."""
-        return sum(part.rows for library in self.libraries for part in library.parts)
+        return sum(library.rows for library in self.libraries)
 
 
 @dataclass(frozen=True)

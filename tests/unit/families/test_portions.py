@@ -73,7 +73,7 @@ def test_a_hollow_leaves_a_ring_and_a_cut_that_misses_is_told() -> None:
 
 def test_portions_lie_on_the_ground_and_say_what_they_are(subtests: pytest.Subtests) -> None:
     pear = object_family("pear")
-    whole = pear.sample(rng_for(0, "x"), available()).replace(bend=0.0, portion=None)
+    whole = pear.draw(rng_for(0, "x"), available()).replace(bend=0.0, portion=None)
     mass = pear.build(whole, supplies("pear", whole)).mass
     for portion, crosswise in [*((p, False) for p in Portion), (Portion.HALF, True)]:
         for face in list(Face):
