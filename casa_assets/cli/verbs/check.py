@@ -37,11 +37,11 @@ def check(
 
     Example:  casa-assets check out/library/mug/mug_0123456789
     """
-    from casa_assets.api.assets import check as run
+    from casa_assets.api.assets import check_folder
 
     output, failed = Output(json_, quiet, verbose), False
     for folder in folders:
-        report = run(folder)
+        report = check_folder(folder)
         failed |= not report.passed
         verdict = "passed" if report.passed else "failed"
         facts = report.model_dump(mode="json", exclude={"subject"})

@@ -6,6 +6,7 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from importlib import import_module
 from typing import Any, Protocol
 
 import mujoco
@@ -59,10 +60,6 @@ class Engine(Protocol):
     model: Any
     data: Any
 
-    @property
-    def control(self) -> Any:
-        """The object with the joint controls: `data`, or a separate one if the engine does not keep them in `data`."""
-
     def reset(self, worlds: Ints, qpos: Floats, asleep: Ints, mounts: Floats) -> None:
         """Put worlds into states at rest.
 
@@ -92,36 +89,12 @@ class Engine(Protocol):
 
 EngineMaker = Callable[[Parts], Engine]
 
-
-def _mujoco() -> EngineMaker:
-
-    return MujocoEngine
-
-
-def _mujoco_warp() -> EngineMaker:
-    from casa_assets.pipeline.batches.mujoco_warp_engine import MujocoWarpEngine
-
-    return MujocoWarpEngine
-
-
-def _mjx() -> EngineMaker:
-    from casa_assets.pipeline.batches.mjx_engine import MjxEngine
-
-    return MjxEngine
-
-
-def _newton() -> EngineMaker:
-    from casa_assets.pipeline.batches.newton_engine import NewtonEngine
-
-    return NewtonEngine
-
-
-# Name -> what imports it, and what to install for it.
-ENGINES: dict[str, tuple[Callable[[], EngineMaker], str]] = {
-    "mujoco": (_mujoco, "mujoco"),
-    "mujoco_warp": (_mujoco_warp, "mujoco-warp"),
-    "mjx": (_mjx, "mujoco-mjx"),
-    "newton": (_newton, "newton mujoco-warp"),
+# Name -> module, class, and what to install for it.
+ENGINES = {
+    "mujoco": ("engines", "MujocoEngine", "mujoco"),
+    "mujoco_warp": ("mujoco_warp_engine", "MujocoWarpEngine", "mujoco-warp"),
+    "mjx": ("mjx_engine", "MjxEngine", "mujoco-mjx"),
+    "newton": ("newton_engine", "NewtonEngine", "newton mujoco-warp"),
 }
 
 
@@ -129,11 +102,12 @@ def engine_named(name: str) -> EngineMaker:
     """Return the maker of an engine. Raises UnknownId for an unknown name, CasaError if the engine is not installed."""
     if name not in ENGINES:
         raise UnknownId("engine", name, ENGINES)
-    load, packages = ENGINES[name]
+    module, made, packages = ENGINES[name]
     try:
-        return load()
+        maker: EngineMaker = getattr(import_module(f"casa_assets.pipeline.batches.{module}"), made)
     except ImportError as error:
         raise CasaError(f"the engine {name} is not installed ({error}): pip install {packages}") from error
+    return maker
 
 
 # Mujoco engine --------------------------------------------------------------------------------------------------------
@@ -148,15 +122,10 @@ class MujocoEngine:
     """
 
     def __init__(self, parts: Parts) -> None:
-        self.model = [parts.models[kitchen] for kitchen in parts.kitchen_of_world]
-        self.data = [mujoco.MjData(model) for model in self.model]
+        self.model: list[mujoco.MjModel] = [parts.models[kitchen] for kitchen in parts.kitchen_of_world]
+        self.data: list[mujoco.MjData] = [mujoco.MjData(model) for model in self.model]
         self._mounted, self._ctrl = parts.mounted, parts.ctrl
         self._pool = ThreadPoolExecutor(os.cpu_count())
-
-    @property
-    def control(self) -> Any:
-        """The same as `data`."""
-        return self.data
 
     def reset(self, worlds: Ints, qpos: Floats, asleep: Ints, mounts: Floats) -> None:
         """Put worlds into states at rest; see `Engine`. MuJoCo finds out by itself in ten steps that they are."""

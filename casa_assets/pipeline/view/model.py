@@ -35,7 +35,7 @@ from casa_assets.pipeline.kitchens.scene_folders import is_current
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.entry_files import checked_model
 from casa_assets.pipeline.view import machines
-from casa_assets.pipeline.view.subject import AssetFolder, Kitchen, Member, ModelFile, Subject
+from casa_assets.pipeline.view.subject import AssetFolder, Kitchen, Loaded, Member, ModelFile, Subject
 from casa_assets.registry.kitchens import load_plan, load_style, style_names
 
 REPORT = "report.html"
@@ -92,6 +92,8 @@ def asset_of(subject: Subject, cache: Path) -> Asset:
     """Return the record of an asset. Raises CasaError if it has no record: a scene, or an MJCF from elsewhere."""
     if isinstance(subject, AssetFolder):
         return disk.read_asset(subject.folder)
+    if isinstance(subject, Loaded):
+        return subject.asset
     if isinstance(subject, Member):
         request = subject.request
         store = AssetStore(cache)

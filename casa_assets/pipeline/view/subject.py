@@ -12,6 +12,7 @@ from casa_assets.core.system import cache_dir, cache_for
 from casa_assets.errors import CasaError, OutputError, UnknownId
 from casa_assets.export.mjcf.scene.kitchen import FILE as SCENE_XML
 from casa_assets.ingest.load.formats import SUFFIXES
+from casa_assets.model.asset.asset import Asset
 from casa_assets.pipeline.families.run import FamilyRequest, params_of
 from casa_assets.pipeline.kitchens.recipe import SceneRecipe, recipe_of
 from casa_assets.pipeline.kitchens.scene_files import SCENE_JSON
@@ -37,6 +38,18 @@ class AssetFolder:
     def id(self) -> str:
         """Name of the folder: the asset's id."""
         return self.folder.absolute().name
+
+
+@dataclass(frozen=True)
+class Loaded:
+    """An asset in memory."""
+
+    asset: Asset
+
+    @property
+    def id(self) -> str:
+        """Its id."""
+        return self.asset.id
 
 
 @dataclass(frozen=True)
@@ -88,7 +101,7 @@ class ModelFile:
         return str(self.path)
 
 
-Subject = AssetFolder | Member | Kitchen | ModelFile
+Subject = AssetFolder | Loaded | Member | Kitchen | ModelFile
 
 
 def find(what: str, scenes: Path, libraries: Sequence[Path] = LIBRARIES) -> Subject:
