@@ -16,6 +16,7 @@ from casa_assets.core.numeric import Floats
 from casa_assets.core.system import cache_dir
 from casa_assets.errors import CasaError, OutputError, UnknownId
 from casa_assets.export import mjcf
+from casa_assets.export.mujoco_values import VIEWER_GROUPS
 from casa_assets.geometry.mesh.trimesh_exchange import resting_sides
 from casa_assets.geometry.mesh.trimesh_exchange import to_trimesh as to_trimesh
 from casa_assets.model.asset.asset import Asset
@@ -100,7 +101,7 @@ def load(path: str | Path, detail: Detail = "full") -> Asset | Kitchen:
 
 def to_mjspec(asset: Asset) -> mujoco.MjSpec:
     """See `Asset.to_mjspec`."""
-    files = dict(mjcf.write(asset).entries)
+    files = dict(mjcf.write(asset, VIEWER_GROUPS).entries)
     return mujoco.MjSpec.from_string(files.pop("model.xml").decode(), assets=files)
 
 

@@ -212,7 +212,7 @@ class Asset(Record):
     # For users. Writers, checks and viewers use this module, so what they need is imported when it is called.
 
     def to_mjspec(self) -> mujoco.MjSpec:
-        """Return an MjSpec of its body `object` alone, without a floor and a free joint, to attach to a scene."""
+        """Return an MjSpec of its body `object` alone, without a floor and a free joint, to attach to a kitchen."""
         return _actions().to_mjspec(self)
 
     def to_mjmodel(self) -> mujoco.MjModel:

@@ -38,7 +38,7 @@ def test_a_kitchen_moves_by_the_names_of_its_joints(scenes: list[Path]) -> None:
     batch = casa.batch(scenes, engine="mujoco")
     first = batch.kitchens[0]
     dof = first.model.jnt_dofadr[first.joints["corner__slide"]]
-    batch.data[0].qfrc_applied[dof] = -20.0
+    batch.engine.data[0].qfrc_applied[dof] = -20.0
     before = batch.qpos
     batch.step(250)
     moved = np.abs(batch.qpos - before)
@@ -48,14 +48,14 @@ def test_a_kitchen_moves_by_the_names_of_its_joints(scenes: list[Path]) -> None:
 
 def test_the_memory_of_a_world_is_told(scenes: list[Path]) -> None:
     batch = casa.batch(scenes, engine="mujoco")
-    buffer = batch.data[0].nbuffer
-    assert buffer < batch.bytes_per_world < buffer + batch.data[0].narena
+    buffer = batch.engine.data[0].nbuffer
+    assert buffer < batch.engine.bytes_per_world < buffer + batch.engine.data[0].narena
 
 
 def test_a_reset_touches_no_other_world(scenes: list[Path]) -> None:
     batch = casa.batch(scenes, engine="mujoco", worlds=4)
     begun = batch.qpos
-    for data in batch.data:
+    for data in batch.engine.data:
         data.qvel[:] = 0.5
     batch.step(20)
     moved = batch.qpos
@@ -118,7 +118,7 @@ class TestRobot:
     @pytest.mark.parametrize("text", [DRIVING, FLOATING])
     def test_it_stands_where_it_parks(self, text: str, scenes: list[Path]) -> None:
         batch = casa.batch(scenes, engine="mujoco", robot=mujoco.MjSpec.from_string(text))
-        for model, data in zip(batch.model, batch.data, strict=True):
+        for model, data in zip(batch.engine.model, batch.engine.data, strict=True):
             drives = 0.1 if text is DRIVING else 0.0
             base = data.body("robot_base")
             assert base.xpos == pytest.approx([1.0, -1.2 + drives, 0.12 if text is DRIVING else 0.11], abs=1e-6)
@@ -180,7 +180,7 @@ def chain(joints: int) -> mujoco.MjSpec:
 class TestErrors:
     def test_another_engine(self, scenes: list[Path]) -> None:
         with pytest.raises(casa.UnknownId, match="mujoco_warp"):
-            casa.batch(scenes, engine="mujocowarp")  # type: ignore[arg-type]
+            casa.batch(scenes, engine="mujocowarp")  # type: ignore[call-overload]
 
     def test_an_engine_that_is_not_installed(self, scenes: list[Path], monkeypatch: Any) -> None:
         real = builtins.__import__

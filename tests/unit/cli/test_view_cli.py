@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
+from casa_assets.api import viewing
 from casa_assets.cli.main import app
-from casa_assets.cli.verbs import view as verb
 from casa_assets.preview import live_viewer
 from tests.libraries import command
 
@@ -63,9 +63,9 @@ def test_with_a_screen_mujoco_shows_it(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_screen_is_one_of_x_or_wayland(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("DISPLAY", raising=False)
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
-    assert not verb.has_screen()
+    assert not viewing.has_screen()
     monkeypatch.setenv("WAYLAND_DISPLAY", "wayland-0")
-    assert verb.has_screen()
+    assert viewing.has_screen()
 
 
 def test_an_mjcf_without_a_record_needs_a_screen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+import casa_assets as casa
 from casa_assets import registry
 from casa_assets.errors import CasaError, RegistryError, UnknownId
 from casa_assets.model.registry.document import Document
@@ -13,7 +14,9 @@ from casa_assets.pipeline.cache.cache_key import key_of
 from casa_assets.pipeline.families.finishes import available_finishes, plain
 from casa_assets.pipeline.kitchens.resolve import preset_params
 from casa_assets.pipeline.textures.recipes import find_recipe, origin_of
-from casa_assets.projects import find_project, project_folder, use_project
+from casa_assets.pipeline.workers.limits import Limits
+from casa_assets.pipeline.workers.pool import Pool
+from casa_assets.projects import VARIABLE, environment, find_project, project_folder, use_project
 from casa_assets.registry.families import family
 from casa_assets.registry.kitchens import load_plan, load_style, plan_names, style_names
 from casa_assets.registry.layered import load_project, origin_of_row
@@ -225,6 +228,32 @@ class TestProject:
         assert registry.load().limits["work_aisle_m"] == 1.2
         project({"limits.yaml": "work_aisle_m: {value: 1.3}\n"})
         assert registry.load().limits["work_aisle_m"] == 1.3
+
+    def test_two_are_used_side_by_side(self, tmp_path: Path) -> None:
+        opened = []
+        for name, width in (("first", 1.2), ("second", 1.3)):
+            (tmp_path / name / "plans").mkdir(parents=True)
+            (tmp_path / name / "casa.yaml").write_text(f"name: {name}\n", encoding="utf-8")
+            (tmp_path / name / "limits.yaml").write_text(f"work_aisle_m: {{value: {width}}}\n", encoding="utf-8")
+            (tmp_path / name / "plans" / f"{name}.yaml").write_text("like: galley\n", encoding="utf-8")
+            opened.append(casa.Project(tmp_path / name))
+        first, second = opened
+        for _ in range(2):
+            with first, second:
+                assert registry.load().limits["work_aisle_m"] == 1.3
+                assert environment()[VARIABLE] == str(tmp_path / "second")
+            with first:
+                assert registry.load().limits["work_aisle_m"] == 1.2
+        assert set(first.plans()) ^ set(second.plans()) == {"first", "second"}
+        kitchen = first.kitchen("first", "coastal")
+        with second:
+            assert kitchen.scene.placements, "it keeps to the project that it was made in"
+        assert project_folder() is None
+
+    def test_workers_use_the_project_too(self, tmp_path: Path) -> None:
+        (tmp_path / "casa.yaml").write_text("name: ours\n", encoding="utf-8")
+        with casa.Project(tmp_path), Pool(1, Limits(60.0, 1_000_000_000), "casa_assets.projects:in_use") as pool:
+            assert [answer for _, answer in pool.run("tests.pool_jobs:folder_in_use", [None])] == [tmp_path]
 
     @pytest.mark.parametrize(
         ("files", "message"),
