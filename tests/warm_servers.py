@@ -127,6 +127,7 @@ class WarmServers:
             self._process = subprocess.Popen(
                 [sys.executable, "-c", CODE, json.dumps(self._state[1]), str(end.fileno())],
                 pass_fds=[end.fileno()],
+                env=self._state[2],
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.DEVNULL,
                 stderr=subprocess.DEVNULL,

@@ -7,15 +7,19 @@ A name has the same type and the same words of help in every verb; what follows 
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from enum import StrEnum
+from functools import update_wrapper
+from inspect import Parameter, Signature, signature
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from casa_assets.cli import completion
 from casa_assets.cli.group import CLUSTER, GENERAL
+from casa_assets.cli.output import Output
 from casa_assets.errors import OutputError
 
 if TYPE_CHECKING:
@@ -172,6 +176,30 @@ Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print only errors an
 Verbose = Annotated[
     bool, typer.Option("--verbose", "-v", help="Print also successes and times.", rich_help_panel=GENERAL)
 ]
+
+
+class printing:  # noqa: N801  a decorator
+    """Decorator: the verb has the options --json, --quiet and --verbose, and gets the Output that they ask for."""
+
+    def __init__(self, verb: Callable[..., None]) -> None:
+        update_wrapper(self, verb)
+        self.__annotations__ = {}  # Typer reads those of the signature
+        self._verb = verb
+
+    @property
+    def __signature__(self) -> Signature:
+        """The parameters of the command; made when it is called or its help is printed."""
+        own = signature(self._verb, eval_str=True)
+        shared = [
+            Parameter(name, Parameter.KEYWORD_ONLY, default=False, annotation=annotation)
+            for name, annotation in (("as_json", AsJson), ("quiet", Quiet), ("verbose", Verbose))
+        ]
+        return own.replace(parameters=[*(p for name, p in own.parameters.items() if name != "output"), *shared])
+
+    def __call__(self, *, as_json: bool, quiet: bool, verbose: bool, **values: Any) -> None:
+        """Call the verb."""
+        self._verb(Output(as_json, quiet, verbose), **values)
+
 
 In3d = Annotated[bool, typer.Option("--3d/--no-3d", help=more(IN_3D_HELP, "about 0.1 MB each."))]
 

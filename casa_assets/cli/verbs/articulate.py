@@ -22,17 +22,15 @@ from casa_assets.cli.ingest_output import (
 from casa_assets.cli.options import (
     CLIP_HELP,
     Address,
-    AsJson,
     Category,
     Engine,
     EngineName,
     ForceWorse,
     Jobs,
     LibraryOut,
-    Quiet,
     SizeM,
-    Verbose,
     more,
+    printing,
     workers,
 )
 from casa_assets.cli.output import Output, TextTable, bar, measures, measures_at, pluralize, terminal_safe, without_name
@@ -53,7 +51,9 @@ CONTRACT_ADVICE = "to meet it, change decisions.yaml beside the model, or the me
 MAX_NAMES = 3
 
 
+@printing
 def articulate(
+    output: Output,
     sources: Annotated[
         list[Path], typer.Argument(help="Meshes, each of one thing, or folders of them.", exists=True, readable=True)
     ],
@@ -84,9 +84,6 @@ def articulate(
     jobs: Jobs = 0,
     engine: Engine = EngineName.LOCAL,
     address: Address = "",
-    json_: AsJson = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
 ) -> None:
     """Find doors, drawers, knobs and buttons in static meshes, and write articulated assets as MJCF and USD.
 
@@ -116,8 +113,9 @@ def articulate(
 
     options = {"--category": category, "--up": up, "--front": front, "--size-m": size_m, "--clip-weights": clip_weights}
     command = _review_command(sources, out, options, complete) if review else ""
-    output = Output(json_, quiet, verbose)
-    _articulate(sources, out, request_for, reviewed, workers(engine, address, jobs), command, report or verbose, output)
+    _articulate(
+        sources, out, request_for, reviewed, workers(engine, address, jobs), command, report or output.verbose, output
+    )
 
 
 def _articulate(

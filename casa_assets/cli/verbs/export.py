@@ -14,17 +14,7 @@ from rich.markup import escape
 
 from casa_assets.cli import completion
 from casa_assets.cli.group import Group, Verb
-from casa_assets.cli.options import (
-    LIBRARY_HELP,
-    OUT_HELP,
-    AsJson,
-    Jobs,
-    Kitchens,
-    Quiet,
-    Verbose,
-    WithReview,
-    more,
-)
+from casa_assets.cli.options import LIBRARY_HELP, OUT_HELP, Jobs, Kitchens, WithReview, more, printing
 from casa_assets.cli.output import Output, TextTable, bar, measures, measures_at, pluralize, terminal_safe
 
 if TYPE_CHECKING:
@@ -140,7 +130,9 @@ def _print_results(results: list[ExportResult], out: Path, what: str, word: str,
     output.line(f"{pluralize(len(written), what)} as {word}; read {place}/README.md for how to load them")
 
 
+@printing
 def glb(
+    output: Output,
     out: ExportOut,
     source: Source = None,
     scenes: Kitchens = None,
@@ -149,9 +141,6 @@ def glb(
     layers: Annotated[
         bool, typer.Option("--layers", help="Put collision shapes and regions into the files, too.")
     ] = False,
-    json_: AsJson = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
 ) -> None:
     """Write assets or kitchens as GLB, which browsers and Blender show.
 
@@ -166,18 +155,17 @@ def glb(
     """
     from casa_assets.pipeline.export.written_forms import glb_form
 
-    export_as(glb_form(layers), "GLB", source, scenes or [], out, jobs, with_review, Output(json_, quiet, verbose))
+    export_as(glb_form(layers), "GLB", source, scenes or [], out, jobs, with_review, output)
 
 
+@printing
 def urdf(
+    output: Output,
     out: ExportOut,
     source: Source = None,
     scenes: Kitchens = None,
     jobs: Jobs = 0,
     with_review: WithReview = False,
-    json_: AsJson = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
 ) -> None:
     """Write assets or kitchens as URDF and compare what is read back.
 
@@ -191,10 +179,12 @@ def urdf(
     """
     from casa_assets.pipeline.export.written_forms import URDF
 
-    export_as(URDF, "URDF", source, scenes or [], out, jobs, with_review, Output(json_, quiet, verbose))
+    export_as(URDF, "URDF", source, scenes or [], out, jobs, with_review, output)
 
 
+@printing
 def plugin(
+    output: Output,
     name: Annotated[str, typer.Argument(help="Name of the exporter.")],
     source: Annotated[
         Path,
@@ -208,9 +198,6 @@ def plugin(
     ],
     out: ExportOut,
     with_review: WithReview = False,
-    json_: AsJson = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
 ) -> None:
     """Write assets in a form that a plug-in adds.
 
@@ -220,7 +207,7 @@ def plugin(
     """
     from casa_assets.pipeline.export.written_forms import form_of
 
-    export_as(form_of(name), name, source, [], out, 1, with_review, Output(json_, quiet, verbose))
+    export_as(form_of(name), name, source, [], out, 1, with_review, output)
 
 
 SCENES = Path("out/scenes")  # where finishes are found that the id of a scene has as a digest alone
@@ -231,7 +218,9 @@ States = Annotated[
 ]
 
 
+@printing
 def robocasa(
+    output: Output,
     source: Annotated[
         Path | None,
         typer.Argument(
@@ -246,9 +235,6 @@ def robocasa(
     jobs: Jobs = 0,
     with_review: WithReview = False,
     states: States = None,
-    json_: AsJson = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
 ) -> None:
     """Write loose objects of a library, and kitchens, as RoboCasa reads them.
 
@@ -270,10 +256,9 @@ def robocasa(
     if source is None and not scenes:
         raise typer.BadParameter("give a library, --scenes, or both")
     recipes = recipes_named(scenes or [], states or SCENES)
-    output = Output(json_, quiet, verbose)
     results, kitchens = _watch(export(source, out, registry, recipes, jobs, with_review, states), output)
-    _print_json(results, kitchens, out, folders_by_id(source) if json_ and source else {}, output)
-    if not json_:
+    _print_json(results, kitchens, out, folders_by_id(source) if output.as_json and source else {}, output)
+    if not output.as_json:
         _print_objects(results, out, output)
         _print_kitchens(kitchens, out, output)
     if source is not None:

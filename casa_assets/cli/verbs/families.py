@@ -21,11 +21,10 @@ from casa_assets.cli.options import (
     LibraryOut,
     Out,
     Pictures,
-    Quiet,
     Samples,
     Seed,
-    Verbose,
     WidthPx,
+    printing,
     workers,
 )
 from casa_assets.cli.output import Output, TextTable, from_column, pluralize, working_on
@@ -69,7 +68,9 @@ def list_families(json_: AsJson = False) -> None:
 
 
 @app.command(cls=Verb)
+@printing
 def show(
+    output: Output,
     names: Annotated[list[str], typer.Argument(help=HELP, autocompletion=completion.families)],
     out: Out = Path("out/look"),
     preset: Annotated[
@@ -80,9 +81,6 @@ def show(
     seed: Seed = 0,
     width_px: WidthPx = 384,
     check: Annotated[bool, typer.Option("--check/--no-check", help="Run every check on each.")] = True,
-    json_: AsJson = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
 ) -> None:
     """Build members into a folder and draw them closed, open and with their collision shapes.
 
@@ -94,7 +92,6 @@ def show(
     from casa_assets.pipeline.families.run import FamilyRequest, build_one, params_of, requests_for
     from casa_assets.pipeline.ingest.job import writing
 
-    output = Output(json_, quiet, verbose)
     requests = requests_for(names, samples, seed, presets=not samples)
     if preset:
         requests = [FamilyRequest(name, preset=p) for name in names for p in preset]
@@ -115,7 +112,9 @@ def show(
 
 
 @app.command(cls=Verb)
+@printing
 def build(
+    output: Output,
     names: Annotated[list[str] | None, typer.Argument(help=HELP, autocompletion=completion.families)] = None,
     all_: All = False,
     samples: Samples = 0,
@@ -131,9 +130,6 @@ def build(
     engine: Engine = EngineName.LOCAL,
     address: Address = "",
     pictures: Pictures = True,
-    json_: AsJson = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
 ) -> None:
     """Build members, write them as MJCF and USD, and run every check.
 
@@ -145,7 +141,6 @@ def build(
 
     if not names and not all_:
         raise typer.BadParameter("name families, or give --all")
-    output = Output(json_, quiet, verbose)
     requests = requests_for([] if all_ else names or [], samples, seed, presets or not samples)
     results = follow_members(build_all(requests, library, workers(engine, address, jobs), pictures), requests, output)
     print_members(results, output)
@@ -154,7 +149,9 @@ def build(
 
 
 @app.command(cls=Verb)
+@printing
 def catalogue(
+    output: Output,
     names: Annotated[
         list[str] | None,
         typer.Argument(
@@ -165,9 +162,6 @@ def catalogue(
     jobs: Jobs = 0,
     swatches: Annotated[bool, typer.Option("--swatches/--no-swatches", help="Also a swatch of every texture.")] = True,
     in_3d: In3d = True,
-    json_: AsJson = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
 ) -> None:
     """Draw every preset, closed and open, the first objects of every category, and every texture, on one HTML page.
 
@@ -179,7 +173,6 @@ def catalogue(
     from casa_assets.pipeline.ingest.job import writing
     from casa_assets.pipeline.reports.catalogue import make, title_of, wanted
 
-    output = Output(json_, quiet, verbose)
     titles = [title_of(request) for request in wanted(names or [])]
     also = " and every texture" if swatches else ""
     output.line(f"drawing {pluralize(len(titles), 'row')}{also}; this may take many minutes")

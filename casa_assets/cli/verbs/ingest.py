@@ -26,7 +26,6 @@ from casa_assets.cli.ingest_output import (
 from casa_assets.cli.options import (
     CLIP_HELP,
     Address,
-    AsJson,
     Category,
     DryRun,
     Engine,
@@ -36,9 +35,8 @@ from casa_assets.cli.options import (
     LibraryOut,
     Most,
     Out,
-    Quiet,
-    Verbose,
     more,
+    printing,
     source,
     workers,
 )
@@ -87,7 +85,9 @@ StoreUrl = Annotated[
 ]
 
 
+@printing
 def ingest(
+    output: Output,
     sources: Annotated[
         list[str],
         typer.Argument(help="Files, folders, packages, manifests, addresses of stores.", parser=source),
@@ -113,9 +113,6 @@ def ingest(
     shard: ShardWords = "",
     store: StoreUrl = "",
     explain: Explain = False,
-    json_: AsJson = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
 ) -> None:
     """Turn meshes into simulation-ready assets.
 
@@ -149,7 +146,6 @@ def ingest(
     )
     roots, refused = roots_of(sources, library)
     options = replace(options, shard=_shard(shard), refused=refused, force=force)
-    output = Output(json_, quiet, verbose)
     if dry_run and explain:
         raise typer.BadParameter("--dry-run keeps no guesses; name another --library and leave --dry-run out")
     if dry_run and store:
@@ -227,14 +223,13 @@ def _guards(megabytes: float, faces: int, pixels: int, million_pixels: float) ->
     return {name: value for name, value in limits.items() if value}
 
 
+@printing
 def fetch(
+    output: Output,
     uids: Annotated[list[str] | None, typer.Argument(help="Objaverse uids.")] = None,
     lvis: Annotated[str, typer.Option(help="LVIS category of Objaverse to take objects of, such as Mug.")] = "",
     most: Most = 20,
     out: Out = Path("out/objaverse"),
-    json_: AsJson = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
 ) -> None:
     """Download objects of Objaverse with the `objaverse` package, which needs a network.
 
@@ -249,7 +244,6 @@ def fetch(
 
     if not uids and not lvis:
         raise typer.BadParameter("name uids, or an --lvis category")
-    output = Output(json_, quiet, verbose)
     folder = download(uids or [], lvis, most, out)
     output.made(lvis or "objaverse", folder)
     output.line(f"Objects: {folder}")

@@ -21,10 +21,9 @@ from casa_assets.cli.options import (
     Jobs,
     LibraryOut,
     Out,
-    Quiet,
     Seed,
-    Verbose,
     more,
+    printing,
     workers,
 )
 from casa_assets.cli.output import Output, TextTable, from_column, pluralize, working_on
@@ -65,15 +64,14 @@ def list_objects(json_: AsJson = False) -> None:
 
 
 @app.command(cls=Verb)
+@printing
 def show(
+    output: Output,
     names: Names,
     out: Out = Path("out/objects/sheets"),
     count: Annotated[int, typer.Option(min=1, max=400, help=COUNT_HELP)] = 16,
     seed: Seed = 0,
     width_px: Annotated[int, typer.Option(min=64, max=1024, help=WIDTH_HELP)] = 224,
-    json_: AsJson = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
 ) -> None:
     """Draw the first members of categories, on one sheet for each; nothing is checked.
 
@@ -85,7 +83,6 @@ def show(
     from casa_assets.pipeline.ingest.job import writing
     from casa_assets.registry.objects import object_family
 
-    output = Output(json_, quiet, verbose)
     for name in names:
         object_family(name)  # raises UnknownId before anything is made
     with writing(out), working_on(output.console, "drawing", names) as done:
@@ -99,7 +96,9 @@ def show(
 
 
 @app.command(cls=Verb)
+@printing
 def build(
+    output: Output,
     names: Annotated[list[str] | None, typer.Argument(help="Categories.", autocompletion=completion.objects)] = None,
     all_: Annotated[bool, typer.Option("--all", help=more(ALL_HELP, "every category."))] = False,
     count: Annotated[int, typer.Option(min=1, max=4000, help=COUNT_HELP)] = 17,
@@ -108,9 +107,6 @@ def build(
     jobs: Jobs = 0,
     engine: Engine = EngineName.LOCAL,
     address: Address = "",
-    json_: AsJson = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
 ) -> None:
     """Build members into a library, as MJCF and USD, and run every check.
 
@@ -125,7 +121,6 @@ def build(
 
     if not names and not all_:
         raise typer.BadParameter("name categories, or give --all")
-    output = Output(json_, quiet, verbose)
     requests = object_requests([] if all_ else names or [], count, seed)
     results = follow_members(
         build_all(requests, library, workers(engine, address, jobs), drawn=False), requests, output

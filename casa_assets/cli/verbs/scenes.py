@@ -30,12 +30,11 @@ from casa_assets.cli.options import (
     Photoreal,
     Pictures,
     Pose,
-    Quiet,
     ScenesFolder,
     ScenesOut,
     Seed,
-    Verbose,
     more,
+    printing,
     workers,
 )
 from casa_assets.cli.output import Output, TextTable, from_column, measures_at
@@ -117,7 +116,9 @@ def list_scenes(json_: AsJson = False) -> None:
 
 
 @app.command(cls=Verb)
+@printing
 def build(
+    output: Output,
     scenes: Scenes = None,
     all_: All = False,
     out: ScenesOut = OUT,
@@ -127,9 +128,6 @@ def build(
     pictures: Pictures = True,
     at_eye_level: EyeLevel = False,
     force: Force = False,
-    json_: AsJson = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
 ) -> None:
     """Build kitchens by their ids, as MJCF and USD; what an earlier run made and has not changed is kept.
 
@@ -137,7 +135,7 @@ def build(
 
     Example:  casa-assets scenes build 'galley__*' l_small__coastal
     """
-    output, processes = Output(json_, quiet, verbose), workers(engine, address, jobs)
+    processes = workers(engine, address, jobs)
     _build(_recipes(scenes, all_, out), out, processes, output, pictures, at_eye_level, force)
 
 
@@ -165,7 +163,9 @@ def _build(
 
 
 @app.command(cls=Verb)
+@printing
 def check(
+    output: Output,
     scenes: Scenes = None,
     all_: All = False,
     out: ScenesOut = OUT,
@@ -176,9 +176,6 @@ def check(
     pictures: Pictures = True,
     at_eye_level: EyeLevel = False,
     in_3d: Annotated[bool, typer.Option("--3d/--no-3d", help=more(IN_3D_HELP, "about 4 MB each."))] = True,
-    json_: AsJson = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
 ) -> None:
     """Run every check on kitchens: physics, doors and drawers, design rules, robot access, tasks, MJCF equals USD.
 
@@ -189,11 +186,11 @@ def check(
     """
     from casa_assets.pipeline.kitchens.check import check_all
 
-    recipes, output = _recipes(scenes, all_, out), Output(json_, quiet, verbose)
+    recipes = _recipes(scenes, all_, out)
     processes = workers(engine, address, jobs)
     done = check_all(recipes, out, processes, force, drawn=pictures, in_3d=in_3d, at_eye_level=at_eye_level)
     results = build_output.follow(done, recipes, "checking", output)
-    if not json_:
+    if not output.as_json:
         build_output.print_numbers(results, out, output)
     build_output.write_reports(results, out, output)
     build_output.look(results, output)
@@ -201,7 +198,9 @@ def check(
 
 
 @app.command(cls=Verb)
+@printing
 def sample(
+    output: Output,
     count: Annotated[int, typer.Argument(min=1, help="How many to draw.")],
     seed: Seed = 0,
     objects: Objects = 0,
@@ -211,9 +210,6 @@ def sample(
     address: Address = "",
     pictures: Pictures = True,
     in_3d: Annotated[bool, typer.Option("--3d/--no-3d", help=more(IN_3D_HELP, "about 4 MB each."))] = False,
-    json_: AsJson = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
 ) -> None:
     """Draw random kitchens: plan, lengths, style, finishes, models. Only those that pass every check are kept.
 
@@ -225,7 +221,7 @@ def sample(
     from casa_assets.pipeline.kitchens.sampling.draws import draw_recipes
     from casa_assets.pipeline.kitchens.sampling.run import sample_all
 
-    recipes, output = draw_recipes(count, seed, objects), Output(json_, quiet, verbose)
+    recipes = draw_recipes(count, seed, objects)
     done = sample_all(recipes, out, workers(engine, address, jobs), drawn=pictures, in_3d=in_3d)
     results = build_output.follow(done, recipes, "drawing", output, lean=True)
     build_output.print_sample(results, recipes, seed, out, output)
@@ -237,7 +233,9 @@ def sample(
 
 
 @app.command(cls=Verb)
+@printing
 def preview(
+    output: Output,
     scene: OneScene,
     camera: Camera = None,
     pose: Pose = "start",
@@ -255,9 +253,6 @@ def preview(
     ] = None,
     photoreal: Photoreal = False,
     out: ScenesOut = OUT,
-    json_: AsJson = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
 ) -> None:
     """Draw a kitchen through its cameras, beside its files.
 
@@ -276,7 +271,7 @@ def preview(
 
     if photoreal and passes is not None:
         raise typer.BadParameter("is for pictures without --photoreal", param_hint="--passes")
-    output, folder = Output(json_, quiet, verbose), out / scene
+    folder = out / scene
     if not folder.is_dir():
         on_disk, scene_ids = [p.name for p in out.glob("*__*")], [r.scene_id for r in all_recipes()]
         if scene not in scene_ids:
@@ -296,7 +291,9 @@ def preview(
 
 
 @app.command(cls=Verb)
+@printing
 def robots(
+    output: Output,
     scenes: Scenes = None,
     all_: All = False,
     robot: Annotated[
@@ -312,9 +309,6 @@ def robots(
     out: ScenesOut = OUT,
     jobs: Jobs = 0,
     force: Force = False,
-    json_: AsJson = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
 ) -> None:
     """Find which handles, knobs, buttons and levers robots reach from the parking places, and what they open.
 
@@ -327,17 +321,19 @@ def robots(
     from casa_assets.pipeline.kitchens.robots import certify_all, find_robot_models
     from casa_assets.registry.tables import robot_names
 
-    recipes, output = _recipes(scenes, all_, out), Output(json_, quiet, verbose)
+    recipes = _recipes(scenes, all_, out)
     done = certify_all(recipes, out, robot or robot_names(), models or find_robot_models(), jobs, force, joint or ())
     results = build_output.follow(done, recipes, "reaching", output)
-    if not json_:
+    if not output.as_json:
         build_output.print_robots(results, output)
     build_output.look(results, output)
     build_output.end(results)
 
 
 @app.command(cls=Verb)
+@printing
 def states(
+    output: Output,
     scenes: Scenes = None,
     all_: All = False,
     count: Annotated[int, typer.Option(min=1, help=more(COUNT_HELP, "start states per kitchen."))] = 100,
@@ -347,9 +343,6 @@ def states(
     out: ScenesOut = OUT,
     jobs: Jobs = 0,
     force: Force = False,
-    json_: AsJson = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
 ) -> None:
     """Draw settled start states: loose objects moved, a robot parked; each state is simulated.
 
@@ -361,17 +354,19 @@ def states(
     from casa_assets.checks.start_states.draw import StateRequest
     from casa_assets.pipeline.kitchens.start_states import draw_all
 
-    recipes, output = _recipes(scenes, all_, out), Output(json_, quiet, verbose)
+    recipes = _recipes(scenes, all_, out)
     done = draw_all(recipes, out, StateRequest(count, objects, doors, seed), jobs, force)
     results = build_output.follow(done, recipes, "drawing", output)
-    if not json_:
+    if not output.as_json:
         build_output.print_states(results, output)
     build_output.look(results, output)
     build_output.end(results)
 
 
 @app.command(cls=Verb)
+@printing
 def batch(
+    output: Output,
     scenes: Scenes = None,
     all_: All = False,
     joints: Annotated[
@@ -386,9 +381,6 @@ def batch(
     engine: Engine = EngineName.LOCAL,
     address: Address = "",
     force: Force = False,
-    json_: AsJson = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
 ) -> None:
     """Write kitchens for GPU engines that step thousands at once: few primitives, few pairs, all asleep at rest.
 
@@ -399,17 +391,19 @@ def batch(
     """
     from casa_assets.pipeline.kitchens.batch_form import BatchRequest, make_all
 
-    recipes, output = _recipes(scenes, all_, out), Output(json_, quiet, verbose)
+    recipes = _recipes(scenes, all_, out)
     request = BatchRequest(tuple(joints or JointWord), primitives or None)
     done = make_all(recipes, out, request, workers(engine, address, jobs), force)
     results = build_output.follow(done, recipes, "merging", output)
-    if not json_:
+    if not output.as_json:
         build_output.print_batch_forms(results, output)
     build_output.end(results)
 
 
 @app.command(cls=Verb)
+@printing
 def pack(
+    output: Output,
     scene: Annotated[
         str, typer.Argument(help="Id of a scene, such as l_small__coastal.", autocompletion=completion.kitchens)
     ],
@@ -419,9 +413,6 @@ def pack(
         Path | None, typer.Option(metavar="FILE", help=more(OUT_HELP, "by default out/packs/<id>.zip or .usdz."))
     ] = None,
     scenes_folder: ScenesFolder = OUT,
-    json_: AsJson = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
 ) -> None:
     """Write a kitchen as one file that loads by itself on another machine; built first where it is missing.
 
@@ -433,7 +424,7 @@ def pack(
 
     if zip_ == usdz:
         raise typer.BadParameter("give one of --zip and --usdz")
-    output, kind = Output(json_, quiet, verbose), PackKind.ZIP if zip_ else PackKind.USDZ
+    kind = PackKind.ZIP if zip_ else PackKind.USDZ
     done = pack_scene(scene, scenes_folder, kind, _pack_file(out or PACKS, scene, kind.value))
     facts: dict[str, Any] = {
         "kind": kind.value,
@@ -461,7 +452,9 @@ app.command(cls=Verb)(fit)
 
 
 @app.command("new", cls=Verb)
+@printing
 def new(
+    output: Output,
     plan: Annotated[str, typer.Argument(help="Name of a plan, see `scenes list`.", autocompletion=completion.plans)],
     style: Annotated[
         str, typer.Option(help="Name of a style, see `scenes list`.", autocompletion=completion.styles)
@@ -492,9 +485,6 @@ def new(
     objects: Objects = 0,
     objects_seed: Annotated[int, typer.Option(min=0, help="Random seed of which objects, and where.")] = 0,
     out: ScenesOut = OUT,
-    json_: AsJson = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
 ) -> None:
     """Build one kitchen: a plan in a style, with options. Prints its id, by which other commands know it.
 
@@ -516,7 +506,7 @@ def new(
 
         surfaces = draw_surfaces(seed or 0) if textures == "random" else ordered_surfaces(_pairs(textures))
         recipe = replace(recipe, surfaces=surfaces, models=ordered_models(_roles(model or [])))
-    _build([recipe], out, 1, Output(json_, quiet, verbose))
+    _build([recipe], out, 1, output)
 
 
 def _roles(texts: list[str]) -> list[tuple[str, str]]:

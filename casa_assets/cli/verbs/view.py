@@ -16,17 +16,15 @@ from rich.markup import escape
 from casa_assets.cli import completion
 from casa_assets.cli.options import (
     LIBRARY_HELP,
-    AsJson,
     Browser,
     Camera,
     Out,
     Photoreal,
     Port,
     Pose,
-    Quiet,
     ScenesFolder,
-    Verbose,
     WidthPx,
+    printing,
 )
 from casa_assets.cli.output import Output, measures_at
 from casa_assets.cli.supervise import StopRequested
@@ -37,7 +35,9 @@ if TYPE_CHECKING:
     from casa_assets.pipeline.view.subject import Subject
 
 
+@printing
 def preview(
+    output: Output,
     assets: Annotated[
         list[Path],
         typer.Argument(
@@ -55,9 +55,6 @@ def preview(
     photoreal: Photoreal = False,
     pose: Pose = "",
     camera: Camera = None,
-    json_: AsJson = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
 ) -> None:
     """Draw assets, and a contact sheet where there are several.
 
@@ -75,7 +72,6 @@ def preview(
     from casa_assets.pipeline.ingest.job import writing
     from casa_assets.pipeline.reports.pictures import draw
 
-    output = Output(json_, quiet, verbose)
     if photoreal:
         if colliders or turntable:
             raise typer.BadParameter("--photoreal draws neither --colliders nor a --turntable")

@@ -14,7 +14,7 @@ from casa_assets.cli import build_output
 from casa_assets.cli.output import Output
 from casa_assets.pipeline.kitchens.recipe import SceneRecipe, SceneResult
 from casa_assets.pipeline.library.library import Library
-from casa_assets.pipeline.view.subject import AssetFolder, Kitchen, Member, find
+from casa_assets.pipeline.view.subject import AssetFolder, Kitchen, find
 from tests.program import called as casa
 
 LINE = "Look at it: casa-assets view "
@@ -42,8 +42,6 @@ def test_words_are_quoted_and_json_and_quiet_say_nothing(capsys: pytest.CaptureF
     [
         (("ingest", "box", "--library", "lib"), 0),
         (("families", "build", "switch", "--samples", "1", "--no-pictures", "--library", "lib"), 0),
-        (("families", "show", "switch", "--preset", "rocker", "--out", "lib", "--no-check", "--width-px", "64"), 0),
-        (("objects", "build", "apple", "--count", "1", "--library", "lib"), 0),
     ],
     ids=lambda value: value[0] + value[1] if isinstance(value, tuple) else "",
 )
@@ -57,11 +55,6 @@ def test_assets(arguments: Sequence[str], code: int, boxes: Path, tmp_path: Path
     again = casa(*words, "--json")
     assert LINE not in again.stdout + again.stderr
     assert all(json.loads(line) for line in again.stdout.splitlines())
-
-
-def test_a_sheet_of_objects(tmp_path: Path) -> None:
-    (name,) = named(casa("objects", "show", "apple", "--count", "1", "--width-px", "64", "--out", tmp_path))
-    assert isinstance(find(name, tmp_path, ()), Member)
 
 
 def test_of_kitchens_the_first_that_was_made(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
