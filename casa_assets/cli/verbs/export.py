@@ -13,7 +13,7 @@ import typer
 from rich.markup import escape
 
 from casa_assets.cli import completion
-from casa_assets.cli.group import Group, Verb
+from casa_assets.cli.group import Verb, group_of
 from casa_assets.cli.options import LIBRARY_HELP, OUT_HELP, Jobs, Kitchens, WithReview, more, printing
 from casa_assets.cli.output import Output, TextTable, bar, measures, measures_at, pluralize, terminal_safe
 
@@ -25,16 +25,14 @@ if TYPE_CHECKING:
 ExportOut = Annotated[
     Path, typer.Option("--out", help=more(OUT_HELP, "a folder: missing, empty, or an earlier export."))
 ]
-Source = Annotated[
-    Path | None,
-    typer.Argument(
-        help="Library, or the folder of one asset in it.",
-        exists=True,
-        file_okay=False,
-        readable=True,
-        autocompletion=completion.assets,
-    ),
-]
+_SOURCE = typer.Argument(
+    help="Library, or the folder of one asset in it.",
+    exists=True,
+    file_okay=False,
+    readable=True,
+    autocompletion=completion.assets,
+)
+Source = Annotated[Path | None, _SOURCE]
 
 
 def export_as(
@@ -186,16 +184,7 @@ def urdf(
 def plugin(
     output: Output,
     name: Annotated[str, typer.Argument(help="Name of the exporter.")],
-    source: Annotated[
-        Path,
-        typer.Argument(
-            help="Library, or the folder of one asset in it.",
-            exists=True,
-            file_okay=False,
-            readable=True,
-            autocompletion=completion.assets,
-        ),
-    ],
+    source: Annotated[Path, _SOURCE],
     out: ExportOut,
     with_review: WithReview = False,
 ) -> None:
@@ -375,17 +364,7 @@ def _print_objects(results: list[ExportedObject], out: Path, output: Output, max
     output.line(f"{message}; read {terminal_safe(str(out))}/README.md for how to add them")
 
 
-app = typer.Typer(
-    name="export",
-    cls=Group,
-    help="Libraries and kitchens in the form that another program reads.",
-    no_args_is_help=True,
-)
-
-
-@app.callback()
-def common() -> None:
-    """Libraries and kitchens in the form that another program reads."""
+app = group_of("export", "Libraries and kitchens in the form that another program reads.")
 
 
 app.command(cls=Verb)(glb)

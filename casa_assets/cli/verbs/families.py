@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from casa_assets.cli import completion
-from casa_assets.cli.build_output import end, follow_members, look, print_member, print_members
-from casa_assets.cli.group import Group, Verb
+from casa_assets.cli.build_output import end, follow_members, print_member, print_members
+from casa_assets.cli.group import Verb, group_of
 from casa_assets.cli.options import (
     Address,
     All,
@@ -32,12 +32,7 @@ from casa_assets.cli.output import Output, TextTable, from_column, pluralize, wo
 if TYPE_CHECKING:
     from casa_assets.pipeline.families.run import FamilyResult
 
-app = typer.Typer(
-    name="families",
-    cls=Group,
-    help="Parametric cabinets, counters, appliances and small things: list, show, build, catalogue.",
-    no_args_is_help=True,
-)
+app = group_of("families", "Parametric cabinets, counters, appliances and small things: list, show, build, catalogue.")
 HELP = "Families."
 
 
@@ -107,8 +102,7 @@ def show(
             stem = request.title.replace("/", "_").replace("#", "n")
             for path in pictures(Path(result.folder), out, stem, width_px) if result.folder else ():
                 output.line(f"  {path}")
-    look(results, output)
-    end(results)
+    end(results, output)
 
 
 @app.command(cls=Verb)
@@ -144,8 +138,7 @@ def build(
     requests = requests_for([] if all_ else names or [], samples, seed, presets or not samples)
     results = follow_members(build_all(requests, library, workers(engine, address, jobs), pictures), requests, output)
     print_members(results, output)
-    look(results, output)
-    end(results)
+    end(results, output)
 
 
 @app.command(cls=Verb)

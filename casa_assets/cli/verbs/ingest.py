@@ -13,11 +13,10 @@ import typer
 
 from casa_assets.cli.group import LIMITS
 from casa_assets.cli.ingest_output import (
-    codes_of,
     end,
+    look,
     no_mesh_found,
     on_store,
-    print_codes,
     print_counts,
     print_events,
     print_others,
@@ -158,8 +157,8 @@ def _ingest(sources: list[Path | StoreRoot], options: Options, output: Output, e
     with on_store(store, options.library, output) as sending:
         events = _run_once(sources, options, output, explain, sending)
     if not options.dry_run:
-        output.look(*[event.folder for event in events if event.folder and not event.was_rejected][:1])
-    end(events)
+        look(events, output)
+    end(events, [event.path for event in events])
 
 
 def _run_once(
@@ -185,8 +184,7 @@ def _run_once(
     if not events:
         raise no_mesh_found(sources)
     if options.dry_run and not output.as_json:
-        print_codes(codes_of(events), output)
-        print_counts(events, output)
+        print_counts(events, sum(event.count for event in events if event.kind == "kept"), output)
     elif not output.as_json or explain:
         print_summary(events, options.library, output, explain)
     return events

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from casa_assets.cli.group import Group, Verb
-from casa_assets.cli.ingest_output import end, print_changes, print_events, print_summary, waiting
+from casa_assets.cli.group import Verb, group_of
+from casa_assets.cli.ingest_output import end, look, print_changes, print_events, print_summary, waiting
 from casa_assets.cli.options import CLIP_HELP, Force, LibraryOut, Out, library_at, more, printing
 from casa_assets.cli.output import Output, pluralize, terminal_safe
 
@@ -17,22 +17,14 @@ if TYPE_CHECKING:
 
     from casa_assets.pipeline.ingest.job import Event
 
-app = typer.Typer(
-    name="library",
-    cls=Group,
-    help="Libraries as a whole: merge the parts that several machines made, index many, keep them on stores.",
-    no_args_is_help=True,
+app = group_of(
+    "library", "Libraries as a whole: merge the parts that several machines made, index many, keep them on stores."
 )
 
 
 PARTIAL_HELP = "Go on where parts are missing."
 Url = Annotated[str, typer.Argument(metavar="URL", help="Library on a store, such as s3://bucket/library.")]
 Delete = Annotated[bool, typer.Option("--delete", help="Remove what the other side lacks; decisions of people too.")]
-
-
-@app.callback()
-def common() -> None:
-    """Libraries as a whole: merge the parts that several machines made, index many, keep them on stores."""
 
 
 @app.command(cls=Verb)
@@ -70,8 +62,8 @@ def merge(
         return
     if not output.as_json:
         print_summary(events, library, output)
-    output.look(*[event.folder for event in events if event.folder and not event.was_rejected][:1])
-    end(events)
+    look(events, output)
+    end(events, [event.path for event in events])
 
 
 @app.command(cls=Verb)

@@ -8,8 +8,8 @@ from typing import Annotated
 import typer
 
 from casa_assets.cli import completion
-from casa_assets.cli.build_output import end, follow_members, look, print_members, print_together
-from casa_assets.cli.group import Group, Verb
+from casa_assets.cli.build_output import end, follow_members, print_members, print_together
+from casa_assets.cli.group import Verb, group_of
 from casa_assets.cli.options import (
     ALL_HELP,
     COUNT_HELP,
@@ -28,12 +28,7 @@ from casa_assets.cli.options import (
 )
 from casa_assets.cli.output import Output, TextTable, from_column, pluralize, working_on
 
-app = typer.Typer(
-    name="objects",
-    cls=Group,
-    help="Loose objects, generated: food, tableware, packages; list, show, build.",
-    no_args_is_help=True,
-)
+app = group_of("objects", "Loose objects, generated: food, tableware, packages; list, show, build.")
 Names = Annotated[list[str], typer.Argument(help="Categories.", autocompletion=completion.objects)]
 
 
@@ -130,5 +125,4 @@ def build(
     if whole is not None:
         print_together(whole.report, {row.code: row.title for row in ROWS}, output)
     output.next_command("report", "--library", library)
-    look(results, output)
-    end(results)
+    end(results, output)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from casa_assets.cli import build_output, completion
-from casa_assets.cli.group import Group, Verb
+from casa_assets.cli.group import Verb, group_of
 from casa_assets.cli.options import (
     COUNT_HELP,
     IN_3D_HELP,
@@ -45,12 +45,7 @@ if TYPE_CHECKING:
     from casa_assets.pipeline.kitchens.recipe import SceneRecipe
     from casa_assets.pipeline.workers.pool import Workers
 
-app = typer.Typer(
-    name="scenes",
-    cls=Group,
-    help="Whole kitchens, a floor plan in a style: new, build, check, preview, pack and more.",
-    no_args_is_help=True,
-)
+app = group_of("scenes", "Whole kitchens, a floor plan in a style: new, build, check, preview, pack and more.")
 OUT, PACKS = Path("out/scenes"), Path("out/packs")
 STYLE = "coastal"  # of a new kitchen, where none is named
 STYLE_TEXTURES = "style"  # --textures: those of the style
@@ -158,8 +153,7 @@ def _build(
         done = build_all(recipes, out, jobs, BuildOptions(drawn, at_eye_level, force))
     results = build_output.follow(done, recipes, "building", output)
     build_output.write_reports(results, out, output)
-    build_output.look(results, output)
-    build_output.end(results)
+    build_output.end(results, output)
 
 
 @app.command(cls=Verb)
@@ -193,8 +187,7 @@ def check(
     if not output.as_json:
         build_output.print_numbers(results, out, output)
     build_output.write_reports(results, out, output)
-    build_output.look(results, output)
-    build_output.end(results)
+    build_output.end(results, output)
 
 
 @app.command(cls=Verb)
@@ -226,10 +219,7 @@ def sample(
     results = build_output.follow(done, recipes, "drawing", output, lean=True)
     build_output.print_sample(results, recipes, seed, out, output)
     build_output.write_reports(results, out, output)
-    build_output.look(results, output)
-    build_output.raise_faults(results)
-    if not any(result.passed for result in results):
-        raise typer.Exit(1)
+    build_output.end(results, output, one_is_enough=True)
 
 
 @app.command(cls=Verb)
@@ -326,8 +316,7 @@ def robots(
     results = build_output.follow(done, recipes, "reaching", output)
     if not output.as_json:
         build_output.print_robots(results, output)
-    build_output.look(results, output)
-    build_output.end(results)
+    build_output.end(results, output)
 
 
 @app.command(cls=Verb)
@@ -359,8 +348,7 @@ def states(
     results = build_output.follow(done, recipes, "drawing", output)
     if not output.as_json:
         build_output.print_states(results, output)
-    build_output.look(results, output)
-    build_output.end(results)
+    build_output.end(results, output)
 
 
 @app.command(cls=Verb)
@@ -397,7 +385,7 @@ def batch(
     results = build_output.follow(done, recipes, "merging", output)
     if not output.as_json:
         build_output.print_batch_forms(results, output)
-    build_output.end(results)
+    build_output.end(results, output)
 
 
 @app.command(cls=Verb)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from casa_assets.cli import completion
-from casa_assets.cli.group import Group, Verb
+from casa_assets.cli.group import Verb, group_of
 from casa_assets.cli.options import WIDTH_HELP, AsJson, Jobs, LibraryOut, Out, more, printing
 from casa_assets.cli.output import Output, TextTable, from_column, pluralize, working_on
 from casa_assets.model.kitchen.choices import Surface
@@ -19,12 +19,7 @@ if TYPE_CHECKING:
     from casa_assets.model.registry.rows import TextureRecipe
     from casa_assets.textures.packs.entry import Pack
 
-app = typer.Typer(
-    name="textures",
-    cls=Group,
-    help="Pictures of walls, floors, counters and cabinets: list, make, sheet, check, ingest.",
-    no_args_is_help=True,
-)
+app = group_of("textures", "Pictures of walls, floors, counters and cabinets: list, make, sheet, check, ingest.")
 
 Names = Annotated[
     list[str] | None,

@@ -6,7 +6,6 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from importlib import import_module
 from typing import Any, Protocol
 
 import mujoco
@@ -89,12 +88,12 @@ class Engine(Protocol):
 
 EngineMaker = Callable[[Parts], Engine]
 
-# Name -> module, class, and what to install for it.
+# Name -> packages to install for it.
 ENGINES = {
-    "mujoco": ("engines", "MujocoEngine", "mujoco"),
-    "mujoco_warp": ("mujoco_warp_engine", "MujocoWarpEngine", "mujoco-warp"),
-    "mjx": ("mjx_engine", "MjxEngine", "mujoco-mjx"),
-    "newton": ("newton_engine", "NewtonEngine", "newton mujoco-warp"),
+    "mujoco": "mujoco",
+    "mujoco_warp": "mujoco-warp",
+    "mjx": "mujoco-mjx",
+    "newton": "newton mujoco-warp",
 }
 
 
@@ -102,12 +101,22 @@ def engine_named(name: str) -> EngineMaker:
     """Return the maker of an engine. Raises UnknownId for an unknown name, CasaError if the engine is not installed."""
     if name not in ENGINES:
         raise UnknownId("engine", name, ENGINES)
-    module, made, packages = ENGINES[name]
     try:
-        maker: EngineMaker = getattr(import_module(f"casa_assets.pipeline.batches.{module}"), made)
+        if name == "mujoco_warp":
+            from casa_assets.pipeline.batches.mujoco_warp_engine import MujocoWarpEngine
+
+            return MujocoWarpEngine
+        if name == "mjx":
+            from casa_assets.pipeline.batches.mjx_engine import MjxEngine
+
+            return MjxEngine
+        if name == "newton":
+            from casa_assets.pipeline.batches.newton_engine import NewtonEngine
+
+            return NewtonEngine
     except ImportError as error:
-        raise CasaError(f"the engine {name} is not installed ({error}): pip install {packages}") from error
-    return maker
+        raise CasaError(f"the engine {name} is not installed ({error}): pip install {ENGINES[name]}") from error
+    return MujocoEngine
 
 
 # Mujoco engine --------------------------------------------------------------------------------------------------------

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
+import casa_assets as casa
 from casa_assets.api import viewing
 from casa_assets.cli.main import app
 from casa_assets.preview import live_viewer
@@ -58,6 +59,9 @@ def test_with_a_screen_mujoco_shows_it(monkeypatch: pytest.MonkeyPatch) -> None:
     assert done.exit_code == 0, done.output
     assert shown == [(2, "open", "microwave/steel")]
     assert done.stdout == ""
+    microwave = casa.build("microwave", "steel")
+    microwave.show("open")
+    assert shown[1:] == [(2, "open", microwave.id)]
 
 
 def test_a_screen_is_one_of_x_or_wayland(monkeypatch: pytest.MonkeyPatch) -> None:
