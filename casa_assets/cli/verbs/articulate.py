@@ -21,20 +21,7 @@ from casa_assets.cli.ingest_output import (
     print_others,
     print_review,
 )
-from casa_assets.cli.options import (
-    CLIP_HELP,
-    Address,
-    Category,
-    Engine,
-    EngineName,
-    ForceWorse,
-    Jobs,
-    LibraryOut,
-    SizeM,
-    more,
-    printing,
-    workers,
-)
+from casa_assets.cli.options import CLIP_HELP, Category, ForceWorse, LibraryOut, SizeM, Workers, more, shared
 from casa_assets.cli.output import (
     Output,
     TextTable,
@@ -63,7 +50,7 @@ CONTRACT_ADVICE = "to meet it, change decisions.yaml beside the model, or the me
 MAX_NAMES = 3
 
 
-@printing
+@shared
 def articulate(
     output: Output,
     sources: Annotated[
@@ -93,9 +80,7 @@ def articulate(
         typer.Option("--complete/--no-complete", help="Build an interior where a door or drawer opens onto nothing."),
     ] = True,
     force: ForceWorse = False,
-    jobs: Jobs = 0,
-    engine: Engine = EngineName.LOCAL,
-    address: Address = "",
+    workers: Workers = 0,
 ) -> None:
     """Find doors, drawers, knobs and buttons in static meshes, and write articulated assets as MJCF and USD.
 
@@ -125,9 +110,7 @@ def articulate(
 
     options = {"--category": category, "--up": up, "--front": front, "--size-m": size_m, "--clip-weights": clip_weights}
     command = _review_command(sources, out, options, complete) if review else ""
-    _articulate(
-        sources, out, request_for, reviewed, workers(engine, address, jobs), command, report or output.verbose, output
-    )
+    _articulate(sources, out, request_for, reviewed, workers, command, report or output.verbose, output)
 
 
 def _articulate(

@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.text import Text
 
 from casa_assets.cli import completion
-from casa_assets.cli.options import LIBRARY_HELP, OUT_HELP, Browser, Port, library_at, more, printing
+from casa_assets.cli.options import LIBRARY_HELP, OUT_HELP, Browser, Port, library_at, more, shared
 from casa_assets.cli.output import Output, measures_at, pluralize
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from casa_assets.pipeline.doctor import Finding
 
 
-@printing
+@shared
 def check(
     output: Output,
     folders: Annotated[
@@ -62,7 +62,7 @@ PACKAGE, RENDERER = "package ", "renderer "
 SUBJECT_WIDTH = 16
 
 
-@printing
+@shared
 def doctor(
     output: Output,
     out: Annotated[

@@ -14,7 +14,7 @@ from rich.markup import escape
 
 from casa_assets.cli import completion
 from casa_assets.cli.group import Verb, group_of
-from casa_assets.cli.options import LIBRARY_HELP, OUT_HELP, Jobs, Kitchens, WithReview, more, printing
+from casa_assets.cli.options import LIBRARY_HELP, OUT_HELP, Jobs, Kitchens, WithReview, more, shared
 from casa_assets.cli.output import Output, TextTable, bar, measures, measures_at, pluralize, terminal_safe
 
 if TYPE_CHECKING:
@@ -128,7 +128,7 @@ def _print_results(results: list[ExportResult], out: Path, what: str, word: str,
     output.line(f"{pluralize(len(written), what)} as {word}; read {place}/README.md for how to load them")
 
 
-@printing
+@shared
 def glb(
     output: Output,
     out: ExportOut,
@@ -156,7 +156,7 @@ def glb(
     export_as(glb_form(layers), "GLB", source, scenes or [], out, jobs, with_review, output)
 
 
-@printing
+@shared
 def urdf(
     output: Output,
     out: ExportOut,
@@ -180,7 +180,7 @@ def urdf(
     export_as(URDF, "URDF", source, scenes or [], out, jobs, with_review, output)
 
 
-@printing
+@shared
 def plugin(
     output: Output,
     name: Annotated[str, typer.Argument(help="Name of the exporter.")],
@@ -207,7 +207,7 @@ States = Annotated[
 ]
 
 
-@printing
+@shared
 def robocasa(
     output: Output,
     source: Annotated[

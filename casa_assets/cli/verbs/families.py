@@ -11,11 +11,8 @@ from casa_assets.cli import completion
 from casa_assets.cli.build_output import end, follow_members, print_member, print_members
 from casa_assets.cli.group import Verb, group_of
 from casa_assets.cli.options import (
-    Address,
     All,
     AsJson,
-    Engine,
-    EngineName,
     In3d,
     Jobs,
     LibraryOut,
@@ -24,8 +21,8 @@ from casa_assets.cli.options import (
     Samples,
     Seed,
     WidthPx,
-    printing,
-    workers,
+    Workers,
+    shared,
 )
 from casa_assets.cli.output import Output, TextTable, from_column, pluralize, working_on
 
@@ -63,7 +60,7 @@ def list_families(json_: AsJson = False) -> None:
 
 
 @app.command(cls=Verb)
-@printing
+@shared
 def show(
     output: Output,
     names: Annotated[list[str], typer.Argument(help=HELP, autocompletion=completion.families)],
@@ -106,7 +103,7 @@ def show(
 
 
 @app.command(cls=Verb)
-@printing
+@shared
 def build(
     output: Output,
     names: Annotated[list[str] | None, typer.Argument(help=HELP, autocompletion=completion.families)] = None,
@@ -120,9 +117,7 @@ def build(
     ] = False,
     seed: Seed = 0,
     library: LibraryOut = Path("out/families"),
-    jobs: Jobs = 0,
-    engine: Engine = EngineName.LOCAL,
-    address: Address = "",
+    workers: Workers = 0,
     pictures: Pictures = True,
 ) -> None:
     """Build members, write them as MJCF and USD, and run every check.
@@ -136,13 +131,13 @@ def build(
     if not names and not all_:
         raise typer.BadParameter("name families, or give --all")
     requests = requests_for([] if all_ else names or [], samples, seed, presets or not samples)
-    results = follow_members(build_all(requests, library, workers(engine, address, jobs), pictures), requests, output)
+    results = follow_members(build_all(requests, library, workers, pictures), requests, output)
     print_members(results, output)
     end(results, output)
 
 
 @app.command(cls=Verb)
-@printing
+@shared
 def catalogue(
     output: Output,
     names: Annotated[

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from casa_assets.cli.options import CLIP_HELP, Library, Most, library_at, more, printing
+from casa_assets.cli.options import CLIP_HELP, Library, Most, library_at, more, shared
 from casa_assets.cli.output import Output, TextTable, measures, measures_at, pluralize, terminal_safe
 
 if TYPE_CHECKING:
     from casa_assets.pipeline.dedup.search import Found, SearchHit
 
 
-@printing
+@shared
 def find(
     output: Output,
     query: Annotated[

@@ -24,20 +24,16 @@ from casa_assets.cli.ingest_output import (
 )
 from casa_assets.cli.options import (
     CLIP_HELP,
-    Address,
     Category,
     DryRun,
-    Engine,
-    EngineName,
     ForceWorse,
-    Jobs,
     LibraryOut,
     Most,
     Out,
+    Workers,
     more,
-    printing,
+    shared,
     source,
-    workers,
 )
 from casa_assets.cli.output import Output
 from casa_assets.errors import CasaError
@@ -84,7 +80,7 @@ StoreUrl = Annotated[
 ]
 
 
-@printing
+@shared
 def ingest(
     output: Output,
     sources: Annotated[
@@ -93,9 +89,7 @@ def ingest(
     ],
     library: LibraryOut = Path("out/library"),
     category: Category = "",
-    jobs: Jobs = 0,
-    engine: Engine = EngineName.LOCAL,
-    address: Address = "",
+    workers: Workers = 0,
     timeout: Annotated[float, _limit(metavar="SECONDS", help="Processor seconds per input; 300 by default.")] = 0.0,
     memory: Annotated[float, _limit(metavar="GB", help="Gigabytes per input; 8 by default.")] = 0.0,
     max_size: Annotated[float, _limit(metavar="MB", help="Megabytes of an input; 512 by default.")] = 0.0,
@@ -137,11 +131,10 @@ def ingest(
     from casa_assets.pipeline.ingest.inputs import roots_of
     from casa_assets.pipeline.ingest.run import Options
 
-    where = workers(engine, address, jobs)
     memory_bytes, guards = int(memory * 1e9), _guards(max_size, max_faces, max_texture, max_pixels)
     codes = _codes(retry), _codes(retry_only)
     options = Options(
-        library, category, where, timeout, memory_bytes, guards, clip_weights, keep_duplicates, split, *codes, dry_run
+        library, category, workers, timeout, memory_bytes, guards, clip_weights, keep_duplicates, split, *codes, dry_run
     )
     roots, refused = roots_of(sources, library)
     options = replace(options, shard=_shard(shard), refused=refused, force=force)
@@ -221,7 +214,7 @@ def _guards(megabytes: float, faces: int, pixels: int, million_pixels: float) ->
     return {name: value for name, value in limits.items() if value}
 
 
-@printing
+@shared
 def fetch(
     output: Output,
     uids: Annotated[list[str] | None, typer.Argument(help="Objaverse uids.")] = None,

@@ -9,7 +9,7 @@ import typer
 
 from casa_assets.cli.group import Verb, group_of
 from casa_assets.cli.ingest_output import end, look, print_changes, print_events, print_summary, waiting
-from casa_assets.cli.options import CLIP_HELP, Force, LibraryOut, Out, library_at, more, printing
+from casa_assets.cli.options import CLIP_HELP, Force, LibraryOut, Out, library_at, more, shared
 from casa_assets.cli.output import Output, pluralize, terminal_safe
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ Delete = Annotated[bool, typer.Option("--delete", help="Remove what the other si
 
 
 @app.command(cls=Verb)
-@printing
+@shared
 def merge(
     output: Output,
     shards: Annotated[
@@ -67,7 +67,7 @@ def merge(
 
 
 @app.command(cls=Verb)
-@printing
+@shared
 def push(
     output: Output,
     library: Annotated[Path, typer.Argument(help="Folder of the library.", exists=True, file_okay=False)],
@@ -96,7 +96,7 @@ def push(
 
 
 @app.command(cls=Verb)
-@printing
+@shared
 def pull(
     output: Output,
     url: Url,
@@ -129,7 +129,7 @@ def pull(
 
 
 @app.command(cls=Verb)
-@printing
+@shared
 def index(
     output: Output,
     libraries: Annotated[

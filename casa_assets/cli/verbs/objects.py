@@ -14,17 +14,13 @@ from casa_assets.cli.options import (
     ALL_HELP,
     COUNT_HELP,
     WIDTH_HELP,
-    Address,
     AsJson,
-    Engine,
-    EngineName,
-    Jobs,
     LibraryOut,
     Out,
     Seed,
+    Workers,
     more,
-    printing,
-    workers,
+    shared,
 )
 from casa_assets.cli.output import Output, TextTable, from_column, pluralize, working_on
 
@@ -59,7 +55,7 @@ def list_objects(json_: AsJson = False) -> None:
 
 
 @app.command(cls=Verb)
-@printing
+@shared
 def show(
     output: Output,
     names: Names,
@@ -91,7 +87,7 @@ def show(
 
 
 @app.command(cls=Verb)
-@printing
+@shared
 def build(
     output: Output,
     names: Annotated[list[str] | None, typer.Argument(help="Categories.", autocompletion=completion.objects)] = None,
@@ -99,9 +95,7 @@ def build(
     count: Annotated[int, typer.Option(min=1, max=4000, help=COUNT_HELP)] = 17,
     seed: Seed = 0,
     library: LibraryOut = Path("out/objects"),
-    jobs: Jobs = 0,
-    engine: Engine = EngineName.LOCAL,
-    address: Address = "",
+    workers: Workers = 0,
 ) -> None:
     """Build members into a library, as MJCF and USD, and run every check.
 
@@ -117,9 +111,7 @@ def build(
     if not names and not all_:
         raise typer.BadParameter("name categories, or give --all")
     requests = object_requests([] if all_ else names or [], count, seed)
-    results = follow_members(
-        build_all(requests, library, workers(engine, address, jobs), drawn=False), requests, output
-    )
+    results = follow_members(build_all(requests, library, workers, drawn=False), requests, output)
     print_members(results, output)
     whole = read_library_report(library)
     if whole is not None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from casa_assets.cli import completion
-from casa_assets.cli.options import OUT_HELP, more, printing
+from casa_assets.cli.options import OUT_HELP, more, shared
 from casa_assets.cli.output import Output, pluralize
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ OutFile = Annotated[
 ]
 
 
-@printing
+@shared
 def check_plan(
     output: Output,
     file: PlanFile,
@@ -104,7 +104,7 @@ def _print(found: PlanCheck, file: Path, output: Output) -> None:
     output.wrong(f"{pluralize(len(found.faults), 'fault')}; {after}")
 
 
-@printing
+@shared
 def fit(
     output: Output,
     file: PlanFile,

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from casa_assets.cli.options import DryRun, printing
+from casa_assets.cli.options import DryRun, shared
 from casa_assets.cli.output import Output
 from casa_assets.projects import project_folder
 
@@ -21,7 +21,7 @@ VERDICTS = {0: "done", 4: "review"}  # of a run by its exit code; any other: fai
 FAILED = (2, 3)  # exit codes after which the next command would fail too: misuse or a broken machine, a fault
 
 
-@printing
+@shared
 def init(
     output: Output,
     folder: Annotated[Path, typer.Argument(help="Where the project is to be; the folder is made if it is missing.")],
@@ -45,7 +45,7 @@ def init(
         output.error(f"Make what it describes: cd {shlex.quote(str(folder))} && casa-assets make")
 
 
-@printing
+@shared
 def make(
     output: Output,
     dry_run: DryRun = False,

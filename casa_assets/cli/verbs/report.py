@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.markup import escape
 
-from casa_assets.cli.options import CLIP_HELP, IN_3D_HELP, OUT_HELP, Library, library_at, more, printing
+from casa_assets.cli.options import CLIP_HELP, IN_3D_HELP, OUT_HELP, Library, library_at, more, shared
 from casa_assets.cli.output import Output, bar
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ Baseline = Annotated[
 Sarif = Annotated[Path | None, typer.Option(metavar="FILE", help="Write SARIF 2.1.0 too, which code scanning shows.")]
 
 
-@printing
+@shared
 def report(
     output: Output,
     library: Library = Path("out/library"),

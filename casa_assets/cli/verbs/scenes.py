@@ -19,12 +19,9 @@ from casa_assets.cli.options import (
     SCENES_HELP,
     SEED_HELP,
     WIDTH_HELP,
-    Address,
     All,
     AsJson,
     Camera,
-    Engine,
-    EngineName,
     Force,
     Jobs,
     Photoreal,
@@ -33,9 +30,9 @@ from casa_assets.cli.options import (
     ScenesFolder,
     ScenesOut,
     Seed,
+    Workers,
     more,
-    printing,
-    workers,
+    shared,
 )
 from casa_assets.cli.output import Output, TextTable, from_column, measures_at
 from casa_assets.cli.verbs.plans import check_plan, fit
@@ -111,15 +108,13 @@ def list_scenes(json_: AsJson = False) -> None:
 
 
 @app.command(cls=Verb)
-@printing
+@shared
 def build(
     output: Output,
     scenes: Scenes = None,
     all_: All = False,
     out: ScenesOut = OUT,
-    jobs: Jobs = 0,
-    engine: Engine = EngineName.LOCAL,
-    address: Address = "",
+    workers: Workers = 0,
     pictures: Pictures = True,
     at_eye_level: EyeLevel = False,
     force: Force = False,
@@ -130,8 +125,7 @@ def build(
 
     Example:  casa-assets scenes build 'galley__*' l_small__coastal
     """
-    processes = workers(engine, address, jobs)
-    _build(_recipes(scenes, all_, out), out, processes, output, pictures, at_eye_level, force)
+    _build(_recipes(scenes, all_, out), out, workers, output, pictures, at_eye_level, force)
 
 
 def _build(
@@ -157,15 +151,13 @@ def _build(
 
 
 @app.command(cls=Verb)
-@printing
+@shared
 def check(
     output: Output,
     scenes: Scenes = None,
     all_: All = False,
     out: ScenesOut = OUT,
-    jobs: Jobs = 0,
-    engine: Engine = EngineName.LOCAL,
-    address: Address = "",
+    workers: Workers = 0,
     force: Force = False,
     pictures: Pictures = True,
     at_eye_level: EyeLevel = False,
@@ -181,8 +173,7 @@ def check(
     from casa_assets.pipeline.kitchens.check import check_all
 
     recipes = _recipes(scenes, all_, out)
-    processes = workers(engine, address, jobs)
-    done = check_all(recipes, out, processes, force, drawn=pictures, in_3d=in_3d, at_eye_level=at_eye_level)
+    done = check_all(recipes, out, workers, force, drawn=pictures, in_3d=in_3d, at_eye_level=at_eye_level)
     results = build_output.follow(done, recipes, "checking", output)
     if not output.as_json:
         build_output.print_numbers(results, out, output)
@@ -191,16 +182,14 @@ def check(
 
 
 @app.command(cls=Verb)
-@printing
+@shared
 def sample(
     output: Output,
     count: Annotated[int, typer.Argument(min=1, help="How many to draw.")],
     seed: Seed = 0,
     objects: Objects = 0,
     out: ScenesOut = OUT,
-    jobs: Jobs = 0,
-    engine: Engine = EngineName.LOCAL,
-    address: Address = "",
+    workers: Workers = 0,
     pictures: Pictures = True,
     in_3d: Annotated[bool, typer.Option("--3d/--no-3d", help=more(IN_3D_HELP, "about 4 MB each."))] = False,
 ) -> None:
@@ -215,7 +204,7 @@ def sample(
     from casa_assets.pipeline.kitchens.sampling.run import sample_all
 
     recipes = draw_recipes(count, seed, objects)
-    done = sample_all(recipes, out, workers(engine, address, jobs), drawn=pictures, in_3d=in_3d)
+    done = sample_all(recipes, out, workers, drawn=pictures, in_3d=in_3d)
     results = build_output.follow(done, recipes, "drawing", output, lean=True)
     build_output.print_sample(results, recipes, seed, out, output)
     build_output.write_reports(results, out, output)
@@ -223,7 +212,7 @@ def sample(
 
 
 @app.command(cls=Verb)
-@printing
+@shared
 def preview(
     output: Output,
     scene: OneScene,
@@ -281,7 +270,7 @@ def preview(
 
 
 @app.command(cls=Verb)
-@printing
+@shared
 def robots(
     output: Output,
     scenes: Scenes = None,
@@ -320,7 +309,7 @@ def robots(
 
 
 @app.command(cls=Verb)
-@printing
+@shared
 def states(
     output: Output,
     scenes: Scenes = None,
@@ -352,7 +341,7 @@ def states(
 
 
 @app.command(cls=Verb)
-@printing
+@shared
 def batch(
     output: Output,
     scenes: Scenes = None,
@@ -365,9 +354,7 @@ def batch(
         int, typer.Option("--primitives", min=0, help="Primitives at most; 0: as many as check BAT002 allows.")
     ] = 0,
     out: ScenesOut = OUT,
-    jobs: Jobs = 0,
-    engine: Engine = EngineName.LOCAL,
-    address: Address = "",
+    workers: Workers = 0,
     force: Force = False,
 ) -> None:
     """Write kitchens for GPU engines that step thousands at once: few primitives, few pairs, all asleep at rest.
@@ -381,7 +368,7 @@ def batch(
 
     recipes = _recipes(scenes, all_, out)
     request = BatchRequest(tuple(joints or JointWord), primitives or None)
-    done = make_all(recipes, out, request, workers(engine, address, jobs), force)
+    done = make_all(recipes, out, request, workers, force)
     results = build_output.follow(done, recipes, "merging", output)
     if not output.as_json:
         build_output.print_batch_forms(results, output)
@@ -389,7 +376,7 @@ def batch(
 
 
 @app.command(cls=Verb)
-@printing
+@shared
 def pack(
     output: Output,
     scene: Annotated[
@@ -440,7 +427,7 @@ app.command(cls=Verb)(fit)
 
 
 @app.command("new", cls=Verb)
-@printing
+@shared
 def new(
     output: Output,
     plan: Annotated[str, typer.Argument(help="Name of a plan, see `scenes list`.", autocompletion=completion.plans)],

@@ -10,7 +10,7 @@ import typer
 
 from casa_assets.cli import completion
 from casa_assets.cli.group import Verb, group_of
-from casa_assets.cli.options import WIDTH_HELP, AsJson, Jobs, LibraryOut, Out, more, printing
+from casa_assets.cli.options import WIDTH_HELP, AsJson, Jobs, LibraryOut, Out, more, shared
 from casa_assets.cli.output import Output, TextTable, from_column, pluralize, working_on
 from casa_assets.model.kitchen.choices import Surface
 
@@ -57,7 +57,7 @@ def list_textures(surfaces: Sets = None, json_: AsJson = False) -> None:
 
 
 @app.command(cls=Verb)
-@printing
+@shared
 def make(
     output: Output,
     names: Names = None,
@@ -93,7 +93,7 @@ def make(
 
 
 @app.command(cls=Verb)
-@printing
+@shared
 def sheet(
     output: Output,
     names: Names = None,
@@ -138,7 +138,7 @@ def sheet(
 
 
 @app.command(cls=Verb)
-@printing
+@shared
 def check(
     output: Output,
     names: Names = None,
@@ -179,7 +179,7 @@ def check(
 
 
 @app.command(cls=Verb)
-@printing
+@shared
 def ingest(
     output: Output,
     ctx: typer.Context,

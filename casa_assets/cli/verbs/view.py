@@ -24,7 +24,7 @@ from casa_assets.cli.options import (
     Pose,
     ScenesFolder,
     WidthPx,
-    printing,
+    shared,
 )
 from casa_assets.cli.output import Output, measures_at
 from casa_assets.cli.supervise import StopRequested
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from casa_assets.pipeline.view.subject import Subject
 
 
-@printing
+@shared
 def preview(
     output: Output,
     assets: Annotated[
