@@ -62,10 +62,8 @@ def kitchen_to_trimesh(kitchen: Scene, what: What = "visual") -> trimesh.Scene:
     """
     scene = trimesh.Scene(metadata={"name": kitchen.id, UP_KEY: "z"})
 
-    def put(node: str, parent: Any, pose: Pose, geometry: str | None = None) -> None:
-        scene.graph.update(  # type: ignore[no-untyped-call]
-            node, frame_from=parent, matrix=pose.matrix, geometry=geometry
-        )
+    def put(node: str, parent: Any, pose: Pose, **geometry: str) -> None:
+        scene.graph.update(node, frame_from=parent, matrix=pose.matrix, **geometry)  # type: ignore[no-untyped-call]
 
     assets = {asset.id: (asset, list(_geometries(asset, what))) for asset in kitchen.assets}
     for placement in kitchen.placements:
@@ -83,7 +81,7 @@ def kitchen_to_trimesh(kitchen: Scene, what: What = "visual") -> trimesh.Scene:
                 f"{placement.name}__{name}",
                 f"{placement.name}__{owner}",
                 own_pose or Pose(),
-                f"{asset.id}__{name}",
+                geometry=f"{asset.id}__{name}",
             )
     return scene
 
