@@ -29,7 +29,7 @@ def main() -> None:
     sys.path.append(packages)
     # MJX is a part of the package mujoco.
     mujoco.__path__.append(str(Path(packages) / "mujoco"))
-    theirs = casa.batch(folders, engine=engine, device="cpu")  # type: ignore[arg-type]
+    theirs = casa.batch(folders, engine=engine, device="cpu")  # type: ignore[call-overload]
     # Where cylinders had to become boxes, MuJoCo steps the same boxes.
     ours = [mujoco.MjData(kitchen.model) for kitchen in theirs.kitchens]
     pulled = [a_joint(kitchen) for kitchen in theirs.kitchens]

@@ -16,7 +16,7 @@ from casa_assets.core.numeric import decimals
 from casa_assets.errors import CasaError
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.behavior import Behavior
-from casa_assets.model.asset.parts import Site
+from casa_assets.model.asset.parts import Region, Site
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Record
 
@@ -123,7 +123,8 @@ def _target(asset: Asset, name: str) -> dict[str, Any]:
             if visual.name == name:
                 points = [_rounded(point) for point in visual.mesh.vertices.tolist()]
                 return {"is": "visual", "link": link.name, "points": points, "faces": visual.mesh.faces.tolist()}
-    place = next(place for place in (*asset.sites, *asset.regions) if place.name == name)
+    places: tuple[Site | Region, ...] = (*asset.sites, *asset.regions)
+    place = next(place for place in places if place.name == name)
     size = [2 * place.radius] * 3 if isinstance(place, Site) and place.size is None else list(place.size or ())
     kind = "site" if isinstance(place, Site) else "region"
     return {"is": kind, "link": place.link, "shape": place.kind, "size": size, **_pose(place.pose)}

@@ -45,7 +45,7 @@ class TestOverlaid:
     def test_faults_name_the_file_and_the_line_that_state_it(self, subtests: pytest.Subtests, tmp_path: Path) -> None:
         lower = document(tmp_path / "a.yaml", "mug: {mass: [1, 2, 3], size: {x: 1, y: 2}}\ncup: {mass: 4}\n")
         upper = document(tmp_path / "b.yaml", "mug:\n  mass: [5]\n  size: {y: 7}\nbowl: {mass: 6}\n")
-        for path, expected in [
+        cases: list[tuple[tuple[str | int, ...], str]] = [
             (("mug", "mass", 0), "b.yaml:2"),
             (("mug", "mass", 2), "b.yaml:2"),
             (("mug", "size", "x"), "a.yaml:1"),
@@ -53,7 +53,8 @@ class TestOverlaid:
             (("mug", "colour"), "a.yaml:1"),
             (("cup", "mass"), "a.yaml:2"),
             (("bowl", "size"), "b.yaml:4"),
-        ]:
+        ]
+        for path, expected in cases:
             with subtests.test(path=path, expected=expected):
                 assert str(lower.overlaid(upper).fault(path, "a", "b")).startswith(f"{expected}: ")
 
