@@ -92,12 +92,12 @@ def ours(kitchens: list[str], worlds: int, device: str) -> Any:
         slides = [joint for joint in kitchen.joints.values() if model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_SLIDE]
         far = max(slides, key=lambda joint: float(np.abs(model.jnt_range[joint]).max()))
         forces[number :: len(kitchens), model.jnt_dofadr[far]] = PULL_N * np.sign(model.jnt_range[far].sum())
-    batch.data.qfrc_applied.assign(forces)
-    batch.data.ctrl.fill_(SWING_NM)
+    batch.engine.data.qfrc_applied.assign(forces)
+    batch.engine.data.ctrl.fill_(SWING_NM)
 
     def step(count: int) -> Any:
         batch.step(count)
-        return batch.data
+        return batch.engine.data
 
     return step
 

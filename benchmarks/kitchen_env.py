@@ -61,8 +61,8 @@ def main() -> int:
     parser.add_argument("--out", type=Path, default=ROOT / "out" / "bench")
     options = parser.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)
-    forms: tuple[casa.Weight, ...] = ("full", "light")
-    rows = [row for weight in forms for row in measure(options.plan, options.style, weight, options.seconds)]
+    forms: tuple[casa.Detail, ...] = ("full", "light")
+    rows = [row for detail in forms for row in measure(options.plan, options.style, detail, options.seconds)]
     busy = os.getloadavg()[0]
     machine = f"{platform.machine()}, {os.cpu_count()} cores, load {busy:.1f}, MuJoCo {mujoco.__version__}"
     machine = f"{machine}, {options.plan} in {options.style}"
@@ -74,16 +74,16 @@ def main() -> int:
     return 0
 
 
-def measure(plan: str, style: str, weight: casa.Weight, seconds: float) -> list[Row]:
+def measure(plan: str, style: str, detail: casa.Detail, seconds: float) -> list[Row]:
     """All columns of one form, with everything awake and with MuJoCo's sleep."""
     task = START_MICROWAVE._replace(plan=plan, style=style)
-    say(f"{weight}: building {plan} in {style}")
-    env, seeing = KitchenEnv(task, weight), KitchenEnv(task, weight, "rgb_array")
+    say(f"{detail}: building {plan} in {style}")
+    env, seeing = KitchenEnv(task, detail), KitchenEnv(task, detail, "rgb_array")
     rows = [
-        measured(asleep(env, sleep), asleep(seeing, sleep), f"{weight}{', sleep' if sleep else ''}", seconds)
+        measured(asleep(env, sleep), asleep(seeing, sleep), f"{detail}{', sleep' if sleep else ''}", seconds)
         for sleep in (False, True)
     ]
-    if weight == "full":
+    if detail == "full":
         say("full: painting")
         for seed in range(2 * RESETS):  # so that nearly every picture has been painted once
             seeing.reset(seed=seed)

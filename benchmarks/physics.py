@@ -31,7 +31,7 @@ from benchmarks.kitchens import OUT, SHAPES, TOOLS, machine, peer_python, run
 from benchmarks.rooms import measure
 from casa_assets.checks.scene.batch.form import candidate_pairs
 
-FORMS: tuple[casa.Weight, ...] = ("full", "light", "batch")
+FORMS: tuple[casa.Detail, ...] = ("full", "light", "batch")
 DEFAULT = ("one_wall_small__coastal", "l_small__modern_1", "u_large__rustic")
 DROPPED = 10
 # Kitchens that `mujoco.rollout` steps for each core, and for how long at a time.
@@ -74,7 +74,7 @@ def main() -> None:
 def _measured(scenes: list[str], with_peer: bool) -> Iterator[Row]:
     for scene in scenes:
         for form in FORMS:
-            yield measured(f"{scene}, {form}", casa.load_scene(scene, weight=form, as_spec=True))
+            yield measured(f"{scene}, {form}", casa.kitchen(scene, detail=form).to_mjspec())
     for template in SHAPES if with_peer else ():
         with tempfile.TemporaryDirectory() as folder:
             run([peer_python(), TOOLS / "peer.py", f"kitchen_{template}", "0", folder])

@@ -66,8 +66,9 @@ def measured(name: str, count: int, out: Path) -> dict[str, object]:
     report = verdict(states, stage)
     checked = time.process_time()
     assert report.passed, report.issues
-    model = casa.load_scene(folder)
-    data, fitted = mujoco.MjData(model), casa.start_states(folder, model)
+    kitchen = casa.Kitchen(folder)
+    model = kitchen.to_mjmodel()
+    data, fitted = mujoco.MjData(model), kitchen.start_states(model)
     row, number = np.array(fitted.qpos[0]), iter(range(10**9))
     return {
         "scene": name,

@@ -12,37 +12,25 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from casa_assets.api.assets import (
-        StablePose,
-        build,
-        build_object,
-        check,
-        ingest_textures,
-        read_asset,
-        sample,
-        stable_poses,
-        write,
-    )
+    from casa_assets.api.assets import StablePose, build, load, stable_poses
     from casa_assets.api.batch import Batch, BatchKitchen, batch
     from casa_assets.api.behaviors import Behaviors, FixtureStates, StartStates
     from casa_assets.api.catalogue import (
         Bounds,
         FamilyInfo,
-        MadeRun,
         PlanInfo,
         StyleInfo,
         families,
-        make,
         plans,
         plugins,
         styles,
         surfaces,
     )
-    from casa_assets.api.kitchen import Kitchen, Weight, kitchen, load_scene, start_states
+    from casa_assets.api.kitchen import Detail, Kitchen, kitchen
     from casa_assets.api.library import Articulated, Ingested, IngestResult, Library, Rejection, articulate, ingest
+    from casa_assets.api.projects import MadeRun, Project, ingest_textures
     from casa_assets.core.system import cache_dir
     from casa_assets.errors import CasaError, OutputError, RegistryError, Rejected, UnknownId
-    from casa_assets.geometry.mesh.trimesh_exchange import to_trimesh
     from casa_assets.model.asset.asset import Asset
     from casa_assets.model.issue import Issue, Report
     from casa_assets.pipeline.dedup.search import SearchHit
@@ -50,92 +38,86 @@ if TYPE_CHECKING:
     from casa_assets.pipeline.kitchens.load_scene import SurfaceTextures
     from casa_assets.pipeline.reports.entry import Entry
     from casa_assets.pipeline.textures.packs.ingest import PackReport
-    from casa_assets.projects import use_project
 
 __version__ = "0.1.0"
 __all__ = [
     "__version__",
+    # what there is
     "plans",
     "styles",
     "families",
     "surfaces",
-    "kitchen",
-    "load_scene",
-    "start_states",
-    "batch",
-    "Behaviors",
-    "ingest",
-    "articulate",
-    "ingest_textures",
-    "build",
-    "build_object",
-    "sample",
-    "check",
-    "write",
-    "read_asset",
-    "to_trimesh",
-    "stable_poses",
-    "Library",
-    "cache_dir",
-    "use_project",
-    "make",
     "plugins",
-    "Kitchen",
-    "Weight",
-    "FixtureStates",
-    "StartStates",
-    "Batch",
-    "BatchKitchen",
-    "StablePose",
-    "SurfaceTextures",
-    "Asset",
-    "Report",
-    "Issue",
-    "Ingested",
-    "IngestResult",
-    "MeshInput",
-    "Entry",
-    "SearchHit",
-    "Articulated",
-    "PackReport",
-    "MadeRun",
-    "Rejection",
     "PlanInfo",
     "StyleInfo",
     "FamilyInfo",
     "Bounds",
+    # kitchens
+    "kitchen",
+    "Kitchen",
+    "Detail",
+    "Behaviors",
+    "FixtureStates",
+    "StartStates",
+    "SurfaceTextures",
+    "batch",
+    "Batch",
+    "BatchKitchen",
+    # assets
+    "build",
+    "load",
+    "Asset",
+    "Report",
+    "Issue",
+    "stable_poses",
+    "StablePose",
+    # meshes
+    "ingest",
+    "Ingested",
+    "articulate",
+    "Articulated",
+    "Rejection",
+    "Library",
+    "MeshInput",
+    "IngestResult",
+    "Entry",
+    "SearchHit",
+    # projects and textures
+    "Project",
+    "MadeRun",
+    "ingest_textures",
+    "PackReport",
+    "cache_dir",
+    # errors
     "CasaError",
     "UnknownId",
     "RegistryError",
     "OutputError",
     "Rejected",
 ]
-# Name -> module that it is imported from when it is first asked for, so that the command line starts without numpy.
-_SOURCES = {
-    **dict.fromkeys(("build", "build_object", "check", "read_asset", "sample", "write"), "casa_assets.api.assets"),
-    **dict.fromkeys(("plans", "styles", "families", "surfaces", "plugins"), "casa_assets.api.catalogue"),
-    **dict.fromkeys(("PlanInfo", "StyleInfo", "FamilyInfo", "Bounds"), "casa_assets.api.catalogue"),
-    **dict.fromkeys(("Behaviors", "FixtureStates"), "casa_assets.api.behaviors"),
-    **dict.fromkeys(("Kitchen", "Weight", "kitchen", "load_scene", "start_states"), "casa_assets.api.kitchen"),
-    "StartStates": "casa_assets.api.behaviors",
-    **dict.fromkeys(("Batch", "BatchKitchen", "batch"), "casa_assets.api.batch"),
-    "ingest_textures": "casa_assets.api.assets",
-    **dict.fromkeys(("MadeRun", "make"), "casa_assets.api.catalogue"),
-    "PackReport": "casa_assets.pipeline.textures.packs.ingest",
-    **dict.fromkeys(("StablePose", "stable_poses"), "casa_assets.api.assets"),
-    **dict.fromkeys(("Library", "ingest", "articulate"), "casa_assets.api.library"),
-    **dict.fromkeys(("Ingested", "IngestResult", "Articulated", "Rejection"), "casa_assets.api.library"),
-    **dict.fromkeys(("CasaError", "UnknownId", "RegistryError", "OutputError", "Rejected"), "casa_assets.errors"),
-    "SurfaceTextures": "casa_assets.pipeline.kitchens.load_scene",
-    "Asset": "casa_assets.model.asset.asset",
-    **dict.fromkeys(("Issue", "Report"), "casa_assets.model.issue"),
-    "Entry": "casa_assets.pipeline.reports.entry",
-    "SearchHit": "casa_assets.pipeline.dedup.search",
-    "MeshInput": "casa_assets.pipeline.ingest.in_memory",
-    "cache_dir": "casa_assets.core.system",
-    "use_project": "casa_assets.projects",
-    "to_trimesh": "casa_assets.geometry.mesh.trimesh_exchange",
+# Module -> names that are imported from it when they are first used, so that the command line starts without numpy.
+_NAMES = {
+    "api.assets": ("build", "load", "stable_poses", "StablePose"),
+    "api.batch": ("batch", "Batch", "BatchKitchen"),
+    "api.behaviors": ("Behaviors", "FixtureStates", "StartStates"),
+    "api.catalogue": (
+        *("plans", "styles", "families", "surfaces", "plugins"),
+        *("PlanInfo", "StyleInfo", "FamilyInfo", "Bounds"),
+    ),
+    "api.kitchen": ("kitchen", "Kitchen", "Detail"),
+    "api.library": ("Library", "ingest", "articulate", "Ingested", "IngestResult", "Articulated", "Rejection"),
+    "api.projects": ("Project", "MadeRun", "ingest_textures"),
+    "core.system": ("cache_dir",),
+    "errors": ("CasaError", "UnknownId", "RegistryError", "OutputError", "Rejected"),
+    "model.asset.asset": ("Asset",),
+    "model.issue": ("Issue", "Report"),
+    "pipeline.dedup.search": ("SearchHit",),
+    "pipeline.ingest.in_memory": ("MeshInput",),
+    "pipeline.kitchens.load_scene": ("SurfaceTextures",),
+    "pipeline.reports.entry": ("Entry",),
+    "pipeline.textures.packs.ingest": ("PackReport",),
 }
+_SOURCES = {name: f"casa_assets.{module}" for module, names in _NAMES.items() for name in names}
 
 
 class _Package(ModuleType):

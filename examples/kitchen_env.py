@@ -57,12 +57,12 @@ class KitchenEnv(gymnasium.Env[Array, Array]):
     metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 20}  # noqa: RUF012  as gymnasium has it
 
     def __init__(
-        self, task: Task = START_MICROWAVE, weight: casa.Weight = "full", render_mode: str | None = None
+        self, task: Task = START_MICROWAVE, detail: casa.Detail = "full", render_mode: str | None = None
     ) -> None:
         self.action_space = gymnasium.spaces.Box(-1, 1, (3,), np.float32)
         self.observation_space = gymnasium.spaces.Box(-10, 10, (6,), np.float32)
-        kitchen = casa.kitchen(task.plan, task.style)
-        spec = kitchen.to_mjspec(weight)
+        kitchen = casa.kitchen(task.plan, task.style, detail=detail)
+        spec = kitchen.to_mjspec()
         spec.attach(mujoco.MjSpec.from_string(FINGER), frame=spec.worldbody.add_frame())
         self.model = spec.compile()
         self.data, self.behaviors = mujoco.MjData(self.model), casa.Behaviors(self.model)
@@ -70,7 +70,7 @@ class KitchenEnv(gymnasium.Env[Array, Array]):
         self.yaw = kitchen.facts["parking"][task.fixture]["shut"]["yaw"]  # where a robot before the fixture looks
         self.renderer = mujoco.Renderer(self.model, 240, 320) if render_mode else None
         # The light form has no pictures to change.
-        self.textures = kitchen.textures_of(self.model) if render_mode and weight == "full" else None
+        self.textures = kitchen.textures_of(self.model) if render_mode and detail == "full" else None
         self.choices = {surface: names[:3] for surface, names in casa.surfaces().items()}
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Array, dict[str, Any]]:

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from casa_assets.pipeline.process_name import is_worker
+from casa_assets.projects import project_folder
 
 
 class Unsendable:
@@ -226,3 +227,8 @@ def _oom_score(value: str) -> int:
 
 def _threads(value: str) -> str:
     return os.environ["OPENBLAS_NUM_THREADS"]
+
+
+def folder_in_use(_: object) -> Path | None:
+    """Folder of the project that a worker uses."""
+    return project_folder()

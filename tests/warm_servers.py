@@ -24,6 +24,7 @@ from typing import Any
 
 import pytest
 
+from casa_assets import projects
 from casa_assets.pipeline.workers import pool
 from casa_assets.projects import NO_PROJECT, VARIABLE
 
@@ -126,6 +127,7 @@ class WarmServers:
             self._process = subprocess.Popen(
                 [sys.executable, "-c", CODE, json.dumps(self._state[1]), str(end.fileno())],
                 pass_fds=[end.fileno()],
+                env=self._state[2],
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.DEVNULL,
                 stderr=subprocess.DEVNULL,
@@ -144,7 +146,7 @@ class WarmServers:
 
 def state() -> State:
     """What a server takes over from the process that starts it."""
-    environment = {key: text for key, text in os.environ.items() if key != "PYTEST_CURRENT_TEST"}
+    environment = {key: text for key, text in projects.environment().items() if key != "PYTEST_CURRENT_TEST"}
     if environment.get(VARIABLE) == NO_PROJECT:
         del environment[VARIABLE]
     return str(Path.cwd()), tuple(os.path.abspath(place) for place in sys.path), environment  # noqa: PTH100

@@ -1,102 +1,154 @@
-"""Assets one at a time (built from numbers, checked, written, read), poses in which they rest, own textures."""
+"""Assets one at a time: built from numbers, opened, loaded into MuJoCo, written, checked; poses in which they rest."""
 
 from __future__ import annotations
 
 import json
 import tempfile
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import mujoco
 import numpy as np
-from pydantic import ValidationError
 
-from casa_assets.api.kitchen import Kitchen
+from casa_assets.api.kitchen import Detail, Kitchen
 from casa_assets.core.numeric import Floats
 from casa_assets.core.system import cache_dir
 from casa_assets.errors import CasaError, OutputError, UnknownId
-from casa_assets.families.family import Params
+from casa_assets.export import mjcf
+from casa_assets.export.mujoco_values import VIEWER_GROUPS
 from casa_assets.geometry.mesh.trimesh_exchange import resting_sides
-from casa_assets.layouts.order.request import KitchenRequest
+from casa_assets.geometry.mesh.trimesh_exchange import to_trimesh as to_trimesh
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.issue import Report
-from casa_assets.model.kitchen.choices import Surface
-from casa_assets.model.kitchen.scene import Scene
 from casa_assets.model.kitchen.style import PresetChoice
 from casa_assets.model.pose import Pose
 from casa_assets.pipeline.cache.asset_store import AssetStore
 from casa_assets.pipeline.families.run import FamilyRequest
 from casa_assets.pipeline.families.run import params_of as drawn
 from casa_assets.pipeline.ingest.job import writing
-from casa_assets.pipeline.kitchens.check import run_checks_on_scene
-from casa_assets.pipeline.kitchens.recipe import recipe_of
-from casa_assets.pipeline.kitchens.resolve import build_scene, params_of
+from casa_assets.pipeline.kitchens.load_scene import model_of
+from casa_assets.pipeline.kitchens.resolve import checked_params, params_of
 from casa_assets.pipeline.kitchens.scene_files import SCENE_JSON
-from casa_assets.pipeline.kitchens.scene_json import design_of
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.asset_json import manifest_of
 from casa_assets.pipeline.library.asset_package import check_package, write_package
-from casa_assets.pipeline.textures.packs.ingest import PackOptions, PackReport, ingest_pack
-from casa_assets.projects import project_folder
-from casa_assets.registry.families import family as family_of
-from casa_assets.registry.objects import object_family
-from casa_assets.textures.packs.entry import PictureDescription
+from casa_assets.registry.families import family, family_names
+from casa_assets.registry.objects import object_family, object_names
 
-# Textures -------------------------------------------------------------------------------------------------------------
-# Use the user's own pictures as textures of kitchens.
+# Build and open -------------------------------------------------------------------------------------------------------
+
+OBJECTS = "objects/"  # before the name of a category that is the name of a family too
 
 
-def ingest_textures(
-    source: str | Path,
-    pack: str = "",
-    surface: str = "",
-    tile_m: tuple[float, float] | None = None,
-    licence: str = "",
-    generator: str = "",
-    substance: str = "",
-    library: str | Path | None = None,
-) -> PackReport:
-    """Import pictures as a texture pack, as `casa-assets textures ingest` does.
-
-    In a project the pack is written to its `textures/`, and from then on `kitchen(..., surfaces={"wall": id})` accepts
-    its pictures. The values given here apply to each picture for which a `pack.yaml` in the folder does not state
-    another.
+def build(name: str, preset: str = "", *, seed: int | None = None, index: int = 0, **params: Any) -> Asset:
+    """Build a fixture of a family, or a loose object of a category.
 
     Args:
-        source: folder of pictures.
-        pack: name of the pack, which is the prefix of the ids of the pictures; if empty, the name of the folder.
-        surface: wall, floor, counter or cabinet.
-        tile_m: width and height of the area that a picture shows, metres.
-        licence: SPDX id, or the text of the licence.
-        generator: program or model that made the pictures.
-        substance: id of a substance.
-        library: folder to write to, instead of the project in use.
-    Returns:
-        Folder of the pack, its `pictures`, those that were `refused` with the reasons, and whether it `changed`.
+        name: a family, see `families()`, or a category of objects, which `casa-assets objects list` prints. If there
+            are both, it is the family; `objects/jar` is the object.
+        preset: name of a ready member of a family; if empty and there is no seed, the first.
+        seed: seed that draws all numbers and choices; the same seed always gives the same asset. With a preset it is
+            the parameter of that name, which families of irregular things have. Objects are always drawn.
+        index: number of the draw, as in `casa-assets families build` and `casa-assets objects build`.
+        params: numbers and choices that differ from the preset's or from those drawn, such as `width=0.6`.
     Raises:
-        UnknownId: no such surface. CasaError: there is no such folder, an id is taken, or there is neither a project
-            nor a `library` to write to. RegistryError: `pack.yaml` is wrong. OutputError: the folder cannot be written
-            to.
+        UnknownId: no such family, category, preset or finish. CasaError: the numbers are out of bounds or contradict
+            each other.
     """
-    place = project_folder() if library is None else Path(library)
-    if place is None:
-        raise CasaError("say where the pack is to be: casa.use_project(folder), or library=folder")
-    if surface and surface not in list(Surface):
-        raise UnknownId("surface", surface, [one.value for one in Surface])
+    category, is_object = name.removeprefix(OBJECTS), name not in family_names()
+    if is_object and not name.startswith(OBJECTS) and name not in object_names():
+        raise UnknownId("family or category of objects", name, [*family_names(), *object_names()])
+    made = object_family(category) if is_object else family(name)
+    if is_object and preset:
+        raise CasaError(f"{name}: objects have no presets, got {preset!r}; a seed draws one")
+    if is_object or (seed is not None and not preset):
+        numbers = drawn(FamilyRequest(category, seed=seed or 0, index=index, is_object=is_object))
+        numbers = checked_params(name, made.params, numbers.model_dump(), params) if params else numbers
+    else:
+        stated = params if seed is None else {**params, "seed": seed}
+        numbers = params_of(PresetChoice(preset=f"{name}/{preset or next(iter(made.presets))}", params=stated))
+    store = AssetStore(cache_dir())
     try:
-        said = PictureDescription(
-            surface=Surface(surface) if surface else None,
-            tile_m=tile_m,
-            licence=licence or None,
-            generator=generator or None,
-            substance=substance or None,
-        )
-    except ValidationError as error:
-        first = error.errors()[0]
-        raise CasaError(f"{'.'.join(map(str, first['loc']))}: {first['msg']}, got {first['input']!r}") from None
-    with writing(place):
-        return ingest_pack(Path(source), PackOptions(library=place, pack=pack or None, flags=said))
+        asset = store.built(made, numbers)
+    except ValueError as error:
+        raise CasaError(f"{name}: {error}") from error
+    store.tidy()
+    return asset
+
+
+def load(path: str | Path, detail: Detail = "full") -> Asset | Kitchen:
+    """Open an asset or a kitchen from its folder.
+
+    Args:
+        path: folder of an asset in a library, or one that `Asset.write` made; or folder of a kitchen, whose files are
+            used as they are.
+        detail: form of a kitchen, see `Kitchen`.
+    Raises:
+        OutputError: the folder contains neither, or a file is missing or damaged.
+    """
+    folder = Path(path)
+    if (folder / SCENE_JSON).is_file():
+        return Kitchen(folder, detail)
+    if (folder / disk.CERTIFICATE).is_file():
+        return disk.read_asset(folder)
+    raise OutputError(str(folder), f"holds neither {SCENE_JSON} of a scene nor {disk.CERTIFICATE} of an asset")
+
+
+# Methods of Asset -----------------------------------------------------------------------------------------------------
+# They are called by its methods of the same names, which state what they do.
+
+
+def to_mjspec(asset: Asset) -> mujoco.MjSpec:
+    """See `Asset.to_mjspec`."""
+    files = dict(mjcf.write(asset, VIEWER_GROUPS).entries)
+    return mujoco.MjSpec.from_string(files.pop("model.xml").decode(), assets=files)
+
+
+def to_mjmodel(asset: Asset) -> mujoco.MjModel:
+    """See `Asset.to_mjmodel`."""
+    return model_of(mjcf.write(asset))
+
+
+def write(asset: Asset, folder: str | Path) -> Path:
+    """See `Asset.write`."""
+    library = disk.Library(Path(folder))
+    target = library.root / asset.id
+    with library.locked(), writing(library.root):
+        library.sweep()
+        staged = library.stage(asset.id)
+        write_package(asset, staged)
+        text = json.dumps({"asset": manifest_of(asset)}, sort_keys=True, indent=1, ensure_ascii=False)
+        (staged / disk.CERTIFICATE).write_text(text + "\n", encoding="utf-8")
+        library.put(staged, target)
+    return target
+
+
+def check(asset: Asset) -> Report:
+    """See `Asset.check`."""
+    with tempfile.TemporaryDirectory(prefix="casa-assets-") as place:
+        folder = Path(place) / asset.id
+        folder.mkdir()
+        write_package(asset, folder)
+        return check_package(asset, folder)
+
+
+def check_folder(folder: Path) -> Report:
+    """Run every check that applies on the files of an asset or a kitchen; they are only read.
+
+    Raises:
+        OutputError: the folder contains neither, or is damaged.
+    """
+    found = load(folder)
+    return found.check() if isinstance(found, Kitchen) else check_package(found, folder)
+
+
+def show(asset: Asset, pose: str, web: bool) -> None:
+    """See `Asset.show`."""
+    from casa_assets.api import viewing
+    from casa_assets.pipeline.view.subject import Loaded
+
+    viewing.show(Loaded(asset), pose, web)
 
 
 # Stable poses ---------------------------------------------------------------------------------------------------------
@@ -152,122 +204,3 @@ def _set_down(rotation: Floats, points: Floats, center: Floats) -> Pose:
     matrix[:2, 3] = -(rotation @ center)[:2]
     matrix[2, 3] = -float((points @ rotation[2]).min())
     return Pose.from_matrix(matrix)
-
-
-# Assets ---------------------------------------------------------------------------------------------------------------
-# Single assets: built from parameters, checked, written and read.
-
-
-def build(family: str, preset: str = "", params: Params | Mapping[str, Any] | None = None) -> Asset:
-    """Build a member of a family.
-
-    Args:
-        family: name, see `families()`.
-        preset: name of a ready member; if empty, the first of the family.
-        params: numbers and choices that differ from the preset's, or all of them as `sample` returns them.
-    Raises:
-        UnknownId: no such family, preset or finish. CasaError: the numbers are out of bounds or contradict each other.
-    """
-    found = family_of(family)
-    if isinstance(params, Params):
-        if not isinstance(params, found.params) or preset:
-            raise CasaError(f"{family}: give a preset, or {found.params.__name__}, got {type(params).__name__}")
-        numbers: Params = params
-    else:
-        named = f"{family}/{preset or next(iter(found.presets))}"
-        numbers = params_of(PresetChoice.model_validate({"preset": named, **(params or {})}))
-    store = AssetStore(cache_dir())
-    try:
-        made = store.built(found, numbers)
-    except ValueError as error:
-        raise CasaError(f"{family}: {error}") from error
-    store.tidy()
-    return made
-
-
-def sample(family: str, seed: int = 0, index: int = 0) -> Params:
-    """Return random parameters for `build`: draw `index` of a seed; the same pair gives the same parameters.
-
-    Raises:
-        UnknownId: no such family.
-    """
-    return drawn(FamilyRequest(family, seed=seed, index=index))
-
-
-def build_object(category: str, seed: int = 0, index: int = 0) -> Asset:
-    """Build a loose object, such as an apple, as `casa-assets objects build` does for draw `index` of a seed.
-
-    Args:
-        category: a category that has objects; `casa-assets objects list` prints them.
-    Raises:
-        UnknownId: there are no objects of that category; the error names the nearest.
-    """
-    member = object_family(category)
-    store = AssetStore(cache_dir())
-    made = store.built(member, drawn(FamilyRequest(category, seed=seed, index=index, is_object=True)))
-    store.tidy()
-    return made
-
-
-def write(asset: Asset, folder: str | Path) -> Path:
-    """Write an asset as MJCF and USD with a picture, and `asset.json`, which `read_asset` reads back.
-
-    Args:
-        folder: created if missing.
-    Returns:
-        `<folder>/<id of the asset>`, which is overwritten if it exists.
-    Raises:
-        OutputError: the folder cannot be written to, or another run is writing to it.
-    """
-    library = disk.Library(Path(folder))
-    target = library.root / asset.id
-    with library.locked(), writing(library.root):
-        library.sweep()
-        staged = library.stage(asset.id)
-        write_package(asset, staged)
-        text = json.dumps({"asset": manifest_of(asset)}, sort_keys=True, indent=1, ensure_ascii=False)
-        (staged / disk.CERTIFICATE).write_text(text + "\n", encoding="utf-8")
-        library.put(staged, target)
-    return target
-
-
-def read_asset(folder: str | Path) -> Asset:
-    """Return the asset in a folder of a library or one that `write` made, including meshes and textures.
-
-    Raises:
-        OutputError: a file is missing or damaged.
-    """
-    return disk.read_asset(Path(folder))
-
-
-def check(subject: Asset | Kitchen | str | Path) -> Report:
-    """Run every check that applies; about a second for an asset, ten to twenty for a kitchen.
-
-    Args:
-        subject: an asset or a kitchen, which is written to a temporary folder for the checks; or the folder of an asset
-            or of a scene, which is only read.
-    Raises:
-        OutputError: the folder contains neither an asset nor a scene, or is damaged.
-    """
-    if isinstance(subject, Asset):
-        with tempfile.TemporaryDirectory(prefix="casa-assets-") as place:
-            folder = Path(place) / subject.id
-            folder.mkdir()
-            write_package(subject, folder)
-            return check_package(subject, folder)
-    if isinstance(subject, Kitchen):
-        with tempfile.TemporaryDirectory(prefix="casa-assets-") as place:
-            return _check_scene(subject.resolved, subject.scene, subject.write(place))
-    folder = Path(subject)
-    if (folder / SCENE_JSON).is_file():
-        recipe = recipe_of(folder.absolute().name, (folder.absolute().parent,))
-        return _check_scene(*build_scene(recipe, cache_dir()), folder)
-    if (folder / disk.CERTIFICATE).is_file():
-        return check_package(disk.read_asset(folder), folder)
-    raise OutputError(str(folder), f"holds neither {SCENE_JSON} of a scene nor {disk.CERTIFICATE} of an asset")
-
-
-def _check_scene(kitchen: KitchenRequest, scene: Scene, folder: Path) -> Report:
-    """Run every check on a scene in its folder."""
-    report, _ = run_checks_on_scene(scene, design_of(kitchen, scene), folder)
-    return report

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Generic, Literal, TypedDict, TypeVar, Unpack, overload
 
 import mujoco
 import numpy as np
 
-from casa_assets.api.kitchen import SCENES_FOLDER, Kitchen, folder_or_kitchen, load_scene
+from casa_assets.api.kitchen import Kitchen, kitchen
 from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import CasaError
 from casa_assets.pipeline.batches.engines import COMMON_SIZES, TRIAL_ROBOT_FREEDOMS, Engine, Parts, engine_named
@@ -23,6 +22,13 @@ from casa_assets.pipeline.kitchens.load_scene import FILES
 from casa_assets.pipeline.kitchens.scene_files import SCENE_JSON, START_STATES
 from casa_assets.pipeline.kitchens.state_file import read_current_states
 
+if TYPE_CHECKING:
+    from casa_assets.pipeline.batches.engines import MujocoEngine
+    from casa_assets.pipeline.batches.mjx_engine import MjxEngine
+    from casa_assets.pipeline.batches.mujoco_warp_engine import MujocoWarpEngine
+    from casa_assets.pipeline.batches.newton_engine import NewtonEngine
+
+E = TypeVar("E", bound=Engine)
 EngineName = Literal["mujoco", "mujoco_warp", "mjx", "newton"]
 # These do not know what sleeps when they begin, so that all contacts at rest count.
 BEGIN_AWAKE = ("mjx", "newton")
@@ -57,11 +63,11 @@ class BatchKitchen:
         return int(self.model.jnt_qposadr[self.joints[joint]])
 
 
-class Batch:
+class Batch(Generic[E]):
     """Worlds in one engine, made by `batch(...)`; world w is a copy of kitchen `w % len(kitchens)`.
 
     Attributes:
-        engine: its name.
+        engine: it has the `model` and `data` of all worlds, as objects of the engine itself.
         kitchens: the kitchens in their order.
         kitchen_of_world: (worlds,) ints.
         sizes: sizes of the engine's buffers for a world.
@@ -69,48 +75,17 @@ class Batch:
         base: (worlds, 3) parking pose of the middle of a robot's base in each world: x, y (m), yaw (rad).
     """
 
-    def __init__(
-        self, name: EngineName, engine: Engine, kitchens: Sequence[BatchKitchen], parts: Parts, robot: Robot | None
-    ) -> None:
-        self.engine, self.kitchens, self.sizes = name, tuple(kitchens), dict(parts.sizes)
+    def __init__(self, engine: E, kitchens: Sequence[BatchKitchen], parts: Parts, robot: Robot | None) -> None:
+        self.engine, self.kitchens, self.sizes = engine, tuple(kitchens), dict(parts.sizes)
         self.kitchen_of_world = parts.kitchen_of_world
         self.states: Ints = np.full(len(parts.kitchen_of_world), -1)
         self.base: Floats = np.zeros((len(parts.kitchen_of_world), 3))
-        self._engine, self._robot = engine, robot
+        self._robot = robot
         self.reset(seed=None)
 
     def __len__(self) -> int:
         """Number of worlds."""
         return len(self.kitchen_of_world)
-
-    @property
-    def model(self) -> Any:
-        """The engine's model; a list of one per world for `mujoco`."""
-        return self._engine.model
-
-    @property
-    def data(self) -> Any:
-        """The engine's state of all worlds: for MJX a new object after each step, for `mujoco` a list."""
-        return self._engine.data
-
-    @data.setter
-    def data(self, value: Any) -> None:
-        self._engine.data = value
-
-    @property
-    def control(self) -> Any:
-        """Inputs that drive the joints: Newton's Control; for other engines they are in `data`."""
-        return self._engine.control
-
-    @property
-    def axes(self) -> Any:
-        """For MJX, the arrays of `model` that have a row per world, as `in_axes` of `jax.vmap`. Otherwise None."""
-        return getattr(self._engine, "axes", None)
-
-    @property
-    def bytes_per_world(self) -> int:
-        """Memory for the state of a world in the engine, without the model and without buffers for a step, bytes."""
-        return self._engine.bytes_per_world
 
     @cached_property
     def fields(self) -> dict[str, Floats]:
@@ -129,16 +104,16 @@ class Batch:
     @property
     def qpos(self) -> Floats:
         """(worlds, nq) copy of the positions, in MuJoCo's order."""
-        return self._engine.qpos
+        return self.engine.qpos
 
     @property
     def qvel(self) -> Floats:
         """(worlds, nv) copy of the velocities, in the engine's order."""
-        return self._engine.qvel
+        return self.engine.qvel
 
     def step(self, count: int = 1) -> None:
         """Run `count` steps of 2 ms in all worlds."""
-        self._engine.step(count)
+        self.engine.step(count)
 
     def reset(self, worlds: Sequence[int] | Ints | None = None, seed: int | None = None) -> None:
         """Put worlds into start states, at rest, with the robot at its parking place.
@@ -160,34 +135,57 @@ class Batch:
         mounts = np.stack([base[:, 0], base[:, 1], level, np.cos(half), level, level, np.sin(half)], axis=1)
         if self._robot is not None:
             qpos = np.concatenate([qpos, _placed(self._robot, mounts)], axis=1)
-        self._engine.reset(chosen, qpos, asleep, mounts)
+        self.engine.reset(chosen, qpos, asleep, mounts)
 
 
+class BatchOptions(TypedDict, total=False):
+    """The options of `batch`, which explains them."""
+
+    worlds: int | None
+    robot: str | Path | mujoco.MjSpec | None
+    states: int
+    sizes: Mapping[str, int] | None
+    device: str | None
+    textures: bool
+
+
+Kitchens = Sequence[str | Path | Kitchen]
+
+
+@overload
 def batch(
-    kitchens: Sequence[str | Path | Kitchen],
+    kitchens: Kitchens, engine: Literal["mujoco_warp"] = ..., **options: Unpack[BatchOptions]
+) -> Batch[MujocoWarpEngine]: ...
+@overload
+def batch(kitchens: Kitchens, engine: Literal["mujoco"], **options: Unpack[BatchOptions]) -> Batch[MujocoEngine]: ...
+@overload
+def batch(kitchens: Kitchens, engine: Literal["mjx"], **options: Unpack[BatchOptions]) -> Batch[MjxEngine]: ...
+@overload
+def batch(kitchens: Kitchens, engine: Literal["newton"], **options: Unpack[BatchOptions]) -> Batch[NewtonEngine]: ...
+def batch(
+    kitchens: Kitchens,
     engine: EngineName = "mujoco_warp",
+    *,
     worlds: int | None = None,
     robot: str | Path | mujoco.MjSpec | None = None,
     states: int = 16,
-    out: Path | str | None = None,
     sizes: Mapping[str, int] | None = None,
     device: str | None = None,
     textures: bool = False,
-) -> Batch:
+) -> Batch[Any]:
     """Run several kitchens in one engine: their batch forms in one structure, at rest in their start states.
 
     Engines require the same bodies, joints and shapes in each world but allow different numbers. So all kitchens get as
     many of each as the kitchen with the most; surplus ones are parked out of the way.
 
     Args:
-        kitchens: ids, folders of scenes, or results of `kitchen()`; plans and styles may differ.
+        kitchens: ids, folders of scenes, or results of `kitchen()` and `load()`; plans and styles may differ.
         engine: `mujoco` steps with threads on the processor; `mujoco_warp`, `mjx` and `newton` have to be installed.
         worlds: number of worlds; None: one for each kitchen.
         robot: MJCF file or MjSpec of a robot; in each world it is placed as the start state says, and its names begin
             with `robot_`. Not with `newton`.
         states: maximum number of start states of each kitchen to keep for resets, if `casa-assets scenes states` drew
-            some; otherwise there is one, the kitchen as it is built.
-        out: folder of scenes; None: `out/scenes` of the working folder.
+            some in its folder; otherwise there is one, the kitchen as it is built.
         sizes: nconmax, njmax, nccdmax and nvmax of a world that replace those in `batch.json`; a robot may need more.
         device: such as `cuda:0` or `cpu`; None: the engine's own choice.
         textures: for rendering: the model holds the materials of all kitchens, and `geom_matid` differs from world to
@@ -200,13 +198,15 @@ def batch(
     if not kitchens or count < len(kitchens):
         raise CasaError(f"{count} worlds of {len(kitchens)} kitchens: there has to be a kitchen, and a world of each")
     made = engine_named(engine)
-    if engine == "newton":
-        _refuse_what_newton_lacks(robot is not None, textures)
-    place = SCENES_FOLDER if out is None else Path(out)
-    sources = [_Source.of(kitchen, place) for kitchen in kitchens]
-    lost = next((source for source in sources if source.parks is None), None)
+    if engine == "newton" and robot is not None:
+        raise CasaError("newton: a robot is added with newton.ModelBuilder; leave robot out")
+    if engine == "newton" and textures:
+        raise CasaError("newton: takes the shapes of a kitchen in plain colours; leave textures out")
+    sources = [_Source.of(kitchen) for kitchen in kitchens]
+    lost = next((source.kitchen for source in sources if source.parks is None), None)
     if robot is not None and lost is not None:
-        raise CasaError(f"{lost.folder / SCENE_JSON}: is missing or names no parking place, where a robot would stand")
+        where = lost.id if lost.folder is None else lost.folder / SCENE_JSON
+        raise CasaError(f"{where}: is missing or names no parking place, where a robot would stand")
     mounted = None if robot is None else robot_of(robot)
     shared, rows, found = _put_together(sources, engine, states, mounted, sizes or {}, textures)
     parts = Parts(
@@ -219,18 +219,10 @@ def batch(
         device=device,
     )
     inside = [
-        BatchKitchen(source.id, one.model, one.bodies, one.joints, one.geoms, one.sites, one.cameras, row)
+        BatchKitchen(source.kitchen.id, one.model, one.bodies, one.joints, one.geoms, one.sites, one.cameras, row)
         for source, one, row in zip(sources, shared, rows, strict=True)
     ]
-    return Batch(engine, made(parts), inside, parts, mounted)
-
-
-def _refuse_what_newton_lacks(has_robot: bool, textures: bool) -> None:
-    """Raise CasaError for options that Newton does not support."""
-    if has_robot:
-        raise CasaError("newton: a robot is added with newton.ModelBuilder; leave robot out")
-    if textures:
-        raise CasaError("newton: takes the shapes of a kitchen in plain colours; leave textures out")
+    return Batch(made(parts), inside, parts, mounted)
 
 
 def _put_together(
@@ -264,47 +256,42 @@ def _put_together(
 
 @dataclass(frozen=True)
 class _Source:
-    """Input for one kitchen of a batch.
+    """Input for one kitchen of a batch: the kitchen, and its batch form."""
 
-    Attributes:
-        folder: folder of its scene; missing files are not used.
-    """
-
-    id: str
+    kitchen: Kitchen
     spec: mujoco.MjSpec
-    folder: Path
-    kitchen: Kitchen | None
 
     @staticmethod
-    def of(kitchen: str | Path | Kitchen, out: Path) -> _Source:
-        found = kitchen if isinstance(kitchen, Kitchen) else folder_or_kitchen(kitchen, "batch", out)
-        if isinstance(found, Kitchen):
-            return _Source(found.id, found.to_mjspec("batch"), out / found.id, found)
-        return _Source(found.name, load_scene(found, weight="batch", as_spec=True), found, None)
+    def of(source: str | Path | Kitchen) -> _Source:
+        if isinstance(source, Kitchen):
+            found = source.with_detail("batch")
+        elif isinstance(source, Path) or Path(source).is_dir():
+            found = Kitchen(Path(source), "batch")
+        else:
+            found = kitchen(source, detail="batch")
+        return _Source(found, found.to_mjspec())
 
     @property
     def sizes(self) -> dict[str, int]:
         """Sizes of buffers from `batch.json`; empty if the file does not exist."""
-        found = read_batch(self.folder)
+        found = None if self.kitchen.folder is None else read_batch(self.kitchen.folder)
         return {} if found is None else {name: getattr(found.engine, name) for name in COMMON_SIZES}
 
     def rows(self, shared: SharedModel, most: int) -> StartRows:
         """States at rest, from the start states that were drawn for exactly this scene."""
-        path, scene = self.folder / START_STATES, self.folder / FILES["full"]
-        drawn = read_current_states(self.folder, scene) if path.is_file() and scene.is_file() else None
+        drawn, folder = None, self.kitchen.folder
+        if folder is not None and (folder / START_STATES).is_file() and (folder / FILES["full"]).is_file():
+            drawn = read_current_states(folder, folder / FILES["full"])
         return start_rows(shared, drawn, most, self.parks or (0.0, 0.0, 0.0))
 
     @cached_property
     def parks(self) -> tuple[float, float, float] | None:
         """Parking pose of a robot in the kitchen as built, in front of the first fixture, or None if not stated."""
-        path = self.folder / SCENE_JSON
-        if self.kitchen is not None:
-            facts = self.kitchen.facts
-        elif path.is_file():
-            facts = json.loads(path.read_text(encoding="utf-8"))
-        else:
+        folder = self.kitchen.folder
+        if folder is not None and not (folder / SCENE_JSON).is_file():
             return None
-        shut = next((spot["shut"] for spot in facts["parking"].values() if spot.get("shut")), None)
+        places = self.kitchen.facts["parking"].values()
+        shut = next((spot["shut"] for spot in places if spot.get("shut")), None)
         return None if shut is None else (shut["x"], shut["y"], shut["yaw"])
 
 

@@ -38,7 +38,7 @@ class StartStates:
     """
 
     def __init__(self, states: scene.StartStates, model: mujoco.MjModel, source: Path) -> None:
-        """Made by `start_states(...)`. Raises CasaError if the model lacks a joint of the states."""
+        """Made by `Kitchen.start_states`. Raises CasaError if the model lacks a joint of the states."""
         self._rows: Floats = states.qpos.astype(np.float64)
         self._at = _addresses(states, model, source)
         self.base, self.depth, self.motion = (a.astype(np.float64) for a in (states.base, states.depth, states.motion))
@@ -81,7 +81,7 @@ def _addresses(states: scene.StartStates, model: mujoco.MjModel, source: Path) -
         if number < 0 or is_free != (joint.width == scene.FREE_WIDTH):
             raise CasaError(
                 f"{source}: the model has no joint {joint.name!r} as the start states know it; they are of the kitchen "
-                f"{states.scene}, whose model casa_assets.load_scene gives"
+                f"{states.scene}, whose model Kitchen.to_mjmodel gives"
             )
         first = int(model.jnt_qposadr[number])
         found[joint.address : joint.address + joint.width] = range(first, first + joint.width)

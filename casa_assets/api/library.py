@@ -9,7 +9,7 @@ from contextlib import closing
 from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 from casa_assets.errors import CasaError, OutputError, Rejected, UnknownId
 from casa_assets.geometry.mesh.trimesh_exchange import MeshOrScene
@@ -27,9 +27,6 @@ from casa_assets.pipeline.ingest.run import ingest as run_ingest
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.entry_table import EntryTable
 from casa_assets.pipeline.reports.entry import Entry, entries
-
-if TYPE_CHECKING:
-    from casa_assets.pipeline.articulate.run import ArticulateOutcome
 
 # What `Library.ingest` takes.
 Input = str | Path | MeshOrScene | MeshInput
@@ -102,40 +99,22 @@ class Ingested:
 
 
 @dataclass(frozen=True)
-class Articulated:
-    """Outcome of searching one mesh for doors, drawers and controls.
+class Articulated(Ingested):
+    """Outcome of searching one mesh for doors, drawers and controls; ART001 in its rejection: no part moves.
+
+    `to_decide` names `frame`, `plan` or `contacts`, and the folder has `decisions.yaml` in it.
 
     Attributes:
-        source: path of the input.
-        asset: accepted or in review, or None if it was rejected.
-        rejection: None if there is an asset; ART001 if no part moves.
-        report: every check; None if it was rejected before the checks.
         category, size: its assumed category and size, with the reasons.
         missing: requirements of RoboCasa's fixture class of its kind that it does not meet; empty if it meets them all.
-        folder: folder of the entry in the library, with `decisions.yaml` in it; None without a library.
         reason_kept: why this is the accepted asset that was already in the library, and not the new result; empty
             otherwise.
     """
 
-    source: str
-    asset: Asset | None
-    rejection: Rejection | None
-    report: Report | None
-    category: str
-    size: str
+    category: str = ""
+    size: str = ""
     missing: tuple[str, ...] = ()
-    folder: Path | None = None
     reason_kept: str = ""
-
-    @property
-    def to_decide(self) -> tuple[str, ...]:
-        """Uncertain properties that a person has to decide: `frame`, `plan`, `contacts`; the report says why."""
-        return self.report.to_decide if self.asset is not None and self.report is not None else ()
-
-    @property
-    def accepted(self) -> bool:
-        """True if there is an asset and a person has nothing to decide about it."""
-        return self.asset is not None and not self.to_decide
 
 
 class Library:
@@ -377,17 +356,24 @@ def articulate(
         found = list(run_articulate([path], place, lambda one: replace(request, source_file=one), jobs=1))
         if len(found) != 1:
             raise CasaError(f"{path}: holds {len(found)} meshes; give one mesh of one thing")
-        return _articulated(found[0], kept=library is not None)
-
-
-def _articulated(done: ArticulateOutcome, kept: bool) -> Articulated:
-    is_made = done.decision is not Decision.REJECTED and done.folder is not None
-    asset = disk.read_asset(done.folder) if is_made and done.folder is not None else None
-    rejection = None if is_made else Rejection(done.code, done.message)
-    folder = done.folder if kept else None
-    source = str(done.mesh)
-    told = done.report, done.category, done.size, done.unmet_checks
-    return Articulated(source, asset, rejection, *told, folder, done.reason_kept)
+        (done,) = found
+        asset = rejection = None
+        if done.decision is not Decision.REJECTED and done.folder is not None:
+            asset = disk.read_asset(done.folder)
+        else:
+            rejection = Rejection(done.code, done.message)
+        return Articulated(
+            str(done.mesh),
+            asset,
+            rejection,
+            done.report.issues if asset is not None and done.report is not None else (),
+            done.report,
+            None if library is None else done.folder,
+            done.category,
+            done.size,
+            done.unmet_checks,
+            done.reason_kept,
+        )
 
 
 def _check_exist(paths: Sequence[Path | StoreRoot]) -> None:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 from rich.text import Text
 
-from casa_assets.cli.output import Output, TextTable, measures_at, pluralize, working_on
+from casa_assets.cli.output import Output, TextTable, issue_rows, measures_at, pluralize, working_on
 from casa_assets.errors import BatchFault
 
 if TYPE_CHECKING:
@@ -47,27 +47,17 @@ def follow(
     return results
 
 
-def end(results: Sequence[SceneResult | FamilyResult]) -> None:
-    """End with the exit code of a run: raises BatchFault after faults of the program, exit 1 where some failed."""
-    raise_faults(results)
-    if not all(result.passed for result in results):
-        raise typer.Exit(1)
+def end(results: Sequence[SceneResult | FamilyResult], output: Output, one_is_enough: bool = False) -> None:
+    """Print the command that shows the first that was made, and end with exit 1 where one failed, or where all did.
 
-
-def look(results: Sequence[SceneResult | FamilyResult], output: Output) -> None:
-    """Print the command that shows the first that was made."""
+    Raises BatchFault after faults of the program.
+    """
     output.look(*[result.folder for result in results if result.passed][:1])
-
-
-def raise_faults(results: Sequence[SceneResult | FamilyResult]) -> None:
-    """Raise BatchFault where some were not made or checked by a fault of the program."""
-    if faults := [_title(result) for result in results if result.is_fault]:
-        raise BatchFault(faults)
-
-
-def _title(result: SceneResult | FamilyResult) -> str:
-    """Id of a kitchen; family or category, and name, of a member."""
-    return result.recipe.scene_id if hasattr(result, "recipe") else result.request.title
+    faults = [result for result in results if result.is_fault]
+    if faults:
+        raise BatchFault(one.recipe.scene_id if hasattr(one, "recipe") else one.request.title for one in faults)
+    if not (any if one_is_enough else all)(result.passed for result in results):
+        raise typer.Exit(1)
 
 
 def write_reports(results: list[SceneResult], out: Path, output: Output) -> None:
@@ -211,29 +201,37 @@ def _scene_row(result: SceneResult) -> dict[str, Any]:
         "passed": result.passed,
         "kept": result.kept,
         "message": result.message,
-        "issues": [{"code": i.code, "pointer": i.pointer, "message": i.message} for i in result.problems],
-        "build_s": round(result.build_s, 3),
-        "write_s": round(result.write_s, 3),
-        "draw_s": round(result.draw_s, 3),
-        "check_s": round(result.check_s, 3),
+        "issues": issue_rows(result.problems),
+        **_seconds(result, 3),
         "cpu_s": result.cpu_s,
         **result.counts,
     }
 
 
+def _seconds(result: SceneResult | FamilyResult, digits: int) -> dict[str, float]:
+    """Wall-clock seconds of each step."""
+    return {name: round(getattr(result, name), digits) for name in ("build_s", "write_s", "draw_s", "check_s")}
+
+
+def _print_problems(result: SceneResult | FamilyResult, output: Output) -> None:
+    """Print why something was not made, and what checks found."""
+    say = output.line if result.passed else output.wrong
+    for line in (result.message, *(f"  {i.code} {i.pointer}: {i.message}" for i in result.problems)):
+        if line:
+            say(line)
+
+
 def _print_scene(result: SceneResult, output: Output) -> None:
-    scene, console = result.recipe.scene_id, output.console if result.passed else output.failures
+    scene = result.recipe.scene_id
     if result.kept and result.passed:
-        console.print(f"[green]kept[/] [bold]{scene}[/]", soft_wrap=True)
+        output.styled(f"[green]kept[/] [bold]{scene}[/]")
         return
     mark = "[red]failed[/]" if not result.passed else "[green]made[/]" if result.report is None else "[green]passed[/]"
     seconds = f"build {result.build_s:.1f} s, write {result.write_s:.1f} s, draw {result.draw_s:.1f} s"
     if result.report is not None:
         seconds += f", check {result.check_s:.1f} s"
-    console.print(f"{mark} [bold]{scene}[/] ({seconds})", highlight=False, soft_wrap=True)
-    lines = [f"  {i.code} {i.pointer}: {i.message}" for i in result.problems]
-    for line in ([f"  {result.message}"] if result.message else []) + lines:
-        console.print(line, markup=False, highlight=False, soft_wrap=True)
+    output.styled(f"{mark} [bold]{scene}[/] ({seconds})", is_wrong=not result.passed)
+    _print_problems(result, output)
     for check in result.report.results if output.verbose and result.report else ():
         number = check.reason if check.number is None else f"{check.number:.4g} {check.unit}".rstrip()
         limit = "" if check.limit is None else f" (limit {check.limit:.4g})"
@@ -264,11 +262,8 @@ def _member_row(result: FamilyResult) -> dict[str, object]:
         "passed": result.passed,
         "kept": result.is_kept,
         "message": result.message,
-        "issues": [{"code": i.code, "pointer": i.pointer, "message": i.message} for i in result.problems],
-        "build_s": round(result.build_s, 4),
-        "write_s": round(result.write_s, 4),
-        "draw_s": round(result.draw_s, 4),
-        "check_s": round(result.check_s, 4),
+        "issues": issue_rows(result.problems),
+        **_seconds(result, 4),
         "cpu_s": round(result.cpu_s, 4),
         "bytes": result.size_bytes,
     }
@@ -283,14 +278,11 @@ def print_member(result: FamilyResult, output: Output, always: bool = False) -> 
     output.row(_member_row(result))
     if result.passed and not (always or output.verbose):
         return
-    console = output.console if result.passed else output.failures
     mark = "[green]passed[/]" if result.passed else "[red]failed[/]"
     seconds = f"build {result.build_s:.2f} s, write {result.write_s:.2f} s, check {result.check_s:.2f} s"
     where = f" {result.asset_id} ({seconds}, {result.size_bytes / 1e6:.2f} MB)" if result.asset_id else ""
-    console.print(f"{mark} [bold]{result.request.title}[/]{where}", highlight=False, soft_wrap=True)
-    for line in (result.message, *(f"  {i.code} {i.pointer}: {i.message}" for i in result.problems)):
-        if line:
-            console.print(line, markup=False, highlight=False, soft_wrap=True)
+    output.styled(f"{mark} [bold]{result.request.title}[/]{where}", is_wrong=not result.passed)
+    _print_problems(result, output)
 
 
 def print_members(results: Sequence[FamilyResult], output: Output) -> None:

@@ -208,8 +208,8 @@ _EXTRA = re.compile(r"Got unexpected extra argument(?:s|\(s\))? \((.*)\)")
 _SUGGESTED = re.compile(r"\. Did you mean (.*)\?")
 
 
-class Group(TyperGroup):
-    """Commands under a common word."""
+class _Helped:
+    """Help in our form."""
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
         """Write the help."""
@@ -218,6 +218,10 @@ class Group(TyperGroup):
     def collect_usage_pieces(self, ctx: Any) -> list[str]:
         """The words behind the name in the usage."""
         return usage_pieces(self, ctx)
+
+
+class Group(_Helped, TyperGroup):
+    """Commands under a common word."""
 
     def main(
         self,
@@ -243,6 +247,11 @@ class Group(TyperGroup):
         except typer.Abort:
             sys.exit(1)
         sys.exit(code if isinstance(code, int) else 0)
+
+
+def group_of(name: str, about: str) -> typer.Typer:
+    """Return a group to which commands are added."""
+    return typer.Typer(name=name, cls=Group, help=about, no_args_is_help=True)
 
 
 def misuse(error: Any) -> str:
@@ -319,20 +328,12 @@ PROJECT_HELP = f"Folder with a {SETTINGS}; by default this one or the nearest ab
 PLUGINS_HELP = "Run the code in plugins/ of the project; or none, not even of installed packages."
 
 
-class Verb(TyperCommand):
+class Verb(_Helped, TyperCommand):
     """A verb of the command line, with the options that all verbs share."""
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
         self.params += _options_of_all()
-
-    def format_help(self, ctx: Any, formatter: Any) -> None:
-        """Write the help."""
-        formatter.write(help_text(self, ctx, formatter.width))
-
-    def collect_usage_pieces(self, ctx: Any) -> list[str]:
-        """The words behind the name in the usage."""
-        return usage_pieces(self, ctx)
 
     def invoke(self, ctx: Any) -> Any:
         """Run the verb; with --verbose, say on standard error what it took."""

@@ -11,17 +11,30 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
-from rich.markup import escape
 
-from casa_assets.cli.output import Output, TextTable, bar, measures, pluralize, terminal_safe, without_name
+from casa_assets.cli.output import (
+    Output,
+    TextTable,
+    bar,
+    issue_rows,
+    measures,
+    pluralize,
+    safe,
+    safe_message,
+    terminal_safe,
+)
 from casa_assets.errors import BatchFault, CasaError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator
 
+    from casa_assets.model.issue import Decision
+    from casa_assets.pipeline.articulate.run import ArticulateOutcome
     from casa_assets.pipeline.ingest.job import Event
     from casa_assets.pipeline.library.remote import Change
     from casa_assets.pipeline.reports.entry import Entry
+
+    Done = Event | ArticulateOutcome
 
 KINDS = (
     ".glb, .gltf, .obj, .ply, .stl, .dae, .fbx, .usd, .usdz, .x3d, .wrl, .3ds, .blend, an archive of them, "
@@ -47,6 +60,58 @@ def print_others(others: Counter[str], output: Output) -> None:
     output.row({**row, "count": others.total(), "kinds": counts})
     if not output.as_json:
         output.line(f"No meshes: {pluralize(others.total(), 'file')} ({words})")
+
+
+def counts_of(done: Sequence[Done]) -> tuple[int, int, int]:
+    """Return how many inputs were accepted, are in review, and were rejected."""
+    from casa_assets.model.issue import Decision
+
+    accepted, in_review, rejected = (sum(one.count for one in done if one.decision is each) for each in Decision)
+    return accepted, in_review, rejected
+
+
+def counts_text(accepted: int, in_review: int, rejected: int, ok: str = "accepted") -> str:
+    """Return how many were accepted, are in review and were rejected, with markup."""
+    return f"[green]{accepted} {ok}[/], [yellow]{in_review} in review[/], [red]{rejected} rejected[/]"
+
+
+def print_counts(done: Sequence[Done], kept: int, output: Output) -> int:
+    """Print how many inputs were accepted, in review and rejected, of them `kept` by earlier runs; returns the second.
+
+    Before that, how many were rejected for each reason.
+    """
+    codes: Counter[str] = Counter()
+    for one in done:
+        codes[one.code] += one.count * bool(one.code)
+    print_codes(+codes, output)
+    counts = counts_of(done)
+    there = f" ({kept} {'was' if kept == 1 else 'were'} there already)" if kept else ""
+    output.styled(f"{pluralize(sum(counts), 'input')}: {counts_text(*counts)}{there}")
+    return counts[1]
+
+
+def look(done: Sequence[Done], output: Output) -> None:
+    """Print the command that shows the first asset that was made."""
+    from casa_assets.model.issue import Decision
+
+    output.look(*[one.folder for one in done if one.folder and one.decision is not Decision.REJECTED][:1])
+
+
+def end(done: Sequence[Done], names: Sequence[str]) -> None:
+    """End with exit 3 after a fault of the program, 1 after a rejection, 4 where a person has to decide.
+
+    Args:
+        names: of the inputs, in the same order.
+    """
+    from casa_assets.pipeline.ingest.answers import CRASH_CODE
+
+    if faults := [name for name, one in zip(names, done, strict=True) if one.code == CRASH_CODE]:
+        raise BatchFault(map(terminal_safe, faults))
+    _, in_review, rejected = counts_of(done)
+    if rejected:
+        raise typer.Exit(1)
+    if in_review or any(one.reason_kept for one in done):
+        raise typer.Exit(4)
 
 
 def print_codes(codes: Counter[str], output: Output) -> None:
@@ -87,29 +152,8 @@ def print_review(count: int, asks_category: bool, library: Path, output: Output)
         output.line('         with a line for each file, such as {"file": "a.glb", "category": "mug"}')
 
 
-def print_outcomes(accepted: int, in_review: int, rejected: int, kept: int, output: Output) -> None:
-    """Print how many inputs were accepted, in review and rejected, and how many of them earlier runs had done."""
-    was = "was" if kept == 1 else "were"
-    there = f" ({kept} {was} there already)" if kept else ""
-    counts = f"[green]{accepted} accepted[/], [yellow]{in_review} in review[/], [red]{rejected} rejected[/]{there}"
-    words = f"{pluralize(accepted + in_review + rejected, 'input')}: {counts}"
-    output.console.print(words, highlight=False, soft_wrap=True)
-
-
 # Rows of a table that are printed where the user did not ask for more words.
 MAX_ROWS = 40
-
-
-def end(events: list[Event]) -> None:
-    """End with the exit code of a run; 0 is to return."""
-    from casa_assets.pipeline.ingest.answers import CRASH_CODE
-
-    if faults := [event.path for event in events if event.code == CRASH_CODE]:
-        raise BatchFault(map(terminal_safe, faults))
-    if any(event.was_rejected for event in events):
-        raise typer.Exit(1)
-    if any(event.is_in_review or event.reason_kept for event in events):
-        raise typer.Exit(4)
 
 
 def print_events(
@@ -128,8 +172,8 @@ def print_events(
         task = progress.add_task("looking", total=None)
 
         def show() -> None:
-            counts = f"[green]{done - bad - unsure} ok[/], [yellow]{unsure} in review[/], [red]{bad} rejected[/]"
-            name = f"; {_safe(Path(next(iter(begun))).name)}" if begun else ""
+            name = f"; {safe(Path(next(iter(begun))).name)}" if begun else ""
+            counts = counts_text(done - bad - unsure, unsure, bad, ok="ok")
             progress.update(task, completed=done, description=f"{counts}{name}")
 
         def show_work(path: str) -> None:
@@ -159,23 +203,14 @@ def _print_event(event: Event, output: Output, dry_run: bool) -> None:
     if output.as_json:
         output.row(_json_row(event, dry_run))
     elif event.kind == "rejected" or (output.verbose and event.was_rejected):
-        told = _lines(without_name(event.message, event.path))
-        output.failures.print(
-            f"[red]rejected[/] {_safe(event.path)}: [bold]{event.code}[/] {told}",
-            highlight=False,
-            soft_wrap=True,
-        )
+        message = safe_message(event.message, event.path)
+        output.styled(f"[red]rejected[/] {safe(event.path)}: [bold]{event.code}[/] {message}", is_wrong=True)
     elif event.reason_kept:
-        words = f"[yellow]kept[/] {_safe(event.path)}: {_safe(event.reason_kept)}"
-        output.console.print(words, highlight=False, soft_wrap=True)
+        output.styled(f"[yellow]kept[/] {safe(event.path)}: {safe(event.reason_kept)}")
     elif dry_run or output.verbose:
         color = "yellow" if event.is_in_review else "green"
         kept = " (there already)" if event.kind == "kept" else ""
-        output.console.print(
-            f"[{color}]{event.decision.value}[/]{kept} {_safe(event.path)}: {event.asset_id}",
-            highlight=False,
-            soft_wrap=True,
-        )
+        output.styled(f"[{color}]{event.decision.value}[/]{kept} {safe(event.path)}: {event.asset_id}")
         for warning in event.warnings if event.is_in_review else ():
             output.line(f"  {terminal_safe(warning.pointer)}: {terminal_safe(warning.message)}")
 
@@ -195,7 +230,7 @@ def _json_row(event: Event, dry_run: bool) -> dict[str, object]:
         "message": event.message,
         "count": event.count,
         "dry_run": dry_run,
-        "warnings": [{"code": w.code, "pointer": w.pointer, "message": w.message} for w in event.warnings],
+        "warnings": issue_rows(event.warnings),
     }
 
 
@@ -214,37 +249,17 @@ def print_summary(events: list[Event], library: Path, output: Output, explain: b
         touched = {e.asset_id for e in events if e.kind != "kept"}
     rows = {e.id: e for e in EntryTable(Library(library)).entries if e.id in touched} if touched else {}
     most = len(rows) if output.verbose else MAX_ROWS
-    _accepted_table([e for e in rows.values() if e.decision is Decision.ACCEPTED], most).print(output.console)
-    _review_table([e for e in rows.values() if e.decision is Decision.REVIEW], most).print(output.console)
-    print_codes(codes_of(events), output)
+    for decision in (Decision.ACCEPTED, Decision.REVIEW):
+        _table([entry for entry in rows.values() if entry.decision is decision], decision, most).print(output.console)
     if explain:
         for entry in rows.values():
             _print_guesses(entry, output)
     _print_library_checks(library, output)
-    unsure = print_counts(events, output)
+    unsure = print_counts(events, sum(event.count for event in events if event.kind == "kept"), output)
     place = terminal_safe(str(library))
     output.line(f"Library: {place}/")
     print_review(unsure, any("category" in event.to_decide for event in events), library, output)
     output.next_command("report", "--library", library)
-
-
-def codes_of(events: list[Event]) -> Counter[str]:
-    """Count inputs by the code that they were rejected with."""
-    codes: Counter[str] = Counter()
-    for event in events:
-        codes[event.code] += event.count * bool(event.code)
-    return +codes
-
-
-def print_counts(events: list[Event], output: Output) -> int:
-    """Print how many inputs were accepted, in review and rejected; returns those in review."""
-    from casa_assets.model.issue import Decision
-    from casa_assets.pipeline.ingest.run import tally
-
-    counts = tally(events)
-    accepted, unsure, rejected = (counts[decision.value] for decision in Decision)
-    print_outcomes(accepted, unsure, rejected, counts["kept"], output)
-    return unsure
 
 
 def _print_library_checks(library: Path, output: Output, max_lines: int = 6) -> None:
@@ -257,62 +272,43 @@ def _print_library_checks(library: Path, output: Output, max_lines: int = 6) -> 
     shown = issues if output.verbose else issues[:max_lines]
     for issue in shown:
         place = f"{issue.pointer} " if issue.pointer else ""
-        output.console.print(f"[yellow]{issue.code}[/] {place}{_safe(issue.message)}", highlight=False, soft_wrap=True)
+        output.styled(f"[yellow]{issue.code}[/] {place}{safe(issue.message)}")
     for result in library_report.report.results if library_report else ():
         if result.status is Status.NOT_RUN and output.verbose:
-            message = f"[yellow]{result.code}[/] not run: {_safe(result.reason)}"
-            output.console.print(message, highlight=False, soft_wrap=True)
+            output.styled(f"[yellow]{result.code}[/] not run: {safe(result.reason)}")
     if len(issues) > len(shown):
         output.line(f"... and {len(issues) - len(shown)} more about the library as a whole, see the report")
 
 
-def _accepted_table(accepted: list[Entry], most: int = MAX_ROWS) -> TextTable:
-    heads = "asset", "size (cm)", "mass", "shapes", "checks", "advice", "source"
-    table = TextTable(heads, right=heads[2:-1], title="Accepted")
-    for entry in accepted[:most]:
-        table.add(*_cells(entry))
-    if len(accepted) > most:
-        table.add(f"... and {len(accepted) - most} more", *[""] * (len(heads) - 1))
+def _table(found: list[Entry], decision: Decision, most: int) -> TextTable:
+    """Numbers of accepted assets, or of those in review and what a person has to decide about them."""
+    from casa_assets.model.issue import Decision
+
+    is_accepted = decision is Decision.ACCEPTED
+    about = ("shapes", "checks", "advice") if is_accepted else ("for you to decide",)
+    heads = ("asset", "size (cm)", "mass", *about, "source")
+    right = heads[2:-1] if is_accepted else ("mass",)
+    table = TextTable(heads, right=right, title="Accepted" if is_accepted else "In review")
+    for entry in found[:most]:
+        assert entry.summary is not None
+        size = " x ".join(f"{100 * v:.3g}" for v in entry.summary.extents)
+        mass = f"{entry.summary.mass:.3g} kg" if entry.summary.mass >= 1 else f"{1000 * entry.summary.mass:.3g} g"
+        checks = f"{entry.checks.passed}/{entry.checks.applying}"
+        numbers = (str(entry.summary.colliders), checks, str(len(entry.warnings)))
+        cells = numbers if is_accepted else (", ".join(entry.to_decide),)
+        table.add(entry.id, size, mass, *cells, terminal_safe(entry.source_path))
+    if len(found) > most:
+        table.add(f"... and {len(found) - most} more", *[""] * (len(heads) - 1))
     return table
-
-
-def _review_table(in_review: list[Entry], most: int = MAX_ROWS) -> TextTable:
-    heads = "asset", "size (cm)", "mass", "for you to decide", "source"
-    table = TextTable(heads, right=("mass",), title="In review")
-    for entry in in_review[:most]:
-        name, size, mass, *_, source = _cells(entry)
-        table.add(name, size, mass, ", ".join(entry.to_decide), source)
-    if len(in_review) > most:
-        table.add(f"... and {len(in_review) - most} more", *[""] * (len(heads) - 1))
-    return table
-
-
-def _cells(entry: Entry) -> tuple[str, ...]:
-    """Id, size, mass, collision shapes, checks passed of those that apply, warnings and source of an accepted asset."""
-    assert entry.summary is not None
-    size = " x ".join(f"{100 * v:.3g}" for v in entry.summary.extents)
-    mass = f"{entry.summary.mass:.3g} kg" if entry.summary.mass >= 1 else f"{1000 * entry.summary.mass:.3g} g"
-    checks = entry.checks
-    shapes, warned = str(entry.summary.colliders), str(len(entry.warnings))
-    return entry.id, size, mass, shapes, f"{checks.passed}/{checks.applying}", warned, terminal_safe(entry.source_path)
 
 
 def _print_guesses(entry: Entry, output: Output) -> None:
-    output.console.print(f"\n[bold]{entry.id}[/] {_safe(entry.source_path)}", soft_wrap=True)
-    lines = [f"  {g.subject}: {_safe(g.value)} ({g.confidence:.0%}): {_safe(g.reason)}" for g in entry.guesses]
-    lines += [f"  [yellow]{i.code}[/] {_safe(i.pointer)}: {_safe(i.message)}" for i in entry.warnings]
-    lines += [] if entry.accepted else [f"  [red]{entry.code}[/] {_safe(entry.message)}"]
+    output.console.print(f"\n[bold]{entry.id}[/] {safe(entry.source_path)}", soft_wrap=True)
+    lines = [f"  {g.subject}: {safe(g.value)} ({g.confidence:.0%}): {safe(g.reason)}" for g in entry.guesses]
+    lines += [f"  [yellow]{i.code}[/] {safe(i.pointer)}: {safe(i.message)}" for i in entry.warnings]
+    lines += [] if entry.accepted else [f"  [red]{entry.code}[/] {safe(entry.message)}"]
     for line in lines:
-        output.console.print(line, highlight=False, soft_wrap=True)
-
-
-def _safe(words: str) -> str:
-    """Words of strangers, fit for a line with markup."""
-    return escape(terminal_safe(words))
-
-
-def _lines(words: str) -> str:
-    return "\n".join(_safe(line) for line in words.split("\n"))
+        output.styled(line)
 
 
 WORDS = ("copied", "kept", "removed", "failed")
@@ -337,7 +333,7 @@ def print_changes(changes: Iterator[Change], word: str, output: Output, rows_in:
                 task,
                 completed=counts.total() - counts["removed"],
                 total=change.total,
-                description=f"{word} {escape(name)}",
+                description=f"{word} {safe(change.path)}",
             )
             if rows_in is not None:
                 folder = rows_in / change.path

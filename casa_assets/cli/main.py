@@ -62,27 +62,17 @@ app = typer.Typer(
         "130 Ctrl-C; 143 stopped by a signal."
     ),
 )
-app.command(cls=Verb, rich_help_panel=MAKE)(ingest)
-app.command(cls=Verb, rich_help_panel=MAKE)(articulate)
-app.command(cls=Verb, rich_help_panel=MAKE)(fetch)
-app.add_typer(library, rich_help_panel=MAKE)
-app.add_typer(scenes, rich_help_panel=MAKE)
-app.add_typer(families, rich_help_panel=MAKE)
-app.add_typer(objects, rich_help_panel=MAKE)
-app.add_typer(textures, rich_help_panel=MAKE)
-app.command(cls=Verb, rich_help_panel=MAKE)(init)
-app.command(cls=Verb, rich_help_panel=MAKE)(make)
-app.command(cls=Verb, rich_help_panel=LOOK)(view)
-app.command(cls=Verb, rich_help_panel=LOOK)(preview)
-app.command(cls=Verb, rich_help_panel=LOOK)(report)
-app.command(cls=Verb, rich_help_panel=LOOK)(find)
-app.add_typer(categories, rich_help_panel=LOOK)
-app.command(cls=Verb, rich_help_panel=JUDGE)(review)
-app.command(cls=Verb, rich_help_panel=JUDGE)(check)
-app.command(cls=Verb, rich_help_panel=JUDGE)(checks)
-app.command(cls=Verb, rich_help_panel=JUDGE)(doctor)
-app.add_typer(export, rich_help_panel=HAND_ON)
-app.command(cls=Verb, rich_help_panel=HAND_ON)(schemas)
+for panel, verbs in {
+    MAKE: (ingest, articulate, fetch, library, scenes, families, objects, textures, init, make),
+    LOOK: (view, preview, report, find, categories),
+    JUDGE: (review, check, checks, doctor),
+    HAND_ON: (export, schemas),
+}.items():
+    for verb in verbs:
+        if isinstance(verb, typer.Typer):
+            app.add_typer(verb, rich_help_panel=panel)
+        else:
+            app.command(cls=Verb, rich_help_panel=panel)(verb)
 
 
 def _version(requested: bool) -> None:

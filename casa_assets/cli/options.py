@@ -7,20 +7,26 @@ A name has the same type and the same words of help in every verb; what follows 
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from enum import StrEnum
+from functools import update_wrapper
+from inspect import Parameter, Signature, signature
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from casa_assets.cli import completion
 from casa_assets.cli.group import CLUSTER, GENERAL
+from casa_assets.cli.output import Output
 from casa_assets.errors import OutputError
 
 if TYPE_CHECKING:
     from casa_assets.pipeline.library.library import Library as LibraryFolder
-    from casa_assets.pipeline.workers.pool import Workers
+    from casa_assets.pipeline.workers.pool import Workers as Workers
+else:
+    Workers = int  # the annotations of a verb are evaluated, and the pool is not imported for that
 
 
 class EngineName(StrEnum):
@@ -28,17 +34,6 @@ class EngineName(StrEnum):
 
     LOCAL = "local"
     RAY = "ray"
-
-
-def workers(engine: EngineName, address: str, jobs: int) -> Workers:
-    """Where jobs run, as `pipeline.workers` takes it. Raises typer.BadParameter."""
-    if engine is EngineName.RAY:
-        from casa_assets.pipeline.workers.pool import RayCluster
-
-        return RayCluster(address, jobs)
-    if address:
-        raise typer.BadParameter("is of a Ray cluster; add --engine ray", param_hint="--address")
-    return jobs
 
 
 def source(text: str) -> str:
@@ -172,6 +167,54 @@ Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print only errors an
 Verbose = Annotated[
     bool, typer.Option("--verbose", "-v", help="Print also successes and times.", rich_help_panel=GENERAL)
 ]
+
+
+class shared:  # noqa: N801  a decorator
+    """Decorator: the verb has options that many verbs have, and gets what they stand for.
+
+    `output` is the Output that --json, --quiet and --verbose ask for; if it takes `workers`, that is where jobs run, as
+    --jobs, --engine and --address say.
+    """
+
+    def __init__(self, verb: Callable[..., None]) -> None:
+        update_wrapper(self, verb)
+        self.__annotations__ = {}  # Typer reads those of the signature
+        self._verb = verb
+
+    @property
+    def __signature__(self) -> Signature:
+        """The parameters of the command; made when it is called or its help is printed."""
+        parameters: list[Parameter] = []
+        for name, one in signature(self._verb, eval_str=True).parameters.items():
+            if name == "workers":
+                parameters += _options(jobs=(Jobs, 0), engine=(Engine, EngineName.LOCAL), address=(Address, ""))
+            elif name != "output":
+                parameters.append(one.replace(kind=Parameter.KEYWORD_ONLY))
+        return Signature(
+            [*parameters, *_options(as_json=(AsJson, False), quiet=(Quiet, False), verbose=(Verbose, False))]
+        )
+
+    def __call__(self, *, as_json: bool, quiet: bool, verbose: bool, **values: Any) -> None:
+        """Call the verb. Raises typer.BadParameter."""
+        if "engine" in values:
+            engine, address, jobs = values.pop("engine"), values.pop("address"), values.pop("jobs")
+            if address and engine is not EngineName.RAY:
+                raise typer.BadParameter("is of a Ray cluster; add --engine ray", param_hint="--address")
+            values["workers"] = jobs
+            if engine is EngineName.RAY:
+                from casa_assets.pipeline.workers.pool import RayCluster
+
+                values["workers"] = RayCluster(address, jobs)
+        self._verb(Output(as_json, quiet, verbose), **values)
+
+
+def _options(**options: tuple[Any, Any]) -> list[Parameter]:
+    """Parameters of a verb, from their types and defaults."""
+    return [
+        Parameter(name, Parameter.KEYWORD_ONLY, default=default, annotation=annotation)
+        for name, (annotation, default) in options.items()
+    ]
+
 
 In3d = Annotated[bool, typer.Option("--3d/--no-3d", help=more(IN_3D_HELP, "about 0.1 MB each."))]
 

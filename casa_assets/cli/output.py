@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import shlex
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path, PurePath
@@ -23,6 +23,7 @@ from rich.text import Text
 from casa_assets.projects import project_folder
 
 if TYPE_CHECKING:
+    from casa_assets.model.issue import Issue
     from casa_assets.pipeline.library.library import Summary
 
 
@@ -31,9 +32,20 @@ def terminal_safe(text: str) -> str:
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in text)
 
 
-def without_name(message: str, path: str) -> str:
-    """A message about a file, for a line that begins with the name of the file already."""
-    return message.removeprefix(f"{path}: ").removeprefix(f"{PurePath(path).name}: ")
+def safe(words: str) -> str:
+    """Words of strangers on one line, fit for a line with markup."""
+    return escape(terminal_safe(words))
+
+
+def safe_message(message: str, path: str) -> str:
+    """A message about a file, line by line fit for markup, without the name of the file at its beginning."""
+    short = message.removeprefix(f"{path}: ").removeprefix(f"{PurePath(path).name}: ")
+    return "\n".join(safe(line) for line in short.split("\n"))
+
+
+def issue_rows(issues: Iterable[Issue]) -> list[dict[str, str]]:
+    """Issues as rows of `--json` have them."""
+    return [{"code": i.code, "pointer": i.pointer, "message": i.message} for i in issues]
 
 
 def pluralize(number: int, thing: str) -> str:
@@ -92,6 +104,10 @@ class Output:
     def line(self, text: str) -> None:
         """Print a line of plain text, such as a path, without markup or wrapping."""
         self.console.print(text, markup=False, highlight=False, soft_wrap=True)
+
+    def styled(self, text: str, is_wrong: bool = False) -> None:
+        """Print a line with markup; `is_wrong`: it is about what failed."""
+        (self.failures if is_wrong else self.console).print(text, highlight=False, soft_wrap=True)
 
     def detail(self, text: str) -> None:
         """Print a line of plain text where the user asked for more words."""
@@ -313,4 +329,4 @@ def working_on(console: Console, word: str, names: Sequence[str]) -> Iterator[Ca
 
 def _text(word: str, open_names: dict[str, None]) -> str:
     """The word and the first name that is not done yet."""
-    return f"{word} {escape(terminal_safe(next(iter(open_names), '')))}".rstrip()
+    return f"{word} {safe(next(iter(open_names), ''))}".rstrip()

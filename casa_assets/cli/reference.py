@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 import re
 import sys
 from collections import Counter
@@ -13,6 +12,7 @@ from typing import Any
 import typer
 from typer.core import TyperGroup
 
+from casa_assets.cli.group import help_parts
 from casa_assets.cli.main import app
 
 HEAD = """# Commands
@@ -29,7 +29,6 @@ code means for that command.
 | 4 | none was rejected, but a person has to decide something (`casa-assets review`) |
 | 130, 143 | stopped by Ctrl-C or by a signal; the same command goes on from there |
 """
-_STYLE = re.compile(r"\[/?(?:bold|dim|italic|cyan|green|red|yellow)[^\]]*\]")
 # What the exit codes of one command mean: the overview says it of all. A full stop inside of a file name is no end.
 _EXIT_CODES = re.compile(r"\s*Exit 0(?:[^.]|\.(?=\S))*\.")
 # An option that so many commands have in the same words is described once, in the overview.
@@ -44,7 +43,10 @@ def command_pages() -> dict[str, str]:
     counts = Counter(_line(option) for command in commands for option in _parameters(command, "option"))
     common = {line for line, count in counts.items() if count >= MANY}
     usual = {line for line, count in counts.items() if count > 0.75 * len(commands)}
-    rows = [f"| [{name}]({_path(name)}) | {_first(verb.help or '')} |" for name, verb in verbs.items()]
+    rows = [
+        f"| [{name}]({_path(name)}) | {help_parts(verb.help or '')[0][0].replace('<', '&lt;')} |"
+        for name, verb in verbs.items()
+    ]
     lines = [HEAD, "| command | |", "|---|---|", *rows]
     lines += ["", "## Options of nearly every command", "", *sorted(usual)]
     lines += ["", "## Options of many commands", "", *sorted(common - usual)]
@@ -58,11 +60,6 @@ def command_pages() -> dict[str, str]:
 def _path(verb: str) -> str:
     """Of a verb's page."""
     return f"commands/{verb}.md"
-
-
-def _first(text: str) -> str:
-    """The first paragraph of a help text, in one line."""
-    return " ".join(_plain(text).split("\n\n")[0].split())
 
 
 def _commands(command: Any, path: str) -> Iterator[tuple[str, Any]]:
@@ -91,21 +88,11 @@ def _section(path: str, command: Any, common: set[str], usual: set[str]) -> list
 
 
 def _help(text: str) -> list[str]:
-    """Paragraphs of a help text; example calls are kept together in one block."""
-    lines: list[str] = []
-    for paragraph in re.split(r"\n\s*\n", _EXIT_CODES.sub("", _plain(text)).strip()):
-        said = " ".join(paragraph.split("\n")).strip() if "casa-assets " not in paragraph else paragraph.strip()
-        title, _, call = said.partition("casa-assets ")
-        if not call or title.strip() not in ("", "Example:", "Examples:"):
-            lines.append(f"{' '.join(said.split())}\n")
-            continue
-        block = "\n".join(line.strip().removeprefix(title.strip()).strip() for line in said.split("\n"))
-        block = block.replace("&lt;", "<")
-        if lines and lines[-1] == "```\n":
-            lines[-1:] = [block, "```\n"]
-        else:
-            lines += ["```text", block, "```\n"]
-    return [line for line in lines if line.strip() not in ("Examples:", "Example:")]
+    """Paragraphs of a help text without what exit codes mean; example calls are kept together in one block."""
+    prose, examples = help_parts(text)
+    said = (_EXIT_CODES.sub("", paragraph).strip().replace("<", "&lt;") for paragraph in prose)
+    block = ["```text", *(line.strip() for line in examples), "```\n"]
+    return [*(f"{paragraph}\n" for paragraph in said if paragraph), *(block if examples else ())]
 
 
 def _line(parameter: Any) -> str:
@@ -120,12 +107,8 @@ def _line(parameter: Any) -> str:
         shown = f" Default: `{default}`."
     if parameter.required:
         shown = " Needed."
-    said = " ".join(_plain(getattr(parameter, "help", None) or "").split())
+    said = " ".join((getattr(parameter, "help", None) or "").split()).replace("<", "&lt;")
     return f"- {', '.join(f'`{name}`' for name in names)}: {said}{shown}"
-
-
-def _plain(text: str) -> str:
-    return _STYLE.sub("", inspect.cleandoc(text).replace("\b\n", "")).replace("<", "&lt;")
 
 
 if __name__ == "__main__":

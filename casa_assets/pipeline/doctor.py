@@ -118,13 +118,21 @@ def findings(output: Path) -> tuple[Finding, ...]:
         loaded = pool.submit(_native)
         renderers = tuple((name, *future.result()) for name, future in drawn)
         native = loaded.result()
-    machine = (_python(), *_packages(), _simready(), native, *_renderers(renderers), *_folder(output), _memory())
-    return (*machine, _registry(), *_project(), *_plugins())
-
-
-def _registry() -> Finding:
-    """Report the folder of the package's own plans, styles, categories and so on, to be copied from."""
-    return Finding(subject="registry", ok=True, message=f"{data_root()}, which a project is laid over")
+    memory = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    told = f"{memory / 1024**3:.1f} GiB, {cores} cores"
+    return (
+        _python(),
+        *_packages(),
+        _simready(),
+        native,
+        *_renderers(renderers),
+        *_folder(output),
+        Finding(subject="memory", ok=memory >= MEMORY_BYTES, needed=False, message=told),
+        Finding(subject="registry", ok=True, message=f"{data_root()}, which a project is laid over"),
+        *_project(),
+        *_plugins(),
+    )
 
 
 def _plugins() -> tuple[Finding, ...]:
@@ -226,11 +234,10 @@ def _simready() -> Finding:
 
 
 def _package(name: str, pinned: str | None, extra: str | None = None) -> Finding:
-    """True if a distribution is installed, in the pinned version; with an extra it is an optional one."""
+    """Whether a distribution is installed, in the pinned version; with an extra it is an optional one."""
     subject, needed = f"package {name}", extra is None
-    try:
-        version = importlib.metadata.version(name)
-    except importlib.metadata.PackageNotFoundError:
+    version = _version(name)
+    if version is None:
         message = "not installed" if extra is None else f"not installed, optional: the extra '{extra}' brings it"
         fix = _fix_packages([name]) if extra is None else install_command(extra)
         return Finding(subject=subject, ok=False, needed=needed, message=message, fix=fix)
@@ -239,6 +246,14 @@ def _package(name: str, pinned: str | None, extra: str | None = None) -> Finding
         message = f"{version}, tested with {pinned}"
         return Finding(subject=subject, ok=False, needed=False, message=message, fix=_fix_packages([name]))
     return Finding(subject=subject, ok=True, needed=needed, message=version)
+
+
+def _version(name: str) -> str | None:
+    """Version of a distribution, or None if it is not installed."""
+    try:
+        return importlib.metadata.version(name)
+    except importlib.metadata.PackageNotFoundError:
+        return None
 
 
 def _requirements() -> tuple[str, ...]:
@@ -251,15 +266,14 @@ def _pinned() -> dict[str, str]:
     path = Path(__file__).parents[2] / "constraints.txt"
     if not path.is_file():
         return {}
-    pins = (_PIN.match(line) for line in path.read_text(encoding="utf-8").splitlines())
-    return {_name(pin["name"]): pin["version"] for pin in pins if pin is not None and _is_for_this_python(pin)}
-
-
-def _is_for_this_python(pin: re.Match[str]) -> bool:
-    if pin["minor"] is None:
-        return True
-    is_older = sys.version_info[:2] < (3, int(pin["minor"]))
-    return is_older if pin["order"] == "<" else not is_older
+    found = {}
+    for pin in map(_PIN.match, path.read_text(encoding="utf-8").splitlines()):
+        if pin is None:
+            continue
+        is_older = pin["minor"] is not None and sys.version_info[:2] < (3, int(pin["minor"]))
+        if pin["minor"] is None or is_older == (pin["order"] == "<"):
+            found[_name(pin["name"])] = pin["version"]
+    return found
 
 
 def _name(requirement: str) -> str:
@@ -269,16 +283,8 @@ def _name(requirement: str) -> str:
 
 def _native_modules() -> dict[str, str]:
     """Entries of NATIVE_MODULES that should load here: all but optional ones that are not installed."""
-    optional = {_name(line) for lines in extras().values() for line in lines}
-    return {module: name for module, name in NATIVE_MODULES.items() if name not in optional or _is_installed(name)}
-
-
-def _is_installed(name: str) -> bool:
-    try:
-        importlib.metadata.version(name)
-    except importlib.metadata.PackageNotFoundError:
-        return False
-    return True
+    left_out = {_name(line) for lines in extras().values() for line in lines if _version(_name(line)) is None}
+    return {module: name for module, name in NATIVE_MODULES.items() if name not in left_out}
 
 
 def _native() -> Finding:
@@ -297,21 +303,14 @@ def _native() -> Finding:
 
 def _renderers(drawn: tuple[tuple[str, bool, str], ...]) -> tuple[Finding, ...]:
     works = next((name for name, ok, _ in drawn if ok), None)
-    each = tuple(
-        Finding(
-            subject=f"renderer {name}", ok=ok, needed=False, message=message if ok else _why_not(name, message, works)
-        )
-        for name, ok, message in drawn
+    but = f"; not needed, for {works} draws" if works else ""
+    each = (
+        Finding(subject=f"renderer {name}", ok=ok, needed=False, message=said if ok else why_not(name, said) + but)
+        for name, ok, said in drawn
     )
     message = f"{works} is used" if works else "none works, so there would be no pictures"
     fix = "" if works else install_line()
     return (*each, Finding(subject="rendering", ok=works is not None, message=message, fix=fix))
-
-
-def _why_not(name: str, message: str, works: str | None) -> str:
-    """Explain in plain words why a renderer does not draw, and if it matters."""
-    why = why_not(name, message)
-    return f"{why}; not needed, for {works} draws" if works else why
 
 
 def _folder(output: Path) -> tuple[Finding, ...]:
@@ -329,14 +328,6 @@ def _folder(output: Path) -> tuple[Finding, ...]:
     )
     free = shutil.disk_usage(folder).free
     enough = free >= FREE_DISK_BYTES
-    message = f"{free / 1024**3:.1f} GiB free" + (
-        "" if enough else f", {FREE_DISK_BYTES / 1024**3:.0f} GiB are advised"
-    )
+    advice = "" if enough else f", {FREE_DISK_BYTES / 1024**3:.0f} GiB are advised"
+    message = f"{free / 1024**3:.1f} GiB free{advice}"
     return permission, Finding(subject="disk", ok=enough, needed=False, message=message)
-
-
-def _memory() -> Finding:
-    total = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    message = f"{total / 1024**3:.1f} GiB, {cores} cores"
-    return Finding(subject="memory", ok=total >= MEMORY_BYTES, needed=False, message=message)

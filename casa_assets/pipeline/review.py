@@ -127,7 +127,15 @@ class _Handler(LocalHandler):
         try:
             said: Any = json.loads(self.rfile.read(int(length)))
             with self.server.lock:
-                (self._decide if name == "decide" else self._decide_parts)(said)
+                if name == "decide":
+                    entry = next(entry for entry in self.server.waiting if entry.sha256 == said["sha256"])
+                    words = {name: str(said.get(name, "")).strip() for name in review.OVERRIDE_NAMES}
+                    review.decide(self.server.library, entry, words)
+                else:
+                    entry = next(entry for entry in self.server.articulated if entry.sha256 == said["sha256"])
+                    decisions = Decisions.model_validate(said["decisions"])
+                    check_category(decisions)
+                    keep(self.server.library, {entry.sha256: decisions})
                 self.server.written += 1
         except (ValueError, KeyError, TypeError, AttributeError, StopIteration):
             self.send(HTTPStatus.BAD_REQUEST, "text/plain", b"this is no decision")
@@ -135,19 +143,6 @@ class _Handler(LocalHandler):
             self.send(HTTPStatus.BAD_REQUEST, "text/plain; charset=utf-8", str(error).encode())
         else:
             self.send(HTTPStatus.OK, "text/plain", b"")
-
-    def _decide(self, said: Any) -> None:
-        """Write one row of review.csv. Raises OutputError, or an error of the types of a wrong object."""
-        entry = next(entry for entry in self.server.waiting if entry.sha256 == said["sha256"])
-        words = {name: str(said.get(name, "")).strip() for name in review.OVERRIDE_NAMES}
-        review.decide(self.server.library, entry, words)
-
-    def _decide_parts(self, said: Any) -> None:
-        """Write the decisions on one articulated mesh into review.json. Raises likewise, and UnknownId."""
-        entry = next(entry for entry in self.server.articulated if entry.sha256 == said["sha256"])
-        decisions = Decisions.model_validate(said["decisions"])
-        check_category(decisions)
-        keep(self.server.library, {entry.sha256: decisions})
 
     def _name(self) -> str | None:
         """Return the requested path below the address, or None if the token or the Host header is wrong."""

@@ -42,7 +42,7 @@ def main() -> None:
     print(json.dumps(told))
 
 
-def drawn_at_once(batch: casa.Batch) -> list[NDArray[np.uint8]]:
+def drawn_at_once(batch: casa.Batch[Any]) -> list[NDArray[np.uint8]]:
     """The camera's picture of each world."""
     import mujoco_warp as mjw
     import warp as wp
@@ -50,8 +50,8 @@ def drawn_at_once(batch: casa.Batch) -> list[NDArray[np.uint8]]:
     first = batch.kitchens[0]
     wanted = [number == first.cameras[CAMERA] for number in range(first.model.ncam)]
     with wp.ScopedDevice("cpu"):
-        mjw.kinematics(batch.model, batch.data)
-        mjw.camlight(batch.model, batch.data)
+        mjw.kinematics(batch.engine.model, batch.engine.data)
+        mjw.camlight(batch.engine.model, batch.engine.data)
         context: Any = mjw.create_render_context(
             first.model,
             nworld=len(batch),
@@ -61,8 +61,8 @@ def drawn_at_once(batch: casa.Batch) -> list[NDArray[np.uint8]]:
             use_shadows=True,
             cam_active=wanted,
         )
-        mjw.refit_bvh(batch.model, batch.data, context)
-        mjw.render(batch.model, batch.data, context)
+        mjw.refit_bvh(batch.engine.model, batch.engine.data, context)
+        mjw.render(batch.engine.model, batch.engine.data, context)
     packed = context.rgb_data.numpy().reshape(len(batch), HEIGHT, WIDTH)
     return list(np.stack([packed >> 16 & 255, packed >> 8 & 255, packed & 255], axis=-1).astype(np.uint8))
 

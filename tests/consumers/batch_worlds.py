@@ -29,7 +29,7 @@ def main() -> None:
     sys.path.append(packages)
     # MJX is a part of the package mujoco.
     mujoco.__path__.append(str(Path(packages) / "mujoco"))
-    theirs = casa.batch(folders, engine=engine, device="cpu")  # type: ignore[arg-type]
+    theirs = casa.batch(folders, engine=engine, device="cpu")  # type: ignore[call-overload]
     # Where cylinders had to become boxes, MuJoCo steps the same boxes.
     ours = [mujoco.MjData(kitchen.model) for kitchen in theirs.kitchens]
     pulled = [a_joint(kitchen) for kitchen in theirs.kitchens]
@@ -54,7 +54,7 @@ def main() -> None:
         for world, (kitchen, data, row) in enumerate(zip(theirs.kitchens, ours, found, strict=True))
     }
     model = theirs.kitchens[0].model
-    sizes = {"nv": model.nv, "ngeom": model.ngeom, "bytes_per_world": theirs.bytes_per_world}
+    sizes = {"nv": model.nv, "ngeom": model.ngeom, "bytes_per_world": theirs.engine.bytes_per_world}
     theirs.reset([1])
     again, begun = theirs.qpos, theirs.kitchens[1].rows.qpos[0]
     reset = {"begun": float(np.abs(again[1] - begun).max()), "others": float(np.abs(again[0] - found[0]).max())}
@@ -73,18 +73,18 @@ def a_joint(kitchen: casa.BatchKitchen) -> str:
     raise AssertionError(f"{kitchen.id}: nothing opens")
 
 
-def push(engine: str, batch: casa.Batch, forces: np.ndarray) -> None:
+def push(engine: str, batch: casa.Batch[Any], forces: np.ndarray) -> None:
     """Apply forces to the joints of each world, as each engine wants them."""
     if engine == "mujoco_warp":
-        batch.data.qfrc_applied.assign(forces.astype(np.float32))
+        batch.engine.data.qfrc_applied.assign(forces.astype(np.float32))
     elif engine == "mjx":
         import jax.numpy as jp
 
-        batch.data = batch.data.replace(qfrc_applied=jp.asarray(forces, dtype=jp.float32))
+        batch.engine.data = batch.engine.data.replace(qfrc_applied=jp.asarray(forces, dtype=jp.float32))
     elif engine == "newton":
-        batch.control.joint_f.assign(forces.astype(np.float32).ravel())
+        batch.engine.control.joint_f.assign(forces.astype(np.float32).ravel())
     else:
-        for data, row in zip(batch.data, forces, strict=True):
+        for data, row in zip(batch.engine.data, forces, strict=True):
             data.qfrc_applied[:] = row
 
 

@@ -95,7 +95,7 @@ def test_every_page_is_in_the_site(site: Path) -> None:
 
 def test_docstrings_and_files_of_the_root_are_shown(site: Path) -> None:
     api = (site / "reference" / "api.html").read_text(encoding="utf-8")
-    assert 'id="casa_assets.api.kitchen.load_scene"' in api
+    assert 'id="casa_assets.api.assets.load"' in api
     built = (site / "explanation" / "how_it_is_built.html").read_text(encoding="utf-8")
     assert "How casa_assets is built" in built
 

@@ -62,13 +62,13 @@ def make_presets(folder: Path) -> None:
     families = casa.families()
     for i, family in enumerate(_spread(families, PRESETS)):
         names = sorted(families[family].presets)
-        casa.write(casa.build(family, names[i % len(names)]), folder / family)
+        casa.build(family, names[i % len(names)]).write(folder / family)
 
 
 def make_objects(folder: Path) -> None:
     """Twenty objects, of categories that are evenly spread over the alphabet."""
     for name in _spread(object_names(), OBJECTS):
-        casa.write(casa.build_object(name, seed=7), folder / name)
+        casa.build(f"objects/{name}", seed=7).write(folder / name)
 
 
 SETS: dict[str, Callable[[Path], None]] = {

@@ -81,7 +81,7 @@ def painted() -> dict[str, float]:
 def main() -> None:
     """Run everything once."""
     gymnasium.register("Kitchen-v0", entry_point=KitchenEnv, max_episode_steps=200)
-    made = gymnasium.make("Kitchen-v0", task=PRESS, weight="light", render_mode="rgb_array").unwrapped
+    made = gymnasium.make("Kitchen-v0", task=PRESS, detail="light", render_mode="rgb_array").unwrapped
     assert isinstance(made, KitchenEnv)
     light = KitchenEnv(PRESS, "light")
     found = {

@@ -9,34 +9,31 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.markup import escape
 
 from casa_assets.cli.ingest_output import (
     MOST_LISTED,
+    counts_of,
+    counts_text,
+    end,
+    look,
     no_mesh_found,
-    print_codes,
+    print_counts,
     print_others,
-    print_outcomes,
     print_review,
 )
-from casa_assets.cli.options import (
-    CLIP_HELP,
-    Address,
-    AsJson,
-    Category,
-    Engine,
-    EngineName,
-    ForceWorse,
-    Jobs,
-    LibraryOut,
-    Quiet,
-    SizeM,
-    Verbose,
-    more,
-    workers,
+from casa_assets.cli.options import CLIP_HELP, Category, ForceWorse, LibraryOut, SizeM, Workers, more, shared
+from casa_assets.cli.output import (
+    Output,
+    TextTable,
+    bar,
+    issue_rows,
+    measures,
+    measures_at,
+    pluralize,
+    safe,
+    safe_message,
+    terminal_safe,
 )
-from casa_assets.cli.output import Output, TextTable, bar, measures, measures_at, pluralize, terminal_safe, without_name
-from casa_assets.errors import BatchFault
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Mapping, Sequence
@@ -53,7 +50,9 @@ CONTRACT_ADVICE = "to meet it, change decisions.yaml beside the model, or the me
 MAX_NAMES = 3
 
 
+@shared
 def articulate(
+    output: Output,
     sources: Annotated[
         list[Path], typer.Argument(help="Meshes, each of one thing, or folders of them.", exists=True, readable=True)
     ],
@@ -81,12 +80,7 @@ def articulate(
         typer.Option("--complete/--no-complete", help="Build an interior where a door or drawer opens onto nothing."),
     ] = True,
     force: ForceWorse = False,
-    jobs: Jobs = 0,
-    engine: Engine = EngineName.LOCAL,
-    address: Address = "",
-    json_: AsJson = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
+    workers: Workers = 0,
 ) -> None:
     """Find doors, drawers, knobs and buttons in static meshes, and write articulated assets as MJCF and USD.
 
@@ -116,8 +110,7 @@ def articulate(
 
     options = {"--category": category, "--up": up, "--front": front, "--size-m": size_m, "--clip-weights": clip_weights}
     command = _review_command(sources, out, options, complete) if review else ""
-    output = Output(json_, quiet, verbose)
-    _articulate(sources, out, request_for, reviewed, workers(engine, address, jobs), command, report or verbose, output)
+    _articulate(sources, out, request_for, reviewed, workers, command, report or output.verbose, output)
 
 
 def _articulate(
@@ -131,7 +124,6 @@ def _articulate(
     output: Output,
 ) -> None:
     """Run, print what became of every input, write the review page where its command is given, and exit."""
-    from casa_assets.model.issue import Decision
     from casa_assets.pipeline.articulate import review_page
     from casa_assets.pipeline.articulate.batch import articulate as run
 
@@ -145,11 +137,12 @@ def _articulate(
     if not outcomes:
         raise no_mesh_found(sources)
     if len(outcomes) > 1 and not output.as_json:
-        _print_summary(outcomes, out, output)
+        in_review = print_counts(outcomes, sum(outcome.count for outcome in outcomes if outcome.kept), output)
+        print_review(in_review, False, out, output)
     if review_command:
         output.line(str(review_page.write(out, outcomes, review_command)))
-    output.look(*[o.folder for o in outcomes if o.folder and o.decision is not Decision.REJECTED][:1])
-    _exit_with(outcomes)
+    look(outcomes, output)
+    end(outcomes, [str(outcome.mesh) for outcome in outcomes])
 
 
 def _follow(
@@ -178,7 +171,9 @@ def _follow(
                 elif outcome.reason_kept or not outcome.kept or outcome.total <= MOST_LISTED or output.verbose:
                     _print_outcome(outcome, output)
                     if report and outcome.articulation is not None:
-                        _print_parts(outcome, output)
+                        _table(outcome).print(output.console)
+                        for line in outcome.unmet_checks:
+                            output.line(f"  {terminal_safe(line)}")
     return outcomes
 
 
@@ -201,53 +196,17 @@ def _json_row(outcome: ArticulateOutcome) -> dict[str, object]:
             {"name": p.name, "kind": p.kind.value, "on": p.parent or "body", "confidence": p.confidence}
             for p in (outcome.articulation.parts if outcome.articulation is not None else ())
         ],
-        "warnings": [
-            {"code": i.code, "pointer": i.pointer, "message": i.message}
-            for i in (outcome.report.issues if outcome.report is not None else ())
-            if i.severity.value == "warning"
-        ],
+        "warnings": issue_rows(
+            i for i in (outcome.report.issues if outcome.report else ()) if i.severity.value == "warning"
+        ),
     }
-
-
-def _counts(outcomes: Sequence[ArticulateOutcome]) -> tuple[int, int, int]:
-    """Return how many inputs were accepted, are in review, and were rejected."""
-    from casa_assets.model.issue import Decision
-
-    accepted, in_review, rejected = (sum(o.count for o in outcomes if o.decision is decision) for decision in Decision)
-    return accepted, in_review, rejected
 
 
 def _progress_text(outcomes: Sequence[ArticulateOutcome], names: Sequence[str]) -> str:
     """Return the text of the progress bar: what became of the meshes so far, and what is being worked on."""
-    accepted, in_review, rejected = _counts(outcomes)
-    shown = ", ".join(escape(terminal_safe(Path(name).name)) for name in names[:MAX_NAMES])
+    shown = ", ".join(safe(Path(name).name) for name in names[:MAX_NAMES])
     more = f" and {len(names) - MAX_NAMES} more" if len(names) > MAX_NAMES else ""
-    counts = f"[green]{accepted} accepted[/], [yellow]{in_review} in review[/], [red]{rejected} rejected[/]"
-    return f"{counts}; at work on {shown}{more}"
-
-
-def _print_summary(outcomes: Sequence[ArticulateOutcome], out: Path, output: Output) -> None:
-    """Print how many were rejected for each reason, and what became of all of them."""
-    codes: Counter[str] = Counter()
-    for outcome in outcomes:
-        codes[outcome.code] += outcome.count * bool(outcome.code)
-    print_codes(+codes, output)
-    counts = _counts(outcomes)
-    print_outcomes(*counts, sum(outcome.count for outcome in outcomes if outcome.kept), output)
-    print_review(counts[1], False, out, output)
-
-
-def _exit_with(outcomes: Sequence[ArticulateOutcome]) -> None:
-    """End with exit 3 after a fault of the program, 1 after a rejection, 4 where a person has to decide."""
-    from casa_assets.pipeline.ingest.answers import CRASH_CODE
-
-    if faults := [str(outcome.mesh) for outcome in outcomes if outcome.code == CRASH_CODE]:
-        raise BatchFault(map(terminal_safe, faults))
-    _, in_review, rejected = _counts(outcomes)
-    if rejected:
-        raise typer.Exit(1)
-    if in_review or any(outcome.reason_kept for outcome in outcomes):
-        raise typer.Exit(4)
+    return f"{counts_text(*counts_of(outcomes))}; at work on {shown}{more}"
 
 
 def _review_command(sources: Sequence[Path], out: Path, options: Mapping[str, object], complete: bool) -> str:
@@ -288,16 +247,13 @@ def _axis(word: str, option: str) -> Vec3 | None:
 
 def _print_outcome(outcome: ArticulateOutcome, output: Output) -> None:
     """Print one line for the outcome of a mesh, and one for each warning."""
-    console = output.failures if outcome.code or outcome.articulation is None else output.console
-    name = escape(terminal_safe(outcome.mesh.name))
+    name = safe(outcome.mesh.name)
     if outcome.reason_kept:
-        reason = escape(terminal_safe(outcome.reason_kept))
-        output.console.print(f"[yellow]kept[/] {name}: {reason}", highlight=False, soft_wrap=True)
+        output.styled(f"[yellow]kept[/] {name}: {safe(outcome.reason_kept)}")
         return
     if outcome.articulation is None:
-        told = without_name(outcome.message, str(outcome.mesh))
-        message = "\n".join(escape(terminal_safe(line)) for line in told.split("\n"))
-        console.print(f"[red]{outcome.code}[/] {name}: {message}", highlight=False, soft_wrap=True)
+        message = safe_message(outcome.message, str(outcome.mesh))
+        output.styled(f"[red]{outcome.code}[/] {name}: {message}", is_wrong=True)
         return
     count = sum(not p.added for p in outcome.articulation.parts)
     whole = sum(t.is_full for t in outcome.travels.values())
@@ -311,29 +267,18 @@ def _print_outcome(outcome: ArticulateOutcome, output: Output) -> None:
         kept = " (there already)" if outcome.kept else ""
         mark = f"[{'green' if outcome.accepted else 'yellow'}]{outcome.decision.value}{kept}[/]"
     else:
-        mark = f"[red]{outcome.code}[/] {escape(terminal_safe(outcome.message))};"
-    console.print(f"{mark} {name}: {message}", highlight=False, soft_wrap=True)
-    console.print(f"  {escape(terminal_safe(str(outcome.folder)))}", highlight=False, soft_wrap=True)
+        mark = f"[red]{outcome.code}[/] {safe(outcome.message)};"
+    lines = [f"{mark} {name}: {message}", f"  {safe(str(outcome.folder))}"]
     if outcome.contract:
-        console.print(f"  holds the contract {outcome.contract}", highlight=False, soft_wrap=True)
+        lines.append(f"  holds the contract {outcome.contract}")
     elif outcome.unmet_checks:
         explanation, first, *others = outcome.unmet_checks
         rest = f" (and {len(others)} more: --report)" if others else ""
-        for line in (explanation, f"  {first}{rest}", f"  {CONTRACT_ADVICE}"):
-            console.print(f"  {escape(terminal_safe(line))}", highlight=False, soft_wrap=True)
+        lines += [f"  {safe(line)}" for line in (explanation, f"  {first}{rest}", f"  {CONTRACT_ADVICE}")]
     for issue in outcome.report.issues if outcome.report else ():
-        console.print(
-            f"  {issue.severity.value} {issue.code} {escape(terminal_safe(issue.pointer + ' ' + issue.message))}",
-            highlight=False,
-            soft_wrap=True,
-        )
-
-
-def _print_parts(outcome: ArticulateOutcome, output: Output) -> None:
-    """Print the table of all parts, and what the contract of its kind asks for in vain."""
-    _table(outcome).print(output.console)
-    for line in outcome.unmet_checks:
-        output.line(f"  {terminal_safe(line)}")
+        lines.append(f"  {issue.severity.value} {issue.code} {safe(f'{issue.pointer} {issue.message}')}")
+    for line in lines:
+        output.styled(line, is_wrong=bool(outcome.code))
 
 
 def _table(outcome: ArticulateOutcome) -> TextTable:

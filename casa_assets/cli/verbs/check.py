@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.text import Text
 
 from casa_assets.cli import completion
-from casa_assets.cli.options import LIBRARY_HELP, OUT_HELP, AsJson, Browser, Port, Quiet, Verbose, library_at, more
+from casa_assets.cli.options import LIBRARY_HELP, OUT_HELP, Browser, Port, library_at, more, shared
 from casa_assets.cli.output import Output, measures_at, pluralize
 
 if TYPE_CHECKING:
@@ -19,16 +19,15 @@ if TYPE_CHECKING:
     from casa_assets.pipeline.doctor import Finding
 
 
+@shared
 def check(
+    output: Output,
     folders: Annotated[
         list[Path],
         typer.Argument(
             help="Folders of assets or kitchens.", exists=True, file_okay=False, autocompletion=completion.things
         ),
     ],
-    json_: AsJson = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
 ) -> None:
     """Run every check that applies on assets or kitchens in their folders; nothing is written.
 
@@ -37,23 +36,23 @@ def check(
 
     Example:  casa-assets check out/library/mug/mug_0123456789
     """
-    from casa_assets.api.assets import check as run
+    from casa_assets.api.assets import check_folder
 
-    output, failed = Output(json_, quiet, verbose), False
+    failed = False
     for folder in folders:
-        report = run(folder)
+        report = check_folder(folder)
         failed |= not report.passed
         verdict = "passed" if report.passed else "failed"
         facts = report.model_dump(mode="json", exclude={"subject"})
         output.made(report.subject, folder, measures_at(folder), verdict, **facts)
-        for result in report.results if not json_ else ():
+        for result in report.results if not output.as_json else ():
             number = result.reason if result.number is None else f"{result.number:.4g} {result.unit}".rstrip()
             output.detail(f"{result.code} {result.status.value}: {number}".removesuffix(": "))
         say = output.line if report.passed else output.wrong
-        for issue in report.issues if not json_ else ():
+        for issue in report.issues if not output.as_json else ():
             word = "advice" if issue.severity.value == "warning" else "error"
             say(f"{word} {issue.code} {issue.pointer}: {issue.message}")
-        if not json_:
+        if not output.as_json:
             say(f"{verdict} {report.subject}: {report.tally}")
     if failed:
         raise typer.Exit(1)
@@ -63,13 +62,12 @@ PACKAGE, RENDERER = "package ", "renderer "
 SUBJECT_WIDTH = 16
 
 
+@shared
 def doctor(
+    output: Output,
     out: Annotated[
         Path, typer.Option("--out", help=more(OUT_HELP, "this folder is tested, nothing stays in it."))
     ] = Path("out"),
-    json_: AsJson = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
 ) -> None:
     """Test this machine (Python, packages, rendering, disk), and print the command that installs what is missing.
 
@@ -80,12 +78,11 @@ def doctor(
     """
     from casa_assets.pipeline.doctor import findings
 
-    output = Output(json_, quiet, verbose)
     found = findings(out)
     missing = [finding for finding in found if finding.needed and not finding.ok]
     for finding in found:
         output.row({"id": finding.subject, "verdict": _verdict(finding), **finding.model_dump(mode="json")})
-    if not json_:
+    if not output.as_json:
         _print(found, output)
     if missing:
         output.wrong(f"Needed and missing: {', '.join(finding.subject for finding in missing)}.")

@@ -13,18 +13,8 @@ import typer
 from rich.markup import escape
 
 from casa_assets.cli import completion
-from casa_assets.cli.group import Group, Verb
-from casa_assets.cli.options import (
-    LIBRARY_HELP,
-    OUT_HELP,
-    AsJson,
-    Jobs,
-    Kitchens,
-    Quiet,
-    Verbose,
-    WithReview,
-    more,
-)
+from casa_assets.cli.group import Verb, group_of
+from casa_assets.cli.options import LIBRARY_HELP, OUT_HELP, Jobs, Kitchens, WithReview, more, shared
 from casa_assets.cli.output import Output, TextTable, bar, measures, measures_at, pluralize, terminal_safe
 
 if TYPE_CHECKING:
@@ -35,16 +25,14 @@ if TYPE_CHECKING:
 ExportOut = Annotated[
     Path, typer.Option("--out", help=more(OUT_HELP, "a folder: missing, empty, or an earlier export."))
 ]
-Source = Annotated[
-    Path | None,
-    typer.Argument(
-        help="Library, or the folder of one asset in it.",
-        exists=True,
-        file_okay=False,
-        readable=True,
-        autocompletion=completion.assets,
-    ),
-]
+_SOURCE = typer.Argument(
+    help="Library, or the folder of one asset in it.",
+    exists=True,
+    file_okay=False,
+    readable=True,
+    autocompletion=completion.assets,
+)
+Source = Annotated[Path | None, _SOURCE]
 
 
 def export_as(
@@ -140,7 +128,9 @@ def _print_results(results: list[ExportResult], out: Path, what: str, word: str,
     output.line(f"{pluralize(len(written), what)} as {word}; read {place}/README.md for how to load them")
 
 
+@shared
 def glb(
+    output: Output,
     out: ExportOut,
     source: Source = None,
     scenes: Kitchens = None,
@@ -149,9 +139,6 @@ def glb(
     layers: Annotated[
         bool, typer.Option("--layers", help="Put collision shapes and regions into the files, too.")
     ] = False,
-    json_: AsJson = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
 ) -> None:
     """Write assets or kitchens as GLB, which browsers and Blender show.
 
@@ -166,18 +153,17 @@ def glb(
     """
     from casa_assets.pipeline.export.written_forms import glb_form
 
-    export_as(glb_form(layers), "GLB", source, scenes or [], out, jobs, with_review, Output(json_, quiet, verbose))
+    export_as(glb_form(layers), "GLB", source, scenes or [], out, jobs, with_review, output)
 
 
+@shared
 def urdf(
+    output: Output,
     out: ExportOut,
     source: Source = None,
     scenes: Kitchens = None,
     jobs: Jobs = 0,
     with_review: WithReview = False,
-    json_: AsJson = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
 ) -> None:
     """Write assets or kitchens as URDF and compare what is read back.
 
@@ -191,26 +177,16 @@ def urdf(
     """
     from casa_assets.pipeline.export.written_forms import URDF
 
-    export_as(URDF, "URDF", source, scenes or [], out, jobs, with_review, Output(json_, quiet, verbose))
+    export_as(URDF, "URDF", source, scenes or [], out, jobs, with_review, output)
 
 
+@shared
 def plugin(
+    output: Output,
     name: Annotated[str, typer.Argument(help="Name of the exporter.")],
-    source: Annotated[
-        Path,
-        typer.Argument(
-            help="Library, or the folder of one asset in it.",
-            exists=True,
-            file_okay=False,
-            readable=True,
-            autocompletion=completion.assets,
-        ),
-    ],
+    source: Annotated[Path, _SOURCE],
     out: ExportOut,
     with_review: WithReview = False,
-    json_: AsJson = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
 ) -> None:
     """Write assets in a form that a plug-in adds.
 
@@ -220,7 +196,7 @@ def plugin(
     """
     from casa_assets.pipeline.export.written_forms import form_of
 
-    export_as(form_of(name), name, source, [], out, 1, with_review, Output(json_, quiet, verbose))
+    export_as(form_of(name), name, source, [], out, 1, with_review, output)
 
 
 SCENES = Path("out/scenes")  # where finishes are found that the id of a scene has as a digest alone
@@ -231,7 +207,9 @@ States = Annotated[
 ]
 
 
+@shared
 def robocasa(
+    output: Output,
     source: Annotated[
         Path | None,
         typer.Argument(
@@ -246,9 +224,6 @@ def robocasa(
     jobs: Jobs = 0,
     with_review: WithReview = False,
     states: States = None,
-    json_: AsJson = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
 ) -> None:
     """Write loose objects of a library, and kitchens, as RoboCasa reads them.
 
@@ -270,10 +245,9 @@ def robocasa(
     if source is None and not scenes:
         raise typer.BadParameter("give a library, --scenes, or both")
     recipes = recipes_named(scenes or [], states or SCENES)
-    output = Output(json_, quiet, verbose)
     results, kitchens = _watch(export(source, out, registry, recipes, jobs, with_review, states), output)
-    _print_json(results, kitchens, out, folders_by_id(source) if json_ and source else {}, output)
-    if not json_:
+    _print_json(results, kitchens, out, folders_by_id(source) if output.as_json and source else {}, output)
+    if not output.as_json:
         _print_objects(results, out, output)
         _print_kitchens(kitchens, out, output)
     if source is not None:
@@ -390,17 +364,7 @@ def _print_objects(results: list[ExportedObject], out: Path, output: Output, max
     output.line(f"{message}; read {terminal_safe(str(out))}/README.md for how to add them")
 
 
-app = typer.Typer(
-    name="export",
-    cls=Group,
-    help="Libraries and kitchens in the form that another program reads.",
-    no_args_is_help=True,
-)
-
-
-@app.callback()
-def common() -> None:
-    """Libraries and kitchens in the form that another program reads."""
+app = group_of("export", "Libraries and kitchens in the form that another program reads.")
 
 
 app.command(cls=Verb)(glb)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from casa_assets.cli import completion
-from casa_assets.cli.group import Group, Verb
+from casa_assets.cli.group import Verb, group_of
 from casa_assets.cli.options import AsJson
 from casa_assets.cli.output import Output, TextTable, from_column, pluralize
 
@@ -114,11 +114,8 @@ def schemas(
             typer.echo(text if name else known, nl=not name)
 
 
-app = typer.Typer(
-    name="categories",
-    cls=Group,
-    help="Categories of things: usual size and mass, substance, other names, what builds them: list, show.",
-    no_args_is_help=True,
+app = group_of(
+    "categories", "Categories of things: usual size and mass, substance, other names, what builds them: list, show."
 )
 
 

@@ -8,37 +8,28 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from casa_assets.cli import completion
-from casa_assets.cli.build_output import end, follow_members, look, print_member, print_members
-from casa_assets.cli.group import Group, Verb
+from casa_assets.cli.build_output import end, follow_members, print_member, print_members
+from casa_assets.cli.group import Verb, group_of
 from casa_assets.cli.options import (
-    Address,
     All,
     AsJson,
-    Engine,
-    EngineName,
     In3d,
     Jobs,
     LibraryOut,
     Out,
     Pictures,
-    Quiet,
     Samples,
     Seed,
-    Verbose,
     WidthPx,
-    workers,
+    Workers,
+    shared,
 )
 from casa_assets.cli.output import Output, TextTable, from_column, pluralize, working_on
 
 if TYPE_CHECKING:
     from casa_assets.pipeline.families.run import FamilyResult
 
-app = typer.Typer(
-    name="families",
-    cls=Group,
-    help="Parametric cabinets, counters, appliances and small things: list, show, build, catalogue.",
-    no_args_is_help=True,
-)
+app = group_of("families", "Parametric cabinets, counters, appliances and small things: list, show, build, catalogue.")
 HELP = "Families."
 
 
@@ -69,7 +60,9 @@ def list_families(json_: AsJson = False) -> None:
 
 
 @app.command(cls=Verb)
+@shared
 def show(
+    output: Output,
     names: Annotated[list[str], typer.Argument(help=HELP, autocompletion=completion.families)],
     out: Out = Path("out/look"),
     preset: Annotated[
@@ -80,9 +73,6 @@ def show(
     seed: Seed = 0,
     width_px: WidthPx = 384,
     check: Annotated[bool, typer.Option("--check/--no-check", help="Run every check on each.")] = True,
-    json_: AsJson = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
 ) -> None:
     """Print the parameters of families, build members into a folder and draw them closed, open and as collision shapes.
 
@@ -95,13 +85,12 @@ def show(
     from casa_assets.pipeline.ingest.job import writing
     from casa_assets.registry.families import family, parameters_of
 
-    output = Output(json_, quiet, verbose)
     requests = requests_for(names, samples, seed, presets=not samples)
     if preset:
         requests = [FamilyRequest(name, preset=p) for name in names for p in preset]
         for request in requests:
             params_of(request)  # raises UnknownId before anything is made
-    for name in names if not json_ else ():
+    for name in names if not output.as_json else ():
         table = TextTable(
             ("parameter", "type", "default", "bounds", "description"), ("type", "description"), title=name
         )
@@ -118,12 +107,13 @@ def show(
             stem = request.title.replace("/", "_").replace("#", "n")
             for path in pictures(Path(result.folder), out, stem, width_px) if result.folder else ():
                 output.line(f"  {path}")
-    look(results, output)
-    end(results)
+    end(results, output)
 
 
 @app.command(cls=Verb)
+@shared
 def build(
+    output: Output,
     names: Annotated[list[str] | None, typer.Argument(help=HELP, autocompletion=completion.families)] = None,
     all_: All = False,
     samples: Samples = 0,
@@ -135,13 +125,8 @@ def build(
     ] = False,
     seed: Seed = 0,
     library: LibraryOut = Path("out/families"),
-    jobs: Jobs = 0,
-    engine: Engine = EngineName.LOCAL,
-    address: Address = "",
+    workers: Workers = 0,
     pictures: Pictures = True,
-    json_: AsJson = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
 ) -> None:
     """Build members, write them as MJCF and USD, and run every check.
 
@@ -153,16 +138,16 @@ def build(
 
     if not names and not all_:
         raise typer.BadParameter("name families, or give --all")
-    output = Output(json_, quiet, verbose)
     requests = requests_for([] if all_ else names or [], samples, seed, presets or not samples)
-    results = follow_members(build_all(requests, library, workers(engine, address, jobs), pictures), requests, output)
+    results = follow_members(build_all(requests, library, workers, pictures), requests, output)
     print_members(results, output)
-    look(results, output)
-    end(results)
+    end(results, output)
 
 
 @app.command(cls=Verb)
+@shared
 def catalogue(
+    output: Output,
     names: Annotated[
         list[str] | None,
         typer.Argument(
@@ -173,9 +158,6 @@ def catalogue(
     jobs: Jobs = 0,
     swatches: Annotated[bool, typer.Option("--swatches/--no-swatches", help="Also a swatch of every texture.")] = True,
     in_3d: In3d = True,
-    json_: AsJson = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
 ) -> None:
     """Draw every preset, closed and open, the first objects of every category, and every texture, on one HTML page.
 
@@ -187,7 +169,6 @@ def catalogue(
     from casa_assets.pipeline.ingest.job import writing
     from casa_assets.pipeline.reports.catalogue import make, title_of, wanted
 
-    output = Output(json_, quiet, verbose)
     titles = [title_of(request) for request in wanted(names or [])]
     also = " and every texture" if swatches else ""
     output.line(f"drawing {pluralize(len(titles), 'row')}{also}; this may take many minutes")

@@ -7,23 +7,16 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from casa_assets.cli.options import (
-    CLIP_HELP,
-    AsJson,
-    Library,
-    Most,
-    Quiet,
-    Verbose,
-    library_at,
-    more,
-)
+from casa_assets.cli.options import CLIP_HELP, Library, Most, library_at, more, shared
 from casa_assets.cli.output import Output, TextTable, measures, measures_at, pluralize, terminal_safe
 
 if TYPE_CHECKING:
     from casa_assets.pipeline.dedup.search import Found, SearchHit
 
 
+@shared
 def find(
+    output: Output,
     query: Annotated[
         str, typer.Argument(help='What you look for, such as "red mug"; may be left out beside --where.')
     ] = "",
@@ -34,9 +27,6 @@ def find(
     ] = None,
     clip_weights: Annotated[str, typer.Option(help=more(CLIP_HELP, "the words are compared with pictures."))] = "",
     most: Most = 10,
-    json_: AsJson = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
 ) -> None:
     """Search a library by words, by conditions or by both.
 
@@ -70,7 +60,6 @@ def find(
     else:
         fitting = entries_that(library_at(library), with_default(conditions))
         found = search_entries(fitting, library, query, most)
-    output = Output(json_, quiet, verbose)
     if not found.hits:
         output.error(f"no match{_unnamed(library) if has_words else ''}")
         raise typer.Exit(1)

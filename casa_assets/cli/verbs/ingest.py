@@ -13,11 +13,10 @@ import typer
 
 from casa_assets.cli.group import LIMITS
 from casa_assets.cli.ingest_output import (
-    codes_of,
     end,
+    look,
     no_mesh_found,
     on_store,
-    print_codes,
     print_counts,
     print_events,
     print_others,
@@ -25,22 +24,16 @@ from casa_assets.cli.ingest_output import (
 )
 from casa_assets.cli.options import (
     CLIP_HELP,
-    Address,
-    AsJson,
     Category,
     DryRun,
-    Engine,
-    EngineName,
     ForceWorse,
-    Jobs,
     LibraryOut,
     Most,
     Out,
-    Quiet,
-    Verbose,
+    Workers,
     more,
+    shared,
     source,
-    workers,
 )
 from casa_assets.cli.output import Output
 from casa_assets.errors import CasaError
@@ -87,16 +80,16 @@ StoreUrl = Annotated[
 ]
 
 
+@shared
 def ingest(
+    output: Output,
     sources: Annotated[
         list[str],
         typer.Argument(help="Files, folders, packages, manifests, addresses of stores.", parser=source),
     ],
     library: LibraryOut = Path("out/library"),
     category: Category = "",
-    jobs: Jobs = 0,
-    engine: Engine = EngineName.LOCAL,
-    address: Address = "",
+    workers: Workers = 0,
     timeout: Annotated[float, _limit(metavar="SECONDS", help="Processor seconds per input; 300 by default.")] = 0.0,
     memory: Annotated[float, _limit(metavar="GB", help="Gigabytes per input; 8 by default.")] = 0.0,
     max_size: Annotated[float, _limit(metavar="MB", help="Megabytes of an input; 512 by default.")] = 0.0,
@@ -113,9 +106,6 @@ def ingest(
     shard: ShardWords = "",
     store: StoreUrl = "",
     explain: Explain = False,
-    json_: AsJson = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
 ) -> None:
     """Turn meshes into simulation-ready assets.
 
@@ -141,15 +131,13 @@ def ingest(
     from casa_assets.pipeline.ingest.inputs import roots_of
     from casa_assets.pipeline.ingest.run import Options
 
-    where = workers(engine, address, jobs)
     memory_bytes, guards = int(memory * 1e9), _guards(max_size, max_faces, max_texture, max_pixels)
     codes = _codes(retry), _codes(retry_only)
     options = Options(
-        library, category, where, timeout, memory_bytes, guards, clip_weights, keep_duplicates, split, *codes, dry_run
+        library, category, workers, timeout, memory_bytes, guards, clip_weights, keep_duplicates, split, *codes, dry_run
     )
     roots, refused = roots_of(sources, library)
     options = replace(options, shard=_shard(shard), refused=refused, force=force)
-    output = Output(json_, quiet, verbose)
     if dry_run and explain:
         raise typer.BadParameter("--dry-run keeps no guesses; name another --library and leave --dry-run out")
     if dry_run and store:
@@ -162,8 +150,8 @@ def _ingest(sources: list[Path | StoreRoot], options: Options, output: Output, e
     with on_store(store, options.library, output) as sending:
         events = _run_once(sources, options, output, explain, sending)
     if not options.dry_run:
-        output.look(*[event.folder for event in events if event.folder and not event.was_rejected][:1])
-    end(events)
+        look(events, output)
+    end(events, [event.path for event in events])
 
 
 def _run_once(
@@ -189,8 +177,7 @@ def _run_once(
     if not events:
         raise no_mesh_found(sources)
     if options.dry_run and not output.as_json:
-        print_codes(codes_of(events), output)
-        print_counts(events, output)
+        print_counts(events, sum(event.count for event in events if event.kind == "kept"), output)
     elif not output.as_json or explain:
         print_summary(events, options.library, output, explain)
     return events
@@ -227,14 +214,13 @@ def _guards(megabytes: float, faces: int, pixels: int, million_pixels: float) ->
     return {name: value for name, value in limits.items() if value}
 
 
+@shared
 def fetch(
+    output: Output,
     uids: Annotated[list[str] | None, typer.Argument(help="Objaverse uids.")] = None,
     lvis: Annotated[str, typer.Option(help="LVIS category of Objaverse to take objects of, such as Mug.")] = "",
     most: Most = 20,
     out: Out = Path("out/objaverse"),
-    json_: AsJson = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
 ) -> None:
     """Download objects of Objaverse with the `objaverse` package, which needs a network.
 
@@ -249,7 +235,6 @@ def fetch(
 
     if not uids and not lvis:
         raise typer.BadParameter("name uids, or an --lvis category")
-    output = Output(json_, quiet, verbose)
     folder = download(uids or [], lvis, most, out)
     output.made(lvis or "objaverse", folder)
     output.line(f"Objects: {folder}")

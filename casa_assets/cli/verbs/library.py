@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from casa_assets.cli.group import Group, Verb
-from casa_assets.cli.ingest_output import end, print_changes, print_events, print_summary, waiting
-from casa_assets.cli.options import CLIP_HELP, AsJson, Force, LibraryOut, Out, Quiet, Verbose, library_at, more
+from casa_assets.cli.group import Verb, group_of
+from casa_assets.cli.ingest_output import end, look, print_changes, print_events, print_summary, waiting
+from casa_assets.cli.options import CLIP_HELP, Force, LibraryOut, Out, library_at, more, shared
 from casa_assets.cli.output import Output, pluralize, terminal_safe
 
 if TYPE_CHECKING:
@@ -17,11 +17,8 @@ if TYPE_CHECKING:
 
     from casa_assets.pipeline.ingest.job import Event
 
-app = typer.Typer(
-    name="library",
-    cls=Group,
-    help="Libraries as a whole: merge the parts that several machines made, index many, keep them on stores.",
-    no_args_is_help=True,
+app = group_of(
+    "library", "Libraries as a whole: merge the parts that several machines made, index many, keep them on stores."
 )
 
 
@@ -30,13 +27,10 @@ Url = Annotated[str, typer.Argument(metavar="URL", help="Library on a store, suc
 Delete = Annotated[bool, typer.Option("--delete", help="Remove what the other side lacks; decisions of people too.")]
 
 
-@app.callback()
-def common() -> None:
-    """Libraries as a whole: merge the parts that several machines made, index many, keep them on stores."""
-
-
 @app.command(cls=Verb)
+@shared
 def merge(
+    output: Output,
     shards: Annotated[
         list[Path],
         typer.Argument(help="Folders that `ingest --shard` wrote.", exists=True, file_okay=False, readable=True),
@@ -46,9 +40,6 @@ def merge(
         bool, typer.Option("--partial", help=more(PARTIAL_HELP, "merge the shards that there are."))
     ] = False,
     clip_weights: Annotated[str, typer.Option(help=more(CLIP_HELP, "compares pictures."))] = "",
-    json_: AsJson = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
 ) -> None:
     """Merge the shards of `ingest --shard` into the library that one run over all inputs would have made.
 
@@ -62,8 +53,6 @@ def merge(
     """
     from casa_assets.pipeline.ingest.shards.merge import merge as run
 
-    output = Output(json_, quiet, verbose)
-
     def start(_: Callable[[str], None] | None) -> Generator[Event]:
         return run(shards, library, partial, clip_weights)
 
@@ -71,20 +60,19 @@ def merge(
     if not events:
         output.line(f"no inputs in {', '.join(terminal_safe(str(shard)) for shard in shards)}")
         return
-    if not json_:
+    if not output.as_json:
         print_summary(events, library, output)
-    output.look(*[event.folder for event in events if event.folder and not event.was_rejected][:1])
-    end(events)
+    look(events, output)
+    end(events, [event.path for event in events])
 
 
 @app.command(cls=Verb)
+@shared
 def push(
+    output: Output,
     library: Annotated[Path, typer.Argument(help="Folder of the library.", exists=True, file_okay=False)],
     url: Url,
     delete: Delete = False,
-    json_: AsJson = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
 ) -> None:
     """Copy a library to an object store, entry by entry, so that it is the same there.
 
@@ -99,7 +87,7 @@ def push(
     from casa_assets.pipeline.library.remote import push as run
     from casa_assets.pipeline.library.remote_folder import hold
 
-    output, place = Output(json_, quiet, verbose), library_at(library)
+    place = library_at(library)
     remote = RemoteLibrary.open(url)
     with place.locked(), hold(remote.folder, waiting(output)) as lock:
         changes = run(place, remote, lock, Extra.REMOVE if delete else Extra.REFUSE)
@@ -108,16 +96,15 @@ def push(
 
 
 @app.command(cls=Verb)
+@shared
 def pull(
+    output: Output,
     url: Url,
     library: Annotated[Path, typer.Argument(help="Folder of the library.", file_okay=False)],
     delete: Delete = False,
     partial: Annotated[
         bool, typer.Option("--partial", help=more(PARTIAL_HELP, "take what a run that has not ended has written."))
     ] = False,
-    json_: AsJson = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
 ) -> None:
     """Copy a library from an object store to this disk, so that it is the same here.
 
@@ -132,7 +119,7 @@ def pull(
     from casa_assets.pipeline.library.remote import Extra, RemoteLibrary
     from casa_assets.pipeline.library.remote import pull as run
 
-    output, place = Output(json_, quiet, verbose), Library(library)
+    place = Library(library)
     remote = RemoteLibrary.open(url)
     with place.locked():
         place.sweep()
@@ -142,16 +129,15 @@ def pull(
 
 
 @app.command(cls=Verb)
+@shared
 def index(
+    output: Output,
     libraries: Annotated[
         list[Path],
         typer.Argument(help="Folders of libraries, also of shards.", exists=True, file_okay=False, readable=True),
     ],
     out: Out = Path("out/tables"),
     force: Force = False,
-    json_: AsJson = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
 ) -> None:
     """Write one table of the entries of any number of libraries, as Parquet parts, for programs that read Parquet.
 
@@ -165,7 +151,6 @@ def index(
     from casa_assets.pipeline.tables.parquet import require_parquet, write_index
 
     require_parquet()
-    output = Output(json_, quiet, verbose)
     written = write_index([library_at(library) for library in libraries], out, force)
     for one in written.index.libraries:
         kept = one.library in written.kept

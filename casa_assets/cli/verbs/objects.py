@@ -8,33 +8,23 @@ from typing import Annotated
 import typer
 
 from casa_assets.cli import completion
-from casa_assets.cli.build_output import end, follow_members, look, print_members, print_together
-from casa_assets.cli.group import Group, Verb
+from casa_assets.cli.build_output import end, follow_members, print_members, print_together
+from casa_assets.cli.group import Verb, group_of
 from casa_assets.cli.options import (
     ALL_HELP,
     COUNT_HELP,
     WIDTH_HELP,
-    Address,
     AsJson,
-    Engine,
-    EngineName,
-    Jobs,
     LibraryOut,
     Out,
-    Quiet,
     Seed,
-    Verbose,
+    Workers,
     more,
-    workers,
+    shared,
 )
 from casa_assets.cli.output import Output, TextTable, from_column, pluralize, working_on
 
-app = typer.Typer(
-    name="objects",
-    cls=Group,
-    help="Loose objects, generated: food, tableware, packages; list, show, build.",
-    no_args_is_help=True,
-)
+app = group_of("objects", "Loose objects, generated: food, tableware, packages; list, show, build.")
 Names = Annotated[list[str], typer.Argument(help="Categories.", autocompletion=completion.objects)]
 
 
@@ -65,15 +55,14 @@ def list_objects(json_: AsJson = False) -> None:
 
 
 @app.command(cls=Verb)
+@shared
 def show(
+    output: Output,
     names: Names,
     out: Out = Path("out/objects/sheets"),
     count: Annotated[int, typer.Option(min=1, max=400, help=COUNT_HELP)] = 16,
     seed: Seed = 0,
     width_px: Annotated[int, typer.Option(min=64, max=1024, help=WIDTH_HELP)] = 224,
-    json_: AsJson = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
 ) -> None:
     """Draw the first members of categories, on one sheet for each; nothing is checked.
 
@@ -85,7 +74,6 @@ def show(
     from casa_assets.pipeline.ingest.job import writing
     from casa_assets.registry.objects import object_family
 
-    output = Output(json_, quiet, verbose)
     for name in names:
         object_family(name)  # raises UnknownId before anything is made
     with writing(out), working_on(output.console, "drawing", names) as done:
@@ -99,18 +87,15 @@ def show(
 
 
 @app.command(cls=Verb)
+@shared
 def build(
+    output: Output,
     names: Annotated[list[str] | None, typer.Argument(help="Categories.", autocompletion=completion.objects)] = None,
     all_: Annotated[bool, typer.Option("--all", help=more(ALL_HELP, "every category."))] = False,
     count: Annotated[int, typer.Option(min=1, max=4000, help=COUNT_HELP)] = 17,
     seed: Seed = 0,
     library: LibraryOut = Path("out/objects"),
-    jobs: Jobs = 0,
-    engine: Engine = EngineName.LOCAL,
-    address: Address = "",
-    json_: AsJson = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
+    workers: Workers = 0,
 ) -> None:
     """Build members into a library, as MJCF and USD, and run every check.
 
@@ -125,15 +110,11 @@ def build(
 
     if not names and not all_:
         raise typer.BadParameter("name categories, or give --all")
-    output = Output(json_, quiet, verbose)
     requests = object_requests([] if all_ else names or [], count, seed)
-    results = follow_members(
-        build_all(requests, library, workers(engine, address, jobs), drawn=False), requests, output
-    )
+    results = follow_members(build_all(requests, library, workers, drawn=False), requests, output)
     print_members(results, output)
     whole = read_library_report(library)
     if whole is not None:
         print_together(whole.report, {row.code: row.title for row in ROWS}, output)
     output.next_command("report", "--library", library)
-    look(results, output)
-    end(results)
+    end(results, output)

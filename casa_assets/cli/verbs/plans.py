@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from casa_assets.cli import completion
-from casa_assets.cli.options import OUT_HELP, AsJson, Quiet, Verbose, more
+from casa_assets.cli.options import OUT_HELP, more, shared
 from casa_assets.cli.output import Output, pluralize
 
 if TYPE_CHECKING:
@@ -51,14 +51,13 @@ OutFile = Annotated[
 ]
 
 
+@shared
 def check_plan(
+    output: Output,
     file: PlanFile,
     style: TriedStyle = STYLE,
     fix: Annotated[bool, typer.Option("--fix", help="Write the corrected plan to --out.")] = False,
     out: OutFile = None,
-    json_: AsJson = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
 ) -> None:
     """Check a plan without building it: every fault with its line, and the nearest correction.
 
@@ -73,7 +72,6 @@ def check_plan(
 
     if fix != (out is not None):
         raise typer.BadParameter("--fix and --out go together: name a file for the corrected plan")
-    output = Output(json_, quiet, verbose)
     found = check(read_plan_text(file), str(file), load_style(style)[0])
     output.row(
         {
@@ -85,7 +83,7 @@ def check_plan(
             "faults": [told.facts for told in found.faults],
         }
     )
-    if not json_:
+    if not output.as_json:
         _print(found, file, output)
     if out is not None and found.mended:
         write_new(out, found.text)
@@ -106,7 +104,9 @@ def _print(found: PlanCheck, file: Path, output: Output) -> None:
     output.wrong(f"{pluralize(len(found.faults), 'fault')}; {after}")
 
 
+@shared
 def fit(
+    output: Output,
     file: PlanFile,
     width: Annotated[float, typer.Option(help="Of the room, along its back wall, metres.", min=1.5, max=20)],
     depth: Annotated[
@@ -114,9 +114,6 @@ def fit(
     ],
     style: TriedStyle = STYLE,
     out: OutFile = None,
-    json_: AsJson = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
 ) -> None:
     """Fit a plan to a room of another size: move walls and openings, then narrow or take out what does not fit.
 
@@ -130,7 +127,6 @@ def fit(
     from casa_assets.registry.edit import read_plan_text, write_new
     from casa_assets.registry.kitchens import load_style
 
-    output = Output(json_, quiet, verbose)
     row = {"id": file.stem, "file": str(file), "style": style, "width": width, "depth": depth}
     try:
         fitted = fit_plan(read_plan_text(file), str(file), load_style(style)[0], width, depth)
@@ -139,10 +135,10 @@ def fit(
         output.wrong(str(error))
         raise typer.Exit(1) from None
     output.row({**row, "verdict": "fits", "changes": fitted.changes, "plan": fitted.text})
-    for change in () if json_ else fitted.changes:
+    for change in () if output.as_json else fitted.changes:
         output.line(f"# {change}")
     if out is not None:
         write_new(out, fitted.text)
         output.line(f"{out}: {pluralize(len(fitted.changes), 'change')}")
-    elif not json_:
+    elif not output.as_json:
         typer.echo(fitted.text, nl=False)

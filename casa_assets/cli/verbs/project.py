@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from casa_assets.cli.options import AsJson, DryRun, Quiet, Verbose
+from casa_assets.cli.options import DryRun, shared
 from casa_assets.cli.output import Output
 from casa_assets.projects import project_folder
 
@@ -21,11 +21,10 @@ VERDICTS = {0: "done", 4: "review"}  # of a run by its exit code; any other: fai
 FAILED = (2, 3)  # exit codes after which the next command would fail too: misuse or a broken machine, a fault
 
 
+@shared
 def init(
+    output: Output,
     folder: Annotated[Path, typer.Argument(help="Where the project is to be; the folder is made if it is missing.")],
-    json_: AsJson = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
 ) -> None:
     """Write a small working project: a plan, a style, textures, a category, objects, and what `make` makes of them.
 
@@ -37,21 +36,19 @@ def init(
     from casa_assets.pipeline.ingest.job import writing
     from casa_assets.pipeline.project.starter import write_starter
 
-    output = Output(json_, quiet, verbose)
     with writing(folder):
         paths = write_starter(folder)
     for path in paths:
         output.made(path.relative_to(folder).as_posix(), path.parent)
         output.line(str(path))
-    if not json_ and not quiet:
+    if not output.as_json and not output.quiet:
         output.error(f"Make what it describes: cd {shlex.quote(str(folder))} && casa-assets make")
 
 
+@shared
 def make(
+    output: Output,
     dry_run: DryRun = False,
-    json_: AsJson = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
 ) -> None:
     """Call the commands that the project lists under `runs` in its casa.yaml, one after the other, in its folder.
 
@@ -67,7 +64,7 @@ def make(
     from casa_assets.projects import SETTINGS
     from casa_assets.registry.layered import load_project
 
-    output, found = Output(json_, quiet, verbose), load_project()
+    found = load_project()
     if found is None:
         raise CasaError(f"no {SETTINGS} here or above; write a project with `casa-assets init DIR`, or name one")
     steps = steps_of(*found, typer.main.get_command(app))

@@ -9,17 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.markup import escape
 
-from casa_assets.cli.options import (
-    CLIP_HELP,
-    IN_3D_HELP,
-    OUT_HELP,
-    AsJson,
-    Library,
-    Quiet,
-    Verbose,
-    library_at,
-    more,
-)
+from casa_assets.cli.options import CLIP_HELP, IN_3D_HELP, OUT_HELP, Library, library_at, more, shared
 from casa_assets.cli.output import Output, bar
 
 if TYPE_CHECKING:
@@ -39,7 +29,9 @@ Baseline = Annotated[
 Sarif = Annotated[Path | None, typer.Option(metavar="FILE", help="Write SARIF 2.1.0 too, which code scanning shows.")]
 
 
+@shared
 def report(
+    output: Output,
     library: Library = Path("out/library"),
     out: Page = None,
     baseline: Baseline = None,
@@ -53,9 +45,6 @@ def report(
     in_3d: Annotated[
         bool, typer.Option("--3d/--no-3d", help=more(IN_3D_HELP, "about 0.1 MB each, written once."))
     ] = False,
-    json_: AsJson = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
 ) -> None:
     """Write a page about a library, report.html, with every input in it, and report.json beside it.
 
@@ -83,7 +72,7 @@ def report(
         conditions = [parse(text, codes()) for text in fail_on]
     if baseline is None and any(one.needs_baseline for one in conditions):
         raise typer.BadParameter("compares with an earlier run; give one with --baseline", param_hint="--fail-on")
-    output, target = Output(json_, quiet, verbose), out or library / "report.html"
+    target = out or library / "report.html"
     _compare_all(library_at(library), clip_weights)
     with writing(target.parent):
         models = _write_models(library, target, output) if in_3d else None

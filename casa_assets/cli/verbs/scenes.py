@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from casa_assets.cli import build_output, completion
-from casa_assets.cli.group import Group, Verb
+from casa_assets.cli.group import Verb, group_of
 from casa_assets.cli.options import (
     COUNT_HELP,
     IN_3D_HELP,
@@ -19,24 +19,20 @@ from casa_assets.cli.options import (
     SCENES_HELP,
     SEED_HELP,
     WIDTH_HELP,
-    Address,
     All,
     AsJson,
     Camera,
-    Engine,
-    EngineName,
     Force,
     Jobs,
     Photoreal,
     Pictures,
     Pose,
-    Quiet,
     ScenesFolder,
     ScenesOut,
     Seed,
-    Verbose,
+    Workers,
     more,
-    workers,
+    shared,
 )
 from casa_assets.cli.output import Output, TextTable, from_column, measures_at
 from casa_assets.cli.verbs.plans import check_plan, fit
@@ -46,12 +42,7 @@ if TYPE_CHECKING:
     from casa_assets.pipeline.kitchens.recipe import SceneRecipe
     from casa_assets.pipeline.workers.pool import Workers
 
-app = typer.Typer(
-    name="scenes",
-    cls=Group,
-    help="Whole kitchens, a floor plan in a style: new, build, check, preview, pack and more.",
-    no_args_is_help=True,
-)
+app = group_of("scenes", "Whole kitchens, a floor plan in a style: new, build, check, preview, pack and more.")
 OUT, PACKS = Path("out/scenes"), Path("out/packs")
 STYLE = "coastal"  # of a new kitchen, where none is named
 STYLE_TEXTURES = "style"  # --textures: those of the style
@@ -117,19 +108,16 @@ def list_scenes(json_: AsJson = False) -> None:
 
 
 @app.command(cls=Verb)
+@shared
 def build(
+    output: Output,
     scenes: Scenes = None,
     all_: All = False,
     out: ScenesOut = OUT,
-    jobs: Jobs = 0,
-    engine: Engine = EngineName.LOCAL,
-    address: Address = "",
+    workers: Workers = 0,
     pictures: Pictures = True,
     at_eye_level: EyeLevel = False,
     force: Force = False,
-    json_: AsJson = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
 ) -> None:
     """Build kitchens by their ids, as MJCF and USD; what an earlier run made and has not changed is kept.
 
@@ -137,8 +125,7 @@ def build(
 
     Example:  casa-assets scenes build 'galley__*' l_small__coastal
     """
-    output, processes = Output(json_, quiet, verbose), workers(engine, address, jobs)
-    _build(_recipes(scenes, all_, out), out, processes, output, pictures, at_eye_level, force)
+    _build(_recipes(scenes, all_, out), out, workers, output, pictures, at_eye_level, force)
 
 
 def _build(
@@ -160,25 +147,21 @@ def _build(
         done = build_all(recipes, out, jobs, BuildOptions(drawn, at_eye_level, force))
     results = build_output.follow(done, recipes, "building", output)
     build_output.write_reports(results, out, output)
-    build_output.look(results, output)
-    build_output.end(results)
+    build_output.end(results, output)
 
 
 @app.command(cls=Verb)
+@shared
 def check(
+    output: Output,
     scenes: Scenes = None,
     all_: All = False,
     out: ScenesOut = OUT,
-    jobs: Jobs = 0,
-    engine: Engine = EngineName.LOCAL,
-    address: Address = "",
+    workers: Workers = 0,
     force: Force = False,
     pictures: Pictures = True,
     at_eye_level: EyeLevel = False,
     in_3d: Annotated[bool, typer.Option("--3d/--no-3d", help=more(IN_3D_HELP, "about 4 MB each."))] = True,
-    json_: AsJson = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
 ) -> None:
     """Run every check on kitchens: physics, doors and drawers, design rules, robot access, tasks, MJCF equals USD.
 
@@ -189,31 +172,26 @@ def check(
     """
     from casa_assets.pipeline.kitchens.check import check_all
 
-    recipes, output = _recipes(scenes, all_, out), Output(json_, quiet, verbose)
-    processes = workers(engine, address, jobs)
-    done = check_all(recipes, out, processes, force, drawn=pictures, in_3d=in_3d, at_eye_level=at_eye_level)
+    recipes = _recipes(scenes, all_, out)
+    done = check_all(recipes, out, workers, force, drawn=pictures, in_3d=in_3d, at_eye_level=at_eye_level)
     results = build_output.follow(done, recipes, "checking", output)
-    if not json_:
+    if not output.as_json:
         build_output.print_numbers(results, out, output)
     build_output.write_reports(results, out, output)
-    build_output.look(results, output)
-    build_output.end(results)
+    build_output.end(results, output)
 
 
 @app.command(cls=Verb)
+@shared
 def sample(
+    output: Output,
     count: Annotated[int, typer.Argument(min=1, help="How many to draw.")],
     seed: Seed = 0,
     objects: Objects = 0,
     out: ScenesOut = OUT,
-    jobs: Jobs = 0,
-    engine: Engine = EngineName.LOCAL,
-    address: Address = "",
+    workers: Workers = 0,
     pictures: Pictures = True,
     in_3d: Annotated[bool, typer.Option("--3d/--no-3d", help=more(IN_3D_HELP, "about 4 MB each."))] = False,
-    json_: AsJson = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
 ) -> None:
     """Draw random kitchens: plan, lengths, style, finishes, models. Only those that pass every check are kept.
 
@@ -225,19 +203,18 @@ def sample(
     from casa_assets.pipeline.kitchens.sampling.draws import draw_recipes
     from casa_assets.pipeline.kitchens.sampling.run import sample_all
 
-    recipes, output = draw_recipes(count, seed, objects), Output(json_, quiet, verbose)
-    done = sample_all(recipes, out, workers(engine, address, jobs), drawn=pictures, in_3d=in_3d)
+    recipes = draw_recipes(count, seed, objects)
+    done = sample_all(recipes, out, workers, drawn=pictures, in_3d=in_3d)
     results = build_output.follow(done, recipes, "drawing", output, lean=True)
     build_output.print_sample(results, recipes, seed, out, output)
     build_output.write_reports(results, out, output)
-    build_output.look(results, output)
-    build_output.raise_faults(results)
-    if not any(result.passed for result in results):
-        raise typer.Exit(1)
+    build_output.end(results, output, one_is_enough=True)
 
 
 @app.command(cls=Verb)
+@shared
 def preview(
+    output: Output,
     scene: OneScene,
     camera: Camera = None,
     pose: Pose = "start",
@@ -255,9 +232,6 @@ def preview(
     ] = None,
     photoreal: Photoreal = False,
     out: ScenesOut = OUT,
-    json_: AsJson = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
 ) -> None:
     """Draw a kitchen through its cameras, beside its files.
 
@@ -276,7 +250,7 @@ def preview(
 
     if photoreal and passes is not None:
         raise typer.BadParameter("is for pictures without --photoreal", param_hint="--passes")
-    output, folder = Output(json_, quiet, verbose), out / scene
+    folder = out / scene
     if not folder.is_dir():
         on_disk, scene_ids = [p.name for p in out.glob("*__*")], [r.scene_id for r in all_recipes()]
         if scene not in scene_ids:
@@ -296,7 +270,9 @@ def preview(
 
 
 @app.command(cls=Verb)
+@shared
 def robots(
+    output: Output,
     scenes: Scenes = None,
     all_: All = False,
     robot: Annotated[
@@ -312,9 +288,6 @@ def robots(
     out: ScenesOut = OUT,
     jobs: Jobs = 0,
     force: Force = False,
-    json_: AsJson = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
 ) -> None:
     """Find which handles, knobs, buttons and levers robots reach from the parking places, and what they open.
 
@@ -327,17 +300,18 @@ def robots(
     from casa_assets.pipeline.kitchens.robots import certify_all, find_robot_models
     from casa_assets.registry.tables import robot_names
 
-    recipes, output = _recipes(scenes, all_, out), Output(json_, quiet, verbose)
+    recipes = _recipes(scenes, all_, out)
     done = certify_all(recipes, out, robot or robot_names(), models or find_robot_models(), jobs, force, joint or ())
     results = build_output.follow(done, recipes, "reaching", output)
-    if not json_:
+    if not output.as_json:
         build_output.print_robots(results, output)
-    build_output.look(results, output)
-    build_output.end(results)
+    build_output.end(results, output)
 
 
 @app.command(cls=Verb)
+@shared
 def states(
+    output: Output,
     scenes: Scenes = None,
     all_: All = False,
     count: Annotated[int, typer.Option(min=1, help=more(COUNT_HELP, "start states per kitchen."))] = 100,
@@ -347,9 +321,6 @@ def states(
     out: ScenesOut = OUT,
     jobs: Jobs = 0,
     force: Force = False,
-    json_: AsJson = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
 ) -> None:
     """Draw settled start states: loose objects moved, a robot parked; each state is simulated.
 
@@ -361,17 +332,18 @@ def states(
     from casa_assets.checks.start_states.draw import StateRequest
     from casa_assets.pipeline.kitchens.start_states import draw_all
 
-    recipes, output = _recipes(scenes, all_, out), Output(json_, quiet, verbose)
+    recipes = _recipes(scenes, all_, out)
     done = draw_all(recipes, out, StateRequest(count, objects, doors, seed), jobs, force)
     results = build_output.follow(done, recipes, "drawing", output)
-    if not json_:
+    if not output.as_json:
         build_output.print_states(results, output)
-    build_output.look(results, output)
-    build_output.end(results)
+    build_output.end(results, output)
 
 
 @app.command(cls=Verb)
+@shared
 def batch(
+    output: Output,
     scenes: Scenes = None,
     all_: All = False,
     joints: Annotated[
@@ -382,13 +354,8 @@ def batch(
         int, typer.Option("--primitives", min=0, help="Primitives at most; 0: as many as check BAT002 allows.")
     ] = 0,
     out: ScenesOut = OUT,
-    jobs: Jobs = 0,
-    engine: Engine = EngineName.LOCAL,
-    address: Address = "",
+    workers: Workers = 0,
     force: Force = False,
-    json_: AsJson = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
 ) -> None:
     """Write kitchens for GPU engines that step thousands at once: few primitives, few pairs, all asleep at rest.
 
@@ -399,17 +366,19 @@ def batch(
     """
     from casa_assets.pipeline.kitchens.batch_form import BatchRequest, make_all
 
-    recipes, output = _recipes(scenes, all_, out), Output(json_, quiet, verbose)
+    recipes = _recipes(scenes, all_, out)
     request = BatchRequest(tuple(joints or JointWord), primitives or None)
-    done = make_all(recipes, out, request, workers(engine, address, jobs), force)
+    done = make_all(recipes, out, request, workers, force)
     results = build_output.follow(done, recipes, "merging", output)
-    if not json_:
+    if not output.as_json:
         build_output.print_batch_forms(results, output)
-    build_output.end(results)
+    build_output.end(results, output)
 
 
 @app.command(cls=Verb)
+@shared
 def pack(
+    output: Output,
     scene: Annotated[
         str, typer.Argument(help="Id of a scene, such as l_small__coastal.", autocompletion=completion.kitchens)
     ],
@@ -419,9 +388,6 @@ def pack(
         Path | None, typer.Option(metavar="FILE", help=more(OUT_HELP, "by default out/packs/<id>.zip or .usdz."))
     ] = None,
     scenes_folder: ScenesFolder = OUT,
-    json_: AsJson = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
 ) -> None:
     """Write a kitchen as one file that loads by itself on another machine; built first where it is missing.
 
@@ -433,7 +399,7 @@ def pack(
 
     if zip_ == usdz:
         raise typer.BadParameter("give one of --zip and --usdz")
-    output, kind = Output(json_, quiet, verbose), PackKind.ZIP if zip_ else PackKind.USDZ
+    kind = PackKind.ZIP if zip_ else PackKind.USDZ
     done = pack_scene(scene, scenes_folder, kind, _pack_file(out or PACKS, scene, kind.value))
     facts: dict[str, Any] = {
         "kind": kind.value,
@@ -461,7 +427,9 @@ app.command(cls=Verb)(fit)
 
 
 @app.command("new", cls=Verb)
+@shared
 def new(
+    output: Output,
     plan: Annotated[str, typer.Argument(help="Name of a plan, see `scenes list`.", autocompletion=completion.plans)],
     style: Annotated[
         str, typer.Option(help="Name of a style, see `scenes list`.", autocompletion=completion.styles)
@@ -492,9 +460,6 @@ def new(
     objects: Objects = 0,
     objects_seed: Annotated[int, typer.Option(min=0, help="Random seed of which objects, and where.")] = 0,
     out: ScenesOut = OUT,
-    json_: AsJson = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
 ) -> None:
     """Build one kitchen: a plan in a style, with options. Prints its id, by which other commands know it.
 
@@ -516,7 +481,7 @@ def new(
 
         surfaces = draw_surfaces(seed or 0) if textures == "random" else ordered_surfaces(_pairs(textures))
         recipe = replace(recipe, surfaces=surfaces, models=ordered_models(_roles(model or [])))
-    _build([recipe], out, 1, Output(json_, quiet, verbose))
+    _build([recipe], out, 1, output)
 
 
 def _roles(texts: list[str]) -> list[tuple[str, str]]:

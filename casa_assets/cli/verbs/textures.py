@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from casa_assets.cli import completion
-from casa_assets.cli.group import Group, Verb
-from casa_assets.cli.options import WIDTH_HELP, AsJson, Jobs, LibraryOut, Out, Quiet, Verbose, more
+from casa_assets.cli.group import Verb, group_of
+from casa_assets.cli.options import WIDTH_HELP, AsJson, Jobs, LibraryOut, Out, more, shared
 from casa_assets.cli.output import Output, TextTable, from_column, pluralize, working_on
 from casa_assets.model.kitchen.choices import Surface
 
@@ -19,12 +19,7 @@ if TYPE_CHECKING:
     from casa_assets.model.registry.rows import TextureRecipe
     from casa_assets.textures.packs.entry import Pack
 
-app = typer.Typer(
-    name="textures",
-    cls=Group,
-    help="Pictures of walls, floors, counters and cabinets: list, make, sheet, check, ingest.",
-    no_args_is_help=True,
-)
+app = group_of("textures", "Pictures of walls, floors, counters and cabinets: list, make, sheet, check, ingest.")
 
 Names = Annotated[
     list[str] | None,
@@ -62,14 +57,13 @@ def list_textures(surfaces: Sets = None, json_: AsJson = False) -> None:
 
 
 @app.command(cls=Verb)
+@shared
 def make(
+    output: Output,
     names: Names = None,
     surfaces: Sets = None,
     out: Out = OUT,
     width_px: Annotated[int, typer.Option(min=64, max=4096, help=more(WIDTH_HELP, "that of the longer side."))] = 1024,
-    json_: AsJson = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
 ) -> None:
     """Write colour, metallic-roughness and normal pictures as PNG; finishes made before come from the cache.
 
@@ -84,7 +78,7 @@ def make(
     from casa_assets.pipeline.ingest.job import writing
     from casa_assets.pipeline.textures.check import select_recipes, write_finish
 
-    recipes, output = select_recipes(names or [], surfaces or []), Output(json_, quiet, verbose)
+    recipes = select_recipes(names or [], surfaces or [])
     paths: list[str] = []
     with working_on(output.console, "painting", [recipe.id for recipe in recipes]) as done, writing(out):
         for recipe in recipes:
@@ -99,15 +93,14 @@ def make(
 
 
 @app.command(cls=Verb)
+@shared
 def sheet(
+    output: Output,
     names: Names = None,
     surfaces: Sets = None,
     out: Out = OUT,
     side: Annotated[float, typer.Option(min=0.05, max=4, help="Metres of surface that a swatch shows.")] = 1.0,
     width_px: Annotated[int, typer.Option(min=64, max=512, help=more(WIDTH_HELP, "that of a swatch."))] = 192,
-    json_: AsJson = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
 ) -> None:
     """Contact sheets of ten by ten swatches, each a cut of true size, lit from the upper left.
 
@@ -119,7 +112,7 @@ def sheet(
     from casa_assets.pipeline.ingest.job import writing
     from casa_assets.pipeline.textures.check import pages, select_recipes, shots
 
-    recipes, output = select_recipes(names or [], surfaces or []), Output(json_, quiet, verbose)
+    recipes = select_recipes(names or [], surfaces or [])
     first: Path | None = None
     groups = (
         {s.value: [r for r in recipes if r.surface is s] for s in Surface} if not names else {"chosen": list(recipes)}
@@ -145,14 +138,13 @@ def sheet(
 
 
 @app.command(cls=Verb)
+@shared
 def check(
+    output: Output,
     names: Names = None,
     surfaces: Sets = None,
     out: Out = OUT,
     jobs: Jobs = 0,
-    json_: AsJson = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
 ) -> None:
     """Check seams, brightness, normals, gloss, resolution, repeats, and that no two of a set are alike.
 
@@ -164,7 +156,7 @@ def check(
     from casa_assets.pipeline.ingest.job import writing
     from casa_assets.pipeline.textures.check import CheckedTexture, check_recipes, check_sets, select_recipes
 
-    recipes, output = select_recipes(names or [], surfaces or []), Output(json_, quiet, verbose)
+    recipes = select_recipes(names or [], surfaces or [])
     checked: list[CheckedTexture] = []
     with working_on(output.console, "checking", [recipe.id for recipe in recipes]) as done, writing(out):
         for result in check_recipes(recipes, cache_for(out), jobs):
@@ -187,7 +179,9 @@ def check(
 
 
 @app.command(cls=Verb)
+@shared
 def ingest(
+    output: Output,
     ctx: typer.Context,
     source: Annotated[
         Path,
@@ -200,9 +194,6 @@ def ingest(
     licence: Annotated[str | None, typer.Option(help="SPDX id, or the text of the licence.")] = None,
     generator: Annotated[str | None, typer.Option(help="Program or model that made the pictures.")] = None,
     substance: Annotated[str | None, typer.Option(help="Id in registry/substances.yaml.")] = None,
-    json_: AsJson = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
 ) -> None:
     """Make a pack of pictures: repair borders, derive normals and roughness, refuse what cannot be used.
 
@@ -232,7 +223,6 @@ def ingest(
         library = project
     with writing(library):
         report = ingest_pack(source, PackOptions(library=library, pack=pack, flags=description))
-    output = Output(json_, quiet, verbose)
     _print_pack(report.pack, report.folder, output)
     state = "written" if report.changed else "unchanged"
     taken = f"{pluralize(len(report.pack.pictures), 'picture')} taken, {len(report.pack.refused)} left out"

@@ -7,7 +7,7 @@ import os
 import signal
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
@@ -16,17 +16,15 @@ from rich.markup import escape
 from casa_assets.cli import completion
 from casa_assets.cli.options import (
     LIBRARY_HELP,
-    AsJson,
     Browser,
     Camera,
     Out,
     Photoreal,
     Port,
     Pose,
-    Quiet,
     ScenesFolder,
-    Verbose,
     WidthPx,
+    shared,
 )
 from casa_assets.cli.output import Output, measures_at
 from casa_assets.cli.supervise import StopRequested
@@ -37,7 +35,9 @@ if TYPE_CHECKING:
     from casa_assets.pipeline.view.subject import Subject
 
 
+@shared
 def preview(
+    output: Output,
     assets: Annotated[
         list[Path],
         typer.Argument(
@@ -55,9 +55,6 @@ def preview(
     photoreal: Photoreal = False,
     pose: Pose = "",
     camera: Camera = None,
-    json_: AsJson = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
 ) -> None:
     """Draw assets, and a contact sheet where there are several.
 
@@ -75,7 +72,6 @@ def preview(
     from casa_assets.pipeline.ingest.job import writing
     from casa_assets.pipeline.reports.pictures import draw
 
-    output = Output(json_, quiet, verbose)
     if photoreal:
         if colliders or turntable:
             raise typer.BadParameter("--photoreal draws neither --colliders nor a --turntable")
@@ -153,6 +149,7 @@ def view(
       casa-assets view l_small__coastal --pose open
       casa-assets view out/library/mug/mug_0123456789 --web
     """
+    from casa_assets.api.viewing import has_screen
     from casa_assets.pipeline.view.subject import LIBRARIES, find
 
     subject = find(what, scenes_folder, LIBRARIES if library is None else (library,))
@@ -168,17 +165,12 @@ def view(
     gc.freeze()  # a last look for garbage among all that was built would make the end take seconds
 
 
-def has_screen() -> bool:
-    """True if windows can be opened."""
-    return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
-
-
 def _show(subject: Subject, pose: str) -> None:
     """MuJoCo's viewer, until its window is closed."""
-    from casa_assets.api.behaviors import Behaviors
+    from casa_assets.api.viewing import show_model
     from casa_assets.pipeline.view.model import mujoco_model
     from casa_assets.pipeline.view.subject import cache_of
-    from casa_assets.preview.live_viewer import Glow, require_screen, show
+    from casa_assets.preview.live_viewer import require_screen
 
     require_screen()
     console = Console(stderr=True, highlight=False, soft_wrap=True)
@@ -188,39 +180,19 @@ def _show(subject: Subject, pose: str) -> None:
             status.update(f"{doing} {done} of {of}" if of else doing)
 
         model = mujoco_model(subject, cache_of(subject), tell)
-    behaviors, glow = Behaviors(model), Glow(model)
-
-    def each_frame(_: Any, data: Any) -> None:
-        if data.time == 0.0:
-            behaviors.reset(data)
-        else:
-            behaviors.update(data)
-        glow.show(behaviors.effects)
-
     console.print(
         "Double-click a door, then drag it with Ctrl and the right button. Space stops the time, Backspace goes back "
         "to the pose. --web shows a page instead."
     )
-    show(model, pose, subject.id, each_frame)
+    show_model(model, pose, subject.id)
 
 
 def _serve(subject: Subject, pose: str, port: int, browser: bool) -> None:
     """The page, until Ctrl-C."""
-    from casa_assets.errors import OutputError
+    from casa_assets.api.viewing import serving
     from casa_assets.pipeline.local_server import open_in_browser
-    from casa_assets.pipeline.view.model import asset_of, make
-    from casa_assets.pipeline.view.server import ViewServer, Workshop
-    from casa_assets.pipeline.view.subject import ModelFile, cache_of
 
-    cache = cache_of(subject)
-    if isinstance(subject, ModelFile):
-        asset_of(subject, cache)  # raises: there is no record that a page can be made from
-    workshop = Workshop(lambda wanted, tell: make(wanted, cache, tell))
-    try:
-        server = ViewServer(subject, workshop, pose, port)
-    except (OSError, OverflowError) as error:
-        raise OutputError(f"port {port}", f"cannot be used: {error}; leave --port out for one that is free") from error
-    with server:
+    with serving(subject, pose, port) as server:
         _tell_where(subject, server)
         if browser and not os.environ.get("SSH_CONNECTION"):
             open_in_browser(server.address)

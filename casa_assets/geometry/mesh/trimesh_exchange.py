@@ -23,6 +23,8 @@ from casa_assets.core.numeric import Floats, Ints
 from casa_assets.geometry.solid.primitive import tessellate
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.material import Material, Texture
+from casa_assets.model.asset.parts import joint_positions
+from casa_assets.model.kitchen.scene import Scene
 from casa_assets.model.pose import Pose
 
 Bytes = npt.NDArray[np.uint8]
@@ -32,22 +34,63 @@ MeshOrScene = trimesh.Trimesh | trimesh.Scene
 UP_KEY = "up_axis"
 
 
-def to_trimesh(asset: Asset, what: Literal["visual", "collision"] = "visual") -> trimesh.Scene:
-    """Convert an asset to a trimesh scene, metres, z up, joints at zero: its visual meshes or its collision shapes."""
-    return visual_scene(asset) if what == "visual" else collision_scene(asset)
+What = Literal["visual", "collision"]
 
 
-def visual_scene(asset: Asset) -> trimesh.Scene:
-    """Convert the visual meshes of an asset to a trimesh scene, every joint at zero.
+def to_trimesh(asset: Asset, what: What = "visual") -> trimesh.Scene:
+    """Convert an asset to a trimesh scene, every joint at zero: its visual meshes or its collision shapes.
 
     Returns:
-        Metres, z up. A node per link, placed as in the asset; below it a geometry per visual, named like it, with
-        normals, texture coordinates and a PBR material. trimesh keeps base colours in steps of 1/255.
+        Metres, z up. A node per link, placed as in the asset; below it a geometry per visual or collider, named like
+        it. Visuals have normals, texture coordinates and a PBR material; trimesh keeps base colours in steps of 1/255.
+        Round colliders are polyhedra of 32 sides; `metadata` states the kind of shape, the link and the substance.
     """
-    scene = _skeleton(asset)
-    looks = {m.id: _pbr(m) for m in asset.materials}
+    scene = trimesh.Scene(metadata={"name": asset.id, UP_KEY: "z"})
     for link in asset.links:
-        for visual in link.visuals:
+        parent = link.parent or scene.graph.base_frame
+        scene.graph.update(link.name, frame_from=parent, matrix=link.pose.matrix)  # type: ignore[no-untyped-call]
+    for owner, name, geometry, pose in _geometries(asset, what):
+        transform = None if pose is None else pose.matrix
+        scene.add_geometry(geometry, node_name=name, geom_name=name, parent_node_name=owner, transform=transform)
+    return scene
+
+
+def kitchen_to_trimesh(kitchen: Scene, what: What = "visual") -> trimesh.Scene:
+    """Convert a kitchen to a trimesh scene, every joint where it starts; see `to_trimesh`.
+
+    Nodes are named `<placement>__<link>` and `<placement>__<visual or collider>`. Copies of an asset share geometries.
+    """
+    scene = trimesh.Scene(metadata={"name": kitchen.id, UP_KEY: "z"})
+
+    def put(node: str, parent: Any, pose: Pose, **geometry: str) -> None:
+        scene.graph.update(node, frame_from=parent, matrix=pose.matrix, **geometry)  # type: ignore[no-untyped-call]
+
+    assets = {asset.id: (asset, list(_geometries(asset, what))) for asset in kitchen.assets}
+    for placement in kitchen.placements:
+        asset, geometries = assets[placement.asset]
+        begin = joint_positions(placement.joints)
+        for link in asset.links:
+            pose, node = asset.parent_from_link(link.name, begin), f"{placement.name}__{link.name}"
+            if link.parent is None:
+                put(node, scene.graph.base_frame, placement.pose @ pose)
+            else:
+                put(node, f"{placement.name}__{link.parent}", pose)
+        for owner, name, geometry, own_pose in geometries:
+            scene.geometry.setdefault(f"{asset.id}__{name}", geometry)
+            put(
+                f"{placement.name}__{name}",
+                f"{placement.name}__{owner}",
+                own_pose or Pose(),
+                geometry=f"{asset.id}__{name}",
+            )
+    return scene
+
+
+def _geometries(asset: Asset, what: What) -> Iterator[tuple[str, str, trimesh.Trimesh, Pose | None]]:
+    """Link, name, mesh, and pose in the link of each visual or collider; the pose is None for visuals."""
+    looks = {m.id: _pbr(m) for m in asset.materials} if what == "visual" else {}
+    for link in asset.links:
+        for visual in link.visuals if what == "visual" else ():
             mesh = visual.mesh
             geometry = trimesh.Trimesh(
                 vertices=mesh.vertices,
@@ -58,32 +101,13 @@ def visual_scene(asset: Asset) -> trimesh.Scene:
                 process=False,
             )
             geometry.units = "meters"
-            scene.add_geometry(geometry, node_name=visual.name, geom_name=visual.name, parent_node_name=link.name)
-    return scene
-
-
-def collision_scene(asset: Asset) -> trimesh.Scene:
-    """Convert the collision shapes of an asset to a trimesh scene, every joint at zero.
-
-    Returns:
-        Metres, z up. A node per link; below it a geometry per collider, named like it. Round shapes are polyhedra of 32
-        sides; `metadata` states the kind of shape, the link and the substance of each.
-    """
-    scene = _skeleton(asset)
-    for link in asset.links:
-        for collider in link.colliders:
+            yield link.name, visual.name, geometry, None
+        for collider in link.colliders if what == "collision" else ():
             points, faces = tessellate(collider.shape, Pose())
             stated = {"link": link.name, "shape": collider.shape.kind, "substance": collider.substance}
             geometry = trimesh.Trimesh(vertices=points, faces=faces, metadata=stated, process=False)
             geometry.units = "meters"
-            scene.add_geometry(
-                geometry,
-                node_name=collider.name,
-                geom_name=collider.name,
-                parent_node_name=link.name,
-                transform=collider.pose.matrix,
-            )
-    return scene
+            yield link.name, collider.name, geometry, collider.pose
 
 
 def resting_sides(asset: Asset, center: Floats) -> tuple[Floats, Floats, Floats]:
@@ -96,19 +120,10 @@ def resting_sides(asset: Asset, center: Floats) -> tuple[Floats, Floats, Floats]
         likely each is when it is put down turned at random.
     Ref: Goldberg et al. 1999, Part pose statistics.
     """
-    hull = collision_scene(asset).to_mesh().convex_hull
+    hull = to_trimesh(asset, "collision").to_mesh().convex_hull
     matrices, shares = compute_stable_poses(hull, center_mass=center)
     rotations = np.array(matrices, dtype=np.float64).reshape(-1, 4, 4)[:, :3, :3]
     return np.array(hull.vertices), rotations, np.array(shares, dtype=np.float64)
-
-
-def _skeleton(asset: Asset) -> trimesh.Scene:
-    """A scene with a node for each link and nothing on them."""
-    scene = trimesh.Scene(metadata={"name": asset.id, UP_KEY: "z"})
-    for link in asset.links:
-        above = link.parent or scene.graph.base_frame
-        scene.graph.update(link.name, frame_from=above, matrix=link.pose.matrix)  # type: ignore[no-untyped-call]
-    return scene
 
 
 def _pbr(material: Material) -> PBRMaterial:

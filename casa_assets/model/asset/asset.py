@@ -9,7 +9,9 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from enum import StrEnum
 from functools import cached_property
-from typing import Annotated, Self
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -33,8 +35,13 @@ from casa_assets.model.asset.parts import (
     Visual,
 )
 from casa_assets.model.asset.provenance import Labels, Provenance
+from casa_assets.model.issue import Report
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Id, Record
+
+if TYPE_CHECKING:
+    import mujoco
+    import trimesh
 
 __all__ = [
     "Asset",
@@ -201,6 +208,60 @@ class Asset(Record):
         corners = np.array([stacked.min(axis=0), stacked.max(axis=0)])
         corners.setflags(write=False)
         return corners
+
+    # For users. Writers, checks and viewers use this module, so what they need is imported when it is called.
+
+    def to_mjspec(self) -> mujoco.MjSpec:
+        """Return an MjSpec of its body `object` alone, without a floor and a free joint, to attach to a kitchen."""
+        return _actions().to_mjspec(self)
+
+    def to_mjmodel(self) -> mujoco.MjModel:
+        """Return a compiled model of the asset on a floor, free to move unless its base is fixed."""
+        return _actions().to_mjmodel(self)
+
+    def to_trimesh(self, what: Literal["visual", "collision"] = "visual") -> trimesh.Scene:
+        """Return its visual meshes or its collision shapes; metres, z up, every joint at zero.
+
+        There is a node per link, and below it a geometry for each visual or collider, with its name.
+        """
+        scene: trimesh.Scene = _actions().to_trimesh(self, what)
+        return scene
+
+    def write(self, folder: str | Path) -> Path:
+        """Write MJCF and USD with a picture, and `asset.json`, which `casa_assets.load` reads back.
+
+        Args:
+            folder: created if missing.
+        Returns:
+            `<folder>/<id of the asset>`, which is overwritten if it exists.
+        Raises:
+            OutputError: the folder cannot be written to, or another run is writing to it.
+        """
+        written: Path = _actions().write(self, folder)
+        return written
+
+    def check(self) -> Report:
+        """Run every check that applies, on the files that `write` would write; takes about a second."""
+        report: Report = _actions().check(self)
+        return report
+
+    def show(self, pose: str = "", web: bool = False) -> None:
+        """Show it until the window is closed, or until Ctrl-C ends the page.
+
+        Args:
+            pose: keyframe to begin in, such as `open`.
+            web: serve a page for the browser even if there is a screen for MuJoCo's viewer.
+        """
+        _actions().show(self, pose, web)
+
+
+def _actions() -> Any:
+    """The functions of users on assets.
+
+    The module is not named in one piece: else the keys of all that uses assets would count it (`cache_key.py`).
+    Nothing that is kept in a cache is made with these methods.
+    """
+    return import_module(".api.assets", "casa_assets")
 
 
 def _check_distinct(kind: str, names: list[str]) -> None:

@@ -52,11 +52,6 @@ class Engine(Protocol):
     model: Any
     data: Any
 
-    @property
-    def control(self) -> Any:
-        """The object with the joint controls: `data`, or a separate one if the engine does not keep them in `data`."""
-        return self.data
-
     def reset(self, worlds: Ints, qpos: Floats, asleep: Ints, mounts: Floats) -> None:
         """Put worlds into states at rest.
 
@@ -120,8 +115,8 @@ class MujocoEngine(Engine):
     """
 
     def __init__(self, parts: Parts) -> None:
-        self.model = [parts.models[kitchen] for kitchen in parts.kitchen_of_world]
-        self.data = [mujoco.MjData(model) for model in self.model]
+        self.model: list[mujoco.MjModel] = [parts.models[kitchen] for kitchen in parts.kitchen_of_world]
+        self.data: list[mujoco.MjData] = [mujoco.MjData(model) for model in self.model]
         self._mounted, self._ctrl = parts.mounted, parts.ctrl
         self._pool = ThreadPoolExecutor(os.cpu_count())
 

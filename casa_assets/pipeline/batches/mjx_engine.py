@@ -34,11 +34,13 @@ class MjxEngine(Engine):
         one = mjx.put_model(heaviest)
         self.fields = _differing([mjx.put_model(model) for model in models], one)
         rows = {name: jp.asarray(values)[parts.kitchen_of_world] for name, values in self.fields.items()}
-        self.model = _anywhere(one.tree_replace(rows))
+        self.model: mjx.Model = _anywhere(one.tree_replace(rows))
         self.axes = jax.tree.map(lambda _: None, one).tree_replace(dict.fromkeys(rows, 0))
         worlds = len(parts.kitchen_of_world)
         first = mjx.make_data(heaviest)
-        self.data = _anywhere(jax.tree.map(lambda array: np.repeat(np.asarray(array)[None], worlds, axis=0), first))
+        self.data: mjx.Data = _anywhere(
+            jax.tree.map(lambda array: np.repeat(np.asarray(array)[None], worlds, axis=0), first)
+        )
         self._step = jax.jit(partial(_steps, self.axes))
 
     def reset(self, worlds: Ints, qpos: Floats, asleep: Ints, mounts: Floats) -> None:

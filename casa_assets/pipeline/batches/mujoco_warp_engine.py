@@ -55,12 +55,12 @@ class MujocoWarpEngine(Engine):
         worlds, first = len(parts.kitchen_of_world), parts.models[0]
         with wp.ScopedDevice(self._device):
             put = [mjw.put_model(model) for model in parts.models]
-            self.model = put[0]
+            self.model: mjw.Model = put[0]
             for name, rows, dtype in _differing(put):
                 setattr(self.model, name, wp.array(rows, dtype=dtype))
             # Only so many rows and columns of the inertia matrix are there, for what is awake.
             awake = min(parts.sizes["nvmax"], int(first.nv))
-            self.data = mjw.make_data(first, nworld=worlds, **{**parts.sizes, "nvmax": awake})
+            self.data: mjw.Data = mjw.make_data(first, nworld=worlds, **{**parts.sizes, "nvmax": awake})
             self.model.opt.iterations = min(self.model.opt.iterations, ITERATIONS)
             self._place_what_stands(parts)
         # A step as a CUDA graph, which reads and writes the arrays that are there when it is recorded.

@@ -109,7 +109,9 @@ class SurfaceTextures:
         for surface, name in ordered_surfaces((Surface(s), t) for s, t in textures.items()):
             coverings = self._coverings.get(surface.value)
             if not coverings:
-                raise CasaError(f"the model shows no picture on any {surface.value}; load the scene with weight 'full'")
+                raise CasaError(
+                    f"the model shows no picture on any {surface.value}; load the kitchen with detail 'full'"
+                )
             for covering in coverings:
                 _show(self._model, covering, name, self._cache)
             self._changed.add(surface.value)

@@ -368,14 +368,17 @@ def params_of(choice: PresetChoice) -> Params:
     found = family(choice.family)
     if choice.name not in found.presets:
         raise UnknownId(f"preset of {choice.family}", choice.name, found.presets)
-    base = preset_params()[choice.family][choice.name]
+    return checked_params(choice.preset, found.params, preset_params()[choice.family][choice.name], choice.params)
+
+
+def checked_params(name: str, kind: type[Params], base: Mapping[str, Any], over: Mapping[str, Any]) -> Params:
+    """Numbers with some replaced. Raises CasaError, which begins with the name, where they do not go together."""
     try:
-        made: Params = found.params.model_validate(merge_nested(base, choice.params))
+        return kind.model_validate(merge_nested(base, over))
     except ValidationError as error:
         first = error.errors()[0]
         where = ".".join(map(str, first["loc"]))
-        raise CasaError(f"{choice.preset}: {where}: {first['msg']}, got {str(first['input'])[:80]}") from None
-    return made
+        raise CasaError(f"{name}: {where}: {first['msg']}, got {str(first['input'])[:80]}") from None
 
 
 def merge_nested(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:

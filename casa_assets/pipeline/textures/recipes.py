@@ -31,7 +31,7 @@ from casa_assets.pipeline.textures.packs.pictures import (
     recipe_of,
     resized_finish,
 )
-from casa_assets.projects import project_folder, read_once
+from casa_assets.projects import in_use, project_folder, read_once, using
 from casa_assets.registry.layered import load_project, names_in, origin_of_row, read_table_file
 from casa_assets.registry.plugins import or_of_ignored
 from casa_assets.registry.plugins.textures import plugin_kinds, texture_kinds
@@ -63,8 +63,13 @@ class _Ahead:
     def painted(self, key: str, painting: Painting) -> Finish:
         """The finish of that key, once it is there."""
         if self._begun is None:
-            self._pool = ThreadPoolExecutor(THREADS)
-            self._begun = {other: self._pool.submit(each) for other, each in self._all_missing().items()}
+            self._pool, use = ThreadPoolExecutor(THREADS), in_use()
+
+            def paint(each: Painting) -> Finish:
+                with using(use):
+                    return each()
+
+            self._begun = {other: self._pool.submit(paint, each) for other, each in self._all_missing().items()}
         begun = self._begun.get(key)
         return painting() if begun is None else begun.result()
 

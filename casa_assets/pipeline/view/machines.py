@@ -6,7 +6,6 @@ show one kitchen, each with its own doors and burners.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 from pydantic import ConfigDict, Field, ValidationError
@@ -15,8 +14,8 @@ from casa_assets.core import behavior_interpreter
 from casa_assets.core.behavior_interpreter import BehaviorState, Stimulus
 from casa_assets.core.numeric import decimals
 from casa_assets.errors import CasaError
-from casa_assets.model.asset.asset import Asset, Visual
-from casa_assets.model.asset.behavior import Behavior, Effect
+from casa_assets.model.asset.asset import Asset
+from casa_assets.model.asset.behavior import Behavior
 from casa_assets.model.asset.parts import Region, Site
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Record
@@ -69,7 +68,10 @@ def step(behavior: Behavior, said: Step) -> dict[str, Any]:
     """
     state = behavior_interpreter.start(behavior)
     if said.values:
-        state = BehaviorState(behavior, _values(behavior, said.values), said.before, said.held_s)
+        known = {variable.name: variable.values for variable in behavior.variables}
+        if set(said.values) != set(known) or any(value not in known[name] for name, value in said.values.items()):
+            raise CasaError(f"{said.values} is no state of this machine; it has {known}")
+        state = BehaviorState(behavior, said.values, said.before, said.held_s)
         if len(said.held_s) != len(behavior.rules) or (
             said.before is not None
             and [len(held) for held in said.before] != [len(rule.when) for rule in behavior.rules]
@@ -83,24 +85,11 @@ def step(behavior: Behavior, said: Step) -> dict[str, Any]:
         "values": dict(after.values),
         "before": after.before,
         "held_s": after.held_s,
-        "effects": [_effect(effect) for effect in after.effects],
+        "effects": [
+            {"kind": one.kind.value, "target": one.target, "color": list(one.color), "strength": one.strength}
+            for one in after.effects
+        ],
         "waits": waits,
-    }
-
-
-def _values(behavior: Behavior, said: Mapping[str, str]) -> dict[str, str]:
-    known = {variable.name: variable.values for variable in behavior.variables}
-    if set(said) != set(known) or any(value not in known[name] for name, value in said.items()):
-        raise CasaError(f"{dict(said)} is no state of this machine; it has {dict(known)}")
-    return dict(said)
-
-
-def _effect(effect: Effect) -> dict[str, Any]:
-    return {
-        "kind": effect.kind.value,
-        "target": effect.target,
-        "color": list(effect.color),
-        "strength": effect.strength,
     }
 
 
@@ -129,31 +118,16 @@ def describe(asset: Asset, placement: str = "") -> dict[str, Any] | None:
 
 
 def _target(asset: Asset, name: str) -> dict[str, Any]:
-    visuals = {visual.name: (link.name, visual) for link in asset.links for visual in link.visuals}
-    if name in visuals:
-        return _visual(*visuals[name])
-    site = next((site for site in asset.sites if site.name == name), None)
-    if site is not None:
-        return _site(site)
-    return _region(next(region for region in asset.regions if region.name == name))
-
-
-def _visual(link: str, visual: Visual) -> dict[str, Any]:
-    return {
-        "is": "visual",
-        "link": link,
-        "points": [_rounded(point) for point in visual.mesh.vertices.tolist()],
-        "faces": visual.mesh.faces.tolist(),
-    }
-
-
-def _site(site: Site) -> dict[str, Any]:
-    size = [2 * site.radius] * 3 if site.size is None else list(site.size)
-    return {"is": "site", "link": site.link, "shape": site.kind, "size": size, **_pose(site.pose)}
-
-
-def _region(region: Region) -> dict[str, Any]:
-    return {"is": "region", "link": region.link, "shape": region.kind, "size": list(region.size), **_pose(region.pose)}
+    for link in asset.links:
+        for visual in link.visuals:
+            if visual.name == name:
+                points = [_rounded(point) for point in visual.mesh.vertices.tolist()]
+                return {"is": "visual", "link": link.name, "points": points, "faces": visual.mesh.faces.tolist()}
+    places: tuple[Site | Region, ...] = (*asset.sites, *asset.regions)
+    place = next(place for place in places if place.name == name)
+    size = [2 * place.radius] * 3 if isinstance(place, Site) and place.size is None else list(place.size or ())
+    kind = "site" if isinstance(place, Site) else "region"
+    return {"is": kind, "link": place.link, "shape": place.kind, "size": size, **_pose(place.pose)}
 
 
 def _pose(pose: Pose) -> dict[str, Any]:

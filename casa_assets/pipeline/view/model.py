@@ -20,7 +20,6 @@ from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.behavior import Behavior
 from casa_assets.model.files import Files
 from casa_assets.model.kitchen.choices import Surface
-from casa_assets.model.kitchen.floor import ParkingPlace
 from casa_assets.model.kitchen.robot import Following
 from casa_assets.model.kitchen.scene import Scene
 from casa_assets.pipeline.cache.asset_store import AssetStore
@@ -35,7 +34,7 @@ from casa_assets.pipeline.kitchens.scene_folders import is_current
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.entry_files import checked_model
 from casa_assets.pipeline.view import machines
-from casa_assets.pipeline.view.subject import AssetFolder, Kitchen, Member, ModelFile, Subject
+from casa_assets.pipeline.view.subject import AssetFolder, Kitchen, Loaded, Member, ModelFile, Subject
 from casa_assets.registry.kitchens import load_plan, load_style, style_names
 
 REPORT = "report.html"
@@ -92,6 +91,8 @@ def asset_of(subject: Subject, cache: Path) -> Asset:
     """Return the record of an asset. Raises CasaError if it has no record: a scene, or an MJCF from elsewhere."""
     if isinstance(subject, AssetFolder):
         return disk.read_asset(subject.folder)
+    if isinstance(subject, Loaded):
+        return subject.asset
     if isinstance(subject, Member):
         request = subject.request
         store = AssetStore(cache)
@@ -111,7 +112,9 @@ def scene_of(subject: Kitchen, cache: Path, tell: Tell) -> tuple[KitchenRequest,
     Progress is reported part by part. Parts that were built before come from the cache.
     """
     tell("reading the plan", 0, 0)
-    choices = {choice.model_dump_json(): (choice.preset, choice) for choice in _choices(resolve(subject.recipe))}
+    kitchen = resolve(subject.recipe)
+    parts = (*(item.choice for item in kitchen.items), *kitchen.style.props)
+    choices = {choice.model_dump_json(): (choice.preset, choice) for choice in parts}
     store = AssetStore(cache)
     for number, (name, choice) in enumerate(choices.values()):
         tell("building its parts", number, len(choices))
@@ -121,15 +124,12 @@ def scene_of(subject: Kitchen, cache: Path, tell: Tell) -> tuple[KitchenRequest,
     return build_scene(subject.recipe, cache)
 
 
-def _choices(kitchen: KitchenRequest) -> list[Any]:
-    return [*(item.choice for item in kitchen.items), *kitchen.style.props]
-
-
 def _kitchen(subject: Kitchen, cache: Path, tell: Tell) -> Model:
     kitchen, scene = scene_of(subject, cache, tell)
     tell("writing the model", 0, 0)
     glb = scene_glb(scene, EVERYTHING)
     tell("looking where a robot stands", 0, 0)
+    places = DesignSubject(facts_of(kitchen, scene)).parking.shut.items()
     assets = scene.asset_of
     folder = subject.folder if (subject.folder / SCENE_JSON).is_file() else None
     joints = sum(len(asset.joints) for asset in assets.values())
@@ -145,7 +145,10 @@ def _kitchen(subject: Kitchen, cache: Path, tell: Tell) -> Model:
         "note": _note(subject, folder),
         "cameras": [camera.name for camera in scene.cameras],
         "base_radius": BASE_RADIUS_M,
-        "parking": _parking(kitchen, scene),
+        "parking": {
+            fixture: place and {"x": place.position[0], "y": place.position[1], "yaw": place.yaw}
+            for fixture, place in places
+        },
         "robots": _robots(folder) if folder else [],
         "choice": choice_of(subject.recipe),
     }
@@ -179,16 +182,6 @@ def build_command(recipe: SceneRecipe) -> str:
     if recipe.objects:
         words.append(f"--objects {recipe.objects} --objects-seed {recipe.objects_seed}")
     return " ".join(words)
-
-
-def _parking(kitchen: KitchenRequest, scene: Scene) -> dict[str, Any]:
-    """Return, by fixture, the position `x`, `y`, `yaw` of a robot's base in front of it; None if it has no position."""
-    found = DesignSubject(facts_of(kitchen, scene)).parking.shut
-    return {name: None if place is None else _place(place) for name, place in found.items()}
-
-
-def _place(place: ParkingPlace) -> dict[str, float]:
-    return {"x": place.position[0], "y": place.position[1], "yaw": place.yaw}
 
 
 def _robots(folder: Path) -> list[dict[str, Any]]:

@@ -106,7 +106,9 @@ class Workshop:
                 # Ends with the program, whatever it is doing: nothing half-made is left, see Store.
                 Thread(target=self._work, args=(job,), daemon=True).start()
             self._jobs.move_to_end(subject.id)
-            self._forget_old()
+            done = [name for name, one in self._jobs.items() if one.model is not None or one.progress.error]
+            for name in done[: max(0, len(done) - KEPT)]:
+                del self._jobs[name]
         return subject.id
 
     def progress(self, model_id: str) -> Progress | None:
@@ -164,12 +166,6 @@ class Workshop:
                 del self._jobs[job.subject.id]
             return True
 
-    def _forget_old(self) -> None:
-        """Drop models, and what failed, that were asked for longest ago; what is still being made stays."""
-        done = [name for name, job in self._jobs.items() if job.model is not None or job.progress.error]
-        for name in done[: max(0, len(done) - KEPT)]:
-            del self._jobs[name]
-
 
 class ViewServer(ThreadingHTTPServer):
     """A server for one subject, and for what the page swaps it for.
@@ -213,17 +209,21 @@ class _Handler(LocalHandler):
             self._refuse(HTTPStatus.FORBIDDEN, "this server answers its own page on this machine alone")
             return
         what, _, rest = unquote(urlsplit(self.path).path).removeprefix("/").partition("/")
-        answers: dict[str, Callable[[str], None]] = {
-            "progress": self._progress,
-            "model": self._model,
-            "facts": self._facts,
-            "report": self._report,
-        }
+        answers: dict[str, Callable[[str], None]] = {"progress": self._progress, "report": self._report}
         if (what, rest) == ("", ""):
             text = page(self.server.order_first(), self.server.pose)
             self.send(HTTPStatus.OK, "text/html; charset=utf-8", text.encode())
         elif (what, rest) == ("favicon.ico", ""):
             self.send(HTTPStatus.NO_CONTENT, "image/x-icon", b"")
+        elif what in ("model", "facts") and rest:
+            model_id = rest.removesuffix(".glb")
+            model = self.server.workshop.model(model_id)
+            if model is None:
+                self._refuse(HTTPStatus.NOT_FOUND, f"{model_id} is not ready")
+            elif what == "model":
+                self.send(HTTPStatus.OK, "model/gltf-binary", model.glb)
+            else:
+                self.send(HTTPStatus.OK, JSON, to_json(model.facts))
         elif what in answers and rest:
             answers[what](rest)
         else:
@@ -231,8 +231,11 @@ class _Handler(LocalHandler):
 
     def do_POST(self) -> None:  # noqa: N802  the name of the base class
         """`step/ID`: one step of a state machine. `order`: another style, or other surfaces, of the kitchen."""
-        length = self.headers.get("Content-Length", "")
-        if not self._is_for_us() or not self._is_from_us():
+        length, origin = self.headers.get("Content-Length", ""), self.headers.get("Origin")
+        # What is posted has to be JSON from this page; a form of another page can send no JSON without asking.
+        is_same = origin is None or origin == f"http://{self.headers.get('Host', '')}"
+        is_json = self.headers.get("Content-Type", "").partition(";")[0].strip() == JSON
+        if not (self._is_for_us() and is_same and is_json):
             self.close_connection = True  # what was sent is not read
             self._refuse(HTTPStatus.FORBIDDEN, "this server answers its own page on this machine alone")
             return
@@ -262,35 +265,12 @@ class _Handler(LocalHandler):
         except ValueError:
             return False
 
-    def _is_from_us(self) -> bool:
-        """True if what is posted is JSON from this page; a form of another page can send no JSON without asking."""
-        origin = self.headers.get("Origin")
-        is_same = origin is None or origin == f"http://{self.headers.get('Host', '')}"
-        return is_same and self.headers.get("Content-Type", "").partition(";")[0].strip() == JSON
-
     def _progress(self, model_id: str) -> None:
         found = self.server.workshop.progress(model_id)
         if found is None:
             self._refuse(HTTPStatus.NOT_FOUND, f"{model_id} is not kept; load the page again")
         else:
             self._send_json(asdict(found))
-
-    def _ready(self, model_id: str) -> Model | None:
-        """Return a model, or None after an answer to the browser that it is not ready."""
-        found = self.server.workshop.model(model_id)
-        if found is None:
-            self._refuse(HTTPStatus.NOT_FOUND, f"{model_id} is not ready")
-        return found
-
-    def _model(self, name: str) -> None:
-        found = self._ready(name.removesuffix(".glb"))
-        if found is not None:
-            self.send(HTTPStatus.OK, "model/gltf-binary", found.glb)
-
-    def _facts(self, model_id: str) -> None:
-        found = self._ready(model_id)
-        if found is not None:
-            self.send(HTTPStatus.OK, JSON, to_json(found.facts))
 
     def _report(self, rest: str) -> None:
         """Send the report of a scene or asset, a file of its folder that the report uses, or the viewer.
@@ -301,8 +281,9 @@ class _Handler(LocalHandler):
         if _VIEWER.fullmatch(rest):
             self.send(HTTPStatus.OK, KINDS[".js"], viewer_script())
             return
-        found = self._ready(model_id)
+        found = self.server.workshop.model(model_id)
         if found is None:
+            self._refuse(HTTPStatus.NOT_FOUND, f"{model_id} is not ready")
             return
         kind = KINDS.get(PurePosixPath(name).suffix)
         if found.folder is None or kind is None or not _is_of_report(found.folder, name):

@@ -12,6 +12,7 @@ from casa_assets.core.system import cache_dir, cache_for
 from casa_assets.errors import CasaError, OutputError, UnknownId
 from casa_assets.export.mjcf.scene.kitchen import FILE as SCENE_XML
 from casa_assets.ingest.load.formats import SUFFIXES
+from casa_assets.model.asset.asset import Asset
 from casa_assets.pipeline.families.run import FamilyRequest, params_of
 from casa_assets.pipeline.kitchens.recipe import SceneRecipe, recipe_of
 from casa_assets.pipeline.kitchens.scene_files import SCENE_JSON
@@ -37,6 +38,18 @@ class AssetFolder:
     def id(self) -> str:
         """Name of the folder: the asset's id."""
         return self.folder.absolute().name
+
+
+@dataclass(frozen=True)
+class Loaded:
+    """An asset in memory."""
+
+    asset: Asset
+
+    @property
+    def id(self) -> str:
+        """Its id."""
+        return self.asset.id
 
 
 @dataclass(frozen=True)
@@ -88,7 +101,7 @@ class ModelFile:
         return str(self.path)
 
 
-Subject = AssetFolder | Member | Kitchen | ModelFile
+Subject = AssetFolder | Loaded | Member | Kitchen | ModelFile
 
 
 def find(what: str, scenes: Path, libraries: Sequence[Path] = LIBRARIES) -> Subject:
@@ -117,9 +130,14 @@ def find(what: str, scenes: Path, libraries: Sequence[Path] = LIBRARIES) -> Subj
         return Kitchen(recipe_of(what, (scenes,)), scenes)
     name, _, member = what.partition("/")
     if name in family_names():
-        return Member(_preset(name, member))
+        request = FamilyRequest(name, preset=member or next(iter(family(name).presets)))
+        params_of(request)  # raises UnknownId
+        return Member(request)
     if name in object_names():
-        return Member(_draw(name, member, what))
+        number = re.fullmatch(r"#?(\d{1,6})", member or "0")
+        if number is None:
+            raise UnknownId(f"member of {name}", what, [f"{name}/{i}" for i in range(3)])
+        return Member(FamilyRequest(name, index=int(number[1]), is_object=True))
     kitchens = [f"{plan}__{style}" for plan in plan_names() for style in style_names()]
     names = [*ids, *kitchens, *family_names(), *object_names()]
     raise UnknownId(
@@ -181,18 +199,3 @@ def _of_file(path: Path) -> Subject:
 
 def _assets_of(root: Path) -> Iterator[Path]:
     return disk.Library(root).accepted() if root.is_dir() else iter(())
-
-
-def _preset(name: str, preset: str) -> FamilyRequest:
-    """A preset of a family. Raises UnknownId."""
-    request = FamilyRequest(name, preset=preset or next(iter(family(name).presets)))
-    params_of(request)
-    return request
-
-
-def _draw(name: str, number: str, what: str) -> FamilyRequest:
-    """A draw of a category of objects by its number."""
-    match = re.fullmatch(r"#?(\d{1,6})", number or "0")
-    if match is None:
-        raise UnknownId(f"member of {name}", what, [f"{name}/{i}" for i in range(3)])
-    return FamilyRequest(name, index=int(match[1]), is_object=True)

@@ -66,7 +66,11 @@ def write_models(root: Path, target: Path, jobs: int = 0) -> Iterator[tuple[int,
     for old in folder.glob(f"*{SUFFIX}"):
         if old.name.removesuffix(SUFFIX) not in folders:
             old.unlink()
-    missing = [path for name, path in folders.items() if not _is_newer(folder / f"{name}{SUFFIX}", path)]
+    missing = []
+    for name, path in folders.items():
+        model = folder / f"{name}{SUFFIX}"
+        if not model.is_file() or model.stat().st_mtime_ns <= (path / disk.CERTIFICATE).stat().st_mtime_ns:
+            missing.append(path)
     done = len(folders) - len(missing)
     yield done, len(folders)
     faults: dict[str, str] = {}
@@ -89,11 +93,6 @@ def _empty_unless_made_by(key: str, folder: Path) -> None:
     for old in folder.glob("*.js"):
         old.unlink()
     mark.write_text(key, encoding="utf-8")
-
-
-def _is_newer(model: Path, asset: Path) -> bool:
-    """True if there is a model, and the asset in a folder was not written after it."""
-    return model.is_file() and model.stat().st_mtime_ns > (asset / disk.CERTIFICATE).stat().st_mtime_ns
 
 
 def _write_model(path: Path, folder: Path) -> str:

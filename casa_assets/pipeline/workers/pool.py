@@ -25,6 +25,7 @@ from casa_assets.errors import CasaError
 from casa_assets.pipeline.optional_packages import require
 from casa_assets.pipeline.workers.limits import LEAST_WORKER_BYTES, Limits, WorkerFailure, plan_workers
 from casa_assets.pipeline.workers.server import MESSAGE_BYTES, OUT_OF_MEMORY
+from casa_assets.projects import environment
 
 LOG = logging.getLogger(__name__)
 
@@ -236,6 +237,7 @@ class Pool(Engine):
             self._server = subprocess.Popen(
                 [sys.executable, "-c", _CODE, paths, str(server_end.fileno())],
                 pass_fds=[server_end.fileno()],
+                env=environment(),
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.DEVNULL,
                 stderr=subprocess.DEVNULL,

@@ -55,9 +55,9 @@ def tell(name, report, facts, versions=None):
     told[name] = {"passed": report.passed, "facts": facts, "results": results, "versions": versions or {}}
 
 def tell_asset(name, asset, report=None):
-    folder = casa.write(asset, "out/by_python")
+    folder = asset.write("out/by_python")
     record = json.loads((folder / "asset.json").read_text())["asset"]
-    tell(name, report or casa.check(asset), record)
+    tell(name, report or asset.check(), record)
 
 def end():
     Path("told.json").write_text(json.dumps(told))

@@ -21,18 +21,18 @@ from tests.installed import Environment, build_wheel, install
 pytestmark = pytest.mark.consumers
 ROWS = {"casa.yaml": "name: ours\n", "families/tea_tray.yaml": "presets:\n  waved: {face: stall_waves}\n"}
 SCRIPT = f"""{TELLING}
-casa.use_project(".", plugins=PLUGINS)
-for preset in ("oak", "waved"):
-    tell_asset(preset, casa.build("tea_tray", preset))
-tell_asset("object", casa.build_object("coaster"))
-library = casa.Library("out/fetched")
-(done,) = library.ingest("stall:biscuits", jobs=1)
-certificate = json.loads((done.folder / "asset.json").read_text())["certificate"]
-tell_asset("mesh", library.get(done.asset_id))
-told["mesh"]["versions"] = certificate["versions"]
-told["mesh"]["results"] = certificate["report"]["results"]
-files = casa.plugins()["tea"].exporters[0].write(library.get(done.asset_id))
-tell("exported", casa.check(casa.build("tea_tray", "oak")), json.loads(files["mass.json"]))
+with casa.Project(".", plugins=PLUGINS):
+    for preset in ("oak", "waved"):
+        tell_asset(preset, casa.build("tea_tray", preset))
+    tell_asset("object", casa.build("coaster"))
+    library = casa.Library("out/fetched")
+    (done,) = library.ingest("stall:biscuits", jobs=1)
+    certificate = json.loads((done.folder / "asset.json").read_text())["certificate"]
+    tell_asset("mesh", library.get(done.asset_id))
+    told["mesh"]["versions"] = certificate["versions"]
+    told["mesh"]["results"] = certificate["report"]["results"]
+    files = casa.plugins()["tea"].exporters[0].write(library.get(done.asset_id))
+    tell("exported", casa.build("tea_tray", "oak").check(), json.loads(files["mass.json"]))
 end()
 """
 

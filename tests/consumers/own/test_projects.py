@@ -67,13 +67,14 @@ room: {wall: plaster_harbour, floor: stall_waves}
 models: {kettle: kettle/ours, fruit_bowl: {preset: tea_tray/oak, width: 0.3}, jar: 'library:%s'}
 """
 SCRIPT = f"""{TELLING}
-casa.use_project(".", plugins=True)
-for kitchen in (casa.kitchen("studio", "harbour", seed=3), casa.kitchen("nook", "ours")):
-    tell(kitchen.id, casa.check(kitchen), kitchen.facts)
-done = casa.ingest("meshes/muesli_packet.obj")
-tell_asset("mesh", done.asset, done.report)
-tell_asset("object", casa.build_object("enamel_mug"))
-tell_asset("member", casa.build("kettle", "ours"))
+project = casa.Project(".", plugins=True)
+for kitchen in (project.kitchen("studio", "harbour", seed=3), project.kitchen("nook", "ours")):
+    tell(kitchen.id, kitchen.check(), kitchen.facts)
+with project:
+    done = casa.ingest("meshes/muesli_packet.obj")
+    tell_asset("mesh", done.asset, done.report)
+    tell_asset("object", casa.build("enamel_mug"))
+    tell_asset("member", casa.build("kettle", "ours"))
 end()
 """
 
@@ -270,9 +271,7 @@ def test_a_word_that_is_wrong_is_told_with_its_line(project: Path, user: Environ
     plan, script = project / "plans" / "studio.yaml", project / "script.py"
     text = plan.read_text(encoding="utf-8")
     plan.write_text(text.replace("- dishwasher", "- dishwahser"), encoding="utf-8")
-    script.write_text(
-        'import casa_assets as casa\ncasa.use_project(".", plugins=True)\ncasa.kitchen("studio", "harbour")\n'
-    )
+    script.write_text('import casa_assets as casa\ncasa.Project(".", plugins=True).kitchen("studio", "harbour")\n')
     try:
         words = ("scenes", "new", "studio", "--style", "harbour", "--plugins")
         done = user.casa(*words, cwd=project) if way == "command" else user.python(script, cwd=project)

@@ -28,12 +28,12 @@ runs:
   - ingest: {{sources: [meshes/{MESH}.obj], library: out/mesh, jobs: 1}}
 """
 SCRIPT = f"""{TELLING}
-casa.use_project(".")
-tell_asset("mug", casa.build_object("mug"))
-tell_asset("base_cabinet", casa.build("base_cabinet", "ours"))
-tell_asset("kettle", casa.build("kettle", "jug_steel"))
-done = casa.ingest("meshes/{MESH}.obj")
-tell_asset("mesh", done.asset, done.report)
+with casa.Project("."):
+    tell_asset("mug", casa.build("mug"))
+    tell_asset("base_cabinet", casa.build("base_cabinet", "ours"))
+    tell_asset("kettle", casa.build("kettle", "jug_steel"))
+    done = casa.ingest("meshes/{MESH}.obj")
+    tell_asset("mesh", done.asset, done.report)
 end()
 """
 CATEGORIES = {"mug": "mug", "base_cabinet": "base_cabinet", "kettle": "kettle", "mesh": "cereal"}
@@ -135,7 +135,7 @@ def test_all_runs_are_made_from_python(user: Environment, project: Path) -> None
     script = project / "make.py"
     script.write_text(
         "import casa_assets as casa\n"
-        "for run in casa.make('.'):\n    print(run.passed, run.command.split()[1], len(run.rows))\n",
+        "for run in casa.Project('.').make():\n    print(run.passed, run.command.split()[1], len(run.rows))\n",
         encoding="utf-8",
     )
     done = user.python(script, cwd=project)
@@ -156,8 +156,8 @@ def test_a_contract_asks_for_more(user: Environment, tmp_path: Path, way: str) -
     else:
         script = tmp_path / "script.py"
         script.write_text(
-            'import casa_assets as casa\ncasa.use_project(".")\n'
-            'print(casa.check(casa.build("wall_clock", "square")).issues)\n',
+            'import casa_assets as casa\nwith casa.Project("."):\n'
+            '    print(casa.build("wall_clock", "square").check().issues)\n',
             encoding="utf-8",
         )
         told = user.python(script, cwd=tmp_path).stdout

@@ -32,11 +32,14 @@ def test_every_name_is_there() -> None:
         casa.kitchn  # noqa: B018  # type: ignore[attr-defined]
 
 
-def test_names_for_plugins_are_there_and_have_one_path() -> None:
-    assert [name for name in ext.__all__ if not hasattr(ext, name)] == []
-    assert set(ext.__all__) & set(casa.__all__) == set()
-    defined = [getattr(ext, name) for name in ext.__all__]
-    assert len({id(value) for value in defined}) == len(defined)
+def test_every_public_name_has_one_path() -> None:
+    names = [(package, name) for package in (casa, ext) for name in package.__all__ if name != "__version__"]
+    assert len({name for _, name in names}) == len(names)
+    defined = [getattr(package, name) for package, name in names]
+    assert len({id(value) for value in defined}) == len(defined), "two names of one thing"
+    public = {name for name in vars(ext) if not name.startswith("_") and not isinstance(vars(ext)[name], ModuleType)}
+    assert public - set(ext.__all__) == {"annotations"}
+    assert set(casa._SOURCES) == set(casa.__all__) - {"__version__"}
 
 
 @pytest.mark.representatives(1)
@@ -70,19 +73,19 @@ import casa_assets as casa
 
 kitchen: casa.Kitchen = casa.kitchen("galley", "rustic", seed=1, surfaces="random")
 written: Path = kitchen.write("out")
-asset: casa.Asset = casa.build("microwave", "steel")
-report: casa.Report = casa.check(asset)
+asset: casa.Asset = casa.build("microwave", "steel", width=0.6)
+report: casa.Report = asset.check()
 done: casa.Ingested = casa.ingest("mug.obj", category="mug")
 why: casa.Rejection | None = done.rejection
 names: list[str] = [plan.name for plan in casa.plans().values()]
 folder: Path = casa.cache_dir()
 for entry in casa.Library("lib"):
     reveal_type(entry.id)
-reveal_type(casa.load_scene("galley__rustic"))
-reveal_type(casa.load_scene("galley__rustic", as_spec=True))
+reveal_type(casa.batch(["galley__rustic"], engine="mujoco").engine)
+reveal_type(casa.Project("ours").kitchen("galley", "rustic").check())
 reveal_type(casa.families()["range"].bounds)
-casa.kitchen("galley")
-casa.load_scene(3)
+casa.kitchen("galley", seed="1")
+casa.load(3)
 casa.ingest("mug.obj").asset.id
 casa.nothing
 """,
@@ -100,11 +103,12 @@ casa.nothing
     reveals = [line for line in told if line.startswith("note: Revealed")]
     errors = [line for line in told if line.startswith("error")]
     assert EVERY_NAME.name not in done.stdout
-    assert '"str"' in reveals[0]
-    assert "Bounds" in reveals[-1]
+    assert [
+        word in line for word, line in zip(('"str"', "MujocoEngine", "Report", "Bounds"), reveals, strict=True)
+    ] == [True] * 4
     assert len(errors) == 4, done.stdout
-    assert 'Missing positional argument "style"' in errors[0]
-    assert "load_scene" in errors[1]
+    assert '"seed"' in errors[0]
+    assert '"load"' in errors[1]
     assert '"None"' in errors[2]
     assert "nothing" in errors[3]
 
@@ -171,10 +175,23 @@ class TestCatalogue:
         with pytest.raises(casa.UnknownId, match="steel"):
             casa.build("microwave", "stel")
         with pytest.raises(casa.CasaError, match="width"):
-            casa.build("microwave", "steel", {"width": 5.0})
-        with pytest.raises(casa.CasaError, match="preset"):
-            casa.build("microwave", "steel", casa.sample("microwave"))
+            casa.build("microwave", "steel", width=5.0)
+        with pytest.raises(casa.CasaError, match="width"):
+            casa.build("microwave", seed=3, width=5.0)
+        with pytest.raises(casa.CasaError, match="seed"):
+            casa.build("microwave", "steel", seed=3)
+        with pytest.raises(casa.CasaError, match="objects have no presets"):
+            casa.build("mug", "red")
+        with pytest.raises(casa.UnknownId, match="microwave"):
+            casa.build("microwav")
+        with pytest.raises(casa.CasaError, match="has the seed 3"):
+            casa.kitchen("one_wall_small__coastal__s3", seed=4)
         with pytest.raises(casa.OutputError, match="no such"):
             casa.ingest("nowhere.obj")
         with pytest.raises(casa.OutputError, match="neither"):
-            casa.check(".")
+            casa.load(".")
+
+    def test_ids_and_options_go_together(self) -> None:
+        plain = "one_wall_small__coastal"
+        assert casa.kitchen(plain, seed=3).id == casa.kitchen(f"{plain}__s3", seed=3).id == f"{plain}__s3"
+        assert casa.kitchen(f"{plain}__closed__o40", seed=0).id == f"{plain}__s0__closed__o40"

@@ -63,11 +63,11 @@ def test_kitchen(tmp_path: Path, notebook: bool) -> None:
         import casa_assets as casa
 
         kitchen = casa.kitchen("one_wall_small", "scandinavian", seed=3, surfaces={"floor": "oak_ebony"})
-        model, spec = kitchen.to_mjmodel(), kitchen.to_mjspec("light")
+        model, spec = kitchen.to_mjmodel(), kitchen.with_detail("light").to_mjspec()
         robot = spec.worldbody.add_body(name="robot")
         robot.add_geom(size=[0.1, 0, 0])
         robot.add_freejoint()
-        print(kitchen.id, model.nkey, spec.compile().body("robot").id > 0, len(kitchen.placements) > 20)
+        print(kitchen.id, model.nkey, spec.compile().body("robot").id > 0, len(kitchen.scene.placements) > 20)
         import multiprocessing
         print(multiprocessing.active_children())
     """
@@ -79,33 +79,19 @@ def test_kitchen(tmp_path: Path, notebook: bool) -> None:
     assert fresh is None or fresh.is_dir()
 
 
-def test_load_scene(tmp_path: Path) -> None:
-    # What the README had: as a script it ended in a traceback about memory, and left a folder `out`.
-    code = """
-        import casa_assets
-
-        model = casa_assets.load_scene("one_wall_small__coastal", textures={"wall": "brick_red_running"})
-        print(model.nbody > 50)
-    """
-    assert here(code, tmp_path) == "True\n"
-
-
-def test_families(tmp_path: Path) -> None:
+def test_one_asset(tmp_path: Path) -> None:
     code = """
         import casa_assets as casa
 
-        params = casa.sample("microwave", seed=1)
-        assert params == casa.sample("microwave", seed=1) != casa.sample("microwave", seed=1, index=1)
-        drawn, named = casa.build("microwave", params=params), casa.build("microwave", "steel", {"width": 0.6})
-        report = casa.check(named)
-        assert report.passed, report.errors
-        import tempfile
-        with tempfile.TemporaryDirectory() as folder:
-            assert casa.read_asset(casa.write(named, folder)) == named
-            assert casa.check(casa.write(drawn, folder)).passed
-        print(named.id != drawn.id)
+        drawn = casa.build("microwave", seed=1)
+        assert drawn == casa.build("microwave", seed=1) != casa.build("microwave", seed=1, index=1)
+        named = casa.build("microwave", "steel", width=0.6)
+        assert named.to_mjmodel().nlight > named.to_mjspec().compile().nlight == 0, "one stands on a lit floor"
+        print(named.check().passed, drawn.check().passed, round(float(named.to_trimesh().extents[0]), 1))
+        print(casa.build("jar") == casa.build("objects/jar"), casa.build("apple", seed=2) == casa.build("apple"))
+        print(casa.build("plant", "basil", seed=3) == casa.build("plant", "basil", seed=4))
     """
-    assert here(code, tmp_path) == "True\n"
+    assert here(code, tmp_path).splitlines() == ["True True 0.6", "False False", "False"]
 
 
 @pytest.mark.parametrize("notebook", [False, pytest.param(True, marks=pytest.mark.certify)])
@@ -128,7 +114,7 @@ def test_mesh_in_memory(tmp_path: Path) -> None:
         done = casa.ingest(block, category="cutting_board", up="z")
         assert done.accepted, done.rejection
         assert casa.ingest(block, category="cutting_board", up="z").asset == done.asset
-        shapes = casa.to_trimesh(done.asset, "collision").dump()
+        shapes = done.asset.to_trimesh("collision").dump()
         print(len(shapes), round(sum(shape.volume for shape in shapes), 4))
         print(casa.ingest(trimesh.Trimesh()).rejection.code)
     """
@@ -171,14 +157,15 @@ def test_library(tmp_path: Path) -> None:
         results = list(library.ingest({str(MUG)!r}))
         print([result.status for result in results], len(library), [entry.category for entry in library])
         asset = library.get(results[0].asset_id)
-        print(asset.id in library, library.search("mug")[0].id == asset.id, casa.check(library.folder(asset.id)).passed)
+        print(asset.id in library, library.search("mug")[0].id == asset.id)
+        print(casa.load(library.folder(asset.id)) == asset)
         try:
             library.get("mog_0123456789")
         except casa.UnknownId as error:
             print(isinstance(error, casa.CasaError))
     """
     told = here(code, tmp_path).splitlines()
-    assert told == ["['accepted'] 1 ['mug']", "True True True", "True"]
+    assert told == ["['accepted'] 1 ['mug']", "True True", "True", "True"]
 
 
 def test_library_of_meshes_in_memory(tmp_path: Path) -> None:

@@ -28,19 +28,6 @@ def run(monkeypatch: pytest.MonkeyPatch, found: tuple[Finding, ...], *arguments:
     return result.exit_code, result.output
 
 
-def test_all_is_well(monkeypatch: pytest.MonkeyPatch) -> None:
-    code, output = run(monkeypatch, (GOOD, NOTE))
-    assert code == 0
-    assert "Everything that is needed is here." in output
-
-
-def test_something_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
-    code, output = run(monkeypatch, (GOOD, BAD))
-    assert code == 1
-    assert "[none] works" in output
-    assert "sudo apt-get install -y libegl1" in output
-
-
 def test_a_line_for_each_thing_and_no_noise(monkeypatch: pytest.MonkeyPatch) -> None:
     found = (GOOD, *PACKAGES, EXTRA, DRAWS, UNUSED, NOTE)
     code, output = run(monkeypatch, found)

@@ -29,25 +29,14 @@ class Objaverse(ModuleType):
         assert uids == self.fetched
 
 
-@pytest.fixture
-def package(monkeypatch: pytest.MonkeyPatch) -> Objaverse:
-    stand_in = Objaverse()
-    monkeypatch.setitem(sys.modules, "objaverse", stand_in)
-    return stand_in
-
-
-def test_first_of_a_category(package: Objaverse, tmp_path: Path) -> None:
-    done = CliRunner().invoke(app, ["fetch", "--lvis", "mug", "--most", "1", "--out", str(tmp_path)])
-    assert done.exit_code == 0
-    assert package.fetched == ["a" * 32]
-    assert f"casa-assets ingest {tmp_path / 'hf-objaverse-v1'}" in done.output
-
-
-def test_named_objects(package: Objaverse, tmp_path: Path) -> None:
-    assert CliRunner().invoke(app, ["fetch", "c" * 32, "--out", str(tmp_path)]).exit_code == 0
-    assert package.fetched == ["c" * 32]
-
-
-def test_nothing_named_is_misuse(package: Objaverse) -> None:
-    assert CliRunner().invoke(app, ["fetch"]).exit_code == 2
-    assert package.fetched == []
+def test_it_takes_the_first_of_a_category_or_what_is_named(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    for words, code, fetched in (
+        (("--lvis", "mug", "--most", "1", "--out", str(tmp_path)), 0, ["a" * 32]),
+        (("c" * 32, "--out", str(tmp_path)), 0, ["c" * 32]),
+        ((), 2, []),
+    ):
+        package = Objaverse()
+        monkeypatch.setitem(sys.modules, "objaverse", package)
+        done = CliRunner().invoke(app, ["fetch", *words])
+        assert (done.exit_code, package.fetched) == (code, fetched)
+        assert code or f"casa-assets ingest {tmp_path / 'hf-objaverse-v1'}" in done.output

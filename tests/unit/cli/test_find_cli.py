@@ -19,12 +19,6 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return keep(tmp_path_factory.mktemp("kept") / "library", [rigid_mug(), ball()])
 
 
-def test_weights_that_are_not_there_are_named(library: Path) -> None:
-    done = casa("find", "red mug", "--library", library, "--clip-weights", "nowhere.pt")
-    assert done.returncode == 2
-    assert "nowhere.pt: there are no weights of CLIP" in done.stderr
-
-
 def test_words_alone(library: Path) -> None:
     done = casa("find", "red mug", "--library", library, "--json")
     assert done.returncode == 0, done.stderr
@@ -54,11 +48,6 @@ def test_one_table_of_libraries(library: Path, tmp_path: Path) -> None:
     assert (done.returncode, done.stdout) == (0, f"2 rows of 1 library in {tables}\n"), done.stderr
 
 
-def test_words_need_no_weights_beside_conditions(library: Path) -> None:
-    done = casa("find", "red", "--where", "category=mug", "--library", library, "--json")
-    assert [json.loads(line)["category"] for line in done.stdout.splitlines()] == ["mug"]
-
-
 def test_a_backend_of_opengl_that_is_not_there_is_the_fault_of_the_machine(library: Path, tmp_path: Path) -> None:
     # PyOpenGL keeps to EGL there, so that OSMesa cannot be opened on any machine, as where its library is missing.
     broken = {"MUJOCO_GL": "osmesa", "PYOPENGL_PLATFORM": "egl"}
@@ -71,6 +60,7 @@ def test_a_backend_of_opengl_that_is_not_there_is_the_fault_of_the_machine(libra
 def test_what_cannot_be_asked_is_told(library: Path, tmp_path: Path) -> None:
     for words, told in (
         (("--library", library), "there are no words to look for"),
+        (("mug", "--library", library, "--clip-weights", "nowhere.pt"), "nowhere.pt: there are no weights of CLIP"),
         (("mug", "--where", "size=3", "--library", library), "size is compared with"),
         (("mug", "--clip-weights", "x", "--where", "size<3", "--library", library), "leave --clip-weights out"),
         (("mug", "--library", tmp_path), "is no library"),

@@ -8,9 +8,8 @@ from collections.abc import Iterator
 from typing import Any
 
 import typer
-from typer.testing import CliRunner
 
-from casa_assets.cli.group import CLUSTER, GENERAL, LIMITS, help_text
+from casa_assets.cli.group import help_text
 from casa_assets.cli.main import app, narrowed
 
 WIDTH = 78  # of 80 columns, as Typer counts them
@@ -66,26 +65,6 @@ def narrow(path: str) -> list[str]:
 
 def test_the_text_of_an_option_has_35_columns_and_more() -> None:
     assert {path: titles for path in ALL if (titles := narrow(path))} == {}
-
-
-def test_limits_and_the_cluster_have_sections() -> None:
-    found = blocks(text_of("casa-assets ingest"))
-    assert "--timeout SECONDS" in found[LIMITS]
-    assert "--engine local|ray" in found[CLUSTER]
-    assert "--quiet" in found[GENERAL]
-    assert "--timeout" not in found["Options"]
-
-
-def test_a_wide_terminal_gets_the_same_words() -> None:
-    for path in ("casa-assets ingest", "casa-assets scenes"):
-        assert text_of(path).split() == text_of(path, 140).split()
-
-
-def test_help_is_printed_on_standard_output() -> None:
-    done = CliRunner().invoke(app, ["scenes", "new", "--help"])
-    assert done.exit_code == 0
-    assert done.stdout.startswith("Usage: ")
-    assert "--textures" in done.stdout
 
 
 def test_a_command_alone_has_the_same_help_as_among_all() -> None:

@@ -9,12 +9,13 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
+import typer
 
 from casa_assets.cli import build_output
 from casa_assets.cli.output import Output
 from casa_assets.pipeline.kitchens.recipe import SceneRecipe, SceneResult
 from casa_assets.pipeline.library.library import Library
-from casa_assets.pipeline.view.subject import AssetFolder, Kitchen, Member, find
+from casa_assets.pipeline.view.subject import AssetFolder, Kitchen, find
 from tests.program import called as casa
 
 LINE = "Look at it: casa-assets view "
@@ -42,8 +43,6 @@ def test_words_are_quoted_and_json_and_quiet_say_nothing(capsys: pytest.CaptureF
     [
         (("ingest", "box", "--library", "lib"), 0),
         (("families", "build", "switch", "--samples", "1", "--no-pictures", "--library", "lib"), 0),
-        (("families", "show", "switch", "--preset", "rocker", "--out", "lib", "--no-check", "--width-px", "64"), 0),
-        (("objects", "build", "apple", "--count", "1", "--library", "lib"), 0),
     ],
     ids=lambda value: value[0] + value[1] if isinstance(value, tuple) else "",
 )
@@ -59,23 +58,17 @@ def test_assets(arguments: Sequence[str], code: int, boxes: Path, tmp_path: Path
     assert all(json.loads(line) for line in again.stdout.splitlines())
 
 
-def test_a_sheet_of_objects(tmp_path: Path) -> None:
-    (name,) = named(casa("objects", "show", "apple", "--count", "1", "--width-px", "64", "--out", tmp_path))
-    assert isinstance(find(name, tmp_path, ()), Member)
-
-
 def test_of_kitchens_the_first_that_was_made(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     recipe = SceneRecipe("galley", "rustic")
     folder = tmp_path / recipe.scene_id
     folder.mkdir()
     (folder / "scene.json").write_text("{}", encoding="utf-8")
     failed, made = SceneResult(SceneRecipe("galley", "coastal"), message="no room"), SceneResult(recipe, str(folder))
-    build_output.look([failed, made], Output())
+    with pytest.raises(typer.Exit):
+        build_output.end([failed, made], Output())
     out, err = capsys.readouterr()
     assert (out, err) == ("", f"{LINE}{folder}\n")
     assert find(str(folder), tmp_path, ()) == Kitchen(recipe, tmp_path, is_named_by_path=True)
-    build_output.look([failed], Output())
-    assert capsys.readouterr() == ("", "")
 
 
 def test_an_export_names_where_it_came_from(boxes: Path, tmp_path: Path) -> None:

@@ -61,10 +61,3 @@ def test_sentences_are_wrapped_between_words() -> None:
     lines = taken.get().splitlines()
     assert max(map(len, lines)) <= 40
     assert " ".join(" ".join(line.removeprefix("SRC001").split()) for line in lines[2:]) == SENTENCE
-
-
-def test_nothing_is_printed_of_no_rows() -> None:
-    console = Console(width=80, force_terminal=True)
-    with console.capture() as taken:
-        TextTable(("asset", "mass"), title="Accepted").print(console)
-    assert taken.get() == ""

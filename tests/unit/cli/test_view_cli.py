@@ -11,8 +11,9 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
+import casa_assets as casa
+from casa_assets.api import viewing
 from casa_assets.cli.main import app
-from casa_assets.cli.verbs import view as verb
 from casa_assets.preview import live_viewer
 from tests.libraries import command
 
@@ -58,14 +59,17 @@ def test_with_a_screen_mujoco_shows_it(monkeypatch: pytest.MonkeyPatch) -> None:
     assert done.exit_code == 0, done.output
     assert shown == [(2, "open", "microwave/steel")]
     assert done.stdout == ""
+    microwave = casa.build("microwave", "steel")
+    microwave.show("open")
+    assert shown[1:] == [(2, "open", microwave.id)]
 
 
 def test_a_screen_is_one_of_x_or_wayland(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("DISPLAY", raising=False)
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
-    assert not verb.has_screen()
+    assert not viewing.has_screen()
     monkeypatch.setenv("WAYLAND_DISPLAY", "wayland-0")
-    assert verb.has_screen()
+    assert viewing.has_screen()
 
 
 def test_an_mjcf_without_a_record_needs_a_screen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -75,7 +75,7 @@ def test_a_kitchen_in_memory_that_is_lived_in() -> None:
 def test_assets(boxes: Path, tmp_path: Path) -> None:
     ingested = sorted((boxes / "library").glob("*/*/asset.json"))
     assert ingested
-    built = casa.write(casa.build("microwave", "steel"), tmp_path) / "asset.json"
+    built = casa.build("microwave", "steel").write(tmp_path) / "asset.json"
     for path in (*ingested, built):
         assert faults("asset", content(path)) == [], path
     assert faults("behavior", content(built.with_name("behavior.json"))) == []

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from casa_assets.geometry.mesh.trimesh_exchange import collision_scene, to_trimesh, visual_scene
+from casa_assets.geometry.mesh.trimesh_exchange import to_trimesh
 from casa_assets.ingest.load.from_trimesh import raw_from_trimesh
 from casa_assets.model.asset.asset import Asset
 from tests.assets import EVERY, drawer_unit, textured_box
@@ -15,7 +15,7 @@ from tests.assets import EVERY, drawer_unit, textured_box
 def test_what_is_seen_lies_where_the_asset_has_it(subtests: pytest.Subtests) -> None:
     for asset in [make() for make in EVERY]:
         with subtests.test(asset=asset.id):
-            scene = visual_scene(asset)
+            scene = to_trimesh(asset)
             assert scene.units == "meters"
             np.testing.assert_allclose(scene.bounds, asset.bounds, atol=1e-12)
             visuals = {v.name: v for link in asset.links for v in link.visuals}
@@ -39,7 +39,7 @@ def test_links_are_nodes_at_their_poses() -> None:
 def test_what_is_touched_is_closed_and_convex(subtests: pytest.Subtests) -> None:
     for asset in [make() for make in EVERY]:
         with subtests.test(asset=asset.id):
-            scene = collision_scene(asset)
+            scene = to_trimesh(asset, "collision")
             assert len(scene.geometry) == sum(len(link.colliders) for link in asset.links)
             for mesh in scene.geometry.values():
                 assert isinstance(mesh, trimesh.Trimesh)
@@ -51,7 +51,7 @@ def test_what_is_touched_is_closed_and_convex(subtests: pytest.Subtests) -> None
 
 def test_textures_and_factors_go_over() -> None:
     asset = textured_box()
-    scene = visual_scene(asset)
+    scene = to_trimesh(asset)
     for link in asset.links:
         for visual in link.visuals:
             ours = {m.id: m for m in asset.materials}[visual.material]
@@ -64,7 +64,7 @@ def test_textures_and_factors_go_over() -> None:
 
 @pytest.mark.parametrize("asset", [make() for make in EVERY], ids=lambda a: a.id)
 def test_there_and_back_is_the_same_form(asset: Asset) -> None:
-    raw = raw_from_trimesh(visual_scene(asset))
+    raw = raw_from_trimesh(to_trimesh(asset))
     assert raw.metres_per_unit == pytest.approx(1.0)
     assert raw.up is not None
     assert raw.up.value == "z"

@@ -6,16 +6,19 @@ from pathlib import Path
 
 import pytest
 
+import casa_assets as casa
 from casa_assets import registry
-from casa_assets.errors import CasaError, RegistryError, UnknownId
+from casa_assets.errors import CasaError, RegistryError
 from casa_assets.model.registry.document import Document
 from casa_assets.pipeline.cache.cache_key import key_of
 from casa_assets.pipeline.families.finishes import available_finishes, plain
 from casa_assets.pipeline.kitchens.resolve import preset_params
 from casa_assets.pipeline.textures.recipes import find_recipe, origin_of
-from casa_assets.projects import find_project, project_folder, use_project
+from casa_assets.pipeline.workers.limits import Limits
+from casa_assets.pipeline.workers.pool import Pool
+from casa_assets.projects import VARIABLE, environment, find_project, project_folder, use_project
 from casa_assets.registry.families import family
-from casa_assets.registry.kitchens import load_plan, load_style, plan_names, style_names
+from casa_assets.registry.kitchens import load_plan, load_style, style_names
 from casa_assets.registry.layered import load_project, origin_of_row
 from casa_assets.registry.objects import object_family, object_files
 from casa_assets.registry.read import read_document
@@ -39,10 +42,10 @@ class TestOverlaid:
         }
         assert list(joined.value) == ["mug", "cup", "bowl"]
 
-    def test_faults_name_the_file_and_the_line_that_state_it(
-        self, subtests: pytest.Subtests, tmp_path_factory: pytest.TempPathFactory
-    ) -> None:
-        for path, expected in [
+    def test_faults_name_the_file_and_the_line_that_state_it(self, subtests: pytest.Subtests, tmp_path: Path) -> None:
+        lower = document(tmp_path / "a.yaml", "mug: {mass: [1, 2, 3], size: {x: 1, y: 2}}\ncup: {mass: 4}\n")
+        upper = document(tmp_path / "b.yaml", "mug:\n  mass: [5]\n  size: {y: 7}\nbowl: {mass: 6}\n")
+        cases: list[tuple[tuple[str | int, ...], str]] = [
             (("mug", "mass", 0), "b.yaml:2"),
             (("mug", "mass", 2), "b.yaml:2"),
             (("mug", "size", "x"), "a.yaml:1"),
@@ -50,24 +53,19 @@ class TestOverlaid:
             (("mug", "colour"), "a.yaml:1"),
             (("cup", "mass"), "a.yaml:2"),
             (("bowl", "size"), "b.yaml:4"),
-        ]:
+        ]
+        for path, expected in cases:
             with subtests.test(path=path, expected=expected):
-                tmp_path = tmp_path_factory.mktemp("case")
-                lower = document(tmp_path / "a.yaml", "mug: {mass: [1, 2, 3], size: {x: 1, y: 2}}\ncup: {mass: 4}\n")
-                upper = document(tmp_path / "b.yaml", "mug:\n  mass: [5]\n  size: {y: 7}\nbowl: {mass: 6}\n")
                 assert str(lower.overlaid(upper).fault(path, "a", "b")).startswith(f"{expected}: ")
 
     def test_lists_on_the_top_follow_each_other(self, tmp_path: Path) -> None:
         lower = document(tmp_path / "a.yaml", "- {code: A}\n- {code: B}\n")
         upper = document(tmp_path / "b.yaml", "# ours\n- {code: C}\n")
         joined = lower.overlaid(upper)
+        assert lower.overlaid(document(tmp_path / "c.yaml", "# nothing yet\n")) == lower
         assert [row["code"] for row in joined.value] == ["A", "B", "C"]
         assert str(joined.fault((2, "code"), "a", "b")).startswith("b.yaml:2: ")
         assert str(joined.fault((1, "code"), "a", "b")).startswith("a.yaml:2: ")
-
-    def test_a_file_of_comments_changes_nothing(self, tmp_path: Path) -> None:
-        lower = document(tmp_path / "a.yaml", "- {code: A}\n")
-        assert lower.overlaid(document(tmp_path / "b.yaml", "# nothing yet\n")) == lower
 
 
 class TestTables:
@@ -152,8 +150,14 @@ class TestPlansAndStyles:
         assert str(read.fault(("walls", "back"), "a", "b")).startswith("plans/galley.yaml:")
 
     def test_a_style_like_another(self, project: Project) -> None:
-        project({"styles/beach.yaml": "like: coastal\ntitle: Beach\nmodels: {hob: hob/induction}\n"})
-        assert "beach" in style_names()
+        project(
+            {
+                "styles/beach.yaml": "like: coastal\ntitle: Beach\nmodels: {hob: hob/induction}\n",
+                "styles/dunes.yaml": "like: beach\ntitle: Dunes\n",
+            }
+        )
+        assert {"beach", "dunes"} <= set(style_names())
+        assert load_style("dunes")[0].models["hob"].preset == "hob/induction"
         style, coastal = load_style("beach")[0], load_style("coastal")[0]
         assert style.title == "Beach"
         assert style.models["hob"].preset == "hob/induction"
@@ -174,11 +178,6 @@ class TestPlansAndStyles:
         assert str(document.fault(("models", "kettle", "body"), "a", "b")).startswith(f"{folder}/styles/a.yaml:3: ")
         changed = load_style("c")[0].models["kettle"]
         assert (changed.preset, changed.params) == ("kettle/retro_cream", {"body": "copper", "height": 0.19})
-
-    def test_chains(self, project: Project) -> None:
-        project({"styles/a.yaml": "like: b\ntitle: A\n", "styles/b.yaml": "like: coastal\ndescription: Of b.\n"})
-        style = load_style("a")[0]
-        assert (style.title, style.description) == ("A", "Of b.")
 
     @pytest.mark.parametrize(
         ("files", "message"),
@@ -201,12 +200,6 @@ class TestPlansAndStyles:
             load_style("a")
         assert str(told.value).startswith(f"{folder}/styles/")
 
-    def test_an_unknown_name_is_told_with_those_of_the_project(self, project: Project) -> None:
-        project({"plans/loft.yaml": "like: galley\n"})
-        assert "loft" in plan_names()
-        with pytest.raises(UnknownId, match="loft"):
-            load_plan("lofft")
-
 
 class TestProject:
     def test_it_is_found_upwards(self, tmp_path: Path) -> None:
@@ -225,6 +218,32 @@ class TestProject:
         assert registry.load().limits["work_aisle_m"] == 1.2
         project({"limits.yaml": "work_aisle_m: {value: 1.3}\n"})
         assert registry.load().limits["work_aisle_m"] == 1.3
+
+    def test_two_are_used_side_by_side(self, tmp_path: Path) -> None:
+        opened = []
+        for name, width in (("first", 1.2), ("second", 1.3)):
+            (tmp_path / name / "plans").mkdir(parents=True)
+            (tmp_path / name / "casa.yaml").write_text(f"name: {name}\n", encoding="utf-8")
+            (tmp_path / name / "limits.yaml").write_text(f"work_aisle_m: {{value: {width}}}\n", encoding="utf-8")
+            (tmp_path / name / "plans" / f"{name}.yaml").write_text("like: galley\n", encoding="utf-8")
+            opened.append(casa.Project(tmp_path / name))
+        first, second = opened
+        for _ in range(2):
+            with first, second:
+                assert registry.load().limits["work_aisle_m"] == 1.3
+                assert environment()[VARIABLE] == str(tmp_path / "second")
+            with first:
+                assert registry.load().limits["work_aisle_m"] == 1.2
+        assert set(first.plans()) ^ set(second.plans()) == {"first", "second"}
+        kitchen = first.kitchen("first", "coastal")
+        with second:
+            assert kitchen.scene.placements, "it keeps to the project that it was made in"
+        assert project_folder() is None
+
+    def test_workers_use_the_project_too(self, tmp_path: Path) -> None:
+        (tmp_path / "casa.yaml").write_text("name: ours\n", encoding="utf-8")
+        with casa.Project(tmp_path), Pool(1, Limits(60.0, 1_000_000_000), "casa_assets.projects:in_use") as pool:
+            assert [answer for _, answer in pool.run("tests.pool_jobs:folder_in_use", [None])] == [tmp_path]
 
     @pytest.mark.parametrize(
         ("files", "message"),
@@ -253,10 +272,6 @@ class TestProject:
         loaded = load_project()
         assert loaded is not None
         assert loaded[0].name == "ours"
-
-    def test_none_is_in_use_unless_one_is_named(self) -> None:
-        assert project_folder() is None
-        assert load_project() is None
 
 
 class TestCacheKeys:

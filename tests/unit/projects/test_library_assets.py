@@ -80,9 +80,9 @@ def test_a_kitchen_is_given_a_model_by_its_role(
     """In place of the style's: an asset of a library, and a preset of a family; its id and scene.json tell of them."""
     models = {"toaster": f"library:{with_toaster}"}
     kitchen = casa.kitchen("one_wall_small", "modern_1", models=models)
-    assert kitchen.models == models
+    assert dict(kitchen.recipe.models) == models
     assert re.fullmatch(r"one_wall_small__modern_1__m[0-9a-f]{8}", kitchen.id)
-    assert {p.name: p.asset for p in kitchen.placements}["toaster"] == with_toaster
+    assert {p.name: p.asset for p in kitchen.scene.placements}["toaster"] == with_toaster
     SceneFile.model_validate(kitchen.facts)
     assert kitchen.facts["models"] == models
     plain = json.loads((Path(checked_kitchen[1].folder) / "scene.json").read_text(encoding="utf-8"))

@@ -84,7 +84,7 @@ def test_commands_are_called_in_the_folder_of_the_project(tmp_path: Path, capfd:
     assert "does not exist" in capfd.readouterr().err, "each is a process"
 
 
-def test_from_python(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_from_python(tmp_path: Path) -> None:
     """Each run with what it made; one that something was left out of is told, one that cannot work is an error."""
     folder = tmp_path / "ours"
     write_pictures(folder / "pictures", 1)
@@ -92,7 +92,8 @@ def test_from_python(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     walls = "  - textures make: {names: [stucco_white], out: out/walls, width-px: 64}\n"
     pack = "  - textures ingest: {source: pictures, surface: wall, tile: [1, 1], licence: CC0-1.0}\n"
     (folder / "casa.yaml").write_text(f"name: ours\nruns:\n{walls}{pack}", encoding="utf-8")
-    first, second = casa_assets.make(folder)
+    project = casa_assets.Project(folder)
+    first, second = project.make()
     assert (first.passed, first.exit_code) == (True, 0)
     assert first.command == "casa-assets textures make --out=out/walls --width-px=64 -- stucco_white"
     assert [row["id"] for row in first.rows] == ["stucco_white"]
@@ -101,14 +102,12 @@ def test_from_python(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert [row["verdict"] for row in second.rows] == ["accepted", "rejected"]
     (folder / "casa.yaml").write_text(f"name: ours\nruns:\n  - find: {{query: mug}}\n{pack}")
     with pytest.raises(CasaError, match=r"^casa-assets find .*: .*does not exist"):
-        casa_assets.make(folder)
+        project.make()
     (folder / "casa.yaml").write_text("name: ours\nruns: [{ingst: {}}]\n")
     with pytest.raises(CasaError, match=r"casa\.yaml:2: runs\.0\.ingst: expected 'ingest'"):
-        casa_assets.make(folder)
-    monkeypatch.delenv("CASA_ASSETS_PROJECT", raising=False)
-    for project in (None, tmp_path / "nowhere"):
-        with pytest.raises(CasaError, match=r"give a folder with a casa\.yaml"):
-            casa_assets.make(project)
+        project.make()
+    with pytest.raises(CasaError, match=r"it has no casa\.yaml; write one with"):
+        casa_assets.Project(tmp_path / "nowhere")
 
 
 @pytest.mark.parametrize(

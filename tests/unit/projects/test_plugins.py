@@ -15,7 +15,7 @@ from casa_assets.pipeline.cache.cache_key import key_of
 from casa_assets.pipeline.families.run import FamilyRequest, build_all, object_requests
 from casa_assets.pipeline.library.library import Library, read_certificate
 from casa_assets.pipeline.textures.recipes import find_recipe, finish_key, finish_of
-from casa_assets.projects import PLUGINS, PluginUse, choose_plugins, user_settings
+from casa_assets.projects import PLUGINS, PluginUse, choose_plugins, use_project, user_settings
 from casa_assets.registry.families import family, family_names
 from casa_assets.registry.plugins import ignored_files, load_plugins
 from casa_assets.registry.plugins.checks import check_table
@@ -57,21 +57,23 @@ class TestTrust:
         with pytest.raises(RegistryError, match=r"or what testing\.py adds, which does not run .* got 'chequers'"):
             find_recipe("chess")
         with pytest.raises(RegistryError, match=r"or what testing\.py adds, which does not run .* got 'square'"):
-            casa.build_object("coaster")
+            casa.build("coaster")
 
     def test_it_runs_where_the_caller_says_so(self, project: Project) -> None:
         folder = project(PROJECT)
         assert "plinth" not in family_names()
-        casa.use_project(folder, plugins=True)
-        assert list(casa.plugins()) == ["testing"]
-        assert "plinth" in family_names()
-        assert ignored_files() == ()
+        with casa.Project(folder, plugins=True) as opened:
+            assert list(casa.plugins()) == ["testing"]
+            assert "plinth" in family_names()
+            assert ignored_files() == ()
+        assert list(opened.plugins()) == ["testing"]
+        assert "plinth" not in family_names()
 
     def test_it_runs_where_the_users_own_configuration_names_the_project(self, project: Project) -> None:
         folder = project(PROJECT)
         user_settings().parent.mkdir(parents=True)
         user_settings().write_text(f"trusted_projects: [{folder}]\n", encoding="utf-8")
-        casa.use_project(folder)
+        use_project(folder)
         assert [one.plugin.name for one in load_plugins()] == ["testing"]
         choose_plugins(PluginUse.NONE)
         assert load_plugins() == ()
@@ -138,8 +140,8 @@ class TestParts:
 
     def test_a_family_that_states_only_its_code_has_one_preset(self, project: Project) -> None:
         brief = PLUGIN.replace('presets={"oak": Plinth(), "unlucky": Plinth(width=0.13)},', "")
-        casa.use_project(project({**PROJECT, "plugins/testing.py": brief}), plugins=True)
-        found = family("plinth")
+        with casa.Project(project({**PROJECT, "plugins/testing.py": brief}), plugins=True):
+            found = family("plinth")
         assert list(found.presets) == ["default", "wide"]
         assert (found.title, found.category, found.description) == ("Plinth", "plinth", "A block of wood.")
 
@@ -147,7 +149,7 @@ class TestParts:
         (done,) = build_all(object_requests(["coaster"], 1, 0), tmp_path / "library", 1, drawn=False)
         assert done.passed, done
         assert read_certificate(Path(done.folder)).versions["plugin:testing"].startswith("1.0 ")
-        assert casa.build_object("coaster").id == done.asset_id
+        assert casa.build("coaster").id == done.asset_id
 
     def test_a_kind_of_texture(self, allowed: Path, tmp_path: Path) -> None:
         finish = finish_of(find_recipe("chess"), tmp_path, 64)
@@ -180,7 +182,7 @@ class TestKeys:
         before = (key_of(checks), key_of(plain), finish_key(find_recipe("chess")), finish_key(find_recipe("oak_ebony")))
         path = allowed / "plugins" / "testing.py"
         path.write_text(path.read_text(encoding="utf-8") + "\n# another word\n", encoding="utf-8")
-        casa.use_project(allowed)
+        use_project(allowed)
         after = (key_of(checks), key_of(plain), finish_key(find_recipe("chess")), finish_key(find_recipe("oak_ebony")))
         assert [a == b for a, b in zip(before, after, strict=True)] == [False, True, False, True]
 

@@ -78,8 +78,7 @@ def build(builder: AssetBuilder, p: Vessel) -> None:
     around = math.pi * p.width
     for part, finish, label in parts:
         solid = pictured(seated(part, p, plan, profile), profile, around)
-        # It may be hollow: of metal it weighs never more than a third of the solid.
-        density = min(builder.supplies.finish(finish).substance.density, 2600.0)
+        density = min(builder.supplies.finish(finish).substance.density, builder.supplies.density("vessel_handle"))
         density *= p.matter if finish == p.skin else 1.0
         builder.add(ROOT, solid, finish, label=label, density=density)
     rim = plan.ring(*(float(n) for n in (profile.outside[-1] + profile.inside[-1]) / 2))

@@ -22,7 +22,7 @@ from casa_assets.pipeline.textures.packs.pictures import FOLDER, PACK, pack_of
 from casa_assets.pipeline.textures.packs.survey import AcceptedPicture, PackOptions, read_description, survey
 from casa_assets.pipeline.textures.recipes import every_recipe, origin_of
 from casa_assets.preview.pictures import SheetCell, contact_sheet
-from casa_assets.projects import SETTINGS, project_folder, use_project
+from casa_assets.projects import SETTINGS, project_folder, read_again
 from casa_assets.textures.check import check_pictures, pictures_of
 from casa_assets.textures.distance import NEARLY_ALIKE, TextureDescriptor, closest_pairs, describe_texture
 from casa_assets.textures.packs import pictures as derive
@@ -94,7 +94,7 @@ def ingest_pack(source: Path, options: PackOptions) -> PackReport:
         write_files(staged, Files(entries={PACK: _text(pack), SHEET: page}))
         report = PackReport(target, pack, _put_if_changed(library, staged, target))
     if _is_in_use(library.root):
-        use_project(library.root)  # so that this process sees the pack
+        read_again()  # so that this process sees the pack
     return report
 
 

@@ -10,7 +10,7 @@ from trimesh.visual import TextureVisuals
 from trimesh.visual.material import PBRMaterial, SimpleMaterial
 
 from casa_assets.errors import Rejected
-from casa_assets.geometry.mesh.trimesh_exchange import visual_scene
+from casa_assets.geometry.mesh.trimesh_exchange import to_trimesh
 from casa_assets.ingest import rejection_codes
 from casa_assets.ingest.clean import clean
 from casa_assets.ingest.load import load
@@ -120,7 +120,7 @@ def test_the_stages_take_it_like_a_file() -> None:
     mesh.units = "meters"
     order = brief("mug")
     asset, _ = run_stages(bundle_from_trimesh(mesh, up=Up.Z), order, lambda key: None, lambda key, data: None)
-    again, _ = run_stages(bundle_from_trimesh(visual_scene(asset)), order, lambda key: None, lambda key, data: None)
+    again, _ = run_stages(bundle_from_trimesh(to_trimesh(asset)), order, lambda key: None, lambda key, data: None)
     np.testing.assert_allclose(again.bounds, asset.bounds, atol=1e-6)
     assert again.mass == pytest.approx(asset.mass, rel=1e-3)
     assert len(clean(raw_from_trimesh(mesh)).parts) == 1

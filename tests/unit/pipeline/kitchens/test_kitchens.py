@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 import json
 import re
-import shutil
 import subprocess
 import sys
 from dataclasses import replace
@@ -129,7 +128,7 @@ class TestScene:
 
     def test_the_whole_room_is_on_the_map_of_shadows_of_the_sun(self) -> None:
         """Beyond its edge MuJoCo draws dark specks. A galley is long and narrow, which makes it the hardest case."""
-        model = casa_assets.load_scene("galley__coastal", weight="light")
+        model = casa_assets.kitchen("galley__coastal", detail="light").to_mjmodel()
         data = mujoco.MjData(model)
         mujoco.mj_forward(model, data)
         sun = model.light("sun").id
@@ -143,40 +142,54 @@ class TestScene:
         assert across < model.vis.map.shadowclip * model.stat.extent
 
 
+def in_memory(detail: casa_assets.Detail = "full") -> casa_assets.Kitchen:
+    return casa_assets.kitchen(SCENE, detail=detail)
+
+
 class TestLoader:
-    def test_weights_and_paths(self, out: Path) -> None:
-        folder, full = out / SCENE, casa_assets.load_scene(str(out / SCENE))
-        for light in (
-            casa_assets.load_scene(SCENE, out=out, weight="light"),
-            casa_assets.load_scene(folder, weight="light"),
-        ):
-            assert light.nmesh == 0 < full.nmesh
-            assert light.ntexdata < full.ntexdata
-            assert full.nq == light.nq
-        assert casa_assets.load_scene(folder / "scene_light.xml").nmesh == 0
-        with pytest.raises(CasaError, match="no such file"):
-            casa_assets.load_scene(out / "nowhere")
+    def test_details(self, out: Path) -> None:
+        loaded = casa_assets.load(out / SCENE)
+        assert isinstance(loaded, casa_assets.Kitchen)
+        full, light = loaded.to_mjmodel(), casa_assets.Kitchen(out / SCENE, "light").to_mjmodel()
+        assert light.nmesh == 0
+        assert light.ntexdata < full.ntexdata
+        assert full.nq == light.nq
+        assert loaded.with_detail("light").to_mjmodel().ngeom == light.ngeom
+        memory = in_memory().to_mjmodel()
+        for name in ("body_pos", "body_mass", "geom_pos", "mesh_vert", "tex_data", "key_qpos", "jnt_range"):
+            np.testing.assert_array_equal(getattr(full, name), getattr(memory, name), err_msg=name)
 
     def test_the_batch_form_needs_no_file(self, out: Path) -> None:
-        light = casa_assets.load_scene(SCENE, out=out, weight="light")
-        model = casa_assets.load_scene(SCENE, out=out, weight="batch")
-        assert not (out / SCENE / "scene_batch.xml").exists()
+        light, model = in_memory("light").to_mjmodel(), in_memory("batch").to_mjmodel()
         touching, of_light = (int(((m.geom_contype | m.geom_conaffinity) != 0).sum()) for m in (model, light))
         assert touching <= 300 < of_light
         assert {model.key(number).name for number in range(model.nkey)} == {"start", "closed", "open"}
         with pytest.raises(CasaError, match=f"casa-assets scenes batch {SCENE} .* writes it"):
-            casa_assets.load_scene(out / SCENE, weight="batch")
+            casa_assets.Kitchen(out / SCENE, "batch").to_mjmodel()
+
+    def test_spec_takes_more(self, out: Path) -> None:
+        spec = casa_assets.Kitchen(out / SCENE).to_mjspec()
+        spec.worldbody.add_body(name="robot").add_geom(size=[0.1, 0.0, 0.0])
+        assert spec.compile().body("robot").id > 0
+
+    def test_trimesh_has_everything_where_the_model_has_it(self, out: Path) -> None:
+        kitchen = in_memory()
+        model = kitchen.to_mjmodel()
+        data = mujoco.MjData(model)
+        mujoco.mj_resetDataKeyframe(model, data, model.key("start").id)
+        mujoco.mj_forward(model, data)
+        graph = kitchen.to_trimesh("collision").graph
+        for placement in kitchen.scene.placements:
+            if kitchen.scene.asset_of[placement.name].joints:
+                pose, _ = graph[f"{placement.name}__object"]
+                np.testing.assert_allclose(pose[:3, 3], data.body(placement.name).xpos, atol=1e-5)
 
     def test_what_is_at_rest_may_sleep(self, out: Path) -> None:
-        sleep = int(mujoco.mjtEnableBit.mjENBL_SLEEP)
-        model = casa_assets.load_scene(SCENE, out=out, weight="light", sleep=True)
+        sleep, kitchen = int(mujoco.mjtEnableBit.mjENBL_SLEEP), casa_assets.Kitchen(out / SCENE, "light")
+        model = kitchen.to_mjmodel(sleep=True)
         assert model.opt.enableflags & sleep
-        spec = casa_assets.load_scene(SCENE, out=out, as_spec=True, sleep=True)
-        spec.worldbody.add_body(name="robot").add_geom(size=[0.1, 0.0, 0.0])
-        with_robot = spec.compile()
-        assert with_robot.body("robot").id > 0
-        assert with_robot.opt.enableflags & sleep
-        assert not casa_assets.load_scene(SCENE, out=out, weight="light").opt.enableflags & sleep
+        assert kitchen.to_mjspec(sleep=True).compile().opt.enableflags & sleep
+        assert not kitchen.to_mjmodel().opt.enableflags & sleep
         data = mujoco.MjData(model)
         mujoco.mj_resetDataKeyframe(model, data, 0)
         mujoco.mj_step(model, data, nstep=1000)
@@ -188,8 +201,9 @@ class TestLoader:
         assert data.ntree_awake > 0
 
     def test_textures_are_swapped_in_their_true_size(self, out: Path) -> None:
-        plain = casa_assets.load_scene(SCENE, out=out)
-        other = casa_assets.load_scene(SCENE, out=out, textures={"floor": "checker_marble_black_white"})
+        kitchen = casa_assets.Kitchen(out / SCENE)
+        plain, other = kitchen.to_mjmodel(), kitchen.to_mjmodel()
+        kitchen.textures_of(other).show({"floor": "checker_marble_black_white"})
         assert plain.nmeshvert == other.nmeshvert
         assert not np.array_equal(plain.tex_data, other.tex_data)
         changed = np.abs(plain.mesh_texcoord - other.mesh_texcoord).max(axis=1) > 1e-9
@@ -202,33 +216,22 @@ class TestLoader:
         assert not (changed & ~own).any()
 
     def test_wrong_names(self, out: Path) -> None:
+        light = casa_assets.Kitchen(out / SCENE, "light")
+        textures = light.textures_of(light.to_mjmodel())
         with pytest.raises(UnknownId, match="wall"):
-            casa_assets.load_scene(SCENE, out=out, textures={"walls": "brick_red_running"})
-        with pytest.raises(UnknownId, match="light"):
-            casa_assets.load_scene(SCENE, out=out, weight="lite")
-        with pytest.raises(UnknownId, match=SCENE):
-            casa_assets.load_scene(SCENE + "x", out=out)
+            textures.show({"walls": "brick_red_running"})
         with pytest.raises(CasaError, match="full"):
-            casa_assets.load_scene(SCENE, out=out, weight="light", textures={"floor": "oak_ebony"})
-
-    def test_kitchen_in_memory_is_the_one_on_disk(self, out: Path) -> None:
-        disk, memory = casa_assets.load_scene(SCENE, out=out), casa_assets.kitchen(PLAN, STYLE).to_mjmodel()
-        for name in ("body_pos", "body_mass", "geom_pos", "mesh_vert", "tex_data", "key_qpos", "jnt_range"):
-            np.testing.assert_array_equal(getattr(disk, name), getattr(memory, name), err_msg=name)
-
-    def test_scene_of_an_older_version_is_not_loaded(self, out: Path, tmp_path: Path) -> None:
-        shutil.copytree(out / SCENE, tmp_path / SCENE)
-        shutil.copytree(out / "assets", tmp_path / "assets")
-        facts = json.loads((tmp_path / SCENE / "scene.json").read_text(encoding="utf-8"))
-        (tmp_path / SCENE / "scene.json").write_text(json.dumps({**facts, "key": "0" * 64}), encoding="utf-8")
-        (tmp_path / SCENE / "scene.xml").write_text("<mujoco/>", encoding="utf-8")
-        assert casa_assets.load_scene(SCENE, out=tmp_path).nbody > 20
-        made = json.loads((tmp_path / SCENE / "scene.json").read_text(encoding="utf-8"))
-        assert made["key"] == facts["key"]
+            textures.show({"floor": "oak_ebony"})
+        with pytest.raises(UnknownId, match="light"):
+            casa_assets.kitchen(SCENE, detail="lite")  # type: ignore[arg-type]
+        with pytest.raises(UnknownId, match=SCENE):
+            casa_assets.kitchen(SCENE + "x")
+        with pytest.raises(CasaError, match="holds neither"):
+            casa_assets.load(out / "nowhere")
 
     def test_nothing_is_written_where_no_folder_is_named(self, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
         monkeypatch.chdir(tmp_path)
-        assert casa_assets.load_scene(SCENE, weight="light").nbody > 20
+        assert in_memory("light").to_mjmodel().nbody > 20
         assert list(tmp_path.iterdir()) == []
 
 

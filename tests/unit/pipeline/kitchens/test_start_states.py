@@ -94,9 +94,9 @@ class TestFile:
 class TestLoader:
     def test_a_reset_puts_every_joint_and_stops_everything(self, drawn: tuple[Path, StartStates]) -> None:
         folder, written = drawn
-        model = casa.load_scene(folder)
+        model = casa.Kitchen(folder).to_mjmodel()
         data = mujoco.MjData(model)
-        states = casa.start_states(folder, model)
+        states = casa.Kitchen(folder).start_states(model)
         data.qvel[:] = 3.0
         states.reset(data, 2)
         assert len(states) == 3
@@ -107,7 +107,7 @@ class TestLoader:
 
     def test_rows_find_their_place_beside_a_robot(self, drawn: tuple[Path, StartStates]) -> None:
         folder, written = drawn
-        kitchen, spec = casa.load_scene(folder, as_spec=True), mujoco.MjSpec()
+        kitchen, spec = casa.Kitchen(folder).to_mjspec(), mujoco.MjSpec()
         for prefix in ("first_", "second_"):
             spec.attach(mujoco.MjSpec.from_string(ROBOT), prefix=prefix, frame=spec.worldbody.add_frame())
             if prefix == "first_":
@@ -116,7 +116,7 @@ class TestLoader:
             model = spec.compile()
         data = mujoco.MjData(model)
         data.joint("first_lift").qpos[0] = data.joint("second_lift").qpos[0] = 0.7
-        states = casa.start_states(folder, model)
+        states = casa.Kitchen(folder).start_states(model)
         states.reset(data, 1)
         for joint in written.joints:
             row = written.qpos[1, joint.address : joint.address + joint.width]
@@ -125,17 +125,21 @@ class TestLoader:
 
     def test_a_scene_that_they_are_not_of_is_refused(self, copy: Path) -> None:
         with pytest.raises(CasaError, match=r"the model has no joint .* they are of the kitchen room"):
-            casa.start_states(copy, mujoco.MjModel.from_xml_string(ROBOT))
-        model = casa.load_scene(copy)
+            casa.Kitchen(copy).start_states(mujoco.MjModel.from_xml_string(ROBOT))
+
+    def test_a_scene_that_was_changed_is_refused(self, copy: Path) -> None:
+        model = casa.Kitchen(copy).to_mjmodel()
         (copy / "scene.xml").write_text((copy / "scene.xml").read_text() + "\n")
         with pytest.raises(CasaError, match=r"for another scene\.xml .* draw them again"):
-            casa.start_states(copy, model)
+            casa.Kitchen(copy).start_states(model)
         (copy / "scene.xml").unlink()
         with pytest.raises(CasaError, match=r"scene\.xml: is missing"):
-            casa.start_states(copy, model)
+            casa.Kitchen(copy).start_states(model)
+
+    def test_a_scene_without_states_says_how_they_are_made(self, copy: Path) -> None:
         (copy / START_STATES).unlink()
         with pytest.raises(CasaError, match="casa-assets scenes states room makes them"):
-            casa.start_states(copy, model)
+            casa.Kitchen(copy).start_states(casa.Kitchen(copy).to_mjmodel())
 
 
 def test_the_verb_draws_checks_and_keeps(checked_kitchen: Checked) -> None:
@@ -148,8 +152,8 @@ def test_the_verb_draws_checks_and_keeps(checked_kitchen: Checked) -> None:
     judged = {r["code"]: r["status"] for r in report["results"] if r["code"].startswith("STA")}
     assert judged == dict.fromkeys(("STA001", "STA002", "STA003", "STA004", "STA005"), "passed")
     assert START_STATES in members_of(out / SCENE)
-    model = casa.load_scene(out / SCENE, weight="light")
-    assert len(casa.start_states(SCENE, model, out=out)) == 2
+    kitchen = casa.Kitchen(out / SCENE, "light")
+    assert len(kitchen.start_states(kitchen.to_mjmodel())) == 2
     again = CliRunner().invoke(app, [*command, "--json"])
     assert json.loads(again.stdout.splitlines()[0])["kept"] is True
     forced = CliRunner().invoke(app, [*command, "--force"])

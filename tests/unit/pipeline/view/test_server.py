@@ -89,6 +89,7 @@ def test_serves_the_page_the_model_and_what_is_known_of_it(microwave: ViewServer
     assert [machine["placement"] for machine in facts["machines"]] == [""]
     assert {"node": "door", "text": "door"} in facts["labels"]
     assert facts["report"] is False
+    assert ask(microwave, "order", {"of": "microwave/steel", "style": "rustic"})[0] == 400, "an asset has no styles"
 
 
 def test_steps_state_machines(microwave: ViewServer) -> None:
@@ -176,10 +177,6 @@ def test_an_order_that_means_nothing_is_refused(kitchen: ViewServer, order: Any)
     assert why
 
 
-def test_an_asset_has_no_styles(microwave: ViewServer) -> None:
-    assert ask(microwave, "order", {"of": "microwave/steel", "style": "rustic"})[0] == 400
-
-
 def test_of_the_disk_the_report_alone_is_served(kitchen: ViewServer) -> None:
     assert ask(kitchen, "report/galley__coastal/report.html") == (200, b'<p>report <img src="map.png">')
     assert ask(kitchen, "report/galley__coastal/map.png") == (200, b"a picture that it names")
@@ -215,6 +212,11 @@ def test_the_command_that_writes_a_kitchen(subtests: pytest.Subtests) -> None:
     for recipe, command in [
         (SceneRecipe("galley", "rustic"), "casa-assets scenes build galley__rustic"),
         (SceneRecipe("galley", "rustic", objects=40), "casa-assets scenes build galley__rustic__o40"),
+        (SceneRecipe("galley", "rustic", mixed=True), "casa-assets scenes new galley --style rustic --mixed"),
+        (
+            SceneRecipe("galley", "rustic", 7, draw_surfaces(7)),
+            "casa-assets scenes new galley --style rustic --seed 7 --textures random",
+        ),
         (
             SceneRecipe("galley", "rustic", 7, closed=True),
             "casa-assets scenes new galley --style rustic --seed 7 --closed",
@@ -226,13 +228,3 @@ def test_the_command_that_writes_a_kitchen(subtests: pytest.Subtests) -> None:
     ]:
         with subtests.test(recipe=recipe, command=command):
             assert build_command(recipe) == command
-
-
-def test_a_mixed_kitchen_is_told_as_such() -> None:
-    recipe = SceneRecipe("galley", "rustic", mixed=True)
-    assert build_command(recipe) == "casa-assets scenes new galley --style rustic --mixed"
-
-
-def test_random_textures_of_the_seed_are_told_as_such() -> None:
-    recipe = SceneRecipe("galley", "rustic", 7, draw_surfaces(7))
-    assert build_command(recipe) == "casa-assets scenes new galley --style rustic --seed 7 --textures random"

@@ -151,7 +151,7 @@ def test_from_python(project: Project, tmp_path: Path) -> None:
     pictures = write_pictures(tmp_path / "slates", 2)
     (pictures / "broken.png").write_bytes(b"no picture")
     said = {"tile_m": (1.0, 1.0), "licence": "CC0-1.0", "substance": "stone"}
-    with pytest.raises(CasaError, match=r"casa\.use_project\(folder\), or library=folder"):
+    with pytest.raises(CasaError, match=r"casa\.Project\(folder\)\.ingest_textures\(\.\.\.\), or library=folder"):
         casa.ingest_textures(pictures, surface="floor", **said)
     ours = project({})
     done = casa.ingest_textures(pictures, surface="floor", **said)
@@ -240,15 +240,11 @@ def test_from_an_empty_folder_to_a_checked_kitchen(tmp_path: Path) -> None:
     told = json.loads((place / "scene.json").read_text(encoding="utf-8"))["textures"]
     assert told == [{"id": "plaster_stone_00", **credit}, {"id": "slates_stone_01", **credit}]
     assert "slates_stone_01" in scene_pack.members_of(place)["ATTRIBUTION.md"].decode()
-    use_project(ours)
-    try:
-        kitchen = casa.kitchen("one_wall_small", "slated", surfaces={"wall": "plaster_stone_00"})
-        model = kitchen.to_mjmodel()
-        shown = {model.material(i).name.partition("__")[2] for i in range(model.nmat)}
-        assert {"slates_stone_01", "plaster_stone_00"} <= shown
-        before = model.tex_data.copy()
+    kitchen = casa.Project(ours).kitchen("one_wall_small", "slated", surfaces={"wall": "plaster_stone_00"})
+    model = kitchen.to_mjmodel()
+    shown = {model.material(i).name.partition("__")[2] for i in range(model.nmat)}
+    assert {"slates_stone_01", "plaster_stone_00"} <= shown
+    before = model.tex_data.copy()
+    with casa.Project(ours):
         kitchen.textures_of(model).show({"wall": "plaster_stone_01"})
-        assert (model.tex_data != before).any()
-    finally:
-        use_project(None)
-        del os.environ["CASA_ASSETS_PROJECT"]
+    assert (model.tex_data != before).any()
