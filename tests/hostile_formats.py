@@ -15,8 +15,7 @@ import numpy as np
 
 from casa_assets.ingest import rejection_codes as codes
 from tests import format_files as made
-from tests.ktx2_pictures import UASTC
-from tests.mesh_files import OBJ_TRIANGLE, Gltf
+from tests.mesh_files import OBJ_TRIANGLE, UASTC, Gltf
 
 SOUND = "sound"
 OUTSIDE = "/etc/passwd"

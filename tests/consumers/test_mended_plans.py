@@ -7,10 +7,13 @@ from pathlib import Path
 
 import pytest
 
-from casa_assets.registry.kitchens import style_names
-from tests.mended_plans import problems_when_built
+from casa_assets.pipeline.kitchens import check
+from casa_assets.pipeline.kitchens.recipe import SceneRecipe
+from casa_assets.pipeline.plans.check import check_plan, plan_id
+from casa_assets.registry.kitchens import load_style, style_names
 from tests.projects import Project, project_in
 
+CORPUS = Path(__file__).parents[1] / "unit" / "plans" / "corpus"
 # Plans that are right, and plans whose rows, rooms, openings, islands and corners are corrected.
 PLANS = {
     "draft_huge_room": "transitional_2",
@@ -28,6 +31,22 @@ PLANS = {
 }
 
 pytestmark = pytest.mark.certify
+
+
+def problems_when_built(name: str, style: str, project: Project, out: Path) -> list[str]:
+    """What a plan of the corpus lacks as a kitchen: no mend that works, no kitchen, or checks that it does not pass.
+
+    Args:
+        project: writes the mended plan into its `plans/`. out: folder of the scenes, not there yet.
+    """
+    path = CORPUS / f"{name}.yaml"
+    found = check_plan(path.read_text(encoding="utf-8"), path.name, load_style(style)[0])
+    if not found.mended:
+        return [f"{told.fault.expected}, got {told.fault.got}" for told in found.faults if told.fault.mend is None]
+    plan = plan_id(path.name)
+    project({f"plans/{plan}.yaml": found.text})
+    done = check.check_one(SceneRecipe(plan, style), out, drawn=False, in_3d=False)
+    return [done.message] if done.message else [f"{i.code} {i.pointer}: {i.message}" for i in done.problems]
 
 
 @pytest.fixture

@@ -12,7 +12,7 @@ from casa_assets.pipeline.view.model import make
 from casa_assets.pipeline.view.server import ViewServer
 from casa_assets.pipeline.view.subject import find
 from tests.browser import Browser, Page
-from tests.view_requests import serving
+from tests.server_requests import serving
 
 pytestmark = pytest.mark.consumers
 KITCHEN = "one_wall_small__coastal"

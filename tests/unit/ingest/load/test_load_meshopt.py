@@ -9,13 +9,12 @@ import pytest
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes
 from casa_assets.ingest.load.gltf_document import JsonObject, decompressed
-from tests.mesh_files import load_bytes
-from tests.meshopt_files import NAMES, packed, squeezed
+from tests.mesh_files import MESHOPT_NAMES, load_bytes, packed_view, squeezed
 
 STREAM = bytes.fromhex("a0" + "00" * 56)  # meshoptimizer's encoding of 100 vertices of 12 bytes, all zero
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", MESHOPT_NAMES)
 def test_without_a_decoder_the_message_says_what_to_do(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "meshoptimizer", None)
     made = squeezed([(STREAM, 12, "ATTRIBUTES", 100), (b"", 2, "TRIANGLES", 99)], name)
@@ -43,6 +42,6 @@ def test_what_is_out_of_bounds_is_rejected_with_or_without_a_decoder(
 ) -> None:
     monkeypatch.setitem(sys.modules, "meshoptimizer", None)
     with pytest.raises(Rejected) as caught:
-        decompressed(JsonObject(packed(STREAM, 12, "ATTRIBUTES", 100) | changes, "x"), STREAM, 10**8)
+        decompressed(JsonObject(packed_view(STREAM, 12, "ATTRIBUTES", 100) | changes, "x"), STREAM, 10**8)
     assert caught.value.code == code
     assert "pip install" not in str(caught.value)

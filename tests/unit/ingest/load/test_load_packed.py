@@ -12,8 +12,7 @@ from PIL import Image
 
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
-from tests.ktx2_pictures import ETC1S, UASTC
-from tests.mesh_files import QUARTERS, Gltf, codes_of, load_bytes, png, texel
+from tests.mesh_files import ETC1S, QUARTERS, UASTC, Gltf, codes_of, load_bytes, png, texel
 from tests.meshes import box_mesh
 
 DRACO = "KHR_draco_mesh_compression"
