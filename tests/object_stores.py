@@ -11,9 +11,9 @@ import time
 from pathlib import Path
 from typing import IO
 
+from tests.environments import packages_of, with_packages_of
 from tests.libraries import ROOT, command
 
-PLACE = ROOT / os.environ.get("CASA_STORES", ".venv-stores")
 KEY, SECRET, BUCKET = "tester", "not-to-be-seen-anywhere", "assets"
 READY_S = 60.0
 
@@ -27,7 +27,7 @@ class Server:
     """
 
     def __init__(self, kind: str, folder: Path) -> None:
-        assert PLACE.is_dir(), f"{PLACE.name} is missing; ./dev consumers makes it"
+        self._packages = packages_of("stores")
         self._kind, self._data, self._log = kind, folder / "data", folder / "log.txt"
         self._data.mkdir(parents=True)
         self._ports = [_free_port() for _ in range(8)]
@@ -74,19 +74,16 @@ class Server:
     @property
     def environment(self) -> dict[str, str]:
         """Of a process that finds the packages of the extra, and this server."""
-        (packages,) = PLACE.glob("lib/python3*/site-packages")
-        own = {
-            "PYTHONPATH": os.pathsep.join([str(packages), str(ROOT)]),
-            "AWS_ACCESS_KEY_ID": KEY,
-            "AWS_SECRET_ACCESS_KEY": SECRET,
-            "AWS_ENDPOINT_URL": self.url,
-            "AWS_DEFAULT_REGION": "us-east-1",
-            "AWS_CONFIG_FILE": os.devnull,
-            "AWS_SHARED_CREDENTIALS_FILE": os.devnull,
-            "AWS_EC2_METADATA_DISABLED": "true",
-            "COLUMNS": "200",
-        }
-        return {**os.environ, **own}
+        return with_packages_of(
+            "stores",
+            AWS_ACCESS_KEY_ID=KEY,
+            AWS_SECRET_ACCESS_KEY=SECRET,
+            AWS_ENDPOINT_URL=self.url,
+            AWS_DEFAULT_REGION="us-east-1",
+            AWS_CONFIG_FILE=os.devnull,
+            AWS_SHARED_CREDENTIALS_FILE=os.devnull,
+            AWS_EC2_METADATA_DISABLED="true",
+        )
 
     def casa(self, *arguments: object, **environment: str) -> subprocess.CompletedProcess[str]:
         """Run the program and wait for it."""
@@ -119,7 +116,7 @@ class Server:
 
     def _started(self, log: IO[bytes]) -> subprocess.Popen[bytes]:
         s3, *ports = self._ports
-        program = PLACE / "bin" / ("rclone" if self._kind == "rclone" else "weed")
+        program = self._packages.parents[2] / "bin" / ("rclone" if self._kind == "rclone" else "weed")
         if self._kind == "rclone":
             words = [
                 "serve",

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import os
-import subprocess
 from pathlib import Path
 from typing import Any
 
@@ -12,9 +9,8 @@ import pytest
 
 from casa_assets.pipeline.kitchens.batch_form import BatchRequest, make_one, read_batch
 from casa_assets.pipeline.kitchens.recipe import SceneRecipe
+from tests.environments import found_by
 
-ROOT = Path(__file__).parents[2]
-SCRIPT = Path(__file__).parent / "warp_kitchen.py"
 # Of simulated time that is 0.3 s; a step of one world takes a tenth of a second on a processor.
 STEPS = 150
 # Compiling its kernels takes two minutes, once.
@@ -36,12 +32,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def told(made: Path) -> Any:
     """What mujoco_warp says of it."""
-    python = ROOT / os.environ.get("CASA_ENGINES", ".venv-engines/bin/python")
-    assert python.is_file(), f"{python} is missing; './dev consumers' makes it, or name one with CASA_ENGINES"
-    command = [str(python), str(SCRIPT), str(STEPS), str(made)]
-    done = subprocess.run(command, check=False, capture_output=True, text=True, timeout=MAX_S)
-    assert done.returncode == 0, done.stderr[-4000:]
-    return json.loads(done.stdout.splitlines()[-1])["kitchens"][made.name]
+    return found_by("engines", "warp_kitchen.py", STEPS, made, timeout_s=MAX_S)["kitchens"][made.name]
 
 
 def test_it_looks_at_the_pairs_that_we_count(told: Any, made: Path) -> None:

@@ -15,9 +15,10 @@ import pytest
 import casa_assets as casa
 from casa_assets.export.mjcf.scene.batch import write
 from casa_assets.pipeline.kitchens.batch_form import batch_of
+from tests.environments import python_of
+from tests.libraries import ROOT
 from tests.scenes import put
 
-ROOT = Path(__file__).parents[2]
 SCRIPT = Path(__file__).parent / "batch_worlds.py"
 PICTURES = Path(__file__).parent / "batch_pictures.py"
 # Plan and style of each.
@@ -59,10 +60,8 @@ def folders(cache: Path, tmp_path_factory: pytest.TempPathFactory) -> list[Path]
 
 def packages_of_engines() -> str:
     """Folder that the engines are installed in."""
-    python = ROOT / os.environ.get("CASA_ENGINES", ".venv-engines/bin/python")
-    assert python.is_file(), f"{python} is missing; './dev consumers' makes it, or name one with CASA_ENGINES"
     return subprocess.run(
-        [python, "-c", "import sysconfig; print(sysconfig.get_path('purelib'))"],
+        [python_of("engines"), "-c", "import sysconfig; print(sysconfig.get_path('purelib'))"],
         check=True,
         capture_output=True,
         text=True,

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
-import subprocess
 from pathlib import Path
 from typing import Any
 
@@ -13,31 +11,16 @@ import pytest
 
 from casa_assets.pipeline.kitchens import scene_folders
 from casa_assets.pipeline.kitchens.recipe import SceneRecipe
+from tests.environments import found_by
+from tests.libraries import ROOT
 
-ROOT = Path(__file__).parents[2]
-HERE = Path(__file__).parent
 PICTURES = ROOT / "out" / "consumers"
 DRAWER = "main_drawers__drawer0_slidejoint"
 NEWTON_STEPS = 50
 # Steps until things in MuJoCo have settled, and then while they are watched.
-SETTLE, WATCH = "500", "1000"
+SETTLE, WATCH = 500, 1000
 
 pytestmark = pytest.mark.consumers
-
-
-def interpreter(name: str) -> Path:
-    """That of a program's own environment."""
-    return ROOT / os.environ.get(f"CASA_{name.upper()}", f".venv-{name}/bin/python")
-
-
-def told(name: str, *arguments: str | Path, script: str | None = None) -> Any:
-    """What a script here says, as its last line, in the environment of the program that it is called for."""
-    python = interpreter(name)
-    assert python.is_file(), f"{python} is missing; './dev consumers' makes it, or name one with CASA_{name.upper()}"
-    command = [python, HERE / (script or f"{name}_kitchen.py"), *arguments]
-    done = subprocess.run(list(map(str, command)), check=False, capture_output=True, text=True, timeout=300)
-    assert done.returncode == 0, done.stderr[-4000:]
-    return json.loads(done.stdout.splitlines()[-1])
 
 
 @pytest.fixture(scope="module")
@@ -58,13 +41,13 @@ def model(kitchen: Path) -> mujoco.MjModel:
 @pytest.fixture(scope="module")
 def robosuite(kitchen: Path) -> Any:
     """What robosuite says."""
-    return told("robosuite", kitchen, DRAWER)
+    return found_by("robosuite", "robosuite_kitchen.py", kitchen, DRAWER)
 
 
 @pytest.fixture(scope="module")
 def newton(kitchen: Path) -> Any:
     """What Newton says."""
-    return told("newton", kitchen / "scene_nested.usda", str(NEWTON_STEPS))
+    return found_by("newton", "newton_kitchen.py", kitchen / "scene_nested.usda", NEWTON_STEPS)
 
 
 def joints(model: mujoco.MjModel) -> dict[str, int]:
@@ -81,7 +64,7 @@ class TestOldMujoco:
     ) -> None:
         """The light form keeps the bodies that have joints; what is fixed to them is theirs, but in 3.3.1."""
         environment = f"mujoco{version.replace('.', '')}"
-        found = told(environment, SETTLE, WATCH, kitchen / file, script="old_mujoco_load.py")
+        found = found_by(environment, "old_mujoco_load.py", SETTLE, WATCH, kitchen / file)
         assert found["mujoco"] == version
         assert found.get("error") is None
         assert found["warnings"] == []
@@ -150,7 +133,8 @@ class TestBlender:
     @pytest.mark.parametrize("camera", ["overview", "at_sink"])
     def test_draws_what_our_cameras_see(self, camera: str, kitchen: Path) -> None:
         PICTURES.mkdir(parents=True, exist_ok=True)
-        found = told("blender", kitchen / "scene.usda", camera, PICTURES / f"blender_{camera}.png")
+        picture = PICTURES / f"blender_{camera}.png"
+        found = found_by("blender", "blender_kitchen.py", kitchen / "scene.usda", camera, picture)
         assert found["blender"].startswith("5.0.")
         assert found["missing"] == []
         assert found["bare"] == []

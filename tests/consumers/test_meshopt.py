@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import importlib
-import os
 import sys
 from collections.abc import Iterator
 from contextlib import suppress
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,11 +15,9 @@ import pytest
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes
 from casa_assets.ingest.load.gltf_document import JsonObject, decompressed
+from tests.environments import packages_of
 from tests.mesh_files import MESHOPT_NAMES, load_bytes, packed_view, squeezed
 from tests.raw_models import MUG, turned
-
-ROOT = Path(__file__).parents[2]
-PLACE = ROOT / os.environ.get("CASA_MESHOPT", ".venv-meshopt")
 
 pytestmark = pytest.mark.consumers
 
@@ -29,10 +25,10 @@ pytestmark = pytest.mark.consumers
 @pytest.fixture(scope="module", autouse=True)
 def codec() -> Iterator[Any]:
     """The module meshoptimizer, which encodes what our reader decodes by it."""
-    (packages,) = PLACE.glob("lib/python3.*/site-packages")
-    sys.path.append(str(packages))
+    packages = str(packages_of("meshopt"))
+    sys.path.append(packages)
     yield importlib.import_module("meshoptimizer")
-    sys.path.remove(str(packages))
+    sys.path.remove(packages)
 
 
 def mug_columns(codec: Any) -> list[tuple[bytes, int, str, int]]:

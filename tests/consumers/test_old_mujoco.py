@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import subprocess
 import sys
 from collections.abc import Callable, Sequence
@@ -22,10 +21,10 @@ from casa_assets.model.asset.asset import Asset, Base
 from casa_assets.model.asset.parts import Hull
 from casa_assets.registry.families import family
 from tests.assets import EVERY, microwave, write_to
+from tests.environments import python_of
 from tests.family_members import preset
 from tests.scenes import Weight, corner, expected, in_form, put
 
-ROOT = Path(__file__).parents[2]
 SCRIPT = Path(__file__).with_name("old_mujoco_load.py")
 VERSIONS = ("3.3.1", "3.3.7")
 REST_M_S = 2e-5  # what stands on a floor is slower than that
@@ -38,10 +37,7 @@ def interpreter(version: str) -> Path:
     """That of the environment of a version of MuJoCo; the one that runs this for its own."""
     if version == mujoco.__version__:
         return Path(sys.executable)
-    name = f"mujoco{version.replace('.', '')}"
-    python = ROOT / os.environ.get(f"CASA_{name.upper()}", f".venv-{name}/bin/python")
-    assert python.is_file(), f"{python} is missing; './dev consumers' makes it, or name one with CASA_{name.upper()}"
-    return python
+    return python_of(f"mujoco{version.replace('.', '')}")
 
 
 def told(version: str, files: Sequence[Path], settle: int = 0, watch: int = 0) -> list[dict[str, Any]]:

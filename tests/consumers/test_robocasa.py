@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
-import subprocess
 from pathlib import Path
 from typing import Any
 
@@ -13,10 +11,8 @@ import pytest
 
 from casa_assets.pipeline.export.robocasa import export
 from tests.built_libraries import keep, loose_and_fixed
+from tests.environments import found_by
 from tests.libraries import BOXES, box_obj, casa
-
-ROOT = Path(__file__).parents[2]
-SCRIPT = Path(__file__).with_name("robosuite_objects.py")
 
 pytestmark = pytest.mark.consumers
 
@@ -37,12 +33,7 @@ def exported(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def told(exported: Path) -> Any:
     """What robosuite says of them."""
-    python = ROOT / os.environ.get("CASA_ROBOSUITE", ".venv-robosuite/bin/python")
-    assert python.is_file(), f"{python} is missing; './dev consumers' makes it, or name one with CASA_ROBOSUITE"
-    command = [str(python), str(SCRIPT), str(exported)]
-    done = subprocess.run(command, check=False, capture_output=True, text=True, timeout=300)
-    assert done.returncode == 0, done.stderr[-4000:]
-    return json.loads(done.stdout.splitlines()[-1])
+    return found_by("robosuite", "robosuite_objects.py", exported)
 
 
 @pytest.fixture(scope="module")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import subprocess
 from collections import defaultdict
 from pathlib import Path
@@ -14,10 +13,10 @@ import pytest
 from casa_assets.checks.design.robot.tasks import ATOMIC_TASKS
 from tests.built_libraries import keep
 from tests.consumers.robocasa.page import sentence
-from tests.libraries import casa
+from tests.environments import python_of, rows_of
+from tests.libraries import ROOT, casa
 from tests.task_objects import task_objects
 
-ROOT = Path(__file__).parents[2]
 SCRIPT = Path(__file__).with_name("robocasa") / "run_tasks.py"
 PAGE = ROOT / "docs" / "numbers.md"
 # Each floor plan once, in ten of the twelve styles.
@@ -75,8 +74,7 @@ def chosen(afforded: dict[str, dict[str, bool]]) -> list[dict[str, Any]]:
 
 def run(export: Path, jobs: list[dict[str, Any]], folder: Path) -> list[dict[str, Any]]:
     """What RoboCasa says of each job; jobs of one kitchen run after another."""
-    python = ROOT / os.environ.get("CASA_ROBOCASA", ".venv-robocasa/bin/python")
-    assert python.is_file(), f"{python} is missing; './dev consumers' makes it, or name one with CASA_ROBOCASA"
+    python = python_of("robocasa")
     running = []
     jobs = sorted(jobs, key=lambda job: job["kitchen"])
     for number in range(PROCESSES):
@@ -92,7 +90,7 @@ def run(export: Path, jobs: list[dict[str, Any]], folder: Path) -> list[dict[str
             assert process.wait(TIMEOUT_S) == 0, err.read_text()[-4000:]
         finally:
             process.kill()
-        answers += [json.loads(line) for line in out.read_text().splitlines() if line.startswith("{")]
+        answers += rows_of(out.read_text())
     assert len(answers) == len(jobs)
     return answers
 

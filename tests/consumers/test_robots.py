@@ -13,9 +13,9 @@ from typing import Any
 import pytest
 
 from tests.consumers.robots.page import ASKED, KITCHENS, PLANS, rows
+from tests.environments import packages_of, with_packages_of
+from tests.libraries import ROOT, command
 
-ROOT = Path(__file__).parents[2]
-PLACE = ROOT / os.environ.get("CASA_ROBOTS", ".venv-robots")
 SCENE = "l_small__coastal"
 OTHERS = ("GR1", "SpotWithArm", "Tiago")
 # A drawer low down, one under the worktop, doors below and above it, a knob, a key.
@@ -32,11 +32,9 @@ PAGE = ROOT / "docs" / "numbers.md"
 
 def casa(*arguments: object) -> subprocess.CompletedProcess[str]:
     """The command line, with what the extra `robots` adds in front of our packages."""
-    assert PLACE.is_dir(), f"{PLACE.name} is missing; ./dev consumers makes it"
-    (packages,) = PLACE.glob("lib/python3*/site-packages")
     return subprocess.run(
-        [sys.executable, "-m", "casa_assets.cli.main", *map(str, arguments)],
-        env={**os.environ, "PYTHONPATH": os.pathsep.join([str(packages), str(ROOT)]), "COLUMNS": "200"},
+        command(*arguments),
+        env=with_packages_of("robots"),
         capture_output=True,
         text=True,
         check=False,
@@ -103,11 +101,11 @@ def test_without_its_models_it_says_what_is_missing(tmp_path: Path) -> None:
 
 @pytest.mark.consumers
 def test_a_panda_opens_a_drawer_in_plain_mujoco(tmp_path: Path) -> None:
-    (panda,) = PLACE.glob("lib/python3*/site-packages/robosuite/models/assets/robots/panda/robot.xml")
+    panda = packages_of("robots") / "robosuite" / "models" / "assets" / "robots" / "panda" / "robot.xml"
     picture = tmp_path / "drawer.png"
-    command = [sys.executable, str(ROOT / "examples" / "open_drawer_panda.py"), str(panda), str(picture)]
+    words = [sys.executable, str(ROOT / "examples" / "open_drawer_panda.py"), str(panda), str(picture)]
     environment = {**os.environ, "PYTHONPATH": str(ROOT), "MUJOCO_GL": "egl"}
-    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    done = subprocess.run(words, env=environment, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
     assert "is open by 0.2" in done.stdout
     assert picture.stat().st_size > 50_000

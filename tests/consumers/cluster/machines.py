@@ -15,25 +15,18 @@ from pathlib import Path
 from typing import Any
 
 from casa_assets.pipeline.workers.limits import trees
+from tests.environments import packages_of
 from tests.libraries import ROOT, command
 
-PLACE = ROOT / os.environ.get("CASA_RAY", ".venv-ray")
 MESHES = ROOT / "examples" / "meshes"
 FEW = ("apple.glb", "banana.glb", "cereal_box.glb", "knife.stl", "spoon.dae", "milk_carton.ply")
 # Words of command lines: of a process of Ray that does our jobs, and of one that a job runs in.
 RAY_WORKER, JOB = "ray::", "casa_assets.pipeline.workers.server"
 
 
-def packages() -> Path:
-    """Where Ray is installed; the tests put it in front of our packages."""
-    assert PLACE.is_dir(), f"{PLACE.name} is missing; ./dev consumers makes it"
-    (found,) = PLACE.glob("lib/python3*/site-packages")
-    return found
-
-
 def surroundings(*folders: Path) -> dict[str, str]:
     """Environment in which Ray is found, and before it the modules of some folders."""
-    paths = os.pathsep.join(map(str, [*folders, packages(), ROOT]))
+    paths = os.pathsep.join(map(str, [*folders, packages_of("ray"), ROOT]))
     return {**os.environ, "PYTHONPATH": paths, "RAY_USAGE_STATS_ENABLED": "0", "COLUMNS": "200"}
 
 
@@ -68,7 +61,7 @@ def other_version() -> dict[str, str]:
 
 def wrong_clock(days: int = -400) -> dict[str, str]:
     """Environment of a machine whose calendar is wrong by so many days; what counts seconds from its start is right."""
-    library = packages() / "libfaketime" / "vendor" / "libfaketime" / "src" / "libfaketime.so.1"
+    library = packages_of("ray") / "libfaketime" / "vendor" / "libfaketime" / "src" / "libfaketime.so.1"
     assert library.is_file()
     return {
         "LD_PRELOAD": str(library),
