@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -44,6 +45,12 @@ def tamper(path: Path, *changes: tuple[str, str]) -> None:
         assert old in text, f"{old!r} is not in {path.name}"
         text = text.replace(old, new)
     path.write_text(text, encoding="utf-8")
+
+
+def edit(text: str) -> tuple[str, str]:
+    """Text of a file and what is put in its place, of `before {old|new} behind`."""
+    old, new = (re.sub(r"\{(.*?)\|(.*?)\}", part, text, flags=re.DOTALL) for part in (r"\1", r"\2"))
+    return old, new
 
 
 def not_run_here(on_good: bool = False) -> set[str]:

@@ -7,14 +7,13 @@ import hashlib
 import numpy as np
 
 from casa_assets import registry
-from casa_assets.model.asset.asset import Asset, Collider, Link, Visual
+from casa_assets.model.asset.asset import Asset, Link, Visual
 from casa_assets.model.asset.material import Material
-from casa_assets.model.asset.parts import Box, Mesh
+from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.asset.provenance import split_of
-from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 from casa_assets.model.registry.category import Category
-from tests.asset_parts import CARDBOARD, PROVENANCE, box_inertial, labels
+from tests.asset_parts import CARDBOARD, PROVENANCE, box_collider, box_inertial, labels
 from tests.meshes import box_mesh
 
 # At least one for each group of objects that an atomic task of RoboCasa v1.0 draws from, as far as it can be grasped,
@@ -68,10 +67,7 @@ def _made(name: str, digest: str, is_vessel: bool) -> Asset:
                 name="object",
                 inertial=box_inertial(category.mass_kg.typical, size, (0.0, 0.0, size[2] / 2)),
                 visuals=(Visual(name="body", mesh=_joined(boxes), material="paint"),),
-                colliders=tuple(
-                    Collider(name=f"body_{k}", shape=Box(size=sides), substance="cardboard", pose=Pose(position=center))
-                    for k, (sides, center) in enumerate(boxes)
-                ),
+                colliders=tuple(box_collider(f"body_{k}", sides, center) for k, (sides, center) in enumerate(boxes)),
             ),
         ),
         materials=(Material(id="paint", base_color=_color(name)),),

@@ -20,8 +20,7 @@ from casa_assets.pipeline.library.library import Library
 from casa_assets.pipeline.review import ReviewServer
 from casa_assets.pipeline.view.model import make
 from casa_assets.pipeline.view.subject import cache_of, find
-from tests.libraries import BOXES, box_obj, differences, entries_of
-from tests.program import no_workers
+from tests.libraries import BOXES, box_obj, differences, entries_of, no_workers
 from tests.server_requests import ask as ask_view
 from tests.server_requests import serving
 from tests.unit.articulate.blocks import drawers

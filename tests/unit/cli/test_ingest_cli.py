@@ -14,8 +14,7 @@ import pytest
 
 from casa_assets.cli.output import terminal_safe
 from tests.determinism.test_kill import children
-from tests.libraries import BOXES, ROOT, box_obj, casa, command, entries_of, input_rows, limited
-from tests.program import called
+from tests.libraries import BOXES, ROOT, box_obj, called, casa, command, entries_of, input_rows, limited
 
 
 @pytest.fixture(scope="module")

@@ -17,7 +17,7 @@ from casa_assets.cli.output import bar, pluralize
 from casa_assets.errors import UnknownId
 from casa_assets.pipeline.library.library import Summary
 from casa_assets.pipeline.reports.entry import NO_CHECKS, Entry
-from tests.program import called as casa
+from tests.libraries import called as casa
 
 # Paths below a file that is no folder are refused for root as well.
 NO_PLACE = "/dev/null/place"
