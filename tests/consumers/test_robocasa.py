@@ -73,7 +73,8 @@ def test_both_generations_find_the_size(told: Any, facts: dict[str, Any]) -> Non
         assert np.array(half["size_v1_0"]) == pytest.approx(np.array(whole["size_v1_0"]) / 2, rel=1e-6)
 
 
-def test_placed_they_stay_where_they_are(told: Any) -> None:
+def test_placed_they_stay_where_they_are_and_nothing_is_warned_of(told: Any) -> None:
+    assert (told["robosuite"], told["left"], told["warnings"]) == ("1.5.2", [], [])
     for row in told["lying"]:
         assert row["finite"]
         assert row["moved_m"] < 0.002, row
@@ -89,9 +90,3 @@ def test_what_lies_can_be_stood_up(told: Any) -> None:
         "sandwich_bread_0000000500",
     }
     assert sizes["sandwich_bread_0000000100"] == pytest.approx([0.014, 0.12, 0.11])
-
-
-def test_nothing_is_left_behind_or_warned_of(told: Any) -> None:
-    assert told["robosuite"] == "1.5.2"
-    assert told["left"] == []
-    assert told["warnings"] == []

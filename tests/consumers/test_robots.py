@@ -29,6 +29,8 @@ FEW = (
 )
 PAGE = ROOT / "docs" / "numbers.md"
 
+pytestmark = pytest.mark.consumers
+
 
 def casa(*arguments: object) -> subprocess.CompletedProcess[str]:
     """The command line, with what the extra `robots` adds in front of our packages."""
@@ -55,7 +57,6 @@ def certificate(out: Path) -> dict[str, Any]:
     return data
 
 
-@pytest.mark.consumers
 def test_panda_omron_reaches_nearly_all_and_follows_most(out: Path) -> None:
     found = certificate(out)
     (result,) = found["results"]
@@ -66,7 +67,6 @@ def test_panda_omron_reaches_nearly_all_and_follows_most(out: Path) -> None:
     assert counts["followed"] >= 0.6 * counts["joints"]
 
 
-@pytest.mark.consumers
 def test_each_joint_says_how_it_was_reached(out: Path) -> None:
     facts = json.loads((out / SCENE / "scene.json").read_text(encoding="utf-8"))
     ranges = {j["name"] for f in facts["fixtures"] for j in f["joints"].values()}
@@ -77,7 +77,6 @@ def test_each_joint_says_how_it_was_reached(out: Path) -> None:
         assert (joint["share"] == 1.0) == (joint["followed"] != "no")
 
 
-@pytest.mark.consumers
 def test_what_is_unchanged_is_kept_and_stands_in_the_report(out: Path) -> None:
     before = (out / SCENE / "robots.json").read_bytes()
     done = casa("scenes", "robots", SCENE, "--robot", "PandaOmron", "--out", out, "--jobs", 1)
@@ -91,7 +90,6 @@ def test_what_is_unchanged_is_kept_and_stands_in_the_report(out: Path) -> None:
     assert "PandaOmron" in (out / SCENE / "report.html").read_text(encoding="utf-8")
 
 
-@pytest.mark.consumers
 def test_without_its_models_it_says_what_is_missing(tmp_path: Path) -> None:
     done = casa("scenes", "robots", SCENE, "--out", tmp_path, "--models", tmp_path)
     assert done.returncode == 2
@@ -99,7 +97,6 @@ def test_without_its_models_it_says_what_is_missing(tmp_path: Path) -> None:
     assert "robosuite 1.5.2" in " ".join(done.stderr.split())
 
 
-@pytest.mark.consumers
 def test_a_panda_opens_a_drawer_in_plain_mujoco(tmp_path: Path) -> None:
     panda = packages_of("robots") / "robosuite" / "models" / "assets" / "robots" / "panda" / "robot.xml"
     picture = tmp_path / "drawer.png"
@@ -111,7 +108,6 @@ def test_a_panda_opens_a_drawer_in_plain_mujoco(tmp_path: Path) -> None:
     assert picture.stat().st_size > 50_000
 
 
-@pytest.mark.consumers
 def test_a_humanoid_a_quadruped_and_another_mobile_arm_reach_a_few_joints(out: Path, tmp_path: Path) -> None:
     scenes = shutil.copytree(out, tmp_path / "scenes", symlinks=True)
     robots = [part for name in OTHERS for part in ("--robot", name)]
