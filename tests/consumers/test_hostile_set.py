@@ -154,6 +154,6 @@ def test_every_file_of_the_one_run_has_its_outcome(hostile: HostileSet, at_once:
     of: dict[str, list[Said]] = {}
     for one in said:
         of.setdefault(one.path, []).append(one)
-    for row in hostile.rows:
-        found = of.get(row.path, [])
-        assert hostile.is_alone(row) or any(one.code in TWINS for one in found) or wrong(row, found) == {}
+    rows = [row for row in hostile.rows if not hostile.is_alone(row)]
+    of_twins = {one.path for one in said if one.code in TWINS}
+    assert [found for row in rows if row.path not in of_twins and (found := wrong(row, of.get(row.path, [])))] == []

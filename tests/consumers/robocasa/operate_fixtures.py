@@ -13,7 +13,7 @@ import inspect
 import io
 import json
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -125,24 +125,20 @@ def operate(bench: Bench, kind: str) -> Iterator[str]:
         yield from others[kind](bench)
 
 
-def _door(bench: Bench) -> Iterator[str]:
-    bench.fixture.open_door(bench)
-    if not bench.fixture.is_open(bench):
-        yield "open_door, then is_open is False"
-    bench.fixture.close_door(bench)
-    if not bench.fixture.is_closed(bench):
-        yield "close_door, then is_closed is False"
+def _door(bench: Bench, of: str = "", **part: Any) -> Iterator[str]:
+    """`of`: words for a part of the fixture; `part`: the same for the class."""
+    bench.fixture.open_door(bench, **part)
+    if not bench.fixture.is_open(bench, **part):
+        yield f"open_door{of}, then is_open is False"
+    bench.fixture.close_door(bench, **part)
+    if not bench.fixture.is_closed(bench, **part):
+        yield f"close_door{of}, then is_closed is False"
 
 
 def _fridge(bench: Bench) -> Iterator[str]:
     fixture = bench.fixture
     for part in ("fridge", "freezer"):
-        fixture.open_door(bench, compartment=part)
-        if not fixture.is_open(bench, compartment=part):
-            yield f"open_door of the {part}, then is_open is False"
-        fixture.close_door(bench, compartment=part)
-        if not fixture.is_closed(bench, compartment=part):
-            yield f"close_door of the {part}, then is_closed is False"
+        yield from _door(bench, f" of the {part}", compartment=part)
         doors = fixture._fridge_door_joint_names if part == "fridge" else fixture._freezer_door_joint_names
         if not doors:
             yield f"no door of the {part}"
@@ -195,19 +191,22 @@ def _stove(bench: Bench) -> Iterator[str]:
                 yield f"knob of {location} turned {mode}: the burner does not follow"
 
 
+def _follows(bench: Bench, name: str, value: float, found: Callable[[], float], off: float = 0.01) -> Iterator[str]:
+    """What does not go where it was set, once the class has looked."""
+    bench.fixture.update_state(bench)
+    if abs(found() - value) > off:
+        yield f"{name} does not go to {value:g}"
+
+
 def _oven(bench: Bench) -> Iterator[str]:
     fixture = bench.fixture
     for level in (0, 1) if fixture.has_multiple_rack_levels() else (0,):
         for value in (1.0, 0.0):
             fixture.slide_rack(bench, value, level)
-            fixture.update_state(bench)
-            if abs(fixture.get_state(level)[f"rack{level}"] - value) > 0.01:
-                yield f"rack {level} does not slide to {value:g}"
+            yield from _follows(bench, f"rack{level}", value, lambda n=level: fixture.get_state(n)[f"rack{n}"])
     for setter, name in ((fixture.set_timer, "timer"), (fixture.set_temperature, "temperature")):
         setter(bench, 0.5)
-        fixture.update_state(bench)
-        if abs(fixture.get_state()[name] - 0.5) > 0.01:
-            yield f"the {name} does not stay at a half"
+        yield from _follows(bench, name, 0.5, lambda n=name: fixture.get_state()[n])
         setter(bench, 0.0)
 
 
@@ -219,24 +218,18 @@ def _toaster_oven(bench: Bench) -> Iterator[str]:
         except KeyError:
             yield f"set_{name}: there is no such knob"
             continue
-        fixture.update_state(bench)
-        if abs(getattr(fixture, f"_{name}") - 0.5) > 0.01:
-            yield f"the {name} does not stay at a half"
+        yield from _follows(bench, name, 0.5, lambda n=name: getattr(fixture, f"_{n}"))
         getattr(fixture, f"set_{name}")(bench, 0.0)
     for value in (1.0, 0.0):
         slid = fixture.slide_rack(bench, value)
-        fixture.update_state(bench)
-        if abs(fixture.get_state()[slid] - value) > 0.01:
-            yield f"{slid} does not slide to {value:g}"
+        yield from _follows(bench, slid, value, lambda n=slid: fixture.get_state()[n])
     fixture.close_door(bench)
 
 
 def _dishwasher(bench: Bench) -> Iterator[str]:
     for value in (1.0, 0.0):
         bench.fixture.slide_rack(bench, value)
-        bench.fixture.update_state(bench)
-        if abs(bench.fixture.get_state(bench)["rack"] - value) > 0.01:
-            yield f"the rack does not slide to {value:g}"
+        yield from _follows(bench, "rack", value, lambda: bench.fixture.get_state(bench)["rack"])
     bench.fixture.close_door(bench)
 
 
@@ -307,9 +300,7 @@ def _kettle(bench: Bench) -> Iterator[str]:
     fixture = bench.fixture
     for value in (1.0, 0.0):
         fixture.set_lid(bench, value)
-        fixture.update_state(bench)
-        if abs(fixture.get_state(bench)["lid"] - value) > 0.02:
-            yield f"the lid does not go to {value:g}"
+        yield from _follows(bench, "lid", value, lambda: fixture.get_state(bench)["lid"], off=0.02)
     fixture.set_power_state(bench, True)
     fixture.update_state(bench)
     if not fixture.get_state(bench)["turned_on"]:
@@ -321,9 +312,7 @@ def _mixer(bench: Bench) -> Iterator[str]:
     for setter, name in ((fixture.set_head_pos, "head"), (fixture.set_speed_dial_knob, "speed_dial_knob")):
         for value in (1.0, 0.0):
             setter(bench, value)
-            fixture.update_state(bench)
-            if abs(getattr(fixture, f"_{name}_value") - value) > 0.01:
-                yield f"{name} does not go to {value:g}"
+            yield from _follows(bench, name, value, lambda n=name: getattr(fixture, f"_{n}_value"))
 
 
 def _sink(bench: Bench) -> Iterator[str]:
