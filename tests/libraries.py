@@ -54,7 +54,7 @@ def make_inputs(folder: Path) -> Path:
     return folder
 
 
-def made_once(common: Path, name: str, make: Callable[[Path], None]) -> Path:
+def made_once(common: Path, name: str, make: Callable[[Path], object]) -> Path:
     """A folder that all processes of a run of the tests read and none changes; the first that asks makes it.
 
     Args:

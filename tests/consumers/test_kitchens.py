@@ -11,6 +11,7 @@ import pytest
 
 from casa_assets.pipeline.kitchens import scene_folders
 from casa_assets.pipeline.kitchens.recipe import SceneRecipe
+from tests.consumers.old_mujoco_load import is_parallel
 from tests.environments import found_by
 from tests.libraries import ROOT
 
@@ -75,6 +76,7 @@ class TestOldMujoco:
         assert set(found["bodies"]) <= set(bodies)
         assert found["joints"] == sorted(model.joint(i).name for i in range(model.njnt))
         assert found["keys"] == ["start", "closed", "open"]
+        assert found["parallel_lights"] == [model.light(i).name for i in range(model.nlight) if is_parallel(model, i)]
         assert {name: way for name, way in found["moved"].items() if way > 0.0003} == {}
         assert {name: way for name, way in found["outside"].items() if way > 1e-5} == {}
 

@@ -14,7 +14,6 @@ import pytest
 from lxml import etree
 
 from casa_assets.export.mjcf import write
-from casa_assets.export.mjcf.scene import kitchen
 from casa_assets.families.catalog import GROUPS
 from casa_assets.geometry.solid.primitive import shape_bounds
 from casa_assets.model.asset.asset import Asset, Base
@@ -23,7 +22,6 @@ from casa_assets.registry.families import family
 from tests.assets import EVERY, microwave, write_to
 from tests.environments import python_of
 from tests.family_members import preset
-from tests.scenes import Weight, corner, expected, in_form, put
 
 SCRIPT = Path(__file__).with_name("old_mujoco_load.py")
 VERSIONS = ("3.3.1", "3.3.7")
@@ -119,29 +117,3 @@ def test_what_stands_on_a_hull_stands_still_on_a_worktop(version: str, worktops:
     """3.3 may find one corner where there are four, and then things wander."""
     found = told(version, worktops, settle=500, watch=1000)
     assert [item["file"] for item in found if item["moved"]["object"] > REST_ON_WORKTOP_M] == []
-
-
-@pytest.mark.parametrize("version", VERSIONS)
-@pytest.mark.parametrize("weight", list(Weight))
-def test_a_whole_scene_loads_in_silence(weight: Weight, version: str, tmp_path: Path) -> None:
-    """A scene is not stepped: things hang in the air there."""
-    folder = put(kitchen.write(in_form(corner(), weight)), tmp_path, corner())
-    (found,) = told(version, [folder / "scene.xml"])
-    assert found.get("error") is None
-    assert found["warnings"] == []
-    bodies = expected(corner(), "closed")
-    if weight is Weight.LIGHT:  # what is fixed may be merged into what it is fixed to, what moves may not
-        here = mujoco.MjModel.from_xml_path(str(folder / "scene.xml"))
-        kept = {here.body(i).name for i in range(1, here.nbody)}
-        # 3.3.1 merges less.
-        assert kept == set(found["bodies"]) if version != "3.3.1" else kept <= set(found["bodies"])
-        full = mujoco.MjModel.from_xml_path(
-            str(put(kitchen.write(corner()), tmp_path / "full", corner()) / "scene.xml")
-        )
-        moving = {name for name in bodies if full.body(name).jntnum[0]}
-        assert moving
-        assert moving <= set(found["bodies"]) <= set(bodies)
-    else:
-        assert sorted(found["bodies"]) == sorted(bodies)
-    assert found["keys"] == ["start", "closed", "open"]
-    assert found["parallel_lights"] == ["sun"]

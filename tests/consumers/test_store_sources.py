@@ -5,7 +5,6 @@ from __future__ import annotations
 import gzip
 import json
 import time
-from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
@@ -23,12 +22,6 @@ pytestmark = pytest.mark.consumers
 URL = f"s3://{BUCKET}/things"
 # Where one server is enough; the other one takes any password.
 only_rclone = pytest.mark.parametrize("server", ["rclone"], indirect=True)
-
-
-@pytest.fixture(params=["rclone", "seaweedfs"])
-def server(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Server]:
-    with Server(str(request.param), tmp_path / "server") as made:
-        yield made
 
 
 class Made(NamedTuple):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 import subprocess
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -16,17 +16,10 @@ from tests.sharded_inputs import public_differences
 
 pytestmark = pytest.mark.consumers
 
-KINDS = ("rclone", "seaweedfs")
 # What the program does where something is killed does not hang on whose server it is: a release tries both.
 one_server_in_ci = pytest.mark.parametrize(
     "server", ["seaweedfs", pytest.param("rclone", marks=pytest.mark.certify)], indirect=True
 )
-
-
-@pytest.fixture(params=KINDS)
-def server(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Server]:
-    with Server(str(request.param), tmp_path / "server") as made:
-        yield made
 
 
 @pytest.fixture

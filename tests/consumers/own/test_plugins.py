@@ -99,11 +99,7 @@ def made(request: pytest.FixtureRequest) -> Made:
     environment, folder, options = request.getfixturevalue(place)
     if way == "command":
         return _made_by_command(environment, folder, options)
-    script = folder / "script.py"
-    script.write_text(SCRIPT.replace("PLUGINS", repr(bool(options))), encoding="utf-8")
-    done = environment.python(script, cwd=folder)
-    assert done.returncode == 0, done.stderr
-    told = told_by(folder)
+    told = told_by(environment, folder, SCRIPT.replace("PLUGINS", repr(bool(options))))
     return Made(told, told["exported"].facts, by_command=False)
 
 

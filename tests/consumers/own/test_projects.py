@@ -132,11 +132,7 @@ def made(request: pytest.FixtureRequest, project: Path, user: Environment) -> Ma
     """What is made with the project: by command, and from Python."""
     if request.param == "command":
         return Made(project, _made_by_command(project))
-    script = project / "script.py"
-    script.write_text(SCRIPT, encoding="utf-8")
-    done = user.python(script, cwd=project)
-    assert done.returncode == 0, done.stderr
-    return Made(project, told_by(project))
+    return Made(project, told_by(user, project, SCRIPT))
 
 
 def _made_by_command(project: Path) -> dict[str, Checked]:
