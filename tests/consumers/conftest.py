@@ -12,7 +12,7 @@ import pytest
 from tests.browser import Browser
 from tests.consumers.watched import PAGES, WATCHED, changed
 from tests.documents import ROOT, blocks, shell
-from tests.installed import build_wheel
+from tests.installed import Environment, build_wheel, install
 from tests.libraries import made_once
 from tests.object_stores import Server
 
@@ -83,3 +83,9 @@ def browser() -> Iterator[Browser]:
     started = Browser()
     yield started
     started.close()
+
+
+@pytest.fixture(scope="session")
+def user(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Environment:
+    """An environment with the wheel of this checkout."""
+    return install(tmp_path_factory.mktemp("user") / "environment", wheel)

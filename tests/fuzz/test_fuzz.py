@@ -18,9 +18,8 @@ from casa_assets.ingest.load import load
 from casa_assets.model.source import Bundle
 from tests import fuzz_run
 from tests.fuzz_corpus import specimens
-from tests.fuzz_jobs import case
 from tests.fuzz_mutations import mutate
-from tests.fuzz_run import Plan, Result, fuzz
+from tests.fuzz_run import Plan, Result, case, fuzz
 from tests.libraries import ROOT
 from tests.mesh_files import LIMITS
 
