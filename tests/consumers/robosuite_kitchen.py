@@ -105,7 +105,6 @@ def main() -> None:
         "moved_m": float(np.linalg.norm(base(model, data) - stood)),
         "crept": {name: later[name] - first[name] for name in first if abs(later[name] - first[name]) > 1e-4},
         "touching": between(model, data),
-        "deepest_m": float(-data.contact.dist.min()) if data.ncon else 0.0,
     }
     found["drawer"] = pulled(env, drawer)
     found["warnings"] = said + [str(i) for i, w in enumerate(data.warning) if w.number]

@@ -115,7 +115,6 @@ def dropped(paths: list[Path], scale: float) -> list[dict[str, Any]]:
             {
                 "path": str(path),
                 "mass": float(model.body_subtreemass[body.id]),
-                "inertia": sorted(map(float, model.body_inertia[body.id])),
                 "size_v1_0": one.second_size.tolist(),
                 "size_v0_2": one.first_size.tolist(),
                 "moved_m": float(np.linalg.norm(data.qpos[at : at + 2] - begun[at : at + 2])),

@@ -32,7 +32,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def told(made: Path) -> Any:
     """What mujoco_warp says of it."""
-    return found_by("engines", "warp_kitchen.py", STEPS, made, timeout_s=MAX_S)["kitchens"][made.name]
+    return found_by("engines", "warp_kitchen.py", STEPS, made, timeout_s=MAX_S)[made.name]
 
 
 def test_it_means_the_same_and_fits_into_its_buffers(told: Any, made: Path) -> None:

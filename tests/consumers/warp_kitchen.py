@@ -30,7 +30,7 @@ def main() -> None:
     steps = int(sys.argv[1])
     with warp.ScopedDevice("cpu"):
         told = {Path(folder).name: stepped(Path(folder), steps) for folder in sys.argv[2:]}
-    print(json.dumps({"version": mjw.__version__ if hasattr(mjw, "__version__") else "", "kitchens": told}))
+    print(json.dumps(told))
 
 
 def stepped(folder: Path, steps: int) -> dict[str, Any]:
@@ -64,7 +64,6 @@ def stepped(folder: Path, steps: int) -> dict[str, Any]:
         "pairs": len(device_model.nxn_geom_pair_filtered),
         "trees": int(model.ntree),
         "asleep": asleep,
-        "pulled": str(model.joint(pulled).name),
         "way": float(data.qpos[model.jnt_qposadr[pulled]]),
         "off": float(np.abs(qpos - data.qpos).max()),
         "contacts": contacts,
