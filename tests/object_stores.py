@@ -91,6 +91,12 @@ class Server:
         out, errors = run.communicate(timeout=600)
         return subprocess.CompletedProcess(run.args, run.returncode, out, errors)
 
+    def done(self, *arguments: object) -> str:
+        """What the program prints, which has to end well."""
+        run = self.casa(*arguments)
+        assert run.returncode == 0, run.stderr
+        return run.stdout
+
     def begin(self, *arguments: object, **environment: str) -> subprocess.Popen[str]:
         """Start the program."""
         return subprocess.Popen(

@@ -9,14 +9,12 @@ from collections import defaultdict
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 from casa_assets import registry
 from casa_assets.checks.design.robot.tasks import ATOMIC_TASKS
 from casa_assets.model.asset.asset import Asset, Link, Visual
 from casa_assets.model.asset.material import Material
-from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.asset.provenance import split_of
 from casa_assets.model.record import Vec3
 from casa_assets.model.registry.category import Category
@@ -77,7 +75,9 @@ def _made(name: str, digest: str, is_vessel: bool) -> Asset:
             Link(
                 name="object",
                 inertial=box_inertial(category.mass_kg.typical, size, (0.0, 0.0, size[2] / 2)),
-                visuals=(Visual(name="body", mesh=_joined(boxes), material="paint"),),
+                visuals=tuple(
+                    Visual(name=f"body_{k}", mesh=box_mesh(*box), material="paint") for k, box in enumerate(boxes)
+                ),
                 colliders=tuple(box_collider(f"body_{k}", sides, center) for k, (sides, center) in enumerate(boxes)),
             ),
         ),
@@ -108,16 +108,6 @@ def _vessel(size: Vec3) -> list[tuple[Vec3, Vec3]]:
         *((side, (sign * (x - wall) / 2, 0.0, z / 2)) for sign in (-1, 1)),
         *((front, (0.0, sign * (y - wall) / 2, z / 2)) for sign in (-1, 1)),
     ]
-
-
-def _joined(boxes: list[tuple[Vec3, Vec3]]) -> Mesh:
-    meshes = [box_mesh(size, center) for size, center in boxes]
-    starts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])
-    return Mesh(
-        vertices=np.concatenate([mesh.vertices for mesh in meshes]),
-        faces=np.concatenate([mesh.faces + start for mesh, start in zip(meshes, starts, strict=False)]),
-        normals=np.concatenate([mesh.normals for mesh in meshes]) if meshes[0].normals is not None else None,
-    )
 
 
 def _color(name: str) -> tuple[float, float, float, float]:

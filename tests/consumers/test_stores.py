@@ -49,29 +49,31 @@ def wait_until(is_so: Callable[[], bool], run: subprocess.Popen[str]) -> None:
         time.sleep(0.02)
 
 
+def half_pushed(server: Server, library: Path) -> subprocess.Popen[str]:
+    """A push that is in its middle."""
+    before = server.size
+    run = server.begin("library", "push", library, url("lib"))
+    wait_until(lambda: server.size > before + 2_000_000, run)
+    return run
+
+
 def same_on(server: Server, name: str, library: Path, tmp_path: Path) -> None:
     """Check that a store has the files of a library, none twice and none lost, and gives the same bytes back."""
     assert server.keys(name) == files_of(library)
-    done = server.casa("library", "pull", url(name), tmp_path / f"back_{name}")
-    assert done.returncode == 0, done.stderr
+    server.done("library", "pull", url(name), tmp_path / f"back_{name}")
     assert public_differences(tmp_path / f"back_{name}", library) == []
 
 
 def test_there_and_back(server: Server, library: Path, tmp_path: Path) -> None:
-    done = server.casa("library", "push", library, url("lib"))
-    assert done.returncode == 0, done.stderr
-    assert f"{len(entries_of(library))} copied" in done.stdout
+    assert f"{len(entries_of(library))} copied" in server.done("library", "push", library, url("lib"))
     same_on(server, "lib", library, tmp_path)
-    done = server.casa("library", "push", library, url("lib"), "--json")
-    assert done.stdout.count('"verdict": "kept"') == len(entries_of(library)) > 10
-    assert done.stdout.count("\n") == len(entries_of(library))
+    printed = server.done("library", "push", library, url("lib"), "--json")
+    assert printed.count('"verdict": "kept"') == printed.count("\n") == len(entries_of(library)) > 10
 
 
 @one_server_in_ci
 def test_a_server_that_is_killed_in_the_middle_and_started_again(server: Server, library: Path, tmp_path: Path) -> None:
-    before = server.size
-    run = server.begin("library", "push", library, url("lib"))
-    wait_until(lambda: server.size > before + 2_000_000, run)
+    run = half_pushed(server, library)
     server.kill()
     time.sleep(3.0)
     assert run.poll() is None
@@ -85,20 +87,16 @@ def test_a_server_that_is_killed_in_the_middle_and_started_again(server: Server,
 def test_a_push_that_is_killed_in_the_middle_is_finished_by_the_next(
     server: Server, library: Path, tmp_path: Path
 ) -> None:
-    before = server.size
-    run = server.begin("library", "push", library, url("lib"))
-    wait_until(lambda: server.size > before + 2_000_000, run)
+    run = half_pushed(server, library)
     killed(run)
     left = server.keys("lib")
     assert ".casa/unfinished.json" in left
     done = server.casa("library", "pull", url("lib"), tmp_path / "early")
     assert done.returncode == 2
     assert "was cut off before it had ended" in done.stderr
-    done = server.casa("library", "pull", url("lib"), tmp_path / "early", "--partial")
-    assert done.returncode == 0, done.stderr
+    server.done("library", "pull", url("lib"), tmp_path / "early", "--partial")
     assert set(entries_of(tmp_path / "early")) < set(entries_of(library))
-    done = server.casa("library", "push", library, url("lib"))
-    assert done.returncode == 0, done.stderr
+    server.done("library", "push", library, url("lib"))
     same_on(server, "lib", library, tmp_path)
 
 

@@ -359,4 +359,5 @@ def test_sound_files_are_sound(tmp_path: Path) -> None:
             (folder / file).write_bytes(data)
         for found in discover([folder / next(iter(files))]):
             assert isinstance(found, Found)
-            assert clean(load(collect(found, limits), limits)).parts
+            draft = clean(load(collect(found, limits), limits))
+            assert sum(len(part.mesh.faces) for part in draft.parts) == 12, name

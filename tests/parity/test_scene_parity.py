@@ -13,7 +13,7 @@ from casa_assets.checks.readers.scene_facts import SceneFacts
 from casa_assets.checks.scene.formats.parity import compare, scene_parity
 from casa_assets.geometry.inertia import adjacent_links
 from casa_assets.model.asset.asset import Base, Exclusion
-from casa_assets.model.kitchen.scene import Layer, Placement, Scene
+from casa_assets.model.kitchen.scene import Placement, Scene
 from tests.packages import edit, tamper
 from tests.scenes import body, corner, expected, written
 
@@ -179,10 +179,6 @@ def test_a_file_that_is_not_there_or_does_not_load_is_a_fault(folder: Path) -> N
     ((where, message),) = scene_parity(folder / "scene.xml", folder / "scene.usda")
     assert where == "scene.xml"
     assert "nonsense" in message
-
-
-def test_layers_have_three_names() -> None:
-    assert {place.layer for place in corner().placements} == set(Layer)
 
 
 def test_a_thing_that_one_format_alone_holds_fast_is_found(folder: Path) -> None:

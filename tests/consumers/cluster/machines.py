@@ -41,6 +41,18 @@ def start(*arguments: object) -> subprocess.Popen[str]:
     )
 
 
+def start_on(address: str, inputs: Path, library: Path) -> subprocess.Popen[str]:
+    """A run of `ingest` on a cluster."""
+    return start("ingest", inputs, "--library", library, "--engine", "ray", "--address", address)
+
+
+def end(run: subprocess.Popen[str], code: int = 1, most_s: float | None = 600) -> str:
+    """What a run prints to its end, which has to come with this code."""
+    text, _ = run.communicate(timeout=most_s)
+    assert run.returncode == code, text
+    return text
+
+
 def few_meshes(folder: Path) -> Path:
     """A few of the sample meshes in a new folder; one of them is broken."""
     folder.mkdir()
