@@ -205,27 +205,25 @@ def grill() -> Asset:
 _AT_TOP = Pose(position=(-0.04, 0.0, 0.26), quaternion=(math.cos(0.2), 0.0, math.sin(0.2), 0.0))
 
 
-def _grill_parts() -> tuple[Link, ...]:
-    bar: Vec3 = (0.02, 0.02, 0.2)
-    sheet: Vec3 = (0.34, 0.3, 0.01)
+def _plate(name: str, parent: str, pose: Pose, mass: float, size: Vec3) -> Link:
+    """A box of steel around its origin."""
     here: Vec3 = (0.0, 0.0, 0.0)
+    return Link(
+        name=name,
+        parent=parent,
+        pose=pose,
+        inertial=box_inertial(mass, size, here),
+        visuals=(Visual(name=f"{name}_main", mesh=box_mesh(size, here), material="enamel", label=name),),
+        colliders=(box_collider(f"{name}_0", size, here, "steel", label=name),),
+    )
+
+
+def _grill_parts() -> tuple[Link, ...]:
+    here: Vec3 = (0.0, 0.0, 0.0)
+    carried = Pose(position=(0.36, -0.05, 0.0), quaternion=(math.cos(0.1), 0.0, 0.0, math.sin(0.1)))
     return (
-        Link(
-            name="handle",
-            parent="door",
-            pose=Pose(position=(0.36, -0.05, 0.0), quaternion=(math.cos(0.1), 0.0, 0.0, math.sin(0.1))),
-            inertial=box_inertial(0.2, bar, here),
-            visuals=(Visual(name="handle_main", mesh=box_mesh(bar, here), material="enamel", label="handle"),),
-            colliders=(box_collider("handle_0", bar, (0.0, 0.0, 0.0), "steel", label="handle"),),
-        ),
-        Link(
-            name="rack",
-            parent="object",
-            pose=Pose(position=(-0.04, 0.0, 0.1)),
-            inertial=box_inertial(0.6, sheet, here),
-            visuals=(Visual(name="rack_main", mesh=box_mesh(sheet, here), material="enamel", label="rack"),),
-            colliders=(box_collider("rack_0", sheet, (0.0, 0.0, 0.0), "steel", label="rack"),),
-        ),
+        _plate("handle", "door", carried, 0.2, (0.02, 0.02, 0.2)),
+        _plate("rack", "object", Pose(position=(-0.04, 0.0, 0.1)), 0.6, (0.34, 0.3, 0.01)),
         Link(
             name="knob",
             parent="object",

@@ -14,16 +14,12 @@ from casa_assets.model.files import Files
 from casa_assets.model.pose import Pose
 from casa_assets.model.registry.category import Category, MatterFill, RestingPose, SizeRange
 from tests.articulated_assets import drawer_unit, microwave
-from tests.asset_parts import CARDBOARD, CERAMIC, FRUIT, PROVENANCE, STEEL, box_collider, box_inertial, labels
+from tests.asset_parts import CARDBOARD, CERAMIC, FRUIT, PROVENANCE, box_collider, box_inertial, labels
 from tests.meshes import box_mesh, lathe, texture, wall
 
 __all__ = [
-    "CARDBOARD",
-    "CERAMIC",
     "EVERY",
-    "FRUIT",
     "PROVENANCE",
-    "STEEL",
     "ball",
     "box_inertial",
     "category",

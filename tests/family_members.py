@@ -28,13 +28,7 @@ from casa_assets.registry.families import family, look_samplers
 WOODS = ("oak_natural", "walnut_natural")
 MANY = ("cherry", "oak_natural", "paint_navy", "walnut_natural")
 TILE_M = (0.9, 1.8)  # size of the picture that a finish of a recipe would have, metres
-_NAMES = (
-    links_and_joints,
-    site_faults,
-    shapes,
-    regions,
-    variables,
-)
+_NAMES = (links_and_joints, site_faults, shapes, regions, variables)
 
 
 @lru_cache(maxsize=1)

@@ -142,13 +142,17 @@ def read_batch(batch: Batch) -> Tally:
     return tally
 
 
-def _read(folder: Path, files: Mapping[str, bytes]) -> str:
-    place = folder / "in"
+def _put(files: Mapping[str, bytes], place: Path) -> Path:
+    """Files in a folder of their own; the main one."""
     shutil.rmtree(place, ignore_errors=True)
-    place.mkdir()
+    place.mkdir(parents=True)
     for name, data in files.items():
         (place / name).write_bytes(data)
-    verdicts = [_verdict(found) for found in discover([place / next(iter(files))])]
+    return place / next(iter(files))
+
+
+def _read(folder: Path, files: Mapping[str, bytes]) -> str:
+    verdicts = [_verdict(found) for found in discover([_put(files, folder / "in")])]
     return verdicts[0] if verdicts else "nothing"
 
 
@@ -168,12 +172,8 @@ def _verdict(found: Found | Refused) -> str:
 def _watch(folder: Path) -> list[str]:
     """From here on this process tells, in the list, what it does beyond reading and writing in a folder."""
     own = os.path.realpath(folder)
-    known = (
-        own,
-        os.path.realpath(sys.prefix),
-        os.path.realpath(sys.base_prefix),
-        os.path.realpath(Path(__file__).parents[1]),
-    )
+    known = (own, *map(os.path.realpath, (sys.prefix, sys.base_prefix, Path(__file__).parents[1])))
+    calls = ("socket.connect", "socket.getaddrinfo", "subprocess.Popen", "os.system", "os.posix_spawn", "os.exec")
     heard: list[str] = []
 
     def hook(event: str, arguments: tuple[object, ...]) -> None:
@@ -183,14 +183,7 @@ def _watch(folder: Path) -> list[str]:
             roots = (own,) if flags & _WRITES & ~os.O_CLOEXEC else known
             if not place.startswith(roots) and not place.startswith(("/dev/null", "/proc/self", "/sys", "/usr/share")):
                 heard.append(f"open {arguments!r}")
-        elif event in (
-            "socket.connect",
-            "socket.getaddrinfo",
-            "subprocess.Popen",
-            "os.system",
-            "os.posix_spawn",
-            "os.exec",
-        ):
+        elif event in calls:
             heard.append(f"{event} {arguments!r}"[:500])
 
     sys.addaudithook(hook)
@@ -205,12 +198,7 @@ def whole(job: tuple[int, int, Path, str, str]) -> str:
     """
     seed, number, folder, seeds, only = job
     _, files = case(seed, number, seeds, only)
-    place = folder / "in"
-    shutil.rmtree(place, ignore_errors=True)
-    place.mkdir(parents=True)
-    for name, data in files.items():
-        (place / name).write_bytes(data)
-    found = next(iter(discover([place / next(iter(files))])))
+    found = next(iter(discover([_put(files, folder / "in")])))
     assert isinstance(found, Found)
     limits = dict(registry.load().limits)
     known = survey((found, "", limits))
@@ -235,14 +223,7 @@ def _no_constant(word: str) -> None:
 BATCH = 200
 READ_LIMITS = Limits(cpu_s=120, memory_bytes=2_000_000_000)
 WHOLE_LIMITS = Limits(cpu_s=300, memory_bytes=4_000_000_000)
-KINDS = {
-    "timeout": "hang",
-    "stuck": "hang",
-    "memory": "memory",
-    "signal": "crash",
-    "killed": "crash",
-    "error": "error",
-}
+KINDS = {"timeout": "hang", "stuck": "hang", "memory": "memory", "signal": "crash", "killed": "crash", "error": "error"}
 
 
 @dataclass(frozen=True)

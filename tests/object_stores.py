@@ -124,30 +124,15 @@ class Server:
         s3, *ports = self._ports
         program = self._packages.parents[2] / "bin" / ("rclone" if self._kind == "rclone" else "weed")
         if self._kind == "rclone":
-            words = [
-                "serve",
-                "s3",
-                "--addr",
-                f"127.0.0.1:{s3}",
-                "--auth-key",
-                f"{KEY},{SECRET}",
-                "--config",
-                os.devnull,
-            ]
-            words.append(str(self._data))
+            words = ["serve", "s3", "--addr", f"127.0.0.1:{s3}", "--auth-key", f"{KEY},{SECRET}"]
+            words += ["--config", os.devnull, str(self._data)]
         else:
             names = ("s3.port.grpc", "master.port", "master.port.grpc", "volume.port", "volume.port.grpc", "filer.port")
             numbers = dict(zip((*names, "filer.port.grpc"), ports, strict=True))
             words = ["-logtostderr", "server", "-s3", "-ip=127.0.0.1", "-ip.bind=127.0.0.1", f"-s3.port={s3}"]
             words += [f"-{name}={number}" for name, number in numbers.items()]
-            words += [
-                "-s3.port.iceberg=0",
-                "-s3.port.lance=0",
-                "-volume.max=16",
-                "-master.volumeSizeLimitMB=64",
-                "-master.telemetry=false",
-                f"-dir={self._data}",
-            ]
+            words += ["-s3.port.iceberg=0", "-s3.port.lance=0", "-volume.max=16", "-master.volumeSizeLimitMB=64"]
+            words += ["-master.telemetry=false", f"-dir={self._data}"]
         return subprocess.Popen([program, *words], stdout=log, stderr=log, start_new_session=True)
 
     def _answers(self) -> bool:

@@ -121,10 +121,7 @@ def pulled(env: Kitchen, drawer: str) -> dict[str, float]:
     data.qpos[joint.qposadr[0]] = PULL_M if joint.range[1] > PULL_M else -PULL_M
     for _ in range(CONTROL_HZ // 2):
         env.step(np.zeros(env.action_dim))
-    return {
-        "joint_m": float(data.qpos[joint.qposadr[0]]),
-        "moved_m": float(np.linalg.norm(data.xpos[body] - shut)),
-    }
+    return {"joint_m": float(data.qpos[joint.qposadr[0]]), "moved_m": float(np.linalg.norm(data.xpos[body] - shut))}
 
 
 if __name__ == "__main__":

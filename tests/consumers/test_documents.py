@@ -71,9 +71,8 @@ def test_page(page: str, tmp_path: Path, samples: Path) -> None:
             continue
         if name := SAVED.match(block.code):
             (place / name[1]).parent.mkdir(parents=True, exist_ok=True)
-            with (place / name[1]).open(
-                "a", encoding="utf-8"
-            ) as file:  # a reader saves it, or adds it to what is there
+            # A reader saves it, or adds it to what is there.
+            with (place / name[1]).open("a", encoding="utf-8") as file:
                 file.write(block.code)
         elif block.language == "python":
             _python(block, place)

@@ -35,11 +35,7 @@ pytestmark = pytest.mark.consumers
 def casa(*arguments: object) -> subprocess.CompletedProcess[str]:
     """The command line, with what the extra `robots` adds in front of our packages."""
     return subprocess.run(
-        command(*arguments),
-        env=with_packages_of("robots"),
-        capture_output=True,
-        text=True,
-        check=False,
+        command(*arguments), env=with_packages_of("robots"), capture_output=True, text=True, check=False
     )
 
 

@@ -33,11 +33,7 @@ def surroundings(*folders: Path) -> dict[str, str]:
 def start(*arguments: object) -> subprocess.Popen[str]:
     """The command line, running."""
     return subprocess.Popen(
-        command(*arguments),
-        env=surroundings(),
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
+        command(*arguments), env=surroundings(), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
     )
 
 
