@@ -109,7 +109,7 @@ def test_another_style_takes_its_place_with_the_doors_as_they_stood(browser: Bro
 
 def test_a_phone_in_the_dark(browser: Browser, microwave: ViewServer) -> None:
     page = shown(browser, microwave, width=390, height=844, dark=True, touch=True)
-    assert page.evaluate("document.documentElement.scrollWidth <= window.innerWidth")
+    assert page.fits
     page.assert_clean()
 
 

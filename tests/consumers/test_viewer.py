@@ -157,7 +157,7 @@ def test_it_turns_by_mouse_wheel_and_keys(browser: Browser, oven_page: Path) -> 
 
 def test_a_phone_in_the_dark(browser: Browser, oven_page: Path) -> None:
     page = opened(browser, oven_page, width=390, height=844, dark=True, touch=True)
-    assert page.evaluate("document.documentElement.scrollWidth <= window.innerWidth")
+    assert page.fits
     (name,) = [joint["name"] for joint in joints(page).values() if joint["type"] == "hinge"]
     page.tap_at(*place_of(page, "door"))
     page.pause(2.0)

@@ -233,18 +233,18 @@ def _dishwasher(bench: Bench) -> Iterator[str]:
     bench.fixture.close_door(bench)
 
 
-def _press(bench: Bench, button: str) -> None:
+def _press(bench: Bench, button: str, wanted: bool) -> Iterator[str]:
+    """What a key that is pressed does not turn on or off."""
     bench.touch(f"{bench.fixture.naming_prefix}{button}")
     bench.touch(None)
+    if bench.fixture.get_state()["turned_on"] != wanted:
+        yield f"{button} does not turn it {'on' if wanted else 'off'}"
 
 
 def _microwave(bench: Bench) -> Iterator[str]:
     fixture = bench.fixture
-    for button, wanted in (("start_button", True), ("stop_button", False)):
-        _press(bench, button)
-        if fixture.get_state()["turned_on"] != wanted:
-            yield f"{button} does not turn it {'on' if wanted else 'off'}"
-    _press(bench, "start_button")
+    for button, wanted in (("start_button", True), ("stop_button", False), ("start_button", True)):
+        yield from _press(bench, button, wanted)
     fixture.open_door(bench)
     bench.touch(None)
     if fixture.get_state()["turned_on"]:
@@ -278,9 +278,7 @@ def _blender(bench: Bench) -> Iterator[str]:
     if not fixture.get_state()["lid_on_blender"]:
         yield "a lid on its jar is not taken for one"
     for wanted in (True, False):
-        _press(bench, "power_button_main")
-        if fixture.get_state()["turned_on"] != wanted:
-            yield f"the power button does not turn it {'on' if wanted else 'off'}"
+        yield from _press(bench, "power_button_main", wanted)
     bench.data.qpos[bench.model.joint(f"{fixture.blender_lid.name}_joint0").qposadr[0] + 2] += 0.3
     bench.touch(None)
     if fixture.get_state()["lid_on_blender"]:
@@ -289,9 +287,7 @@ def _blender(bench: Bench) -> Iterator[str]:
 
 def _coffee(bench: Bench) -> Iterator[str]:
     fixture = bench.fixture
-    _press(bench, fixture._start_button_names[0])
-    if not fixture.get_state()["turned_on"]:
-        yield "its button does not turn it on"
+    yield from _press(bench, fixture._start_button_names[0], True)
     if not fixture._coffee_liquid_site_names:
         yield "no coffee is seen to flow"
 
