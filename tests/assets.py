@@ -13,22 +13,12 @@ from casa_assets.model.asset.parts import Capsule, Cylinder, Hull, Sphere
 from casa_assets.model.files import Files
 from casa_assets.model.pose import Pose
 from casa_assets.model.registry.category import Category, MatterFill, RestingPose, SizeRange
-from tests.articulated_assets import drawer_unit, microwave
-from tests.asset_parts import CARDBOARD, CERAMIC, FRUIT, PROVENANCE, box_collider, box_inertial, labels
+from tests.articulated_assets import drawer_unit as drawer_unit
+from tests.articulated_assets import microwave as microwave
+from tests.asset_parts import CARDBOARD, CERAMIC, FRUIT, box_collider, labels
+from tests.asset_parts import PROVENANCE as PROVENANCE
+from tests.asset_parts import box_inertial as box_inertial
 from tests.meshes import box_mesh, lathe, texture, wall
-
-__all__ = [
-    "EVERY",
-    "PROVENANCE",
-    "ball",
-    "box_inertial",
-    "category",
-    "drawer_unit",
-    "microwave",
-    "rigid_mug",
-    "textured_box",
-    "write_to",
-]
 
 
 def write_to(files: Files, folder: Path) -> Path:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import os
 import subprocess
+import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -47,6 +49,15 @@ def printed(name: str, script: str, *words: object, timeout_s: float = 300, fold
 def found_by(name: str, script: str, *words: object, timeout_s: float = 300) -> Any:
     """The JSON in the last line of a script's output there."""
     return json.loads(printed(name, script, *words, timeout_s=timeout_s).splitlines()[-1])
+
+
+def wait_until(is_so: Callable[[], object], run: subprocess.Popen[str], most_s: float = 300.0) -> None:
+    """Wait until something is so, as long as a run is going on."""
+    give_up = time.monotonic() + most_s
+    while not is_so():
+        assert run.poll() is None, f"the run ended before: {run.communicate()}"
+        assert time.monotonic() < give_up, "it took too long"
+        time.sleep(0.02)
 
 
 def rows_of(text: str, begin: str = "{") -> list[Any]:

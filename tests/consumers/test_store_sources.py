@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import gzip
 import json
-import time
 from pathlib import Path
 from typing import NamedTuple
 
@@ -12,6 +11,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
+from tests.environments import wait_until
 from tests.format_files import tarred, zipped
 from tests.libraries import BOXES, box_obj, casa, input_rows
 from tests.object_stores import BUCKET, SECRET, Server
@@ -77,9 +77,7 @@ def test_the_library_is_that_of_the_disk(server: Server, things: Made, tmp_path:
 @only_rclone
 def test_a_server_that_is_away_rejects_and_ends_nothing_for_good(server: Server, things: Made, tmp_path: Path) -> None:
     run = server.begin("ingest", URL, "--library", tmp_path / "s3", "--json", "--jobs", 1)
-    while not list((tmp_path / "s3").glob("*/*/asset.json")):
-        assert run.poll() is None, run.communicate()
-        time.sleep(0.05)
+    wait_until(lambda: list((tmp_path / "s3").glob("*/*/asset.json")), run)
     server.kill()
     out, errors = run.communicate(timeout=600)
     assert run.returncode == 1, errors

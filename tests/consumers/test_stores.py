@@ -5,11 +5,11 @@ from __future__ import annotations
 import shutil
 import subprocess
 import time
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
+from tests.environments import wait_until
 from tests.libraries import entries_of, input_rows
 from tests.object_stores import BUCKET, KEY, SECRET, Server, killed
 from tests.sharded_inputs import public_differences
@@ -38,15 +38,6 @@ def files_of(library: Path) -> list[str]:
     """Paths of all files of a library that others may see."""
     paths = (path.relative_to(library).as_posix() for path in library.rglob("*") if path.is_file())
     return sorted(path for path in paths if not path.startswith(".casa/"))
-
-
-def wait_until(is_so: Callable[[], bool], run: subprocess.Popen[str]) -> None:
-    """Wait until something is so, as long as a run is going on."""
-    give_up = time.monotonic() + 300
-    while not is_so():
-        assert run.poll() is None, run.communicate()
-        assert time.monotonic() < give_up
-        time.sleep(0.02)
 
 
 def half_pushed(server: Server, library: Path) -> subprocess.Popen[str]:

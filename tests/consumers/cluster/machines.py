@@ -8,8 +8,7 @@ import shutil
 import signal
 import subprocess
 import sys
-import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
@@ -145,15 +144,6 @@ def machines(*environments: Mapping[str, str], within: Sequence[str] = ()) -> It
         yield made
     finally:
         made.end()
-
-
-def wait_for(is_there: Callable[[], object], run: subprocess.Popen[str], most_s: float = 300.0) -> None:
-    """Wait until something is there, as long as a run is going on."""
-    give_up = time.monotonic() + most_s
-    while not is_there():
-        assert run.poll() is None, f"the run ended before: {run.communicate()[0]}"
-        assert time.monotonic() < give_up, "it took too long"
-        time.sleep(0.1)
 
 
 def _command_line(pid: int) -> str:

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.consumers.cluster.machines import ask, end, few_meshes, machines, start, start_on, wait_for
+from tests.consumers.cluster.machines import ask, end, few_meshes, machines, start, start_on
+from tests.environments import wait_until
 from tests.libraries import differences
 
 pytestmark = pytest.mark.certify
@@ -22,7 +23,7 @@ def test_a_cluster_whose_head_is_lost_ends_the_run(tmp_path: Path) -> None:
     inputs, library, expected = few_meshes(tmp_path / "meshes"), tmp_path / "library", tmp_path / "expected"
     with machines({}) as cluster:
         run = start_on(cluster.address, inputs, library)
-        wait_for(lambda: any(library.glob("*/*/asset.json")), run)
+        wait_until(lambda: any(library.glob("*/*/asset.json")), run)
         assert cluster.kill("gcs_server")
         assert "is lost; start Ray again, then run the same command again" in end(run, 2, 120)
     for place in (library, expected):

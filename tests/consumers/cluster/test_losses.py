@@ -16,9 +16,9 @@ from tests.consumers.cluster.machines import (
     machines,
     start,
     start_on,
-    wait_for,
     wrong_clock,
 )
+from tests.environments import wait_until
 from tests.libraries import differences
 
 pytestmark = pytest.mark.consumers
@@ -46,11 +46,11 @@ def test_what_is_killed_in_the_middle_changes_nothing(inputs: Path, expected: Pa
 
     with machines({}, {}) as cluster:
         run = start_on(cluster.address, inputs, library)
-        wait_for(lambda: finished() > 0, run)
+        wait_until(lambda: finished() > 0, run)
         assert cluster.kill(JOB)
-        wait_for(lambda: finished() > 1, run)
+        wait_until(lambda: finished() > 1, run)
         assert cluster.kill(RAY_WORKER)
-        wait_for(lambda: finished() > 2, run)
+        wait_until(lambda: finished() > 2, run)
         cluster.order("kill")
         end(run)
     assert differences(library, expected) == []
@@ -60,7 +60,7 @@ def test_a_killed_run_is_resumed_by_the_next(inputs: Path, expected: Path, tmp_p
     library = tmp_path / "library"
     with machines({}, {}) as cluster:
         run = start_on(cluster.address, inputs, library)
-        wait_for(lambda: any(library.glob("*/*/asset.json")), run)
+        wait_until(lambda: any(library.glob("*/*/asset.json")), run)
         run.send_signal(signal.SIGKILL)
         run.wait()
         assert differences(library, expected)
