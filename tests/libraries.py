@@ -123,7 +123,7 @@ def casa_here(*arguments: object, **environment: str) -> subprocess.CompletedPro
         redirect_stderr(streams[1]),
     ):
         code = program._run_app()
-    out, errors = (stream.buffer.getvalue().decode() for stream in streams)  # type: ignore[attr-defined]
+    out, errors = (stream.buffer.getvalue().decode() for stream in streams)
     return subprocess.CompletedProcess(words, code, out, errors)
 
 
