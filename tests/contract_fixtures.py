@@ -43,7 +43,6 @@ def packed(asset: Asset, folder: Path, contract: Contract | None = None) -> Pack
 
 
 def block(name: str, size: Vec3, at: Vec3, label: str | None = None) -> Collider:
-    """A box of steel."""
     return box_collider(name, size, at, "steel", label=label)
 
 

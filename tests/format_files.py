@@ -229,7 +229,6 @@ DEF place Transform {{
 
 
 def chunk(kind: int, data: bytes) -> bytes:
-    """A chunk of a 3DS."""
     return struct.pack("<HI", kind, 6 + len(data)) + data
 
 

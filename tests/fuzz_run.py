@@ -78,7 +78,6 @@ class Tally:
 
 
 def warm() -> None:
-    """Load what every batch needs."""
     registry.load()
 
 

@@ -104,7 +104,6 @@ class Gltf:
         self.primitive["material"] = 0
 
     def glb(self) -> bytes:
-        """The finished file."""
         parts = {"bufferViews": self.views, "accessors": self.accessors, "buffers": [{"byteLength": len(self.binary)}]}
         return glb_bytes({**parts, **self.document}, self.binary)
 
@@ -157,7 +156,6 @@ def load_path(path: Path) -> RawModel:
 
 
 def codes_of(model: RawModel) -> set[str]:
-    """Codes of its warnings."""
     return {note.code for note in model.notes}
 
 

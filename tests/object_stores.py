@@ -98,7 +98,6 @@ class Server:
         return run.stdout
 
     def begin(self, *arguments: object, **environment: str) -> subprocess.Popen[str]:
-        """Start the program."""
         return subprocess.Popen(
             command(*arguments),
             cwd=ROOT,

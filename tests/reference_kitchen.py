@@ -174,7 +174,6 @@ def drawers(row: PlacedRun, left: float, right: float, name: str) -> Fixture:
 
 
 def cabinet(row: PlacedRun, left: float, right: float, name: str) -> Fixture:
-    """A cabinet with one door."""
     foot = foot_in(row, left, right, 0.6)
     w = foot.size[0] / 2
     return Fixture(
@@ -391,7 +390,6 @@ def changed(facts: KitchenFacts, name: str, fixture: Fixture | None) -> KitchenF
 
 
 def with_more(facts: KitchenFacts, *fixtures: Fixture) -> KitchenFacts:
-    """Facts with more fixtures."""
     return facts.replace(fixtures=(*facts.fixtures, *fixtures))
 
 
@@ -405,7 +403,6 @@ def with_unit(facts: KitchenFacts, row: str, name: str, left: float, right: floa
 
 
 def with_aisle(facts: KitchenFacts, kind: AisleKind, width: float) -> KitchenFacts:
-    """Facts with one aisle."""
     return facts.replace(aisles=(Aisle(kind=kind, first="main", second="island", width=width, position=(2.0, -1.5)),))
 
 

@@ -130,7 +130,6 @@ def blurred(side: int, waves: int) -> npt.NDArray[np.uint8]:
 
 
 def cup(profile: list[tuple[float, float]] | None = None) -> Mesh:
-    """A cup without a handle."""
     return lathe(CUP if profile is None else profile, 32)
 
 

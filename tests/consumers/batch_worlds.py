@@ -23,7 +23,6 @@ PULL_N, TURN_NM = 20.0, 6.0
 
 
 def main() -> None:
-    """Step, compare, tell."""
     engine, steps, packages, *folders = sys.argv[1:]
     sys.path.append(packages)
     # MJX is a part of the package mujoco.

@@ -43,7 +43,6 @@ over "World" (
 
 
 def main() -> None:
-    """Import, draw, tell."""
     file, camera, picture = sys.argv[1], sys.argv[2], Path(sys.argv[3]).resolve()
     bpy.ops.wm.read_factory_settings(use_empty=True)
     bpy.context.scene.world = bpy.data.worlds.new("World")

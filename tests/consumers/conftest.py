@@ -65,7 +65,6 @@ def _make_samples(folder: Path) -> None:
 
 @pytest.fixture(scope="session")
 def wheel(common: Path) -> Path:
-    """The wheel of this checkout."""
     (built,) = made_once(common, "wheel", partial(build_wheel, ROOT)).glob("*.whl")
     return built
 

@@ -23,7 +23,6 @@ DT_S = 0.002
 
 
 def main() -> None:
-    """Read, step, tell."""
     warp.config.quiet = True
     builder = newton.ModelBuilder()
     newton.solvers.SolverMuJoCo.register_custom_attributes(builder)

@@ -82,7 +82,6 @@ def between(model: mujoco.MjModel, data: mujoco.MjData) -> list[str]:
 
 
 def main() -> None:
-    """Stand, pull, and tell."""
     folder, drawer = Path(sys.argv[1]), sys.argv[2]
     said: list[str] = []
     mujoco.set_mju_user_warning(said.append)

@@ -30,7 +30,6 @@ LIFT_M, APART_M, STEPS = 0.01, 0.6, 500
 
 
 def numbers(text: str) -> np.ndarray:
-    """Of an attribute."""
     return np.array([float(word) for word in text.split()])
 
 
@@ -85,7 +84,6 @@ class Loaded(MujocoXMLObject):
 
     @property
     def second_size(self) -> np.ndarray:
-        """As v1.0 finds it."""
         return 2 * numbers(self.box.get("size"))
 
     @property
@@ -166,7 +164,6 @@ def registered(folder: Path) -> dict[str, dict[str, list[str]]]:
 
 
 def main() -> None:
-    """Register, load, drop, tell."""
     folder = Path(sys.argv[1])
     said: list[str] = []
     mujoco.set_mju_user_warning(said.append)

@@ -31,7 +31,6 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def told(made: Path) -> Any:
-    """What mujoco_warp says of it."""
     return found_by("engines", "warp_kitchen.py", STEPS, made, timeout_s=MAX_S)[made.name]
 
 

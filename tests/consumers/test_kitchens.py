@@ -26,7 +26,6 @@ pytestmark = pytest.mark.consumers
 
 @pytest.fixture(scope="module")
 def kitchen(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Folder of a scene."""
     out = tmp_path_factory.mktemp("scenes")
     made = scene_folders.build_one(SceneRecipe("l_small", "coastal"), out, drawn=False)
     assert made.folder, made.message
@@ -41,18 +40,15 @@ def model(kitchen: Path) -> mujoco.MjModel:
 
 @pytest.fixture(scope="module")
 def robosuite(kitchen: Path) -> Any:
-    """What robosuite says."""
     return found_by("robosuite", "robosuite_kitchen.py", kitchen, DRAWER)
 
 
 @pytest.fixture(scope="module")
 def newton(kitchen: Path) -> Any:
-    """What Newton says."""
     return found_by("newton", "newton_kitchen.py", kitchen / "scene_nested.usda", NEWTON_STEPS)
 
 
 def joints(model: mujoco.MjModel) -> dict[str, int]:
-    """Hinges and slides by name."""
     free = mujoco.mjtJoint.mjJNT_FREE
     return {model.joint(i).name: i for i in range(model.njnt) if model.jnt_type[i] != free}
 

@@ -32,7 +32,6 @@ def exported(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def told(exported: Path) -> Any:
-    """What robosuite says of them."""
     return found_by("robosuite", "robosuite_objects.py", exported)
 
 

@@ -24,7 +24,6 @@ PULL_N = 20.0
 
 
 def main() -> None:
-    """Step, compare, tell."""
     warp.config.quiet = True
     warp.init()
     steps = int(sys.argv[1])
@@ -34,7 +33,6 @@ def main() -> None:
 
 
 def stepped(folder: Path, steps: int) -> dict[str, Any]:
-    """What came of one kitchen."""
     sizes = json.loads((folder / "batch.json").read_text())["engine"]
     model = mujoco.MjModel.from_xml_path(str(folder / "scene_batch.xml"))
     data = mujoco.MjData(model)

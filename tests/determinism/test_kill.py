@@ -68,7 +68,6 @@ has_begun, is_half_written = is_staged("[!u]*/*"), is_staged("*/*/model.xml")
 
 
 def has_published(library: Path) -> bool:
-    """The first asset is there."""
     return any(library.glob("*/*/asset.json"))
 
 

@@ -122,7 +122,6 @@ class Machines:
         return 0
 
     def end(self) -> None:
-        """End all of them."""
         assert self._process.stdin is not None
         self._process.stdin.close()
         self._process.wait(60)
@@ -138,7 +137,6 @@ def ask(address: str, *jobs: tuple[str, str], more: Sequence[str] = ()) -> Any:
 
 @contextmanager
 def machines(*environments: Mapping[str, str], within: Sequence[str] = ()) -> Iterator[Machines]:
-    """A cluster for a test."""
     made = Machines(environments, within)
     try:
         yield made

@@ -67,7 +67,6 @@ class Bench:
         return self.sim.data._data
 
     def check_contact(self, one: Any, other: str) -> bool:
-        """True if two geoms touch."""
         wanted = {self.model.geom(one).id, self.model.geom(other).id}
         return any(set(pair) == wanted for pair in self.data.contact.geom)
 
@@ -96,7 +95,6 @@ class Bench:
         mujoco.mj_forward(self.model, self.data)
 
     def joints(self) -> dict[str, float]:
-        """Positions of the fixture's joints."""
         return {name: float(self.data.joint(name).qpos[0]) for name in self.fixture._joint_infos}
 
 
@@ -445,7 +443,6 @@ def tell(row: dict[str, str], folder: Path, fixtures: Any) -> dict[str, Any]:
 
 
 def main() -> None:
-    """Operate all fixtures, and tell."""
     task = Path(sys.argv[1])
     with contextlib.redirect_stdout(io.StringIO()):
         from robocasa.models import fixtures
