@@ -8,9 +8,11 @@ import socket
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from pathlib import Path
 from typing import IO
 
+from casa_assets.pipeline.workers.limits import trees
 from tests.environments import packages_of, with_packages_of
 from tests.libraries import ROOT, command
 
@@ -145,18 +147,10 @@ class Server:
 
 def killed(run: subprocess.Popen[str]) -> None:
     """End the program at once, with all the processes that it started."""
-    own = [int(pid) for pid in _children(run.pid)]
-    for pid in (run.pid, *own):
-        try:
-            os.kill(pid, signal.SIGKILL)
-        except ProcessLookupError:
-            continue
+    for process in trees([run.pid])[run.pid]:
+        with suppress(ProcessLookupError):
+            os.kill(process.pid, signal.SIGKILL)
     run.communicate()
-
-
-def _children(pid: int) -> list[str]:
-    found = subprocess.run(["ps", "--ppid", str(pid), "-o", "pid="], capture_output=True, text=True, check=False)
-    return [one for child in found.stdout.split() for one in (child, *_children(int(child)))]
 
 
 def _free_port() -> int:

@@ -11,7 +11,8 @@ import pytest
 
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.identity import Producer
-from tests.determinism.test_kill import children, is_staged, kill
+from casa_assets.pipeline.workers.limits import trees
+from tests.determinism.test_kill import is_staged, kill
 from tests.libraries import ROOT, casa_here, command, tree
 from tests.unit.articulate.blocks import microwave
 from tests.unit.articulate.test_assemble import obj
@@ -62,17 +63,11 @@ def killed_at(moment: Moment, verb: str, mesh: Path, library: Path) -> None:
     )
     while run.poll() is None and not moment(library, verb):
         time.sleep(0.001)
-    every = descendants(run.pid)
+    every = [process.pid for process in trees([run.pid])[run.pid]]  # program, server of the workers, workers
     kill(run.pid, *every)
     run.wait()
     while any(Path(f"/proc/{pid}").exists() for pid in every):  # nothing of it may still be writing
         time.sleep(0.002)
-
-
-def descendants(pid: int) -> list[int]:
-    """All processes below one: the program under its supervisor, the server of the workers, the workers."""
-    below = children(pid)
-    return [*below, *(deeper for child in below for deeper in descendants(child))]
 
 
 def producers(library: Path) -> list[Producer]:
