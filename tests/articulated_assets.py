@@ -23,10 +23,10 @@ from casa_assets.model.asset.asset import (
 )
 from casa_assets.model.asset.behavior import Behavior, Condition, Effect, EffectKind, Rule, Variable
 from casa_assets.model.asset.material import Material
-from casa_assets.model.asset.parts import Box, Cylinder, Hull
+from casa_assets.model.asset.parts import Cylinder, Hull
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
-from tests.asset_parts import CARDBOARD, PROVENANCE, STEEL, box_inertial, labels
+from tests.asset_parts import CARDBOARD, PROVENANCE, STEEL, box_collider, box_inertial, labels
 from tests.meshes import box_mesh
 
 
@@ -43,10 +43,7 @@ def microwave(base: Base = Base.FIXED) -> Asset:
         name="object",
         inertial=box_inertial(9.0, (0.5, 0.38, 0.3), (0.0, 0.01, 0.15)),
         visuals=tuple(Visual(name=f"{n}_panel", mesh=box_mesh(*p), material="enamel") for n, p in panels.items()),
-        colliders=tuple(
-            Collider(name=f"{n}_0", shape=Box(size=size), substance="steel", pose=Pose(position=at))
-            for n, (size, at) in panels.items()
-        ),
+        colliders=tuple(box_collider(f"{n}_0", size, at, "steel") for n, (size, at) in panels.items()),
     )
     door_size: Vec3 = (0.38, 0.02, 0.28)
     door = Link(
@@ -55,11 +52,7 @@ def microwave(base: Base = Base.FIXED) -> Asset:
         pose=Pose(position=(-0.24, -0.19, 0.15)),
         inertial=box_inertial(1.5, door_size, (0.19, -0.01, 0.0)),
         visuals=(Visual(name="door_main", mesh=box_mesh(door_size, (0.19, -0.01, 0.0)), material="glass"),),
-        colliders=(
-            Collider(
-                name="door_0", shape=Box(size=door_size), substance="steel", pose=Pose(position=(0.19, -0.011, 0.0))
-            ),
-        ),
+        colliders=(box_collider("door_0", door_size, (0.19, -0.011, 0.0), "steel"),),
     )
     return Asset(
         id="microwave_0123456789",
@@ -110,14 +103,7 @@ def drawer_unit() -> Asset:
                 name="object",
                 inertial=box_inertial(8.0, (0.4, 0.5, 0.02), (0.0, 0.0, 0.01)),
                 visuals=(Visual(name="carcass", mesh=box_mesh((0.4, 0.5, 0.02), (0.0, 0.0, 0.01)), material="paint"),),
-                colliders=(
-                    Collider(
-                        name="carcass_0",
-                        shape=Box(size=(0.4, 0.5, 0.02)),
-                        substance="steel",
-                        pose=Pose(position=(0.0, 0.0, 0.01)),
-                    ),
-                ),
+                colliders=(box_collider("carcass_0", (0.4, 0.5, 0.02), (0.0, 0.0, 0.01), "steel"),),
             ),
             Link(
                 name="drawer",
@@ -219,27 +205,25 @@ def grill() -> Asset:
 _AT_TOP = Pose(position=(-0.04, 0.0, 0.26), quaternion=(math.cos(0.2), 0.0, math.sin(0.2), 0.0))
 
 
-def _grill_parts() -> tuple[Link, ...]:
-    bar: Vec3 = (0.02, 0.02, 0.2)
-    sheet: Vec3 = (0.34, 0.3, 0.01)
+def _plate(name: str, parent: str, pose: Pose, mass: float, size: Vec3) -> Link:
+    """A box of steel around its origin."""
     here: Vec3 = (0.0, 0.0, 0.0)
+    return Link(
+        name=name,
+        parent=parent,
+        pose=pose,
+        inertial=box_inertial(mass, size, here),
+        visuals=(Visual(name=f"{name}_main", mesh=box_mesh(size, here), material="enamel", label=name),),
+        colliders=(box_collider(f"{name}_0", size, here, "steel", label=name),),
+    )
+
+
+def _grill_parts() -> tuple[Link, ...]:
+    here: Vec3 = (0.0, 0.0, 0.0)
+    carried = Pose(position=(0.36, -0.05, 0.0), quaternion=(math.cos(0.1), 0.0, 0.0, math.sin(0.1)))
     return (
-        Link(
-            name="handle",
-            parent="door",
-            pose=Pose(position=(0.36, -0.05, 0.0), quaternion=(math.cos(0.1), 0.0, 0.0, math.sin(0.1))),
-            inertial=box_inertial(0.2, bar, here),
-            visuals=(Visual(name="handle_main", mesh=box_mesh(bar, here), material="enamel", label="handle"),),
-            colliders=(Collider(name="handle_0", shape=Box(size=bar), substance="steel", label="handle"),),
-        ),
-        Link(
-            name="rack",
-            parent="object",
-            pose=Pose(position=(-0.04, 0.0, 0.1)),
-            inertial=box_inertial(0.6, sheet, here),
-            visuals=(Visual(name="rack_main", mesh=box_mesh(sheet, here), material="enamel", label="rack"),),
-            colliders=(Collider(name="rack_0", shape=Box(size=sheet), substance="steel", label="rack"),),
-        ),
+        _plate("handle", "door", carried, 0.2, (0.02, 0.02, 0.2)),
+        _plate("rack", "object", Pose(position=(-0.04, 0.0, 0.1)), 0.6, (0.34, 0.3, 0.01)),
         Link(
             name="knob",
             parent="object",

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from casa_assets.model.asset.asset import Inertial
+from casa_assets.model.asset.asset import Collider, Inertial
 from casa_assets.model.asset.material import Substance
+from casa_assets.model.asset.parts import Box
 from casa_assets.model.asset.provenance import Labels, Provenance
+from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 from casa_assets.model.registry.category import Certainty, QCode
 
@@ -30,6 +32,11 @@ def box_inertial(mass: float, size: Vec3, center: Vec3) -> Inertial:
     x, y, z = (s * s for s in size)
     k = mass / 12
     return Inertial(mass=mass, center_of_mass=center, inertia=(k * (y + z), k * (x + z), k * (x + y), 0.0, 0.0, 0.0))
+
+
+def box_collider(name: str, size: Vec3, at: Vec3, substance: str = "cardboard", label: str | None = None) -> Collider:
+    """A box of full `size` around a point of its link, metres."""
+    return Collider(name=name, shape=Box(size=size), substance=substance, pose=Pose(position=at), label=label)
 
 
 def labels(name: str, classes: tuple[str, ...], qcode: str) -> Labels:

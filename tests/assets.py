@@ -9,30 +9,16 @@ import numpy as np
 
 from casa_assets.model.asset.asset import Asset, Base, Collider, Inertial, Link, Site, Visual
 from casa_assets.model.asset.material import ColorSpace, Material
-from casa_assets.model.asset.parts import Box, Capsule, Cylinder, Hull, Sphere
+from casa_assets.model.asset.parts import Capsule, Cylinder, Hull, Sphere
 from casa_assets.model.files import Files
 from casa_assets.model.pose import Pose
 from casa_assets.model.registry.category import Category, MatterFill, RestingPose, SizeRange
-from tests.articulated_assets import drawer_unit, microwave
-from tests.asset_parts import CARDBOARD, CERAMIC, FRUIT, PROVENANCE, STEEL, box_inertial, labels
+from tests.articulated_assets import drawer_unit as drawer_unit
+from tests.articulated_assets import microwave as microwave
+from tests.asset_parts import CARDBOARD, CERAMIC, FRUIT, box_collider, labels
+from tests.asset_parts import PROVENANCE as PROVENANCE
+from tests.asset_parts import box_inertial as box_inertial
 from tests.meshes import box_mesh, lathe, texture, wall
-
-__all__ = [
-    "CARDBOARD",
-    "CERAMIC",
-    "EVERY",
-    "FRUIT",
-    "PROVENANCE",
-    "STEEL",
-    "ball",
-    "box_inertial",
-    "category",
-    "drawer_unit",
-    "microwave",
-    "rigid_mug",
-    "textured_box",
-    "write_to",
-]
 
 
 def write_to(files: Files, folder: Path) -> Path:
@@ -159,14 +145,7 @@ def textured_box() -> Asset:
                 name="object",
                 inertial=box_inertial(0.5, size, (0.0, 0.0, 0.06)),
                 visuals=(Visual(name="carton", mesh=box_mesh(size, (0.0, 0.0, 0.06)), material="print"),),
-                colliders=(
-                    Collider(
-                        name="carton_0",
-                        shape=Box(size=size),
-                        substance="cardboard",
-                        pose=Pose(position=(0.0, 0.0, 0.06)),
-                    ),
-                ),
+                colliders=(box_collider("carton_0", size, (0.0, 0.0, 0.06)),),
             ),
         ),
         materials=(carton,),

@@ -12,7 +12,7 @@ from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.parts import Box, Cylinder, Hull, Mesh
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
-from tests.asset_parts import CARDBOARD, PROVENANCE, box_inertial, labels
+from tests.asset_parts import CARDBOARD, PROVENANCE, box_collider, box_inertial, labels
 from tests.assets import ball, microwave, rigid_mug
 from tests.meshes import box_mesh, lathe, texture
 
@@ -26,7 +26,7 @@ def plain_box(size: Vec3 = SIZE, mass: float | None = None, up: float = 0.0) -> 
         name="object",
         inertial=box_inertial(300 * math.prod(size) if mass is None else mass, size, center),
         visuals=(Visual(name="sides", mesh=box_mesh(size, center), material="print"),),
-        colliders=(Collider(name="whole", shape=Box(size=size), substance="cardboard", pose=Pose(position=center)),),
+        colliders=(box_collider("whole", size, center),),
     )
     return Asset(
         id="carton_0123456789",
@@ -45,12 +45,7 @@ def as_dense_as(water: float) -> Asset:
 def sliced(count: int) -> Asset:
     x, y, z = SIZE
     centers = [(-x / 2 + (i + 0.5) * x / count, 0.0, z / 2) for i in range(count)]
-    return touched(
-        *(
-            Collider(name=f"s_{i}", shape=Box(size=(x / count, y, z)), substance="cardboard", pose=Pose(position=c))
-            for i, c in enumerate(centers)
-        )
-    )
+    return touched(*(box_collider(f"s_{i}", (x / count, y, z), c) for i, c in enumerate(centers)))
 
 
 def touched(*colliders: Collider) -> Asset:
@@ -107,12 +102,7 @@ def gapped(gap: float) -> Asset:
     wide = (x - gap) / 2
     return touched(
         *(
-            Collider(
-                name=name,
-                shape=Box(size=(wide, y, z)),
-                substance="cardboard",
-                pose=Pose(position=(sign * (x - wide) / 2, 0.0, z / 2)),
-            )
+            box_collider(name, (wide, y, z), (sign * (x - wide) / 2, 0.0, z / 2))
             for name, sign in (("left", -1), ("right", 1))
         )
     )

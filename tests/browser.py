@@ -120,6 +120,11 @@ class Page:
         )
         return found
 
+    @property
+    def fits(self) -> bool:
+        """Whether it need not be scrolled sideways."""
+        return bool(self.evaluate("document.documentElement.scrollWidth <= innerWidth"))
+
     def screenshot(self, path: Path) -> Path:
         """Write a picture of the window; returns its path."""
         self.browser.ask("screenshot", path=str(path))

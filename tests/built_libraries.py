@@ -2,23 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
 
+from casa_assets.checks.library import ShapePair
 from casa_assets.export import mjcf
 from casa_assets.export.usd.document import write as write_usd
-from casa_assets.model.asset.asset import Asset, Collider, Link, Visual
+from casa_assets.model.asset.asset import Asset, Link, Visual
 from casa_assets.model.asset.material import Material
-from casa_assets.model.asset.parts import Box, Mesh
+from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.asset.provenance import split_of
 from casa_assets.model.issue import Report
-from casa_assets.model.pose import Pose
+from casa_assets.pipeline.cache.store import Store
+from casa_assets.pipeline.dedup.pairs import AssetRow, measure_pair, nearby_pairs
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.asset_package import certificate
 from casa_assets.pipeline.library.identity import Producer
-from tests.asset_parts import CARDBOARD, PROVENANCE, box_inertial, labels
+from tests.asset_parts import CARDBOARD, PROVENANCE, box_collider, box_inertial, labels
 from tests.assets import ball, microwave, rigid_mug, textured_box
 from tests.meshes import box_mesh, texture
 
@@ -48,11 +50,7 @@ def slice_of_bread(digest: str = TRAIN) -> Asset:
                     Visual(name="crumb", mesh=box_mesh(SLICE_SIZE, center), material="crumb"),
                     Visual(name="print", mesh=flat(0.03, 0.02), material="ink"),
                 ),
-                colliders=(
-                    Collider(
-                        name="crumb_0", shape=Box(size=SLICE_SIZE), substance="cardboard", pose=Pose(position=center)
-                    ),
-                ),
+                colliders=(box_collider("crumb_0", SLICE_SIZE, center),),
             ),
         ),
         materials=(Material(id="crumb"), Material(id="ink", base_color=(0.1, 0.0, 0.0, 1.0))),
@@ -83,3 +81,14 @@ def keep(root: Path, assets: Sequence[Asset]) -> Path:
             library.publish(staged, library.folder(asset.labels.category, asset.id))
         library.sweep()
     return root
+
+
+def similar_pairs(rows: Sequence[AssetRow], store: Store) -> Iterator[ShapePair]:
+    """Every pair of assets with similar shape descriptors, measured, in the order of the rows.
+
+    Args:
+        store: keeps what was measured, by the contents of both.
+    """
+    rows_with_shape = [row for row in rows if row.signature is not None]
+    for i, j in nearby_pairs([row.signature.shape for row in rows_with_shape if row.signature is not None]):
+        yield measure_pair(rows_with_shape[i], rows_with_shape[j], store)

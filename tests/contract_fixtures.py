@@ -23,12 +23,12 @@ from casa_assets.model.asset.asset import (
 )
 from casa_assets.model.asset.behavior import Behavior, Condition, Effect, EffectKind, Rule, Variable
 from casa_assets.model.asset.material import Material
-from casa_assets.model.asset.parts import Box, Cylinder
+from casa_assets.model.asset.parts import Cylinder
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 from casa_assets.model.registry.contract import Contract
 from tests.articulated_assets import microwave
-from tests.asset_parts import PROVENANCE, STEEL, box_inertial, labels
+from tests.asset_parts import PROVENANCE, STEEL, box_collider, box_inertial, labels
 from tests.assets import category, write_to
 from tests.meshes import box_mesh
 
@@ -43,8 +43,7 @@ def packed(asset: Asset, folder: Path, contract: Contract | None = None) -> Pack
 
 
 def block(name: str, size: Vec3, at: Vec3, label: str | None = None) -> Collider:
-    """A box of steel."""
-    return Collider(name=name, shape=Box(size=size), substance="steel", pose=Pose(position=at), label=label)
+    return box_collider(name, size, at, "steel", label=label)
 
 
 def oven() -> Asset:

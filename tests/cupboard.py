@@ -25,7 +25,7 @@ from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.parts import Box, Cylinder, Mesh, Shape, Sphere
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
-from tests.asset_parts import CARDBOARD, PROVENANCE, STEEL, box_inertial, labels
+from tests.asset_parts import CARDBOARD, PROVENANCE, STEEL, box_collider, box_inertial, labels
 from tests.meshes import box_mesh
 
 TILE = (0.8, 0.4)
@@ -127,7 +127,7 @@ def with_shapes(link: str, *shapes: Collider) -> Asset:
 
 def shape(name: str, size: Vec3, at: Vec3) -> Collider:
     """A box of full `size`, metres, in the frame of its link."""
-    return Collider(name=name, shape=Box(size=size), substance="cardboard", pose=Pose(position=at))
+    return box_collider(name, size, at)
 
 
 def with_grip(joint: str, replaced: Shape, **changes: object) -> Asset:

@@ -143,7 +143,6 @@ def _document() -> dict[str, object]:
     rows = [line.split() for line in box_obj((0.13, 0.1, 0.1)).splitlines()]
     points = [[float(v) for v in row[1:]] for row in rows if row[0] == "v"]
     thing = Gltf(points, [int(v) - 1 for row in rows if row[0] == "f" for v in row[1:]])
-    uri = "data:application/octet-stream;base64," + base64.b64encode(thing.binary).decode()
     thing.primitive["material"] = 0
     thing.attributes["TEXCOORD_0"] = thing.add(np.zeros((len(points), 2), dtype="<f4"), "VEC2")
     uri = "data:application/octet-stream;base64," + base64.b64encode(thing.binary).decode()

@@ -37,7 +37,6 @@ _NAMES = (links_and_joints, site_faults, shapes, regions, variables)
 
 @lru_cache(maxsize=1)
 def known() -> registry.Registry:
-    """The registry, read once."""
     return registry.load()
 
 

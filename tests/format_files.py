@@ -14,8 +14,7 @@ import DracoPy
 import numpy as np
 from pxr import Sdf
 
-from tests.ktx2_pictures import UASTC
-from tests.mesh_files import QUARTERS, Gltf, png
+from tests.mesh_files import QUARTERS, UASTC, Gltf, png
 from tests.meshes import box_mesh
 
 BOX = box_mesh((0.08, 0.1, 0.06), (0.0, 0.05, 0.0), shared=True)
@@ -230,7 +229,6 @@ DEF place Transform {{
 
 
 def chunk(kind: int, data: bytes) -> bytes:
-    """A chunk of a 3DS."""
     return struct.pack("<HI", kind, 6 + len(data)) + data
 
 

@@ -143,7 +143,6 @@ class Said:
 
     @classmethod
     def of(cls, line: Mapping[str, Any]) -> Said:
-        """From a line of JSON."""
         codes = tuple(w["code"] for w in line["warnings"])
         return cls(
             line["path"], line["status"] in ("accepted", "review"), line["code"], line["message"], codes, line["id"]
@@ -171,7 +170,6 @@ class Row:
 
 
 def rows_of(folder: Path) -> list[Row]:
-    """The index of a set."""
     data = json.loads((folder / "index.json").read_text(encoding="utf-8"))
     return [Row(r["file"], (r["expected"], *r["alt_ok"]), tuple(r["must_not"]), r["cls"]) for r in data]
 
@@ -271,7 +269,6 @@ class HostileSet:
         return self._ingest(self.root / "special")
 
     def libraries(self) -> Iterator[Path]:
-        """All that were made."""
         yield from sorted(self.work.glob("library_*"))
 
     def is_alone(self, row: Row) -> bool:

@@ -1,24 +1,29 @@
-"""Cheap inputs for whole runs, and libraries as plain data."""
+"""Cheap inputs for whole runs, the program as a process and in this one, and libraries as plain data."""
 
 from __future__ import annotations
 
 import fcntl
+import importlib
 import io
 import json
 import os
+import pickle
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable, Sequence
-from contextlib import redirect_stderr, redirect_stdout
+import traceback
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import chdir, contextmanager, redirect_stderr, redirect_stdout
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 from unittest.mock import patch
 
 from casa_assets.cli import main as program
 from casa_assets.model.record import Vec3
 from casa_assets.pipeline.ingest import answers
 from casa_assets.pipeline.library import entry_table
+from casa_assets.pipeline.workers import pool
+from casa_assets.pipeline.workers.limits import WorkerFailure
 from tests.meshes import box_mesh
 
 ROOT = Path(__file__).parents[1]
@@ -49,7 +54,7 @@ def make_inputs(folder: Path) -> Path:
     return folder
 
 
-def made_once(common: Path, name: str, make: Callable[[Path], None]) -> Path:
+def made_once(common: Path, name: str, make: Callable[[Path], object]) -> Path:
     """A folder that all processes of a run of the tests read and none changes; the first that asks makes it.
 
     Args:
@@ -107,17 +112,62 @@ def casa(*arguments: object, **environment: str) -> subprocess.CompletedProcess[
     )
 
 
-def casa_here(*arguments: object) -> subprocess.CompletedProcess[str]:
-    """The same in this process, sooner: without its signals, its encoding of the terminal and its end by the system."""
+def casa_here(*arguments: object, **environment: str) -> subprocess.CompletedProcess[str]:
+    """As `casa`, in this process and in seconds less: without its signals and its end by the system."""
     words = [str(word) for word in arguments]
+    streams = [io.TextIOWrapper(io.BytesIO(), "utf-8", "backslashreplace", write_through=True) for _ in range(2)]
     with (
-        patch.dict(os.environ, COLUMNS="200"),
+        patch.dict(os.environ, {"COLUMNS": "200", **environment}),
         patch.object(sys, "argv", ["casa-assets", *words]),
-        redirect_stdout(io.StringIO()) as told,
-        redirect_stderr(io.StringIO()) as errors,
+        redirect_stdout(streams[0]),
+        redirect_stderr(streams[1]),
     ):
         code = program._run_app()
-    return subprocess.CompletedProcess(words, code, told.getvalue(), errors.getvalue())
+    out, errors = (stream.buffer.getvalue().decode() for stream in streams)
+    return subprocess.CompletedProcess(words, code, out, errors)
+
+
+class Here:
+    """Runs the jobs of a run one after the other in this process, without limits; see pool.Engine."""
+
+    def __init__(self, *_: Any) -> None:
+        pass
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        pass
+
+    def prepare(self, warm: str) -> None:
+        """Nothing is loaded before the first job asks for it."""
+
+    def run(
+        self, function: str, jobs: Sequence[Any], started: Callable[[int], None] | None = None
+    ) -> Iterator[tuple[int, Any]]:
+        """Yield (number of the job, answer or WorkerFailure); jobs and answers are pickled, as between processes."""
+        module, name = function.split(":")
+        for number, job in enumerate(jobs):
+            if started is not None:
+                started(number)
+            try:
+                answer = getattr(importlib.import_module(module), name)(pickle.loads(pickle.dumps(job)))
+            except Exception as error:  # noqa: BLE001  as in a worker
+                answer = WorkerFailure("error", f"{type(error).__name__}: {error}", traceback.format_exc())
+            yield number, pickle.loads(pickle.dumps(answer))
+
+
+@contextmanager
+def no_workers() -> Iterator[None]:
+    """Have runs work in this process."""
+    with patch.object(pool, "Pool", Here):
+        yield
+
+
+def called(*arguments: object, folder: Path = ROOT, **environment: str) -> subprocess.CompletedProcess[str]:
+    """As `casa_here`, without workers; in a folder."""
+    with no_workers(), chdir(folder):
+        return casa_here(*arguments, **environment)
 
 
 def limited(kilobytes: int, *arguments: object) -> subprocess.CompletedProcess[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import io
 import json
 import struct
@@ -24,7 +25,22 @@ LIMITS = {"input_bytes": 1e7, "input_faces": 1e5, "input_texture_px": 512, "inpu
 # Four colours, one per quarter, seen as on a screen: row 0 is the upper one.
 QUARTERS = np.array([[[255, 0, 0], [0, 255, 0]], [[0, 0, 255], [255, 255, 0]]], dtype=np.uint8)
 TRIANGLE = [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)]
+# Names of the extension that compresses buffer views by meshopt.
+MESHOPT_NAMES = ["EXT_meshopt_compression", "KHR_meshopt_compression"]
 OBJ_TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
+# Two KTX 2 pictures of 8 by 8 pixels, one quarter each red, green, blue and yellow, made by Basis Universal 2.10.
+UASTC = base64.b64decode(
+    "q0tUWCAyMLsNChoKAAAAAAEAAAAIAAAACAAAAAAAAAAAAAAAAQAAAAEAAAAAAAAAaAAAACwAAACUAAAALAAAAAAAAAAAAAAAAAAAAAAAAADAAA"
+    "AAAAAAAEAAAAAAAAAAQAAAAAAAAAAsAAAAAAAAAAIAKACmAQIAAwMAABAAAAAAAAAAAAB/AAAAAAAAAAAA/////x8AAABLVFh3cml0ZXIAQmFz"
+    "aXMgVW5pdmVyc2FsIDIuMTAAAAQAAAB/fwAA9x8A4B96AAAAAAAAAAAAABfgH+AfAg8AAAAAAAAAAAAXAOD/HwLgAQAAAAAAAAAA9/8f4B98Dw"
+    "AAAAAAAAAAAA=="
+)
+ETC1S = base64.b64decode(
+    "q0tUWCAyMLsNChoKAAAAAAEAAAAIAAAACAAAAAAAAAAAAAAAAQAAAAEAAAABAAAAaAAAACwAAACUAAAAJAAAALgAAAAAAAAAiQAAAAAAAABBAQ"
+    "AAAAAAAAIAAAAAAAAAAAAAAAAAAAAsAAAAAAAAAAIAKACjAQIAAwMAAAgAAAAAAAAAAAA/AAAAAAAAAAAA/////x8AAABLVFh3cml0ZXIAQmFz"
+    "aXMgVW5pdmVyc2FsIDIuMTAAAAQAAgArAAAACQAAAC0AAAAAAAAAAAAAAAAAAAACAAAAAAAAAAAAAAAgwEQAAAAAAADiRAQwEQAAAAAAgCQgAE"
+    "wACAAAAAAgBgATAAAAAAAACIgkrKqqqlJVVVUFAMFEAAAAAAAA8l+NAJgBAAAAAABAwggwIUAAAAAABJFTCgAmAAAAAAAAEEAAEAY="
+)
 
 
 def png(pixels: npt.NDArray[np.uint8]) -> bytes:
@@ -97,9 +113,42 @@ class Gltf:
         return json.dumps({**self.document, **parts}).encode()
 
     def glb(self) -> bytes:
-        """The finished file."""
         parts = {"bufferViews": self.views, "accessors": self.accessors, "buffers": [{"byteLength": len(self.binary)}]}
         return glb_bytes({**parts, **self.document}, self.binary)
+
+
+def packed_view(data: bytes, stride: int, mode: str, count: int, **extra: object) -> dict[str, object]:
+    """An extension object, of which `data` is left to be placed."""
+    return {
+        "buffer": 0,
+        "byteOffset": 0,
+        "byteLength": len(data),
+        "byteStride": stride,
+        "mode": mode,
+        "count": count,
+    } | extra
+
+
+def squeezed(columns: Sequence[tuple[bytes, int, str, int]], name: str) -> Gltf:
+    """A mesh whose positions and indices are compressed, with a fallback buffer that holds nothing.
+
+    Args:
+        columns: data, stride, mode and count of the positions, then of the indices.
+        name: the extension.
+    """
+    made = Gltf([(0.0, 0.0, 0.0)] * columns[0][3], [0] * columns[1][3])
+    made.binary = b""
+    for view, (data, stride, mode, count) in zip(list(made.views), columns, strict=True):
+        start = len(made.binary)
+        made.binary += data + b"\0" * (-len(data) % 4)
+        view |= {"buffer": 1, "byteOffset": 0, "byteLength": count * stride}
+        view["extensions"] = {name: packed_view(data, stride, mode, count) | {"byteOffset": start}}
+    made.document["extensionsRequired"] = [name]
+    made.document["buffers"] = [
+        {"byteLength": len(made.binary)},
+        {"byteLength": 10**9, "extensions": {name: {"fallback": True}}},
+    ]
+    return made
 
 
 def load_bytes(name: str, data: bytes | str, **files: bytes) -> RawModel:
@@ -130,7 +179,6 @@ def load_path(path: Path) -> RawModel:
 
 
 def codes_of(model: RawModel) -> set[str]:
-    """Codes of its warnings."""
     return {note.code for note in model.notes}
 
 

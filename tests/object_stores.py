@@ -8,12 +8,14 @@ import socket
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from pathlib import Path
 from typing import IO
 
+from casa_assets.pipeline.workers.limits import trees
+from tests.environments import packages_of, with_packages_of
 from tests.libraries import ROOT, command
 
-PLACE = ROOT / os.environ.get("CASA_STORES", ".venv-stores")
 KEY, SECRET, BUCKET = "tester", "not-to-be-seen-anywhere", "assets"
 READY_S = 60.0
 
@@ -27,7 +29,7 @@ class Server:
     """
 
     def __init__(self, kind: str, folder: Path) -> None:
-        assert PLACE.is_dir(), f"{PLACE.name} is missing; ./dev consumers makes it"
+        self._packages = packages_of("stores")
         self._kind, self._data, self._log = kind, folder / "data", folder / "log.txt"
         self._data.mkdir(parents=True)
         self._ports = [_free_port() for _ in range(8)]
@@ -74,19 +76,16 @@ class Server:
     @property
     def environment(self) -> dict[str, str]:
         """Of a process that finds the packages of the extra, and this server."""
-        (packages,) = PLACE.glob("lib/python3*/site-packages")
-        own = {
-            "PYTHONPATH": os.pathsep.join([str(packages), str(ROOT)]),
-            "AWS_ACCESS_KEY_ID": KEY,
-            "AWS_SECRET_ACCESS_KEY": SECRET,
-            "AWS_ENDPOINT_URL": self.url,
-            "AWS_DEFAULT_REGION": "us-east-1",
-            "AWS_CONFIG_FILE": os.devnull,
-            "AWS_SHARED_CREDENTIALS_FILE": os.devnull,
-            "AWS_EC2_METADATA_DISABLED": "true",
-            "COLUMNS": "200",
-        }
-        return {**os.environ, **own}
+        return with_packages_of(
+            "stores",
+            AWS_ACCESS_KEY_ID=KEY,
+            AWS_SECRET_ACCESS_KEY=SECRET,
+            AWS_ENDPOINT_URL=self.url,
+            AWS_DEFAULT_REGION="us-east-1",
+            AWS_CONFIG_FILE=os.devnull,
+            AWS_SHARED_CREDENTIALS_FILE=os.devnull,
+            AWS_EC2_METADATA_DISABLED="true",
+        )
 
     def casa(self, *arguments: object, **environment: str) -> subprocess.CompletedProcess[str]:
         """Run the program and wait for it."""
@@ -94,8 +93,13 @@ class Server:
         out, errors = run.communicate(timeout=600)
         return subprocess.CompletedProcess(run.args, run.returncode, out, errors)
 
+    def done(self, *arguments: object) -> str:
+        """What the program prints, which has to end well."""
+        run = self.casa(*arguments)
+        assert run.returncode == 0, run.stderr
+        return run.stdout
+
     def begin(self, *arguments: object, **environment: str) -> subprocess.Popen[str]:
-        """Start the program."""
         return subprocess.Popen(
             command(*arguments),
             cwd=ROOT,
@@ -119,32 +123,17 @@ class Server:
 
     def _started(self, log: IO[bytes]) -> subprocess.Popen[bytes]:
         s3, *ports = self._ports
-        program = PLACE / "bin" / ("rclone" if self._kind == "rclone" else "weed")
+        program = self._packages.parents[2] / "bin" / ("rclone" if self._kind == "rclone" else "weed")
         if self._kind == "rclone":
-            words = [
-                "serve",
-                "s3",
-                "--addr",
-                f"127.0.0.1:{s3}",
-                "--auth-key",
-                f"{KEY},{SECRET}",
-                "--config",
-                os.devnull,
-            ]
-            words.append(str(self._data))
+            words = ["serve", "s3", "--addr", f"127.0.0.1:{s3}", "--auth-key", f"{KEY},{SECRET}"]
+            words += ["--config", os.devnull, str(self._data)]
         else:
             names = ("s3.port.grpc", "master.port", "master.port.grpc", "volume.port", "volume.port.grpc", "filer.port")
             numbers = dict(zip((*names, "filer.port.grpc"), ports, strict=True))
             words = ["-logtostderr", "server", "-s3", "-ip=127.0.0.1", "-ip.bind=127.0.0.1", f"-s3.port={s3}"]
             words += [f"-{name}={number}" for name, number in numbers.items()]
-            words += [
-                "-s3.port.iceberg=0",
-                "-s3.port.lance=0",
-                "-volume.max=16",
-                "-master.volumeSizeLimitMB=64",
-                "-master.telemetry=false",
-                f"-dir={self._data}",
-            ]
+            words += ["-s3.port.iceberg=0", "-s3.port.lance=0", "-volume.max=16", "-master.volumeSizeLimitMB=64"]
+            words += ["-master.telemetry=false", f"-dir={self._data}"]
         return subprocess.Popen([program, *words], stdout=log, stderr=log, start_new_session=True)
 
     def _answers(self) -> bool:
@@ -158,18 +147,10 @@ class Server:
 
 def killed(run: subprocess.Popen[str]) -> None:
     """End the program at once, with all the processes that it started."""
-    own = [int(pid) for pid in _children(run.pid)]
-    for pid in (run.pid, *own):
-        try:
-            os.kill(pid, signal.SIGKILL)
-        except ProcessLookupError:
-            continue
+    for process in trees([run.pid])[run.pid]:
+        with suppress(ProcessLookupError):
+            os.kill(process.pid, signal.SIGKILL)
     run.communicate()
-
-
-def _children(pid: int) -> list[str]:
-    found = subprocess.run(["ps", "--ppid", str(pid), "-o", "pid="], capture_output=True, text=True, check=False)
-    return [one for child in found.stdout.split() for one in (child, *_children(int(child)))]
 
 
 def _free_port() -> int:

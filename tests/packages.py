@@ -1,8 +1,9 @@
-"""Small assets written to disk in both formats, and packages that were tampered with."""
+"""Small assets written to disk, what the table of checks says of them, and packages that were tampered with."""
 
 from __future__ import annotations
 
 import io
+import re
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -18,8 +19,11 @@ from casa_assets.checks.table.table import TABLE
 from casa_assets.export.mjcf import document as mjcf
 from casa_assets.export.usd import document as usd
 from casa_assets.model.asset.asset import Asset
+from casa_assets.model.issue import Report
 from casa_assets.registry import load
 from tests.assets import category, write_to
+
+LIMITS = load().limits
 
 
 def thumbnail() -> bytes:
@@ -53,6 +57,12 @@ def tamper(path: Path, *changes: tuple[str, str]) -> None:
     path.write_text(text, encoding="utf-8")
 
 
+def edit(text: str) -> tuple[str, str]:
+    """Text of a file and what is put in its place, of `before {old|new} behind`."""
+    old, new = (re.sub(r"\{(.*?)\|(.*?)\}", part, text, flags=re.DOTALL) for part in (r"\1", r"\2"))
+    return old, new
+
+
 def not_run_here(on_good: bool = False) -> set[str]:
     """Codes of the checks that need an optional package which this environment lacks.
 
@@ -72,7 +82,28 @@ def not_run_here(on_good: bool = False) -> set[str]:
 def tripped(package: Package, prefixes: tuple[str, ...]) -> set[str]:
     """Codes of the rows with those prefixes that find a fault."""
     rows = [check for check in TABLE if check.code.startswith(prefixes)]
-    return {issue.code for issue in run(package, package.asset.id, load().limits, table=rows).issues}
+    return {issue.code for issue in run(package, package.asset.id, LIMITS, table=rows).issues}
+
+
+def packed(asset: Asset, folder: Path) -> Package:
+    return Package(asset, category(asset), write_to(mjcf.write(asset), folder / asset.digest[:12]))
+
+
+def judged(asset: Asset, folder: Path) -> Report:
+    """By every row of the asset and of its MJCF package; those of USD have nothing to say of what is changed here."""
+    rows = [check for check in TABLE if not check.code.startswith(("USD", "PAR"))]
+    whole = run(asset, asset.id, LIMITS, table=rows)
+    return whole + run(packed(asset, folder), asset.id, LIMITS, table=rows)
+
+
+def codes(asset: Asset, folder: Path) -> set[str]:
+    return {issue.code for issue in judged(asset, folder).issues}
+
+
+def number(code: str, asset: Asset, folder: Path) -> float:
+    found = {r.code: r.number for r in judged(asset, folder).results}[code]
+    assert found is not None
+    return found
 
 
 Tampering = Callable[[Package], None]

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
@@ -47,48 +48,30 @@ def deadly() -> None:
 def do(job: tuple[str, str]) -> object:
     """Do what the first word says; the second is a path or a text."""
     what, value = job
-    return globals()[f"_{what}"](value)
+    return (SIMPLE.get(what) or globals()[f"_{what}"])(value)
 
 
-def _answer(value: str) -> str:
-    return value.upper()
-
-
-def _nothing(value: str) -> None:
-    return None
-
-
-def _is_worker(value: str) -> bool:
-    return is_worker()
-
-
-def _large(value: str) -> bytes:
-    return value.encode() * 5_000_000
-
-
-def _abort(value: str) -> None:
-    os.abort()
-
-
-def _segfault(value: str) -> None:
-    os.kill(os.getpid(), 11)
-
-
-def _exit(value: str) -> None:
-    os._exit(int(value))
-
-
-def _sys_exit(value: str) -> None:
-    sys.exit(int(value))
+SIMPLE: dict[str, Callable[[str], object]] = {
+    "answer": str.upper,
+    "nothing": lambda value: None,
+    "is_worker": lambda value: is_worker(),
+    "large": lambda value: value.encode() * 5_000_000,
+    "abort": lambda value: os.abort(),
+    "segfault": lambda value: os.kill(os.getpid(), 11),
+    "exit": lambda value: os._exit(int(value)),
+    "sys_exit": lambda value: sys.exit(int(value)),
+    "eat": lambda value: int(np.ones(400_000_000, dtype=np.uint64).sum()),
+    "read_input": lambda value: os.read(0, 10).decode(),
+    "unsendable": lambda value: Unsendable(),
+    "unreadable": lambda value: Unreadable(),
+    "oom_score": lambda value: int(Path("/proc/self/oom_score_adj").read_text(encoding="ascii")),
+    "threads": lambda value: os.environ["OPENBLAS_NUM_THREADS"],
+}
 
 
 def _hang(value: str) -> None:
     while True:
         time.sleep(1)
-
-
-def _eat(value: str) -> int:
-    return int(np.ones(400_000_000, dtype=np.uint64).sum())
 
 
 def _take(value: str) -> str:
@@ -151,18 +134,6 @@ def _print(value: str) -> str:
     return value
 
 
-def _read_input(value: str) -> str:
-    return os.read(0, 10).decode()
-
-
-def _unsendable(value: str) -> Unsendable:
-    return Unsendable()
-
-
-def _unreadable(value: str) -> Unreadable:
-    return Unreadable()
-
-
 def _grandchild(value: str) -> str:
     """Leave a process behind that holds everything open; `value` is where its number is written."""
     child = subprocess.Popen(["sleep", "1000"], close_fds=False)
@@ -219,14 +190,6 @@ def _temporary_folder(value: str) -> str:
     """Where temporary files go, after so many seconds of processor time."""
     _burn(value)
     return tempfile.gettempdir()
-
-
-def _oom_score(value: str) -> int:
-    return int(Path("/proc/self/oom_score_adj").read_text(encoding="ascii"))
-
-
-def _threads(value: str) -> str:
-    return os.environ["OPENBLAS_NUM_THREADS"]
 
 
 def folder_in_use(_: object) -> Path | None:

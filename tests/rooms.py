@@ -66,7 +66,6 @@ FLOOR = block("floor", WIDE, kind="floor")
 
 
 def at(x: float, y: float, z: float, quaternion: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)) -> Pose:
-    """A place in the room."""
     return Pose(position=(x, y, z), quaternion=quaternion)
 
 

@@ -35,7 +35,6 @@ class Stager(usd_validation_nvidia.BaseRuleChecker):
     """Looks at stages alone."""
 
     def CheckStage(self, stage: Usd.Stage) -> None:  # noqa: N802
-        """Find something."""
         self._AddFailedCheck(message="a stage")
 
 
@@ -48,11 +47,9 @@ class Two(usd_validation_nvidia.BaseRuleChecker):
         self.check_vm_pbr_001_surface(prim)
 
     def check_vm_tex_001_size(self, prim: Usd.Prim) -> None:
-        """Find one."""
         self._AddFailedCheck(message=f"size of {prim.GetName()}")
 
     def check_vm_pbr_001_surface(self, prim: Usd.Prim) -> None:
-        """Find the other."""
         self._AddFailedCheck(message=f"surface of {prim.GetName()}")
 
 

@@ -7,14 +7,14 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from casa_assets.model.asset.asset import Asset, Collider, Inertial, Link, Site, Visual
+from casa_assets.model.asset.asset import Asset, Inertial, Link, Site, Visual
 from casa_assets.model.asset.material import Material, Texture
-from casa_assets.model.asset.parts import Box, Mesh
+from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.asset.provenance import Provenance
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 from casa_assets.model.registry.category import Affordance, Category, MatterFill, RestingPose, SizeRange
-from tests.asset_parts import CARDBOARD, box_inertial, labels
+from tests.asset_parts import CARDBOARD, box_collider, box_inertial, labels
 from tests.assets import category as row_of
 from tests.meshes import box_mesh, lathe, texture
 
@@ -39,10 +39,7 @@ def loose(
         name="object",
         inertial=inertial or box_inertial(300 * math.prod(size), size, center),
         visuals=tuple(Visual(name=f"part_{i}", mesh=m, material="print") for i, m in enumerate(meshes)),
-        colliders=tuple(
-            Collider(name=f"shape_{i}", shape=Box(size=size), substance="cardboard", pose=Pose(position=at))
-            for i, (size, at) in enumerate(boxes)
-        ),
+        colliders=tuple(box_collider(f"shape_{i}", size, at) for i, (size, at) in enumerate(boxes)),
     )
     return Asset(
         id=f"{kind}_0123456789",
@@ -133,7 +130,6 @@ def blurred(side: int, waves: int) -> npt.NDArray[np.uint8]:
 
 
 def cup(profile: list[tuple[float, float]] | None = None) -> Mesh:
-    """A cup without a handle."""
     return lathe(CUP if profile is None else profile, 32)
 
 

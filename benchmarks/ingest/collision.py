@@ -1,15 +1,13 @@
-"""Collision shapes of ingest against CoACD, V-HACD and obj2mjcf 0.0.25, on the same meshes, in the same run.
+"""Collision shapes of ingest against CoACD as obj2mjcf 0.0.25 calls it and V-HACD, on the same meshes, in the same run.
 
-    ./dev bench ingest_collision [folders of meshes] [--limit 20] [--every 6] [--only mug bowl] [--unknown] [--closed]
-                                 [--drop 20] [--peers coacd=4 vhacd=20 obj2mjcf=4] [--fresh]
+    ./dev bench ingest_collision [folders of meshes] [--limit 20] [--every 6] [--only mug bowl] [--unknown]
+                                 [--peers coacd=4 vhacd=20] [--fresh]
 
 Writes out/bench/ingest_collision.json and .md after each input, and prints the latter at the end: a page for each
-folder. A run goes on where the one before it ended: what stands in the JSON is not done again (--fresh: all anew).
-All are handed the mesh as our stages leave it before collision: clean, upright, metres. One input at a time, each in a
-process of its own; seconds are those of the processor, children included, so that a busy machine changes nothing. Ours
-includes deciding that one shape is enough, making open meshes solid and measuring what was made. CoACD runs as obj2mjcf
-calls it; obj2mjcf runs besides as it is (--peers obj2mjcf), from an environment of its own under the folder of results.
-With --unknown every input is taken for something of no known kind.
+folder. A run skips the inputs that are in the JSON already (--fresh: none). All tools get the mesh as our stages leave
+it before collision: clean, upright, metres. One input at a time, each in a process; seconds are those of the processor,
+children included, so that a busy machine changes nothing. Ours includes deciding that one shape is enough, making open
+meshes solid and measuring the result. CoACD runs as obj2mjcf calls it. With --unknown every input has no known kind.
 """
 
 from __future__ import annotations
@@ -20,7 +18,6 @@ import json
 import multiprocessing
 import os
 import resource
-import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, replace
 from multiprocessing.connection import Connection
@@ -29,11 +26,10 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from benchmarks.ingest.judging import peer_coacd, stepping, tools
+from benchmarks.ingest.judging import peer_coacd
 from benchmarks.ingest.judging.collision import Truth, fit, truth
-from benchmarks.ingest.judging.collision_report import COACD, OBJ2MJCF, OURS, VHACD, Row, report
-from benchmarks.ingest.judging.collision_targets import targets
-from benchmarks.ingest.judging.inputs import Input, Prepared, dump, prepared
+from benchmarks.ingest.judging.collision_report import COACD, OURS, VHACD, Row, report
+from benchmarks.ingest.judging.inputs import Prepared, dump, prepared
 from casa_assets import registry
 from casa_assets.errors import CasaError
 from casa_assets.geometry.solid.primitive import tessellate
@@ -75,20 +71,10 @@ def vhacd(item: Prepared, cpu_s: int) -> tuple[list[PlacedShape], str]:
         return [], str(error)
 
 
-def obj2mjcf(item: Prepared, cpu_s: int) -> tuple[list[PlacedShape], str]:
-    """obj2mjcf with --decompose; its environment has been made."""
-    with tempfile.TemporaryDirectory() as folder:
-        run = tools.peer(PEER_VENV, Path(folder) / "meshes", 4.0 * cpu_s)
-        answer = run(Input(item.path, item.category.id, item.mesh))
-    return _placed(answer.shapes.clouds if answer.shapes else []), answer.message
-
-
-PEER_VENV = Path("out/bench").absolute() / f"venv_{tools.PEER}"
 TOOLS: dict[str, tuple[str, Tool]] = {
     "ours": (OURS, ours),
     "coacd": (COACD, coacd),
     "vhacd": (VHACD, vhacd),
-    "obj2mjcf": (OBJ2MJCF, obj2mjcf),
 }
 
 
@@ -99,19 +85,11 @@ def _placed(clouds: Sequence[Floats]) -> list[PlacedShape]:
     return [PlacedShape.model_construct(shape=shape, pose=Pose()) for shape in shapes]
 
 
-def judged(
-    item: Prepared, names: Sequence[str], cpu_s: int, is_closed_only: bool
-) -> Iterator[tuple[Row, list[PlacedShape]]]:
-    """Every tool on an input, and what it made, as each is done: a process's peak of memory never goes down again.
-
-    Args:
-        is_closed_only: peers see nothing of a mesh that is not closed.
-    """
+def judged(item: Prepared, names: Sequence[str], cpu_s: int) -> Iterator[tuple[Row, list[PlacedShape]]]:
+    """Every tool on an input, and its shapes, as each is done: a process's peak of memory never goes down again."""
     full = item.category.build in (MatterFill.SOLID, MatterFill.FILLED)
     of = truth(item.mesh, full)
     for name in names:
-        if is_closed_only and of.solid is None and name != "ours":
-            continue
         title, tool = TOOLS[name]
         before = _cpu()
         try:
@@ -145,20 +123,18 @@ def _cpu() -> float:
     return now.user + now.system + now.children_user + now.children_system
 
 
-def _child(item: Prepared, names: Sequence[str], cpu_s: int, is_closed_only: bool, answer: Connection) -> None:
+def _child(item: Prepared, names: Sequence[str], cpu_s: int, answer: Connection) -> None:
     rows = []
-    for row, shapes in judged(item, names, cpu_s, is_closed_only):
+    for row, shapes in judged(item, names, cpu_s):
         own, others = (resource.getrusage(who).ru_maxrss for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
         rows.append((Row(**{**asdict(row), "memory_mb": max(own, others) // 1024}), shapes))
     answer.send(rows)
 
 
-def apart(
-    item: Prepared, names: Sequence[str], cpu_s: int, is_closed_only: bool = False
-) -> list[tuple[Row, list[PlacedShape]]]:
+def apart(item: Prepared, names: Sequence[str], cpu_s: int) -> list[tuple[Row, list[PlacedShape]]]:
     """`judged` in a process of its own; what kills it is said in the rows."""
     here, there = multiprocessing.Pipe(duplex=False)
-    child = multiprocessing.Process(target=_child, args=(item, names, cpu_s, is_closed_only, there))
+    child = multiprocessing.Process(target=_child, args=(item, names, cpu_s, there))
     child.start()
     there.close()
     try:
@@ -179,32 +155,25 @@ def main() -> None:
     """Parse, run, write, print."""
     given = _options()
     most = dict(_counted(word) for word in given.peers)
-    trouble = tools.install_peer(PEER_VENV) if "obj2mjcf" in most else ""
-    if trouble:
-        print(trouble)
-        del most["obj2mjcf"]
     path = given.out / "ingest_collision.json"
-    old = (
-        json.loads(path.read_text(encoding="utf-8")) if path.exists() and not given.fresh else {"rows": [], "pace": []}
-    )
+    old = json.loads(path.read_text(encoding="utf-8")) if path.exists() and not given.fresh else {"rows": []}
     rows = [Row(**row) for row in old["rows"]]
-    pace = [stepping.Pace(**p) for p in old["pace"]]
     for folder in given.folders:
         label = f"{folder.as_posix()}{' as unknown kinds' if given.unknown else ''}"
-        made: dict[str, list[list[PlacedShape]]] = {}
         inputs = prepared(folder, given.every, given.only, ROUNDS)
         for number, item in enumerate(itertools.islice(inputs, given.limit)):
             taken = replace(item, category=registry.load().category(registry.FALLBACK)) if given.unknown else item
             done = {r.tool for r in rows if (r.folder, r.path) == (label, item.path)}
             wanted = ["ours", *(n for n, count in most.items() if number < count)]
             names = [n for n in wanted if TOOLS[n][0] not in done]
-            for row, shapes in apart(taken, names, given.cpu, given.closed) if names else []:
+            for row, _ in apart(taken, names, given.cpu) if names else []:
                 rows.append(replace(row, folder=label))
-                made.setdefault(row.tool, []).append(shapes)
-                print(_told(row), flush=True)
-            pace = pace or _pace(made, given.drop)
-            _write(given.out, rows, pace)
-    print(_write(given.out, rows, pace))
+                print(
+                    f"{row.path}: {row.tool}: {row.seconds:.1f} s, {row.shapes} shapes, IoU {row.iou} {row.message}",
+                    flush=True,
+                )
+            _write(given.out, rows)
+    print(_write(given.out, rows))
 
 
 def _options() -> argparse.Namespace:
@@ -215,18 +184,11 @@ def _options() -> argparse.Namespace:
     parser.add_argument("--limit", type=int, default=None, help="only so many inputs of each folder")
     parser.add_argument("--only", nargs="*", default=[], help="only inputs of these categories")
     parser.add_argument("--unknown", action="store_true", help="take every input for something of no known kind")
-    parser.add_argument("--closed", action="store_true", help="show peers only meshes that are closed")
     parser.add_argument("--peers", nargs="*", default=["coacd", "vhacd"], help="others; NAME=8: on the first 8 inputs")
     parser.add_argument("--cpu", type=int, default=120, help="CPU seconds for a peer on one input")
-    parser.add_argument("--drop", type=int, default=0, help="drop so many on a table, ours and V-HACD's; 0: none")
     parser.add_argument("--out", type=Path, default=Path("out/bench"), help="where results go")
     parser.add_argument("--fresh", action="store_true", help="do all anew, whatever an earlier run has done")
     return parser.parse_args()
-
-
-def _told(row: Row) -> str:
-    """What a tool made of an input, in a line."""
-    return f"{row.path}: {row.tool}: {row.seconds:.1f} s, {row.shapes} shapes, IoU {row.iou} {row.message}"
 
 
 def _counted(word: str) -> tuple[str, float]:
@@ -235,24 +197,11 @@ def _counted(word: str) -> tuple[str, float]:
     return name if name in TOOLS else TOOLS[name][0], float(count or "inf")
 
 
-def _pace(made: dict[str, list[list[PlacedShape]]], count: int) -> list[stepping.Pace]:
-    """Both tools' shapes of the same things on a table, as soon as there are so many; CoACD fails on too many."""
-    names = [t for t in (OURS, VHACD) if t in made]
-    if not count or len(names) < 2:
-        return []
-    whole = [k for k in range(min(len(made[t]) for t in names)) if all(made[t][k] for t in names)]
-    return stepping.compare({t: [made[t][k] for k in whole[:count]] for t in names}) if len(whole) >= count else []
-
-
-def _write(out: Path, rows: Sequence[Row], pace: Sequence[stepping.Pace]) -> str:
+def _write(out: Path, rows: Sequence[Row]) -> str:
     """The files of a run; the page of each folder, one after the other."""
-    dump(out / "ingest_collision.json", {"rows": [asdict(r) for r in rows], "pace": [asdict(p) for p in pace]})
-    folders = list(dict.fromkeys(r.folder for r in rows))
-    pages = []
-    for folder in folders:
-        own = [r for r in rows if r.folder == folder]
-        pages.append(report(own, folder, targets(own, pace), [p.message for p in pace]))
-    text = "\n".join(pages)
+    dump(out / "ingest_collision.json", {"rows": [asdict(r) for r in rows]})
+    folders = dict.fromkeys(r.folder for r in rows)
+    text = "\n".join(report([r for r in rows if r.folder == folder], folder) for folder in folders)
     (out / "ingest_collision.md").write_text(text, encoding="utf-8")
     return text
 

@@ -9,8 +9,6 @@ from typing import Any
 
 from sklearn.ensemble import ExtraTreesClassifier
 
-from casa_assets.core.forest import Forest, forest_from_dict
-
 LEARNED = Path(__file__).parents[2] / "registry" / "learned"
 
 
@@ -24,12 +22,6 @@ def write_forest(
     path = folder / f"{name}.json"
     path.write_text(f'{json.dumps(head, indent=1)[:-2]},\n "trees": [\n{trees}\n]}}\n', encoding="utf-8")
     print(f"{path.name}: {path.stat().st_size / 1024:.0f} KiB")
-
-
-def forest_of(forest: ExtraTreesClassifier, features: Sequence[str], classes: Sequence[str]) -> Forest:
-    """The forest as the tool reads it out of a file that `write_forest` writes."""
-    trees = [list(_nodes(e.tree_)) for e in forest.estimators_]
-    return forest_from_dict({"features": list(features), "classes": list(classes), "trees": trees})
 
 
 def _nodes(tree: Any) -> Iterator[list[Any]]:

@@ -263,12 +263,6 @@ def gathered(folders: Sequence[Path], variants: Sequence[str]) -> tuple[list[Fro
     return fronts, guesses
 
 
-def weight_tables(fronts: Sequence[Front]) -> tuple[dict[str, float], dict[str, float]]:
-    """The weights of hinge edges and of drawers that fronts teach."""
-    edges = _table(EDGE_FEATURES, fit_edges([f for f in fronts if f.edge is not None]))
-    return edges, _table(DRAWER_FEATURES, fit_drawers(fronts))
-
-
 def _table(names: Sequence[str], weights: Floats) -> dict[str, float]:
     """Weights by name, but for those that are nearly zero."""
     return {n: float(f"{w:.3g}") for n, w in zip(names, weights, strict=True) if abs(w) > 1e-3}

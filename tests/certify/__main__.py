@@ -57,7 +57,6 @@ class Record:
 
 
 def main() -> int:
-    """Run the parts."""
     parser = argparse.ArgumentParser(
         prog="./dev certify", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )

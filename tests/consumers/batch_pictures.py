@@ -26,7 +26,6 @@ BLOCK = 8
 
 
 def main() -> None:
-    """Draw, compare, tell."""
     packages, pictures, *folders = sys.argv[1:]
     sys.path.append(packages)
     batch = casa.batch(folders, engine="mujoco_warp", device="cpu", textures=True)
@@ -74,7 +73,6 @@ def reduced(picture: NDArray[Any]) -> NDArray[np.float64]:
 
 
 def drawn_alone(kitchen: casa.BatchKitchen) -> NDArray[np.uint8]:
-    """The same by MuJoCo."""
     data = mujoco.MjData(kitchen.model)
     data.qpos[:] = kitchen.rows.qpos[0]
     mujoco.mj_forward(kitchen.model, data)

@@ -1,6 +1,6 @@
 """Opens a kitchen's USD in Blender, draws it with Cycles through one of its cameras, prints what came of it as JSON.
 
-    python blender_kitchen.py scene.usda CAMERA picture.png [SAMPLES]
+    python blender_kitchen.py scene.usda CAMERA picture.png
 
 Runs in Blender's own environment. Lights, materials and places are what the USD says; the ceiling is hidden by its
 variant. Colours are shown as they are (`Standard`), so that a picture that is too bright is clipped here, where
@@ -14,7 +14,6 @@ from __future__ import annotations
 import json
 import sys
 import tempfile
-import time
 from pathlib import Path
 
 import bpy
@@ -44,29 +43,21 @@ over "World" (
 
 
 def main() -> None:
-    """Import, draw, tell."""
     file, camera, picture = sys.argv[1], sys.argv[2], Path(sys.argv[3]).resolve()
     bpy.ops.wm.read_factory_settings(use_empty=True)
     bpy.context.scene.world = bpy.data.worlds.new("World")
-    begin = time.perf_counter()
     with tempfile.TemporaryDirectory() as folder:
         layer = Path(folder) / "opened.usda"
         layer.write_text(OPENED.format(scene=Path(file).resolve().as_posix()), encoding="utf-8")
         bpy.ops.wm.usd_import(filepath=str(layer), import_guide=False, import_proxy=False)
-    read_s = time.perf_counter() - begin
     for light in [light for light in bpy.data.lights if light.type == "SUN"]:
         light.energy /= SUN
-    frame(camera, picture, int(sys.argv[4]) if len(sys.argv) > 4 else SAMPLES)
-    begin = time.perf_counter()
+    frame(camera, picture)
     bpy.ops.render.render(write_still=True)
-    drawn_s = time.perf_counter() - begin
     pixels = pixels_of(picture)
     meshes = [o for o in bpy.data.objects if o.type == "MESH"]
     found = {
         "blender": bpy.app.version_string,
-        "read_s": read_s,
-        "drawn_s": drawn_s,
-        "meshes": len(meshes),
         "cameras": sorted(o.name for o in bpy.data.objects if o.type == "CAMERA"),
         "lights": sorted(o.name for o in bpy.data.objects if o.type == "LIGHT"),
         "bare": sorted(o.name for o in meshes if not o.hide_render and not any(s.material for s in o.material_slots)),
@@ -81,12 +72,12 @@ def main() -> None:
     print(json.dumps(found))
 
 
-def frame(camera: str, picture: Path, samples: int) -> None:
+def frame(camera: str, picture: Path) -> None:
     """Sets what is drawn, how large and where to."""
     scene = bpy.context.scene
     scene.camera = bpy.data.objects[camera]
     scene.render.engine = "CYCLES"
-    scene.cycles.device, scene.cycles.samples, scene.cycles.use_denoising = "CPU", samples, True
+    scene.cycles.device, scene.cycles.samples, scene.cycles.use_denoising = "CPU", SAMPLES, True
     scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage = WIDTH, HEIGHT, 100
     scene.view_settings.view_transform = "Standard"
     scene.render.image_settings.file_format = "PNG"

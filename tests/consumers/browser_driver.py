@@ -20,7 +20,7 @@ ARGUMENTS = (
 
 
 class Driver:
-    """One page at a time, with what it wrote to the console and what it asked for since it was opened."""
+    """One page at a time, with what it wrote to the console and asked for; methods as those of `tests.browser.Page`."""
 
     def __init__(self, chromium: Any, axe: str) -> None:
         self.chromium = chromium
@@ -31,7 +31,6 @@ class Driver:
         self.requests: list[str] = []
 
     def open(self, url: str, width: int, height: int, dark: bool, touch: bool) -> None:
-        """Open a page in a fresh profile."""
         if self.context is not None:
             self.context.close()
         scheme = "dark" if dark else "light"
@@ -46,35 +45,27 @@ class Driver:
         self.page.goto(url)
 
     def told(self) -> dict[str, list[str]]:
-        """Errors and warnings of the console, and addresses that were asked for."""
         return {"errors": self.errors, "requests": self.requests}
 
     def evaluate(self, script: str) -> Any:
-        """Value of an expression in the page; a promise is waited for."""
         return self.page.evaluate(script)
 
     def wait(self, selector: str, timeout_s: float) -> None:
-        """Wait until something that a selector finds is seen."""
         self.page.locator(selector).first.wait_for(timeout=timeout_s * 1000)
 
     def pause(self, seconds: float) -> None:
-        """Let the page go on."""
         self.page.wait_for_timeout(seconds * 1000)
 
     def click(self, selector: str) -> None:
-        """Click in the middle of an element."""
         self.page.locator(selector).first.click()
 
     def click_at(self, x: float, y: float) -> None:
-        """Click at a place of the window, pixels."""
         self.page.mouse.click(x, y)
 
     def tap_at(self, x: float, y: float) -> None:
-        """Touch a place of the window, pixels."""
         self.page.touchscreen.tap(x, y)
 
     def drag(self, x: float, y: float, to_x: float, to_y: float) -> None:
-        """Press the left button at a place, move, let go."""
         self.page.mouse.move(x, y)
         self.page.mouse.down()
         self.page.mouse.move((x + to_x) / 2, (y + to_y) / 2, steps=3)
@@ -82,23 +73,19 @@ class Driver:
         self.page.mouse.up()
 
     def wheel(self, x: float, y: float, by: float) -> None:
-        """Turn the wheel above a place."""
         self.page.mouse.move(x, y)
         self.page.mouse.wheel(0, by)
 
     def fill(self, selector: str, value: str) -> None:
-        """Put a value into a field or slider."""
         self.page.locator(selector).first.fill(value)
 
     def press(self, key: str, selector: str) -> None:
-        """Press a key, in an element where one is named."""
         if selector:
             self.page.locator(selector).first.press(key)
         else:
             self.page.keyboard.press(key)
 
     def screenshot(self, path: str) -> None:
-        """Write a picture of the window."""
         self.page.screenshot(path=path, timeout=120_000)
 
     def violations(self, impacts: list[str]) -> list[dict[str, Any]]:

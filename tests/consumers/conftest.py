@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -11,8 +12,9 @@ import pytest
 from tests.browser import Browser
 from tests.consumers.watched import PAGES, WATCHED, changed
 from tests.documents import ROOT, blocks, shell
-from tests.installed import build_wheel
+from tests.installed import Environment, build_wheel, install
 from tests.libraries import made_once
+from tests.object_stores import Server
 
 HERE = Path(__file__).parent
 # The first command of README.md, whose library all pages after it take for granted.
@@ -63,13 +65,15 @@ def _make_samples(folder: Path) -> None:
 
 @pytest.fixture(scope="session")
 def wheel(common: Path) -> Path:
-    """The wheel of this checkout."""
-    (built,) = made_once(common, "wheel", _make_wheel).glob("*.whl")
+    (built,) = made_once(common, "wheel", partial(build_wheel, ROOT)).glob("*.whl")
     return built
 
 
-def _make_wheel(folder: Path) -> None:
-    build_wheel(ROOT, folder)
+@pytest.fixture(params=["rclone", "seaweedfs"])
+def server(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Server]:
+    """A server that speaks S3, of each kind."""
+    with Server(str(request.param), tmp_path / "server") as made:
+        yield made
 
 
 @pytest.fixture(scope="session")
@@ -78,3 +82,9 @@ def browser() -> Iterator[Browser]:
     started = Browser()
     yield started
     started.close()
+
+
+@pytest.fixture(scope="session")
+def user(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Environment:
+    """An environment with the wheel of this checkout."""
+    return install(tmp_path_factory.mktemp("user") / "environment", wheel)

@@ -18,14 +18,12 @@ import numpy as np
 
 
 def main() -> None:
-    """Read, step, tell."""
     settle, watch = map(int, sys.argv[1:3])
     for path in sys.argv[3:]:
         print(json.dumps(told(Path(path), settle, watch)), flush=True)
 
 
 def told(path: Path, settle: int, watch: int) -> dict[str, object]:
-    """What a file says there."""
     said: list[str] = []
     mujoco.set_mju_user_warning(said.append)
     with warnings.catch_warnings(record=True) as caught:

@@ -82,7 +82,6 @@ def between(model: mujoco.MjModel, data: mujoco.MjData) -> list[str]:
 
 
 def main() -> None:
-    """Stand, pull, and tell."""
     folder, drawer = Path(sys.argv[1]), sys.argv[2]
     said: list[str] = []
     mujoco.set_mju_user_warning(said.append)
@@ -105,7 +104,6 @@ def main() -> None:
         "moved_m": float(np.linalg.norm(base(model, data) - stood)),
         "crept": {name: later[name] - first[name] for name in first if abs(later[name] - first[name]) > 1e-4},
         "touching": between(model, data),
-        "deepest_m": float(-data.contact.dist.min()) if data.ncon else 0.0,
     }
     found["drawer"] = pulled(env, drawer)
     found["warnings"] = said + [str(i) for i, w in enumerate(data.warning) if w.number]
@@ -122,10 +120,7 @@ def pulled(env: Kitchen, drawer: str) -> dict[str, float]:
     data.qpos[joint.qposadr[0]] = PULL_M if joint.range[1] > PULL_M else -PULL_M
     for _ in range(CONTROL_HZ // 2):
         env.step(np.zeros(env.action_dim))
-    return {
-        "joint_m": float(data.qpos[joint.qposadr[0]]),
-        "moved_m": float(np.linalg.norm(data.xpos[body] - shut)),
-    }
+    return {"joint_m": float(data.qpos[joint.qposadr[0]]), "moved_m": float(np.linalg.norm(data.xpos[body] - shut))}
 
 
 if __name__ == "__main__":

@@ -30,7 +30,6 @@ LIFT_M, APART_M, STEPS = 0.01, 0.6, 500
 
 
 def numbers(text: str) -> np.ndarray:
-    """Of an attribute."""
     return np.array([float(word) for word in text.split()])
 
 
@@ -85,7 +84,6 @@ class Loaded(MujocoXMLObject):
 
     @property
     def second_size(self) -> np.ndarray:
-        """As v1.0 finds it."""
         return 2 * numbers(self.box.get("size"))
 
     @property
@@ -115,7 +113,6 @@ def dropped(paths: list[Path], scale: float) -> list[dict[str, Any]]:
             {
                 "path": str(path),
                 "mass": float(model.body_subtreemass[body.id]),
-                "inertia": sorted(map(float, model.body_inertia[body.id])),
                 "size_v1_0": one.second_size.tolist(),
                 "size_v0_2": one.first_size.tolist(),
                 "moved_m": float(np.linalg.norm(data.qpos[at : at + 2] - begun[at : at + 2])),
@@ -167,7 +164,6 @@ def registered(folder: Path) -> dict[str, dict[str, list[str]]]:
 
 
 def main() -> None:
-    """Register, load, drop, tell."""
     folder = Path(sys.argv[1])
     said: list[str] = []
     mujoco.set_mju_user_warning(said.append)

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import os
-import subprocess
 from pathlib import Path
 from typing import Any
 
@@ -12,9 +9,8 @@ import pytest
 
 from casa_assets.pipeline.kitchens.batch_form import BatchRequest, make_one, read_batch
 from casa_assets.pipeline.kitchens.recipe import SceneRecipe
+from tests.environments import found_by
 
-ROOT = Path(__file__).parents[2]
-SCRIPT = Path(__file__).parent / "warp_kitchen.py"
 # Of simulated time that is 0.3 s; a step of one world takes a tenth of a second on a processor.
 STEPS = 150
 # Compiling its kernels takes two minutes, once.
@@ -35,30 +31,15 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def told(made: Path) -> Any:
-    """What mujoco_warp says of it."""
-    python = ROOT / os.environ.get("CASA_ENGINES", ".venv-engines/bin/python")
-    assert python.is_file(), f"{python} is missing; './dev consumers' makes it, or name one with CASA_ENGINES"
-    command = [str(python), str(SCRIPT), str(STEPS), str(made)]
-    done = subprocess.run(command, check=False, capture_output=True, text=True, timeout=MAX_S)
-    assert done.returncode == 0, done.stderr[-4000:]
-    return json.loads(done.stdout.splitlines()[-1])["kitchens"][made.name]
+    return found_by("engines", "warp_kitchen.py", STEPS, made, timeout_s=MAX_S)[made.name]
 
 
-def test_it_looks_at_the_pairs_that_we_count(told: Any, made: Path) -> None:
+def test_it_means_the_same_and_fits_into_its_buffers(told: Any, made: Path) -> None:
     found = read_batch(made)
     assert found is not None
     assert told["pairs"] == found.pairs <= 20_000
-
-
-def test_everything_sleeps_at_the_start(told: Any) -> None:
     assert told["asleep"] == told["trees"] > 20
-
-
-def test_a_drawer_goes_as_far_as_in_mujoco(told: Any) -> None:
     assert abs(told["way"]) > 0.02, "the drawer was not pulled far enough to tell"
     assert told["off"] < 0.002
-
-
-def test_the_buffers_suffice(told: Any) -> None:
     assert told["contacts"] <= told["limits"]["nconmax"]
     assert told["rows"] <= told["limits"]["njmax"]

@@ -15,11 +15,10 @@ import pytest
 import casa_assets as casa
 from casa_assets.export.mjcf.scene.batch import write
 from casa_assets.pipeline.kitchens.batch_form import batch_of
+from tests.environments import CONSUMERS, python_of
+from tests.libraries import ROOT
 from tests.scenes import put
 
-ROOT = Path(__file__).parents[2]
-SCRIPT = Path(__file__).parent / "batch_worlds.py"
-PICTURES = Path(__file__).parent / "batch_pictures.py"
 # Plan and style of each.
 KITCHENS = (
     ("galley", "rustic"),
@@ -57,49 +56,41 @@ def folders(cache: Path, tmp_path_factory: pytest.TempPathFactory) -> list[Path]
     return found
 
 
-def packages_of_engines() -> str:
-    """Folder that the engines are installed in."""
-    python = ROOT / os.environ.get("CASA_ENGINES", ".venv-engines/bin/python")
-    assert python.is_file(), f"{python} is missing; './dev consumers' makes it, or name one with CASA_ENGINES"
-    return subprocess.run(
-        [python, "-c", "import sysconfig; print(sysconfig.get_path('purelib'))"],
-        check=True,
-        capture_output=True,
-        text=True,
-    ).stdout.strip()
+def ran(script: str, *words: str, **variables: str) -> str:
+    """What a script here prints, in this Python, with the packages of the engines in reach."""
+    command = [sys.executable, str(CONSUMERS / script), *words]
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), **variables}
+    done = subprocess.run(command, check=False, capture_output=True, text=True, timeout=MAX_S, env=environment)
+    assert done.returncode == 0, done.stderr[-4000:]
+    # As mujoco_warp tells that a buffer was too small; names of its kernels have the word in them, too.
+    assert not re.search(r"overflow( -|:)", done.stdout + done.stderr)
+    return done.stdout.splitlines()[-1]
+
+
+def engines() -> str:
+    """Folder that they are installed in."""
+    code = "import sysconfig; print(sysconfig.get_path('purelib'))"
+    return subprocess.run([python_of("engines"), "-c", code], check=True, capture_output=True, text=True).stdout.strip()
 
 
 @pytest.fixture(scope="module", params=sorted(OFF))
 def told(request: Any, folders: list[Path]) -> tuple[str, Any]:
     """Name of an engine, and what came of it."""
-    command = [sys.executable, str(SCRIPT), request.param, str(STEPS), packages_of_engines(), *map(str, folders)]
-    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-    done = subprocess.run(command, check=False, capture_output=True, text=True, timeout=MAX_S, env=environment)
-    assert done.returncode == 0, done.stderr[-4000:]
-    # As mujoco_warp tells that a buffer was too small; names of its kernels have the word in them, too.
-    assert not re.search(r"overflow( -|:)", done.stdout + done.stderr)
-    return request.param, json.loads(done.stdout.splitlines()[-1])
+    line = ran("batch_worlds.py", request.param, str(STEPS), engines(), *map(str, folders))
+    return request.param, json.loads(line)
 
 
-def test_all_kitchens_are_stepped(told: tuple[str, Any], folders: list[Path]) -> None:
-    assert set(told[1]["kitchens"]) == {folder.name for folder in folders}
-
-
-def test_they_share_what_they_have(told: tuple[str, Any]) -> None:
+def test_all_kitchens_are_stepped_and_share_what_they_have(told: tuple[str, Any], folders: list[Path]) -> None:
     """Places for all of them: three times the geoms of one at most, of which each has about 290."""
+    assert set(told[1]["kitchens"]) == {folder.name for folder in folders}
     assert told[1]["ngeom"] < 900
 
 
-def test_what_is_pulled_goes_as_far_as_in_mujoco(told: tuple[str, Any]) -> None:
+def test_what_is_pulled_and_what_is_not_goes_as_far_as_in_mujoco(told: tuple[str, Any]) -> None:
     engine, found = told
     for name, kitchen in found["kitchens"].items():
         assert abs(kitchen["way"]) > LEAST_WAY, f"{name}: {kitchen['pulled']} was not pulled far enough to tell"
         assert kitchen["off"] < OFF[engine], f"{name}: {kitchen['pulled']} is off by {kitchen['off']}"
-
-
-def test_everything_else_stays_where_it_is_in_mujoco(told: tuple[str, Any]) -> None:
-    engine, found = told
-    for name, kitchen in found["kitchens"].items():
         assert kitchen["worst_off"] < OFF[engine], f"{name}: {kitchen['worst']} is off by {kitchen['worst_off']}"
 
 
@@ -110,11 +101,8 @@ def test_a_reset_is_of_one_world_alone(told: tuple[str, Any]) -> None:
 
 def test_each_world_shows_its_own_pictures(folders: list[Path], tmp_path: Path) -> None:
     """Drawn at once by mujoco_warp, each kitchen looks as MuJoCo draws it alone, and not as another one."""
-    command = [sys.executable, str(PICTURES), packages_of_engines(), str(tmp_path), *map(str, folders)]
-    environment = {**os.environ, "PYTHONPATH": str(ROOT), "MUJOCO_GL": os.environ.get("MUJOCO_GL", "egl")}
-    done = subprocess.run(command, check=False, capture_output=True, text=True, timeout=MAX_S, env=environment)
-    assert done.returncode == 0, done.stderr[-4000:]
-    found = json.loads(done.stdout.splitlines()[-1])
+    drawn_by = os.environ.get("MUJOCO_GL", "egl")
+    found = json.loads(ran("batch_pictures.py", engines(), str(tmp_path), *map(str, folders), MUJOCO_GL=drawn_by))
     assert set(found) == {folder.name for folder in folders}
     for name, kitchen in found.items():
         assert kitchen["shown"] > 0.2, f"{name}: next to nothing is drawn"

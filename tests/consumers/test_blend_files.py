@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -13,33 +11,25 @@ from casa_assets.core.system import BLENDER_VARIABLE
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
 from casa_assets.model.source import Up
-from tests.libraries import ROOT
+from tests.environments import printed, python_of
 from tests.mesh_files import QUARTERS, codes_of, load_path, png
 
 pytestmark = pytest.mark.consumers
-PYTHON = ROOT / os.environ.get(BLENDER_VARIABLE, ".venv-blender/bin/python")
 
 
 @pytest.fixture(scope="module")
 def blends(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    assert PYTHON.exists(), f"{PYTHON} is missing; run ./dev consumers"
     folder = tmp_path_factory.mktemp("blends")
     (folder / "outside").mkdir()
     (folder / "outside" / "secret.png").write_bytes(png(QUARTERS))
     (folder / "in").mkdir()
-    command = [
-        PYTHON,
-        ROOT / "tests" / "consumers" / "make_blends.py",
-        folder / "in",
-        folder / "outside" / "secret.png",
-    ]
-    subprocess.run([*command, folder / "canary"], check=True, capture_output=True)
+    printed("blender", "make_blends.py", folder / "in", folder / "outside" / "secret.png", folder / "canary")
     return folder
 
 
 @pytest.fixture(autouse=True)
 def blender(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv(BLENDER_VARIABLE, str(PYTHON))
+    monkeypatch.setenv(BLENDER_VARIABLE, str(python_of("blender")))
 
 
 def test_a_blend_is_read_with_its_unit_axis_and_packed_picture(blends: Path) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import subprocess
 import sys
 from pathlib import Path
@@ -12,21 +11,17 @@ import pytest
 
 from tests.assets import ball, rigid_mug, textured_box
 from tests.built_libraries import keep
+from tests.environments import with_packages_of
 from tests.libraries import BOXES, box_obj
 
 pytestmark = pytest.mark.consumers
 
-ROOT = Path(__file__).parents[2]
-PLACE = ROOT / os.environ.get("CASA_CLIP", ".venv-clip")
-
 
 def run(*arguments: object) -> subprocess.CompletedProcess[str]:
     """clip_run.py with our packages, and those that [clip] adds in front of them."""
-    (packages,) = PLACE.glob("lib/python3*/site-packages")
-    paths = os.pathsep.join([str(packages), str(ROOT)])
     return subprocess.run(
-        [sys.executable, str(ROOT / "tests" / "consumers" / "clip_run.py"), *map(str, arguments)],
-        env={**os.environ, "PYTHONPATH": paths, "OMP_NUM_THREADS": "1", "HF_HUB_OFFLINE": "1", "COLUMNS": "200"},
+        [sys.executable, str(Path(__file__).with_name("clip_run.py")), *map(str, arguments)],
+        env=with_packages_of("clip", OMP_NUM_THREADS="1", HF_HUB_OFFLINE="1"),
         capture_output=True,
         text=True,
         check=False,
@@ -36,7 +31,6 @@ def run(*arguments: object) -> subprocess.CompletedProcess[str]:
 @pytest.fixture(scope="module")
 def weights(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with `tiny`, a model; `bare`, one without weights; and a file of another architecture than it says."""
-    assert PLACE.is_dir(), f"{PLACE.name} is missing; ./dev consumers makes it"
     folder = tmp_path_factory.mktemp("weights")
     done = run("make", folder)
     assert done.returncode == 0, done.stderr

@@ -7,15 +7,55 @@ import re
 import shutil
 import subprocess
 import sys
+import zipfile
 from pathlib import Path
 
+import mujoco
 import pytest
 import yaml
 from lxml import etree
 from pxr import Usd, UsdGeom
 
-from tests.consumers import library_kitchen
 from tests.documents import ROOT, SAVED, Block, blocks, pages, program, shell
+
+SCENE = "corridor__coastal"
+DOOR = "microwave__microjoint"
+
+
+def _stands_in_a_kitchen(place: Path) -> None:
+    """Assert what the page promises of its kitchen, which has passed every check; place: folder of the page."""
+    folder = place / "out" / "theirs"
+    scene = folder / "scenes" / SCENE
+    _can_be_used_as_those_of_families(json.loads((scene / "scene.json").read_text(encoding="utf-8")))
+    model = mujoco.MjModel.from_xml_path(str(scene / "scene.xml"))
+    assert model.joint(DOOR).id >= 0
+    joint = model.joint(model.body("tea").jntadr[0])
+    assert joint.type[0] == mujoco.mjtJoint.mjJNT_FREE  # it can be taken
+    stage = Usd.Stage.Open(str(scene / "scene.usda"))
+    assert {"tea", "microwave"} <= {prim.GetName() for prim in stage.Traverse()}
+    _needs_neither_library_nor_project(folder / "corridor.zip", place / "out" / "unpacked")
+
+
+def _can_be_used_as_those_of_families(facts: dict[str, object]) -> None:
+    fixtures, tasks = facts["fixtures"], facts["tasks"]
+    assert isinstance(fixtures, list)
+    assert isinstance(tasks, dict)
+    fixture = next(row for row in fixtures if row["name"] == "microwave")
+    assert (fixture["family"], fixture["category"], fixture["base"]) == ("library", "microwave", "fixed")
+    assert "microjoint" in fixture["joints"]
+    doors = [task for task in tasks.values() if DOOR in task["joints"]]
+    assert any(task["afforded"] for task in doors)
+
+
+def _needs_neither_library_nor_project(pack: Path, elsewhere: Path) -> None:
+    with zipfile.ZipFile(pack) as archive:
+        archive.extractall(elsewhere)
+    model = mujoco.MjModel.from_xml_path(str(elsewhere / SCENE / "scene.xml"))
+    assert model.joint(DOOR).id >= 0
+    makers = (elsewhere / SCENE / "ATTRIBUTION.md").read_text(encoding="utf-8")
+    assert all(mesh in makers for mesh in ("microwave.obj", "teapot.glb", "oven.glb"))
+    assert "wall_oven_fitted_" in makers  # the others fit as they are
+
 
 pytestmark = pytest.mark.consumers
 RUN = [p for p in pages() if any(b.language in ("sh", "python") and not b.reason for b in blocks(p))]
@@ -31,9 +71,8 @@ def test_page(page: str, tmp_path: Path, samples: Path) -> None:
             continue
         if name := SAVED.match(block.code):
             (place / name[1]).parent.mkdir(parents=True, exist_ok=True)
-            with (place / name[1]).open(
-                "a", encoding="utf-8"
-            ) as file:  # a reader saves it, or adds it to what is there
+            # A reader saves it, or adds it to what is there.
+            with (place / name[1]).open("a", encoding="utf-8") as file:
                 file.write(block.code)
         elif block.language == "python":
             _python(block, place)
@@ -100,5 +139,5 @@ def _gates_a_pull_request(place: Path) -> None:
 JUDGED = {
     "docs/howto/meshes/mesh.md": _stands_upright,
     "docs/howto/use/gate.md": _gates_a_pull_request,
-    "docs/howto/kitchens/own_assets.md": library_kitchen.judge,
+    "docs/howto/kitchens/own_assets.md": _stands_in_a_kitchen,
 }

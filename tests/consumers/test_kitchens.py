@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
-import subprocess
 from pathlib import Path
 from typing import Any
 
@@ -13,36 +11,21 @@ import pytest
 
 from casa_assets.pipeline.kitchens import scene_folders
 from casa_assets.pipeline.kitchens.recipe import SceneRecipe
+from tests.consumers.old_mujoco_load import is_parallel
+from tests.environments import found_by
+from tests.libraries import ROOT
 
-ROOT = Path(__file__).parents[2]
-HERE = Path(__file__).parent
 PICTURES = ROOT / "out" / "consumers"
 DRAWER = "main_drawers__drawer0_slidejoint"
 NEWTON_STEPS = 50
 # Steps until things in MuJoCo have settled, and then while they are watched.
-SETTLE, WATCH = "500", "1000"
+SETTLE, WATCH = 500, 1000
 
 pytestmark = pytest.mark.consumers
 
 
-def interpreter(name: str) -> Path:
-    """That of a program's own environment."""
-    return ROOT / os.environ.get(f"CASA_{name.upper()}", f".venv-{name}/bin/python")
-
-
-def told(name: str, *arguments: str | Path, script: str | None = None) -> Any:
-    """What a script here says, as its last line, in the environment of the program that it is called for."""
-    python = interpreter(name)
-    assert python.is_file(), f"{python} is missing; './dev consumers' makes it, or name one with CASA_{name.upper()}"
-    command = [python, HERE / (script or f"{name}_kitchen.py"), *arguments]
-    done = subprocess.run(list(map(str, command)), check=False, capture_output=True, text=True, timeout=300)
-    assert done.returncode == 0, done.stderr[-4000:]
-    return json.loads(done.stdout.splitlines()[-1])
-
-
 @pytest.fixture(scope="module")
 def kitchen(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Folder of a scene."""
     out = tmp_path_factory.mktemp("scenes")
     made = scene_folders.build_one(SceneRecipe("l_small", "coastal"), out, drawn=False)
     assert made.folder, made.message
@@ -57,18 +40,15 @@ def model(kitchen: Path) -> mujoco.MjModel:
 
 @pytest.fixture(scope="module")
 def robosuite(kitchen: Path) -> Any:
-    """What robosuite says."""
-    return told("robosuite", kitchen, DRAWER)
+    return found_by("robosuite", "robosuite_kitchen.py", kitchen, DRAWER)
 
 
 @pytest.fixture(scope="module")
 def newton(kitchen: Path) -> Any:
-    """What Newton says."""
-    return told("newton", kitchen / "scene_nested.usda", str(NEWTON_STEPS))
+    return found_by("newton", "newton_kitchen.py", kitchen / "scene_nested.usda", NEWTON_STEPS)
 
 
 def joints(model: mujoco.MjModel) -> dict[str, int]:
-    """Hinges and slides by name."""
     free = mujoco.mjtJoint.mjJNT_FREE
     return {model.joint(i).name: i for i in range(model.njnt) if model.jnt_type[i] != free}
 
@@ -81,7 +61,7 @@ class TestOldMujoco:
     ) -> None:
         """The light form keeps the bodies that have joints; what is fixed to them is theirs, but in 3.3.1."""
         environment = f"mujoco{version.replace('.', '')}"
-        found = told(environment, SETTLE, WATCH, kitchen / file, script="old_mujoco_load.py")
+        found = found_by(environment, "old_mujoco_load.py", SETTLE, WATCH, kitchen / file)
         assert found["mujoco"] == version
         assert found.get("error") is None
         assert found["warnings"] == []
@@ -92,6 +72,7 @@ class TestOldMujoco:
         assert set(found["bodies"]) <= set(bodies)
         assert found["joints"] == sorted(model.joint(i).name for i in range(model.njnt))
         assert found["keys"] == ["start", "closed", "open"]
+        assert found["parallel_lights"] == [model.light(i).name for i in range(model.nlight) if is_parallel(model, i)]
         assert {name: way for name, way in found["moved"].items() if way > 0.0003} == {}
         assert {name: way for name, way in found["outside"].items() if way > 1e-5} == {}
 
@@ -111,11 +92,9 @@ class TestRobosuite:
         assert robosuite["moved_m"] < 0.001
         assert robosuite["touching"] == []
 
-    def test_what_is_shut_stays_shut(self, robosuite: Any) -> None:
+    def test_what_is_shut_stays_shut_and_a_drawer_is_pulled(self, robosuite: Any) -> None:
         # Keys and a toaster's lever yield under their own weight by some tenths of a millimetre.
         assert {name: way for name, way in robosuite["crept"].items() if abs(way) > 0.001} == {}
-
-    def test_a_drawer_is_pulled(self, robosuite: Any) -> None:
         assert robosuite["drawer"]["joint_m"] == pytest.approx(-0.15, abs=0.005)
         assert robosuite["drawer"]["moved_m"] == pytest.approx(0.15, abs=0.005)
 
@@ -150,7 +129,8 @@ class TestBlender:
     @pytest.mark.parametrize("camera", ["overview", "at_sink"])
     def test_draws_what_our_cameras_see(self, camera: str, kitchen: Path) -> None:
         PICTURES.mkdir(parents=True, exist_ok=True)
-        found = told("blender", kitchen / "scene.usda", camera, PICTURES / f"blender_{camera}.png")
+        picture = PICTURES / f"blender_{camera}.png"
+        found = found_by("blender", "blender_kitchen.py", kitchen / "scene.usda", camera, picture)
         assert found["blender"].startswith("5.0.")
         assert found["missing"] == []
         assert found["bare"] == []

@@ -7,8 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from casa_assets.registry.kitchens import style_names
-from tests.mended_plans import problems_when_built
+from casa_assets.pipeline.kitchens import check
+from casa_assets.pipeline.kitchens.recipe import SceneRecipe
+from casa_assets.pipeline.plans.check import check_plan, plan_id
+from casa_assets.registry.kitchens import load_style, style_names
+from tests.plan_corpus import plans
 from tests.projects import Project, project_in
 
 # Plans that are right, and plans whose rows, rooms, openings, islands and corners are corrected.
@@ -28,6 +31,21 @@ PLANS = {
 }
 
 pytestmark = pytest.mark.certify
+
+
+def problems_when_built(name: str, style: str, project: Project, out: Path) -> list[str]:
+    """What a plan of the corpus lacks as a kitchen: no mend that works, no kitchen, or checks that it does not pass.
+
+    Args:
+        project: writes the mended plan into its `plans/`. out: folder of the scenes, not there yet.
+    """
+    found = check_plan(plans()[name], f"{name}.yaml", load_style(style)[0])
+    if not found.mended:
+        return [f"{told.fault.expected}, got {told.fault.got}" for told in found.faults if told.fault.mend is None]
+    plan = plan_id(f"{name}.yaml")
+    project({f"plans/{plan}.yaml": found.text})
+    done = check.check_one(SceneRecipe(plan, style), out, drawn=False, in_3d=False)
+    return [done.message] if done.message else [f"{i.code} {i.pointer}: {i.message}" for i in done.problems]
 
 
 @pytest.fixture

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import importlib
-import os
 import sys
 from collections.abc import Iterator
 from contextlib import suppress
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,12 +15,9 @@ import pytest
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes
 from casa_assets.ingest.load.gltf_document import JsonObject, decompressed
-from tests.mesh_files import load_bytes
-from tests.meshopt_files import NAMES, packed, squeezed
+from tests.environments import packages_of
+from tests.mesh_files import MESHOPT_NAMES, load_bytes, packed_view, squeezed
 from tests.raw_models import MUG, turned
-
-ROOT = Path(__file__).parents[2]
-PLACE = ROOT / os.environ.get("CASA_MESHOPT", ".venv-meshopt")
 
 pytestmark = pytest.mark.consumers
 
@@ -30,10 +25,10 @@ pytestmark = pytest.mark.consumers
 @pytest.fixture(scope="module", autouse=True)
 def codec() -> Iterator[Any]:
     """The module meshoptimizer, which encodes what our reader decodes by it."""
-    (packages,) = PLACE.glob("lib/python3.*/site-packages")
-    sys.path.append(str(packages))
+    packages = str(packages_of("meshopt"))
+    sys.path.append(packages)
     yield importlib.import_module("meshoptimizer")
-    sys.path.remove(str(packages))
+    sys.path.remove(packages)
 
 
 def mug_columns(codec: Any) -> list[tuple[bytes, int, str, int]]:
@@ -50,7 +45,7 @@ def mug() -> tuple[npt.NDArray[np.float32], npt.NDArray[np.uint32]]:
     return mesh.vertices.astype(np.float32), mesh.faces.astype(np.uint32)
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", MESHOPT_NAMES)
 def test_comes_out_as_it_went_in(codec: Any, name: str) -> None:
     points, faces = mug()
     mesh = load_bytes("x.glb", squeezed(mug_columns(codec), name).glb()).parts[0].mesh
@@ -65,7 +60,7 @@ def test_comes_out_as_it_went_in(codec: Any, name: str) -> None:
 def test_sequences_of_indices(codec: Any, wide: int) -> None:
     indices = np.array([0, 5, 3, 3, 2, 9, 1], dtype=np.uint32)
     data = codec.encode_index_sequence(indices, len(indices), 10)
-    out = decompressed(JsonObject(packed(data, wide, "INDICES", len(indices)), "x"), data, 10**6)
+    out = decompressed(JsonObject(packed_view(data, wide, "INDICES", len(indices)), "x"), data, 10**6)
     assert np.frombuffer(out, f"<u{wide}").tolist() == indices.tolist()
 
 
@@ -73,14 +68,14 @@ def test_exponents_become_floats(codec: Any) -> None:
     # Ref: EXT_meshopt_compression, filter EXPONENTIAL: 8 bits of exponent over 24 bits of mantissa.
     values = np.array([[0x00000003], [0x01FFFFFF], [0xFF000005]], dtype=np.uint32)
     data = codec.encode_vertex_buffer(values.view(np.float32), 3, 4)
-    out = decompressed(JsonObject(packed(data, 4, "ATTRIBUTES", 3, filter="EXPONENTIAL"), "x"), data, 10**6)
+    out = decompressed(JsonObject(packed_view(data, 4, "ATTRIBUTES", 3, filter="EXPONENTIAL"), "x"), data, 10**6)
     assert np.frombuffer(out, "<f4").tolist() == [3.0, -2.0, 2.5]
 
 
 def test_octahedral_normals_have_length_one(codec: Any) -> None:
     values = np.array([[0, 0, 127, 0], [127, 0, 127, 0], [0, -127, 127, 0]], dtype=np.int8)
     data = codec.encode_vertex_buffer(values.view(np.float32), 3, 4)
-    out = decompressed(JsonObject(packed(data, 4, "ATTRIBUTES", 3, filter="OCTAHEDRAL"), "x"), data, 10**6)
+    out = decompressed(JsonObject(packed_view(data, 4, "ATTRIBUTES", 3, filter="OCTAHEDRAL"), "x"), data, 10**6)
     got = np.frombuffer(out, "i1").reshape(3, 4)[:, :3]
     assert got.tolist() == [[0, 0, 127], [127, 0, 0], [0, -127, 0]]
 
@@ -94,13 +89,13 @@ def zeros(codec: Any) -> bytes:
 @pytest.mark.parametrize("changes", [{"count": 200}, {"mode": "TRIANGLES", "byteStride": 4, "count": 99}])
 def test_a_stream_of_something_else(changes: dict[str, object], zeros: bytes) -> None:
     with pytest.raises(Rejected) as caught:
-        decompressed(JsonObject(packed(zeros, 12, "ATTRIBUTES", 100) | changes, "x"), zeros, 10**8)
+        decompressed(JsonObject(packed_view(zeros, 12, "ATTRIBUTES", 100) | changes, "x"), zeros, 10**8)
     assert caught.value.code == rejection_codes.TRUNCATED
 
 
 def test_broken_streams(zeros: bytes) -> None:
     draw = np.random.default_rng(0)
-    told = JsonObject(packed(zeros, 12, "ATTRIBUTES", 100), "x")
+    told = JsonObject(packed_view(zeros, 12, "ATTRIBUTES", 100), "x")
     for cut in (0, 1, len(zeros) // 2, len(zeros) - 1):
         with pytest.raises(Rejected):
             decompressed(told, zeros[:cut], 10**8)
@@ -112,7 +107,7 @@ def test_broken_streams(zeros: bytes) -> None:
 
 
 def test_a_view_that_claims_more_than_is_packed(codec: Any) -> None:
-    made = squeezed(mug_columns(codec), NAMES[0])
+    made = squeezed(mug_columns(codec), MESHOPT_NAMES[0])
     made.views[0]["byteLength"] = 10**6
     with pytest.raises(Rejected) as caught:
         load_bytes("x.glb", made.glb())

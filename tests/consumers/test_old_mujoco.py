@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import subprocess
 import sys
 from collections.abc import Callable, Sequence
@@ -15,17 +14,15 @@ import pytest
 from lxml import etree
 
 from casa_assets.export.mjcf import write
-from casa_assets.export.mjcf.scene import kitchen
 from casa_assets.families.catalog import GROUPS
 from casa_assets.geometry.solid.primitive import shape_bounds
 from casa_assets.model.asset.asset import Asset, Base
 from casa_assets.model.asset.parts import Hull
 from casa_assets.registry.families import family
 from tests.assets import EVERY, microwave, write_to
+from tests.environments import python_of
 from tests.family_members import preset
-from tests.scenes import Weight, corner, expected, in_form, put
 
-ROOT = Path(__file__).parents[2]
 SCRIPT = Path(__file__).with_name("old_mujoco_load.py")
 VERSIONS = ("3.3.1", "3.3.7")
 REST_M_S = 2e-5  # what stands on a floor is slower than that
@@ -38,10 +35,7 @@ def interpreter(version: str) -> Path:
     """That of the environment of a version of MuJoCo; the one that runs this for its own."""
     if version == mujoco.__version__:
         return Path(sys.executable)
-    name = f"mujoco{version.replace('.', '')}"
-    python = ROOT / os.environ.get(f"CASA_{name.upper()}", f".venv-{name}/bin/python")
-    assert python.is_file(), f"{python} is missing; './dev consumers' makes it, or name one with CASA_{name.upper()}"
-    return python
+    return python_of(f"mujoco{version.replace('.', '')}")
 
 
 def told(version: str, files: Sequence[Path], settle: int = 0, watch: int = 0) -> list[dict[str, Any]]:
@@ -123,29 +117,3 @@ def test_what_stands_on_a_hull_stands_still_on_a_worktop(version: str, worktops:
     """3.3 may find one corner where there are four, and then things wander."""
     found = told(version, worktops, settle=500, watch=1000)
     assert [item["file"] for item in found if item["moved"]["object"] > REST_ON_WORKTOP_M] == []
-
-
-@pytest.mark.parametrize("version", VERSIONS)
-@pytest.mark.parametrize("weight", list(Weight))
-def test_a_whole_scene_loads_in_silence(weight: Weight, version: str, tmp_path: Path) -> None:
-    """A scene is not stepped: things hang in the air there."""
-    folder = put(kitchen.write(in_form(corner(), weight)), tmp_path, corner())
-    (found,) = told(version, [folder / "scene.xml"])
-    assert found.get("error") is None
-    assert found["warnings"] == []
-    bodies = expected(corner(), "closed")
-    if weight is Weight.LIGHT:  # what is fixed may be merged into what it is fixed to, what moves may not
-        here = mujoco.MjModel.from_xml_path(str(folder / "scene.xml"))
-        kept = {here.body(i).name for i in range(1, here.nbody)}
-        # 3.3.1 merges less.
-        assert kept == set(found["bodies"]) if version != "3.3.1" else kept <= set(found["bodies"])
-        full = mujoco.MjModel.from_xml_path(
-            str(put(kitchen.write(corner()), tmp_path / "full", corner()) / "scene.xml")
-        )
-        moving = {name for name in bodies if full.body(name).jntnum[0]}
-        assert moving
-        assert moving <= set(found["bodies"]) <= set(bodies)
-    else:
-        assert sorted(found["bodies"]) == sorted(bodies)
-    assert found["keys"] == ["start", "closed", "open"]
-    assert found["parallel_lights"] == ["sun"]

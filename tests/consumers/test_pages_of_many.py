@@ -119,22 +119,18 @@ def test_no_page_scrolls_sideways_or_breaks_a_word_of_a_table(
     assert {name: f for name, f in faults.items() if f["broken"] or f["cut"] or f["wide"] > 0} == {}
 
 
-def is_wide_enough(page: Page) -> bool:
-    return bool(page.evaluate("document.documentElement.scrollWidth <= innerWidth"))
-
-
 @pytest.mark.parametrize(("width", "dark"), [(1280, False), (1280, True), (390, False), (390, True)])
 def test_a_report_is_clean_on_any_screen(browser: Browser, library: Path, width: int, dark: bool) -> None:
     page = opened(browser, library, f"#{FIRST.id}", width, dark)
     page.wait("#detail")
     page.assert_clean()
-    assert is_wide_enough(page)
+    assert page.fits
     page.press("Escape")
     if width > 900:
         page.click("#tab-numbers")
         page.wait("#panel-numbers table")
         page.assert_clean()
-    assert is_wide_enough(page)
+    assert page.fits
 
 
 def test_a_report_is_searched_filtered_and_sorted(browser: Browser, library: Path) -> None:
@@ -228,7 +224,7 @@ def test_a_kitchen_is_found_among_many(browser: Browser, rooms: Path, width: int
     page.wait("#detail .facts")
     assert address(page) == "#q=oak+ebony&id=galley__rustic"
     page.assert_clean()
-    assert is_wide_enough(page)
+    assert page.fits
 
 
 def test_filters_of_kitchens_count_what_they_would_leave(browser: Browser, rooms: Path) -> None:
@@ -247,4 +243,4 @@ def test_the_page_about_a_folder_is_clean(browser: Browser, library: Path, tmp_p
         page = browser.open(home.write(tmp_path), width=width)
         page.wait("text=was rejected")
         page.assert_clean()
-        assert is_wide_enough(page)
+        assert page.fits

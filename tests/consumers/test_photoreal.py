@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import os
 from pathlib import Path
 
 import numpy as np
@@ -14,17 +13,15 @@ from casa_assets.core.system import BLENDER_VARIABLE
 from casa_assets.pipeline.kitchens.recipe import SceneRecipe
 from casa_assets.pipeline.kitchens.scene_folders import BuildOptions, build_all
 from casa_assets.preview.photoreal.render import Still, StillSettings, asset_still, picture_faults, scene_stills
-from tests.libraries import ROOT
+from tests.environments import python_of
 
 pytestmark = pytest.mark.consumers
-PYTHON = ROOT / os.environ.get(BLENDER_VARIABLE, ".venv-blender/bin/python")
 SMALL = StillSettings(width_px=240, height_px=135, samples=16)
 
 
 @pytest.fixture(autouse=True)
 def there(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert PYTHON.exists(), f"{PYTHON} is missing; run ./dev consumers"
-    monkeypatch.setenv(BLENDER_VARIABLE, str(PYTHON))
+    monkeypatch.setenv(BLENDER_VARIABLE, str(python_of("blender")))
 
 
 @pytest.fixture(scope="module")
@@ -38,7 +35,7 @@ def kitchen(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def stills(kitchen: Path) -> dict[str, Still]:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv(BLENDER_VARIABLE, str(PYTHON))
+        patch.setenv(BLENDER_VARIABLE, str(python_of("blender")))
         return {still.name: still for still in scene_stills(kitchen, settings=SMALL)}
 
 

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
-import subprocess
 from pathlib import Path
 from typing import Any
 
@@ -13,10 +11,8 @@ import pytest
 
 from casa_assets.pipeline.export.robocasa import export
 from tests.built_libraries import keep, loose_and_fixed
+from tests.environments import found_by
 from tests.libraries import BOXES, box_obj, casa
-
-ROOT = Path(__file__).parents[2]
-SCRIPT = Path(__file__).with_name("robosuite_objects.py")
 
 pytestmark = pytest.mark.consumers
 
@@ -36,13 +32,7 @@ def exported(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def told(exported: Path) -> Any:
-    """What robosuite says of them."""
-    python = ROOT / os.environ.get("CASA_ROBOSUITE", ".venv-robosuite/bin/python")
-    assert python.is_file(), f"{python} is missing; './dev consumers' makes it, or name one with CASA_ROBOSUITE"
-    command = [str(python), str(SCRIPT), str(exported)]
-    done = subprocess.run(command, check=False, capture_output=True, text=True, timeout=300)
-    assert done.returncode == 0, done.stderr[-4000:]
-    return json.loads(done.stdout.splitlines()[-1])
+    return found_by("robosuite", "robosuite_objects.py", exported)
 
 
 @pytest.fixture(scope="module")
@@ -82,7 +72,8 @@ def test_both_generations_find_the_size(told: Any, facts: dict[str, Any]) -> Non
         assert np.array(half["size_v1_0"]) == pytest.approx(np.array(whole["size_v1_0"]) / 2, rel=1e-6)
 
 
-def test_placed_they_stay_where_they_are(told: Any) -> None:
+def test_placed_they_stay_where_they_are_and_nothing_is_warned_of(told: Any) -> None:
+    assert (told["robosuite"], told["left"], told["warnings"]) == ("1.5.2", [], [])
     for row in told["lying"]:
         assert row["finite"]
         assert row["moved_m"] < 0.002, row
@@ -98,9 +89,3 @@ def test_what_lies_can_be_stood_up(told: Any) -> None:
         "sandwich_bread_0000000500",
     }
     assert sizes["sandwich_bread_0000000100"] == pytest.approx([0.014, 0.12, 0.11])
-
-
-def test_nothing_is_left_behind_or_warned_of(told: Any) -> None:
-    assert told["robosuite"] == "1.5.2"
-    assert told["left"] == []
-    assert told["warnings"] == []

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import os
-import subprocess
 from pathlib import Path
 from typing import Any
 
@@ -17,10 +15,9 @@ from casa_assets.export.robocasa.task_objects import TASK_DRAWS, missing_draws
 from casa_assets.model.registry.contract import RobocasaRelease
 from casa_assets.pipeline.families.run import build_asset, family_of, object_requests, params_of
 from tests.built_libraries import keep
+from tests.environments import found_by, printed, rows_of
 from tests.libraries import casa
 
-ROOT = Path(__file__).parents[2]
-SCRIPTS = Path(__file__).with_name("robocasa")
 KITCHEN = "l_large__mediterranean"  # it affords every pick-and-place task
 # A few of the tasks and resets of `./dev bench robocasa_resets`.
 TASKS = ("PickPlaceCounterToSink", "PickPlaceFridgeShelfToDrawer", "PickPlaceDrawerToCounter", "PickPlaceCounterToOven")
@@ -28,6 +25,8 @@ RESETS, DRAWS = 2, 40
 # What the source of all doors puts behind one is left out for these.
 DISHWASHERS = ("OpenDishwasher", "CloseDishwasher")
 TIMEOUT_S = 1800
+
+pytestmark = pytest.mark.consumers
 
 
 @pytest.fixture(scope="module")
@@ -41,21 +40,10 @@ def exported(tmp_path_factory: pytest.TempPathFactory, cache: Path) -> Path:
     return root / "out"
 
 
-def run(script: str, *arguments: object) -> str:
-    """What a script prints in RoboCasa's environment."""
-    python = ROOT / os.environ.get("CASA_ROBOCASA", ".venv-robocasa/bin/python")
-    assert python.is_file(), f"{python} is missing; './dev consumers' makes it, or name one with CASA_ROBOCASA"
-    command = [str(python), str(SCRIPTS / script), *map(str, arguments)]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=TIMEOUT_S, check=False)
-    assert done.returncode == 0, done.stderr[-4000:]
-    return done.stdout
-
-
 @pytest.fixture(scope="module")
 def drawn_by_registry(exported: Path) -> dict[str, list[dict[str, Any]]]:
     """What each atomic task asks for, and what RoboCasa drew of ours, in each of our registries."""
-    found: dict[str, list[dict[str, Any]]] = json.loads(run("list_groups.py", exported, DRAWS).splitlines()[-1])
-    return found
+    return dict(found_by("robocasa", "robocasa/list_groups.py", exported, DRAWS, timeout_s=TIMEOUT_S))
 
 
 @pytest.fixture(scope="module")
@@ -64,7 +52,6 @@ def drawn(drawn_by_registry: dict[str, list[dict[str, Any]]]) -> list[dict[str, 
     return drawn_by_registry["casa"]
 
 
-@pytest.mark.consumers
 class TestGroups:
     def test_they_are_read_from_robocasas_source(self, drawn: list[dict[str, Any]]) -> None:
         groups = [row["groups"] for row in drawn]
@@ -75,11 +62,9 @@ class TestGroups:
         }
         assert sum(row["task"].startswith("PickPlace") for row in drawn) > 40
 
-    def test_each_can_be_drawn_from_ours(self, drawn: list[dict[str, Any]]) -> None:
+    def test_each_can_be_drawn_from_ours_and_groups_of_many_kinds_give_many(self, drawn: list[dict[str, Any]]) -> None:
         missing = [row for row in drawn if row["error"]]
         assert [f"{row['task']}: {row['groups']} {row['filters']}: {row['error']}" for row in missing] == []
-
-    def test_groups_of_many_kinds_give_many(self, drawn: list[dict[str, Any]]) -> None:
         for row in drawn:
             if row["groups"] in ("all", "food", "vegetable", "fruit"):
                 assert len(row["categories"]) >= 8, row
@@ -89,7 +74,6 @@ def as_tuple(names: Any) -> tuple[str, ...]:
     return (names,) if isinstance(names, str) else tuple(names or ())
 
 
-@pytest.mark.consumers
 class TestTasks:
     """What `export robocasa` says of the tasks, against RoboCasa itself."""
 
@@ -123,12 +107,11 @@ class TestTasks:
         assert missing.keys() - failed <= {task for task in TASK_DRAWS if task.startswith(("Open", "Close"))}
 
 
-@pytest.mark.consumers
 def test_pick_and_place_tasks_reset_with_our_objects(exported: Path, tmp_path: Path) -> None:
     jobs = [{"task": task, "kitchens": [KITCHEN], "seed": seed, "resets": RESETS} for seed, task in enumerate(TASKS)]
     (tmp_path / "jobs.json").write_text(json.dumps(jobs), encoding="utf-8")
-    printed = run("reset_tasks.py", exported, tmp_path / "jobs.json")
-    rows = [json.loads(line) for line in printed.splitlines() if line.startswith("{")]
+    asked = ("robocasa/reset_tasks.py", exported, tmp_path / "jobs.json")
+    rows = rows_of(printed("robocasa", *asked, timeout_s=TIMEOUT_S))
     assert len(rows) == len(TASKS) * RESETS
     assert [f"{row['task']} #{row['number']}: {row['error']}" for row in rows if row["error"]] == []
     assert all(row["categories"] for row in rows)

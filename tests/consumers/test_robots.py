@@ -13,9 +13,9 @@ from typing import Any
 import pytest
 
 from tests.consumers.robots.page import ASKED, KITCHENS, PLANS, rows
+from tests.environments import packages_of, with_packages_of
+from tests.libraries import ROOT, command
 
-ROOT = Path(__file__).parents[2]
-PLACE = ROOT / os.environ.get("CASA_ROBOTS", ".venv-robots")
 SCENE = "l_small__coastal"
 OTHERS = ("GR1", "SpotWithArm", "Tiago")
 # A drawer low down, one under the worktop, doors below and above it, a knob, a key.
@@ -29,17 +29,13 @@ FEW = (
 )
 PAGE = ROOT / "docs" / "numbers.md"
 
+pytestmark = pytest.mark.consumers
+
 
 def casa(*arguments: object) -> subprocess.CompletedProcess[str]:
     """The command line, with what the extra `robots` adds in front of our packages."""
-    assert PLACE.is_dir(), f"{PLACE.name} is missing; ./dev consumers makes it"
-    (packages,) = PLACE.glob("lib/python3*/site-packages")
     return subprocess.run(
-        [sys.executable, "-m", "casa_assets.cli.main", *map(str, arguments)],
-        env={**os.environ, "PYTHONPATH": os.pathsep.join([str(packages), str(ROOT)]), "COLUMNS": "200"},
-        capture_output=True,
-        text=True,
-        check=False,
+        command(*arguments), env=with_packages_of("robots"), capture_output=True, text=True, check=False
     )
 
 
@@ -57,7 +53,6 @@ def certificate(out: Path) -> dict[str, Any]:
     return data
 
 
-@pytest.mark.consumers
 def test_panda_omron_reaches_nearly_all_and_follows_most(out: Path) -> None:
     found = certificate(out)
     (result,) = found["results"]
@@ -68,7 +63,6 @@ def test_panda_omron_reaches_nearly_all_and_follows_most(out: Path) -> None:
     assert counts["followed"] >= 0.6 * counts["joints"]
 
 
-@pytest.mark.consumers
 def test_each_joint_says_how_it_was_reached(out: Path) -> None:
     facts = json.loads((out / SCENE / "scene.json").read_text(encoding="utf-8"))
     ranges = {j["name"] for f in facts["fixtures"] for j in f["joints"].values()}
@@ -79,7 +73,6 @@ def test_each_joint_says_how_it_was_reached(out: Path) -> None:
         assert (joint["share"] == 1.0) == (joint["followed"] != "no")
 
 
-@pytest.mark.consumers
 def test_what_is_unchanged_is_kept_and_stands_in_the_report(out: Path) -> None:
     before = (out / SCENE / "robots.json").read_bytes()
     done = casa("scenes", "robots", SCENE, "--robot", "PandaOmron", "--out", out, "--jobs", 1)
@@ -93,7 +86,6 @@ def test_what_is_unchanged_is_kept_and_stands_in_the_report(out: Path) -> None:
     assert "PandaOmron" in (out / SCENE / "report.html").read_text(encoding="utf-8")
 
 
-@pytest.mark.consumers
 def test_without_its_models_it_says_what_is_missing(tmp_path: Path) -> None:
     done = casa("scenes", "robots", SCENE, "--out", tmp_path, "--models", tmp_path)
     assert done.returncode == 2
@@ -101,19 +93,17 @@ def test_without_its_models_it_says_what_is_missing(tmp_path: Path) -> None:
     assert "robosuite 1.5.2" in " ".join(done.stderr.split())
 
 
-@pytest.mark.consumers
 def test_a_panda_opens_a_drawer_in_plain_mujoco(tmp_path: Path) -> None:
-    (panda,) = PLACE.glob("lib/python3*/site-packages/robosuite/models/assets/robots/panda/robot.xml")
+    panda = packages_of("robots") / "robosuite" / "models" / "assets" / "robots" / "panda" / "robot.xml"
     picture = tmp_path / "drawer.png"
-    command = [sys.executable, str(ROOT / "examples" / "open_drawer_panda.py"), str(panda), str(picture)]
+    words = [sys.executable, str(ROOT / "examples" / "open_drawer_panda.py"), str(panda), str(picture)]
     environment = {**os.environ, "PYTHONPATH": str(ROOT), "MUJOCO_GL": "egl"}
-    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    done = subprocess.run(words, env=environment, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
     assert "is open by 0.2" in done.stdout
     assert picture.stat().st_size > 50_000
 
 
-@pytest.mark.consumers
 def test_a_humanoid_a_quadruped_and_another_mobile_arm_reach_a_few_joints(out: Path, tmp_path: Path) -> None:
     scenes = shutil.copytree(out, tmp_path / "scenes", symlinks=True)
     robots = [part for name in OTHERS for part in ("--robot", name)]

@@ -16,16 +16,9 @@ pytestmark = pytest.mark.consumers
 MKDOCS = ROOT / ".venv-docs" / "bin" / "mkdocs"
 # Attributes by which a page loads a file; those of <a> and <form> are followed by the reader alone.
 LOADS = {
-    "audio": "src",
-    "embed": "src",
-    "iframe": "src",
-    "img": "src",
-    "link": "href",
+    **dict.fromkeys(("audio", "embed", "iframe", "img", "script", "source", "video"), "src"),
+    **dict.fromkeys(("link", "use"), "href"),
     "object": "data",
-    "script": "src",
-    "source": "src",
-    "use": "href",
-    "video": "src",
 }
 ELSEWHERE = re.compile(r"^(\w+:)?//|^(http|https|ftp|ws|wss):", re.IGNORECASE)
 URL = re.compile(r"url\(\s*[\"']?([^\"')]+)|@import\s+[\"']([^\"']+)")

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import gzip
 import json
-import time
-from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
@@ -13,6 +11,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
+from tests.environments import wait_until
 from tests.format_files import tarred, zipped
 from tests.libraries import BOXES, box_obj, casa, input_rows
 from tests.object_stores import BUCKET, SECRET, Server
@@ -23,12 +22,6 @@ pytestmark = pytest.mark.consumers
 URL = f"s3://{BUCKET}/things"
 # Where one server is enough; the other one takes any password.
 only_rclone = pytest.mark.parametrize("server", ["rclone"], indirect=True)
-
-
-@pytest.fixture(params=["rclone", "seaweedfs"])
-def server(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Server]:
-    with Server(str(request.param), tmp_path / "server") as made:
-        yield made
 
 
 class Made(NamedTuple):
@@ -84,9 +77,7 @@ def test_the_library_is_that_of_the_disk(server: Server, things: Made, tmp_path:
 @only_rclone
 def test_a_server_that_is_away_rejects_and_ends_nothing_for_good(server: Server, things: Made, tmp_path: Path) -> None:
     run = server.begin("ingest", URL, "--library", tmp_path / "s3", "--json", "--jobs", 1)
-    while not list((tmp_path / "s3").glob("*/*/asset.json")):
-        assert run.poll() is None, run.communicate()
-        time.sleep(0.05)
+    wait_until(lambda: list((tmp_path / "s3").glob("*/*/asset.json")), run)
     server.kill()
     out, errors = run.communicate(timeout=600)
     assert run.returncode == 1, errors

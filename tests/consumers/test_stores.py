@@ -5,28 +5,21 @@ from __future__ import annotations
 import shutil
 import subprocess
 import time
-from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 
+from tests.environments import wait_until
 from tests.libraries import entries_of, input_rows
 from tests.object_stores import BUCKET, KEY, SECRET, Server, killed
 from tests.sharded_inputs import public_differences
 
 pytestmark = pytest.mark.consumers
 
-KINDS = ("rclone", "seaweedfs")
 # What the program does where something is killed does not hang on whose server it is: a release tries both.
 one_server_in_ci = pytest.mark.parametrize(
     "server", ["seaweedfs", pytest.param("rclone", marks=pytest.mark.certify)], indirect=True
 )
-
-
-@pytest.fixture(params=KINDS)
-def server(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Server]:
-    with Server(str(request.param), tmp_path / "server") as made:
-        yield made
 
 
 @pytest.fixture
@@ -47,38 +40,31 @@ def files_of(library: Path) -> list[str]:
     return sorted(path for path in paths if not path.startswith(".casa/"))
 
 
-def wait_until(is_so: Callable[[], bool], run: subprocess.Popen[str]) -> None:
-    """Wait until something is so, as long as a run is going on."""
-    give_up = time.monotonic() + 300
-    while not is_so():
-        assert run.poll() is None, run.communicate()
-        assert time.monotonic() < give_up
-        time.sleep(0.02)
+def half_pushed(server: Server, library: Path) -> subprocess.Popen[str]:
+    """A push that is in its middle."""
+    before = server.size
+    run = server.begin("library", "push", library, url("lib"))
+    wait_until(lambda: server.size > before + 2_000_000, run)
+    return run
 
 
 def same_on(server: Server, name: str, library: Path, tmp_path: Path) -> None:
     """Check that a store has the files of a library, none twice and none lost, and gives the same bytes back."""
     assert server.keys(name) == files_of(library)
-    done = server.casa("library", "pull", url(name), tmp_path / f"back_{name}")
-    assert done.returncode == 0, done.stderr
+    server.done("library", "pull", url(name), tmp_path / f"back_{name}")
     assert public_differences(tmp_path / f"back_{name}", library) == []
 
 
 def test_there_and_back(server: Server, library: Path, tmp_path: Path) -> None:
-    done = server.casa("library", "push", library, url("lib"))
-    assert done.returncode == 0, done.stderr
-    assert f"{len(entries_of(library))} copied" in done.stdout
+    assert f"{len(entries_of(library))} copied" in server.done("library", "push", library, url("lib"))
     same_on(server, "lib", library, tmp_path)
-    done = server.casa("library", "push", library, url("lib"), "--json")
-    assert done.stdout.count('"verdict": "kept"') == len(entries_of(library)) > 10
-    assert done.stdout.count("\n") == len(entries_of(library))
+    printed = server.done("library", "push", library, url("lib"), "--json")
+    assert printed.count('"verdict": "kept"') == printed.count("\n") == len(entries_of(library)) > 10
 
 
 @one_server_in_ci
 def test_a_server_that_is_killed_in_the_middle_and_started_again(server: Server, library: Path, tmp_path: Path) -> None:
-    before = server.size
-    run = server.begin("library", "push", library, url("lib"))
-    wait_until(lambda: server.size > before + 2_000_000, run)
+    run = half_pushed(server, library)
     server.kill()
     time.sleep(3.0)
     assert run.poll() is None
@@ -92,20 +78,16 @@ def test_a_server_that_is_killed_in_the_middle_and_started_again(server: Server,
 def test_a_push_that_is_killed_in_the_middle_is_finished_by_the_next(
     server: Server, library: Path, tmp_path: Path
 ) -> None:
-    before = server.size
-    run = server.begin("library", "push", library, url("lib"))
-    wait_until(lambda: server.size > before + 2_000_000, run)
+    run = half_pushed(server, library)
     killed(run)
     left = server.keys("lib")
     assert ".casa/unfinished.json" in left
     done = server.casa("library", "pull", url("lib"), tmp_path / "early")
     assert done.returncode == 2
     assert "was cut off before it had ended" in done.stderr
-    done = server.casa("library", "pull", url("lib"), tmp_path / "early", "--partial")
-    assert done.returncode == 0, done.stderr
+    server.done("library", "pull", url("lib"), tmp_path / "early", "--partial")
     assert set(entries_of(tmp_path / "early")) < set(entries_of(library))
-    done = server.casa("library", "push", library, url("lib"))
-    assert done.returncode == 0, done.stderr
+    server.done("library", "push", library, url("lib"))
     same_on(server, "lib", library, tmp_path)
 
 

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
-import subprocess
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -25,11 +23,9 @@ from casa_assets.pipeline.kitchens.recipe import SceneRecipe
 from casa_assets.pipeline.kitchens.resolve import build_scene
 from tests.assets import EVERY, microwave, write_to
 from tests.documents import blocks
+from tests.environments import found_by, printed
 from tests.scenes import corner
 
-ROOT = Path(__file__).parents[2]
-PYTHON = ROOT / os.environ.get("CASA_URDF", ".venv-urdf/bin/python")
-SCRIPT = Path(__file__).parent / "urdf_readers.py"
 # SAPIEN holds float32, and adds up poses along chains of links several metres from the origin.
 LENGTH_M, RATIO = 5e-6, 1e-5
 
@@ -96,12 +92,7 @@ def of_scene(scene: Scene) -> Expected:
 
 def told(*paths: Path) -> dict[str, Any]:
     """What both programs say of URDF files."""
-    assert PYTHON.is_file(), f"{PYTHON} is missing; './dev consumers' makes it, or name one with CASA_URDF"
-    done = subprocess.run(
-        [str(PYTHON), str(SCRIPT), *map(str, paths)], check=False, capture_output=True, text=True, timeout=500
-    )
-    assert done.returncode == 0, done.stderr[-4000:]
-    return dict(json.loads(done.stdout.splitlines()[-1]))
+    return dict(found_by("urdf", "urdf_readers.py", *paths, timeout_s=500))
 
 
 def free_microwave() -> Asset:
@@ -184,17 +175,15 @@ print(json.dumps({"parts": len(scene.entities), "ways": ways}))
 CREEP = 0.001  # rad or m in a second; what is loose sinks onto what it stands on
 
 
-def test_what_the_page_says_runs_and_the_kitchen_stands(scenes: dict[str, tuple[Scene, Path]]) -> None:
+def test_what_the_page_says_runs_and_the_kitchen_stands(scenes: dict[str, tuple[Scene, Path]], tmp_path: Path) -> None:
     whole, path = scenes["l_small__coastal"]
     of_page = [block for block in blocks("docs/howto/use/urdf.md") if block.reason == "needs yourdfpy or SAPIEN"]
     assert len(of_page) == 2
     for block in of_page:
         code = WITHOUT_PICTURES + block.code + A_SECOND if "import sapien" in block.code else block.code
-        done = subprocess.run(
-            [str(PYTHON), "-c", code], cwd=path.parents[4], check=False, capture_output=True, text=True, timeout=300
-        )
-        assert done.returncode == 0, done.stderr[-4000:]
-    found = json.loads(done.stdout.splitlines()[-1])
+        (tmp_path / "page.py").write_text(code, encoding="utf-8")
+        text = printed("urdf", str(tmp_path / "page.py"), folder=path.parents[4])
+    found = json.loads(text.splitlines()[-1])
     loose = [place for place in whole.placements if whole.asset_of[place.name].base is Base.FREE]
     links = sum(len(whole.asset_of[place.name].links) for place in loose)
     assert loose

@@ -12,7 +12,7 @@ from casa_assets.pipeline.view.model import make
 from casa_assets.pipeline.view.server import ViewServer
 from casa_assets.pipeline.view.subject import find
 from tests.browser import Browser, Page
-from tests.view_requests import serving
+from tests.server_requests import serving
 
 pytestmark = pytest.mark.consumers
 KITCHEN = "one_wall_small__coastal"
@@ -109,7 +109,7 @@ def test_another_style_takes_its_place_with_the_doors_as_they_stood(browser: Bro
 
 def test_a_phone_in_the_dark(browser: Browser, microwave: ViewServer) -> None:
     page = shown(browser, microwave, width=390, height=844, dark=True, touch=True)
-    assert page.evaluate("document.documentElement.scrollWidth <= window.innerWidth")
+    assert page.fits
     page.assert_clean()
 
 

@@ -12,6 +12,8 @@ import pytest
 from casa_assets.registry import FILES
 
 ROOT = Path(__file__).parents[2]
+pytestmark = pytest.mark.consumers
+
 PROBE = """
 import pathlib, sys
 import casa_assets
@@ -32,7 +34,6 @@ def names(wheel: Path) -> list[str]:
         return archive.namelist()
 
 
-@pytest.mark.consumers
 def test_registry_and_templates_are_inside(names: list[str]) -> None:
     wanted = {f"casa_assets/registry_data/{name}.yaml" for name in FILES}
     templates = (ROOT / "casa_assets" / "pipeline" / "reports" / "templates").rglob("*")
@@ -43,14 +44,12 @@ def test_registry_and_templates_are_inside(names: list[str]) -> None:
     assert sorted(wanted - set(names)) == []
 
 
-@pytest.mark.consumers
 def test_nothing_else_is_inside(names: list[str]) -> None:
     packages = {name.split("/", 1)[0] for name in names}
     assert {p for p in packages if not p.endswith(".dist-info")} == {"casa_assets"}
     assert [name for name in names if "test" in name or "example" in name or name.endswith(".pyc")] == []
 
 
-@pytest.mark.consumers
 def test_the_program_runs_from_the_wheel(wheel: Path, tmp_path: Path) -> None:
     """Unpacked beside nothing else of ours, with the dependencies of this environment."""
     site = tmp_path / "site"

@@ -19,16 +19,6 @@ pytestmark = pytest.mark.slow
 Moment = Callable[[Path], bool]
 
 
-@pytest.fixture(scope="module")
-def inputs(few: Path) -> Path:
-    return few / "in"
-
-
-@pytest.fixture(scope="module")
-def undisturbed(few: Path) -> Path:
-    return few / "library"
-
-
 def children(pid: int) -> list[int]:
     """Processes that a process has started and that still run."""
     found = []
@@ -63,22 +53,21 @@ def run_until(moment: Moment, inputs: Path, library: Path) -> Iterator[tuple[sub
         time.sleep(0.002)
 
 
-def has_begun(library: Path) -> bool:
-    """A worker has begun with an asset; a folder may go while it is looked into."""
-    with suppress(FileNotFoundError):
-        return any((library / ".casa" / "staging").glob("[!u]*/*"))
-    return False
+def is_staged(name: str) -> Moment:
+    """A file of an asset is in the staging folder, where a folder may go while it is looked into."""
+
+    def come(library: Path) -> bool:
+        with suppress(FileNotFoundError):
+            return any((library / ".casa" / "staging").glob(name))
+        return False
+
+    return come
 
 
-def is_half_written(library: Path) -> bool:
-    """An asset is on disk in part; a folder may go while it is looked into."""
-    with suppress(FileNotFoundError):
-        return any((library / ".casa" / "staging").glob("*/*/model.xml"))
-    return False
+has_begun, is_half_written = is_staged("[!u]*/*"), is_staged("*/*/model.xml")
 
 
 def has_published(library: Path) -> bool:
-    """The first asset is there."""
     return any(library.glob("*/*/asset.json"))
 
 
@@ -86,42 +75,43 @@ def is_worked_on(library: Path) -> bool:
     return is_half_written(library) or has_published(library)
 
 
-def finish(inputs: Path, library: Path) -> None:
-    done = casa_here("ingest", inputs, "--library", library, "--jobs", 2)
+def finish(few: Path, library: Path) -> None:
+    """Assert that the same command ends where an undisturbed run ends."""
+    done = casa_here("ingest", few / "in", "--library", library, "--jobs", 2)
     assert done.returncode == 1, done.stdout + done.stderr
+    assert list((library / ".casa" / "staging").iterdir()) == []
+    assert differences(few / "library", library) == []
 
 
 @pytest.mark.parametrize("times", [2, pytest.param(3, marks=pytest.mark.certify)])
-def test_killed_and_killed_again(inputs: Path, undisturbed: Path, tmp_path: Path, times: int) -> None:
+def test_killed_and_killed_again(few: Path, tmp_path: Path, times: int) -> None:
     library = tmp_path / "library"
-    with run_until(has_begun, inputs, library) as (run, _, _):
+    with run_until(has_begun, few / "in", library) as (run, _, _):
         kill(run.pid)  # the run alone
-    assert entries_of(library) != entries_of(undisturbed), "killed too late"
-    with run_until(is_half_written, inputs, library) as (run, server, workers):
+    assert entries_of(library) != entries_of(few / "library"), "killed too late"
+    with run_until(is_half_written, few / "in", library) as (run, server, workers):
         kill(*workers, server, run.pid)  # everything
     if times > 2:
-        with run_until(has_published, inputs, library) as (run, _, workers):
+        with run_until(has_published, few / "in", library) as (run, _, workers):
             kill(run.pid, *workers)
-    finish(inputs, library)
-    assert list((library / ".casa" / "staging").iterdir()) == []
-    assert differences(undisturbed, library) == []
+    finish(few, library)
 
 
 @pytest.mark.representatives(1)
 @pytest.mark.parametrize("victim", ["workers", "server"])
-def test_a_run_goes_on_without_what_was_killed(inputs: Path, undisturbed: Path, tmp_path: Path, victim: str) -> None:
+def test_a_run_goes_on_without_what_was_killed(few: Path, tmp_path: Path, victim: str) -> None:
     library = tmp_path / "library"
-    with run_until(is_worked_on, inputs, library) as (run, server, workers):
+    with run_until(is_worked_on, few / "in", library) as (run, server, workers):
         kill(*(workers if victim == "workers" else [server]))
     assert run.returncode == 1
-    assert differences(undisturbed, library) == []
+    assert differences(few / "library", library) == []
 
 
 @pytest.mark.representatives(1)
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
-def test_stopped_politely(inputs: Path, undisturbed: Path, tmp_path: Path, number: int) -> None:
+def test_stopped_politely(few: Path, tmp_path: Path, number: int) -> None:
     library = tmp_path / "library"
-    arguments = command("ingest", inputs, "--library", library, "--jobs", 2)
+    arguments = command("ingest", few / "in", "--library", library, "--jobs", 2)
     run = subprocess.Popen(arguments, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     while not is_worked_on(library):
         assert run.poll() is None
@@ -131,5 +121,5 @@ def test_stopped_politely(inputs: Path, undisturbed: Path, tmp_path: Path, numbe
     assert run.returncode == 128 + number
     assert message.splitlines() == ["stopped; the same command goes on from here"]
     assert list((library / ".casa" / "staging").iterdir()) == []
-    finish(inputs, library)
-    assert differences(undisturbed, library) == []
+    assert list((library / ".casa" / "staging").iterdir()) == []
+    finish(few, library)

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import os
-import signal
 import subprocess
 import time
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from pathlib import Path
 
 import pytest
 
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.identity import Producer
-from tests.determinism.test_kill import children
+from casa_assets.pipeline.workers.limits import trees
+from tests.determinism.test_kill import is_staged, kill
 from tests.libraries import ROOT, casa_here, command, tree
 from tests.unit.articulate.blocks import microwave
 from tests.unit.articulate.test_assemble import obj
@@ -30,14 +28,9 @@ ORDERS = [("ingest", "articulate"), ("articulate", "ingest")]
 
 
 def in_staging(name: str) -> Moment:
-    """A file of the entry stands in the staging folder."""
-
-    def come(library: Path, verb: str) -> bool:
-        with suppress(FileNotFoundError):  # a folder may go while it is looked into
-            return any((library / ".casa" / "staging").glob(f"microwave_*/*/{name}"))
-        return False
-
-    return come
+    """A file of the entry is in the staging folder."""
+    come = is_staged(f"microwave_*/*/{name}")
+    return lambda library, verb: come(library)
 
 
 def is_published(library: Path, verb: str) -> bool:
@@ -70,19 +63,11 @@ def killed_at(moment: Moment, verb: str, mesh: Path, library: Path) -> None:
     )
     while run.poll() is None and not moment(library, verb):
         time.sleep(0.001)
-    every = descendants(run.pid)
-    for pid in (run.pid, *every):
-        with suppress(ProcessLookupError):
-            os.kill(pid, signal.SIGKILL)
+    every = [process.pid for process in trees([run.pid])[run.pid]]  # program, server of the workers, workers
+    kill(run.pid, *every)
     run.wait()
     while any(Path(f"/proc/{pid}").exists() for pid in every):  # nothing of it may still be writing
         time.sleep(0.002)
-
-
-def descendants(pid: int) -> list[int]:
-    """All processes below one: the program under its supervisor, the server of the workers, the workers."""
-    below = children(pid)
-    return [*below, *(deeper for child in below for deeper in descendants(child))]
 
 
 def producers(library: Path) -> list[Producer]:

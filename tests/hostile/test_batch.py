@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.libraries import ROOT, casa_here, command, differences, entries_of
+from tests.libraries import ROOT, casa_here, command, differences
 
 pytestmark = pytest.mark.slow
 
@@ -51,17 +51,6 @@ pathlib.Path.write_bytes = fill
 """
 
 
-@pytest.fixture(scope="module")
-def inputs(few: Path) -> Path:
-    """Two boxes and a file that is cut; the box that something befalls comes second."""
-    return few / "in"
-
-
-@pytest.fixture(scope="module")
-def undisturbed(few: Path) -> Path:
-    return few / "library"
-
-
 def hook(folder: Path, code: str) -> str:
     """PYTHONPATH of a folder whose sitecustomize is the code."""
     folder.mkdir()
@@ -69,33 +58,31 @@ def hook(folder: Path, code: str) -> str:
     return str(folder)
 
 
-def is_tidy(library: Path) -> bool:
-    """Nothing half-written is left: every folder of an entry has its last file, and the staging folder is empty."""
+def goes_on(few: Path, library: Path) -> None:
+    """Assert that nothing half-written is left, and that the same command ends where an undisturbed run ends."""
     folders = [p for p in library.glob("*/*") if p.is_dir() and not p.parent.name.startswith(".")]
-    whole = all((p / "asset.json").exists() or (p / "reject.json").exists() for p in folders)
-    return whole and list((library / ".casa" / "staging").iterdir()) == []
+    assert all((p / "asset.json").exists() or (p / "reject.json").exists() for p in folders)
+    assert list((library / ".casa" / "staging").iterdir()) == []
+    assert casa_here("ingest", few / "in", "--library", library, "--jobs", 1).returncode == 1
+    assert differences(few / "library", library) == []
 
 
-def test_an_input_whose_worker_is_killed_twice(
-    inputs: Path, undisturbed: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_input_whose_worker_is_killed_twice(few: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     library = tmp_path / "library"
     with monkeypatch.context() as patch:  # of the processes that this one starts
         patch.setenv("PYTHONPATH", hook(tmp_path / "hook", KILLED))
-        done = casa_here("ingest", inputs, "--library", library, "--jobs", 1, "--json")
+        done = casa_here("ingest", few / "in", "--library", library, "--jobs", 1, "--json")
     assert done.returncode == 1, done.stderr
     said = {row["path"]: row for row in map(json.loads, done.stdout.splitlines())}
     assert said["milk_carton.obj"]["code"] == "RUN003"
     assert "SIGKILL" in said["milk_carton.obj"]["message"]
     assert said["cereal_box.obj"]["status"] == "accepted"
-    assert is_tidy(library)
-    assert casa_here("ingest", inputs, "--library", library, "--jobs", 1).returncode == 1
-    assert differences(undisturbed, library) == []
+    goes_on(few, library)
 
 
-def test_ctrl_c_while_a_worker_hangs(inputs: Path, undisturbed: Path, tmp_path: Path) -> None:
+def test_ctrl_c_while_a_worker_hangs(few: Path, tmp_path: Path) -> None:
     library = tmp_path / "library"
-    arguments = command("ingest", inputs, "--library", library, "--jobs", 2)
+    arguments = command("ingest", few / "in", "--library", library, "--jobs", 2)
     environment = {"PYTHONPATH": hook(tmp_path / "hook", HANGING), "PATH": "/usr/bin:/bin"}
     run = subprocess.Popen(
         arguments, cwd=ROOT, env=environment, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True
@@ -109,36 +96,32 @@ def test_ctrl_c_while_a_worker_hangs(inputs: Path, undisturbed: Path, tmp_path: 
     assert run.returncode == 130
     assert time.monotonic() - begin < 120
     assert message.splitlines() == ["stopped; the same command goes on from here"]
-    assert is_tidy(library)
-    assert casa_here("ingest", inputs, "--library", library, "--jobs", 1).returncode == 1
-    assert differences(undisturbed, library) == []
+    goes_on(few, library)
 
 
-def test_a_disk_that_fills_up(inputs: Path, undisturbed: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_disk_that_fills_up(few: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     library = tmp_path / "library"
     with monkeypatch.context() as patch:
         patch.setenv("PYTHONPATH", hook(tmp_path / "hook", FULL))
-        done = casa_here("ingest", inputs, "--library", library, "--jobs", 1)
+        done = casa_here("ingest", few / "in", "--library", library, "--jobs", 1)
     assert done.returncode == 2, done.stdout + done.stderr
     assert "cannot be written to: No space left on device" in done.stderr.replace("\n", " ")
-    assert is_tidy(library)
     assert not list(library.glob("milk/*"))
-    assert casa_here("ingest", inputs, "--library", library, "--jobs", 1).returncode == 1
-    assert differences(undisturbed, library) == []
+    goes_on(few, library)
 
 
 @pytest.mark.parametrize("place", ["/proc/library", "/dev/null/library", "/sys/library"])
-def test_a_folder_that_cannot_be_written_to(inputs: Path, place: str) -> None:
-    done = casa_here("ingest", inputs, "--library", place)
+def test_a_folder_that_cannot_be_written_to(few: Path, place: str) -> None:
+    done = casa_here("ingest", few / "in", "--library", place)
     assert done.returncode == 2
     assert "cannot be written to" in done.stderr
     assert "Traceback" not in done.stderr
 
 
-def test_a_reader_of_the_lines_that_goes_away(inputs: Path, undisturbed: Path, tmp_path: Path) -> None:
+def test_a_reader_of_the_lines_that_goes_away(few: Path, tmp_path: Path) -> None:
     """`casa-assets ingest --json | head -1`: no bug is reported, nothing is half-written."""
     library = tmp_path / "library"
-    arguments = command("ingest", inputs, "--library", library, "--jobs", 1, "--json")
+    arguments = command("ingest", few / "in", "--library", library, "--jobs", 1, "--json")
     run = subprocess.Popen(arguments, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     assert run.stdout is not None
     assert run.stderr is not None
@@ -147,6 +130,4 @@ def test_a_reader_of_the_lines_that_goes_away(inputs: Path, undisturbed: Path, t
     message = run.stderr.read()
     assert run.wait() in (0, 1, 2)
     assert "Traceback" not in message
-    assert is_tidy(library)
-    assert casa_here("ingest", inputs, "--library", library, "--jobs", 1).returncode == 1
-    assert entries_of(library) == entries_of(undisturbed)
+    goes_on(few, library)

@@ -19,7 +19,7 @@ from casa_assets.checks.scene.subject import SceneSubject
 from casa_assets.geometry.inertia import adjacent_links
 from casa_assets.model.asset.asset import Base, Exclusion
 from casa_assets.model.kitchen.scene import Placement, Scene
-from tests.packages import tamper
+from tests.packages import edit, tamper
 from tests.scenes import body, corner, expected, written
 
 
@@ -37,16 +37,16 @@ def test_both_formats_say_the_same(folder: Path) -> None:
     assert pointers(folder) == []
 
 
-# What stands in scene_nested.usda, what is put there instead, and a cell that then differs.
+# Edits of scene_nested.usda, and a cell that then differs.
 IN_NESTED = [
-    ("double3 xformOp:translate = (-0.04, -0.1, 0.1)", "double3 xformOp:translate = (-0.04, -0.2, 0.1)", "poses/start"),
-    ('over "door"\n', 'over "door"\n            (active = false)\n', "bodies"),
+    ("double3 xformOp:translate = (-0.04, {-0.1|-0.2}, 0.1)", "poses/start"),
+    ('over "door"\n{|            (active = false)\n}', "bodies"),
 ]
 
 
-@pytest.mark.parametrize(("old", "new", "cell"), IN_NESTED)
-def test_what_the_nested_layer_says_otherwise_is_found(old: str, new: str, cell: str, folder: Path) -> None:
-    tamper(folder / "scene_nested.usda", (old, new))
+@pytest.mark.parametrize(("text", "cell"), IN_NESTED)
+def test_what_the_nested_layer_says_otherwise_is_found(text: str, cell: str, folder: Path) -> None:
+    tamper(folder / "scene_nested.usda", edit(text))
     scene, nested = by_mujoco(folder / "scene.xml"), by_openusd(folder / "scene_nested.usda")
     found = [where for where, _ in compare(scene, nested, TOLERANCE, LENGTH_TOLERANCE_M)]
     assert any(where.startswith(cell) for where in found), found
@@ -104,107 +104,65 @@ def test_every_reader_says_what_the_scene_says(name: str, reader: Callable[[Path
     assert sun.direction == pytest.approx((0.2 / length, 0.5 / length, -1 / length), abs=1e-6)
 
 
-# What stands in scene.xml, what is put there instead, and a cell that then differs.
+# Edits of scene.xml, and a cell that then differs.
 IN_MJCF = [
+    ('body name="second_oven" pos="{-1.25|-1.2501} 2', "placements/second_oven/position"),
+    ('name="grill" pos="2 0.5 0.9"{ quat="0.707106781 0 0 0.707106781"|}', "placements/grill/quaternion"),
+    ('name="oven__microjoint" type="hinge" pos="0 {-0.02|-0.03} 0"', "bodies/oven__door/joint/anchor"),
+    ('name="other_grill__rack_joint" type="{slide|hinge}"', "bodies/other_grill__rack/joint/kind"),
+    ('body1="second_oven" body2="{second_oven__door|oven__door}"', "exclusions"),
+    ('geom name="mug__floor" type="cylinder" size="{0.04|0.06}', "bodies/mug/lower"),
+    ('text name="grill__label__handle" data="{grill__handle_0|other_grill__handle_0}', "placements/grill/labels"),
     (
-        'body name="second_oven" pos="-1.25 2',
-        'body name="second_oven" pos="-1.2501 2',
-        "placements/second_oven/position",
-    ),
-    (
-        'name="grill" pos="2 0.5 0.9" quat="0.707106781 0 0 0.707106781"',
-        'name="grill" pos="2 0.5 0.9"',
-        "placements/grill/quaternion",
-    ),
-    (
-        'name="oven__microjoint" type="hinge" pos="0 -0.02 0"',
-        'name="oven__microjoint" type="hinge" pos="0 -0.03 0"',
-        "bodies/oven__door/joint/anchor",
-    ),
-    (
-        'name="other_grill__rack_joint" type="slide"',
-        'name="other_grill__rack_joint" type="hinge"',
-        "bodies/other_grill__rack/joint/kind",
-    ),
-    ('body1="second_oven" body2="second_oven__door"', 'body1="second_oven" body2="oven__door"', "exclusions"),
-    (
-        'geom name="mug__floor" type="cylinder" size="0.04',
-        'geom name="mug__floor" type="cylinder" size="0.06',
-        "bodies/mug/lower",
-    ),
-    (
-        'text name="grill__label__handle" data="grill__handle_0',
-        'text name="grill__label__handle" data="other_grill__handle_0',
-        "placements/grill/labels",
-    ),
-    (
-        'text name="other_grill__grip__microjoint" data="other_grill__handle_0"',
-        'text name="other_grill__grip__microjoint" data="grill__handle_0"',
+        'text name="other_grill__grip__microjoint" data="{other_grill__handle_0|grill__handle_0}"',
         "placements/other_grill/grips",
     ),
     (
-        'text name="oven__state__door_open" data="oven__microjoint',
-        'text name="oven__state__door_open" data="second_oven__microjoint',
+        'text name="oven__state__door_open" data="{oven__microjoint|second_oven__microjoint}',
         "placements/oven/states/door_open/joint",
     ),
-    ('text name="ceiling__layer" data="ceiling"', 'text name="ceiling__layer" data="room"', "placements/ceiling/layer"),
-    ('text name="mug__class" data="mug ', 'text name="mug__class" data="cup ', "placements/mug/classes"),
-    ('key name="open" qpos="0 0 -1.3 ', 'key name="open" qpos="0 0 -1.2 ', "poses/open/grill__door/quaternion"),
-    ('key name="start" qpos="-1 ', 'key name="start" qpos="-1.01 ', "poses/start/oven__door/quaternion"),
-    ('camera name="door" pos="0 -3', 'camera name="door" pos="0 -3.1', "cameras/door/position"),
-    ('fovy="60"', 'fovy="61"', "cameras/door/fov_y_deg"),
-    ('light name="bulb" directional="false"', 'light name="bulb" directional="true"', "lights/bulb/kind"),
-    ('cutoff="180"', 'cutoff="60"', "lights/bulb/kind"),
-    ('castshadow="false"', 'castshadow="true"', "lights/spot/castshadow"),
-    ('gravity="0 0 -9.81"', 'gravity="0 0 -9.8"', "gravity"),
+    ('text name="ceiling__layer" data="{ceiling|room}"', "placements/ceiling/layer"),
+    ('text name="mug__class" data="{mug|cup} ', "placements/mug/classes"),
+    ('key name="open" qpos="0 0 {-1.3|-1.2} ', "poses/open/grill__door/quaternion"),
+    ('key name="start" qpos="{-1|-1.01} ', "poses/start/oven__door/quaternion"),
+    ('camera name="door" pos="0 {-3|-3.1}', "cameras/door/position"),
+    ('fovy="{60|61}"', "cameras/door/fov_y_deg"),
+    ('light name="bulb" directional="{false|true}"', "lights/bulb/kind"),
+    ('cutoff="{180|60}"', "lights/bulb/kind"),
+    ('castshadow="{false|true}"', "lights/spot/castshadow"),
+    ('gravity="0 0 {-9.81|-9.8}"', "gravity"),
 ]
 
 
-@pytest.mark.parametrize(("old", "new", "cell"), IN_MJCF)
-def test_what_scene_xml_says_otherwise_is_found(old: str, new: str, cell: str, folder: Path) -> None:
-    tamper(folder / "scene.xml", (old, new))
+@pytest.mark.parametrize(("text", "cell"), IN_MJCF)
+def test_what_scene_xml_says_otherwise_is_found(text: str, cell: str, folder: Path) -> None:
+    tamper(folder / "scene.xml", edit(text))
     assert cell in pointers(folder)
 
 
 # The same of scene.usda.
 IN_USD = [
     pytest.param(
-        "double3 xformOp:translate = (-1.25, 2, 0.9)",
-        "double3 xformOp:translate = (-1.2501, 2, 0.9)",
-        "placements/second_oven/position",
-        marks=BY_MUJOCO,
+        "double3 xformOp:translate = ({-1.25|-1.2501}, 2, 0.9)", "placements/second_oven/position", marks=BY_MUJOCO
     ),
-    (
-        "point3f physics:localPos0 = (2, 1.5, 0.9)",
-        "point3f physics:localPos0 = (2, 1.51, 0.9)",
-        "placements/other_grill/position",
-    ),
-    pytest.param(
-        "rel physics:body0 = </World>",
-        "rel physics:body0 = </World/oven>",
-        "placements/second_oven/base",
-        marks=BY_MUJOCO,
-    ),
-    ('casa:layer = "room"', 'casa:layer = "things"', "placements/wall/layer"),
-    ("mug_0123456789/mug_0123456789.usda", "orange_0123456789/orange_0123456789.usda", "placements/mug/asset"),
-    ('string pose = "open"', 'string pose = "on"', "poses/open/grill__door/quaternion"),
-    (
-        "double3 xformOp:translate = (-0.04, -0.1, 0.1)",
-        "double3 xformOp:translate = (-0.04, -0.2, 0.1)",
-        "poses/start/grill__rack/position",
-    ),
-    ("gravityMagnitude = 9.81", "gravityMagnitude = 9.8", "gravity"),
-    ("inputs:color = (0.6, 0.58, 0.5)", "inputs:color = (0.6, 0.5, 0.5)", "lights/sun/tint"),
-    ("cone:angle = 30", "cone:angle = 40", "lights/spot/cone_deg"),
-    ("focalLength", "focusDistance", "cameras/door/fov_y_deg"),
-    ('def Xform "orange" (', 'def Xform "apple" (', "placements"),
-    ("def PhysicsScene", "def Scope", "scene.usda"),
+    ("point3f physics:localPos0 = (2, {1.5|1.51}, 0.9)", "placements/other_grill/position"),
+    pytest.param("rel physics:body0 = </{World|World/oven}>", "placements/second_oven/base", marks=BY_MUJOCO),
+    ('casa:layer = "{room|things}"', "placements/wall/layer"),
+    ("{mug_0123456789/mug_0123456789.usda|orange_0123456789/orange_0123456789.usda}", "placements/mug/asset"),
+    ('string pose = "{open|on}"', "poses/open/grill__door/quaternion"),
+    ("double3 xformOp:translate = (-0.04, {-0.1|-0.2}, 0.1)", "poses/start/grill__rack/position"),
+    ("gravityMagnitude = {9.81|9.8}", "gravity"),
+    ("inputs:color = (0.6, {0.58|0.5}, 0.5)", "lights/sun/tint"),
+    ("cone:angle = {30|40}", "lights/spot/cone_deg"),
+    ("{focalLength|focusDistance}", "cameras/door/fov_y_deg"),
+    ('def Xform "{orange|apple}" (', "placements"),
+    ("def {PhysicsScene|Scope}", "scene.usda"),
 ]
 
 
-@pytest.mark.parametrize(("old", "new", "cell"), IN_USD)
-def test_what_scene_usda_says_otherwise_is_found(old: str, new: str, cell: str, folder: Path) -> None:
-    tamper(folder / "scene.usda", (old, new))
+@pytest.mark.parametrize(("text", "cell"), IN_USD)
+def test_what_scene_usda_says_otherwise_is_found(text: str, cell: str, folder: Path) -> None:
+    tamper(folder / "scene.usda", edit(text))
     assert cell in pointers(folder)
 
 

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 import numpy as np
 
 OURS, COACD, VHACD = "casa_assets", "CoACD as in obj2mjcf 0.0.25", "V-HACD, 32 hulls"
-OBJ2MJCF = "obj2mjcf 0.0.25"
 # What the project promises: surface within max(2 mm, 1.5 % of the longest side) for 95 % and 5 % at worst.
 P95_MM, P95_RATIO, WORST_RATIO, MOST_SHAPES = 2.0, 0.015, 0.05, 32
 
@@ -55,30 +54,14 @@ class Row:
         )
 
 
-def report(rows: Sequence[Row], folder: str, targets: Sequence[str], pace: Sequence[str]) -> str:
-    """Markdown: machine, targets, totals, every asset, and how they were judged.
-
-    Args:
-        targets: lines of a table. pace: lines about things on a table.
-    """
+def report(rows: Sequence[Row], folder: str) -> str:
+    """Markdown: machine, totals, every asset, and how they were judged."""
     tools = list(dict.fromkeys(r.tool for r in rows))
     machine = (
         f"Machine: {platform.machine()}, {len(os.sched_getaffinity(0))} cores, Python {platform.python_version()}."
     )
     lines = ["# Collision shapes", "", f"{len({r.path for r in rows})} inputs of `{folder}`. {machine}", ""]
-    lines += [
-        "## Targets",
-        "",
-        *targets,
-        "",
-        *LEGEND.strip().splitlines(),
-        "",
-        "## Totals",
-        "",
-        *totals(rows, tools),
-        "",
-    ]
-    lines += [*against(rows, tools), *(["## Things dropped on a table", "", *pace, ""] if pace else [])]
+    lines += [*LEGEND.strip().splitlines(), "", "## Totals", "", *totals(rows, tools), "", *against(rows, tools)]
     far = [r for r in rows if r.tool == OURS and not r.is_close]
     lines += ["## Farther off than promised", "", *(_far(r) for r in far), ""] if far else []
     heads = ["input", "category", "tool", *(head for _, head, _ in COLUMNS), "close", "message"]

@@ -27,8 +27,6 @@ from casa_assets.model.source import Bundle
 from casa_assets.pipeline.ingest.stages import STAGES, BuildContext
 from casa_assets.pipeline.ingest.survey import find_category
 
-MOVES = ("orient", "scale", "simplify")
-
 
 @dataclass(frozen=True)
 class Input:
@@ -145,15 +143,6 @@ def _welded(vertices: npt.NDArray[np.float64], faces: npt.NDArray[np.int64]) -> 
     corners = points[ids]
     area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
     return points, ids[area > 0]
-
-
-def write_obj(mesh: Surface, path: Path) -> None:
-    """The mesh as OBJ, positions only, nine digits."""
-    points, faces = mesh
-    lines = ["v %.9g %.9g %.9g" % tuple(p) for p in points.tolist()]  # noqa: UP031
-    lines += ["f %d %d %d" % tuple(f) for f in (faces + 1).tolist()]  # noqa: UP031
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text("\n".join(lines) + "\n", encoding="ascii")
 
 
 def dump(path: Path, data: object) -> None:

@@ -8,44 +8,44 @@ import shutil
 import signal
 import subprocess
 import sys
-import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
 from casa_assets.pipeline.workers.limits import trees
+from tests.environments import packages_of
 from tests.libraries import ROOT, command
 
-PLACE = ROOT / os.environ.get("CASA_RAY", ".venv-ray")
 MESHES = ROOT / "examples" / "meshes"
 FEW = ("apple.glb", "banana.glb", "cereal_box.glb", "knife.stl", "spoon.dae", "milk_carton.ply")
 # Words of command lines: of a process of Ray that does our jobs, and of one that a job runs in.
 RAY_WORKER, JOB = "ray::", "casa_assets.pipeline.workers.server"
 
 
-def packages() -> Path:
-    """Where Ray is installed; the tests put it in front of our packages."""
-    assert PLACE.is_dir(), f"{PLACE.name} is missing; ./dev consumers makes it"
-    (found,) = PLACE.glob("lib/python3*/site-packages")
-    return found
-
-
 def surroundings(*folders: Path) -> dict[str, str]:
     """Environment in which Ray is found, and before it the modules of some folders."""
-    paths = os.pathsep.join(map(str, [*folders, packages(), ROOT]))
+    paths = os.pathsep.join(map(str, [*folders, packages_of("ray"), ROOT]))
     return {**os.environ, "PYTHONPATH": paths, "RAY_USAGE_STATS_ENABLED": "0", "COLUMNS": "200"}
 
 
 def start(*arguments: object) -> subprocess.Popen[str]:
     """The command line, running."""
     return subprocess.Popen(
-        command(*arguments),
-        env=surroundings(),
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
+        command(*arguments), env=surroundings(), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
     )
+
+
+def start_on(address: str, inputs: Path, library: Path) -> subprocess.Popen[str]:
+    """A run of `ingest` on a cluster."""
+    return start("ingest", inputs, "--library", library, "--engine", "ray", "--address", address)
+
+
+def end(run: subprocess.Popen[str], code: int = 1, most_s: float | None = 600) -> str:
+    """What a run prints to its end, which has to come with this code."""
+    text, _ = run.communicate(timeout=most_s)
+    assert run.returncode == code, text
+    return text
 
 
 def few_meshes(folder: Path) -> Path:
@@ -68,7 +68,7 @@ def other_version() -> dict[str, str]:
 
 def wrong_clock(days: int = -400) -> dict[str, str]:
     """Environment of a machine whose calendar is wrong by so many days; what counts seconds from its start is right."""
-    library = packages() / "libfaketime" / "vendor" / "libfaketime" / "src" / "libfaketime.so.1"
+    library = packages_of("ray") / "libfaketime" / "vendor" / "libfaketime" / "src" / "libfaketime.so.1"
     assert library.is_file()
     return {
         "LD_PRELOAD": str(library),
@@ -122,7 +122,6 @@ class Machines:
         return 0
 
     def end(self) -> None:
-        """End all of them."""
         assert self._process.stdin is not None
         self._process.stdin.close()
         self._process.wait(60)
@@ -138,21 +137,11 @@ def ask(address: str, *jobs: tuple[str, str], more: Sequence[str] = ()) -> Any:
 
 @contextmanager
 def machines(*environments: Mapping[str, str], within: Sequence[str] = ()) -> Iterator[Machines]:
-    """A cluster for a test."""
     made = Machines(environments, within)
     try:
         yield made
     finally:
         made.end()
-
-
-def wait_for(is_there: Callable[[], object], run: subprocess.Popen[str], most_s: float = 300.0) -> None:
-    """Wait until something is there, as long as a run is going on."""
-    give_up = time.monotonic() + most_s
-    while not is_there():
-        assert run.poll() is None, f"the run ended before: {run.communicate()[0]}"
-        assert time.monotonic() < give_up, "it took too long"
-        time.sleep(0.1)
 
 
 def _command_line(pid: int) -> str:

@@ -9,11 +9,12 @@ import pytest
 
 from tests.consumers.cluster.machines import (
     ask,
+    end,
     few_meshes,
     full_disk,
     machines,
     other_version,
-    start,
+    start_on,
     wrong_clock,
 )
 
@@ -52,7 +53,5 @@ def test_a_cluster_of_full_disks_ends_the_run() -> None:
 
 def test_no_cluster_at_an_address_is_a_clear_error(tmp_path: Path) -> None:
     inputs = few_meshes(tmp_path / "meshes")
-    run = start("ingest", inputs, "--library", tmp_path / "x", "--engine", "ray", "--address", "127.0.0.1:1")
-    text, _ = run.communicate(timeout=120)
-    assert run.returncode == 2, text
-    assert "no Ray cluster answers at 127.0.0.1:1" in text
+    run = start_on("127.0.0.1:1", inputs, tmp_path / "x")
+    assert "no Ray cluster answers at 127.0.0.1:1" in end(run, 2, 120)

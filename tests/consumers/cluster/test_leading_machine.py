@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.consumers.cluster.machines import ask, few_meshes, machines, start, wait_for
+from tests.consumers.cluster.machines import ask, end, few_meshes, machines, start, start_on
+from tests.environments import wait_until
 from tests.libraries import differences
 
 pytestmark = pytest.mark.certify
@@ -21,14 +22,10 @@ def test_a_run_whose_own_ray_is_lost_connects_again() -> None:
 def test_a_cluster_whose_head_is_lost_ends_the_run(tmp_path: Path) -> None:
     inputs, library, expected = few_meshes(tmp_path / "meshes"), tmp_path / "library", tmp_path / "expected"
     with machines({}) as cluster:
-        run = start("ingest", inputs, "--library", library, "--engine", "ray", "--address", cluster.address)
-        wait_for(lambda: any(library.glob("*/*/asset.json")), run)
+        run = start_on(cluster.address, inputs, library)
+        wait_until(lambda: any(library.glob("*/*/asset.json")), run)
         assert cluster.kill("gcs_server")
-        text, _ = run.communicate(timeout=120)
-    assert run.returncode == 2, text
-    assert "is lost; start Ray again, then run the same command again" in text
+        assert "is lost; start Ray again, then run the same command again" in end(run, 2, 120)
     for place in (library, expected):
-        run = start("ingest", inputs, "--library", place)
-        text, _ = run.communicate(timeout=600)
-        assert run.returncode == 1, text
+        end(start("ingest", inputs, "--library", place))
     assert differences(library, expected) == []

@@ -10,13 +10,15 @@ import pytest
 from tests.consumers.cluster.machines import (
     JOB,
     RAY_WORKER,
+    end,
     few_meshes,
     full_disk,
     machines,
     start,
-    wait_for,
+    start_on,
     wrong_clock,
 )
+from tests.environments import wait_until
 from tests.libraries import differences
 
 pytestmark = pytest.mark.consumers
@@ -32,9 +34,7 @@ def inputs(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def expected(inputs: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The library that this machine makes of them."""
     library = tmp_path_factory.mktemp("local") / "library"
-    done = start("ingest", inputs, "--library", library)
-    text, _ = done.communicate()
-    assert done.returncode == 1, text
+    end(start("ingest", inputs, "--library", library))
     return library
 
 
@@ -45,31 +45,27 @@ def test_what_is_killed_in_the_middle_changes_nothing(inputs: Path, expected: Pa
         return len(list(library.glob("*/*/asset.json")))
 
     with machines({}, {}) as cluster:
-        run = start("ingest", inputs, "--library", library, "--engine", "ray", "--address", cluster.address)
-        wait_for(lambda: finished() > 0, run)
+        run = start_on(cluster.address, inputs, library)
+        wait_until(lambda: finished() > 0, run)
         assert cluster.kill(JOB)
-        wait_for(lambda: finished() > 1, run)
+        wait_until(lambda: finished() > 1, run)
         assert cluster.kill(RAY_WORKER)
-        wait_for(lambda: finished() > 2, run)
+        wait_until(lambda: finished() > 2, run)
         cluster.order("kill")
-        text, _ = run.communicate(timeout=600)
-    assert run.returncode == 1, text
+        end(run)
     assert differences(library, expected) == []
 
 
 def test_a_killed_run_is_resumed_by_the_next(inputs: Path, expected: Path, tmp_path: Path) -> None:
     library = tmp_path / "library"
     with machines({}, {}) as cluster:
-        order = ("ingest", inputs, "--library", library, "--engine", "ray", "--address", cluster.address)
-        run = start(*order)
-        wait_for(lambda: any(library.glob("*/*/asset.json")), run)
+        run = start_on(cluster.address, inputs, library)
+        wait_until(lambda: any(library.glob("*/*/asset.json")), run)
         run.send_signal(signal.SIGKILL)
         run.wait()
         assert differences(library, expected)
         finished = {path: path.stat().st_mtime_ns for path in library.glob("*/*/asset.json")}
-        run = start(*order)
-        text, _ = run.communicate(timeout=600)
-    assert run.returncode == 1, text
+        end(start_on(cluster.address, inputs, library))
     assert {path: path.stat().st_mtime_ns for path in finished} == finished
     assert differences(library, expected) == []
 
@@ -77,8 +73,6 @@ def test_a_killed_run_is_resumed_by_the_next(inputs: Path, expected: Path, tmp_p
 def test_a_machine_with_a_full_disk_and_one_with_a_wrong_clock(inputs: Path, expected: Path, tmp_path: Path) -> None:
     library = tmp_path / "library"
     with machines({}, full_disk(), wrong_clock()) as cluster:
-        run = start("ingest", inputs, "--library", library, "--engine", "ray", "--address", cluster.address)
-        text, _ = run.communicate(timeout=600)
-    assert run.returncode == 1, text
-    assert "a machine of the cluster gets no more jobs" in text
+        run = start_on(cluster.address, inputs, library)
+        assert "a machine of the cluster gets no more jobs" in end(run)
     assert differences(library, expected) == []

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.consumers.cluster.machines import machines, start, wait_for
+from tests.consumers.cluster.machines import machines, start
+from tests.environments import wait_until
 from tests.libraries import ROOT, casa, entries_of
 from tests.sharded_inputs import public_differences
 
@@ -44,7 +45,7 @@ def test_one_machine_shards_and_a_cluster_that_loses_one_make_one_library(name: 
         run = start(
             "ingest", *sources, "--library", cluster, *LIMITS, "--quiet", "--engine", "ray", "--address", two.address
         )
-        wait_for(lambda: len(entries_of(cluster)) > len(entries_of(one)) / 2, run, most_s=7200)
+        wait_until(lambda: len(entries_of(cluster)) > len(entries_of(one)) / 2, run, most_s=7200)
         two.order("kill")
         text, _ = run.communicate()
     assert run.returncode == done.returncode, text

@@ -8,6 +8,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from tests.installed import Environment
+
 
 @dataclass(frozen=True)
 class Checked:
@@ -64,7 +66,10 @@ def end():
 """
 
 
-def told_by(folder: Path) -> dict[str, Checked]:
-    """What a script that begins with TELLING has told in its folder."""
+def told_by(environment: Environment, folder: Path, script: str) -> dict[str, Checked]:
+    """What a script that begins with TELLING tells, run in a folder."""
+    (folder / "script.py").write_text(script, encoding="utf-8")
+    done = environment.python(folder / "script.py", cwd=folder)
+    assert done.returncode == 0, done.stderr
     read = json.loads((folder / "told.json").read_text(encoding="utf-8"))
     return {n: Checked(r["passed"], r["facts"], by_code(r), r["versions"]) for n, r in read.items()}

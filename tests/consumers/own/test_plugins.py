@@ -99,11 +99,7 @@ def made(request: pytest.FixtureRequest) -> Made:
     environment, folder, options = request.getfixturevalue(place)
     if way == "command":
         return _made_by_command(environment, folder, options)
-    script = folder / "script.py"
-    script.write_text(SCRIPT.replace("PLUGINS", repr(bool(options))), encoding="utf-8")
-    done = environment.python(script, cwd=folder)
-    assert done.returncode == 0, done.stderr
-    told = told_by(folder)
+    told = told_by(environment, folder, SCRIPT.replace("PLUGINS", repr(bool(options))))
     return Made(told, told["exported"].facts, by_command=False)
 
 
@@ -147,31 +143,16 @@ def test_all_has_passed_its_checks(made: Made) -> None:
     assert {name: one.passed for name, one in made.checked.items()} == dict.fromkeys(made.checked, True)
 
 
-def test_a_family(made: Made) -> None:
-    assert made.checked["oak"].facts["labels"]["category"] == "tea_tray"
-    assert "oak_natural" in _finishes(made.checked["oak"])
-
-
-def test_a_form_of_objects(made: Made) -> None:
-    assert made.checked["object"].facts["labels"]["category"] == "coaster"
-
-
-def test_a_check(made: Made) -> None:
-    for name in ("oak", "waved", "object", "mesh"):
-        result = made.checked[name].results["TEA001"]
-        assert (result["status"], result["limit"]) == ("passed", 40.0), name
-
-
-def test_a_kind_of_texture(made: Made) -> None:
-    assert _finishes(made.checked["waved"]) == {"stall_waves"}
-
-
-def test_a_source(made: Made) -> None:
-    assert made.checked["mesh"].facts["labels"]["category"] == "cereal"
-
-
-def test_an_exporter(made: Made) -> None:
-    assert made.exported["id"] == made.checked["mesh"].facts["id"]
+def test_each_kind_of_thing_leaves_its_mark(made: Made) -> None:
+    """A family, a form of objects, a source, a kind of texture, a check, an exporter."""
+    oak, waved, thing, mesh = (made.checked[name] for name in ("oak", "waved", "object", "mesh"))
+    assert [one.facts["labels"]["category"] for one in (oak, thing, mesh)] == ["tea_tray", "coaster", "cereal"]
+    assert "oak_natural" in _finishes(oak)
+    assert _finishes(waved) == {"stall_waves"}
+    for one in (oak, waved, thing, mesh):
+        result = one.results["TEA001"]
+        assert (result["status"], result["limit"]) == ("passed", 40.0)
+    assert made.exported["id"] == mesh.facts["id"]
     assert isinstance(made.exported["mass"], float)
 
 

@@ -133,11 +133,7 @@ def made(request: pytest.FixtureRequest, project: Path, user: Environment) -> Ma
     """What is made with the project: by command, and from Python."""
     if request.param == "command":
         return Made(project, _made_by_command(project))
-    script = project / "script.py"
-    script.write_text(SCRIPT, encoding="utf-8")
-    done = user.python(script, cwd=project)
-    assert done.returncode == 0, done.stderr
-    return Made(project, told_by(project))
+    return Made(project, told_by(user, project, SCRIPT))
 
 
 def _made_by_command(project: Path) -> dict[str, Checked]:
@@ -185,76 +181,46 @@ def test_all_has_passed_its_checks(made: Made) -> None:
     assert set(made.checked) == {WHOLE, LIKE, "mesh", "object", "member"}
 
 
-def test_a_plan(made: Made) -> None:
+def test_rows_of_a_kitchen_that_states_all(made: Made) -> None:
+    """A plan, a style, habits."""
     facts = made.whole.facts
     assert 5.9 <= facts["parameters"]["width"] <= 6.4
     assert {"sink", "main_range", "main_fridge", "toaster"} <= {f["name"] for f in facts["fixtures"]}
-
-
-def test_a_style(made: Made) -> None:
-    assert made.whole.facts["surfaces"]["cabinet"] == "paint_powder_blue"
-    presets = {f["role"]: f["preset"] for f in made.whole.facts["fixtures"]}
+    assert facts["surfaces"]["cabinet"] == "paint_powder_blue"
+    presets = {f["role"]: f["preset"] for f in facts["fixtures"]}
     assert (presets["range"], presets["toaster"]) == ("black_steel", "long_navy_brass")
+    assert {"enamel_mug", "plate"} <= {thing for space in facts["spawn"] for thing in space["objects"]}
 
 
-def test_a_plan_that_is_like_another(made: Made) -> None:
+def test_rows_of_a_kitchen_that_is_like_another(made: Made) -> None:
+    """A plan and a style that are like others, recipes of textures, a pack of pictures."""
     facts = made.like.facts
     assert facts["parameters"]["width"] == 6.2
     assert {"main_range", "toaster", "jar"} <= {f["name"] for f in facts["fixtures"]}
-
-
-def test_a_style_that_is_like_another(made: Made) -> None:
     assert made.fixture("main_range")["preset"] == "black_steel"
     assert made.fixture("fruit_bowl")["family"] == "tea_tray"
-
-
-def test_recipes_of_textures(made: Made) -> None:
-    surfaces = made.like.facts["surfaces"]
-    assert (surfaces["wall"], surfaces["cabinet"]) == ("plaster_harbour", "paint_ours")
-
-
-def test_a_pack_of_pictures(made: Made) -> None:
-    assert made.like.facts["surfaces"]["counter"] == "slabs_stone"
-    (credit,) = made.like.facts["textures"]
+    surfaces = [facts["surfaces"][name] for name in ("wall", "cabinet", "counter")]
+    assert surfaces == ["plaster_harbour", "paint_ours", "slabs_stone"]
+    (credit,) = facts["textures"]
     assert "CC0-1.0" in json.dumps(credit)
 
 
-def test_a_plain_finish(made: Made) -> None:
-    colors = {material["id"]: material["base_color"] for material in made.checked["member"].facts["materials"]}
+def test_rows_of_assets(made: Made) -> None:
+    """A category and a mesh of it in a kitchen, objects, a member of a family and its plain finish."""
+    mesh, thing, member = (made.checked[name].facts for name in ("mesh", "object", "member"))
+    assert mesh["labels"]["category"] == "muesli_packet"
+    jar = made.fixture("jar")
+    assert (jar["family"], jar["asset"], jar["category"]) == ("library", mesh["id"], "muesli_packet")
+    assert (thing["labels"]["category"], thing["base"]) == ("enamel_mug", "free")
+    kettle = made.fixture("kettle")
+    assert (kettle["preset"], kettle["asset"]) == ("ours", member["id"])
+    colors = {material["id"]: material["base_color"] for material in member["materials"]}
     assert colors["enamel_ours"][:3] == pytest.approx([linear_from_srgb(c) for c in srgb_from_hex("#a34f27")], abs=1e-3)
 
 
-def test_a_category(made: Made) -> None:
-    assert made.checked["mesh"].facts["labels"]["category"] == "muesli_packet"
-
-
-def test_a_mesh_in_a_kitchen(made: Made) -> None:
-    assert made.fixture("jar")["family"] == "library"
-    assert made.fixture("jar")["asset"] == made.checked["mesh"].facts["id"]
-    assert made.fixture("jar")["category"] == "muesli_packet"
-
-
-def test_objects(made: Made) -> None:
-    assert made.checked["object"].facts["labels"]["category"] == "enamel_mug"
-    assert made.checked["object"].facts["base"] == "free"
-
-
-def test_a_member_of_a_family(made: Made) -> None:
-    assert made.fixture("kettle")["preset"] == "ours"
-    assert made.fixture("kettle")["asset"] == made.checked["member"].facts["id"]
-
-
-def test_habits(made: Made) -> None:
-    kept = {thing for space in made.whole.facts["spawn"] for thing in space["objects"]}
-    assert {"enamel_mug", "plate"} <= kept
-
-
-def test_limits(made: Made) -> None:
+def test_limits_and_waivers(made: Made) -> None:
     assert made.checked["mesh"].results["AST005"]["limit"] == 31
     assert made.like.results["SCN010"]["limit"] == 399
-
-
-def test_waivers(made: Made) -> None:
     waived = made.like.results["SCN026"]
     assert (waived["waived"], waived["reason"]) == (True, "Our machine is slow.")
     assert not made.whole.results["SCN026"]["waived"]

@@ -114,11 +114,7 @@ def made(request: pytest.FixtureRequest, project: Path, user: Environment) -> Ma
         done = user.casa("make", cwd=project)
         assert done.returncode == 0, f"{done.stdout[-3000:]}\n{done.stderr[-3000:]}"
         return {name: certified(only_entry(project / "out" / name, "*")) for name in CATEGORIES}
-    script = project / "script.py"
-    script.write_text(SCRIPT, encoding="utf-8")
-    done = user.python(script, cwd=project)
-    assert done.returncode == 0, done.stderr
-    return told_by(project)
+    return told_by(user, project, SCRIPT)
 
 
 def test_all_has_passed_its_checks(made: Mapping[str, Checked]) -> None:

@@ -217,14 +217,9 @@ def at_site(env: Any, name: str, fixture: Any, site: str) -> Attempts:
             yield
 
 
-def drawer_region(fridge: Any, env: Any) -> list[str]:
-    """The uppermost drawer of a refrigerator."""
-    return list(fridge.get_reset_regions(env, compartment="fridge", reg_type=("drawer"), rack_index=-1))
-
-
-def shelf_regions(fridge: Any, env: Any) -> list[str]:
-    """Its shelves."""
-    return list(fridge.get_reset_regions(env, compartment="fridge", reg_type=("shelf")))
+def fridge_regions(env: Any, kind: str, **where: int) -> list[str]:
+    """Shelves or drawers of a refrigerator."""
+    return list(env.fridge.get_reset_regions(env, compartment="fridge", reg_type=(kind), **where))
 
 
 def racks(env: Any, name: str, fixture: Any) -> Attempts:
@@ -237,14 +232,9 @@ def racks(env: Any, name: str, fixture: Any) -> Attempts:
     return in_boxes(env, env.objects[name], [(p0 + shift, px + shift, py + shift, None)])
 
 
-def lid(env: Any) -> Any:
-    """The lid of the task's blender."""
-    return env.blender.blender_lid
-
-
 def lid_off(env: Any) -> Attempts:
     """Lid of a blender on a worktop."""
-    return on_counter(env, lid(env), [f for f in env.fixtures.values() if isinstance(f, Counter)])
+    return on_counter(env, env.blender.blender_lid, _counters(env))
 
 
 def lid_on(env: Any) -> Attempts:
@@ -252,19 +242,19 @@ def lid_on(env: Any) -> Attempts:
     retreat(env)
     for up in np.arange(0.0, 0.03, 0.002):
         x, y, z = env.blender.get_lid_closed_pos(env)
-        env.sim.data.set_joint_qpos(lid(env).joints[0], np.array([x, y, z + up, 1.0, 0.0, 0.0, 0.0]))
+        env.sim.data.set_joint_qpos(env.blender.blender_lid.joints[0], np.array([x, y, z + up, 1.0, 0.0, 0.0, 0.0]))
         yield
 
 
 # Tasks ---------------------------------------------------------------------------------------------------------------
 
 
-def _open(name: str) -> Callable[[Any], Attempts]:
-    return lambda env: moved(env, getattr(env, name), doors(getattr(env, name)), 0.95)
+def _doors(name: str, share: float) -> Callable[[Any], Attempts]:
+    return lambda env: moved(env, getattr(env, name), doors(getattr(env, name)), share)
 
 
-def _shut(name: str) -> Callable[[Any], Attempts]:
-    return lambda env: moved(env, getattr(env, name), doors(getattr(env, name)), 0.0)
+def _joint(name: str, joint: str, share: float) -> Callable[[Any], Attempts]:
+    return lambda env: moved(env, getattr(env, name), [getattr(env, name)._joint_names[joint]], share)
 
 
 def _counters(env: Any) -> list[Any]:
@@ -272,10 +262,12 @@ def _counters(env: Any) -> list[Any]:
 
 
 DRIVERS: dict[str, Callable[[Any], Attempts]] = {
-    **dict.fromkeys(("OpenCabinet", "OpenMicrowave", "OpenFridge", "OpenOven", "OpenDishwasher"), _open("fxtr")),
-    **dict.fromkeys(("CloseCabinet", "CloseMicrowave", "CloseFridge", "CloseOven", "CloseDishwasher"), _shut("fxtr")),
-    "OpenToasterOvenDoor": _open("toaster_oven"),
-    "CloseToasterOvenDoor": _shut("toaster_oven"),
+    **dict.fromkeys(("OpenCabinet", "OpenMicrowave", "OpenFridge", "OpenOven", "OpenDishwasher"), _doors("fxtr", 0.95)),
+    **dict.fromkeys(
+        ("CloseCabinet", "CloseMicrowave", "CloseFridge", "CloseOven", "CloseDishwasher"), _doors("fxtr", 0.0)
+    ),
+    "OpenToasterOvenDoor": _doors("toaster_oven", 0.95),
+    "CloseToasterOvenDoor": _doors("toaster_oven", 0.0),
     "OpenDrawer": lambda env: moved(env, env.drawer, env.drawer.door_joint_names, 1.0),
     "CloseDrawer": lambda env: moved(env, env.drawer, env.drawer.door_joint_names, 0.0),
     "SlideDishwasherRack": lambda env: slid(env, env.dishwasher),
@@ -283,20 +275,14 @@ DRIVERS: dict[str, Callable[[Any], Attempts]] = {
     "SlideToasterOvenRack": lambda env: slid(env, env.toaster_oven),
     "OpenFridgeDrawer": lambda env: moved(env, env.fridge, env.fridge._get_drawer_joints("fridge", -1), 0.9),
     "CloseFridgeDrawer": lambda env: moved(env, env.fridge, env.fridge._get_drawer_joints("fridge", -1), 0.0),
-    "PreheatOven": lambda env: moved(env, env.oven, [env.oven._joint_names["temperature"]], 0.6),
+    "PreheatOven": _joint("oven", "temperature", 0.6),
     "AdjustToasterOvenTemperature": adjusted,
-    "TurnOnToasterOven": lambda env: moved(env, env.toaster_oven, [env.toaster_oven._joint_names["time"]], 0.6),
-    "TurnOnElectricKettle": lambda env: moved(
-        env, env.electric_kettle, [env.electric_kettle._joint_names["switch"]], 1.0
-    ),
-    "CloseElectricKettleLid": lambda env: moved(
-        env, env.electric_kettle, [env.electric_kettle._joint_names["lid"]], 0.0
-    ),
-    "OpenElectricKettleLid": lambda env: moved(
-        env, env.electric_kettle, [env.electric_kettle._joint_names["lid"]], 1.0
-    ),
-    "OpenStandMixerHead": lambda env: moved(env, env.stand_mixer, [env.stand_mixer._joint_names["head"]], 1.0),
-    "CloseStandMixerHead": lambda env: moved(env, env.stand_mixer, [env.stand_mixer._joint_names["head"]], 0.0),
+    "TurnOnToasterOven": _joint("toaster_oven", "time", 0.6),
+    "TurnOnElectricKettle": _joint("electric_kettle", "switch", 1.0),
+    "CloseElectricKettleLid": _joint("electric_kettle", "lid", 0.0),
+    "OpenElectricKettleLid": _joint("electric_kettle", "lid", 1.0),
+    "OpenStandMixerHead": _joint("stand_mixer", "head", 1.0),
+    "CloseStandMixerHead": _joint("stand_mixer", "head", 0.0),
     "TurnOnStove": lambda env: knob(env, 1.2),
     "TurnOffStove": lambda env: knob(env, 0.0),
     "LowerHeat": lambda env: knob(env, 0.8),
@@ -322,8 +308,10 @@ DRIVERS: dict[str, Callable[[Any], Attempts]] = {
     "PickPlaceCounterToBlender": lambda env: inside(env, "obj", env.blender),
     "PickPlaceCounterToStandMixer": lambda env: inside(env, "obj", env.stand_mixer),
     "PickPlaceCounterToToasterOven": lambda env: racks(env, "obj", env.toaster_oven),
-    "PickPlaceFridgeShelfToDrawer": lambda env: inside(env, "obj", env.fridge, *drawer_region(env.fridge, env)),
-    "PickPlaceFridgeDrawerToShelf": lambda env: inside(env, "obj", env.fridge, *shelf_regions(env.fridge, env)),
+    "PickPlaceFridgeShelfToDrawer": lambda env: inside(
+        env, "obj", env.fridge, *fridge_regions(env, "drawer", rack_index=-1)
+    ),
+    "PickPlaceFridgeDrawerToShelf": lambda env: inside(env, "obj", env.fridge, *fridge_regions(env, "shelf")),
     "PickPlaceCounterToOven": lambda env: over(env, "obj", "oven_tray"),
     "PickPlaceToasterToCounter": lambda env: over(env, "obj", "plate"),
     **dict.fromkeys(

@@ -86,12 +86,7 @@ def wanted(kind: type) -> Iterator[dict[str, Any]]:
         names = {groups} if isinstance(groups, str) else set(groups)
         if place in COOKING and not names & COOKING[place]:
             filters["cookable"] = True
-        yield {
-            "groups": groups,
-            "exclude": exclude,
-            "filters": filters,
-            "max_size": value(kind, row.get("max_size")),
-        }
+        yield {"groups": groups, "exclude": exclude, "filters": filters, "max_size": value(kind, row.get("max_size"))}
         container = value(kind, inside.get("try_to_place_in"))
         if container:
             held = {OF_FIXTURES[place]: True} if place in OF_FIXTURES else {}

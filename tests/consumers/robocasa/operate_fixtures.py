@@ -13,7 +13,7 @@ import inspect
 import io
 import json
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -67,7 +67,6 @@ class Bench:
         return self.sim.data._data
 
     def check_contact(self, one: Any, other: str) -> bool:
-        """True if two geoms touch."""
         wanted = {self.model.geom(one).id, self.model.geom(other).id}
         return any(set(pair) == wanted for pair in self.data.contact.geom)
 
@@ -96,7 +95,6 @@ class Bench:
         mujoco.mj_forward(self.model, self.data)
 
     def joints(self) -> dict[str, float]:
-        """Positions of the fixture's joints."""
         return {name: float(self.data.joint(name).qpos[0]) for name in self.fixture._joint_infos}
 
 
@@ -125,24 +123,20 @@ def operate(bench: Bench, kind: str) -> Iterator[str]:
         yield from others[kind](bench)
 
 
-def _door(bench: Bench) -> Iterator[str]:
-    bench.fixture.open_door(bench)
-    if not bench.fixture.is_open(bench):
-        yield "open_door, then is_open is False"
-    bench.fixture.close_door(bench)
-    if not bench.fixture.is_closed(bench):
-        yield "close_door, then is_closed is False"
+def _door(bench: Bench, of: str = "", **part: Any) -> Iterator[str]:
+    """`of`: words for a part of the fixture; `part`: the same for the class."""
+    bench.fixture.open_door(bench, **part)
+    if not bench.fixture.is_open(bench, **part):
+        yield f"open_door{of}, then is_open is False"
+    bench.fixture.close_door(bench, **part)
+    if not bench.fixture.is_closed(bench, **part):
+        yield f"close_door{of}, then is_closed is False"
 
 
 def _fridge(bench: Bench) -> Iterator[str]:
     fixture = bench.fixture
     for part in ("fridge", "freezer"):
-        fixture.open_door(bench, compartment=part)
-        if not fixture.is_open(bench, compartment=part):
-            yield f"open_door of the {part}, then is_open is False"
-        fixture.close_door(bench, compartment=part)
-        if not fixture.is_closed(bench, compartment=part):
-            yield f"close_door of the {part}, then is_closed is False"
+        yield from _door(bench, f" of the {part}", compartment=part)
         doors = fixture._fridge_door_joint_names if part == "fridge" else fixture._freezer_door_joint_names
         if not doors:
             yield f"no door of the {part}"
@@ -195,19 +189,22 @@ def _stove(bench: Bench) -> Iterator[str]:
                 yield f"knob of {location} turned {mode}: the burner does not follow"
 
 
+def _follows(bench: Bench, name: str, value: float, found: Callable[[], float], off: float = 0.01) -> Iterator[str]:
+    """What does not go where it was set, once the class has looked."""
+    bench.fixture.update_state(bench)
+    if abs(found() - value) > off:
+        yield f"{name} does not go to {value:g}"
+
+
 def _oven(bench: Bench) -> Iterator[str]:
     fixture = bench.fixture
     for level in (0, 1) if fixture.has_multiple_rack_levels() else (0,):
         for value in (1.0, 0.0):
             fixture.slide_rack(bench, value, level)
-            fixture.update_state(bench)
-            if abs(fixture.get_state(level)[f"rack{level}"] - value) > 0.01:
-                yield f"rack {level} does not slide to {value:g}"
+            yield from _follows(bench, f"rack{level}", value, lambda n=level: fixture.get_state(n)[f"rack{n}"])
     for setter, name in ((fixture.set_timer, "timer"), (fixture.set_temperature, "temperature")):
         setter(bench, 0.5)
-        fixture.update_state(bench)
-        if abs(fixture.get_state()[name] - 0.5) > 0.01:
-            yield f"the {name} does not stay at a half"
+        yield from _follows(bench, name, 0.5, lambda n=name: fixture.get_state()[n])
         setter(bench, 0.0)
 
 
@@ -219,39 +216,33 @@ def _toaster_oven(bench: Bench) -> Iterator[str]:
         except KeyError:
             yield f"set_{name}: there is no such knob"
             continue
-        fixture.update_state(bench)
-        if abs(getattr(fixture, f"_{name}") - 0.5) > 0.01:
-            yield f"the {name} does not stay at a half"
+        yield from _follows(bench, name, 0.5, lambda n=name: getattr(fixture, f"_{n}"))
         getattr(fixture, f"set_{name}")(bench, 0.0)
     for value in (1.0, 0.0):
         slid = fixture.slide_rack(bench, value)
-        fixture.update_state(bench)
-        if abs(fixture.get_state()[slid] - value) > 0.01:
-            yield f"{slid} does not slide to {value:g}"
+        yield from _follows(bench, slid, value, lambda n=slid: fixture.get_state()[n])
     fixture.close_door(bench)
 
 
 def _dishwasher(bench: Bench) -> Iterator[str]:
     for value in (1.0, 0.0):
         bench.fixture.slide_rack(bench, value)
-        bench.fixture.update_state(bench)
-        if abs(bench.fixture.get_state(bench)["rack"] - value) > 0.01:
-            yield f"the rack does not slide to {value:g}"
+        yield from _follows(bench, "rack", value, lambda: bench.fixture.get_state(bench)["rack"])
     bench.fixture.close_door(bench)
 
 
-def _press(bench: Bench, button: str) -> None:
+def _press(bench: Bench, button: str, wanted: bool) -> Iterator[str]:
+    """What a key that is pressed does not turn on or off."""
     bench.touch(f"{bench.fixture.naming_prefix}{button}")
     bench.touch(None)
+    if bench.fixture.get_state()["turned_on"] != wanted:
+        yield f"{button} does not turn it {'on' if wanted else 'off'}"
 
 
 def _microwave(bench: Bench) -> Iterator[str]:
     fixture = bench.fixture
-    for button, wanted in (("start_button", True), ("stop_button", False)):
-        _press(bench, button)
-        if fixture.get_state()["turned_on"] != wanted:
-            yield f"{button} does not turn it {'on' if wanted else 'off'}"
-    _press(bench, "start_button")
+    for button, wanted in (("start_button", True), ("stop_button", False), ("start_button", True)):
+        yield from _press(bench, button, wanted)
     fixture.open_door(bench)
     bench.touch(None)
     if fixture.get_state()["turned_on"]:
@@ -285,9 +276,7 @@ def _blender(bench: Bench) -> Iterator[str]:
     if not fixture.get_state()["lid_on_blender"]:
         yield "a lid on its jar is not taken for one"
     for wanted in (True, False):
-        _press(bench, "power_button_main")
-        if fixture.get_state()["turned_on"] != wanted:
-            yield f"the power button does not turn it {'on' if wanted else 'off'}"
+        yield from _press(bench, "power_button_main", wanted)
     bench.data.qpos[bench.model.joint(f"{fixture.blender_lid.name}_joint0").qposadr[0] + 2] += 0.3
     bench.touch(None)
     if fixture.get_state()["lid_on_blender"]:
@@ -296,9 +285,7 @@ def _blender(bench: Bench) -> Iterator[str]:
 
 def _coffee(bench: Bench) -> Iterator[str]:
     fixture = bench.fixture
-    _press(bench, fixture._start_button_names[0])
-    if not fixture.get_state()["turned_on"]:
-        yield "its button does not turn it on"
+    yield from _press(bench, fixture._start_button_names[0], True)
     if not fixture._coffee_liquid_site_names:
         yield "no coffee is seen to flow"
 
@@ -307,9 +294,7 @@ def _kettle(bench: Bench) -> Iterator[str]:
     fixture = bench.fixture
     for value in (1.0, 0.0):
         fixture.set_lid(bench, value)
-        fixture.update_state(bench)
-        if abs(fixture.get_state(bench)["lid"] - value) > 0.02:
-            yield f"the lid does not go to {value:g}"
+        yield from _follows(bench, "lid", value, lambda: fixture.get_state(bench)["lid"], off=0.02)
     fixture.set_power_state(bench, True)
     fixture.update_state(bench)
     if not fixture.get_state(bench)["turned_on"]:
@@ -321,9 +306,7 @@ def _mixer(bench: Bench) -> Iterator[str]:
     for setter, name in ((fixture.set_head_pos, "head"), (fixture.set_speed_dial_knob, "speed_dial_knob")):
         for value in (1.0, 0.0):
             setter(bench, value)
-            fixture.update_state(bench)
-            if abs(getattr(fixture, f"_{name}_value") - value) > 0.01:
-                yield f"{name} does not go to {value:g}"
+            yield from _follows(bench, name, value, lambda n=name: getattr(fixture, f"_{n}_value"))
 
 
 def _sink(bench: Bench) -> Iterator[str]:
@@ -460,7 +443,6 @@ def tell(row: dict[str, str], folder: Path, fixtures: Any) -> dict[str, Any]:
 
 
 def main() -> None:
-    """Operate all fixtures, and tell."""
     task = Path(sys.argv[1])
     with contextlib.redirect_stdout(io.StringIO()):
         from robocasa.models import fixtures

@@ -24,7 +24,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 import numpy as np
 from robocasa.environments.kitchen.kitchen import Kitchen
-from run_tasks import engine_warnings, make
+from run_tasks import engine_warnings, make, registered, why
 
 NEXT_SEED = 1000  # from the seed of one environment to that of the next one of the same job
 
@@ -39,12 +39,6 @@ def count_attempts() -> list[int]:
 
     Kitchen._load_model = load
     return attempts
-
-
-def why(error: Exception) -> str:
-    """An error in one line, with its place."""
-    place = traceback.extract_tb(error.__traceback__)[-1]
-    return f"{type(error).__name__}: {error} ({Path(place.filename).name}:{place.lineno})"
 
 
 def reset(env: Any) -> str:
@@ -65,7 +59,7 @@ def run(job: dict[str, Any], kitchens: Any, attempts: list[int]) -> Iterator[dic
         try:
             with contextlib.redirect_stdout(io.StringIO()):
                 if env is None:
-                    env = make({**job, "seed": seed}, kitchens, ("casa",))
+                    env = make({**job, "seed": seed}, kitchens)
                 row["error"] = reset(env)
             row["kitchen"] = kitchens.kitchen_of(env)
             row["categories"] = [cfg["info"]["cat"] for cfg in env.object_cfgs]
@@ -81,16 +75,10 @@ def run(job: dict[str, Any], kitchens: Any, attempts: list[int]) -> Iterator[dic
 def main() -> None:
     """Read the jobs and print a line for each reset."""
     jobs = json.loads(Path(sys.argv[2]).read_text(encoding="utf-8"))
-    sys.path.insert(0, sys.argv[1])
-    import casa_kitchens
-    import casa_objects
-
-    casa_kitchens.patch_robosuite()
-    casa_objects.register()
-    casa_kitchens.register()
+    kitchens = registered(sys.argv[1])
     attempts = count_attempts()
     for job in jobs:
-        for row in run(job, casa_kitchens, attempts):
+        for row in run(job, kitchens, attempts):
             print(json.dumps(row), flush=True)
 
 

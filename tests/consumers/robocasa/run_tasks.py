@@ -34,13 +34,31 @@ MAX_ATTEMPTS = 40
 MAX_SPEED_M_S, MAX_SPIN_RAD_S = 15.0, 150.0
 
 
-def make(job: dict[str, Any], kitchens: Any, registries: tuple[str, ...]) -> Any:
+def why(error: Exception) -> str:
+    """An error in one line, with its place."""
+    place = traceback.extract_tb(error.__traceback__)[-1]
+    return f"{type(error).__name__}: {error} ({Path(place.filename).name}:{place.lineno})"
+
+
+def registered(export: str) -> Any:
+    """The module of an export's kitchens, once robosuite is patched and objects and kitchens are registered."""
+    sys.path.insert(0, export)
+    import casa_kitchens
+    import casa_objects
+
+    casa_kitchens.patch_robosuite()
+    assert "casa" in casa_objects.register()
+    casa_kitchens.register()
+    return casa_kitchens
+
+
+def make(job: dict[str, Any], kitchens: Any) -> Any:
     """The task's environment as a user would make it, in its `kitchen` or in one of its `kitchens`."""
     return robosuite.make(
         job["task"],
         robots="PandaOmron",
         layout_and_style_ids=kitchens.layout_and_style_ids(*(job.get("kitchens") or [job["kitchen"]])),
-        obj_registries=registries,
+        obj_registries=("casa",),
         seed=job["seed"],
         control_freq=CONTROL_HZ,
         has_renderer=False,
@@ -113,7 +131,7 @@ def roll(env: Any, seed: int) -> str:
     return ""
 
 
-def run(job: dict[str, Any], kitchens: Any, registries: tuple[str, ...]) -> dict[str, Any]:
+def run(job: dict[str, Any], kitchens: Any) -> dict[str, Any]:
     """One row of the answer."""
     began = time.perf_counter()
     faults: list[str] = []
@@ -121,7 +139,7 @@ def run(job: dict[str, Any], kitchens: Any, registries: tuple[str, ...]) -> dict
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error", RuntimeWarning)
-            env = make(job, kitchens, registries)
+            env = make(job, kitchens)
             env.reset()
         answer["language"] = env.get_ep_meta()["lang"]
         touched = touching(env)
@@ -135,27 +153,18 @@ def run(job: dict[str, Any], kitchens: Any, registries: tuple[str, ...]) -> dict
             faults.append(f"warnings: {told}")
         env.close()
     except Exception as error:  # noqa: BLE001 - each task answers for itself
-        place = traceback.extract_tb(error.__traceback__)[-1]
-        faults.append(f"{type(error).__name__}: {error} ({Path(place.filename).name}:{place.lineno})")
+        faults.append(why(error))
         answer["trace"] = traceback.format_exc()[-3000:]
     return {**answer, "error": "; ".join(faults), "seconds": round(time.perf_counter() - began, 2)}
 
 
 def main() -> None:
     """Read the jobs and print the answers."""
-    export = Path(sys.argv[1])
     jobs = json.loads(Path(sys.argv[2]).read_text(encoding="utf-8"))
-    sys.path.insert(0, str(export))
-    import casa_kitchens
-    import casa_objects
-
-    casa_kitchens.patch_robosuite()
-    registries = ("casa",)
-    assert set(registries) <= set(casa_objects.register())
-    casa_kitchens.register()
+    kitchens = registered(sys.argv[1])
     for job in jobs:
         with contextlib.redirect_stdout(io.StringIO()):
-            answer = run(job, casa_kitchens, registries)
+            answer = run(job, kitchens)
         print(json.dumps(answer), flush=True)
 
 

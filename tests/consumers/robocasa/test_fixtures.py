@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
-import subprocess
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from functools import partial
@@ -20,9 +18,8 @@ from casa_assets.model.registry.contract import RobocasaRelease
 from casa_assets.pipeline.families.run import build_asset
 from casa_assets.registry.families import family
 from tests.assets import write_to
+from tests.environments import found_by
 
-ROOT = Path(__file__).parents[3]
-SCRIPT = Path(__file__).with_name("operate_fixtures.py")
 KNOWN = registry.load()
 # Classes that do something. A lid is operated with the blender of its name.
 OPERATED = (
@@ -58,17 +55,10 @@ def written(name: str, root: Path, cache: Path) -> list[dict[str, str]]:
 
 def operated(rows: Sequence[dict[str, str]], root: Path) -> dict[str, Any]:
     """What RoboCasa's classes make of fixtures."""
-    python = ROOT / os.environ.get("CASA_ROBOCASA", ".venv-robocasa/bin/python")
-    assert python.is_file(), f"{python} is missing; './dev consumers' makes it, or name one with CASA_ROBOCASA"
     classes = sorted({c for k in KNOWN.contracts.values() for c in k.read_by.get(RobocasaRelease.V1_0, ())})
     task = root / f"{rows[0]['name']}.json"
     task.write_text(json.dumps({"fixtures": rows, "classes": classes}), encoding="ascii")
-    done = subprocess.run(
-        [str(python), str(SCRIPT), str(task)], check=False, capture_output=True, text=True, timeout=900
-    )
-    assert done.returncode == 0, done.stderr[-4000:]
-    told: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
-    return told
+    return dict(found_by("robocasa", "robocasa/operate_fixtures.py", task, timeout_s=900))
 
 
 @pytest.fixture(scope="module")

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import json
-import os
 import shutil
-import subprocess
 import textwrap
 from pathlib import Path
 
 import pytest
 
 from tests.documents import blocks, shell
+from tests.environments import printed, rows_of
 
 pytestmark = pytest.mark.consumers
-ROOT = Path(__file__).parents[3]
 PAGE = blocks("docs/howto/use/robocasa.md")
 OUT = "out/kitchens"
 KITCHENS = ("one_wall_small__rustic", "l_small__coastal")
@@ -66,13 +64,8 @@ def place(tmp_path_factory: pytest.TempPathFactory, samples: Path) -> Path:
 
 def ran(code: str, place: Path) -> list[list[object]]:
     """What a script prints as JSON, run in that folder by the Python that has RoboCasa."""
-    python = ROOT / os.environ.get("CASA_ROBOCASA", ".venv-robocasa/bin/python")
-    assert python.is_file(), f"{python} is missing; './dev consumers' makes it, or name one with CASA_ROBOCASA"
     (place / "script.py").write_text(code, encoding="utf-8")
-    command = [str(python), "script.py"]
-    done = subprocess.run(command, cwd=place, check=False, capture_output=True, text=True, timeout=900)
-    assert done.returncode == 0, done.stderr[-4000:]
-    return [json.loads(line) for line in done.stdout.splitlines() if line.startswith('["')]
+    return rows_of(printed("robocasa", str(place / "script.py"), timeout_s=900, folder=place), '["')
 
 
 def in_readme(place: Path) -> str:

@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-import json
-import os
-import subprocess
-from pathlib import Path
-
 import pytest
 
+from tests.environments import printed, rows_of
 from tests.libraries import casa
 
 pytestmark = pytest.mark.consumers
-ROOT = Path(__file__).parents[3]
 KITCHEN = "one_wall_small__rustic__o16"
 COUNT, THINGS = 3, 6
 # Each state is simulated for 2 s as RoboCasa has the kitchen; then two environments begin in one, and in any.
@@ -65,13 +60,8 @@ def rows(tmp_path_factory: pytest.TempPathFactory) -> list[list[object]]:
     ):
         done = casa(*words)
         assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-4000:]
-    python = ROOT / os.environ.get("CASA_ROBOCASA", ".venv-robocasa/bin/python")
-    assert python.is_file(), f"{python} is missing; './dev consumers' makes it, or name one with CASA_ROBOCASA"
     (root / "script.py").write_text(SCRIPT.replace("FOLDER", repr(str(out))), encoding="utf-8")
-    command = [str(python), str(root / "script.py")]
-    done = subprocess.run(command, check=False, capture_output=True, text=True, timeout=1800)
-    assert done.returncode == 0, done.stderr[-4000:]
-    return [json.loads(line) for line in done.stdout.splitlines() if line.startswith('["')]
+    return rows_of(printed("robocasa", str(root / "script.py"), timeout_s=1800), '["')
 
 
 def test_each_state_is_at_rest_in_robocasa_too(rows: list[list[object]]) -> None:

@@ -14,11 +14,7 @@ HERE: Vec = (0.0, 0.0, 0.0)
 
 
 def stage_of(
-    moved: Vec = HERE,
-    off: Vec = HERE,
-    faces: tuple[int, ...] = FACES,
-    turned: float = 0.0,
-    hidden: bool = False,
+    moved: Vec = HERE, off: Vec = HERE, faces: tuple[int, ...] = FACES, turned: float = 0.0, hidden: bool = False
 ) -> Usd.Stage:
     """Two wedges, the second of them placed, shaped, turned (degrees) or hidden otherwise."""
     stage = Usd.Stage.CreateInMemory()

@@ -48,23 +48,18 @@ def their_way(kit: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(kit.rule_runner, "only_demanded", lambda without: nullcontext())
 
 
+def test_each_rule_is_given_what_it_looks_at_in_order(kit: ModuleType, stage: Usd.Stage) -> None:
+    """What a rule cannot bear is a finding of it."""
+    looker, stager = kit.Looker(), kit.Stager()
+    with kit.rule_runner.DirectRunner([looker, stager], Ar.GetResolver().GetCurrentContext()) as runner:
+        for event in kit.events(stage):
+            runner.append(event)
+    assert looker.seen == ["a", "bad", "b"]
+    assert [issue.message for issue in looker.GetIssues()] == ["Uncaught error: too much"]
+    assert [issue.message for issue in stager.GetIssues()] == ["a stage"]
+
+
 class TestDirectRunner:
-    def test_each_rule_is_given_what_it_looks_at_in_order(self, kit: ModuleType, stage: Usd.Stage) -> None:
-        looker, stager = kit.Looker(), kit.Stager()
-        with kit.rule_runner.DirectRunner([looker, stager], Ar.GetResolver().GetCurrentContext()) as runner:
-            for event in kit.events(stage):
-                runner.append(event)
-        assert looker.seen == ["a", "bad", "b"]
-        assert [issue.message for issue in stager.GetIssues()] == ["a stage"]
-
-    def test_what_a_rule_cannot_bear_is_a_finding_of_it(self, kit: ModuleType, stage: Usd.Stage) -> None:
-        looker = kit.Looker()
-        with kit.rule_runner.DirectRunner([looker], Ar.GetResolver().GetCurrentContext()) as runner:
-            for event in kit.events(stage):
-                runner.append(event)
-        (issue,) = looker.GetIssues()
-        assert issue.message == "Uncaught error: too much"
-
     def test_a_rule_does_not_look_for_what_is_not_demanded(self, kit: ModuleType, stage: Usd.Stage) -> None:
         def found() -> list[str]:
             rule = kit.Two()

@@ -20,13 +20,12 @@ from casa_assets.pipeline.library.library import Library
 from casa_assets.pipeline.review import ReviewServer
 from casa_assets.pipeline.view.model import make
 from casa_assets.pipeline.view.subject import cache_of, find
-from tests.libraries import BOXES, box_obj, differences, entries_of
-from tests.program import no_workers
+from tests.libraries import BOXES, box_obj, differences, entries_of, no_workers
+from tests.server_requests import ask as ask_view
+from tests.server_requests import serving
 from tests.unit.articulate.blocks import drawers
 from tests.unit.articulate.test_assemble import obj
 from tests.unit.conftest import RECIPE, SMALLEST
-from tests.view_requests import ask as ask_view
-from tests.view_requests import serving
 
 PLACE = Path("Küche 空 1", "-x", "long " + "a" * 195)
 LIBRARY, KITCHENS = "-lib é", "Küchen 1"

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests.built_libraries import keep, loose_and_fixed
-from tests.program import called as casa
+from tests.libraries import called as casa
 
 # What `--json` tells of every item, whatever the verb.
 COMMON = ("verdict", "folder", "mass", "size")

@@ -17,8 +17,7 @@ from casa_assets.pipeline.families import run as families
 from casa_assets.pipeline.ingest import worker
 from casa_assets.pipeline.kitchens import resolve
 from casa_assets.pipeline.workers.batch import attempt
-from tests.libraries import BOXES, box_obj
-from tests.program import called
+from tests.libraries import BOXES, box_obj, called
 
 
 @pytest.fixture

@@ -9,8 +9,8 @@ import pytest
 
 from tests.assets import ball, rigid_mug
 from tests.built_libraries import keep
+from tests.libraries import called as casa
 from tests.libraries import casa as started
-from tests.program import called as casa
 
 
 @pytest.fixture(scope="module")

@@ -13,8 +13,7 @@ from pathlib import Path
 import pytest
 
 from tests.determinism.test_kill import children
-from tests.libraries import BOXES, ROOT, box_obj, casa, command, entries_of, input_rows, limited
-from tests.program import called
+from tests.libraries import BOXES, ROOT, box_obj, called, casa, command, entries_of, input_rows, limited
 
 
 @pytest.fixture(scope="module")

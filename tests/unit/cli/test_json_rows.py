@@ -24,8 +24,8 @@ from casa_assets.pipeline.project.starter import write_starter
 from casa_assets.preview.kitchen import PictureSettings
 from casa_assets.projects import NO_PROJECT, PLUGINS, VARIABLE, data_root
 from tests.architecture.test_commands import SERVERS, VERBS
+from tests.libraries import no_workers
 from tests.plugin_code import PLUGIN
-from tests.program import no_workers
 
 # What a row says at least, by what its verb does.
 NAMED = {"id"}

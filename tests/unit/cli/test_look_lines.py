@@ -16,7 +16,7 @@ from casa_assets.cli.output import Output
 from casa_assets.pipeline.kitchens.recipe import SceneRecipe, SceneResult
 from casa_assets.pipeline.library.library import Library
 from casa_assets.pipeline.view.subject import AssetFolder, Kitchen, find
-from tests.program import called as casa
+from tests.libraries import called as casa
 
 LINE = "Look at it: casa-assets view "
 

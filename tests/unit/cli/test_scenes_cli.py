@@ -17,7 +17,7 @@ from casa_assets.model.issue import Issue, Report, Severity
 from casa_assets.pipeline.kitchens import check
 from casa_assets.pipeline.kitchens.recipe import SceneRecipe, SceneResult
 from casa_assets.pipeline.kitchens.sampling import run
-from tests.program import no_workers
+from tests.libraries import no_workers
 
 RUNNER = CliRunner()
 SCENE = "one_wall_small__coastal"

@@ -34,8 +34,7 @@ from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.entry_table import EntryTable
 from casa_assets.pipeline.library.resume import cached_outcome
 from tests.assets import ball, rigid_mug
-from tests.built_libraries import keep
-from tests.similar_pairs import similar_pairs
+from tests.built_libraries import keep, similar_pairs
 
 pytestmark = pytest.mark.content("code", "pipeline.dedup", keep=0)
 

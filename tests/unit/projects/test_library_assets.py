@@ -32,8 +32,7 @@ from casa_assets.registry.kitchens import load_style
 from tests.articulated_assets import microwave
 from tests.assets import rigid_mug
 from tests.built_libraries import keep
-from tests.libraries import made_once
-from tests.program import no_workers
+from tests.libraries import made_once, no_workers
 from tests.projects import Project
 
 pytestmark = pytest.mark.content("code", "pipeline.kitchens", keep=0)

@@ -11,8 +11,8 @@ import casa_assets
 from casa_assets.errors import CasaError
 from casa_assets.pipeline.project.starter import name_of
 from tests.libraries import ROOT
+from tests.libraries import called as casa
 from tests.pictures import write_pictures
-from tests.program import called as casa
 
 
 def test_a_project_is_called_after_its_folder(subtests: pytest.Subtests) -> None:

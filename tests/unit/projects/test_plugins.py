@@ -19,8 +19,8 @@ from casa_assets.projects import PLUGINS, PluginUse, choose_plugins, use_project
 from casa_assets.registry.families import family, family_names
 from casa_assets.registry.plugins import ignored_files, load_plugins
 from casa_assets.registry.plugins.checks import check_table
+from tests.libraries import called, no_workers
 from tests.plugin_code import PLUGIN, PROJECT
-from tests.program import called, no_workers
 from tests.projects import Project
 
 

@@ -19,7 +19,6 @@ from casa_assets.model.issue import Status
 from casa_assets.model.pose import Pose
 from tests.articulated_assets import drawer_unit, microwave
 from tests.asset_parts import box_inertial
-from tests.check_reports import LIMITS, codes, judged, packed
 from tests.cupboard import (
     ball_of,
     caught_by,
@@ -35,7 +34,7 @@ from tests.cupboard import (
     with_trim,
 )
 from tests.meshes import box_mesh
-from tests.packages import written
+from tests.packages import LIMITS, codes, judged, packed, written
 
 OURS = ("AST017", "VIS009", "VIS010", "KIN", "HOL")
 ROWS = {check.code: check for check in TABLE if check.code.startswith(OURS)}

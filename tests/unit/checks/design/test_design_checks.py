@@ -17,7 +17,9 @@ from tests.reference_kitchen import (
     DOOR,
     LIMITS,
     WINDOW,
+    box,
     changed,
+    flap,
     judged,
     kitchen,
     thing,
@@ -26,7 +28,6 @@ from tests.reference_kitchen import (
     with_more,
     with_unit,
 )
-from tests.reference_kitchen_parts import box, flap
 
 ROWS = {check.code: check for check in TABLE if check.subject is DesignSubject}
 Build = Callable[[], KitchenFacts]

@@ -14,10 +14,21 @@ from PIL import Image
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.gltf_document import JsonObject, decompressed
-from tests.ktx2_pictures import ETC1S, UASTC
-from tests.mesh_files import QUARTERS, Gltf, codes_of, load_bytes, png, refusal, texel
+from tests.mesh_files import (
+    ETC1S,
+    MESHOPT_NAMES,
+    QUARTERS,
+    UASTC,
+    Gltf,
+    codes_of,
+    load_bytes,
+    packed_view,
+    png,
+    refusal,
+    squeezed,
+    texel,
+)
 from tests.meshes import box_mesh
-from tests.meshopt_files import NAMES, packed, squeezed
 
 DRACO = "KHR_draco_mesh_compression"
 STREAM = bytes.fromhex("a0" + "00" * 56)  # meshoptimizer's encoding of 100 vertices of 12 bytes, all zero
@@ -111,7 +122,7 @@ def test_a_ktx2_picture_that_lies_is_left_out() -> None:
         assert codes_of(model) & {codes.IMAGE_UNREADABLE, codes.IMAGE_REFUSED}
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", MESHOPT_NAMES)
 def test_without_a_decoder_the_message_says_what_to_do(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "meshoptimizer", None)
     made = squeezed([(STREAM, 12, "ATTRIBUTES", 100), (b"", 2, "TRIANGLES", 99)], name)
@@ -139,6 +150,6 @@ def test_what_is_out_of_bounds_is_rejected_with_or_without_a_decoder(
 ) -> None:
     monkeypatch.setitem(sys.modules, "meshoptimizer", None)
     with pytest.raises(Rejected) as caught:
-        decompressed(JsonObject(packed(STREAM, 12, "ATTRIBUTES", 100) | changes, "x"), STREAM, 10**8)
+        decompressed(JsonObject(packed_view(STREAM, 12, "ATTRIBUTES", 100) | changes, "x"), STREAM, 10**8)
     assert caught.value.code == code
     assert "pip install" not in str(caught.value)

@@ -8,8 +8,8 @@ from casa_assets import registry
 from casa_assets.model.asset.asset import Asset
 from casa_assets.pipeline.articulate.acceptance import MAX_LISTED_FAULTS, unmet_checks, without_contract
 from tests.assets import category
-from tests.check_reports import packed
 from tests.contract_fixtures import hob, oven
+from tests.packages import packed
 
 KNOWN = registry.load()
 

@@ -19,7 +19,7 @@ from casa_assets.pipeline.articulate.decisions import decided, read_review
 from casa_assets.pipeline.articulate.review_page import NAME
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.review import ReviewServer
-from tests.review_requests import ask
+from tests.server_requests import ask
 from tests.unit.articulate.blocks import drawers, microwave
 from tests.unit.articulate.test_assemble import obj
 

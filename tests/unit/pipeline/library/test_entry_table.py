@@ -27,8 +27,7 @@ from casa_assets.pipeline.library.entry_files import thumbnail_of
 from casa_assets.pipeline.library.entry_table import NAME, EntryTable
 from casa_assets.pipeline.reports.entry import entries
 from casa_assets.pipeline.reports.library_page import write as write_page
-from tests.built_libraries import keep
-from tests.similar_pairs import similar_pairs
+from tests.built_libraries import keep, similar_pairs
 from tests.unit.pipeline.test_alike import COPY, FIRST, LARGE, OTHER
 
 pytestmark = pytest.mark.content("code", "pipeline.library", keep=0)

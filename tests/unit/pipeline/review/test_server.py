@@ -14,7 +14,7 @@ from casa_assets.pipeline.library.review import read_overrides
 from casa_assets.pipeline.reports.entry import entries
 from casa_assets.pipeline.review import ReviewServer
 from tests.libraries import BOXES, box_obj
-from tests.review_requests import ask
+from tests.server_requests import ask
 
 pytestmark = pytest.mark.content("code", "pipeline.review", keep=0)
 
@@ -59,7 +59,7 @@ def test_answers_nobody_who_does_not_know_the_address(server: ReviewServer, fold
     said = {"sha256": entry.sha256, "decision": "accept"}
     assert ask(server, "/")[0] == 404
     assert ask(server, "/wrong/decide", said)[0] == 400
-    assert ask(server, f"/{server.token}/decide", said, host="elsewhere.example")[0] == 400
+    assert ask(server, f"/{server.token}/decide", said, Host="elsewhere.example")[0] == 400
     assert read_overrides(Library(folder / "library")) == {}
 
 

@@ -11,7 +11,6 @@ from typing import Any
 import pyarrow.parquet
 import pytest
 
-from benchmarks.books import synthetic_entries
 from casa_assets.errors import CasaError, OutputError
 from casa_assets.pipeline.dedup.search import entries_that, search_entries
 from casa_assets.pipeline.library.library import Library
@@ -20,6 +19,7 @@ from casa_assets.pipeline.tables import parquet
 from casa_assets.pipeline.tables.conditions import BadCondition, Condition, meets, parse, with_default
 from tests.assets import ball, rigid_mug
 from tests.built_libraries import keep
+from tests.synthetic_entries import synthetic_entries
 
 pytestmark = pytest.mark.content("code", "pipeline.tables", keep=0)
 

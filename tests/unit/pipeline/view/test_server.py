@@ -19,7 +19,7 @@ from casa_assets.pipeline.view.model import Model, Tell, build_command, make
 from casa_assets.pipeline.view.server import KEPT, ViewServer, tunnel_line
 from casa_assets.pipeline.view.subject import Kitchen, Subject, find
 from casa_assets.pipeline.viewer.model_files import viewer_name, viewer_script
-from tests.view_requests import ask, serving
+from tests.server_requests import ask, serving
 
 pytestmark = pytest.mark.content("code", "pipeline.view", keep=0)
 

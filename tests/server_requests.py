@@ -1,4 +1,4 @@
-"""Requests to the server of `casa-assets view`, and what they are made to."""
+"""Requests to the servers of `casa-assets view` and of the pages of review."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from threading import Thread
 from typing import Any
 
 from casa_assets.pipeline.local_server import HOST
+from casa_assets.pipeline.review import ReviewServer
 from casa_assets.pipeline.view.server import Maker, ViewServer, Workshop
 from casa_assets.pipeline.view.subject import Subject
 
@@ -25,12 +26,12 @@ def serving(subject: Subject, make: Maker, pose: str = "") -> Iterator[ViewServe
         thread.join()
 
 
-def ask(server: ViewServer, path: str, body: Any = None, **headers: str) -> tuple[int, bytes]:
+def ask(server: ViewServer | ReviewServer, path: str, body: Any = None, **headers: str) -> tuple[int, bytes]:
     """Status and body of an answer. `headers`: names with an underscore for each dash; take the place of the usual."""
     connection = HTTPConnection(HOST, server.server_port, timeout=20)
     usual = {"Host": f"{HOST}:{server.server_port}", "Content-Type": "application/json"}
     given = {name.replace("_", "-"): value for name, value in headers.items()}
     data = None if body is None else json.dumps(body)
-    connection.request("GET" if data is None else "POST", f"/{path}", data, {**usual, **given})
+    connection.request("GET" if data is None else "POST", f"/{path.removeprefix('/')}", data, {**usual, **given})
     answer = connection.getresponse()
     return answer.status, answer.read()
