@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from casa_assets import registry
 from casa_assets.articulate.decisions import Decisions
 from casa_assets.articulate.plan import calibrate_parts, plan_confidence
-from casa_assets.cli.verbs.articulate import _exit_with
+from casa_assets.cli.ingest_output import end
 from casa_assets.model.issue import REVIEW_CODE, Decision
 from casa_assets.model.registry.rows import Bars, Curve
 from casa_assets.model.source import UpAxis, UserOverride, Word
@@ -135,13 +135,13 @@ def test_words_of_review_csv_reach_the_request(tmp_path: Path) -> None:
 def test_the_exit_code_tells_review_from_rejection(tmp_path: Path) -> None:
     bad = ArticulateOutcome(tmp_path, code="ART001", message="no moving part found")
     with pytest.raises(typer.Exit) as ended:
-        _exit_with([bad])
+        end([bad], ["bad"])
     assert ended.value.exit_code == 1
     kept = ArticulateOutcome(tmp_path, tmp_path, kept=True, reason_kept="it has 15 moving parts, the new result has 0")
     with pytest.raises(typer.Exit) as ended:
-        _exit_with([kept])
+        end([kept], ["kept"])
     assert ended.value.exit_code == 4
-    _exit_with([])
+    end([], [])
 
 
 @pytest.mark.representatives(2)
