@@ -14,7 +14,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from tests.fuzz_run import Plan, Result, fuzz
+from tests.support.fuzz.fuzz_run import Plan, Result, fuzz
 
 ROOT = Path(__file__).resolve().parents[1]
 

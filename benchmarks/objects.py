@@ -26,9 +26,9 @@ from statistics import median
 from casa_assets.cli.build_output import print_member
 from casa_assets.cli.output import Output, TextTable
 from casa_assets.core.system import CACHE_VARIABLE as CACHE
-from casa_assets.pipeline.families.run import FamilyResult, build_all, object_requests
-from casa_assets.pipeline.ingest.run import Options, ingest
-from casa_assets.pipeline.library.library import Library, read_certificate
+from casa_assets.families.run.run import FamilyResult, build_all, object_requests
+from casa_assets.ingest.run.run import Options, ingest
+from casa_assets.library.library import Library, read_certificate
 
 MEGABYTE = 1e6
 

@@ -20,14 +20,14 @@ import numpy as np
 from PIL import Image, ImageOps
 
 from casa_assets.core.system import cache_dir
-from casa_assets.export import mjcf
-from casa_assets.pipeline.families.run import FamilyRequest, build_asset, family_of, params_of
-from casa_assets.pipeline.kitchens.recipe import SceneRecipe
-from casa_assets.pipeline.kitchens.scene_folders import build_one
-from casa_assets.preview import kitchen
-from casa_assets.preview.pictures import trimmed
-from casa_assets.preview.still import render
-from casa_assets.preview.studio import View
+from casa_assets.families.run.run import FamilyRequest, build_asset, family_of, params_of
+from casa_assets.formats import mjcf
+from casa_assets.layouts.run.recipe import SceneRecipe
+from casa_assets.layouts.run.scene_folders import build_one
+from casa_assets.show.stills import kitchen
+from casa_assets.show.stills.pictures import trimmed
+from casa_assets.show.stills.still import render
+from casa_assets.show.stills.studio import View
 
 ROOT = Path(__file__).parents[1]
 OUT, PICTURES = ROOT / "out" / "bench" / "pictures", ROOT / "docs" / "pictures"

@@ -26,9 +26,9 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from casa_assets.pipeline.export.robocasa import export
-from casa_assets.pipeline.families.run import build_all, object_requests
-from casa_assets.pipeline.kitchens.recipe import recipes_matching
+from casa_assets.addons.robocasa.run import export
+from casa_assets.families.run.run import build_all, object_requests
+from casa_assets.layouts.run.recipe import recipes_matching
 
 ROOT = Path(__file__).resolve().parents[1]
 SCRIPT = ROOT / "tests" / "consumers" / "robocasa" / "reset_tasks.py"

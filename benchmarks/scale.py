@@ -31,9 +31,9 @@ from pathlib import Path
 
 import trimesh
 
-from casa_assets.pipeline.ingest.job import Event
-from casa_assets.pipeline.ingest.run import Options, ingest
-from casa_assets.pipeline.workers.pool import RayCluster, Workers
+from casa_assets.ingest.run.run import Options, ingest
+from casa_assets.runs.outcome import Event
+from casa_assets.runs.pool import RayCluster, Workers
 
 SAMPLES = Path(__file__).parents[1] / "examples" / "meshes"
 SUFFIXES = {".glb", ".obj", ".ply", ".stl", ".gltf"}

@@ -77,7 +77,7 @@ class Steps:
 @contextmanager
 def in_this_process() -> Iterator[None]:
     """Let the pool call its functions here, one after the other."""
-    from casa_assets.pipeline.workers.pool import Pool, Step, address_of
+    from casa_assets.runs.pool import Pool, Step, address_of
 
     def called(function: Step) -> Callable[..., Any]:
         module, _, name = address_of(function).partition(":")

@@ -31,13 +31,13 @@ if TYPE_CHECKING:
     from casa_assets.api.projects import MadeRun, Project, ingest_textures
     from casa_assets.core.system import cache_dir
     from casa_assets.errors import CasaError, OutputError, RegistryError, Rejected, UnknownId
+    from casa_assets.ingest.run.in_memory import MeshInput
+    from casa_assets.layouts.run.load_scene import SurfaceTextures
+    from casa_assets.library.analysis.search import SearchHit
+    from casa_assets.library.entry import Entry
     from casa_assets.model.asset.asset import Asset
     from casa_assets.model.issue import Issue, Report
-    from casa_assets.pipeline.dedup.search import SearchHit
-    from casa_assets.pipeline.ingest.in_memory import MeshInput
-    from casa_assets.pipeline.kitchens.load_scene import SurfaceTextures
-    from casa_assets.pipeline.reports.entry import Entry
-    from casa_assets.pipeline.textures.packs.ingest import PackReport
+    from casa_assets.textures.run.packs.ingest import PackReport
 
 __version__ = "0.1.0"
 __all__ = [
@@ -111,11 +111,11 @@ _NAMES = {
     "errors": ("CasaError", "UnknownId", "RegistryError", "OutputError", "Rejected"),
     "model.asset.asset": ("Asset",),
     "model.issue": ("Issue", "Report"),
-    "pipeline.dedup.search": ("SearchHit",),
-    "pipeline.ingest.in_memory": ("MeshInput",),
-    "pipeline.kitchens.load_scene": ("SurfaceTextures",),
-    "pipeline.reports.entry": ("Entry",),
-    "pipeline.textures.packs.ingest": ("PackReport",),
+    "library.analysis.search": ("SearchHit",),
+    "ingest.run.in_memory": ("MeshInput",),
+    "layouts.run.load_scene": ("SurfaceTextures",),
+    "library.entry": ("Entry",),
+    "textures.run.packs.ingest": ("PackReport",),
 }
 _SOURCES = {name: f"casa_assets.{module}" for module, names in _NAMES.items() for name in names}
 
@@ -123,8 +123,8 @@ _SOURCES = {name: f"casa_assets.{module}" for module, names in _NAMES.items() fo
 class _Package(ModuleType):
     """The type of this package: `casa_assets.ingest` is the function, though there is a folder of that name too.
 
-    Importing `casa_assets.ingest.load` makes Python set the subpackage as an attribute of the package. This is ignored
-    if the package offers a function of the same name. `import casa_assets.ingest.load` and `from casa_assets.ingest
+    Importing `casa_assets.formats.read` makes Python set the subpackage as an attribute of the package. This is ignored
+    if the package offers a function of the same name. `import casa_assets.formats.read` and `from casa_assets.ingest
     import load` find subpackages in sys.modules and work as usual.
     """
 

@@ -11,6 +11,11 @@ has one path: names for users of the package (`casa.Asset`, `casa.build`, `casa.
 
 from __future__ import annotations
 
+from casa_assets.asset.kit.assemble import Family
+from casa_assets.asset.kit.asset_builder import ROOT, AssetBuilder
+from casa_assets.asset.kit.solids.blocks import ball, board, box, intersect, lathe, rod, subtract, union
+from casa_assets.asset.kit.solids.solid import Solid
+from casa_assets.asset.kit.solids.sweep import circle, loft, prism, rectangle, tube
 from casa_assets.checks.check import (
     Check,
     Measurement,
@@ -22,16 +27,11 @@ from casa_assets.checks.check import (
     no_fault,
     not_applicable,
 )
+from casa_assets.ext.plugins import Exporter, Plugin, Source
 from casa_assets.families.family import FinishId, Params
-from casa_assets.families.kit.assemble import Family
-from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
-from casa_assets.families.kit.solids.blocks import ball, board, box, intersect, lathe, rod, subtract, union
-from casa_assets.families.kit.solids.solid import Solid
-from casa_assets.families.kit.solids.sweep import circle, loft, prism, rectangle, tube
 from casa_assets.model.asset.asset import Base
 from casa_assets.model.issue import Severity
 from casa_assets.model.record import Record
-from casa_assets.registry.plugins.plugin import Exporter, Plugin, Source
 from casa_assets.textures.canvas import Canvas, Layers, TextureKind, blend, rgb, smoothstep
 
 __all__ = [

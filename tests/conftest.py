@@ -13,8 +13,8 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
-from tests.libraries import made_once, make_boxes, make_few
-from tests.warm_servers import warm_servers
+from tests.support.library.libraries import made_once, make_boxes, make_few
+from tests.support.program.warm_servers import warm_servers
 
 # Rows of a test of content that run near a change; of more, the representatives.
 NEAR_ROWS = 20

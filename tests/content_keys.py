@@ -35,21 +35,21 @@ from typing import Any
 import pytest
 
 from casa_assets import registry
-from casa_assets.families.catalog import MODELS
-from casa_assets.families.kit.assemble import Family
-from casa_assets.families.objects import FORMS
+from casa_assets.asset.kit.assemble import Family
+from casa_assets.cache.cache_key import SHOWN, digest_of, modules_holding, reach
+from casa_assets.cache.code_index import PACKAGE, is_ours, package_files, package_root, scan, target
+from casa_assets.families.run.run import FAMILIES_PACKAGE
+from casa_assets.kitchenware.catalog import MODELS
+from casa_assets.kitchenware.objects import FORMS
+from casa_assets.kitchenware.textures.make import kind_of
 from casa_assets.model.registry.category import Category
 from casa_assets.model.registry.rows import Surface
-from casa_assets.pipeline.cache.cache_key import SHOWN, digest_of, modules_holding, reach
-from casa_assets.pipeline.cache.code_index import PACKAGE, is_ours, package_files, package_root, scan, target
-from casa_assets.pipeline.families.run import FAMILIES_PACKAGE
-from casa_assets.pipeline.textures.recipes import every_recipe, find_recipe, recipes
 from casa_assets.projects import read_once
 from casa_assets.registry.families import LOOK_RULES, family, family_names
 from casa_assets.registry.kitchens import load_plan, load_style, plan_names, style_names
 from casa_assets.registry.layered import read_table_file
 from casa_assets.registry.objects import object_family, object_files, object_names
-from casa_assets.textures.make import kind_of
+from casa_assets.textures.run.recipes import every_recipe, find_recipe, recipes
 
 ROOT = Path(__file__).parents[1]
 RECORDED = Path(__file__).with_name("content_keys.json")

@@ -1,10 +1,10 @@
 """Which test files reach a file of this project, nearest first.
 
 A test file reaches what it imports, what that imports, and so on: `import` statements anywhere in a file, but for those
-under TYPE_CHECKING; modules named in text, such as `"casa_assets.pipeline.ingest.worker:work"`; and what the fixtures
+under TYPE_CHECKING; modules named in text, such as `"casa_assets.ingest.run.worker:work"`; and what the fixtures
 of a conftest.py import that the test file names. Its distance to a file is the number of steps on the shortest way.
 
-    ordered = reaching(Imports(root), ["casa_assets/export/mjcf/joints.py"])
+    ordered = reaching(Imports(root), ["casa_assets/formats/mjcf/joints.py"])
 
 Tests that start the program reach all of it, and come after those that import what was changed. Nothing is imported:
 files are read as text, so that any checkout can be asked about.
@@ -43,10 +43,10 @@ BUDGET_S, LONG_S = 160.0, 50.0
 SMOKE = (
     "tests/unit/cli/test_errors.py",
     "tests/unit/cli/test_help.py",
-    "tests/unit/pipeline/remote/test_stored_run.py",
-    "tests/unit/pipeline/reports/test_home.py",
-    "tests/unit/pipeline/test_scene_exports.py",
-    "tests/unit/pipeline/test_urdf_export.py",
+    "tests/unit/ingest/remote/test_stored_run.py",
+    "tests/unit/show/reports/test_home.py",
+    "tests/unit/export/test_scene_exports.py",
+    "tests/unit/export/test_urdf_export.py",
     "tests/unit/test_examples.py",
 )
 

@@ -24,9 +24,9 @@ from benchmarks.articulate.confidence import confidence_row
 from benchmarks.articulate.scoring.score import frame_is_right, load_score, prediction
 from casa_assets.articulate.choose_plan import best_score, candidate_plans, needed_advantage, plan_score
 from casa_assets.articulate.frame.axes import guess_frame
+from casa_assets.articulate.run.build import load_models
 from casa_assets.articulate.segment.segmentations import Segmentation
 from casa_assets.articulate.segment.welded_mesh import weld_triangles
-from casa_assets.pipeline.articulate.build import load_models
 
 Case = dict[str, Any]
 # Constants of the choice that --margins tries.

@@ -32,13 +32,13 @@ import numpy as np
 
 from benchmarks.ingest.judging.copies import copied_entry
 from casa_assets import registry
+from casa_assets.ingest.run.answers import SurveyTable
+from casa_assets.ingest.run.inputs import discover_inputs
+from casa_assets.ingest.run.survey import Survey, survey
 from casa_assets.ingest.sources.found import Found
-from casa_assets.pipeline.ingest.answers import SurveyTable
-from casa_assets.pipeline.ingest.inputs import discover_inputs
-from casa_assets.pipeline.ingest.survey import Survey, survey
-from casa_assets.pipeline.library.identity import DIGITS
-from casa_assets.pipeline.library.library import Library
-from tests.libraries import BOXES, box_obj, casa
+from casa_assets.library.identity import DIGITS
+from casa_assets.library.library import Library
+from tests.support.library.libraries import BOXES, box_obj, casa
 
 ROOT = Path(__file__).resolve().parents[2]
 MOST_S = 10.0

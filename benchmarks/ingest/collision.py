@@ -32,12 +32,12 @@ from benchmarks.ingest.judging.collision_report import COACD, OURS, VHACD, Row, 
 from benchmarks.ingest.judging.inputs import Prepared, dump, prepared
 from casa_assets import registry
 from casa_assets.errors import CasaError
-from casa_assets.geometry.solid.primitive import tessellate
-from casa_assets.geometry.solid.solids import convex_hull, hull_volume
 from casa_assets.ingest.collision.collide import collide
 from casa_assets.ingest.collision.convex_decomposition import Budget, DecompositionFailed, decompose
 from casa_assets.ingest.collision.fit import CollideParams
 from casa_assets.ingest.draft import PlacedShape
+from casa_assets.mesh.solid.primitive import tessellate
+from casa_assets.mesh.solid.solids import convex_hull, hull_volume
 from casa_assets.model.asset.parts import Hull, Mesh
 from casa_assets.model.pose import Pose
 from casa_assets.model.registry.category import MatterFill

@@ -30,27 +30,27 @@ from benchmarks.ingest.judging.inputs import dump
 from casa_assets import registry
 from casa_assets.checks.library import ShapePair
 from casa_assets.errors import Rejected
-from casa_assets.geometry.mesh.registration import (
+from casa_assets.formats.read import load
+from casa_assets.ingest.clean import clean
+from casa_assets.ingest.run.survey import find_category
+from casa_assets.ingest.simplify import simplified
+from casa_assets.ingest.sources.bundle import collect
+from casa_assets.ingest.sources.discover import discover
+from casa_assets.ingest.sources.found import Found
+from casa_assets.library.library import Library, read_asset
+from casa_assets.library.table.pairs import MAX_DESCRIPTOR_DISTANCE
+from casa_assets.library.table.pairs import surface as surface_of
+from casa_assets.mesh.registration import (
     SampledSurface,
     align,
     descriptor_distance,
     sampled_surface,
     shape_descriptor,
 )
-from casa_assets.geometry.mesh.topology import weld
-from casa_assets.ingest.clean import clean
-from casa_assets.ingest.load import load
-from casa_assets.ingest.simplify import simplified
-from casa_assets.ingest.sources.bundle import collect
-from casa_assets.ingest.sources.discover import discover
-from casa_assets.ingest.sources.found import Found
+from casa_assets.mesh.topology import weld
 from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.asset.provenance import ShapeDescriptor
 from casa_assets.model.source import Bundle
-from casa_assets.pipeline.dedup.pairs import MAX_DESCRIPTOR_DISTANCE
-from casa_assets.pipeline.dedup.pairs import surface as surface_of
-from casa_assets.pipeline.ingest.survey import find_category
-from casa_assets.pipeline.library.library import Library, read_asset
 
 Make = Callable[[Surface, np.random.Generator], tuple[str, bytes]]
 RECALL, PRECISION = 0.95, 0.99

@@ -24,17 +24,17 @@ from benchmarks.ingest.judging.pose_report import parity, report
 from benchmarks.ingest.judging.pose_sheet import draw
 from casa_assets import registry
 from casa_assets.errors import CasaError
-from casa_assets.geometry.solid.solids import closed_solid
+from casa_assets.formats.read import load
 from casa_assets.ingest.clean import clean
 from casa_assets.ingest.draft import Draft
-from casa_assets.ingest.load import load
 from casa_assets.ingest.mass.estimates import combine_estimates, estimate_masses
+from casa_assets.ingest.run.stages import MASS_AGREEMENT_RATIO, STAGES, BuildContext
+from casa_assets.ingest.run.survey import find_category
 from casa_assets.ingest.sources.bundle import collect
 from casa_assets.ingest.sources.discover import discover
 from casa_assets.ingest.sources.found import Found
+from casa_assets.mesh.solid.solids import closed_solid
 from casa_assets.model.registry.category import Category
-from casa_assets.pipeline.ingest.stages import MASS_AGREEMENT_RATIO, STAGES, BuildContext
-from casa_assets.pipeline.ingest.survey import find_category
 
 
 @dataclass

@@ -23,15 +23,15 @@ from benchmarks.ingest.judging.repair import Soundness, Surface, soundness, trim
 from benchmarks.ingest.judging.repair_report import Row, report
 from casa_assets import registry
 from casa_assets.errors import Rejected
+from casa_assets.formats.read import load
 from casa_assets.ingest.clean import clean
 from casa_assets.ingest.draft import Draft, merge_parts
-from casa_assets.ingest.load import load
+from casa_assets.ingest.run.survey import find_category
 from casa_assets.ingest.sources.bundle import collect
 from casa_assets.ingest.sources.discover import discover
 from casa_assets.ingest.sources.found import Found
 from casa_assets.model.source import RawModel
-from casa_assets.pipeline.ingest.survey import find_category
-from casa_assets.preview.still import render_model
+from casa_assets.show.stills.still import render_model
 
 
 def found_in(folder: Path) -> Iterator[Found]:

@@ -25,9 +25,9 @@ import numpy as np
 
 from casa_assets import registry
 from casa_assets.ingest.pose.up import UP_ROTATIONS
-from casa_assets.pipeline.ingest.run import Options, ingest
-from casa_assets.pipeline.library import library as disk
-from casa_assets.pipeline.reports.entry import Entry, entries
+from casa_assets.ingest.run.run import Options, ingest
+from casa_assets.library import library as disk
+from casa_assets.library.entry import Entry, entries
 
 OUT = Path("out/bench")
 SUBJECTS = ("category", "up_axis", "scale", "mass")

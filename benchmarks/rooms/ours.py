@@ -22,13 +22,13 @@ if TYPE_CHECKING:
 def main() -> None:
     """Resolve, build and write, and tell the seconds."""
     begin = time.perf_counter()
-    from casa_assets.export.mjcf.scene import kitchen as mjcf
-    from casa_assets.export.usd.scene import kitchen as usd
-    from casa_assets.geometry.lightweight import light_scene
-    from casa_assets.pipeline.cache.asset_store import AssetStore
-    from casa_assets.pipeline.kitchens.recipe import SceneRecipe
-    from casa_assets.pipeline.kitchens.resolve import build_scene, resolve
-    from casa_assets.pipeline.library.library import Library
+    from casa_assets.asset.lightweight import light_scene
+    from casa_assets.families.run.asset_store import AssetStore
+    from casa_assets.formats.mjcf.scene import kitchen as mjcf
+    from casa_assets.formats.usd.scene import kitchen as usd
+    from casa_assets.layouts.run.recipe import SceneRecipe
+    from casa_assets.layouts.run.resolve import build_scene, resolve
+    from casa_assets.library.library import Library
 
     imported = time.perf_counter()
     plan, style = sys.argv[1].split("__")

@@ -15,26 +15,26 @@ from casa_assets.api.kitchen import Detail, Kitchen
 from casa_assets.core.numeric import Floats
 from casa_assets.core.system import cache_dir
 from casa_assets.errors import CasaError, OutputError, UnknownId
-from casa_assets.export import mjcf
-from casa_assets.export.mujoco_values import VIEWER_GROUPS
-from casa_assets.geometry.mesh.trimesh_exchange import resting_sides
-from casa_assets.geometry.mesh.trimesh_exchange import to_trimesh as to_trimesh
+from casa_assets.families.run.asset_store import AssetStore
+from casa_assets.families.run.run import FamilyRequest
+from casa_assets.families.run.run import params_of as drawn
+from casa_assets.formats import mjcf
+from casa_assets.formats.mujoco_values import VIEWER_GROUPS
+from casa_assets.layouts.run.load_scene import model_of
+from casa_assets.layouts.run.resolve import checked_params, params_of
+from casa_assets.layouts.run.scene_files import SCENE_JSON
+from casa_assets.library import library as disk
+from casa_assets.library.asset_json import manifest_of
+from casa_assets.mesh.trimesh_exchange import resting_sides
+from casa_assets.mesh.trimesh_exchange import to_trimesh as to_trimesh
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.issue import Report
 from casa_assets.model.kitchen.style import PresetChoice
 from casa_assets.model.pose import Pose
-from casa_assets.pipeline.cache.asset_store import AssetStore
-from casa_assets.pipeline.families.run import FamilyRequest
-from casa_assets.pipeline.families.run import params_of as drawn
-from casa_assets.pipeline.ingest.job import writing
-from casa_assets.pipeline.kitchens.load_scene import model_of
-from casa_assets.pipeline.kitchens.resolve import checked_params, params_of
-from casa_assets.pipeline.kitchens.scene_files import SCENE_JSON
-from casa_assets.pipeline.library import library as disk
-from casa_assets.pipeline.library.asset_json import manifest_of
-from casa_assets.pipeline.library.asset_package import check_package, write_package
 from casa_assets.registry.families import family, family_names
 from casa_assets.registry.objects import object_family, object_names
+from casa_assets.runs.asset_package import check_package, write_package
+from casa_assets.runs.outcome import writing
 
 # Build and open -------------------------------------------------------------------------------------------------------
 
@@ -146,7 +146,7 @@ def check_folder(folder: Path) -> Report:
 def show(asset: Asset, pose: str, web: bool) -> None:
     """See `Asset.show`."""
     from casa_assets.api import viewing
-    from casa_assets.pipeline.view.subject import Loaded
+    from casa_assets.show.view.subject import Loaded
 
     viewing.show(Loaded(asset), pose, web)
 

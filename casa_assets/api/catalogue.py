@@ -8,8 +8,8 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from casa_assets.asset.kit.assemble import Family
     from casa_assets.families.family import Params
-    from casa_assets.families.kit.assemble import Family
     from casa_assets.registry.plugins import Plugin
 
 
@@ -94,8 +94,8 @@ def families() -> Mapping[str, FamilyInfo]:
 
 def surfaces() -> Mapping[str, tuple[str, ...]]:
     """Ids of the textures that each surface of a kitchen (wall, floor, counter, cabinet) can be covered with."""
+    from casa_assets.families.run.finishes import available_finishes
     from casa_assets.model.kitchen.choices import Surface
-    from casa_assets.pipeline.families.finishes import available_finishes
 
     found = available_finishes().surfaces
     return MappingProxyType({surface.value: tuple(found[surface]) for surface in Surface})

@@ -15,30 +15,30 @@ from typing import TYPE_CHECKING, Any, Concatenate, Literal, ParamSpec, TypeVar
 import mujoco
 
 from casa_assets.api.behaviors import StartStates
+from casa_assets.asset.lightweight import light_scene
 from casa_assets.core.system import cache_dir
 from casa_assets.errors import CasaError, OutputError, UnknownId
-from casa_assets.export.mjcf.scene import batch
-from casa_assets.export.mjcf.scene import kitchen as mjcf
-from casa_assets.geometry.lightweight import light_scene
+from casa_assets.families.run.asset_store import AssetStore
+from casa_assets.formats.mjcf.scene import batch
+from casa_assets.formats.mjcf.scene import kitchen as mjcf
 from casa_assets.layouts.order.request import KitchenRequest as Resolved
+from casa_assets.layouts.run.batch_form import batch_of
+from casa_assets.layouts.run.check import run_checks_on_scene
+from casa_assets.layouts.run.kept import is_drawn, is_whole
+from casa_assets.layouts.run.load_scene import FILES, SurfaceTextures, model_of, spec_of
+from casa_assets.layouts.run.recipe import SceneRecipe, recipe_of
+from casa_assets.layouts.run.resolve import build_scene, draw_surfaces, ordered_models, ordered_surfaces, resolve
+from casa_assets.layouts.run.scene_files import SCENE_JSON, START_STATES
+from casa_assets.layouts.run.scene_folders import BuildOptions, publish_scene, scene_key
+from casa_assets.layouts.run.scene_json import describe, design_of, surface_finishes
+from casa_assets.layouts.run.state_file import read_current_states
+from casa_assets.library import library as disk
 from casa_assets.model.files import Files
 from casa_assets.model.issue import Report
 from casa_assets.model.kitchen.choices import Surface
 from casa_assets.model.kitchen.scene import Scene
-from casa_assets.pipeline.cache.asset_store import AssetStore
-from casa_assets.pipeline.ingest.job import writing
-from casa_assets.pipeline.kitchens.batch_form import batch_of
-from casa_assets.pipeline.kitchens.check import run_checks_on_scene
-from casa_assets.pipeline.kitchens.kept import is_drawn, is_whole
-from casa_assets.pipeline.kitchens.load_scene import FILES, SurfaceTextures, model_of, spec_of
-from casa_assets.pipeline.kitchens.recipe import SceneRecipe, recipe_of
-from casa_assets.pipeline.kitchens.resolve import build_scene, draw_surfaces, ordered_models, ordered_surfaces, resolve
-from casa_assets.pipeline.kitchens.scene_files import SCENE_JSON, START_STATES
-from casa_assets.pipeline.kitchens.scene_folders import BuildOptions, publish_scene, scene_key
-from casa_assets.pipeline.kitchens.scene_json import describe, design_of, surface_finishes
-from casa_assets.pipeline.kitchens.state_file import read_current_states
-from casa_assets.pipeline.library import library as disk
 from casa_assets.projects import in_use, using
+from casa_assets.runs.outcome import writing
 
 if TYPE_CHECKING:
     import trimesh
@@ -144,7 +144,7 @@ class Kitchen:
 
         There is a node per link of each placement, such as `fridge__door`, and below it one for each geometry.
         """
-        from casa_assets.geometry.mesh.trimesh_exchange import kitchen_to_trimesh
+        from casa_assets.mesh.trimesh_exchange import kitchen_to_trimesh
 
         return kitchen_to_trimesh(self.scene, what)
 
@@ -213,7 +213,7 @@ class Kitchen:
             web: serve a page for the browser even if there is a screen for MuJoCo's viewer.
         """
         from casa_assets.api.viewing import show
-        from casa_assets.pipeline.view import subject
+        from casa_assets.show.view import subject
 
         place = SCENES_FOLDER if self.folder is None else self.folder.absolute().parent
         show(subject.Kitchen(self.recipe, place, is_named_by_path=self.folder is not None), pose, web)

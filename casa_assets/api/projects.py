@@ -16,8 +16,6 @@ from pydantic import ValidationError
 from casa_assets.api import assets, catalogue, kitchen, library
 from casa_assets.errors import BatchFault, CasaError, UnknownId
 from casa_assets.model.kitchen.choices import Surface
-from casa_assets.pipeline.ingest.job import writing
-from casa_assets.pipeline.textures.packs.ingest import PackOptions, PackReport, ingest_pack
 from casa_assets.projects import (
     PluginUse,
     ProjectUse,
@@ -28,7 +26,9 @@ from casa_assets.projects import (
     project_folder,
     read_again,
 )
+from casa_assets.runs.outcome import writing
 from casa_assets.textures.packs.entry import PictureDescription
+from casa_assets.textures.run.packs.ingest import PackOptions, PackReport, ingest_pack
 
 P = ParamSpec("P")
 R = TypeVar("R")

@@ -9,10 +9,10 @@ from typing import Any
 
 from casa_assets.api.behaviors import Behaviors
 from casa_assets.errors import OutputError
-from casa_assets.pipeline.local_server import open_in_browser
-from casa_assets.pipeline.view.model import asset_of, make, mujoco_model
-from casa_assets.pipeline.view.server import ViewServer, Workshop
-from casa_assets.pipeline.view.subject import ModelFile, Subject, cache_of
+from casa_assets.show.local_server import open_in_browser
+from casa_assets.show.view.model import asset_of, make, mujoco_model
+from casa_assets.show.view.server import ViewServer, Workshop
+from casa_assets.show.view.subject import ModelFile, Subject, cache_of
 
 
 def has_screen() -> bool:
@@ -34,8 +34,8 @@ def show(subject: Subject, pose: str, web: bool) -> None:
 
 def show_model(model: Any, pose: str, name: str) -> None:
     """Show a compiled model in MuJoCo's viewer, with its state machines, until its window is closed."""
-    from casa_assets.preview.live_viewer import Glow
-    from casa_assets.preview.live_viewer import show as open_viewer
+    from casa_assets.show.stills.live_viewer import Glow
+    from casa_assets.show.stills.live_viewer import show as open_viewer
 
     behaviors, glow = Behaviors(model), Glow(model)
 

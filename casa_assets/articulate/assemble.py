@@ -13,10 +13,10 @@ from casa_assets.articulate.joints.joints import build_joint, open_closed_states
 from casa_assets.articulate.plan import ADDED_MESH_NAMES, Articulation, PartPlan, StorageSpace, round7, round7_vec3
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh
 from casa_assets.core.numeric import Floats, Ints, Mask
-from casa_assets.geometry.mesh.surface import shell_moments, with_normals
-from casa_assets.geometry.mesh.topology import inside_out_faces, merge_rows, weld
-from casa_assets.geometry.solid.primitive import tessellate
-from casa_assets.geometry.solid.solids import hull_volume
+from casa_assets.mesh.solid.primitive import tessellate
+from casa_assets.mesh.solid.solids import hull_volume
+from casa_assets.mesh.surface import shell_moments, with_normals
+from casa_assets.mesh.topology import inside_out_faces, merge_rows, weld
 from casa_assets.model.asset.asset import Asset, Base, Exclusion, Inertial, Link, Visual
 from casa_assets.model.asset.material import Substance
 from casa_assets.model.asset.parts import Mesh, Region

@@ -16,9 +16,9 @@ from casa_assets.errors import BatchFault
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from casa_assets.families.run.run import FamilyRequest, FamilyResult
+    from casa_assets.layouts.run.recipe import SceneRecipe, SceneResult
     from casa_assets.model.issue import Report
-    from casa_assets.pipeline.families.run import FamilyRequest, FamilyResult
-    from casa_assets.pipeline.kitchens.recipe import SceneRecipe, SceneResult
 
 NARROW_COLUMNS = 5  # columns of numbers that a terminal shows that has no room for all of them
 MAX_LISTED = 20  # draws that are told one by one at the end
@@ -62,8 +62,8 @@ def end(results: Sequence[SceneResult | FamilyResult], output: Output, one_is_en
 
 def write_reports(results: list[SceneResult], out: Path, output: Output) -> None:
     """Write page, contact sheet and table of the folder; print where they are and how many scenes were made."""
-    from casa_assets.pipeline.ingest.job import writing
-    from casa_assets.pipeline.reports import kitchens
+    from casa_assets.runs.outcome import writing
+    from casa_assets.show.reports import kitchens
 
     with writing(out):
         page, picture = kitchens.write(out)
@@ -76,7 +76,7 @@ def write_reports(results: list[SceneResult], out: Path, output: Output) -> None
 
 def print_numbers(results: list[SceneResult], out: Path, output: Output) -> None:
     """Print numbers of the scenes of this run, as far as they are in the folder, and their sum."""
-    from casa_assets.pipeline.reports.kitchens import COLUMNS, cells, read_rows, sentence
+    from casa_assets.show.reports.kitchens import COLUMNS, cells, read_rows, sentence
 
     mine = {r.recipe.scene_id for r in results if r.folder}
     found = [row for row in read_rows(out) if row.id in mine]
@@ -94,7 +94,7 @@ def print_numbers(results: list[SceneResult], out: Path, output: Output) -> None
 
 def print_robots(results: list[SceneResult], output: Output) -> None:
     """Print for each scene how many joints each robot reaches and opens."""
-    from casa_assets.pipeline.kitchens.robots import read_certificate
+    from casa_assets.addons.robots import read_certificate
 
     heads = ("reached", "followed", "of joints", "margin", "not parked")
     table = TextTable(("scene", "robot", *heads), right=heads)
@@ -117,14 +117,14 @@ def print_sample(
 
     Tables show why some were refused, how diverse those are that passed, and what a kitchen cost.
     """
-    from casa_assets.pipeline.ingest.job import writing
-    from casa_assets.pipeline.kitchens.sampling import run
-    from casa_assets.pipeline.kitchens.sampling.draws import (
+    from casa_assets.layouts.run.sampling import run
+    from casa_assets.layouts.run.sampling.draws import (
         diversity_of_recipes,
         diversity_of_reference,
         table_rows,
         write_diversity,
     )
+    from casa_assets.runs.outcome import writing
 
     passed = {r.recipe.scene_id for r in results if r.passed}
     drawn = diversity_of_recipes(recipe for recipe in recipes if recipe.scene_id in passed)
@@ -155,8 +155,8 @@ def print_sample(
 
 def print_states(results: list[SceneResult], output: Output) -> None:
     """Print for each scene its start states: how many, the deepest contact, the farthest motion, what was refused."""
-    from casa_assets.pipeline.kitchens.scene_files import START_STATES
-    from casa_assets.pipeline.kitchens.state_file import read_states
+    from casa_assets.layouts.run.scene_files import START_STATES
+    from casa_assets.layouts.run.state_file import read_states
 
     heads = ("states", "deepest mm", "moved mm", "kB")
     table = TextTable(("scene", *heads, "draws given up"), sentences=("draws given up",), right=heads)
@@ -175,7 +175,7 @@ def print_states(results: list[SceneResult], output: Output) -> None:
 
 def print_batch_forms(results: list[SceneResult], output: Output) -> None:
     """Print for each scene the size of its batch form, and what an engine has to allocate for it."""
-    from casa_assets.pipeline.kitchens.batch_form import read_batch
+    from casa_assets.layouts.run.batch_form import read_batch
 
     heads = ("colliders", "pairs", "joints", "locked", "awake in use", "nconmax", "njmax", "nccdmax", "nvmax")
     table = TextTable(("scene", *heads), right=heads)
@@ -287,7 +287,7 @@ def print_member(result: FamilyResult, output: Output, always: bool = False) -> 
 
 def print_members(results: Sequence[FamilyResult], output: Output) -> None:
     """Print a table of medians, a row for each family or category."""
-    from casa_assets.pipeline.families.run import summary
+    from casa_assets.families.run.run import summary
 
     names = ("family", "passed", "of", "build s", "write s", "draw s", "check s", "CPU s", "MB")
     table = TextTable(names, right=names[1:], title="median per member")

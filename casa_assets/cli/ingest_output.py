@@ -28,11 +28,11 @@ from casa_assets.errors import BatchFault, CasaError
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator
 
+    from casa_assets.articulate.run.run import ArticulateOutcome
+    from casa_assets.ingest.run.remote import Change
+    from casa_assets.library.entry import Entry
     from casa_assets.model.issue import Decision
-    from casa_assets.pipeline.articulate.run import ArticulateOutcome
-    from casa_assets.pipeline.ingest.job import Event
-    from casa_assets.pipeline.library.remote import Change
-    from casa_assets.pipeline.reports.entry import Entry
+    from casa_assets.runs.outcome import Event
 
     Done = Event | ArticulateOutcome
 
@@ -103,7 +103,7 @@ def end(done: Sequence[Done], names: Sequence[str]) -> None:
     Args:
         names: of the inputs, in the same order.
     """
-    from casa_assets.pipeline.ingest.answers import CRASH_CODE
+    from casa_assets.ingest.run.answers import CRASH_CODE
 
     if faults := [name for name, one in zip(names, done, strict=True) if one.code == CRASH_CODE]:
         raise BatchFault(map(terminal_safe, faults))
@@ -125,7 +125,7 @@ def print_codes(codes: Counter[str], output: Output) -> None:
     table = TextTable(heads, sentences=("reason", "what to do"), right=("inputs",), title="Rejected by reason")
     why: dict[str, str] = {}
     if not codes.keys() <= records.rejections.keys():
-        from casa_assets.pipeline.reports.page_template import explanations
+        from casa_assets.show.page.page_template import explanations
 
         why = explanations()
     for code, count in codes.most_common():
@@ -240,9 +240,9 @@ def print_summary(events: list[Event], library: Path, output: Output, explain: b
     Args:
         explain: also every guess.
     """
+    from casa_assets.library.library import Library
+    from casa_assets.library.table.entry_table import EntryTable
     from casa_assets.model.issue import Decision
-    from casa_assets.pipeline.library.entry_table import EntryTable
-    from casa_assets.pipeline.library.library import Library
 
     touched = {e.asset_id for e in events}
     if len(touched) > MOST_LISTED:
@@ -264,8 +264,8 @@ def print_summary(events: list[Event], library: Path, output: Output, explain: b
 
 def _print_library_checks(library: Path, output: Output, max_lines: int = 6) -> None:
     """Lines about the checks of all assets of the library together."""
+    from casa_assets.library.analysis.library_report import read_library_report
     from casa_assets.model.issue import Status
-    from casa_assets.pipeline.dedup.library_report import read_library_report
 
     library_report = read_library_report(library)
     issues = library_report.report.issues if library_report else ()
@@ -374,9 +374,9 @@ def on_store(url: str, library: Path, output: Output) -> Iterator[Sending]:
     if not url:
         yield lambda events: events
         return
-    from casa_assets.pipeline.library.library import Library
-    from casa_assets.pipeline.library.remote import RemoteLibrary, StoredRun
-    from casa_assets.pipeline.library.remote_folder import hold
+    from casa_assets.ingest.run.remote import RemoteLibrary, StoredRun
+    from casa_assets.library.library import Library
+    from casa_assets.library.remote_folder import hold
 
     remote = RemoteLibrary.open(url)
     with hold(remote.folder, waiting(output)) as lock:

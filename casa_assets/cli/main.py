@@ -36,7 +36,7 @@ from casa_assets.cli.verbs.scenes import app as scenes
 from casa_assets.cli.verbs.textures import app as textures
 from casa_assets.cli.verbs.view import preview, view
 from casa_assets.errors import BatchFault, CasaError
-from casa_assets.preview.backends import keep_from_mujoco
+from casa_assets.show.stills.backends import keep_from_mujoco
 
 EXIT_MISUSE, EXIT_FAULT, EXIT_SIGNAL_BASE = 2, 3, 128
 # What a file, a folder or a disk refuses, and no fault of the program: rights, room, or a name that cannot be.

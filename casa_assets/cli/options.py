@@ -23,8 +23,8 @@ from casa_assets.cli.output import Output
 from casa_assets.errors import OutputError
 
 if TYPE_CHECKING:
-    from casa_assets.pipeline.library.library import Library as LibraryFolder
-    from casa_assets.pipeline.workers.pool import Workers as Workers
+    from casa_assets.library.library import Library as LibraryFolder
+    from casa_assets.runs.pool import Workers as Workers
 else:
     Workers = int  # the annotations of a verb are evaluated, and the pool is not imported for that
 
@@ -52,7 +52,7 @@ def _is_of_plugin(text: str) -> bool:
     """True for an address with the scheme of a plug-in; plug-ins are only looked for if the text has a colon."""
     if ":" not in text:
         return False
-    from casa_assets.pipeline.ingest.inputs import is_of_plugin
+    from casa_assets.ingest.run.inputs import is_of_plugin
 
     return is_of_plugin(text)
 
@@ -202,7 +202,7 @@ class shared:  # noqa: N801  a decorator
                 raise typer.BadParameter("is of a Ray cluster; add --engine ray", param_hint="--address")
             values["workers"] = jobs
             if engine is EngineName.RAY:
-                from casa_assets.pipeline.workers.pool import RayCluster
+                from casa_assets.runs.pool import RayCluster
 
                 values["workers"] = RayCluster(address, jobs)
         self._verb(Output(as_json, quiet, verbose), **values)
@@ -221,7 +221,7 @@ In3d = Annotated[bool, typer.Option("--3d/--no-3d", help=more(IN_3D_HELP, "about
 
 def library_at(folder: Path) -> LibraryFolder:
     """The library in a folder. Raises OutputError where nothing was ever made there, so that nothing is written."""
-    from casa_assets.pipeline.library.library import Library
+    from casa_assets.library.library import Library
 
     place = Library(folder)
     if not place.private.is_dir() and next(chain(place.accepted(), place.refused()), None) is None:

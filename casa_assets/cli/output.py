@@ -23,8 +23,8 @@ from rich.text import Text
 from casa_assets.projects import project_folder
 
 if TYPE_CHECKING:
+    from casa_assets.library.library import Summary
     from casa_assets.model.issue import Issue
-    from casa_assets.pipeline.library.library import Summary
 
 
 def terminal_safe(text: str) -> str:
@@ -157,8 +157,8 @@ def measures_at(folder: str | Path | None) -> dict[str, Any]:
 
     The mass of a kitchen is that of all objects in the room, its size that of the room.
     """
-    from casa_assets.pipeline.kitchens.scene_files import SCENE_JSON
-    from casa_assets.pipeline.library.library import find_summary
+    from casa_assets.layouts.run.scene_files import SCENE_JSON
+    from casa_assets.library.library import find_summary
 
     if not folder:
         return measures(None)

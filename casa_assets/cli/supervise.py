@@ -15,7 +15,7 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 
-from casa_assets.pipeline.workers.limits import trees
+from casa_assets.runs.limits import trees
 
 SIGNALS = frozenset({signal.SIGINT, signal.SIGTERM, signal.SIGHUP})
 STOP_GRACE_S = 2.0  # for the child to clean up after it was told to stop

@@ -1,1 +1,1 @@
-"""Writers: each takes an Asset and returns Files, without making any choices."""
+"""Write accepted assets, or kitchens, in one format: each a file, listed, and put in place whole."""

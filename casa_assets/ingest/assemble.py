@@ -8,11 +8,11 @@ import numpy as np
 
 from casa_assets.core.numeric import Floats, seven_digits
 from casa_assets.errors import DegenerateShape, Rejected
-from casa_assets.geometry.mesh.grasps import choose_grasps, grasp_site
-from casa_assets.geometry.mesh.surface import with_normals
-from casa_assets.geometry.solid.primitive import shape_bounds
-from casa_assets.geometry.solid.solids import convex_hull
 from casa_assets.ingest.draft import Draft, PlacedShape
+from casa_assets.mesh.grasps import choose_grasps, grasp_site
+from casa_assets.mesh.solid.primitive import shape_bounds
+from casa_assets.mesh.solid.solids import convex_hull
+from casa_assets.mesh.surface import with_normals
 from casa_assets.model.asset.asset import Asset, Base, Collider, Link, Region, Visual
 from casa_assets.model.asset.material import Material, Substance
 from casa_assets.model.asset.parts import Box, Hull, Mesh, MeshShape, Shape

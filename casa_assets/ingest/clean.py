@@ -6,8 +6,6 @@ import numpy as np
 
 from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.errors import Rejected
-from casa_assets.geometry.mesh.surface import backward_share
-from casa_assets.geometry.mesh.topology import edge_counts
 from casa_assets.ingest.draft import Draft, Surface, warning
 from casa_assets.ingest.repair.components import (
     enclosed_parts,
@@ -20,6 +18,8 @@ from casa_assets.ingest.repair.faces import cut_nonmanifold_faces, orient_outwar
 from casa_assets.ingest.repair.foreign_parts import foreign_parts, separate_objects
 from casa_assets.ingest.repair.gaps import close_cracks, close_missing_sides, split_t_junctions
 from casa_assets.ingest.texture import submesh
+from casa_assets.mesh.surface import backward_share
+from casa_assets.mesh.topology import edge_counts
 from casa_assets.model.issue import Issue
 from casa_assets.model.registry.category import FALLBACK, Category, MatterFill
 from casa_assets.model.source import RawModel, RawPart

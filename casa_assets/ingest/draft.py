@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import Field
 
 from casa_assets.core.numeric import Floats, Ints
-from casa_assets.geometry.mesh.topology import weld
+from casa_assets.mesh.topology import weld
 from casa_assets.model.asset.asset import Inertial
 from casa_assets.model.asset.parts import Grasp, Hull, Mesh, Shape
 from casa_assets.model.asset.provenance import Guess

@@ -6,8 +6,8 @@ import numpy as np
 from opengl_decimate import CollapseSequence, SimplifyOptions, collapse_sequence
 
 from casa_assets.core.numeric import Floats, Ints, Mask
-from casa_assets.geometry.mesh.topology import connected_groups, directed_edges, merge_rows
 from casa_assets.ingest.draft import Draft, warning
+from casa_assets.mesh.topology import connected_groups, directed_edges, merge_rows
 from casa_assets.model.asset.parts import Mesh
 
 # Largest error of the simplified surface, as a part of the mesh's extent.

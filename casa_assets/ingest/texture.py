@@ -9,10 +9,10 @@ import numpy.typing as npt
 from PIL import Image
 
 from casa_assets.core.numeric import Ints, Mask, linear_from_srgb_array
-from casa_assets.geometry.mesh.surface import with_normals
-from casa_assets.geometry.mesh.topology import edge_counts, face_components
-from casa_assets.geometry.mesh.visibility import Visibility, measure_visibility
 from casa_assets.ingest.draft import Draft, warning
+from casa_assets.mesh.surface import with_normals
+from casa_assets.mesh.topology import edge_counts, face_components
+from casa_assets.mesh.visibility import Visibility, measure_visibility
 from casa_assets.model.asset.material import Material, Substance, Texture
 from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.registry.category import Category, MatterFill

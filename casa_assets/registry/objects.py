@@ -9,8 +9,8 @@ from typing import Any
 
 from pydantic import Field
 
+from casa_assets.asset.kit.assemble import Family
 from casa_assets.errors import UnknownId
-from casa_assets.families.kit.assemble import Family
 from casa_assets.families.sampling import read_fixed, read_sample_rules
 from casa_assets.model.record import Id, Record
 from casa_assets.model.registry.document import Document, expected_one_of
@@ -26,7 +26,7 @@ FOLDER = "objects"
 class ObjectRow(Record):
     """A row of a file of registry/objects/, under the id of a category in registry/categories.yaml."""
 
-    form: Id = Field(description="name of a form, families/objects/")
+    form: Id = Field(description="name of a form, kitchenware/objects/")
     about: str = Field(description="what members there are, one sentence")
     sample: dict[str, Any] = Field(
         description="field -> the rule by which a member's value is drawn (`families/sampling.py`)"

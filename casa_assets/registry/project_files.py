@@ -1,7 +1,7 @@
 """Names of the files and folders of a project that are laid over registry/.
 
 They are in a module that reads none of them: the cache key of code that reads registry files includes the files that it
-names (`pipeline/cache/cache_key.py`).
+names (`cache/cache_key.py`).
 """
 
 from __future__ import annotations

@@ -9,12 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from tests.browser import Browser
 from tests.consumers.watched import PAGES, WATCHED, changed
-from tests.documents import ROOT, blocks, shell
-from tests.installed import Environment, build_wheel, install
-from tests.libraries import made_once
-from tests.object_stores import Server
+from tests.support.library.libraries import made_once
+from tests.support.library.object_stores import Server
+from tests.support.program.browser import Browser
+from tests.support.program.documents import ROOT, blocks, shell
+from tests.support.program.installed import Environment, build_wheel, install
 
 HERE = Path(__file__).parent
 # The first command of README.md, whose library all pages after it take for granted.
@@ -78,7 +78,7 @@ def server(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Server]:
 
 @pytest.fixture(scope="session")
 def browser() -> Iterator[Browser]:
-    """A headless Chromium, see tests/browser.py."""
+    """A headless Chromium, see tests/support/program/browser.py."""
     started = Browser()
     yield started
     started.close()

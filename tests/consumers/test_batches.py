@@ -13,11 +13,11 @@ from typing import Any
 import pytest
 
 import casa_assets as casa
-from casa_assets.export.mjcf.scene.batch import write
-from casa_assets.pipeline.kitchens.batch_form import batch_of
-from tests.environments import CONSUMERS, python_of
-from tests.libraries import ROOT
-from tests.scenes import put
+from casa_assets.formats.mjcf.scene.batch import write
+from casa_assets.layouts.run.batch_form import batch_of
+from tests.support.kitchen.scenes import put
+from tests.support.library.libraries import ROOT
+from tests.support.program.environments import CONSUMERS, python_of
 
 # Plan and style of each.
 KITCHENS = (

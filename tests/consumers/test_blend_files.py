@@ -9,10 +9,10 @@ import pytest
 
 from casa_assets.core.system import BLENDER_VARIABLE
 from casa_assets.errors import Rejected
-from casa_assets.ingest import rejection_codes as codes
+from casa_assets.model import rejection_codes as codes
 from casa_assets.model.source import Up
-from tests.environments import printed, python_of
-from tests.mesh_files import QUARTERS, codes_of, load_path, png
+from tests.support.mesh.mesh_files import QUARTERS, codes_of, load_path, png
+from tests.support.program.environments import printed, python_of
 
 pytestmark = pytest.mark.consumers
 

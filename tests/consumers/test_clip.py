@@ -9,10 +9,10 @@ from pathlib import Path
 
 import pytest
 
-from tests.assets import ball, rigid_mug, textured_box
-from tests.built_libraries import keep
-from tests.environments import with_packages_of
-from tests.libraries import BOXES, box_obj
+from tests.support.asset.assets import ball, rigid_mug, textured_box
+from tests.support.library.built_libraries import keep
+from tests.support.library.libraries import BOXES, box_obj
+from tests.support.program.environments import with_packages_of
 
 pytestmark = pytest.mark.consumers
 

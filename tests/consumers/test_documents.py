@@ -16,7 +16,7 @@ import yaml
 from lxml import etree
 from pxr import Usd, UsdGeom
 
-from tests.documents import ROOT, SAVED, Block, blocks, pages, program, shell
+from tests.support.program.documents import ROOT, SAVED, Block, blocks, pages, program, shell
 
 SCENE = "corridor__coastal"
 DOOR = "microwave__microjoint"

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from casa_assets.families.catalog import MODELS
+from casa_assets.families.run.run import build_all, requests_for
+from casa_assets.kitchenware.catalog import MODELS
 from casa_assets.model.registry.rows import Surface
-from casa_assets.pipeline.families.run import build_all, requests_for
-from casa_assets.pipeline.textures.check import check_recipes, check_sets, select_recipes
+from casa_assets.textures.run.check import check_recipes, check_sets, select_recipes
 
 
 def test_there_are_as_many_families_as_promised() -> None:

@@ -12,9 +12,9 @@ from pathlib import Path
 
 import pytest
 
-from tests.access_audit import Watch
-from tests.hostile_set import TWINS, HostileSet, Row, Said, disputed, told, verdict
-from tests.libraries import casa, input_rows
+from tests.support.hostile.access_audit import Watch
+from tests.support.hostile.hostile_set import TWINS, HostileSet, Row, Said, disputed, told, verdict
+from tests.support.library.libraries import casa, input_rows
 
 pytestmark = pytest.mark.certify
 

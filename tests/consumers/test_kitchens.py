@@ -9,11 +9,11 @@ from typing import Any
 import mujoco
 import pytest
 
-from casa_assets.pipeline.kitchens import scene_folders
-from casa_assets.pipeline.kitchens.recipe import SceneRecipe
+from casa_assets.layouts.run import scene_folders
+from casa_assets.layouts.run.recipe import SceneRecipe
 from tests.consumers.old_mujoco_load import is_parallel
-from tests.environments import found_by
-from tests.libraries import ROOT
+from tests.support.library.libraries import ROOT
+from tests.support.program.environments import found_by
 
 PICTURES = ROOT / "out" / "consumers"
 DRAWER = "main_drawers__drawer0_slidejoint"

@@ -7,12 +7,12 @@ from pathlib import Path
 
 import pytest
 
-from casa_assets.pipeline.kitchens import check
-from casa_assets.pipeline.kitchens.recipe import SceneRecipe
-from casa_assets.pipeline.plans.check import check_plan, plan_id
+from casa_assets.layouts.check_plan.check import check_plan, plan_id
+from casa_assets.layouts.run import check
+from casa_assets.layouts.run.recipe import SceneRecipe
 from casa_assets.registry.kitchens import load_style, style_names
-from tests.plan_corpus import plans
-from tests.projects import Project, project_in
+from tests.support.kitchen.plan_corpus import plans
+from tests.support.program.projects import Project, project_in
 
 # Plans that are right, and plans whose rows, rooms, openings, islands and corners are corrected.
 PLANS = {

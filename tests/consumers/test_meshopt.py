@@ -13,11 +13,11 @@ import numpy.typing as npt
 import pytest
 
 from casa_assets.errors import Rejected
-from casa_assets.ingest import rejection_codes
-from casa_assets.ingest.load.gltf_document import JsonObject, decompressed
-from tests.environments import packages_of
-from tests.mesh_files import MESHOPT_NAMES, load_bytes, packed_view, squeezed
-from tests.raw_models import MUG, turned
+from casa_assets.formats.read.gltf_document import JsonObject, decompressed
+from casa_assets.model import rejection_codes
+from tests.support.mesh.mesh_files import MESHOPT_NAMES, load_bytes, packed_view, squeezed
+from tests.support.mesh.raw_models import MUG, turned
+from tests.support.program.environments import packages_of
 
 pytestmark = pytest.mark.consumers
 

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from casa_assets.export.mjcf import write
-from tests.assets import textured_box, write_to
+from casa_assets.formats.mjcf import write
+from tests.support.asset.assets import textured_box, write_to
 
 # In a process of its own: which OpenGL is used is settled when mujoco is imported.
 SCRIPT = """

@@ -9,12 +9,12 @@ import pytest
 
 from casa_assets.checks.readers.quiet import quiet
 from casa_assets.checks.readers.usd_facts import imported
-from casa_assets.export.usd.scene.kitchen import write
-from tests.articulated_assets import grill
-from tests.assets import textured_box
-from tests.packages import written
-from tests.rooms import at, in_all_forms, room
-from tests.scenes import corner, put
+from casa_assets.formats.usd.scene.kitchen import write
+from tests.support.asset.articulated_assets import grill
+from tests.support.asset.assets import textured_box
+from tests.support.asset.packages import written
+from tests.support.kitchen.rooms import at, in_all_forms, room
+from tests.support.kitchen.scenes import corner, put
 
 pytestmark = pytest.mark.consumers
 

@@ -12,7 +12,7 @@ import pytest
 from nbclient import NotebookClient
 from PIL import Image
 
-from tests.documents import ROOT, program
+from tests.support.program.documents import ROOT, program
 
 pytestmark = pytest.mark.consumers
 NOTEBOOK = ROOT / "docs" / "quickstart.ipynb"

@@ -13,15 +13,15 @@ import mujoco
 import pytest
 from lxml import etree
 
-from casa_assets.export.mjcf import write
-from casa_assets.families.catalog import GROUPS
-from casa_assets.geometry.solid.primitive import shape_bounds
+from casa_assets.formats.mjcf import write
+from casa_assets.kitchenware.catalog import GROUPS
+from casa_assets.mesh.solid.primitive import shape_bounds
 from casa_assets.model.asset.asset import Asset, Base
 from casa_assets.model.asset.parts import Hull
 from casa_assets.registry.families import family
-from tests.assets import EVERY, microwave, write_to
-from tests.environments import python_of
-from tests.family_members import preset
+from tests.support.asset.assets import EVERY, microwave, write_to
+from tests.support.asset.family_members import preset
+from tests.support.program.environments import python_of
 
 SCRIPT = Path(__file__).with_name("old_mujoco_load.py")
 VERSIONS = ("3.3.1", "3.3.7")

@@ -8,20 +8,20 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
+from casa_assets.families.run.run import FamilyRequest
 from casa_assets.model.registry.rows import Surface
-from casa_assets.pipeline import review as review_page
-from casa_assets.pipeline.families.run import FamilyRequest
-from casa_assets.pipeline.reports import catalogue, home, kitchens, library_page
-from casa_assets.pipeline.reports.catalogue import MemberPictures
-from casa_assets.pipeline.viewer import page_models
-from tests.browser import Browser, Page
-from tests.built_libraries import keep
+from casa_assets.show import review as review_page
+from casa_assets.show.page import page_models
+from casa_assets.show.reports import catalogue, home, kitchens, library_page
+from casa_assets.show.reports.catalogue import MemberPictures
 from tests.consumers.test_review_keys import reviewed_page
-from tests.unit.pipeline.reports.test_catalogue import APPLE
-from tests.unit.pipeline.reports.test_kitchen_pages import kitchen_page, scene
-from tests.unit.pipeline.reports.test_library_page import entry
-from tests.unit.pipeline.reports.test_reject_page import CASES, refused
-from tests.unit.pipeline.test_alike import FIRST, LARGE, OTHER
+from tests.support.library.built_libraries import keep
+from tests.support.program.browser import Browser, Page
+from tests.unit.library.test_alike import FIRST, LARGE, OTHER
+from tests.unit.show.reports.test_catalogue import APPLE
+from tests.unit.show.reports.test_kitchen_pages import kitchen_page, scene
+from tests.unit.show.reports.test_library_page import entry
+from tests.unit.show.reports.test_reject_page import CASES, refused
 
 pytestmark = pytest.mark.consumers
 ROWS = "#list .id"

@@ -10,10 +10,10 @@ import pytest
 from PIL import Image
 
 from casa_assets.core.system import BLENDER_VARIABLE
-from casa_assets.pipeline.kitchens.recipe import SceneRecipe
-from casa_assets.pipeline.kitchens.scene_folders import BuildOptions, build_all
-from casa_assets.preview.photoreal.render import Still, StillSettings, asset_still, picture_faults, scene_stills
-from tests.environments import python_of
+from casa_assets.layouts.run.recipe import SceneRecipe
+from casa_assets.layouts.run.scene_folders import BuildOptions, build_all
+from casa_assets.show.stills.photoreal.render import Still, StillSettings, asset_still, picture_faults, scene_stills
+from tests.support.program.environments import python_of
 
 pytestmark = pytest.mark.consumers
 SMALL = StillSettings(width_px=240, height_px=135, samples=16)

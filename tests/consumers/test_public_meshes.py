@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from tests.libraries import input_rows
+from tests.support.library.libraries import input_rows
 
 pytestmark = pytest.mark.certify
 

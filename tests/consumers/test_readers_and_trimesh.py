@@ -1,6 +1,6 @@
 """Every good file of the shared data, read by our readers and by trimesh: each difference is explained by a rule.
 
-The rules, with a sentence each, stand in tests/mesh_readings.py.
+The rules, with a sentence each, stand in tests/support/mesh/mesh_readings.py.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from casa_assets import registry
-from tests.mesh_readings import differences, ours, theirs
+from tests.support.mesh.mesh_readings import differences, ours, theirs
 
 pytestmark = pytest.mark.consumers
 

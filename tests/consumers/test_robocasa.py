@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from casa_assets.pipeline.export.robocasa import export
-from tests.built_libraries import keep, loose_and_fixed
-from tests.environments import found_by
-from tests.libraries import BOXES, box_obj, casa
+from casa_assets.addons.robocasa.run import export
+from tests.support.library.built_libraries import keep, loose_and_fixed
+from tests.support.library.libraries import BOXES, box_obj, casa
+from tests.support.program.environments import found_by
 
 pytestmark = pytest.mark.consumers
 

@@ -10,13 +10,13 @@ from typing import Any
 import pytest
 
 from casa_assets import registry
-from casa_assets.export.robocasa.entries import ATTRIBUTES
-from casa_assets.export.robocasa.task_objects import TASK_DRAWS, missing_draws
+from casa_assets.addons.robocasa.writers.entries import ATTRIBUTES
+from casa_assets.addons.robocasa.writers.task_objects import TASK_DRAWS, missing_draws
+from casa_assets.families.run.run import build_asset, family_of, object_requests, params_of
 from casa_assets.model.registry.contract import RobocasaRelease
-from casa_assets.pipeline.families.run import build_asset, family_of, object_requests, params_of
-from tests.built_libraries import keep
-from tests.environments import found_by, printed, rows_of
-from tests.libraries import casa
+from tests.support.library.built_libraries import keep
+from tests.support.library.libraries import casa
+from tests.support.program.environments import found_by, printed, rows_of
 
 KITCHEN = "l_large__mediterranean"  # it affords every pick-and-place task
 # A few of the tasks and resets of `./dev bench robocasa_resets`.

@@ -19,11 +19,11 @@ from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.provenance import split_of
 from casa_assets.model.record import Vec3
 from casa_assets.model.registry.category import Category
-from tests.asset_parts import CARDBOARD, PROVENANCE, box_collider, box_inertial, labels
-from tests.built_libraries import keep
-from tests.environments import python_of, rows_of
-from tests.libraries import ROOT, casa
-from tests.meshes import box_mesh
+from tests.support.asset.asset_parts import CARDBOARD, PROVENANCE, box_collider, box_inertial, labels
+from tests.support.library.built_libraries import keep
+from tests.support.library.libraries import ROOT, casa
+from tests.support.mesh.meshes import box_mesh
+from tests.support.program.environments import python_of, rows_of
 
 # At least one for each group of objects that an atomic task of RoboCasa v1.0 draws from, as far as it can be grasped,
 # washed, heated, cooked or cooled as that task demands.

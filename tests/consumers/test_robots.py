@@ -13,8 +13,8 @@ from typing import Any
 import pytest
 
 from tests.consumers.robots.page import ASKED, KITCHENS, PLANS, rows
-from tests.environments import packages_of, with_packages_of
-from tests.libraries import ROOT, command
+from tests.support.library.libraries import ROOT, command
+from tests.support.program.environments import packages_of, with_packages_of
 
 SCENE = "l_small__coastal"
 OTHERS = ("GR1", "SpotWithArm", "Tiago")

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from lxml import html
 
-from tests.documents import ROOT, pages
+from tests.support.program.documents import ROOT, pages
 
 pytestmark = pytest.mark.consumers
 MKDOCS = ROOT / ".venv-docs" / "bin" / "mkdocs"

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.browser import Browser
 from tests.consumers.test_site import build
+from tests.support.program.browser import Browser
 
 pytestmark = pytest.mark.consumers
 

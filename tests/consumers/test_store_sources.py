@@ -11,11 +11,11 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from tests.environments import wait_until
-from tests.format_files import tarred, zipped
-from tests.libraries import BOXES, box_obj, casa, input_rows
-from tests.object_stores import BUCKET, SECRET, Server
-from tests.sharded_inputs import public_differences
+from tests.support.library.libraries import BOXES, box_obj, casa, input_rows
+from tests.support.library.object_stores import BUCKET, SECRET, Server
+from tests.support.library.sharded_inputs import public_differences
+from tests.support.mesh.format_files import tarred, zipped
+from tests.support.program.environments import wait_until
 
 pytestmark = pytest.mark.consumers
 

@@ -9,10 +9,10 @@ from pathlib import Path
 
 import pytest
 
-from tests.environments import wait_until
-from tests.libraries import entries_of, input_rows
-from tests.object_stores import BUCKET, KEY, SECRET, Server, killed
-from tests.sharded_inputs import public_differences
+from tests.support.library.libraries import entries_of, input_rows
+from tests.support.library.object_stores import BUCKET, KEY, SECRET, Server, killed
+from tests.support.library.sharded_inputs import public_differences
+from tests.support.program.environments import wait_until
 
 pytestmark = pytest.mark.consumers
 

@@ -13,18 +13,18 @@ import pytest
 from casa_assets.checks.readers import asset_facts, urdf_facts
 from casa_assets.core.numeric import Floats
 from casa_assets.core.system import cache_dir
-from casa_assets.export.urdf import document
+from casa_assets.export.forms import SCENES
+from casa_assets.formats.urdf import document
+from casa_assets.layouts.run.recipe import SceneRecipe
+from casa_assets.layouts.run.resolve import build_scene
 from casa_assets.model.asset.asset import Asset, Base
 from casa_assets.model.asset.parts import JointValue, Keyframe
 from casa_assets.model.kitchen.scene import Scene
 from casa_assets.model.pose import Pose
-from casa_assets.pipeline.export.forms import SCENES
-from casa_assets.pipeline.kitchens.recipe import SceneRecipe
-from casa_assets.pipeline.kitchens.resolve import build_scene
-from tests.assets import EVERY, microwave, write_to
-from tests.documents import blocks
-from tests.environments import found_by, printed
-from tests.scenes import corner
+from tests.support.asset.assets import EVERY, microwave, write_to
+from tests.support.kitchen.scenes import corner
+from tests.support.program.documents import blocks
+from tests.support.program.environments import found_by, printed
 
 # SAPIEN holds float32, and adds up poses along chains of links several metres from the origin.
 LENGTH_M, RATIO = 5e-6, 1e-5

@@ -8,11 +8,11 @@ from pathlib import Path
 
 import pytest
 
-from casa_assets.pipeline.view.model import make
-from casa_assets.pipeline.view.server import ViewServer
-from casa_assets.pipeline.view.subject import find
-from tests.browser import Browser, Page
-from tests.server_requests import serving
+from casa_assets.show.view.model import make
+from casa_assets.show.view.server import ViewServer
+from casa_assets.show.view.subject import find
+from tests.support.library.server_requests import serving
+from tests.support.program.browser import Browser, Page
 
 pytestmark = pytest.mark.consumers
 KITCHEN = "one_wall_small__coastal"
@@ -114,7 +114,7 @@ def test_a_phone_in_the_dark(browser: Browser, microwave: ViewServer) -> None:
 
 
 def test_what_goes_wrong_is_told_on_the_page(browser: Browser, tmp_path: Path, cache: Path) -> None:
-    from casa_assets.pipeline.view.subject import AssetFolder
+    from casa_assets.show.view.subject import AssetFolder
 
     with serving(AssetFolder(tmp_path / "gone"), lambda s, tell: make(s, cache, tell)) as server:
         page = browser.open(server.address)

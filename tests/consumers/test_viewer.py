@@ -14,22 +14,23 @@ import pytest
 from PIL import Image
 
 from casa_assets.core.system import cache_dir
-from casa_assets.export.gltf import EVERYTHING, asset_glb, scene_glb
+from casa_assets.formats.gltf import EVERYTHING, asset_glb, scene_glb
+from casa_assets.layouts.run.check import check_one
+from casa_assets.layouts.run.recipe import SceneRecipe
+from casa_assets.layouts.run.resolve import build_scene
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.kitchen.scene import Scene
-from casa_assets.pipeline.kitchens.check import check_one
-from casa_assets.pipeline.kitchens.recipe import SceneRecipe
-from casa_assets.pipeline.kitchens.resolve import build_scene
-from casa_assets.pipeline.reports import catalogue, page_template
-from casa_assets.pipeline.reports.catalogue import DrawnCategory
-from casa_assets.pipeline.reports.library_page import write
-from casa_assets.pipeline.viewer.model_files import ModelFiles, put_model, put_viewer, viewer_script
-from casa_assets.pipeline.viewer.page_models import models_of, write_models
-from tests.articulated_assets import grill
-from tests.assets import EVERY, microwave
-from tests.browser import HOME, Browser, Page
-from tests.built_libraries import keep, loose_and_fixed
-from tests.scenes import corner
+from casa_assets.show.page import page_template
+from casa_assets.show.page.model_files import ModelFiles, put_model, put_viewer, viewer_script
+from casa_assets.show.page.page_models import models_of, write_models
+from casa_assets.show.reports import catalogue
+from casa_assets.show.reports.catalogue import DrawnCategory
+from casa_assets.show.reports.library_page import write
+from tests.support.asset.articulated_assets import grill
+from tests.support.asset.assets import EVERY, microwave
+from tests.support.kitchen.scenes import corner
+from tests.support.library.built_libraries import keep, loose_and_fixed
+from tests.support.program.browser import HOME, Browser, Page
 
 pytestmark = pytest.mark.consumers
 BUNDLE = Path(__file__).parents[2] / "casa_assets" / "pipeline" / "viewer" / "bundle"

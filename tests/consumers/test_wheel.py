@@ -18,7 +18,7 @@ PROBE = """
 import pathlib, sys
 import casa_assets
 from casa_assets import registry
-from casa_assets.pipeline.reports import kitchens
+from casa_assets.show.reports import kitchens
 
 assert pathlib.Path(casa_assets.__file__).is_relative_to(sys.argv[1]), casa_assets.__file__
 assert registry.data_root().name == "registry_data"
@@ -38,8 +38,8 @@ def test_registry_and_templates_are_inside(names: list[str]) -> None:
     wanted = {f"casa_assets/registry_data/{name}.yaml" for name in FILES}
     templates = (ROOT / "casa_assets" / "pipeline" / "reports" / "templates").rglob("*")
     wanted |= {path.relative_to(ROOT).as_posix() for path in templates if path.is_file()}
-    assert "casa_assets/pipeline/reports/templates/frame/base.html" in wanted
-    wanted |= {f"casa_assets/pipeline/viewer/bundle/{name}" for name in ("viewer.js", "LICENSES.txt")}
+    assert "casa_assets/show/reports/templates/frame/base.html" in wanted
+    wanted |= {f"casa_assets/show/page/bundle/{name}" for name in ("viewer.js", "LICENSES.txt")}
     wanted |= {path.relative_to(ROOT).as_posix() for path in (ROOT / "casa_assets").rglob("*.py")}
     assert sorted(wanted - set(names)) == []
 

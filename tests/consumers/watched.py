@@ -22,7 +22,7 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from casa_assets.pipeline.cache.cache_key import SHOWN, digest_of
+from casa_assets.cache.cache_key import SHOWN, digest_of
 from tests.content_keys import python_text
 
 HERE = Path(__file__).parent
@@ -55,23 +55,22 @@ def _package(*names: str) -> tuple[str, ...]:
 _PAGES_IN_A_BROWSER = Watched(
     ("browser",),
     _package(
-        "pipeline/reports",
-        "pipeline/review.py",
-        "pipeline/view",
-        "pipeline/viewer",
-        "pipeline/articulate/review_page.py",
+        "show/reports",
+        "show/review.py",
+        "show/view",
+        "show/page",
+        "articulate/run/review_page.py",
     ),
 )
-_MJCF = _package("export/mjcf", "export/mujoco_values.py", "model/asset", "model/kitchen")
-_BATCHES = Watched(
-    ("engines",), (*_package("pipeline/batches", "pipeline/kitchens/batch_form.py", "checks/scene/batch"), *_MJCF)
-)
-_CLUSTER = Watched(("ray",), _package("pipeline/workers", "pipeline/ingest", "pipeline/library/remote.py"))
-_STORES = Watched(("stores",), _package("pipeline/library", "ingest/sources"))
+_MJCF = _package("formats/mjcf", "formats/mujoco_values.py", "model/asset", "model/kitchen")
+_BATCHES = Watched(("engines",), (*_package("addons/batch", "layouts/run/batch_form.py", "checks/scene/batch"), *_MJCF))
+_CLUSTER = Watched(("ray",), _package("runs", "ingest/run", "ingest/run/remote.py"))
+_STORES = Watched(("stores",), _package("library", "ingest/sources"))
 
-_OWN = Watched((), _package("cli/project_runs.py", "pipeline/project", "projects.py", "registry"))
+_OWN = Watched((), _package("cli/project_runs.py", "cli/project", "projects.py", "registry"))
 _ROBOCASA = Watched(
-    ("robocasa",), _package("checks/design/robot", "core/robocasa.py", "export/robocasa", "pipeline/export/robocasa.py")
+    ("robocasa",),
+    _package("checks/design/robot", "core/robocasa.py", "addons/robocasa/writers", "addons/robocasa/run.py"),
 )
 
 # By path relative to this folder.
@@ -86,29 +85,31 @@ WATCHED = {
     "test_batch_forms.py": _BATCHES,
     "test_batches.py": _BATCHES,
     "test_blend_files.py": Watched(
-        ("blender",), _package("core/system.py", "ingest/load/blend.py", "ingest/load/blend_convert.py")
+        ("blender",), _package("core/system.py", "formats/read/blend.py", "formats/read/blend_convert.py")
     ),
-    "test_clip.py": Watched(("clip",), _package("pipeline/clip.py", "pipeline/dedup", "articulate/frame/category.py")),
+    "test_clip.py": Watched(
+        ("clip",), _package("library/analysis/clip.py", "library/analysis", "articulate/frame/category.py")
+    ),
     "test_kitchens.py": Watched(
-        ("blender", "mujoco331", "mujoco337", "newton", "robosuite"), (*_MJCF, *_package("export/usd"))
+        ("blender", "mujoco331", "mujoco337", "newton", "robosuite"), (*_MJCF, *_package("formats/usd"))
     ),
-    "test_meshopt.py": Watched(("meshopt",), _package("ingest/load/gltf.py", "ingest/load/gltf_document.py")),
+    "test_meshopt.py": Watched(("meshopt",), _package("formats/read/gltf.py", "formats/read/gltf_document.py")),
     "test_notebook.py": Watched((), ("docs/quickstart.ipynb", "casa_assets/api", "casa_assets/__init__.py")),
     "test_old_mujoco.py": Watched(("mujoco331", "mujoco337"), _MJCF),
     "test_pages_of_many.py": _PAGES_IN_A_BROWSER,
-    "test_photoreal.py": Watched(("blender",), _package("core/system.py", "preview/photoreal")),
+    "test_photoreal.py": Watched(("blender",), _package("core/system.py", "show/stills/photoreal")),
     "test_review_keys.py": _PAGES_IN_A_BROWSER,
     "test_robocasa_tasks.py": _ROBOCASA,
     "test_robots.py": Watched(
         ("robots",),
-        _package("checks/robots", "core/hand_dynamics.py", "pipeline/kitchens/robots.py", "cli/verbs/scenes.py"),
+        _package("checks/robots", "core/hand_dynamics.py", "addons/robots.py", "cli/verbs/scenes.py"),
     ),
     "test_site.py": Watched(("docs",), ("docs", "mkdocs.yml")),
     "test_site_in_browser.py": Watched(("browser", "docs"), ("docs/hooks", "docs/stylesheets", "mkdocs.yml")),
     "test_store_sources.py": _STORES,
     "test_stores.py": _STORES,
     "test_urdf.py": Watched(
-        ("urdf",), (*_package("export/urdf", "checks/readers/urdf_facts.py"), "docs/howto/use/urdf.md")
+        ("urdf",), (*_package("formats/urdf", "checks/readers/urdf_facts.py"), "docs/howto/use/urdf.md")
     ),
     "test_view_page.py": _PAGES_IN_A_BROWSER,
     "test_viewer.py": _PAGES_IN_A_BROWSER,

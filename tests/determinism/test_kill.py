@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.libraries import ROOT, casa_here, command, differences, entries_of
+from tests.support.library.libraries import ROOT, casa_here, command, differences, entries_of
 
 pytestmark = pytest.mark.slow
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 from pathlib import Path
 
-from tests.libraries import casa, casa_here, differences, entries_of, input_rows
+from tests.support.library.libraries import casa, casa_here, differences, entries_of, input_rows
 
 
 def test_all_inputs_have_an_outcome(boxes: Path) -> None:

@@ -9,18 +9,18 @@ from pathlib import Path
 
 import pytest
 
-from casa_assets.pipeline.library import library as disk
-from casa_assets.pipeline.library.identity import Producer
-from casa_assets.pipeline.workers.limits import trees
+from casa_assets.library import library as disk
+from casa_assets.library.identity import Producer
+from casa_assets.runs.limits import trees
 from tests.determinism.test_kill import is_staged, kill
-from tests.libraries import ROOT, casa_here, command, tree
+from tests.support.library.libraries import ROOT, casa_here, command, tree
 from tests.unit.articulate.blocks import microwave
 from tests.unit.articulate.test_assemble import obj
 
 pytestmark = [
     pytest.mark.slow,
-    pytest.mark.content("code", "pipeline.ingest", keep=0),
-    pytest.mark.content("code", "pipeline.articulate", keep=0),
+    pytest.mark.content("code", "ingest.run", keep=0),
+    pytest.mark.content("code", "articulate.run", keep=0),
 ]
 
 Moment = Callable[[Path, str], bool]

@@ -13,14 +13,14 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from casa_assets.errors import Rejected
-from casa_assets.ingest.load import load
+from casa_assets.formats.read import load
 from casa_assets.model.source import Bundle
-from tests import fuzz_run
-from tests.fuzz_corpus import specimens
-from tests.fuzz_mutations import mutate
-from tests.fuzz_run import Plan, Result, case, fuzz
-from tests.libraries import ROOT
-from tests.mesh_files import LIMITS
+from tests.support.fuzz import fuzz_run
+from tests.support.fuzz.fuzz_corpus import specimens
+from tests.support.fuzz.fuzz_mutations import mutate
+from tests.support.fuzz.fuzz_run import Plan, Result, case, fuzz
+from tests.support.library.libraries import ROOT
+from tests.support.mesh.mesh_files import LIMITS
 
 STOCK = specimens()
 
@@ -72,7 +72,7 @@ def test_a_finding_is_kept_with_its_seed(tmp_path: Path, monkeypatch: pytest.Mon
 
 
 _BROKEN = """
-from casa_assets.ingest.load import stl
+from casa_assets.formats.read import stl
 
 
 def fail(*_):

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.libraries import ROOT, casa_here, command, differences
+from tests.support.library.libraries import ROOT, casa_here, command, differences
 
 pytestmark = pytest.mark.slow
 
@@ -22,7 +22,7 @@ KILLED = """
 import os, signal, sys
 
 if any("workers.server" in word for word in sys.orig_argv):  # the one that forks the workers
-    import casa_assets.pipeline.ingest.worker as worker
+    import casa_assets.ingest.run.worker as worker
 
     collect = worker.collect
 

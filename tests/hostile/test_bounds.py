@@ -13,16 +13,16 @@ import numpy as np
 import pytest
 
 from casa_assets.errors import Rejected
-from casa_assets.ingest import rejection_codes
-from casa_assets.ingest.load import polygons
-from casa_assets.ingest.load.formats import sniff
+from casa_assets.formats.read import polygons
+from casa_assets.formats.read.formats import sniff
+from casa_assets.ingest.run.run import Options, ingest
 from casa_assets.ingest.sources import Found, Refused, collect, discover, places
 from casa_assets.ingest.sources.manifest import MAX_BROKEN_ROWS
-from casa_assets.pipeline.ingest.job import Event
-from casa_assets.pipeline.ingest.run import Options, ingest
-from tests.access_audit import Watch
-from tests.libraries import BOXES, box_obj, casa, casa_here, input_rows
-from tests.mesh_files import LIMITS, OBJ_TRIANGLE, Gltf, codes_of, load_bytes, png
+from casa_assets.model import rejection_codes
+from casa_assets.runs.outcome import Event
+from tests.support.hostile.access_audit import Watch
+from tests.support.library.libraries import BOXES, box_obj, casa, casa_here, input_rows
+from tests.support.mesh.mesh_files import LIMITS, OBJ_TRIANGLE, Gltf, codes_of, load_bytes, png
 
 PICTURE = np.full((64, 64, 3), 90, dtype=np.uint8)
 PARENT_BYTES = 1_200_000_000

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from tests.access_audit import Watch, untouched
-from tests.exfiltration_inputs import SECRET, listener, make_inputs, make_outside
-from tests.hostile_set import Said
-from tests.libraries import casa, tree
+from tests.support.hostile.access_audit import Watch, untouched
+from tests.support.hostile.exfiltration_inputs import SECRET, listener, make_inputs, make_outside
+from tests.support.hostile.hostile_set import Said
+from tests.support.library.libraries import casa, tree
 
 pytestmark = pytest.mark.slow
 

@@ -21,15 +21,15 @@ import pytest
 
 from casa_assets import registry
 from casa_assets.errors import Rejected
-from casa_assets.ingest import rejection_codes as codes
+from casa_assets.formats.read import load
 from casa_assets.ingest.clean import clean
-from casa_assets.ingest.load import load
 from casa_assets.ingest.sources import Found, Refused, collect, discover
-from tests import format_files as made
-from tests.access_audit import Watch
-from tests.hostile_set import Said
-from tests.libraries import casa, input_rows
-from tests.mesh_files import OBJ_TRIANGLE, UASTC, Gltf
+from casa_assets.model import rejection_codes as codes
+from tests.support.hostile.access_audit import Watch
+from tests.support.hostile.hostile_set import Said
+from tests.support.library.libraries import casa, input_rows
+from tests.support.mesh import format_files as made
+from tests.support.mesh.mesh_files import OBJ_TRIANGLE, UASTC, Gltf
 
 SOUND = "sound"
 OUTSIDE = "/etc/passwd"
@@ -344,7 +344,7 @@ def test_many_of_them_in_one_run(tmp_path: Path, step: int) -> None:
 
 def test_sound_files_are_sound(tmp_path: Path) -> None:
     """The specimens that the hostile ones are made from: else their rejections would mean nothing."""
-    from tests.fuzz_corpus import packed_specimens, specimens
+    from tests.support.fuzz.fuzz_corpus import packed_specimens, specimens
 
     limits = registry.load().limits
     for name, files in {**specimens(), **packed_specimens()}.items():

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 from casa_assets.errors import Rejected
-from casa_assets.ingest import rejection_codes
-from casa_assets.ingest.load import load, polygons
-from casa_assets.ingest.load import obj as obj_reader
+from casa_assets.formats.read import load, polygons
+from casa_assets.formats.read import obj as obj_reader
 from casa_assets.ingest.repair.gaps import MAX_PAIRS, _within
+from casa_assets.model import rejection_codes
 from casa_assets.model.source import Bundle
-from tests.mesh_files import LIMITS
+from tests.support.mesh.mesh_files import LIMITS
 
 CORNERS = 60_000
 # What reading and cleaning such a file may take on top of the program itself. It took 0.8 GB, and four times as much
@@ -27,7 +27,7 @@ import resource, sys
 from pathlib import Path
 from casa_assets import registry
 from casa_assets.ingest.clean import clean
-from casa_assets.ingest.load import load
+from casa_assets.formats.read import load
 from casa_assets.ingest.sources import collect, discover
 
 now = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()

@@ -12,11 +12,11 @@ from PIL import Image
 
 from casa_assets.checks.readers.usd_facts import missing_importer
 from casa_assets.model.source import RawModel, RawPart, Up
-from casa_assets.preview.still import render, render_mesh
-from casa_assets.preview.studio import View
-from tests.mesh_files import QUARTERS, Gltf, load_bytes, png
-from tests.packages import written
-from tests.raw_models import built
+from casa_assets.show.stills.still import render, render_mesh
+from casa_assets.show.stills.studio import View
+from tests.support.asset.packages import written
+from tests.support.mesh.mesh_files import QUARTERS, Gltf, load_bytes, png
+from tests.support.mesh.raw_models import built
 
 Floats = npt.NDArray[np.float64]
 

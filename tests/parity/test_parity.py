@@ -14,9 +14,9 @@ from casa_assets.checks.package import parity
 from casa_assets.checks.package.facts import AssetFacts
 from casa_assets.checks.readers import asset_facts, mujoco_facts, usd_facts
 from casa_assets.model.asset.asset import Asset, Base
-from tests.articulated_assets import grill
-from tests.assets import EVERY, drawer_unit, microwave, textured_box
-from tests.packages import Tampering, edit, not_run_here, tamper, tripped, written
+from tests.support.asset.articulated_assets import grill
+from tests.support.asset.assets import EVERY, drawer_unit, microwave, textured_box
+from tests.support.asset.packages import Tampering, edit, not_run_here, tamper, tripped, written
 
 RELATIVE, LENGTH = 1e-5, 1e-6
 # MuJoCo's reader of USD is not there for every Python.

@@ -16,11 +16,11 @@ from casa_assets.checks.readers.scene_facts import SceneFacts, SceneReading
 from casa_assets.checks.scene.formats.light_form import SceneFiles
 from casa_assets.checks.scene.formats.parity import LENGTH_TOLERANCE_M, TOLERANCE, formats_agree
 from casa_assets.checks.scene.subject import SceneSubject
-from casa_assets.geometry.inertia import adjacent_links
+from casa_assets.mesh.inertia import adjacent_links
 from casa_assets.model.asset.asset import Base, Exclusion
 from casa_assets.model.kitchen.scene import Placement, Scene
-from tests.packages import edit, tamper
-from tests.scenes import body, corner, expected, written
+from tests.support.asset.packages import edit, tamper
+from tests.support.kitchen.scenes import body, corner, expected, written
 
 
 @pytest.fixture

@@ -8,7 +8,7 @@ from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from casa_assets.geometry.solid.solids import convex_hull
+from casa_assets.mesh.solid.solids import convex_hull
 from casa_assets.model.pose import Pose
 
 Floats = npt.NDArray[np.float64]

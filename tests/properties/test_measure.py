@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from casa_assets.geometry.mesh.surface import (
+from casa_assets.mesh.solid.primitive import tessellate
+from casa_assets.mesh.surface import (
     shell_moments,
     shifted_inertia,
     signed_volume,
     solid_moments,
     winding_number,
 )
-from casa_assets.geometry.solid.primitive import tessellate
 from casa_assets.model.asset.parts import Box, Capsule, Cylinder, Sphere
 from casa_assets.model.pose import Pose
 from tests.properties.strategies import closed, lengths, poses, quick, seeds, torus, turn

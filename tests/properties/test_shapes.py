@@ -8,11 +8,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from casa_assets.errors import DegenerateShape
-from casa_assets.geometry.mesh.surface import face_normals, signed_volume
-from casa_assets.geometry.mesh.topology import is_closed
-from casa_assets.geometry.solid.deviation import distances_outside_hulls, surface_samples
-from casa_assets.geometry.solid.primitive import best_primitive, shape_bounds, tessellate
-from casa_assets.geometry.solid.solids import convex_hull, hull_planes, hull_volume, small_hull
+from casa_assets.mesh.solid.deviation import distances_outside_hulls, surface_samples
+from casa_assets.mesh.solid.primitive import best_primitive, shape_bounds, tessellate
+from casa_assets.mesh.solid.solids import convex_hull, hull_planes, hull_volume, small_hull
+from casa_assets.mesh.surface import face_normals, signed_volume
+from casa_assets.mesh.topology import is_closed
 from casa_assets.model.asset.parts import Box, Capsule, Cylinder, Hull, Mesh, Shape, Sphere
 from casa_assets.model.pose import Pose
 from tests.properties.strategies import Floats, Ints, closed, cloud, lengths, poses, quick, seeds

@@ -9,10 +9,10 @@ from pathlib import Path
 
 import pytest
 
-from casa_assets.pipeline.kitchens import check, scene_folders
-from casa_assets.pipeline.kitchens.recipe import SceneRecipe, SceneResult
-from casa_assets.preview import kitchen
-from tests.projects import Project, project_in
+from casa_assets.layouts.run import check, scene_folders
+from casa_assets.layouts.run.recipe import SceneRecipe, SceneResult
+from casa_assets.show.stills import kitchen
+from tests.support.program.projects import Project, project_in
 
 SMALLEST = kitchen.PictureSettings(64, 48, 1)
 RECIPE = SceneRecipe("one_wall_small", "coastal")

@@ -9,10 +9,10 @@ from typing import Any
 import pytest
 
 from tests import content_keys
-from tests.projects import Project
+from tests.support.program.projects import Project
 
 FILE = "tests/unit/families/test_cooking.py"
-MICROWAVE = "casa_assets.families.fixtures.cooking.microwave"
+MICROWAVE = "casa_assets.kitchenware.fixtures.cooking.microwave"
 FAMILIES = ("hob", "hood", "microwave", "range", "toaster_oven", "wall_oven")
 
 
@@ -89,7 +89,7 @@ def test_a_change_of_one_family_makes_its_rows_run(monkeypatch: pytest.MonkeyPat
 def test_a_change_of_what_several_reach_changes_them(monkeypatch: pytest.MonkeyPatch) -> None:
     before, real = keys(), content_keys.module_digest
     _forget()
-    changed = "casa_assets.families.kit.assemble"
+    changed = "casa_assets.asset.kit.assemble"
     monkeypatch.setattr(content_keys, "module_digest", lambda name: "new" if name == changed else real(name))
     found = {name for name, key in keys().items() if key != before[name]}
     assert found == {*(f"family/{name}" for name in FAMILIES), "object/apple"}
@@ -100,8 +100,8 @@ def test_a_change_of_what_several_reach_changes_them(monkeypatch: pytest.MonkeyP
     ("changed", "differs"),
     [
         ("casa_assets.ingest.collision.plane_splits", True),
-        ("casa_assets.geometry.mesh.topology", True),  # it imports that
-        ("casa_assets.pipeline.reports.kitchens", False),
+        ("casa_assets.mesh.topology", True),  # it imports that
+        ("casa_assets.show.reports.kitchens", False),
     ],
 )
 def test_the_key_of_a_package_is_that_of_its_code_and_of_what_it_imports(

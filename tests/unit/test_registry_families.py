@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from casa_assets.asset.kit.assemble import Family
 from casa_assets.errors import RegistryError, UnknownId
-from casa_assets.families.catalog import MODELS
 from casa_assets.families.family import Params
-from casa_assets.families.kit.assemble import Family
+from casa_assets.kitchenware.catalog import MODELS
 from casa_assets.registry import data_root, read_document
 from casa_assets.registry.families import (
     Parameter,
@@ -23,8 +23,8 @@ from casa_assets.registry.families import (
     parameters_of,
     read_family,
 )
-from tests.family_members import WOODS, available
-from tests.projects import Project
+from tests.support.asset.family_members import WOODS, available
+from tests.support.program.projects import Project
 
 GOOD = """\
 title: Vase

@@ -12,8 +12,8 @@ import numpy as np
 
 from benchmarks.articulate.cases.pose import AXES
 from casa_assets.core.numeric import Floats, Ints, Mask
-from casa_assets.geometry.mesh.surface import face_normals
-from casa_assets.geometry.mesh.topology import weld
+from casa_assets.mesh.surface import face_normals
+from casa_assets.mesh.topology import weld
 
 # Types of parts that close an opening, and of those that are pressed or turned on a surface.
 FRONTS, CONTROLS = ("door", "drawer", "lid"), ("button", "knob")

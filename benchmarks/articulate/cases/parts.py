@@ -15,8 +15,8 @@ import numpy as np
 from benchmarks.articulate.cases.labelled import CONTROLS, FRONTS, LabelledMesh
 from casa_assets.articulate.segment.orthographic import render_depth
 from casa_assets.core.numeric import Floats, Ints
-from casa_assets.geometry.mesh.surface import face_normals
-from casa_assets.geometry.mesh.topology import face_components, weld
+from casa_assets.mesh.surface import face_normals
+from casa_assets.mesh.topology import face_components, weld
 
 # A direction that is nearer to an axis than this cosine is along it.
 SNAP_COSINE = 0.94

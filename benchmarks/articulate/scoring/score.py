@@ -24,13 +24,13 @@ from benchmarks.articulate.scoring.prediction import part_row
 from casa_assets.articulate.choose_plan import choose_plan
 from casa_assets.articulate.frame.axes import given_frame, guess_frame
 from casa_assets.articulate.plan import Articulation, Frame, Models
+from casa_assets.articulate.run.build import ArticulateRequest, build, load_models
+from casa_assets.articulate.run.repairs import limit_ranges
+from casa_assets.articulate.run.run import with_contract
 from casa_assets.articulate.segment.welded_mesh import weld_triangles
 from casa_assets.checks.motion.joints import joint_travels
 from casa_assets.errors import Rejected
-from casa_assets.export import mjcf
-from casa_assets.pipeline.articulate.build import ArticulateRequest, build, load_models
-from casa_assets.pipeline.articulate.repairs import limit_ranges
-from casa_assets.pipeline.articulate.run import with_contract
+from casa_assets.formats import mjcf
 
 
 def shared() -> Path:

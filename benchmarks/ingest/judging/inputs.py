@@ -13,19 +13,19 @@ import numpy.typing as npt
 from benchmarks.ingest.judging.distance import Surface
 from casa_assets import registry
 from casa_assets.errors import Rejected
-from casa_assets.geometry.mesh.surface import signed_volume
-from casa_assets.geometry.mesh.topology import weld
-from casa_assets.geometry.solid.solids import closed_solid
+from casa_assets.formats.read import load
 from casa_assets.ingest.clean import clean
 from casa_assets.ingest.draft import Draft
-from casa_assets.ingest.load import load
+from casa_assets.ingest.run.stages import STAGES, BuildContext
+from casa_assets.ingest.run.survey import find_category
 from casa_assets.ingest.sources.bundle import collect
 from casa_assets.ingest.sources.discover import discover
 from casa_assets.ingest.sources.found import Found
+from casa_assets.mesh.solid.solids import closed_solid
+from casa_assets.mesh.surface import signed_volume
+from casa_assets.mesh.topology import weld
 from casa_assets.model.registry.category import Category, MatterFill
 from casa_assets.model.source import Bundle
-from casa_assets.pipeline.ingest.stages import STAGES, BuildContext
-from casa_assets.pipeline.ingest.survey import find_category
 
 
 @dataclass(frozen=True)

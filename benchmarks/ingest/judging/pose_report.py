@@ -11,7 +11,7 @@ import mujoco
 import numpy as np
 from pxr import Usd, UsdPhysics
 
-from casa_assets.pipeline.library.library import Library
+from casa_assets.library.library import Library
 
 NEAR = 0.25  # of the true longest side
 KEPT = 0.05  # a metric file may change by so much

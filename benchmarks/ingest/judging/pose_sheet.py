@@ -11,8 +11,8 @@ from PIL import Image, ImageDraw
 from casa_assets.errors import CasaError
 from casa_assets.ingest.draft import Draft
 from casa_assets.model.source import Up
-from casa_assets.preview.still import render_mesh
-from casa_assets.preview.studio import View
+from casa_assets.show.stills.still import render_mesh
+from casa_assets.show.stills.studio import View
 
 TILE = 150
 COLUMNS = 10

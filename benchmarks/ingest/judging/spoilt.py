@@ -10,9 +10,9 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image
 
-from casa_assets.geometry.mesh.surface import face_normals
-from casa_assets.geometry.solid.solids import convex_hull
 from casa_assets.ingest.texture import png_bytes
+from casa_assets.mesh.solid.solids import convex_hull
+from casa_assets.mesh.surface import face_normals
 from casa_assets.model.asset.asset import Asset, Visual
 from casa_assets.model.asset.material import Material, Texture
 from casa_assets.model.asset.parts import Mesh

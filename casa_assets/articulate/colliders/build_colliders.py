@@ -19,8 +19,8 @@ from casa_assets.articulate.colliders.link_shapes import (
 from casa_assets.articulate.plan import Articulation, PartKind, PartPlan
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh
 from casa_assets.core.numeric import Floats, Ints
-from casa_assets.geometry.solid.deviation import surface_samples
-from casa_assets.geometry.solid.solids import hull_volume
+from casa_assets.mesh.solid.deviation import surface_samples
+from casa_assets.mesh.solid.solids import hull_volume
 from casa_assets.model.asset.parts import Collider, JointKind
 from casa_assets.model.pose import Pose
 

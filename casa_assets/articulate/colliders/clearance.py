@@ -14,7 +14,7 @@ import numpy as np
 
 from casa_assets.articulate.colliders.link_shapes import box_cloud
 from casa_assets.core.numeric import Floats, about_axis
-from casa_assets.geometry.solid.solids import hull_volume
+from casa_assets.mesh.solid.solids import hull_volume
 
 # Link and shape that would be cut, then link and shape that run into it.
 Pair = tuple[int, int, int, int]

@@ -10,7 +10,7 @@ import numpy as np
 from casa_assets.articulate.segment.fragments import FRONT, SIDES, TOP, MeasuredFragments
 from casa_assets.articulate.segment.orthographic import render_depth
 from casa_assets.core.numeric import Floats
-from casa_assets.geometry.solid.deviation import surface_samples
+from casa_assets.mesh.solid.deviation import surface_samples
 
 PIXELS = 96
 # Least depth of a cavity, diagonals.

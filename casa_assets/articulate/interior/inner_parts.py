@@ -26,8 +26,8 @@ from casa_assets.articulate.segment.fragments import (
 from casa_assets.articulate.segment.orthographic import render_depth
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh
 from casa_assets.core.numeric import Floats, Ints, Mask
-from casa_assets.geometry.mesh.topology import face_components
-from casa_assets.geometry.solid.deviation import samples_with_faces
+from casa_assets.mesh.solid.deviation import samples_with_faces
+from casa_assets.mesh.topology import face_components
 from casa_assets.model.asset.parts import JointKind
 
 # Pieces in the way ----------------------------------------------------------------------------------------------------

@@ -7,8 +7,8 @@ from scipy.spatial import ConvexHull, QhullError
 
 from casa_assets.articulate.plan import round_mm, round_mm_vec3
 from casa_assets.core.numeric import Floats
-from casa_assets.geometry.solid.deviation import surface_samples
-from casa_assets.geometry.solid.primitive import tessellate
+from casa_assets.mesh.solid.deviation import surface_samples
+from casa_assets.mesh.solid.primitive import tessellate
 from casa_assets.model.asset.asset import Asset, Region
 from casa_assets.model.asset.parts import Link
 from casa_assets.model.pose import Pose

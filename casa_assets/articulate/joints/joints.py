@@ -30,7 +30,7 @@ from casa_assets.articulate.segment.fragments import FRONT, MeasuredFragments, c
 from casa_assets.core import hand_dynamics
 from casa_assets.core.hand_dynamics import START_N
 from casa_assets.core.numeric import Floats
-from casa_assets.geometry.solid.primitive import tessellate
+from casa_assets.mesh.solid.primitive import tessellate
 from casa_assets.model.asset.asset import Collider, Drive, Joint, JointKind, Link, State
 
 # Sliding doors --------------------------------------------------------------------------------------------------------

@@ -12,7 +12,7 @@ from casa_assets.articulate.controls.controls import has_round_outline
 from casa_assets.articulate.interior.hollow_parts import view_from_above
 from casa_assets.articulate.segment.fragments import BACK, FRONT, LEFT, RIGHT, TOP, MeasuredFragments, corners_from_side
 from casa_assets.core.numeric import Floats
-from casa_assets.geometry.solid.deviation import surface_samples
+from casa_assets.mesh.solid.deviation import surface_samples
 
 # Least width of a lid, diagonals, its thickness by its width, and its share of all surface.
 MIN_LID_WIDTH, MAX_THICKNESS_BY_WIDTH, MAX_AREA_SHARE = 0.12, 0.5, 0.3

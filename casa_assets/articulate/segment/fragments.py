@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 from casa_assets.articulate.segment.orthographic import DepthImage, render_depth
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh
 from casa_assets.core.numeric import Floats, Ints
-from casa_assets.geometry.solid.deviation import samples_with_faces
+from casa_assets.mesh.solid.deviation import samples_with_faces
 
 # Fragment measures ----------------------------------------------------------------------------------------------------
 # Measure each fragment of a mesh: bounding box, surface area, and the area that is visible from each of six sides.

@@ -21,8 +21,8 @@ from casa_assets.checks.check import (
 )
 from casa_assets.checks.motion.motion_model import grip_of
 from casa_assets.core.numeric import Floats
-from casa_assets.geometry.solid.deviation import distances_outside_hulls, surface_samples
-from casa_assets.geometry.solid.primitive import link_bounds, shape_bounds, tessellate
+from casa_assets.mesh.solid.deviation import distances_outside_hulls, surface_samples
+from casa_assets.mesh.solid.primitive import link_bounds, shape_bounds, tessellate
 from casa_assets.model.asset.asset import Asset, Collider, Joint
 from casa_assets.model.asset.parts import MeshShape
 from casa_assets.model.pose import Pose

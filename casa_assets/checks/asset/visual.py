@@ -22,9 +22,9 @@ from casa_assets.checks.check import (
     visuals_of,
 )
 from casa_assets.core.numeric import Floats, Ints
-from casa_assets.geometry.mesh.surface import backward_share, face_normals
-from casa_assets.geometry.mesh.topology import inside_out_faces, weld
-from casa_assets.geometry.planar import counter_clockwise, signed_area
+from casa_assets.mesh.planar import counter_clockwise, signed_area
+from casa_assets.mesh.surface import backward_share, face_normals
+from casa_assets.mesh.topology import inside_out_faces, weld
 from casa_assets.model.asset.asset import Asset, Link, Visual
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec2

@@ -12,7 +12,7 @@ import numpy as np
 from casa_assets.checks.check import Measurement, least, not_applicable
 from casa_assets.checks.library import SAME_COLORS, SAME_SIZE
 from casa_assets.core.numeric import Floats
-from casa_assets.geometry.mesh.registration import descriptor_distances
+from casa_assets.mesh.registration import descriptor_distances
 from casa_assets.model.asset.provenance import Signature
 from casa_assets.model.record import Vec3
 

@@ -18,7 +18,7 @@ from casa_assets.checks.package.facts import (
 )
 from casa_assets.checks.readers.mujoco_facts import bounds_around, pose_facts, three
 from casa_assets.core.numeric import about_axis
-from casa_assets.geometry.solid.primitive import link_bounds
+from casa_assets.mesh.solid.primitive import link_bounds
 from casa_assets.model.asset.asset import Asset, Collider, Joint, JointKind, Link, Region, Site, Visual
 from casa_assets.model.asset.parts import joint_positions
 from casa_assets.model.pose import Pose

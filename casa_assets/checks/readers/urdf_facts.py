@@ -25,7 +25,7 @@ from casa_assets.checks.package.facts import (
 )
 from casa_assets.checks.readers.mujoco_facts import bounds_around, pose_facts, tensor_entries, three
 from casa_assets.core.numeric import Floats, about_axis, linear_from_srgb
-from casa_assets.geometry.solid.primitive import shape_bounds
+from casa_assets.mesh.solid.primitive import shape_bounds
 from casa_assets.model.asset.asset import Base, JointKind
 from casa_assets.model.asset.behavior import Behavior
 from casa_assets.model.asset.parts import Box, Cylinder, Sphere

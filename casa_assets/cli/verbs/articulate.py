@@ -39,11 +39,11 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Mapping, Sequence
 
     from casa_assets.articulate.decisions import Decisions
+    from casa_assets.articulate.run.batch import RequestMaker
+    from casa_assets.articulate.run.run import ArticulateOutcome
     from casa_assets.ingest.sources.found import Found
     from casa_assets.model.record import Vec3
-    from casa_assets.pipeline.articulate.batch import RequestMaker
-    from casa_assets.pipeline.articulate.run import ArticulateOutcome
-    from casa_assets.pipeline.workers.pool import Workers
+    from casa_assets.runs.pool import Workers
 
 CONTRACT_ADVICE = "to meet it, change decisions.yaml beside the model, or the mesh, and run again"
 # Names of meshes that the progress bar shows at once.
@@ -95,10 +95,10 @@ def articulate(
       casa-assets articulate microwave.obj --preview --report
       casa-assets articulate ~/appliances --jobs 8 --review
     """
-    from casa_assets.pipeline.articulate.build import ArticulateRequest
+    from casa_assets.articulate.run.build import ArticulateRequest
 
     if clip_weights:
-        from casa_assets.pipeline.clip import require_weights
+        from casa_assets.library.analysis.clip import require_weights
 
         require_weights(clip_weights)
     given, reviewed = _read_decisions(decisions, sources)
@@ -124,8 +124,8 @@ def _articulate(
     output: Output,
 ) -> None:
     """Run, print what became of every input, write the review page where its command is given, and exit."""
-    from casa_assets.pipeline.articulate import review_page
-    from casa_assets.pipeline.articulate.batch import articulate as run
+    from casa_assets.articulate.run import review_page
+    from casa_assets.articulate.run.batch import articulate as run
 
     others: Counter[str] = Counter()
 
@@ -223,7 +223,7 @@ def _read_decisions(path: Path | None, sources: Sequence[Path]) -> tuple[Decisio
     Raises typer.BadParameter where decisions on one mesh are given for more.
     """
     from casa_assets.articulate.decisions import Decisions
-    from casa_assets.pipeline.articulate.decisions import read_decisions, read_review
+    from casa_assets.articulate.run.decisions import read_decisions, read_review
 
     if path is None:
         return Decisions(), {}

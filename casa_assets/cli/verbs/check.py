@@ -16,7 +16,7 @@ from casa_assets.cli.output import Output, measures_at, pluralize
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from casa_assets.pipeline.doctor import Finding
+    from casa_assets.cli.doctor import Finding
 
 
 @shared
@@ -76,7 +76,7 @@ def doctor(
 
     Example:  casa-assets doctor --verbose
     """
-    from casa_assets.pipeline.doctor import findings
+    from casa_assets.cli.doctor import findings
 
     found = findings(out)
     missing = [finding for finding in found if finding.needed and not finding.ok]
@@ -155,9 +155,9 @@ def review(
       casa-assets review out/library
     """
     from casa_assets.errors import OutputError
-    from casa_assets.pipeline.ingest.job import writing
-    from casa_assets.pipeline.local_server import open_in_browser
-    from casa_assets.pipeline.review import ARTICULATED, ReviewServer
+    from casa_assets.runs.outcome import writing
+    from casa_assets.show.local_server import open_in_browser
+    from casa_assets.show.review import ARTICULATED, ReviewServer
 
     console = Console(soft_wrap=True, highlight=False)
     place = library_at(library)

@@ -18,9 +18,9 @@ from casa_assets.cli.options import LIBRARY_HELP, OUT_HELP, Jobs, Kitchens, With
 from casa_assets.cli.output import Output, TextTable, bar, measures, measures_at, pluralize, terminal_safe
 
 if TYPE_CHECKING:
-    from casa_assets.pipeline.export.forms import ExportResult, Form
-    from casa_assets.pipeline.export.robocasa import ExportResult as ExportedObject
-    from casa_assets.pipeline.export.robocasa import KitchenResult, TaskReport
+    from casa_assets.addons.robocasa.run import ExportResult as ExportedObject
+    from casa_assets.addons.robocasa.run import KitchenResult, TaskReport
+    from casa_assets.export.forms import ExportResult, Form
 
 ExportOut = Annotated[
     Path, typer.Option("--out", help=more(OUT_HELP, "a folder: missing, empty, or an earlier export."))
@@ -50,7 +50,7 @@ def export_as(
     Args:
         word: name of the form in a sentence.
     """
-    from casa_assets.pipeline.export.forms import export_assets, export_scenes
+    from casa_assets.export.forms import export_assets, export_scenes
 
     if (source is None) == (not scenes):
         raise typer.BadParameter("give either a library or an asset's folder, or --scenes")
@@ -86,7 +86,7 @@ def look(ids: Sequence[str], source: Path | None, output: Output) -> None:
     Args:
         ids: of assets, or of kitchens if there is no source. source: library, or the folder of one asset.
     """
-    from casa_assets.pipeline.library.library import CERTIFICATE
+    from casa_assets.library.library import CERTIFICATE
 
     if not ids:
         return
@@ -100,7 +100,7 @@ def look(ids: Sequence[str], source: Path | None, output: Output) -> None:
 
 def folders_by_id(source: Path) -> dict[str, Path]:
     """Folders of the accepted assets of a library, or the folder of one asset, by id."""
-    from casa_assets.pipeline.library.library import CERTIFICATE, Library
+    from casa_assets.library.library import CERTIFICATE, Library
 
     if (source / CERTIFICATE).is_file():
         return {source.name: source}
@@ -151,7 +151,7 @@ def glb(
       casa-assets export glb --scenes l_small__coastal --out kitchens
       casa-assets export glb lib --out all --layers          # collision shapes
     """
-    from casa_assets.pipeline.export.written_forms import glb_form
+    from casa_assets.export.written_forms import glb_form
 
     export_as(glb_form(layers), "GLB", source, scenes or [], out, jobs, with_review, output)
 
@@ -175,7 +175,7 @@ def urdf(
       casa-assets export urdf --scenes 'l_small__*' --out kitchens
       casa-assets export urdf lib --out urdf --json > rows.jsonl
     """
-    from casa_assets.pipeline.export.written_forms import URDF
+    from casa_assets.export.written_forms import URDF
 
     export_as(URDF, "URDF", source, scenes or [], out, jobs, with_review, output)
 
@@ -194,7 +194,7 @@ def plugin(
 
     Example:  casa-assets export plugin blocks out/library --out out/blocks --plugins
     """
-    from casa_assets.pipeline.export.written_forms import form_of
+    from casa_assets.export.written_forms import form_of
 
     export_as(form_of(name), name, source, [], out, 1, with_review, output)
 
@@ -239,8 +239,8 @@ def robocasa(
       casa-assets export robocasa lib --out ours --json > rows.jsonl
       casa-assets export robocasa lib --scenes 'l_small__*' --out ours
     """
-    from casa_assets.pipeline.export.robocasa import export, report_tasks
-    from casa_assets.pipeline.kitchens.recipe import recipes_named
+    from casa_assets.addons.robocasa.run import export, report_tasks
+    from casa_assets.layouts.run.recipe import recipes_named
 
     if source is None and not scenes:
         raise typer.BadParameter("give a library, --scenes, or both")
@@ -264,7 +264,7 @@ def _watch(
     running: Generator[ExportedObject | KitchenResult, None, None], output: Output
 ) -> tuple[list[ExportedObject], list[KitchenResult]]:
     """Let an export run to its end under a bar; its objects and its kitchens."""
-    from casa_assets.pipeline.export.robocasa import KitchenResult
+    from casa_assets.addons.robocasa.run import KitchenResult
 
     results: list[ExportedObject] = []
     kitchens: list[KitchenResult] = []

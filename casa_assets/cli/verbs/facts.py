@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from casa_assets.model.registry.category import Category, SizeRange
-    from casa_assets.pipeline.reports.checks_page import CodeFacts
+    from casa_assets.show.reports.checks_page import CodeFacts
 
 # What becomes of a subject for which a check fails.
 EFFECTS = {
@@ -46,7 +46,7 @@ def checks(
       casa-assets checks USD002 FLT005
     """
     from casa_assets.errors import UnknownId
-    from casa_assets.pipeline.reports.checks_page import check_facts, checks_markdown, every_code
+    from casa_assets.show.reports.checks_page import check_facts, checks_markdown, every_code
 
     if as_markdown:
         typer.echo(checks_markdown(), nl=False)
@@ -104,7 +104,7 @@ def schemas(
 
     Example: casa-assets schemas scene > scene.schema.json
     """
-    from casa_assets.pipeline.schemas import SCHEMAS, schema_text, title_of
+    from casa_assets.api.schemas import SCHEMAS, schema_text, title_of
 
     output = Output(json_)
     for known in (name,) if name else SCHEMAS:

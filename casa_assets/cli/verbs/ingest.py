@@ -42,10 +42,10 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Generator
 
     from casa_assets.cli.ingest_output import Sending
+    from casa_assets.ingest.run.run import Options
+    from casa_assets.ingest.run.shards.record import Shard
     from casa_assets.ingest.sources.places import StoreRoot
-    from casa_assets.pipeline.ingest.job import Event
-    from casa_assets.pipeline.ingest.run import Options
-    from casa_assets.pipeline.ingest.shards.record import Shard
+    from casa_assets.runs.outcome import Event
 
 
 # An option that bounds an input; 0 stands for the default, which its help names.
@@ -128,8 +128,8 @@ def ingest(
       casa-assets ingest ~/meshes --store s3://bucket/library
       casa-assets ingest ~/meshes --shard 3/16 --library shards/3
     """
-    from casa_assets.pipeline.ingest.inputs import roots_of
-    from casa_assets.pipeline.ingest.run import Options
+    from casa_assets.ingest.run.inputs import roots_of
+    from casa_assets.ingest.run.run import Options
 
     memory_bytes, guards = int(memory * 1e9), _guards(max_size, max_faces, max_texture, max_pixels)
     codes = _codes(retry), _codes(retry_only)
@@ -158,8 +158,8 @@ def _run_once(
     sources: list[Path | StoreRoot], options: Options, output: Output, explain: bool, sending: Sending
 ) -> list[Event]:
     """Run once, and print what became of the inputs."""
-    from casa_assets.pipeline.ingest.run import ingest as run
-    from casa_assets.pipeline.ingest.shards.record import NAME as SHARD_RECORD
+    from casa_assets.ingest.run.run import ingest as run
+    from casa_assets.ingest.run.shards.record import NAME as SHARD_RECORD
 
     others: Counter[str] = Counter()
 
@@ -185,7 +185,7 @@ def _run_once(
 
 def _codes(words: list[str] | None) -> frozenset[str]:
     """Codes of rejections and subjects of review that a user named."""
-    from casa_assets.pipeline.library.review import SUBJECTS
+    from casa_assets.library.review import SUBJECTS
 
     for word in words or ():
         if word not in SUBJECTS and not re.fullmatch(r"[A-Z]{3}[0-9]{3}", word):
@@ -195,7 +195,7 @@ def _codes(words: list[str] | None) -> frozenset[str]:
 
 def _shard(words: str) -> Shard | None:
     """The shard that a user named."""
-    from casa_assets.pipeline.ingest.shards.record import Shard
+    from casa_assets.ingest.run.shards.record import Shard
 
     try:
         return Shard.parse(words) if words else None

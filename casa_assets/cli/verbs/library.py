@@ -15,7 +15,7 @@ from casa_assets.cli.output import Output, pluralize, terminal_safe
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator
 
-    from casa_assets.pipeline.ingest.job import Event
+    from casa_assets.runs.outcome import Event
 
 app = group_of(
     "library", "Libraries as a whole: merge the parts that several machines made, index many, keep them on stores."
@@ -51,7 +51,7 @@ def merge(
 
       casa-assets library merge shards/* --library out/library
     """
-    from casa_assets.pipeline.ingest.shards.merge import merge as run
+    from casa_assets.ingest.run.shards.merge import merge as run
 
     def start(_: Callable[[str], None] | None) -> Generator[Event]:
         return run(shards, library, partial, clip_weights)
@@ -83,9 +83,9 @@ def push(
 
       casa-assets library push out/library s3://bucket/library
     """
-    from casa_assets.pipeline.library.remote import Extra, RemoteLibrary
-    from casa_assets.pipeline.library.remote import push as run
-    from casa_assets.pipeline.library.remote_folder import hold
+    from casa_assets.ingest.run.remote import Extra, RemoteLibrary
+    from casa_assets.ingest.run.remote import push as run
+    from casa_assets.library.remote_folder import hold
 
     place = library_at(library)
     remote = RemoteLibrary.open(url)
@@ -115,9 +115,9 @@ def pull(
 
       casa-assets library pull s3://bucket/library out/library
     """
-    from casa_assets.pipeline.library.library import Library
-    from casa_assets.pipeline.library.remote import Extra, RemoteLibrary
-    from casa_assets.pipeline.library.remote import pull as run
+    from casa_assets.ingest.run.remote import Extra, RemoteLibrary
+    from casa_assets.ingest.run.remote import pull as run
+    from casa_assets.library.library import Library
 
     place = Library(library)
     remote = RemoteLibrary.open(url)
@@ -148,7 +148,7 @@ def index(
 
       casa-assets library index shards/* --out out/tables
     """
-    from casa_assets.pipeline.tables.parquet import require_parquet, write_index
+    from casa_assets.library.table.parquet import require_parquet, write_index
 
     require_parquet()
     written = write_index([library_at(library) for library in libraries], out, force)

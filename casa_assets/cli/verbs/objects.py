@@ -70,9 +70,9 @@ def show(
 
     Example:  casa-assets objects show apple banana --out /tmp/look
     """
-    from casa_assets.pipeline.families.object_sheets import write_sheet
-    from casa_assets.pipeline.ingest.job import writing
+    from casa_assets.families.run.object_sheets import write_sheet
     from casa_assets.registry.objects import object_family
+    from casa_assets.runs.outcome import writing
 
     for name in names:
         object_family(name)  # raises UnknownId before anything is made
@@ -105,8 +105,8 @@ def build(
     Example:  casa-assets objects build --all --count 17 --library out/objects
     """
     from casa_assets.checks.table.objects import ROWS
-    from casa_assets.pipeline.dedup.library_report import read_library_report
-    from casa_assets.pipeline.families.run import build_all, object_requests
+    from casa_assets.families.run.run import build_all, object_requests
+    from casa_assets.library.analysis.library_report import read_library_report
 
     if not names and not all_:
         raise typer.BadParameter("name categories, or give --all")

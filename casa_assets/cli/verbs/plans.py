@@ -12,7 +12,7 @@ from casa_assets.cli.options import OUT_HELP, more, shared
 from casa_assets.cli.output import Output, pluralize
 
 if TYPE_CHECKING:
-    from casa_assets.pipeline.plans.check import PlanCheck
+    from casa_assets.layouts.check_plan.check import PlanCheck
 
 STYLE = "modern_1"
 
@@ -66,7 +66,7 @@ def check_plan(
 
     Example:  casa-assets scenes check-plan studio.yaml --fix --out studio_2.yaml
     """
-    from casa_assets.pipeline.plans.check import check_plan as check
+    from casa_assets.layouts.check_plan.check import check_plan as check
     from casa_assets.registry.edit import read_plan_text, write_new
     from casa_assets.registry.kitchens import load_style
 
@@ -123,7 +123,7 @@ def fit(
 
     Example:  casa-assets scenes fit studio.yaml --width 4.2 --depth 3.1 --out small.yaml
     """
-    from casa_assets.pipeline.plans.fit import DoesNotFit, fit_plan
+    from casa_assets.layouts.check_plan.fit import DoesNotFit, fit_plan
     from casa_assets.registry.edit import read_plan_text, write_new
     from casa_assets.registry.kitchens import load_style
 

@@ -33,8 +33,8 @@ def init(
 
     Example:  casa-assets init my_kitchens
     """
-    from casa_assets.pipeline.ingest.job import writing
-    from casa_assets.pipeline.project.starter import write_starter
+    from casa_assets.cli.project.starter import write_starter
+    from casa_assets.runs.outcome import writing
 
     with writing(folder):
         paths = write_starter(folder)

@@ -13,10 +13,10 @@ from casa_assets.cli.options import CLIP_HELP, IN_3D_HELP, OUT_HELP, Library, li
 from casa_assets.cli.output import Output, bar
 
 if TYPE_CHECKING:
-    from casa_assets.pipeline.library.library import Library as LibraryFolder
-    from casa_assets.pipeline.reports.gate import Condition
-    from casa_assets.pipeline.reports.library_page import WrittenReport
-    from casa_assets.pipeline.viewer.page_models import PageModels
+    from casa_assets.library.library import Library as LibraryFolder
+    from casa_assets.show.page.page_models import PageModels
+    from casa_assets.show.reports.gate import Condition
+    from casa_assets.show.reports.library_page import WrittenReport
 
 
 Junit = Annotated[
@@ -59,15 +59,15 @@ def report(
 
     Example:  casa-assets report --fail-on 'rejected-rate>5%' --fail-on 'review>0'
     """
-    from casa_assets.pipeline.ingest.job import writing
-    from casa_assets.pipeline.reports.gate import parse
-    from casa_assets.pipeline.reports.library_page import CiFiles, write
+    from casa_assets.runs.outcome import writing
+    from casa_assets.show.reports.gate import parse
+    from casa_assets.show.reports.library_page import CiFiles, write
 
     if out is not None and out.suffix.lower() != ".html":
         raise typer.BadParameter(f"{out} is no page: name a file that ends in .html", param_hint="--out")
     conditions: list[Condition] = []
     if fail_on:
-        from casa_assets.pipeline.reports.checks_page import codes  # here, since it loads all checks
+        from casa_assets.show.reports.checks_page import codes  # here, since it loads all checks
 
         conditions = [parse(text, codes()) for text in fail_on]
     if baseline is None and any(one.needs_baseline for one in conditions):
@@ -99,10 +99,10 @@ def _tell(written: WrittenReport, library: Path, output: Output) -> None:
 
 def _compare_all(library: LibraryFolder, clip_weights: str) -> None:
     """Run the checks of all assets together, where they never ran, or where CLIP is to look at the pictures first."""
-    from casa_assets.pipeline.clip import load_clip
-    from casa_assets.pipeline.dedup import library_report
-    from casa_assets.pipeline.ingest.job import writing
-    from casa_assets.pipeline.library.entry_table import EntryTable
+    from casa_assets.library.analysis import library_report
+    from casa_assets.library.analysis.clip import load_clip
+    from casa_assets.library.table.entry_table import EntryTable
+    from casa_assets.runs.outcome import writing
 
     if clip_weights or library_report.read_library_report(library.root) is None:
         model = load_clip(clip_weights) if clip_weights else None
@@ -111,7 +111,7 @@ def _compare_all(library: LibraryFolder, clip_weights: str) -> None:
 
 
 def _write_models(library: Path, target: Path, output: Output) -> PageModels:
-    from casa_assets.pipeline.viewer.page_models import models_of, write_models
+    from casa_assets.show.page.page_models import models_of, write_models
 
     with bar(output.console) as progress:
         task = progress.add_task("models", total=None)

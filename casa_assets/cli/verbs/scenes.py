@@ -39,8 +39,8 @@ from casa_assets.cli.verbs.plans import check_plan, fit
 from casa_assets.model.kitchen.choices import JointWord, Surface
 
 if TYPE_CHECKING:
-    from casa_assets.pipeline.kitchens.recipe import SceneRecipe
-    from casa_assets.pipeline.workers.pool import Workers
+    from casa_assets.layouts.run.recipe import SceneRecipe
+    from casa_assets.runs.pool import Workers
 
 app = group_of("scenes", "Whole kitchens, a floor plan in a style: new, build, check, preview, pack and more.")
 OUT, PACKS = Path("out/scenes"), Path("out/packs")
@@ -62,7 +62,7 @@ EyeLevel = Annotated[
 
 def _recipes(scenes: list[str] | None, all_: bool, out: Path) -> list[SceneRecipe]:
     """The scenes that a user names. Raises typer.BadParameter if no scenes are named, UnknownId."""
-    from casa_assets.pipeline.kitchens.recipe import all_recipes, recipes_named
+    from casa_assets.layouts.run.recipe import all_recipes, recipes_named
 
     if not scenes and not all_:
         raise typer.BadParameter("name scenes, or give --all")
@@ -137,12 +137,12 @@ def _build(
     at_eye_level: bool = False,
     force: bool = False,
 ) -> None:
-    from casa_assets.pipeline.kitchens.kept import kept_scene
+    from casa_assets.layouts.run.kept import kept_scene
 
     kept = [] if force else [result for one in recipes if (result := kept_scene(one, out, drawn)) is not None]
     done = iter(kept)
     if len(kept) < len(recipes):
-        from casa_assets.pipeline.kitchens.scene_folders import BuildOptions, build_all
+        from casa_assets.layouts.run.scene_folders import BuildOptions, build_all
 
         done = build_all(recipes, out, jobs, BuildOptions(drawn, at_eye_level, force))
     results = build_output.follow(done, recipes, "building", output)
@@ -170,7 +170,7 @@ def check(
 
     Example:  casa-assets scenes check l_small__coastal 'galley__*__o40'
     """
-    from casa_assets.pipeline.kitchens.check import check_all
+    from casa_assets.layouts.run.check import check_all
 
     recipes = _recipes(scenes, all_, out)
     done = check_all(recipes, out, workers, force, drawn=pictures, in_3d=in_3d, at_eye_level=at_eye_level)
@@ -200,8 +200,8 @@ def sample(
 
     Example:  casa-assets scenes sample 20 --seed 1 --objects 40
     """
-    from casa_assets.pipeline.kitchens.sampling.draws import draw_recipes
-    from casa_assets.pipeline.kitchens.sampling.run import sample_all
+    from casa_assets.layouts.run.sampling.draws import draw_recipes
+    from casa_assets.layouts.run.sampling.run import sample_all
 
     recipes = draw_recipes(count, seed, objects)
     done = sample_all(recipes, out, workers, drawn=pictures, in_3d=in_3d)
@@ -241,12 +241,12 @@ def preview(
     Example:  casa-assets scenes preview l_small__coastal --camera at_stove --pose open
     """
     from casa_assets.errors import OutputError, UnknownId
-    from casa_assets.pipeline.ingest.job import writing
-    from casa_assets.pipeline.kitchens.recipe import LISTED_BY, all_recipes
-    from casa_assets.pipeline.kitchens.scene_folders import draw_cameras
-    from casa_assets.pipeline.reports.pictures import draw_scene
-    from casa_assets.preview.kitchen import PictureSettings
-    from casa_assets.preview.photoreal.render import StillSettings
+    from casa_assets.layouts.run.recipe import LISTED_BY, all_recipes
+    from casa_assets.layouts.run.scene_folders import draw_cameras
+    from casa_assets.runs.outcome import writing
+    from casa_assets.show.reports.pictures import draw_scene
+    from casa_assets.show.stills.kitchen import PictureSettings
+    from casa_assets.show.stills.photoreal.render import StillSettings
 
     if photoreal and passes is not None:
         raise typer.BadParameter("is for pictures without --photoreal", param_hint="--passes")
@@ -297,7 +297,7 @@ def robots(
 
     Example:  casa-assets scenes robots l_small__coastal --robot PandaOmron
     """
-    from casa_assets.pipeline.kitchens.robots import certify_all, find_robot_models
+    from casa_assets.addons.robots import certify_all, find_robot_models
     from casa_assets.registry.tables import robot_names
 
     recipes = _recipes(scenes, all_, out)
@@ -330,7 +330,7 @@ def states(
     Example:  casa-assets scenes states one_wall_small__coastal__o40
     """
     from casa_assets.checks.start_states.draw import StateRequest
-    from casa_assets.pipeline.kitchens.start_states import draw_all
+    from casa_assets.layouts.run.start_states import draw_all
 
     recipes = _recipes(scenes, all_, out)
     done = draw_all(recipes, out, StateRequest(count, objects, doors, seed), jobs, force)
@@ -364,7 +364,7 @@ def batch(
 
     Example:  casa-assets scenes batch l_small__coastal --joints doors --joints drawers
     """
-    from casa_assets.pipeline.kitchens.batch_form import BatchRequest, make_all
+    from casa_assets.layouts.run.batch_form import BatchRequest, make_all
 
     recipes = _recipes(scenes, all_, out)
     request = BatchRequest(tuple(joints or JointWord), primitives or None)
@@ -395,7 +395,7 @@ def pack(
 
     Example:  casa-assets scenes pack l_small__coastal --zip
     """
-    from casa_assets.pipeline.kitchens.pack import PackKind, pack_scene
+    from casa_assets.layouts.run.pack import PackKind, pack_scene
 
     if zip_ == usdz:
         raise typer.BadParameter("give one of --zip and --usdz")
@@ -471,13 +471,13 @@ def new(
       casa-assets scenes new galley --style rustic --objects 40
       casa-assets scenes new galley --seed 7 --textures random
     """
-    from casa_assets.pipeline.kitchens.recipe import SceneRecipe
+    from casa_assets.layouts.run.recipe import SceneRecipe
     from casa_assets.registry.kitchens import load_plan, load_style
 
     load_plan(plan), load_style(style)
     recipe = SceneRecipe(plan, style, seed, (), closed, objects, objects_seed, mixed)
     if textures != STYLE_TEXTURES or model:
-        from casa_assets.pipeline.kitchens.resolve import draw_surfaces, ordered_models, ordered_surfaces
+        from casa_assets.layouts.run.resolve import draw_surfaces, ordered_models, ordered_surfaces
 
         surfaces = draw_surfaces(seed or 0) if textures == "random" else ordered_surfaces(_pairs(textures))
         recipe = replace(recipe, surfaces=surfaces, models=ordered_models(_roles(model or [])))

@@ -40,8 +40,8 @@ def list_textures(surfaces: Sets = None, json_: AsJson = False) -> None:
 
     Example:  casa-assets textures list --set floor
     """
-    from casa_assets.pipeline.textures.check import select_recipes
-    from casa_assets.pipeline.textures.recipes import origin_of
+    from casa_assets.textures.run.check import select_recipes
+    from casa_assets.textures.run.recipes import origin_of
 
     output = Output(json_)
     table = TextTable(("set", "id", "kind", "size [m]", "substance", *from_column()))
@@ -75,8 +75,8 @@ def make(
       casa-assets textures make --set wall --out walls
     """
     from casa_assets.core.system import cache_for
-    from casa_assets.pipeline.ingest.job import writing
-    from casa_assets.pipeline.textures.check import select_recipes, write_finish
+    from casa_assets.runs.outcome import writing
+    from casa_assets.textures.run.check import select_recipes, write_finish
 
     recipes = select_recipes(names or [], surfaces or [])
     paths: list[str] = []
@@ -109,8 +109,8 @@ def sheet(
     Example:  casa-assets textures sheet --set floor --side 2
     """
     from casa_assets.core.system import cache_for
-    from casa_assets.pipeline.ingest.job import writing
-    from casa_assets.pipeline.textures.check import pages, select_recipes, shots
+    from casa_assets.runs.outcome import writing
+    from casa_assets.textures.run.check import pages, select_recipes, shots
 
     recipes = select_recipes(names or [], surfaces or [])
     first: Path | None = None
@@ -153,8 +153,8 @@ def check(
     Example:  casa-assets textures check --set wall
     """
     from casa_assets.core.system import cache_for
-    from casa_assets.pipeline.ingest.job import writing
-    from casa_assets.pipeline.textures.check import CheckedTexture, check_recipes, check_sets, select_recipes
+    from casa_assets.runs.outcome import writing
+    from casa_assets.textures.run.check import CheckedTexture, check_recipes, check_sets, select_recipes
 
     recipes = select_recipes(names or [], surfaces or [])
     checked: list[CheckedTexture] = []
@@ -206,10 +206,10 @@ def ingest(
     """
     from pydantic import ValidationError
 
-    from casa_assets.pipeline.ingest.job import writing
-    from casa_assets.pipeline.textures.packs.ingest import PackOptions, ingest_pack
     from casa_assets.projects import project_folder
+    from casa_assets.runs.outcome import writing
     from casa_assets.textures.packs.entry import PictureDescription
+    from casa_assets.textures.run.packs.ingest import PackOptions, ingest_pack
 
     try:
         description = PictureDescription(

@@ -31,8 +31,8 @@ from casa_assets.cli.supervise import StopRequested
 from casa_assets.errors import CasaError
 
 if TYPE_CHECKING:
-    from casa_assets.pipeline.view.server import ViewServer
-    from casa_assets.pipeline.view.subject import Subject
+    from casa_assets.show.view.server import ViewServer
+    from casa_assets.show.view.subject import Subject
 
 
 @shared
@@ -69,8 +69,8 @@ def preview(
       casa-assets preview out/library --colliders --out sheets
       casa-assets preview out/scenes/l_small__coastal --photoreal
     """
-    from casa_assets.pipeline.ingest.job import writing
-    from casa_assets.pipeline.reports.pictures import draw
+    from casa_assets.runs.outcome import writing
+    from casa_assets.show.reports.pictures import draw
 
     if photoreal:
         if colliders or turntable:
@@ -95,9 +95,9 @@ def preview(
 def _draw_stills(
     targets: list[Path], out: Path, width_px: int, pose: str, cameras: Sequence[str], output: Output
 ) -> None:
-    from casa_assets.pipeline.ingest.job import writing
-    from casa_assets.pipeline.reports.pictures import draw_stills
-    from casa_assets.preview.photoreal.render import StillSettings
+    from casa_assets.runs.outcome import writing
+    from casa_assets.show.reports.pictures import draw_stills
+    from casa_assets.show.stills.photoreal.render import StillSettings
 
     first: Path | None = None
     with writing(out):
@@ -150,7 +150,7 @@ def view(
       casa-assets view out/library/mug/mug_0123456789 --web
     """
     from casa_assets.api.viewing import has_screen
-    from casa_assets.pipeline.view.subject import LIBRARIES, find
+    from casa_assets.show.view.subject import LIBRARIES, find
 
     subject = find(what, scenes_folder, LIBRARIES if library is None else (library,))
     try:
@@ -168,9 +168,9 @@ def view(
 def _show(subject: Subject, pose: str) -> None:
     """MuJoCo's viewer, until its window is closed."""
     from casa_assets.api.viewing import show_model
-    from casa_assets.pipeline.view.model import mujoco_model
-    from casa_assets.pipeline.view.subject import cache_of
-    from casa_assets.preview.live_viewer import require_screen
+    from casa_assets.show.stills.live_viewer import require_screen
+    from casa_assets.show.view.model import mujoco_model
+    from casa_assets.show.view.subject import cache_of
 
     require_screen()
     console = Console(stderr=True, highlight=False, soft_wrap=True)
@@ -190,7 +190,7 @@ def _show(subject: Subject, pose: str) -> None:
 def _serve(subject: Subject, pose: str, port: int, browser: bool) -> None:
     """The page, until Ctrl-C."""
     from casa_assets.api.viewing import serving
-    from casa_assets.pipeline.local_server import open_in_browser
+    from casa_assets.show.local_server import open_in_browser
 
     with serving(subject, pose, port) as server:
         _tell_where(subject, server)
@@ -201,7 +201,7 @@ def _serve(subject: Subject, pose: str, port: int, browser: bool) -> None:
 
 def _tell_where(subject: Subject, server: ViewServer) -> None:
     """Print the address to standard output, where a program can read it, and notes for people to standard error."""
-    from casa_assets.pipeline.view.server import tunnel_line
+    from casa_assets.show.view.server import tunnel_line
 
     typer.echo(server.address)
     console = Console(stderr=True, highlight=False, soft_wrap=True)

@@ -9,8 +9,6 @@ import numpy as np
 
 from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import DegenerateShape, Rejected
-from casa_assets.geometry.grid.voxels import NO_ROOMS, OpenRooms, open_rooms
-from casa_assets.geometry.solid.deviation import surface_samples
 from casa_assets.ingest.collision.components import measure_part
 from casa_assets.ingest.collision.convex_decomposition import DecompositionFailed, decompose
 from casa_assets.ingest.collision.fit import (
@@ -33,6 +31,8 @@ from casa_assets.ingest.collision.strategies import (
     whole_shape,
 )
 from casa_assets.ingest.draft import Draft, PlacedShape, warning
+from casa_assets.mesh.grid.voxels import NO_ROOMS, OpenRooms, open_rooms
+from casa_assets.mesh.solid.deviation import surface_samples
 from casa_assets.model.issue import REVIEW_CODE, Issue
 from casa_assets.model.registry.category import Category, MatterFill, RestingPose
 

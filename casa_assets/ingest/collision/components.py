@@ -9,11 +9,11 @@ import numpy as np
 
 from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import DegenerateShape
-from casa_assets.geometry.grid.voxels import Grid, voxelise
-from casa_assets.geometry.mesh.surface import face_normals, signed_volume
-from casa_assets.geometry.mesh.topology import consistent_winding, face_components, fill_holes
-from casa_assets.geometry.solid.deviation import distances_outside, reference_surface, surface_samples
-from casa_assets.geometry.solid.solids import Solid, closed_solid, convex_hull, solid_of, surface_of, without_voids
+from casa_assets.mesh.grid.voxels import Grid, voxelise
+from casa_assets.mesh.solid.deviation import distances_outside, reference_surface, surface_samples
+from casa_assets.mesh.solid.solids import Solid, closed_solid, convex_hull, solid_of, surface_of, without_voids
+from casa_assets.mesh.surface import face_normals, signed_volume
+from casa_assets.mesh.topology import consistent_winding, face_components, fill_holes
 
 # Components -----------------------------------------------------------------------------------------------------------
 # Split a mesh into connected parts, and measure how much of its hull each fills.

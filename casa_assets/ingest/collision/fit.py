@@ -10,10 +10,11 @@ from scipy import ndimage
 
 from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import DegenerateShape
-from casa_assets.geometry.grid.voxels import NO_ROOMS, OpenRooms, closed_shares, fillable_volume, voxelise
-from casa_assets.geometry.mesh.surface import signed_volume
-from casa_assets.geometry.planar import outline_of
-from casa_assets.geometry.solid.deviation import (
+from casa_assets.ingest.collision.plane_splits import ErrorBound
+from casa_assets.ingest.draft import PlacedShape
+from casa_assets.mesh.grid.voxels import NO_ROOMS, OpenRooms, closed_shares, fillable_volume, voxelise
+from casa_assets.mesh.planar import outline_of
+from casa_assets.mesh.solid.deviation import (
     Deviation,
     ReferenceSurface,
     deviation,
@@ -22,8 +23,8 @@ from casa_assets.geometry.solid.deviation import (
     reference_surface,
     surface_samples,
 )
-from casa_assets.geometry.solid.primitive import shape_bounds
-from casa_assets.geometry.solid.solids import (
+from casa_assets.mesh.solid.primitive import shape_bounds
+from casa_assets.mesh.solid.solids import (
     Solid,
     convex_hull,
     hull_volume,
@@ -32,8 +33,7 @@ from casa_assets.geometry.solid.solids import (
     surface_of,
     union,
 )
-from casa_assets.ingest.collision.plane_splits import ErrorBound
-from casa_assets.ingest.draft import PlacedShape
+from casa_assets.mesh.surface import signed_volume
 from casa_assets.model.asset.parts import Box, Hull, Mesh
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Record

@@ -9,8 +9,8 @@ import numpy as np
 
 from casa_assets.core.numeric import Floats
 from casa_assets.errors import DegenerateShape
-from casa_assets.geometry.solid.deviation import ReferenceSurface, burial_depths, inside_share, protrusion
-from casa_assets.geometry.solid.solids import (
+from casa_assets.mesh.solid.deviation import ReferenceSurface, burial_depths, inside_share, protrusion
+from casa_assets.mesh.solid.solids import (
     Solid,
     connected_parts,
     hull_points,
@@ -19,7 +19,7 @@ from casa_assets.geometry.solid.solids import (
     surface_of,
     volume_of_hull,
 )
-from casa_assets.geometry.solid.split_planes import Plane, concave_edge_planes, edge_graph, split_hull_volume
+from casa_assets.mesh.solid.split_planes import Plane, concave_edge_planes, edge_graph, split_hull_volume
 
 # All numbers below are choices.
 # Planes that are tried across each axis.

@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from casa_assets.core.numeric import Floats
-from casa_assets.geometry.solid.revolution import RAYS, WallProfile, radius_spread, upright_axis, wall_profile
-from casa_assets.geometry.solid.solids import Solid, connected_parts, revolve_profile, split_by_plane, surface_of
+from casa_assets.mesh.solid.revolution import RAYS, WallProfile, radius_spread, upright_axis, wall_profile
+from casa_assets.mesh.solid.solids import Solid, connected_parts, revolve_profile, split_by_plane, surface_of
 
 # Ring slabs -----------------------------------------------------------------------------------------------------------
 # Choose the horizontal slabs of a vessel, floor to rim, with as few wall sectors as an error allows.

@@ -9,11 +9,10 @@ import numpy as np
 from scipy import ndimage
 
 from casa_assets.core.numeric import Floats, Ints
-from casa_assets.geometry.grid.isosurface import isosurface, signed_distance_field
-from casa_assets.geometry.grid.voxels import Grid, voxelise
-from casa_assets.geometry.mesh.surface import face_normals
-from casa_assets.geometry.mesh.topology import fill_holes
-from casa_assets.geometry.solid.solids import (
+from casa_assets.ingest.collision.components import AssembledSolid, assemble_solid, covers_surface
+from casa_assets.mesh.grid.isosurface import isosurface, signed_distance_field
+from casa_assets.mesh.grid.voxels import Grid, voxelise
+from casa_assets.mesh.solid.solids import (
     Solid,
     simplify_solid,
     solid_of,
@@ -22,7 +21,8 @@ from casa_assets.geometry.solid.solids import (
     volume_of_hull,
     without_voids,
 )
-from casa_assets.ingest.collision.components import AssembledSolid, assemble_solid, covers_surface
+from casa_assets.mesh.surface import face_normals
+from casa_assets.mesh.topology import fill_holes
 
 # Voxels along the longest side of the grid on which a broken surface is made solid; a choice, as all numbers here.
 CELLS = 72

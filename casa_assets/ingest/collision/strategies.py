@@ -9,22 +9,6 @@ import numpy as np
 
 from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import DegenerateShape
-from casa_assets.geometry.mesh.surface import solid_moments
-from casa_assets.geometry.mesh.topology import face_components
-from casa_assets.geometry.solid.deviation import protrusion
-from casa_assets.geometry.solid.primitive import best_primitive, shape_bounds, tessellate
-from casa_assets.geometry.solid.solids import (
-    Solid,
-    convex_hull,
-    hull_points,
-    hull_volume,
-    hull_with_volume,
-    hull_within_tolerance,
-    simplified_solid,
-    simplify_solid,
-    small_hull,
-    surface_of,
-)
 from casa_assets.ingest.collision.components import any_nested, connected_parts, thickness
 from casa_assets.ingest.collision.convex_decomposition import Budget
 from casa_assets.ingest.collision.fit import (
@@ -45,6 +29,22 @@ from casa_assets.ingest.collision.plane_splits import (
 from casa_assets.ingest.collision.rings import cut_vessel
 from casa_assets.ingest.collision.solid_proxy import SolidProxy, without_windows
 from casa_assets.ingest.draft import PlacedShape, placed_hull
+from casa_assets.mesh.solid.deviation import protrusion
+from casa_assets.mesh.solid.primitive import best_primitive, shape_bounds, tessellate
+from casa_assets.mesh.solid.solids import (
+    Solid,
+    convex_hull,
+    hull_points,
+    hull_volume,
+    hull_with_volume,
+    hull_within_tolerance,
+    simplified_solid,
+    simplify_solid,
+    small_hull,
+    surface_of,
+)
+from casa_assets.mesh.surface import solid_moments
+from casa_assets.mesh.topology import face_components
 from casa_assets.model.asset.parts import Box, Cylinder, Hull
 
 Decomposer = Callable[[str, Floats, Ints, Budget], list[Floats]]

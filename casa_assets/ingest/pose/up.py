@@ -11,9 +11,9 @@ from scipy.spatial import ConvexHull, QhullError
 
 from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import DegenerateShape
-from casa_assets.geometry.mesh.surface import solid_moments
-from casa_assets.geometry.solid.deviation import samples_with_faces
-from casa_assets.geometry.solid.solids import convex_hull
+from casa_assets.mesh.solid.deviation import samples_with_faces
+from casa_assets.mesh.solid.solids import convex_hull
+from casa_assets.mesh.surface import solid_moments
 from casa_assets.model.registry.category import FALLBACK, Category, MatterFill, RestingPose
 
 # Surface sample -------------------------------------------------------------------------------------------------------

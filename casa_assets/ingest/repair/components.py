@@ -8,14 +8,14 @@ from itertools import combinations
 import numpy as np
 
 from casa_assets.core.numeric import Floats, Ints, Mask
-from casa_assets.geometry.grid.voxels import Grid, voxelise
-from casa_assets.geometry.mesh.surface import face_normals, signed_volume, winding_number
-from casa_assets.geometry.mesh.topology import component_boxes, edge_counts, face_components, is_closed
-from casa_assets.geometry.mesh.visibility import measure_visibility
-from casa_assets.geometry.solid.deviation import surface_samples
-from casa_assets.geometry.solid.solids import hull_volume
 from casa_assets.ingest.collision.solid_proxy import MAX_WALLED_FILL, MIN_SEALED_GROWTH, THIN_WALL_RATIO, SurfaceKind
 from casa_assets.ingest.draft import warning
+from casa_assets.mesh.grid.voxels import Grid, voxelise
+from casa_assets.mesh.solid.deviation import surface_samples
+from casa_assets.mesh.solid.solids import hull_volume
+from casa_assets.mesh.surface import face_normals, signed_volume, winding_number
+from casa_assets.mesh.topology import component_boxes, edge_counts, face_components, is_closed
+from casa_assets.mesh.visibility import measure_visibility
 from casa_assets.model.issue import Issue
 from casa_assets.model.source import RawPart
 

@@ -5,8 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from casa_assets.core.numeric import Floats, Ints, Mask
-from casa_assets.geometry.mesh.surface import face_normals, winding_number
-from casa_assets.geometry.mesh.topology import (
+from casa_assets.ingest.draft import Draft, Surface, warning
+from casa_assets.ingest.repair.gaps import close_holes
+from casa_assets.ingest.texture import submesh
+from casa_assets.mesh.surface import face_normals, winding_number
+from casa_assets.mesh.topology import (
     component_boxes,
     consistent_winding,
     edge_counts,
@@ -15,10 +18,7 @@ from casa_assets.geometry.mesh.topology import (
     is_closed,
     manifold_patches,
 )
-from casa_assets.geometry.mesh.visibility import measure_visibility
-from casa_assets.ingest.draft import Draft, Surface, warning
-from casa_assets.ingest.repair.gaps import close_holes
-from casa_assets.ingest.texture import submesh
+from casa_assets.mesh.visibility import measure_visibility
 from casa_assets.model.issue import Issue
 from casa_assets.model.source import RawPart
 

@@ -7,12 +7,12 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from casa_assets.core.numeric import Floats, Mask
-from casa_assets.geometry.mesh.surface import face_normals, signed_volume
-from casa_assets.geometry.mesh.topology import is_closed
-from casa_assets.geometry.solid.deviation import surface_samples
-from casa_assets.geometry.solid.solids import hull_volume
 from casa_assets.ingest.draft import warning
 from casa_assets.ingest.repair.components import Components, box_gaps
+from casa_assets.mesh.solid.deviation import surface_samples
+from casa_assets.mesh.solid.solids import hull_volume
+from casa_assets.mesh.surface import face_normals, signed_volume
+from casa_assets.mesh.topology import is_closed
 from casa_assets.model.issue import Issue
 from casa_assets.model.registry.category import FALLBACK, Category
 

@@ -11,9 +11,9 @@ import numpy as np
 
 from casa_assets.core.numeric import Floats, significant
 from casa_assets.errors import DegenerateShape, Rejected
-from casa_assets.geometry.mesh.surface import signed_volume
-from casa_assets.geometry.solid.solids import convex_hull
 from casa_assets.ingest.draft import Draft, warning
+from casa_assets.mesh.solid.solids import convex_hull
+from casa_assets.mesh.surface import signed_volume
 from casa_assets.model.issue import ASKED_CODE, Issue
 from casa_assets.model.registry.category import FALLBACK, Category, MatterFill
 

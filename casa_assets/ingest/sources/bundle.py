@@ -10,15 +10,15 @@ from pathlib import Path
 from urllib.parse import unquote
 
 from casa_assets.errors import Rejected
-from casa_assets.ingest import rejection_codes as codes
-from casa_assets.ingest.load.dispatch import MAX_REFERENCES, each_once, reader_of, references
-from casa_assets.ingest.load.formats import Format, Reference, Role, sniff
-from casa_assets.ingest.load.obj import material_references
-from casa_assets.ingest.load.text import Notes, printable
+from casa_assets.formats.read.dispatch import MAX_REFERENCES, each_once, reader_of, references
+from casa_assets.formats.read.formats import Format, Reference, Role, sniff
+from casa_assets.formats.read.obj import material_references
+from casa_assets.formats.read.text import Notes, printable
 from casa_assets.ingest.sources.containers.archive import Archive
 from casa_assets.ingest.sources.containers.table import TablePlace, is_table
 from casa_assets.ingest.sources.found import Found
 from casa_assets.ingest.sources.places import Folder, Place, folder_of
+from casa_assets.model import rejection_codes as codes
 from casa_assets.model.source import Bundle, RawModel
 
 # What the mesh cannot do without.

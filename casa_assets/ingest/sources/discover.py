@@ -11,14 +11,14 @@ from dataclasses import replace
 from pathlib import Path
 
 from casa_assets.errors import Rejected
-from casa_assets.ingest import rejection_codes as codes
-from casa_assets.ingest.load.formats import SUFFIXES, suffix_of
+from casa_assets.formats.read.formats import SUFFIXES, suffix_of
 from casa_assets.ingest.sources import manifest, objaverse
 from casa_assets.ingest.sources.containers.archive import archived
 from casa_assets.ingest.sources.containers.table import is_table, tabled
 from casa_assets.ingest.sources.found import HIDDEN, Found, Package, Refused, archive_suffix, kind_of_other, unread
 from casa_assets.ingest.sources.places import StoreRoot, folder_of, utf8_escaped
 from casa_assets.ingest.sources.rows import unique_hints
+from casa_assets.model import rejection_codes as codes
 from casa_assets.model.source import Source, SourceKind
 
 DEEPEST_FOLDER = 64

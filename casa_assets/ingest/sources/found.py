@@ -10,16 +10,16 @@ from functools import cached_property
 from pathlib import Path
 
 from casa_assets.errors import Rejected
-from casa_assets.ingest import rejection_codes as codes
-from casa_assets.ingest.load.formats import (
+from casa_assets.formats.read.formats import (
     PACKED_SUFFIXES,
     SECOND_CHOICE,
     SUFFIXES,
     UNREAD_SUFFIXES,
     suffix_of,
 )
-from casa_assets.ingest.load.text import printable
+from casa_assets.formats.read.text import printable
 from casa_assets.ingest.sources.places import Folder, StoreRoot, folder_of, utf8_escaped
+from casa_assets.model import rejection_codes as codes
 from casa_assets.model.issue import Issue
 from casa_assets.model.source import Source
 
@@ -55,7 +55,7 @@ class Refused:
 
     Attributes:
         path: POSIX, relative to the folder that the user named; of a manifest row, the manifest.
-        code: of casa_assets.ingest.rejection_codes.
+        code: of casa_assets.model.rejection_codes.
         message: file, line or place, reason, and what to do.
     """
 

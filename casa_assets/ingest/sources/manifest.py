@@ -9,10 +9,10 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from casa_assets.errors import Rejected
-from casa_assets.ingest import rejection_codes as codes
-from casa_assets.ingest.load.text import printable
+from casa_assets.formats.read.text import printable
 from casa_assets.ingest.sources.found import Found, Package, Refused
 from casa_assets.ingest.sources.rows import check_types, parse_json, remarks, safe_id, source_of
+from casa_assets.model import rejection_codes as codes
 
 # Names that announce a manifest, whatever the state of its content.
 NAMES = frozenset({"manifest.jsonl", "manifest.json"})

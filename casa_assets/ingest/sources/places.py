@@ -16,8 +16,8 @@ from typing import IO, Protocol
 from urllib.parse import unquote, urlsplit
 
 from casa_assets.errors import Rejected
-from casa_assets.ingest import rejection_codes as codes
-from casa_assets.ingest.load.text import printable
+from casa_assets.formats.read.text import printable
+from casa_assets.model import rejection_codes as codes
 
 
 def utf8_escaped(path: str) -> str:

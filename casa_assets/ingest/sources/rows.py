@@ -11,8 +11,8 @@ import re
 from collections.abc import Iterable, Mapping
 
 from casa_assets.errors import Rejected
-from casa_assets.ingest import rejection_codes as codes
-from casa_assets.ingest.load.text import Notes, printable
+from casa_assets.formats.read.text import Notes, printable
+from casa_assets.model import rejection_codes as codes
 from casa_assets.model.issue import Issue
 from casa_assets.model.source import Source, SourceKind
 

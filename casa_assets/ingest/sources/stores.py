@@ -25,18 +25,18 @@ from typing import IO, TYPE_CHECKING, Any, TypeVar
 from urllib.parse import quote, unquote, urlsplit
 
 from casa_assets.errors import CasaError, Rejected
-from casa_assets.ingest import rejection_codes as codes
-from casa_assets.ingest.load.formats import PACKED_SUFFIXES, SUFFIXES, UNREAD_SUFFIXES, suffix_of
-from casa_assets.ingest.load.text import printable
+from casa_assets.formats.read.formats import PACKED_SUFFIXES, SUFFIXES, UNREAD_SUFFIXES, suffix_of
+from casa_assets.formats.read.text import printable
 from casa_assets.ingest.sources.found import Refused, archive_suffix
 from casa_assets.ingest.sources.places import Entry, StoreRoot
+from casa_assets.model import rejection_codes as codes
 
 if TYPE_CHECKING:
     from _typeshed import WriteableBuffer as Buffer
 
 T = TypeVar("T")
 # How often a request is made before its object is given up, and how long it and the pauses may take; choices. Together
-# they stay below the time after which a worker that does nothing is ended (pipeline/workers/limits.py).
+# they stay below the time after which a worker that does nothing is ended (runs/limits.py).
 TRIES = 3
 REQUEST_S = 60.0
 PAUSE_S = 0.5
@@ -79,7 +79,7 @@ def warm() -> None:
 def _fsspec() -> Any:
     """Return the fsspec package.
 
-    Not by `import`: keys of results count the versions of imported packages (pipeline/cache/cache_key.py). A package
+    Not by `import`: keys of results count the versions of imported packages (cache/cache_key.py). A package
     that only transfers the bytes of a mesh does not affect the results made from them; their digest is in the key.
     """
     importlib.import_module("fsspec.core")

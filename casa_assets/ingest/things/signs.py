@@ -12,11 +12,11 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from casa_assets.core.numeric import Floats, Ints, Mask
-from casa_assets.geometry.mesh.surface import face_normals
-from casa_assets.geometry.mesh.topology import connected_groups
-from casa_assets.geometry.solid.deviation import samples_with_faces
 from casa_assets.ingest.draft import merge_parts
 from casa_assets.ingest.repair.components import Components, box_gaps, split_components
+from casa_assets.mesh.solid.deviation import samples_with_faces
+from casa_assets.mesh.surface import face_normals
+from casa_assets.mesh.topology import connected_groups
 from casa_assets.model.asset.provenance import Guess
 from casa_assets.model.registry.category import Category, Vocabulary, VocabularyMatch, singulars, split_words
 from casa_assets.model.registry.rows import OtherThingsWords

@@ -9,10 +9,8 @@ import numpy as np
 
 from casa_assets.core.numeric import Ints
 from casa_assets.errors import Rejected
-from casa_assets.geometry.mesh.topology import connected_groups
-from casa_assets.ingest import rejection_codes as codes
+from casa_assets.formats.read.text import UniqueNames
 from casa_assets.ingest.draft import warning
-from casa_assets.ingest.load.text import UniqueNames
 from casa_assets.ingest.repair.components import Components
 from casa_assets.ingest.texture import submesh
 from casa_assets.ingest.things.signs import (
@@ -24,6 +22,8 @@ from casa_assets.ingest.things.signs import (
     up_axes,
     walls_of,
 )
+from casa_assets.mesh.topology import connected_groups
+from casa_assets.model import rejection_codes as codes
 from casa_assets.model.source import RawModel, RawPart
 
 # Things that are taken out of one file, the largest first; a choice.

@@ -9,12 +9,12 @@ from collections.abc import Mapping
 import numpy as np
 
 from casa_assets.core.numeric import Floats, about_axis, decimals
-from casa_assets.geometry.inertia import ready_to_simulate
-from casa_assets.geometry.planar import distance, outline_of
 from casa_assets.layouts.compose.cameras import cameras
 from casa_assets.layouts.order.build_order import DepthReference, HeightReference, Spot
 from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.layouts.plan.wall_frame import turned_left
+from casa_assets.mesh.inertia import ready_to_simulate
+from casa_assets.mesh.planar import distance, outline_of
 from casa_assets.model.asset.asset import Asset, Joint, JointKind
 from casa_assets.model.asset.parts import Box, Capsule, Cylinder, Hull, Link, MeshShape, Sphere
 from casa_assets.model.kitchen.floor import Corners, Footprint, SweptArea

@@ -7,7 +7,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from casa_assets.errors import PlanConflict
-from casa_assets.geometry.outline import penetration_depth
 from casa_assets.layouts.order import furnish, worktops
 from casa_assets.layouts.order.build_order import BuildOrder, OrderItem
 from casa_assets.layouts.order.cabinets import order_unit
@@ -34,6 +33,7 @@ from casa_assets.layouts.plan.place import place_runs
 from casa_assets.layouts.plan.room import Room, WallHole, build_room
 from casa_assets.layouts.plan.runs import CornerPart, RunLine, UnitSlot, base_slots, upper_slots
 from casa_assets.layouts.plan.style_models import FamilyPresets, StyleModels, check_plan_models
+from casa_assets.mesh.outline import penetration_depth
 from casa_assets.model.kitchen.floor import PlacedRun, PlacedUnit, RunEnd
 from casa_assets.model.kitchen.plan import BaseKind, BaseUnit, Plan, UpperKind
 from casa_assets.model.kitchen.style import Style

@@ -9,7 +9,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from casa_assets.geometry.outline import contains_point
+from casa_assets.mesh.outline import contains_point
 from casa_assets.model.kitchen.floor import Aisle, AisleKind, Corners, PlacedRun, RoomWall, RunEnd
 from casa_assets.model.record import Vec2
 

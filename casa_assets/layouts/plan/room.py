@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from casa_assets.errors import PlanConflict
-from casa_assets.geometry.outline import contains_point
 from casa_assets.layouts.plan.wall_frame import WallFrame, frame_with_heading
+from casa_assets.mesh.outline import contains_point
 from casa_assets.model.kitchen.plan import (
     Column,
     ColumnShape,

@@ -13,12 +13,12 @@ from functools import cached_property
 
 import numpy as np
 
-from casa_assets.geometry.outline import penetration_depth
 from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.room import WallHole
 from casa_assets.layouts.plan.runs import CornerPart, UnitSlot
 from casa_assets.layouts.plan.style_models import StyleModels
 from casa_assets.layouts.plan.wall_frame import WallFrame
+from casa_assets.mesh.outline import penetration_depth
 from casa_assets.model.kitchen.plan import BaseKind, BaseUnit, OpeningKind, RunSide, UpperKind
 from casa_assets.model.record import Vec2
 

@@ -8,9 +8,9 @@ from inspect import cleandoc
 from types import MappingProxyType
 from typing import Any
 
-from casa_assets.families.catalog import MODELS
-from casa_assets.families.kit.assemble import Family
-from casa_assets.families.objects import FORMS
+from casa_assets.asset.kit.assemble import Family
+from casa_assets.kitchenware.catalog import MODELS
+from casa_assets.kitchenware.objects import FORMS
 from casa_assets.projects import read_once
 from casa_assets.registry.plugins.guard import guarded
 from casa_assets.registry.plugins.load import LoadedPlugin, added

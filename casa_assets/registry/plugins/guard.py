@@ -7,9 +7,9 @@ from collections.abc import Callable, Mapping
 from typing import ParamSpec, TypeVar
 
 from casa_assets.errors import CasaError, PluginFailure
+from casa_assets.ext.plugins import Exporter, Source
 from casa_assets.projects import read_once
 from casa_assets.registry.plugins.load import LoadedPlugin, load_plugins
-from casa_assets.registry.plugins.plugin import Exporter, Source
 
 P = ParamSpec("P")
 R = TypeVar("R")

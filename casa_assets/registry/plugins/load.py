@@ -20,8 +20,8 @@ from types import ModuleType
 from typing import Any, TypeVar
 
 from casa_assets.errors import CasaError
+from casa_assets.ext.plugins import Exporter, Plugin, Source
 from casa_assets.projects import PluginUse, plugin_use, project_folder, read_once, user_settings
-from casa_assets.registry.plugins.plugin import Exporter, Plugin, Source
 from casa_assets.registry.project_files import CODE
 from casa_assets.registry.read import read_document
 
@@ -192,7 +192,7 @@ def _checked(plugin: Any, where: str) -> Plugin:
     ]
     for kind, thing, expected in parts:
         if not isinstance(thing, expected):
-            raise CasaError(f"{where}: {kind} {thing!r} lacks what casa_assets.registry.plugins.plugin asks of it")
+            raise CasaError(f"{where}: {kind} {thing!r} lacks what casa_assets.ext.plugins asks of it")
     for kind, name in (("plug-in", plugin.name), *_names(plugin)):
         pattern = {"check": _CODE, "source": _SCHEME}.get(kind, _NAME)
         if not pattern.fullmatch(str(name)) or (kind == "source" and name in STORES):

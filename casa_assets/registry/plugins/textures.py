@@ -6,11 +6,11 @@ from collections.abc import Mapping
 from dataclasses import replace
 from types import MappingProxyType
 
+from casa_assets.kitchenware.textures import KINDS
 from casa_assets.projects import read_once
 from casa_assets.registry.plugins.guard import guarded
 from casa_assets.registry.plugins.load import LoadedPlugin, added
 from casa_assets.textures.canvas import TextureKind
-from casa_assets.textures.kinds import KINDS
 
 
 @read_once

@@ -1,4 +1,4 @@
-"""Ask a cluster to do jobs of tests/pool_jobs.py, and print what it answers, as JSON.
+"""Ask a cluster to do jobs of tests/support/program/pool_jobs.py, and print what it answers, as JSON.
 
     python ask.py 127.0.0.1:6379 '[["answer", "word"], ["abort", ""]]' [--lose-ray]
 
@@ -21,9 +21,9 @@ from pathlib import Path
 import ray
 
 from casa_assets.errors import CasaError
-from casa_assets.pipeline.workers.limits import Limits, WorkerFailure
-from casa_assets.pipeline.workers.pool import RayCluster
-from casa_assets.pipeline.workers.ray_engine import RayEngine
+from casa_assets.runs.limits import Limits, WorkerFailure
+from casa_assets.runs.pool import RayCluster
+from casa_assets.runs.ray_engine import RayEngine
 
 LIMITS = Limits(cpu_s=20, memory_bytes=1_000_000_000)
 
@@ -47,11 +47,13 @@ if __name__ == "__main__":
         threading.Thread(target=lose_ray, daemon=True).start()
     address, jobs = sys.argv[1], [tuple(job) for job in json.loads(sys.argv[2])]
     with tempfile.TemporaryDirectory() as shared:
-        engine = RayEngine(RayCluster(address), LIMITS, "tests.pool_jobs:nothing", Path(shared), 1_000_000)
+        engine = RayEngine(
+            RayCluster(address), LIMITS, "tests.support.program.pool_jobs:nothing", Path(shared), 1_000_000
+        )
         found: dict[int, object] = {}
         try:
             with engine:
-                for number, answer in engine.run("tests.pool_jobs:do", jobs):
+                for number, answer in engine.run("tests.support.program.pool_jobs:do", jobs):
                     is_failure = isinstance(answer, WorkerFailure)
                     found[number] = {"reason": answer.reason, "message": answer.message} if is_failure else answer
         except CasaError as error:

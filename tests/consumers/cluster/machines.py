@@ -13,14 +13,14 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from casa_assets.pipeline.workers.limits import trees
-from tests.environments import packages_of
-from tests.libraries import ROOT, command
+from casa_assets.runs.limits import trees
+from tests.support.library.libraries import ROOT, command
+from tests.support.program.environments import packages_of
 
 MESHES = ROOT / "examples" / "meshes"
 FEW = ("apple.glb", "banana.glb", "cereal_box.glb", "knife.stl", "spoon.dae", "milk_carton.ply")
 # Words of command lines: of a process of Ray that does our jobs, and of one that a job runs in.
-RAY_WORKER, JOB = "ray::", "casa_assets.pipeline.workers.server"
+RAY_WORKER, JOB = "ray::", "casa_assets.runs.server"
 
 
 def surroundings(*folders: Path) -> dict[str, str]:
@@ -128,7 +128,7 @@ class Machines:
 
 
 def ask(address: str, *jobs: tuple[str, str], more: Sequence[str] = ()) -> Any:
-    """What a cluster answers to jobs of tests/pool_jobs.py, see ask.py; more: words for it."""
+    """What a cluster answers to jobs of tests/support/program/pool_jobs.py, see ask.py; more: words for it."""
     words = [sys.executable, Path(__file__).parent / "ask.py", address, json.dumps(jobs), *more]
     done = subprocess.run(words, env=surroundings(), capture_output=True, text=True, check=False, timeout=300)
     assert done.returncode == 0, done.stderr

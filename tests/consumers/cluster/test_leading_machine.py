@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from tests.consumers.cluster.machines import ask, end, few_meshes, machines, start, start_on
-from tests.environments import wait_until
-from tests.libraries import differences
+from tests.support.library.libraries import differences
+from tests.support.program.environments import wait_until
 
 pytestmark = pytest.mark.certify
 

@@ -18,8 +18,8 @@ from tests.consumers.cluster.machines import (
     start_on,
     wrong_clock,
 )
-from tests.environments import wait_until
-from tests.libraries import differences
+from tests.support.library.libraries import differences
+from tests.support.program.environments import wait_until
 
 pytestmark = pytest.mark.consumers
 

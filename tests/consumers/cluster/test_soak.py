@@ -21,7 +21,7 @@ import pytest
 import trimesh
 
 from tests.consumers.cluster.machines import JOB, MESHES, RAY_WORKER, Machines, end, machines, start, start_on
-from tests.libraries import differences, entries_of
+from tests.support.library.libraries import differences, entries_of
 
 pytestmark = pytest.mark.certify
 

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from tests.consumers.cluster.machines import machines, start
-from tests.environments import wait_until
-from tests.libraries import ROOT, casa, entries_of
-from tests.sharded_inputs import public_differences
+from tests.support.library.libraries import ROOT, casa, entries_of
+from tests.support.library.sharded_inputs import public_differences
+from tests.support.program.environments import wait_until
 
 pytestmark = pytest.mark.certify
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from tests.installed import Environment
+from tests.support.program.installed import Environment
 
 
 @dataclass(frozen=True)

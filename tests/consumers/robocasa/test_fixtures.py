@@ -12,13 +12,13 @@ from typing import Any
 import pytest
 
 from casa_assets import registry
-from casa_assets.export import mjcf
-from casa_assets.families.catalog import MODELS
+from casa_assets.families.run.run import build_asset
+from casa_assets.formats import mjcf
+from casa_assets.kitchenware.catalog import MODELS
 from casa_assets.model.registry.contract import RobocasaRelease
-from casa_assets.pipeline.families.run import build_asset
 from casa_assets.registry.families import family
-from tests.assets import write_to
-from tests.environments import found_by
+from tests.support.asset.assets import write_to
+from tests.support.program.environments import found_by
 
 KNOWN = registry.load()
 # Classes that do something. A lid is operated with the blender of its name.

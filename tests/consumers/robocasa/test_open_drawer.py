@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.documents import blocks, shell
-from tests.environments import printed, rows_of
+from tests.support.program.documents import blocks, shell
+from tests.support.program.environments import printed, rows_of
 
 pytestmark = pytest.mark.consumers
 PAGE = blocks("docs/howto/use/robocasa.md")

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from tests.environments import printed, rows_of
-from tests.libraries import casa
+from tests.support.library.libraries import casa
+from tests.support.program.environments import printed, rows_of
 
 pytestmark = pytest.mark.consumers
 KITCHEN = "one_wall_small__rustic__o16"

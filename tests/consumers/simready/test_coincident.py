@@ -33,7 +33,7 @@ def stage_of(
 
 def verdicts(stage: Usd.Stage) -> tuple[int, int]:
     """How much their rule finds, and ours."""
-    from tests.simready_rules import coincident_meshes, registered
+    from tests.support.asset.simready_rules import coincident_meshes, registered
 
     swift = registered(coincident_meshes.REQUIREMENT)
     theirs = swift.__mro__[1]

@@ -10,13 +10,13 @@ from pxr import Usd
 
 from casa_assets.checks.scene.formats import usd_layer
 from casa_assets.checks.scene.formats.light_form import SceneFiles
+from casa_assets.layouts.run.check import PassedLayers
 from casa_assets.model.asset.asset import Base
 from casa_assets.model.kitchen.scene import Scene
-from casa_assets.pipeline.kitchens.check import PassedLayers
-from tests.assets import textured_box
-from tests.cupboard import cupboard
-from tests.packages import tamper
-from tests.rooms import at, block, in_all_forms, room
+from tests.support.asset.assets import textured_box
+from tests.support.asset.cupboard import cupboard
+from tests.support.asset.packages import tamper
+from tests.support.kitchen.rooms import at, block, in_all_forms, room
 
 pytestmark = pytest.mark.consumers
 

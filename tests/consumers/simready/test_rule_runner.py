@@ -13,8 +13,8 @@ from pxr import Ar, Usd, UsdGeom, UsdShade
 from casa_assets.checks.package.package import Package
 from casa_assets.checks.readers.quiet import quiet
 from casa_assets.checks.simready.rules import load_rules, validate
-from tests.assets import microwave, rigid_mug
-from tests.packages import tamper, written
+from tests.support.asset.assets import microwave, rigid_mug
+from tests.support.asset.packages import tamper, written
 
 pytestmark = pytest.mark.consumers
 
@@ -22,7 +22,7 @@ pytestmark = pytest.mark.consumers
 @pytest.fixture(scope="module")
 def kit() -> ModuleType:
     """What is made of SimReady's own classes."""
-    from tests import simready_rules
+    from tests.support.asset import simready_rules
 
     return simready_rules
 

@@ -13,9 +13,9 @@ from casa_assets.checks.package.package import Package
 from casa_assets.checks.simready import rules
 from casa_assets.checks.simready.installed import VARIABLE, versions_elsewhere
 from casa_assets.checks.simready.validator import validate_simready
-from tests.articulated_assets import drawer_unit
-from tests.assets import microwave, rigid_mug
-from tests.packages import Tampering, tamper, written
+from tests.support.asset.articulated_assets import drawer_unit
+from tests.support.asset.assets import microwave, rigid_mug
+from tests.support.asset.packages import Tampering, tamper, written
 
 pytestmark = pytest.mark.consumers
 LONG = "a" * 120

@@ -13,11 +13,11 @@ import pytest
 
 import casa_assets as casa
 from casa_assets.checks.scene.batch import engine_sizes
-from casa_assets.pipeline.kitchens.state_file import digest_of_file, write_states
-from tests.unit.pipeline.batches.small_kitchens import DRIVING, FIRST, FLOATING, folders
-from tests.unit.pipeline.batches.test_start_rows import REST, states
+from casa_assets.layouts.run.state_file import digest_of_file, write_states
+from tests.unit.addons.batch.small_kitchens import DRIVING, FIRST, FLOATING, folders
+from tests.unit.addons.batch.test_start_rows import REST, states
 
-pytestmark = pytest.mark.content("code", "pipeline.batches", keep=0)
+pytestmark = pytest.mark.content("code", "addons.batch", keep=0)
 
 
 @pytest.fixture(scope="module")
@@ -179,7 +179,7 @@ class TestErrors:
                 raise ImportError(f"No module named {name!r}")
             return real(name, *rest, **more)
 
-        monkeypatch.delitem(sys.modules, "casa_assets.pipeline.batches.mujoco_warp_engine", raising=False)
+        monkeypatch.delitem(sys.modules, "casa_assets.addons.batch.mujoco_warp_engine", raising=False)
         monkeypatch.setattr(builtins, "__import__", without)
         with pytest.raises(casa.CasaError, match=r"engine mujoco_warp is not installed .*: pip install mujoco-warp"):
             casa.batch(scenes)

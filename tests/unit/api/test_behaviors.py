@@ -8,16 +8,16 @@ import mujoco
 import pytest
 
 import casa_assets as casa
-from casa_assets.export.mjcf import write
-from casa_assets.export.mjcf.scene import kitchen
-from casa_assets.geometry.inertia import ready_to_simulate
-from casa_assets.geometry.lightweight import light_scene
+from casa_assets.asset.lightweight import light_scene
+from casa_assets.formats.mjcf import write
+from casa_assets.formats.mjcf.scene import kitchen
+from casa_assets.layouts.run.load_scene import spec_of
+from casa_assets.mesh.inertia import ready_to_simulate
 from casa_assets.model.asset.behavior import Behavior, Condition, Rule, Variable
 from casa_assets.model.asset.parts import State
 from casa_assets.model.kitchen.scene import Placement, Scene
 from casa_assets.model.pose import Pose
-from casa_assets.pipeline.kitchens.load_scene import spec_of
-from tests.contract_fixtures import hob, oven
+from tests.support.asset.contract_fixtures import hob, oven
 
 # The face of the start button of `oven`, seen from the middle of its foot, and the radius of a ball that touches it.
 BUTTON, BALL = (0.2, -0.189, 0.05), 0.005

@@ -47,7 +47,7 @@ def test_every_public_name_has_one_path() -> None:
 def test_functions_stay_where_folders_have_their_names(name: str) -> None:
     code = f"""
 import casa_assets.{name}
-import casa_assets.pipeline.ingest, casa_assets.pipeline.articulate, casa_assets.families.catalog
+import casa_assets.ingest.run, casa_assets.articulate.run, casa_assets.kitchenware.catalog
 import casa_assets as casa
 from casa_assets import {name}
 print(casa.{name}.__name__, {name} is casa.{name}, sys.modules["casa_assets.{name}"].__path__ != [])

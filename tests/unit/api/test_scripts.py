@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.libraries import no_workers
+from tests.support.library.libraries import no_workers
 
 pytestmark = pytest.mark.content("code", "api", keep=0)
 

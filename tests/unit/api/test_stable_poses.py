@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 import casa_assets as casa
-from casa_assets.export import mjcf
+from casa_assets.formats import mjcf
 from casa_assets.model.asset.parts import Cylinder
-from tests.assets import rigid_mug, write_to
-from tests.box_assets import plain_box
+from tests.support.asset.assets import rigid_mug, write_to
+from tests.support.asset.box_assets import plain_box
 
 
 def test_a_box_rests_on_its_six_sides_mostly_on_the_largest() -> None:

@@ -12,15 +12,15 @@ from casa_assets.articulate.assemble import MAX_DENSITY_KG_M3
 from casa_assets.articulate.colliders.build_colliders import build_colliders
 from casa_assets.articulate.frame.axes import metres_per_unit
 from casa_assets.articulate.plan import Articulation, Frame, JointPlan, PartKind, PartPlan
+from casa_assets.articulate.run.build import ArticulateRequest, build
 from casa_assets.articulate.segment.welded_mesh import weld_triangles
 from casa_assets.errors import Rejected
-from casa_assets.geometry.mesh.surface import signed_volume
-from casa_assets.geometry.solid.primitive import tessellate
-from casa_assets.geometry.solid.solids import hull_volume
+from casa_assets.mesh.solid.primitive import tessellate
+from casa_assets.mesh.solid.solids import hull_volume
+from casa_assets.mesh.surface import signed_volume
 from casa_assets.model.asset.parts import JointKind
 from casa_assets.model.pose import Pose
 from casa_assets.model.registry.category import SizeRange
-from casa_assets.pipeline.articulate.build import ArticulateRequest, build
 from tests.unit.articulate.blocks import Floats, Ints, box, carcass, drawers, microwave, together
 
 pytestmark = pytest.mark.content("code", "articulate", keep=0)

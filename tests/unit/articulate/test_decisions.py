@@ -10,11 +10,11 @@ import pytest
 
 from casa_assets.articulate.decisions import CavityDecision, Decisions, PartDecision
 from casa_assets.articulate.plan import HingeEdge, PartKind
+from casa_assets.articulate.run.build import ArticulateRequest, ArticulateResult, build
+from casa_assets.articulate.run.decisions import read_decisions, text
 from casa_assets.errors import RegistryError, Rejected
 from casa_assets.model.asset.parts import JointKind
 from casa_assets.model.source import Word
-from casa_assets.pipeline.articulate.build import ArticulateRequest, ArticulateResult, build
-from casa_assets.pipeline.articulate.decisions import read_decisions, text
 from tests.unit.articulate.blocks import microwave
 from tests.unit.articulate.test_assemble import obj
 

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from casa_assets.articulate.assemble import SHEET_GAP_M, drawn_faces
-from casa_assets.pipeline.articulate.build import ArticulateRequest, build
+from casa_assets.articulate.run.build import ArticulateRequest, build
 from tests.unit.articulate.blocks import microwave
 from tests.unit.articulate.test_assemble import GIVEN, obj
 

@@ -10,7 +10,7 @@ from benchmarks.articulate.cases.manners import MANNERS, in_manner
 from benchmarks.articulate.cases.parts import outward
 from benchmarks.articulate.cases.plain.draw import KINDS, draw
 from benchmarks.articulate.cases.surfaces import by_position
-from casa_assets.geometry.mesh.topology import face_components, weld
+from casa_assets.mesh.topology import face_components, weld
 
 # What changes how faces are stored, and leaves every surface where it is.
 STORED_OTHERWISE = ("split_groups", "loose_pieces", "axes")

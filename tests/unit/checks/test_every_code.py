@@ -13,7 +13,7 @@ from typing import Any
 from casa_assets import registry
 from casa_assets.checks.check import Check
 from casa_assets.checks.table.table import TABLE
-from casa_assets.pipeline.reports.checks_page import checks_markdown, codes
+from casa_assets.show.reports.checks_page import checks_markdown, codes
 
 ROOT = Path(__file__).parents[3]
 KNOWN = registry.load()

@@ -14,15 +14,15 @@ from casa_assets.checks.library import LibrarySizes
 from casa_assets.checks.package.package import Package
 from casa_assets.checks.run import run
 from casa_assets.checks.table.table import TABLE
-from casa_assets.export.mjcf import write
+from casa_assets.formats.mjcf import write
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.material import Material
 from casa_assets.model.issue import Report
 from casa_assets.model.registry.category import Affordance, Category, MatterFill, RestingPose
-from tests.asset_parts import box_inertial
-from tests.assets import write_to
-from tests.box_assets import plain_box
-from tests.untrusted_inputs import (
+from tests.support.asset.asset_parts import box_inertial
+from tests.support.asset.assets import write_to
+from tests.support.asset.box_assets import plain_box
+from tests.support.hostile.untrusted_inputs import (
     BROWN,
     SIZE,
     blurred,

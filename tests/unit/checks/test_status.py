@@ -14,8 +14,8 @@ from casa_assets.checks.run import report_not_run, run
 from casa_assets.checks.scene.views import PreviewImages
 from casa_assets.checks.table.table import TABLE
 from casa_assets.model.issue import CheckResult, Report, Severity, Status
-from tests.assets import ball, rigid_mug
-from tests.packages import not_run_here, written
+from tests.support.asset.assets import ball, rigid_mug
+from tests.support.asset.packages import not_run_here, written
 
 LIMITS = registry.load().limits
 SILENT = ("AST", "VIS", "KIN", "HOL", "CON", "BEH", "MJC", "FLT")

@@ -12,17 +12,17 @@ import pytest
 from typer.testing import CliRunner
 
 from casa_assets.cli.main import app
+from casa_assets.layouts.run import check
+from casa_assets.layouts.run.recipe import SceneResult
+from casa_assets.library import library as disk
+from casa_assets.library.library import Library
 from casa_assets.model.issue import Status
-from casa_assets.pipeline.kitchens import check
-from casa_assets.pipeline.kitchens.recipe import SceneResult
-from casa_assets.pipeline.library import library as disk
-from casa_assets.pipeline.library.library import Library
-from casa_assets.pipeline.review import ReviewServer
-from casa_assets.pipeline.view.model import make
-from casa_assets.pipeline.view.subject import cache_of, find
-from tests.libraries import BOXES, box_obj, differences, entries_of, no_workers
-from tests.server_requests import ask as ask_view
-from tests.server_requests import serving
+from casa_assets.show.review import ReviewServer
+from casa_assets.show.view.model import make
+from casa_assets.show.view.subject import cache_of, find
+from tests.support.library.libraries import BOXES, box_obj, differences, entries_of, no_workers
+from tests.support.library.server_requests import ask as ask_view
+from tests.support.library.server_requests import serving
 from tests.unit.articulate.blocks import drawers
 from tests.unit.articulate.test_assemble import obj
 from tests.unit.conftest import RECIPE, SMALLEST
@@ -107,7 +107,7 @@ def test_pages_are_served(place: Path) -> None:
         assert review.waiting is not None
 
 
-@pytest.mark.content("code", "pipeline.kitchens", keep=0)
+@pytest.mark.content("code", "layouts.run", keep=0)
 def test_a_kitchen_passes_the_checks_that_it_passes_elsewhere(
     tmp_path: Path, checked_kitchen: tuple[Path, SceneResult], monkeypatch: pytest.MonkeyPatch
 ) -> None:

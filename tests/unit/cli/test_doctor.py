@@ -8,8 +8,8 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
+from casa_assets.cli.doctor import Finding, _renderers
 from casa_assets.cli.verbs import check as verb
-from casa_assets.pipeline.doctor import Finding, _renderers
 
 GOOD = Finding(subject="python", ok=True, message="3.11")
 NOTE = Finding(subject="disk", ok=False, needed=False, message="1 GiB free")
@@ -21,7 +21,7 @@ BAD = Finding(subject="rendering", ok=False, message="[none] works", fix="sudo a
 
 
 def run(monkeypatch: pytest.MonkeyPatch, found: tuple[Finding, ...], *arguments: str) -> tuple[int, str]:
-    monkeypatch.setattr("casa_assets.pipeline.doctor.findings", lambda output: found)
+    monkeypatch.setattr("casa_assets.cli.doctor.findings", lambda output: found)
     app = typer.Typer()
     app.command()(verb.doctor)
     result = CliRunner().invoke(app, list(arguments))
@@ -65,7 +65,7 @@ def test_quiet_tells_what_is_missing_alone(monkeypatch: pytest.MonkeyPatch) -> N
 
 @pytest.mark.parametrize("found", [(GOOD, NOTE), (GOOD, BAD)])
 def test_json(monkeypatch: pytest.MonkeyPatch, found: tuple[Finding, ...]) -> None:
-    monkeypatch.setattr("casa_assets.pipeline.doctor.findings", lambda output: found)
+    monkeypatch.setattr("casa_assets.cli.doctor.findings", lambda output: found)
     app = typer.Typer()
     app.command()(verb.doctor)
     result = CliRunner().invoke(app, ["--json"])

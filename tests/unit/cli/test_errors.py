@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 from casa_assets import registry
 from casa_assets.cli.main import app
 from casa_assets.errors import CasaError, UnknownId
-from tests.libraries import called as casa
+from tests.support.library.libraries import called as casa
 
 
 def test_wrong_use_is_one_line_and_the_place_of_the_help(

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.built_libraries import keep, loose_and_fixed
-from tests.libraries import called as casa
+from tests.support.library.built_libraries import keep, loose_and_fixed
+from tests.support.library.libraries import called as casa
 
 # What `--json` tells of every item, whatever the verb.
 COMMON = ("verdict", "folder", "mass", "size")

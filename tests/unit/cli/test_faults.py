@@ -10,14 +10,14 @@ import pytest
 
 from casa_assets.errors import CasaError
 from casa_assets.families.family import Params
+from casa_assets.families.run import run as families
+from casa_assets.families.run.asset_store import AssetStore
+from casa_assets.ingest.run import worker
+from casa_assets.layouts.run import resolve
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.kitchen.style import PresetChoice
-from casa_assets.pipeline.cache.asset_store import AssetStore
-from casa_assets.pipeline.families import run as families
-from casa_assets.pipeline.ingest import worker
-from casa_assets.pipeline.kitchens import resolve
-from casa_assets.pipeline.workers.batch import attempt
-from tests.libraries import BOXES, box_obj, called
+from casa_assets.runs.batch import attempt
+from tests.support.library.libraries import BOXES, box_obj, called
 
 
 @pytest.fixture

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from tests.assets import ball, rigid_mug
-from tests.built_libraries import keep
-from tests.libraries import called as casa
-from tests.libraries import casa as started
+from tests.support.asset.assets import ball, rigid_mug
+from tests.support.library.built_libraries import keep
+from tests.support.library.libraries import called as casa
+from tests.support.library.libraries import casa as started
 
 
 @pytest.fixture(scope="module")

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.libraries import limited
+from tests.support.library.libraries import limited
 from tests.unit.articulate.blocks import microwave
 from tests.unit.articulate.test_assemble import obj
 

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from tests.determinism.test_kill import children
-from tests.libraries import BOXES, ROOT, box_obj, called, casa, command, entries_of, input_rows, limited
+from tests.support.library.libraries import BOXES, ROOT, box_obj, called, casa, command, entries_of, input_rows, limited
 
 
 @pytest.fixture(scope="module")
@@ -116,7 +116,7 @@ def test_two_runs_at_once(inputs: Path, tmp_path: Path) -> None:
 
 def test_a_bug_is_exit_3(inputs: Path, tmp_path: Path) -> None:
     (tmp_path / "sitecustomize.py").write_text(
-        "import sys\nsys.modules['casa_assets.pipeline.workers.pool'] = None\n",
+        "import sys\nsys.modules['casa_assets.runs.pool'] = None\n",
         encoding="ascii",
     )
     done = casa("ingest", inputs, "--library", tmp_path / "library", PYTHONPATH=str(tmp_path))

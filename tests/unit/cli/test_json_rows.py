@@ -15,17 +15,17 @@ from PIL import Image
 from typer.testing import CliRunner
 
 from casa_assets.cli.main import app
+from casa_assets.cli.project.starter import write_starter
 from casa_assets.ingest.sources import objaverse
-from casa_assets.pipeline.kitchens import batch_form, check, scene_folders
-from casa_assets.pipeline.kitchens.recipe import SceneResult
-from casa_assets.pipeline.kitchens.sampling import run as sampling
-from casa_assets.pipeline.library.library import Library
-from casa_assets.pipeline.project.starter import write_starter
-from casa_assets.preview.kitchen import PictureSettings
+from casa_assets.layouts.run import batch_form, check, scene_folders
+from casa_assets.layouts.run.recipe import SceneResult
+from casa_assets.layouts.run.sampling import run as sampling
+from casa_assets.library.library import Library
 from casa_assets.projects import NO_PROJECT, PLUGINS, VARIABLE, data_root
+from casa_assets.show.stills.kitchen import PictureSettings
 from tests.architecture.test_commands import SERVERS, VERBS
-from tests.libraries import no_workers
-from tests.plugin_code import PLUGIN
+from tests.support.library.libraries import no_workers
+from tests.support.program.plugin_code import PLUGIN
 
 # What a row says at least, by what its verb does.
 NAMED = {"id"}

@@ -13,10 +13,10 @@ import typer
 
 from casa_assets.cli import build_output
 from casa_assets.cli.output import Output
-from casa_assets.pipeline.kitchens.recipe import SceneRecipe, SceneResult
-from casa_assets.pipeline.library.library import Library
-from casa_assets.pipeline.view.subject import AssetFolder, Kitchen, find
-from tests.libraries import called as casa
+from casa_assets.layouts.run.recipe import SceneRecipe, SceneResult
+from casa_assets.library.library import Library
+from casa_assets.show.view.subject import AssetFolder, Kitchen, find
+from tests.support.library.libraries import called as casa
 
 LINE = "Look at it: casa-assets view "
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from casa_assets.cli.reference import command_pages
-from tests.documents import ROOT
+from tests.support.program.documents import ROOT
 
 REFERENCE = ROOT / "docs" / "reference"
 

@@ -13,11 +13,11 @@ from typer.testing import CliRunner
 
 from casa_assets.cli.verbs.scenes import app
 from casa_assets.errors import UnknownId
+from casa_assets.layouts.run import check
+from casa_assets.layouts.run.recipe import SceneRecipe, SceneResult
+from casa_assets.layouts.run.sampling import run
 from casa_assets.model.issue import Issue, Report, Severity
-from casa_assets.pipeline.kitchens import check
-from casa_assets.pipeline.kitchens.recipe import SceneRecipe, SceneResult
-from casa_assets.pipeline.kitchens.sampling import run
-from tests.libraries import no_workers
+from tests.support.library.libraries import no_workers
 
 RUNNER = CliRunner()
 SCENE = "one_wall_small__coastal"

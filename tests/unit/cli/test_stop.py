@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.libraries import BOXES, ROOT, box_obj, command
+from tests.support.library.libraries import BOXES, ROOT, box_obj, command
 
 pytestmark = pytest.mark.slow
 

@@ -10,7 +10,7 @@ from typer.testing import CliRunner, Result
 
 from casa_assets.cli.main import app
 from casa_assets.errors import OutputError
-from tests.sharded_inputs import public_differences
+from tests.support.library.sharded_inputs import public_differences
 
 
 def casa(*words: object) -> Result:

@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 from casa_assets import registry
 from casa_assets.cli.verbs.textures import app
-from casa_assets.pipeline.textures import check
+from casa_assets.textures.run import check
 
 RUNNER = CliRunner()
 

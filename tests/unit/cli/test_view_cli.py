@@ -14,8 +14,8 @@ from typer.testing import CliRunner
 import casa_assets as casa
 from casa_assets.api import viewing
 from casa_assets.cli.main import app
-from casa_assets.preview import live_viewer
-from tests.libraries import command
+from casa_assets.show.stills import live_viewer
+from tests.support.library.libraries import command
 
 RUNNER = CliRunner()
 PATIENCE_S = 60

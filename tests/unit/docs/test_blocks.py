@@ -10,7 +10,7 @@ import subprocess
 from pathlib import Path
 
 from tests.architecture.test_commands import unknown
-from tests.documents import LANGUAGES, REASONS, ROOT, Block, blocks, indented, pages
+from tests.support.program.documents import LANGUAGES, REASONS, ROOT, Block, blocks, indented, pages
 
 BLOCKS = [block for page in pages() for block in blocks(page)]
 BENCHMARKS = subprocess.check_output([ROOT / "dev", "bench"], text=True).split()

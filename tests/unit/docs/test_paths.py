@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from tests.documents import ROOT, blocks, pages
+from tests.support.program.documents import ROOT, blocks, pages
 
 # Where a path of a document may start, beside the root of the repository.
 STARTS = ("", "casa_assets/", "tests/")

@@ -12,11 +12,11 @@ from jsonschema import Draft202012Validator
 from typer.testing import CliRunner
 
 import casa_assets as casa
+from casa_assets.api.schemas import SCHEMAS, schema_text
 from casa_assets.cli.main import app
+from casa_assets.layouts.run.recipe import SceneResult
 from casa_assets.model.written_formats import BehaviorFile
-from casa_assets.pipeline.kitchens.recipe import SceneResult
-from casa_assets.pipeline.schemas import SCHEMAS, schema_text
-from tests.documents import ROOT, blocks
+from tests.support.program.documents import ROOT, blocks
 
 
 def faults(name: str, data: Any) -> list[str]:

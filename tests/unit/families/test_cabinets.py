@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from casa_assets.families.fixtures.cabinets.cabinets import BaseCabinet, DrawerStack, WallCabinet
-from casa_assets.families.fixtures.cabinets.island_base import IslandBase, stiles
-from casa_assets.families.parts.fronts import fronts
-from casa_assets.families.parts.fronts.fronts import CabinetLook, FrontEdge, FrontKind
-from casa_assets.families.parts.hardware import handles
-from casa_assets.families.parts.hardware.handles import HandleKind
+from casa_assets.kitchenware.fixtures.cabinets.cabinets import BaseCabinet, DrawerStack, WallCabinet
+from casa_assets.kitchenware.fixtures.cabinets.island_base import IslandBase, stiles
+from casa_assets.kitchenware.parts.fronts import fronts
+from casa_assets.kitchenware.parts.fronts.fronts import CabinetLook, FrontEdge, FrontKind
+from casa_assets.kitchenware.parts.hardware import handles
+from casa_assets.kitchenware.parts.hardware.handles import HandleKind
 from casa_assets.model.asset.parts import Box, Capsule
-from tests.family_members import made, preset, spec_of
+from tests.support.asset.family_members import made, preset, spec_of
 
 pytestmark = pytest.mark.content("code", "families", keep=0)
 

@@ -9,18 +9,18 @@ import mujoco
 import numpy as np
 import pytest
 
-from casa_assets.families.fixtures.cooking.microwave import (
+from casa_assets.asset.kit.solids.blocks import intersect
+from casa_assets.kitchenware.fixtures.cooking.microwave import (
     Microwave,
     MicrowaveControls,
     MicrowaveHandle,
     MicrowaveMounting,
 )
-from casa_assets.families.fixtures.cooking.range import DOUBLE_OVEN_WIDTH, Range
-from casa_assets.families.fixtures.cooking.toaster_oven import PanelPlace, ToasterOven
-from casa_assets.families.kit.solids.blocks import intersect
-from casa_assets.families.parts.appliance.oven import OvenHandle
-from casa_assets.families.parts.cooktop import DRIP_BOWL_RATIO, burner_cells, burner_positions
-from casa_assets.families.parts.hardware.controls import (
+from casa_assets.kitchenware.fixtures.cooking.range import DOUBLE_OVEN_WIDTH, Range
+from casa_assets.kitchenware.fixtures.cooking.toaster_oven import PanelPlace, ToasterOven
+from casa_assets.kitchenware.parts.appliance.oven import OvenHandle
+from casa_assets.kitchenware.parts.cooktop import DRIP_BOWL_RATIO, burner_cells, burner_positions
+from casa_assets.kitchenware.parts.hardware.controls import (
     SEGMENTS,
     KeySign,
     KnobStyle,
@@ -29,9 +29,9 @@ from casa_assets.families.parts.hardware.controls import (
     key_symbol,
     seven_segment_text,
 )
-from casa_assets.geometry.solid.primitive import shape_bounds
+from casa_assets.mesh.solid.primitive import shape_bounds
 from casa_assets.registry.families import family
-from tests.family_members import made, preset, spec_of
+from tests.support.asset.family_members import made, preset, spec_of
 from tests.unit.families.test_members import holds
 
 pytestmark = pytest.mark.content("code", "families", keep=0)

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from casa_assets.families.fixtures.kitchenware import cutting_board
-from casa_assets.families.fixtures.kitchenware.dish_rack import DishRack, DishRackForm
-from casa_assets.families.fixtures.wall_decor import spice_rack, utensil_rack
-from casa_assets.families.parts.decor.jars import JarLid, jar
-from casa_assets.families.parts.decor.tools import HungTool, ToolHandle, hung_tool
-from casa_assets.families.parts.hardware.handles import open_tub
-from tests.family_members import made
+from casa_assets.kitchenware.fixtures.kitchenware import cutting_board
+from casa_assets.kitchenware.fixtures.kitchenware.dish_rack import DishRack, DishRackForm
+from casa_assets.kitchenware.fixtures.wall_decor import spice_rack, utensil_rack
+from casa_assets.kitchenware.parts.decor.jars import JarLid, jar
+from casa_assets.kitchenware.parts.decor.tools import HungTool, ToolHandle, hung_tool
+from casa_assets.kitchenware.parts.hardware.handles import open_tub
+from tests.support.asset.family_members import made
 
 pytestmark = pytest.mark.content("code", "families", keep=0)
 

@@ -8,14 +8,14 @@ from pathlib import Path
 
 import pytest
 
+from casa_assets.asset import kit
+from casa_assets.asset.kit.asset_builder import ROOT, AssetBuilder
+from casa_assets.asset.kit.solids.blocks import box
 from casa_assets.errors import RegistryError, UnknownId
-from casa_assets.families import kit
-from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
-from casa_assets.families.kit.solids.blocks import box
 from casa_assets.registry import data_root, read_document
 from casa_assets.registry.families import family
 from casa_assets.registry.load import read_densities
-from tests.family_members import known, supplies
+from tests.support.asset.family_members import known, supplies
 
 SOURCES = sorted(Path(kit.__path__[0]).parent.rglob("*.py"))
 ROWS = read_document(data_root() / "densities.yaml").value

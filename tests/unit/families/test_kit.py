@@ -8,13 +8,11 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from casa_assets.core import hand_dynamics
-from casa_assets.families.family import FinishId, Params, Supplies
-from casa_assets.families.kit.assemble import assemble
-from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder, BehaviorBuilder, negated
-from casa_assets.families.kit.solids.blocks import ball, board, box, lathe, rod, subtract, union
-from casa_assets.families.kit.solids.solid import Solid, solid_mesh
-from casa_assets.families.kit.solids.sweep import (
+from casa_assets.asset.kit.assemble import assemble
+from casa_assets.asset.kit.asset_builder import ROOT, AssetBuilder, BehaviorBuilder, negated
+from casa_assets.asset.kit.solids.blocks import ball, board, box, lathe, rod, subtract, union
+from casa_assets.asset.kit.solids.solid import Solid, solid_mesh
+from casa_assets.asset.kit.solids.sweep import (
     basin,
     circle,
     inset_rings,
@@ -25,12 +23,14 @@ from casa_assets.families.kit.solids.sweep import (
     slab,
     tube,
 )
-from casa_assets.geometry.mesh.topology import is_closed
+from casa_assets.core import hand_dynamics
+from casa_assets.families.family import FinishId, Params, Supplies
+from casa_assets.mesh.topology import is_closed
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.behavior import Condition, Rule
 from casa_assets.model.asset.material import Material, Substance
 from casa_assets.model.registry.rows import Finish
-from tests.asset_parts import labels
+from tests.support.asset.asset_parts import labels
 
 WOOD = Substance(id="wood", density=600.0, static_friction=0.5, dynamic_friction=0.4)
 TILED = Finish(id="tiled", material=Material(id="tiled", tile_m=(0.5, 0.8)), substance=WOOD)

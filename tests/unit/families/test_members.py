@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from casa_assets.checks.asset.grip import fingers_have_room
-from casa_assets.families.parts.fronts.doors import DOOR_TRAVEL
-from casa_assets.geometry.solid.primitive import link_bounds
+from casa_assets.kitchenware.parts.fronts.doors import DOOR_TRAVEL
+from casa_assets.mesh.solid.primitive import link_bounds
 from casa_assets.model.asset.asset import Asset, Base, JointKind
 from casa_assets.model.asset.parts import Joint
 from casa_assets.registry.families import families, family_groups
-from tests.family_members import MANY, drawn, known, made, preset, unmet
+from tests.support.asset.family_members import MANY, drawn, known, made, preset, unmet
 
 pytestmark = pytest.mark.content("code", "families", keep=0)
 

@@ -9,26 +9,26 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from casa_assets.asset.kit.solids.solid import Solid
 from casa_assets.cli.main import app
 from casa_assets.core.numeric import rng_for
 from casa_assets.errors import RegistryError, UnknownId
 from casa_assets.families.family import Params, Supplies
-from casa_assets.families.kit.solids.solid import Solid
-from casa_assets.families.objects import FORMS
-from casa_assets.families.objects.closed_surface import bent, lobed, smooth_profile, turned
+from casa_assets.families.run.run import object_requests
 from casa_assets.families.sampling import read_fixed, read_sample_rules
-from casa_assets.geometry.mesh.surface import solid_moments
+from casa_assets.kitchenware.objects import FORMS
+from casa_assets.kitchenware.objects.closed_surface import bent, lobed, smooth_profile, turned
+from casa_assets.kitchenware.textures.objects.food import Skin, paint_skin
+from casa_assets.mesh.surface import solid_moments
 from casa_assets.model.asset.asset import Asset, Base
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.provenance import Labels
 from casa_assets.model.registry.document import Document
 from casa_assets.model.registry.rows import Finish
-from casa_assets.pipeline.families.run import object_requests
-from casa_assets.pipeline.textures.recipes import every_recipe
 from casa_assets.registry.objects import object_family, object_names
 from casa_assets.textures.canvas import Canvas
-from casa_assets.textures.kinds.objects.food import Skin, paint_skin
-from tests.family_members import available, known
+from casa_assets.textures.run.recipes import every_recipe
+from tests.support.asset.family_members import available, known
 
 pytestmark = pytest.mark.content("code", "families", keep=0)
 

@@ -12,11 +12,13 @@ import numpy.typing as npt
 import pytest
 from pydantic import ValidationError
 
+from casa_assets.asset.kit.solids import blocks
+from casa_assets.asset.kit.solids.sweep import room_moulding, straight_moulding
 from casa_assets.families.family import Params
-from casa_assets.families.fixtures.room.floors import Column, Floor, Recess
-from casa_assets.families.fixtures.room.room_ceiling import Beams, Ceiling, CovingProfile
-from casa_assets.families.fixtures.room.room_wall import DENSITY, Wall, WallOpening, WallSlope, WallStructure
-from casa_assets.families.fixtures.room.wall_trim import (
+from casa_assets.kitchenware.fixtures.room.floors import Column, Floor, Recess
+from casa_assets.kitchenware.fixtures.room.room_ceiling import Beams, Ceiling, CovingProfile
+from casa_assets.kitchenware.fixtures.room.room_wall import DENSITY, Wall, WallOpening, WallSlope, WallStructure
+from casa_assets.kitchenware.fixtures.room.wall_trim import (
     Panelling,
     PanellingStyle,
     Skirting,
@@ -24,9 +26,7 @@ from casa_assets.families.fixtures.room.wall_trim import (
     SkirtingProfile,
     section,
 )
-from casa_assets.families.kit.solids import blocks
-from casa_assets.families.kit.solids.sweep import room_moulding, straight_moulding
-from casa_assets.families.parts.room_outline import (
+from casa_assets.kitchenware.parts.room_outline import (
     LayDirection,
     Outline,
     convex_pieces,
@@ -35,12 +35,12 @@ from casa_assets.families.parts.room_outline import (
     room_slab,
     spans_inside,
 )
-from casa_assets.geometry.mesh.surface import face_normals
-from casa_assets.geometry.mesh.topology import is_closed, weld
+from casa_assets.mesh.surface import face_normals
+from casa_assets.mesh.topology import is_closed, weld
 from casa_assets.model.asset.asset import Asset, Visual
 from casa_assets.model.asset.parts import Box
 from casa_assets.registry.families import families
-from tests.family_members import TILE_M, known, made
+from tests.support.asset.family_members import TILE_M, known, made
 
 pytestmark = pytest.mark.content("code", "families", keep=0)
 

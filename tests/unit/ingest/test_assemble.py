@@ -8,17 +8,17 @@ import numpy as np
 import pytest
 
 from casa_assets.errors import Rejected
-from casa_assets.geometry.mesh.surface import face_normals
-from casa_assets.geometry.solid.primitive import link_bounds
-from casa_assets.geometry.solid.solids import small_hull
 from casa_assets.ingest.assemble import assemble
 from casa_assets.ingest.draft import Draft, PlacedShape
+from casa_assets.mesh.solid.primitive import link_bounds
+from casa_assets.mesh.solid.solids import small_hull
+from casa_assets.mesh.surface import face_normals
 from casa_assets.model.asset.asset import Asset, Base, Inertial
 from casa_assets.model.asset.parts import Box, Capsule, Cylinder, Hull, Mesh, Sphere
 from casa_assets.model.asset.provenance import split_of
 from casa_assets.model.pose import Pose
-from tests.meshes import box_mesh
-from tests.raw_models import Floats, brief, draft, moved
+from tests.support.mesh.meshes import box_mesh
+from tests.support.mesh.raw_models import Floats, brief, draft, moved
 
 BODY = moved(box_mesh((0.1, 0.2, 0.3), (0, 0, 0)), (1 / 3, -2 / 7, 0.7))
 LONE = Mesh(vertices=[[0.3, -0.2, 0.9], [0.4, -0.2, 0.9], [0.3, -0.3, 0.9]], faces=[[0, 1, 2]])

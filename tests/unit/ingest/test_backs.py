@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from casa_assets.geometry.mesh.visibility import measure_visibility
 from casa_assets.ingest.draft import Draft
 from casa_assets.ingest.texture import add_back_faces
+from casa_assets.mesh.visibility import measure_visibility
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.registry.category import MatterFill
 from casa_assets.model.source import RawPart
-from tests.meshes import lathe
-from tests.untrusted_inputs import carton, kind_of, loose, without_side
+from tests.support.hostile.untrusted_inputs import carton, kind_of, loose, without_side
+from tests.support.mesh.meshes import lathe
 
 ROW = kind_of(loose(carton()))
 BOWL = lathe([(0.06, 0.05), (0.05, 0.02), (0.03, 0.0), (0.0, 0.0)], 32)

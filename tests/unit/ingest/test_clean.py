@@ -9,13 +9,13 @@ import pytest
 
 from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import Rejected
-from casa_assets.geometry.mesh.surface import signed_volume
-from casa_assets.geometry.mesh.topology import face_components, is_closed
 from casa_assets.ingest.clean import clean
 from casa_assets.ingest.draft import Draft
+from casa_assets.mesh.surface import signed_volume
+from casa_assets.mesh.topology import face_components, is_closed
 from casa_assets.model.asset.parts import Mesh
-from tests.meshes import box_mesh, lathe
-from tests.raw_models import MUG, codes, flipped, joined, moved, raw, turned, volume
+from tests.support.mesh.meshes import box_mesh, lathe
+from tests.support.mesh.raw_models import MUG, codes, flipped, joined, moved, raw, turned, volume
 
 pytestmark = pytest.mark.content("code", "ingest", keep=0)
 

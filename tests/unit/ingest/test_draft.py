@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from casa_assets.ingest.draft import Draft, merge_parts
-from tests.meshes import box_mesh
-from tests.raw_models import MUG, draft, moved, turned
+from tests.support.mesh.meshes import box_mesh
+from tests.support.mesh.raw_models import MUG, draft, moved, turned
 
 TWO = draft(turned(MUG), box_mesh((0.1, 0.1, 0.1), (0.3, 0.0, 0.0)))
 

@@ -5,21 +5,21 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from casa_assets.geometry.mesh.grasps import antipodal_grasps
-from casa_assets.geometry.mesh.visibility import measure_visibility
-from casa_assets.geometry.solid.solids import convex_hull
 from casa_assets.ingest.assemble import assemble, grasp
 from casa_assets.ingest.draft import Draft, PlacedShape
+from casa_assets.mesh.grasps import antipodal_grasps
+from casa_assets.mesh.solid.solids import convex_hull
+from casa_assets.mesh.visibility import measure_visibility
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.parts import Box, Grasp, GraspFeature, Mesh
 from casa_assets.model.record import Vec3
 from casa_assets.model.registry.category import Category, FrontRule, MatterFill
 from casa_assets.model.source import RawPart, Source, SourceKind
-from tests.asset_parts import CARDBOARD, box_inertial
-from tests.meshes import box_mesh
-from tests.raw_models import joined
-from tests.solids import box
-from tests.untrusted_inputs import carton, cup, kind_of, loose, without_side
+from tests.support.asset.asset_parts import CARDBOARD, box_inertial
+from tests.support.hostile.untrusted_inputs import carton, cup, kind_of, loose, without_side
+from tests.support.mesh.meshes import box_mesh
+from tests.support.mesh.raw_models import joined
+from tests.support.mesh.solids import box
 
 OPENING = 0.08
 LOW = (0.06, 0.06, 0.12)

@@ -9,8 +9,8 @@ from casa_assets import registry
 from casa_assets.errors import Rejected
 from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.source import Up
-from tests.meshes import box_mesh
-from tests.raw_models import MUG, built, codes, flipped, joined, moved, raw, turned
+from tests.support.mesh.meshes import box_mesh
+from tests.support.mesh.raw_models import MUG, built, codes, flipped, joined, moved, raw, turned
 
 pytestmark = pytest.mark.content("code", "ingest", keep=0)
 

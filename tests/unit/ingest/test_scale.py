@@ -9,8 +9,8 @@ from casa_assets.errors import Rejected
 from casa_assets.ingest.draft import Draft
 from casa_assets.ingest.size.scale import UNITS, parse_size_phrases, scale
 from casa_assets.model.asset.parts import Mesh
-from tests.meshes import box_mesh
-from tests.raw_models import category, codes, draft, moved
+from tests.support.mesh.meshes import box_mesh
+from tests.support.mesh.raw_models import category, codes, draft, moved
 
 MUG_SIZE = 0.12
 MUG = box_mesh((MUG_SIZE, 0.08, 0.1), (0, 0, 0.05), shared=True)

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from casa_assets.geometry.mesh.surface import signed_volume
 from casa_assets.ingest.simplify import simplified, simplify
+from casa_assets.mesh.surface import signed_volume
 from casa_assets.model.asset.parts import Mesh
-from tests.meshes import box_mesh, lathe
-from tests.raw_models import codes, draft, moved
+from tests.support.mesh.meshes import box_mesh, lathe
+from tests.support.mesh.raw_models import codes, draft, moved
 
 SPHERE = [(0.05 * np.sin(t), -0.05 * np.cos(t)) for t in np.linspace(0, np.pi, 60)]
 FINE = lathe([(float(r), float(z)) for r, z in SPHERE], 120)

@@ -12,11 +12,11 @@ from pathlib import Path
 import pytest
 
 from casa_assets.errors import CasaError, Rejected, UnknownId
-from casa_assets.ingest import rejection_codes
 from casa_assets.ingest.sources import Found, Refused, collect, discover, objaverse
 from casa_assets.ingest.sources.rows import spdx_id
+from casa_assets.model import rejection_codes
 from casa_assets.model.source import SourceKind
-from tests.mesh_files import LIMITS, OBJ_TRIANGLE, QUARTERS, Gltf, codes_of, inputs_of, load_path, png
+from tests.support.mesh.mesh_files import LIMITS, OBJ_TRIANGLE, QUARTERS, Gltf, codes_of, inputs_of, load_path, png
 
 UID = "0" * 31 + "1"
 

@@ -15,9 +15,9 @@ from casa_assets.ingest.texture import painted, texture
 from casa_assets.model.asset.material import Material, Texture
 from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.source import RawPart
-from tests.meshes import box_mesh
-from tests.meshes import texture as picture
-from tests.raw_models import codes
+from tests.support.mesh.meshes import box_mesh
+from tests.support.mesh.meshes import texture as picture
+from tests.support.mesh.raw_models import codes
 
 CERAMIC = registry.load().substances["ceramic"]
 BOX = box_mesh((0.1, 0.1, 0.1), (0, 0, 0))

@@ -8,7 +8,7 @@ import pytest
 
 from casa_assets.layouts.plan.aisles import find_aisles
 from casa_assets.model.kitchen.floor import Aisle, AisleKind, PlacedRun, RoomWall, RunEnd
-from tests.reference_kitchen import OUTLINE, WALLS, unit
+from tests.support.kitchen.reference_kitchen import OUTLINE, WALLS, unit
 
 UNITS = (unit("a", "doors", 0.0, 1.0), unit("b", "doors", 1.0, 2.0))
 CLOSED = tuple(w.replace(is_open=False) for w in WALLS)

@@ -12,10 +12,10 @@ from casa_assets.layouts.order.furnish import LAMP_FROM_ISLAND_M, THINGS_BELOW_M
 from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.layouts.order.room_shell import HOOD_DEPTH_M, beams_of
 from casa_assets.layouts.plan import standard_sizes
+from casa_assets.layouts.run.recipe import SceneRecipe
+from casa_assets.layouts.run.resolve import resolve
 from casa_assets.model.kitchen.plan import UpperKind
-from casa_assets.pipeline.kitchens.recipe import SceneRecipe
-from casa_assets.pipeline.kitchens.resolve import resolve
-from tests.family_members import preset
+from tests.support.asset.family_members import preset
 
 
 def drawn(plan: str, style: str, seed: int) -> KitchenRequest:

@@ -12,12 +12,12 @@ from casa_assets.core.numeric import Floats
 from casa_assets.layouts.compose.compose import compose, pose_at_spot
 from casa_assets.layouts.compose.scatter_props import scatter_props
 from casa_assets.layouts.order.request import KitchenRequest, request_kitchen
+from casa_assets.layouts.run.resolve import params_of, preset_params
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.kitchen.plan import WorktopItem
 from casa_assets.model.pose import Pose
-from casa_assets.pipeline.kitchens.resolve import params_of, preset_params
 from casa_assets.registry.kitchens import load_plan, load_style, style_names
-from tests.family_members import made
+from tests.support.asset.family_members import made
 
 
 def kitchen(style: str) -> KitchenRequest:

@@ -16,11 +16,11 @@ from casa_assets.layouts.order.worktops import WORKTOP_BREAKS
 from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.runs import CornerPart, UnitSlot
 from casa_assets.layouts.plan.style_models import StyleModels
+from casa_assets.layouts.run.resolve import preset_params
 from casa_assets.model.kitchen.floor import RunEnd
 from casa_assets.model.kitchen.plan import TALL, BaseKind, OpeningKind, UpperKind
-from casa_assets.pipeline.kitchens.resolve import preset_params
 from casa_assets.registry.kitchens import load_plan, plan_names, style_names
-from tests.plan_geometry import (
+from tests.support.kitchen.plan_geometry import (
     PLAY,
     STYLE,
     Rect,

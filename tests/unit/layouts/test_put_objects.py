@@ -18,8 +18,8 @@ from casa_assets.model.kitchen.scene import Placement, Scene
 from casa_assets.model.pose import Pose
 from casa_assets.registry.habits import load_habits
 from casa_assets.registry.objects import object_names
-from tests.assets import rigid_mug, textured_box
-from tests.box_assets import plain_box
+from tests.support.asset.assets import rigid_mug, textured_box
+from tests.support.asset.box_assets import plain_box
 
 SHELF = SpaceKind(assets=("*",), regions=("*",))
 TOP = Region(name="top", pose=Pose(position=(0.0, 0.0, 0.3)), size=(1.0, 0.5, 0.4))

@@ -13,21 +13,21 @@ from casa_assets.checks.scene.formats.light_form import SceneFiles
 from casa_assets.checks.scene.formats.parity import formats_agree
 from casa_assets.checks.scene.subject import SceneSubject
 from casa_assets.errors import RegistryError
-from casa_assets.geometry.outline import contains_point
 from casa_assets.layouts.compose.compose import pose_at_spot
 from casa_assets.layouts.order.build_order import OrderItem
 from casa_assets.layouts.order.request import KitchenRequest, request_kitchen
 from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.aisles import find_aisles
 from casa_assets.layouts.plan.wall_frame import WallFrame, frame_with_heading
+from casa_assets.layouts.run.resolve import params_of, preset_params
+from casa_assets.mesh.outline import contains_point
 from casa_assets.model.kitchen.floor import PlacedRun, PlacedUnit
 from casa_assets.model.kitchen.plan import Heading
 from casa_assets.model.kitchen.scene import Layer, Placement, Scene
-from casa_assets.pipeline.kitchens.resolve import params_of, preset_params
 from casa_assets.registry.kitchens import load_plan, load_style
-from tests.family_members import made
-from tests.plan_geometry import kitchen_of
-from tests.scenes import written
+from tests.support.asset.family_members import made
+from tests.support.kitchen.plan_geometry import kitchen_of
+from tests.support.kitchen.scenes import written
 
 PLAN = """\
 title: Studio

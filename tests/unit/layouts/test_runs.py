@@ -13,10 +13,10 @@ from casa_assets.errors import RegistryError
 from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.runs import CornerPart
 from casa_assets.layouts.plan.standard_sizes import WidthRange, share_widths
+from casa_assets.layouts.run.resolve import params_of
 from casa_assets.model.kitchen.floor import RunEnd
 from casa_assets.model.kitchen.plan import BaseKind
-from casa_assets.pipeline.kitchens.resolve import params_of
-from tests.plan_geometry import floor_row, kitchen_of
+from tests.support.kitchen.plan_geometry import floor_row, kitchen_of
 
 PLAN = """\
 title: Tiny

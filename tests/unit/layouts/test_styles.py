@@ -9,19 +9,19 @@ import numpy as np
 import pytest
 
 from casa_assets.errors import CasaError, PlanConflict, UnknownId
-from casa_assets.families.fixtures.counters.counters import CORBEL_REACH, CORBEL_WIDTH
+from casa_assets.families.run.finishes import plain
+from casa_assets.kitchenware.fixtures.counters.counters import CORBEL_REACH, CORBEL_WIDTH
 from casa_assets.layouts.order.cabinets import HOODS_UNDER_CABINETS
 from casa_assets.layouts.order.request import KitchenRequest, request_kitchen
 from casa_assets.layouts.order.trim import CORNICE_DEPTH_M, LONG_CURTAINS, find_rows
 from casa_assets.layouts.plan.style_models import StyleModels
+from casa_assets.layouts.run.resolve import params_of, preset_params
 from casa_assets.model.kitchen.plan import UpperKind
 from casa_assets.model.kitchen.style import FrontStyle, PresetChoice, Style
-from casa_assets.pipeline.families.finishes import plain
-from casa_assets.pipeline.kitchens.resolve import params_of, preset_params
-from casa_assets.pipeline.textures.recipes import recipes
 from casa_assets.registry import kitchens
 from casa_assets.registry.families import family, family_names
-from tests.family_members import preset
+from casa_assets.textures.run.recipes import recipes
+from tests.support.asset.family_members import preset
 
 TWELVE = (
     *("coastal", "farmhouse", "industrial", "mediterranean", "modern_1", "modern_2", "rustic", "scandinavian"),

@@ -17,7 +17,7 @@ from casa_assets.model.registry.category import (
     SizeRange,
     clip_prompts,
 )
-from tests.assets import category, rigid_mug
+from tests.support.asset.assets import category, rigid_mug
 
 
 def mug(**changes: Any) -> Category:

@@ -24,8 +24,8 @@ from casa_assets.model.pose import Pose
 from casa_assets.model.record import Record
 from casa_assets.model.registry.category import Certainty, QCode, SizeRange
 from casa_assets.model.source import Bundle, RawModel, RawPart, Source, SourceKind, Up
-from tests.assets import PROVENANCE, ball, category, drawer_unit, microwave, rigid_mug, textured_box
-from tests.meshes import box_mesh, texture
+from tests.support.asset.assets import PROVENANCE, ball, category, drawer_unit, microwave, rigid_mug, textured_box
+from tests.support.mesh.meshes import box_mesh, texture
 
 BOX = box_mesh((0.1, 0.2, 0.3), (0.0, 0.0, 0.15))
 CORNERS = box_mesh((0.1, 0.2, 0.3), (0.0, 0.0, 0.15), shared=True)

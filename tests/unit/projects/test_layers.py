@@ -8,21 +8,21 @@ import pytest
 
 import casa_assets as casa
 from casa_assets import registry
+from casa_assets.cache.cache_key import key_of
 from casa_assets.errors import CasaError, RegistryError
+from casa_assets.families.run.finishes import available_finishes, plain
+from casa_assets.layouts.run.resolve import preset_params
 from casa_assets.model.registry.document import Document
-from casa_assets.pipeline.cache.cache_key import key_of
-from casa_assets.pipeline.families.finishes import available_finishes, plain
-from casa_assets.pipeline.kitchens.resolve import preset_params
-from casa_assets.pipeline.textures.recipes import find_recipe, origin_of
-from casa_assets.pipeline.workers.limits import Limits
-from casa_assets.pipeline.workers.pool import Pool
 from casa_assets.projects import VARIABLE, environment, find_project, project_folder, use_project
 from casa_assets.registry.families import family
 from casa_assets.registry.kitchens import load_plan, load_style, style_names
 from casa_assets.registry.layered import load_project, origin_of_row
 from casa_assets.registry.objects import object_family, object_files
 from casa_assets.registry.read import read_document
-from tests.projects import Project
+from casa_assets.runs.limits import Limits
+from casa_assets.runs.pool import Pool
+from casa_assets.textures.run.recipes import find_recipe, origin_of
+from tests.support.program.projects import Project
 
 
 def document(path: Path, text: str) -> Document:
@@ -243,7 +243,9 @@ class TestProject:
     def test_workers_use_the_project_too(self, tmp_path: Path) -> None:
         (tmp_path / "casa.yaml").write_text("name: ours\n", encoding="utf-8")
         with casa.Project(tmp_path), Pool(1, Limits(60.0, 1_000_000_000), "casa_assets.projects:in_use") as pool:
-            assert [answer for _, answer in pool.run("tests.pool_jobs:folder_in_use", [None])] == [tmp_path]
+            assert [answer for _, answer in pool.run("tests.support.program.pool_jobs:folder_in_use", [None])] == [
+                tmp_path
+            ]
 
     @pytest.mark.parametrize(
         ("files", "message"),

@@ -11,31 +11,31 @@ import pytest
 from pydantic import ValidationError
 
 import casa_assets as casa
+from casa_assets.asset.scale_asset import scaled
 from casa_assets.errors import CasaError, OutputError, RegistryError, UnknownId
-from casa_assets.geometry.scale_asset import scaled
+from casa_assets.families.run.run import FamilyRequest, build_all
+from casa_assets.layouts.check_plan.check import check_plan
 from casa_assets.layouts.compose.compose import box_of
 from casa_assets.layouts.compose.floor_facts import facts_of
+from casa_assets.layouts.run.library_assets import library_asset, placed_asset
+from casa_assets.layouts.run.recipe import SceneRecipe, SceneResult, recipe_of
+from casa_assets.layouts.run.resolve import build_scene, kitchen_key, resolve
+from casa_assets.layouts.run.scene_json import describe
+from casa_assets.library.library import Library, read_asset
 from casa_assets.model.asset.asset import Asset, Base
 from casa_assets.model.kitchen.floor import Role
 from casa_assets.model.kitchen.style import PresetChoice
 from casa_assets.model.written_formats import SceneFile
-from casa_assets.pipeline.families.run import FamilyRequest, build_all
-from casa_assets.pipeline.kitchens.library_assets import library_asset, placed_asset
-from casa_assets.pipeline.kitchens.recipe import SceneRecipe, SceneResult, recipe_of
-from casa_assets.pipeline.kitchens.resolve import build_scene, kitchen_key, resolve
-from casa_assets.pipeline.kitchens.scene_json import describe
-from casa_assets.pipeline.library.library import Library, read_asset
-from casa_assets.pipeline.plans.check import check_plan
-from casa_assets.pipeline.view.model import build_command
 from casa_assets.projects import use_project
 from casa_assets.registry.kitchens import load_style
-from tests.articulated_assets import microwave
-from tests.assets import rigid_mug
-from tests.built_libraries import keep
-from tests.libraries import made_once, no_workers
-from tests.projects import Project
+from casa_assets.show.view.model import build_command
+from tests.support.asset.articulated_assets import microwave
+from tests.support.asset.assets import rigid_mug
+from tests.support.library.built_libraries import keep
+from tests.support.library.libraries import made_once, no_workers
+from tests.support.program.projects import Project
 
-pytestmark = pytest.mark.content("code", "pipeline.kitchens", keep=0)
+pytestmark = pytest.mark.content("code", "layouts.run", keep=0)
 
 
 def test_a_choice_names_an_asset_as_it_is() -> None:

@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 
 import casa_assets
+from casa_assets.cli.project.starter import name_of
 from casa_assets.errors import CasaError
-from casa_assets.pipeline.project.starter import name_of
-from tests.libraries import ROOT
-from tests.libraries import called as casa
-from tests.pictures import write_pictures
+from tests.support.library.libraries import ROOT
+from tests.support.library.libraries import called as casa
+from tests.support.library.pictures import write_pictures
 
 
 def test_a_project_is_called_after_its_folder(subtests: pytest.Subtests) -> None:

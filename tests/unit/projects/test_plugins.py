@@ -10,18 +10,18 @@ from pathlib import Path
 import pytest
 
 import casa_assets as casa
+from casa_assets.cache.cache_key import key_of
 from casa_assets.errors import CasaError, PluginFailure, RegistryError, UnknownId
-from casa_assets.pipeline.cache.cache_key import key_of
-from casa_assets.pipeline.families.run import FamilyRequest, build_all, object_requests
-from casa_assets.pipeline.library.library import Library, read_certificate
-from casa_assets.pipeline.textures.recipes import find_recipe, finish_key, finish_of
+from casa_assets.families.run.run import FamilyRequest, build_all, object_requests
+from casa_assets.library.library import Library, read_certificate
 from casa_assets.projects import PLUGINS, PluginUse, choose_plugins, use_project, user_settings
 from casa_assets.registry.families import family, family_names
 from casa_assets.registry.plugins import ignored_files, load_plugins
 from casa_assets.registry.plugins.checks import check_table
-from tests.libraries import called, no_workers
-from tests.plugin_code import PLUGIN, PROJECT
-from tests.projects import Project
+from casa_assets.textures.run.recipes import find_recipe, finish_key, finish_of
+from tests.support.library.libraries import called, no_workers
+from tests.support.program.plugin_code import PLUGIN, PROJECT
+from tests.support.program.projects import Project
 
 
 @pytest.fixture(autouse=True)
@@ -178,7 +178,7 @@ class TestParts:
 
 class TestKeys:
     def test_code_of_a_plugin_is_part_of_what_it_makes_and_of_nothing_else(self, allowed: Path, tmp_path: Path) -> None:
-        checks, plain = "casa_assets.pipeline.library.asset_package:check_package", "casa_assets.registry.load:load"
+        checks, plain = "casa_assets.runs.asset_package:check_package", "casa_assets.registry.load:load"
         before = (key_of(checks), key_of(plain), finish_key(find_recipe("chess")), finish_key(find_recipe("oak_ebony")))
         path = allowed / "plugins" / "testing.py"
         path.write_text(path.read_text(encoding="utf-8") + "\n# another word\n", encoding="utf-8")

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from casa_assets.kitchenware.textures.cabinets.fronts import FrontFace, PaintCoat, PaintedFront, PressedFront, Veneer
 from casa_assets.textures.canvas import Layers, rgb
 from casa_assets.textures.distance import oklab
-from casa_assets.textures.kinds.cabinets.fronts import FrontFace, PaintCoat, PaintedFront, PressedFront, Veneer
 from casa_assets.textures.seam import seam
 from casa_assets.textures.wood import SawCut, WoodPalette, WoodSpecies
-from tests.pictures import painted, runs, steps
+from tests.support.library.pictures import painted, runs, steps
 
 pytestmark = pytest.mark.content("code", "textures", keep=0)
 

@@ -11,15 +11,15 @@ from PIL import Image
 
 from casa_assets import registry
 from casa_assets.core.numeric import rng_for
+from casa_assets.kitchenware.textures.make import make
 from casa_assets.model.asset.material import Substance
 from casa_assets.model.issue import Status
 from casa_assets.model.registry.rows import Surface
-from casa_assets.pipeline.textures.recipes import recipes
 from casa_assets.textures import canvas
 from casa_assets.textures.check import TABLE, Pictures, check_pictures, check_set, pictures_of
 from casa_assets.textures.distance import TextureDescriptor, describe_texture
 from casa_assets.textures.finish import finish, normals, swatch
-from casa_assets.textures.make import make
+from casa_assets.textures.run.recipes import recipes
 
 LIMITS = registry.load().limits
 STONE = Substance(id="stone", density=2600, static_friction=0.6, dynamic_friction=0.5)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from casa_assets.core.numeric import rng_for
+from casa_assets.kitchenware.textures.make import make
 from casa_assets.model.registry.rows import Surface, TextureRecipe
-from casa_assets.pipeline.textures.recipes import recipes
 from casa_assets.textures import canvas
 from casa_assets.textures.canvas import Map
 from casa_assets.textures.distance import (
@@ -19,7 +19,7 @@ from casa_assets.textures.distance import (
     oklab,
     pairwise,
 )
-from casa_assets.textures.make import make
+from casa_assets.textures.run.recipes import recipes
 
 TILE = (0.8, 0.8)
 

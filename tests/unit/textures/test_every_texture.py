@@ -7,12 +7,12 @@ import json
 import numpy as np
 import pytest
 
+from casa_assets.kitchenware.textures import KINDS, cabinets, counters, floors, objects, walls
+from casa_assets.kitchenware.textures.make import make
 from casa_assets.model.registry.rows import Surface, TextureRecipe
-from casa_assets.pipeline.textures.recipes import recipes
 from casa_assets.textures.canvas import TextureKind
 from casa_assets.textures.distance import oklab
-from casa_assets.textures.kinds import KINDS, cabinets, counters, floors, objects, walls
-from casa_assets.textures.make import make
+from casa_assets.textures.run.recipes import recipes
 from casa_assets.textures.seam import seam
 
 pytestmark = pytest.mark.content("code", "textures", keep=0)

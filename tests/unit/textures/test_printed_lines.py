@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from PIL import Image
 
+from casa_assets.kitchenware.textures.objects.label import Label, Layout, Lettering, front
+from casa_assets.kitchenware.textures.objects.printed_lines import lines_in_picture
 from casa_assets.textures.canvas import rgb
-from casa_assets.textures.kinds.objects.label import Label, Layout, Lettering, front
-from casa_assets.textures.kinds.objects.printed_lines import lines_in_picture
 
 SIZE = (120, 240)
 INK, ACCENT = "#101010", "#c02020"

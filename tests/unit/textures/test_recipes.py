@@ -8,13 +8,13 @@ from pathlib import Path
 import pytest
 
 from casa_assets import registry
+from casa_assets.cache.store import Store
 from casa_assets.errors import RegistryError, UnknownId
 from casa_assets.model.registry.rows import Surface
-from casa_assets.pipeline.cache.store import Store
-from casa_assets.pipeline.textures.check import check_one, check_recipes, check_sets, select_recipes
-from casa_assets.pipeline.textures.recipes import find_recipe, finish_of, recipes
+from casa_assets.textures.run.check import check_one, check_recipes, check_sets, select_recipes
+from casa_assets.textures.run.recipes import find_recipe, finish_of, recipes
 
-pytestmark = [pytest.mark.content("code", "textures", keep=0), pytest.mark.content("code", "pipeline.textures", keep=0)]
+pytestmark = [pytest.mark.content("code", "textures", keep=0), pytest.mark.content("code", "textures.run", keep=0)]
 
 PLAIN = (
     'one: {kind: plaster, seed: 1, tile_m: [1, 1], substance: stone, params: {color: "#ffffff", second: "#eeeeee"}}\n'

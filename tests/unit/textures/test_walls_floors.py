@@ -5,17 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from casa_assets.kitchenware.textures.floors.soft import ResilientFloor, ResilientSort
+from casa_assets.kitchenware.textures.floors.tiles import Encaustic
+from casa_assets.kitchenware.textures.motif.figures import DESIGNS, TileDesign
+from casa_assets.kitchenware.textures.motif.foliage import FoliageKind
+from casa_assets.kitchenware.textures.motif.repeat import REPEATS, PaperRepeat
+from casa_assets.kitchenware.textures.walls import covering, masonry, panels
 from casa_assets.textures.canvas import Canvas
-from casa_assets.textures.kinds.floors.soft import ResilientFloor, ResilientSort
-from casa_assets.textures.kinds.floors.tiles import Encaustic
-from casa_assets.textures.kinds.walls import covering, masonry, panels
 from casa_assets.textures.laying.laying import Laying, LayingPattern
 from casa_assets.textures.laying.pieces import Joint
-from casa_assets.textures.motif.figures import DESIGNS, TileDesign
-from casa_assets.textures.motif.foliage import FoliageKind
-from casa_assets.textures.motif.repeat import REPEATS, PaperRepeat
 from casa_assets.textures.seam import seam
-from tests.pictures import painted, runs
+from tests.support.library.pictures import painted, runs
 
 pytestmark = pytest.mark.content("code", "textures", keep=0)
 

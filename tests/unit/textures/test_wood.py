@@ -13,7 +13,7 @@ from casa_assets.textures import wood
 from casa_assets.textures.canvas import Canvas, Layers, rgb
 from casa_assets.textures.seam import seam
 from casa_assets.textures.wood import GrainMaps, GrowthRings, SawCut, WoodPalette, WoodSpecies, grain_maps
-from tests.pictures import steps
+from tests.support.library.pictures import steps
 
 pytestmark = pytest.mark.content("code", "textures", keep=0)
 

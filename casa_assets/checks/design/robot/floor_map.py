@@ -10,8 +10,8 @@ import numpy as np
 from scipy import ndimage
 
 from casa_assets.core.numeric import Floats, Mask, decimals
-from casa_assets.geometry.outline import Outline, contains_point
-from casa_assets.geometry.planar import distance
+from casa_assets.mesh.outline import Outline, contains_point
+from casa_assets.mesh.planar import distance
 from casa_assets.model.kitchen.floor import (
     Corners,
     Fixture,

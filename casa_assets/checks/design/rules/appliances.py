@@ -8,8 +8,8 @@ from collections.abc import Iterator
 
 from casa_assets.checks.check import Measurement, least, not_applicable
 from casa_assets.checks.design.subject import DesignSubject
-from casa_assets.geometry.outline import penetration_depth
-from casa_assets.geometry.planar import length_inside, outline_of
+from casa_assets.mesh.outline import penetration_depth
+from casa_assets.mesh.planar import length_inside, outline_of
 from casa_assets.model.kitchen.floor import Fixture, KitchenFacts, PlacedRun, Role, RoomWall, RunEnd
 from casa_assets.model.kitchen.plan import OpeningKind
 from casa_assets.model.record import Vec2

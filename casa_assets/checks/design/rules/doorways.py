@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from casa_assets.checks.check import Measurement, all_at_least, least, not_applicable
 from casa_assets.checks.design.subject import DesignSubject
-from casa_assets.geometry.outline import penetration_depth
+from casa_assets.mesh.outline import penetration_depth
 from casa_assets.model.kitchen.floor import APPLIANCES, AisleKind, Corners, KitchenFacts
 from casa_assets.model.kitchen.plan import OpeningKind
 

@@ -7,7 +7,7 @@ import math
 from casa_assets.checks.design.robot.floor_map import BASE_RADIUS_M, CELL_M, GAP_M, obstacles
 from casa_assets.checks.design.rules.appliances import COOKTOPS, over
 from casa_assets.checks.design.subject import DesignSubject
-from casa_assets.geometry.planar import length_inside
+from casa_assets.mesh.planar import length_inside
 from casa_assets.model.kitchen.floor import APPLIANCES, AisleKind, Fixture, Footprint, KitchenFacts, Role, RunEnd
 from casa_assets.model.kitchen.plan import OpeningKind
 

@@ -23,9 +23,8 @@ from dataclasses import dataclass, replace
 from typing import IO
 
 from casa_assets.errors import Rejected
-from casa_assets.ingest import rejection_codes as codes
-from casa_assets.ingest.load.formats import PACKED_FAULTS
-from casa_assets.ingest.load.text import printable
+from casa_assets.formats.read.formats import PACKED_FAULTS
+from casa_assets.formats.read.text import printable
 from casa_assets.ingest.sources.found import (
     ARCHIVE_SUFFIXES,
     HIDDEN,
@@ -38,6 +37,7 @@ from casa_assets.ingest.sources.found import (
 )
 from casa_assets.ingest.sources.places import Folder, utf8_escaped
 from casa_assets.ingest.sources.rows import check_types, parse_json, remarks, safe_id, source_of, unique_hints
+from casa_assets.model import rejection_codes as codes
 from casa_assets.model.source import Source, SourceKind
 
 # What an archive may hold; choices. A zip's list of members is read whole, so its size is bounded too. Shards of

@@ -19,9 +19,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from casa_assets.errors import Rejected
-from casa_assets.ingest import rejection_codes as codes
-from casa_assets.ingest.load.formats import SUFFIXES, suffix_of
-from casa_assets.ingest.load.text import printable
+from casa_assets.formats.read.formats import SUFFIXES, suffix_of
+from casa_assets.formats.read.text import printable
 from casa_assets.ingest.sources.containers.archive import SEEK_BLOCK
 from casa_assets.ingest.sources.found import MAX_INDEX_BYTES, Found, Package, Refused, kind_of_other, unread
 from casa_assets.ingest.sources.manifest import MAX_ROWS
@@ -35,6 +34,7 @@ from casa_assets.ingest.sources.rows import (
     safe_id,
     source_of,
 )
+from casa_assets.model import rejection_codes as codes
 
 if TYPE_CHECKING:
     from pyarrow.parquet import ParquetFile

@@ -9,7 +9,7 @@ from casa_assets.articulate.controls.round_controls import drop_burner_caps, fin
 from casa_assets.articulate.plan import PartKind
 from casa_assets.articulate.segment.fragments import measure_fragments
 from casa_assets.model.asset.parts import Mesh
-from tests.assets import textured_box
+from tests.support.asset.assets import textured_box
 from tests.unit.articulate.blocks import Part, box, disc, together
 from tests.unit.articulate.fragmented import found_in, in_its_frame
 

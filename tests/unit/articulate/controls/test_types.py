@@ -11,8 +11,8 @@ from casa_assets.articulate.choose_plan import choose_plan
 from casa_assets.articulate.controls.classify import check_forest, decided, tell_beside_dials
 from casa_assets.articulate.controls.controls import Control, group_controls
 from casa_assets.articulate.plan import PartKind
+from casa_assets.articulate.run.build import load_models
 from casa_assets.core.forest import forest_from_dict
-from casa_assets.pipeline.articulate.build import load_models
 from tests.unit.articulate.blocks import Part, box, carcass, disc, together
 from tests.unit.articulate.fragmented import in_its_frame
 

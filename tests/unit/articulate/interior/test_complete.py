@@ -10,17 +10,17 @@ import pytest
 from casa_assets.articulate.decisions import CavityDecision, Decisions
 from casa_assets.articulate.interior.hollow_out import hollow_out
 from casa_assets.articulate.plan import Articulation, Frame, InteriorKind, PartKind
+from casa_assets.articulate.run.build import ArticulateRequest, ArticulateResult, build
+from casa_assets.articulate.run.decisions import read_decisions, text
 from casa_assets.articulate.segment.orthographic import cross_rays
 from casa_assets.articulate.segment.welded_mesh import weld_triangles
 from casa_assets.checks.motion.joints import joint_travels
 from casa_assets.errors import Rejected
-from casa_assets.export import mjcf
-from casa_assets.geometry.solid.primitive import tessellate
+from casa_assets.formats import mjcf
+from casa_assets.mesh.solid.primitive import tessellate
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.parts import Mesh as Triangles
 from casa_assets.model.source import RawModel, RawPart
-from casa_assets.pipeline.articulate.build import ArticulateRequest, ArticulateResult, build
-from casa_assets.pipeline.articulate.decisions import read_decisions, text
 from tests.unit.articulate.blocks import Floats, Ints, Part, box, microwave, together
 from tests.unit.articulate.test_assemble import obj
 

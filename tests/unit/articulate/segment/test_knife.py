@@ -7,8 +7,8 @@ import pytest
 
 from casa_assets.articulate.segment.cutting import CutPlane, cut_triangles
 from casa_assets.articulate.segment.fragments import FRONT, TOP
-from casa_assets.geometry.mesh.surface import face_normals
-from casa_assets.geometry.mesh.topology import is_closed
+from casa_assets.mesh.surface import face_normals
+from casa_assets.mesh.topology import is_closed
 from tests.unit.articulate.blocks import box
 
 WIDE = np.full(3, 10.0)

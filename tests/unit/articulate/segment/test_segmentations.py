@@ -9,7 +9,7 @@ from casa_assets.articulate.segment.welded_mesh import weld_model, weld_triangle
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.source import RawModel, RawPart
-from tests.meshes import box_mesh
+from tests.support.mesh.meshes import box_mesh
 from tests.unit.articulate.blocks import box, drawers, together
 
 

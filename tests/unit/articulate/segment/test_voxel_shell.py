@@ -8,12 +8,12 @@ import pytest
 from casa_assets.articulate.controls.controls import find_controls, group_controls
 from casa_assets.articulate.frame.axes import given_frame
 from casa_assets.articulate.fronts.front_hypotheses import find_fronts
+from casa_assets.articulate.run.build import load_models
 from casa_assets.articulate.segment.creases import measure_relief
 from casa_assets.articulate.segment.fragments import FRONT, measure_fragments
 from casa_assets.articulate.segment.shell_segments import fragment_mesh
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_triangles
-from casa_assets.geometry.grid.voxels import boundary, voxelise
-from casa_assets.pipeline.articulate.build import load_models
+from casa_assets.mesh.grid.voxels import boundary, voxelise
 from tests.unit.articulate.blocks import Part, box, disc, together
 
 

@@ -20,8 +20,8 @@ from casa_assets.model.asset.asset import Asset, Collider, Joint, JointKind, Lin
 from casa_assets.model.asset.parts import Box, Mesh, Visual
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
-from tests.articulated_assets import microwave
-from tests.asset_parts import box_inertial
+from tests.support.asset.articulated_assets import microwave
+from tests.support.asset.asset_parts import box_inertial
 from tests.unit.articulate.blocks import Part, box, disc, together
 
 Boards = dict[str, tuple[Vec3, Vec3]]

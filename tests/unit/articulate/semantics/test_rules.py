@@ -11,8 +11,8 @@ from casa_assets.core.behavior_interpreter import BehaviorState, Stimulus, start
 from casa_assets.model.asset.asset import Asset, Collider, Joint, JointKind, Link, Region, Site
 from casa_assets.model.asset.parts import Box
 from casa_assets.model.record import Vec2
-from tests.articulated_assets import microwave
-from tests.asset_parts import box_inertial
+from tests.support.asset.articulated_assets import microwave
+from tests.support.asset.asset_parts import box_inertial
 
 SMALL = (0.02, 0.02, 0.02)
 

@@ -15,9 +15,9 @@ from casa_assets.checks.table.table import TABLE
 from casa_assets.model.asset.asset import Asset, Collider, State
 from casa_assets.model.asset.parts import Sphere
 from casa_assets.model.issue import Report, Status
-from tests.asset_parts import box_inertial
-from tests.assets import ball, category, microwave, textured_box
-from tests.box_assets import (
+from tests.support.asset.asset_parts import box_inertial
+from tests.support.asset.assets import ball, category, microwave, textured_box
+from tests.support.asset.box_assets import (
     as_dense_as,
     balanced_at,
     cornered,
@@ -43,7 +43,7 @@ from tests.box_assets import (
     with_fin,
     with_sliver,
 )
-from tests.packages import written
+from tests.support.asset.packages import written
 
 ROWS = {check.code: check for check in TABLE if check.code.startswith(("AST", "VIS"))}
 LIMITS = registry.load().limits

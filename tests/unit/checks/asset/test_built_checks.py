@@ -17,9 +17,9 @@ from casa_assets.model.asset.asset import Asset, Drive
 from casa_assets.model.asset.parts import Box
 from casa_assets.model.issue import Status
 from casa_assets.model.pose import Pose
-from tests.articulated_assets import drawer_unit, microwave
-from tests.asset_parts import box_inertial
-from tests.cupboard import (
+from tests.support.asset.articulated_assets import drawer_unit, microwave
+from tests.support.asset.asset_parts import box_inertial
+from tests.support.asset.cupboard import (
     ball_of,
     caught_by,
     cupboard,
@@ -33,8 +33,8 @@ from tests.cupboard import (
     with_shapes,
     with_trim,
 )
-from tests.meshes import box_mesh
-from tests.packages import LIMITS, codes, judged, packed, written
+from tests.support.asset.packages import LIMITS, codes, judged, packed, written
+from tests.support.mesh.meshes import box_mesh
 
 OURS = ("AST017", "VIS009", "VIS010", "KIN", "HOL")
 ROWS = {check.code: check for check in TABLE if check.code.startswith(OURS)}

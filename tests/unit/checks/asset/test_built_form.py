@@ -13,8 +13,8 @@ from casa_assets.checks.asset import visual
 from casa_assets.checks.run import run
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.pose import Pose
-from tests.cupboard import cupboard, filled_to, link_changed, shape, with_shapes, with_trim
-from tests.packages import LIMITS, codes, judged, number
+from tests.support.asset.cupboard import cupboard, filled_to, link_changed, shape, with_shapes, with_trim
+from tests.support.asset.packages import LIMITS, codes, judged, number
 
 Build = Callable[[], Asset]
 

@@ -13,7 +13,7 @@ from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.checks.table.table import TABLE
 from casa_assets.model.issue import Report, Status
 from casa_assets.model.kitchen.floor import AisleKind, Fixture, Footprint, KitchenFacts, Role, SweptArea
-from tests.reference_kitchen import (
+from tests.support.kitchen.reference_kitchen import (
     DOOR,
     LIMITS,
     WINDOW,

@@ -27,12 +27,12 @@ from casa_assets.checks.design.robot.task_view import (
 )
 from casa_assets.checks.design.subject import DesignSubject, whereabouts
 from casa_assets.core.numeric import rng_for
-from casa_assets.geometry.outline import penetration_depth
-from casa_assets.geometry.planar import distance
+from casa_assets.mesh.outline import penetration_depth
+from casa_assets.mesh.planar import distance
 from casa_assets.model.kitchen.floor import FixtureRegion, Footprint, KitchenFacts, ParkingSide, Role, RoomWall
 from casa_assets.model.kitchen.plan import OpeningKind
 from casa_assets.model.record import Vec2
-from tests.reference_kitchen import DOOR, WALLS, changed, kitchen, thing, with_more
+from tests.support.kitchen.reference_kitchen import DOOR, WALLS, changed, kitchen, thing, with_more
 
 SQUARE = ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0))
 

@@ -10,16 +10,16 @@ import pytest
 
 from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.checks.run import run
-from casa_assets.geometry.outline import penetration_depth
-from casa_assets.geometry.planar import distance
 from casa_assets.layouts.compose.floor_facts import facts_of
 from casa_assets.layouts.order.request import KitchenRequest
+from casa_assets.layouts.run.recipe import SceneRecipe
+from casa_assets.layouts.run.resolve import build_scene
+from casa_assets.mesh.outline import penetration_depth
+from casa_assets.mesh.planar import distance
 from casa_assets.model.kitchen.floor import APPLIANCES, KitchenFacts, Role
 from casa_assets.model.kitchen.plan import OpeningKind
 from casa_assets.model.kitchen.scene import Scene
-from casa_assets.pipeline.kitchens.recipe import SceneRecipe
-from casa_assets.pipeline.kitchens.resolve import build_scene
-from tests.reference_kitchen import LIMITS
+from tests.support.kitchen.reference_kitchen import LIMITS
 
 
 @pytest.fixture(scope="module")

@@ -17,8 +17,8 @@ from casa_assets.model.asset.asset import Visual
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.issue import Status
-from tests.meshes import texture
-from tests.untrusted_inputs import SIZE, carton, kind_of, loose
+from tests.support.hostile.untrusted_inputs import SIZE, carton, kind_of, loose
+from tests.support.mesh.meshes import texture
 
 LIMITS = registry.load().limits
 ROWS = {check.code: check for check in TABLE if check.subject is ObjectMember}

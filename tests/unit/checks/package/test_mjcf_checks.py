@@ -13,13 +13,23 @@ from casa_assets.checks.package.package import Package
 from casa_assets.checks.readers import asset_facts, mujoco_facts, mujoco_load
 from casa_assets.checks.run import run
 from casa_assets.checks.table.table import TABLE
-from casa_assets.export.mjcf import write
+from casa_assets.formats.mjcf import write
 from casa_assets.model.asset.asset import Asset, Base
 from casa_assets.model.asset.parts import Box
 from casa_assets.model.issue import Report
 from casa_assets.model.pose import Pose
-from tests.articulated_assets import grill
-from tests.assets import EVERY, ball, box_inertial, category, drawer_unit, microwave, rigid_mug, textured_box, write_to
+from tests.support.asset.articulated_assets import grill
+from tests.support.asset.assets import (
+    EVERY,
+    ball,
+    box_inertial,
+    category,
+    drawer_unit,
+    microwave,
+    rigid_mug,
+    textured_box,
+    write_to,
+)
 
 ROWS = [check for check in TABLE if check.code.startswith("MJC")]
 LIMITS = registry.load().limits

@@ -9,12 +9,12 @@ import pytest
 from casa_assets.checks.readers import usd_facts
 from casa_assets.checks.run import run
 from casa_assets.checks.simready import installed, validator
+from casa_assets.cli import doctor
 from casa_assets.model.issue import CheckResult, Report, Status
-from casa_assets.pipeline import doctor
 from casa_assets.registry import load
-from tests.assets import rigid_mug
-from tests.packages import written
-from tests.rooms import LIMITS, at, block, in_all_forms, room
+from tests.support.asset.assets import rigid_mug
+from tests.support.asset.packages import written
+from tests.support.kitchen.rooms import LIMITS, at, block, in_all_forms, room
 
 VERSIONS = '{"simready-validate": "1", "simready-foundation-tier-core": "1"}'
 

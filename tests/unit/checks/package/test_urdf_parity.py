@@ -10,9 +10,9 @@ import pytest
 
 from casa_assets.checks.package.parity import asset_differences
 from casa_assets.checks.scene.formats.urdf import scene_differences
-from casa_assets.export.urdf import document
-from tests.assets import microwave, write_to
-from tests.scenes import corner
+from casa_assets.formats.urdf import document
+from tests.support.asset.assets import microwave, write_to
+from tests.support.kitchen.scenes import corner
 
 # What is changed in the URDF of a microwave, and the cell that then differs.
 CHANGES = [

@@ -14,9 +14,9 @@ from casa_assets.checks.package import usd
 from casa_assets.checks.package.package import Package
 from casa_assets.checks.simready.validator import load_rules
 from casa_assets.model.asset.asset import Asset
-from tests.articulated_assets import grill
-from tests.assets import EVERY, rigid_mug, textured_box
-from tests.packages import Tampering, not_run_here, tamper, thumbnail, tripped, written
+from tests.support.asset.articulated_assets import grill
+from tests.support.asset.assets import EVERY, rigid_mug, textured_box
+from tests.support.asset.packages import Tampering, not_run_here, tamper, thumbnail, tripped, written
 
 FILES = ("USD", "PAR")
 

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from casa_assets import registry
+from casa_assets.addons import robots as certifying
 from casa_assets.checks.robots.grips import TAKEN_M, Grip, pinches, presses
 from casa_assets.checks.robots.tasks import tasks_of
 from casa_assets.checks.robots.workspace import handle_of, leg_angles
@@ -17,7 +18,6 @@ from casa_assets.checks.run import run
 from casa_assets.errors import CasaError, UnknownId
 from casa_assets.model.issue import Status
 from casa_assets.model.kitchen.robot import JointReach, Legs, Miss, RobotCertificate, SceneRobots
-from casa_assets.pipeline.kitchens import robots as certifying
 from casa_assets.registry.tables import load_robot, robot_names
 
 LIMITS = registry.load().limits

@@ -16,7 +16,7 @@ from casa_assets.core.behavior_interpreter import Stimulus, start, step
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.behavior import Behavior, Condition, Effect, EffectKind, Rule, Variable
 from casa_assets.model.registry.contract import Contract
-from tests.contract_fixtures import HIGH, block, burning, hob, oven, packed
+from tests.support.asset.contract_fixtures import HIGH, block, burning, hob, oven, packed
 from tests.unit.checks.runtime.test_contract_checks import codes
 
 KNOWN = registry.load()

@@ -25,8 +25,8 @@ from casa_assets.model.registry.contract import (
     Requirements,
     Threshold,
 )
-from tests.assets import microwave, rigid_mug
-from tests.contract_fixtures import hob, oven, packed
+from tests.support.asset.assets import microwave, rigid_mug
+from tests.support.asset.contract_fixtures import hob, oven, packed
 
 ROWS = [check for check in TABLE if check.code.startswith(("CON", "BEH"))]
 KNOWN = registry.load()

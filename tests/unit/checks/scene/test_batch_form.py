@@ -7,20 +7,20 @@ from pathlib import Path
 
 import pytest
 
+from casa_assets.asset.lightweight import light_scene
 from casa_assets.checks.run import run
 from casa_assets.checks.scene.batch import engine_sizes as sizes_of_engines
 from casa_assets.checks.scene.batch.engine_sizes import engine_sizes
 from casa_assets.checks.scene.batch.form import BATCH_FILE, BatchSubject
 from casa_assets.checks.table.table import TABLE
-from casa_assets.export.mjcf.scene import batch
-from casa_assets.geometry.lightweight import light_scene
-from casa_assets.geometry.merging.batch_form import batch_form
+from casa_assets.formats.mjcf.scene import batch
+from casa_assets.mesh.merging.batch_form import batch_form
 from casa_assets.model.asset.asset import Base
 from casa_assets.model.issue import Report
 from casa_assets.model.kitchen.scene import EngineSizes, Scene
-from tests.cupboard import cupboard
-from tests.packages import tamper
-from tests.rooms import LIMITS, at, block, in_all_forms, room
+from tests.support.asset.cupboard import cupboard
+from tests.support.asset.packages import tamper
+from tests.support.kitchen.rooms import LIMITS, at, block, in_all_forms, room
 
 ROWS = {check.code: check for check in TABLE if check.subject in (BatchSubject, EngineSizes)}
 # Makes what is judged, below a folder.

@@ -12,8 +12,8 @@ from casa_assets.checks.scene.formats.parity import formats_agree
 from casa_assets.checks.scene.motion.opening import joints_open_without_collision
 from casa_assets.model.asset.asset import Base
 from casa_assets.model.kitchen.scene import Resting, Scene
-from tests.cupboard import cupboard
-from tests.rooms import at, block, in_all_forms, room, subject
+from tests.support.asset.cupboard import cupboard
+from tests.support.kitchen.rooms import at, block, in_all_forms, room, subject
 
 LIMIT = 0.001
 IN_DRAWER = Resting(placement="thing_0", link="drawer", region="drawer_int")

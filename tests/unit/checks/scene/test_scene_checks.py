@@ -12,14 +12,14 @@ import pytest
 from casa_assets.checks.scene.subject import SceneSubject
 from casa_assets.checks.scene.views import visible_wall_shares
 from casa_assets.checks.table.table import TABLE, UNLOADED, run_scene
-from casa_assets.geometry.solid.solids import convex_hull
+from casa_assets.mesh.solid.solids import convex_hull
 from casa_assets.model.asset.asset import Asset, Base, Drive
 from casa_assets.model.asset.parts import Box, Hull, Mesh, Sphere
 from casa_assets.model.issue import Status
 from casa_assets.model.kitchen.scene import Camera, Scene
 from casa_assets.model.record import Vec3
-from tests.cupboard import cupboard, joint_changed
-from tests.rooms import LIMITS, TO_THE_LEFT, at, block, judged, room, subject
+from tests.support.asset.cupboard import cupboard, joint_changed
+from tests.support.kitchen.rooms import LIMITS, TO_THE_LEFT, at, block, judged, room, subject
 
 ROWS = {check.code: check for check in TABLE if check.subject is SceneSubject}
 Change = tuple[str, str]

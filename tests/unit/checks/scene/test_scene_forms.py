@@ -18,10 +18,10 @@ from casa_assets.checks.table.table import TABLE
 from casa_assets.model.asset.asset import Base
 from casa_assets.model.issue import Report, Status
 from casa_assets.model.kitchen.scene import Scene
-from tests.assets import textured_box
-from tests.cupboard import cupboard
-from tests.packages import not_run_here, tamper
-from tests.rooms import LIMITS, at, block, in_all_forms, room, subject
+from tests.support.asset.assets import textured_box
+from tests.support.asset.cupboard import cupboard
+from tests.support.asset.packages import not_run_here, tamper
+from tests.support.kitchen.rooms import LIMITS, at, block, in_all_forms, room, subject
 
 ROWS = {check.code: check for check in TABLE if check.subject in (SceneFiles, PreviewImages, MeasuredSpeed)}
 # Makes what is judged, below a folder.

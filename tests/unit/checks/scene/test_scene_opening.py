@@ -12,14 +12,14 @@ import pytest
 from casa_assets.checks.motion.simulation import box_around, geom_boxes
 from casa_assets.checks.scene.motion import opening, rest
 from casa_assets.checks.scene.placement import support
-from casa_assets.geometry.inertia import adjacent_links
+from casa_assets.mesh.inertia import adjacent_links
 from casa_assets.model.asset.asset import Asset, Base
 from casa_assets.model.asset.parts import Box
 from casa_assets.model.kitchen.scene import Scene
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
-from tests.cupboard import cupboard, link_changed, shape, with_shapes
-from tests.rooms import TO_THE_LEFT, at, block, room, subject
+from tests.support.asset.cupboard import cupboard, link_changed, shape, with_shapes
+from tests.support.kitchen.rooms import TO_THE_LEFT, at, block, room, subject
 
 LIMIT = 0.001
 Fault = tuple[str, str]

@@ -12,7 +12,15 @@ from casa_assets.checks.start_states.draw import draw_states
 from casa_assets.checks.start_states.stage import Stage, settle, watch
 from casa_assets.errors import CasaError
 from casa_assets.model.kitchen.scene import StartStates
-from tests.start_stages import AGAINST_THE_WORKTOP, BOX_M, CUPBOARD, TOP_M, WORKTOP, scene_folder, wanted
+from tests.support.kitchen.start_stages import (
+    AGAINST_THE_WORKTOP,
+    BOX_M,
+    CUPBOARD,
+    TOP_M,
+    WORKTOP,
+    scene_folder,
+    wanted,
+)
 
 DRAWER = f"{CUPBOARD}__drawer_slide"
 

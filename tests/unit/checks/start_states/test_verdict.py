@@ -17,7 +17,7 @@ from casa_assets.checks.start_states.stage import Stage
 from casa_assets.checks.start_states.verdict import StatesSubject
 from casa_assets.model.issue import Report, Status
 from casa_assets.model.kitchen.scene import StartStates
-from tests.start_stages import scene_folder, wanted
+from tests.support.kitchen.start_stages import scene_folder, wanted
 
 LIMITS = registry.load().limits
 

@@ -9,17 +9,6 @@ import pytest
 
 from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import Rejected
-from casa_assets.geometry.mesh.surface import signed_volume
-from casa_assets.geometry.solid.deviation import distances_outside_hulls, reference_surface
-from casa_assets.geometry.solid.primitive import tessellate
-from casa_assets.geometry.solid.solids import (
-    convex_hull,
-    hull_volume,
-    intersection_volume,
-    split_by_plane,
-    surface_of,
-    union,
-)
 from casa_assets.ingest.collision import collide as stage
 from casa_assets.ingest.collision.collide import collide
 from casa_assets.ingest.collision.convex_decomposition import Budget, DecompositionFailed
@@ -29,11 +18,22 @@ from casa_assets.ingest.collision.plane_splits import merge_within_bound as join
 from casa_assets.ingest.collision.solid_proxy import SurfaceKind, solid_proxy
 from casa_assets.ingest.collision.strategies import STRATEGIES
 from casa_assets.ingest.draft import Draft
+from casa_assets.mesh.solid.deviation import distances_outside_hulls, reference_surface
+from casa_assets.mesh.solid.primitive import tessellate
+from casa_assets.mesh.solid.solids import (
+    convex_hull,
+    hull_volume,
+    intersection_volume,
+    split_by_plane,
+    surface_of,
+    union,
+)
+from casa_assets.mesh.surface import signed_volume
 from casa_assets.model.asset.parts import Box, Cylinder, Hull, Mesh, Sphere
 from casa_assets.model.pose import Pose
-from tests.meshes import lathe
-from tests.raw_models import MUG, category, codes, draft, flipped, joined, moved, turned, volume
-from tests.solids import block, box, mesh_of, never, solid, welded
+from tests.support.mesh.meshes import lathe
+from tests.support.mesh.raw_models import MUG, category, codes, draft, flipped, joined, moved, turned, volume
+from tests.support.mesh.solids import block, box, mesh_of, never, solid, welded
 
 pytestmark = pytest.mark.content("code", "ingest.collision", keep=0)
 

@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 from casa_assets.core.numeric import Floats, Ints
-from casa_assets.geometry.grid.voxels import Grid, voxelise
-from casa_assets.geometry.solid.primitive import shape_bounds
 from casa_assets.ingest.collision.collide import collide
 from casa_assets.ingest.collision.components import SHEET_RATIO, assemble_solid, covers_surface
 from casa_assets.ingest.collision.fit import FOOT_M, CollideParams
 from casa_assets.ingest.collision.solid_proxy import CELLS, solid_proxy
+from casa_assets.mesh.grid.voxels import Grid, voxelise
+from casa_assets.mesh.solid.primitive import shape_bounds
 from casa_assets.model.asset.parts import Hull, Mesh
-from tests.raw_models import category, draft, flipped, joined, moved, turned
-from tests.solids import box, welded
+from tests.support.mesh.raw_models import category, draft, flipped, joined, moved, turned
+from tests.support.mesh.solids import box, welded
 
 BOX = box((0.1, 0.06, 0.04), (0.0, 0.0, 0.02))
 SHEET = Mesh(vertices=[[0, 0, 0], [0.1, 0, 0], [0.1, 0.1, 0], [0, 0.1, 0]], faces=[[0, 1, 2], [0, 2, 3]])

@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 from casa_assets.core.numeric import Floats
-from casa_assets.geometry.solid.primitive import tessellate
-from casa_assets.geometry.solid.revolution import RAYS, WallProfile
 from casa_assets.ingest.collision.collide import collide
 from casa_assets.ingest.collision.fit import CollideParams
 from casa_assets.ingest.collision.rings import slab_costs
 from casa_assets.ingest.draft import Draft
+from casa_assets.mesh.solid.primitive import tessellate
+from casa_assets.mesh.solid.revolution import RAYS, WallProfile
 from casa_assets.model.asset.parts import Box, Mesh
-from tests.raw_models import category, draft, turned
-from tests.solids import never
+from tests.support.mesh.raw_models import category, draft, turned
+from tests.support.mesh.solids import never
 
 pytestmark = pytest.mark.content("code", "ingest.collision", keep=0)
 

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from casa_assets.core.numeric import Floats, Ints
-from casa_assets.geometry.solid.solids import hull_volume
 from casa_assets.ingest.collision.convex_decomposition import Budget, DecompositionFailed, decompose
-from tests.raw_models import MUG, joined, turned
-from tests.solids import box, welded
+from casa_assets.mesh.solid.solids import hull_volume
+from tests.support.mesh.raw_models import MUG, joined, turned
+from tests.support.mesh.solids import box, welded
 
 pytestmark = pytest.mark.content("code", "ingest.collision", keep=0)
 

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from casa_assets.core.numeric import Floats
-from casa_assets.geometry.solid.primitive import shape_bounds
-from casa_assets.geometry.solid.solids import Solid, convex_hull
 from casa_assets.ingest.collision.fit import FOOT_M, on_flat_foot
 from casa_assets.ingest.draft import PlacedShape
+from casa_assets.mesh.solid.primitive import shape_bounds
+from casa_assets.mesh.solid.solids import Solid, convex_hull
 from casa_assets.model.asset.parts import Box, Hull, Mesh
 from casa_assets.model.pose import Pose
-from tests.solids import solid
+from tests.support.mesh.solids import solid
 
 
 def hull(points: Floats) -> PlacedShape:

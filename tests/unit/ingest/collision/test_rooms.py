@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 from casa_assets.core.numeric import Floats, Ints
-from casa_assets.geometry.solid.primitive import shape_bounds
 from casa_assets.ingest.collision.collide import collide
 from casa_assets.ingest.collision.convex_decomposition import Budget, DecompositionFailed
 from casa_assets.ingest.collision.fit import CollideParams
 from casa_assets.ingest.collision.solid_proxy import without_windows
+from casa_assets.mesh.solid.primitive import shape_bounds
 from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.issue import REVIEW_CODE
-from tests.raw_models import category, draft, joined, turned
-from tests.solids import box
+from tests.support.mesh.raw_models import category, draft, joined, turned
+from tests.support.mesh.solids import box
 
 pytestmark = pytest.mark.content("code", "ingest.collision", keep=0)
 

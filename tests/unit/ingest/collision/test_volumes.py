@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from casa_assets.core.numeric import Floats
-from casa_assets.geometry.solid.solids import MAX_GROWTH, Solid, hull_volume, hull_with_volume, volume_of_hull
 from casa_assets.ingest.collision.plane_splits import split_to_volume
-from tests.solids import block
+from casa_assets.mesh.solid.solids import MAX_GROWTH, Solid, hull_volume, hull_with_volume, volume_of_hull
+from tests.support.mesh.solids import block
 
 FREE = np.array([[-9.0, -9.0, -9.0], [9.0, 9.0, 9.0]])
 

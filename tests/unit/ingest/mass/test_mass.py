@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from casa_assets.geometry.mesh.surface import shifted_inertia
 from casa_assets.ingest.draft import Draft, PlacedShape
 from casa_assets.ingest.mass.estimates import mass
+from casa_assets.mesh.surface import shifted_inertia
 from casa_assets.model.asset.material import Substance
 from casa_assets.model.asset.parts import Box, Cylinder, Mesh, Shape
 from casa_assets.model.pose import Pose
-from tests.raw_models import MUG, category, codes, draft, flipped, joined, moved, turned, volume
-from tests.solids import box
+from tests.support.mesh.raw_models import MUG, category, codes, draft, flipped, joined, moved, turned, volume
+from tests.support.mesh.solids import box
 
 SIZE = (0.06, 0.07, 0.055)
 BLOCK = box(SIZE, (0.2, 0.1, 0.03))

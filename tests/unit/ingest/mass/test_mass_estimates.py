@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from casa_assets import registry
-from casa_assets.geometry.solid.solids import closed_solid
 from casa_assets.ingest.mass.estimates import (
     WALL_THICKNESS_M,
     Estimate,
@@ -14,9 +13,10 @@ from casa_assets.ingest.mass.estimates import (
     combine_estimates,
     estimate_masses,
 )
+from casa_assets.mesh.solid.solids import closed_solid
 from casa_assets.model.asset.parts import Mesh
-from tests.raw_models import MUG, category, turned, volume
-from tests.solids import box, welded
+from tests.support.mesh.raw_models import MUG, category, turned, volume
+from tests.support.mesh.solids import box, welded
 
 CUP = turned(MUG, 64)
 

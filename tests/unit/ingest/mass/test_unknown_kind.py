@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 from casa_assets import registry
-from casa_assets.geometry.solid.solids import closed_solid
 from casa_assets.ingest.mass.estimates import SIZE_LAWS, CombinedMass, apparent_substance, combine_unknown, form_of
+from casa_assets.mesh.solid.solids import closed_solid
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.registry.category import MatterFill
 from casa_assets.model.source import RawPart
-from tests.meshes import box_mesh
-from tests.raw_models import MUG, flipped, joined, moved, turned
-from tests.solids import welded
+from tests.support.mesh.meshes import box_mesh
+from tests.support.mesh.raw_models import MUG, flipped, joined, moved, turned
+from tests.support.mesh.solids import welded
 
 CUP = turned(MUG, 48)
 BLOCK = box_mesh((0.2, 0.1, 0.1), (0, 0, 0.05), shared=True)

@@ -9,8 +9,8 @@ from casa_assets.ingest.draft import Draft
 from casa_assets.ingest.orient import UP_ROTATIONS, orient
 from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.source import Up
-from tests.meshes import box_mesh
-from tests.raw_models import BOTTLE, MUG, PLATE, category, draft, joined, knife, moved, turned
+from tests.support.mesh.meshes import box_mesh
+from tests.support.mesh.raw_models import BOTTLE, MUG, PLATE, category, draft, joined, knife, moved, turned
 
 pytestmark = pytest.mark.content("code", "ingest.pose", keep=0)
 

@@ -23,8 +23,8 @@ from casa_assets.ingest.pose.up import (
 )
 from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.source import Up, UpAxis, UserOverride
-from tests.meshes import box_mesh
-from tests.raw_models import BOTTLE, MUG, PLATE, category, draft, joined, knife, moved, turned
+from tests.support.mesh.meshes import box_mesh
+from tests.support.mesh.raw_models import BOTTLE, MUG, PLATE, category, draft, joined, knife, moved, turned
 
 pytestmark = pytest.mark.content("code", "ingest.pose", keep=0)
 

@@ -6,8 +6,8 @@ import pytest
 
 from casa_assets.ingest.repair.components import intersecting_components
 from casa_assets.model.asset.parts import Mesh
-from tests.raw_models import MUG, codes, joined, moved, turned
-from tests.solids import box, welded
+from tests.support.mesh.raw_models import MUG, codes, joined, moved, turned
+from tests.support.mesh.solids import box, welded
 
 CUP = turned(MUG, 24)
 BOX = box((0.1, 0.1, 0.1))

@@ -7,19 +7,19 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from casa_assets.geometry.mesh.surface import backward_share
-from casa_assets.geometry.mesh.topology import edge_counts
 from casa_assets.ingest.clean import clean
 from casa_assets.ingest.collision.solid_proxy import SurfaceKind
 from casa_assets.ingest.draft import Draft
 from casa_assets.ingest.repair.components import Solidity, solidity
 from casa_assets.ingest.repair.gaps import boundary_loops
+from casa_assets.mesh.surface import backward_share
+from casa_assets.mesh.topology import edge_counts
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.source import RawModel, RawPart
-from tests.meshes import box_mesh, lathe, texture
-from tests.raw_models import MUG, category, codes, flipped, joined, moved, raw, turned, volume
-from tests.solids import welded as points_and_faces
+from tests.support.mesh.meshes import box_mesh, lathe, texture
+from tests.support.mesh.raw_models import MUG, category, codes, flipped, joined, moved, raw, turned, volume
+from tests.support.mesh.solids import welded as points_and_faces
 
 pytestmark = pytest.mark.content("code", "ingest.repair", keep=0)
 

@@ -14,15 +14,15 @@ import pyarrow.parquet as pq
 import pytest
 
 from casa_assets.errors import Rejected
-from casa_assets.ingest import rejection_codes as codes
-from casa_assets.ingest.load import load
+from casa_assets.formats.read import load
 from casa_assets.ingest.sources import collect
 from casa_assets.ingest.sources.bundle import place_of
 from casa_assets.ingest.sources.containers import table
 from casa_assets.ingest.sources.places import root_of
+from casa_assets.model import rejection_codes as codes
 from casa_assets.model.source import SourceKind
-from tests.mesh_files import LIMITS, OBJ_TRIANGLE, inputs_of
-from tests.source_stores import TrialSystem, put
+from tests.support.library.source_stores import TrialSystem, put
+from tests.support.mesh.mesh_files import LIMITS, OBJ_TRIANGLE, inputs_of
 
 pytestmark = pytest.mark.content("code", "ingest.sources", keep=0)
 

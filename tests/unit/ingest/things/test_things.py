@@ -10,19 +10,19 @@ import pytest
 
 from casa_assets import registry
 from casa_assets.errors import Rejected
-from casa_assets.ingest import rejection_codes as codes
-from casa_assets.ingest.load.gltf import MAX_COPIES
+from casa_assets.formats.read.gltf import MAX_COPIES
 from casa_assets.ingest.things.signs import guess_of_things
 from casa_assets.ingest.things.split import model_of_thing, things_of
+from casa_assets.library.review import DOUBTFUL
+from casa_assets.model import rejection_codes as codes
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.asset.provenance import Guess
 from casa_assets.model.record import Vec3
 from casa_assets.model.source import Bundle, RawModel, RawPart, Source, SourceKind, Up
-from casa_assets.pipeline.library.review import DOUBTFUL
-from tests.mesh_files import Gltf, codes_of, load_bytes
-from tests.meshes import box_mesh, lathe
-from tests.raw_models import joined
+from tests.support.mesh.mesh_files import Gltf, codes_of, load_bytes
+from tests.support.mesh.meshes import box_mesh, lathe
+from tests.support.mesh.raw_models import joined
 
 BALL = [(0.0, 0.1), (0.06, 0.08), (0.1, 0.0), (0.06, -0.08), (0.0, -0.1)]
 

@@ -15,28 +15,27 @@ import pytest
 from PIL import Image
 
 import casa_assets as casa
-from casa_assets.cli import completion
+from casa_assets.cli import completion, doctor
 from casa_assets.errors import CasaError, OutputError, RegistryError, UnknownId
+from casa_assets.families.run.finishes import finishes, finishes_key
+from casa_assets.layouts.run import pack as scene_pack
+from casa_assets.layouts.run.recipe import SceneRecipe
+from casa_assets.layouts.run.resolve import draw_surfaces, resolve
+from casa_assets.layouts.run.sampling.draws import draw_recipes
 from casa_assets.model.registry.rows import Surface
-from casa_assets.pipeline import doctor
-from casa_assets.pipeline.families.finishes import finishes, finishes_key
-from casa_assets.pipeline.kitchens import pack as scene_pack
-from casa_assets.pipeline.kitchens.recipe import SceneRecipe
-from casa_assets.pipeline.kitchens.resolve import draw_surfaces, resolve
-from casa_assets.pipeline.kitchens.sampling.draws import draw_recipes
-from casa_assets.pipeline.textures.check import check_one
-from casa_assets.pipeline.textures.packs import pictures as pack_files
-from casa_assets.pipeline.textures.packs.ingest import PackOptions, PackReport, ingest_pack
-from casa_assets.pipeline.textures.recipes import find_recipe, finish_of, origin_of, recipes
 from casa_assets.projects import use_project
 from casa_assets.textures.packs.entry import PictureDescription
-from tests.libraries import ROOT, command
-from tests.pictures import encoded, pixels, tiling, write_pictures
-from tests.projects import Project
+from casa_assets.textures.run.check import check_one
+from casa_assets.textures.run.packs import pictures as pack_files
+from casa_assets.textures.run.packs.ingest import PackOptions, PackReport, ingest_pack
+from casa_assets.textures.run.recipes import find_recipe, finish_of, origin_of, recipes
+from tests.support.library.libraries import ROOT, command
+from tests.support.library.pictures import encoded, pixels, tiling, write_pictures
+from tests.support.program.projects import Project
 
 pytestmark = [
     pytest.mark.content("code", "textures.packs", keep=0),
-    pytest.mark.content("code", "pipeline.textures", keep=0),
+    pytest.mark.content("code", "textures.run", keep=0),
 ]
 
 FLOOR = PictureDescription(surface=Surface.FLOOR, tile_m=(1.0, 1.0), licence="CC0-1.0", substance="stone")

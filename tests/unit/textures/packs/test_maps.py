@@ -13,7 +13,6 @@ from PIL import Image
 from casa_assets import registry
 from casa_assets.errors import Rejected
 from casa_assets.model.registry.rows import Surface
-from casa_assets.pipeline.textures.packs.ingest import PackOptions, ingest_pack
 from casa_assets.textures.finish import normals
 from casa_assets.textures.packs.entry import (
     MAX_SIDE_PX,
@@ -26,11 +25,12 @@ from casa_assets.textures.packs.entry import (
     name_and_role,
 )
 from casa_assets.textures.packs.pictures import GivenMaps, decode, decode_map, finish_of_tile, pixels_of, png, tile
-from tests.pictures import deep_png, encoded, pixels, relief, tiff, tiling
+from casa_assets.textures.run.packs.ingest import PackOptions, ingest_pack
+from tests.support.library.pictures import deep_png, encoded, pixels, relief, tiff, tiling
 
 pytestmark = [
     pytest.mark.content("code", "textures.packs", keep=0),
-    pytest.mark.content("code", "pipeline.textures", keep=0),
+    pytest.mark.content("code", "textures.run", keep=0),
 ]
 
 SIZED = PictureDescription(surface=Surface.WALL, licence="CC0-1.0", tile_m=(1.0, 1.0))

@@ -1,0 +1,1 @@
+"""Uses of the package by others: RoboCasa, batches, robots."""

@@ -1,0 +1,270 @@
+"""Build the interiors that a mesh lacks behind its fronts, from parts of the kit, as triangles of the same model."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from casa_assets import registry
+from casa_assets.articulate.decisions import GIVEN_REASON, Decisions
+from casa_assets.articulate.interior.cavities import find_cavities
+from casa_assets.articulate.interior.hollow_out import apply_cavity_decisions, hollow_out
+from casa_assets.articulate.joints import joints
+from casa_assets.articulate.plan import (
+    ADDED_MESH_NAMES,
+    AddedGeometry,
+    Articulation,
+    Cavity,
+    HingeEdge,
+    InteriorKind,
+    JointPlan,
+    PartKind,
+    PartPlan,
+    StorageSpace,
+    to_vec3,
+)
+from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_model
+from casa_assets.asset.kit.asset_builder import ROOT, AssetBuilder, JointBuilder, LinkBuilder
+from casa_assets.asset.kit.solids.solid import solid_mesh
+from casa_assets.core.numeric import Ints
+from casa_assets.families.family import Supplies
+from casa_assets.families.run import finishes as palette
+from casa_assets.kitchenware.parts.carcass import interiors
+from casa_assets.kitchenware.parts.carcass.interiors import Interior
+from casa_assets.mesh.solid.primitive import tessellate
+from casa_assets.model.asset.parts import JointKind, Mesh
+from casa_assets.model.asset.provenance import Labels
+from casa_assets.model.record import Vec3
+from casa_assets.model.source import RawModel, RawPart
+
+# Finish of the walls of an interior, and of the boxes of drawers beside it.
+LINER_FINISHES: Mapping[InteriorKind, str] = {
+    InteriorKind.OVEN: "enamel_charcoal",
+    InteriorKind.MICROWAVE: "enamel_grey",
+    InteriorKind.REFRIGERATOR: "plastic_white",
+    InteriorKind.DISHWASHER: "stainless_brushed",
+    InteriorKind.CABINET: "melamine_white",
+    InteriorKind.PLAIN: "plastic_grey",
+    InteriorKind.DRAWER: "melamine_white",
+}
+BOX_FINISHES: Mapping[InteriorKind, str] = {
+    InteriorKind.OVEN: "enamel_charcoal",
+    InteriorKind.REFRIGERATOR: "plastic_white",
+    InteriorKind.DISHWASHER: "stainless_brushed",
+}
+# Functions that add the shelves, racks or turntable of an interior.
+FURNISHERS: Mapping[InteriorKind, Callable[[AssetBuilder, Interior], None]] = {
+    InteriorKind.OVEN: interiors.furnish_oven,
+    InteriorKind.MICROWAVE: interiors.furnish_microwave,
+    InteriorKind.REFRIGERATOR: interiors.furnish_refrigerator,
+    InteriorKind.DISHWASHER: interiors.furnish_dishwasher,
+    InteriorKind.CABINET: interiors.furnish_cabinet,
+}
+# Gap beside a door that stands open at a right angle, on top of the thickness by which it narrows the mouth.
+DOOR_CLEARANCE_M = 0.012
+
+
+@dataclass
+class _InteriorBuild:
+    """The builder of interior parts, and the kind of interior of each link; lengths in metres of the frame."""
+
+    builder: AssetBuilder
+    metres: float
+    interior: dict[str, InteriorKind] = field(default_factory=dict)
+    trays: int = 0
+
+
+def add_interiors(
+    model: RawModel, placed: WeldedMesh, articulation: Articulation, category: str, decisions: Decisions, build: bool
+) -> tuple[RawModel, WeldedMesh, Articulation]:
+    """Give every front something that it opens onto.
+
+    Args:
+        model: its faces, part by part, are those of `placed`. articulation: its parts, with `frame.metres` set.
+        category: id where it is known, else empty. build: build what is missing; else only what the decisions ask for.
+    """
+    found = find_cavities(placed, articulation, category)
+    least_sure = registry.load_confidence().bars.front
+    cavities = apply_cavity_decisions(found, articulation, placed, decisions, build, least_sure)
+    spaces = [_cavity_space(r) for r in cavities if not (r.empty or (r.built and r.interior is InteriorKind.DRAWER))]
+    articulation = articulation.replace(cavities=cavities, spaces=tuple(spaces))
+    to_build = [r for r in cavities if r.built]
+    if not to_build:
+        return model, placed, articulation
+    holes = [hole for r in to_build if r.cut is not None for hole in (r.cut, *r.fronts)]
+    model, placed, articulation = hollow_out(model, placed, articulation, holes)
+    metres = articulation.frame.metres or 1.0
+    registered = registry.load()
+    kind = registered.category(registry.FALLBACK)
+    labels = Labels(category=kind.id, classes=(kind.id,), qcode=kind.qcode)
+    supplies = Supplies(finishes=palette.plain(), labels=labels, densities=registered.densities)
+    work = _InteriorBuild(AssetBuilder(supplies), metres)
+    work.trays = sum(p.name.startswith("tray_") for p in articulation.parts)
+    for cavity in to_build:
+        articulation = _build_interior(work, cavity, articulation, placed)
+    return _with_added_parts(work, model, articulation)
+
+
+def _cavity_space(cavity: Cavity) -> StorageSpace:
+    """Return a cavity as a storage space; a box that is built for a drawer brings its own."""
+    part = cavity.parts[0]
+    return StorageSpace(
+        name=f"{part}_int",
+        part=part if cavity.interior is InteriorKind.DRAWER else "",
+        lower=cavity.lower,
+        upper=cavity.upper,
+    )
+
+
+def _build_interior(
+    work: _InteriorBuild, cavity: Cavity, articulation: Articulation, placed: WeldedMesh
+) -> Articulation:
+    """Build one interior; return the articulation with the joints that this changes."""
+    metres, builder = work.metres, work.builder
+    part = next(p for p in articulation.parts if p.name == cavity.parts[0])
+    outer = _to_metres(cavity.outer[0], metres), _to_metres(cavity.outer[1], metres)
+    interior = Interior(
+        part.name,
+        _to_metres(cavity.lower, metres),
+        _to_metres(cavity.upper, metres),
+        outer,
+        f"{part.name}_joint",
+        _door_clearance(cavity, articulation, placed),
+        work.trays,
+    )
+    links_before = list(builder.links)
+    if part.kind is PartKind.DRAWER:
+        if cavity.cut is not None:
+            interiors.add_walls(builder, interior, LINER_FINISHES[InteriorKind.PLAIN])
+        builder.link(part.name)
+        # As the first cavity that is not a drawer.
+        others = (r.interior for r in articulation.cavities if r.interior is not InteriorKind.DRAWER)
+        finish = BOX_FINISHES.get(next(others, InteriorKind.DRAWER), LINER_FINISHES[InteriorKind.DRAWER])
+        depth = interiors.add_drawer_box(builder, part.name, interior, finish) / metres
+        articulation = _limit_travel(articulation, part, depth)
+    else:
+        if cavity.wall:
+            interiors.add_walls(builder, interior, LINER_FINISHES[cavity.interior])
+        if cavity.furnish and cavity.interior in FURNISHERS:
+            FURNISHERS[cavity.interior](builder, interior)
+    work.interior.setdefault(ROOT, cavity.interior)
+    for name in builder.links:
+        if name not in links_before:
+            work.interior[name] = cavity.interior
+    work.trays += sum(n.startswith("tray_") for n in builder.links if n not in links_before)
+    return articulation
+
+
+def _door_clearance(cavity: Cavity, articulation: Articulation, placed: WeldedMesh) -> tuple[float, float]:
+    """Return how much of the mouth open doors take at the left and at the right, metres."""
+    left = right = 0.0
+    for part in (p for p in articulation.parts if p.name in cavity.parts and p.joint.kind is JointKind.HINGE):
+        points = placed.points[placed.faces[part.faces].reshape(-1)]
+        x = float(part.joint.anchor[0])
+        thickness = float(points[:, 1].max()) - float(part.joint.anchor[1])
+        metres = articulation.frame.metres or 1.0
+        if part.joint.edge is HingeEdge.LEFT:
+            left = max(left, (x + thickness - cavity.lower[0]) * metres + DOOR_CLEARANCE_M)
+        if part.joint.edge is HingeEdge.RIGHT:
+            right = max(right, (cavity.upper[0] - x + thickness) * metres + DOOR_CLEARANCE_M)
+    return max(left, 0.0), max(right, 0.0)
+
+
+def _limit_travel(articulation: Articulation, drawer: PartPlan, depth: float) -> Articulation:
+    """Limit a drawer's travel to what its box allows, unless the user gave it."""
+    joint = drawer.joint
+    max_travel = joints.DRAWER_TRAVEL_SHARE * depth
+    if joint.reason == GIVEN_REASON or joint.range[1] <= max_travel:
+        return articulation
+    limited = drawer.replace(joint=joint.replace(range=(0.0, max_travel)))
+    return articulation.replace(parts=tuple(limited if p.name == drawer.name else p for p in articulation.parts))
+
+
+def _with_added_parts(
+    work: _InteriorBuild, model: RawModel, articulation: Articulation
+) -> tuple[RawModel, WeldedMesh, Articulation]:
+    """Return the model with everything that was built, as parts and faces."""
+    parts, faces = list(model.parts), sum(len(p.mesh.faces) for p in model.parts)
+    parts_by_name = {p.name: p for p in articulation.parts}
+    added: list[AddedGeometry] = []
+    for link in work.builder.links.values():
+        interior = work.interior.get(link.name, InteriorKind.PLAIN)
+        new_parts = _raw_parts(work, link, articulation, interior)
+        count = sum(len(p.mesh.faces) for p in new_parts)
+        if not count:
+            continue
+        new_faces = np.arange(faces, faces + count)
+        parts, faces = [*parts, *new_parts], faces + count
+        shapes = (tessellate(c.shape, c.pose, 16)[0] for c in link.colliders)
+        clouds = tuple((cloud + np.array(link.pose.position)) / work.metres for cloud in shapes)
+        name = "" if link.name == ROOT else link.name
+        added.append(AddedGeometry(part=name, interior=interior, faces=new_faces, clouds=clouds))
+        if name in parts_by_name:
+            parts_by_name[name] = parts_by_name[name].replace(
+                faces=np.concatenate([parts_by_name[name].faces, new_faces])
+            )
+        elif name:
+            joint = next(m for m in work.builder.joints if m.child == name)
+            parts_by_name[name] = _tray_part(name, new_faces, joint, link, work.metres, interior)
+    spaces = []
+    for region in (r for r in work.builder.regions if r.link != ROOT):
+        center = np.array(region.pose.position) + np.array(work.builder.links[region.link].pose.position)
+        half = np.array(region.size) / 2
+        lower, upper = to_vec3((center - half) / work.metres), to_vec3((center + half) / work.metres)
+        spaces.append(StorageSpace(name=region.name, part=region.link, lower=lower, upper=upper))
+    model = model.replace(parts=tuple(parts))
+    articulation = articulation.replace(
+        parts=tuple(parts_by_name.values()), added=tuple(added), spaces=(*articulation.spaces, *spaces)
+    )
+    return model, weld_model(model, by_material=False).in_frame(articulation.frame), articulation
+
+
+def _raw_parts(
+    work: _InteriorBuild, link: LinkBuilder, articulation: Articulation, interior: InteriorKind
+) -> list[RawPart]:
+    """Return the visible surface of a built link, one part per finish, in file axes and units."""
+    finishes: dict[str, list[Mesh]] = {}
+    for i, part in enumerate(link.parts):
+        tile = work.builder.supplies.finish(part.finish).tile_m
+        finishes.setdefault(part.finish, []).append(solid_mesh(part.solid, tile, part.grain, f"{link.name}/{i}"))
+    out = []
+    for finish, meshes in finishes.items():
+        starts = np.cumsum([0, *(len(m.vertices) for m in meshes[:-1])])
+        points = np.concatenate([m.vertices for m in meshes]) + np.array(link.pose.position)
+        faces = np.concatenate([m.faces.astype(np.int64) + s for m, s in zip(meshes, starts, strict=True)])
+        mesh = Mesh(vertices=articulation.frame.to_file(points / work.metres), faces=faces.astype(np.int32))
+        material = work.builder.supplies.finish(finish).material
+        out.append(RawPart(name=ADDED_MESH_NAMES[interior], mesh=mesh, material=material))
+    return out
+
+
+def _tray_part(
+    name: str, rows: Ints, moved: JointBuilder, link: LinkBuilder, metres: float, interior: InteriorKind
+) -> PartPlan:
+    """Return the plan of a part that came with an interior: a rack or a basket that slides out."""
+    joint = JointPlan(
+        kind=JointKind.SLIDE,
+        axis=(0.0, -1.0, 0.0),
+        anchor=to_vec3(np.array(link.pose.position) / metres),
+        range=(0.0, max(abs(r) for r in moved.range) / metres),
+        confidence=1.0,
+        reason="built so",
+    )
+    return PartPlan(
+        name=name,
+        kind=PartKind.TRAY,
+        faces=rows,
+        grip=np.empty(0, dtype=np.int64),
+        joint=joint,
+        confidence=1.0,
+        reason=f"added: {interior.value}",
+        added=True,
+    )
+
+
+def _to_metres(point: Vec3, metres: float) -> Vec3:
+    """Convert a point of the frame to metres, rounded to 0.1 mm so that the last digit does not matter."""
+    return to_vec3(math.floor(v * metres * 1e4 + 0.5) / 1e4 for v in point)

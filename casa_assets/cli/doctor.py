@@ -1,0 +1,333 @@
+"""Check this machine: installed packages, renderers, disk and memory, and the command that fixes what is missing."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import json
+import os
+import platform
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterable
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+from casa_assets.checks.simready.installed import EXTRA as SIMREADY
+from casa_assets.checks.simready.installed import (
+    NEEDED,
+    NEWEST_PYTHON,
+    NoVerdict,
+    how_to_install,
+    validator_python,
+    validator_versions,
+)
+from casa_assets.core.optional_packages import extras, install_command, requirements
+from casa_assets.errors import CasaError
+from casa_assets.model.record import Record
+from casa_assets.projects import data_root, project_folder
+from casa_assets.registry.layered import load_project
+from casa_assets.registry.load import load
+from casa_assets.registry.plugins import ignored_files, load_plugins
+from casa_assets.registry.project_files import files_of
+from casa_assets.show.stills.backends import BACKENDS, install_line, why_not
+
+RENDERERS = BACKENDS
+CHILD_LIMIT_S = 90.0
+FREE_DISK_BYTES = 2 * 1024**3  # a library of a thousand assets with pictures takes about this much
+MEMORY_BYTES = 3 * 1024**3  # convex decomposition of a large mesh needs about this much
+
+# Modules with compiled code, and what only they can tell by being imported: that this machine can load them.
+NATIVE_MODULES = {
+    "coacd": "coacd",
+    "lxml.etree": "lxml",
+    "manifold3d": "manifold3d",
+    "meshoptimizer": "meshoptimizer",
+    "mujoco": "mujoco",
+    "numpy": "numpy",
+    "opengl_decimate": "opengl-decimate",
+    "PIL.Image": "pillow",
+    "pxr.Usd": "usd-core",
+    "pyarrow": "pyarrow",
+    "scipy.spatial": "scipy",
+    "simready.foundation.tier_core": "simready-foundation-tier-core",
+    "simready.validate": "simready-validate",
+    "vhacdx": "vhacdx",
+}
+
+# A line of constraints.txt, such as numpy==2.4.6, or usd-core==26.11 ; python_version >= "3.14".
+_PIN = re.compile(
+    r"""(?P<name>[\w.-]+)==(?P<version>[^\s;]+)(\s*;\s*python_version\s*(?P<order><|>=)\s*"3\.(?P<minor>\d+)")?$"""
+)
+
+_DRAW = """
+import mujoco
+model = mujoco.MjModel.from_xml_string(
+    "<mujoco><worldbody><light pos='0 0 2'/><geom size='.3' rgba='1 1 1 1'/></worldbody></mujoco>")
+data = mujoco.MjData(model)
+mujoco.mj_forward(model, data)
+with mujoco.Renderer(model, 8, 8) as renderer:
+    renderer.update_scene(data)
+    picture = renderer.render()
+    from OpenGL import GL
+    name = GL.glGetString(GL.GL_RENDERER).decode()
+assert picture.max() > 0, "the picture is black"
+print(name)
+"""
+
+_IMPORT = """
+import importlib, json, sys
+bad = {}
+for name in sys.argv[1:]:
+    try:
+        importlib.import_module(name)
+    except BaseException as error:
+        bad[name] = f"{type(error).__name__}: {error}".splitlines()[0]
+print(json.dumps(bad))
+"""
+
+
+class Finding(Record):
+    """One thing that was looked at.
+
+    Attributes:
+        subject: what it is, such as `python` or `renderer egl`.
+        ok: it is as it should be.
+        needed: the program does not work as documented without it.
+        message: what was found.
+        fix: the command that fixes it; empty where nothing is wrong or no command does.
+    """
+
+    subject: str
+    ok: bool
+    needed: bool = True
+    message: str
+    fix: str = ""
+
+
+def findings(output: Path) -> tuple[Finding, ...]:
+    """All findings about this machine, in a fixed order.
+
+    Args:
+        output: folder that results would be written to; it need not exist and is not made.
+    """
+    with ThreadPoolExecutor(max_workers=3) as pool:
+        drawn = [(name, pool.submit(_draws, name)) for name in RENDERERS]
+        loaded = pool.submit(_native)
+        renderers = tuple((name, *future.result()) for name, future in drawn)
+        native = loaded.result()
+    memory = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    told = f"{memory / 1024**3:.1f} GiB, {cores} cores"
+    return (
+        _python(),
+        *_packages(),
+        _simready(),
+        native,
+        *_renderers(renderers),
+        *_folder(output),
+        Finding(subject="memory", ok=memory >= MEMORY_BYTES, needed=False, message=told),
+        Finding(subject="registry", ok=True, message=f"{data_root()}, which a project is laid over"),
+        *_project(),
+        *_plugins(),
+    )
+
+
+def _plugins() -> tuple[Finding, ...]:
+    """The plug-ins in use, and the code of the project that does not run."""
+    try:
+        found = [
+            Finding(subject=f"plug-in {one.plugin.name}", ok=True, message=f"{one.version}, {one.where}")
+            for one in load_plugins()
+        ]
+        left_out = ignored_files()
+    except CasaError as error:
+        return (Finding(subject="plug-ins", ok=False, message=str(error)),)
+    if left_out:
+        names = ", ".join(path.name for path in left_out)
+        message = f"{names} of the project do not run; --plugins lets them"
+        found.append(Finding(subject="plug-ins", ok=False, needed=False, message=message))
+    return tuple(found)
+
+
+def _project() -> tuple[Finding, ...]:
+    """Report which files of the project in use override or extend those of the package; empty without a project."""
+    folder = project_folder()
+    if folder is None:
+        return ()
+    try:
+        loaded = load_project()
+        load()
+    except CasaError as error:
+        return (Finding(subject="project", ok=False, message=str(error)),)
+    assert loaded is not None
+    names = [path.relative_to(folder).as_posix() for path in files_of(folder)]
+    packs = [path.parent.relative_to(folder).as_posix() for path in sorted(folder.glob("textures/*/pack.json"))]
+    laid = f"lays {', '.join(names)} over those of casa-assets" if names else "lays nothing over casa-assets"
+    shown = f"; texture packs: {', '.join(packs)}" if packs else ""
+    return (Finding(subject="project", ok=True, message=f"{loaded[0].name} in {folder} {laid}{shown}"),)
+
+
+def renderer() -> str | None:
+    """The first of RENDERERS that draws a picture here without a screen, as MUJOCO_GL names it, or None."""
+    return next((name for name in RENDERERS if _draws(name)[0]), None)
+
+
+def _fix_packages(names: Iterable[str] = ()) -> str:
+    """Return the command that reinstalls the named packages, or all that this one depends on if `names` is empty."""
+    if (Path(__file__).parents[2] / "dev").is_file():
+        return "./dev setup"
+    wanted = set(names)
+    lines = [line for line in requirements() if not wanted or _name(line) in wanted]
+    return f"{shlex.quote(sys.executable)} -m pip install --force-reinstall {shlex.join(lines)}"
+
+
+def _child(code: str, *arguments: str, **environment: str) -> tuple[bool, str]:
+    """Run `python -c code` in a child; returns its success and its last line of output. A crash stays there."""
+    try:
+        done = subprocess.run(
+            [sys.executable, "-c", code, *arguments],
+            env={**os.environ, **environment},
+            capture_output=True,
+            text=True,
+            timeout=CHILD_LIMIT_S,
+            check=False,
+        )
+    except subprocess.TimeoutExpired:
+        return False, f"no answer within {CHILD_LIMIT_S:g} s"
+    lines = (done.stdout if done.returncode == 0 else done.stderr).strip().splitlines()
+    return done.returncode == 0, lines[-1] if lines else f"exit code {done.returncode}"
+
+
+def _draws(name: str) -> tuple[bool, str]:
+    return _child(_DRAW, MUJOCO_GL=name, PYOPENGL_PLATFORM=name)
+
+
+def _python() -> Finding:
+    ok = (3, 11) <= sys.version_info[:2] <= (3, 14)
+    message = f"{platform.python_version()} ({sys.executable})"
+    fix = "" if ok else "sudo apt-get install -y python3 python3-venv && PYTHON=python3 ./dev setup"
+    return Finding(subject="python", ok=ok, message=message, fix=fix)
+
+
+def _packages() -> tuple[Finding, ...]:
+    pinned, needed = _pinned(), _requirements()
+    found = [_package(name, pinned.get(name)) for name in needed]
+    optional = {_name(line): name for name, lines in extras().items() if name != SIMREADY for line in lines}
+    return (*found, *(_package(name, pinned.get(name), extra) for name, extra in optional.items()))
+
+
+def _simready() -> Finding:
+    """Which Python has the optional validator of SimReady."""
+    subject = "SimReady validator"
+    try:
+        python = validator_python()
+    except NoVerdict as missing:
+        is_new = sys.version_info[:2] > NEWEST_PYTHON
+        fix = how_to_install() if is_new else install_command(SIMREADY)
+        message = f"{missing}; without it USD002 and SCN020 are not run"
+        return Finding(subject=subject, ok=False, needed=False, message=message, fix=fix)
+    where = f"by {python}" if python else "in this Python"
+    return Finding(subject=subject, ok=True, needed=False, message=f"{validator_versions()[NEEDED[0]]}, {where}")
+
+
+def _package(name: str, pinned: str | None, extra: str | None = None) -> Finding:
+    """Whether a distribution is installed, in the pinned version; with an extra it is an optional one."""
+    subject, needed = f"package {name}", extra is None
+    version = _version(name)
+    if version is None:
+        message = "not installed" if extra is None else f"not installed, optional: the extra '{extra}' brings it"
+        fix = _fix_packages([name]) if extra is None else install_command(extra)
+        return Finding(subject=subject, ok=False, needed=needed, message=message, fix=fix)
+    if pinned is not None and version != pinned:
+        # Another version may well work, so this is said and not held against the machine.
+        message = f"{version}, tested with {pinned}"
+        return Finding(subject=subject, ok=False, needed=False, message=message, fix=_fix_packages([name]))
+    return Finding(subject=subject, ok=True, needed=needed, message=version)
+
+
+def _version(name: str) -> str | None:
+    """Version of a distribution, or None if it is not installed."""
+    try:
+        return importlib.metadata.version(name)
+    except importlib.metadata.PackageNotFoundError:
+        return None
+
+
+def _requirements() -> tuple[str, ...]:
+    """Normalised names of the distributions that ours needs, sorted."""
+    return tuple(sorted({_name(line) for line in requirements()}))
+
+
+def _pinned() -> dict[str, str]:
+    """Normalised name -> version of constraints.txt; empty away from a checkout."""
+    path = Path(__file__).parents[2] / "constraints.txt"
+    if not path.is_file():
+        return {}
+    found = {}
+    for pin in map(_PIN.match, path.read_text(encoding="utf-8").splitlines()):
+        if pin is None:
+            continue
+        is_older = pin["minor"] is not None and sys.version_info[:2] < (3, int(pin["minor"]))
+        if pin["minor"] is None or is_older == (pin["order"] == "<"):
+            found[_name(pin["name"])] = pin["version"]
+    return found
+
+
+def _name(requirement: str) -> str:
+    word = re.split(r"[\s\[<>=!~;]", requirement.strip(), maxsplit=1)[0]
+    return re.sub(r"[-_.]+", "-", word).lower()
+
+
+def _native_modules() -> dict[str, str]:
+    """Entries of NATIVE_MODULES that should load here: all but optional ones that are not installed."""
+    left_out = {_name(line) for lines in extras().values() for line in lines if _version(_name(line)) is None}
+    return {module: name for module, name in NATIVE_MODULES.items() if name not in left_out}
+
+
+def _native() -> Finding:
+    modules = _native_modules()
+    ran, answer = _child(_IMPORT, *modules)
+    subject = "native modules"
+    if not ran:
+        return Finding(subject=subject, ok=False, message=f"importing them failed: {answer}", fix=_fix_packages())
+    bad: dict[str, str] = json.loads(answer)
+    if bad:
+        message = "; ".join(f"{modules[name]}: {why}" for name, why in bad.items())
+        names = [_name(modules[name]) for name in bad]
+        return Finding(subject=subject, ok=False, message=message, fix=_fix_packages(names))
+    return Finding(subject=subject, ok=True, message=f"{len(modules)} load")
+
+
+def _renderers(drawn: tuple[tuple[str, bool, str], ...]) -> tuple[Finding, ...]:
+    works = next((name for name, ok, _ in drawn if ok), None)
+    but = f"; not needed, for {works} draws" if works else ""
+    each = (
+        Finding(subject=f"renderer {name}", ok=ok, needed=False, message=said if ok else why_not(name, said) + but)
+        for name, ok, said in drawn
+    )
+    message = f"{works} is used" if works else "none works, so there would be no pictures"
+    fix = "" if works else install_line()
+    return (*each, Finding(subject="rendering", ok=works is not None, message=message, fix=fix))
+
+
+def _folder(output: Path) -> tuple[Finding, ...]:
+    folder = output.absolute()
+    while not folder.exists():
+        folder = folder.parent
+    writable = folder.is_dir() and os.access(folder, os.W_OK | os.X_OK)
+    permission = Finding(
+        subject="output folder",
+        ok=writable,
+        message=f"{output} can be {'written' if output.exists() else 'made'}"
+        if writable
+        else f"{folder} is not writable",
+        fix="" if writable else f"sudo chown -R $USER {folder}" if folder.is_dir() else "choose another --out",
+    )
+    free = shutil.disk_usage(folder).free
+    enough = free >= FREE_DISK_BYTES
+    advice = "" if enough else f", {FREE_DISK_BYTES / 1024**3:.0f} GiB are advised"
+    message = f"{free / 1024**3:.1f} GiB free{advice}"
+    return permission, Finding(subject="disk", ok=enough, needed=False, message=message)

@@ -1,5 +1,0 @@
-"""Asset -> MJCF package: one module per concept, the same names as in the USD writer."""
-
-from casa_assets.export.mjcf.document import write
-
-__all__ = ["write"]

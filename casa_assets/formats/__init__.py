@@ -1,0 +1,1 @@
+"""File formats: readers of meshes, writers of MJCF, USD, URDF and glTF."""

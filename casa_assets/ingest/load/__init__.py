@@ -1,7 +1,0 @@
-"""Bundle -> RawModel: pure readers, bytes in and records out."""
-
-from __future__ import annotations
-
-from casa_assets.ingest.load.dispatch import load
-
-__all__ = ["load"]

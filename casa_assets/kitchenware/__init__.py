@@ -1,0 +1,1 @@
+"""Content: fixtures, objects, parts and kinds of textures."""

@@ -1,0 +1,402 @@
+"""Parts of what stands on a counter: cases, heads of mixers, brewing groups and trays of coffee machines."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+
+from casa_assets.asset.kit.asset_builder import ROOT, AssetBuilder
+from casa_assets.asset.kit.solids.blocks import board, box, lathe, rod, subtract
+from casa_assets.asset.kit.solids.solid import Placed, Solid, box_shape, concatenate
+from casa_assets.asset.kit.solids.sweep import circle, loft, prism, rectangle, round_corners, tube
+from casa_assets.core.numeric import Floats
+from casa_assets.mesh.solid.solids import convex_hull
+from casa_assets.model.asset.parts import Hull, Mesh, Sphere
+from casa_assets.model.pose import Pose
+from casa_assets.model.record import Vec2, Vec3
+
+# Case -----------------------------------------------------------------------------------------------------------------
+# Cases of countertop appliances: outlines with rounded corners, extruded across or upwards.
+
+FLAT_BAND = 0.0015  # metres
+LINER_THICKNESS = 0.0006  # metres of sheet that lines the inside of an oven or a microwave
+
+
+def cavity_walls(outer: tuple[Vec3, Vec3], inner: tuple[Vec3, Vec3]) -> list[tuple[Vec3, Vec3]]:
+    """Corners of five boards round a cavity that is open to the front (-y): left, right, floor, roof, back.
+
+    Args:
+        outer, inner: lower and upper corners of the outside and of the cavity, metres; all boards begin at the outer
+            front, and the side walls run over the whole height.
+    """
+    ((x0, y0, z0), (x1, y1, z1)), ((a0, _, c0), (a1, b1, c1)) = outer, inner
+    return [
+        ((x0, y0, z0), (a0, y1, z1)),
+        ((a1, y0, z0), (x1, y1, z1)),
+        ((a0, y0, z0), (a1, y1, c0)),
+        ((a0, y0, c1), (a1, y1, z1)),
+        ((a0, b1, c0), (a1, y1, c1)),
+    ]
+
+
+def cavity_colliders(outer: tuple[Vec3, Vec3], inner: tuple[Vec3, Vec3]) -> tuple[Placed, ...]:
+    """The boards of `cavity_walls` as box colliders."""
+    return tuple(box_shape(*corners) for corners in cavity_walls(outer, inner))
+
+
+def add_liner(
+    builder: AssetBuilder,
+    lower: Vec3,
+    upper: Vec3,
+    finish: str,
+    density: str | None,
+    thickness: float = LINER_THICKNESS,
+) -> None:
+    """Add sheets without colliders on the left, right, floor, roof and back of a cavity between two corners, metres."""
+    (x0, y0, z0), (x1, y1, z1), t = lower, upper, thickness
+    for a, b in (
+        ((x0, y0, z0), (x0 + t, y1, z1)),
+        ((x1 - t, y0, z0), (x1, y1, z1)),
+        ((x0 + t, y0, z0), (x1 - t, y1 - t, z0 + t)),
+        ((x0 + t, y0, z1 - t), (x1 - t, y1 - t, z1)),
+        ((x0 + t, y1 - t, z0 + t), (x1 - t, y1, z1 - t)),
+    ):
+        builder.draw(ROOT, board(a, b, 0.0), finish, "liner", density=density)
+
+
+def rounded_polygon(points: Sequence[Vec2], radius: float) -> Floats:
+    """(N, 2) closed polygon with its corners rounded; points counter-clockwise, metres."""
+    first, last = np.array(points[0]), np.array(points[-1])
+    middle = (first + last) / 2
+    line = [(float(middle[0]), float(middle[1]), 0.0)]
+    path = round_corners([*line, *((x, y, 0.0) for x, y in points), *line], radius)[:-1, :2]
+    # Neighbours that fall together would have no direction.
+    apart = np.linalg.norm(path - np.roll(path, 1, axis=0), axis=1) > 1e-6
+    return np.asarray(path[apart])
+
+
+def extrude_across(outline: Floats, width: float, chamfer: float) -> Solid:
+    """An outline in y, z (counter-clockwise, y to the right) pulled along x, centred on x = 0."""
+    solid = prism(outline, width, chamfer)
+    points = solid.points[:, [2, 0, 1]] - np.array([width / 2, 0.0, 0.0])
+    return Solid(points, solid.faces, crease_deg=40.0)
+
+
+def rounded_body(width: float, depth: float, steps: Sequence[Vec2], radius: float, corner: int = 6) -> Solid:
+    """A body of rounded rectangles above each other: (inset, z) each from below, metres, about the origin.
+
+    Insets above half of the narrower side are cut to it.
+    """
+    rings = []
+    # A narrow flat band inside each cap keeps the shading of the round edge off the cap.
+    (bottom_inset, bottom), (top_inset, top) = steps[0], steps[-1]
+    for inset, z in ((bottom_inset + FLAT_BAND, bottom), *steps, (top_inset + FLAT_BAND, top)):
+        w, d = max(width - 2 * inset, 0.004), max(depth - 2 * inset, 0.004)
+        ring = rectangle(w, d, max(radius - inset, 0.15 * min(w, d)), corner)
+        rings.append(np.column_stack([ring, np.full(len(ring), z)]))
+    return loft(rings)
+
+
+def dome_profile(rise: float, reach: float, z: float) -> list[Vec2]:
+    """(inset, z) of a rounded upper edge that goes in by `reach` while it rises by `rise` to z, metres."""
+    turns = np.linspace(0.0, math.pi / 2, 6)
+    return [(float(reach * (1 - math.cos(t))), float(z - rise + rise * math.sin(t))) for t in turns]
+
+
+def round_wall_pieces(
+    inner: Sequence[Vec2], outer: Sequence[Vec2], count: int = 12, start: float = 0.0, bulge: Sequence[Vec2] = ()
+) -> list[Placed]:
+    """Convex pieces of a round wall: between (radius, z) profiles that run upwards, one piece for each stretch.
+
+    Args:
+        inner, outer: equally many points, metres.
+        count: pieces around. start: angle of the first one's edge, rad.
+        bulge: points of the outside that the pieces reach as well, each between two of the profile.
+    """
+    out: list[Placed] = []
+    for k in range(len(inner) - 1):
+        reached = [(r, z) for r, z in bulge if outer[k][1] < z < outer[k + 1][1]]
+        for i in range(count):
+            a, b = start + 2 * math.pi * i / count, start + 2 * math.pi * (i + 1) / count
+            # Chords of the inner wall lie inside the circle: the hollow is as wide as it says at their middles.
+            grow = 1.0 / math.cos(math.pi / count)
+            cloud = [
+                (r * g * math.cos(t), r * g * math.sin(t), z)
+                for profile, g in ((inner[k : k + 2], grow), (outer[k : k + 2], 1.0), (reached, 1.0))
+                for r, z in profile
+                for t in (a, b)
+            ]
+            points, faces = convex_hull(np.array(cloud))
+            out.append((Hull(mesh=Mesh(vertices=points, faces=faces)), Pose()))
+    return out
+
+
+def round_feet(places: Sequence[Vec2], radius: float, height: float) -> list[Solid]:
+    """Round feet from z = 0 to `height` at points of the ground.
+
+    Each collides as a ball of the foot's radius, so it touches a worktop at one point, while a disc touches at four: an
+    object on four feet costs an engine four contacts instead of 16.
+    """
+    pad = rod(radius, height, min(0.0015, 0.3 * height)).translated(0.0, 0.0, height / 2)
+    feet = pad.with_shapes((Sphere(radius=radius), Pose(position=(0.0, 0.0, radius))))
+    return [feet.translated(x, y) for x, y in places]
+
+
+def inset_corners(width: float, front: float, back: float, inset: float) -> list[Vec2]:
+    """Four points inside a rectangle that is centred on x = 0, metres."""
+    return [(s * (width / 2 - inset), y) for s in (-1, 1) for y in (front + inset, back - inset)]
+
+
+def thin_panel(lower: Vec3, upper: Vec3, edge_radius: float = 0.0012, steps: int = 2) -> Solid:
+    """A panel between two corners without collider."""
+    return board(lower, upper, edge_radius, steps).without_colliders()
+
+
+# Mixer ----------------------------------------------------------------------------------------------------------------
+# Parts of stand mixers: the head, and the tools that hang from it.
+
+UNDERSIDE_SHARE = 0.8  # share of half the height at which a section of the head is cut off below
+
+MixerTool = StrEnum("MixerTool", "WHISK BEATER HOOK")
+
+
+def head_section(y: float, width: float, height: float, middle: float, power: float, count: int = 28) -> Floats:
+    """(N, 3) outline of the head in a plane across it, flat below; metres. `power` 2 is an ellipse, more is boxy."""
+    turns = np.arange(count) * 2 * np.pi / count
+    c, s = np.cos(turns), np.sin(turns)
+    x = width / 2 * np.sign(c) * np.abs(c) ** (2 / power)
+    z = height / 2 * np.sign(s) * np.abs(s) ** (2 / power)
+    return np.column_stack([-x, np.full(count, y), middle + np.maximum(z, -UNDERSIDE_SHARE * height / 2)])
+
+
+@dataclass(frozen=True)
+class MixerHead:
+    """A head from y = front to back, its flat underside on z = 0.
+
+    Attributes:
+        width, height: metres. nose_share: share of both that is left at the front. power: of its sections.
+        bluntness: of its ends; 2 is a half ball, 8 nearly flat.
+    """
+
+    front: float
+    back: float
+    width: float
+    height: float
+    nose_share: float
+    power: float
+    bluntness: float
+
+    @property
+    def middle(self) -> float:
+        """Height of the axis, metres."""
+        return UNDERSIDE_SHARE * self.height / 2
+
+    def scale(self, t: float) -> float:
+        """Share of the full section at a share of its length from the front."""
+        end = (1 - abs(2 * t - 1) ** self.bluntness) ** (1 / self.bluntness)
+        return float(end * (1 - (1 - self.nose_share) * (1 - t) ** 1.6))
+
+    def ring(self, t: float, more: float = 0.0, count: int = 28) -> Floats:
+        """(N, 3) outline at a share of its length, wider all round by `more` metres."""
+        k, y = self.scale(t), self.front + t * (self.back - self.front)
+        return head_section(y, self.width * k + 2 * more, self.height * k + 2 * more, self.middle, self.power, count)
+
+
+def head_solid(form: MixerHead) -> Solid:
+    """The skin of a head."""
+    shares = 0.5 - 0.5 * np.cos(np.linspace(0.04, math.pi - 0.04, 17))
+    return loft([form.ring(float(t)) for t in shares], 50.0).oriented_outwards()
+
+
+def head_band(form: MixerHead, y: float) -> Solid:
+    """A strip of 8 mm around a head at y, metres, that projects by a millimetre."""
+    shares = [(y + d - form.front) / (form.back - form.front) for d in (-0.004, 0.0, 0.004)]
+    return loft([form.ring(t, 0.001, 44) for t in shares], 50.0).oriented_outwards()
+
+
+def tool_solid(kind: MixerTool, length: float) -> Solid:
+    """Solid of a tool that hangs from z = 0 to -length on the axis x = y = 0, with a hull collider."""
+    shaft = rod(0.0055, 0.034, 0.001).translated(z=-0.017)
+    collar = lathe([(0.011, -0.036), (0.013, -0.033), (0.013, -0.027), (0.008, -0.024)], 20)
+    tool = concatenate([shaft, collar, *_MAKERS[kind](length)])
+    return tool.with_hull_collider()
+
+
+def _whisk(length: float) -> list[Solid]:
+    wires = []
+    for k in range(5):
+        turn = math.pi * k / 5
+        path: list[Vec3] = []
+        for t in np.linspace(0.0, 2 * math.pi, 19)[1:-1]:
+            r = 0.043 * math.sin(t) * (1.0 - 0.3 * (1 + math.cos(t)) / 2)
+            z = -0.03 - (length - 0.032) * (1 - math.cos(t)) / 2
+            path.append((r * math.cos(turn), r * math.sin(turn), z))
+        wires.append(tube(path, circle(0.0011, 6)).without_colliders())
+    return wires
+
+
+def _beater(length: float) -> list[Solid]:
+    """A flat frame with ribs."""
+    half_width, bottom = 0.041, -length
+    loop: list[Vec3] = [
+        (0.0, 0.0, -0.034),
+        (half_width, 0.0, -0.05),
+        (half_width, 0.0, bottom + 0.03),
+        (0.004, 0.0, bottom + 0.003),
+        (-0.004, 0.0, bottom + 0.003),
+        (-half_width, 0.0, bottom + 0.03),
+        (-half_width, 0.0, -0.05),
+        (0.0, 0.0, -0.034),
+    ]
+    frame = tube(loop, rectangle(0.006, 0.0075, 0.002, 2), 0.006, up=(0.0, 1.0, 0.0)).without_colliders()
+    rib = tube([(0.0, 0.0, -0.036), (0.0, 0.0, bottom + 0.004)], rectangle(0.005, 0.006, 0.0015, 2), up=(0.0, 1.0, 0.0))
+    bar = tube(
+        [(-half_width, 0.0, -0.068), (half_width, 0.0, -0.068)], rectangle(0.005, 0.006, 0.0015, 2), up=(0.0, 1.0, 0.0)
+    )
+    return [frame, rib.without_colliders(), bar.without_colliders()]
+
+
+def _hook(length: float) -> list[Solid]:
+    path: list[Vec3] = [(0.0, 0.0, -0.03)]
+    for t in np.linspace(0.0, 1.0, 15):
+        angle = 2 * math.pi * 0.9 * float(t)
+        r = 0.034 * math.sin(math.pi * (0.15 + 0.75 * float(t)))
+        path.append((r * math.cos(angle), r * math.sin(angle), -0.04 - (length - 0.046) * float(t)))
+    return [tube(path, circle(0.0055, 10)).without_colliders()]
+
+
+_MAKERS = {MixerTool.WHISK: _whisk, MixerTool.BEATER: _beater, MixerTool.HOOK: _hook}
+
+
+def bowl_profile(base_radius: float, rim_radius: float, depth: float) -> list[Vec2]:
+    """(radius, z) of a bowl's outside from its foot to its rim, metres; z from 0 to depth."""
+    wider = rim_radius - base_radius
+    turns = np.linspace(0.0, 1.0, 9)
+    return [(float(base_radius + wider * math.sin(t * math.pi / 2) ** 0.8), float(depth * t)) for t in turns]
+
+
+def radius_at(line: Sequence[Vec2], z: float) -> float:
+    """Radius of a profile at a height, metres."""
+    return float(np.interp(z, [b for _, b in line], [a for a, _ in line]))
+
+
+# Coffee ---------------------------------------------------------------------------------------------------------------
+# Parts of coffee machines: drip trays, brewing groups with a portafilter, steam wands, hoppers, gauges, cup rails.
+
+
+def add_drip_tray(builder: AssetBuilder, lower: Vec3, upper: Vec3, metal: str) -> None:
+    """Add a dark tray with a grid on top to the root link, between two corners, metres; cups are placed at upper[2]."""
+    (x0, y0, z0), (x1, y1, z1) = lower, upper
+    pan = subtract(
+        board(lower, (x1, y1, z1 - 0.0006), 0.003, 2),
+        board((x0 + 0.006, y0 + 0.006, z0 + 0.006), (x1 - 0.006, y1 - 0.006, 1.0), 0.0),
+    )
+    builder.draw(ROOT, pan, "plastic_black", "tray")
+    builder.add_collider(ROOT, board(lower, upper, 0.0), metal, "tray", "drip_tray")
+    for y in (y0 + 0.008, y1 - 0.008):
+        rail = board((x0 + 0.0064, y - 0.0016, z1 - 0.003), (x1 - 0.0064, y + 0.0016, z1), 0.0005)
+        builder.draw(ROOT, rail, metal, "tray")
+    count = max(5, int((x1 - x0 - 0.02) / 0.0085))
+    for k in range(count):
+        x = x0 + 0.011 + (x1 - x0 - 0.022) * k / (count - 1)
+        slat = board((x - 0.0017, y0 + 0.0065, z1 - 0.0024), (x + 0.0017, y1 - 0.0065, z1 - 0.0003), 0.0)
+        builder.draw(ROOT, slat, metal, "tray")
+
+
+def add_brew_group(builder: AssetBuilder, at: Vec3, ceiling: float, metal: str, grip: str) -> None:
+    """A brewing group under a ceiling with a portafilter whose two spouts end at `at`, its handle to the front."""
+    x, y, z = at
+    head = rod(0.036, ceiling - z - 0.034, 0.003).translated(x, y, (ceiling + z + 0.034) / 2)
+    builder.add(ROOT, head, metal, "group", collider="group_head", density="brewing_casting")
+    ring = rod(0.041, 0.01, 0.002).translated(x, y, z + 0.0392)
+    builder.draw(ROOT, ring, metal, "portafilter", density="brewing_casting")
+    basket = lathe([(0.02, z + 0.016), (0.034, z + 0.0215), (0.0352, z + 0.034)], 28).translated(x, y)
+    portafilter = basket.with_box_collider()
+    builder.add(ROOT, portafilter, metal, "portafilter", collider="portafilter_basket", density="brewing_casting")
+    for s in (-1, 1):
+        spout = tube([(x, y, z + 0.014), (x + s * 0.012, y, z + 0.011), (x + s * 0.012, y, z)], 0.0048, 0.006)
+        builder.draw(ROOT, spout, metal, "portafilter")
+    neck = tube([(x, y - 0.03, z + 0.028), (x, y - 0.066, z + 0.026)], 0.006)
+    builder.draw(ROOT, neck, metal, "portafilter")
+    line = [(0.0075, 0.0), (0.0125, 0.012), (0.0118, 0.05), (0.0142, 0.085), (0.011, 0.097), (0.004, 0.1)]
+    handle = lathe(line, 20, 60.0).rotated("x", math.pi / 2 + 0.06).translated(x, y - 0.064, z + 0.0262)
+    builder.add(ROOT, handle.with_hull_collider(), grip, "portafilter", collider="portafilter_grip")
+
+
+def add_spout(builder: AssetBuilder, at: Vec3, ceiling: float, finish: str, twin: bool) -> None:
+    """A block under a ceiling from which one or two spouts look down; `at` is their lower end."""
+    x, y, z = at
+    width = 0.06 if twin else 0.034
+    block = board((x - width / 2, y - 0.022, z + 0.008), (x + width / 2, y + 0.022, ceiling), 0.005, 3)
+    builder.add(ROOT, block, finish, "spout", collider="spout", density="hollow_moulding")
+    for dx in (-0.014, 0.014) if twin else (0.0,):
+        tip = lathe([(0.0042, z), (0.0062, z + 0.0085)], 16).translated(x + dx, y)
+        builder.draw(ROOT, tip, "plastic_black", "spout")
+
+
+def add_steam_wand(builder: AssetBuilder, at: Vec3, tip_z: float, metal: str) -> None:
+    """A steam wand that hangs from `at` down to z = low, leaning out to its side (the sign of x)."""
+    x, y, z = at
+    side = math.copysign(1.0, x)
+    builder.draw(ROOT, rod(0.011, 0.018, 0.004).translated(x, y, z - 0.004), metal, "wand")
+    pipe = tube([(x, y, z), (x, y, z - 0.03), (x + side * 0.02, y - 0.015, tip_z)], 0.0042, 0.012)
+    builder.add(ROOT, pipe, metal, "wand", density="steam_wand")
+    sleeve = tube(
+        [
+            (x + side * 0.0095, y - 0.007, tip_z + (z - tip_z) * 0.5),
+            (x + side * 0.0155, y - 0.0117, tip_z + (z - tip_z) * 0.22),
+        ],
+        0.0066,
+    )
+    builder.draw(ROOT, sleeve, "rubber_black", "wand")
+
+
+def add_bean_hopper(builder: AssetBuilder, x: float, y: float, z: float, size: float, height: float) -> None:
+    """Add a transparent funnel for beans with a lid; z is the height of the surface below it."""
+    steps = [(0.022, z), (0.0, z + 0.5 * height), (0.0, z + height - 0.012)]
+    body = rounded_body(size, size, steps, 0.03).translated(x, y)
+    builder.add(ROOT, body.with_hull_collider(), "plastic_smoked", "hopper", density="bean_hopper")
+    beans = rounded_body(
+        size - 0.008, size - 0.008, [(0.022, z + 0.003), (0.002, z + 0.45 * height)], 0.028
+    ).translated(x, y)
+    builder.draw(ROOT, beans, "coffee_dark", "hopper", density="coffee_beans")
+    lid = rounded_body(
+        size + 0.004, size + 0.004, [(0.0, z + height - 0.0118), (0.0, z + height - 0.003), (0.003, z + height)], 0.031
+    ).translated(x, y)
+    builder.add(ROOT, lid.with_hull_collider(), "plastic_black", "hopper", density="hopper_lid")
+    knob = rod(0.011, 0.012, 0.003).translated(x, y, z + height + 0.006)
+    builder.add(ROOT, knob, "plastic_black", "hopper")
+
+
+def add_pressure_gauge(builder: AssetBuilder, at: Vec3, radius: float, metal: str) -> None:
+    """A round pressure gauge in a front that looks to -y."""
+    x, y, z = at
+    bezel = lathe(
+        [(radius, 0.0), (radius, 0.005), (radius - 0.003, 0.007), (radius - 0.004, 0.0062), (0.0, 0.0062)], 32
+    )
+    builder.draw(ROOT, bezel.rotated("x", math.pi / 2).translated(x, y, z), metal, "gauge")
+    dial = rod(radius - 0.0042, 0.0006, 0.0, "y").translated(x, y - 0.0067, z)
+    builder.draw(ROOT, dial, "enamel_white", "gauge", density=0.0)
+    for k in range(9):
+        angle = math.radians(-130 + 260 * k / 8)
+        tick = (
+            box((0.0008, 0.0004, 0.003), (0.0, -0.0072, radius - 0.0066), 0.0).rotated("y", angle).translated(x, y, z)
+        )
+        builder.draw(ROOT, tick, "plastic_black", "gauge", density=0.0)
+    hand = (
+        box((0.0012, 0.0004, radius - 0.008), (0.0, -0.0075, 0.3 * radius), 0.0).rotated("y", -0.9).translated(x, y, z)
+    )
+    builder.draw(ROOT, hand, "plastic_red", "gauge", density=0.0)
+
+
+def add_cup_rail(builder: AssetBuilder, lower: Vec3, upper: Vec3, metal: str) -> None:
+    """Add a low fence of rod round the warming plate at lower[2], up to upper[2]. Metres."""
+    (x0, y0, z0), (x1, y1, z1) = lower, upper
+    loop = [(x1, y1, z1), (x1, y0, z1), (x0, y0, z1), (x0, y1, z1), (x1, y1, z1)]
+    builder.add(ROOT, tube(loop, 0.0028), metal, "rail")
+    for x, y in ((x0, y0), (x1, y0), (x0, y1), (x1, y1)):
+        builder.draw(ROOT, rod(0.0026, z1 - z0, 0.0005).translated(x, y, (z0 + z1) / 2), metal, "rail")

@@ -1,0 +1,32 @@
+"""Paint the layers of a texture recipe."""
+
+from __future__ import annotations
+
+from casa_assets.core.numeric import rng_for
+from casa_assets.errors import UnknownId
+from casa_assets.kitchenware.textures import KINDS
+from casa_assets.model.registry.rows import TextureRecipe
+from casa_assets.textures.canvas import Canvas, Layers, TextureKind
+
+SIZE_PX = 1024
+
+
+def kind_of(name: str) -> TextureKind:
+    """The kind of that name. Raises UnknownId with the nearest names."""
+    if name not in KINDS:
+        raise UnknownId("kind of texture", name, KINDS)
+    return KINDS[name]
+
+
+def make(recipe: TextureRecipe, size_px: int = SIZE_PX) -> Layers:
+    """Paint a recipe; the longer side has `size_px` pixels. Raises UnknownId for an unknown kind."""
+    return paint(kind_of(recipe.kind), recipe, size_px)
+
+
+def paint(kind: TextureKind, recipe: TextureRecipe, size_px: int = SIZE_PX) -> Layers:
+    """Paint a recipe with a kind that is already looked up."""
+    width, height = recipe.tile_m
+    longest = max(width, height)
+    size = (max(8, round(size_px * height / longest)), max(8, round(size_px * width / longest)))
+    params = kind.params.from_json(recipe.params)
+    return kind.paint(params, Canvas(size, recipe.tile_m), rng_for(recipe.seed, f"textures/{recipe.kind}"))

@@ -1,0 +1,9 @@
+"""Kinds of texture of objects: one picture covers a whole surface, from its lower end to its upper one."""
+
+from __future__ import annotations
+
+from casa_assets.kitchenware.textures.objects.food import SECTION, SKIN
+from casa_assets.kitchenware.textures.objects.label import LABEL
+from casa_assets.textures.canvas import TextureKind
+
+KINDS: tuple[TextureKind, ...] = (SKIN, LABEL, SECTION)

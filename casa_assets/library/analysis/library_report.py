@@ -1,0 +1,140 @@
+"""Write library.json: the checks on all entries of a library together and, with CLIP weights, on their pictures."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import Field, ValidationError
+
+from casa_assets import registry
+from casa_assets.cache.store import Store
+from casa_assets.checks.library import CategoryRank, LibrarySizes, LibraryView
+from casa_assets.checks.objects.collection import CollectedMember, ObjectCollection
+from casa_assets.checks.run import run
+from casa_assets.checks.table import libraries
+from casa_assets.library import library as disk
+from casa_assets.library.analysis.clip import NO_WEIGHTS, ClipModel
+from casa_assets.library.analysis.clip_embeddings import image_embeddings, likenesses, similar_looking_pairs
+from casa_assets.library.table.entry_table import EntryTable
+from casa_assets.library.table.pairs import AssetRow
+from casa_assets.model.issue import Report
+from casa_assets.model.record import Record
+from casa_assets.registry.tables import look_alikes
+
+NAME = "library.json"
+
+
+class LookRecord(Record):
+    """Result of comparing the pictures of one asset with all categories, see checks.library.duplicates.CategoryRank.
+
+    Attributes:
+        content: digest of the asset.
+    """
+
+    content: str
+    category: str
+    share: float
+    rank: int
+    others: tuple[tuple[str, float], ...]
+
+
+class LibraryReport(Record):
+    """Content of library.json.
+
+    Attributes:
+        report: the checks on all assets together. weights: name of the CLIP weights, empty if CLIP was not used.
+        seen: id -> result of comparing its pictures with all categories. looks: pairs of ids with similar pictures, and
+            their cosine.
+    """
+
+    schema_version: Literal[1, 2] = 2
+    report: Report
+    weights: str = ""
+    seen: Annotated[dict[str, LookRecord], Field(default_factory=dict)]
+    looks: tuple[tuple[str, str, float], ...] = ()
+
+
+def compare_library(library: disk.Library, table: EntryTable, eye: ClipModel | None = None) -> LibraryReport:
+    """Compare all accepted assets with each other and write library.json, by one rename.
+
+    Args:
+        table: the entries of the library.
+        eye: looks at the pictures. Without one, what an earlier run saw of assets that are still the same is kept.
+    Raises:
+        OutputError: an entry is damaged. CannotDraw, NoRenderer: with an eye, where pictures cannot be made.
+    """
+    rows = table.rows
+    store = Store(library.cache)
+    before = read_library_report(library.root)
+    alike = tuple(table.alike(store))
+    weights, looks = (before.weights, before.looks) if before else ("", ())
+    if eye is not None:
+        embeddings = {row.id: image_embeddings(row, eye, store) for row in rows}
+        weights, looks = eye.name, tuple(similar_looking_pairs(embeddings))
+        seen = tuple(likenesses(embeddings, rows, eye, store))
+        unseen = ""
+    else:
+        old = before.seen if before else {}
+        same = (row.id for row in rows if row.id in old and old[row.id].content == row.digest)
+        seen = tuple(likeness_of(name, old[name]) for name in same)
+        unseen = "" if seen and len(seen) == len(rows) else f"{NO_WEIGHTS} (--clip-weights)"
+        if unseen and seen:
+            new = len(rows) - len(seen)
+            unseen += f", and {new} of {len(rows)} assets were not there when somebody looked"
+    ids = {row.id for row in rows}
+    looks = tuple(pair for pair in looks if {pair[0], pair[1]} <= ids)
+    view = LibraryView(len(rows), alike, looks, seen, unseen)
+    name, limits = "library", registry.load().limits
+    sizes = LibrarySizes(tuple((row.id, row.category, row.longest) for row in rows))
+    report = run(view, name, limits, table=libraries.ROWS) + run(sizes, name, limits, table=libraries.ROWS)
+    if members := object_rows(rows):
+        from casa_assets.checks.table import objects  # here, since few libraries hold generated objects
+
+        found = [CollectedMember(r.id, r.category, r.signature, r.extents) for r in members if r.signature is not None]
+        report = report + run(ObjectCollection(tuple(found), look_alikes()), name, limits, table=objects.ROWS)
+    digests = {row.id: row.digest for row in rows}
+    content = LibraryReport(
+        report=report,
+        weights=weights if seen else "",
+        seen={
+            one.asset: LookRecord(
+                content=digests[one.asset], category=one.category, share=one.share, rank=one.rank, others=one.others
+            )
+            for one in seen
+        },
+        looks=looks if not unseen else (),
+    )
+    text = json.dumps(content.model_dump(mode="json"), sort_keys=True, indent=1, ensure_ascii=False, allow_nan=False)
+    library.private.mkdir(parents=True, exist_ok=True)
+    temporary = library.private / f"{NAME}.{os.getpid()}"
+    temporary.write_text(text + "\n", encoding="utf-8")
+    temporary.replace(library.root / NAME)
+    return content
+
+
+def object_rows(rows: Sequence[AssetRow]) -> list[AssetRow]:
+    """The members of categories of registry/objects/ that have a signature."""
+    drawn = [row for row in rows if row.from_numbers and row.signature is not None]
+    if not drawn:
+        return []
+    from casa_assets.registry.objects import object_names  # here, since it loads all families
+
+    known = frozenset(object_names())
+    return [row for row in drawn if row.category in known]
+
+
+def read_library_report(root: Path) -> LibraryReport | None:
+    """Read library.json of a library; None if it is missing or damaged, so that it has to be made again."""
+    try:
+        return LibraryReport.model_validate_json((root / NAME).read_text(encoding="utf-8"))
+    except (OSError, ValidationError, ValueError):
+        return None
+
+
+def likeness_of(name: str, seen: LookRecord) -> CategoryRank:
+    """The record as the checks have it."""
+    return CategoryRank(name, seen.category, seen.share, seen.rank, seen.others)

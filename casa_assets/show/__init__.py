@@ -1,0 +1,1 @@
+"""Pictures, pages, views and exports for people."""

@@ -1,0 +1,123 @@
+"""Shared parts of all pages: templates of the folder `templates/`, with every value escaped, and meanings of codes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from importlib.metadata import version
+from importlib.resources import files
+from typing import TYPE_CHECKING, Any
+from urllib.parse import quote
+
+from jinja2 import Environment, FunctionLoader, StrictUndefined
+from markupsafe import Markup
+
+from casa_assets import registry
+from casa_assets.cache.store import recall, remember
+from casa_assets.model.registry.rows import Rejection
+
+if TYPE_CHECKING:
+    from casa_assets.library.entry import Entry
+
+FOLDER = "templates"
+# Rows that a page lists. A browser loads and searches so many at once, and the page stays below ten megabytes; what
+# follows is in the JSON file beside it.
+MAX_ROWS = 5_000
+# What to do where a reason says nothing about it.
+DEFAULT_ADVICE = "Look at the picture and the numbers, and fix the mesh."
+
+# What a page with models may load: scripts beside it, and the pictures inside a model, which the viewer hands itself.
+MODEL_POLICY = Markup("script-src 'unsafe-inline' 'self' file:; connect-src blob:; worker-src blob:")
+
+
+def render_template(name: str, **values: Any) -> str:
+    """Return the text of a template of the folder `templates/`, filled in.
+
+    Args:
+        name: of the template, such as `library/page.html`. It has to be a string literal in the caller's code, which
+            makes the template, and the files that it includes, a part of the caller's cache key.
+        values: shown by the template; text in it is escaped, only `Markup` is inserted unchanged.
+    Raises:
+        jinja2.UndefinedError: a value that the template shows is not given.
+    """
+    return _environment().get_template(name).render(version=version("casa-assets"), **values)
+
+
+def relative_link(path: str) -> str:
+    """The URL of a path relative to the page; `./` in front keeps a colon from being read as a scheme."""
+    return "./" + quote(path.lstrip("/"))
+
+
+def explanations() -> dict[str, str]:
+    """Code -> title and description of every check, such as `Overall size: The longest side ...`."""
+    known = recall("explanations")
+    if isinstance(known, dict):
+        return known
+    from casa_assets.checks.table.table import explained  # here, since it loads all checks
+
+    found = explained(registry.load().limits)
+    remember(found, "explanations")
+    return found
+
+
+@dataclass(frozen=True)
+class Words:
+    """Meanings of codes.
+
+    Attributes:
+        rejections: reasons of the stages. explanations: code of a check -> its title and what is tested.
+    """
+
+    rejections: Mapping[str, Rejection]
+    explanations: Mapping[str, str]
+
+    def meaning(self, code: str) -> str:
+        """Return the meaning of a code; empty for an unknown code."""
+        rejection = self.rejections.get(code)
+        return rejection.meaning if rejection else self.explanations.get(code, "")
+
+    def needs_nothing(self, code: str) -> bool:
+        """Return True if a code only describes what was done to an input and its remedy requires no action."""
+        rejection = self.rejections.get(code)
+        return rejection is not None and rejection.remedy.startswith("Nothing")
+
+    def reason_and_fix(self, entry: Entry) -> tuple[str, str]:
+        """Return what was wrong with a rejected input, and what to do about it."""
+        rejection = self.rejections.get(entry.code)
+        if rejection:
+            return entry.message, rejection.remedy
+        # The message of a check ends with what to do.
+        fault, _, fix = entry.message.partition("; ")
+        return (f"{fault}.", f"{fix[:1].upper()}{fix[1:]}.") if fix else (entry.message, DEFAULT_ADVICE)
+
+
+def all_words() -> Words:
+    """Return the meanings of all codes."""
+    return Words(registry.load().rejections, explanations())
+
+
+@lru_cache(maxsize=1)
+def _environment() -> Environment:
+    made = Environment(
+        loader=FunctionLoader(_source),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    made.policies["json.dumps_kwargs"] = {"sort_keys": True, "separators": (",", ":"), "allow_nan": False}
+    made.globals["source"] = _unescaped_source
+    made.globals["model_policy"] = MODEL_POLICY
+    made.filters["relative_link"] = relative_link
+    return made
+
+
+def _source(name: str) -> str:
+    return files("casa_assets.show.reports").joinpath(FOLDER, name).read_text(encoding="utf-8")
+
+
+def _unescaped_source(name: str) -> Markup:
+    """Return a style sheet or script of this package, unescaped."""
+    return Markup(_source(name))  # noqa: S704  a file of this package

@@ -1,0 +1,415 @@
+"""Write the report on a library: one HTML page that opens from disk without a network, a JSON file, and files for CI.
+
+Up to MAX_WHOLE inputs, the page contains everything, so that it can be sent to somebody as one file. With more inputs,
+it shows the pictures in the folders of the library and leaves out details of checks that passed. With more than
+MAX_ROWS, it lists those that most need a look, and the JSON file next to it has all.
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlencode
+
+from markupsafe import Markup
+
+from casa_assets.checks.library import in_words
+from casa_assets.core.numeric import significant
+from casa_assets.core.process_name import replace_file
+from casa_assets.library import library as disk
+from casa_assets.library.analysis import library_report
+from casa_assets.library.entry import Entry
+from casa_assets.library.entry_files import PICTURE
+from casa_assets.library.library import CERTIFICATE, REFUSAL
+from casa_assets.library.refused_rows import NAME as ROWS
+from casa_assets.library.table.entry_table import EntryTable
+from casa_assets.model.issue import CheckResult, Decision, Issue, Report, Severity, Status
+from casa_assets.runs.outcome import writing
+from casa_assets.show.page.page_models import PageModels
+from casa_assets.show.page.page_template import MAX_ROWS, Words, all_words, relative_link, render_template
+from casa_assets.show.reports.findings import (
+    Change,
+    Compared,
+    Difference,
+    Findings,
+    PriorFit,
+    Quantity,
+    Totals,
+    by_verdict,
+    codes_of,
+    content,
+    counts,
+    findings_of,
+    link_before,
+    outlying,
+    read_run,
+    reasons,
+)
+from casa_assets.show.reports.gate import Condition, Outcome, junit, sarif
+
+MAX_WHOLE = 400
+NO_SECTION = Markup()
+MAX_LISTED = 200  # findings of one check on the library as a whole, inputs of one change; the others are counted
+# A code of advice that at least this share of so many assets have tells nothing of one of them.
+COMMON_SHARE, COMMON_FROM = 0.75, 8
+MAX_OUTLIERS = 8  # of one category and quantity that are named on the page; report.json names all
+CHANGES = (Change.WORSE, Change.BETTER, Change.APPEARED, Change.GONE)  # in the order in which they are shown
+# Status of a check -> what the script of the page knows it by; a failed warning is advice.
+STATUS_NUMBERS = {Status.FAILED: 0, Status.PASSED: 1, Status.NOT_APPLICABLE: 2, Status.NOT_RUN: 3}
+ADVICE_NUMBER = 4
+# Files of an asset that the page links to, relative to its folder.
+FILES = (("MJCF", "model.xml"), ("scene", "scene.xml"), ("USD", "usd/{id}.usda"), ("certificate", CERTIFICATE))
+
+
+@dataclass(frozen=True)
+class CiFiles:
+    """Files for continuous integration that are written in addition to a report; None for those not requested."""
+
+    junit: Path | None = None
+    sarif: Path | None = None
+
+
+NO_CI_FILES = CiFiles()
+
+
+@dataclass(frozen=True)
+class WrittenReport:
+    """A report that was written. page, json: its files. outcomes: of the conditions that were set."""
+
+    page: Path
+    json: Path
+    outcomes: tuple[Outcome, ...] = ()
+
+
+def write(
+    root: Path,
+    target: Path,
+    baseline: Path | None = None,
+    conditions: Sequence[Condition] = (),
+    models: PageModels | None = None,
+    ci_files: CiFiles = NO_CI_FILES,
+) -> WrittenReport:
+    """Write the page for the library at `root` to `target`, and a JSON file of that name next to it.
+
+    Args:
+        target: the page, `<name>.html`. baseline: report.json or library of an earlier run.
+        models: where the page finds the models of its assets; None: without models.
+    Raises:
+        OutputError: an entry of the library is damaged, the page cannot be written, or there is no such earlier run.
+    """
+    before = read_run(baseline) if baseline is not None else None
+    table = EntryTable(disk.Library(root))
+    entries = sorted(table.entries, key=lambda e: (not e.accepted, e.category if e.accepted else e.source_path, e.id))
+    found, words = findings_of(root, target, entries, before, conditions), all_words()
+    is_brief, shown = len(found.entries) > MAX_WHOLE, listed(found, words)
+    context = RowContext(found, words, None if is_brief else table.thumbnails(shown), is_brief)
+    rows = [row_of(entry, context) for entry in table.with_results(shown)]
+    links = {}
+    if before is not None and found.compared is not None:
+        changed = ((one.id, one.before) for one in found.compared.differences)
+        links = {name: link_before(before, standing, target) for name, standing in changed if standing is not None}
+    page, json_path = render(found, words, rows, links, models), target.with_suffix(".json")
+    texts = {target: page, json_path: json.dumps(content(found, words), sort_keys=True, indent=1) + "\n"}
+    if ci_files.junit is not None:
+        texts[ci_files.junit] = junit(found)
+    if ci_files.sarif is not None:
+        texts[ci_files.sarif] = sarif(found, words)
+    for path, text in texts.items():
+        with writing(path.parent):
+            replace_file(path, text.encode())
+    return WrittenReport(target, json_path, tuple(found.outcomes))
+
+
+def render(
+    found: Findings,
+    words: Words,
+    rows: Sequence[dict[str, Any]],
+    links: Mapping[str, str] | None = None,
+    models: PageModels | None = None,
+) -> str:
+    """The page; the same findings give the same page.
+
+    Args:
+        rows: see `row_of`; of the entries that the page lists. links: id -> path to what an earlier run has of it.
+        models: where the models of its assets are.
+    """
+    whole, totals = found.whole, found.totals
+    quiet = quiet_codes(found.entries, words)
+    loud = sum(any(code not in quiet for code in entry.advice) for entry in found.entries if entry.accepted)
+    data = {
+        "rows": rows,
+        "picture": PICTURE,
+        "models": models.data if models else None,
+        "quiet": sorted(quiet),
+        "meanings": {code: words.meaning(code) for code in totals.codes},
+        "checks": words.explanations,
+    }
+    return render_template(
+        "library/page.html",
+        title=found.library,
+        listed=len(rows),
+        count=totals.entries,
+        tiles=_tiles(totals, counts(totals, found.fits, found.compared) | {"advice": loud}),
+        conditions=[(f"{one.mark} {one}", one.holds) for one in found.outcomes],
+        groups=[("Category", _counted("category", totals.categories)), ("Source", _counted("source", totals.sources))],
+        reasons=[
+            row | {"link": "#" + urlencode({"decide" if row["verdict"] == "review" else "reason": row["reason"]})}
+            for row in reasons(totals, words)
+        ],
+        whole=render_library_section(whole.report, words.explanations, whole.weights) if whole else NO_SECTION,
+        fits=[_fit(fit) for fit in found.fits],
+        compared=_changes(found.compared, links or {}) if found.compared else None,
+        data=data,
+        styles=("browse/browse.css", "library/page.css"),
+        scripts=("browse/browse.js", "library/page.js", *(("model/model.js",) if models else ())),
+    )
+
+
+def quiet_codes(entries: Sequence[Entry], words: Words) -> frozenset[str]:
+    """Codes of advice that the list does not mark, because nobody has to act on them or nearly all assets have them.
+
+    The details of an asset name them all the same.
+    """
+    advised = [entry.advice for entry in entries if entry.accepted]
+    counted = Counter(code for codes in advised for code in codes)
+    most = COMMON_SHARE * max(len(advised), COMMON_FROM)
+    return frozenset(code for code, count in counted.items() if count >= most or words.needs_nothing(code))
+
+
+# Numbers --------------------------------------------------------------------------------------------------------------
+
+
+def _fit(fit: PriorFit) -> dict[str, Any]:
+    """A row of the table of sizes and masses against the usual ones."""
+    low, high = (f"{significant(value, 3):.10g}" for value in (fit.usual.low, fit.usual.high))
+    return {
+        "name": fit.name,
+        "quantity": fit.quantity.value,
+        "usual": f"{low} to {high} {fit.quantity.unit}",
+        "count": fit.count,
+        "outlying": len(fit.outliers),
+        "outliers": [
+            {"id": o.id, "times": f"{o.factor:.3g} times {'over' if o.is_over else 'under'}"}
+            for o in fit.outliers[:MAX_OUTLIERS]
+        ],
+    }
+
+
+def _counted(key: str, groups: Mapping[str, Mapping[Decision, int]]) -> list[dict[str, Any]]:
+    """Counts by verdict of categories or sources, with links to what is counted."""
+    return [{**row, "link": f"#{urlencode({key: row['name']})}"} for row in by_verdict(groups)]
+
+
+def _tiles(totals: Totals, shown: Mapping[str, int]) -> list[dict[str, str]]:
+    """The numbers at the top, which are readable without scripts too; those with a filter lead to what they count."""
+    good, read, unsure = shown[Decision.ACCEPTED], shown["entries"], shown[Decision.REVIEW]
+    share = f"{100.0 * good / read:.3g} % of {read:,} inputs" if read else "nothing was read"
+    refusals = sum(verdict == "rejected" for verdict, _ in totals.reasons)
+    odd = shown["size-outliers"] + shown["mass-outliers"]
+    assets = {name: n for name, by in totals.categories.items() if (n := by.total() - by[Decision.REJECTED])}
+    decided = "to be decided" if unsure else "nothing to decide"
+    largest = min(assets.items(), key=lambda item: (-item[1], item[0]), default=None)
+    others, checks = totals.advised - shown["advice"], totals.checks
+    routine = f"{others:,} others have routine notes" if others else "to look at"
+    plural = "" if refusals == 1 else "s"
+    not_run = f", {checks.not_run:,} not run" if checks.not_run else ""
+    most = f"most: {largest[0]} ({largest[1]:,})" if largest else "none"
+    tiles = [
+        ("accepted", "Accepted", good, share, "#verdict=accepted"),
+        ("review", "In review", unsure, decided, "#verdict=review"),
+        ("rejected", "Rejected", shown["rejected"], f"for {refusals:,} reason{plural}", "#verdict=rejected"),
+        ("advised", "With advice", shown["advice"], routine, "#advice=yes"),
+        ("odd", "Unusual", odd, "outside the usual size or mass", "#outlier=size&outlier=mass"),
+        ("checks", "Checks passed", checks.passed, f"of {checks.applying:,} that apply{not_run}", ""),
+        ("categories", "Categories", len(assets), most, "#tab=numbers"),
+    ]
+    return [
+        {"key": key if value else "zero", "label": label, "value": f"{value:,}", "note": note, "link": link}
+        for key, label, value, note, link in tiles
+    ]
+
+
+# Changes and checks of all together -----------------------------------------------------------------------------------
+
+
+def _changes(compared: Compared, links: Mapping[str, str]) -> dict[str, Any]:
+    """Return the changes since an earlier run, as the template shows them."""
+    kinds = []
+    for change in CHANGES:
+        members = [one for one in compared.differences if one.change is change]
+        kinds.append(
+            {
+                "change": change.value,
+                "title": change.value.capitalize(),
+                "count": len(members),
+                "rows": [_change(one, links.get(one.id, "")) for one in members[:MAX_LISTED]],
+            }
+        )
+    return {"name": compared.name, "kinds": kinds}
+
+
+def _change(one: Difference, link: str) -> dict[str, Any]:
+    path, _, row = link.partition("#")
+    return {
+        "id": one.id,
+        "is_here": one.now is not None,
+        "before": one.before.in_words if one.before else "was not there",
+        "now": one.now.in_words if one.now else "is not there",
+        "link": (relative_link(path) + (f"#{row}" if row else "")) if link else "",
+    }
+
+
+def render_library_section(report: Report | None, explanations: Mapping[str, str], weights: str = "") -> Markup:
+    """Return the HTML of the section on the checks of the library as a whole; empty if none of them has run.
+
+    `weights`: name of the CLIP weights used on the pictures; empty if CLIP was not used.
+    """
+    if report is None or not report.results:
+        return NO_SECTION
+    return Markup(  # noqa: S704  the template has escaped every value
+        render_template(
+            "library/section.html",
+            seen=f"pictures looked at by CLIP with {weights}" if weights else "nobody looked at the pictures",
+            rows=[_library_check(result, report.issues, explanations) for result in report.results],
+            most=MAX_LISTED,
+        )
+    )
+
+
+def _library_check(result: CheckResult, found: Sequence[Issue], explanations: Mapping[str, str]) -> dict[str, Any]:
+    issues = [issue for issue in found if issue.code == result.code]
+    state = {
+        Status.PASSED: "passed",
+        Status.FAILED: f"{len(issues)} found",
+        Status.NOT_APPLICABLE: f"does not apply: {result.reason}",
+        Status.NOT_RUN: f"not run: {result.reason}",
+    }[result.status]
+    return {
+        "code": result.code,
+        "why": explanations.get(result.code, ""),
+        "kind": {Status.PASSED: "good", Status.NOT_APPLICABLE: "small"}.get(result.status, "warn-text"),
+        "state": state,
+        "number": "" if result.number is None else f", measured {result.number:.3g}",
+        "limit": "" if result.limit is None else f", limit {result.limit:g}",
+        "issues": issues,
+    }
+
+
+# Rows -----------------------------------------------------------------------------------------------------------------
+
+
+def listed(found: Findings, words: Words) -> list[Entry]:
+    """The entries that the page lists, in their order: all, or of many those that should be looked at first."""
+    if len(found.entries) <= MAX_ROWS:
+        return list(found.entries)
+    quiet = quiet_codes(found.entries, words)
+    odd = {name for quantity in Quantity for name in outlying(found.fits, quantity)}
+
+    def rank(entry: Entry) -> int:
+        """As the script of the page orders its rows."""
+        if entry.decision is not Decision.ACCEPTED:
+            return 0 if entry.decision is Decision.REJECTED else 1
+        return 2 if entry.id in odd else 3 if any(code not in quiet for code in entry.advice) else 4
+
+    chosen = sorted(range(len(found.entries)), key=lambda place: rank(found.entries[place]))[:MAX_ROWS]
+    return [found.entries[place] for place in sorted(chosen)]
+
+
+@dataclass(frozen=True)
+class RowContext:
+    """Data that rows of the page need in addition to their entries.
+
+    Attributes:
+        found, words: of the report. pictures: small ones by `Entry.path`; None: the page shows those in the library.
+        odd: quantity -> ids of assets outside the usual range. changes: id -> change compared with an earlier run.
+        is_brief: leave out checks that passed or do not apply.
+    """
+
+    found: Findings
+    words: Words
+    pictures: Mapping[str, bytes] | None = None
+    is_brief: bool = False
+
+    @cached_property
+    def odd(self) -> dict[str, frozenset[str]]:  # noqa: D102  see the class
+        return {quantity.value: frozenset(outlying(self.found.fits, quantity)) for quantity in Quantity}
+
+    @cached_property
+    def changes(self) -> dict[str, str]:  # noqa: D102  see the class
+        differences = self.found.compared.differences if self.found.compared else ()
+        return {one.now.id: one.change.value for one in differences if one.now is not None}
+
+
+def row_of(entry: Entry, context: RowContext) -> dict[str, Any]:
+    """Return a row as the script of the page reads it; size in centimetres, mass in kg, None for a rejected input.
+
+    `entry` has the results of its checks. docs/reference/report.md explains the keys.
+    """
+    summary, root = entry.summary, context.found.root
+    row = {
+        "id": entry.id,
+        "verdict": entry.decision.value,
+        "category": entry.category,
+        "title": entry.title,
+        "source": entry.source,
+        "path": entry.source_path,
+        "licence": entry.licence,
+        "author": entry.author,
+        "size": [round(100.0 * side, 3) for side in summary.extents] if summary else None,
+        "mass": _short(summary.mass) if summary else None,
+        "colliders": summary.colliders if summary else None,
+        "faces": summary.faces if summary else None,
+        "passed": entry.checks.passed,
+        "applying": entry.checks.applying,
+        "codes": list(codes_of(entry)),
+        "decide": sorted(set(entry.to_decide)),
+        "outlier": [name for name, ids in context.odd.items() if entry.id in ids],
+        "change": context.changes.get(entry.id, ""),
+        "folder": relative_link(entry.path if root == "." else f"{root}/{entry.path}"),
+        "more": _details(entry, context),
+    }
+    if context.pictures is not None:
+        webp = context.pictures.get(entry.path, b"")
+        row["thumb"] = f"data:image/webp;base64,{base64.b64encode(webp).decode('ascii')}" if webp else ""
+    return row
+
+
+def _details(entry: Entry, context: RowContext) -> dict[str, Any]:
+    """Return what the page shows of an entry when its row is opened."""
+    is_left_out = {Status.PASSED, Status.NOT_APPLICABLE} if context.is_brief else set()
+    shown = [result for result in entry.results if result.status not in is_left_out]
+    results = [[r.code, _status_number(r), _short(r.number), _short(r.limit), r.unit, r.reason] for r in shown]
+    if entry.decision is Decision.REJECTED:
+        reason, fix = context.words.reason_and_fix(entry)
+        # Refused rows of a manifest share one file and have no folder.
+        files = [] if entry.path.endswith(f"/{ROWS}") else [["reason", relative_link(REFUSAL)]]
+        return {"results": results, "reason": reason, "fix": fix, "files": files}
+    seen = context.found.whole.seen.get(entry.id) if context.found.whole else None
+    return {
+        "results": results,
+        "hull": entry.summary.hull_vertices if entry.summary else 0,
+        "uri": entry.uri,
+        "prompt": entry.prompt,
+        "generator": entry.generator,
+        # In words, what CLIP sees in the pictures of an asset; empty if its present version was not looked at.
+        "looks": in_words(library_report.likeness_of(entry.id, seen)) if seen and seen.content == entry.digest else "",
+        "warnings": [[issue.code, issue.pointer, issue.message] for issue in entry.warnings],
+        "guesses": [[g.subject, g.value, _short(g.confidence), g.reason] for g in entry.guesses],
+        "files": [[label, relative_link(path.format(id=entry.id))] for label, path in FILES],
+    }
+
+
+def _status_number(result: CheckResult) -> int:
+    is_advice = result.status is Status.FAILED and result.severity is Severity.WARNING
+    return ADVICE_NUMBER if is_advice else STATUS_NUMBERS[result.status]
+
+
+def _short(number: float | None) -> float | None:
+    """Round to six digits, which are enough to read and keep the page small."""
+    return None if number is None else significant(number, 6)

@@ -1,0 +1,214 @@
+"""Serve the pages of review to the browser of the person at this machine, and write what is decided to review.csv.
+
+One page shows one asset after the other, with what was guessed and why, and keys to decide; the other is that of the
+articulated meshes (`articulate/review_page.py`), whose 3D models are made from the entries when they are asked for.
+
+Only this machine can connect, and only with the address that the command prints: it holds a random word, so that no
+other page in the same browser can decide anything.
+"""
+
+from __future__ import annotations
+
+import json
+import secrets
+from collections.abc import Mapping, Sequence
+from http import HTTPStatus
+from http.server import ThreadingHTTPServer
+from threading import Lock
+from typing import Any, ClassVar
+from urllib.parse import unquote
+
+from casa_assets import registry
+from casa_assets.articulate.decisions import Decisions
+from casa_assets.articulate.run import review_page
+from casa_assets.articulate.run.decisions import check_category, keep
+from casa_assets.articulate.run.run import NAME as STRIP
+from casa_assets.articulate.run.run import outcome_of_entry
+from casa_assets.errors import CasaError, OutputError
+from casa_assets.formats.gltf import EVERYTHING, asset_glb
+from casa_assets.library import library as disk
+from casa_assets.library import review
+from casa_assets.library.entry import Entry, entries
+from casa_assets.library.entry_files import PICTURE, file_inside, picture_of
+from casa_assets.library.identity import Producer
+from casa_assets.model.source import UpAxis
+from casa_assets.show.local_server import HOST, LocalHandler
+from casa_assets.show.page.model_files import SUFFIX, model_script, viewer_name, viewer_script
+from casa_assets.show.page.page_models import PageModels
+from casa_assets.show.page.page_template import render_template
+
+# What is decided about all parts of one mesh is longer than what is decided about a whole one.
+MAX_BODY_BYTES = 100_000
+# Name of the page of articulated meshes, below the address.
+ARTICULATED = "articulated"
+# Folder of the models and the viewer as that page names it; they are made when they are asked for.
+MODELS = "models"
+_MODELS = PageModels(f"./{MODELS}", f"./{MODELS}/{viewer_name()}")
+COMMAND = "casa-assets articulate SOURCES --library {library}"
+
+
+class ReviewServer(ThreadingHTTPServer):
+    """A server for one library.
+
+    Attributes:
+        address: to be opened in a browser. waiting: entries that a person has to decide about, at present.
+        articulated: entries of `casa-assets articulate`, which have a separate page. written: number of decisions
+            written so far.
+    """
+
+    daemon_threads = True
+
+    def __init__(self, library: disk.Library, port: int = 0) -> None:
+        """Bind a port; 0: any that is free. Raises OSError where it is taken, OutputError where an entry is damaged."""
+        self.library = library
+        every = list(entries(library))
+        self.articulated = [entry for entry in every if entry.producer == Producer.ARTICULATE]
+        others = (entry for entry in every if entry.producer != Producer.ARTICULATE)
+        self.waiting: Sequence[Entry] = [entry for entry in others if review.subjects_to_review(entry)]
+        self.written = 0
+        self.lock = Lock()
+        self.token = secrets.token_urlsafe(16)
+        super().__init__((HOST, port), _Handler)
+        self.address = f"http://{HOST}:{self.server_port}/{self.token}/"
+
+
+class _Handler(LocalHandler):
+    """Answers for the page, its pictures, and what is decided."""
+
+    server: ReviewServer
+    headers_of_all: ClassVar[dict[str, str]] = {"Referrer-Policy": "no-referrer"}
+
+    def do_GET(self) -> None:  # noqa: N802  the name of the base class
+        """Send a page, the picture of a row by its number, or a picture or the model of an articulated mesh."""
+        name = self._name()
+        if name == "":
+            title = f"Review of {self.server.library.root.resolve().name}"
+            page = render_page(self.server.waiting, review.cells(self.server.library), title)
+            self.send(HTTPStatus.OK, "text/html; charset=utf-8", page.encode())
+        elif name is not None and name.isdigit() and int(name) < len(self.server.waiting):
+            folder = self.server.library.root / self.server.waiting[int(name)].path
+            try:
+                picture = picture_of(folder)
+            except OutputError:
+                picture = b""
+            self.send(HTTPStatus.OK if picture else HTTPStatus.NOT_FOUND, "image/png", picture)
+        elif name == ARTICULATED:
+            page = articulated_page(self.server.library, self.server.articulated)
+            self.send(HTTPStatus.OK, "text/html; charset=utf-8", page.encode())
+        elif name is not None and name.startswith(f"{MODELS}/"):
+            try:
+                script = script_of(
+                    self.server.library, self.server.articulated, unquote(name.removeprefix(f"{MODELS}/"))
+                )
+            except OutputError:
+                script = b""
+            self.send(HTTPStatus.OK if script else HTTPStatus.NOT_FOUND, "text/javascript", script)
+        else:
+            picture = self._picture_of_articulated(unquote(name or ""))
+            self.send(HTTPStatus.OK if picture else HTTPStatus.NOT_FOUND, "image/png", picture)
+
+    def _picture_of_articulated(self, place: str) -> bytes:
+        """The strip or the picture of an articulated mesh by its place in the library; empty where it is neither."""
+        folder, _, name = place.rpartition("/")
+        if name not in (STRIP, PICTURE) or all(entry.path != folder for entry in self.server.articulated):
+            return b""
+        path = self.server.library.root / folder
+        try:
+            return file_inside(path, name, path / name, "the file itself").read_bytes()
+        except OutputError:
+            return b""
+
+    def do_POST(self) -> None:  # noqa: N802  the name of the base class
+        """Write what was decided: a JSON object of `sha256` and words by their names, or `decisions` on parts."""
+        length, name = self.headers.get("Content-Length", ""), self._name()
+        if name not in ("decide", f"decide_{ARTICULATED}") or not length.isdigit() or int(length) > MAX_BODY_BYTES:
+            self.send(HTTPStatus.BAD_REQUEST, "text/plain", b"this is no decision")
+            return
+        try:
+            said: Any = json.loads(self.rfile.read(int(length)))
+            with self.server.lock:
+                if name == "decide":
+                    entry = next(entry for entry in self.server.waiting if entry.sha256 == said["sha256"])
+                    words = {name: str(said.get(name, "")).strip() for name in review.OVERRIDE_NAMES}
+                    review.decide(self.server.library, entry, words)
+                else:
+                    entry = next(entry for entry in self.server.articulated if entry.sha256 == said["sha256"])
+                    decisions = Decisions.model_validate(said["decisions"])
+                    check_category(decisions)
+                    keep(self.server.library, {entry.sha256: decisions})
+                self.server.written += 1
+        except (ValueError, KeyError, TypeError, AttributeError, StopIteration):
+            self.send(HTTPStatus.BAD_REQUEST, "text/plain", b"this is no decision")
+        except CasaError as error:
+            self.send(HTTPStatus.BAD_REQUEST, "text/plain; charset=utf-8", str(error).encode())
+        else:
+            self.send(HTTPStatus.OK, "text/plain", b"")
+
+    def _name(self) -> str | None:
+        """Return the requested path below the address, or None if the token or the Host header is wrong."""
+        start = f"/{self.server.token}/"
+        is_here = self.headers.get("Host") == f"{HOST}:{self.server.server_port}"
+        return self.path.removeprefix(start) if is_here and self.path.startswith(start) else None
+
+
+def render_page(waiting: Sequence[Entry], decided: Mapping[str, Mapping[str, str]], title: str) -> str:
+    """HTML of the page.
+
+    Args:
+        waiting: what a person has to decide about, in the order in which it is shown.
+        decided: sha256 of an input -> cells of its row in review.csv, by column.
+        title: heading, plain text.
+    """
+    data = {
+        "rows": [_row(number, entry, decided.get(entry.sha256, {})) for number, entry in enumerate(waiting)],
+        "categories": sorted(registry.load().categories),
+        "ups": [axis.value for axis in UpAxis],
+    }
+    return render_template(
+        "review/page.html",
+        title=title,
+        count=len(waiting),
+        data=data,
+        without_scripts="review.csv of the library",
+        scripts=("review/common.js", "review/page.js"),
+    )
+
+
+def _row(number: int, entry: Entry, cells: Mapping[str, str]) -> dict[str, Any]:
+    return {
+        "number": number,
+        "sha256": entry.sha256,
+        "id": entry.id,
+        "input": entry.source_path,
+        "category": entry.category,
+        "size_m": [] if entry.summary is None else [round(v, 4) for v in entry.summary.extents],
+        "mass_kg": None if entry.summary is None else entry.summary.mass,
+        "rejected": f"{entry.code}: {entry.message}" if entry.code else "",
+        "decide": list(entry.to_decide),
+        "guesses": [
+            [g.subject, g.value, g.confidence, g.reason] for g in entry.guesses if g.subject in review.SUBJECTS
+        ],
+        "set": {name: cells.get(f"set_{name}", "") for name in review.OVERRIDE_NAMES},
+    }
+
+
+def articulated_page(library: disk.Library, entries: Sequence[Entry]) -> str:
+    """Return the HTML of the page; entries of which no record is left are not on it."""
+    found = [outcome for entry in entries if (outcome := outcome_of_entry(library, entry)) is not None]
+    return review_page.render_page(library, found, COMMAND.format(library=library.root), is_served=True, models=_MODELS)
+
+
+def script_of(library: disk.Library, entries: Sequence[Entry], name: str) -> bytes:
+    """Return a script that the page names: the viewer or the model of an accepted entry; empty where it is neither.
+
+    Args:
+        name: of the file in the folder of models.
+    Raises:
+        OutputError: the asset cannot be read.
+    """
+    if name == viewer_name():
+        return viewer_script()
+    entry = next((one for one in entries if one.accepted and f"{one.id}{SUFFIX}" == name), None)
+    if entry is None:
+        return b""
+    return model_script(entry.id, asset_glb(disk.read_asset(library.root / entry.path), EVERYTHING))

@@ -1,0 +1,360 @@
+"""Render one asset's `model.xml` to a still or an animation from all sides, and raw models, of which no MJCF exists."""
+
+from __future__ import annotations
+
+import colorsys
+import io
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+from PIL import Image
+
+from casa_assets.core.numeric import Floats, srgb_from_linear_array
+from casa_assets.errors import CasaError
+from casa_assets.model.asset.material import Texture
+from casa_assets.model.asset.parts import Mesh
+from casa_assets.model.source import RawModel, RawPart, Up
+from casa_assets.show.stills import pictures, studio
+from casa_assets.show.stills.pictures import Pixels
+from casa_assets.show.stills.studio import View, fit
+
+# Groups of the geoms that are seen and of those that collide: the first number in model.xml, the second in what MuJoCo
+# reads from USD.
+_VISUAL_GROUPS, _COLLISION_GROUPS = (1, 2), (0, 3)
+_DEFAULT_VIEW = View()
+# A picture of colliders shows them over the thing in this grey, with this share of their own colour.
+_GREY_RGBA = (0.86, 0.87, 0.88, 1.0)
+_COLLIDER_OPACITY = 0.68
+_MIN_OVERLAY_PASSES = 8
+# Hues of colliders: the golden ratio as a share of the circle keeps any number of them apart.
+_FIRST_HUE, _HUE_STEP = 0.58, 0.61803398875
+
+
+class CannotDraw(CasaError):
+    """A model cannot be drawn; the message says why."""
+
+
+def render(model_xml: Path, view: View = _DEFAULT_VIEW, collision: bool = False, pose: str = "") -> bytes:
+    """PNG of one asset in its pose, seen from the front and a little from its right and above.
+
+    Args:
+        model_xml: MJCF with visual geoms in group 1 and collision geoms in group 0, or USD with 2 and 3; regions are
+            called `reg_*`.
+        view: direction and size.
+        collision: show each collider in a different colour, see-through, over the asset in grey.
+        pose: keyframe of the model to show; empty: joints at zero.
+    Raises:
+        CannotDraw: MuJoCo cannot read the model, it has no such keyframe, or nothing in it is visible.
+        NoRenderer: there is no OpenGL.
+    """
+    if collision:
+        return _render_colliders(model_xml, view, pose)
+    model, data, points = load_into_studio(model_xml, view.size_px, pose=pose)
+    return pictures.png(studio.render(model, data, points, fit(points, view), view))
+
+
+def _render_colliders(model_xml: Path, view: View, pose: str) -> bytes:
+    """PNG of the colliders over the grey thing.
+
+    Two pictures are mixed: in one scene with see-through colliders, surfaces that coincide would flicker.
+    """
+    thing, thing_data, thing_points = load_into_studio(model_xml, view.size_px, _GREY_RGBA, pose=pose)
+    shapes, shape_data, shape_points = load_into_studio(model_xml, view.size_px, None, _COLLISION_GROUPS, pose)
+    camera = fit(np.concatenate([thing_points, shape_points]), view)
+    # Half the drawings for each of the two.
+    fewer = replace(view, passes=max(_MIN_OVERLAY_PASSES, view.passes // 2))
+    below = studio.render(thing, thing_data, thing_points, camera, fewer).astype(np.float64)
+    above = studio.render(shapes, shape_data, shape_points, camera, fewer).astype(np.float64)
+    return pictures.png(np.rint(below + _COLLIDER_OPACITY * (above - below)).astype(np.uint8))
+
+
+def load_into_studio(
+    model_xml: Path,
+    size_px: int,
+    paint: tuple[float, ...] | None = None,
+    groups: tuple[int, ...] = _VISUAL_GROUPS,
+    pose: str = "",
+) -> tuple[Any, Any, Floats]:
+    """Compile an asset in the studio: (MjModel, MjData, (N, 3) visible points in metres).
+
+    Args:
+        model_xml: as for `render`. size_px: of the picture to be taken.
+        paint: RGBA for everything, instead of its materials.
+        groups: of the geoms to be shown; each collider gets a different colour.
+        pose: keyframe, or empty.
+    Raises:
+        CannotDraw: MuJoCo cannot read the model, or it has no geom to show.
+    """
+    try:
+        spec = mujoco.MjSpec.from_file(str(model_xml))
+        _keep_groups(spec, groups, paint)
+        add_highlights(spec)
+        studio.add_studio(spec, size_px)
+        model = spec.compile()
+    except ValueError as error:
+        raise CannotDraw(f"{model_xml.name}: {error}".replace("\n", " ")) from error
+    data = mujoco.MjData(model)
+    if pose:
+        set_keyframe(model, data, pose, model_xml.name)
+    mujoco.mj_forward(model, data)
+    return model, data, studio.place_floor(model, data)
+
+
+def set_keyframe(model: Any, data: Any, pose: str, name: str) -> None:
+    """Set the data to a keyframe. Raises CannotDraw where the model, here called `name`, has none such."""
+    key = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_KEY, pose)
+    if key < 0:
+        known = ", ".join(model.key(i).name for i in range(model.nkey)) or "none"
+        raise CannotDraw(f"{name}: it has no keyframe {pose!r}; there are {known}")
+    mujoco.mj_resetDataKeyframe(model, data, key)
+
+
+def poses(model_xml: Path) -> tuple[str, ...]:
+    """Names of the keyframes of a model, in its order."""
+    return tuple(key.name for key in mujoco.MjSpec.from_file(str(model_xml)).keys)
+
+
+def add_highlights(spec: Any) -> None:
+    """Set specular and shininess of an MjSpec's materials from metallic and roughness."""
+    for material in spec.materials:
+        color = list(material.rgba)
+        phong = _phong_terms(material.metallic, material.roughness, color, material.textures)
+        material.specular, material.shininess, factor = phong
+        material.reflectance = 0.0
+        material.rgba = [*(factor * c for c in color[:3]), color[3]]
+
+
+def _phong_terms(metallic: float, roughness: float, rgba: Any, textures: Any) -> tuple[float, float, float]:
+    """(specular, shininess, factor of the colour) that make MuJoCo's lights show a material's metallic and roughness.
+
+    Args:
+        metallic, roughness: a negative value means that the file says nothing.
+        textures: one item for each role, true where a picture fills it.
+    """
+    metallic = max(0.0, metallic)
+    smooth = 1.0 - (roughness if roughness >= 0.0 else 0.5)
+    # Metal mirrors in its own colour: a black one shines less than chrome.
+    bright = max(rgba[:3]) if not any(textures) else 1.0
+    specular = (1.0 - metallic) * (0.08 + 0.2 * smooth) + metallic * 0.9 * bright
+    return specular, 0.05 + 0.45 * smooth**2, 1.0 - metallic * (0.14 + 0.42 * smooth)
+
+
+def _keep_groups(spec: Any, groups: tuple[int, ...], paint: tuple[float, ...] | None) -> None:
+    """Delete all geoms of other groups and all regions (`reg_*`), then the meshes that no geom uses.
+
+    Each collider gets a different colour, and everything gets `paint` if it is given. The remaining geoms are put into
+    the group that the studio draws. Raises ValueError if no geoms remain.
+    """
+    for geom in list(spec.geoms):
+        if geom.group not in groups or geom.name.startswith("reg_"):
+            spec.delete(geom)
+    if not list(spec.geoms):
+        raise ValueError(f"it has no geom in group {' or '.join(map(str, groups))} to be drawn")
+    for i, geom in enumerate(spec.geoms):
+        if groups == _COLLISION_GROUPS or paint is not None:
+            geom.material, geom.rgba = "", list(paint or (*_color(i), 1.0))
+        geom.group = studio.VISUAL_GROUP
+    used = {geom.meshname for geom in spec.geoms}
+    for mesh in list(spec.meshes):
+        if mesh.name not in used:
+            spec.delete(mesh)
+
+
+def _color(i: int) -> tuple[float, float, float]:
+    """The i-th of colours that differ well from their neighbours."""
+    hue, saturation, brightness = (_FIRST_HUE + i * _HUE_STEP) % 1.0, (0.75, 0.55)[i % 2], (0.95, 0.85)[i // 2 % 2]
+    return colorsys.hsv_to_rgb(hue, saturation, brightness)
+
+
+_TURNTABLE_VIEW = View(size_px=256, fill=0.92, passes=10)
+
+
+def render_turntable(model_xml: Path, view: View = _TURNTABLE_VIEW, frames: int = 24, seconds: float = 4.0) -> bytes:
+    """Animated WebP of the asset turning once, without end.
+
+    Args:
+        model_xml: as for `render`.
+        view: of the first frame. frames, seconds: pictures in a turn, and its duration.
+    Raises:
+        CannotDraw: MuJoCo cannot read the model, or nothing in it is visible.
+        NoRenderer: there is no OpenGL.
+    """
+    model, data, points = load_into_studio(model_xml, view.size_px)
+    swept = _swept(points)
+    taken: list[pictures.Pixels] = []
+    for i in range(frames):
+        # The camera walks round with the lights, which looks as if the thing turned under them.
+        turned = replace(view, azimuth_deg=view.azimuth_deg + 360.0 * i / frames)
+        camera = fit(swept, turned)
+        taken.append(studio.render(model, data, points, camera, turned))
+    return _webp(taken, round(1000.0 * seconds / frames))
+
+
+def _swept(points: Floats) -> Floats:
+    """Rings about the vertical axis that hold all points, so that every frame has the same distance and aim."""
+    middle = (points[:, :2].max(axis=0) + points[:, :2].min(axis=0)) / 2.0
+    radius = np.linalg.norm(points[:, :2] - middle, axis=1)
+    around = np.linspace(0.0, 2.0 * np.pi, 96, endpoint=False)
+    rings = []
+    # The widest point of each of some layers is enough.
+    edges = np.linspace(points[:, 2].min(), points[:, 2].max(), 17)
+    layer = np.clip(np.searchsorted(edges, points[:, 2], side="right") - 1, 0, 15)
+    for k in range(16):
+        mine = layer == k
+        if mine.any():
+            reach = float(radius[mine].max())
+            for z in (float(points[mine, 2].min()), float(points[mine, 2].max())):
+                x, y = middle[0] + reach * np.cos(around), middle[1] + reach * np.sin(around)
+                rings.append(np.stack([x, y, np.full_like(x, z)], axis=1))
+    return np.concatenate(rings)
+
+
+def _webp(frames: list[pictures.Pixels], milliseconds: int) -> bytes:
+    """Animated WebP, always with the same options."""
+    first, *rest = [Image.fromarray(f) for f in frames]
+    out = io.BytesIO()
+    first.save(
+        out, format="WEBP", save_all=True, append_images=rest, duration=milliseconds, loop=0, quality=80, method=4
+    )
+    return out.getvalue()
+
+
+_RAW_VIEW = View(size_px=320, passes=16)
+# Above this many faces MuJoCo takes longer to read a mesh than the picture is worth: vertices are moved onto a grid of
+# so many steps along the longest side, about one for each pixel, and faces that become alike are drawn once.
+_MANY_FACES, _GRID_STEPS = 150_000, 256
+_SMALL_FACES = 20_000  # from so many on each is small
+_LEAST_VERTICES = 4  # of a mesh that MuJoCo reads
+_LARGEST_PX = 1024  # of an image
+
+
+def render_model(model: RawModel, view: View = _RAW_VIEW) -> bytes:
+    """PNG of a raw model, turned upright by the axis that its file declares (glTF: y), else z.
+
+    Raises:
+        CasaError: it has no triangle, or nothing can draw.
+    """
+    return render_mesh(model.parts, model.up or Up.Z, view)
+
+
+def render_mesh(parts: Sequence[RawPart], up: Up = Up.Z, view: View = _RAW_VIEW) -> bytes:
+    """PNG of raw parts in file units; size does not matter, broken and flat meshes are drawn from both sides.
+
+    Raises:
+        CannotDraw: there is no triangle to draw, or MuJoCo cannot read them. NoRenderer: there is no OpenGL.
+    """
+    stood = _stand_up([p for p in parts if len(p.mesh.faces)], up)
+    if not stood:
+        raise CannotDraw("there is no triangle to draw")
+    spec = mujoco.MjSpec()
+    many = sum(len(p.mesh.faces) for p in stood) > _MANY_FACES
+    for i, part in enumerate(stood):
+        _add(spec, part.replace(mesh=_coarsened(part.mesh)) if many else part, i)
+    add_highlights(spec)
+    studio.add_studio(spec, view.size_px)
+    try:
+        model = spec.compile()
+    except ValueError as error:
+        raise CannotDraw(str(error).replace("\n", " ")) from error
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    points = studio.place_floor(model, data)
+    return pictures.png(studio.render(model, data, points, fit(points, view), view, both_sides=True))
+
+
+def _stand_up(parts: Sequence[RawPart], up: Up) -> list[RawPart]:
+    """The parts with z up, about the origin, the longest side 1 m; unused vertices do not count."""
+    turn = {Up.X: [[0, -1, 0], [0, 0, -1], [1, 0, 0]], Up.Y: [[1, 0, 0], [0, 0, -1], [0, 1, 0]], Up.Z: np.eye(3)}[up]
+    clouds = [p.mesh.vertices @ np.array(turn).T for p in parts]
+    if not parts:
+        return []
+    used = np.concatenate([c[np.unique(p.mesh.faces)] for c, p in zip(clouds, parts, strict=True)])
+    lower, upper = used.min(axis=0), used.max(axis=0)
+    scale = 1.0 / max(float((upper - lower).max()), 1e-300)
+    return [
+        p.replace(mesh=p.mesh.replace(vertices=(c - (lower + upper) / 2.0) * scale, normals=None))
+        for c, p in zip(clouds, parts, strict=True)
+    ]
+
+
+def _coarsened(mesh: Mesh) -> Mesh:
+    """A mesh of 1 m, the vertices in each cell of the grid merged into their mean, with colour and uv of the first."""
+    cells = np.rint(mesh.vertices * _GRID_STEPS).astype(np.int64)
+    keys = (cells[:, 0] * 4 * _GRID_STEPS + cells[:, 1]) * 4 * _GRID_STEPS + cells[:, 2]
+    _, first, number, count = np.unique(keys, return_index=True, return_inverse=True, return_counts=True)
+    vertices = mesh.vertices.copy()
+    vertices[first] = np.stack([np.bincount(number, axis) for axis in vertices.T], axis=1) / count[:, None]
+    faces = first[number[mesh.faces]]
+    alike = np.sort(faces, axis=1)
+    kept = np.unique(alike, axis=0, return_index=True)[1]
+    kept = kept[(np.diff(alike[kept], axis=1) > 0).all(axis=1)]
+    # Nothing is left of a thing that is smaller than a cell.
+    return mesh.replace(vertices=vertices, faces=faces[kept].astype(np.int32) if len(kept) else mesh.faces[:1])
+
+
+def _add(spec: Any, part: RawPart, i: int) -> None:
+    """One part as a mesh, a material and a geom of the spec."""
+    mesh = spec.add_mesh()
+    mesh.name = f"mesh{i}"
+    kept, faces = np.unique(part.mesh.faces, return_inverse=True)
+    vertices = part.mesh.vertices[kept].astype(np.float32)
+    spare = np.repeat(vertices[:1], max(0, _LEAST_VERTICES - len(vertices)), axis=0)
+    mesh.uservert = np.concatenate([vertices, spare]).ravel()
+    mesh.userface = faces.astype(np.int32).ravel()
+    mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
+    pixels, uv, uv_faces = None, np.zeros((0, 2)), faces
+    if part.material.base_color_texture is not None and part.mesh.uv is not None:
+        pixels, uv = _opened(part.material.base_color_texture), part.mesh.uv[kept]
+    elif part.mesh.colors is not None:
+        pixels, uv = _palette(part.mesh)
+        uv_faces = np.arange(len(uv))
+    material = spec.add_material()
+    material.name = f"look{i}"
+    base = part.material.base_color
+    # However clear it is, it can be seen.
+    material.rgba = [*srgb_from_linear_array(np.array(base[:3])), max(base[3], 0.15)]
+    material.metallic, material.roughness = part.material.metallic, part.material.roughness
+    if pixels is not None:
+        # MuJoCo's images begin at the top, ours at the lower left.
+        mesh.usertexcoord = (uv * [1.0, -1.0] + [0.0, 1.0]).astype(np.float32).ravel()
+        mesh.userfacetexcoord = uv_faces.astype(np.int32).ravel()
+        texture = spec.add_texture()
+        texture.name = f"image{i}"
+        texture.type = mujoco.mjtTexture.mjTEXTURE_2D
+        texture.width, texture.height, texture.nchannel = pixels.shape[1], pixels.shape[0], 3
+        texture.data = pixels.tobytes()
+        material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = texture.name
+    geom = spec.worldbody.add_geom()
+    geom.type, geom.meshname, geom.material = mujoco.mjtGeom.mjGEOM_MESH, mesh.name, material.name
+    geom.group = studio.VISUAL_GROUP
+    geom.contype = geom.conaffinity = 0
+
+
+def _palette(mesh: Mesh) -> tuple[Pixels, Floats]:
+    """An image with 2 x 2 pixels for each face, and (3 F, 2) places of the corners of the faces in it.
+
+    OpenGL mixes the pixels as the colours of the corners mix within the face: the fourth one completes a plane.
+    Faces as small as a pixel of the picture would be mixed with others, and have one colour.
+    """
+    assert mesh.colors is not None
+    side = int(np.ceil(np.sqrt(len(mesh.faces))))
+    first, second, third = (mesh.colors[mesh.faces[:, k], :3].astype(np.int16) for k in range(3))
+    blocks = np.zeros((side * side, 4, 3), dtype=np.uint8)
+    blocks[: len(first)] = np.clip(np.stack([first, second, third, second + third - first], axis=1), 0, 255)
+    pixels = blocks.reshape(side, side, 2, 2, 3).swapaxes(1, 2).reshape(2 * side, 2 * side, 3)
+    row, column = np.divmod(np.arange(len(first)), side)
+    within = [[0, 0], [1, 0], [0, -1]] if len(first) < _SMALL_FACES else [[0.5, -0.5]] * 3
+    corners = np.stack([2 * column, 2 * (side - row) - 1], axis=1)[:, None] + np.array(within)
+    return pixels, (corners.reshape(-1, 2) + 0.5) / (2 * side)
+
+
+def _opened(texture: Texture) -> Pixels:
+    """(H, W, 3) pixels, first row at the top, at most 1024 on a side."""
+    with Image.open(io.BytesIO(texture.png)) as source:
+        picture = source.convert("RGB")
+    picture.thumbnail((_LARGEST_PX, _LARGEST_PX), Image.Resampling.BOX)
+    return np.asarray(picture)

@@ -1,0 +1,260 @@
+"""A subject as it is shown: to the page one GLB and the facts that a GLB does not hold, to MuJoCo a compiled model."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from casa_assets.addons.robots import read_certificate
+from casa_assets.checks.design.robot.floor_map import BASE_RADIUS_M
+from casa_assets.checks.design.subject import DesignSubject
+from casa_assets.errors import CasaError
+from casa_assets.families.run.asset_store import AssetStore
+from casa_assets.families.run.finishes import available_finishes
+from casa_assets.families.run.run import family_of, params_of
+from casa_assets.formats.gltf import EVERYTHING, asset_glb, scene_glb
+from casa_assets.formats.mjcf import document
+from casa_assets.formats.mjcf.scene.kitchen import FILE, write
+from casa_assets.layouts.compose.floor_facts import facts_of
+from casa_assets.layouts.order.request import KitchenRequest
+from casa_assets.layouts.run.load_scene import model_of
+from casa_assets.layouts.run.recipe import SceneRecipe
+from casa_assets.layouts.run.resolve import build_choice, build_scene, draw_surfaces, resolve
+from casa_assets.layouts.run.scene_files import SCENE_JSON, SHARED
+from casa_assets.layouts.run.scene_folders import is_current
+from casa_assets.library import library as disk
+from casa_assets.library.entry_files import checked_model
+from casa_assets.model.asset.asset import Asset
+from casa_assets.model.asset.behavior import Behavior
+from casa_assets.model.files import Files
+from casa_assets.model.kitchen.choices import Surface
+from casa_assets.model.kitchen.robot import Following
+from casa_assets.model.kitchen.scene import Scene
+from casa_assets.registry.kitchens import load_plan, load_style, style_names
+from casa_assets.show.view import machines
+from casa_assets.show.view.subject import AssetFolder, Kitchen, Loaded, Member, ModelFile, Subject
+
+REPORT = "report.html"
+# Called with what is being done, how much of it is done, and of how many; 0 where that is not known.
+Tell = Callable[[str, int, int], None]
+
+
+@dataclass(frozen=True)
+class Model:
+    """A model and its data, as the server sends them to the page.
+
+    Attributes:
+        id: of the subject. glb: the model, with colliders and regions in separate layers.
+        facts: see `facts` of the functions below; JSON. behaviors: name of a placement (empty for an asset by itself)
+            -> its state machine.
+        folder: of the scene or asset on disk, from which its report is served; None if it is not on disk.
+    """
+
+    id: str
+    glb: bytes
+    facts: Mapping[str, Any]
+    behaviors: Mapping[str, Behavior]
+    folder: Path | None
+
+
+def make(subject: Subject, cache: Path, tell: Tell) -> Model:
+    """Build, or read, what is to be shown.
+
+    Args:
+        cache: folder of the store that painted pictures and built assets are kept in.
+    Raises:
+        CasaError: it cannot be built or read, or there is no record of it.
+    """
+    if isinstance(subject, Kitchen):
+        return _kitchen(subject, cache, tell)
+    tell("reading" if isinstance(subject, AssetFolder) else "building", 0, 0)
+    asset = asset_of(subject, cache)
+    folder = subject.folder if isinstance(subject, AssetFolder) else None
+    tell("writing the model", 0, 0)
+    glb = asset_glb(asset, EVERYTHING)
+    facts = {
+        "id": asset.id,
+        "kind": "asset",
+        "title": subject.id,
+        "sentence": f"{asset.labels.category.replace('_', ' ')}, {asset.mass:.3g} kg, {len(asset.joints)} joints",
+        "machines": [m for m in (machines.describe(asset),) if m],
+        "labels": [{"node": joint.child, "text": joint.child} for joint in asset.joints],
+        "report": (folder / REPORT).is_file() if folder else False,
+    }
+    return Model(subject.id, glb, facts, {"": asset.behavior} if asset.behavior else {}, folder)
+
+
+def asset_of(subject: Subject, cache: Path) -> Asset:
+    """Return the record of an asset. Raises CasaError if it has no record: a scene, or an MJCF from elsewhere."""
+    if isinstance(subject, AssetFolder):
+        return disk.read_asset(subject.folder)
+    if isinstance(subject, Loaded):
+        return subject.asset
+    if isinstance(subject, Member):
+        request = subject.request
+        store = AssetStore(cache)
+        made = store.built(family_of(request), params_of(request))
+        store.tidy()
+        return made
+    why = subject.why if isinstance(subject, ModelFile) else "it is a scene"
+    raise CasaError(
+        f"{subject.id}: the page is made from a record of this program, and {why}. Where there is a screen, MuJoCo's "
+        "viewer shows the file: leave --web out"
+    )
+
+
+def scene_of(subject: Kitchen, cache: Path, tell: Tell) -> tuple[KitchenRequest, Scene]:
+    """Return the kitchen and the scene of a recipe, made by the functions that `scenes build` uses.
+
+    Progress is reported part by part. Parts that were built before come from the cache.
+    """
+    tell("reading the plan", 0, 0)
+    kitchen = resolve(subject.recipe)
+    parts = (*(item.choice for item in kitchen.items), *kitchen.style.props)
+    choices = {choice.model_dump_json(): (choice.preset, choice) for choice in parts}
+    store = AssetStore(cache)
+    for number, (name, choice) in enumerate(choices.values()):
+        tell("building its parts", number, len(choices))
+        build_choice(name, choice, store)
+    store.tidy()
+    tell("putting it together", 0, 0)
+    return build_scene(subject.recipe, cache)
+
+
+def _kitchen(subject: Kitchen, cache: Path, tell: Tell) -> Model:
+    kitchen, scene = scene_of(subject, cache, tell)
+    tell("writing the model", 0, 0)
+    glb = scene_glb(scene, EVERYTHING)
+    tell("looking where a robot stands", 0, 0)
+    places = DesignSubject(facts_of(kitchen, scene)).parking.shut.items()
+    assets = scene.asset_of
+    folder = subject.folder if (subject.folder / SCENE_JSON).is_file() else None
+    joints = sum(len(asset.joints) for asset in assets.values())
+    found = [machines.describe(asset, name) for name, asset in assets.items()]
+    facts = {
+        "id": scene.id,
+        "kind": "scene",
+        "title": scene.id,
+        "sentence": f"{load_plan(subject.recipe.plan)[0].title}; {len(scene.placements)} placements, {joints} joints",
+        "machines": [m for m in found if m],
+        "labels": [{"node": name, "text": name} for name, asset in assets.items() if asset.joints or asset.behavior],
+        "report": (folder / REPORT).is_file() if folder else False,
+        "note": _note(subject, folder),
+        "cameras": [camera.name for camera in scene.cameras],
+        "base_radius": BASE_RADIUS_M,
+        "parking": {
+            fixture: place and {"x": place.position[0], "y": place.position[1], "yaw": place.yaw}
+            for fixture, place in places
+        },
+        "robots": _robots(folder) if folder else [],
+        "choice": choice_of(subject.recipe),
+    }
+    behaviors = {name: asset.behavior for name, asset in assets.items() if asset.behavior}
+    return Model(scene.id, glb, facts, behaviors, folder)
+
+
+def _note(subject: Kitchen, folder: Path | None) -> str:
+    """A sentence on how what is shown differs from what is on the disk; empty where it does not."""
+    if folder is None:
+        return f"not on the disk yet; to write it: {build_command(subject.recipe)}"
+    if not is_current(subject.recipe, subject.place):
+        return "the files on the disk were made by another version; shown is what this version makes"
+    return ""
+
+
+def build_command(recipe: SceneRecipe) -> str:
+    """The command that writes the scene of a recipe to the disk."""
+    has_options = bool(recipe.surfaces or recipe.models or recipe.closed or recipe.mixed)
+    if not has_options and recipe.seed is None:
+        return f"casa-assets scenes build {recipe.scene_id}"
+    words = [f"casa-assets scenes new {recipe.plan} --style {recipe.style}"]
+    if recipe.seed is not None:
+        words.append(f"--seed {recipe.seed}")
+    if recipe.surfaces and recipe.surfaces == draw_surfaces(recipe.seed or 0):
+        words.append("--textures random")
+    elif recipe.surfaces:
+        words.append("--textures " + ",".join(f"{surface.value}={name}" for surface, name in recipe.surfaces))
+    words += [f"--model {role}={name}" for role, name in recipe.models]
+    words += ["--mixed"] * recipe.mixed + ["--closed"] * recipe.closed
+    if recipe.objects:
+        words.append(f"--objects {recipe.objects} --objects-seed {recipe.objects_seed}")
+    return " ".join(words)
+
+
+def _robots(folder: Path) -> list[dict[str, Any]]:
+    """What `casa-assets scenes robots` found: for each robot, `placement/joint` -> `opened`, `reached` or why not."""
+    certificate = read_certificate(folder)
+    if certificate is None:
+        return []
+    rows = []
+    for robot in certificate.robots:
+        joints = {
+            "/".join(joint.joint.rsplit("__", 1)): (
+                ("opened" if joint.followed is not Following.NO else "reached")
+                if joint.reached
+                else (joint.missed.value if joint.missed else "not reached")
+            )
+            for joint in robot.joints
+        }
+        rows.append({"robot": robot.robot, "joints": joints})
+    return rows
+
+
+def choice_of(recipe: SceneRecipe) -> dict[str, Any]:
+    """Plan, style and surfaces of a kitchen, and what they can be swapped for."""
+    textures = available_finishes().surfaces
+    return {
+        "plan": recipe.plan,
+        "style": recipe.style,
+        "seed": recipe.seed,
+        "surfaces": {surface.value: name for surface, name in recipe.surfaces},
+        "styles": {name: load_style(name)[0].description for name in style_names()},
+        "textures": {surface.value: list(textures[surface]) for surface in Surface},
+    }
+
+
+def to_json(facts: Mapping[str, Any]) -> bytes:
+    """Facts as the page reads them."""
+    return json.dumps(facts, ensure_ascii=False, sort_keys=True, separators=(",", ":"), allow_nan=False).encode()
+
+
+def with_style(recipe: SceneRecipe, style: str) -> SceneRecipe:
+    """The kitchen in another style, with that style's own finishes. Raises UnknownId."""
+    load_style(style)
+    return replace(recipe, style=style, surfaces=())
+
+
+def mujoco_model(subject: Subject, cache: Path, tell: Tell) -> Any:
+    """Return a compiled MuJoCo model of the subject; assets are placed on a floor.
+
+    The last argument is a callback that receives the progress.
+
+    Args:
+        cache: folder of the store of built assets.
+    Raises:
+        CasaError: it cannot be built or read.
+    """
+    source = _source(subject, cache, tell)
+    tell("loading", 0, 0)
+    try:
+        return model_of(source)
+    except ValueError as error:
+        raise CasaError(f"{subject.id}: MuJoCo cannot read it: {error}".replace("\n", " ")) from error
+
+
+def _source(subject: Subject, cache: Path, tell: Tell) -> Path | Files:
+    """The file on the disk, or files in memory."""
+    if isinstance(subject, ModelFile):
+        return subject.path
+    if isinstance(subject, AssetFolder):
+        on_floor = subject.folder / FILE
+        return checked_model(on_floor if on_floor.is_file() else subject.folder / "model.xml")
+    if isinstance(subject, Kitchen):
+        file = subject.folder / FILE
+        if file.is_file() and (subject.is_named_by_path or is_current(subject.recipe, subject.place)):
+            return file
+        return write(scene_of(subject, cache, tell)[1], shared=SHARED)
+    return document.write(asset_of(subject, cache))

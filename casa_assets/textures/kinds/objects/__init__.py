@@ -1,9 +1,0 @@
-"""Kinds of texture of objects: one picture covers a whole surface, from its lower end to its upper one."""
-
-from __future__ import annotations
-
-from casa_assets.textures.canvas import TextureKind
-from casa_assets.textures.kinds.objects.food import SECTION, SKIN
-from casa_assets.textures.kinds.objects.label import LABEL
-
-KINDS: tuple[TextureKind, ...] = (SKIN, LABEL, SECTION)

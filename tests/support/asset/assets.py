@@ -1,0 +1,158 @@
+"""Small assets built in code, shared by the tests of both writers and of the checks."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+
+from casa_assets.model.asset.asset import Asset, Base, Collider, Inertial, Link, Site, Visual
+from casa_assets.model.asset.material import ColorSpace, Material
+from casa_assets.model.asset.parts import Capsule, Cylinder, Hull, Sphere
+from casa_assets.model.files import Files
+from casa_assets.model.pose import Pose
+from casa_assets.model.registry.category import Category, MatterFill, RestingPose, SizeRange
+from tests.support.asset.articulated_assets import drawer_unit as drawer_unit
+from tests.support.asset.articulated_assets import microwave as microwave
+from tests.support.asset.asset_parts import CARDBOARD, CERAMIC, FRUIT, box_collider, labels
+from tests.support.asset.asset_parts import PROVENANCE as PROVENANCE
+from tests.support.asset.asset_parts import box_inertial as box_inertial
+from tests.support.mesh.meshes import box_mesh, lathe, texture, wall
+
+
+def write_to(files: Files, folder: Path) -> Path:
+    """Puts files on disk below `folder` and returns it."""
+    for path, data in files.entries.items():
+        target = folder / path
+        target.parent.mkdir(parents=True, exist_ok=True)
+        target.write_bytes(data)
+    return folder
+
+
+def category(asset: Asset) -> Category:
+    """A registry row that fits the asset."""
+    span = SizeRange(low=0.01, typical=0.2, high=1.0)
+    return Category(
+        id=asset.labels.category,
+        parent=asset.labels.classes[1],
+        qcode=asset.labels.qcode,
+        longest_m=span,
+        mass_kg=SizeRange(low=0.01, typical=1.0, high=50.0),
+        shape=(1.0, 1.0, 1.0),
+        upright=RestingPose.STANDS,
+        build=MatterFill.SOLID,
+        substance=asset.substances[0].id,
+        fixed=asset.base is Base.FIXED,
+    )
+
+
+def rigid_mug() -> Asset:
+    """A mug: one link, an open vessel of ten colliders, no textures; its inertia is not diagonal."""
+    steps = 8
+    walls = tuple(
+        Collider(name=f"wall_{i}", shape=Hull(mesh=wall(i, steps)), substance="ceramic") for i in range(steps)
+    )
+    floor = Collider(
+        name="floor",
+        shape=Cylinder(radius=0.04, height=0.006),
+        substance="ceramic",
+        pose=Pose(position=(0.0, 0.0, 0.003)),
+    )
+    handle = Collider(
+        name="handle",
+        shape=Capsule(radius=0.005, height=0.05),
+        substance="ceramic",
+        pose=Pose(position=(0.06, 0.0, 0.05)),
+    )
+    profile = [(0.0, 0.006), (0.035, 0.006), (0.035, 0.095), (0.04, 0.095), (0.04, 0.0), (0.0, 0.0)]
+    return Asset(
+        id="mug_0123456789",
+        links=(
+            Link(
+                name="object",
+                inertial=Inertial(
+                    mass=0.3, center_of_mass=(0.004, 0.0, 0.042), inertia=(4e-4, 4.3e-4, 3.6e-4, 0.0, 1.5e-5, 0.0)
+                ),
+                visuals=(
+                    Visual(name="body", mesh=lathe(profile, 32), material="glaze"),
+                    Visual(name="grip", mesh=box_mesh((0.01, 0.01, 0.06), (0.06, 0.0, 0.05)), material="glaze"),
+                ),
+                colliders=(*walls, floor, handle),
+            ),
+        ),
+        sites=(Site(name="fill", pose=Pose(position=(0.0, 0.0, 0.09))),),
+        materials=(Material(id="glaze", base_color=(0.6, 0.05, 0.02, 1.0), roughness=0.2, substance="ceramic"),),
+        substances=(CERAMIC,),
+        labels=labels("mug", ("mug", "drinkware", "tableware"), "Q386215"),
+        provenance=PROVENANCE,
+    )
+
+
+def ball() -> Asset:
+    """An orange: one sphere, which rolls unless something stops it."""
+    radius, mass = 0.036, 0.17
+    arc = [(radius * math.sin(t), radius - radius * math.cos(t)) for t in np.linspace(math.pi, 0.0, 17)]
+    inertia = 0.4 * mass * radius**2
+    return Asset(
+        id="orange_0123456789",
+        links=(
+            Link(
+                name="object",
+                inertial=Inertial(
+                    mass=mass, center_of_mass=(0.0, 0.0, radius), inertia=(inertia, inertia, inertia, 0.0, 0.0, 0.0)
+                ),
+                visuals=(Visual(name="peel", mesh=lathe(arc, 32), material="peel"),),
+                colliders=(
+                    Collider(
+                        name="peel_0",
+                        shape=Sphere(radius=radius),
+                        substance="fruit",
+                        pose=Pose(position=(0.0, 0.0, radius)),
+                    ),
+                ),
+            ),
+        ),
+        materials=(Material(id="peel", base_color=(0.9, 0.3, 0.02, 1.0), roughness=0.5, substance="fruit"),),
+        substances=(FRUIT,),
+        labels=labels("orange", ("orange", "fruit", "food"), "Q13191"),
+        provenance=PROVENANCE,
+    )
+
+
+def textured_box() -> Asset:
+    """A carton with all three kinds of texture; the picture's top half is red, its bottom is green and blue."""
+    size = (0.2, 0.06, 0.12)
+    picture = np.zeros((16, 16, 3), dtype=np.uint8)
+    picture[:8] = (230, 20, 20)
+    picture[8:, :8] = (20, 200, 20)
+    picture[8:, 8:] = (20, 20, 230)
+    rough = np.tile(np.array([255, 150, 10], dtype=np.uint8), (8, 8, 1))
+    flat = np.tile(np.array([128, 128, 255], dtype=np.uint8), (8, 8, 1))
+    carton = Material(
+        id="print",
+        roughness=0.8,
+        base_color=(1.0, 1.0, 1.0, 1.0),
+        base_color_texture=texture("print_color", picture),
+        metallic_roughness_texture=texture("print_rough", rough, ColorSpace.RAW),
+        normal_texture=texture("print_normal", flat, ColorSpace.RAW),
+        substance="cardboard",
+    )
+    return Asset(
+        id="carton_0123456789",
+        links=(
+            Link(
+                name="object",
+                inertial=box_inertial(0.5, size, (0.0, 0.0, 0.06)),
+                visuals=(Visual(name="carton", mesh=box_mesh(size, (0.0, 0.0, 0.06)), material="print"),),
+                colliders=(box_collider("carton_0", size, (0.0, 0.0, 0.06)),),
+            ),
+        ),
+        materials=(carton,),
+        substances=(CARDBOARD,),
+        labels=labels("carton", ("carton", "packaging"), "Q838692"),
+        provenance=PROVENANCE,
+    )
+
+
+EVERY = (rigid_mug, ball, textured_box, microwave, drawer_unit)

@@ -1,0 +1,310 @@
+"""The shared set of defective and hostile inputs: given to the program, and held row by row against its index.
+
+The index says in words what should become of each file. Those words are mapped to codes here and nowhere else.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from casa_assets import registry
+from casa_assets.formats.read.formats import SUFFIXES, suffix_of
+from casa_assets.ingest.sources.found import TWINS as OTHER_FORMS
+from casa_assets.ingest.sources.found import kind_of_other
+from tests.support.library.libraries import casa, input_rows
+
+# Words of the index for a reason to reject -> codes; where there are none, the code whose name is that word.
+REASONS: Mapping[str, tuple[str, ...]] = {
+    "bad_manifest": ("MAN001", "MAN002"),
+    "degenerate": ("MSH001", "MSH002", "MSH004", "GEO001", "VIS001"),
+    "flat": ("MSH002", "MSH004", "FLT004"),
+    "multi_object": ("MSH024", "FLT005"),
+    "off_category": ("FLT007", "FLT008"),
+    "scale_unknown": ("MSH003",),
+    "precision_lost": ("MSH001",),
+    "image_bomb": ("SRC047",),
+}
+# Words of the index for a repair or a warning -> codes of which one has to be among the warnings. SILENT: what is asked
+# for is plain in the result (a good pose, no unused vertex), or loses nothing and is done without a word. Those without
+# codes are things that are not done here.
+SILENT: tuple[str, ...] | None = None
+REMARKS: Mapping[str, tuple[str, ...] | None] = {
+    "BOM": SILENT,
+    "DTD not loaded": (),
+    "animation ignored": ("SRC056",),
+    "bad colours dropped": ("SRC053",),
+    "bad entries skipped and listed": ("MAN002",),
+    "bad face dropped, with warning": ("SRC052", "MSH010"),
+    "bad material value": ("SRC061",),
+    "bad rows skipped and listed": ("MAN002",),
+    "bad uv": ("SRC050",),
+    "bad values dropped, with warning": ("SRC052", "SRC061", "SRC054"),
+    "bad values ignored": ("SRC052", "SRC061", "SRC054", "MAN005"),
+    "base colour alpha": ("SRC059",),
+    "case mismatch": ("SRC044",),
+    "category unknown": ("REV001", "FLT007"),
+    "concave face triangulated as a fan": ("SRC060",),
+    "crumbs removed, with warning": ("MSH013",),
+    "decompressed under a size limit": (),
+    "degenerate faces removed": ("MSH010",),
+    "directives ignored": ("SRC055",),
+    "duplicate faces removed": ("MSH010",),
+    "entity not expanded": (),
+    "extreme aspect": (),
+    "face dropped, with warning": ("SRC052", "MSH010"),
+    "fin removed": ("MSH010", "MSH023", "MSH046"),
+    "floater removed, with warning": ("MSH013",),
+    "fully transparent": ("SRC059", "MSH018"),
+    "ground plane removed, with warning": ("MSH012",),
+    "header length ignored": ("SRC005",),
+    "hidden interior": ("MSH042", "MSH043"),
+    "identity, with warning": ("SRC058",),
+    "image converted": SILENT,
+    "interior removed": ("MSH042",),
+    "link out of the package not followed": ("SRC046",),
+    "many components": ("MSH024", "MSH013"),
+    "material missing": ("SRC042", "SRC065"),
+    "mesh not in the scene used": ("SRC057",),
+    "name sanitised": SILENT,
+    "near duplicate": ("RUN007",),
+    "non-manifold": ("MSH023",),
+    "normals recomputed": ("SRC054",),
+    "not watertight": ("MSH022",),
+    "NaN uv set to 0, with warning": ("SRC050",),
+    "opaque": ("SRC059", "MSH018"),
+    "off_category": ("FLT007", "FLT008", "REV001"),
+    "open shell": ("MSH022",),
+    "pose": ("REV001",),
+    "recentred": SILENT,
+    "recentred, precision lost": ("SRC066",),
+    "reference outside the package ignored": ("SRC041",),
+    "rescaled by category": ("MSH014",),
+    "reversed duplicates removed": ("MSH010",),
+    "self-intersecting": ("MSH050",),
+    "several objects": ("MSH024",),
+    "shape does not fit category": ("FLT008", "FLT009"),
+    "sheared": SILENT,
+    "skin ignored": ("SRC056",),
+    "sky sphere removed, with warning": ("MSH012",),
+    "stood upright": SILENT,
+    "texture downscaled": ("SRC049",),
+    "texture dropped": ("SRC047", "SRC048"),
+    "texture found by its base name": ("SRC043",),
+    "texture missing": ("SRC042",),
+    "texture missing, base colour used": ("SRC042",),
+    "texture refused (too large)": ("SRC047",),
+    "texture unreadable": ("SRC048",),
+    "texture without uv": ("SRC051", "MSH017"),
+    "thickened": ("MSH028",),
+    "type by content, not by name": ("SRC040",),
+    "unit/up axis converted": SILENT,
+    "unused vertex removed": SILENT,
+    "vertices merged": SILENT,
+    "winding flipped": ("MSH011",),
+    "winding made consistent": ("MSH011",),
+}
+TWINS = ("RUN006", "RUN007")
+# Files of which we expect something else than the index does: how what is said of them begins, and why.
+DISPUTED: dict[str, tuple[str, str]] = {
+    "files/g_inside_out.glb": (
+        "accepted",
+        "its signed volume is +120 cm^3: it is the only one that faces outwards; the control, at -120 cm^3, is turned",
+    ),
+    "files/m_missing_fields.jsonl": ("accepted", "the name of the file says that it is a mug"),
+    "files/r_trimesh/busted.STL": ("accepted", "each of its 5817 edges has two faces: it is watertight as it stands"),
+    "files/r_trimesh/two_objects.obj": (
+        "accepted",
+        "a tetrahedron in a corner of a cube, sharing its edges: one solid body, remarked as no manifold (MSH023)",
+    ),
+    "files/r_trimesh/notenoughindices.obj": (
+        "rejected MSH002",
+        "without the bad face one triangle is left, which is flat",
+    ),
+}
+
+
+@dataclass(frozen=True)
+class Said:
+    """What the program said of one input: a line of `ingest --json`."""
+
+    path: str
+    accepted: bool
+    code: str
+    message: str
+    warnings: tuple[str, ...]
+    asset_id: str
+
+    @classmethod
+    def of(cls, line: Mapping[str, Any]) -> Said:
+        codes = tuple(w["code"] for w in line["warnings"])
+        return cls(
+            line["path"], line["status"] in ("accepted", "review"), line["code"], line["message"], codes, line["id"]
+        )
+
+
+@dataclass(frozen=True)
+class Row:
+    """A row of the index.
+
+    Attributes:
+        file: relative to the set. wanted: the outcome it expects, then the others that are right.
+        must_not: what may never happen. kind: its class.
+    """
+
+    file: str
+    wanted: tuple[str, ...]
+    must_not: tuple[str, ...]
+    kind: str
+
+    @property
+    def path(self) -> str:
+        """Relative to the folder `files`, as the program names it."""
+        return self.file.removeprefix("files/")
+
+
+def rows_of(folder: Path) -> list[Row]:
+    data = json.loads((folder / "index.json").read_text(encoding="utf-8"))
+    return [Row(r["file"], (r["expected"], *r["alt_ok"]), tuple(r["must_not"]), r["cls"]) for r in data]
+
+
+def fits(said: Said, words: str) -> bool:
+    """Whether one outcome is what the words of the index ask for."""
+    if said.code.startswith("RUN") and said.code not in TWINS:
+        return False  # a crash, a hang or a bug is never what was expected
+    verb, _, rest = words.partition(":")
+    rest = rest.strip()
+    if verb == "reject":
+        if rest.startswith("duplicate of"):
+            return said.code in TWINS and rest.split()[-1] in said.message
+        return not said.accepted and (rest == "*" or said.code in _codes(rest))
+    if not said.accepted:
+        return False
+    if verb == "accept":
+        return True
+    codes = REMARKS[rest]
+    return codes is SILENT or bool(set(codes) & set(said.warnings))
+
+
+def _codes(reason: str) -> tuple[str, ...]:
+    known = REASONS.get(reason)
+    return known or tuple(code for code, row in registry.load().rejections.items() if row.name == reason)
+
+
+def verdict(row: Row, said: Sequence[Said]) -> str:
+    """Empty where the row ended as its index says, else what was said of it."""
+    if not said:
+        return "nothing was said of it"
+    if any(one.code.startswith("RUN") and one.code not in TWINS for one in said):
+        return "; ".join(map(told, said))
+    if any(fits(one, words) for words in row.wanted for one in said) or _skips_rows(row, said):
+        return ""
+    return "; ".join(map(told, said))
+
+
+def disputed(row: Row, message: str) -> str:
+    """Why what became of a row is right although its index says otherwise; empty where there is no such reason."""
+    begins, why = DISPUTED.get(row.file, ("?", ""))
+    return why if message.startswith(begins) else ""
+
+
+def _skips_rows(row: Row, said: Sequence[Said]) -> bool:
+    """A manifest whose good rows were taken while the bad ones are refused one by one."""
+    asked = any("skipped and listed" in words for words in row.wanted)
+    return asked and any(s.accepted for s in said) and {s.code for s in said if not s.accepted} == {"MAN002"}
+
+
+def told(said: Said) -> str:
+    """One outcome in one line."""
+    if said.accepted:
+        return f"accepted, warnings {sorted(set(said.warnings))}"
+    return f"rejected {said.code}: {said.message.splitlines()[0][:160]}"
+
+
+class HostileSet:
+    """The set under a folder of our own, completed with links and odd names, and libraries made of it.
+
+    Args:
+        shared: the folder `bad`. work: an empty folder.
+        options: of every run of `ingest`. environment: of every run.
+    """
+
+    def __init__(self, shared: Path, work: Path, options: Sequence[str], environment: Mapping[str, str]) -> None:
+        self.root, self.work = work / "set", work
+        self._options, self._environment = options, dict(environment)
+        subprocess.run(["bash", str(shared / "make_special.sh"), str(self.root)], check=True)
+        self.rows = rows_of(self.root)
+        self.said: dict[str, list[Said]] = {}
+        self.codes: dict[str, int] = {}
+        self._runs = 0
+
+    def run(self) -> None:
+        """All rows: those that a folder holds together at once, manifests and the like one by one.
+
+        What was taken for a copy of another row's mesh goes in again without that one, until each had its own verdict.
+        """
+        alone = [row for row in self.rows if self.is_alone(row)]
+        copies = [row for row in self.rows if row.kind == "duplicate"]
+        self._together("together", [r for r in self.rows if r not in alone and r not in copies], "--keep-duplicates")
+        self._together("copies", copies)
+        for row in alone:
+            self.said[row.file] = self._ingest(self.root / row.file)
+        left, turn = len(self.rows), 0
+        while again := [row for row in self.rows if row not in alone and self._is_overshadowed(row)]:
+            if len(again) == left:
+                break  # each of these is a copy of what it holds itself
+            left, turn = len(again), turn + 1
+            for row in again:
+                del self.said[row.file]
+            self._together(f"again_{turn}", again, "--keep-duplicates")
+
+    def special(self) -> list[Said]:
+        """The folder of pipes, devices, loops of links and a sparse file."""
+        return self._ingest(self.root / "special")
+
+    def libraries(self) -> Iterator[Path]:
+        yield from sorted(self.work.glob("library_*"))
+
+    def is_alone(self, row: Row) -> bool:
+        """A manifest takes meshes that have rows of their own; what is not called a mesh has to be named.
+
+        So has another form of a mesh that lies beside it: in its folder it is counted and not read.
+        """
+        folder = (self.root / row.file).parent
+        names = frozenset(path.name.lower() for path in folder.iterdir()) if folder.is_dir() else frozenset()
+        is_other = kind_of_other(Path(row.path).name, names) == OTHER_FORMS
+        return is_other or suffix_of(row.path) not in SUFFIXES
+
+    def _is_overshadowed(self, row: Row) -> bool:
+        """Taken for a copy of another row's mesh, where the index asks about something else."""
+        said = self.said.get(row.file, [])
+        return row.kind != "duplicate" and any(one.code in TWINS for one in said)
+
+    def _together(self, name: str, rows: Iterable[Row], *options: str) -> None:
+        kept = {row.path: row.file for row in rows}
+        folder = self.work / name
+        shutil.copytree(self.root / "files", folder, symlinks=True)
+        others = {row.path for row in self.rows} - set(kept)
+        for path in sorted(others, key=len, reverse=True):
+            place = folder / path
+            if place.is_dir() and not place.is_symlink():
+                shutil.rmtree(place)
+            else:
+                place.unlink()
+        for one in self._ingest(folder, *options):
+            if one.path in kept:
+                self.said.setdefault(kept[one.path], []).append(one)
+
+    def _ingest(self, source: Path, *options: str) -> list[Said]:
+        self._runs += 1
+        library = self.work / f"library_{self._runs:03d}"
+        done = casa("ingest", source, "--library", library, "--json", *self._options, *options, **self._environment)
+        self.codes[os.fsdecode(os.fsencode(source.name))] = done.returncode
+        assert done.returncode in (0, 1, 4), (source.name, done.returncode, done.stderr[-2000:])
+        return [Said.of(row) for row in input_rows(done.stdout)]

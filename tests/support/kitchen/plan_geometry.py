@@ -1,0 +1,163 @@
+"""Resolved kitchens seen from above: boxes of units, and how far runs are from each other and from the walls."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from casa_assets.errors import PlanConflict
+from casa_assets.layouts.order.request import KitchenRequest, request_kitchen
+from casa_assets.layouts.plan import standard_sizes
+from casa_assets.layouts.plan.runs import RunLine, UnitSlot
+from casa_assets.layouts.plan.style_models import StyleModels
+from casa_assets.layouts.run.resolve import error_with_line, preset_params
+from casa_assets.mesh.outline import penetration_depth
+from casa_assets.model.kitchen.plan import BaseKind, Plan
+from casa_assets.registry.kitchens import load_plan, load_style, read_plan
+
+PLAY = 0.0015  # metres
+STYLE = "coastal"
+
+
+@dataclass(frozen=True)
+class Rect:
+    """A rectangle on the floor: least and greatest x, y, metres; `aslant`: the corners of one that stands so."""
+
+    x0: float
+    y0: float
+    x1: float
+    y1: float
+    aslant: tuple[tuple[float, float], ...] = ()
+
+    @property
+    def corners(self) -> tuple[tuple[float, float], ...]:
+        """Its corners, in order."""
+        return self.aslant or ((self.x0, self.y0), (self.x1, self.y0), (self.x1, self.y1), (self.x0, self.y1))
+
+    def gap(self, other: Rect) -> float:
+        """Metres between two of them; less than 0 where they overlap by more than their play."""
+        if self.aslant or other.aslant:
+            return -penetration_depth(self.corners, other.corners)
+        dx = max(self.x0 - other.x1, other.x0 - self.x1)
+        dy = max(self.y0 - other.y1, other.y0 - self.y1)
+        return math.hypot(max(dx, 0.0), max(dy, 0.0)) if max(dx, dy) > -PLAY else max(dx, dy)
+
+    def meets(self, other: Rect, axis: str) -> bool:
+        """Whether they overlap along x or y."""
+        a, b, c, d = (self.x0, self.x1, other.x0, other.x1) if axis == "x" else (self.y0, self.y1, other.y0, other.y1)
+        return min(b, d) - max(a, c) > PLAY
+
+
+def rect(line: RunLine, left: float, right: float, back: float, front: float) -> Rect:
+    """What lies between two places along a run and two distances from its line."""
+    points = [line.frame.at(u, v)[:2] for u, v in ((left, back), (right, back), (right, front), (left, front))]
+    xs, ys = zip(*points, strict=True)
+    return Rect(min(xs), min(ys), max(xs), max(ys), () if line.frame.is_aligned else tuple(points))
+
+
+def slot_rect(slot: UnitSlot) -> Rect:
+    """What a unit takes up, without its worktop."""
+    return rect(slot.line, slot.left, slot.right, 0.0, slot.depth)
+
+
+def boxes(kitchen: KitchenRequest) -> list[tuple[UnitSlot, Rect]]:
+    """All units, on the floor and on the wall."""
+    return [(s, slot_rect(s)) for row in kitchen.slots.values() for s in row if s.kind is not BaseKind.GAP]
+
+
+def floor_row(kitchen: KitchenRequest, line: RunLine) -> list[UnitSlot]:
+    """Units of a run that stand on the floor, from left to right."""
+    return [s for s in kitchen.slots[line.id] if not s.is_upper]
+
+
+def body(kitchen: KitchenRequest, line: RunLine) -> Rect:
+    """A whole run with its worktop, or its refrigerator where that reaches out further."""
+    row = floor_row(kitchen, line)
+    front = line.depth + standard_sizes.WORKTOP_OVERHANG
+    if any(s.kind is BaseKind.FRIDGE for s in row):
+        front = max(front, StyleModels(kitchen.style, preset_params()).for_role("fridge").length("depth") + 0.03)
+    back = 0.0 if line.at_wall else -line.run.overhang
+    return rect(line, row[0].left, row[-1].right, back, front)
+
+
+def cornered(kitchen: KitchenRequest, one: RunLine, other: RunLine) -> bool:
+    """Whether two runs meet in a corner."""
+    return any({one.id, other.id} == set(c.runs) for c in kitchen.plan.corners)
+
+
+def passages(kitchen: KitchenRequest) -> Iterator[tuple[str, str, float, float]]:
+    """Runs that people pass between, the metres there are, and those that there have to be."""
+    for one, other in itertools.combinations(kitchen.lines.values(), 2):
+        if cornered(kitchen, one, other):
+            continue
+        a, b = body(kitchen, one), body(kitchen, other)
+        if one.frame.more_deg != other.frame.more_deg:
+            yield one.id, other.id, a.gap(b), 0.0
+            continue
+        face = (one.frame.quarter_turns - other.frame.quarter_turns) % 4 == 2
+        axis = "x" if one.frame.quarter_turns % 2 == 0 else "y"
+        works = face and a.meets(b, axis) and not (one.is_island and other.is_island)
+        yield one.id, other.id, a.gap(b), 1.067 if works else 0.914
+
+
+def walls_free(kitchen: KitchenRequest) -> Iterator[tuple[str, str, float]]:
+    """Free-standing sides of runs, the walls across from them, and the metres between."""
+    for line in kitchen.lines.values():
+        here = body(kitchen, line)
+        middle = ((here.x0 + here.x1) / 2, (here.y0 + here.y1) / 2)
+        for wall in kitchen.room.walls:
+            if wall.id == line.run.on or (line.run.joins and wall.id == kitchen.lines[line.run.joins.run].run.on):
+                continue
+            us, vs = zip(*(wall.frame.to_local(x, y) for x, y in here.corners), strict=True)
+            if (
+                wall.frame.to_local(*middle)[1] > 0
+                and min(us) < wall.length
+                and max(us) > 0
+                and not _touches(line, wall.id, kitchen)
+            ):
+                yield line.id, wall.id, min(vs)
+
+
+def _touches(line: RunLine, wall: str, kitchen: KitchenRequest) -> bool:
+    """Whether a run ends at a wall or in the corner before it."""
+    if not line.at_wall:
+        return False
+    k = [w.id for w in kitchen.room.walls].index(line.run.on or "")
+    walls = kitchen.room.walls
+    return wall in (walls[k - 1].id, walls[(k + 1) % len(walls)].id)
+
+
+def made(name: str, given: Mapping[str, float] | None = None, style: str = STYLE) -> KitchenRequest:
+    """A plan in metres."""
+    return request_kitchen(load_plan(name)[0], load_style(style)[0], preset_params(), given)
+
+
+def kitchen_of(text: str, folder: Path, given: Mapping[str, float] | None = None, style: str = STYLE) -> KitchenRequest:
+    """A plan as written, in a style. Raises RegistryError as the pipeline does."""
+    path = folder / "tiny.yaml"
+    path.write_text(text)
+    plan, pages = read_plan(path)
+    try:
+        return request_kitchen(plan, load_style(style)[0], preset_params(), given)
+    except PlanConflict as error:
+        raise error_with_line(error, pages) from None
+
+
+def extremes(plan: Plan) -> Iterator[dict[str, float]]:
+    """A plan's own lengths, then all of their least and greatest ones together."""
+    yield {}
+    ends = [[(name, p.low), (name, p.high)] for name, p in plan.parameters.items()]
+    for picked in itertools.product(*ends):
+        yield dict(picked)
+
+
+def draws(plan: Plan, count: int) -> Iterator[dict[str, float]]:
+    """Lengths within their bounds."""
+    rng = np.random.default_rng(20)
+    for _ in range(count):
+        yield {name: round(float(rng.uniform(p.low, p.high)), 3) for name, p in plan.parameters.items()}

@@ -1,0 +1,409 @@
+"""A reference kitchen, as facts without a mesh, that keeps every rule of design, and pieces to change it with."""
+
+from __future__ import annotations
+
+import math
+
+from casa_assets import registry
+from casa_assets.checks.design.subject import DesignSubject
+from casa_assets.checks.run import run
+from casa_assets.mesh.planar import outline_of
+from casa_assets.model.asset.parts import JointKind
+from casa_assets.model.issue import Report
+from casa_assets.model.kitchen.floor import (
+    Aisle,
+    AisleKind,
+    Corners,
+    Fixture,
+    FixtureJoint,
+    FixtureRegion,
+    FixtureSite,
+    Footprint,
+    KitchenFacts,
+    PlacedRun,
+    PlacedUnit,
+    Role,
+    RoomWall,
+    RunEnd,
+    SweptArea,
+    WallOpening,
+)
+from casa_assets.model.kitchen.plan import OpeningKind
+from casa_assets.model.record import Vec2
+
+LIMITS = registry.load().limits
+TOP = 0.92
+RIGHT = -math.pi / 2  # yaw of what stands at the right wall
+OUTLINE = ((0.0, 0.0), (5.0, 0.0), (5.0, -4.0), (0.0, -4.0))
+
+
+def unit(name: str, kind: str, left: float, right: float, high: float = 0.89, front: float = 0.65) -> PlacedUnit:
+    """A unit of a row; tall ones and ranges carry no worktop."""
+    carries = kind not in ("range", "gap") and high < 1.5
+    return PlacedUnit(name=name, kind=kind, left=left, right=right, front=front, height=high, has_worktop=carries)
+
+
+def foot_in(row: PlacedRun, left: float, right: float, front: float, back: float = 0.0) -> Footprint:
+    """The foot of what stands there in a row, facing as its fronts do."""
+    middle = row.at((left + right) / 2, (front + back) / 2)
+    return Footprint(center=middle, size=(right - left, front - back), yaw=row.yaw)
+
+
+def box(foot: Footprint, left: float, right: float, back: float, front: float) -> Corners:
+    """Corners of a rectangle before a foot's front: to the right of its middle, and before it; counter-clockwise."""
+    return (foot.at(left, front), foot.at(right, front), foot.at(right, back), foot.at(left, back))
+
+
+def flap(foot: Footprint, name: str, out: float, low: float, high: float, slides: bool = False) -> FixtureJoint:
+    """A flap or drawer as wide as its foot, that comes out so far."""
+    w = foot.size[0] / 2 - 0.01
+    outline = box(foot, -w, w, 0.0, out)
+    return FixtureJoint(
+        name=name,
+        kind=JointKind.SLIDE if slides else JointKind.HINGE,
+        range=(-out, 0.0) if slides else (0.0, 1.5),
+        grip_point=(*foot.at(0.0, 0.03), high - 0.05),
+        swept_area=SweptArea(outline=outline, open_outline=outline, bottom=low, top=high, sweeps_front=True),
+    )
+
+
+def door(
+    foot: Footprint, name: str, left: float, right: float, low: float, high: float, hung_left: bool = True
+) -> FixtureJoint:
+    """An upright door between two places along a foot's front, that opens by 90 degrees."""
+    wide, at = right - left, left if hung_left else right
+    way = 1.0 if hung_left else -1.0
+    arc = [(at + way * wide * math.cos(a), wide * math.sin(a)) for a in (0.0, 0.4, 0.8, 1.2, math.pi / 2)]
+    swept = outline_of([foot.at(at, 0.0), *(foot.at(*p) for p in arc)])
+    opened = box(foot, min(at, at + 0.02 * way), max(at, at + 0.02 * way), 0.0, wide)
+    return FixtureJoint(
+        name=name,
+        kind=JointKind.HINGE,
+        range=(0.0, 1.57),
+        grip_point=(*foot.at(at + way * 0.9 * wide, 0.03), low + 0.1),
+        swept_area=SweptArea(
+            outline=tuple((float(x), float(y)) for x, y in swept),
+            open_outline=opened,
+            bottom=low,
+            top=high,
+            sweeps_front=False,
+        ),
+    )
+
+
+def volume(foot: Footprint, name: str, low: float, high: float, moves: bool = False) -> FixtureRegion:
+    """A region that fills a foot."""
+    return FixtureRegion(name=name, footprint=foot, bottom=low, top=high, is_moving=moves)
+
+
+MAIN = PlacedRun(
+    id="main",
+    origin=(0.0, 0.0),
+    yaw=0.0,
+    length=5.0,
+    left_end=RunEnd.WALL,
+    right_end=RunEnd.CORNER,
+    next_run="right",
+    corner_right=1.1,
+    units=(
+        unit("fridge", "fridge", 0.0, 0.95, 2.26, 0.77),
+        unit("main_doors", "doors", 0.95, 1.75),
+        unit("main_drawers", "drawers", 1.75, 2.45),
+        unit("range", "range", 2.45, 3.21, front=0.67),
+        unit("main_drawers_2", "drawers", 3.21, 3.9),
+    ),
+)
+SIDE = PlacedRun(
+    id="right",
+    origin=(5.0, 0.0),
+    yaw=RIGHT,
+    length=3.4,
+    left_end=RunEnd.CORNER,
+    corner_left=0.67,
+    units=(
+        unit("right_doors", "doors", 0.67, 1.35),
+        unit("dishwasher", "dishwasher", 1.35, 1.95),
+        unit("sink", "sink", 1.95, 2.85),
+        unit("right_doors_2", "doors", 2.85, 3.4),
+    ),
+)
+WALLS = (
+    RoomWall(id="back", start=OUTLINE[0], end=OUTLINE[1]),
+    RoomWall(id="right", start=OUTLINE[1], end=OUTLINE[2]),
+    RoomWall(id="front", start=OUTLINE[2], end=OUTLINE[3], is_open=True),
+    RoomWall(id="left", start=OUTLINE[3], end=OUTLINE[0]),
+)
+WINDOW = WallOpening(
+    id="window",
+    kind=OpeningKind.WINDOW,
+    wall="right",
+    start=(5.0, -1.8),
+    end=(5.0, -3.0),
+    bottom=1.1,
+    top=2.1,
+    clear_width=1.2,
+    can_open=True,
+)
+DOOR = WallOpening(
+    id="door",
+    kind=OpeningKind.DOOR,
+    wall="left",
+    start=(0.0, -3.8),
+    end=(0.0, -2.9),
+    bottom=0.0,
+    top=2.0,
+    clear_width=0.82,
+)
+
+
+def drawers(row: PlacedRun, left: float, right: float, name: str) -> Fixture:
+    """Three drawers of which the top one is worked with."""
+    foot = foot_in(row, left, right, 0.6)
+    return Fixture(
+        name=name,
+        role=Role.DRAWERS,
+        category="drawer_stack",
+        unit=name,
+        run=row.id,
+        footprint=foot,
+        bottom=0.0,
+        top=0.89,
+        joints=(flap(foot, "drawer2_slidejoint", 0.5, 0.7, 0.87, slides=True),),
+        regions=(volume(foot, "drawer2_int", 0.74, 0.86, moves=True),),
+    )
+
+
+def cabinet(row: PlacedRun, left: float, right: float, name: str) -> Fixture:
+    foot = foot_in(row, left, right, 0.6)
+    w = foot.size[0] / 2
+    return Fixture(
+        name=name,
+        role=Role.CABINET,
+        category="base_cabinet",
+        unit=name,
+        run=row.id,
+        footprint=foot,
+        bottom=0.0,
+        top=0.89,
+        joints=(door(foot, "doorhinge", -w, w, 0.1, 0.89),),
+    )
+
+
+def upper(left: float, right: float, name: str, doors: int = 1, low: float = 1.38) -> Fixture:
+    """A wall cabinet over the long row."""
+    foot = foot_in(MAIN, left, right, 0.35)
+    w = foot.size[0] / 2
+    leaves = (
+        (door(foot, "doorhinge", -w, w, low, low + 0.88),)
+        if doors == 1
+        else (
+            door(foot, "leftdoorhinge", -w, 0.0, low, low + 0.88),
+            door(foot, "rightdoorhinge", 0.0, w, low, low + 0.88, hung_left=False),
+        )
+    )
+    return Fixture(
+        name=name,
+        role=Role.UPPER,
+        category="wall_cabinet",
+        unit=name,
+        run="main",
+        footprint=foot,
+        bottom=low,
+        top=low + 0.88,
+        joints=leaves[:doors],
+        regions=(volume(foot, "level0", low + 0.02, low + 0.4),),
+    )
+
+
+def thing(name: str, role: Role, at: Vec2, size: Vec2, low: float, high: float) -> Fixture:
+    """Something loose that belongs to no row."""
+    return Fixture(
+        name=name,
+        role=role,
+        category="thing",
+        footprint=Footprint(center=at, size=size),
+        bottom=low,
+        top=high,
+    )
+
+
+def appliances() -> tuple[Fixture, ...]:
+    """Refrigerator, range, dishwasher, hood, sink."""
+    fridge, stove = foot_in(MAIN, 0.02, 0.93, 0.77, 0.03), foot_in(MAIN, 2.452, 3.208, 0.67, 0.012)
+    washer, basin = foot_in(SIDE, 1.352, 1.948, 0.6), foot_in(SIDE, 2.0, 2.8, 0.58, 0.06)
+    hob = tuple(
+        FixtureSite(name=n, position=(*stove.at(0.2, -0.3), 0.93))
+        for n in ("burner_on_front_left", "burner_front_left_place_site")
+    )
+    knob = FixtureJoint(name="knob_front_left_joint", kind=JointKind.HINGE, range=(0.0, 2.6))
+    turns = [("spout_joint", -1.57, 1.57), ("handle_joint", 0.0, 0.6)]
+    faucet = tuple(FixtureJoint(name=n, kind=JointKind.HINGE, range=(a, b)) for n, a, b in turns)
+    common = {"category": "appliance"}
+    return (
+        Fixture(
+            name="fridge",
+            role=Role.FRIDGE,
+            unit="fridge",
+            run="main",
+            footprint=fridge,
+            bottom=0.0,
+            top=1.78,
+            joints=(door(fridge, "door_joint", -0.45, 0.45, 0.1, 1.75),),
+            category="refrigerator",
+        ),
+        Fixture(
+            name="range",
+            role=Role.RANGE,
+            unit="range",
+            run="main",
+            footprint=stove,
+            bottom=0.0,
+            top=0.915,
+            joints=(flap(stove, "door_joint", 0.6, 0.2, 0.8), knob),
+            sites=hob,
+            category="range",
+        ),
+        Fixture(
+            name="dishwasher",
+            role=Role.DISHWASHER,
+            unit="dishwasher",
+            run="right",
+            footprint=washer,
+            bottom=0.0,
+            top=0.85,
+            joints=(flap(washer, "door_joint", 0.6, 0.1, 0.8),),
+            category="dishwasher",
+        ),
+        Fixture(
+            name="hood",
+            role=Role.HOOD,
+            unit="hood",
+            run="main",
+            footprint=foot_in(MAIN, 2.43, 3.23, 0.5),
+            bottom=1.6,
+            top=2.7,
+            category="hood",
+        ),
+        Fixture(
+            name="sink_basin",
+            role=Role.SINK,
+            unit="sink",
+            run="right",
+            footprint=basin,
+            bottom=0.72,
+            top=0.92,
+            joints=faucet,
+            sites=(FixtureSite(name="water", position=(*basin.at(0.0, -0.3), 1.0)),),
+            regions=(volume(basin, "basin", 0.73, 0.91),),
+            category=common["category"],
+        ),
+    )
+
+
+def on_top() -> tuple[Fixture, ...]:
+    """Microwave and coffee machine."""
+    oven, coffee = foot_in(MAIN, 1.1, 1.6, 0.44, 0.06), foot_in(MAIN, 3.55, 3.8, 0.4, 0.06)
+    tray = Footprint(center=oven.center, size=(0.3, 0.3), yaw=oven.yaw)
+    return (
+        Fixture(
+            name="microwave",
+            role=Role.MICROWAVE,
+            category="microwave",
+            unit="main_doors",
+            run="main",
+            footprint=oven,
+            bottom=TOP,
+            top=1.21,
+            joints=(door(oven, "microjoint", -0.25, 0.25, 0.93, 1.2),),
+            regions=(volume(tray, "tray", 0.95, 1.15),),
+            buttons=tuple(
+                FixtureSite(name=n, position=(*oven.at(0.2, 0.0), 1.0)) for n in ("start_button", "stop_button")
+            ),
+        ),
+        Fixture(
+            name="coffee_machine",
+            role=Role.COFFEE_MACHINE,
+            category="coffee_machine",
+            unit="main_drawers_2",
+            run="main",
+            footprint=coffee,
+            bottom=TOP,
+            top=1.26,
+            sites=(FixtureSite(name="receptacle_place_site", position=(*coffee.at(0.0, -0.08), 0.97)),),
+            buttons=(FixtureSite(name="start_button", position=(*coffee.at(0.0, 0.0), 1.2)),),
+        ),
+    )
+
+
+def worktops() -> tuple[Fixture, ...]:
+    """What covers the two rows."""
+    spans = [(MAIN, 0.95, 2.45, "top"), (MAIN, 3.21, 4.35, "top"), (SIDE, 0.0, 1.95, "top"), (SIDE, 2.85, 3.4, "top")]
+    found = []
+    for k, (row, left, right, name) in enumerate(spans):
+        foot = foot_in(row, left, right, 0.65)
+        found.append(
+            Fixture(
+                name=f"worktop_{k}",
+                role=Role.WORKTOP,
+                category="counter",
+                run=row.id,
+                footprint=foot,
+                bottom=0.89,
+                top=TOP,
+                regions=(volume(foot, name, TOP, TOP + 0.4),),
+            )
+        )
+    return tuple(found)
+
+
+def kitchen() -> KitchenFacts:
+    """An L of 5 x 4 m with everything in its place; its front is open, and it has a door on the left."""
+    return KitchenFacts(
+        id="worked__plain",
+        plan="worked",
+        all_tasks=True,
+        outline=OUTLINE,
+        walls=WALLS,
+        openings=(WINDOW, DOOR),
+        runs=(MAIN, SIDE),
+        fixtures=(
+            *appliances(),
+            cabinet(MAIN, 0.95, 1.75, "main_doors"),
+            drawers(MAIN, 1.75, 2.45, "main_drawers"),
+            drawers(MAIN, 3.21, 3.9, "main_drawers_2"),
+            cabinet(SIDE, 0.67, 1.35, "right_doors"),
+            cabinet(SIDE, 2.85, 3.4, "right_doors_2"),
+            upper(0.95, 1.4, "upper_single"),
+            upper(1.4, 2.4, "upper_double", doors=2),
+            *worktops(),
+            *on_top(),
+        ),
+    )
+
+
+def changed(facts: KitchenFacts, name: str, fixture: Fixture | None) -> KitchenFacts:
+    """Facts with a fixture in the place of another, or without it."""
+    out = [f if f.name != name else fixture for f in facts.fixtures]
+    return facts.replace(fixtures=tuple(f for f in out if f is not None))
+
+
+def with_more(facts: KitchenFacts, *fixtures: Fixture) -> KitchenFacts:
+    return facts.replace(fixtures=(*facts.fixtures, *fixtures))
+
+
+def with_unit(facts: KitchenFacts, row: str, name: str, left: float, right: float) -> KitchenFacts:
+    """Facts in which a unit of a row begins and ends elsewhere."""
+    rows = []
+    for r in facts.runs:
+        units = [u.replace(left=left, right=right) if r.id == row and u.name == name else u for u in r.units]
+        rows.append(r.replace(units=tuple(units)))
+    return facts.replace(runs=tuple(rows))
+
+
+def with_aisle(facts: KitchenFacts, kind: AisleKind, width: float) -> KitchenFacts:
+    return facts.replace(aisles=(Aisle(kind=kind, first="main", second="island", width=width, position=(2.0, -1.5)),))
+
+
+def judged(facts: KitchenFacts) -> Report:
+    """What all checks of a kitchen's facts say."""
+    return run(DesignSubject(facts), facts.id, LIMITS)

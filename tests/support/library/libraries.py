@@ -1,0 +1,205 @@
+"""Cheap inputs for whole runs, the program as a process and in this one, and libraries as plain data."""
+
+from __future__ import annotations
+
+import fcntl
+import importlib
+import io
+import json
+import os
+import pickle
+import shutil
+import subprocess
+import sys
+import traceback
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import chdir, contextmanager, redirect_stderr, redirect_stdout
+from pathlib import Path
+from typing import Any, Self
+from unittest.mock import patch
+
+from casa_assets.cli import main as program
+from casa_assets.ingest.run import answers
+from casa_assets.library.table import entry_table
+from casa_assets.model.record import Vec3
+from casa_assets.runs import pool
+from casa_assets.runs.limits import WorkerFailure
+from tests.support.mesh.meshes import box_mesh
+
+ROOT = Path(__file__).parents[3]
+BOXES: dict[str, Vec3] = {
+    "cereal_box": (0.19, 0.29, 0.06),
+    "cutting_board": (0.36, 0.018, 0.24),
+    "milk_carton": (0.07, 0.24, 0.07),
+}
+
+
+def box_obj(size: Vec3) -> str:
+    """OBJ text of a box, y up, standing on the ground; metres."""
+    mesh = box_mesh(size, (0.0, size[1] / 2, 0.0), shared=True)
+    rows = [f"v {x:.6g} {y:.6g} {z:.6g}" for x, y, z in mesh.vertices]
+    rows += [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in mesh.faces]
+    return "\n".join(rows) + "\n"
+
+
+def make_inputs(folder: Path) -> Path:
+    """Three boxes that are accepted, one file that is cut, one twin, one row of a manifest without a file."""
+    folder.mkdir(parents=True)
+    for name, size in BOXES.items():
+        (folder / f"{name}.obj").write_text(box_obj(size), encoding="ascii")
+    (folder / "broken.glb").write_bytes(b"glTF\x02\0\0\0\xff\0\0\0")
+    (folder / "twin.obj").write_text(box_obj(BOXES["cereal_box"]), encoding="ascii")
+    rows = '{"id": "a", "file": "gone_a.glb"}\n{"id": "b", "file": "gone_b.glb"}\n'
+    (folder / "manifest.jsonl").write_text(rows, encoding="ascii")
+    return folder
+
+
+def made_once(common: Path, name: str, make: Callable[[Path], object]) -> Path:
+    """A folder that all processes of a run of the tests read and none changes; the first that asks makes it.
+
+    Args:
+        common: what these processes have in common. make: is given a folder that is not there yet.
+    """
+    place, draft = common / name, common / f"{name}_draft"
+    with (common / f"{name}.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not place.exists():
+            shutil.rmtree(draft, ignore_errors=True)
+            make(draft)
+            draft.rename(place)
+    return place
+
+
+def make_boxes(folder: Path) -> None:
+    """`in`: inputs of `make_inputs`; `library`: of them, by one worker, hash seed 0; `lines.jsonl`: what it printed."""
+    make_inputs(folder / "in")
+    done = casa("ingest", folder / "in", "--library", folder / "library", "--jobs", 1, "--json", PYTHONHASHSEED="0")
+    assert done.returncode == 1, done.stdout + done.stderr
+    (folder / "lines.jsonl").write_text(done.stdout, encoding="utf-8")
+
+
+def make_few(folder: Path) -> None:
+    """`in`: two boxes and a file that is cut; `library`: of them, by one worker."""
+    (folder / "in").mkdir(parents=True)
+    for name in ("cereal_box", "milk_carton"):
+        (folder / "in" / f"{name}.obj").write_text(box_obj(BOXES[name]), encoding="ascii")
+    (folder / "in" / "broken.glb").write_bytes(b"glTF\x02\0\0\0\xff\0\0\0")
+    done = casa_here("ingest", folder / "in", "--library", folder / "library", "--jobs", 1)
+    assert done.returncode == 1, done.stdout + done.stderr
+
+
+def input_rows(printed: str) -> list[dict[str, Any]]:
+    """Rows of `ingest --json` that are about inputs, not about the files that are no meshes."""
+    rows: list[dict[str, Any]] = [json.loads(line) for line in printed.splitlines()]
+    return [row for row in rows if row["status"] != "no_mesh"]
+
+
+def command(*arguments: object) -> list[str]:
+    """The command line of the program."""
+    return [sys.executable, "-m", "casa_assets.cli.main", *map(str, arguments)]
+
+
+def casa(*arguments: object, **environment: str) -> subprocess.CompletedProcess[str]:
+    """Run the program and wait for it."""
+    return subprocess.run(
+        command(*arguments),
+        cwd=ROOT,
+        env={**os.environ, "COLUMNS": "200", **environment},
+        capture_output=True,
+        text=True,
+        errors="surrogateescape",
+        check=False,
+    )
+
+
+def casa_here(*arguments: object, **environment: str) -> subprocess.CompletedProcess[str]:
+    """As `casa`, in this process and in seconds less: without its signals and its end by the system."""
+    words = [str(word) for word in arguments]
+    streams = [io.TextIOWrapper(io.BytesIO(), "utf-8", "backslashreplace", write_through=True) for _ in range(2)]
+    with (
+        patch.dict(os.environ, {"COLUMNS": "200", **environment}),
+        patch.object(sys, "argv", ["casa-assets", *words]),
+        redirect_stdout(streams[0]),
+        redirect_stderr(streams[1]),
+    ):
+        code = program._run_app()
+    out, errors = (stream.buffer.getvalue().decode() for stream in streams)
+    return subprocess.CompletedProcess(words, code, out, errors)
+
+
+class Here:
+    """Runs the jobs of a run one after the other in this process, without limits; see pool.Engine."""
+
+    def __init__(self, *_: Any) -> None:
+        pass
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        pass
+
+    def prepare(self, warm: str) -> None:
+        """Nothing is loaded before the first job asks for it."""
+
+    def run(
+        self, function: str, jobs: Sequence[Any], started: Callable[[int], None] | None = None
+    ) -> Iterator[tuple[int, Any]]:
+        """Yield (number of the job, answer or WorkerFailure); jobs and answers are pickled, as between processes."""
+        module, name = function.split(":")
+        for number, job in enumerate(jobs):
+            if started is not None:
+                started(number)
+            try:
+                answer = getattr(importlib.import_module(module), name)(pickle.loads(pickle.dumps(job)))
+            except Exception as error:  # noqa: BLE001  as in a worker
+                answer = WorkerFailure("error", f"{type(error).__name__}: {error}", traceback.format_exc())
+            yield number, pickle.loads(pickle.dumps(answer))
+
+
+@contextmanager
+def no_workers() -> Iterator[None]:
+    """Have runs work in this process."""
+    with patch.object(pool, "Pool", Here):
+        yield
+
+
+def called(*arguments: object, folder: Path = ROOT, **environment: str) -> subprocess.CompletedProcess[str]:
+    """As `casa_here`, without workers; in a folder."""
+    with no_workers(), chdir(folder):
+        return casa_here(*arguments, **environment)
+
+
+def limited(kilobytes: int, *arguments: object) -> subprocess.CompletedProcess[str]:
+    """Run the program where no file may become larger, which stands for a disk that is full.
+
+    It keeps no compiled modules: Python 3.11 would put one that was cut off at that size into the package, and whoever
+    imports it next would fail.
+    """
+    words = ["bash", "-c", f'ulimit -f {kilobytes}; exec "$@"', "bash", *command(*arguments)]
+    environment = {**os.environ, "PYTHONDONTWRITEBYTECODE": "1"}
+    return subprocess.run(words, cwd=ROOT, env=environment, capture_output=True, text=True, check=False)
+
+
+def tree(root: Path) -> dict[str, bytes | None]:
+    """Relative path -> bytes of every file below a folder; None for a folder.
+
+    The tables of entries and inputs in the cache are left out: they tell when files were written, and are no output.
+    """
+    return {
+        path.relative_to(root).as_posix(): None if path.is_dir() else path.read_bytes()
+        for path in sorted(root.rglob("*"))
+        if path.name not in (entry_table.NAME, answers.NAME)
+    }
+
+
+def differences(one: Path, other: Path) -> list[str]:
+    """Paths at which two folders differ, sorted."""
+    a, b = tree(one), tree(other)
+    return sorted(path for path in a.keys() | b.keys() if path not in a or path not in b or a[path] != b[path])
+
+
+def entries_of(library: Path) -> Sequence[str]:
+    """Folders of all entries, relative and sorted."""
+    found = [*library.glob("*/*/asset.json"), *library.glob("rejected/*/reject.json")]
+    return sorted(path.parent.relative_to(library).as_posix() for path in found)

@@ -1,0 +1,169 @@
+"""Kitchens in one structure: each is there whole, moves as it does alone, and what it lacks disturbs nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import mujoco
+import numpy as np
+import pytest
+
+from casa_assets.addons.batch.shared_model import SharedModel, addresses, robot_of, share
+from casa_assets.checks.scene.batch.form import candidate_pairs
+from casa_assets.errors import CasaError
+from tests.unit.addons.batch.small_kitchens import DRIVING, FIRST, FLOATING, SECOND, specs
+
+
+@pytest.fixture(scope="module")
+def alone() -> list[mujoco.MjModel]:
+    return [mujoco.MjModel.from_xml_string(text) for text in (FIRST, SECOND)]
+
+
+@pytest.fixture(scope="module")
+def shared() -> list[SharedModel]:
+    return share(specs())
+
+
+def names(model: mujoco.MjModel, pairs: np.ndarray, known: Mapping[str, int] | None = None) -> set[frozenset[str]]:
+    """Pairs of geoms by name; those of geoms without a name in `known` are left out."""
+    called = {i: model.geom(i).name for i in range(model.ngeom)} if known is None else {i: n for n, i in known.items()}
+    return {frozenset((called[a], called[b])) for a, b in np.argwhere(pairs).tolist() if a in called and b in called}
+
+
+def begun(model: mujoco.MjModel, qpos: np.ndarray) -> mujoco.MjData:
+    data = mujoco.MjData(model)
+    data.qpos[:] = qpos
+    return data
+
+
+def test_all_have_one_structure(shared: list[SharedModel]) -> None:
+    first, second = (one.model for one in shared)
+    for name in ("nbody", "njnt", "nv", "ngeom", "nsite", "ncam", "nlight", "nexclude", "nC"):
+        assert getattr(first, name) == getattr(second, name)
+    for name in ("geom_type", "geom_contype", "geom_conaffinity", "jnt_type", "body_parentid", "dof_length"):
+        assert np.array_equal(getattr(first, name), getattr(second, name)), name
+    assert first.njnt == 3 + 1 + 2 + 1, "three doors, a drawer, a thing with a lid and a thing without one"
+
+
+@pytest.mark.parametrize("number", [0, 1])
+class TestEachKitchen:
+    def test_everything_is_there(self, number: int, shared: list[SharedModel], alone: list[mujoco.MjModel]) -> None:
+        one, model = shared[number], alone[number]
+        assert set(one.joints) == {model.joint(i).name for i in range(model.njnt)}
+        assert set(one.geoms) == {model.geom(i).name for i in range(model.ngeom)}
+        assert set(one.bodies) == {model.body(i).name for i in range(1, model.nbody)}
+        for name, geom in one.geoms.items():
+            for field in ("geom_size", "geom_rgba", "geom_friction", "geom_solref", "geom_group", "geom_condim"):
+                assert np.allclose(getattr(one.model, field)[geom], getattr(model, field)[model.geom(name).id]), field
+        for name, body in one.bodies.items():
+            for field in ("body_mass", "body_inertia", "body_ipos"):
+                ours, theirs = getattr(one.model, field)[body], getattr(model, field)[model.body(name).id]
+                assert np.allclose(ours, theirs, atol=2e-6), field
+
+    def test_the_same_pairs_can_touch(
+        self, number: int, shared: list[SharedModel], alone: list[mujoco.MjModel]
+    ) -> None:
+        one, model = shared[number], alone[number]
+        expected = names(model, candidate_pairs(model))
+        assert expected
+        assert names(one.model, candidate_pairs(one.model), one.geoms) == expected
+
+    def test_it_moves_as_it_does_alone(
+        self, number: int, shared: list[SharedModel], alone: list[mujoco.MjModel]
+    ) -> None:
+        """Everything with a hinge or a slide is pulled, and loose things are pushed over the edge."""
+        one, model = shared[number], alone[number]
+        ours, theirs = begun(one.model, one.start), begun(model, model.key("start").qpos)
+        for name, joint in one.joints.items():
+            for data, of, its in ((ours, one.model, joint), (theirs, model, model.joint(name).id)):
+                dof = int(of.jnt_dofadr[its])
+                is_free = of.jnt_type[its] == mujoco.mjtJoint.mjJNT_FREE
+                data.qvel[dof] = 0.8 if is_free else 0.0
+                data.qfrc_applied[dof] = 0.0 if is_free else 3.0 * np.sign(sum(of.jnt_range[its]))
+        for _ in range(300):
+            mujoco.mj_step(one.model, ours)
+            mujoco.mj_step(model, theirs)
+        assert np.abs(theirs.qpos - model.key("start").qpos).max() > 0.1
+        for name, body in one.bodies.items():
+            assert np.allclose(ours.xpos[body], theirs.body(name).xpos, atol=1e-4), name
+            assert np.allclose(ours.xmat[body], theirs.body(name).xmat, atol=1e-3), name
+
+    def test_what_it_lacks_touches_nothing_and_stays(self, number: int, shared: list[SharedModel]) -> None:
+        one = shared[number]
+        data, known = begun(one.model, one.start), set(one.geoms.values())
+        mujoco.mj_forward(one.model, data)
+        placed = data.xpos.copy()
+        for _ in range(300):
+            mujoco.mj_step(one.model, data)
+            assert {int(geom) for pair in data.contact.geom for geom in pair} <= known
+        parked = [body for body in range(1, one.model.nbody) if body not in one.bodies.values()]
+        assert parked
+        assert np.abs(data.xpos[parked] - placed[parked]).max() < 1e-9
+        assert data.xpos[parked][:, 2].max() < -4
+
+
+def test_sites_of_tasks_are_kept_and_corners_of_bounds_are_not(shared: list[SharedModel]) -> None:
+    assert set(shared[0].sites) == {"corner__place_site"}
+    data = begun(shared[0].model, shared[0].start)
+    mujoco.mj_kinematics(shared[0].model, data)
+    assert data.site_xpos[shared[0].sites["corner__place_site"]] == pytest.approx([1.62, -0.52, 0.6])
+
+
+def test_a_light_that_a_kitchen_lacks_is_off(shared: list[SharedModel]) -> None:
+    assert [list(one.model.light_active) for one in shared] == [[True, False], [True, True]]
+    assert "at_sink" not in shared[0].cameras
+    assert shared[1].model.cam_pos[shared[1].cameras["at_sink"]] == pytest.approx([2, -2, 2])
+
+
+def test_a_start_is_that_of_the_keyframe_and_a_lid_never_meets_its_kettle(shared: list[SharedModel]) -> None:
+    one = shared[0]
+    pair = {one.geoms["kettle__body"], one.geoms["kettle__lid_plate"]}
+    assert not any({int(a), int(b)} == pair for a, b in np.argwhere(candidate_pairs(one.model)))
+    assert one.start[addresses(one.model, one.joints["corner__slide"])] == pytest.approx([-0.1])
+    assert one.start[addresses(one.model, one.joints["plate__free"])][:3] == pytest.approx([0.7, -0.3, 0.92])
+
+
+def test_boxes_in_place_of_cylinders_are_as_high_and_as_large() -> None:
+    one = share(specs(), cylinders=False)[0]
+    assert mujoco.mjtGeom.mjGEOM_CYLINDER not in one.model.geom_type
+    width, depth, half = one.model.geom_size[one.geoms["kettle__body"]]
+    assert half == pytest.approx(0.1)
+    assert 4 * width * depth == pytest.approx(np.pi * 0.08**2)
+
+
+def test_one_kitchen_alone_has_nothing_parked(alone: list[mujoco.MjModel]) -> None:
+    (one,) = share(specs()[:1])
+    assert one.model.nbody == len(one.bodies) + 1
+    assert one.model.ngeom == alone[0].ngeom
+
+
+def test_one_of_them_may_have_all_that_the_others_have() -> None:
+    """Nothing of it is parked, so that nothing of it is without weight."""
+    whole, less = specs()[0], specs()[0]
+    less.delete(less.body("plate"))
+    less.keys[0].qpos = [0, -0.1, 1, -0.3, 0.92, 1, 0, 0, 0, 0]
+    first, second = share([whole, less])
+    assert (first.model.ngravcomp, second.model.ngravcomp) == (0, 1)
+    assert "plate__free" not in second.joints
+
+
+@pytest.mark.parametrize(("text", "mocaps"), [(DRIVING, 1), (FLOATING, 0)])
+def test_a_robot_comes_after_all_that_is_the_kitchens(text: str, mocaps: int, shared: list[SharedModel]) -> None:
+    robot = robot_of(mujoco.MjSpec.from_string(text))
+    with_robot = share(specs(), robot=robot)
+    for ours, bare in zip(with_robot, shared, strict=True):
+        assert ours.model.nmocap == mocaps
+        assert ours.model.nq == bare.model.nq + len(robot.qpos)
+        assert ours.joints == bare.joints
+        assert ours.geoms == bare.geoms
+        assert ours.model.joint("robot_lift").id == ours.model.njnt - 1
+
+
+def test_what_is_no_robot_and_no_batch_form_is_refused_by_name() -> None:
+    with pytest.raises(CasaError, match=r"nowhere\.xml: MuJoCo cannot load this robot"):
+        robot_of("nowhere.xml")
+    text = FIRST.replace(
+        "<contact>", '<tendon><fixed name="t"><joint joint="base__hinge" coef="1"/></fixed></tendon><contact>'
+    )
+    with pytest.raises(CasaError, match="first: the model has 1 of ntendon; a batch form has none"):
+        share([mujoco.MjSpec.from_string(text)])

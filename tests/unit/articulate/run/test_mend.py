@@ -1,0 +1,110 @@
+"""What the checks would reject for its collision shapes is mended: shapes fit, doors open wider, a person is asked."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from casa_assets.articulate.decisions import Decisions, PartDecision
+from casa_assets.articulate.plan import PartKind
+from casa_assets.articulate.run.build import ArticulateRequest, build
+from casa_assets.articulate.run.repairs import mend
+from casa_assets.articulate.run.run import ArticulateOutcome, articulate_one
+from casa_assets.mesh.solid.primitive import link_bounds
+from casa_assets.model.issue import Decision, Issue, Report, Severity
+from tests.unit.articulate.blocks import Part, box, carcass, microwave, together
+from tests.unit.articulate.test_assemble import obj
+
+pytestmark = pytest.mark.content("code", "articulate.run", keep=0)
+
+AXES = {"up": (0.0, 0.0, 1.0), "front": (0.0, -1.0, 0.0)}
+
+
+def _complaint(code: str, pointer: str) -> Report:
+    return Report(subject="a", issues=(Issue(code=code, severity=Severity.ERROR, pointer=pointer, message="m"),))
+
+
+def test_shapes_that_do_not_fit_are_fitted_anew(tmp_path: Path) -> None:
+    built = build(ArticulateRequest(obj(tmp_path / "microwave.obj", *microwave()[:2]), tmp_path, **AXES))
+    named = built.with_runtime_names()
+    mended = mend(built, named, _complaint("AST009", "links/door/colliders"))
+    assert mended is not None
+    assert mended.spec.refit == {"door_0"}
+    shapes = {link.name: link.colliders for link in built.asset.links}
+    assert [k.name for k in mended.asset.links if k.colliders != shapes[k.name]] in (["door_0"], ["object", "door_0"])
+    again = mend(mended, mended.with_runtime_names(), _complaint("AST009", "links/door/colliders"))
+    assert again is None, "what was fitted anew is not fitted once more"
+    assert mend(built, named, _complaint("AST002", "links/door")) is None
+
+
+def _closed_drawers() -> list[Part]:
+    """A block with two wide fronts on it, each with a bar in its middle; nothing is modelled inside."""
+    fronts = [box((0.02, -0.02, z), (0.58, 0.0, z + 0.26)) for z in (0.02, 0.3)]
+    bars = [box((0.2, -0.05, z), (0.4, -0.02, z + 0.015)) for z in (0.14, 0.42)]
+    return [box((0.0, 0.0, 0.0), (0.6, 0.45, 0.58)), *fronts, *bars]
+
+
+def test_shapes_fitted_anew_keep_those_of_a_built_interior(tmp_path: Path) -> None:
+    vertices, faces, _ = together(*_closed_drawers())
+    request = ArticulateRequest(obj(tmp_path / "a.obj", vertices, faces), tmp_path, category="drawer_stack", **AXES)
+    built = build(request)
+    name = next(a.part for a in built.articulation.added if a.part)
+    mended = built.with_refit_shapes({name})
+    seen = np.concatenate([v.mesh.vertices for link in mended.asset.links if link.name == name for v in link.visuals])
+    touched = next(link_bounds(link) for link in mended.asset.links if link.name == name)
+    assert touched is not None
+    assert np.allclose(touched, [seen.min(axis=0), seen.max(axis=0)], atol=0.004)
+
+
+def _crossing_drawers() -> list[Part]:
+    """Two drawers side by side, and a bar on the left one that reaches before the right one."""
+    return [
+        *carcass(0.8, 0.5, 0.3),
+        box((0.03, -0.02, 0.03), (0.39, 0.0, 0.27)),
+        box((0.41, -0.02, 0.03), (0.77, 0.0, 0.27)),
+        box((0.03, 0.0, 0.03), (0.39, 0.4, 0.04)),
+        box((0.41, 0.0, 0.03), (0.77, 0.4, 0.04)),
+        box((0.3, -0.08, 0.12), (0.6, -0.06, 0.18)),
+        box((0.3, -0.06, 0.14), (0.32, -0.02, 0.16)),
+    ]
+
+
+def test_parts_that_run_into_each_other_are_put_to_a_person(tmp_path: Path) -> None:
+    vertices, faces, _ = together(*_crossing_drawers())
+    left = PartDecision(kind=PartKind.DRAWER, box_m=((-0.38, -0.36, 0.0), (0.21, 0.3, 0.3)), travel_m=0.3)
+    right = PartDecision(kind=PartKind.DRAWER, box_m=((0.005, -0.28, 0.0), (0.38, 0.3, 0.3)), travel_m=0.3)
+    request = ArticulateRequest(
+        obj(tmp_path / "cabinet.obj", vertices, faces),
+        tmp_path / "lib",
+        category="base_cabinet",
+        size_m=0.8,
+        decisions=Decisions(parts={"left": left, "right": right}),
+        complete=False,
+        **AXES,
+    )
+    done = articulate_one(request)
+    assert isinstance(done, ArticulateOutcome), done
+    assert (done.decision, done.to_decide) == (Decision.REVIEW, ("contacts",)), done.message
+
+
+def test_a_part_that_hardly_moves_is_put_to_a_person(tmp_path: Path) -> None:
+    """A post of the body stands 20 mm before a drawer that is to open by 300 mm."""
+    post = box((0.1, -0.08, 0.0), (0.3, -0.06, 0.3))
+    left = PartDecision(kind=PartKind.DRAWER, box_m=((-0.38, -0.26, 0.0), (0.0, 0.3, 0.3)), travel_m=0.3)
+    request = ArticulateRequest(
+        obj(tmp_path / "cabinet.obj", *together(*_crossing_drawers()[:9], post)[:2]),
+        tmp_path / "lib",
+        category="base_cabinet",
+        size_m=0.8,
+        decisions=Decisions(parts={"left": left}),
+        complete=False,
+        **AXES,
+    )
+    done = articulate_one(request)
+    assert isinstance(done, ArticulateOutcome), done
+    assert done.decision is Decision.REVIEW, done.message
+    assert done.report is not None
+    (issue,) = (i for i in done.report.issues if i.pointer == "contacts")
+    assert "of its range, then runs into object" in issue.message

@@ -1,0 +1,217 @@
+"""What is kept of a built asset is the asset, and nothing else that lies there is taken for it."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import os
+import zlib
+from collections.abc import Callable
+from dataclasses import replace
+from functools import wraps
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from casa_assets.asset.kit.assemble import Family
+from casa_assets.asset.lightweight import lighten
+from casa_assets.families.family import Params, Supplies
+from casa_assets.families.run import asset_store
+from casa_assets.families.run.asset_store import (
+    ARRAY_TYPES,
+    DIGEST_BYTES,
+    READ_ERRORS,
+    TREE,
+    AssetStore,
+    pack,
+    unpack,
+)
+from casa_assets.formats.usd import document
+from casa_assets.model.asset.asset import Asset
+from casa_assets.registry.families import family, family_names
+from tests.support.asset.assets import rigid_mug, textured_box
+from tests.support.asset.family_members import preset
+
+pytestmark = pytest.mark.content("code", "cache", keep=0)
+
+KETTLE = family("kettle")
+NUMBERS = KETTLE.presets["jug_steel"]
+
+
+class Counted:
+    """A family, and how often it has built."""
+
+    def __init__(self, build: Callable[[Params, Supplies], Asset] = KETTLE.build) -> None:
+        self.times = 0
+        self._build = build
+        self.family: Family[Any] = replace(KETTLE, build=self.build)
+
+    def build(self, params: Params, supplies: Supplies) -> Asset:
+        self.times += 1
+        return self._build(params, supplies)
+
+
+def entries(cache: Path, kind: str = "built") -> list[Path]:
+    return sorted(p for p in cache.glob(f"assets/{kind}/*/*"))
+
+
+@pytest.mark.parametrize("name", family_names())
+def test_an_asset_of_each_family_reads_back_the_same(name: str) -> None:
+    asset = preset(name, next(iter(family(name).presets)))
+    data, pictures = pack(asset.model_dump(), "key")
+    again = unpack(data, "key", pictures.__getitem__)
+    assert (again.id, again.digest) == (asset.id, asset.digest)
+
+
+def test_an_asset_with_pictures_reads_back_the_same(subtests: pytest.Subtests) -> None:
+    for asset in [rigid_mug(), textured_box()]:
+        with subtests.test(asset=asset.id):
+            data, pictures = pack(asset.model_dump(), "key")
+            assert unpack(data, "key", pictures.__getitem__).digest == asset.digest
+            assert pack(asset.model_dump(), "key")[0] == data
+            assert set(pictures.values()) == {t.png for m in asset.materials for t in m.textures}
+
+
+def test_what_was_built_once_is_not_built_again(tmp_path: Path) -> None:
+    kettle = Counted()
+    first = AssetStore(tmp_path).built(kettle.family, NUMBERS)
+    second = AssetStore(tmp_path).built(kettle.family, NUMBERS)
+    assert kettle.times == 1
+    assert (second.id, second.digest) == (first.id, first.digest)
+
+
+def one_bit(data: bytes, other: bytes) -> bytes:
+    changed = bytearray(zlib.decompress(data))
+    changed[len(changed) // 2] ^= 1
+    return zlib.compress(bytes(changed))
+
+
+DAMAGES: dict[str, Callable[[bytes, bytes], bytes]] = {
+    "torn": lambda data, other: data[:-9],
+    "empty": lambda data, other: b"",
+    "one bit": one_bit,
+    "swapped": lambda data, other: other,
+    "no archive": lambda data, other: zlib.compress(hashlib.sha256(b"x").digest() + b"x"),
+}
+
+
+@pytest.mark.parametrize("damage", DAMAGES)
+def test_a_damaged_entry_is_made_anew(tmp_path: Path, damage: str) -> None:
+    kettle, other = Counted(), KETTLE.presets["jug_steel"].replace(height=NUMBERS.model_dump()["height"] + 0.01)
+    first = AssetStore(tmp_path).built(kettle.family, NUMBERS)
+    (path,) = entries(tmp_path)
+    AssetStore(tmp_path).built(kettle.family, other)
+    (beside,) = (p for p in entries(tmp_path) if p != path)
+    good = path.read_bytes()
+    path.write_bytes(DAMAGES[damage](good, beside.read_bytes()))
+    assert path.read_bytes() != good
+    assert AssetStore(tmp_path).built(kettle.family, NUMBERS).digest == first.digest
+    assert kettle.times == 3
+    assert path.read_bytes() == good
+
+
+@pytest.mark.parametrize(
+    "damage", [Path.unlink, lambda path: path.write_bytes(zlib.compress(b"\x89PNG\r\n\x1a\nanother"))]
+)
+def test_a_missing_or_wrong_picture_is_put_back(tmp_path: Path, damage: Callable[[Path], None]) -> None:
+    box = Counted(lambda params, supplies: textured_box())
+    first = AssetStore(tmp_path).built(box.family, NUMBERS)
+    (path, *_) = entries(tmp_path, "pictures")
+    good = path.read_bytes()
+    damage(path)
+    assert AssetStore(tmp_path).built(box.family, NUMBERS).digest == first.digest
+    assert box.times == 2
+    assert path.read_bytes() == good
+
+
+class Planted:
+    """Runs a command where it is unpickled."""
+
+    def __init__(self, sign: Path) -> None:
+        self.sign = sign
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return os.mkdir, (str(self.sign),)
+
+
+def test_no_code_of_an_entry_is_run(tmp_path: Path) -> None:
+    kettle, sign = Counted(), tmp_path / "sign"
+    first = AssetStore(tmp_path / "cache").built(kettle.family, NUMBERS)
+    (path,) = entries(tmp_path / "cache")
+    out = io.BytesIO()
+    arrays: dict[str, Any] = {kind: np.array([Planted(sign)], dtype=object) for kind in (*ARRAY_TYPES, TREE)}
+    np.savez(out, **arrays)
+    path.write_bytes(zlib.compress(hashlib.sha256(out.getvalue()).digest() + out.getvalue()))
+    assert AssetStore(tmp_path / "cache").built(kettle.family, NUMBERS).digest == first.digest
+    assert kettle.times == 2
+    assert not sign.exists()
+
+
+def test_an_entry_of_another_key_is_refused() -> None:
+    data, _ = pack(rigid_mug().model_dump(), "one")
+    with pytest.raises(READ_ERRORS, match="another key"):
+        unpack(data, "two", {}.__getitem__)
+    with pytest.raises(READ_ERRORS, match="written"):
+        unpack(data[:DIGEST_BYTES] + data[DIGEST_BYTES + 1 :], "one", {}.__getitem__)
+
+
+class TestLightForms:
+    def test_are_made_once(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        asset = preset("fruit_bowl", next(iter(family("fruit_bowl").presets)))
+        wanted = lighten(asset)
+        assert wanted.digest != asset.digest
+        assert AssetStore(tmp_path).lightened(asset).digest == wanted.digest
+
+        @wraps(lighten)  # the key of the light form is that of the function's source
+        def never(asset: Asset) -> Asset:
+            raise AssertionError(asset.id)
+
+        monkeypatch.setattr(asset_store, "lighten", never)
+        assert AssetStore(tmp_path).lightened(asset).digest == wanted.digest
+
+    def test_of_a_changed_asset_with_the_same_id_are_its_own(self, tmp_path: Path) -> None:
+        store, bowl = AssetStore(tmp_path), preset("fruit_bowl", next(iter(family("fruit_bowl").presets)))
+        store.lightened(bowl)
+        root = bowl.root.replace(colliders=bowl.root.colliders[:1])
+        changed = bowl.replace(links=(root, *bowl.links[1:]), joints=bowl.joints, behavior=None)
+        assert store.lightened(changed).digest == lighten(changed).digest != lighten(bowl).digest
+
+    def test_do_not_hang_on_what_is_seen(self, tmp_path: Path) -> None:
+        store, box = AssetStore(tmp_path), textured_box()
+        store.lightened(box)
+        plain = box.replace(materials=tuple(m.replace(base_color_texture=None) for m in box.materials))
+        assert store.lightened(plain).digest == lighten(plain).digest
+        assert len(entries(tmp_path)) == 1
+
+
+class TestLayers:
+    def test_are_written_once_for_each_content_and_folder_of_pictures(
+        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        box = textured_box()
+        inertial = box.root.inertial.replace(mass=2 * box.mass)
+        heavier = box.replace(links=(box.root.replace(inertial=inertial),))
+        for _ in range(2):
+            for asset, textures in ((box, "./textures"), (box, "../../textures"), (heavier, "./textures")):
+                assert AssetStore(tmp_path).layer_text(asset, textures) == document.layer_text(asset, textures)
+        assert len(entries(tmp_path, "layers")) == 3
+        written = document.layer_text
+        wanted = written(box, "./textures")
+
+        @wraps(written)
+        def never(asset: Asset, textures: str) -> str:
+            raise AssertionError(asset.id)
+
+        monkeypatch.setattr(document, "layer_text", never)
+        assert AssetStore(tmp_path).layer_text(box, "./textures") == wanted
+
+
+def test_stores_stay_within_the_bound_of_the_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("CASA_ASSETS_CACHE_GB", "0")
+    store = AssetStore(tmp_path)
+    store.built(KETTLE, NUMBERS)
+    assert entries(tmp_path)
+    store.tidy()
+    assert not entries(tmp_path)

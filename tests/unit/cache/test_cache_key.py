@@ -1,0 +1,307 @@
+"""Keys of kept results follow the code, the registry and the packages that the results depend on, and nothing else."""
+
+from __future__ import annotations
+
+import ast
+import json
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import pytest
+
+from casa_assets import registry
+from casa_assets.cache import cache_key
+from casa_assets.cache.cache_key import key_of, reach
+from casa_assets.cache.code_index import PACKAGE, package_files, scan, target
+
+pytestmark = pytest.mark.content("code", "cache", keep=0)
+
+ROOT = Path(__file__).parents[3]
+PARTS = 5  # of the package, each of which is parsed by itself
+# What loads a module by a name that is worked out while the program runs.
+LOADERS = {"importlib.import_module", "import_module", "__import__"}
+
+# Of so many families, the keys of all presets are looked at.
+FAMILIES = ("toaster", "microwave", "switch", "rug", "room_wall", "vase")
+# Loads the package and then, once for each line (paths to look for modules at), prints the keys of everything that is
+# kept, by name, from a process of its own: none of them has read a file of the package before.
+REPORT = f"""
+import json, os, sys
+from casa_assets.articulate.run.run import _code_key
+from casa_assets.families.run.run import asset_key
+from casa_assets.ingest.run import run as ingest
+from casa_assets.ingest.run.stages import STAGES, stage_key
+from casa_assets.layouts.run import check, scene_folders, scene_page
+from casa_assets.layouts.run.resolve import SceneRecipe
+from casa_assets.textures.run.recipes import finish_key, recipes
+from casa_assets.registry.families import family
+
+def report():
+    found = {{f"stage {{stage.name}}": stage_key(stage) for stage in STAGES}}
+    found |= {{f"texture {{n}} {{r.kind}}": finish_key(r) for rows in recipes().values() for n, r in rows.items()}}
+    for name in {FAMILIES}:
+        presets = family(name).presets
+        found |= {{f"asset {{name}} {{preset}}": asset_key(family(name), p) for preset, p in presets.items()}}
+    for recipe in (SceneRecipe("l_small", "coastal"), SceneRecipe("one_wall_small", "rustic", seed=3)):
+        found[f"scene {{recipe.scene_id}}"] = key = scene_folders.scene_key(recipe)
+        found[f"pictures {{recipe.scene_id}}"] = scene_folders.picture_key(key)
+        found[f"verdict {{recipe.scene_id}}"] = check.verdict_key(recipe)
+    found["page of a scene"] = scene_page.page_key()
+    found["model of a scene"] = scene_page.model_key()
+    found["library ingest"] = ingest.cache_key({{}})
+    found["code of articulate"] = _code_key()
+    print(json.dumps(found), flush=True)
+
+for line in sys.stdin:
+    child = os.fork()
+    if child == 0:
+        sys.path[1:1] = json.loads(line)
+        try:
+            report()
+        finally:
+            os._exit(0)
+    os.waitpid(child, 0)
+    print(flush=True)
+"""
+
+
+class Copy:
+    """A copy of the package with its registry that may be changed."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        skip = shutil.ignore_patterns("__pycache__")
+        shutil.copytree(ROOT / PACKAGE, folder / PACKAGE, ignore=skip)
+        shutil.copytree(ROOT / "registry", folder / "registry")
+        self._loaded = self.start("0")
+        self.before = self.keys()
+
+    def start(self, seed: str) -> subprocess.Popen[str]:
+        """A process that has loaded the package."""
+        environment = {**os.environ, "PYTHONPATH": str(self.folder), "PYTHONHASHSEED": seed}
+        pipe = subprocess.PIPE
+        return subprocess.Popen(
+            [sys.executable, "-c", REPORT], cwd=self.folder, env=environment, stdin=pipe, stdout=pipe, text=True
+        )
+
+    def keys(self, besides: Sequence[Path] = (), process: subprocess.Popen[str] | None = None) -> dict[str, str]:
+        """The keys by name. `besides`: more places of modules. `process`: that asks for them, of those of `start`."""
+        asked = process or self._loaded
+        assert asked.stdin is not None
+        assert asked.stdout is not None
+        asked.stdin.write(json.dumps([str(place) for place in besides]) + "\n")
+        asked.stdin.flush()
+        line = asked.stdout.readline()
+        assert line.strip(), "it told its error"
+        found: dict[str, str] = json.loads(line)
+        assert asked.stdout.readline() == "\n"
+        return found
+
+    def close(self) -> None:
+        """End the process."""
+        self._loaded.communicate()
+
+    def changed_by(self, path: str, old: str, new: str) -> set[str]:
+        """Names of the keys that differ once a text is replaced in a file, which is put back."""
+        target = self.folder / path
+        text = target.read_text(encoding="utf-8")
+        assert text.count(old) == 1, f"{old!r} occurs {text.count(old)} times in {path}"
+        target.write_text(text.replace(old, new), encoding="utf-8")
+        after = self.keys()
+        target.write_text(text, encoding="utf-8")
+        assert after.keys() == self.before.keys()
+        return {name for name in after if after[name] != self.before[name]}
+
+    def names(self, word: str, end: str = "") -> set[str]:
+        """Names of keys that begin with a word and end so."""
+        return {name for name in self.before if name.startswith(f"{word} ") and name.endswith(end)}
+
+
+@pytest.fixture(scope="module")
+def copy(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Copy]:
+    made = Copy(tmp_path_factory.mktemp("copy"))
+    yield made
+    made.close()
+
+
+class TestOneConstantChanges:
+    def test_nothing_where_nothing_is_changed(self, copy: Copy) -> None:
+        other = copy.start("7")
+        assert copy.keys(process=other) == copy.before
+        other.communicate()
+
+    def test_in_a_kind_of_texture(self, copy: Copy) -> None:
+        """The textures of that kind and of the others in its module, and what shows them."""
+        changed = copy.changed_by("casa_assets/kitchenware/textures/walls/panels.py", "0.0008 * (rise - 1)", "rise - 1")
+        kinds = (" painted_boards", " concrete", " pressed_tin")
+        those = {n for kind in kinds for n in copy.names("texture", kind)}
+        assert {n for n in changed if n.startswith("texture ")} == those
+        shown = {n for n in changed if n.startswith("asset ")}
+        assert 0 < len(shown) < len(copy.names("asset")) / 4
+        assert changed.isdisjoint(copy.names("stage") | copy.names("library"))
+
+    def test_in_the_preview_of_kitchens(self, copy: Copy) -> None:
+        """Pictures and the verdicts on them, and no geometry."""
+        changed = copy.changed_by("casa_assets/show/stills/room_light.py", "_EXPOSURE = 0.78", "_EXPOSURE = 0.79")
+        assert changed == copy.names("pictures") | copy.names("verdict")
+
+    def test_in_the_preview_of_assets(self, copy: Copy) -> None:
+        """An entry of a library holds a picture, so it is due; what its stages made of the mesh is kept."""
+        changed = copy.changed_by(
+            "casa_assets/show/stills/still.py", "def render(model", "SPARE = 1\n\n\ndef render(model"
+        )
+        assert copy.names("library") <= changed
+        assert changed.isdisjoint(copy.names("stage") | copy.names("asset") | copy.names("scene"))
+
+    def test_in_a_stage(self, copy: Copy) -> None:
+        changed = copy.changed_by(
+            "casa_assets/ingest/mass/estimates.py", "MIN_THICKNESS_RATIO = 1e-7", "MIN_THICKNESS_RATIO = 1e-6"
+        )
+        assert changed == {"stage mass", "library ingest"}
+
+    def test_in_a_family(self, copy: Copy) -> None:
+        """Its own assets, and the kitchens that have one."""
+        changed = copy.changed_by(
+            "casa_assets/kitchenware/fixtures/small/toaster.py", "FOOT_HEIGHT = 0.008 ", "FOOT_HEIGHT = 0.009 "
+        )
+        assert {n for n in changed if n.startswith("asset ")} == {
+            n for n in copy.before if n.startswith("asset toaster ")
+        }
+        assert changed.isdisjoint(copy.names("texture") | copy.names("stage") | copy.names("library"))
+
+    def test_in_the_viewer(self, copy: Copy) -> None:
+        """The pages that load it, and neither what the checks of minutes said nor the models that it shows."""
+        changed = copy.changed_by(
+            "casa_assets/show/page/bundle/viewer.js", "/* casa-assets viewer with", "/* the viewer with"
+        )
+        assert changed == {"page of a scene"}
+
+    def test_in_a_plan(self, copy: Copy) -> None:
+        """What is made of that plan alone."""
+        changed = copy.changed_by("registry/plans/l_small.yaml", "height: 2.7\n", "height: 2.71\n")
+        assert changed == {n for n in copy.before if " l_small__" in n}
+
+    def test_in_a_preset(self, copy: Copy) -> None:
+        changed = copy.changed_by(
+            "registry/families/toaster.yaml", "height: 0.2\n    dome: 0.042", "height: 0.21\n    dome: 0.042"
+        )
+        assert {n for n in changed if n.startswith("asset ")} == {"asset toaster retro_cream"}
+
+
+def test_packages_that_make_nothing_change_no_key(copy: Copy, tmp_path: Path) -> None:
+    """Whoever has Ray, or the program that a written file is for, makes the same bytes as who has not."""
+    for name in ("ray", "isaaclab"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "__init__.py").write_text("raise ImportError('nothing imports it for a key')\n")
+        told = tmp_path / f"{name}-98.7.6.dist-info"
+        told.mkdir()
+        (told / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 98.7.6\n")
+        (told / "top_level.txt").write_text(f"{name}\n")
+    assert copy.keys(besides=(tmp_path,)) == copy.before
+
+
+class TestImports:
+    """What the quick look at a module's text finds, against what Python's own parser finds."""
+
+    @pytest.mark.representatives(1)
+    @pytest.mark.parametrize("part", range(PARTS))
+    def test_every_import_of_the_package_is_found(self, part: int) -> None:
+        for module, path in list(package_files().sources.items())[part::PARTS]:
+            expected = _imports(ast.parse(path.read_text(encoding="utf-8")))
+            found = scan(module)
+            assert expected - {module} <= {*found.modules, *found.outside}, module
+
+    def test_no_module_is_loaded_by_a_name_that_is_not_in_the_text(self) -> None:
+        """Names are text of this package, or stand for packages of others."""
+        loading = set()
+        for module, path in package_files().sources.items():
+            text = path.read_text(encoding="utf-8")
+            if "import_module" not in text and "__import__" not in text:
+                continue
+            for node in ast.walk(ast.parse(text)):
+                loads = isinstance(node, ast.Call) and ast.unparse(node.func) in LOADERS
+                if loads and not isinstance(node.args[0], ast.Constant):
+                    loading.add(module)
+        # The server of workers is given names by those that call it, in whose text they stand; the renderer takes a
+        # module of MuJoCo; the names that the package offers stand in a table of it; what opens our kitchens in
+        # RoboCasa runs there and loads RoboCasa's modules.
+        assert loading == {
+            "casa_assets",
+            "casa_assets.addons.robocasa.writers.casa_kitchens",
+            "casa_assets.runs.server",
+            "casa_assets.show.stills.renderer",
+        }
+
+    def test_types_alone_are_left_out_and_imports_inside_functions_are_not(self) -> None:
+        found = reach("casa_assets.layouts.run.scene_json")
+        assert "casa_assets.layouts.run.resolve" not in found.modules, "imported under TYPE_CHECKING"
+        assert "casa_assets.articulate.run.run" in reach("casa_assets.cli.verbs.articulate:articulate").modules
+        assert "casa_assets.ingest.run.worker" in reach("casa_assets.ingest.run.answers:WorkerAnswers").modules, (
+            "named in text"
+        )
+
+    def test_a_local_variable_is_not_the_function_of_that_name(self) -> None:
+        """`scenes.draw` has a variable `made`, and `scenes.made` builds whole kitchens."""
+        assert not any(
+            ".families" in name for name in reach("casa_assets.layouts.run.scene_folders:draw_cameras").modules
+        )
+
+    def test_packages_of_others_count_by_their_versions(self) -> None:
+        versions = reach("casa_assets.ingest.collision.collide").versions
+        assert {"numpy", "scipy", "coacd", "vhacdx", "manifold3d"} <= versions.keys()
+        assert "absent" not in versions.values()
+        with pytest.raises(ValueError, match="write a function"):
+            key_of(lambda: None)
+
+
+class TestRegistry:
+    def test_every_file_is_read_by_a_module_that_names_it(self) -> None:
+        every = set(cache_key._registry())
+        assert every == set(reach(*package_files().sources).registry)
+        assert {p.name for p in registry.data_root().glob("*.yaml")} <= every
+
+    def test_doors_of_registry_name_what_they_open(self) -> None:
+        assert set(reach("casa_assets.registry.kitchens:load_plan").registry) >= {"plans/l_small.yaml"}
+        assert "styles/coastal.yaml" not in reach("casa_assets.registry").registry
+
+    def test_files_that_are_opened_are_among_those_that_count(self) -> None:
+        """What a run of the doors opens, as Python itself tells it."""
+        script = """
+import sys, json
+opened = []
+sys.addaudithook(lambda event, args: opened.append(str(args[0])) if event == "open" else None)
+from casa_assets.textures.run.recipes import recipes
+from casa_assets.registry.families import families
+from casa_assets.registry.kitchens import load_plan, load_style, plan_names, style_names
+recipes(), families(), [load_plan(n) for n in plan_names()], [load_style(n) for n in style_names()]
+from casa_assets.cache.cache_key import reach
+from casa_assets import registry
+doors = ("casa_assets.textures.run.recipes", "casa_assets.registry.families", "casa_assets.registry.kitchens")
+root = str(registry.data_root())
+print(json.dumps([sorted({o[len(root) + 1:] for o in opened if o.startswith(root)}), reach(*doors).registry]))
+"""
+        done = subprocess.run([sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, check=True)
+        opened, counted = json.loads(done.stdout)
+        assert set(opened) <= set(counted)
+        assert len(opened) > 50
+
+
+def _imports(tree: ast.Module) -> set[str]:
+    """Modules that a tree imports, without those for types."""
+    found = set()
+    waiting: list[ast.AST] = [tree]
+    while waiting:
+        node = waiting.pop()
+        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
+            waiting += node.orelse
+            continue
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            found |= {target(node.module or "", alias.name) for alias in node.names}
+        waiting += ast.iter_child_nodes(node)
+    return found

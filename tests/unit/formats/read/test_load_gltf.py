@@ -1,0 +1,269 @@
+"""GLB and glTF: what is read rightly, and what is refused before it does harm."""
+
+from __future__ import annotations
+
+import base64
+import math
+import struct
+
+import numpy as np
+import pytest
+
+from casa_assets.formats.read.gltf import Mapping2D
+from casa_assets.model import rejection_codes
+from casa_assets.model.source import Up
+from tests.support.mesh.mesh_files import QUARTERS, Gltf, codes_of, glb_bytes, load_bytes, png, refusal, texel
+
+RED, GREEN, BLUE = (255, 0, 0), (0, 255, 0), (0, 0, 255)
+
+
+def test_declares_metres_and_y_up_and_keeps_the_triangle() -> None:
+    model = load_bytes("x.glb", Gltf().glb())
+    assert (model.metres_per_unit, model.up, model.format, model.notes) == (1.0, Up.Y, "glb", ())
+    assert model.parts[0].name == "thing"
+    assert model.parts[0].mesh.vertices.tolist() == [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
+
+
+def test_uv_are_turned_to_the_lower_left() -> None:
+    made = Gltf()
+    made.paint(png(QUARTERS))
+    model = load_bytes("x.glb", made.glb())
+    # glTF (0,0) is the upper left texel, (1,0) the upper right, (0,1) the lower left
+    assert [texel(model, 0, i) for i in range(3)] == [RED, GREEN, BLUE]
+
+
+def test_texture_transform_is_baked() -> None:
+    made = Gltf()
+    made.paint(png(QUARTERS))
+    moved = {"KHR_texture_transform": {"offset": [0.5, 0.0], "scale": [0.5, 0.5]}}
+    picture = {"index": 0, "extensions": moved}
+    made.document["materials"] = [{"pbrMetallicRoughness": {"baseColorTexture": picture}}]
+    made.document["extensionsRequired"] = ["KHR_texture_transform"]
+    assert texel(load_bytes("x.glb", made.glb()), 0, 0) == GREEN
+    turned = Mapping2D(rotation=math.pi / 2).apply(np.array([[0.25, 0.5]]))
+    assert np.allclose(turned, [[0.5, 1.25]])
+    # the second set of coordinates, where the picture asks for it
+    made.attributes["TEXCOORD_1"] = made.add(np.array([[1, 0], [1, 0], [1, 0]], dtype="<f4"), "VEC2")
+    made.document["materials"] = [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0, "texCoord": 1}}}]
+    assert texel(load_bytes("x.glb", made.glb()), 0, 0) == GREEN
+
+
+def test_mirrored_node_turns_the_faces_and_the_normals_follow() -> None:
+    made = Gltf()
+    made.attributes["NORMAL"] = made.add(np.array([[0, 0, 1]] * 3, dtype="<f4"), "VEC3")
+    made.node["scale"] = [-2, 1, 1]
+    mesh = load_bytes("x.glb", made.glb()).parts[0].mesh
+    a, b, c = mesh.vertices[mesh.faces[0]]
+    assert np.cross(b - a, c - a)[2] > 0
+    assert mesh.normals is not None
+    assert np.allclose(mesh.normals, [0, 0, 1])
+
+
+def test_nested_transforms_are_baked_in_order() -> None:
+    made = Gltf()
+    quarter = [0, 0, math.sqrt(0.5), math.sqrt(0.5)]
+    made.document["nodes"] = [{"children": [1], "translation": [10, 0, 0]}, {"mesh": 0, "rotation": quarter}]
+    assert np.allclose(load_bytes("x.glb", made.glb()).parts[0].mesh.vertices[1], [10, 1, 0])
+
+
+def test_each_instance_is_a_part() -> None:
+    made = Gltf()
+    made.document["nodes"] = [{"mesh": 0, "name": "a b"}, {"mesh": 0, "name": "a-b"}]
+    made.document["scenes"] = [{"nodes": [0, 1]}]
+    assert [p.name for p in load_bytes("x.glb", made.glb()).parts] == ["a_b", "a_b_2"]
+
+
+def test_strips_and_fans(subtests: pytest.Subtests) -> None:
+    for mode, faces in [(5, [[0, 1, 2], [2, 1, 3]]), (6, [[0, 1, 2], [0, 2, 3]])]:
+        with subtests.test(mode=mode, faces=faces):
+            made = Gltf([(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 0)], [0, 1, 2, 3])
+            made.primitive["mode"] = mode
+            assert load_bytes("x.glb", made.glb()).parts[0].mesh.faces.tolist() == faces
+
+
+def test_quantised_and_sparse_accessors() -> None:
+    made = Gltf()
+    points = np.array([[0, 0, 0, 0], [127, 0, 0, 0], [0, -127, 0, 0]], dtype="i1")
+    at = made.add(points, "VEC3", normalized=True)
+    made.accessors[at]["count"] = 3
+    made.views[int(str(made.accessors[at]["bufferView"]))]["byteStride"] = 4
+    made.attributes["POSITION"] = at
+    indices, values = made.view(struct.pack("<H", 0)), made.view(struct.pack("<3b", 0, 0, 127))
+    made.accessors[at]["sparse"] = {
+        "count": 1,
+        "indices": {"bufferView": indices, "componentType": 5123},
+        "values": {"bufferView": values},
+    }
+    assert np.allclose(load_bytes("x.glb", made.glb()).parts[0].mesh.vertices, [[0, 0, 1], [1, 0, 0], [0, -1, 0]])
+
+
+def test_vertex_colours_become_srgb() -> None:
+    made = Gltf()
+    made.attributes["COLOR_0"] = made.add(np.array([[0.2158605, 0, 1]] * 3, dtype="<f4"), "VEC3")
+    colors = load_bytes("x.glb", made.glb()).parts[0].mesh.colors
+    assert colors is not None
+    assert colors[0].tolist() == [128, 0, 255, 255]
+
+
+def test_specular_glossiness_and_unlit_and_emissive_pictures_give_a_base_colour() -> None:
+    old = {"diffuseTexture": {"index": 0}, "diffuseFactor": [1, 0.5, 1, 1], "glossinessFactor": 0.25}
+    made = Gltf()
+    made.paint(png(QUARTERS))
+    made.document["materials"] = [{"extensions": {"KHR_materials_pbrSpecularGlossiness": old}}]
+    made.document["extensionsRequired"] = ["KHR_materials_pbrSpecularGlossiness", "KHR_materials_unlit"]
+    material = load_bytes("x.glb", made.glb()).parts[0].material
+    assert material.base_color == (1.0, 0.5, 1.0, 1.0)
+    assert (material.metallic, material.roughness) == (0.0, 0.75)
+    assert material.base_color_texture is not None
+    black = {"baseColorFactor": [0, 0, 0, 1]}
+    glow = {"emissiveTexture": {"index": 0}, "emissiveFactor": [1, 1, 1], "pbrMetallicRoughness": black}
+    made.document["materials"] = [glow]
+    model = load_bytes("x.glb", made.glb())
+    assert model.parts[0].material.base_color_texture is not None
+    assert rejection_codes.EMISSIVE_AS_BASE in codes_of(model)
+
+
+def test_alpha_follows_the_mode() -> None:
+    picture = np.full((2, 2, 4), 100, dtype=np.uint8)
+    channels = {}
+    for mode in ("OPAQUE", "BLEND", "MASK"):
+        made = Gltf()
+        made.paint(png(picture), alphaMode=mode)
+        texture = load_bytes("x.glb", made.glb()).parts[0].material.base_color_texture
+        assert texture is not None
+        channels[mode] = texture.png[25]
+    assert channels == {"OPAQUE": 2, "BLEND": 6, "MASK": 6}  # PNG colour types: 2 RGB, 6 RGBA
+
+
+def test_an_invisible_material_is_made_opaque() -> None:
+    made = Gltf()
+    made.document["materials"] = [{"alphaMode": "BLEND", "pbrMetallicRoughness": {"baseColorFactor": [1, 0, 0, 0]}}]
+    made.primitive["material"] = 0
+    model = load_bytes("x.glb", made.glb())
+    assert model.parts[0].material.base_color == (1.0, 0.0, 0.0, 1.0)
+    assert codes_of(model) == {rejection_codes.FULLY_TRANSPARENT}
+
+
+def test_rest_pose_of_a_rigged_mesh_comes_from_its_joints() -> None:
+    made = Gltf()
+    made.attributes["JOINTS_0"] = made.add(np.zeros((3, 4), dtype="u1"), "VEC4")
+    made.attributes["WEIGHTS_0"] = made.add(np.array([[1, 0, 0, 0]] * 3, dtype="<f4"), "VEC4")
+    made.document["nodes"] = [{"mesh": 0, "skin": 0, "translation": [99, 0, 0]}, {"scale": [2, 2, 2]}]
+    made.document["scenes"] = [{"nodes": [0, 1]}]
+    made.document["skins"] = [{"joints": [1]}]
+    model = load_bytes("x.glb", made.glb())
+    assert model.parts[0].mesh.vertices[1].tolist() == [2, 0, 0]
+    assert codes_of(model) == {rejection_codes.FEATURE_IGNORED}
+
+
+def test_text_gltf_with_data_uri_and_with_a_buffer_beside_it() -> None:
+    made = Gltf()
+    inside = "data:application/octet-stream;base64," + base64.b64encode(made.binary).decode()
+    for uri, files in ((inside, {}), ("my%20buffer.bin", {"my%20buffer.bin": made.binary})):
+        assert len(load_bytes("x.gltf", made.text(uri), **files).parts) == 1
+
+
+def test_nan_uv_and_missing_uv_are_remarked() -> None:
+    made = Gltf()
+    made.attributes["TEXCOORD_0"] = made.add(np.array([[np.nan, 0], [1, 0], [0, 1]], dtype="<f4"), "VEC2")
+    made.paint(png(QUARTERS))
+    model = load_bytes("x.glb", made.glb())
+    assert codes_of(model) == {rejection_codes.BAD_UV}
+    assert model.parts[0].mesh.uv is not None
+    assert model.parts[0].mesh.uv[0].tolist() == [0, 0]
+    del made.attributes["TEXCOORD_0"]
+    model = load_bytes("x.glb", made.glb())
+    assert codes_of(model) == {rejection_codes.TEXTURE_WITHOUT_UV}
+    assert model.parts[0].material.textures == ()
+
+
+def test_a_mesh_outside_the_scene_is_used() -> None:
+    made = Gltf()
+    made.document["scenes"] = [{"nodes": []}]
+    assert codes_of(load_bytes("x.glb", made.glb())) == {rejection_codes.MESH_OUTSIDE_SCENE}
+
+
+def test_broken_containers_are_refused(subtests: pytest.Subtests) -> None:
+    for cut, code in [
+        (lambda d: d[:8], rejection_codes.TRUNCATED),
+        (lambda d: d[:12], rejection_codes.TRUNCATED),
+        (lambda d: d[: len(d) // 2], rejection_codes.TRUNCATED),
+        (lambda d: d[:-10], rejection_codes.TRUNCATED),
+        (lambda d: b"glTX" + d[4:], rejection_codes.BAD_MAGIC),
+        (lambda d: d[:4] + struct.pack("<I", 1) + d[8:], rejection_codes.UNSUPPORTED_VERSION),
+        (lambda d: d[:8] + struct.pack("<I", 200) + d[12:], rejection_codes.LENGTH_MISMATCH),
+        (lambda d: d[:8] + struct.pack("<I", 2**32 - 1) + d[12:], rejection_codes.LENGTH_MISMATCH),
+        (lambda d: d[:12] + struct.pack("<I", 2**32 - 1) + d[16:], rejection_codes.LENGTH_MISMATCH),
+        (lambda d: d.replace(b'"asset"', b'"asset '), rejection_codes.BAD_JSON),
+        (lambda d: b"\x89PNG\r\n\x1a\n" + d, rejection_codes.WRONG_TYPE),
+        (lambda d: b"<!DOCTYPE html><html>" + d, rejection_codes.WRONG_TYPE),
+        (lambda d: b"\x1f\x8b" + d, rejection_codes.WRONG_TYPE),
+        (lambda d: b"version https://git-lfs.github.com/spec/v1\n", rejection_codes.WRONG_TYPE),
+        (lambda d: b"", rejection_codes.EMPTY_FILE),
+    ]:
+        with subtests.test(cut=cut, code=code):
+            assert refusal("x.glb", cut(Gltf().glb())) == code
+
+
+def test_claims_beyond_the_bytes_are_refused_before_allocation() -> None:
+    made = Gltf()
+    made.accessors[0]["count"] = 10_000
+    assert refusal("x.glb", made.glb()) == rejection_codes.OUT_OF_BOUNDS
+    del made.accessors[0]["bufferView"]
+    made.accessors[0]["count"] = 2_000_000_000
+    assert refusal("x.glb", made.glb()) == rejection_codes.TOO_LARGE
+    made = Gltf()
+    made.binary = b"\0" * 2**20
+    assert refusal("x.gltf", made.text("data:;base64,AAAA")) == rejection_codes.LENGTH_MISMATCH
+    assert refusal("x.glb", Gltf(indices=[0, 1, 9]).glb()) == rejection_codes.OUT_OF_BOUNDS
+    made = Gltf(indices=[0, 1, 2] * 20_000)
+    made.document["nodes"] = [{"mesh": 0} for _ in range(6)]
+    made.document["scenes"] = [{"nodes": list(range(6))}]
+    assert refusal("x.glb", made.glb()) == rejection_codes.TOO_LARGE
+
+
+def test_bad_scene_graphs_are_refused(subtests: pytest.Subtests) -> None:
+    for nodes, code in [
+        ([{"children": [0], "mesh": 0}], rejection_codes.BAD_SCENE_GRAPH),
+        ([{"children": [i + 1, i + 1]} for i in range(30)] + [{"mesh": 0}], rejection_codes.BAD_SCENE_GRAPH),
+        ([{"children": [7]}], rejection_codes.OUT_OF_BOUNDS),
+        ([{"mesh": 7}], rejection_codes.OUT_OF_BOUNDS),
+        ([{"mesh": "0"}], rejection_codes.BAD_SCHEMA),
+        ([{"mesh": 0, "translation": [float("nan"), 0, 0]}], rejection_codes.NON_FINITE),
+        ([{"mesh": 0, "translation": "up"}], rejection_codes.BAD_SCHEMA),
+        (["node"], rejection_codes.BAD_SCHEMA),
+    ]:
+        with subtests.test(nodes=nodes, code=code):
+            made = Gltf()
+            made.document["nodes"] = nodes
+            assert refusal("x.glb", made.glb()) == code
+
+
+def test_what_cannot_be_read_costs_the_input_or_the_picture() -> None:
+    made = Gltf()
+    made.document["extensionsRequired"] = ["X_y"]
+    assert refusal("x.glb", made.glb()) == rejection_codes.UNSUPPORTED_EXTENSION
+    for picture in (b"no picture at all", png(QUARTERS)[:-30], png(np.zeros((600, 600), dtype=np.uint8))):
+        made = Gltf()
+        made.paint(picture)
+        model = load_bytes("x.glb", made.glb())
+        assert model.parts[0].material.textures == ()
+        assert codes_of(model) in ({rejection_codes.IMAGE_UNREADABLE}, {rejection_codes.IMAGE_REFUSED})
+
+
+def test_compression_that_is_only_used_is_refused_where_the_data_is_missing() -> None:
+    made = Gltf()
+    made.primitive["extensions"] = {"KHR_draco_mesh_compression": {"bufferView": 0, "attributes": {}}}
+    assert len(load_bytes("x.glb", made.glb()).parts) == 1
+    del made.accessors[0]["bufferView"]
+    assert refusal("x.glb", made.glb()) == rejection_codes.BAD_SCHEMA
+
+
+def test_nothing_to_show() -> None:
+    made = Gltf()
+    made.primitive["mode"] = 0
+    assert refusal("x.glb", made.glb()) == rejection_codes.NO_FACES
+    made.document["meshes"] = []
+    made.document["nodes"] = [{}]
+    assert refusal("x.glb", made.glb()) == rejection_codes.NO_GEOMETRY
+    assert refusal("x.glb", glb_bytes({"asset": {"version": "2.0"}})) == rejection_codes.NO_GEOMETRY

@@ -1,0 +1,208 @@
+"""A GLB shows what the asset is, as our own reader and trimesh read it, and says how its parts move."""
+
+from __future__ import annotations
+
+import io
+import json
+import math
+import struct
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+import trimesh
+from PIL import Image
+
+from casa_assets.formats.gltf import EVERYTHING, asset_glb, scene_glb
+from casa_assets.formats.gltf.document import STEPS
+from casa_assets.formats.gltf.mesh import encoded
+from casa_assets.mesh.solid.primitive import tessellate
+from casa_assets.model.asset.asset import Asset, Joint, JointKind
+from casa_assets.model.asset.material import Material, Texture
+from casa_assets.model.asset.parts import joint_positions
+from casa_assets.model.kitchen.scene import Resting
+from casa_assets.model.pose import Pose
+from tests.support.asset.articulated_assets import grill
+from tests.support.asset.assets import EVERY, drawer_unit, microwave, rigid_mug
+from tests.support.kitchen.scenes import corner
+
+ASSETS = [*EVERY, grill]
+Y_FROM_Z = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
+
+
+def json_of(data: bytes) -> dict[str, Any]:
+    """The JSON chunk."""
+    magic, version, length, size, kind = struct.unpack("<4sIII4s", data[:20])
+    assert (magic, version, length, kind) == (b"glTF", 2, len(data), b"JSON")
+    document: dict[str, Any] = json.loads(data[20 : 20 + size])
+    return document
+
+
+def node_poses(document: dict[str, Any], positions: dict[str, float] | None = None) -> dict[str, np.ndarray[Any, Any]]:
+    """Name of a node -> (4, 4) world_from_node, z up, with joints moved as the `extras` say."""
+    found: dict[str, np.ndarray[Any, Any]] = {}
+
+    def visit(index: int, above: np.ndarray[Any, Any]) -> None:
+        node = document["nodes"][index]
+        x, y, z, w = node.get("rotation", (0.0, 0.0, 0.0, 1.0))
+        px, py, pz = node.get("translation", (0.0, 0.0, 0.0))
+        matrix = above @ Pose(position=(px, py, pz), quaternion=(w, x, y, z)).matrix
+        facts = node.get("extras", {}).get("joint")
+        if facts is not None and positions is not None:
+            span = (facts["range"][0], facts["range"][1])
+            axis, anchor = tuple(facts["axis"]), tuple(facts["anchor"])
+            joint = Joint(name="j", child="c", kind=JointKind(facts["type"]), axis=axis, anchor=anchor, range=span)
+            matrix = matrix @ joint.motion(positions.get(facts["name"], 0.0) - facts["rest"]).matrix
+        found[node["name"]] = matrix
+        for child in node.get("children", []):
+            visit(child, matrix)
+
+    turned = np.eye(4)
+    turned[:3, :3] = Y_FROM_Z.T
+    visit(document["scenes"][0]["nodes"][0], turned)
+    return found
+
+
+def assert_same_pose(found: np.ndarray[Any, Any], expected: Pose) -> None:
+    assert found == pytest.approx(expected.matrix, abs=2e-6)
+
+
+def test_the_same_asset_is_the_same_bytes(subtests: pytest.Subtests) -> None:
+    for build in ASSETS:
+        with subtests.test(build=build.__name__):
+            assert asset_glb(build(), EVERYTHING) == asset_glb(build(), EVERYTHING)
+
+
+@pytest.mark.parametrize("build", ASSETS)
+def test_our_reader_and_trimesh_see_what_the_asset_shows(build: Callable[[], Asset]) -> None:
+    asset = build()
+    start = joint_positions(asset.keyframes[0].joints) if asset.keyframes else {}
+    shown = [
+        (asset.asset_from_link(k.name, start).apply(v.mesh.vertices), len(v.mesh.faces))
+        for k in asset.links
+        for v in k.visuals
+    ]
+    corners = np.concatenate([points for points, _ in shown])
+    bounds = np.array([corners.min(axis=0), corners.max(axis=0)])
+    read = trimesh.load_scene(io.BytesIO(asset_glb(asset)), file_type="glb", process=False).to_mesh()
+    inside_out = np.array(read.vertices) @ Y_FROM_Z
+    assert np.array([inside_out.min(axis=0), inside_out.max(axis=0)]) == pytest.approx(bounds, abs=1e-5)
+    assert len(read.faces) == sum(count for _, count in shown)
+
+
+def test_links_stand_where_the_asset_has_them_in_every_named_pose(subtests: pytest.Subtests) -> None:
+    for build in ASSETS:
+        with subtests.test(build=build.__name__):
+            asset = build()
+            document = json_of(asset_glb(asset))
+            poses = document["nodes"][0]["extras"]["poses"]
+            assert list(poses) == sorted(key.name for key in asset.keyframes)
+            for positions in [*poses.values(), {}]:
+                found = node_poses(document, positions)
+                for link in asset.links:
+                    assert_same_pose(found[link.name], asset.asset_from_link(link.name, positions))
+
+
+def test_colliders_and_regions_are_there_only_where_they_are_asked_for() -> None:
+    asset = microwave()
+    plain, full = json_of(asset_glb(asset)), json_of(asset_glb(asset, EVERYTHING))
+
+    def layers(document: dict[str, Any]) -> list[str]:
+        return [node["extras"]["layer"] for node in document["nodes"] if "layer" in node.get("extras", {})]
+
+    assert set(layers(plain)) == {"visual"}
+    assert layers(full).count("collider") == sum(len(link.colliders) for link in asset.links)
+    assert layers(full).count("region") == len(asset.regions)
+
+
+@pytest.mark.parametrize("build", [drawer_unit, microwave, grill])
+def test_colliders_stand_where_they_collide(build: Callable[[], Asset]) -> None:
+    """Primitives are unit meshes that their nodes scale; trimesh multiplies that out."""
+    asset = build()
+    read = trimesh.load_scene(io.BytesIO(asset_glb(asset, EVERYTHING)), file_type="glb", process=False)
+    start = joint_positions(asset.keyframes[0].joints) if asset.keyframes else {}
+    for link in asset.links:
+        for collider in link.colliders:
+            matrix, geometry = read.graph[f"{link.name}/{collider.name}"]
+            points = trimesh.transform_points(read.geometry[geometry].vertices, matrix) @ Y_FROM_Z
+            expected, _ = tessellate(collider.shape, asset.asset_from_link(link.name, start) @ collider.pose, STEPS)
+            assert points.min(axis=0) == pytest.approx(expected.min(axis=0), abs=1e-5)
+            assert points.max(axis=0) == pytest.approx(expected.max(axis=0), abs=1e-5)
+
+
+def picture(name: str, mode: str, size: int, fill: tuple[int, ...]) -> Texture:
+    """A picture with a diagonal line, so that it has a direction."""
+    image = Image.new(mode, (size, size), fill)
+    for i in range(size):
+        image.putpixel((i, i), (0,) * len(fill))
+    out = io.BytesIO()
+    image.save(out, "PNG")
+    return Texture(name=name, png=out.getvalue(), width_px=size, height_px=size)
+
+
+def test_pictures_are_bounded_and_keep_their_alpha() -> None:
+    data, kind, mode = encoded(picture("wood", "RGB", 900, (180, 120, 60)), 512)
+    with Image.open(io.BytesIO(data)) as small:
+        assert (small.size, kind, mode) == ((512, 512), "image/jpeg", "OPAQUE")
+    assert encoded(picture("cut", "RGBA", 64, (9, 9, 9, 255)), 512)[1:] == ("image/png", "MASK")
+    assert encoded(picture("smoke", "RGBA", 64, (9, 9, 9, 128)), 512)[1:] == ("image/png", "BLEND")
+
+
+def test_a_material_is_written_as_it_is() -> None:
+    mug = rigid_mug()
+    look = Material(id="glass", base_color=(0.2, 0.4, 0.6, 0.3), metallic=0.25, roughness=0.125, glow=0.5)
+    links = tuple(
+        link.replace(visuals=tuple(visual.replace(material="glass") for visual in link.visuals)) for link in mug.links
+    )
+    (row,) = json_of(asset_glb(mug.replace(links=links, materials=(look,))))["materials"]
+    assert row["alphaMode"] == "BLEND"
+    assert row["emissiveFactor"] == pytest.approx([0.1, 0.2, 0.3])
+    surface = row["pbrMetallicRoughness"]
+    assert surface["baseColorFactor"] == pytest.approx(look.base_color)
+    assert (surface["metallicFactor"], surface["roughnessFactor"]) == (0.25, 0.125)
+
+
+def test_a_scene_has_each_mesh_once() -> None:
+    scene = corner()
+    document = json_of(scene_glb(scene, EVERYTHING))
+    first = scene.placements[0]
+    twin = first.replace(name="twin", pose=Pose(position=(5.0, 0.0, 0.0)))
+    doubled = json_of(scene_glb(scene.replace(placements=(*scene.placements, twin)), EVERYTHING))
+    assert len(doubled["nodes"]) > len(document["nodes"])
+    assert doubled["meshes"] == document["meshes"]
+    assert doubled["buffers"] == document["buffers"]
+
+
+def test_links_of_a_scene_stand_where_it_has_them() -> None:
+    scene = corner()
+    document = json_of(scene_glb(scene))
+    poses = document["nodes"][0]["extras"]["poses"]
+    assert {"start", "closed", "open"} <= set(poses)
+    found, assets = node_poses(document, poses["start"]), scene.asset_of
+    for place in scene.placements:
+        for link in assets[place.name].links:
+            at = joint_positions(place.joints)
+            expected = place.pose @ assets[place.name].asset_from_link(link.name, at)
+            assert_same_pose(found[f"{place.name}/{link.name}"], expected)
+    assert {node["name"] for node in document["nodes"] if "camera" in node} == {
+        f"camera/{camera.name}" for camera in scene.cameras
+    }
+
+
+def test_what_lies_in_a_drawer_goes_along_with_it() -> None:
+    unit, mug = drawer_unit(), rigid_mug()
+    joint = unit.joints[0]
+    base = corner()
+    holder = base.placements[0].replace(name="unit", asset=unit.id, pose=Pose(position=(1.0, 2.0, 0.0)), joints=())
+    rest = Resting(placement="unit", link=joint.child, region="inside")
+    inside = base.placements[0].replace(
+        name="mug", asset=mug.id, pose=Pose(position=(1.0, 2.0, 0.5)), joints=(), resting=rest
+    )
+    # The object is listed before what carries it.
+    scene = base.replace(assets=(unit, mug), placements=(inside, holder), cameras=())
+    document = json_of(scene_glb(scene))
+    assert_same_pose(node_poses(document, {})["mug"], inside.pose)
+    pulled = node_poses(document, {f"unit/{joint.name}": joint.range[1]})["mug"]
+    way = pulled[:3, 3] - np.array(inside.pose.position)
+    assert math.dist(way, (0.0, 0.0, 0.0)) == pytest.approx(joint.range[1], abs=1e-6)

@@ -1,0 +1,335 @@
+"""Objects as RoboCasa's loaders read them: structure, sizes, masses, what stands up, categories and splits."""
+
+from __future__ import annotations
+
+import ast
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+from lxml import etree
+
+from casa_assets import registry
+from casa_assets.addons.robocasa.writers import casa_kitchens, casa_objects, entries, model, task_objects
+from casa_assets.formats import mjcf
+from casa_assets.model.asset.asset import Asset, Joint, JointKind, Keyframe, Link
+from casa_assets.model.asset.provenance import Split
+from casa_assets.model.pose import Pose
+from casa_assets.model.registry.contract import RobocasaRelease
+from casa_assets.registry.objects import object_names
+from tests.support.asset.assets import ball, rigid_mug, textured_box, write_to
+from tests.support.library.built_libraries import SLICE_SIZE, slice_of_bread
+from tests.support.mesh.meshes import box_mesh
+
+EVERY = (rigid_mug, ball, textured_box, slice_of_bread)
+
+
+def parsed(asset: Asset, file: str = model.FILE) -> etree._Element:
+    return etree.fromstring(model.write(asset, stood_up=True).entries[file])
+
+
+def compiled(asset: Asset, folder: Path, file: str = model.FILE) -> mujoco.MjModel:
+    return mujoco.MjModel.from_xml_path(str(write_to(model.write(asset, stood_up=True), folder) / file))
+
+
+def seen(found: mujoco.MjModel) -> np.ndarray:
+    """(2, 3) corners of the meshes of group 1, world frame, metres."""
+    data = mujoco.MjData(found)
+    mujoco.mj_forward(found, data)
+    points = []
+    for i in range(found.ngeom):
+        if found.geom_group[i] == 1 and found.geom_type[i] == mujoco.mjtGeom.mjGEOM_MESH:
+            mesh = found.geom_dataid[i]
+            start = found.mesh_vertadr[mesh]
+            local = found.mesh_vert[start : start + found.mesh_vertnum[mesh]]
+            points.append(local @ data.geom_xmat[i].reshape(3, 3).T + data.geom_xpos[i])
+    cloud = np.concatenate(points)
+    return np.array([cloud.min(axis=0), cloud.max(axis=0)])
+
+
+def box_of(root: etree._Element) -> np.ndarray:
+    """Full size of `reg_bbox`."""
+    [geom] = root.findall(".//geom[@name='reg_bbox']")
+    return 2 * np.array([float(v) for v in geom.get("size", "").split()])
+
+
+def test_lids_are_shut_for_good(tmp_path: Path) -> None:
+    """RoboCasa places an object by the first of its joints, which has to be the free one that robosuite adds."""
+    mug = rigid_mug()
+    lid = Link(name="lid", parent="object", pose=Pose(position=(0.0, 0.0, 0.1)), inertial=mug.root.inertial)
+    joint = Joint(name="lid_joint", kind=JointKind.SLIDE, child="lid", axis=(0.0, 0.0, 1.0), range=(0.0, 0.1))
+    jar = mug.replace(links=(*mug.links, lid), joints=(joint,), keyframes=(Keyframe(name="closed"),))
+    assert parsed(jar).findall(".//joint") == []
+    found = compiled(jar, tmp_path)
+    assert found.njnt == 0
+    assert sum(found.body_mass) == pytest.approx(2 * mug.mass)
+
+
+@pytest.mark.parametrize("build", EVERY)
+class TestModel:
+    @pytest.mark.parametrize("file", [model.FILE, model.UPRIGHT_FILE])
+    def test_is_laid_out_as_loaders_walk(self, build: Callable[[], Asset], file: str) -> None:
+        root = parsed(build(), file)
+        [outer] = root.findall("worldbody/body")
+        assert outer.get("name") is None
+        [placed] = outer.findall("body")
+        assert placed.get("name") == "object"
+        assert {s.get("name") for s in outer.findall("site")} == {"bottom_site", "top_site", "horizontal_radius_site"}
+        assert root.findall(".//freejoint") == []
+        for geom in placed.iter("geom"):
+            assert geom.get("name")
+            assert geom.get("group") in ("0", "1")
+            assert geom.get("mass") == "0"
+            assert len(geom.get("size", "1 1").split()) in (2, 3)
+        for region in [g for g in placed.iter("geom") if g.get("name", "").startswith("reg_")]:
+            assert {"pos", "size", "rgba", "type"} <= set(region.keys())
+            assert "quat" not in region.keys()  # noqa: SIM118  not a mapping
+
+    def test_a_vessel_has_a_place_of_its_liquid(self, build: Callable[[], Asset]) -> None:
+        """Tasks color the site `liquid` of cups and pans, and fail where there is none."""
+        asset = build()
+        sites = parsed(asset).findall("worldbody/body/body/site[@name='liquid']")
+        assert len(sites) == (asset.labels.category == "mug")
+        for site in sites:
+            assert float(site.get("size").split()[1]) * 2 < np.ptp(asset.bounds[:, 2])
+            assert site.get("rgba").split()[3] == "0"
+
+    def test_names_files_that_are_there(self, build: Callable[[], Asset]) -> None:
+        files = model.write(build(), stood_up=True).entries
+        named = {e.get("file") for e in parsed(build()).iterfind("asset/*") if e.get("file")}
+        assert {path for path in files if not path.endswith(".xml")} == named
+        assert {path.split("/")[0] for path in named if path} <= {"visual", "collision"}
+
+    def test_weighs_and_measures_what_the_asset_does(self, build: Callable[[], Asset], tmp_path: Path) -> None:
+        asset = build()
+        found = compiled(asset, tmp_path)
+        assert found.body_mass.sum() == pytest.approx(asset.mass, rel=1e-6)
+        half_height = np.array((0.0, 0.0, asset.bounds[:, 2].mean()))
+        assert seen(found)[0] == pytest.approx(asset.bounds[0] - half_height, abs=1e-6)
+        assert seen(found)[1] == pytest.approx(asset.bounds[1] - half_height, abs=1e-6)
+        library = write_to(mjcf.write(asset), tmp_path / "library")
+        other = mujoco.MjModel.from_xml_path(str(library / "model.xml"))
+        assert found.body_inertia == pytest.approx(other.body_inertia, rel=1e-6)
+        assert found.body_ipos[-1] + half_height == pytest.approx(other.body_ipos[-1], abs=1e-8)
+
+    def test_says_no_word_that_older_mujoco_lacks(self, build: Callable[[], Asset]) -> None:
+        meanings = {m.get("inertia") for m in parsed(build()).iter("mesh")}
+        assert meanings <= {"legacy", "convex"}
+
+    def test_same_asset_same_bytes(self, build: Callable[[], Asset]) -> None:
+        assert model.write(build(), stood_up=True).sums() == model.write(build(), stood_up=True).sums()
+
+
+class TestUpright:
+    def test_a_slice_stands_on_its_edge(self, tmp_path: Path) -> None:
+        asset = slice_of_bread()
+        lying, stood = compiled(asset, tmp_path), compiled(asset, tmp_path, model.UPRIGHT_FILE)
+        x, y, z = asset.bounds[1] - asset.bounds[0]
+        low, high = seen(stood)
+        assert high - low == pytest.approx([z, x, y], abs=1e-6)
+        assert low[2] == pytest.approx(-y / 2, abs=1e-6)
+        assert (low + high)[:2] == pytest.approx([0, 0], abs=1e-6)
+        assert box_of(parsed(asset, model.UPRIGHT_FILE)) == pytest.approx([SLICE_SIZE[2], SLICE_SIZE[0], SLICE_SIZE[1]])
+        assert stood.body_mass.sum() == lying.body_mass.sum()
+        assert sorted(stood.body_inertia[-1]) == pytest.approx(sorted(lying.body_inertia[-1]))
+        data = mujoco.MjData(stood)
+        mujoco.mj_forward(stood, data)
+        turn = model.turn_of(asset)
+        center = turn.apply(np.array([asset.root.inertial.center_of_mass]))[0]
+        assert data.xipos[-1] == pytest.approx(center, abs=1e-6)
+        spun = turn.rotation @ asset.root.inertial.tensor @ turn.rotation.T
+        axes = data.ximat[-1].reshape(3, 3)
+        assert axes @ np.diag(stood.body_inertia[-1]) @ axes.T == pytest.approx(spun, abs=1e-9)
+
+    def test_a_slender_thing_stands_on_end(self) -> None:
+        size = (0.2, 0.02, 0.01)
+        mesh = box_mesh(size, (0.0, 0.0, 0.005))
+        asset = slice_of_bread()
+        link = asset.root.replace(visuals=(asset.root.visuals[0].replace(mesh=mesh),))
+        turn = model.turn_of(asset.replace(links=(link,)))
+        corners = turn.apply(mesh.vertices)
+        assert np.ptp(corners, axis=0) == pytest.approx([0.01, 0.02, 0.2])
+        assert corners.min(axis=0) == pytest.approx([-0.005, -0.01, -0.1])
+
+    def test_what_stands_already_is_left(self) -> None:
+        asset = slice_of_bread()
+        tall = box_mesh((0.05, 0.06, 0.2), (0.0, 0.0, 0.1))
+        link = asset.root.replace(visuals=(asset.root.visuals[0].replace(mesh=tall),))
+        asset = asset.replace(links=(link,))
+        assert model.turn_of(asset) == Pose()
+        files = model.write(asset, stood_up=True).entries
+        assert etree.fromstring(files[model.FILE]).findall(".//geom[@quat]") == []
+        assert files[model.FILE] == files[model.UPRIGHT_FILE]
+
+
+class TestThick:
+    def test_a_flat_print_gets_a_point_behind_it(self) -> None:
+        asset = slice_of_bread()
+        crumb, ink = asset.root.visuals
+        assert [model.has_volume(v.mesh) for v in (crumb, ink)] == [True, False]
+        after = model.thickened(asset).root.visuals
+        assert after[0] == crumb
+        assert model.has_volume(after[1].mesh)
+        assert len(after[1].mesh.faces) == len(ink.mesh.faces) + 3
+        added = after[1].mesh.vertices[-1]
+        assert 0 < ink.mesh.vertices[0, 2] - added[2] <= model.MAX_DEPTH_M + 1e-12
+        assert after[1].mesh.faces[: len(ink.mesh.faces)].tolist() == ink.mesh.faces.tolist()
+
+
+# ---- categories
+
+APPLE = [
+    entries.Instance(id="apple_00", category="apple", split=Split.TRAIN),
+    entries.Instance(id="apple_01", category="apple", split=Split.TEST),
+]
+SHOE = entries.Instance(id="shoe_00", category="shoe", split=Split.TRAIN)
+
+
+def tables(*instances: entries.Instance) -> dict[RobocasaRelease, dict[str, Any]]:
+    return entries.category_tables(instances, registry.load().categories, "casa")
+
+
+class TestEntries:
+    def test_attributes_of_a_generation(self) -> None:
+        first, second = (tables(*APPLE)[g]["apple"] for g in RobocasaRelease)
+        flags = {"graspable": True, "washable": True, "microwavable": False, "cookable": True, "freezable": False}
+        assert {k: v for k, v in first.items() if isinstance(v, bool)} == flags
+        assert {k: v for k, v in second.items() if isinstance(v, bool)} == {
+            **flags,
+            "fridgable": True,
+            "dishwashable": False,
+        }
+        assert first["types"] == second["types"] == ["fruit"]
+
+    def test_splits_leave_out_the_other_side(self) -> None:
+        entry = tables(*APPLE)[RobocasaRelease.V1_0]["apple"]
+        assert entry["casa"] == {"model_folders": ["casa/apple"], "exclude": [], "scale": 1.0}
+        assert entry["casa_train"]["exclude"] == ["apple_01"]
+        assert entry["casa_test"]["exclude"] == ["apple_00"]
+        assert type(entry["casa"]["scale"]) is float
+
+    def test_no_registry_is_empty(self) -> None:
+        entry = tables(APPLE[0])[RobocasaRelease.V0_2]["apple"]
+        assert "casa_train" in entry
+        assert "casa_test" not in entry
+
+
+class _Rows:
+    """Stands in for a runtime's class of a category: keeps what it is given and looks for models."""
+
+    def _fill(self, name: str, types: Any, model_folders: list[str], exclude: list[str], scale: float) -> None:
+        self.name, self.types, self.scale = name, types, scale
+        found = [p for folder in model_folders for p in Path("elsewhere", folder).glob("*/model.xml")]
+        self.mjcf_paths = [str(p) for p in found if p.parent.name not in exclude] * 2
+
+
+class FirstKind(_Rows):
+    """With the attributes of v0.2."""
+
+    def __init__(
+        self,
+        name: str,
+        types: Any,
+        model_folders: list[str],
+        exclude: list[str],
+        scale: float,
+        graspable: bool = False,
+        washable: bool = False,
+        microwavable: bool = False,
+        cookable: bool = False,
+        freezable: bool = False,
+    ) -> None:
+        self._fill(name, types, model_folders, exclude, scale)
+        self.graspable = graspable
+
+
+class SecondKind(FirstKind):
+    """With those of v1.0 as well."""
+
+    def __init__(
+        self,
+        name: str,
+        types: Any,
+        model_folders: list[str],
+        exclude: list[str],
+        scale: float,
+        graspable: bool = False,
+        washable: bool = False,
+        microwavable: bool = False,
+        cookable: bool = False,
+        freezable: bool = False,
+        fridgable: bool = False,
+        dishwashable: bool = False,
+    ) -> None:
+        super().__init__(name, types, model_folders, exclude, scale, graspable)
+        self.fridgable = fridgable
+
+
+@pytest.fixture
+def exported(tmp_path: Path) -> Path:
+    for instance in (*APPLE, SHOE):
+        folder = tmp_path / entries.instance_folder(instance, "casa")
+        folder.mkdir(parents=True)
+        (folder / model.FILE).touch()
+    for generation, table in tables(*APPLE, SHOE).items():
+        (tmp_path / entries.file_name(generation)).write_bytes(entries.json_bytes(table))
+    return tmp_path
+
+
+@pytest.mark.parametrize("kind", [FirstKind, SecondKind])
+class TestFill:
+    def test_every_registry_finds_its_instances(self, kind: type, exported: Path) -> None:
+        categories: dict[str, Any] = {"apple": {"objaverse": "theirs"}}
+        groups: dict[str, list[str]] = {"all": ["apple"], "fruit": ["apple"]}
+        assert casa_objects.fill(kind, categories, groups, exported) == ("casa", "casa_test", "casa_train")
+        apple = categories["apple"]
+        assert apple["objaverse"] == "theirs"
+        found = {
+            name: [Path(p).parent.name for p in apple[name].mjcf_paths] for name in entries.registry_splits("casa")
+        }
+        # An object that is alone is there twice: RoboCasa's own splits take the first and the second half.
+        halves = {"casa_train": ["apple_00"] * 2, "casa_test": ["apple_01"] * 2}
+        assert found == {"casa": ["apple_00", "apple_01"], **halves}
+        assert apple["casa"].types == ("fruit",)
+        assert apple["casa"].graspable is True
+        assert groups == {"all": ["apple"], "fruit": ["apple"], "shoe": ["shoe"]}
+
+    def test_a_new_category_joins_the_groups_of_its_types(self, kind: type, exported: Path) -> None:
+        groups: dict[str, list[str]] = {"all": []}
+        casa_objects.fill(kind, {}, groups, exported)
+        assert groups == {
+            "all": ["apple"],
+            **{name: ["apple"] for name in ("apple", "fruit", "food", "in_container")},
+            "shoe": ["shoe"],
+        }
+
+
+@pytest.mark.parametrize("script", [casa_objects, casa_kitchens])
+def test_what_is_copied_needs_nothing_of_ours(script: ModuleType) -> None:
+    tree = ast.parse(Path(str(script.__file__)).read_text(encoding="utf-8"))
+    froms = [node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
+    plain = [alias.name for node in ast.walk(tree) if isinstance(node, ast.Import) for alias in node.names]
+    assert {str(name).split(".")[0] for name in froms + plain} <= sys.stdlib_module_names
+
+
+class TestTaskObjects:
+    def test_categories_that_are_suggested_suit_all_that_is_missing(self) -> None:
+        """Nothing is missing once a usual object of each is there."""
+        categories = registry.load().categories
+        missing = task_objects.missing_draws(())
+        assert missing.keys() == task_objects.TASK_DRAWS.keys()
+        chosen = task_objects.categories_for(missing, [categories[name] for name in object_names()])
+        assert len(chosen) < 25
+        usual = [(categories[name], tuple(side.typical for side in categories[name].extents)) for name in chosen]
+        assert task_objects.missing_draws(usual) == {}
+
+    def test_things_that_do_not_fit_do_not_count(self) -> None:
+        """A tool that is higher than a drawer keeps RoboCasa looking for ever."""
+        ladle, mug = (registry.load().categories[name] for name in ("ladle", "mug"))
+        assert "OpenDrawer" not in task_objects.missing_draws([(ladle, (0.3, 0.1, 0.08))])
+        assert "OpenDrawer" in task_objects.missing_draws([(ladle, (0.1, 0.1, 0.3)), (mug, (0.1, 0.1, 0.08))])

@@ -1,0 +1,323 @@
+"""Kitchens for RoboCasa: how assets become fixtures, where their frames are, what is told of them, registration."""
+
+from __future__ import annotations
+
+import json
+import sys
+from functools import cache
+from pathlib import Path
+from types import ModuleType, SimpleNamespace
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+from lxml import etree
+
+from casa_assets.addons.robocasa.run import classes
+from casa_assets.addons.robocasa.writers import casa_kitchens
+from casa_assets.addons.robocasa.writers.kitchens import description, document, parts
+from casa_assets.formats import mjcf
+from casa_assets.model.asset.asset import Asset
+from casa_assets.model.kitchen.scene import Light, Placement, Scene
+from casa_assets.model.pose import Pose
+from casa_assets.registry.families import family
+from tests.support.asset.assets import write_to
+from tests.support.asset.family_members import preset
+from tests.support.kitchen.scenes import QUARTER
+
+UNIT, CORNER, COUNTER, OVEN = (
+    ("drawer_stack", "navy_cups_four"),
+    ("counter_corner", "upstand"),
+    ("counter", "quartz_eased"),
+    ("microwave", "steel"),
+)
+TOP_M = 0.92
+
+
+@cache
+def kitchen() -> Scene:
+    """Drawers below a worktop with a microwave on it, all of them turned, and a sun."""
+    unit, counter, oven = preset(*UNIT), preset(*COUNTER), preset(*OVEN)
+    depth = parts.main_center(counter)[2] + parts.main_region(counter).size[2] / 2
+    return Scene(
+        id="test_room",
+        assets=(unit, counter, oven),
+        placements=(
+            Placement(name="stack_1", asset=unit.id, pose=Pose(position=(1.0, 2.0, 0.0), quaternion=QUARTER)),
+            Placement(name="counter_1", asset=counter.id, pose=Pose(position=(1.0, 2.0, TOP_M - depth))),
+            Placement(name="oven", asset=oven.id, pose=Pose(position=(1.0, 2.0, TOP_M))),
+        ),
+        lights=(Light(name="sun", position=(0.0, 0.0, 2.4), direction=(0.0, 0.5, -1.0)),),
+    )
+
+
+def centered(asset: Asset) -> Asset:
+    return parts.moved(asset, np.array(parts.main_center(asset)))
+
+
+def fixtures() -> tuple[description.Placed, ...]:
+    return description.fixtures_of(kitchen(), classes())
+
+
+def told() -> dict[str, Any]:
+    return {row["name"]: row for row in description.describe(kitchen(), fixtures(), document.FIXTURES)["fixtures"]}
+
+
+def positions(asset: Asset, folder: Path, opened: float) -> dict[str, np.ndarray]:
+    """Name of each collider -> its place when every joint stands at this share of its range, asset frame, metres."""
+    model = mujoco.MjModel.from_xml_path(str(write_to(mjcf.write(asset), folder) / document.MODEL))
+    data = mujoco.MjData(model)
+    for index in range(model.njnt):
+        low, high = model.jnt_range[index]
+        data.qpos[model.jnt_qposadr[index]] = low + opened * (high - low)
+    mujoco.mj_kinematics(model, data)
+    return {model.geom(i).name: data.geom_xpos[i].copy() for i in range(model.ngeom) if model.geom_contype[i]}
+
+
+@pytest.mark.parametrize("which", [UNIT, CORNER, OVEN])
+def test_what_is_divided_and_centred_moves_as_before(which: tuple[str, str], tmp_path: Path) -> None:
+    whole = preset(*which)
+    for opened in (0.0, 0.7):
+        expected = positions(whole, tmp_path / f"whole{opened}", opened)
+        found: dict[str, np.ndarray] = {}
+        for number, part in enumerate(parts.divide(whole)):
+            middle = np.array(parts.main_center(part.asset))
+            moved = positions(parts.moved(part.asset, middle), tmp_path / f"{number}_{opened}", opened)
+            found |= {name: part.whole_from_part.apply(place + middle) for name, place in moved.items()}
+        assert found.keys() == expected.keys()
+        for name, place in expected.items():
+            assert found[name] == pytest.approx(place, abs=1e-6), name
+
+
+def test_each_drawer_is_a_fixture_with_the_names_of_robocasa() -> None:
+    rest, *drawers = parts.divide(preset(*UNIT))
+    assert len(drawers) == 4
+    assert rest.asset.joints == ()
+    for part in drawers:
+        assert part.asset.contract == "drawer"
+        assert [joint.name for joint in part.asset.joints] == ["slidejoint"]
+        assert {"main", "int"} <= {region.name for region in part.asset.regions}
+    heights = [parts.main_center(part.asset)[2] for part in drawers]
+    assert len({round(height, 3) for height in heights}) == 4
+
+
+def test_frames_lie_in_the_middle_of_main() -> None:
+    for item in fixtures():
+        assert parts.main_center(item.centered) == pytest.approx((0.0, 0.0, 0.0), abs=1e-9)
+        for link in item.centered.links:
+            place = item.centered.asset_from_link(link.name)
+            if max(abs(q) for q in place.quaternion[1:]) <= parts.MAX_TURN:
+                assert place.position == pytest.approx((0.0, 0.0, 0.0), abs=1e-9)
+
+
+@pytest.mark.parametrize("which", ["left", "right"])
+def test_an_l_shaped_worktop_becomes_two_that_face_the_room(which: str) -> None:
+    whole = preset("counter_corner", which)
+    wide, deep = parts.main_region(whole).size[:2]
+    back = next(region.size[1] for region in whole.regions if region.name == "top")
+    side = next(region.size[0] for region in whole.regions if region.name == parts.SIDE_TOP)
+    for is_corner_of_side in (False, True):
+        found = parts.divide(whole, is_corner_of_side)
+        faces = [sum(len(v.mesh.faces) for link in part.asset.links for v in link.visuals) for part in found]
+        assert sum(faces) == sum(len(v.mesh.faces) for link in whole.links for v in link.visuals)
+        assert min(faces) > 0
+        sizes = [parts.main_region(part.asset).size[:2] for part in found]
+        if is_corner_of_side:
+            assert sizes == [pytest.approx((wide - side, back)), pytest.approx((deep, side))]
+        else:
+            assert sizes == [pytest.approx((wide, back)), pytest.approx((deep - back, side))]
+        # The wall behind the second arm is on the other side of its front, which looks into the room.
+        front = found[1].whole_from_part.rotation @ np.array([0.0, -1.0, 0.0])
+        assert front == pytest.approx([1.0 if which == "left" else -1.0, 0.0, 0.0], abs=1e-9)
+
+
+def test_what_is_told_of_a_kitchen() -> None:
+    rows = told()
+    assert [name for name, row in rows.items() if row["class"] == "Drawer"] == [f"unit_1_drawer{k}" for k in range(4)]
+    assert rows["counter_1"]["class"] == "Counter"
+    assert rows["oven"]["class"] == "Microwave"
+    assert rows["oven"]["is_standing"]
+    assert not rows["unit_1"]["is_standing"]
+    # Below its tray, which RoboCasa fills while it lets nothing overlap what stands on a worktop.
+    assert 0.02 <= rows["oven"]["solid_height"] < 0.12
+    assert rows["unit_1"]["placement"] == "stack_1"
+    height = parts.main_region(preset(*COUNTER)).size[2]
+    top = rows["counter_1"]["position"][2] + height / 2
+    assert top == pytest.approx(TOP_M, abs=1e-6)
+    assert json.loads(document.write_kitchen(kitchen(), fixtures()).entries[description.FILE])["id"] == "test_room"
+
+
+def test_a_lid_keeps_its_frame_and_is_told_of_its_blender() -> None:
+    """RoboCasa compares the frame of the lid with a site of the blender."""
+    blender, lid = preset("blender", "steel_dial"), preset("blender_lid", "steel_dial")
+    site = next(site for site in blender.sites if site.name == "lid_site")
+    places = (
+        Placement(name="blender_lid", asset=lid.id, pose=site.pose),
+        Placement(name="blender", asset=blender.id, pose=Pose()),
+    )
+    scene = Scene(id="test_room", assets=(lid, blender), placements=places)
+    items = description.fixtures_of(scene, classes())
+    rows = description.describe(scene, items, document.FIXTURES)["fixtures"]
+    assert [(row["name"], row["class"], row["lid_of"]) for row in rows] == [
+        ("the_blender", "Blender", ""),
+        ("the_blender_lid", "BlenderLid", "the_blender"),
+    ]
+    below = next(item for item in items if item.type == "Blender")
+    anchor = next(site for site in below.centered.sites if site.name == "lid_site")
+    assert rows[1]["position"] == pytest.approx((below.pose @ anchor.pose).position, abs=1e-9)
+    assert "int" in {region.name for region in below.centered.regions}
+
+
+def test_what_is_called_by_its_kind_gets_another_name() -> None:
+    """LowerHeat calls an object of its own `kettle`."""
+    kettle = preset("kettle", "gooseneck_steel")
+    places = tuple(Placement(name=name, asset=kettle.id, pose=Pose()) for name in ("kettle", "kettle_2"))
+    scene = Scene(id="test_room", assets=(kettle,), placements=places)
+    assert [item.name for item in description.fixtures_of(scene, classes())] == ["the_kettle", "kettle_2"]
+
+
+def test_refrigerators_come_before_their_housings() -> None:
+    """RoboCasa takes the first fixture around a point for the one before which a robot stands."""
+    housing, fridge = preset("housing_fridge", "shaker_white"), preset("fridge_french_door", "steel")
+    places = (
+        Placement(name="housing", asset=housing.id, pose=Pose()),
+        Placement(name="fridge", asset=fridge.id, pose=Pose()),
+    )
+    scene = Scene(id="test_room", assets=(housing, fridge), placements=places)
+    rows = description.describe(scene, description.fixtures_of(scene, classes()), document.FIXTURES)["fixtures"]
+    assert [row["class"] for row in rows][:2] == ["FridgeFrenchDoor", "HousingCabinet"]
+
+
+@pytest.mark.parametrize(("aside", "kind"), [(0.9, "OpenCabinet"), (0.05, "Fixture")])
+def test_shelves_that_no_robot_gets_to_are_no_goal(aside: float, kind: str) -> None:
+    """Another worktop stands out beside the shelves, as in the inner corner of an L."""
+    shelf, counter = preset("open_shelf", "white_wall"), preset(*COUNTER)
+    (x, y, _), (width, depth, _) = parts.main_center(counter), parts.main_region(counter).size
+    turned = Pose(position=(x + aside + depth / 2, y - depth / 2 - width / 2, 0.9), quaternion=QUARTER)
+    scene = Scene(
+        id="test_room",
+        assets=(shelf, counter),
+        placements=(
+            Placement(name="open", asset=shelf.id, pose=Pose(position=(x, y, 1.4))),
+            Placement(name="own", asset=counter.id, pose=Pose(position=(0.0, 0.0, 0.9))),
+            Placement(name="other", asset=counter.id, pose=turned),
+        ),
+    )
+    found = {item.name: item.type for item in description.fixtures_of(scene, classes())}
+    assert found == {"open": kind, "own": "Counter", "other": "Counter"}
+
+
+def test_cameras_of_robosuite_look_into_the_room() -> None:
+    shown = {}
+    for name in ("room_ceiling", "room_floor"):
+        asset = preset(name, min(family(name).presets))
+        root = etree.fromstring(document.write_fixture(centered(asset)).entries[document.MODEL])
+        shown[name] = {geom.get("group") for geom in root.iter("geom") if geom.get("type") == "mesh"}
+    assert shown == {"room_ceiling": {"4"}, "room_floor": {"1"}}
+
+
+def test_numbers_are_none_of_robocasa_and_never_change() -> None:
+    assert description.number_of("l_small__coastal") == 1124275273
+    assert all(description.number_of(name) >= 10**9 for name in ("a", "b"))
+
+
+def test_the_arena_has_the_lights_and_no_unknown_pairs() -> None:
+    items = fixtures()
+    pairs = description.excluded_bodies(kitchen(), items)
+    root = etree.fromstring(document.arena(kitchen(), pairs))
+    assert [light.get("directional") for light in root.iter("light")] == ["true"]
+    assert root.find(".//light").get("ambient")
+    assert len(root.findall(".//exclude")) == len(pairs)
+    bodies = {
+        f"{item.name}_{name}" for item in items for name in ("main", *(link.name for link in item.centered.links))
+    }
+    assert {body for pair in pairs for body in pair} <= bodies
+
+
+def test_before_a_deep_thing_no_place_is_told() -> None:
+    counter = centered(preset(*COUNTER))
+    [region] = [region for region in counter.regions if region.name.startswith("top")]
+    (x, y, _), (width, depth, _) = region.pose.position, region.size
+    left, front = x - width / 2, y - depth / 2
+    [whole] = description.free_surfaces(counter, [])
+    assert whole.size == pytest.approx(region.size)
+    deep = ((left + 0.1, front + 0.2), (left + 0.5, front + depth))
+    [beside] = description.free_surfaces(counter, [deep])
+    assert beside.size[0] == pytest.approx(width - 0.5)
+    assert beside.position[0] == pytest.approx(left + 0.5 + (width - 0.5) / 2)
+    shallow = ((left + 0.1, front + 0.3), (left + 0.5, front + depth))
+    assert description.free_surfaces(counter, [shallow]) == (whole,)
+    everywhere = ((left, front + 0.2), (left + width, front + depth))
+    assert description.free_surfaces(counter, [everywhere]) == (whole,)
+
+
+@pytest.fixture
+def robocasa(monkeypatch: pytest.MonkeyPatch) -> tuple[ModuleType, ModuleType]:
+    """The two modules of RoboCasa in which names are replaced, each name as a function that says that it was called."""
+    module = ModuleType("robocasa.environments.kitchen.kitchen")
+    vars(module)["KitchenArena"] = lambda layout_id, **_: ("their arena", layout_id)
+    vars(module)["EnvUtils"] = SimpleNamespace(get_single_fixture_sampler=lambda env, cfg: "their sampler")
+    scenes = ModuleType("robocasa.models.scenes.scene_registry")
+    vars(scenes)["get_layout_path"] = lambda layout_id: f"theirs {layout_id}"
+    for made in (module, scenes):
+        monkeypatch.setitem(sys.modules, made.__name__, made)
+    return module, scenes
+
+
+def test_register_touches_only_its_own_kitchens(tmp_path: Path, robocasa: tuple[Any, Any]) -> None:
+    module, scenes = robocasa
+    before = (module.KitchenArena, module.EnvUtils.get_single_fixture_sampler, scenes.get_layout_path)
+    (tmp_path / "kitchens.json").write_text('{"kitchens": {"a__b": 1000000007, "a__c": 1000000008}}')
+    try:
+        assert casa_kitchens.register(tmp_path) == ("a__b", "a__c")
+        assert casa_kitchens.register(tmp_path) == casa_kitchens.ids() == ("a__b", "a__c")
+        assert casa_kitchens.layout_and_style_ids("a__c") == [[1000000008, 1000000008]]
+        assert len(casa_kitchens.layout_and_style_ids()) == 2
+        (tmp_path / "kitchens" / "a__c").mkdir(parents=True)
+        (tmp_path / "kitchens" / "a__c" / "kitchen.json").write_text('{"tasks": ["OpenDrawer"]}')
+        assert casa_kitchens.tasks_of("a__c") == ("OpenDrawer",)
+        with pytest.raises(KeyError, match="no kitchen 'z' is registered; there are a__b, a__c"):
+            casa_kitchens.layout_and_style_ids("z")
+        assert casa_kitchens.kitchen_of(SimpleNamespace(layout_id=1000000007)) == "a__b"
+        assert module.KitchenArena(layout_id=3, style_id=3) == ("their arena", 3)
+        assert module.EnvUtils.get_single_fixture_sampler(SimpleNamespace(layout_id=3), {}) == "their sampler"
+        assert scenes.get_layout_path(3) == "theirs 3"
+        assert scenes.get_layout_path(1000000007) == str(tmp_path / "kitchens" / "a__b" / "layout.yaml")
+    finally:
+        casa_kitchens.unregister()
+    assert (module.KitchenArena, module.EnvUtils.get_single_fixture_sampler, scenes.get_layout_path) == before
+    assert casa_kitchens.ids() == ()
+
+
+class NewEnvironment:
+    """Takes what RoboCasa v1.0 gives, as robosuite's main branch does."""
+
+    def __init__(self, load_model_on_init: bool = True) -> None:
+        self.loads = load_model_on_init
+
+
+class NewTask:
+    def __init__(self, enable_multiccd: bool = False) -> None:
+        self.multiccd = enable_multiccd
+
+
+def new_factory(name: str, _: Any) -> str:
+    return "made" if name == "JOINT_VELOCITY_LEGACY" else ""
+
+
+def test_a_robosuite_that_has_what_robocasa_needs_stays_as_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    """That of PyPI is patched by tests/consumers/robocasa."""
+    found = {
+        "robosuite.environments.manipulation.manipulation_env": {"ManipulationEnv": NewEnvironment},
+        "robosuite.models.tasks": {"ManipulationTask": NewTask},
+        "robosuite.controllers.parts.controller_factory": {"mobile_base_controller_factory": new_factory},
+    }
+    for name, names in found.items():
+        module = ModuleType(name)
+        vars(module).update(names)
+        monkeypatch.setitem(sys.modules, name, module)
+    before = (NewEnvironment.__init__, NewTask.__init__)
+    assert casa_kitchens.patch_robosuite() == ()
+    assert (NewEnvironment.__init__, NewTask.__init__) == before
+    assert sys.modules["robosuite.controllers.parts.controller_factory"].mobile_base_controller_factory is new_factory

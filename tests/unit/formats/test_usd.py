@@ -1,0 +1,214 @@
+"""The USD writer: what it writes is what the asset says, and the same bytes every time."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pxr import Usd, UsdGeom, UsdPhysics, UsdSemantics, UsdShade
+
+from casa_assets.formats.usd import document
+from casa_assets.formats.usd.document import float32_moments, principal_axes
+from casa_assets.formats.usd.joint import axis_and_rotation
+from casa_assets.formats.usd.shapes import face_normals
+from casa_assets.model.asset.asset import Base, Exclusion, Link
+from casa_assets.model.asset.parts import Mesh
+from casa_assets.model.pose import Pose
+from tests.support.asset.assets import drawer_unit, microwave, rigid_mug, textured_box
+from tests.support.asset.packages import stage_of, thumbnail
+from tests.support.mesh.meshes import box_mesh
+
+AXES = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "Z": (0.0, 0.0, 1.0)}
+
+
+def prim_of(stage: Usd.Stage, path: str) -> Usd.Prim:
+    prim = stage.GetDefaultPrim().GetPrimAtPath(path)
+    assert prim, path
+    return prim
+
+
+class TestPackage:
+    def test_files(self) -> None:
+        asset = textured_box()
+        pictures = {f"usd/textures/{t.file_name}": t.png for t in asset.materials[0].textures}
+        layer, small = f"usd/{asset.id}.usda", f"usd/.thumbs/256x256/{asset.id}.usda.png"
+        entries = document.write(asset, thumbnail()).entries
+        assert set(entries) == {layer, small, *pictures}
+        assert entries[small] == thumbnail()
+        assert pictures.items() <= entries.items()
+
+
+class TestStage:
+    def test_units_and_model(self) -> None:
+        asset = rigid_mug()
+        stage = stage_of(asset)
+        root = stage.GetDefaultPrim()
+        assert UsdGeom.GetStageUpAxis(stage) == "Z"
+        assert UsdGeom.GetStageMetersPerUnit(stage) == 1.0
+        assert UsdPhysics.GetStageKilogramsPerUnit(stage) == 1.0
+        assert root.GetName() == asset.id
+        assert Usd.ModelAPI(root).GetKind() == "component"
+        assert UsdGeom.Xformable(root).GetOrderedXformOps() == []
+
+    def test_provenance_is_the_assets_own(self) -> None:
+        asset = microwave()
+        said = stage_of(asset).GetRootLayer().customLayerData["SimReady_Metadata"]
+        lower, upper = asset.bounds
+        assert said["author"] == asset.provenance.author
+        assert said["asset_license"] == asset.provenance.licence
+        assert said["source_file"] == asset.provenance.path
+        assert said["category"] == "microwave"
+        assert said["qcode"] == asset.labels.qcode.id
+        assert said["rigid_body_count"] == 2
+        assert said["mass"] == asset.mass
+        assert tuple(said["asset_extents"]) == pytest.approx(tuple(upper - lower), abs=1e-7)
+
+    def test_labels(self) -> None:
+        root = stage_of(rigid_mug()).GetDefaultPrim()
+        assert list(UsdSemantics.LabelsAPI(root, "class").GetLabelsAttr().Get()) == ["mug", "drinkware", "tableware"]
+        assert list(UsdSemantics.LabelsAPI(root, "wikidata_qcode").GetLabelsAttr().Get()) == ["Q386215"]
+        stage = stage_of(microwave())
+        materials = [p for p in stage.Traverse() if p.IsA(UsdShade.Material)]
+        assert len(materials) == 3
+        assert all(UsdSemantics.LabelsAPI(p, "material").GetLabelsAttr().Get() for p in materials)
+
+
+class TestBody:
+    def test_articulation_root_is_the_base_body_wherever_a_joint_is(self, subtests: pytest.Subtests) -> None:
+        for asset, roots in [
+            (microwave(Base.FIXED), ["object"]),
+            (microwave(Base.FREE), ["object"]),
+            (rigid_mug().replace(base=Base.FIXED), ["object"]),
+            (rigid_mug(), []),
+        ]:
+            with subtests.test(asset=asset.id, roots=roots):
+                prims = stage_of(asset).Traverse()
+                assert [p.GetName() for p in prims if p.HasAPI(UsdPhysics.ArticulationRootAPI)] == roots
+                assert any(p.IsA(UsdPhysics.Joint) for p in prims) == bool(roots)
+
+    @given(
+        quaternion=st.tuples(*[st.floats(-1, 1)] * 4).filter(lambda q: sum(x * x for x in q) > 0.01),
+        moments=st.tuples(st.floats(1e-6, 1.0), st.floats(1e-6, 1.0)),
+    )
+    def test_principal_axes_rebuild_the_tensor(
+        self, quaternion: tuple[float, float, float, float], moments: tuple[float, float]
+    ) -> None:
+        rotation = Pose(quaternion=quaternion).rotation
+        tensor = rotation @ np.diag([*moments, sum(moments)]) @ rotation.T
+        values, axes = principal_axes(tensor)
+        rebuilt = axes.rotation @ np.diag(values) @ axes.rotation.T
+        assert np.abs(rebuilt - tensor).max() <= 1e-12 * np.trace(tensor)
+        a, b, c = sorted(float32_moments(values))
+        assert a + b >= c
+        assert np.abs(np.array(float32_moments(values)) - values).max() <= 2e-7 * c
+
+    def test_diagonal_tensor_keeps_its_axes(self) -> None:
+        values, axes = principal_axes(np.diag([3.0, 1.0, 2.0]))
+        assert values == (3.0, 1.0, 2.0)
+        assert axes == Pose()
+
+
+class TestColliders:
+    def test_they_are_guides_with_friction_for_every_reader(self) -> None:
+        for prim in stage_of(rigid_mug()).Traverse():
+            if not prim.HasAPI(UsdPhysics.CollisionAPI):
+                continue
+            assert UsdGeom.Imageable(prim).GetPurposeAttr().Get() == "guide"
+            for purpose in ("", "physics"):
+                material, _ = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial(purpose)
+                physics = UsdPhysics.MaterialAPI(material.GetPrim())
+                assert physics.GetDynamicFrictionAttr().Get() == pytest.approx(0.45)
+                assert physics.GetStaticFrictionAttr().Get() == pytest.approx(0.6)
+                assert not physics.GetRestitutionAttr().HasAuthoredValue()
+
+    def test_hulls_say_so(self) -> None:
+        hull = prim_of(stage_of(rigid_mug()), "object/collision/wall_0")
+        assert UsdPhysics.MeshCollisionAPI(hull).GetApproximationAttr().Get() == "convexHull"
+        assert hull.GetAttribute("newton:maxHullVertices").Get() == 64
+
+
+class TestVisuals:
+    def test_mesh_is_written_as_it_is(self) -> None:
+        mesh = textured_box().root.visuals[0].mesh
+        prim = UsdGeom.Mesh(prim_of(stage_of(textured_box()), "object/visual/carton"))
+        assert mesh.normals is not None
+        assert mesh.uv is not None
+        assert np.array(prim.GetPointsAttr().Get()) == pytest.approx(mesh.vertices, abs=1e-7)
+        assert np.array(prim.GetFaceVertexIndicesAttr().Get()).tolist() == mesh.faces.ravel().tolist()
+        assert np.array(prim.GetNormalsAttr().Get()) == pytest.approx(mesh.normals)
+        st_ = UsdGeom.PrimvarsAPI(prim).GetPrimvar("st")
+        assert np.array(st_.Get()) == pytest.approx(mesh.uv)
+        assert prim.GetSubdivisionSchemeAttr().Get() == "none"
+
+    def test_without_normals_each_face_has_its_own(self) -> None:
+        mesh = box_mesh((1.0, 1.0, 1.0), (0.0, 0.0, 0.0), shared=True)
+        centres = mesh.vertices[mesh.faces].mean(axis=1)
+        assert ((face_normals(mesh) * centres).sum(axis=1) > 0).all()
+        assert np.linalg.norm(face_normals(mesh), axis=1) == pytest.approx(1.0)
+
+    def test_face_without_area_still_has_a_unit_normal(self) -> None:
+        mesh = Mesh(vertices=np.zeros((3, 3)), faces=np.array([[0, 1, 2]]))
+        assert face_normals(mesh).tolist() == [[0.0, 0.0, 1.0]]
+
+    def test_textures_feed_the_surface(self) -> None:
+        asset = textured_box()
+        stage = stage_of(asset)
+        surface = UsdShade.Shader(prim_of(stage, "visualMaterials/print/surface"))
+        fed = {}
+        for name in ("diffuseColor", "metallic", "roughness", "normal"):
+            (source,), _ = surface.GetInput(name).GetConnectedSources()
+            node = UsdShade.Shader(source.source.GetPrim())
+            path = node.GetInput("file").Get().path
+            fed[name] = (source.sourceName, path, node.GetInput("sourceColorSpace").Get())
+        color, rough, bumps = (f"./textures/{t.file_name}" for t in asset.materials[0].textures)
+        assert fed == {
+            "diffuseColor": ("rgb", color, "sRGB"),
+            "metallic": ("b", rough, "raw"),
+            "roughness": ("g", rough, "raw"),
+            "normal": ("rgb", bumps, "raw"),
+        }
+
+
+class TestJoints:
+    @given(direction=st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda v: math.hypot(*v) > 0.01))
+    def test_any_axis(self, direction: tuple[float, float, float]) -> None:
+        x, y, z = (n / math.hypot(*direction) for n in direction)
+        token, rotation = axis_and_rotation((x, y, z))
+        assert Pose(quaternion=rotation).rotation @ np.array(AXES[token]) == pytest.approx((x, y, z), abs=1e-9)
+
+    def test_principal_axes_are_exact(self, subtests: pytest.Subtests) -> None:
+        for token in "XYZ":
+            for sign in [1.0, -1.0]:
+                with subtests.test(sign=sign, token=token):
+                    x, y, z = (sign * n + 0.0 for n in AXES[token])
+                    found, rotation = axis_and_rotation((x, y, z))
+                    assert found == token
+                    assert (Pose(quaternion=rotation).rotation @ np.array(AXES[token])).tolist() == [x, y, z]
+
+    def test_base_hangs_on_the_root_prim_where_it_is_fixed(self) -> None:
+        stage = stage_of(microwave(Base.FIXED))
+        joint = UsdPhysics.Joint(prim_of(stage, "physicsJoints/baseToWorld"))
+        assert joint.GetBody0Rel().GetTargets() == [stage.GetDefaultPrim().GetPath()]
+        assert [p.name for p in joint.GetBody1Rel().GetTargets()] == ["object"]
+        free = stage_of(microwave(Base.FREE))
+        assert not free.GetDefaultPrim().GetPrimAtPath("physicsJoints/baseToWorld")
+
+    def test_link_names_cannot_meet_the_writers_own(self) -> None:
+        asset = drawer_unit()
+        names = {"drawer": "visual", "knob": "materials"}
+        links = [asset.root, *(_renamed(k, names) for k in asset.links[1:])]
+        renamed = asset.replace(
+            links=tuple(links),
+            joints=tuple(j.replace(child="visual") for j in asset.joints),
+            exclusions=(Exclusion(first="materials", second="object"),),
+        )
+        names_found = [p.GetName() for p in stage_of(renamed).GetDefaultPrim().GetChildren()]
+        assert names_found == ["visualMaterials", "physicsMaterials", "object", "visual", "materials", "physicsJoints"]
+
+
+def _renamed(link: Link, names: dict[str, str]) -> Link:
+    parent = link.parent or ""
+    return link.replace(name=names[link.name], parent=names.get(parent, parent))

@@ -1,0 +1,358 @@
+"""A library is the same on a store and back, whatever fails in between, and readers find whole entries alone."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from casa_assets.errors import OutputError
+from casa_assets.ingest.run.remote import UNFINISHED, Change, Extra, RemoteLibrary, pull, push
+from casa_assets.library import library as disk
+from casa_assets.library import remote_folder, review
+from casa_assets.library.remote_folder import RemoteFolder, WriterLock
+from tests.support.library.faulty_stores import ROOT, FaultyStore, Killed
+from tests.support.library.libraries import entries_of
+from tests.support.library.sharded_inputs import public_differences
+
+URL = "memory://someone:secret@library"
+
+
+@pytest.fixture(autouse=True)
+def _impatient(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(remote_folder, "FIRST_PAUSE_S", 0.001)
+
+
+@pytest.fixture
+def library(boxes: Path, tmp_path: Path) -> disk.Library:
+    """A library of a few entries that may be changed."""
+    shutil.copytree(boxes / "library", tmp_path / "library", ignore=shutil.ignore_patterns(".casa"))
+    made = disk.Library(tmp_path / "library")
+    with made.locked():
+        return made
+
+
+def remote_on(store: FaultyStore, patience_s: float = 5.0) -> RemoteLibrary:
+    return RemoteLibrary(RemoteFolder(store, ROOT, URL, patience_s))
+
+
+def pushed(
+    library: disk.Library, store: FaultyStore, extra: Extra = Extra.REFUSE, patience_s: float = 5.0
+) -> list[Change]:
+    """Push; what holds the store is tried elsewhere."""
+    remote = remote_on(store, patience_s)
+    with library.locked():
+        return list(push(library, remote, WriterLock(remote.folder), extra))
+
+
+def pulled(
+    store: FaultyStore, library: disk.Library, extra: Extra = Extra.REFUSE, is_partial: bool = False
+) -> list[Change]:
+    with library.locked():
+        return list(pull(remote_on(store), library, extra, is_partial))
+
+
+def kinds(changes: list[Change]) -> set[str]:
+    return {change.kind for change in changes}
+
+
+def public(store: FaultyStore) -> dict[str, bytes]:
+    """What a reader may see of a store."""
+    return {path: data for path, data in store.content.items() if not path.startswith(".casa/")}
+
+
+def files_of(library: disk.Library) -> dict[str, bytes]:
+    files = (path for path in library.root.rglob("*") if path.is_file())
+    return {
+        name: path.read_bytes()
+        for path in sorted(files)
+        if not (name := path.relative_to(library.root).as_posix()).startswith(".casa/")
+    }
+
+
+def broken_entries(content: dict[str, bytes]) -> list[str]:
+    """Entries with a manifest that lack a file, or have another one than it names."""
+    found = []
+    for path, data in content.items():
+        if path.endswith("/asset.json"):
+            folder = path.removesuffix("/asset.json")
+            try:
+                files = json.loads(data)["certificate"]["files"]
+            except ValueError:  # cut off, which every reader notices
+                continue
+            digests = {name: hashlib.sha256(content.get(f"{folder}/{name}", b"?")).hexdigest() for name in files}
+            found += [folder] if digests != files else []
+    return found
+
+
+def change_entry(library: disk.Library) -> Path:
+    """Another version of the first accepted asset: a model with one more line, and one more file."""
+    folder = next(library.accepted())
+    data = json.loads((folder / "asset.json").read_text(encoding="utf-8"))
+    text = (folder / "model.xml").read_text(encoding="utf-8") + "<!-- another version -->\n"
+    (folder / "model.xml").write_text(text, encoding="utf-8")
+    (folder / "notes.txt").write_text("new", encoding="utf-8")
+    data["certificate"]["files"]["model.xml"] = hashlib.sha256(text.encode()).hexdigest()
+    data["certificate"]["files"]["notes.txt"] = hashlib.sha256(b"new").hexdigest()
+    (folder / "asset.json").write_text(json.dumps(data, sort_keys=True, indent=1) + "\n", encoding="utf-8")
+    return folder
+
+
+def remove_last(library: disk.Library) -> Path:
+    """Remove the last accepted asset; returns its folder."""
+    folder = list(library.accepted())[-1]
+    library.forget(folder)
+    return folder
+
+
+def test_a_library_goes_there_and_back(library: disk.Library, tmp_path: Path) -> None:
+    store = FaultyStore()
+    assert kinds(pushed(library, store)) == {"copied"}
+    assert public(store) == files_of(library)
+    assert UNFINISHED not in store.content
+    other = disk.Library(tmp_path / "other")
+    assert kinds(pulled(store, other)) == {"copied"}
+    assert public_differences(other.root, library.root) == []
+    assert len(entries_of(other.root)) == len(entries_of(library.root)) > 4
+
+
+def test_what_is_there_is_not_sent_again(library: disk.Library, tmp_path: Path) -> None:
+    store, other = FaultyStore(), disk.Library(tmp_path / "other")
+    pushed(library, store)
+    pulled(store, other)
+    store.changes.clear()
+    assert kinds(pushed(library, store)) == {"kept"}
+    assert {path for _, path in store.changes} == {UNFINISHED}
+    assert kinds(pulled(store, other)) == {"kept"}
+
+
+def test_a_store_on_a_disk_is_a_library(library: disk.Library, tmp_path: Path) -> None:
+    for number in range(2):
+        if number:
+            change_entry(library)
+            remove_last(library)
+        remote = RemoteLibrary(RemoteFolder.open(f"file://{tmp_path}/shared/store"))
+        with library.locked():
+            list(push(library, remote, WriterLock(remote.folder), Extra.REMOVE))
+        assert public_differences(tmp_path / "shared" / "store", library.root) == []
+    assert list((tmp_path / "shared").rglob("*.part")) == []
+
+
+def test_a_push_that_is_killed_at_any_request_is_finished_by_the_next(library: disk.Library) -> None:
+    """First of a new library, then of one entry that has changed, and one that is gone."""
+    store, requests = FaultyStore(), 0
+    before = files_of(library)
+    for is_second in (False, True):
+        if is_second:
+            change_entry(library)
+            remove_last(library)
+        number = 0
+        while True:
+            fresh = FaultyStore()
+            for path, data in before.items() if is_second else ():
+                fresh.pipe_file(f"{ROOT}/{path}", data)
+            fresh.killed_after = number
+            try:
+                pushed(library, fresh, Extra.REMOVE)
+                break
+            except Killed:
+                pass
+            fresh.revive()
+            assert broken_entries(public(fresh)) == [], number
+            pushed(library, fresh, Extra.REMOVE)
+            assert public(fresh) == files_of(library), number
+            number += 1
+        requests += number
+        store = fresh
+    assert requests > 40
+    assert public(store) == files_of(library)
+
+
+def test_errors_are_repeated_and_writes_compared(library: disk.Library, tmp_path: Path) -> None:
+    store = FaultyStore()
+    store.fails = lambda _name, number: number % 3 == 0
+    store.cuts = lambda _path, number: number % 7 == 0
+    pushed(library, store)
+    other = disk.Library(tmp_path / "other")
+    pulled(store, other)
+    assert public_differences(other.root, library.root) == []
+
+
+def test_listings_that_lag_behind_lose_nothing(library: disk.Library, tmp_path: Path) -> None:
+    store = FaultyStore()
+    for lag in (1, 7, 40):
+        store.lag = lag
+        pushed(library, store, Extra.REMOVE)
+        assert broken_entries(public(store)) == []
+        change_entry(library)
+        (next(library.accepted()) / "notes.txt").unlink()  # made again by the next change
+        change_entry(library)
+    pushed(library, store, Extra.REMOVE)
+    store.revive()
+    pushed(library, store, Extra.REMOVE)
+    assert public(store) == files_of(library)
+    other = disk.Library(tmp_path / "other")
+    pulled(store, other)
+    assert public_differences(other.root, library.root) == []
+
+
+def test_a_store_that_never_answers_is_told_with_its_address(library: disk.Library) -> None:
+    store = FaultyStore()
+    store.fails = lambda _name, _number: True
+    with pytest.raises(OutputError, match=r"memory://library: does not answer: .*on fire; run again when it does"):
+        pushed(library, store, patience_s=0.05)
+
+
+def test_a_store_that_keeps_other_bytes_is_told(library: disk.Library) -> None:
+    store = FaultyStore()
+    store.cuts = lambda path, _number: path.endswith(".xml")
+    with pytest.raises(OutputError, match=r"keeps other bytes of .*\.xml than were sent, 3 times"):
+        pushed(library, store)
+    assert broken_entries(public(store)) == []
+
+
+def test_a_damaged_entry_is_told_and_all_others_are_copied(library: disk.Library, tmp_path: Path) -> None:
+    store = FaultyStore()
+    folder = next(library.accepted())
+    whole = (folder / "model.xml").read_bytes()
+    (folder / "model.xml").write_bytes(b"damaged")
+    with pytest.raises(OutputError, match=rf"1 of \d entries could not be copied:\n  .*{folder.name}"):
+        pushed(library, store)
+    assert UNFINISHED in store.content
+    assert (
+        len([path for path in public(store) if path.endswith(("asset.json", "reject.json"))])
+        == len(entries_of(library.root)) - 1
+    )
+    (folder / "model.xml").write_bytes(whole)
+    pushed(library, store)
+    assert public(store) == files_of(library)
+
+    name = f"{folder.parent.name}/{folder.name}/model.xml"
+    store.pipe_file(f"{ROOT}/{name}", b"damaged")
+    other = disk.Library(tmp_path / "other")
+    with pytest.raises(OutputError, match=r"model\.xml is not what the certificate says"):
+        pulled(store, other)
+    assert len(entries_of(other.root)) == len(entries_of(library.root)) - 1
+
+
+@pytest.mark.parametrize("name", ["asset.json", "reject.json"])
+def test_a_manifest_that_was_cut_off_takes_no_place(library: disk.Library, tmp_path: Path, name: str) -> None:
+    """Where a store shows what is half written: on a disk and in an object store nothing is."""
+    store = FaultyStore()
+    pushed(library, store)
+    whole = files_of(library)
+    path = next(path for path in store.content if path.endswith(name))
+    store.pipe_file(f"{ROOT}/{path}", store.content[path][:200])
+    assert "failed" in kinds(pulled(store, library, Extra.KEEP))
+    assert files_of(library) == whole
+    with pytest.raises(OutputError, match="is damaged; make or push the entry again"):
+        pulled(store, disk.Library(tmp_path / "other"))
+    pushed(library, store)
+    assert public(store) == whole
+
+
+def test_what_the_store_alone_has_is_not_removed_unasked(library: disk.Library) -> None:
+    store = FaultyStore()
+    pushed(library, store)
+    gone = remove_last(library)
+    with pytest.raises(
+        OutputError, match=rf"memory://library: has an entry that .* lacks, such as .*{gone.name}; .*--delete"
+    ):
+        pushed(library, store)
+    assert f"{gone.parent.name}/{gone.name}/asset.json" in store.content
+    assert "removed" in kinds(pushed(library, store, Extra.REMOVE))
+    assert public(store) == files_of(library)
+
+
+def test_an_entry_of_another_category_takes_the_place_of_the_older(library: disk.Library, tmp_path: Path) -> None:
+    store, other = FaultyStore(), disk.Library(tmp_path / "other")
+    pushed(library, store)
+    pulled(store, other)
+    old = next(library.accepted())
+    new = library.root / "bottle" / f"bottle_{old.name.rpartition('_')[2]}"
+    new.parent.mkdir()
+    old.rename(new)
+    old.parent.rmdir()
+    assert "removed" in kinds(pushed(library, store))
+    assert public(store) == files_of(library)
+    assert "removed" in kinds(pulled(store, other))
+    assert public_differences(other.root, library.root) == []
+
+
+def test_what_the_library_alone_has_is_not_removed_unasked(library: disk.Library, tmp_path: Path) -> None:
+    store, other = FaultyStore(), disk.Library(tmp_path / "other")
+    pushed(library, store)
+    pulled(store, other)
+    remove_last(library)
+    pushed(library, store, Extra.REMOVE)
+    with pytest.raises(OutputError, match=r"has an entry that memory://library lacks"):
+        pulled(store, other)
+    pulled(store, other, Extra.REMOVE)
+    assert public_differences(other.root, library.root) == []
+
+
+def test_an_unfinished_library_is_not_pulled_unasked(library: disk.Library, tmp_path: Path) -> None:
+    store, other = FaultyStore(), disk.Library(tmp_path / "other")
+    with pytest.raises(OutputError, match="holds no library"):
+        pulled(store, other)
+    store.killed_after = 15
+    with pytest.raises(Killed):
+        pushed(library, store)
+    store.revive()
+    with pytest.raises(OutputError, match=r"cut off before it had ended.*--partial"):
+        pulled(store, other)
+    pulled(store, other, is_partial=True)
+    assert 0 < len(entries_of(other.root)) < len(entries_of(library.root))
+    assert (other.root / "ATTRIBUTION.md").is_file()
+
+
+def test_no_decision_is_lost_unasked(library: disk.Library, tmp_path: Path) -> None:
+    store, other = FaultyStore(), disk.Library(tmp_path / "other")
+    entry, second = list(review_entries(library))[:2]
+    pushed(library, store)
+    pulled(store, other)
+    with library.locked():
+        review.decide(library, entry, {"mass_kg": "0.5"})
+    pushed(library, store)
+    with other.locked():
+        review.decide(other, second, {"mass_kg": "0.7"})
+    with pytest.raises(OutputError, match=r"review\.csv there has decisions that .* lacks"):
+        pushed(other, store)
+    pulled(store, other)
+    assert len(review.read_overrides(other)) == 2
+    pushed(other, store)
+    with library.locked():
+        review.decide(library, entry, {"mass_kg": "0.6"})
+    with pytest.raises(OutputError, match=r"review\.csv decides otherwise on"):
+        pulled(store, library)
+    pulled(store, library, Extra.REMOVE)
+    assert public_differences(other.root, library.root) == []
+
+
+def review_entries(library: disk.Library) -> Iterator[object]:
+    from casa_assets.library.table.entry_table import EntryTable
+
+    return iter(EntryTable(library, read_only=True).entries)
+
+
+@pytest.mark.parametrize("name", ["../../stolen.txt", "/tmp/stolen.txt", "a\\b", "", "asset.json", "a/../b"])
+def test_a_store_of_a_stranger_writes_nowhere_else(library: disk.Library, tmp_path: Path, name: str) -> None:
+    store, other = FaultyStore(), disk.Library(tmp_path / "deep" / "other")
+    pushed(library, store)
+    folder = next(library.accepted())
+    path = f"{ROOT}/{folder.parent.name}/{folder.name}"
+    data = json.loads(store.cat_file(f"{path}/asset.json"))
+    data["certificate"]["files"][name] = hashlib.sha256(b"x").hexdigest()
+    store.pipe_file(f"{path}/asset.json", json.dumps(data).encode())
+    if name not in ("", "asset.json"):
+        store.pipe_file(f"{path}/{name}", b"x")
+    store.pipe_file(f"{ROOT}/..%2f..%2fx/y", b"x")
+    before = {p for p in tmp_path.rglob("*") if not p.is_relative_to(other.root)}
+    with pytest.raises(OutputError, match="which is no file of the entry"):
+        pulled(store, other)
+    assert not (other.root / folder.parent.name / folder.name).exists()
+    assert {p for p in tmp_path.rglob("*") if not p.is_relative_to(other.root)} - {other.root.parent} == before

@@ -1,0 +1,291 @@
+"""What a run finds, what it leaves alone, what it does again, and what it replaces."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shutil
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import pytest
+import typer
+
+from casa_assets.cli.ingest_output import end
+from casa_assets.errors import CasaError, OutputError, UnknownId
+from casa_assets.ingest.run.answers import WorkerAnswers
+from casa_assets.ingest.run.inputs import discover_inputs
+from casa_assets.ingest.run.job import Job
+from casa_assets.ingest.run.run import Options, ingest, tally
+from casa_assets.ingest.sources.found import Found
+from casa_assets.library.entry import entries
+from casa_assets.library.library import Library, file_digests
+from casa_assets.library.refused_rows import MAX_ROWS_PER_FILE
+from casa_assets.model.issue import Decision
+from casa_assets.runs.outcome import Event, Outcome, writing
+from tests.support.library.libraries import BOXES, box_obj, differences, entries_of
+
+pytestmark = [
+    pytest.mark.content("code", "ingest.run", keep=0),
+    pytest.mark.content("code", "library", keep=0),
+]
+
+CARTON = "milk/milk_265a5b2e46"
+
+
+def write_box(folder: Path, name: str = "milk_carton.obj") -> Path:
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / name).write_text(box_obj(BOXES["milk_carton"]), encoding="ascii")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with `in`, one milk carton, and `library`, made of it."""
+    folder = tmp_path_factory.mktemp("made")
+    assert kinds(run(write_box(folder / "in"), folder / "library")) == ["accepted"]
+    assert entries_of(folder / "library") == [CARTON]
+    return folder
+
+
+@pytest.fixture
+def copy(made: Path, tmp_path: Path) -> Path:
+    return shutil.copytree(made, tmp_path / "copy")
+
+
+def run(source: Path, library: Path, **options: Any) -> list[Event]:
+    return list(ingest([source], Options(library, **options)))
+
+
+def kinds(events: list[Event]) -> list[str]:
+    return [event.kind for event in events]
+
+
+def edit(path: Path, **changes: object) -> None:
+    data = json.loads(path.read_text(encoding="utf-8"))
+    for name, value in changes.items():
+        (data["certificate"] if name == "cache_key" and "certificate" in data else data)[name] = value
+    path.write_text(json.dumps(data), encoding="utf-8")
+
+
+def test_what_is_there_is_kept_with_its_warnings(copy: Path) -> None:
+    (event,) = run(copy / "in", copy / "library")
+    assert event.kind == "kept"
+    assert event.warnings
+
+
+def test_another_recipe_makes_it_due(copy: Path, made: Path) -> None:
+    edit(copy / "library" / CARTON / "asset.json", cache_key="that of another version")
+    assert kinds(run(copy / "in", copy / "library")) == ["accepted"]
+    assert differences(made / "library", copy / "library") == []
+
+
+@pytest.mark.representatives(1)
+@pytest.mark.parametrize("text", ['{"asset": {}, "certificate": {}}', "", "{}"])
+def test_a_damaged_entry_is_made_anew(copy: Path, made: Path, text: str) -> None:
+    (copy / "library" / CARTON / "asset.json").write_text(text, encoding="utf-8")
+    with pytest.raises(OutputError, match=r"asset\.json"):
+        list(entries(Library(copy / "library")))
+    assert kinds(run(copy / "in", copy / "library")) == ["accepted"]
+    assert differences(made / "library", copy / "library") == []
+
+
+def test_verdicts_replace_each_other_and_passing_ones_are_not_final(copy: Path, made: Path) -> None:
+    library = copy / "library"
+    edit(library / CARTON / "asset.json", cache_key="that of another version")
+    (event,) = run(copy / "in", library, seconds=0.01, force=True)
+    assert (event.kind, event.code) == ("rejected", "RUN001") or event.asset_id.startswith("unread_")
+    assert event.was_rejected
+    assert kinds(run(copy / "in", library)) == ["accepted"]
+    assert differences(made / "library", library) == []
+
+
+def test_an_accepted_asset_is_kept_where_the_new_result_is_worse(copy: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    library = copy / "library"
+    edit(library / CARTON / "asset.json", cache_key="that of another version")
+    before = file_digests(library / CARTON)
+    works: list[str] = []
+
+    def reject(_: WorkerAnswers, jobs: Sequence[Job]) -> Iterator[tuple[int, Outcome]]:
+        for number, job in enumerate(jobs):
+            works.append(job.asset_id)
+            yield number, Outcome(False, "FLT005", "a scrap of a scan")
+
+    monkeypatch.setattr(WorkerAnswers, "outcomes", reject)
+    (event,) = run(copy / "in", library)
+    assert (event.kind, event.decision) == ("kept", Decision.ACCEPTED)
+    assert (
+        event.reason_kept == f"{event.asset_id} is accepted, the new result was rejected (FLT005); --force replaces it"
+    )
+    assert event.folder == library / CARTON
+    with pytest.raises(typer.Exit) as ended:
+        end([event])
+    assert ended.value.exit_code == 4
+    (again,) = run(copy / "in", library)
+    assert (again.kind, again.reason_kept) == ("kept", event.reason_kept)
+    assert len(works) == 1, "the next run remembers the result"
+    assert file_digests(library / CARTON) == before
+    assert kinds(run(copy / "in", library, force=True)) == ["rejected"]
+    assert entries_of(library) == [f"rejected/{event.asset_id}"]
+
+
+def test_another_category_replaces_the_entry(copy: Path) -> None:
+    (event,) = run(copy / "in", copy / "library", category="cereal")
+    assert entries_of(copy / "library") in ([f"cereal/{event.asset_id}"], [f"rejected/{event.asset_id}"])
+    assert not (copy / "library" / "milk").exists()
+
+
+def test_a_place_that_can_be_read_now_is_no_longer_refused(copy: Path, made: Path) -> None:
+    good = copy / "in" / "milk_carton.obj"
+    text = good.read_text(encoding="ascii")
+    good.write_text("", encoding="ascii")
+    assert kinds(run(copy / "in", copy / "library")) == ["rejected"]
+    assert kinds(run(copy / "in", copy / "library")) == ["kept"]
+    good.write_text(text, encoding="ascii")
+    assert kinds(run(copy / "in", copy / "library")) == ["kept"]
+    assert differences(made / "library", copy / "library") == []
+
+
+def test_the_library_may_lie_in_the_source(tmp_path: Path) -> None:
+    source = write_box(tmp_path / "in")
+    library = source / "out" / "library"
+    assert kinds(run(source, library)) == ["accepted"]
+    assert kinds(run(source, library)) == ["kept"]
+    assert [f.main for f in discover_inputs([source], source / "another") if isinstance(f, Found)] == [
+        "milk_carton.obj"
+    ]
+    inner = [f for f in discover_inputs([library], source / "another") if isinstance(f, Found)]
+    assert inner, "a library that is named is a source like any other"
+
+
+@pytest.mark.parametrize("named", ["meshes/milk_carton.obj", "meshes/manifest.jsonl", "meshes"])
+def test_what_is_named_is_an_input_though_a_folder_above_it_holds_a_library(tmp_path: Path, named: str) -> None:
+    project = tmp_path / "all" / "project"
+    meshes = write_box(project / "meshes")
+    (meshes / "manifest.jsonl").write_text('{"id": "a", "file": "milk_carton.obj"}\n', encoding="ascii")
+    with Library(project).locked():  # as where a pack of textures was put into a project
+        pass
+    assert len(list(discover_inputs([project / named], project / "out" / "library"))) == 1
+    assert list(discover_inputs([project / named], project)) == []
+    assert list(discover_inputs([project.parent], project.parent / "library")) == []
+
+
+def test_the_same_bytes_under_two_roots_are_made_once(tmp_path: Path) -> None:
+    roots = [write_box(tmp_path / "a"), write_box(tmp_path / "b")]
+    events = list(ingest(roots, Options(tmp_path / "library")))
+    assert sorted(kinds(events)) == ["accepted", "rejected"]
+    assert [event.code for event in events if event.was_rejected] == ["RUN006"]
+
+
+def test_the_same_bytes_called_two_kinds_end_the_run_like_any_other(tmp_path: Path) -> None:
+    """A row of a manifest calls cereal what the name of another file with the same bytes calls milk."""
+    source = write_box(tmp_path / "in")
+    write_box(tmp_path / "in", "another.obj")
+    (source / "one.jsonl").write_text('{"id": "a", "file": "another.obj", "category": "cereal"}\n', encoding="ascii")
+    (source / "board.obj").write_text(box_obj(BOXES["cutting_board"]), encoding="ascii")
+    events = {event.path: event for event in run(source, tmp_path / "library")}
+    assert {path: event.code for path, event in events.items()} == {
+        "another.obj": "",
+        "milk_carton.obj": "RUN006",
+        "board.obj": "",
+    }
+
+
+def test_bad_rows_of_a_manifest_are_kept_apart(tmp_path: Path) -> None:
+    (tmp_path / "in").mkdir()
+    rows = "".join(json.dumps({"id": name, "file": f"{name}.glb"}) + "\n" for name in "abc")
+    (tmp_path / "in" / "manifest.jsonl").write_text(rows, encoding="ascii")
+    library = tmp_path / "library"
+    assert kinds(run(tmp_path / "in", library)) == ["rejected"] * 3
+    assert kinds(run(tmp_path / "in", library)) == ["kept"] * 3
+    assert len({entry.id for entry in entries(Library(library))}) == 3
+    assert sorted(path.name for path in (library / "rejected").iterdir()) == ["rows.jsonl"]
+
+
+def test_a_folder_and_its_own_manifest_count_each_row_once(tmp_path: Path) -> None:
+    (tmp_path / "in").mkdir()
+    manifest = tmp_path / "in" / "manifest.jsonl"
+    manifest.write_text('{"id": "a", "file": "a.glb"}\n{"id": "b"}\n', encoding="ascii")
+    events = list(ingest([tmp_path / "in", manifest], Options(tmp_path / "library")))
+    assert sorted(event.code for event in events) == ["MAN002", "SRC020"]
+    assert len(list(entries(Library(tmp_path / "library")))) == 2
+
+
+def test_very_many_bad_rows_cost_one_file(tmp_path: Path) -> None:
+    """The first are told word for word, the others are counted; fixed rows are forgotten by the next run."""
+    (tmp_path / "in").mkdir()
+    manifest, library = tmp_path / "in" / "manifest.jsonl", tmp_path / "library"
+    rows = "".join(f'{{"id": "n{i}", "file": "n{i}.glb"}}\n' for i in range(5000))
+    manifest.write_text(rows, encoding="ascii")
+    events = run(tmp_path / "in", library)
+    assert len(events) == MAX_ROWS_PER_FILE + 1
+    assert (events[-1].count, events[-1].code, events[-1].total) == (5000 - MAX_ROWS_PER_FILE, "SRC020", 5000)
+    assert tally(events) == {"rejected": 5000, "kept": 0, "all": 5000}
+    files = [path for path in library.rglob("*") if path.is_file() and ".casa" not in path.parts]
+    assert {path.name for path in files} == {"rows.jsonl", "library.json", "ATTRIBUTION.md"}
+    assert (library / "rejected" / "rows.jsonl").stat().st_size < 50_000
+    listed = list(entries(Library(library)))
+    assert len(listed) == MAX_ROWS_PER_FILE + 1
+    assert listed[-1].message == "4900 more for this reason; fix the first ones and run again"
+    assert {event.kind for event in run(tmp_path / "in", library)} == {"kept"}
+    manifest.write_text('{"id": "a", "file": "a.glb"}\n', encoding="ascii")
+    assert [event.path for event in run(tmp_path / "in", library)] == ["manifest.jsonl"]
+    assert len(list(entries(Library(library)))) == 1
+
+
+def test_names_of_any_kind(tmp_path: Path) -> None:
+    source = write_box(tmp_path / os.fsdecode(b"folder\xff"), 'milk\n"<b>[red]\x1b[31m.obj')
+    (source / os.fsdecode(b"mug\xff.obj")).touch()
+    events = run(source, tmp_path / "library")
+    assert sorted(event.kind for event in events) == ["accepted", "rejected"]
+    rows = list(entries(Library(tmp_path / "library")))
+    assert sorted(row.source_path for row in rows) == ['milk\n"<b>[red]\x1b[31m.obj', "mug\\udcff.obj"]
+    lines = (tmp_path / "library" / "ATTRIBUTION.md").read_text(encoding="utf-8")
+    assert not re.search(r"(?<!\\)<", lines)  # Markdown shows an escaped one as text
+    assert "\x1b" not in lines
+
+
+def test_an_unknown_category_leaves_no_trace(tmp_path: Path) -> None:
+    with pytest.raises(UnknownId, match="did you mean"):
+        run(write_box(tmp_path / "in"), tmp_path / "library", category="mugg")
+    assert not (tmp_path / "library").exists()
+
+
+def test_a_machine_that_cannot_draw_is_told_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "blocked").mkdir()
+    (tmp_path / "blocked" / "sitecustomize.py").write_text(
+        "import sys\nsys.modules['mujoco.egl'] = sys.modules['mujoco.osmesa'] = None\n", encoding="ascii"
+    )
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path / "blocked"))
+    with pytest.raises(CasaError, match="apt-get install"):
+        run(write_box(tmp_path / "in"), tmp_path / "library")
+    assert entries_of(tmp_path / "library") == []
+    assert list((tmp_path / "library" / ".casa" / "staging").iterdir()) == []
+
+
+def test_what_the_disk_refuses_is_said_of_the_library(tmp_path: Path) -> None:
+    with pytest.raises(OutputError, match="No such file"), writing(tmp_path / "library"):
+        (tmp_path / "library" / "gone" / "file").write_text("x", encoding="ascii")
+    with pytest.raises(FileNotFoundError), writing(tmp_path / "library"):
+        (tmp_path / "elsewhere").read_text(encoding="ascii")
+
+
+def test_a_copy_in_other_units_is_turned_away_unless_it_is_wanted(tmp_path: Path) -> None:
+    source = write_box(tmp_path / "in")
+    wide, tall, deep = (100 * side for side in BOXES["milk_carton"])
+    (source / "milk_copy.obj").write_text(box_obj((wide, tall, deep)), encoding="ascii")
+    library = tmp_path / "library"
+    events = run(source, library)
+    assert [(e.path, e.kind, e.code) for e in events] == [
+        ("milk_carton.obj", "accepted", ""),
+        ("milk_copy.obj", "rejected", "RUN007"),
+    ]
+    assert events[1].message.startswith(f"duplicate of milk_carton.obj ({events[0].asset_id})")
+    assert kinds(run(source, library)) == ["kept", "kept"]
+    wanted = run(source, library, keep_duplicates=True)
+    assert [(e.path, e.kind) for e in wanted] == [("milk_carton.obj", "kept"), ("milk_copy.obj", "accepted")]
+    assert len(entries_of(library)) == 2
+    issues = json.loads((library / "library.json").read_text(encoding="utf-8"))["report"]["issues"]
+    assert [(i["code"], i["pointer"]) for i in issues if i["pointer"]] == [("LIB001", wanted[1].asset_id)]

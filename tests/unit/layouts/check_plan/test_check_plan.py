@@ -1,0 +1,217 @@
+"""Plans are checked without being built: each fault with its line and a mend, and the mends together make a plan."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+import casa_assets as casa
+from casa_assets.cli.main import app
+from casa_assets.layouts.check_plan.check import PlanCheck, check_plan
+from casa_assets.model.kitchen.style import Style
+from casa_assets.projects import data_root
+from casa_assets.registry.kitchens import load_style, plan_names, style_names
+
+pytestmark = pytest.mark.content("code", "layouts.check_plan", keep=0)
+
+STYLE = "modern_1"
+ROOM = """title: Studio
+walls:
+  back: {heading: right, length: 4.6}
+  right: {heading: front, length: 3.0}
+  front: {heading: left, length: 4.6, open: true}
+  left: {heading: back, length: 3.0}
+"""
+ROW = """runs:
+  main:
+    on: back
+    base: # from left to right
+      - filler: [0.05, 0.12]
+      - drawers: [0.4, 0.9]
+      - sink
+      - dishwasher
+      - range
+      - doors: [0.4, 0.9]
+      - fridge
+    upper:
+      - hood: {over: main_range}
+"""
+
+
+def checked(text: str, style: str = STYLE) -> PlanCheck:
+    return check_plan(text, "studio.yaml", load_style(style)[0])
+
+
+def told(found: PlanCheck) -> list[tuple[int, str, str]]:
+    """Line, pointer and sentence of the mend of each fault."""
+    return [
+        (t.line, ".".join(map(str, t.fault.pointer)), t.fault.mend.sentence if t.fault.mend else "")
+        for t in found.faults
+    ]
+
+
+@pytest.mark.parametrize("every", [False, pytest.param(True, marks=pytest.mark.certify)], ids=["one_style", "every"])
+@pytest.mark.parametrize("name", plan_names())
+def test_plans_of_the_package_fit_every_style(name: str, every: bool) -> None:
+    """In one style each, between them in all; before a release each in all."""
+    text = (data_root() / "plans" / f"{name}.yaml").read_text(encoding="utf-8")
+    names = style_names() if every else [style_names()[plan_names().index(name) % len(style_names())]]
+    styles: list[Style] = [load_style(style)[0] for style in names]
+    assert [told(check_plan(text, f"{name}.yaml", style)) for style in styles] == [[]] * len(styles)
+
+
+def test_faults_of_several_kinds_are_told_in_one_call_with_their_lines() -> None:
+    text = (ROOM + ROW).replace("dishwasher", "dishwahser").replace("length: 3.0}", "length: 3.1}", 1)
+    found = checked(text)
+    assert told(found) == [
+        (14, "runs.main.base.3", "Write dishwasher."),
+        (6, "walls.left.length", "Write `length: 3.1` for left."),
+    ]
+    assert found.mended
+    assert checked(found.text).fits
+    assert "base: # from left to right" in found.text
+    assert found.text.splitlines()[:2] == text.splitlines()[:2]
+
+
+OPENINGS = """openings:
+  door: {kind: door, wall: left, at: 2.4, width: 0.93, height: 2.04}
+  window: {kind: window, wall: back, at: 3.2, sill: 1.2}
+"""
+ISLAND = "  island:\n    faces: {run: main, aisle: 1.2}\n    base: [drawers: 0.9, doors: 0.9]\n"
+LARGE = (ROOM + ROW).replace("length: 3.0}", "length: 5.0}")
+CORNER = "  left:\n    on: left\n    start: 1.2\n    base: [drawers]\n"
+# Plans with a fault, and how its mend begins.
+FAULTY = [
+    *(
+        ((ROOM + ROW).replace(old, new, 1), sentence)
+        for old, new, sentence in [
+            ("over: main_range", "over: rnage", "Write `over: main_range`."),
+            ("on: back", "on: bakc", "Write `on: back`."),
+            ("heading: front", "heading: frnt", "Write front."),
+            ("length: 4.6, open", "lenght: 4.6, open", "Call 'lenght' 'length'."),
+            ("title: Studio\n", "title: Studio\nheight: 4\n", "Write 3.4."),
+            (
+                "    upper:\n      - hood: {over: main_range}\n",
+                "",
+                "Add `- hood: {over: main_range}` to the wall units of main.",
+            ),
+            ("- doors: [0.4, 0.9]", "- doors: 1.9", "Write main_filler [0.03, 0.12], main_doors [0.985"),
+            ("      - doors: [0.4, 0.9]\n", "", "Write main_drawers"),
+            ("length: 3.0}", "length: 3.5}", "Write `length: 3.5` for left."),
+            ("- hood: {over: main_range}", "- hood", "Write `over: main_range`."),
+        ]
+    ),
+    (ROOM + ROW + CORNER, "Add the corner {runs: [left, main], base: blind}."),
+    (
+        ROOM + ROW + CORNER.replace("start", "end") + "corners: [{runs: [main, left]}]\n",
+        "Write `runs: [left, main]`.",
+    ),
+    (LARGE + ISLAND + "    upper: [doors]\n", "Take out 'upper' of island."),
+    (
+        LARGE + ISLAND + "seats:\n  - {run: island, count: 1}\n  - {run: island, count: 1}\n",
+        "Write `count: 2` for island, and take out the second row.",
+    ),
+    (ROOM + ROW + "lamps:\n  - {item: pendant_light, over: main, count: 2}\n", "Take out these lamps."),
+    (
+        LARGE + "openings:\n  w: {kind: window, wall: right, at: 3.0, height: 2.2, sill: 0.2}\n",
+        "Write `height: 1.80",
+    ),
+    (
+        LARGE + "openings:\n  d: {kind: door, wall: right, at: 3.5, width: 1.8, height: 2.1}\n",
+        "Write `kind: passage`",
+    ),
+    (
+        ROOM
+        + ROW.replace("drawers: [0.4, 0.9]", "drawers: 0.4")
+        + "worktop_items:\n  microwave: {on: main_drawers}\n  kettle: {on: main_drawers}\n",
+        "Write `on: main_doors` for microwave.",
+    ),
+]
+
+
+def test_a_fault_has_the_nearest_mend(subtests: pytest.Subtests) -> None:
+    for text, sentence in FAULTY:
+        with subtests.test(sentence=sentence):
+            found = checked(text)
+            assert any(said.startswith(sentence) for _, _, said in told(found)), told(found)
+            assert found.mended, told(found)
+            assert checked(found.text).fits
+
+
+def test_doors_and_windows_move_out_of_the_way() -> None:
+    found = checked(ROOM + OPENINGS + ROW)
+    assert found.mended, told(found)
+    assert {pointer for _, pointer, _ in told(found)} == {"openings.door", "openings.window"}
+
+
+def test_a_plan_like_another_states_its_mends_itself() -> None:
+    found = checked("like: galley\nopenings:\n  door: {at: 9}\nheigth: 2.6\n")
+    assert found.mended, told(found)
+    assert found.text.startswith("like: galley\n")
+    assert checked(found.text).fits
+    assert checked("like: galey\n").text == "like: galley\n"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line", "pointer", "expected"),
+    [
+        ("title: Studio", "Sorry, I cannot draw kitchens.", 2, "", "YAML"),
+        ("length: 3.0}", "length: 3.0", 5, "", "YAML"),
+        ("    on: back", "\ton: back", 9, "", "YAML"),
+        ("length: 3.0}", "length: 310cm}", 4, "walls.right.length", "a number without a unit (lengths in metres)"),
+        ("length: 3.0}", "length: 310}", 4, "walls.right.length", "less than or equal to 20"),
+        ("on: back", "on: north", 9, "runs.main.on", "one of back, right, front, left"),
+        ("- sink\n", "- washbasin\n", 13, "runs.main.base.2", "one of doors, drawers, sink"),
+        ("- sink\n", "- sink: {size: 3}\n", 13, "runs.main.base.2.sink.size", "one of id, width"),
+        ("- range", "- range: {over: main_sink}", 15, "runs.main.base.4.range.over", "'oven', or another one of id"),
+        ("walls:\n", "walls:\n  x: '{a}'\n", 3, "walls.x", "a mapping of keys to values"),
+        ("title: Studio\n", "", 1, "title", "'title', which is missing"),
+        ("base: # from", "units: # from", 10, "runs.main.units", "one of id, on, faces"),
+    ],
+)
+def test_what_nothing_is_near_to_is_told_with_line_and_what_was_expected(
+    old: str, new: str, line: int, pointer: str, expected: str
+) -> None:
+    found = checked((ROOM + ROW).replace(old, new, 1))
+    assert not found.mended
+    first = next(t for t in found.faults if t.fault.mend is None)
+    assert (first.line, ".".join(map(str, first.fault.pointer))) == (line, pointer)
+    assert expected in first.fault.expected
+
+
+def test_the_command_prints_faults_and_writes_the_mended_plan(tmp_path: Path) -> None:
+    plan, better = tmp_path / "studio.yaml", tmp_path / "better.yaml"
+    plan.write_text((ROOM + ROW).replace("fridge", "frigde"), encoding="utf-8")
+    run = CliRunner()
+    words = ["scenes", "check-plan", str(plan)]
+    said = run.invoke(app, words)
+    assert said.exit_code == 1
+    assert "studio.yaml:17: runs.main.base.6: expected 'fridge'" in " ".join(said.stdout.split())
+    row = json.loads(run.invoke(app, [*words, "--json"]).stdout)
+    assert (row["verdict"], row["mended"]) == ("faulty", True)
+    assert row["faults"][0]["mend"]["edits"] == [
+        {"op": "replace", "pointer": ["runs", "main", "base", 6], "old": "frigde", "new": "fridge"}
+    ]
+    assert run.invoke(app, [*words, "--fix"]).exit_code == 2
+    assert run.invoke(app, [*words, "--fix", "--out", str(better)]).exit_code == 1
+    assert run.invoke(app, ["scenes", "check-plan", str(better)]).exit_code == 0
+    with pytest.raises(casa.CasaError, match="there already"):
+        run.invoke(app, [*words, "--fix", "--out", str(better)], catch_exceptions=False)
+
+
+def test_it_loads_nothing_large() -> None:
+    """What takes seconds to load would take longer than the check."""
+    code = (
+        "import sys; from casa_assets.layouts.check_plan.check import check_plan; "
+        "from casa_assets.registry.kitchens import load_style; "
+        f"assert check_plan(open(sys.argv[1]).read(), sys.argv[1], load_style({STYLE!r})[0]).fits; "
+        "print([m for m in ('scipy', 'mujoco', 'pxr', 'trimesh', 'casa_assets.families') if m in sys.modules])"
+    )
+    plan = data_root() / "plans" / "u_large.yaml"
+    done = subprocess.run([sys.executable, "-c", code, str(plan)], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"

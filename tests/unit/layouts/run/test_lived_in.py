@@ -1,0 +1,77 @@
+"""Kitchens that are lived in: what is put into them stays where it is, and nothing else changes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+import casa_assets as casa
+from casa_assets.checks.scene.motion.settling import come_to_rest
+from casa_assets.errors import CasaError
+from casa_assets.formats.mjcf.scene.kitchen import write
+from casa_assets.layouts.compose.floor_facts import facts_of
+from casa_assets.layouts.order.request import KitchenRequest
+from casa_assets.layouts.run.recipe import SceneRecipe
+from casa_assets.layouts.run.resolve import bare, build_scene, kitchen_key
+from casa_assets.layouts.run.scene_json import describe
+from casa_assets.model.kitchen.scene import Scene
+
+pytestmark = pytest.mark.content("code", "layouts.run", keep=0)
+
+COUNT = 4
+PLAIN = SceneRecipe("one_wall_small", "scandinavian")
+LIVED_IN = replace(PLAIN, objects=COUNT)
+
+
+@pytest.fixture(scope="module")
+def plain(cache: Path) -> tuple[KitchenRequest, Scene]:
+    return build_scene(PLAIN, cache)
+
+
+@pytest.fixture(scope="module")
+def lived_in(cache: Path) -> tuple[KitchenRequest, Scene]:
+    return build_scene(LIVED_IN, cache)
+
+
+def test_a_negative_number_is_refused() -> None:
+    for objects, seed in [(-1, 0), (3, -2)]:
+        with pytest.raises(CasaError, match=r"=-\d: it has to be 0 or more"):
+            casa.kitchen(PLAIN.plan, PLAIN.style, objects=objects, objects_seed=seed)
+
+
+def test_objects_change_nothing_else(
+    plain: tuple[KitchenRequest, Scene], lived_in: tuple[KitchenRequest, Scene]
+) -> None:
+    (kitchen, before), (same, after) = plain, lived_in
+    assert same == kitchen
+    assert after.placements[: len(before.placements)] == before.placements
+    assert after.exclusions == before.exclusions
+    assert before.objects == ()
+    assert facts_of(same, after).fixtures == facts_of(kitchen, before).fixtures
+
+
+def test_as_many_as_asked_for_are_at_rest(lived_in: tuple[KitchenRequest, Scene]) -> None:
+    scene = lived_in[1]
+    names = [place.name for place in scene.objects]
+    assert len(names) == COUNT
+    rests = come_to_rest(write(bare(scene), shared="assets"), names, 2.0)
+    assert max(rest.moved for rest in rests.values()) <= 0.005
+    assert max(rest.depth for rest in rests.values()) <= 0.001
+
+
+def test_same_recipe_same_scene(cache: Path, lived_in: tuple[KitchenRequest, Scene]) -> None:
+    assert build_scene(LIVED_IN, cache)[1] == lived_in[1]
+    assert kitchen_key(LIVED_IN) != kitchen_key(PLAIN)
+    assert kitchen_key(LIVED_IN) != kitchen_key(replace(LIVED_IN, objects_seed=1))
+
+
+def test_facts_list_the_objects_and_what_holds_them(lived_in: tuple[KitchenRequest, Scene]) -> None:
+    kitchen, scene = lived_in
+    facts = describe(LIVED_IN, kitchen, scene)
+    fixtures = {fixture["name"]: fixture for fixture in facts["fixtures"]}
+    assert [row["name"] for row in facts["objects"]] == [place.name for place in scene.objects]
+    for row in facts["objects"]:
+        holder = fixtures[row["in"]["placement"]]
+        assert row["in"]["region"] in {**holder["regions"], **holder["sites"]}

@@ -1,0 +1,157 @@
+"""One file of a kitchen: it loads where nothing else is, states the same facts, and is the same bytes each time."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import zipfile
+from pathlib import Path
+
+import mujoco
+import pytest
+from pxr import Usd, UsdUtils
+from typer.testing import CliRunner
+
+from casa_assets.checks.package.usd import validator_findings
+from casa_assets.checks.readers import scene_facts
+from casa_assets.cli.verbs.scenes import app
+from casa_assets.errors import OutputError, UnknownId
+from casa_assets.layouts.run.pack import ALIGNMENT, PackKind, members_of, pack_scene
+from casa_assets.layouts.run.recipe import SceneResult
+
+pytestmark = pytest.mark.content("code", "layouts.run", keep=0)
+
+SCENE = "one_wall_small__coastal"
+Checked = tuple[Path, SceneResult]
+ENTRY_HEADER = 30
+
+
+@pytest.fixture(scope="module")
+def zipped(checked_kitchen: Checked, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A ZIP of the kitchen."""
+    return pack_scene(SCENE, checked_kitchen[0], PackKind.ZIP, tmp_path_factory.mktemp("zip") / "kitchen.zip").file
+
+
+@pytest.fixture(scope="module")
+def usdz(checked_kitchen: Checked, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A USDZ of the kitchen, in a folder of its own."""
+    return pack_scene(SCENE, checked_kitchen[0], PackKind.USDZ, tmp_path_factory.mktemp("usdz") / "kitchen.usdz").file
+
+
+@pytest.fixture(scope="module")
+def unpacked(zipped: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of the kitchen, unzipped where nothing else is."""
+    folder = tmp_path_factory.mktemp("elsewhere")
+    with zipfile.ZipFile(zipped) as archive:
+        archive.extractall(folder)
+    assert [path.name for path in folder.iterdir()] == [SCENE]
+    return folder / SCENE
+
+
+def facts(stage: Usd.Stage) -> scene_facts.SceneFacts:
+    return scene_facts.facts_of_stage(scene_facts.SceneReading(stage))
+
+
+class TestZip:
+    @pytest.mark.parametrize("file", ["scene.xml", "scene_light.xml"])
+    def test_mujoco_reads_the_same(self, file: str, unpacked: Path, checked_kitchen: Checked) -> None:
+        here, there = (
+            mujoco.MjModel.from_xml_path(str(folder / file)) for folder in (checked_kitchen[0] / SCENE, unpacked)
+        )
+        assert there.names == here.names
+        for field in ("body_mass", "geom_size", "geom_pos", "jnt_range", "key_qpos", "mesh_vert", "tex_data"):
+            assert (getattr(there, field) == getattr(here, field)).all(), field
+
+    @pytest.mark.parametrize("file", ["scene.usda", "scene_nested.usda"])
+    def test_openusd_reads_the_same_facts_from_within(
+        self, file: str, unpacked: Path, checked_kitchen: Checked
+    ) -> None:
+        here = Usd.Stage.Open(str(checked_kitchen[0] / SCENE / file))
+        there = Usd.Stage.Open(str(unpacked / file))
+        assert facts(there) == facts(here)
+        layers, pictures, unresolved = UsdUtils.ComputeAllDependencies(str(unpacked / file))
+        assert unresolved == []
+        assert pictures
+        assert all(Path(path).is_relative_to(unpacked) for path in (*pictures, *(layer.realPath for layer in layers)))
+
+    def test_state_machines_and_makers_are_in_it(self, unpacked: Path) -> None:
+        assert json.loads((unpacked / "scene.json").read_text(encoding="utf-8"))["id"] == SCENE
+        machines = [json.loads(p.read_text(encoding="utf-8")) for p in (unpacked / "assets/behavior").glob("*.json")]
+        assert machines
+        assert all(machine["behavior"]["variables"] for machine in machines)
+        told = (unpacked / "ATTRIBUTION.md").read_text(encoding="utf-8")
+        assert "## Apache-2.0" in told
+        compile((unpacked / "isaac_lab.py").read_text(encoding="utf-8"), "isaac_lab.py", "exec")
+        assert "- `dishwasher_" in told
+
+    def test_holds_nothing_that_another_scene_needs(self, zipped: Path) -> None:
+        with zipfile.ZipFile(zipped) as archive:
+            names = archive.namelist()
+            xml = archive.read(f"{SCENE}/scene.xml").decode()
+            usd = "".join(archive.read(name).decode() for name in names if name.endswith(".usda"))
+        assert names == sorted(names)
+        named = {name.split("/", 1)[1] for name in names if name.endswith((".obj", ".png")) and "/assets/" in name}
+        assert all(f'file="{name}"' in xml or Path(name).name in usd for name in named)
+
+
+class TestUsdz:
+    def test_opens_with_all_that_it_names(self, usdz: Path, checked_kitchen: Checked) -> None:
+        stage = Usd.Stage.Open(str(usdz))
+        assert stage.GetCompositionErrors() == []
+        assert facts(stage) == facts(Usd.Stage.Open(str(checked_kitchen[0] / SCENE / "scene.usda")))
+        nested = Usd.Stage.Open(f"{usdz}[scene_nested.usda]")
+        assert nested.GetPrimAtPath("/World/main_dishwasher/object/door")
+        layers, pictures, unresolved = UsdUtils.ComputeAllDependencies(str(usdz))
+        assert unresolved == []
+        assert all(layer.realPath.startswith(str(usdz)) for layer in layers)
+        assert pictures
+        assert all(str(picture).startswith(f"{usdz}[") for picture in pictures)
+
+    def test_is_stored_plainly_at_multiples_of_64_bytes(self, usdz: Path) -> None:
+        assert validator_findings(Usd.Stage.Open(str(usdz))) == []
+        data = usdz.read_bytes()
+        with zipfile.ZipFile(usdz) as archive:
+            entries = archive.infolist()
+        assert entries[0].filename == "scene.usda"
+        for entry in entries:
+            head = entry.header_offset
+            name, extra = (int.from_bytes(data[head + i : head + i + 2], "little") for i in (26, 28))
+            begin = head + ENTRY_HEADER + name + extra
+            assert begin % ALIGNMENT == 0, entry.filename
+            assert entry.compress_type == zipfile.ZIP_STORED
+            assert entry.compress_size == entry.file_size
+
+
+class TestPack:
+    @pytest.mark.parametrize("kind", list(PackKind))
+    def test_same_scene_is_same_bytes(
+        self, kind: PackKind, checked_kitchen: Checked, zipped: Path, usdz: Path, tmp_path: Path
+    ) -> None:
+        again = pack_scene(SCENE, checked_kitchen[0], kind, tmp_path / "new" / "again")
+        assert again.file.read_bytes() == {PackKind.ZIP: zipped, PackKind.USDZ: usdz}[kind].read_bytes()
+        assert not again.built
+        assert [path.name for path in again.file.parent.iterdir()] == ["again"]
+
+    def test_unknown_scene_is_refused_with_the_nearest(self, tmp_path: Path) -> None:
+        with pytest.raises(UnknownId, match="one_wall_small__coastal"):
+            pack_scene("one_wall_smal__coastal", tmp_path, PackKind.ZIP, tmp_path / "x.zip")
+        assert list(tmp_path.iterdir()) == []
+
+    def test_what_is_missing_or_no_file_is_told(self, checked_kitchen: Checked, tmp_path: Path) -> None:
+        with pytest.raises(OutputError, match="name a file"):
+            pack_scene(SCENE, checked_kitchen[0], PackKind.ZIP, tmp_path)
+        shutil.copytree(checked_kitchen[0], tmp_path / "scenes", ignore=shutil.ignore_patterns(".casa"))
+        picture = next((tmp_path / "scenes/assets/textures").glob("*_color_*.png"))
+        picture.unlink()
+        with pytest.raises(OutputError, match=f"{picture.name}.*--force"):
+            members_of(tmp_path / "scenes" / SCENE)
+
+    def test_verb_tells_what_it_wrote(self, checked_kitchen: Checked, zipped: Path, tmp_path: Path) -> None:
+        command = ["pack", SCENE, "--zip", "--scenes-folder", str(checked_kitchen[0]), "--out", str(tmp_path / "k")]
+        told = CliRunner().invoke(app, [*command, "--json"])
+        assert told.exit_code == 0, told.output
+        row = json.loads(told.stdout)
+        assert (row["id"], row["kind"], row["built"]) == (SCENE, "zip", False)
+        assert row["bytes"] == zipped.stat().st_size == (tmp_path / "k.zip").stat().st_size
+        assert list(tmp_path.iterdir()) == [tmp_path / "k.zip"], "the suffix is added"
+        assert CliRunner().invoke(app, ["pack", SCENE]).exit_code == 2

@@ -1,0 +1,294 @@
+"""A scene's verdict: on disk, kept, and failed with the right code where something is wrong."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from casa_assets.checks.design.subject import DesignSubject
+from casa_assets.checks.scene.formats.light_form import SceneFiles
+from casa_assets.checks.scene.subject import SceneSubject
+from casa_assets.checks.scene.views import PreviewImages
+from casa_assets.checks.table.table import TABLE
+from casa_assets.core.system import cache_dir
+from casa_assets.errors import PlanConflict
+from casa_assets.layouts.order.request import KitchenRequest
+from casa_assets.layouts.run import check, scene_folders, scene_page
+from casa_assets.layouts.run.recipe import SceneRecipe, SceneResult
+from casa_assets.layouts.run.resolve import build_scene
+from casa_assets.layouts.run.scene_folders import BuildOptions, build_with_options
+from casa_assets.layouts.run.scene_json import design_of
+from casa_assets.model.issue import Issue, Report, Severity
+from casa_assets.model.kitchen.scene import Scene
+from casa_assets.show.reports import kitchens
+from casa_assets.show.stills.kitchen import PictureSettings
+from tests.support.asset.packages import tamper
+
+Checked = tuple[Path, SceneResult]
+RECIPE = SceneRecipe("one_wall_small", "coastal")
+OUTSIDE = Issue(code="SCN009", severity=Severity.ERROR, message="it is outside")
+LABEL = '<text name="main_fridge__class" data="'
+
+
+@pytest.fixture
+def copy(checked_kitchen: Checked, tmp_path: Path) -> Path:
+    """A folder of scenes of its own that a test may damage; what is shared is linked."""
+    out, _ = checked_kitchen
+    shutil.copytree(out / RECIPE.scene_id, tmp_path / RECIPE.scene_id)
+    (tmp_path / "assets").symlink_to(out / "assets")
+    return tmp_path
+
+
+@pytest.fixture(scope="module")
+def composed(cache: Path) -> tuple[KitchenRequest, Scene]:
+    """What the recipe gives."""
+    return build_scene(RECIPE, cache)
+
+
+@pytest.fixture
+def at_hand(composed: tuple[KitchenRequest, Scene], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nobody has to build it again."""
+    for module in (scene_folders, check):
+        monkeypatch.setattr(module, "build_scene", lambda recipe, cache: composed)
+
+
+def report_of(out: Path) -> dict[str, Any]:
+    data: dict[str, Any] = json.loads((out / RECIPE.scene_id / "report.json").read_text(encoding="utf-8"))
+    return data
+
+
+class TestVerdict:
+    def test_report_holds_every_check_with_its_number(self, checked_kitchen: Checked) -> None:
+        out, done = checked_kitchen
+        assert done.report is not None, done.message
+        kinds = (SceneSubject, SceneFiles, DesignSubject, PreviewImages)
+        wanted = {row.code for row in TABLE if row.subject in kinds} | {"SCN026", "SCN027"}
+        data = report_of(out)
+        assert [r["code"] for r in data["results"]] == sorted(wanted)
+        assert data["passed"] == done.report.passed
+        assert Report.model_validate({k: data[k] for k in ("subject", "results", "issues")}) == done.report
+
+    def test_it_tells_what_the_scene_holds(self, checked_kitchen: Checked) -> None:
+        assert [i for i in checked_kitchen[1].problems if i.code[:3] in ("SCN", "NAV")] == []
+        data = report_of(checked_kitchen[0])
+        holds, speed = data["holds"], data["speed"]
+        assert holds["joints"] > 30
+        assert holds["colliders"] < holds["geoms"]
+        assert 0.0 < holds["texture_mb"] < 256.0
+        assert speed["load_ms"] > 0.0
+        assert speed["check_s"] > 0.0
+        assert speed["real_time_factor"] == pytest.approx(speed["steps_per_s"] * 0.002, rel=0.01)
+
+    def test_page_and_map_are_beside_it(self, checked_kitchen: Checked) -> None:
+        out, done = checked_kitchen
+        assert done.report is not None
+        folder = out / RECIPE.scene_id
+        text = (folder / "report.html").read_text(encoding="utf-8")
+        assert "SCN017" in text
+        assert "Reachable fixtures" in text
+        assert "A base of 0.30 m radius reaches every fixture from an entry" in text
+        assert f"{done.report.tally} passed." in text
+        shown = re.sub(r"<(script|style)\b.*?</\1>", "", text, flags=re.DOTALL)
+        assert "failed" not in shown, "what is advice in a passed kitchen is shown as advice"
+        assert re.search(r'class="advice">\d+ not followed', text)
+        assert (folder / "floor_map.png").read_bytes().startswith(b"\x89PNG")
+
+    def test_checks_alone_write_nothing(
+        self, copy: Path, composed: tuple[KitchenRequest, Scene], monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        folder = copy / RECIPE.scene_id
+        for name in (scene_page.REPORT, scene_page.PAGE, check.FLOOR_MAP):
+            (folder / name).unlink()
+        before = {path: path.stat().st_mtime_ns for path in [folder, *folder.rglob("*")]}
+        monkeypatch.setattr(check, "run_scene", lambda subject, *_: Report(subject=subject.scene.id))
+        monkeypatch.setattr(check, "run", lambda subject, name, *_: Report(subject=name))
+        monkeypatch.setattr(check, "steps_per_second", lambda model: 4000.0)
+        kitchen, scene = composed
+        check.run_checks_on_scene(scene, design_of(kitchen, scene), folder)
+        assert {path: path.stat().st_mtime_ns for path in [folder, *folder.rglob("*")]} == before
+
+    def test_it_is_kept_while_nothing_changes(self, checked_kitchen: Checked) -> None:
+        out, done = checked_kitchen
+        before = (out / RECIPE.scene_id / "report.json").stat().st_mtime_ns
+        again = check.check_one(RECIPE, out)
+        assert (again.kept, again.report) == (True, done.report)
+        assert (out / RECIPE.scene_id / "report.json").stat().st_mtime_ns == before
+
+    def test_other_checks_than_before_look_again(
+        self, checked_kitchen: Checked, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        out, _ = checked_kitchen
+        looked: list[Path] = []
+
+        def look(recipe: SceneRecipe, out: Path, folder: Path, in_3d: bool) -> SceneResult:
+            looked.append(folder)
+            return SceneResult(recipe)
+
+        monkeypatch.setattr(check, "verdict_key", lambda recipe: "other")
+        monkeypatch.setattr(check, "_checked_in_place", look)
+        assert not check.check_one(RECIPE, out).kept
+        assert looked == [out / RECIPE.scene_id]
+
+    def test_a_page_of_an_earlier_version_is_written_again_around_its_verdict(
+        self, copy: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        folder = copy / RECIPE.scene_id
+        verdict = check.check_one(RECIPE, copy).report
+        monkeypatch.setattr(check, "_checked_in_place", None)
+        monkeypatch.setattr(check, "build_scene", None)  # its model stays, so nothing has to be built
+        tamper(folder / "report.json", (scene_page.page_key(), "0" * 64))
+        (folder / "report.html").write_text("old", encoding="utf-8")
+        again = check.check_one(RECIPE, copy)
+        assert (again.kept, again.report) == (True, verdict)
+        assert "SCN017" in (folder / "report.html").read_text(encoding="utf-8")
+        assert scene_page.is_page_current(folder)
+
+    @pytest.mark.usefixtures("at_hand")
+    def test_a_model_of_an_earlier_version_is_made_again_alone(
+        self, copy: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        folder = copy / RECIPE.scene_id
+        monkeypatch.setattr(check, "_checked_in_place", None)
+        (script,) = folder.glob("*.glb.js")
+        made = script.read_bytes()
+        script.write_text("old", encoding="utf-8")
+        assert check.check_one(RECIPE, copy).kept
+        assert script.read_text(encoding="utf-8") == "old"
+        tamper(folder / "report.json", (scene_page.model_key(), "0" * 64))
+        assert check.check_one(RECIPE, copy).kept
+        assert script.read_bytes() == made
+
+    def test_the_page_shows_the_picture_and_the_viewer_that_there_are(
+        self, checked_kitchen: Checked, tmp_path: Path
+    ) -> None:
+        """Whoever writes the page, after an upgrade too, where the folder of all scenes has the viewer of before."""
+        out, done = checked_kitchen
+        folder = tmp_path / RECIPE.scene_id
+        shutil.copytree(out / RECIPE.scene_id, folder)
+        assert done.report is not None
+        scene_page.join_states(folder, done.report)
+        named = re.findall(r'data-viewer="([^"]+)"', (folder / "report.html").read_text(encoding="utf-8"))
+        assert named
+        assert [name for name in named if not (folder / name).resolve().is_file()] == []
+        for name, shown in (("eye_open.png", "overview.png"), ("overview.png", "eye_open.png")):
+            (folder / name).unlink(missing_ok=True)
+            scene_page.join_states(folder, done.report)
+            assert f'src="./{shown}"' in (folder / "report.html").read_text(encoding="utf-8")
+            (folder / "eye_open.png").write_bytes(b"png")
+
+    @pytest.mark.usefixtures("at_hand")
+    def test_a_broken_scene_fails_with_its_codes(self, copy: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        """A label that only one format has, a light form that is another machine, and no speed worth waiting for."""
+        folder = copy / RECIPE.scene_id
+        tamper(folder / "scene.xml", (LABEL, LABEL + "cold "))
+        tamper(folder / "scene_light.xml", ('name="main_fridge__', 'name="main_frigde__'))
+        monkeypatch.setattr(check, "CHECK_FRAME", PictureSettings(64, 48, 1))
+        monkeypatch.setattr(check, "steps_per_second", lambda model: 4000.0)
+        done = check.check_one(RECIPE, copy, force=True)
+        assert not done.passed
+        assert {i.code for i in done.problems if i.code.startswith("SCN")} == {"SCN017", "SCN021"}
+        assert report_of(copy)["passed"] is False
+        (row,) = kitchens.read_rows(copy)
+        assert row.passed is False
+        assert "SCN017 x " in row.verdict
+
+    def test_scene_tells_where_to_park_and_what_can_be_done(self, checked_kitchen: Checked) -> None:
+        out, _ = checked_kitchen
+        facts = json.loads((out / RECIPE.scene_id / "scene.json").read_text(encoding="utf-8"))
+        fixtures = {f["name"]: f for f in facts["fixtures"]}
+        assert facts["base_radius"] == 0.3
+        for name, places in facts["parking"].items():
+            assert name in fixtures
+            assert set(places["open"]) <= set(fixtures[name]["joints"])
+        assert len(facts["tasks"]) == 25
+        for task in facts["tasks"].values():
+            assert task["afforded"], task
+            assert set(task["fixtures"]) <= set(fixtures)
+            joints = {j["name"] for f in fixtures.values() for j in f["joints"].values()}
+            assert set(task["joints"]) <= joints
+        reported = {task["task"]: task["fixtures"] for task in report_of(out)["tasks"]}
+        assert {name: task["fixtures"] for name, task in facts["tasks"].items()} == reported
+
+
+def refuse(recipe: SceneRecipe, scene: Scene, design: DesignSubject, folder: Path) -> Report:
+    """A judge that nobody pleases."""
+    assert (folder / "scene.xml").is_file()
+    assert (folder.parent / "assets").is_dir()
+    return Report(subject=scene.id, issues=(OUTSIDE,))
+
+
+def files_below(out: Path) -> list[Path]:
+    return [p for p in out.rglob("*") if p.is_file() and ".casa" not in p.parts]
+
+
+@pytest.mark.usefixtures("at_hand")
+class TestNothingIsPutInPlace:
+    @pytest.mark.parametrize("strict", [True, False])
+    def test_where_a_strict_judge_refuses(self, strict: bool, tmp_path: Path) -> None:
+        done = build_with_options(RECIPE, tmp_path, BuildOptions(drawn=False, judge=refuse, strict=strict))
+        assert (done.passed, [i.code for i in done.problems]) == (False, ["SCN009"])
+        assert (tmp_path / RECIPE.scene_id / "scene.usda").is_file() is not strict
+        assert not strict or (done.folder, files_below(tmp_path)) == ("", [])
+        assert list((tmp_path / ".casa" / "staging").iterdir()) == []
+
+    def test_where_writing_breaks_off(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        def broken(*_: object, **__: object) -> None:
+            raise OSError("no space left")
+
+        monkeypatch.setattr("casa_assets.formats.usd.scene.kitchen.write", broken)
+        done = scene_folders.build_one(RECIPE, tmp_path, drawn=False)
+        assert "no space left" in done.message
+        assert files_below(tmp_path) == []
+
+    def test_where_it_cannot_be_composed_any_more_an_earlier_one_goes(
+        self, copy: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        def misfit(*_: object) -> None:
+            raise PlanConflict("one_wall_small", ("rows", "main"), "at most 3 m", "4 m")
+
+        monkeypatch.setattr(scene_folders, "build_scene", misfit)
+        done = scene_folders.build_one(RECIPE, copy, force=True)
+        assert not done.passed
+        assert not (copy / RECIPE.scene_id).exists()
+
+
+def test_a_failed_scene_of_before_goes_where_only_sound_ones_stay(copy: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(check, "kept_report", lambda folder, key: Report(subject="x", issues=(OUTSIDE,)))
+    done = check.check_one(RECIPE, copy, strict=True)
+    assert (done.passed, done.folder) == (False, "")
+    assert not (copy / RECIPE.scene_id).exists()
+
+
+def test_what_it_is_made_of_is_kept_in_the_cache_that_python_uses(checked_kitchen: Checked, cache: Path) -> None:
+    out, _ = checked_kitchen
+    assert cache_dir() == cache
+    assert {"assets", "textures"} <= {p.name for p in cache.iterdir()}
+    assert [p.name for p in (out / ".casa" / "cache").glob("*") if p.is_dir()] == []
+
+
+class TestSummary:
+    def test_numbers_of_the_scene_and_of_all(self, checked_kitchen: Checked) -> None:
+        out, done = checked_kitchen
+        kitchens.write(out)
+        (row,) = kitchens.read_rows(out)
+        data = json.loads((out / "summary.json").read_text(encoding="utf-8"))
+        assert data["totals"]["scenes"] == data["totals"]["checked"] == 1
+        assert data["totals"]["passed"] == int(done.passed)
+        assert data["totals"]["joints"] == row.joints == report_of(out)["holds"]["joints"]
+        assert data["scenes"][0]["id"] == RECIPE.scene_id
+        assert len(kitchens.cells(row)) == len(kitchens.COLUMNS)
+        assert "" not in kitchens.cells(row)
+        assert RECIPE.scene_id in (out / "index.html").read_text(encoding="utf-8")
+
+    def test_a_scene_that_was_not_checked(self, copy: Path) -> None:
+        (copy / RECIPE.scene_id / "report.json").unlink()
+        kitchens.write(copy)
+        (row,) = kitchens.read_rows(copy)
+        assert (row.passed, row.verdict) == (None, "not checked")
+        assert set(kitchens.cells(row)) == {""}
+        assert kitchens.sentence([row]) == "0 of 0 checked scenes passed, 0 joints swept"

@@ -1,0 +1,246 @@
+"""A run of draws goes on where it was stopped, whenever that was, and nobody sees of its bytes that it was.
+
+Kitchens are stand-ins of a few bytes here: all that builds, writes, draws and checks them is replaced in the program
+and its workers. What is tested is the run: processes, folders, records.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from casa_assets.errors import CasaError
+from casa_assets.layouts.run import check
+from casa_assets.layouts.run.recipe import SceneRecipe, SceneResult
+from casa_assets.layouts.run.sampling import run
+from casa_assets.layouts.run.sampling.draws import draw_recipes
+from casa_assets.layouts.run.sampling.run import FOLDER
+from casa_assets.model.issue import Issue, Report, Severity
+from tests.support.library.libraries import ROOT, command
+
+pytestmark = pytest.mark.content("code", "layouts.run.sampling", keep=0)
+
+COUNT = 8
+# `sitecustomize` of the program and its workers. A stand-in takes a while, notes that it was begun, and about half
+# are refused; one that is marked as deadly ends its process, as the system does where the memory runs out.
+STAND_INS = """
+import hashlib, json, os, pathlib, signal, sys, time, types
+
+if any(word in ("casa_assets.cli.main",) or "workers.server" in word for word in sys.orig_argv):
+    from casa_assets.model.issue import Issue, Report, Severity
+    from casa_assets.layouts.run import check, scene_folders
+
+    FILES = ("scene.xml", "scene.usda", "scene_nested.usda", "isaac_lab.py", "scene_light.xml")
+
+    def number(scene_id):
+        return int(hashlib.sha256(scene_id.encode()).hexdigest(), 16)
+
+    def verdict(scene_id):
+        bad = number(scene_id) % 2 == 0
+        issue = Issue(code="SCN005", severity=Severity.ERROR, message="two doors meet")
+        return Report(subject=scene_id, issues=(issue,) if bad else ())
+
+    def build(recipe, cache):
+        with open(os.environ["CASA_TEST_LOG"], "a") as log:
+            log.write(recipe.scene_id + "\\n")
+        if os.environ.get("CASA_TEST_DEADLY") == recipe.scene_id:
+            os.kill(os.getpid(), signal.SIGKILL)
+        time.sleep(float(os.environ["CASA_TEST_PAUSE_S"]))
+        return None, types.SimpleNamespace(id=recipe.scene_id, placements=(), assets=())
+
+    def write(folder, root, facts, scene, light_form, layer_text):
+        for name in FILES:
+            (folder / name).write_text(name + scene.id)
+        (folder / "scene.json").write_text(json.dumps(facts))
+        shared = root / "assets" / "meshes"
+        shared.mkdir(parents=True, exist_ok=True)
+        for i in range(3):  # which scenes share
+            (shared / f"{(number(scene.id) + i) % 7}.obj").write_text("mesh")
+
+    def judge(recipe, scene, design, folder, in_3d=True, passed=None):
+        (folder / "report.json").write_text("{}")
+        return verdict(recipe.scene_id)
+
+    scene_folders.build_scene = check.build_scene = build
+    scene_folders.write_scene = write
+    scene_folders.design_of = lambda kitchen, scene: None
+    scene_folders.describe = lambda recipe, kitchen, scene, design: {"id": scene.id}
+    scene_folders.draw_cameras = lambda folder, cameras=(), *_: (folder / "overview.png").write_text("picture")
+    scene_folders.is_drawn = lambda folder, key: (folder / "overview.png").is_file()
+    scene_folders.scene_key = check.scene_key = lambda recipe: hashlib.sha256(recipe.scene_id.encode()).hexdigest()
+    scene_folders.picture_key = lambda key: key
+    scene_folders.warm = check.warm = lambda: None
+    check.verdict_key = lambda recipe: hashlib.sha256(b"v" + recipe.scene_id.encode()).hexdigest()
+    check.check_and_report = judge
+    check.kept_report = lambda folder, key: verdict(folder.name) if (folder / "report.json").is_file() else None
+    check._shown_in_place = lambda done, *_: done
+    from casa_assets.layouts.run.sampling import draws
+    possible = draws.Choices(1, 1, 1, dict.fromkeys(("wall", "floor", "counter", "cabinet"), 1), {})
+    draws.diversity_of_recipes = lambda recipes: draws.diversity_of([], possible)
+    draws.diversity_of_reference = lambda: draws.diversity_of([], possible)
+    from casa_assets.show.reports import kitchens
+    kitchens.write = lambda out, heading="": (out / "index.html", out / "contact_sheet.png")
+    kitchens.read_rows = lambda out: []
+"""
+
+
+@dataclass(frozen=True)
+class Runs:
+    """Starts the program in a folder of its own."""
+
+    folder: Path
+
+    def start(self, out: str, jobs: int = 2, pause_s: float = 0.1, deadly: str = "") -> subprocess.Popen[str]:
+        """The program, at work."""
+        (self.folder / "sitecustomize.py").write_text(STAND_INS, encoding="utf-8")
+        environment = {
+            **os.environ,
+            "PYTHONPATH": f"{self.folder}:{os.environ.get('PYTHONPATH', ROOT)}",
+            "CASA_TEST_LOG": str(self.log(out)),
+            "CASA_TEST_PAUSE_S": str(pause_s),
+            "CASA_TEST_DEADLY": deadly,
+        }
+        words = ("scenes", "sample", str(COUNT), "--seed", "3", "--jobs", str(jobs), "--out", str(self.folder / out))
+        return subprocess.Popen(
+            command(*words), cwd=ROOT, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        )
+
+    def finish(self, out: str, code: int = 0, jobs: int = 2, pause_s: float = 0.0, deadly: str = "") -> str:
+        """What a whole run prints."""
+        started = self.start(out, jobs, pause_s, deadly)
+        told, errors = started.communicate(timeout=300)
+        assert started.returncode == code, errors
+        return told + errors
+
+    def log(self, out: str) -> Path:
+        """One line for each stand-in that was begun."""
+        return self.folder / f"{out}.log"
+
+    def begun(self, out: str) -> list[str]:
+        """Ids of the stand-ins that were begun."""
+        return self.log(out).read_text(encoding="utf-8").splitlines() if self.log(out).exists() else []
+
+    def bytes_of(self, out: str) -> dict[str, bytes]:
+        """Every file of a folder of scenes, but for the program's own."""
+        root = self.folder / out
+        files = (path for path in root.rglob("*") if path.is_file() and ".casa" not in path.parts)
+        return {str(path.relative_to(root)): path.read_bytes() for path in files}
+
+
+@pytest.fixture
+def runs(tmp_path: Path) -> Runs:
+    return Runs(tmp_path)
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> Runs:
+    """A run that nobody stopped, by two jobs, in `whole`."""
+    made = Runs(tmp_path_factory.mktemp("whole"))
+    made.finish("whole")
+    return made
+
+
+@pytest.mark.slow
+class TestStopped:
+    @pytest.mark.representatives(1)
+    @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT])
+    def test_it_goes_on_and_its_bytes_are_those_of_a_run_that_was_not_stopped(
+        self, runs: Runs, whole: Runs, number: signal.Signals
+    ) -> None:
+        for after in (2, 5):
+            stopped = runs.start("stopped")
+            while len(runs.begun("stopped")) < after and stopped.poll() is None:
+                time.sleep(0.01)
+            stopped.send_signal(number)
+            stopped.communicate(timeout=60)
+        told = runs.finish("stopped")
+        assert runs.bytes_of("stopped") == whole.bytes_of("whole")
+        begun = runs.begun("stopped")
+        # At most those at work when it was stopped were begun again: two jobs, two times.
+        assert len(set(begun)) == COUNT
+        assert len(begun) <= COUNT + 4
+        assert f"of {COUNT} draws passed" in told
+
+    @pytest.mark.certify
+    def test_what_is_done_is_not_made_again(self, runs: Runs) -> None:
+        first = runs.finish("out")
+        again = runs.finish("out")
+        assert sorted(runs.begun("out")) == sorted({r.scene_id for r in draw_recipes(COUNT, 3)})
+        share = [line for line in first.splitlines() if "draws passed" in line]
+        assert share == [line for line in again.splitlines() if "draws passed" in line]
+
+    def test_any_number_of_jobs_makes_the_same(self, runs: Runs, whole: Runs) -> None:
+        runs.finish("one", jobs=1)
+        assert runs.bytes_of("one") == whole.bytes_of("whole")
+        rejected = json.loads((runs.folder / "one" / "rejected.json").read_text(encoding="utf-8"))
+        assert rejected["drawn"] == rejected["tried"] == COUNT
+        assert 0 < rejected["passed"] < COUNT
+        assert {row["reason"] for row in rejected["reasons"]} == {"SCN005"}
+
+    def test_a_draw_that_kills_its_process_leaves_the_others_alone(self, runs: Runs) -> None:
+        deadly = draw_recipes(COUNT, 3)[4].scene_id
+        told = runs.finish("out", code=3, deadly=deadly)
+        assert f"failed {deadly}" in told
+        rejected = json.loads((runs.folder / "out" / "rejected.json").read_text(encoding="utf-8"))
+        assert rejected["tried"] == COUNT
+        assert [row["reason"] for row in rejected["reasons"]].count("fault of the program") == 1
+        runs.finish("out")  # where nothing kills it, it is made, and nothing else is
+        assert len(runs.begun("out")) == COUNT + 2, "it was tried twice before"
+
+
+class TestOneDraw:
+    RECIPE = SceneRecipe("galley", "rustic", 1)
+
+    @pytest.fixture(autouse=True)
+    def key(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr(check, "verdict_key", lambda recipe: "a" * 64)
+
+    def sampled(self, monkeypatch: pytest.MonkeyPatch, out: Path, done: SceneResult | None) -> SceneResult:
+        """A draw, of which the checks make `done`; None: nobody may check it."""
+
+        def checked(*_: object, **options: object) -> SceneResult:
+            assert done is not None, "it is not to be made again"
+            assert options["strict"]
+            return done
+
+        monkeypatch.setattr(check, "check_one", checked)
+        return run.sample_one(self.RECIPE, out)
+
+    def test_a_refusal_is_kept_with_its_reason_and_cost(self, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+        issue = Issue(code="SCN009", severity=Severity.ERROR, pointer="a", message="it is outside")
+        report = Report(subject=self.RECIPE.scene_id, issues=(issue,))
+        made = SceneResult(self.RECIPE, report=report, cpu_s={"check": 2.0})
+        first = self.sampled(monkeypatch, tmp_path, made)
+        assert set(first.cpu_s) == {"check", "rest"}
+        again = self.sampled(monkeypatch, tmp_path, None)
+        assert (again.kept, again.passed, again.problems, again.cpu_s) == (True, False, (issue,), first.cpu_s)
+        # A damaged record is none: it is made again, and of one that passes the cost is kept too.
+        (path,) = (tmp_path / ".casa" / "cache" / FOLDER).iterdir()
+        path.write_text(path.read_text(encoding="utf-8")[:-9], encoding="utf-8")
+        first = self.sampled(monkeypatch, tmp_path, SceneResult(self.RECIPE, "there", cpu_s={"check": 2.0}))
+        again = self.sampled(monkeypatch, tmp_path, SceneResult(self.RECIPE, "there", kept=True))
+        assert (first.passed, again.cpu_s) == (True, first.cpu_s)
+
+    def test_after_a_fault_and_with_other_code_it_is_made_again(
+        self, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+    ) -> None:
+        self.sampled(monkeypatch, tmp_path, SceneResult(self.RECIPE, message="trace", is_fault=True))
+        self.sampled(monkeypatch, tmp_path, SceneResult(self.RECIPE, message="it does not fit"))
+        monkeypatch.setattr(check, "verdict_key", lambda recipe: "b" * 64)
+        assert self.sampled(monkeypatch, tmp_path, SceneResult(self.RECIPE, "there")).passed
+
+    def test_a_plan_that_cannot_be_resolved_is_told(self, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+        def misfit(recipe: SceneRecipe) -> str:
+            raise CasaError("too long")
+
+        monkeypatch.setattr(check, "verdict_key", misfit)
+        done = self.sampled(monkeypatch, tmp_path, SceneResult(self.RECIPE, message="too long"))
+        assert (done.passed, done.message) == (False, "too long")
+        assert not (tmp_path / ".casa" / "cache" / FOLDER).exists()

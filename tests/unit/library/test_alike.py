@@ -1,0 +1,298 @@
+"""Copies in a library: which one stays, who is told, what is said of all assets together, and search by words."""
+
+from __future__ import annotations
+
+import io
+import json
+import shutil
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+from PIL import Image
+
+from casa_assets import registry
+from casa_assets.cache.store import Store
+from casa_assets.errors import Rejected
+from casa_assets.ingest.run.deduplicator import NEAR_DUPLICATE_CODE, Deduplicator
+from casa_assets.ingest.run.job import Job, Result, stage_refusal
+from casa_assets.ingest.run.resume import cached_outcome
+from casa_assets.ingest.run.survey import Survey
+from casa_assets.ingest.sources.found import Found
+from casa_assets.library import library as disk
+from casa_assets.library.analysis import library_report
+from casa_assets.library.analysis.clip import VIEWS, ClipModel
+from casa_assets.library.analysis.clip_embeddings import image_embeddings
+from casa_assets.library.analysis.search import search_by_picture, search_by_words, tokens
+from casa_assets.library.table.entry_table import EntryTable
+from casa_assets.library.table.pairs import read_rows, signature
+from casa_assets.model.asset.asset import Asset
+from casa_assets.model.asset.material import Material
+from casa_assets.model.issue import Status
+from casa_assets.model.pose import Pose
+from casa_assets.model.source import Source, SourceKind
+from casa_assets.runs.outcome import Outcome
+from tests.support.asset.assets import ball, rigid_mug
+from tests.support.library.built_libraries import keep, similar_pairs
+
+pytestmark = pytest.mark.content("code", "library.analysis", keep=0)
+
+LIMIT = registry.load().limits["alike_form"]
+COLORS = {"red": (1.0, 0.1, 0.1), "blue": (0.1, 0.1, 1.0)}
+BLUE, RED = (0.02, 0.05, 0.6, 1.0), (0.6, 0.05, 0.02, 1.0)
+
+
+def mug(name: str, color: tuple[float, float, float, float] = RED, factor: float = 1.0, turn: float = 0.0) -> Asset:
+    """The mug of the tests under a name of its own, painted, scaled, turned about z."""
+    asset = rigid_mug()
+    pose = Pose(position=(0.0, 0.0, 0.0), quaternion=(float(np.cos(turn / 2)), 0.0, 0.0, float(np.sin(turn / 2))))
+    (link,) = asset.links
+    visuals = tuple(v.replace(mesh=v.mesh.with_vertices(pose.apply(v.mesh.vertices) * factor)) for v in link.visuals)
+    looks = tuple(Material(id=m.id, base_color=color) for m in asset.materials)
+    digest = name.rpartition("_")[2] + "0" * 54
+    origin = asset.provenance.replace(path=f"{name}.glb", sha256=digest)
+    return asset.replace(id=name, links=(link.replace(visuals=visuals),), materials=looks, provenance=origin)
+
+
+FIRST, COPY = mug("mug_aaaaaaaaaa"), mug("mug_bbbbbbbbbb", turn=0.9)
+OTHER, LARGE = mug("mug_cccccccccc", BLUE), mug("mug_dddddddddd", factor=1.4)
+
+
+def library(root: Path, *assets: Asset) -> disk.Library:
+    """A library that holds these."""
+    return disk.Library(keep(root / "library", assets))
+
+
+def told(place: disk.Library, order: Sequence[Asset], arrived: Sequence[Asset]) -> list[tuple[str, str, str]]:
+    """Kind, id and code of a run whose inputs are done with in some order, each published as the run would.
+
+    Args:
+        place: a library; what it has of the inputs was kept from an earlier run, the others come from workers.
+    """
+    standing = {folder.name: folder for folder in place.accepted()}
+    made = disk.Library(keep(place.root.parent / "made", arrived))
+    found = []
+    with place.locked():
+        results = []
+        for asset in arrived:
+            old = standing.get(asset.id)
+            folder = old or shutil.copytree(made.folder("mug", asset.id), place.stage(asset.id), dirs_exist_ok=True)
+            outcome = Outcome(True, staged=None if old else folder)
+            number = [one.id for one in order].index(asset.id)
+            results.append(Result(number, job_of(place, asset, old), outcome, folder, is_kept=old is not None))
+        digests = frozenset(asset.provenance.sha256 for asset in order)
+        for result in Deduplicator(place, LIMIT, digests).filter(results):
+            done, job = result.outcome, result.job
+            if done.accepted and done.staged:
+                place.publish(done.staged, place.folder("mug", job.asset_id))
+            elif not done.accepted:
+                staged = stage_refusal(place, job, Rejected(done.code, done.message), twin=result.twin)
+                place.publish(staged, place.refusal_folder(job.asset_id))
+            found.append(("accepted" if done.accepted else "rejected", job.asset_id, done.code))
+        place.sweep()
+    return found
+
+
+def job_of(place: disk.Library, asset: Asset, old: Path | None = None) -> Job:
+    """The input that an asset would have come from."""
+    source = Source(kind=SourceKind.FOLDER, path=f"{asset.id}.glb")
+    survey = Survey(asset.provenance.sha256, "mug", 1.0, "")
+    return Job(Found(place.root, source.path, source), survey, asset.id, place.root, {}, "0" * 64)
+
+
+@pytest.mark.parametrize("arrived", [(FIRST, COPY, OTHER), (OTHER, COPY, FIRST), (COPY, FIRST, OTHER)])
+def test_the_first_of_the_inputs_stays_whoever_is_done_first(tmp_path: Path, arrived: tuple[Asset, ...]) -> None:
+    place = library(tmp_path)
+    assert told(place, (FIRST, COPY, OTHER), arrived) == [
+        ("accepted", FIRST.id, ""),
+        ("rejected", COPY.id, NEAR_DUPLICATE_CODE),
+        ("accepted", OTHER.id, ""),
+    ]
+    assert [f.name for f in place.accepted()] == [FIRST.id, OTHER.id]
+    (folder,) = place.refused()
+    refusal = disk.read_refusal(folder)
+    assert (refusal.code, refusal.twin) == (NEAR_DUPLICATE_CODE, f"mug/{FIRST.id}")
+    assert refusal.message.startswith(f"duplicate of {FIRST.id}.glb ({FIRST.id}): 95 % of the surface within")
+
+
+def test_a_copy_is_never_published(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Judged first: the library never holds a copy, not even for a moment."""
+    place, seen = library(tmp_path), []
+    put = disk.Library.publish
+
+    def watched(self: disk.Library, staged: Path, target: Path) -> None:
+        seen.append(target.relative_to(self.root).as_posix())
+        put(self, staged, target)
+
+    monkeypatch.setattr(disk.Library, "publish", watched)
+    told(place, (FIRST, COPY), (COPY, FIRST))
+    assert [one for one in seen if not one.startswith("..")][-2:] == [f"mug/{FIRST.id}", f"rejected/{COPY.id}"]
+
+
+def test_what_stands_there_gives_way_to_an_earlier_input(tmp_path: Path) -> None:
+    place = library(tmp_path, COPY)
+    assert told(place, (FIRST, COPY), (COPY, FIRST)) == [
+        ("accepted", FIRST.id, ""),
+        ("rejected", COPY.id, NEAR_DUPLICATE_CODE),
+    ]
+    assert [f.name for f in place.accepted()] == [FIRST.id]
+    assert [f.name for f in place.refused()] == [COPY.id]
+
+
+def test_an_input_of_which_nothing_is_heard_holds_nobody_up(tmp_path: Path) -> None:
+    """The number 0 never comes: the others are judged all the same, in their order."""
+    place = library(tmp_path, FIRST, COPY, OTHER)
+    folders = {one.id: place.folder("mug", one.id) for one in (FIRST, COPY, OTHER)}
+    results = [
+        Result(number, job_of(place, one), Outcome(True), folders[one.id], is_kept=True)
+        for number, one in ((3, OTHER), (2, COPY), (1, FIRST))
+    ]
+    digests = frozenset(one.provenance.sha256 for one in (FIRST, COPY, OTHER))
+    judged = Deduplicator(place, LIMIT, digests).filter(results)
+    assert [(one.job.asset_id, one.outcome.code) for one in judged] == [
+        (FIRST.id, ""),
+        (COPY.id, NEAR_DUPLICATE_CODE),
+        (OTHER.id, ""),
+    ]
+
+
+def test_what_the_library_had_comes_first(tmp_path: Path) -> None:
+    place = library(tmp_path, FIRST, COPY)
+    assert told(place, (FIRST,), (FIRST,)) == [("rejected", FIRST.id, NEAR_DUPLICATE_CODE)]
+    assert [f.name for f in place.accepted()] == [COPY.id]
+
+
+def test_another_size_or_colour_is_no_copy(tmp_path: Path) -> None:
+    place = library(tmp_path, FIRST, OTHER, LARGE)
+    events = told(place, (FIRST, OTHER, LARGE), (LARGE, OTHER, FIRST))
+    assert [kind for kind, _, _ in events] == ["accepted"] * 3
+
+
+def test_a_refusal_holds_as_long_as_its_twin_stands(tmp_path: Path) -> None:
+    place = library(tmp_path, FIRST, COPY)
+    told(place, (FIRST, COPY), (FIRST, COPY))
+    (folder,) = place.refused()
+    key = disk.read_refusal(folder).cache_key
+    known = cached_outcome([folder], COPY.id, key)
+    assert known is not None
+    assert known[1].code == NEAR_DUPLICATE_CODE
+    with place.locked():
+        place.forget(place.folder("mug", FIRST.id))
+    assert cached_outcome([folder], COPY.id, key) is None, "it is due again"
+
+
+def test_pairs_are_found_whatever_size_and_colour_and_measured_once(tmp_path: Path) -> None:
+    place = library(tmp_path, FIRST, COPY, OTHER, LARGE, ball())
+    store = Store(tmp_path / "store")
+    found = list(similar_pairs(list(read_rows(place)), store))
+    mugs = [FIRST.id, COPY.id, OTHER.id, LARGE.id]
+    assert [(p.one, p.other) for p in found] == [(a, b) for i, a in enumerate(mugs) for b in mugs[i + 1 :]]
+    assert all(p.same_form(LIMIT) for p in found)
+    assert {(p.one, p.other) for p in found if p.twins(LIMIT)} == {(FIRST.id, COPY.id)}
+    assert found[2].size == pytest.approx(1.4, rel=1e-3)
+    for folder in place.accepted():
+        (folder / "model.xml").unlink()
+        for mesh in (folder / "meshes").iterdir():
+            mesh.unlink()
+    assert list(similar_pairs(list(read_rows(place)), store)) == found
+
+
+def test_the_signature_hangs_on_nothing_but_form_and_look() -> None:
+    assert signature(FIRST) == signature(mug("mug_eeeeeeeeee"))
+    one, other = signature(FIRST), signature(OTHER)
+    assert one is not None
+    assert other is not None
+    assert one.shape == other.shape
+    assert one.color.names[0][0] == "red"
+    assert other.color.names[0][0] == "blue"
+
+
+class Painter:
+    """Stands in for a model: a picture is its mean colour, and so is every word that names one."""
+
+    def __init__(self) -> None:
+        self.shown = 0
+
+    def encode_images(self, pictures: Sequence[bytes]) -> npt.NDArray[np.float64]:
+        """Redder pictures lie nearer to red."""
+        self.shown += len(pictures)
+        found = []
+        for png in pictures:
+            with Image.open(io.BytesIO(png)) as image:
+                pixels = np.asarray(image.convert("RGB"), dtype=np.float64).reshape(-1, 3)
+            vivid = pixels[np.ptp(pixels, axis=1) > 60]
+            found.append(vivid.mean(axis=0) if len(vivid) else np.ones(3))
+        rows = np.array(found)
+        return rows / np.linalg.norm(rows, axis=1, keepdims=True)
+
+    def encode_text(self, sentences: Sequence[str]) -> npt.NDArray[np.float64]:
+        """The colour that a sentence names, else grey."""
+        named = [[COLORS[w] for w in COLORS if w in s] for s in sentences]
+        rows = np.array([n[0] if n else (0.3, 1.0, 0.3) for n in named])
+        return rows / np.linalg.norm(rows, axis=1, keepdims=True)
+
+    def eye(self, mark: str = "f" * 64) -> ClipModel:
+        """As the rest of the program knows it."""
+        return ClipModel("painter.pt", mark, 10.0, self.encode_images, self.encode_text)
+
+
+def test_pictures_are_looked_at_once_for_each_content_and_weights(tmp_path: Path) -> None:
+    place = library(tmp_path, FIRST, OTHER)
+    painter = Painter()
+    hits = search_by_picture("red mug", place, painter.eye(), 5)
+    assert [hit.id for hit in hits] == [FIRST.id, OTHER.id]
+    assert hits[0].score > hits[1].score + 0.2
+    assert painter.shown == 2 * len(VIEWS)
+    assert [hit.id for hit in search_by_picture("blue mug", place, painter.eye(), 1)] == [OTHER.id]
+    assert painter.shown == 2 * len(VIEWS), "kept beside the library"
+    store = Store(place.cache)
+    numbers = image_embeddings(next(read_rows(place)), painter.eye("e" * 64), store)
+    assert painter.shown == 3 * len(VIEWS), "other weights look anew"
+    assert numbers.shape == (len(VIEWS), 3)
+
+
+def test_the_whole_says_when_nobody_looked_and_remembers_who_did(tmp_path: Path) -> None:
+    place = library(tmp_path, FIRST, COPY, OTHER)
+    blind = library_report.compare_library(place, EntryTable(place))
+    assert [i.code for i in blind.report.issues] == ["LIB001"] * 3
+    unseen = {r.code: r.reason for r in blind.report.results if r.status is Status.NOT_RUN}
+    assert unseen == dict.fromkeys(("LIB002", "LIB003"), "no weights of CLIP were given (--clip-weights)")
+    assert (blind.weights, blind.seen, blind.looks) == ("", {}, ())
+    seen = library_report.compare_library(place, EntryTable(place), Painter().eye())
+    assert seen.weights == "painter.pt"
+    assert seen.seen[FIRST.id].category == "mug"
+    assert len(seen.seen[FIRST.id].others) == 3
+    assert seen.looks[0][:2] == (FIRST.id, COPY.id)
+    assert [i.pointer for i in seen.report.issues if i.code == "LIB002"] == [COPY.id]
+    assert library_report.compare_library(place, EntryTable(place)) == seen, "what is still the same is not forgotten"
+    assert library_report.read_library_report(place.root) == seen
+    with place.locked():
+        place.forget(place.folder("mug", COPY.id))
+    keep(place.root, [LARGE])
+    later = library_report.compare_library(place, EntryTable(place))
+    (reason,) = {r.reason for r in later.report.results if r.status is Status.NOT_RUN}
+    assert "1 of 3 assets were not there when somebody looked" in reason
+    assert set(later.seen) == {FIRST.id, OTHER.id}
+    (place.root / library_report.NAME).write_text("{", encoding="utf-8")
+    assert library_report.read_library_report(place.root) is None
+    assert (
+        json.loads(
+            (library_report.compare_library(place, EntryTable(place)), (place.root / library_report.NAME).read_text())[
+                1
+            ]
+        )["schema_version"]
+        == 2
+    )
+
+
+def test_words_alone_find_by_category_and_colour(tmp_path: Path) -> None:
+    place = library(tmp_path, FIRST, OTHER, ball())
+    hits = search_by_words("a red mug", place, 5)
+    assert [hit.id for hit in hits[:2]] == [FIRST.id, OTHER.id]
+    assert hits[0].reason == "100% red, 'mug' is its category"
+    assert search_by_words("blue mugs", place, 5)[0].id == OTHER.id
+    assert [hit.id for hit in search_by_words("fruit", place, 5)] == [ball().id]
+    assert search_by_words("bicycle", place, 5) == []
+    assert tokens("Glasses, 2 red MUGS") == ["glasse", "2", "red", "mug"]

@@ -1,0 +1,112 @@
+"""A library of a stranger: what its files name is read inside its own folders alone, and the place is told."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from casa_assets.addons.robocasa.run import export
+from casa_assets.errors import OutputError
+from casa_assets.library import library as disk
+from casa_assets.library.analysis.search import search_by_words
+from casa_assets.library.entry_files import checked_model, file_inside
+from casa_assets.library.table.pairs import read_rows
+from casa_assets.model.asset.asset import Asset
+from casa_assets.show.reports.library_page import write as write_report
+from casa_assets.show.reports.pictures import models
+from tests.support.asset.assets import textured_box
+from tests.support.library.built_libraries import keep
+
+BAD_NAMES = ["../../secret", "/etc/passwd", "meshes/../../../secret", "", "a\0b", "..\\secret", "meshes", "gone", 3]
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return keep(tmp_path_factory.mktemp("made") / "library", [textured_box()])
+
+
+@pytest.fixture
+def entry(made: Path, tmp_path: Path) -> Path:
+    """The folder of an asset in a copy of the library; two folders above it lies a file called `secret`."""
+    shutil.copytree(made, tmp_path / "library")
+    (tmp_path / "library" / "secret").write_text("v 0 0 0\n", encoding="ascii")
+    (folder,) = disk.Library(tmp_path / "library").accepted()
+    return folder
+
+
+def edit(folder: Path, change: Callable[[dict[str, object]], None]) -> None:
+    path = folder / "asset.json"
+    data = json.loads(path.read_text(encoding="utf-8"))
+    change(data["asset"])
+    path.write_text(json.dumps(data), encoding="utf-8")
+
+
+@pytest.mark.parametrize("name", BAD_NAMES)
+def test_a_mesh_out_of_the_folder_is_told_with_file_and_place(entry: Path, name: object) -> None:
+    edit(entry, lambda asset: asset["links"][0]["visuals"][0]["mesh"].update(obj=name))  # type: ignore[index]
+    with pytest.raises(OutputError, match="asset/links/0/visuals/0/mesh/obj") as error:
+        disk.read_asset(entry)
+    assert error.value.path == str(entry / "asset.json")
+
+
+def test_an_export_reads_nothing_from_elsewhere(entry: Path, tmp_path: Path) -> None:
+    assert isinstance(disk.read_asset(entry), Asset)
+    edit(entry, lambda asset: asset["materials"][0]["base_color_texture"].update(png="../../secret"))  # type: ignore[index]
+    place = r"asset/materials/0/base_color_texture/png: '\.\./\.\./secret' leaves the folder of the asset"
+    with pytest.raises(OutputError, match=place):
+        list(export(tmp_path / "library", tmp_path / "out"))
+    assert not (tmp_path / "out").exists()
+
+
+LINKS: tuple[tuple[str, Callable[[Path], object]], ...] = (
+    ("meshes/*", lambda library: [disk.read_asset(folder) for folder in disk.Library(library).accepted()]),
+    ("meshes/*", lambda library: list(models([library]))),
+    ("asset.json", lambda library: write_report(library, library.parent / "report.html")),
+    ("preview.png", lambda library: write_report(library, library.parent / "report.html")),
+    ("asset.json", lambda library: search_by_words("box", disk.Library(library), 3)),
+    ("asset.json", lambda library: list(read_rows(disk.Library(library)))),
+)
+
+
+@pytest.mark.parametrize(("name", "read"), LINKS)
+def test_links_that_leave_the_folder_are_not_followed(entry: Path, name: str, read: Callable[[Path], object]) -> None:
+    path = next(entry.glob(name))
+    path.unlink()
+    path.symlink_to(entry.parent.parent / "secret")
+    with pytest.raises(OutputError, match="is a link that leaves the folder"):
+        read(entry.parent.parent)
+
+
+def test_a_pipe_is_no_file(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(OutputError, match="no regular file"):
+        file_inside(tmp_path, "pipe", tmp_path / "asset.json", "files/0")
+
+
+def test_a_picture_that_is_none_is_told(entry: Path, tmp_path: Path) -> None:
+    (entry / "preview.png").write_bytes(b"root:x:0:0")
+    with pytest.raises(OutputError, match=r"preview\.png.*is no picture"):
+        write_report(tmp_path / "library", tmp_path / "report.html")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('file="meshes/', 'file="../../meshes/', "leaves the folder of the asset"),
+        ('<compiler angle="radian"', '<compiler meshdir="/etc" angle="radian"', "compiler/meshdir"),
+        ("<asset>", '<include file="/etc/passwd"/><asset>', "includes another file"),
+        ("<asset>", "<asset", "cannot be read"),
+    ],
+)
+def test_a_model_loads_nothing_from_elsewhere(entry: Path, old: str, new: str, message: str) -> None:
+    assert checked_model(entry / "model.xml") == entry / "model.xml"
+    text = (entry / "model.xml").read_text(encoding="utf-8")
+    assert old in text
+    (entry / "model.xml").write_text(text.replace(old, new), encoding="utf-8")
+    with pytest.raises(OutputError, match=message):
+        list(models([entry]))

@@ -1,0 +1,242 @@
+"""Entries of a library appear whole or not at all, and replace what their own producer made of their input alone."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from casa_assets import registry
+from casa_assets.errors import OutputError
+from casa_assets.ingest.run import inputs
+from casa_assets.ingest.run.resume import AcceptedAsset, NewResult, reason_to_keep, remember, remembered
+from casa_assets.ingest.sources.places import utf8_escaped
+from casa_assets.library import library as disk
+from casa_assets.library.entry import entries
+from casa_assets.library.identity import Identity, Producer, suffix_of
+from casa_assets.library.library import Library, Refusal, Summary, identity_of, read_refusal
+from casa_assets.model.asset.provenance import CENTER_SHARES, PAIR_SHARES, TONE_SHARES, TONES
+from casa_assets.model.issue import Decision
+from casa_assets.model.source import Source, SourceKind
+
+HOSTILE = 'new\nline "quoted" <b>bold</b> [red]red[/] | \x1b[31m \u202e'
+ONE, OTHER = Identity(Producer.INGEST, "a" * 64), Identity(Producer.INGEST, "a" * 10 + "b" * 54)
+OPENED = Identity(Producer.ARTICULATE, ONE.sha256)
+ASSET = AcceptedAsset(Path("microwave") / "microwave_12", "key", 15)
+RESULTS = (
+    (NewResult(Decision.ACCEPTED, moving_parts=0), "microwave_12 has 15 moving parts, the new result has 0"),
+    (NewResult(Decision.REVIEW, moving_parts=14), "microwave_12 has 15 moving parts, the new result has 14"),
+    (NewResult(Decision.REVIEW, "", ("plan", "frame"), 15), "is accepted, the new result is in review (plan, frame)"),
+    (NewResult(Decision.REJECTED, "ART001"), "is accepted, the new result was rejected (ART001)"),
+    (NewResult(Decision.ACCEPTED, moving_parts=15), ""),
+    (NewResult(Decision.ACCEPTED, moving_parts=16), ""),
+    (NewResult(Decision.ACCEPTED), ""),  # a person took parts away
+    (NewResult(Decision.REJECTED, "REV002"), ""),  # a person rejected it
+)
+
+
+@pytest.fixture
+def library(tmp_path: Path) -> Library:
+    made = Library(tmp_path / "library")
+    with made.locked():
+        made.sweep()
+    return made
+
+
+def refusal(identity: Identity = ONE, category: str = "mug", message: str = "broken", path: str = "mug.glb") -> Refusal:
+    return Refusal(
+        producer=identity.producer,
+        id=identity.asset_id(category),
+        code="SRC001",
+        message=message,
+        category=category,
+        cache_key="r",
+        sha256=identity.sha256,
+        source=Source(kind=SourceKind.FOLDER, path=path),
+    )
+
+
+def publish(library: Library, *what: Identity | str, **words: str) -> Path:
+    """The folder of a published refusal, see `refusal`."""
+    record = refusal(*what, **words)  # type: ignore[arg-type]
+    target = library.refusal_folder(record.id)
+    library.publish(library.stage_refusal(record), target)
+    return target
+
+
+def test_what_is_published_replaces_what_was_there(library: Library) -> None:
+    publish(library, message="old")
+    target = publish(library, message="new")
+    assert read_refusal(target).message == "new"
+    assert list(library.staging.iterdir()) == []
+    assert list(library.refused()) == [target]
+
+
+def test_the_last_entry_takes_its_folder_along(library: Library) -> None:
+    target = publish(library)
+    library.forget(target)
+    assert not target.parent.exists()
+    assert list(library.staging.iterdir()) == []
+    library.forget(target)
+
+
+def test_sweep_leaves_entries_and_cache(library: Library) -> None:
+    target = publish(library)
+    (library.cache / "ab").mkdir(parents=True)
+    (library.private / "review.csv.77").write_bytes(b"half")
+    library.stage("mug_0123456789")
+    library.sweep()
+    assert sorted(p.name for p in library.private.iterdir()) == ["cache", "lock", "staging"]
+    assert list(library.staging.iterdir()) == []
+    assert target.exists()
+
+
+def test_one_writer_at_a_time_in_a_folder(library: Library, tmp_path: Path) -> None:
+    with library.locked(), pytest.raises(OutputError, match="another run"), Library(library.root).locked():
+        pass
+    (tmp_path / "file").touch()
+    for place in ("file", "file/below"):
+        with pytest.raises(OutputError, match="cannot be written to"), Library(tmp_path / place).locked():
+            pass
+
+
+@pytest.mark.parametrize("text", ["", "{", "[]", "{}", '{"id": 3}', "[" * 100_000])
+def test_a_damaged_refusal_is_named_and_replaced(library: Library, text: str) -> None:
+    target = publish(library)
+    (target / disk.REFUSAL).write_text(text, encoding="utf-8")
+    assert identity_of(target) is None
+    with pytest.raises(OutputError, match=r"mug_aaaaaaaaaa/reject\.json.*remove its folder and run again"):
+        list(entries(library))
+    publish(library, message="new")
+    assert read_refusal(target).message == "new"
+
+
+def test_hostile_words_survive(library: Library) -> None:
+    target = publish(library, message=HOSTILE, path=HOSTILE)
+    assert read_refusal(target) == refusal(message=HOSTILE, path=HOSTILE)
+    assert [entry.message for entry in entries(library)] == [HOSTILE]
+    assert utf8_escaped("mug_\udcff.glb") == "mug_\\udcff.glb"
+    assert utf8_escaped("Tässe") == "Tässe"
+
+
+def test_a_refusal_that_is_there_already_is_not_written_again(library: Library) -> None:
+    assert inputs.write_if_changed(library, refusal())
+    assert not inputs.write_if_changed(library, refusal())
+    assert inputs.write_if_changed(library, refusal(message="for another reason"))
+    assert list(library.staging.iterdir()) == []
+
+
+class TestIds:
+    def test_producers_never_share_one(self) -> None:
+        ids = [identity.asset_id("microwave") for identity in (ONE, OPENED)]
+        assert ids == ["microwave_aaaaaaaaaa", "microwave_articulated_aaaaaaaaaa"]
+        known = registry.load()
+        assert not [name for name in (*known.categories, *known.fixtures) if name.endswith("articulated")]
+
+    @pytest.mark.parametrize("producer", list(Producer))
+    def test_an_id_tells_its_own_producer_and_input(self, producer: Producer) -> None:
+        own = Identity(producer, ONE.sha256)
+        assert suffix_of(own.asset_id("cutting_board")) == own.suffix
+        assert own.may_own(own.asset_id("cutting_board"))
+        assert not own.may_own(Identity(producer, "b" * 64).asset_id("cutting_board"))
+        assert not ONE.may_own(OPENED.asset_id("mug"))
+        assert not OPENED.may_own(ONE.asset_id("mug"))
+
+
+class TestPublish:
+    def test_what_the_producer_made_under_another_category_goes(self, library: Library) -> None:
+        publish(library, ONE, "bowl")
+        target = publish(library, ONE, "mug")
+        assert list(library.refused()) == [target]
+        assert list(library.staging.iterdir()) == []
+
+    def test_what_was_rejected_before_may_be_named(self, library: Library) -> None:
+        before, stranger = publish(library, ONE, "bowl"), publish(library, Identity(Producer.INGEST, "c" * 64), "bowl")
+        target = library.refusal_folder(ONE.asset_id("mug"))
+        library.publish(library.stage_refusal(refusal()), target, library.by_input()[ONE.suffix])
+        assert list(library.refused()) == [stranger, target]
+        library.publish(library.stage_refusal(refusal(ONE, "bowl")), before, [])
+        assert list(library.refused()) == [before, stranger, target], "none is looked for"
+
+    def test_what_another_producer_made_and_another_input_with_the_same_first_digits_stay(
+        self, library: Library
+    ) -> None:
+        opened, other = publish(library, OPENED, "bowl"), publish(library, OTHER, "bowl")
+        own = publish(library, ONE, "mug")
+        assert set(library.refused()) == {own, opened, other}
+        again = publish(library, OPENED, "mug")
+        assert set(library.refused()) == {own, again, other}
+
+    def test_the_place_of_another_input_is_not_taken(self, library: Library) -> None:
+        other = publish(library, OTHER, message="of the other")
+        with pytest.raises(OutputError, match="what ingest made of another input"):
+            publish(library, ONE)
+        assert read_refusal(other).message == "of the other"
+
+    def test_an_entry_is_there_at_every_moment(self, library: Library, monkeypatch: pytest.MonkeyPatch) -> None:
+        """The old one is taken away after the new one has its place: whatever stops the run, one of them is there."""
+        publish(library, ONE, "bowl")
+        monkeypatch.setattr(library, "forget", lambda folder: (_ for _ in ()).throw(KeyboardInterrupt))
+        with pytest.raises(KeyboardInterrupt):
+            publish(library, ONE, "mug")
+        assert [folder.name[:4] for folder in library.entries_of(ONE)] == ["bowl", "mug_"]
+
+    def test_a_folder_is_exchanged_and_never_gone(self, library: Library, monkeypatch: pytest.MonkeyPatch) -> None:
+        publish(library, message="old")
+        renamed: list[Path] = []
+        monkeypatch.setattr(Path, "rename", lambda self, target: renamed.append(self))
+        assert read_refusal(publish(library, message="new")).message == "new"
+        assert renamed == [], "two renames would leave a moment without an entry"
+
+
+@pytest.mark.parametrize(
+    ("beside", "producer"),
+    [("", Producer.INGEST), ("decisions.yaml", Producer.ARTICULATE), ("params.json", Producer.FAMILY)],
+)
+def test_an_entry_of_the_first_schema_is_still_read(library: Library, beside: str, producer: Producer) -> None:
+    target = publish(library)
+    stored = json.loads((target / disk.REFUSAL).read_text(encoding="utf-8"))
+    old = {**{k: v for k, v in stored.items() if k not in ("producer", "cache_key")}, "schema_version": 1}
+    old |= {"recipe": "r", "says": old.pop("message")}
+    (target / disk.REFUSAL).write_text(json.dumps(old), encoding="utf-8")
+    if beside:
+        (target / beside).touch()
+    read = read_refusal(target)
+    assert (read.producer, read.cache_key, read.message) == (producer, "r", stored["message"])
+
+
+def test_a_signature_of_the_first_schema_is_still_read(tmp_path: Path) -> None:
+    shape = {"radius": 0.1, "pairs": [1.0] * PAIR_SHARES, "reach": [2.0] * CENTER_SHARES, "axes": [3.0, 2.0, 1.0]}
+    color = {"tones": [0.5] * TONES * TONE_SHARES, "names": [["red", 1.0]], "stated": True}
+    certificate = {
+        "schema_version": 1,
+        "asset_digest": "d",
+        "recipe": "r",
+        "versions": {},
+        "files": {},
+        "report": {"subject": "mug"},
+        "summary": {**dict.fromkeys(Summary.model_fields, 1), "extents": [1, 1, 1]},
+        "signature": {"form": shape, "tint": color},
+    }
+    (tmp_path / disk.CERTIFICATE).write_text(json.dumps({"asset": {}, "certificate": certificate}), encoding="utf-8")
+    read = disk.read_certificate(tmp_path).signature
+    assert read is not None
+    assert (read.shape.pair_distances[0], read.shape.center_distances[0], read.shape.axis_spread) == (1, 2, (3, 2, 1))
+    assert read.color.names == (("red", 1.0),)
+
+
+def test_a_worse_result_replaces_nothing(subtests: pytest.Subtests) -> None:
+    for new, reason in RESULTS:
+        with subtests.test(new=new, reason=reason):
+            found = reason_to_keep(ASSET, new)
+            assert reason in found
+            assert bool(reason) is bool(found)
+
+
+def test_a_reason_is_remembered_for_this_asset_and_this_key(tmp_path: Path) -> None:
+    library, identity = Library(tmp_path), Identity(Producer.ARTICULATE, "1" * 64)
+    remember(library, identity, "new key", ASSET, "because")
+    assert remembered(library, identity, "new key", ASSET) == "because"
+    assert remembered(library, identity, "other key", ASSET) == ""
+    assert remembered(library, identity, "new key", AcceptedAsset(ASSET.folder, "remade", 15)) == ""

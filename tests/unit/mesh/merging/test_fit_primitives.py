@@ -1,0 +1,91 @@
+"""A few boxes and cylinders around the primitives of a loose thing."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from casa_assets.mesh.merging.fit_primitives import FitLimits, fit_primitives
+from casa_assets.mesh.solid.primitive import shape_bounds
+from casa_assets.model.asset.parts import Box, Cylinder, Shape
+from casa_assets.model.pose import Pose
+
+Placed = tuple[Shape, Pose]
+
+
+def box(size: tuple[float, float, float], at: tuple[float, float, float]) -> Placed:
+    return Box(size=size), Pose(position=at)
+
+
+def table() -> list[Placed]:
+    legs = [box((0.05, 0.05, 0.7), (x, y, 0.35)) for x in (-0.5, 0.5) for y in (-0.3, 0.3)]
+    return [box((1.1, 0.7, 0.04), (0.0, 0.0, 0.72)), *legs]
+
+
+def jar(sides: int = 12, radius: float = 0.06, height: float = 0.2) -> list[Placed]:
+    """A bottom, and walls of 3 mm in a ring."""
+    walls = []
+    for i in range(sides):
+        turn = 2 * math.pi * i / sides
+        pose = Pose(
+            position=(radius * math.cos(turn), radius * math.sin(turn), height / 2),
+            quaternion=(math.cos(turn / 2), 0.0, 0.0, math.sin(turn / 2)),
+        )
+        walls.append((Box(size=(0.003, 2.1 * radius * math.tan(math.pi / sides), height)), pose))
+    return [(Cylinder(radius=radius, height=0.004), Pose(position=(0.0, 0.0, 0.002))), *walls]
+
+
+def reach(placed: list[Placed]) -> np.ndarray:
+    bounds = np.array([shape_bounds(shape, pose) for shape, pose in placed])
+    return np.array([bounds[:, 0].min(axis=0), bounds[:, 1].max(axis=0)])
+
+
+class TestFitPrimitives:
+    def test_a_table_keeps_its_legs_apart(self) -> None:
+        found = fit_primitives(table(), FitLimits(most=5, empty_share=0.35))
+        assert sorted(piece.covered for piece in found) == [(0,), (1,), (2,), (3,), (4,)]
+
+    def test_the_outline_stays(self) -> None:
+        for most in (1, 2, 3):
+            found = fit_primitives(table(), FitLimits(most, empty_share=0.35))
+            assert len(found) <= most
+            fitted = reach([(piece.shape, piece.pose) for piece in found])
+            assert np.allclose(fitted, reach(table()), atol=0.005)
+
+    def test_a_round_thing_becomes_a_cylinder(self) -> None:
+        discs: list[Placed] = [
+            (Cylinder(radius=0.05, height=0.02), Pose(position=(0.0, 0.0, 0.01 + 0.02 * i))) for i in range(5)
+        ]
+        (piece,) = fit_primitives(discs, FitLimits(most=1, empty_share=0.35))
+        assert isinstance(piece.shape, Cylinder)
+        assert abs(piece.shape.radius - 0.05) < 0.001
+
+    def test_a_vessel_becomes_walls_around_what_it_holds(self) -> None:
+        inside = Box(size=(0.07, 0.07, 0.18)), Pose(position=(0.0, 0.0, 0.11))
+        found = fit_primitives(jar(), FitLimits(most=4, empty_share=0.35, free=[inside]))
+        assert len(found) <= 6
+        low, high = shape_bounds(*inside)
+        for piece in found:
+            corners = shape_bounds(piece.shape, piece.pose)
+            overlap = np.minimum(corners[1], high) - np.maximum(corners[0], low)
+            assert overlap.min() <= 0.0021, "a wall reaches into what the jar holds"
+
+    def test_a_leg_that_leans_does_not_stand_deeper(self) -> None:
+        lean = Pose(position=(0.0, 0.0, 0.3), quaternion=(0.99, 0.141, 0.0, 0.0))
+        leg = [(Box(size=(0.04, 0.04, 0.6)), lean), box((0.03, 0.2, 0.03), (0.0, 0.0, 0.3))]
+        (piece,) = fit_primitives(leg, FitLimits(most=1, empty_share=0.35))
+        assert shape_bounds(piece.shape, piece.pose)[0, 2] >= reach(leg)[0, 2] - 0.001
+
+    def test_what_stands_on_it_is_not_reached_into(self) -> None:
+        """A pan with a low middle, in which something stands."""
+        rim = [box((0.3, 0.02, 0.1), (0.0, y, 0.05)) for y in (-0.14, 0.14)]
+        floor = box((0.3, 0.26, 0.04), (0.0, 0.0, 0.02))
+        standing = np.array([[[-0.05, -0.05, 0.08], [0.05, 0.05, 0.3]]])
+        (piece,) = fit_primitives([floor, *rim], FitLimits(most=1, empty_share=1.0, beside=standing))
+        assert shape_bounds(piece.shape, piece.pose)[1, 2] <= 0.08 + 1e-9
+
+    def test_small_parts_that_change_nothing_are_left_out(self) -> None:
+        screw = box((0.01, 0.01, 0.01), (0.2, 0.1, 0.5))
+        (piece,) = fit_primitives([box((1.0, 0.5, 1.0), (0.0, 0.0, 0.5)), screw], FitLimits(4, 0.35))
+        assert piece.covered == (0,)

@@ -1,0 +1,59 @@
+"""A scaled asset is the same thing, larger or smaller, whose parts feel to a hand as they did."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+import pytest
+
+from casa_assets.asset.scale_asset import level_of, scaled
+from casa_assets.formats.mjcf.document import write
+from casa_assets.model.asset.asset import Asset, JointKind
+from tests.support.asset.articulated_assets import drawer_unit, microwave
+from tests.support.asset.box_assets import plain_box
+
+FACTOR = 1.25
+
+
+@pytest.fixture(params=["microwave", "drawers"])
+def asset(request: pytest.FixtureRequest) -> Asset:
+    return microwave() if request.param == "microwave" else drawer_unit()
+
+
+def test_all_lengths_are_scaled(asset: Asset) -> None:
+    made = scaled(asset, FACTOR, 2 * asset.mass)
+    assert made.bounds == pytest.approx(FACTOR * asset.bounds, abs=1e-6)
+    assert made.mass == pytest.approx(2 * asset.mass, rel=1e-5)
+    for before, after in zip(asset.regions, made.regions, strict=True):
+        assert after.size == pytest.approx(FACTOR * np.array(before.size), rel=1e-6)
+        assert after.pose.position == pytest.approx(FACTOR * np.array(before.pose.position), abs=1e-6)
+    for before, after in zip(asset.joints, made.joints, strict=True):
+        factor = FACTOR if before.kind is JointKind.SLIDE else 1.0
+        assert after.range == pytest.approx(factor * np.array(before.range), abs=1e-6)
+        # A hand needs as much force, at an arm that is longer.
+        arm = 1.0 if before.kind is JointKind.SLIDE else FACTOR
+        assert after.frictionloss == pytest.approx(arm * before.frictionloss, rel=0.01)
+
+
+def test_mujoco_has_the_masses_and_inertias_of_a_scaled_body(asset: Asset) -> None:
+    small, large = (_model(one) for one in (asset, scaled(asset, FACTOR, 2 * asset.mass)))
+    assert large.body_mass == pytest.approx(2 * small.body_mass, rel=1e-5)
+    assert large.body_inertia == pytest.approx(2 * FACTOR**2 * small.body_inertia, rel=1e-4, abs=1e-9)
+    assert large.body_pos == pytest.approx(FACTOR * small.body_pos, abs=1e-6)
+
+
+def test_the_poses_of_keyframes_stay_in_range(asset: Asset) -> None:
+    made = scaled(asset, 0.4, asset.mass)
+    for key in made.keyframes:
+        for at in key.joints:
+            low, high = next(joint.range for joint in made.joints if joint.name == at.joint)
+            assert low <= at.value <= high
+
+
+def test_the_level_face_of_a_box_is_its_top() -> None:
+    assert level_of(plain_box((0.6, 0.6, 0.9))) == pytest.approx(0.9)
+
+
+def _model(asset: Asset) -> mujoco.MjModel:
+    files = dict(write(asset).entries)
+    return mujoco.MjModel.from_xml_string(files["model.xml"].decode(), files)

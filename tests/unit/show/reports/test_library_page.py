@@ -1,0 +1,276 @@
+"""The page: well formed, its numbers right, no text from an input becomes markup, nothing is fetched."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import lxml.html
+import pytest
+from PIL import Image
+
+from casa_assets import registry
+from casa_assets.library.entry import Entry
+from casa_assets.library.entry_files import thumbnail_of
+from casa_assets.library.library import Summary
+from casa_assets.model.asset.provenance import Guess
+from casa_assets.model.issue import CheckResult, Issue, Report, Severity, Status, tally
+from casa_assets.show.page.page_template import Words, relative_link
+from casa_assets.show.reports import findings as told_of
+from casa_assets.show.reports import library_page
+from casa_assets.show.reports.findings import Findings, compare, standing_of
+from casa_assets.show.reports.gate import judge, parse
+from casa_assets.show.reports.library_page import RowContext, render_library_section
+from tests.support.library.built_libraries import keep
+from tests.unit.library.test_alike import FIRST, OTHER
+
+HOSTILE = "</script><script>alert('x')</script><img src=x onerror=alert(1)>\"'&<!--]]>\u2028{{}}$title ${x}"
+BLANK = {field.name: "" for field in dataclasses.fields(Entry)} | {"checks": tally([]), "summary": None}
+BLANK |= {"warnings": (), "results": (), "guesses": ()}
+
+
+def entry(name: str = "mug_0000000001", mass: float = 0.25, warned: bool = False, word: str = "A mug") -> Entry:
+    issue = Issue(code="GEO004", severity=Severity.WARNING, pointer=word, message=word)
+    results = (
+        CheckResult(code="AST001", status=Status.PASSED, number=0.123456789, limit=1.0, unit="m"),
+        CheckResult(code="AST002", status=Status.FAILED, number=None),
+        CheckResult(code="AST003", status=Status.FAILED, severity=Severity.WARNING),
+        CheckResult(code="KIN001", status=Status.NOT_APPLICABLE, reason=word),
+        CheckResult(code="USD003", status=Status.NOT_RUN, reason=word),
+    )
+    described: dict[str, Any] = {
+        "id": name,
+        "category": "mug",
+        "accepted": True,
+        "path": f"mug/{name}",
+        "summary": Summary(extents=(0.08, 0.1, 0.0955), mass=mass, colliders=12, hull_vertices=40, faces=1234),
+        "source": "folder",
+        **dict.fromkeys(("source_path", "licence", "author", "title", "uri"), word),
+        "warnings": (issue,) if warned else (),
+        "results": results,
+        "checks": tally(results),
+        "guesses": (Guess(subject="scale", value=word, confidence=0.8, reason=word),),
+    }
+    return Entry(**{**BLANK, **described})
+
+
+def reject(path: str = "a.glb", code: str = "SRC003", word: str = "cannot be read") -> Entry:
+    failed = CheckResult(code="GEO001", status=Status.FAILED, number=3.0, limit=1.0, unit="m")
+    described = {"id": f"mug_{path}", "category": "mug", "accepted": False, "code": code, "source_path": path}
+    return Entry(**{**BLANK, **described, "message": word, "path": f"rejected/{path}", "results": (failed,)})
+
+
+WORDS = Words(registry.load().rejections, {"AST001": "Size: is bounded"})
+
+
+def findings(entries: Sequence[Entry], before: Sequence[Entry] | None = None, *conditions: str) -> Findings:
+    fits = told_of.fits(entries, registry.load().categories)
+    compared = None
+    if before is not None:
+        compared = told_of.Compared("old", tuple(compare(map(standing_of, before), map(standing_of, entries))))
+    totals = told_of.Totals(entries)
+    counts = told_of.counts(totals, fits, compared)
+    outcomes = judge([parse(text, {"SRC003"}) for text in conditions], counts, totals.codes)
+    return Findings("Run", ".", tuple(entries), fits, None, compared, outcomes)
+
+
+def render(found: Findings, words: Words = WORDS, links: dict[str, str] | None = None) -> str:
+    return library_page.render(found, words, [row_of(one, found, words) for one in found.entries], links)
+
+
+def row_of(one: Entry, found: Findings | None = None, words: Words = WORDS, is_brief: bool = False) -> dict[str, Any]:
+    return library_page.row_of(one, RowContext(found or findings([one]), words, is_brief=is_brief))
+
+
+def page(text: str) -> lxml.html.HtmlElement:
+    return lxml.html.document_fromstring(text)
+
+
+def data(text: str) -> Any:
+    """What the page's script reads."""
+    return json.loads(page(text).get_element_by_id("data").text_content())
+
+
+def tile(text: str, name: str) -> str:
+    """The large number in a tile of the summary."""
+    return str(page(text).xpath(f"//div[@class='tile {name}']//strong")[0].text_content())
+
+
+def test_the_numbers_at_the_top() -> None:
+    refused = [reject(), reject("b.glb"), reject("c.glb", "SRC001")]
+    text = render(findings([entry(), entry("mug_0000000002", 1.9, warned=True), *refused]))
+    expected = {"accepted": "2", "rejected": "3", "advised": "1", "odd": "1", "checks": "2", "categories": "1"}
+    assert {name: tile(text, name) for name in expected} == expected
+    empty = render(findings([]))
+    assert tile(empty, "zero") == "0"
+    assert data(empty)["rows"] == []
+
+
+def test_a_row_has_what_the_list_shows() -> None:
+    heavy = entry(mass=30.0, warned=True)
+    found = dataclasses.replace(findings([heavy], [entry()]), root="..")
+    row = row_of(heavy, found)
+    assert (row["verdict"], row["size"], row["mass"]) == ("accepted", [8.0, 10.0, 9.55], 30.0)
+    assert (row["codes"], row["outlier"], row["change"]) == (["GEO004"], ["mass"], "worse")
+    assert row["folder"] == "./../mug/mug_0000000001"
+    refused = row_of(reject())
+    assert (refused["verdict"], refused["size"], refused["codes"]) == ("rejected", None, ["SRC003"])
+
+
+def test_a_mark_that_nearly_all_assets_have_is_no_mark() -> None:
+    def with_advice(number: int, *codes: str) -> Entry:
+        issues = tuple(Issue(code=code, severity=Severity.WARNING, message="why") for code in codes)
+        return dataclasses.replace(entry(f"mug_{number:010}"), warnings=issues)
+
+    rescaled, common, rare = "MSH014", "FLT011", "FLT018"
+    many = [with_advice(i, common) for i in range(2, 9)]
+    text = render(findings([with_advice(0, common, rare), with_advice(1, rescaled), *many]))
+    assert WORDS.needs_nothing(rescaled)
+    assert data(text)["quiet"] == [common, rescaled]
+    assert tile(text, "advised") == "1"
+    assert "8 others have routine notes" in text
+    # Of a few assets all may have the same that has to be looked at.
+    assert data(render(findings([with_advice(i, common) for i in range(5)])))["quiet"] == []
+
+
+def test_details_tell_advice_from_failure() -> None:
+    found = row_of(entry(word="why"))["more"]
+    numbers = {"AST001": 1, "AST002": 0, "AST003": library_page.ADVICE_NUMBER, "KIN001": 2, "USD003": 3}
+    assert {row[0]: row[1] for row in found["results"]} == numbers
+    assert found["results"][0] == ["AST001", 1, 0.123457, 1.0, "m", ""]
+    assert found["files"][0] == ["MJCF", "./model.xml"]
+    assert found["guesses"] == [["scale", "why", 0.8, "why"]]
+
+
+def test_hostile_text_stays_text() -> None:
+    bad = [entry(word=HOSTILE, warned=True), reject(HOSTILE, word=HOSTILE)]
+    text = render(findings(bad, []), Words({}, {"AST001": HOSTILE}))
+    tree = page(text)
+    plain = page(render(findings([entry(warned=True), reject()], []), Words({}, {"AST001": "plain"})))
+    assert [e.tag for e in tree.iter()] == [e.tag for e in plain.iter()]
+    first, second = data(text)["rows"]
+    assert (first["title"], second["more"]["reason"]) == (HOSTILE, HOSTILE)
+    assert "<script>alert" not in text
+
+
+def test_nothing_is_fetched() -> None:
+    assert relative_link("javascript:alert(1)") == "./javascript%3Aalert%281%29"
+    assert relative_link("//evil.example/a b#?%") == "./evil.example/a%20b%23%3F%25"
+    text = render(findings([entry(), reject()]))
+    tree = page(text)
+    assert not re.findall(r"(?:https?:)?//[a-z0-9.-]+\.[a-z]{2,}", text.replace("http://www.w3.org/2000/svg", ""))
+    assert not tree.xpath("//link | //iframe | //script[@src] | //img[@src]")
+    assert "@import" not in text
+    assert "url(" not in text
+    policy = tree.xpath("//meta[@http-equiv='Content-Security-Policy']/@content")[0]
+    assert "default-src 'none'" in policy
+    assert "http" not in policy
+    for script in tree.xpath("//script[not(@type)]"):
+        for word in ("innerHTML", "outerHTML", "insertAdjacentHTML", "document.write", "eval(", "fetch(", "XMLHttp"):
+            assert word not in script.text_content()
+
+
+def test_every_id_is_unique_and_every_control_has_a_name() -> None:
+    tree = page(render(findings([entry(), reject()], [entry()])))
+    ids = tree.xpath("//@id")
+    assert len(ids) == len(set(ids))
+    for name in tree.xpath("//@aria-labelledby | //@aria-controls"):
+        assert name in ids
+    assert all(b.text_content().strip() or b.get("aria-label") for b in tree.xpath("//button"))
+    assert all(i.getparent().tag == "label" for i in tree.xpath("//input | //select"))
+
+
+def test_what_changed_is_told_with_links_to_both_runs() -> None:
+    worse, new = entry("mug_0000000001", warned=True), entry("mug_0000000002")
+    gone = entry("mug_0000000003")
+    found = findings([worse, new], [entry("mug_0000000001"), gone], "worse", "rejected>2")
+    tree = page(render(found, links={"mug_0000000001": "../old/report.html#mug_0000000001"}))
+    table = tree.get_element_by_id("panel-changes")
+    text = " ".join(table.text_content().split())
+    assert "1 worse, 0 better, 1 appeared, 1 gone" in text
+    assert "accepted, advice GEO004" in text
+    links = table.xpath(".//a/@href")
+    assert "#mug_0000000001" in links
+    assert "./../old/report.html#mug_0000000001" in links
+    assert "#mug_0000000003" not in links
+    assert [li.get("class") for li in tree.xpath("//ul[@class='conditions']/li")] == ["bad-text", "good"]
+
+
+def test_numbers_tell_categories_reasons_and_what_is_unusual() -> None:
+    found = findings([entry(), entry("mug_0000000002", 30.0), reject()])
+    told = told_of.content(found, WORDS)
+    assert told["categories"] == [{"name": "mug", "accepted": 2, "review": 0, "rejected": 1}]
+    assert [(row["verdict"], row["reason"], row["count"]) for row in told["reasons"]] == [("rejected", "SRC003", 1)]
+    assert told["reasons"][0]["meaning"]
+    mass = next(row for row in told["priors"] if row["quantity"] == "mass")
+    assert [outlier["id"] for outlier in mass["outliers"]] == ["mug_0000000002"]
+    assert mass["outliers"][0]["over"]
+    assert mass["outliers"][0]["factor"] == pytest.approx(30.0 / mass["usual"][2])
+    rows = page(render(found)).xpath("//section[h2[starts-with(., 'Sizes and masses')]]//tr[td]")
+    cells = [[" ".join(cell.text_content().split()) for cell in row] for row in rows]
+    low, _, high = mass["usual"]
+    assert cells[0][:5] == ["mug", "mass", f"{low:g} to {high:g} kg", "2", "1"]
+    assert cells[0][5].startswith("mug_0000000002 ")
+    assert cells[0][5].endswith(" times over")
+
+
+def test_of_many_inputs_the_page_has_what_did_not_pass(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    root = keep(tmp_path / "library", [FIRST, OTHER])
+    whole = data(library_page.write(root, root / "report.html").page.read_text(encoding="utf-8"))["rows"]
+    assert [row.pop("thumb")[:15] for row in whole] == ["data:image/webp"] * 2
+    monkeypatch.setattr(library_page, "MAX_WHOLE", 1)
+    assert data(library_page.write(root, root / "report.html").page.read_text(encoding="utf-8"))["rows"] == whole
+    told, shown = (row_of(entry(), is_brief=is_brief)["more"]["results"] for is_brief in (False, True))
+    assert shown == [result for result in told if result[0] in ("AST002", "AST003", "USD003")]
+
+
+def test_of_very_many_inputs_those_to_look_at_first_are_listed(monkeypatch: pytest.MonkeyPatch) -> None:
+    plain = [entry(f"mug_{i:010}") for i in range(9)]
+    advised, odd, refused = entry("mug_0000000010", warned=True), entry("mug_0000000011", 30.0), reject()
+    found = findings([*plain, advised, odd, refused])
+    assert library_page.listed(found, WORDS) == list(found.entries)
+    for most, shown in ((3, [advised, odd, refused]), (4, [plain[0], advised, odd, refused])):
+        monkeypatch.setattr(library_page, "MAX_ROWS", most)
+        assert library_page.listed(found, WORDS) == shown
+    text = library_page.render(found, WORDS, [row_of(refused, found)])
+    assert "The list has 1 of 12 inputs" in text
+    assert "The list has" not in render(found)
+
+
+def test_a_page_of_2500_inputs_stays_below_ten_megabytes() -> None:
+    passed = CheckResult(code="AST001", status=Status.PASSED, number=0.123456789, limit=1.0, unit="m")
+    one = dataclasses.replace(entry(warned=True), uri=f"https://example.org/{'a' * 80}")
+    one = dataclasses.replace(one, results=(*one.results, *(passed,) * 70), guesses=one.guesses * 6)
+    found = findings([dataclasses.replace(one, id=f"mug_{i:010}", path=f"mug/mug_{i:010}") for i in range(2500)])
+    context = RowContext(found, WORDS, is_brief=True)
+    text = library_page.render(found, WORDS, [library_page.row_of(each, context) for each in found.entries])
+    assert 1_000_000 < len(text.encode()) < 10_000_000
+
+
+def test_three_thousand_pictures_fit(tmp_path: Path) -> None:
+    assert thumbnail_of(tmp_path) == b""
+    # Noise is the worst there is, a mug on paper takes a fifth of it.
+    Image.effect_noise((512, 512), 40).convert("RGB").save(tmp_path / "preview.png")
+    assert len(thumbnail_of(tmp_path)) < 22_000
+    Image.new("RGB", (300, 300), (180, 30, 30)).save(tmp_path / "preview.png")
+    assert 0 < len(thumbnail_of(tmp_path)) < 1_500
+
+
+def test_what_is_said_of_the_library_as_a_whole_is_text() -> None:
+    issues = (Issue(code="LIB001", severity=Severity.WARNING, pointer=HOSTILE, message=HOSTILE),)
+    results = (
+        CheckResult(code="LIB001", status=Status.FAILED, number=0.004, limit=0.025),
+        CheckResult(code="LIB002", status=Status.PASSED),
+        CheckResult(code="LIB003", status=Status.NOT_RUN, reason="no weights"),
+    )
+    report = Report(subject="library", results=results, issues=issues)
+    told = render_library_section(report, {"LIB001": HOSTILE}, HOSTILE)
+    tree = lxml.html.fromstring(f"<main>{told}</main>")
+    (found,) = tree.xpath("//section[@class='card']")
+    assert [e.text for e in found.xpath(".//em")] == ["1 found", "passed", "not run: no weights"]
+    assert found.xpath(".//script | .//img") == []
+    assert render_library_section(None, {}) == render_library_section(Report(subject="library"), {}) == ""

@@ -1,0 +1,124 @@
+"""Light in pictures of kitchens: soft shadows where things stand, no dark corners, no void for an eye in the room."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from casa_assets.show.stills import kitchen
+from casa_assets.show.stills.kitchen import PictureSettings
+from casa_assets.show.stills.photoreal.views import View
+
+FRAME = PictureSettings(160, 120, passes=4, shadow_px=256)
+# A room of 4 x 4 x 2.5 m without a front wall; its left wall has a window. A box stands on the floor, and a wall unit
+# hangs on the back wall; both are red, so that they are told from walls and floor.
+ROOM = """
+<mujoco>
+  <worldbody>
+    <body name="floor" pos="2 -2 -0.05"><geom type="box" size="2 2 0.05" group="2" rgba="0.8 0.8 0.8 1"/></body>
+    <body name="ceiling" pos="2 -2 2.55"><geom type="box" size="2 2 0.05" group="4" rgba="0.2 0.9 0.2 1"/></body>
+    <body name="wall_back" pos="2 0.06 1.25"><geom type="box" size="2 0.06 1.25" group="2" rgba="0.8 0.8 0.8 1"/></body>
+    <body name="wall_left" pos="-0.06 -2 1.25" euler="0 0 90">
+      <geom type="box" size="2 0.06 1.25" group="2" rgba="0.8 0.8 0.8 1"/>
+    </body>
+    <body name="wall_right" pos="4.06 -2 1.25" euler="0 0 -90">
+      <geom type="box" size="2 0.06 1.25" group="2" rgba="0.8 0.8 0.8 1"/>
+    </body>
+    <body name="unit" pos="2 -0.2 1.7"><geom type="box" size="0.5 0.2 0.35" group="2" rgba="0.8 0.1 0.1 1"/></body>
+    <body name="box" pos="2 -2 0.25"><geom type="box" size="0.25 0.25 0.25" group="2" rgba="0.8 0.1 0.1 1"/></body>
+    <camera name="ahead" pos="2 -3.9 1.4" xyaxes="1 0 0 0 0.1 1" fovy="60"/>
+    <camera name="down" pos="2 -2 2.4" xyaxes="1 0 0 0 1 0" fovy="60"/>
+    <camera name="out" pos="2 -1 1.3" xyaxes="-1 0 0 0 0 1" fovy="60"/>
+    <camera name="overview" pos="2 -9 6" xyaxes="1 0 0 0 0.55 0.83" fovy="40"/>
+    <camera name="wall" pos="2 -2 1.4" xyaxes="0 1 0 0 0 1" fovy="50"/>
+  </worldbody>
+</mujoco>
+"""
+Picture = npt.NDArray[np.float64]
+
+
+@pytest.fixture(scope="module")
+def pictures(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Picture]:
+    return drawn(tmp_path_factory.mktemp("room"))
+
+
+def drawn(folder: Path) -> dict[str, Picture]:
+    """Picture of each camera, 0..255."""
+    scene = folder / "scene.xml"
+    scene.write_text(ROOM.replace("</worldbody>", "</worldbody><keyframe><key name='start'/></keyframe>"))
+    made = kitchen.open_scene(scene, frame=FRAME)
+    return {name: pixels.astype(np.float64) for name, pixels in kitchen.render_cameras(made, made.cameras, FRAME)}
+
+
+def view_of(made: kitchen.LoadedScene, camera: str, fov_y_deg: float, shift_y: float = 0.0) -> View:
+    """The view where a camera of the room stands."""
+    turn = np.empty(4)
+    mujoco.mju_mat2Quat(turn, made.data.camera(camera).xmat)
+    half = math.tan(math.radians(fov_y_deg) / 2) * FRAME.width_px / FRAME.height_px
+    x, y, z = (float(c) for c in made.data.camera(camera).xpos)
+    w, i, j, k = (float(c) for c in turn)
+    return View("eye", (x, y, z), (w, i, j, k), 2 * math.atan(half), shift_y)
+
+
+def test_a_view_is_drawn_as_a_camera_that_stands_there(pictures: dict[str, Picture], tmp_path: Path) -> None:
+    drawn(tmp_path)
+    made = kitchen.open_scene(tmp_path / "scene.xml", frame=FRAME)
+    views = [view_of(made, "ahead", 60.0), view_of(made, "ahead", 60.0, shift_y=0.1)]
+    (name, first), (_, second) = kitchen.render_cameras(made, views, FRAME)
+    same, shifted = first.astype(np.float64), second.astype(np.float64)
+    assert name == "eye"
+    assert np.abs(same - pictures["ahead"]).mean() < 0.5
+    # A lens that is shifted upwards shows more above: all that is seen moves down by that share of the width.
+    rows = FRAME.width_px // 10
+    assert np.abs(shifted[rows:] - same[:-rows]).mean() < 2.0 < np.abs(shifted - same).mean()
+
+
+def is_red(picture: Picture) -> npt.NDArray[np.bool_]:
+    return np.asarray(picture[..., 0] - picture[..., 1] > 50)
+
+
+def test_the_floor_is_darker_where_something_stands_on_it(pictures: dict[str, Picture]) -> None:
+    floor = pictures["down"].mean(axis=2)
+    red = is_red(pictures["down"])
+    rows, columns = np.flatnonzero(red.any(axis=1)), np.flatnonzero(red.any(axis=0))
+    above = floor[rows[0] - 3, columns[4] : columns[-4]]
+    assert above.mean() < 0.8 * np.percentile(floor[~red], 90)
+    # Soft: the shadow fades, it has no edge.
+    outwards = floor[: rows[0] - 2, columns[len(columns) // 2]]
+    assert np.abs(np.diff(outwards)).max() < 0.2 * np.ptp(floor[~red])
+
+
+def test_the_wall_under_a_wall_unit_is_not_black(pictures: dict[str, Picture]) -> None:
+    picture = pictures["ahead"].mean(axis=2)
+    red = is_red(pictures["ahead"])
+    red[60:] = False
+    rows, columns = np.flatnonzero(red.any(axis=1)), np.flatnonzero(red.any(axis=0))
+    below = picture[rows[-1] + 4 : rows[-1] + 10, columns[3] : columns[-3]].mean()
+    beside = picture[rows[0] : rows[-1], columns[-1] + 15 : columns[-1] + 30].mean()
+    assert 0.5 * beside < below < 0.97 * beside
+
+
+def test_an_eye_in_the_room_sees_the_ceiling_and_one_outside_does_not(pictures: dict[str, Picture]) -> None:
+    green = {name: (p[..., 1] - p[..., 0] > 60).mean() for name, p in pictures.items()}
+    assert green["ahead"] > 0.1
+    assert green["overview"] == 0.0
+
+
+def test_an_eye_in_the_room_sees_a_plain_wall_where_there_is_none(pictures: dict[str, Picture]) -> None:
+    wall = pictures["out"][40:70, 40:120]
+    assert 120 < wall.mean() < 235
+    assert np.ptp(wall.mean(axis=(0, 1))) < 20
+    # From outside, what lies beyond the room is paper.
+    assert pictures["overview"][2, 2].min() > 240
+
+
+def test_walls_that_the_picture_cuts_are_grey(pictures: dict[str, Picture]) -> None:
+    overview = pictures["overview"].mean(axis=2)
+    column = overview[:, 50]
+    top = int(np.flatnonzero(column < 240)[0])
+    assert column[top] < 0.8 * column[top + 8]

@@ -1,0 +1,188 @@
+"""Path-traced stills as far as no path tracer is needed: where the camera stands, faults of pictures, no Blender."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from casa_assets.cli.main import app
+from casa_assets.core import system
+from casa_assets.errors import CasaError, UnknownId
+from casa_assets.show.reports import pictures
+from casa_assets.show.stills.photoreal.render import NoPathTracer, StillSettings, picture_faults, scene_stills
+from casa_assets.show.stills.photoreal.views import BEYOND_M, EYE_M, View, eye_view, sun_direction
+
+WIDE = 16 / 9
+OVERVIEW = {"name": "overview", "fov_y_deg": 50.0, "position": [2.0, -9.0, 6.0], "quaternion": [0.86, 0.5, 0.0, 0.0]}
+
+
+def fixture(role: str, position: tuple[float, float, float], size: tuple[float, float, float]) -> dict[str, Any]:
+    """One that faces -y."""
+    region = {"position": position, "size": size}
+    return {"role": role, "quaternion": [1.0, 0.0, 0.0, 0.0], "regions": {"main": region}}
+
+
+def room(*fixtures: dict[str, Any], deep: float = 4.0) -> dict[str, Any]:
+    """A scene.json of a room 4 m wide, its front open, its back at y = 0."""
+    corners = [[0.0, 0.0], [4.0, 0.0], [4.0, -deep], [0.0, -deep]]
+    ends = zip(corners, [*corners[1:], corners[0]], strict=True)
+    walls = [{"id": str(k), "from": [*a, 0.0], "to": [*b, 0.0], "open": k == 2} for k, (a, b) in enumerate(ends)]
+    shell = {"outline": corners, "bounds": [[0, -deep, 0], [4, 0, 2.7]], "walls": walls, "openings": []}
+    return {"room": shell, "cameras": [OVERVIEW], "fixtures": list(fixtures)}
+
+
+RANGE, FRIDGE = (
+    fixture("range", (2.0, -0.3, 0.45), (0.8, 0.6, 0.9)),
+    fixture("fridge", (0.5, -0.4, 0.9), (0.9, 0.7, 1.8)),
+)
+
+
+def forward(quaternion: tuple[float, float, float, float]) -> np.ndarray:
+    w, x, y, z = quaternion
+    # -z of the camera in the world.
+    return -np.array([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)])
+
+
+class TestViewpoint:
+    def test_looks_level_at_what_stands_on_the_wall(self) -> None:
+        view = eye_view(room(RANGE, FRIDGE), "eye", WIDE)
+        ahead = forward(view.quaternion)
+        assert view.position[2] == EYE_M
+        assert ahead[2] == pytest.approx(0.0, abs=1e-9)
+        for target in ((2.0, -0.3), (0.5, -0.4)):
+            offset = np.array(target) - view.position[:2]
+            angle = math.acos(offset @ ahead[:2] / np.linalg.norm(offset))
+            assert angle < view.fov_x / 2
+
+    def test_stands_where_there_is_room(self) -> None:
+        island = fixture("island", (2.0, -2.2, 0.45), (2.0, 0.9, 0.9))
+        x, y, _ = eye_view(room(RANGE, FRIDGE, island), "eye", WIDE).position
+        assert -4.0 < y < 0.0
+        assert 0.0 < x < 4.0
+        assert not (0.9 < x < 3.1 and -2.8 < y < -1.6)
+
+    def test_does_not_look_at_the_back_of_a_tall_thing(self) -> None:
+        screen = fixture("housing", (2.0, -2.0, 1.1), (1.6, 0.3, 2.2))
+        view = eye_view(room(RANGE, FRIDGE, screen), "eye", WIDE)
+        eye, target = np.array(view.position[:2]), np.array([2.0, -0.3])
+        for share in np.linspace(0.05, 0.95, 50):
+            x, y = eye + share * (target - eye)
+            assert not (1.2 < x < 2.8 and -2.15 < y < -1.85)
+
+    def test_steps_back_through_an_open_side_of_a_shallow_room(self) -> None:
+        _, y, _ = eye_view(room(RANGE, FRIDGE, deep=1.6), "eye", WIDE, BEYOND_M).position
+        assert -1.6 - BEYOND_M < y < -1.6
+        _, y, _ = eye_view(room(RANGE, FRIDGE, deep=1.6), "eye", WIDE).position
+        assert y > -1.6
+
+
+class TestSunshine:
+    WINDOW: ClassVar = {"id": "w", "kind": "window", "wall": "0", "from": [1.4, 0.0, 1.0], "to": [2.6, 0.0, 2.0]}
+
+    @pytest.fixture
+    def view(self) -> View:
+        return eye_view(room(RANGE, FRIDGE), "eye", WIDE)
+
+    def test_comes_in_and_down_through_a_window(self, view: View) -> None:
+        scene = room(RANGE, FRIDGE)
+        scene["room"]["openings"] = [self.WINDOW]
+        sun = sun_direction(scene, view, WIDE)
+        assert sun is not None
+        assert np.linalg.norm(sun) == pytest.approx(1.0)
+        assert sun[1] < 0
+        assert sun[2] < 0
+
+    def test_turns_away_from_what_it_would_not_pass(self, view: View) -> None:
+        scene = room(RANGE, fixture("housing", (2.9, -0.8, 1.3), (0.1, 1.6, 2.6)))
+        scene["room"]["openings"] = [self.WINDOW]
+        sun = sun_direction(scene, view, WIDE)
+        assert sun is not None
+        assert sun[0] < 0
+
+    def test_a_room_without_openings_has_none(self, view: View) -> None:
+        scene = room(RANGE, FRIDGE)
+        for wall in scene["room"]["walls"]:
+            wall["open"] = False
+        assert sun_direction(scene, view, WIDE) is None
+
+
+class TestFaults:
+    @pytest.fixture
+    def picture(self) -> np.ndarray:
+        """A ramp with a bright edge and a highlight of 4 x 4 pixels, as metal has them."""
+        pixels = np.repeat(np.linspace(20, 120, 96, dtype=np.uint8)[None], 54, axis=0)
+        pixels[:, 48:] += 90
+        pixels[20:24, 20:24] = 250
+        return np.repeat(pixels[..., None], 3, axis=2)
+
+    def test_a_sound_picture_has_none(self, picture: np.ndarray) -> None:
+        assert not picture_faults(picture)
+
+    def test_a_speck_of_light_is_a_firefly(self, picture: np.ndarray) -> None:
+        picture[30, 10] = (255, 255, 255)
+        assert picture_faults(picture).fireflies == 1
+
+    def test_a_pixel_without_light_is_black(self, picture: np.ndarray) -> None:
+        picture[5:7, 5] = 0
+        assert picture_faults(picture).black == 2
+
+
+class TestWithoutBlender:
+    @pytest.fixture
+    def nowhere(self, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
+        """A machine on which there is none; its home."""
+        monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "share"))
+        monkeypatch.setenv("PATH", str(tmp_path))
+        monkeypatch.delenv(system.BLENDER_VARIABLE, raising=False)
+        monkeypatch.setattr(system, "_CHECKOUT", tmp_path / "none")
+        return tmp_path
+
+    @pytest.fixture
+    def kitchen(self, tmp_path: Path) -> Path:
+        folder = tmp_path / "l_small__coastal"
+        folder.mkdir()
+        (folder / "scene.usda").write_text("#usda 1.0\n", encoding="utf-8")
+        (folder / "scene.json").write_text(json.dumps(room(RANGE, FRIDGE)), encoding="utf-8")
+        keys = "<keyframe><key name='start'/><key name='open'/></keyframe>"
+        (folder / "scene.xml").write_text(f"<mujoco>{keys}</mujoco>", encoding="utf-8")
+        return folder
+
+    def test_says_what_to_install(self, nowhere: Path, kitchen: Path) -> None:
+        with pytest.raises(NoPathTracer, match="pip install bpy==5"):
+            next(scene_stills(kitchen))
+
+    def test_is_an_error_that_a_person_reads(self, nowhere: Path, kitchen: Path) -> None:
+        done = CliRunner().invoke(app, ["preview", str(kitchen), "--photoreal", "--out", str(nowhere / "out")])
+        assert isinstance(done.exception, CasaError)
+
+    def test_is_found_where_the_command_puts_it(self, nowhere: Path) -> None:
+        python = nowhere / "share" / "casa-assets" / "blender" / "bin" / "python"
+        python.parent.mkdir(parents=True)
+        python.touch(mode=0o755)
+        assert str(python.parent.parent) in system.how_to_install()
+        assert system.find_blender() == str(python)
+
+    def test_no_other_is_taken_where_one_is_named(self, nowhere: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setenv(system.BLENDER_VARIABLE, str(nowhere / "gone"))
+        monkeypatch.setattr(system, "_CHECKOUT", Path(sys.executable))
+        assert system.find_blender() == ""
+        assert "gone', which is no program" in system.how_to_install()
+
+    def test_an_unknown_pose_is_named(self, kitchen: Path, tmp_path: Path) -> None:
+        with pytest.raises(UnknownId, match=r"scene.xml 'opne'; did you mean open\?"):
+            list(pictures.draw_stills([kitchen], tmp_path / "out", StillSettings(), "opne"))
+
+    def test_an_unknown_camera_is_named(self, kitchen: Path) -> None:
+        with pytest.raises(NoPathTracer, match="no camera 'nowhere'; there are eye, cutaway, overview"):
+            next(scene_stills(kitchen, ["nowhere"]))
+
+    def test_colliders_are_not_path_traced(self, kitchen: Path) -> None:
+        done = CliRunner().invoke(app, ["preview", str(kitchen), "--photoreal", "--colliders"])
+        assert done.exit_code == 2

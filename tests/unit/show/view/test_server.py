@@ -1,0 +1,230 @@
+"""The server of `casa-assets view`: what it serves, to whom, and what it does not."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from casa_assets.errors import CasaError
+from casa_assets.layouts.run.recipe import SceneRecipe
+from casa_assets.layouts.run.resolve import draw_surfaces
+from casa_assets.model.kitchen.choices import Surface
+from casa_assets.show.page.model_files import viewer_name, viewer_script
+from casa_assets.show.view import server as view_server
+from casa_assets.show.view.model import Model, Tell, build_command, make
+from casa_assets.show.view.server import KEPT, ViewServer, tunnel_line
+from casa_assets.show.view.subject import Kitchen, Subject, find
+from tests.support.library.server_requests import ask, serving
+
+pytestmark = pytest.mark.content("code", "show.view", keep=0)
+
+PATIENCE_S = 60.0
+
+
+def of_json(answer: tuple[int, bytes]) -> Any:
+    """The body of an answer that went well."""
+    status, body = answer
+    assert status == 200, body
+    return json.loads(body)
+
+
+def wait_for(server: ViewServer, model_id: str) -> dict[str, Any]:
+    """Progress of a model that is ready or has failed."""
+    end = time.monotonic() + PATIENCE_S
+    while time.monotonic() < end:
+        found: dict[str, Any] = of_json(ask(server, f"progress/{model_id}"))
+        if found["is_ready"] or found["error"]:
+            return found
+        time.sleep(0.05)
+    raise AssertionError(f"{model_id} is not made after {PATIENCE_S} s")
+
+
+@pytest.fixture(scope="module")
+def microwave(cache: Path) -> Iterator[ViewServer]:
+    """A microwave out of numbers, as the command serves it."""
+    with serving(find("microwave/steel", Path("none"), ()), lambda s, tell: make(s, cache, tell), "open") as server:
+        assert wait_for(server, "microwave%2Fsteel")["is_ready"]
+        yield server
+
+
+def bare(subject: Subject, tell: Tell) -> Model:
+    """A model that costs nothing: of a kitchen whose folder may hold a report."""
+    assert isinstance(subject, Kitchen)
+    tell("building", 1, 2)
+    if subject.recipe.style == "rustic":
+        raise CasaError("there is no rustic wood today")
+    return Model(subject.id, b"glTF", {"id": subject.id}, {}, subject.folder)
+
+
+@pytest.fixture
+def kitchen(tmp_path: Path) -> Iterator[ViewServer]:
+    """A kitchen with a report."""
+    folder = tmp_path / "galley__coastal"
+    folder.mkdir()
+    (folder / "report.html").write_text('<p>report <img src="map.png">', encoding="utf-8")
+    (folder / "map.png").write_bytes(b"a picture that it names")
+    (folder / "scene.json").write_text("{}", encoding="utf-8")
+    (folder / "notes.txt").write_text("private", encoding="utf-8")
+    (tmp_path / "secret.html").write_text("private", encoding="utf-8")
+    (folder / "link.html").symlink_to(tmp_path / "secret.html")
+    with serving(Kitchen(SceneRecipe("galley", "coastal"), tmp_path), bare) as server:
+        assert wait_for(server, "galley__coastal")["is_ready"]
+        yield server
+
+
+def test_serves_the_page_the_model_and_what_is_known_of_it(microwave: ViewServer) -> None:
+    status, page = ask(microwave, "")
+    assert status == 200
+    assert b'"first":"microwave/steel","pose":"open"' in page
+    assert b"://" not in page.split(b"<script")[0]  # nothing of another machine
+    status, glb = ask(microwave, "model/microwave%2Fsteel.glb")
+    assert (status, glb[:4]) == (200, b"glTF")
+    facts = of_json(ask(microwave, "facts/microwave%2Fsteel"))
+    assert facts["kind"] == "asset"
+    assert [machine["placement"] for machine in facts["machines"]] == [""]
+    assert {"node": "door", "text": "door"} in facts["labels"]
+    assert facts["report"] is False
+    assert ask(microwave, "order", {"of": "microwave/steel", "style": "rustic"})[0] == 400, "an asset has no styles"
+
+
+def test_steps_state_machines(microwave: ViewServer) -> None:
+    first = of_json(ask(microwave, "step/microwave%2Fsteel", {}))
+    kept = {name: first[name] for name in ("values", "before", "held_s")}
+    on = of_json(ask(microwave, "step/microwave%2Fsteel", {**kept, "touched": ["start_button"], "dt_s": 0.1}))
+    assert on["values"]["power"] == "on"
+    assert "spin" in {effect["kind"] for effect in on["effects"]}
+    assert ask(microwave, "step/microwave%2Fsteel", {"placement": "fridge"})[0] == 400
+    assert ask(microwave, "step/nothing", {})[0] == 400
+    assert ask(microwave, "step/microwave%2Fsteel", ["no step"])[0] == 400
+
+
+@pytest.mark.parametrize("host", ["evil.example", "evil.example:80", "192.168.0.7", "", "127.0.0.1.evil.example", "["])
+def test_answers_no_other_name(kitchen: ViewServer, host: str) -> None:
+    assert ask(kitchen, "", Host=host)[0] == 403
+    assert ask(kitchen, "model/galley__coastal.glb", Host=host)[0] == 403
+    assert ask(kitchen, "order", {"of": "galley__coastal", "style": "rustic"}, Host=host)[0] == 403
+    assert ask(kitchen, "progress/galley__rustic")[0] == 404
+
+
+@pytest.mark.parametrize("host", ["localhost:8080", "127.0.0.1:9", "[::1]:9"])
+def test_answers_through_a_tunnel_from_any_port(kitchen: ViewServer, host: str) -> None:
+    assert ask(kitchen, "", Host=host)[0] == 200
+    assert ask(kitchen, "order", {"of": "galley__coastal"}, Host=host, Origin=f"http://{host}")[0] == 200
+
+
+def test_takes_orders_of_its_own_page_alone(kitchen: ViewServer) -> None:
+    order = {"of": "galley__coastal", "style": "rustic"}
+    assert ask(kitchen, "order", order, Origin="http://evil.example")[0] == 403
+    assert ask(kitchen, "order", order, Content_Type="text/plain")[0] == 403
+    assert ask(kitchen, "progress/galley__rustic")[0] == 404
+    assert of_json(ask(kitchen, "order", order)) == {"id": "galley__rustic"}
+
+
+def test_another_style_is_built_and_what_goes_wrong_is_told(kitchen: ViewServer) -> None:
+    assert of_json(ask(kitchen, "order", {"of": "galley__coastal", "style": "rustic"})) == {"id": "galley__rustic"}
+    assert wait_for(kitchen, "galley__rustic")["error"] == "there is no rustic wood today"
+    made = of_json(ask(kitchen, "order", {"of": "galley__coastal", "style": "industrial"}))["id"]
+    assert made == "galley__industrial"
+    assert wait_for(kitchen, made)["is_ready"]
+
+
+def test_surfaces_are_swapped_and_put_back(kitchen: ViewServer) -> None:
+    wall = {"of": "galley__coastal", "surfaces": {"wall": "brick_red_running"}}
+    bricks = of_json(ask(kitchen, "order", wall))["id"]
+    assert bricks.startswith("galley__coastal__t")
+    floor = of_json(ask(kitchen, "order", {"of": bricks, "surfaces": {"floor": "oak_ebony"}}))["id"]
+    assert floor not in (bricks, "galley__coastal")
+    both = SceneRecipe("galley", "coastal", None, ((Surface.WALL, "brick_red_running"), (Surface.FLOOR, "oak_ebony")))
+    assert floor == both.scene_id
+    back = of_json(ask(kitchen, "order", {"of": bricks, "surfaces": {"wall": ""}}))["id"]
+    assert back == "galley__coastal"
+    drawn = SceneRecipe("galley", "coastal", None, draw_surfaces(5)).scene_id
+    assert of_json(ask(kitchen, "order", {"of": "galley__coastal", "random": 5}))["id"] == drawn
+
+
+def test_the_page_is_loaded_again_after_many_swaps(kitchen: ViewServer) -> None:
+    last = "galley__coastal"
+    for seed in range(KEPT + 1):
+        last = of_json(ask(kitchen, "order", {"of": last, "random": seed}))["id"]
+        assert wait_for(kitchen, last)["is_ready"]
+    assert ask(kitchen, "model/galley__coastal.glb")[0] == 404
+    assert ask(kitchen, "")[0] == 200
+    assert wait_for(kitchen, "galley__coastal")["is_ready"]
+
+
+@pytest.mark.parametrize(
+    "order",
+    [
+        {},
+        [],
+        {"of": "nothing"},
+        {"of": "galley__coastal", "style": "baroque"},
+        {"of": "galley__coastal", "surfaces": {"roof": "straw"}},
+        {"of": "galley__coastal", "surfaces": {"wall": "straw"}},
+        {"of": "galley__coastal", "surfaces": 3},
+        {"of": "galley__coastal", "random": -1},
+        {"of": "galley__coastal", "random": "all"},
+    ],
+)
+def test_an_order_that_means_nothing_is_refused(kitchen: ViewServer, order: Any) -> None:
+    status, why = ask(kitchen, "order", order)
+    assert status == 400
+    assert why
+
+
+def test_of_the_disk_the_report_alone_is_served(kitchen: ViewServer) -> None:
+    assert ask(kitchen, "report/galley__coastal/report.html") == (200, b'<p>report <img src="map.png">')
+    assert ask(kitchen, "report/galley__coastal/map.png") == (200, b"a picture that it names")
+    assert ask(kitchen, "report/galley__coastal/scene.json")[0] == 404
+    for path in ("notes.txt", "../secret.html", "..%2Fsecret.html", "link.html", "nothing.html", ""):
+        assert ask(kitchen, f"report/galley__coastal/{path}")[0] == 404
+    assert ask(kitchen, "report/galley__rustic/report.html")[0] == 404
+    assert ask(kitchen, f"report/assets/{viewer_name()}") == (200, viewer_script())  # as report.html names it
+    older = "report/assets/viewer_0123456789ab.js"  # as a report of another version names it
+    assert ask(kitchen, older) == (200, viewer_script())
+    assert ask(kitchen, "report/assets/viewer_0.js")[0] == 404
+    assert ask(kitchen, "etc/passwd")[0] == 404
+
+
+def test_long_and_unmeasured_words_are_not_read(kitchen: ViewServer, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(view_server, "MAX_BODY_BYTES", 20)
+    assert ask(kitchen, "order", {"of": "galley__coastal", "style": "rustic"})[0] == 400
+    assert ask(kitchen, "order", {"of": "x"}, Content_Length="many")[0] == 400
+    assert ask(kitchen, "order", {"of": "x"}, Content_Length="\xb2")[0] == 400
+
+
+def test_the_tunnel_is_told_over_ssh_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("SSH_CONNECTION", raising=False)
+    assert tunnel_line(4000) == ""
+    monkeypatch.setenv("SSH_CONNECTION", "10.0.0.2 50000 10.0.0.9 22")
+    monkeypatch.setenv("USER", "ada")
+    assert tunnel_line(4000) == "ssh -N -L 4000:127.0.0.1:4000 ada@10.0.0.9"
+    monkeypatch.setenv("SSH_CONNECTION", "10.0.0.2 50000 10.0.0.9 2222")
+    assert tunnel_line(4000) == "ssh -N -p 2222 -L 4000:127.0.0.1:4000 ada@10.0.0.9"
+
+
+def test_the_command_that_writes_a_kitchen(subtests: pytest.Subtests) -> None:
+    for recipe, command in [
+        (SceneRecipe("galley", "rustic"), "casa-assets scenes build galley__rustic"),
+        (SceneRecipe("galley", "rustic", objects=40), "casa-assets scenes build galley__rustic__o40"),
+        (SceneRecipe("galley", "rustic", mixed=True), "casa-assets scenes new galley --style rustic --mixed"),
+        (
+            SceneRecipe("galley", "rustic", 7, draw_surfaces(7)),
+            "casa-assets scenes new galley --style rustic --seed 7 --textures random",
+        ),
+        (
+            SceneRecipe("galley", "rustic", 7, closed=True),
+            "casa-assets scenes new galley --style rustic --seed 7 --closed",
+        ),
+        (
+            SceneRecipe("galley", "rustic", None, ((Surface.WALL, "oak"),), objects=9, objects_seed=2),
+            "casa-assets scenes new galley --style rustic --textures wall=oak --objects 9 --objects-seed 2",
+        ),
+    ]:
+        with subtests.test(recipe=recipe, command=command):
+            assert build_command(recipe) == command
