@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from casa_assets.asset.kit.assemble import Family
+from casa_assets.ext.families import Family
 from casa_assets.kitchenware.fixtures.cabinets import cabinets, corner_cabinets, housings, island_base
 from casa_assets.kitchenware.fixtures.cold import dishwasher, fridges
 from casa_assets.kitchenware.fixtures.cooking import hob, hood, microwave, toaster_oven, wall_oven

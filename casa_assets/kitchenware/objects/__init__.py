@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from casa_assets.asset.kit.assemble import Family
+from casa_assets.ext.families import Family
 from casa_assets.kitchenware.objects.containers import container
 from casa_assets.kitchenware.objects.food import bodies, dough, slab, stacked
 from casa_assets.kitchenware.objects.grown import cluster, produce

@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
-from casa_assets.asset.kit.solids.solid import Solid
-from casa_assets.core.numeric import Floats, Ints
+from casa_assets.ext.arrays import Floats, Ints
+from casa_assets.ext.records import Vec2
+from casa_assets.ext.solids import Solid
 from casa_assets.kitchenware.parts.decor.jars import GOLDEN_ANGLE
-from casa_assets.model.record import Vec2
 
 
 def run_along(line: Floats) -> Floats:

@@ -8,9 +8,8 @@ from dataclasses import dataclass, replace
 import manifold3d
 import numpy as np
 
-from casa_assets.asset.kit.solids.solid import Solid
-from casa_assets.core.numeric import Floats, Ints
-from casa_assets.mesh.planar import counter_clockwise, signed_area
+from casa_assets.ext.arrays import Floats, Ints, counter_clockwise, signed_area
+from casa_assets.ext.solids import Solid
 
 # A cut face is a plate of this thickness; a part of it stands out of the body, so that nothing of the body shows, m.
 PLATE, PROUD = 0.0006, 0.00025

@@ -9,12 +9,8 @@ from enum import StrEnum
 
 import numpy as np
 
-from casa_assets.asset.kit.asset_builder import ROOT, AssetBuilder, BehaviorBuilder
-from casa_assets.asset.kit.solids.blocks import board, box, lathe, rod, subtract
-from casa_assets.asset.kit.solids.solid import Solid
-from casa_assets.asset.kit.solids.sweep import tube
-from casa_assets.model.asset.behavior import EffectKind
-from casa_assets.model.record import Vec2
+from casa_assets.ext.records import EffectKind, Vec2
+from casa_assets.ext.solids import ROOT, AssetBuilder, BehaviorBuilder, Solid, board, box, lathe, rod, subtract, tube
 
 # Grates ---------------------------------------------------------------------------------------------------------------
 # Cast-iron grates over gas burners: joined to one surface, one for each burner, or rings with arms.

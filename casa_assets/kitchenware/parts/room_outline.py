@@ -8,11 +8,9 @@ from enum import StrEnum
 import manifold3d
 import numpy as np
 
-from casa_assets.asset.kit.solids import blocks
-from casa_assets.asset.kit.solids.solid import Placed, Solid, box_shape
-from casa_assets.core.numeric import Floats, Ints
-from casa_assets.mesh.planar import counter_clockwise, signed_area
-from casa_assets.model.record import Vec2, Vec3
+from casa_assets.ext.arrays import Floats, Ints, counter_clockwise, signed_area
+from casa_assets.ext.records import Vec2, Vec3
+from casa_assets.ext.solids import Placed, Solid, blocks, box_shape
 
 Outline = tuple[Vec2, ...]
 MIN_SIDE = 0.1  # metres

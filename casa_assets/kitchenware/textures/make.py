@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from casa_assets.core.numeric import rng_for
 from casa_assets.errors import UnknownId
+from casa_assets.ext.arrays import rng_for
+from casa_assets.ext.records import TextureRecipe
+from casa_assets.ext.textures import Canvas, Layers, TextureKind
 from casa_assets.kitchenware.textures import KINDS
-from casa_assets.model.registry.rows import TextureRecipe
-from casa_assets.textures.canvas import Canvas, Layers, TextureKind
 
 SIZE_PX = 1024
 

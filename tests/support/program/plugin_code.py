@@ -13,24 +13,12 @@ import numpy as np
 from pydantic import Field
 
 import casa_assets as casa
-from casa_assets.ext import (
-    ROOT,
-    AssetBuilder,
-    Base,
-    Canvas,
-    Check,
-    Family,
-    FinishId,
-    Layers,
-    Measurement,
-    Params,
-    Plugin,
-    Record,
-    Severity,
-    TextureKind,
-    at_most,
-    board,
-)
+from casa_assets.ext.checks import Check, Measurement, at_most
+from casa_assets.ext.families import Family, FinishId, Params
+from casa_assets.ext.plugins import Plugin
+from casa_assets.ext.records import Base, Record, Severity
+from casa_assets.ext.solids import ROOT, AssetBuilder, board
+from casa_assets.ext.textures import Canvas, Layers, TextureKind
 
 
 class Plinth(Params):

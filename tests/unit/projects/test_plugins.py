@@ -92,8 +92,14 @@ class TestImport:
         [
             ("import nothing_of_that_name\n", r"shout\.py: cannot be imported[\s\S]*nothing_of_that_name"),
             ("PLUGIN = 3\n", r"shout\.py: PLUGIN is no casa_assets\.Plugin but int"),
-            ("from casa_assets import ext\nPLUGIN = ext.Plugin('Big', '1')\n", r"plug-in 'Big': expected a name as"),
-            ("from casa_assets import ext\nPLUGIN = ext.Plugin('a', '1', sources=(3,))\n", r"source 3 lacks"),
+            (
+                "from casa_assets.ext.plugins import Plugin\nPLUGIN = Plugin('Big', '1')\n",
+                r"plug-in 'Big': expected a name as",
+            ),
+            (
+                "from casa_assets.ext.plugins import Plugin\nPLUGIN = Plugin('a', '1', sources=(3,))\n",
+                r"source 3 lacks",
+            ),
             (PLUGIN.replace('"plinth"', '"microwave"'), r"family 'microwave': a family of that name is there already"),
             (PLUGIN.replace('"depot"', '"s3"'), r"source 's3': expected a name as .* none of a store"),
             (PLUGIN.replace('"TST001"', '"AST001"'), r"check 'AST001': a check of that name is there already"),
@@ -114,7 +120,9 @@ class TestImport:
             load_plugins()
 
     def test_a_module_may_import_another_beside_it(self, project: Project) -> None:
-        text = "from names_of_ours import NAME\nfrom casa_assets import ext\nPLUGIN = ext.Plugin(NAME, '1')\n"
+        text = (
+            "from names_of_ours import NAME\nfrom casa_assets.ext.plugins import Plugin\nPLUGIN = Plugin(NAME, '1')\n"
+        )
         project({"plugins/shout.py": text, "plugins/names_of_ours.py": "NAME = 'aloud'\n"})
         choose_plugins(PluginUse.ALL)
         assert [one.plugin.name for one in load_plugins()] == ["aloud"]

@@ -8,10 +8,10 @@ from itertools import pairwise
 
 import numpy as np
 
-from casa_assets.asset.kit.solids.solid import Solid
-from casa_assets.core.numeric import Floats
+from casa_assets.ext.arrays import Floats
+from casa_assets.ext.records import Vec2, Vec3
+from casa_assets.ext.solids import Solid
 from casa_assets.kitchenware.objects.closed_surface import run_along
-from casa_assets.model.record import Vec2, Vec3
 
 # Points round a section: four on the axes and so many in each corner.
 CORNER = 7

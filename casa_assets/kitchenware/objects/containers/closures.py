@@ -9,14 +9,11 @@ from enum import StrEnum
 
 import numpy as np
 
-from casa_assets.asset.kit.asset_builder import AssetBuilder, combine_masses
-from casa_assets.asset.kit.solids.blocks import ball, box, lathe, rod
-from casa_assets.asset.kit.solids.solid import Solid
-from casa_assets.asset.kit.solids.sweep import circle, loft, prism, tube
-from casa_assets.core import hand_dynamics
+from casa_assets.ext.arrays import counter_clockwise
+from casa_assets.ext.families import hand_dynamics
+from casa_assets.ext.records import Vec2, Vec3
+from casa_assets.ext.solids import AssetBuilder, Solid, ball, box, circle, combine_masses, lathe, loft, prism, rod, tube
 from casa_assets.kitchenware.parts.decor.jars import JarLid, jar
-from casa_assets.mesh.planar import counter_clockwise
-from casa_assets.model.record import Vec2, Vec3
 
 # Opening --------------------------------------------------------------------------------------------------------------
 # A lid that is lifted off, one that swings up, with the states of both.

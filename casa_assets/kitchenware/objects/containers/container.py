@@ -10,13 +10,10 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from casa_assets.asset.kit.assemble import Family
-from casa_assets.asset.kit.asset_builder import ROOT, AssetBuilder
-from casa_assets.asset.kit.solids.blocks import board, lathe, rod
-from casa_assets.asset.kit.solids.solid import Solid, hull_around
-from casa_assets.asset.kit.solids.sweep import tube
-from casa_assets.core.numeric import Floats
-from casa_assets.families.family import FinishId, Params
+from casa_assets.ext.arrays import Floats
+from casa_assets.ext.families import Family, FinishId, Params
+from casa_assets.ext.records import Base, Cylinder, Vec2, Vec3
+from casa_assets.ext.solids import ROOT, AssetBuilder, Solid, board, hull_around, lathe, rod, tube
 from casa_assets.kitchenware.objects.containers.body import (
     AROUND,
     Section,
@@ -42,9 +39,6 @@ from casa_assets.kitchenware.objects.containers.closures import (
     lowered,
     swing_up,
 )
-from casa_assets.model.asset.asset import Base
-from casa_assets.model.asset.parts import Cylinder
-from casa_assets.model.record import Vec2, Vec3
 
 Metres = Annotated[float, Field(gt=0, le=0.5)]
 Share = Annotated[float, Field(ge=0, le=1)]

@@ -13,12 +13,10 @@ import numpy as np
 from pydantic import Field
 from scipy.interpolate import CubicSpline, LinearNDInterpolator, NearestNDInterpolator
 
-from casa_assets.asset.kit.assemble import Family
-from casa_assets.asset.kit.asset_builder import ROOT, AssetBuilder
-from casa_assets.asset.kit.solids.solid import Solid, concatenate, hull_around
-from casa_assets.asset.kit.solids.sweep import circle, tube
-from casa_assets.core.numeric import Floats
-from casa_assets.families.family import FinishId, Params
+from casa_assets.ext.arrays import Floats, counter_clockwise, face_normals
+from casa_assets.ext.families import Family, FinishId, Params
+from casa_assets.ext.records import Base, Vec2
+from casa_assets.ext.solids import ROOT, AssetBuilder, Solid, circle, concatenate, hull_around, tube
 from casa_assets.kitchenware.objects.closed_surface import (
     bumped,
     capped_rings,
@@ -27,10 +25,6 @@ from casa_assets.kitchenware.objects.closed_surface import (
     smooth_profile,
     turned,
 )
-from casa_assets.mesh.planar import counter_clockwise
-from casa_assets.mesh.surface import face_normals
-from casa_assets.model.asset.asset import Base
-from casa_assets.model.record import Vec2
 
 # Bodies ---------------------------------------------------------------------------------------------------------------
 # Domes over an outline, long bodies that lie, rings, coats, small things on top.

@@ -10,12 +10,10 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from casa_assets.asset.kit.assemble import Family
-from casa_assets.asset.kit.asset_builder import ROOT, AssetBuilder
-from casa_assets.asset.kit.solids.blocks import board
-from casa_assets.asset.kit.solids.solid import Solid, hull_around
-from casa_assets.asset.kit.solids.sweep import prism, tube
-from casa_assets.families.family import FinishId, Params
+from casa_assets.ext.arrays import counter_clockwise, outline_of
+from casa_assets.ext.families import Family, FinishId, Params
+from casa_assets.ext.records import Base, Portion, Vec2
+from casa_assets.ext.solids import ROOT, AssetBuilder, Solid, board, hull_around, prism, tube
 from casa_assets.kitchenware.objects.closed_surface import bumped, ellipsoid, sheet
 from casa_assets.kitchenware.objects.food.bodies import (
     Surface,
@@ -36,10 +34,6 @@ from casa_assets.kitchenware.objects.food.bodies import (
     smooth_noise,
     uneven_dome,
 )
-from casa_assets.mesh.planar import counter_clockwise, outline_of
-from casa_assets.model.asset.asset import Base
-from casa_assets.model.record import Vec2
-from casa_assets.model.registry.category import Portion
 
 Metres = Annotated[float, Field(gt=0, le=0.8)]
 Thin = Annotated[float, Field(ge=0, le=0.05)]

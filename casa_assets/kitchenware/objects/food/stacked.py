@@ -11,12 +11,10 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from casa_assets.asset.kit.assemble import Family
-from casa_assets.asset.kit.asset_builder import ROOT, AssetBuilder
-from casa_assets.asset.kit.solids.solid import Solid
-from casa_assets.asset.kit.solids.sweep import prism, tube
-from casa_assets.core.numeric import Floats
-from casa_assets.families.family import FinishId, Params
+from casa_assets.ext.arrays import Floats
+from casa_assets.ext.families import Family, FinishId, Params
+from casa_assets.ext.records import Base, Portion, Vec2
+from casa_assets.ext.solids import ROOT, AssetBuilder, Solid, prism, tube
 from casa_assets.kitchenware.objects.closed_surface import bumped, ellipsoid, lobed, sheet, smooth_profile, turned
 from casa_assets.kitchenware.objects.food.bodies import (
     CREASE,
@@ -36,9 +34,6 @@ from casa_assets.kitchenware.objects.food.bodies import (
     strewn,
     superellipse,
 )
-from casa_assets.model.asset.asset import Base
-from casa_assets.model.record import Vec2
-from casa_assets.model.registry.category import Portion
 
 Metres = Annotated[float, Field(gt=0, le=0.6)]
 Thin = Annotated[float, Field(ge=0, le=0.08)]

@@ -10,16 +10,12 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from casa_assets.asset.kit.assemble import Family
-from casa_assets.asset.kit.asset_builder import ROOT, AssetBuilder
-from casa_assets.asset.kit.solids.solid import Solid, concatenate
-from casa_assets.asset.kit.solids.sweep import circle, tube
-from casa_assets.core.numeric import Floats
-from casa_assets.families.family import FinishId, Params
+from casa_assets.ext.arrays import Floats
+from casa_assets.ext.families import Family, FinishId, Params
+from casa_assets.ext.records import Base, Vec2
+from casa_assets.ext.solids import ROOT, AssetBuilder, Solid, circle, concatenate, tube
 from casa_assets.kitchenware.objects.closed_surface import bumped, capped_rings, smooth_profile, turned
 from casa_assets.kitchenware.parts.decor.jars import GOLDEN_ANGLE, golden_angles, leaf
-from casa_assets.model.asset.asset import Base
-from casa_assets.model.record import Vec2
 
 Metres = Annotated[float, Field(gt=0, le=0.5)]
 BERRY_FOOT = 0.14  # of the length of a berry, that its collision shape is flat in

@@ -10,12 +10,10 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field, model_validator
 
-from casa_assets.asset.kit.assemble import Family
-from casa_assets.asset.kit.asset_builder import ROOT, AssetBuilder
-from casa_assets.asset.kit.solids.solid import Solid, concatenate, hull_around
-from casa_assets.asset.kit.solids.sweep import tube
-from casa_assets.core.numeric import Floats
-from casa_assets.families.family import FinishId, Params
+from casa_assets.ext.arrays import Floats, solid_moments
+from casa_assets.ext.families import Family, FinishId, Params
+from casa_assets.ext.records import Base, Portion, Vec2
+from casa_assets.ext.solids import ROOT, AssetBuilder, Solid, concatenate, hull_around, tube
 from casa_assets.kitchenware.objects.closed_surface import (
     bent,
     bumped,
@@ -28,10 +26,6 @@ from casa_assets.kitchenware.objects.closed_surface import (
 )
 from casa_assets.kitchenware.objects.cutting import Plane, across, along, cut, sector, shell
 from casa_assets.kitchenware.parts.decor.jars import golden_angles, leaf
-from casa_assets.mesh.surface import solid_moments
-from casa_assets.model.asset.asset import Base
-from casa_assets.model.record import Vec2
-from casa_assets.model.registry.category import Portion
 
 # Head leaves ----------------------------------------------------------------------------------------------------------
 # Leaves around a head of cabbage, lettuce or a sprout: sheets along its profile whose rims curl away from it.

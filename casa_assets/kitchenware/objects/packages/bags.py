@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from casa_assets.asset.kit.solids.blocks import board, rod
-from casa_assets.asset.kit.solids.solid import Solid
-from casa_assets.core.numeric import Floats
+from casa_assets.ext.arrays import Floats
+from casa_assets.ext.solids import Solid, board, rod
 from casa_assets.kitchenware.objects.packages.tubs import Part
 from casa_assets.kitchenware.objects.packages.wrapping import SEALED, round_sides, two_sheets, with_spot, wrapped
 

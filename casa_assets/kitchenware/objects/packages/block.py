@@ -12,18 +12,13 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from casa_assets.asset.kit.assemble import Family
-from casa_assets.asset.kit.asset_builder import ROOT, AssetBuilder
-from casa_assets.asset.kit.solids.blocks import ball, subtract
-from casa_assets.asset.kit.solids.solid import Solid, concatenate
-from casa_assets.core.numeric import Floats
-from casa_assets.families.family import FinishId, Params
+from casa_assets.ext.arrays import Floats, face_normals
+from casa_assets.ext.families import Family, FinishId, Params
+from casa_assets.ext.records import Base, Portion
+from casa_assets.ext.solids import ROOT, AssetBuilder, Solid, ball, concatenate, subtract
 from casa_assets.kitchenware.objects.closed_surface import bumped
 from casa_assets.kitchenware.objects.packages.tubs import Part
 from casa_assets.kitchenware.objects.packages.wrapping import Outline, four_sides, round_sides, wrapped
-from casa_assets.mesh.surface import face_normals
-from casa_assets.model.asset.asset import Base
-from casa_assets.model.registry.category import Portion
 
 Metres = Annotated[float, Field(gt=0, le=0.5)]
 Small = Annotated[float, Field(ge=0, le=0.1)]

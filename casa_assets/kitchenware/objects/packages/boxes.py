@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from casa_assets.asset.kit.solids.blocks import board, lathe
-from casa_assets.asset.kit.solids.solid import Solid, axis_turn
-from casa_assets.asset.kit.solids.sweep import tube
-from casa_assets.core.numeric import Floats
+from casa_assets.ext.arrays import Floats
+from casa_assets.ext.records import Pose
+from casa_assets.ext.solids import Solid, axis_turn, board, lathe, tube
 from casa_assets.kitchenware.objects.packages.block import SHAPES as BLOCKS
 from casa_assets.kitchenware.objects.packages.block import Block
 from casa_assets.kitchenware.objects.packages.block import Shape as BlockShape
@@ -28,7 +27,6 @@ from casa_assets.kitchenware.objects.packages.wrapping import (
     with_spot,
     wrapped,
 )
-from casa_assets.model.pose import Pose
 
 if TYPE_CHECKING:
     from casa_assets.kitchenware.objects.packages.package import Package

@@ -10,19 +10,15 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field, model_validator
 
-from casa_assets.asset.kit.assemble import Family
-from casa_assets.asset.kit.asset_builder import ROOT, AssetBuilder
-from casa_assets.asset.kit.solids.solid import Solid, box_shape
-from casa_assets.core.numeric import Floats
-from casa_assets.families.family import FinishId, Params
+from casa_assets.ext.arrays import Floats
+from casa_assets.ext.families import Family, FinishId, Params
+from casa_assets.ext.records import Base, Pose, Vec2
+from casa_assets.ext.solids import ROOT, AssetBuilder, Solid, box_shape
 from casa_assets.kitchenware.objects.containers.closures import LID, LID_GRIP, swing_up
 from casa_assets.kitchenware.objects.packages.bags import pillow, pouch, twist
 from casa_assets.kitchenware.objects.packages.boxes import brick, carton, gable, lid_seam, paper_bag, wrapped_block
 from casa_assets.kitchenware.objects.packages.tubs import Part, roll, tub
 from casa_assets.kitchenware.objects.packages.wrapping import LYING_ALONG, LYING_BACK
-from casa_assets.model.asset.asset import Base
-from casa_assets.model.pose import Pose
-from casa_assets.model.record import Vec2
 
 Metres = Annotated[float, Field(gt=0, le=0.5)]
 Small = Annotated[float, Field(ge=0, le=0.1)]

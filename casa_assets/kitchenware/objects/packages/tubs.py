@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from casa_assets.asset.kit.solids.blocks import lathe
-from casa_assets.asset.kit.solids.solid import Solid, concatenate
-from casa_assets.core.numeric import Floats
+from casa_assets.ext.arrays import Floats
+from casa_assets.ext.solids import Solid, concatenate, lathe
 from casa_assets.kitchenware.objects.closed_surface import smooth_profile
 from casa_assets.kitchenware.objects.packages.wrapping import (
     Outline,

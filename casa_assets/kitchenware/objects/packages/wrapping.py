@@ -8,12 +8,10 @@ from itertools import pairwise
 import manifold3d
 import numpy as np
 
-from casa_assets.asset.kit.solids.solid import Solid
-from casa_assets.asset.kit.solids.sweep import ring_walls
-from casa_assets.core.numeric import Floats, Ints
+from casa_assets.ext.arrays import Floats, Ints
+from casa_assets.ext.records import Pose, Vec2
+from casa_assets.ext.solids import Solid, ring_walls
 from casa_assets.kitchenware.objects.closed_surface import random_waves
-from casa_assets.model.pose import Pose
-from casa_assets.model.record import Vec2
 
 # Half of the thickness of two sheets that are sealed together, metres.
 SEALED = 0.0004

@@ -9,13 +9,23 @@ from itertools import pairwise
 
 import numpy as np
 
-from casa_assets.asset.kit.solids.blocks import box, lathe, rod, subtract
-from casa_assets.asset.kit.solids.solid import Solid, concatenate, hull_around
-from casa_assets.asset.kit.solids.sweep import circle, prism, rectangle, tube
-from casa_assets.core.numeric import Floats, Ints
+from casa_assets.ext.arrays import Floats, Ints
+from casa_assets.ext.records import Vec2, Vec3
+from casa_assets.ext.solids import (
+    Solid,
+    box,
+    circle,
+    concatenate,
+    hull_around,
+    lathe,
+    prism,
+    rectangle,
+    rod,
+    subtract,
+    tube,
+)
 from casa_assets.kitchenware.objects.closed_surface import smooth_profile, turned
 from casa_assets.kitchenware.objects.tools.swept_bar import corners, lofted, stadium
-from casa_assets.model.record import Vec2, Vec3
 
 
 @dataclass(frozen=True)

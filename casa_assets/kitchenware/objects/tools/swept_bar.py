@@ -11,15 +11,12 @@ import numpy as np
 from pydantic import Field
 from scipy.interpolate import PchipInterpolator
 
-from casa_assets.asset.kit.solids.solid import Solid, hull_around
-from casa_assets.asset.kit.solids.sweep import prism
-from casa_assets.core.numeric import Floats
 from casa_assets.errors import DegenerateShape
-from casa_assets.families.family import Params
+from casa_assets.ext.arrays import Floats, convex_hull, signed_volume
+from casa_assets.ext.families import Params
+from casa_assets.ext.records import Vec2, Vec5
+from casa_assets.ext.solids import Solid, hull_around, prism
 from casa_assets.kitchenware.objects.closed_surface import smooth_profile
-from casa_assets.mesh.solid.solids import convex_hull
-from casa_assets.mesh.surface import signed_volume
-from casa_assets.model.record import Vec2, Vec5
 
 # Rings along a bar, and points round one.
 ALONG, AROUND = 40, 20

@@ -12,20 +12,25 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from casa_assets.asset.kit.assemble import Family
-from casa_assets.asset.kit.asset_builder import ROOT, AssetBuilder
-from casa_assets.asset.kit.solids.blocks import box, rod
-from casa_assets.asset.kit.solids.solid import Solid, axis_turn, concatenate, hull_around
-from casa_assets.asset.kit.solids.sweep import prism, rectangle, tube
-from casa_assets.families.family import FinishId, Params
+from casa_assets.ext.arrays import convex_hull, solid_moments
+from casa_assets.ext.families import Family, FinishId, Params
+from casa_assets.ext.records import Base, Pose, Vec2
+from casa_assets.ext.solids import (
+    ROOT,
+    AssetBuilder,
+    Solid,
+    axis_turn,
+    box,
+    concatenate,
+    hull_around,
+    prism,
+    rectangle,
+    rod,
+    tube,
+)
 from casa_assets.kitchenware.objects.tools import heads
 from casa_assets.kitchenware.objects.tools.heads import Part
 from casa_assets.kitchenware.objects.tools.swept_bar import Bar, Size, bar, drilled, stadium, value_at
-from casa_assets.mesh.solid.solids import convex_hull
-from casa_assets.mesh.surface import solid_moments
-from casa_assets.model.asset.asset import Base
-from casa_assets.model.pose import Pose
-from casa_assets.model.record import Vec2
 
 Metres = Annotated[float, Field(ge=0, le=0.6)]
 Share = Annotated[float, Field(ge=0, le=1)]

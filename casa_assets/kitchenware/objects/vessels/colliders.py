@@ -8,9 +8,8 @@ from itertools import combinations, pairwise
 
 import numpy as np
 
-from casa_assets.asset.kit.solids.blocks import box, rod
-from casa_assets.asset.kit.solids.solid import Placed, hull_around
-from casa_assets.core.numeric import Floats
+from casa_assets.ext.arrays import Floats
+from casa_assets.ext.solids import Placed, box, hull_around, rod
 from casa_assets.kitchenware.objects.vessels.surface import Plan, Profile, thinned
 
 # Slabs are at least as thick as this, metres.

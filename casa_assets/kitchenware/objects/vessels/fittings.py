@@ -11,18 +11,25 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from casa_assets.asset.kit.assemble import Family
-from casa_assets.asset.kit.asset_builder import ROOT, AssetBuilder
-from casa_assets.asset.kit.solids.blocks import lathe, subtract
-from casa_assets.asset.kit.solids.solid import Solid, concatenate, hull_around
-from casa_assets.asset.kit.solids.sweep import circle, loft, prism, tube
-from casa_assets.core.numeric import Floats
-from casa_assets.families.family import FinishId, Params
+from casa_assets.ext.arrays import Floats
+from casa_assets.ext.families import Family, FinishId, Params
+from casa_assets.ext.records import Base, Vec2, Vec3
+from casa_assets.ext.solids import (
+    ROOT,
+    AssetBuilder,
+    Solid,
+    circle,
+    concatenate,
+    hull_around,
+    lathe,
+    loft,
+    prism,
+    subtract,
+    tube,
+)
 from casa_assets.kitchenware.objects.closed_surface import ellipsoid, run_along
 from casa_assets.kitchenware.objects.containers.closures import LID_GRIP
 from casa_assets.kitchenware.objects.vessels.surface import Plan, Profile, patched, surface
-from casa_assets.model.asset.asset import Base
-from casa_assets.model.record import Vec2, Vec3
 
 # Fittings -------------------------------------------------------------------------------------------------------------
 # Handles, spouts, knobs and rims of vessels: sections that change along a path.

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pydantic import Field
 
-from casa_assets.asset.kit.assemble import Family
-from casa_assets.asset.kit.asset_builder import AssetBuilder
-from casa_assets.families.family import FinishId, Params
+from casa_assets.ext.families import Family, FinishId, Params
+from casa_assets.ext.records import Base
+from casa_assets.ext.solids import AssetBuilder
 from casa_assets.kitchenware.fixtures.kitchenware.dish_rack import DishRack, build
 from casa_assets.kitchenware.fixtures.small import kettle
 from casa_assets.kitchenware.fixtures.small.kettle import Kettle, KettleForm, KettleHandle
@@ -19,7 +19,6 @@ from casa_assets.kitchenware.parts.appliance.blender_jar import (
     add_jar,
     add_jar_handle,
 )
-from casa_assets.model.asset.asset import Base
 
 # Blender jug ----------------------------------------------------------------------------------------------------------
 # Jugs of blenders by themselves: a jar with blades, a scale and a handle, with or without its cover.

@@ -10,14 +10,25 @@ from itertools import pairwise
 import numpy as np
 from pydantic import Field
 
-from casa_assets.asset.kit.assemble import Family
-from casa_assets.asset.kit.asset_builder import ROOT, AssetBuilder
-from casa_assets.asset.kit.solids.blocks import box, intersect, rod, subtract
-from casa_assets.asset.kit.solids.solid import Solid, concatenate
-from casa_assets.asset.kit.solids.sweep import circle, inset, inset_rings, loft, prism, rectangle
-from casa_assets.core.numeric import Floats
-from casa_assets.families.family import FinishId, Params
-from casa_assets.model.asset.asset import Base
+from casa_assets.ext.arrays import Floats
+from casa_assets.ext.families import Family, FinishId, Params
+from casa_assets.ext.records import Base
+from casa_assets.ext.solids import (
+    ROOT,
+    AssetBuilder,
+    Solid,
+    box,
+    circle,
+    concatenate,
+    inset,
+    inset_rings,
+    intersect,
+    loft,
+    prism,
+    rectangle,
+    rod,
+    subtract,
+)
 
 # Board ----------------------------------------------------------------------------------------------------------------
 # Boards to cut on, place mats, slabs of slate; with a groove, a hole, a handle or strips of two woods.

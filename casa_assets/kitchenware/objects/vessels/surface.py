@@ -10,11 +10,10 @@ from itertools import pairwise
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
-from casa_assets.asset.kit.solids.solid import Solid
-from casa_assets.asset.kit.solids.sweep import rectangle, round_corners
-from casa_assets.core.numeric import Floats
+from casa_assets.ext.arrays import Floats
+from casa_assets.ext.records import Vec2
+from casa_assets.ext.solids import Solid, rectangle, round_corners
 from casa_assets.kitchenware.objects.closed_surface import run_along
-from casa_assets.model.record import Vec2
 
 # Heights in the picture of a vessel: the edge of its foot, its rim; the middle of the inside is 1.
 FOOT_V, RIM_V = 0.08, 0.5

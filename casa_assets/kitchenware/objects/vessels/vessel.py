@@ -7,11 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from casa_assets.asset.kit.assemble import Family
-from casa_assets.asset.kit.asset_builder import ROOT, AssetBuilder
-from casa_assets.asset.kit.solids.blocks import subtract
-from casa_assets.asset.kit.solids.solid import Solid, concatenate
-from casa_assets.asset.kit.solids.sweep import circle, prism
+from casa_assets.ext.families import Family
+from casa_assets.ext.records import Base
+from casa_assets.ext.solids import ROOT, AssetBuilder, Solid, circle, concatenate, prism, subtract
 from casa_assets.kitchenware.objects.containers.closures import LID, MOST_LIFT, lift_off
 from casa_assets.kitchenware.objects.vessels.colliders import closed_shapes, open_shapes
 from casa_assets.kitchenware.objects.vessels.fittings import (
@@ -38,7 +36,6 @@ from casa_assets.kitchenware.objects.vessels.surface import (
     vessel_profile,
     woven,
 )
-from casa_assets.model.asset.asset import Base
 
 # Parameters of a vessel that are the fields of its plan of the same names.
 AS_IN_PLAN = (

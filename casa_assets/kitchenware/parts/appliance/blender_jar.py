@@ -8,12 +8,22 @@ from enum import StrEnum
 
 import numpy as np
 
-from casa_assets.asset.kit.asset_builder import ROOT, AssetBuilder
-from casa_assets.asset.kit.solids.blocks import board, box, lathe, rod
-from casa_assets.asset.kit.solids.solid import Placed, Solid
-from casa_assets.asset.kit.solids.sweep import circle, loft, rectangle, tube
+from casa_assets.ext.records import Vec2, Vec3
+from casa_assets.ext.solids import (
+    ROOT,
+    AssetBuilder,
+    Placed,
+    Solid,
+    board,
+    box,
+    circle,
+    lathe,
+    loft,
+    rectangle,
+    rod,
+    tube,
+)
 from casa_assets.kitchenware.parts.appliance.counter_parts import round_wall_pieces
-from casa_assets.model.record import Vec2, Vec3
 
 WALL_THICKNESS = 0.004  # metres
 LIP_HEIGHT = 0.008

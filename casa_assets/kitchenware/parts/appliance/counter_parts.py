@@ -9,15 +9,27 @@ from enum import StrEnum
 
 import numpy as np
 
-from casa_assets.asset.kit.asset_builder import ROOT, AssetBuilder
-from casa_assets.asset.kit.solids.blocks import board, box, lathe, rod, subtract
-from casa_assets.asset.kit.solids.solid import Placed, Solid, box_shape, concatenate
-from casa_assets.asset.kit.solids.sweep import circle, loft, prism, rectangle, round_corners, tube
-from casa_assets.core.numeric import Floats
-from casa_assets.mesh.solid.solids import convex_hull
-from casa_assets.model.asset.parts import Hull, Mesh, Sphere
-from casa_assets.model.pose import Pose
-from casa_assets.model.record import Vec2, Vec3
+from casa_assets.ext.arrays import Floats, convex_hull
+from casa_assets.ext.records import Hull, Mesh, Pose, Sphere, Vec2, Vec3
+from casa_assets.ext.solids import (
+    ROOT,
+    AssetBuilder,
+    Placed,
+    Solid,
+    board,
+    box,
+    box_shape,
+    circle,
+    concatenate,
+    lathe,
+    loft,
+    prism,
+    rectangle,
+    rod,
+    round_corners,
+    subtract,
+    tube,
+)
 
 # Case -----------------------------------------------------------------------------------------------------------------
 # Cases of countertop appliances: outlines with rounded corners, extruded across or upwards.

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from casa_assets.asset.kit.asset_builder import AssetBuilder
-from casa_assets.asset.kit.solids.blocks import board, rod
-from casa_assets.asset.kit.solids.solid import Solid, concatenate
+from casa_assets.ext.records import Vec3
+from casa_assets.ext.solids import AssetBuilder, Solid, board, concatenate, rod
 from casa_assets.kitchenware.parts.hardware.handles import wire
-from casa_assets.model.record import Vec3
 
 WIRE_RADIUS, RIM_RADIUS = 0.0016, 0.0026  # metres; radius with its coat
 TINE_HEIGHT = 0.05

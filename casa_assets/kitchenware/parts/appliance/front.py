@@ -7,10 +7,8 @@ from enum import StrEnum
 import numpy as np
 from pydantic import Field
 
-from casa_assets.asset.kit.solids.blocks import box, rod
-from casa_assets.asset.kit.solids.solid import Placed, box_shape
-from casa_assets.asset.kit.solids.sweep import rectangle, tube
-from casa_assets.families.family import FinishId, Params
+from casa_assets.ext.families import FinishId, Params
+from casa_assets.ext.solids import Placed, box, box_shape, rectangle, rod, tube
 from casa_assets.kitchenware.parts.fronts.fronts import FrontKind
 from casa_assets.kitchenware.parts.hardware.handles import Handle, collider_box, grip_capsule
 

@@ -8,15 +8,24 @@ from enum import StrEnum
 
 import numpy as np
 
-from casa_assets.asset.kit.asset_builder import ROOT, AssetBuilder
-from casa_assets.asset.kit.solids.blocks import board, box, lathe, rod, subtract
-from casa_assets.asset.kit.solids.solid import box_shape, concatenate
-from casa_assets.asset.kit.solids.sweep import rectangle, tube
-from casa_assets.core import hand_dynamics
-from casa_assets.core.numeric import Floats, significant
+from casa_assets.ext.arrays import Floats, significant
+from casa_assets.ext.families import hand_dynamics
+from casa_assets.ext.records import Vec2, Vec3
+from casa_assets.ext.solids import (
+    ROOT,
+    AssetBuilder,
+    board,
+    box,
+    box_shape,
+    concatenate,
+    lathe,
+    rectangle,
+    rod,
+    subtract,
+    tube,
+)
 from casa_assets.kitchenware.parts.appliance.counter_parts import add_liner, cavity_walls
 from casa_assets.kitchenware.parts.hardware.handles import round_bar
-from casa_assets.model.record import Vec2, Vec3
 
 # Balanced hinge -------------------------------------------------------------------------------------------------------
 # Hinges about x of flaps, heads and oven doors: a spring carries the weight, friction holds the link in place.

@@ -6,13 +6,10 @@ import math
 from dataclasses import dataclass
 from enum import StrEnum
 
-from casa_assets.asset.kit.asset_builder import ROOT, AssetBuilder
-from casa_assets.asset.kit.solids.blocks import board
-from casa_assets.asset.kit.solids.solid import Solid
-from casa_assets.asset.kit.solids.sweep import arc
+from casa_assets.ext.records import Vec2, Vec3
+from casa_assets.ext.solids import ROOT, AssetBuilder, Solid, arc, board
 from casa_assets.kitchenware.parts.fronts.fronts import FRONT_THICKNESS, CabinetLook
 from casa_assets.kitchenware.parts.hardware.handles import HandleKind
-from casa_assets.model.record import Vec2, Vec3
 
 # Counter edge ---------------------------------------------------------------------------------------------------------
 # Profiles from the underside to the top.

@@ -8,9 +8,9 @@ from typing import Self
 
 from pydantic import Field, model_validator
 
-from casa_assets.asset.kit.asset_builder import ROOT, AssetBuilder
-from casa_assets.asset.kit.solids.blocks import board
-from casa_assets.families.family import Params
+from casa_assets.ext.families import Params
+from casa_assets.ext.records import Vec2, Vec3
+from casa_assets.ext.solids import ROOT, AssetBuilder, board
 from casa_assets.kitchenware.parts.carcass.carcass import (
     ACROSS,
     BOARD_THICKNESS,
@@ -36,7 +36,6 @@ from casa_assets.kitchenware.parts.fronts.doors import (
 )
 from casa_assets.kitchenware.parts.fronts.fronts import FRONT_THICKNESS, CabinetLook
 from casa_assets.kitchenware.parts.hardware.handles import HandleKind
-from casa_assets.model.record import Vec2, Vec3
 
 # Cells ----------------------------------------------------------------------------------------------------------------
 # Doors, drawers, false fronts, open shelves and niches stacked in one carcass.

@@ -7,14 +7,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from casa_assets.asset.kit.asset_builder import ROOT, AssetBuilder
-from casa_assets.asset.kit.solids.blocks import board
+from casa_assets.ext.records import Vec2, Vec3
+from casa_assets.ext.solids import ROOT, AssetBuilder, board
 from casa_assets.kitchenware.parts.appliance import dish_racks, oven
 from casa_assets.kitchenware.parts.appliance.counter_parts import cavity_walls
 from casa_assets.kitchenware.parts.appliance.front import ApplianceLook
 from casa_assets.kitchenware.parts.appliance.oven import add_turntable
 from casa_assets.kitchenware.parts.refrigerator import case
-from casa_assets.model.record import Vec2, Vec3
 
 # All lengths in metres; choices that suit usual appliances and cabinets.
 FRONT_CLEARANCE = 0.0008  # from the mouth of a cavity to the front edges of the walls, which then overlap no front

@@ -8,11 +8,9 @@ from enum import StrEnum
 
 import numpy as np
 
-from casa_assets.asset.kit.solids.blocks import ball, lathe, rod
-from casa_assets.asset.kit.solids.solid import Solid
-from casa_assets.asset.kit.solids.sweep import circle, prism, tube
-from casa_assets.core.numeric import Floats
-from casa_assets.model.record import Vec2
+from casa_assets.ext.arrays import Floats
+from casa_assets.ext.records import Vec2
+from casa_assets.ext.solids import Solid, ball, circle, lathe, prism, rod, tube
 
 # Leaves ---------------------------------------------------------------------------------------------------------------
 # Thin curved solids on a stem.

@@ -8,12 +8,10 @@ from enum import StrEnum
 
 import numpy as np
 
-from casa_assets.asset.kit.solids.blocks import ball, box, lathe, rod
-from casa_assets.asset.kit.solids.solid import Solid
-from casa_assets.asset.kit.solids.sweep import circle, inset, loft, prism, rectangle, tube
+from casa_assets.ext.records import Vec2, Vec3
+from casa_assets.ext.solids import Solid, ball, box, circle, inset, lathe, loft, prism, rectangle, rod, tube
 from casa_assets.kitchenware.fixtures.counters.wall_plates import upright_on_wall
 from casa_assets.kitchenware.parts.hardware.handles import tapered_leg
-from casa_assets.model.record import Vec2, Vec3
 
 # Tools ----------------------------------------------------------------------------------------------------------------
 # Upright or hanging kitchen tools: the end of their handle at the origin, the working end up z.

@@ -8,15 +8,12 @@ from enum import StrEnum
 
 import numpy as np
 
-from casa_assets.asset.kit.asset_builder import ROOT, AssetBuilder
-from casa_assets.asset.kit.solids.blocks import board, rod
-from casa_assets.asset.kit.solids.solid import axis_turn
+from casa_assets.ext.records import Pose, Vec3, Vec4
+from casa_assets.ext.solids import ROOT, AssetBuilder, axis_turn, board, rod
 from casa_assets.kitchenware.parts.fronts import fronts
 from casa_assets.kitchenware.parts.fronts.fronts import FRONT_THICKNESS, CabinetLook, FrontEdge, FrontPart
 from casa_assets.kitchenware.parts.hardware import handles
 from casa_assets.kitchenware.parts.hardware.handles import HandleKind
-from casa_assets.model.pose import Pose
-from casa_assets.model.record import Vec3, Vec4
 
 # Doors ----------------------------------------------------------------------------------------------------------------
 # Doors on a cabinet: a front on a hinge at its outer front corner, with a handle at its free side.

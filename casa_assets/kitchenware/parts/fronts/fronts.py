@@ -10,14 +10,23 @@ from enum import StrEnum
 import numpy as np
 from pydantic import Field
 
-from casa_assets.asset.kit.asset_builder import AssetBuilder
-from casa_assets.asset.kit.solids.blocks import board, box, subtract
-from casa_assets.asset.kit.solids.solid import Placed, Solid, box_shape
-from casa_assets.asset.kit.solids.sweep import loft, mitred_frame, offset_sides, prism
-from casa_assets.core.numeric import Floats
-from casa_assets.families.family import FinishId, Params
+from casa_assets.ext.arrays import Floats
+from casa_assets.ext.families import FinishId, Params
+from casa_assets.ext.records import Vec2, Vec3
+from casa_assets.ext.solids import (
+    AssetBuilder,
+    Placed,
+    Solid,
+    board,
+    box,
+    box_shape,
+    loft,
+    mitred_frame,
+    offset_sides,
+    prism,
+    subtract,
+)
 from casa_assets.kitchenware.parts.hardware.handles import HandleKind
-from casa_assets.model.record import Vec2, Vec3
 
 # Panels ---------------------------------------------------------------------------------------------------------------
 # Infill of framed fronts: flat, raised and beaded panels, louvres, panes and glazing bars.

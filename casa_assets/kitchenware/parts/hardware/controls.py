@@ -7,16 +7,10 @@ from enum import StrEnum
 
 import numpy as np
 
-from casa_assets.asset.kit.asset_builder import ROOT, AssetBuilder, BehaviorBuilder
-from casa_assets.asset.kit.solids.blocks import box, lathe, rod
-from casa_assets.asset.kit.solids.solid import Solid, concatenate
-from casa_assets.asset.kit.solids.sweep import prism
-from casa_assets.core import hand_dynamics
-from casa_assets.core.numeric import Floats
-from casa_assets.model.asset.behavior import Condition
-from casa_assets.model.asset.parts import Cylinder
-from casa_assets.model.pose import Pose
-from casa_assets.model.record import Vec2, Vec3
+from casa_assets.ext.arrays import Floats
+from casa_assets.ext.families import hand_dynamics
+from casa_assets.ext.records import Condition, Cylinder, Pose, Vec2, Vec3
+from casa_assets.ext.solids import ROOT, AssetBuilder, BehaviorBuilder, Solid, box, concatenate, lathe, prism, rod
 
 # Buttons --------------------------------------------------------------------------------------------------------------
 # Keys that are pressed and come back, and the toggle that one key makes.

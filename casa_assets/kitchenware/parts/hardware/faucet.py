@@ -10,16 +10,22 @@ from itertools import pairwise
 import numpy as np
 from pydantic import Field
 
-from casa_assets.asset.kit.asset_builder import ROOT, AssetBuilder, BehaviorBuilder
-from casa_assets.asset.kit.solids.blocks import ball, box, lathe, rod
-from casa_assets.asset.kit.solids.solid import Solid
-from casa_assets.asset.kit.solids.sweep import rectangle, round_corners, tube
-from casa_assets.core import hand_dynamics
-from casa_assets.core.hand_dynamics import TAP_START_N
-from casa_assets.core.numeric import Floats
-from casa_assets.families.family import FinishId, Params
-from casa_assets.model.asset.behavior import EffectKind
-from casa_assets.model.record import Vec3
+from casa_assets.ext.arrays import Floats
+from casa_assets.ext.families import TAP_START_N, FinishId, Params, hand_dynamics
+from casa_assets.ext.records import EffectKind, Vec3
+from casa_assets.ext.solids import (
+    ROOT,
+    AssetBuilder,
+    BehaviorBuilder,
+    Solid,
+    ball,
+    box,
+    lathe,
+    rectangle,
+    rod,
+    round_corners,
+    tube,
+)
 
 # Ref: RoboCasa v0.2 and v1.0, class Sink: water runs where 0.40 < handle_joint < pi; high from half of the range on.
 FLOW_START, FLOW_RANGE = 0.40, 1.0

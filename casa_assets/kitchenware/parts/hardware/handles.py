@@ -8,15 +8,29 @@ from enum import StrEnum
 
 import numpy as np
 
-from casa_assets.asset.kit.asset_builder import AssetBuilder
-from casa_assets.asset.kit.solids.blocks import ball, board, box, lathe, rod, subtract
-from casa_assets.asset.kit.solids.solid import Placed, Solid, axis_turn, box_shape, concatenate
-from casa_assets.asset.kit.solids.sweep import circle, inset_rings, loft, prism, rectangle, round_corners, tube
-from casa_assets.core.numeric import Floats
-from casa_assets.mesh.solid.solids import convex_hull
-from casa_assets.model.asset.parts import Capsule, Cylinder
-from casa_assets.model.pose import Pose
-from casa_assets.model.record import Vec3, Vec4
+from casa_assets.ext.arrays import Floats, convex_hull
+from casa_assets.ext.records import Capsule, Cylinder, Pose, Vec3, Vec4
+from casa_assets.ext.solids import (
+    AssetBuilder,
+    Placed,
+    Solid,
+    axis_turn,
+    ball,
+    board,
+    box,
+    box_shape,
+    circle,
+    concatenate,
+    inset_rings,
+    lathe,
+    loft,
+    prism,
+    rectangle,
+    rod,
+    round_corners,
+    subtract,
+    tube,
+)
 
 # Legs -----------------------------------------------------------------------------------------------------------------
 # Legs and rails of furniture: bars between two points.

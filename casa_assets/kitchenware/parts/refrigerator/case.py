@@ -6,12 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from casa_assets.asset.kit.asset_builder import ROOT, AssetBuilder
-from casa_assets.asset.kit.solids.blocks import board, box, rod, subtract
-from casa_assets.asset.kit.solids.solid import Placed, box_shape
+from casa_assets.ext.records import Vec3
+from casa_assets.ext.solids import ROOT, AssetBuilder, Placed, board, box, box_shape, rod, subtract
 from casa_assets.kitchenware.parts.appliance.counter_parts import add_liner, cavity_colliders
 from casa_assets.kitchenware.parts.appliance.front import ApplianceFront, ApplianceKick, ApplianceLook
-from casa_assets.model.record import Vec3
 
 # Foamed walls, metres.
 SIDE_THICKNESS = 0.046

@@ -5,10 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from casa_assets.asset.kit.asset_builder import AssetBuilder
-from casa_assets.asset.kit.solids.blocks import board, box, subtract
-from casa_assets.asset.kit.solids.solid import Placed, Solid, box_shape
-from casa_assets.asset.kit.solids.sweep import prism, rectangle
+from casa_assets.ext.records import Vec2, Vec3
+from casa_assets.ext.solids import AssetBuilder, Placed, Solid, board, box, box_shape, prism, rectangle, subtract
 from casa_assets.kitchenware.parts.appliance.counter_parts import cavity_walls
 from casa_assets.kitchenware.parts.appliance.front import (
     LATCH_LENGTH,
@@ -21,7 +19,6 @@ from casa_assets.kitchenware.parts.fronts import fronts
 from casa_assets.kitchenware.parts.fronts.fronts import FrontKind
 from casa_assets.kitchenware.parts.hardware import handles
 from casa_assets.kitchenware.parts.refrigerator.case import DOOR_GAP, LINER_FINISH, Compartment
-from casa_assets.model.record import Vec2, Vec3
 
 # Gasket ---------------------------------------------------------------------------------------------------------------
 # Gaskets: the dark magnetic seal between a door and what it shuts.

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 from pydantic import Field
 
-from casa_assets.asset.kit.asset_builder import AssetBuilder, negated
-from casa_assets.asset.kit.solids.blocks import board, box
-from casa_assets.families.family import Params, between, pick
+from casa_assets.ext.families import Params, between, pick
+from casa_assets.ext.records import Condition, Vec2, Vec3, Vec4
+from casa_assets.ext.solids import AssetBuilder, board, box, negated
 from casa_assets.kitchenware.parts.appliance.front import ApplianceFront, ApplianceKick, ApplianceLook
 from casa_assets.kitchenware.parts.refrigerator import case as parts
 from casa_assets.kitchenware.parts.refrigerator.case import (
@@ -38,8 +38,6 @@ from casa_assets.kitchenware.parts.refrigerator.door import (
     gasket_frame,
     hang_fridge_door,
 )
-from casa_assets.model.asset.behavior import Condition
-from casa_assets.model.record import Vec2, Vec3, Vec4
 
 # Sliding parts --------------------------------------------------------------------------------------------------------
 # Sliding parts of refrigerators: crispers and baskets behind a door, and freezer drawers.

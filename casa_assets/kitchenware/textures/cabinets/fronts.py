@@ -8,11 +8,23 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from casa_assets.model.record import Record
-from casa_assets.model.registry.rows import HexColor
-from casa_assets.textures import wood
-from casa_assets.textures.canvas import Canvas, Layers, Map, Share, TextureKind, blend, line_coverage, rgb, smoothstep
-from casa_assets.textures.wood import SawCut, WoodPalette, WoodSpecies, grain_maps
+from casa_assets.ext.records import HexColor, Record
+from casa_assets.ext.textures import (
+    Canvas,
+    Layers,
+    Map,
+    SawCut,
+    Share,
+    TextureKind,
+    WoodPalette,
+    WoodSpecies,
+    blend,
+    grain_maps,
+    line_coverage,
+    rgb,
+    smoothstep,
+    wood,
+)
 
 # Board ----------------------------------------------------------------------------------------------------------------
 # Manufactured fronts: laminate, lacquer, thermofoil, linoleum, with the relief that the press gives them.

@@ -10,24 +10,27 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field
 
-from casa_assets.kitchenware.textures.counters.stone import voronoi_cells
-from casa_assets.model.record import Record
-from casa_assets.model.registry.rows import HexColor
-from casa_assets.textures import wood
-from casa_assets.textures.canvas import (
+from casa_assets.ext.records import HexColor, Record
+from casa_assets.ext.textures import (
     Canvas,
+    GrainMaps,
     Layers,
     Map,
+    SawCut,
     Share,
     TextureKind,
+    WoodPalette,
+    WoodSpecies,
     blend,
     line_coverage,
     rgb,
     rgb_table,
+    ring_maps,
     smoothstep,
     stratified,
+    wood,
 )
-from casa_assets.textures.wood import GrainMaps, SawCut, WoodPalette, WoodSpecies, ring_maps
+from casa_assets.kitchenware.textures.counters.stone import voronoi_cells
 
 # Butcher --------------------------------------------------------------------------------------------------------------
 # Wooden worktops: staves glued edge to edge, and end grain blocks.

@@ -11,9 +11,8 @@ import numpy.typing as npt
 from pydantic import Field
 from scipy import ndimage
 
-from casa_assets.model.record import Record
-from casa_assets.model.registry.rows import HexColor
-from casa_assets.textures.canvas import Canvas, Layers, Map, Share, TextureKind, blend, rgb, rgb_table, smoothstep
+from casa_assets.ext.records import HexColor, Record
+from casa_assets.ext.textures import Canvas, Layers, Map, Share, TextureKind, blend, rgb, rgb_table, smoothstep
 
 # Voronoi --------------------------------------------------------------------------------------------------------------
 # A periodic Voronoi map of jittered seeds, for crystals, chips and dimples.

@@ -9,25 +9,35 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from casa_assets.model.record import Record
-from casa_assets.model.registry.rows import HexColor
-from casa_assets.textures import wood
-from casa_assets.textures.canvas import (
+from casa_assets.ext.records import HexColor, Record
+from casa_assets.ext.textures import (
     Canvas,
+    Joint,
     Layers,
+    Laying,
     Map,
+    PieceMap,
+    SawCut,
     Share,
+    Slab,
     TextureKind,
+    TileEdge,
+    WoodPalette,
+    WoodSpecies,
     blend,
+    fill,
+    inlay,
+    lay,
     rgb,
     rgb_table,
+    rim,
+    slab_canvas,
     smoothstep,
     stratified,
+    whole,
+    wood,
     worley,
 )
-from casa_assets.textures.laying.laying import Laying, lay
-from casa_assets.textures.laying.pieces import Joint, PieceMap, Slab, TileEdge, fill, inlay, rim, slab_canvas, whole
-from casa_assets.textures.wood import SawCut, WoodPalette, WoodSpecies
 
 # Resilient ------------------------------------------------------------------------------------------------------------
 # Soft floors: marbled linoleum, studded and flecked rubber, cork, vinyl with a printed weave.

@@ -9,6 +9,27 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import Field
 
+from casa_assets.ext.records import HexColor, Record
+from casa_assets.ext.textures import (
+    Canvas,
+    Joint,
+    Layers,
+    Laying,
+    LayingPattern,
+    Map,
+    Share,
+    Slab,
+    TextureKind,
+    blend,
+    fill,
+    inlay,
+    lay,
+    rgb,
+    rim,
+    slab_canvas,
+    smoothstep,
+    stratified,
+)
 from casa_assets.kitchenware.textures.counters.stone import (
     BandedStone,
     Granite,
@@ -20,11 +41,6 @@ from casa_assets.kitchenware.textures.counters.stone import (
     paint_veined,
 )
 from casa_assets.kitchenware.textures.motif.figures import DESIGNS, TileDesign, ink
-from casa_assets.model.record import Record
-from casa_assets.model.registry.rows import HexColor
-from casa_assets.textures.canvas import Canvas, Layers, Map, Share, TextureKind, blend, rgb, smoothstep, stratified
-from casa_assets.textures.laying.laying import Laying, LayingPattern, lay
-from casa_assets.textures.laying.pieces import Joint, Slab, fill, inlay, rim, slab_canvas
 
 # Encaustic ------------------------------------------------------------------------------------------------------------
 # Cement tiles: coloured cement pressed into a pattern, dull, a little worn.

@@ -6,9 +6,8 @@ from enum import StrEnum
 
 import numpy as np
 
+from casa_assets.ext.textures import Canvas, PlacedOutline, window
 from casa_assets.kitchenware.textures.motif.figures import Array, disc, flower, ink, lens
-from casa_assets.textures.canvas import Canvas
-from casa_assets.textures.laying.pieces import PlacedOutline, window
 
 
 class FoliageKind(StrEnum):

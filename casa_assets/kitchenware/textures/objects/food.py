@@ -7,9 +7,8 @@ from typing import Annotated, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from casa_assets.model.record import Record, Vec2
-from casa_assets.model.registry.rows import HexColor
-from casa_assets.textures.canvas import Canvas, Layers, Map, Share, TextureKind, blend, rgb, ridged, smoothstep, worley
+from casa_assets.ext.records import HexColor, Record, Vec2
+from casa_assets.ext.textures import Canvas, Layers, Map, Share, TextureKind, blend, rgb, ridged, smoothstep, worley
 
 # Section --------------------------------------------------------------------------------------------------------------
 # Flesh from the middle to the rim, rings, rays, chambers, seeds.

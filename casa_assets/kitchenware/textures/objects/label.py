@@ -15,11 +15,10 @@ import numpy as np
 from PIL import Image, ImageChops, ImageDraw, ImageFont
 from pydantic import Field, model_validator
 
-from casa_assets.core.numeric import linear_from_srgb_array
+from casa_assets.ext.arrays import linear_from_srgb_array
+from casa_assets.ext.records import HexColor, Id, Record
+from casa_assets.ext.textures import Canvas, Layers, Share, TextureKind, rgb
 from casa_assets.kitchenware.textures.objects.motifs import MOTIFS, Pen, star
-from casa_assets.model.record import Id, Record
-from casa_assets.model.registry.rows import HexColor
-from casa_assets.textures.canvas import Canvas, Layers, Share, TextureKind, rgb
 
 # Letters are drawn this many pixels high and then fitted; a picture is drawn this many times larger than it is kept.
 LETTER_PX, FINER = 96, 3

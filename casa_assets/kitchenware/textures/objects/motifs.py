@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 from PIL import Image, ImageDraw
 
-from casa_assets.model.record import Vec2
+from casa_assets.ext.records import Vec2
 
 Points = Sequence[Vec2]
 

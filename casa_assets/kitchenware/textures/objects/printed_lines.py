@@ -8,8 +8,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy import ndimage
 
+from casa_assets.ext.textures import Map
 from casa_assets.kitchenware.textures.objects.label import FINER, Label, Layout, front
-from casa_assets.textures.canvas import Map
 
 # A pixel belongs to a line where leaving the line out changes it by more than this, sRGB 0..255.
 CHANGED = 24

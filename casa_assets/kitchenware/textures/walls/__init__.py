@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from casa_assets.ext.textures import TextureKind
 from casa_assets.kitchenware.textures.walls.covering import FOLIAGE, PLASTER, PRINTED, WOVEN
 from casa_assets.kitchenware.textures.walls.masonry import CERAMIC, CLAY, STONEWORK
 from casa_assets.kitchenware.textures.walls.panels import BOARDS, CONCRETE, TIN
-from casa_assets.textures.canvas import TextureKind
 
 KINDS: tuple[TextureKind, ...] = (PLASTER, PRINTED, FOLIAGE, WOVEN, CERAMIC, CLAY, BOARDS, STONEWORK, CONCRETE, TIN)

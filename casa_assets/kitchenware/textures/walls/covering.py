@@ -9,12 +9,8 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from casa_assets.kitchenware.textures.motif.figures import ink
-from casa_assets.kitchenware.textures.motif.foliage import FoliageKind, scatter
-from casa_assets.kitchenware.textures.motif.repeat import REPEATS, PaperRepeat
-from casa_assets.model.record import Record
-from casa_assets.model.registry.rows import HexColor
-from casa_assets.textures.canvas import (
+from casa_assets.ext.records import HexColor, Record
+from casa_assets.ext.textures import (
     Canvas,
     Layers,
     Map,
@@ -26,9 +22,12 @@ from casa_assets.textures.canvas import (
     ridged,
     smoothstep,
     standardize,
+    whole,
     worley,
 )
-from casa_assets.textures.laying.pieces import whole
+from casa_assets.kitchenware.textures.motif.figures import ink
+from casa_assets.kitchenware.textures.motif.foliage import FoliageKind, scatter
+from casa_assets.kitchenware.textures.motif.repeat import REPEATS, PaperRepeat
 
 # Paper ----------------------------------------------------------------------------------------------------------------
 # Printed repeats, foliage, woven grass and linen.

@@ -9,22 +9,25 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field
 
-from casa_assets.model.record import Record
-from casa_assets.model.registry.rows import HexColor
-from casa_assets.textures.canvas import (
+from casa_assets.ext.records import HexColor, Record
+from casa_assets.ext.textures import (
     Canvas,
+    Joint,
     Layers,
+    Laying,
     Map,
+    PieceMap,
     Share,
     TextureKind,
     blend,
+    fill,
+    lay,
     rgb,
     rgb_table,
+    rim,
     smoothstep,
     stratified,
 )
-from casa_assets.textures.laying.laying import Laying, lay
-from casa_assets.textures.laying.pieces import Joint, PieceMap, fill, rim
 
 # Ceramic --------------------------------------------------------------------------------------------------------------
 # Glazed tiles in any laying: subway, zellige, penny, scales; also bare porcelain, glass and metal ones.

@@ -8,10 +8,20 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from casa_assets.model.record import Record
-from casa_assets.model.registry.rows import HexColor
-from casa_assets.textures.canvas import Canvas, Layers, Map, Share, TextureKind, blend, rgb, smoothstep, stratified
-from casa_assets.textures.laying.pieces import Array, whole
+from casa_assets.ext.records import HexColor, Record
+from casa_assets.ext.textures import (
+    Array,
+    Canvas,
+    Layers,
+    Map,
+    Share,
+    TextureKind,
+    blend,
+    rgb,
+    smoothstep,
+    stratified,
+    whole,
+)
 
 # Boards ---------------------------------------------------------------------------------------------------------------
 # Panelled walls: beadboard, shiplap, board and batten, tongue and groove, slats; painted or of bare wood.

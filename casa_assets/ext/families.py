@@ -1,0 +1,19 @@
+"""Families of parametric assets: their parameters, finishes and declaration."""
+
+from __future__ import annotations
+
+from casa_assets.asset.kit.assemble import Family
+from casa_assets.core import hand_dynamics
+from casa_assets.core.hand_dynamics import TAP_START_N
+from casa_assets.families.family import AvailableFinishes, FinishId, Params, between, pick
+
+__all__ = [
+    "AvailableFinishes",
+    "between",
+    "Family",
+    "FinishId",
+    "hand_dynamics",
+    "Params",
+    "pick",
+    "TAP_START_N",
+]
