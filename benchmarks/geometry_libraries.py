@@ -1,4 +1,4 @@
-"""Compare our functions in geometry/ with those of trimesh and scipy: same result, and how long each takes.
+"""Compare our functions in mesh/ with those of trimesh and scipy: same result, and how long each takes.
 
     python -m benchmarks.geometry_libraries examples/meshes ../shared/data/dev
 

@@ -69,7 +69,7 @@ def _some(names: list[str], listed_by: str, count: int = 6, most: int = 12) -> s
 
 
 class Rejected(CasaError):
-    """A stage cannot accept its input. The pipeline records the code and the reason and goes on.
+    """A stage cannot accept its input. A run records the code and the reason and goes on.
 
     Args:
         code: code from registry/rejections.yaml, such as `SRC003`.

@@ -43,7 +43,7 @@ BUDGET_S, LONG_S = 160.0, 50.0
 SMOKE = (
     "tests/unit/cli/test_errors.py",
     "tests/unit/cli/test_help.py",
-    "tests/unit/ingest/remote/test_stored_run.py",
+    "tests/unit/runs/remote/test_stored_run.py",
     "tests/unit/show/reports/test_home.py",
     "tests/unit/export/test_scene_exports.py",
     "tests/unit/export/test_urdf_export.py",

@@ -1,1 +1,1 @@
-"""The functions of `import casa_assets`: the pipeline for single items, in the caller's process."""
+"""The functions of `import casa_assets`: runs of single items, in the caller's process."""

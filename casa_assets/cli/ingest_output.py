@@ -29,10 +29,10 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Generator
 
     from casa_assets.articulate.run.run import ArticulateOutcome
-    from casa_assets.ingest.run.remote import Change
     from casa_assets.library.entry import Entry
     from casa_assets.model.issue import Decision
     from casa_assets.runs.outcome import Event
+    from casa_assets.runs.remote import Change
 
     Done = Event | ArticulateOutcome
 
@@ -374,9 +374,9 @@ def on_store(url: str, library: Path, output: Output) -> Iterator[Sending]:
     if not url:
         yield lambda events: events
         return
-    from casa_assets.ingest.run.remote import RemoteLibrary, StoredRun
     from casa_assets.library.library import Library
     from casa_assets.library.remote_folder import hold
+    from casa_assets.runs.remote import RemoteLibrary, StoredRun
 
     remote = RemoteLibrary.open(url)
     with hold(remote.folder, waiting(output)) as lock:

@@ -28,5 +28,5 @@ def replace_file(path: Path, data: bytes) -> Path:
 
 
 def is_worker() -> bool:
-    """Return True in a worker of `pipeline.workers`, while others work on the other cores."""
+    """Return True in a worker of `runs`, while others work on the other cores."""
     return WORKER in os.environ

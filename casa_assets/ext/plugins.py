@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from casa_assets.model.asset.asset import Asset
     from casa_assets.textures.canvas import TextureKind
 
+__all__ = ["Exporter", "Plugin", "Source"]
+
 
 @runtime_checkable
 class Source(Protocol):

@@ -1,4 +1,4 @@
-"""Files to be written: relative POSIX paths to bytes. Writers return them, only the pipeline puts them on disk."""
+"""Files to be written: relative POSIX paths to bytes. Writers return them, only runs put them on disk."""
 
 from __future__ import annotations
 

@@ -93,14 +93,14 @@ def parts() -> list[Part]:
             (record,),
         ),
         Part(
-            "pipeline",
-            "further rows and longer runs of the tests of `pipeline`",
-            (_pytest(OF_A_RELEASE, "tests/unit/pipeline", by="loadfile"),),
+            "layouts",
+            "further rows and longer runs of the tests of `layouts`",
+            (_pytest(OF_A_RELEASE, "tests/unit/layouts", by="loadfile"),),
         ),
         Part(
             "package",
             "the same of the other packages",
-            (_pytest(OF_A_RELEASE, *_others_than("pipeline"), by="loadfile"),),
+            (_pytest(OF_A_RELEASE, *_others_than("layouts"), by="loadfile"),),
         ),
         Part(
             "hostile",

@@ -1,6 +1,7 @@
 """Drive Chromium by Playwright: one command a line on standard input, one answer a line on standard output, both JSON.
 
-Runs in the environment of tests/consumers/environments/browser.txt; tests use it by `tests.support.program.browser.Browser`.
+Runs in the environment of tests/consumers/environments/browser.txt; tests use it by
+`tests.support.program.browser.Browser`.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ ARGUMENTS = (
 
 
 class Driver:
-    """One page at a time, with what it wrote to the console and asked for; methods as those of `tests.support.program.browser.Page`."""
+    """One page at a time, with its console messages and requests; methods as those of `Page` of the tests."""
 
     def __init__(self, chromium: Any, axe: str) -> None:
         self.chromium = chromium

@@ -11,10 +11,11 @@ from typing import Any
 import pytest
 
 from casa_assets.articulate.decisions import Decisions
-from casa_assets.articulate.run import decisions, review_page
+from casa_assets.articulate.run import review_page
 from casa_assets.articulate.run.build import ArticulateRequest, build
 from casa_assets.articulate.run.run import ArticulateOutcome
 from casa_assets.checks.motion.joints import JointTravel
+from casa_assets.library import decisions
 from tests.unit.articulate.blocks import microwave
 from tests.unit.articulate.test_assemble import obj
 

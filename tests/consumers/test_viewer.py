@@ -33,7 +33,7 @@ from tests.support.library.built_libraries import keep, loose_and_fixed
 from tests.support.program.browser import HOME, Browser, Page
 
 pytestmark = pytest.mark.consumers
-BUNDLE = Path(__file__).parents[2] / "casa_assets" / "pipeline" / "viewer" / "bundle"
+BUNDLE = Path(__file__).parents[2] / "casa_assets" / "show" / "page" / "bundle"
 READY = ".cv[data-state=ready]"
 # The viewer is what `openModel` resolves to; tests keep it by this name.
 OPEN = "openModel(document.querySelector('.model')).then(shown => { window.shown = shown; return shown !== null; })"

@@ -16,7 +16,6 @@ from types import MappingProxyType
 
 from casa_assets import registry
 from casa_assets.articulate.decisions import Decisions
-from casa_assets.articulate.run import decisions as review_file
 from casa_assets.articulate.run import run
 from casa_assets.articulate.run.build import ArticulateRequest, with_override
 from casa_assets.articulate.run.run import ArticulateOutcome, EntryKey, entry_key, kept_outcome, publish_refusal
@@ -28,6 +27,7 @@ from casa_assets.ingest.run.run import DUPLICATE_CODE, inputs_with_mesh
 from casa_assets.ingest.run.survey import Survey
 from casa_assets.ingest.run.survey import warm as warm_survey
 from casa_assets.ingest.sources.found import Found, Refused
+from casa_assets.library import decisions as review_file
 from casa_assets.library import library as disk
 from casa_assets.library import review
 from casa_assets.library.identity import Producer

@@ -15,9 +15,10 @@ from PIL import Image
 
 from casa_assets import registry
 from casa_assets.articulate.plan import HingeEdge, PartKind
-from casa_assets.articulate.run import decisions, run
+from casa_assets.articulate.run import run
 from casa_assets.articulate.run.run import ArticulateOutcome
 from casa_assets.cache.cache_key import digest_of
+from casa_assets.library import decisions
 from casa_assets.library.entry_files import PICTURE
 from casa_assets.library.library import Library
 from casa_assets.model.issue import Decision

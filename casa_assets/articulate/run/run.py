@@ -26,7 +26,7 @@ from casa_assets.checks.motion.joints import JointTravel, joint_travels
 from casa_assets.core.process_name import process_name
 from casa_assets.errors import CasaError, Rejected
 from casa_assets.formats import mjcf
-from casa_assets.formats.read import load
+from casa_assets.ingest.load import load
 from casa_assets.ingest.run.resume import (
     NOTHING_KNOWN,
     AcceptedAsset,

@@ -83,9 +83,9 @@ def push(
 
       casa-assets library push out/library s3://bucket/library
     """
-    from casa_assets.ingest.run.remote import Extra, RemoteLibrary
-    from casa_assets.ingest.run.remote import push as run
     from casa_assets.library.remote_folder import hold
+    from casa_assets.runs.remote import Extra, RemoteLibrary
+    from casa_assets.runs.remote import push as run
 
     place = library_at(library)
     remote = RemoteLibrary.open(url)
@@ -115,9 +115,9 @@ def pull(
 
       casa-assets library pull s3://bucket/library out/library
     """
-    from casa_assets.ingest.run.remote import Extra, RemoteLibrary
-    from casa_assets.ingest.run.remote import pull as run
     from casa_assets.library.library import Library
+    from casa_assets.runs.remote import Extra, RemoteLibrary
+    from casa_assets.runs.remote import pull as run
 
     place = Library(library)
     remote = RemoteLibrary.open(url)

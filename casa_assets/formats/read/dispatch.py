@@ -41,7 +41,7 @@ def load(bundle: Bundle, limits: Mapping[str, float]) -> RawModel:
     name = printable(bundle.main)
     if bundle.model is not None:
         check_face_count(sum(len(p.mesh.faces) for p in bundle.model.parts), limits, name)
-        return _meant(bundle, bundle.model.replace(notes=bundle.notes + bundle.model.notes))
+        return bundle.model.replace(notes=bundle.notes + bundle.model.notes)
     data = bundle.files[bundle.main]
     file_format = sniff(data, name)
     notes = Notes()
@@ -55,16 +55,7 @@ def load(bundle: Bundle, limits: Mapping[str, float]) -> RawModel:
     # hostile numbers overflow and cast badly; what comes of it is found and judged in rough.finish
     with np.errstate(all="ignore"):
         model = reader_of(file_format).load(bundle, limits, notes)
-    return _meant(bundle, model.replace(notes=bundle.notes + notes.issues))
-
-
-def _meant(bundle: Bundle, model: RawModel) -> RawModel:
-    """The model, or the one thing in it that is meant."""
-    if not bundle.thing:
-        return model
-    from casa_assets.ingest.things.split import model_of_thing
-
-    return model_of_thing(model, bundle.thing, printable(bundle.main))
+    return model.replace(notes=bundle.notes + notes.issues)
 
 
 def references(file_format: Format, data: bytes, name: str) -> list[Reference]:

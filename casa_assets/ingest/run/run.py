@@ -67,7 +67,7 @@ class Options:
         seconds: processor time for one input, with all that is started for it; 0: the value of registry/limits.yaml.
         memory_bytes: memory of one input; 0: the same.
         guards: limits on inputs that this run sets in place of those in registry/limits.yaml, by their names there.
-        weights: of CLIP, see pipeline.clip; empty: pictures are not checked.
+        weights: of CLIP, see library.analysis.clip; empty: pictures are not checked.
         keep_duplicates: keep assets with the form, size and colours of another asset, too.
         split: a file that holds several objects becomes one asset for each.
         again: codes of rejections, and subjects of review such as `scale`: entries of the library that have one of them

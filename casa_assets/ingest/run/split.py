@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from casa_assets import registry
 from casa_assets.errors import Rejected
-from casa_assets.formats.read import load
+from casa_assets.ingest.load import load
 from casa_assets.ingest.run.survey import find_category
 from casa_assets.ingest.sources.bundle import collect
 from casa_assets.ingest.sources.found import Found

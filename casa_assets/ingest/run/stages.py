@@ -11,12 +11,12 @@ from casa_assets import registry
 from casa_assets.cache.cache_key import CodeRef, digest_of, key_of
 from casa_assets.cache.store import Store
 from casa_assets.errors import Rejected
-from casa_assets.formats.read import load
 from casa_assets.ingest.assemble import assemble, grasp
 from casa_assets.ingest.clean import clean
 from casa_assets.ingest.collision.collide import collide
 from casa_assets.ingest.collision.fit import CollideParams
 from casa_assets.ingest.draft import Draft
+from casa_assets.ingest.load import load
 from casa_assets.ingest.mass.estimates import mass
 from casa_assets.ingest.orient import orient
 from casa_assets.ingest.run.job import limits_in_key

@@ -417,7 +417,7 @@ def _run_of_report(path: Path) -> Run:
 def compare(before: Iterable[Standing], now: Iterable[Standing]) -> list[Difference]:
     """All that changed, worse ones first, each kind by id.
 
-    Two entries are of the same input where their ids end in the same word (see `pipeline.library.identity`), under
+    Two entries are of the same input where their ids end in the same word (see `library.identity`), under
     whatever category. An input does worse where its verdict is a lower one (rejected, review, accepted), or the same
     with advice that it did not have; and better the other way round. Another reason for a rejection changes nothing.
     """

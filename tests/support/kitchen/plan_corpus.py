@@ -1,4 +1,4 @@
-"""Plans as language models write them: files of tests/unit/layouts/check_plan/corpus, and variants that differ little from one.
+"""Plans as language models write them: files, and variants that differ little from one.
 
 `variants.yaml` has these: name of a plan -> name of its variant -> texts, each of which is there once, with what is
 written in their place, one after the other.
@@ -11,7 +11,7 @@ from pathlib import Path
 
 from casa_assets.registry.read import read_document
 
-FOLDER = Path(__file__).parent / "unit" / "plans"
+FOLDER = Path(__file__).parents[2] / "unit" / "layouts" / "check_plan"
 
 
 @cache

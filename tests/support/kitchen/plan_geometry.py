@@ -138,7 +138,7 @@ def made(name: str, given: Mapping[str, float] | None = None, style: str = STYLE
 
 
 def kitchen_of(text: str, folder: Path, given: Mapping[str, float] | None = None, style: str = STYLE) -> KitchenRequest:
-    """A plan as written, in a style. Raises RegistryError as the pipeline does."""
+    """A plan as written, in a style. Raises RegistryError as a run does."""
     path = folder / "tiny.yaml"
     path.write_text(text)
     plan, pages = read_plan(path)

@@ -16,7 +16,7 @@ import pytest
 from PIL import Image
 
 from casa_assets.errors import Rejected
-from casa_assets.formats.read import load
+from casa_assets.ingest.load import load
 from casa_assets.ingest.sources import Found, Refused, collect, discover
 from casa_assets.model.source import Bundle, RawModel
 

@@ -33,25 +33,25 @@ if any(word in ("casa_assets.cli.main",) or "workers.server" in word for word in
     setattr(found, name, endless)
 """
 VERBS = {
-    "ingest {mesh} --library {out}": "pipeline.ingest.worker:work",
-    "ingest {mesh} --library {out} --jobs 1": "pipeline.ingest.survey:survey",
-    "articulate {mesh} --library {out}": "pipeline.articulate.run:articulate_one",
-    "families build microwave --library {out}": "pipeline.families.run:build_one",
-    "families show microwave --preset steel --out {out}": "pipeline.families.run:build_one",
-    "families catalogue microwave --no-swatches --out {out}": "pipeline.families.run:build_asset",
-    "textures make oak_natural_plank --out {out}": "pipeline.textures.recipes:finish_of",
-    "textures sheet oak_natural_plank --out {out}": "pipeline.textures.recipes:finish_of",
-    "textures check oak_natural_plank --out {out}": "pipeline.textures.recipes:finish_of",
-    "textures ingest {folder} --library {out}": "pipeline.textures.packs.survey:survey",
-    "scenes build l_small__coastal --out {out}": "pipeline.kitchens.scene_folders:build_with_options",
-    "scenes check l_small__coastal --out {out}": "pipeline.kitchens.check:check_one",
-    "scenes sample 2 --out {out}": "pipeline.kitchens.check:check_one",
-    "scenes preview l_small__coastal --out {folder}": "pipeline.kitchens.scene_folders:draw_cameras",
-    "scenes new galley --style rustic --out {out}": "pipeline.kitchens.scene_folders:build_with_options",
-    "preview {folder} --out {out}": "pipeline.reports.pictures:draw",
-    "report --library {folder}": "pipeline.reports.library_page:write",
-    "find mug --library {folder}": "pipeline.dedup.search:search_entries",
-    "export robocasa {folder} --out {out}": "pipeline.export.robocasa:export",
+    "ingest {mesh} --library {out}": "ingest.run.worker:work",
+    "ingest {mesh} --library {out} --jobs 1": "ingest.run.survey:survey",
+    "articulate {mesh} --library {out}": "articulate.run.run:articulate_one",
+    "families build microwave --library {out}": "families.run.run:build_one",
+    "families show microwave --preset steel --out {out}": "families.run.run:build_one",
+    "families catalogue microwave --no-swatches --out {out}": "families.run.run:build_asset",
+    "textures make oak_natural_plank --out {out}": "textures.run.recipes:finish_of",
+    "textures sheet oak_natural_plank --out {out}": "textures.run.recipes:finish_of",
+    "textures check oak_natural_plank --out {out}": "textures.run.recipes:finish_of",
+    "textures ingest {folder} --library {out}": "textures.run.packs.survey:survey",
+    "scenes build l_small__coastal --out {out}": "layouts.run.scene_folders:build_with_options",
+    "scenes check l_small__coastal --out {out}": "layouts.run.check:check_one",
+    "scenes sample 2 --out {out}": "layouts.run.check:check_one",
+    "scenes preview l_small__coastal --out {folder}": "layouts.run.scene_folders:draw_cameras",
+    "scenes new galley --style rustic --out {out}": "layouts.run.scene_folders:build_with_options",
+    "preview {folder} --out {out}": "show.reports.pictures:draw",
+    "report --library {folder}": "show.reports.library_page:write",
+    "find mug --library {folder}": "library.analysis.search:search_entries",
+    "export robocasa {folder} --out {out}": "addons.robocasa.run:export",
 }
 # One that works in workers and one that works in the program's own process; one of each signal.
 OFTEN = frozenset(
@@ -118,7 +118,7 @@ def test_every_verb_stops_soon_even_in_a_native_call(verb: str, places: dict[str
 
 def test_ctrl_c_in_a_terminal_reaches_all_of_the_group(places: dict[str, Path]) -> None:
     """The terminal sends the signal to the program and to the process that it works in."""
-    run = start("textures make oak_natural_plank --out {out}", "pipeline.textures.recipes:finish_of", places)
+    run = start("textures make oak_natural_plank --out {out}", "textures.run.recipes:finish_of", places)
     for pid in left_of(places["mark"]):
         os.kill(pid, signal.SIGINT)
     _, message = run.communicate(timeout=SOON_S)
@@ -127,7 +127,7 @@ def test_ctrl_c_in_a_terminal_reaches_all_of_the_group(places: dict[str, Path]) 
 
 
 def test_nothing_is_left_of_a_program_that_is_killed(places: dict[str, Path]) -> None:
-    run = start("ingest {mesh} --library {out}", "pipeline.ingest.survey:survey", places)
+    run = start("ingest {mesh} --library {out}", "ingest.run.survey:survey", places)
     run.kill()
     run.communicate()
     begin = time.monotonic()
@@ -141,7 +141,7 @@ def test_nothing_is_left_of_a_program_that_is_killed(places: dict[str, Path]) ->
 def test_the_death_of_the_process_that_works_is_told(
     number: int, code: int, message: str, places: dict[str, Path]
 ) -> None:
-    run = start("textures make oak_natural_plank --out {out}", "pipeline.textures.recipes:finish_of", places)
+    run = start("textures make oak_natural_plank --out {out}", "textures.run.recipes:finish_of", places)
     (working,) = set(left_of(places["mark"])) - {run.pid}
     os.kill(working, number)
     _, told = run.communicate(timeout=SOON_S)

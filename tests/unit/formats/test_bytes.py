@@ -10,7 +10,10 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[3]
-KITCHEN = "from tests.support.kitchen.scenes import Weight, corner, in_form; from casa_assets.formats.mjcf.scene.kitchen import write"
+KITCHEN = (
+    "from tests.support.kitchen.scenes import Weight, corner, in_form; "
+    "from casa_assets.formats.mjcf.scene.kitchen import write"
+)
 # Imports, and an expression of what is written.
 WRITERS = {
     "mjcf": (

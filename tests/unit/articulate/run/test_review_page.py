@@ -12,11 +12,11 @@ import pytest
 from typer.testing import CliRunner
 
 from casa_assets.articulate.plan import HingeEdge
-from casa_assets.articulate.run.decisions import decided, read_review
 from casa_assets.articulate.run.review_page import NAME
 from casa_assets.cli.main import app
 from casa_assets.errors import RegistryError, UnknownId
 from casa_assets.library import library as disk
+from casa_assets.library.decisions import decided, read_review
 from casa_assets.model.asset.parts import JointKind
 from casa_assets.show.review import ReviewServer
 from tests.support.library.server_requests import ask

@@ -1,7 +1,8 @@
 """Plans as language models write them: each fits, has corrections that make it fit, or is told what it lacks where.
 
-`tests.support.kitchen.plan_corpus` has the plans; `expected.yaml` has the sentences of the corrections of each in their order, or the
-line and pointer of the first fault that has no correction, behind an exclamation mark; nothing for those that fit.
+`tests.support.kitchen.plan_corpus` has the plans; `expected.yaml` has the sentences of the corrections of each in their
+order, or the line and pointer of the first fault that has no correction, behind an exclamation mark; nothing for those
+that fit.
 A dozen that differ most are tried with every change, all of them before a release.
 `CASA_NEW_EXPECTED=1` in the environment, and `-m certify`, have the table written anew, to be read before it is
 committed.

@@ -10,15 +10,15 @@ from pathlib import Path
 import pytest
 
 from casa_assets.errors import OutputError
-from casa_assets.ingest.run.remote import UNFINISHED, StoredRun, books_at, manifest_name
 from casa_assets.library import library as disk
 from casa_assets.library import remote_folder
 from casa_assets.library.remote_folder import WriterLock
 from casa_assets.runs.outcome import Event
+from casa_assets.runs.remote import UNFINISHED, StoredRun, books_at, manifest_name
 from tests.support.library.faulty_stores import FaultyStore, Killed
 from tests.support.library.libraries import BOXES
 from tests.support.library.sharded_inputs import public_differences
-from tests.unit.ingest.remote.test_push_and_pull import broken_entries, files_of, public, remote_on
+from tests.unit.runs.remote.test_push_and_pull import broken_entries, files_of, public, remote_on
 
 
 @pytest.fixture(autouse=True)

@@ -28,11 +28,10 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Literal, TypeVar
 
-from casa_assets.articulate.run import decisions
 from casa_assets.core.process_name import process_name
 from casa_assets.errors import OutputError
+from casa_assets.library import decisions, review
 from casa_assets.library import library as disk
-from casa_assets.library import review
 from casa_assets.library.analysis.derived_files import write_reports
 from casa_assets.library.entry_files import PICTURE, file_inside
 from casa_assets.library.identity import suffix_of

@@ -11,10 +11,10 @@ from pathlib import Path
 import pytest
 
 from casa_assets.errors import OutputError
-from casa_assets.ingest.run.remote import UNFINISHED, Change, Extra, RemoteLibrary, pull, push
 from casa_assets.library import library as disk
 from casa_assets.library import remote_folder, review
 from casa_assets.library.remote_folder import RemoteFolder, WriterLock
+from casa_assets.runs.remote import UNFINISHED, Change, Extra, RemoteLibrary, pull, push
 from tests.support.library.faulty_stores import ROOT, FaultyStore, Killed
 from tests.support.library.libraries import entries_of
 from tests.support.library.sharded_inputs import public_differences
