@@ -67,8 +67,8 @@ MAKERS = tuple(
 # What is below these and yet judges pictures.
 JUDGES = (f"{PACKAGE}.textures.distance", f"{PACKAGE}.textures.seam")
 # What every member of a family, or of a form of objects, goes through.
-MEMBERS_PASS = (f"{PACKAGE}.families.kit.assemble", f"{PACKAGE}.families.sampling")
-PAINTS = f"{PACKAGE}.textures.make"
+MEMBERS_PASS = (f"{PACKAGE}.asset.kit.assemble", f"{PACKAGE}.families.sampling")
+PAINTS = f"{PACKAGE}.kitchenware.textures.make"
 ORDERS_KITCHENS = f"{PACKAGE}.layouts.order.request"
 
 

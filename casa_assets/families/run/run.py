@@ -55,7 +55,7 @@ from casa_assets.show.stills.studio import View
 from casa_assets.textures.run.recipes import skins
 
 # The package that the code of all families is below.
-FAMILIES_PACKAGE = "casa_assets.families"
+FAMILIES_PACKAGE = "casa_assets.kitchenware"
 WORKER_BYTES = 1_500_000_000  # of memory, that building and checking a member may take
 # A picture for the thumbnail alone.
 PREVIEW_VIEW = View(size_px=THUMBNAIL_PX, passes=8)
