@@ -2,59 +2,77 @@
 
     python -m benchmarks.imports
 
-Reads the source files and imports none of them. The layers are those of [tool.importlinter] in pyproject.toml. An
-arrow says how many import statements lead from one layer to another, rounded to tens. It is drawn if there are many,
-or if it is the strongest of its layer. With --write the picture in ARCHITECTURE.md is replaced.
+Reads the source files and imports none of them. The boxes and their order are those of `BOXES`; that imports lead down
+is held by [tool.importlinter] in pyproject.toml. An arrow says how many import statements lead from one box to another,
+rounded to tens. It is drawn if there are many, or if it is the strongest of its box. With --write the picture in
+ARCHITECTURE.md is replaced.
 """
 
 from __future__ import annotations
 
 import argparse
 import ast
-import tomllib
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "casa_assets"
 PAGE = ROOT / "ARCHITECTURE.md"
 START, END = "<!-- python -m benchmarks.imports -->\n\n", "\n<!-- end -->\n"
-# Layers of one small file each, which any other may import: arrows to them would cover the picture.
-EVERYWHERE = ("projects", "errors")
+# What each box of the picture holds, from the top to the bottom; of nested names the longest counts. `projects` and
+# `errors` are left out, since all others may import them.
+BOXES = {
+    "cli and api": ("cli", "api"),
+    "addons, export": ("addons", "export"),
+    "show: pages and views": ("show", "layouts.check_plan"),
+    "runs of subjects": ("articulate.run", "ingest.run", "layouts.run", "families.run", "textures.run"),
+    "runs, library, cache": ("runs", "library", "cache", "show.page"),
+    "registry": ("registry",),
+    "kitchenware": ("kitchenware",),
+    "ext": ("ext",),
+    "subjects: articulate, ingest, layouts, families, textures": (
+        *("articulate", "ingest", "layouts", "families", "textures"),
+    ),
+    "checks": ("checks",),
+    "formats, show.stills": ("formats", "show.stills"),
+    "asset, mesh": ("asset", "mesh"),
+    "core, model": ("core", "model"),
+}
 MANY = 40
 
 
-def layers() -> list[tuple[str, ...]]:
-    """Packages of each layer from the top to the bottom, without those that are used everywhere."""
-    tools = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]
-    contract = next(one for one in tools["importlinter"]["contracts"] if one["id"] == "layers")
-    rows = (tuple(name.strip() for name in row.split("|")) for row in contract["layers"])
-    return [row for row in rows if row[0] not in EVERYWHERE]
+def box_of(module: str) -> int | None:
+    """Number of the box that holds a module, by its name without the package; None if none does."""
+    found = [
+        (len(name), number)
+        for number, names in enumerate(BOXES.values())
+        for name in names
+        if f"{module}.".startswith(f"{name}.")
+    ]
+    return max(found)[1] if found else None
 
 
 def imported(text: str) -> Iterator[set[str]]:
-    """For each import statement of a source file, the packages of casa_assets that it names."""
+    """For each import statement of a source file, the modules of casa_assets that it names, without the package."""
     for node in ast.walk(ast.parse(text)):
         names: list[str] = []
         if isinstance(node, ast.ImportFrom):
             names = [f"{node.module}.{one.name}" for one in node.names]
         elif isinstance(node, ast.Import):
             names = [one.name for one in node.names]
-        parts = [name.split(".") for name in names]
-        yield {part[1] for part in parts if part[0] == PACKAGE.name and len(part) > 1}
+        yield {name.partition(".")[2] for name in names if name.startswith(f"{PACKAGE.name}.")}
 
 
-def arrows(rows: Sequence[tuple[str, ...]]) -> Counter[tuple[int, int]]:
-    """Number of import statements from a layer to another."""
-    layer = {name: number for number, row in enumerate(rows) for name in row}
+def arrows() -> Counter[tuple[int, int]]:
+    """Number of import statements from a box to another."""
     found: Counter[tuple[int, int]] = Counter()
     for path in PACKAGE.rglob("*.py"):
-        start = layer.get(path.relative_to(PACKAGE).parts[0].removesuffix(".py"))
+        start = box_of(".".join(path.relative_to(PACKAGE).with_suffix("").parts))
         if start is None:
             continue
         for names in imported(path.read_text(encoding="utf-8")):
-            ends = {layer[name] for name in names if name in layer}
+            ends = {end for name in names if (end := box_of(name)) is not None}
             found.update((start, end) for end in ends if end != start)
     return found
 
@@ -72,18 +90,10 @@ def about(number: int) -> str:
 
 def picture() -> str:
     """The flowchart, as a block of Markdown."""
-    rows = layers()
-    found = arrows(rows)
-    boxes = [row[0] if len(row) == 1 else "middle" for row in rows]
+    found = arrows()
     lines = ["```mermaid", "flowchart TD"]
-    for box, row in zip(boxes, rows, strict=True):
-        if len(row) > 1:
-            lines += [
-                f"    subgraph {box}[these do not import each other]",
-                *(f"        {name}" for name in row),
-                "    end",
-            ]
-    lines += [f"    {boxes[start]} -->|{about(found[start, end])}| {boxes[end]}" for start, end in shown(found)]
+    lines += [f'    {number}["{box}"]' for number, box in enumerate(BOXES)]
+    lines += [f"    {start} -->|{about(found[start, end])}| {end}" for start, end in shown(found)]
     return "\n".join([*lines, "```"]) + "\n"
 
 
